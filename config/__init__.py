@@ -1,0 +1,1 @@
+"""Shipped configuration: models, antennas, plans (data only)."""

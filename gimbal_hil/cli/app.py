@@ -1,0 +1,88 @@
+"""The `gimbal-hil` command: finds each command's module by name and turns errors into one line and an exit code."""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+import os
+import sys
+
+from typing import NoReturn
+
+from firmware_protocol.errors import EXIT_BAD_INPUT, EXIT_DONE, EXIT_INTERRUPTED, GimbalHilError
+from gimbal_hil import __version__
+
+#: command -> (module in gimbal_hil.cli, one line for --help); a module defines `command`, a function with typer's annotations
+COMMANDS: dict[str, tuple[str, str]] = {
+    "demo": ("demo", "The whole story on the virtual antenna in under two minutes."),
+    "daemon": ("daemon", "Run the fixed-rate control daemon on the link that the configuration names."),
+    "plant": ("plant", "Serve the virtual antenna's frames on a serial, slcan or Unix-socket link."),
+    "experiment": ("experiment", "Run a sequence: step, sliding, presliding, gravity_map, sweep, base_motion, thesis or a plan file."),
+    "identify": ("identify", "Friction parameters with confidence intervals, into a new model file."),
+    "discrepancy": ("discrepancy", "Find where model and measurement disagree, name what is missing, add it, show the gap shrink."),
+    "improve": ("improve", "Experiment, diagnose and correct until the model is at the noise floor or has to give up."),
+    "replay": ("replay", "Re-run a recorded run against its frames: identical, or the first tick and signal that differ."),
+    "export": ("export", "Write a run as Parquet, CSV, MCAP, BLF or MF4."),
+    "effects": ("effects", "The catalogue of effects: parameters, units, bounds, and the run that excites each."),
+    "protocol": ("protocol", "Emit the wire definition as DBC, C header or documentation."),
+    "doctor": ("doctor", "Can this machine hold the rate? A verdict with reasons."),
+    "bench": ("bench", "The speed figures, each as a ratio to a plain reference from the same run."),
+}
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Entry point of the `gimbal-hil` command; ends the process with the exit code of CONTRACTS section 1."""
+    words = sys.argv[1:] if arguments is None else arguments
+    if not words or words[0] in ("--help", "-h", "help"):
+        print(_overview())
+        sys.exit(EXIT_DONE)
+    if words[0] == "--version":
+        print(f"gimbal-hil {__version__}")
+        sys.exit(EXIT_DONE)
+    if words[0] not in COMMANDS:
+        near = difflib.get_close_matches(words[0], COMMANDS, 1)
+        _fail(f"error: no command {words[0]!r}" + (f"; did you mean {near[0]!r}?" if near else "; see gimbal-hil --help"), EXIT_BAD_INPUT)
+    sys.exit(run(words[0], words[1:]))
+
+
+def run(name: str, arguments: list[str]) -> int:
+    """Import one command's module, run it and answer its exit code; errors become one line on stderr."""
+    import typer
+
+    module, line = COMMANDS[name]
+    app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
+    try:
+        app.command(name=name, help=line)(importlib.import_module(f"gimbal_hil.cli.{module}").command)
+        code = app(arguments, prog_name=f"gimbal-hil {name}", standalone_mode=False)
+    except GimbalHilError as error:
+        _fail(f"error: {error}", error.exit_code)
+    except (KeyboardInterrupt, typer.Abort):
+        _fail("interrupted", EXIT_INTERRUPTED)
+    except typer.Exit as done:
+        return int(done.exit_code)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return EXIT_DONE
+    except Exception as error:
+        if not hasattr(error, "format_message"):
+            raise
+        _fail(f"error: {error.format_message()}", EXIT_BAD_INPUT)
+    return code if isinstance(code, int) else EXIT_DONE
+
+
+def _overview() -> str:
+    width = max(map(len, COMMANDS))
+    table = "\n".join(f"  {name:<{width}}  {line}" for name, (_, line) in COMMANDS.items())
+    return f"""Usage: gimbal-hil COMMAND [OPTIONS]
+
+  Controller service and virtual antenna for a two-axis gimballed airborne antenna.
+
+Commands:
+{table}
+
+Each command explains itself with --help. Exit codes: 0 done and good, 1 the answer is no, 2 bad input, 3 safety stop, 130 interrupted."""
+
+
+def _fail(line: str, code: int) -> NoReturn:
+    print(line, file=sys.stderr)
+    sys.exit(code)
