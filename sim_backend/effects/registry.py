@@ -1,0 +1,61 @@
+"""The catalogue: every module of this folder that defines `EFFECT`, and every entry point of the group `gimbal_hil.effects`."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import pkgutil
+from importlib.metadata import entry_points
+from pathlib import Path
+
+from firmware_protocol.compiling import include_source
+from firmware_protocol.errors import BadInputError
+from sim_backend.effects.effect import Effect, Hook
+
+ENTRY_POINT_GROUP = "gimbal_hil.effects"
+
+
+def _own_effects() -> list[Effect]:
+    found = []
+    for module in sorted(info.name for info in pkgutil.iter_modules([str(Path(__file__).parent)])):
+        if module in ("effect", "registry", "dispatch"):
+            continue
+        include_source((Path(__file__).parent / f"{module}.py").read_bytes())
+        found.append(importlib.import_module(f"sim_backend.effects.{module}").EFFECT)
+    return found
+
+
+def _plugged_in() -> list[Effect]:
+    found = []
+    for point in sorted(entry_points(group=ENTRY_POINT_GROUP), key=lambda point: point.name):
+        effect = point.load()
+        if not isinstance(effect, Effect):
+            raise BadInputError(f"entry point {ENTRY_POINT_GROUP}:{point.name}", f"is {type(effect).__name__}", "an Effect")
+        include_source(inspect.getsource(importlib.import_module(point.module)).encode())
+        found.append(effect)
+    return found
+
+
+def _catalogue() -> dict[str, Effect]:
+    named: dict[str, Effect] = {}
+    for effect in _own_effects() + _plugged_in():
+        if effect.name in named:
+            raise BadInputError(f"effect {effect.name!r}", "is defined twice", "one definition of each effect")
+        named[effect.name] = effect
+    return named
+
+
+#: name -> effect
+CATALOGUE: dict[str, Effect] = _catalogue()
+
+
+def effect_named(name: str, where: str = "effects") -> Effect:
+    """The effect of that name, or BadInputError that lists the nearest names."""
+    if name not in CATALOGUE:
+        raise BadInputError(where, f"no effect {name!r}", "one of " + ", ".join(sorted(CATALOGUE)))
+    return CATALOGUE[name]
+
+
+def effects_at(hook: Hook) -> tuple[Effect, ...]:
+    """All effects that enter at a hook; an effect's place in this tuple is its code in compiled code."""
+    return tuple(sorted((e for e in CATALOGUE.values() if e.hook == hook), key=lambda e: e.name))

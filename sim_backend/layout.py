@@ -1,0 +1,104 @@
+"""Where each number of the plant lives in the arrays that compiled code works on.
+
+`P` (float64) holds parameters, `K` (int64) structure, `X` (float64) state. Offsets are plain integers, because compiled
+code takes module constants as literals. Units: SI; a linear axis reads m for rad, N for N m, kg for kg m^2.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+OUTER, INNER = 0, 1
+MAX_AXES = 2
+
+
+class PlantKind(IntEnum):
+    """What the rigid body is."""
+
+    GIMBAL = 0
+    ROTARY = 1
+    LINEAR = 2
+
+
+class BaseKind(IntEnum):
+    """How the base moves."""
+
+    FIXED = 0
+    CONSTANT_RATE = 1
+    SINUSOID = 2
+    RECORDED = 3
+
+
+class GravityReading(IntEnum):
+    """Whose mass acts on the outer centre of gravity (ERRATA, eq. 2.52)."""
+
+    SEPARATE_BODIES = 0
+    TOTAL_MASS = 1
+
+
+# --- K: structure ---------------------------------------------------------------------------------------------------
+KIND, AXES, GRAVITY_READING, SLIPS, BASE_KIND, STEPS_PER_TICK, SEED, TEMPERATURE_KNOTS, BASE_ROWS, BASE_TABLE, INSTANCES = range(11)
+#: for each hook: how many effect instances it has, and where in K their list begins
+HOOK_COUNT = 16
+HOOK_FIRST = 24
+#: per instance: code of the effect, axis, offset of its parameters in P, offset of its states in X
+INSTANCE = 32
+INSTANCE_SIZE = 4
+CODE, AXIS, PARAMETERS, STATES = range(INSTANCE_SIZE)
+MAX_INSTANCES = 24
+HOOK_LISTS = INSTANCE + INSTANCE_SIZE * MAX_INSTANCES
+K_SIZE = HOOK_LISTS + 2 * MAX_INSTANCES
+
+# --- P: parameters --------------------------------------------------------------------------------------------------
+STEP_S, GRAVITY_M_S2, INCLINE_SIN = 0, 1, 2
+#: inertia tensors about the common pivot: xx, yy, zz, xy, xz, yz; a single axis keeps its inertia (mass) in the outer zz
+INERTIA_OUTER, INERTIA_INNER = 4, 10
+XX, YY, ZZ, XY, XZ, YZ = range(6)
+COG_OUTER, COG_INNER = 16, 19
+MASS_OUTER, MASS_INNER = 22, 23
+#: base motion: attitude at t = 0 (roll, pitch, yaw), rates (p, q, r), sinusoid amplitude, frequency, phase (roll, pitch, yaw)
+BASE_ATTITUDE, BASE_RATE, BASE_AMPLITUDE, BASE_FREQUENCY, BASE_PHASE, BASE_ROW_S = 24, 27, 30, 33, 36, 39
+AXIS_BLOCK = 40
+AXIS_SIZE = 48
+#: within an axis block: friction
+TS, TC, VS, SIGMA0, SIGMA1, SIGMA2, DELTA = range(7)
+#: actuator: T = limit(lag((1 + gain error) u + offset)); limit 0 means none, lag decay exp(-h/tau) 0 means none
+GAIN_ERROR, OFFSET, LIMIT, LAG_DECAY, TORQUE_NOISE = 8, 9, 10, 11, 12
+#: sensors; gyro filter is the exact discretisation of a second-order lag, GYRO_FILTER 0 means ideal
+ENCODER_STEP, ENCODER_NOISE, GYRO_BIAS, GYRO_SCALE_ERROR, GYRO_NOISE, GYRO_STEP = 14, 15, 16, 17, 18, 19
+GYRO_FILTER, GYRO_A11, GYRO_A12, GYRO_A21, GYRO_A22, GYRO_B1, GYRO_B2 = 20, 21, 22, 23, 24, 25, 26
+#: travel: mechanical stops as a spring and damper beyond them; stiffness 0 means endless travel
+STOP_LOW, STOP_HIGH, STOP_STIFFNESS, STOP_DAMPING = 28, 29, 30, 31
+#: heat: T' = (ambient - T) / time constant + heating T_applied^2; time constant 0 means constant temperature
+AMBIENT, THERMAL_TIME_S, HEATING = 32, 33, 34
+#: start of the motion
+START_POSITION, START_RATE = 36, 37
+#: friction over temperature: knots of (temperature, Ts, Tc, vs, sigma0, sigma1, sigma2, delta) per axis
+MAX_KNOTS = 8
+KNOT_SIZE = 8
+KNOTS = AXIS_BLOCK + MAX_AXES * AXIS_SIZE
+EFFECT_PARAMETERS = KNOTS + MAX_AXES * MAX_KNOTS * KNOT_SIZE
+PARAMETERS_PER_INSTANCE = 8
+P_SIZE = EFFECT_PARAMETERS + PARAMETERS_PER_INSTANCE * MAX_INSTANCES
+#: a recorded base motion follows at P_SIZE: rows of roll, pitch, yaw, p, q, r, p', q', r'
+BASE_COLUMNS = 9
+
+# --- X: state -------------------------------------------------------------------------------------------------------
+#: steps done since the start, exact in a float64 up to 2^53
+STEPS = 0
+POSITION, RATE, ACCELERATION, BRISTLE = 2, 4, 6, 8
+#: torque at the joint after the actuator, and friction opposing the motion, means over the last step
+APPLIED, FRICTION, LAGGED = 10, 12, 14
+GYRO_STATE = 16
+TEMPERATURE = 20
+#: friction in force (Ts .. delta) per axis, interpolated over temperature once a tick
+IN_FORCE = 22
+IN_FORCE_SIZE = 8
+#: inertial body rates at the last step (outer x, y, z, inner x, y, z), for the gyros
+BODY_RATE = 38
+EFFECT_STATES = 48
+
+
+def axis_block(axis: int) -> int:
+    """Offset in P of an axis' block."""
+    return AXIS_BLOCK + axis * AXIS_SIZE
