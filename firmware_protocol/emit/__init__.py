@@ -1,0 +1,6 @@
+"""Everything that is written out from the schema: constants, dataclasses, DBC, C header, documentation."""
+
+from firmware_protocol.emit.mail import emit_mail
+from firmware_protocol.emit.messages import emit_messages
+
+__all__ = ["emit_mail", "emit_messages"]
