@@ -1,0 +1,103 @@
+"""What identification says about a number: value, interval, verdict, and what to do when the data cannot tell."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from enum import Enum
+
+#: half of the interval relative to the value, up to which a parameter counts as identified, and as weakly identified
+IDENTIFIED_RELATIVE_WIDTH = 0.25
+WEAK_RELATIVE_WIDTH = 1.0
+
+
+class Verdict(Enum):
+    """How far the data determine a parameter."""
+
+    IDENTIFIED = "identified"
+    WEAKLY_IDENTIFIED = "weakly_identified"
+    NOT_IDENTIFIED = "not_identified"
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A 95 % interval; an open side ran into the physical bound without the data objecting."""
+
+    low: float
+    high: float
+    open_low: bool = False
+    open_high: bool = False
+
+    def covers(self, value: float) -> bool:
+        """True when the value lies in the interval, bounds included."""
+        return self.low <= value <= self.high
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One parameter: the value to use, what the data alone said, and how much that is worth.
+
+    `value` is the fitted value, or the prior when the verdict is NOT_IDENTIFIED and a prior exists; `fitted` is always what the
+    data said. `experiment` names the run that would settle it, empty when nothing is open.
+    """
+
+    name: str
+    value: float
+    interval: Interval
+    unit: str
+    verdict: Verdict
+    fitted: float
+    prior: float | None = None
+    reason: str = ""
+    experiment: str = ""
+
+    def as_record(self) -> dict[str, object]:
+        """Plain types for `identification.json`."""
+        record = asdict(self)
+        interval = record.pop("interval")
+        return {**record, "verdict": self.verdict.value, "low": interval["low"], "high": interval["high"],
+                "open_low": interval["open_low"], "open_high": interval["open_high"]}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A contradiction in the data or a violated physical bound: `rule` is its short name, `text` the sentence a person reads."""
+
+    rule: str
+    text: str
+    axis: str = ""
+
+
+def judge(interval: Interval, fitted: float) -> Verdict:
+    """The verdict that an interval alone supports.
+
+    Identified: closed on both sides and at most 25 % half width; weakly identified: at most one side open and at most 100 % half
+    width; anything else is not identified.
+    """
+    scale = abs(fitted)
+    relative = (interval.high - interval.low) / (2.0 * scale) if scale > 0.0 else float("inf")
+    open_sides = interval.open_low + interval.open_high
+    if open_sides == 0 and relative <= IDENTIFIED_RELATIVE_WIDTH:
+        return Verdict.IDENTIFIED
+    if open_sides <= 1 and relative <= WEAK_RELATIVE_WIDTH:
+        return Verdict.WEAKLY_IDENTIFIED
+    return Verdict.NOT_IDENTIFIED
+
+
+def settle(name: str, fitted: float, interval: Interval, unit: str, prior: float | None, experiment: str, reason: str = "") -> Estimate:
+    """An estimate whose verdict comes from its interval; a parameter that is not identified goes back to its prior and says so."""
+    verdict = judge(interval, fitted)
+    if verdict is Verdict.IDENTIFIED:
+        return Estimate(name, fitted, interval, unit, verdict, fitted, prior, reason)
+    if verdict is Verdict.WEAKLY_IDENTIFIED:
+        why = reason or "the interval is wider than a quarter of the value or ends at a physical bound"
+        return Estimate(name, fitted, interval, unit, verdict, fitted, prior, why, experiment)
+    kept = "; the prior is kept" if prior is not None else "; no prior to fall back on"
+    why = (reason or "the data fit about as well over a range wider than the value itself") + kept
+    return Estimate(name, fitted if prior is None else prior, interval, unit, verdict, fitted, prior, why, experiment)
+
+
+def withheld(name: str, unit: str, prior: float | None, reason: str, experiment: str) -> Estimate:
+    """A parameter that this data was not asked about at all, because it cannot say anything: prior kept, interval without bounds."""
+    value = float("nan") if prior is None else prior
+    nothing = Interval(0.0, float("inf"), open_low=True, open_high=True)
+    return Estimate(name, value, nothing, unit, Verdict.NOT_IDENTIFIED, float("nan"), prior, reason, experiment)

@@ -1,0 +1,64 @@
+"""Torque that depends on position alone, as one smooth curve shared by every speed and both directions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gimbal_hil.identification.averaging import Vector
+
+_KNOTS = 60
+
+
+@dataclass(frozen=True)
+class PositionCurve:
+    """Piecewise linear torque over position, zero on average over its knots; `knots`, `values`: shape (k,)."""
+
+    knots: Vector
+    values: Vector
+
+    def torque(self, position: Vector) -> Vector:
+        """Torque at positions of any shape; constant beyond the outer knots."""
+        return np.asarray(np.interp(position, self.knots, self.values))
+
+
+def fit_position_curve(pieces: Sequence[tuple[Vector, Vector]], knots: int = _KNOTS) -> PositionCurve | None:
+    """Curve through pieces of (position, torque minus the piece's own mean), each piece with the same weight.
+
+    Each piece keeps its own level as a nuisance parameter, so pieces over different stretches join. None when the pieces do not
+    span a range or none has enough samples.
+    """
+    usable = [(q, torque) for q, torque in pieces if len(q) > 2 and np.ptp(q) > 0.0]
+    if len(usable) < 2:
+        return None
+    low, high = min(float(q.min()) for q, _ in usable), max(float(q.max()) for q, _ in usable)
+    edges = np.linspace(low, high, knots + 1)
+    centres = 0.5 * (edges[1:] + edges[:-1])
+    rows, columns, means, weights = [], [], [], []
+    for number, (q, torque) in enumerate(usable):
+        bins = np.clip(((q - low) / (high - low) * knots).astype(np.int64), 0, knots - 1)
+        counts = np.bincount(bins, minlength=knots)
+        sums = np.bincount(bins, weights=torque, minlength=knots)
+        filled = np.flatnonzero(counts)
+        rows.extend([number] * len(filled))
+        columns.extend(filled.tolist())
+        means.extend((sums[filled] / counts[filled]).tolist())
+        weights.extend(np.sqrt(counts[filled] / len(q)).tolist())
+    values = _levelled(np.array(rows), np.array(columns), np.array(means), np.array(weights), len(usable), knots)
+    seen = np.bincount(np.array(columns), minlength=knots) > 0
+    curve = np.interp(centres, centres[seen], values[seen])
+    return PositionCurve(centres, curve - float(np.mean(curve)))
+
+
+def _levelled(rows: Vector, columns: Vector, means: Vector, weights: Vector, pieces: int, knots: int) -> Vector:
+    """Least squares of `mean = curve[column] + level[row]`, with the levels as weakly held nuisances."""
+    n = len(means)
+    design = np.zeros((n + pieces, knots + pieces))
+    index = np.arange(n)
+    design[index, columns.astype(np.int64)] = weights
+    design[index, knots + rows.astype(np.int64)] = weights
+    design[n + np.arange(pieces), knots + np.arange(pieces)] = 1e-3
+    solution = np.linalg.lstsq(design, np.concatenate([means * weights, np.zeros(pieces)]), rcond=None)[0]
+    return np.asarray(solution[:knots])

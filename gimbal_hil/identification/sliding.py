@@ -1,0 +1,209 @@
+"""Static LuGre parameters from a velocity map: robust, weighted, with profile intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from gimbal_hil.identification.averaging import Vector
+from gimbal_hil.identification.estimate import Estimate, Interval, Verdict, settle, withheld
+from gimbal_hil.identification.least_squares import Fit, Matrix, Parameter, fit, refit_with_fixed
+from gimbal_hil.identification.profile import ProfileTask, profile_interval
+from gimbal_hil.identification.stribeck import StaticFriction, stribeck_bump
+from gimbal_hil.identification.velocity_map import VelocityPoint
+
+STATIC_NAMES = ("breakaway", "coulomb", "stribeck_velocity", "viscous", "shape")
+_SHAPE_BOUNDS = (0.3, 6.0)
+#: residuals beyond this many (robust) standard deviations pull with constant force only
+_OUTLIER = 2.5
+_EXPERIMENTS = {
+    "breakaway": "more plateaus below the Stribeck velocity, and slow torque ramps through break-away",
+    "coulomb": "plateaus at three and more times the Stribeck velocity, both directions, several passes",
+    "stribeck_velocity": "plateaus dense between a fifth and three times the Stribeck velocity, more passes each",
+    "viscous": "plateaus at higher speeds (ten and more times the Stribeck velocity), both directions",
+    "shape": "plateaus dense around the Stribeck velocity with more passes each",
+}
+
+
+class Direction(Enum):
+    """Which half of the map a curve describes."""
+
+    BOTH = "both"
+    POSITIVE = "positive"
+    NEGATIVE = "negative"
+
+
+@dataclass(frozen=True)
+class StaticFit:
+    """A steady curve through a map, or through one half of it.
+
+    `offset` is the constant torque that both directions share (BOTH only; zero else); `residuals` are measured minus fitted in
+    torque units, in the order of `points`; `rms` is over them; `outliers` are the labels that were held down.
+    """
+
+    direction: Direction
+    friction: StaticFriction
+    estimates: tuple[Estimate, ...]
+    offset: float
+    points: tuple[VelocityPoint, ...]
+    residuals: Vector
+    rms: float
+    normalised_misfit: float
+    outliers: tuple[str, ...]
+
+    def torque(self, rate: Vector) -> Vector:
+        """Fitted torque at signed rates, shape (n,), offset included."""
+        return np.asarray(np.sign(rate) * self.friction.torque(np.abs(rate)) + self.offset)
+
+
+@dataclass(frozen=True)
+class _MapResiduals:
+    """Weighted residuals of the static curve at `values` = Ts, Tc, vs, sigma2, delta [, offset]."""
+
+    speed: Vector
+    sign: Vector
+    torque: Vector
+    weight: Vector
+
+    def __call__(self, values: Vector) -> Vector:
+        curve = StaticFriction(*(float(v) for v in values[:5])).torque(self.speed)
+        offset = float(values[5]) if len(values) > 5 else 0.0
+        return np.asarray((self.torque - self.sign * curve - offset) * self.weight)
+
+
+def fit_static(points: Sequence[VelocityPoint], direction: Direction = Direction.BOTH, prior: StaticFriction | None = None) -> StaticFit | None:
+    """Fit `F(v) = Tc + (Ts - Tc) exp(-(v/vs)^delta) + sigma2 v` to a map; None when fewer points than unknowns are there.
+
+    Points weigh by their standard error, but never by more than a floor of a fifth of the median error. Ts, Tc and sigma2 enter
+    linearly once vs and delta are given, so starts come from a grid over those two (variable projection, Golub and Pereyra 1973);
+    everything is then refined together on logarithmic scales within physical bounds. Outliers are held down by Huber weights at
+    2.5 robust deviations. Intervals are profile likelihood.
+    """
+    used = [p for p in points if direction is Direction.BOTH or (p.rate > 0.0) == (direction is Direction.POSITIVE)]
+    unknowns = 6 if direction is Direction.BOTH else 5
+    if len(used) <= unknowns:
+        return None
+    rate = np.array([p.rate for p in used])
+    torque = np.array([p.torque for p in used])
+    error = _point_errors(used)
+    base = _MapResiduals(np.abs(rate), np.sign(rate), torque, 1.0 / error)
+    parameters = _parameters(base, with_offset=direction is Direction.BOTH)
+    residuals, best = _robust_fit(base, parameters)
+    estimates, best = _estimates(residuals, parameters, best, prior, (float(np.min(np.abs(rate))), float(np.max(np.abs(rate)))))
+    friction = StaticFriction(*(float(v) for v in best.values[:5]))
+    offset = float(best.values[5]) if unknowns == 6 else 0.0
+    misfit = torque - np.sign(rate) * friction.torque(np.abs(rate)) - offset
+    held = residuals.weight * error < 0.999
+    return StaticFit(
+        direction, friction, estimates, offset, tuple(used), misfit, float(np.sqrt(np.mean(misfit**2))),
+        float(np.sqrt(best.sum_of_squares / best.degrees_of_freedom)), tuple(used[i].labels[0] for i in np.flatnonzero(held)),
+    )  # fmt: skip
+
+
+def _point_errors(points: Sequence[VelocityPoint]) -> Vector:
+    errors = np.array([p.standard_error for p in points])
+    floor = max(0.2 * float(np.median(errors)), 1e-12)
+    return np.asarray(np.maximum(errors, floor))
+
+
+def _parameters(data: _MapResiduals, with_offset: bool) -> tuple[Parameter, ...]:
+    level = float(np.max(np.abs(data.torque)))
+    slow, fast = float(np.min(data.speed)), float(np.max(data.speed))
+    known = (
+        Parameter("breakaway", 1e-3 * level, 10.0 * level),
+        Parameter("coulomb", 1e-3 * level, 10.0 * level),
+        Parameter("stribeck_velocity", slow / 10.0, fast * 3.0),
+        Parameter("viscous", 1e-5 * level / fast, 10.0 * level / fast),
+        Parameter("shape", *_SHAPE_BOUNDS),
+    )
+    return (*known, Parameter("offset", -level, level, logarithmic=False)) if with_offset else known
+
+
+def _starts(data: _MapResiduals, parameters: Sequence[Parameter], count: int = 6) -> list[Vector]:
+    """Best `count` of a grid over (vs, delta), the linear parameters solved for at each node."""
+    candidates: list[tuple[float, Vector]] = []
+    low, high = parameters[2].low, parameters[2].high
+    for velocity in np.geomspace(low * 3.0, high / 3.0, 14):
+        for shape in (0.5, 0.8, 1.1, 1.5, 2.2, 4.0):
+            bump = stribeck_bump(data.speed, float(velocity), shape)
+            columns = [data.sign * bump, data.sign * (1.0 - bump), data.sign * data.speed]
+            if len(parameters) == 6:
+                columns.append(np.ones_like(bump))
+            design: Matrix = np.stack(columns, axis=1) * data.weight[:, None]
+            linear = np.linalg.lstsq(design, data.torque * data.weight, rcond=None)[0]
+            values = np.array([linear[0], linear[1], velocity, linear[2], shape, *linear[3:]])
+            bounded = np.array([min(max(v, p.low * 1.01 if p.logarithmic else p.low), p.high) for v, p in zip(values, parameters, strict=True)])
+            candidates.append((float(np.sum(data(bounded) ** 2)), bounded))
+    candidates.sort(key=lambda pair: pair[0])
+    return [values for _, values in candidates[:count]]
+
+
+def _robust_fit(base: _MapResiduals, parameters: Sequence[Parameter]) -> tuple[_MapResiduals, Fit]:
+    """Reweighted least squares; the weights of the last round are kept for the intervals."""
+    current, starts = base, _starts(base, parameters)
+    best = fit(current, parameters, starts)
+    for _ in range(4):
+        whitened = base(best.values)
+        spread = max(1.0, 1.4826 * float(np.median(np.abs(whitened))))
+        scaled = np.abs(whitened) / spread
+        held = np.minimum(1.0, _OUTLIER / np.maximum(scaled, 1e-12))
+        updated = _MapResiduals(base.speed, base.sign, base.torque, base.weight * np.sqrt(held))
+        if np.allclose(updated.weight, current.weight, rtol=1e-3):
+            break
+        current = updated
+        best = fit(current, parameters, [best.values])
+    return current, best
+
+
+def _estimates(
+    residuals: _MapResiduals, parameters: Sequence[Parameter], best: Fit, prior: StaticFriction | None, speeds: tuple[float, float]
+) -> tuple[tuple[Estimate, ...], Fit]:
+    """Profile every static parameter; those that the data do not determine go back to their prior and the rest is refitted."""
+    task = ProfileTask(residuals, parameters, best)
+    intervals = [profile_interval(task, index) for index in range(5)]
+    priors = [None] * 5 if prior is None else [prior.breakaway, prior.coulomb, prior.stribeck_velocity, prior.viscous, prior.shape]
+    units = ("N m", "N m", "rad/s", "N m s/rad", "1")
+    flat = _no_bump(residuals, parameters, best)
+    estimates = []
+    for index, name in enumerate(STATIC_NAMES):
+        fitted = float(best.values[index])
+        if flat and name in ("stribeck_velocity", "shape"):
+            reason = f"no Stribeck bump between {speeds[0]:.3g} and {speeds[1]:.3g} rad/s that the data need"
+            estimates.append(withheld(name, units[index], priors[index], reason, _EXPERIMENTS[name]))
+        else:
+            estimates.append(settle(name, fitted, intervals[index], units[index], priors[index], _EXPERIMENTS[name]))
+    fixed = {i: e.value for i, e in enumerate(estimates) if e.verdict is Verdict.NOT_IDENTIFIED and e.prior is not None}
+    if not fixed:
+        return tuple(estimates), best
+    again = refit_with_fixed(residuals, parameters, best.values, fixed)
+    return tuple(e if i in fixed else _moved(e, float(again.values[i])) for i, e in enumerate(estimates)), again
+
+
+def _moved(estimate: Estimate, value: float) -> Estimate:
+    """The estimate after the refit with some parameters at their prior; the interval is stretched to hold both values."""
+    interval = estimate.interval
+    held = Interval(min(interval.low, value), max(interval.high, value), interval.open_low, interval.open_high)
+    return Estimate(estimate.name, value, held, estimate.unit, estimate.verdict, estimate.fitted, estimate.prior, estimate.reason, estimate.experiment)
+
+
+def _no_bump(residuals: _MapResiduals, parameters: Sequence[Parameter], best: Fit) -> bool:
+    """True when Coulomb plus viscous friction fits as well, by the Bayesian information criterion (three parameters fewer)."""
+    level = float(best.values[1])
+    tied = _Tied(residuals)
+    reduced = [parameters[1], parameters[3], *parameters[5:]]
+    simple = fit(tied, reduced, [np.array([level, float(best.values[3]), *best.values[5:]])])
+    gain = (simple.sum_of_squares - best.sum_of_squares) / best.variance_scale
+    return gain < 3.0 * np.log(len(best.residuals))
+
+
+@dataclass(frozen=True)
+class _Tied:
+    """Coulomb plus viscous friction as a special case: Ts = Tc."""
+
+    full: _MapResiduals
+
+    def __call__(self, values: Vector) -> Vector:
+        return self.full(np.array([values[0], values[0], 1.0, values[1], 1.0, *values[2:]]))

@@ -1,0 +1,103 @@
+"""Finds the part of a constant-speed segment in which the joint really moves at a constant speed, by stated tests."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gimbal_hil.identification.averaging import Vector
+
+#: two-sided 1 % point of the normal distribution, for the reverse-arrangement count
+_TREND_LIMIT = 2.576
+#: 1 % point of the largest excursion of a Brownian bridge, for the cumulative sum
+_CUSUM_LIMIT = 1.628
+_MIN_BLOCKS = 12
+
+
+@dataclass(frozen=True)
+class SteadyRule:
+    """Limits of the search: how the segment is cut and what counts as steady.
+
+    `tolerance` is the speed change, relative to the speed, that friction does not notice whatever the statistics say; `ripple` the
+    scatter of block speeds, relative to the speed, above which the motion is stick-slip rather than sliding.
+    """
+
+    blocks: int = 40
+    shortest_share: float = 0.3
+    tolerance: float = 0.005
+    ripple: float = 0.25
+
+
+@dataclass(frozen=True)
+class SteadyWindow:
+    """Rows `start` (first) to `stop` (one past the last), the mean speed between them, and what the tests said."""
+
+    start: int
+    stop: int
+    rate: float
+    rate_error: float
+    trend_score: float
+    cusum_score: float
+    ripple: float
+
+
+def reverse_arrangement_score(values: Vector) -> float:
+    """Standardised count of pairs in falling order; beyond +-2.58 a trend at 1 % (Bendat and Piersol, Random Data, section 4.5.2)."""
+    n = len(values)
+    falling = int(np.sum(np.triu(values[:, None] > values[None, :], 1)))
+    mean = n * (n - 1) / 4.0
+    variance = n * (2 * n + 5) * (n - 1) / 72.0
+    return float((falling - mean) / np.sqrt(variance))
+
+
+def cusum_score(values: Vector) -> float:
+    """Largest cumulative departure from the mean in units of `s sqrt(n)`; beyond 1.63 a change of level at 1 %."""
+    centred = values - np.mean(values)
+    spread = float(np.std(values, ddof=1))
+    return float(np.max(np.abs(np.cumsum(centred))) / (spread * np.sqrt(len(values)))) if spread > 0.0 else 0.0
+
+
+def find_steady_window(time_s: Vector, position: Vector, rule: SteadyRule | None = None) -> SteadyWindow | None:
+    """Longest stretch of a segment in which the joint speed is constant, or None when there is none.
+
+    The segment (`time_s`, `position`, shape (n,), encoder position) is cut into equal blocks; a block's speed is the encoder travel
+    over its time, so the encoder step enters once per block. From the longest down, a stretch of blocks is accepted when it moves
+    one way, scatters less than `ripple`, and either passes both the reverse-arrangement and the cumulative-sum test at 1 %, or
+    drifts by less than `tolerance` of the speed in total.
+    """
+    limits = rule or SteadyRule()
+    n = len(time_s)
+    blocks = min(limits.blocks, (n - 1) // 2)
+    if blocks < _MIN_BLOCKS:
+        return None
+    edges = np.linspace(0, n - 1, blocks + 1).astype(np.int64)
+    speeds = np.diff(position[edges]) / np.diff(time_s[edges])
+    shortest = max(_MIN_BLOCKS, int(np.ceil(limits.shortest_share * blocks)))
+    for length in range(blocks, shortest - 1, -1):
+        # later stretches first: a start-up transient is more common than a late disturbance
+        for first in range(blocks - length, -1, -1):
+            found = _accept(speeds[first : first + length], limits)
+            if found is not None:
+                start, stop = int(edges[first]), int(edges[first + length]) + 1
+                rate = float((position[stop - 1] - position[start]) / (time_s[stop - 1] - time_s[start]))
+                error = float(np.std(speeds[first : first + length], ddof=1) / np.sqrt(length))
+                return SteadyWindow(start, stop, rate, error, *found)
+    return None
+
+
+def _accept(speeds: Vector, limits: SteadyRule) -> tuple[float, float, float] | None:
+    mean = float(np.mean(speeds))
+    if mean == 0.0 or np.any(speeds * mean < 0.0):
+        return None
+    ripple = float(np.std(speeds, ddof=1) / abs(mean))
+    if ripple > limits.ripple:
+        return None
+    index = np.arange(len(speeds)) - (len(speeds) - 1) / 2.0
+    drift = abs(float(np.dot(index, speeds) / np.dot(index, index))) * len(speeds)
+    worst = float(np.max(np.abs(speeds - mean)))
+    trend, cusum = reverse_arrangement_score(speeds), cusum_score(speeds)
+    unnoticed = drift < limits.tolerance * abs(mean) and worst < 5.0 * limits.tolerance * abs(mean)
+    if unnoticed or (abs(trend) < _TREND_LIMIT and cusum < _CUSUM_LIMIT):
+        return trend, cusum, ripple
+    return None
