@@ -57,17 +57,17 @@ def source_digest(module: str) -> str:
     digest = hashlib.sha256(f"{numba.__version__} {sys.version_info[:2]}".encode())
     for name in sorted(reached):
         digest.update(_source(name))
-    for extra in _extra_sources:
-        digest.update(extra)
+        for source in _found_at_run_time.get(name, ()):
+            digest.update(source)
     return digest.hexdigest()[:16]
 
 
-_extra_sources: list[bytes] = []
+_found_at_run_time: dict[str, list[bytes]] = {}
 
 
-def include_source(source: bytes) -> None:
-    """Make source from outside the project (an effect plug-in) part of every later digest."""
-    _extra_sources.append(source)
+def include_source(owner: str, source: bytes) -> None:
+    """Make source that module `owner` found without an import statement (effects, plug-ins) part of the digests that reach it."""
+    _found_at_run_time.setdefault(owner, []).append(source)
 
 
 @lru_cache(maxsize=None)

@@ -20,7 +20,7 @@ def _own_effects() -> list[Effect]:
     for module in sorted(info.name for info in pkgutil.iter_modules([str(Path(__file__).parent)])):
         if module in ("effect", "registry", "dispatch"):
             continue
-        include_source((Path(__file__).parent / f"{module}.py").read_bytes())
+        include_source(__name__, (Path(__file__).parent / f"{module}.py").read_bytes())
         found.append(importlib.import_module(f"sim_backend.effects.{module}").EFFECT)
     return found
 
@@ -31,7 +31,7 @@ def _plugged_in() -> list[Effect]:
         effect = point.load()
         if not isinstance(effect, Effect):
             raise BadInputError(f"entry point {ENTRY_POINT_GROUP}:{point.name}", f"is {type(effect).__name__}", "an Effect")
-        include_source(inspect.getsource(importlib.import_module(point.module)).encode())
+        include_source(__name__, inspect.getsource(importlib.import_module(point.module)).encode())
         found.append(effect)
     return found
 

@@ -1,1 +1,0 @@
-"""Shipped configuration: models, antennas, plans (data only)."""

@@ -1,0 +1,194 @@
+"""From a model to the arrays that the compiled plant works on."""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from firmware_protocol.errors import BadInputError
+from sim_backend import layout
+from sim_backend.effects import Hook
+from sim_backend.effects.registry import effects_at
+from sim_backend.layout import BaseKind, GravityReading, PlantKind
+from sim_backend.model.file import Angles, BaseSection, Kind, Motion
+from sim_backend.model.model import AntennaModel
+from sim_backend.model.numbers import AXIS_NUMBERS, Block, gyro_filter
+from sim_backend.thesis_slips import Slip
+
+_KINDS = {Kind.GIMBAL: PlantKind.GIMBAL, Kind.ROTARY: PlantKind.ROTARY, Kind.LINEAR: PlantKind.LINEAR}
+_FRICTION_SLOTS = (layout.TS, layout.TC, layout.VS, layout.SIGMA0, layout.SIGMA1, layout.SIGMA2, layout.DELTA)
+#: deg/s about x, y, z of the base: tables 3.1 and 3.2 of the thesis
+THESIS_BASE_CASES: dict[str, tuple[tuple[float, float, float], ...]] = {
+    "3.1": ((0, 0, 0), (30, 30, 30), (30, 60, 60), (60, 60, 60), (60, 75, 85)),
+    "3.2": ((0, 0, 0), (5, 5, 5), (10, 10, 10), (15, 15, 15)),
+}
+
+
+@dataclass(frozen=True)
+class PlantArrays:
+    """Parameters P, structure K and initial state X of a plant; X may be copied to start again."""
+
+    P: np.ndarray
+    K: np.ndarray
+    X: np.ndarray
+
+
+def plant_arrays(model: AntennaModel, rate_hz: float = 1000.0, seed: int = 0) -> PlantArrays:
+    """Arrays for a model sampled at `rate_hz`, noise from `seed`; BadInputError when the tick is no whole number of plant steps."""
+    steps = 1.0 / (rate_hz * model.file.plant_step_s)
+    if abs(steps - round(steps)) > 1e-6 or round(steps) < 1:
+        raise BadInputError(
+            f"{model.where}: plant_step_s", f"{model.file.plant_step_s:g} s does not divide a tick of {1.0 / rate_hz:g} s", "a whole number of steps"
+        )
+    P = np.zeros(layout.P_SIZE)
+    K = np.zeros(layout.K_SIZE, dtype=np.int64)
+    P[layout.STEP_S], P[layout.GRAVITY_M_S2], P[layout.INCLINE_SIN] = (1.0 / rate_hz) / round(steps), model.file.gravity_m_s2, model.file.incline_sine
+    K[layout.KIND], K[layout.AXES] = _KINDS[model.kind], len(model.axes)
+    K[layout.GRAVITY_READING] = GravityReading[model.file.gravity_reading.upper()]
+    K[layout.STEPS_PER_TICK], K[layout.SEED] = round(steps), seed & 0x7FFFFFFF
+    K[layout.SLIPS] = int(_slips(model))
+    for index, axis in enumerate(model.axes):
+        _fill_axis(P, model, index, axis)
+    K[layout.TEMPERATURE_KNOTS] = len(next(iter(model.friction_over_temperature.values()), ()))
+    states = _place_effects(P, K, model)
+    P = _place_base(P, K, model.file.base, model.where)
+    X = np.zeros(layout.EFFECT_STATES + states)
+    for index in range(len(model.axes)):
+        _start_axis(P, K, X, index)
+    return PlantArrays(P, K, X)
+
+
+def _slips(model: AntennaModel) -> Slip:
+    slips = Slip.NONE
+    for i, name in enumerate(model.file.thesis_slips):
+        if name.upper() not in Slip.__members__:
+            raise BadInputError(f"{model.where}: thesis_slips.{i}", f"no slip {name!r}", "one of " + ", ".join(m.lower() for m in Slip.__members__))
+        slips |= Slip[name.upper()]
+    return slips
+
+
+def _fill_axis(P: np.ndarray, model: AntennaModel, index: int, axis: str) -> None:
+    block = layout.axis_block(index)
+    first = {
+        Block.AXIS: block,
+        Block.INERTIA: (layout.INERTIA_OUTER, layout.INERTIA_INNER)[index],
+        Block.COG: (layout.COG_OUTER, layout.COG_INNER)[index],
+        Block.MASS: (layout.MASS_OUTER, layout.MASS_INNER)[index],
+    }
+    for number in AXIS_NUMBERS:
+        if number.block is not Block.BUILD:
+            P[first[number.block] + number.slot] = model.number(axis, number.path)
+    time_constant = model.number(axis, "actuator.time_constant")
+    P[block + layout.LAG_DECAY] = math.exp(-P[layout.STEP_S] / time_constant) if time_constant > 0.0 else 0.0
+    bandwidth = model.number(axis, "gyro.bandwidth")
+    if bandwidth > 0.0:
+        P[block + layout.GYRO_FILTER] = 1.0
+        P[block + layout.GYRO_A11 : block + layout.GYRO_B2 + 1] = gyro_filter(bandwidth, model.number(axis, "gyro.damping"), P[layout.STEP_S])
+    for i, row in enumerate(model.friction_over_temperature.get(axis, ())):
+        knot = layout.KNOTS + (index * layout.MAX_KNOTS + i) * layout.KNOT_SIZE
+        P[knot] = row[0]
+        # file order (FRICTION_ROW) to slot order
+        for value, slot in zip(row[1:], _FRICTION_SLOTS, strict=True):
+            P[knot + 1 + slot] = value
+
+
+def _place_effects(P: np.ndarray, K: np.ndarray, model: AntennaModel) -> int:
+    """Write the hook effects into K and P; answers how many effect states X needs."""
+    present = [entry for entry in model.effects if not entry.effect.is_number]
+    if len(present) > layout.MAX_INSTANCES:
+        raise BadInputError(f"{model.where}: effects", f"{len(present)} effects", f"at most {layout.MAX_INSTANCES}")
+    states = 0
+    listed = layout.HOOK_LISTS
+    K[layout.INSTANCES] = len(present)
+    for hook in Hook:
+        codes = [effect.name for effect in effects_at(hook)]
+        members = sorted((i for i, e in enumerate(present) if e.effect.hook == hook), key=lambda i: (present[i].effect.rank, i))
+        K[layout.HOOK_FIRST + hook], K[layout.HOOK_COUNT + hook] = listed, len(members)
+        for i in members:
+            entry = present[i]
+            k = layout.INSTANCE + layout.INSTANCE_SIZE * i
+            o = layout.EFFECT_PARAMETERS + layout.PARAMETERS_PER_INSTANCE * i
+            K[k + layout.CODE], K[k + layout.AXIS] = codes.index(entry.effect.name), model.axes.index(entry.axis)
+            K[k + layout.PARAMETERS], K[k + layout.STATES] = o, layout.EFFECT_STATES + states
+            P[o : o + len(entry.parameters)] = entry.parameters
+            states += entry.effect.states
+            K[listed] = i
+            listed += 1
+    return states
+
+
+def _place_base(P: np.ndarray, K: np.ndarray, base: BaseSection, where: str) -> np.ndarray:
+    def three(angles: Angles) -> tuple[float, float, float]:
+        return angles.roll, angles.pitch, angles.yaw
+
+    P[layout.BASE_ATTITUDE : layout.BASE_ATTITUDE + 3] = three(base.attitude_rad)
+    if base.motion is Motion.CONSTANT_RATE:
+        K[layout.BASE_KIND] = BaseKind.CONSTANT_RATE
+        P[layout.BASE_RATE : layout.BASE_RATE + 3] = base.rate_rad_s.p, base.rate_rad_s.q, base.rate_rad_s.r
+    elif base.motion is Motion.CASE:
+        cases = THESIS_BASE_CASES.get(base.table or "", ())
+        if base.case is None or not 1 <= base.case <= len(cases):
+            raise BadInputError(f"{where}: base.case", f"no case {base.case} in table {base.table}", "table 3.1 with case 1-5, or 3.2 with case 1-4")
+        K[layout.BASE_KIND] = BaseKind.CONSTANT_RATE
+        P[layout.BASE_RATE : layout.BASE_RATE + 3] = np.deg2rad(cases[base.case - 1])
+    elif base.motion is Motion.SINUSOID:
+        K[layout.BASE_KIND] = BaseKind.SINUSOID
+        P[layout.BASE_AMPLITUDE : layout.BASE_AMPLITUDE + 3] = three(base.amplitude_rad)
+        P[layout.BASE_FREQUENCY : layout.BASE_FREQUENCY + 3] = three(base.frequency_hz)
+        P[layout.BASE_PHASE : layout.BASE_PHASE + 3] = three(base.phase_rad)
+    elif base.motion is Motion.RECORDED:
+        rows, period_s = _recorded(base, where)
+        K[layout.BASE_KIND], K[layout.BASE_ROWS], K[layout.BASE_TABLE] = BaseKind.RECORDED, len(rows), len(P)
+        P[layout.BASE_ROW_S] = period_s
+        return np.concatenate([P, rows.ravel()])
+    return P
+
+
+def _recorded(base: BaseSection, where: str) -> tuple[np.ndarray, float]:
+    if base.file is None:
+        raise BadInputError(f"{where}: base.file", "is missing", "a CSV file with the columns time_s, roll, pitch, yaw")
+    path = Path(where).parent / base.file
+    try:
+        with path.open(newline="") as handle:
+            table = [[float(row[name]) for name in ("time_s", "roll", "pitch", "yaw")] for row in csv.DictReader(handle)]
+    except FileNotFoundError:
+        raise BadInputError(str(path), "no such file", "a recorded base motion") from None
+    except (KeyError, ValueError, TypeError) as error:
+        raise BadInputError(str(path), f"cannot be read: {error}", "numbers in the columns time_s, roll, pitch, yaw") from None
+    data = np.array(table)
+    if len(data) < 4:
+        raise BadInputError(str(path), f"{len(data)} rows", "at least four")
+    spacing = np.diff(data[:, 0])
+    if np.any(spacing <= 0.0) or np.ptp(spacing) > 0.05 * spacing.mean():
+        raise BadInputError(f"{path}: time_s", "rows are not equally spaced", "a constant rate")
+    return base_rows(data[:, 1:], float(spacing.mean())), float(spacing.mean())
+
+
+def base_rows(attitude_rad: np.ndarray, period_s: float) -> np.ndarray:
+    """Rows (roll, pitch, yaw, p, q, r, p', q', r') from attitudes (n, 3) at a constant period: splined, then differentiated."""
+    from scipy.interpolate import CubicSpline
+
+    times = period_s * np.arange(len(attitude_rad))
+    spline = CubicSpline(times, np.unwrap(attitude_rad, axis=0))
+    roll, pitch, _ = spline(times).T
+    droll, dpitch, dyaw = spline(times, 1).T
+    cr, sr, cp, sp = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch)
+    rates = np.column_stack([droll - dyaw * sp, dpitch * cr + dyaw * sr * cp, -dpitch * sr + dyaw * cr * cp])
+    return np.column_stack([spline(times), rates, CubicSpline(times, rates)(times, 1)])
+
+
+def _start_axis(P: np.ndarray, K: np.ndarray, X: np.ndarray, index: int) -> None:
+    block = layout.axis_block(index)
+    X[layout.POSITION + index], X[layout.RATE + index] = P[block + layout.START_POSITION], P[block + layout.START_RATE]
+    X[layout.TEMPERATURE + index] = P[block + layout.AMBIENT]
+    force = layout.IN_FORCE + index * layout.IN_FORCE_SIZE
+    X[force : force + len(_FRICTION_SLOTS)] = P[block : block + len(_FRICTION_SLOTS)]
+    if K[layout.TEMPERATURE_KNOTS] > 0:
+        knots = P[layout.KNOTS :].reshape(-1)[index * layout.MAX_KNOTS * layout.KNOT_SIZE :]
+        table = knots[: K[layout.TEMPERATURE_KNOTS] * layout.KNOT_SIZE].reshape(-1, layout.KNOT_SIZE)
+        for slot in range(len(_FRICTION_SLOTS)):
+            X[force + slot] = np.interp(X[layout.TEMPERATURE + index], table[:, 0], table[:, 1 + slot])

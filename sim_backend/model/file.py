@@ -1,0 +1,152 @@
+"""The form of a model file, validated once at the door: unknown keys, wrong units and impossible bodies are refused.
+
+Every number may be plain (then it is in the unit of the table in `numbers.py`) or `{value, unit, source}`; `source` says where
+it comes from: printed in the thesis, inferred from its tables, measured, identified, assumed.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import yaml
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+
+from firmware_protocol.errors import BadInputError
+
+
+class Strict(BaseModel):
+    """Base of every section: unknown keys are refused, values do not change."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Quantity(Strict):
+    """A number with its unit and where it comes from."""
+
+    value: float
+    unit: str | None = None
+    source: str | None = None
+
+
+def _as_quantity(raw: Any) -> Any:
+    if isinstance(raw, bool):
+        raise ValueError("expected a number, or {value, unit, source}")
+    return {"value": raw} if isinstance(raw, int | float) else raw
+
+
+Amount = Annotated[Quantity, BeforeValidator(_as_quantity)]
+
+
+class Kind(str, Enum):
+    """What moves: a two-axis gimbal, or one axis."""
+
+    GIMBAL = "gimbal"
+    ROTARY = "rotary"
+    LINEAR = "linear"
+
+
+class Motion(str, Enum):
+    """How the base moves."""
+
+    FIXED = "fixed"
+    CONSTANT_RATE = "constant_rate"
+    SINUSOID = "sinusoid"
+    RECORDED = "recorded"
+    CASE = "case"
+
+
+class Angles(Strict):
+    """Roll, pitch, yaw in rad (or their amplitudes, frequencies in Hz, phases)."""
+
+    roll: float = 0.0
+    pitch: float = 0.0
+    yaw: float = 0.0
+
+
+class Rates(Strict):
+    """Body rates in rad/s."""
+
+    p: float = 0.0
+    q: float = 0.0
+    r: float = 0.0
+
+
+class BaseSection(Strict):
+    """Base motion; which keys count depends on `motion`."""
+
+    motion: Motion = Motion.FIXED
+    attitude_rad: Angles = Angles()
+    rate_rad_s: Rates = Rates()
+    amplitude_rad: Angles = Angles()
+    frequency_hz: Angles = Angles()
+    phase_rad: Angles = Angles()
+    #: recorded: CSV with columns time_s, roll, pitch, yaw (rad), constant rate; the path is relative to the model file
+    file: str | None = None
+    #: case: a row of table 3.1 or 3.2 of the thesis
+    table: Literal["3.1", "3.2"] | None = None
+    case: int | None = None
+
+
+class EffectSection(Strict):
+    """One entry of `effects:`; the other keys are the effect's parameters."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+    name: str
+    axis: str
+
+    def amounts(self) -> dict[str, Any]:
+        """The parameters as they stand in the file."""
+        return dict(self.model_extra or {})
+
+
+class ModelFile(Strict):
+    """A whole model file."""
+
+    schema_: Literal[1] = Field(alias="schema")
+    name: str
+    text: str = ""
+    kind: Kind
+    plant_step_s: Annotated[float, Field(gt=0.0, le=0.01)] = 1e-4
+    gravity_m_s2: Annotated[float, Field(ge=0.0, le=100.0)] = 9.81
+    gravity_reading: Literal["separate_bodies", "total_mass"] = "separate_bodies"
+    #: rotary: sine of the axis' tilt from the vertical (1 is a horizontal axis); linear: sine of the slope
+    incline_sine: Annotated[float, Field(ge=-1.0, le=1.0)] = 0.0
+    base: BaseSection = BaseSection()
+    #: axis name -> nested numbers, checked against the table in numbers.py
+    axes: dict[str, dict[str, Any]]
+    effects: tuple[EffectSection, ...] = ()
+    thesis_slips: tuple[str, ...] = ()
+
+
+def read_document(path: Path) -> dict[str, Any]:
+    """The YAML document of a file as a mapping; BadInputError names the file and the line where it cannot be read."""
+    try:
+        document = yaml.safe_load(path.read_text())
+    except FileNotFoundError:
+        raise BadInputError(str(path), "no such file", "a model file (YAML)") from None
+    except IsADirectoryError:
+        raise BadInputError(str(path), "is a folder", "a model file (YAML)") from None
+    except (UnicodeDecodeError, OSError) as error:
+        raise BadInputError(str(path), f"cannot be read ({error})", "a model file (YAML)") from None
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        place = f" at line {mark.line + 1}" if mark else ""
+        raise BadInputError(str(path), f"is not YAML{place}: {getattr(error, 'problem', error)}", "a model file") from None
+    if not isinstance(document, dict):
+        raise BadInputError(str(path), "holds no mapping", "a model file with the keys schema, name, kind, axes")
+    return document
+
+
+def validated(document: dict[str, Any], where: str) -> ModelFile:
+    """The document as a ModelFile, or BadInputError with the first key that is wrong."""
+    try:
+        return ModelFile.model_validate(document)
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(str(part) for part in first["loc"])
+        more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
+        if first["type"] == "extra_forbidden":
+            raise BadInputError(f"{where}: {key}", f"unknown key{more}", "keys of the model schema") from None
+        raise BadInputError(f"{where}: {key}", f"{first['msg']}{more}") from None

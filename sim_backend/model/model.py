@@ -1,0 +1,281 @@
+"""A model of an antenna (or of one axis): the file's numbers, checked, and what one may change in it.
+
+A model is frozen. `with_number`, `with_effect` and `with_base` answer a new one that has been through the same checks, so a
+model that exists is a model that can be simulated and saved.
+"""
+
+from __future__ import annotations
+
+import copy
+import difflib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from pydantic import ValidationError
+
+from firmware_protocol.errors import BadInputError
+from sim_backend.effects import Effect, effect_named
+from sim_backend.model.file import EffectSection, Kind, ModelFile, Quantity, read_document, validated
+from sim_backend.model.numbers import AXIS_NUMBERS, FRICTION_ROW, NUMBER_AT
+
+
+@dataclass(frozen=True)
+class EffectEntry:
+    """An effect present on an axis, with its parameters in the catalogue's units."""
+
+    effect: Effect
+    axis: str
+    parameters: tuple[float, ...]
+
+    def value(self, name: str) -> float:
+        """One parameter by name."""
+        return self.parameters[[p.name for p in self.effect.parameters].index(name)]
+
+
+@dataclass(frozen=True)
+class AntennaModel:
+    """A validated model: file form, numbers per axis and path, effects, and where it came from."""
+
+    file: ModelFile
+    document: dict[str, Any] = field(repr=False)
+    where: str
+    numbers: Mapping[tuple[str, str], Quantity] = field(repr=False)
+    effects: tuple[EffectEntry, ...]
+    #: per axis: rows of (temperature degC, friction numbers in FRICTION_ROW order), empty when friction does not depend on it
+    friction_over_temperature: Mapping[str, tuple[tuple[float, ...], ...]]
+
+    @property
+    def name(self) -> str:
+        """The model's name."""
+        return self.file.name
+
+    @property
+    def kind(self) -> Kind:
+        """What moves."""
+        return self.file.kind
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Axis names, outer first."""
+        return tuple(self.file.axes)
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether the axis is a linear one (m, N, kg)."""
+        return self.kind is Kind.LINEAR
+
+    def number(self, axis: str, path: str) -> float:
+        """One number, e.g. ("outer", "friction.viscous"), in the unit of the table in numbers.py."""
+        return self.numbers[axis, path].value
+
+    def own_inertia_path(self, axis: str) -> str:
+        """Path of the moment of a body about its own axis (the mass on a linear axis)."""
+        if self.kind is Kind.LINEAR:
+            return "body.mass"
+        return "body.inertia.yy" if self.kind is Kind.GIMBAL and self.axes.index(axis) == 1 else "body.inertia.zz"
+
+    def number_path(self, axis: str, path: str) -> str:
+        """A path as effects give it, with `body.own_inertia` resolved for this axis."""
+        return self.own_inertia_path(axis) if path == "body.own_inertia" else path
+
+    def with_number(self, axis: str, path: str, value: float, source: str | None = None) -> AntennaModel:
+        """A model in which one number has another value."""
+        path = self.number_path(axis, path)
+        document = copy.deepcopy(self.document)
+        section = document["axes"][axis]
+        *parents, key = path.split(".")
+        for parent in parents:
+            section = section.setdefault(parent, {})
+        unit = NUMBER_AT[path].unit_for(self.is_linear)
+        section[key] = {"value": float(value), "unit": unit} | ({"source": source} if source else {})
+        return model_from_document(document, self.where)
+
+    def with_effect(self, name: str, axis: str, parameters: Mapping[str, float]) -> AntennaModel:
+        """A model with one more effect; a number effect (the model already has its numbers) changes those numbers instead."""
+        effect = effect_named(name, f"{self.where}: effects")
+        if effect.is_number:
+            changed = self
+            for parameter in effect.parameters:
+                if parameter.name in parameters and parameter.path is not None:
+                    changed = changed.with_number(axis, parameter.path, parameters[parameter.name])
+            return changed
+        document = copy.deepcopy(self.document)
+        entry: dict[str, Any] = {"name": name, "axis": axis}
+        for parameter in effect.parameters:
+            unit = parameter.linear_unit if self.is_linear and parameter.linear_unit else parameter.unit
+            entry[parameter.name] = {"value": float(parameters.get(parameter.name, parameter.neutral)), "unit": unit}
+        document.setdefault("effects", [])
+        document["effects"] = [*document["effects"], entry]
+        return model_from_document(document, self.where)
+
+    def without_effect(self, index: int) -> AntennaModel:
+        """A model without its effect number `index`."""
+        document = copy.deepcopy(self.document)
+        document["effects"] = [entry for i, entry in enumerate(document["effects"]) if i != index]
+        return model_from_document(document, self.where)
+
+    def with_base(self, base: Mapping[str, Any]) -> AntennaModel:
+        """A model on another base motion (the `base:` section of a model file)."""
+        document = copy.deepcopy(self.document)
+        document["base"] = dict(base)
+        return model_from_document(document, self.where)
+
+    def to_yaml(self) -> str:
+        """The model as the text of a model file."""
+        return yaml.safe_dump(self.document, sort_keys=False, allow_unicode=True, width=120)
+
+
+def load_model(path: Path | str) -> AntennaModel:
+    """Read and check a model file; BadInputError names file, key and expectation."""
+    path = Path(path)
+    return model_from_document(read_document(path), str(path))
+
+
+def model_from_document(document: dict[str, Any], where: str) -> AntennaModel:
+    """Check a document that has the form of a model file; `where` names it in errors."""
+    file = validated(document, where)
+    expected = 2 if file.kind is Kind.GIMBAL else 1
+    if len(file.axes) != expected:
+        raise BadInputError(f"{where}: axes", f"{len(file.axes)} axes", f"{expected} for kind {file.kind.value} (a gimbal: outer, then inner)")
+    numbers: dict[tuple[str, str], Quantity] = {}
+    tables: dict[str, tuple[tuple[float, ...], ...]] = {}
+    for axis, section in file.axes.items():
+        section = dict(section)
+        friction = dict(section.get("friction") or {})
+        if "over_temperature" in friction:
+            tables[axis] = _temperature_table(friction.pop("over_temperature"), f"{where}: axes.{axis}.friction.over_temperature")
+            section["friction"] = friction
+        numbers.update(_axis_numbers(section, axis, file, where))
+    if tables and len({len(table) for table in tables.values()} | ({0} if len(tables) < len(file.axes) else set())) > 1:
+        raise BadInputError(f"{where}: axes", "friction tables over temperature differ in length", "the same number of rows on every axis")
+    effects = tuple(_effect_entry(entry, i, file, where) for i, entry in enumerate(file.effects))
+    model = AntennaModel(file, document, where, numbers, effects, tables)
+    for section, entry in zip(file.effects, effects, strict=True):
+        for parameter in entry.effect.parameters:
+            if parameter.path is not None and parameter.name in section.amounts():
+                unit = NUMBER_AT[model.number_path(entry.axis, parameter.path)].unit_for(file.kind is Kind.LINEAR)
+                value = entry.value(parameter.name)
+                numbers[entry.axis, model.number_path(entry.axis, parameter.path)] = Quantity(value=value, unit=unit, source=f"effect {entry.effect.name}")
+    for axis in file.axes:
+        _check_body(numbers, axis, file, where)
+        _check_friction(numbers, axis, where)
+    return model
+
+
+def _axis_numbers(section: dict[str, Any], axis: str, file: ModelFile, where: str) -> dict[tuple[str, str], Quantity]:
+    given = dict(_leaves(section, ""))
+    found: dict[tuple[str, str], Quantity] = {}
+    for path, raw in given.items():
+        place = f"{where}: axes.{axis}.{path}"
+        if path not in NUMBER_AT:
+            near = difflib.get_close_matches(path, NUMBER_AT, 1)
+            raise BadInputError(place, "unknown key", f"{near[0]!r} perhaps" if near else "a number of the model schema")
+        number = NUMBER_AT[path]
+        found[axis, path] = _quantity(raw, place, number.unit_for(file.kind is Kind.LINEAR), number.low, number.high)
+    for number in AXIS_NUMBERS:
+        if (axis, number.path) not in found:
+            found[axis, number.path] = Quantity(value=number.default or 0.0, unit=number.unit_for(file.kind is Kind.LINEAR), source="default")
+    return found
+
+
+def _leaves(section: Any, prefix: str) -> list[tuple[str, Any]]:
+    if isinstance(section, dict) and "value" not in section:
+        return [leaf for key, value in section.items() for leaf in _leaves(value, f"{prefix}.{key}" if prefix else str(key))]
+    return [(prefix, section)]
+
+
+def _quantity(raw: Any, place: str, unit: str, low: float, high: float) -> Quantity:
+    if isinstance(raw, int | float) and not isinstance(raw, bool):
+        raw = {"value": raw}
+    if not isinstance(raw, dict):
+        raise BadInputError(place, f"{raw!r} is no number", f"a number in {unit}, or {{value, unit, source}}")
+    try:
+        quantity = Quantity.model_validate(raw)
+    except ValidationError as error:
+        raise BadInputError(place, error.errors()[0]["msg"], f"{{value, unit: {unit}, source}}") from None
+    if quantity.unit is not None and _plain(quantity.unit) != _plain(unit):
+        raise BadInputError(place, f"unit {quantity.unit!r}", unit)
+    if not low <= quantity.value <= high:
+        raise BadInputError(place, f"{quantity.value:g} is out of bounds", f"{low:g} to {high:g} {unit}")
+    return quantity
+
+
+def _plain(unit: str) -> str:
+    return unit.replace("^", "").replace("*", " ").replace("²", "2")
+
+
+def _check_body(numbers: Mapping[tuple[str, str], Quantity], axis: str, file: ModelFile, where: str) -> None:
+    def at(path: str) -> float:
+        return numbers[axis, path].value
+
+    if file.kind is Kind.LINEAR:
+        if at("body.mass") <= 0.0:
+            raise BadInputError(f"{where}: axes.{axis}.body.mass", "is missing or not positive", "the moving mass, kg")
+        return
+    own = "zz" if file.kind is Kind.ROTARY or list(file.axes).index(axis) == 0 else "yy"
+    if at(f"body.inertia.{own}") <= 0.0:
+        raise BadInputError(f"{where}: axes.{axis}.body.inertia.{own}", "is missing or not positive", "the moment about the joint's own axis, kg m2")
+    if file.kind is Kind.ROTARY:
+        return
+    xx, yy, zz, xy, xz, yz = (at(f"body.inertia.{k}") for k in ("xx", "yy", "zz", "xy", "xz", "yz"))
+    moments = np.linalg.eigvalsh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
+    slack = 1e-9 * moments[2]
+    if moments[0] < -slack or moments[0] + moments[1] < moments[2] - slack:
+        shown = ", ".join(f"{m:.4g}" for m in moments)
+        raise BadInputError(
+            f"{where}: axes.{axis}.body.inertia", f"no body has principal moments {shown} kg m2", "positive moments, none above the sum of the others"
+        )
+
+
+def _check_friction(numbers: Mapping[tuple[str, str], Quantity], axis: str, where: str) -> None:
+    ts, tc = numbers[axis, "friction.breakaway"].value, numbers[axis, "friction.coulomb"].value
+    if ts < tc:
+        raise BadInputError(f"{where}: axes.{axis}.friction.breakaway", f"{ts:g} is below coulomb {tc:g}", "break-away at or above Coulomb")
+    if numbers[axis, "friction.sigma0"].value > 0.0 and tc <= 0.0:
+        raise BadInputError(f"{where}: axes.{axis}.friction.coulomb", "must be positive where sigma0 is given", "Tc above 0")
+
+
+def _temperature_table(raw: Any, place: str) -> tuple[tuple[float, ...], ...]:
+    expected = "rows {temperature, " + ", ".join(FRICTION_ROW) + "}, two to eight, temperature rising"
+    if not isinstance(raw, list) or not 2 <= len(raw) <= 8 or not all(isinstance(row, dict) for row in raw):
+        raise BadInputError(place, "is no table", expected)
+    rows: list[tuple[float, ...]] = []
+    for i, row in enumerate(raw):
+        if set(row) != {"temperature", *FRICTION_ROW}:
+            raise BadInputError(f"{place}.{i}", f"has the keys {', '.join(map(str, row))}", expected)
+        if not all(isinstance(value, int | float) and math.isfinite(value) for value in row.values()):
+            raise BadInputError(f"{place}.{i}", "holds something that is no number", expected)
+        for key in FRICTION_ROW:
+            number = NUMBER_AT[f"friction.{key}"]
+            if not number.low <= row[key] <= number.high:
+                raise BadInputError(f"{place}.{i}.{key}", f"{row[key]:g} is out of bounds", f"{number.low:g} to {number.high:g} {number.unit}")
+        rows.append((float(row["temperature"]), *(float(row[key]) for key in FRICTION_ROW)))
+    if any(after[0] <= before[0] for before, after in zip(rows, rows[1:], strict=False)):
+        raise BadInputError(place, "temperatures do not rise", expected)
+    return tuple(rows)
+
+
+def _effect_entry(entry: EffectSection, index: int, file: ModelFile, where: str) -> EffectEntry:
+    place = f"{where}: effects.{index}"
+    effect = effect_named(entry.name, f"{place}.name")
+    if entry.axis not in file.axes:
+        raise BadInputError(f"{place}.axis", f"no axis {entry.axis!r}", "one of " + ", ".join(file.axes))
+    if effect.rotary_only and file.kind is Kind.LINEAR or effect.two_axis_only and file.kind is not Kind.GIMBAL:
+        raise BadInputError(f"{place}.name", f"{entry.name} cannot be on a {file.kind.value} axis")
+    amounts = entry.amounts()
+    names = [parameter.name for parameter in effect.parameters]
+    for key in amounts:
+        if key not in names:
+            raise BadInputError(f"{place}.{key}", "unknown key", f"parameters of {entry.name}: {', '.join(names)}")
+    values = []
+    for parameter in effect.parameters:
+        unit = parameter.linear_unit if file.kind is Kind.LINEAR and parameter.linear_unit else parameter.unit
+        raw = amounts.get(parameter.name, parameter.neutral)
+        low, high = min(parameter.low, parameter.neutral), max(parameter.high, parameter.neutral)
+        values.append(_quantity(raw, f"{place}.{parameter.name}", unit, low, high).value)
+    return EffectEntry(effect, entry.axis, tuple(values))
