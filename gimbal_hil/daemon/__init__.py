@@ -1,0 +1,1 @@
+"""The control daemon: tick engine, control process, service process and operator commands."""
