@@ -1,0 +1,113 @@
+"""The operator's side of the door: one object for scripts, experiments and the command line."""
+
+from __future__ import annotations
+
+import json
+import socket
+import time
+from collections import deque
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from firmware_protocol.errors import BadInputError, LinkError
+from gimbal_hil.daemon.operator_socket import Door
+
+Json = dict[str, Any]
+
+
+class RequestRefusedError(BadInputError):
+    """The daemon understood the request and refused it; the message says why."""
+
+
+class OperatorClient:
+    """A connection to the daemon that records into `run` (its run folder, or the `operator.json` in it).
+
+    Raises BadInputError when there is no such daemon or the token file is not the caller's own, LinkError when the daemon does not
+    answer within `timeout_s` or has gone.
+    """
+
+    def __init__(self, run: Path, timeout_s: float = 5.0) -> None:
+        door = Door.read(Path(run))
+        self._where = str(door.socket)
+        self._timeout_s = timeout_s
+        self._events: deque[Json] = deque()
+        self._unread = b""
+        self._next_id = 0
+        self._connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        try:
+            self._connection.settimeout(timeout_s)
+            self._connection.connect(self._where)
+            self._send({"token": door.token})
+        except OSError as error:
+            self._connection.close()
+            raise LinkError(f"{self._where}: no daemon listens there ({error.strerror or error})") from error
+        greeting = self._line(time.monotonic() + timeout_s)
+        if greeting is None or not greeting.get("ok"):
+            self.close()
+            raise LinkError(f"{self._where}: {greeting['error'] if greeting else 'the daemon does not answer'}")
+
+    def request(self, command: str, **fields: object) -> Json:
+        """Send one command and wait for its answer; RequestRefusedError when the daemon says no. Events that come first are kept."""
+        self._next_id += 1
+        number = self._next_id
+        try:
+            self._send({"id": number, "command": command, **fields})
+        except OSError as error:
+            raise LinkError(f"{self._where}: the daemon has gone ({error.strerror or error})") from error
+        deadline = time.monotonic() + self._timeout_s
+        while (line := self._line(deadline)) is not None:
+            if line.get("id") != number:
+                self._events.append(line)
+            elif line.get("ok"):
+                return line
+            else:
+                raise RequestRefusedError(command, str(line.get("error", "refused")))
+        raise LinkError(f"{self._where}: no answer to {command!r} within {self._timeout_s} s")
+
+    def next_event(self, timeout_s: float) -> Json | None:
+        """The next event, or None when none comes in time."""
+        return self._events.popleft() if self._events else self._line(time.monotonic() + timeout_s)
+
+    def wait_for(self, wanted: Callable[[Json], bool], timeout_s: float) -> Json | None:
+        """The first event for which `wanted` is true; others are let go. None when it does not come in time."""
+        deadline = time.monotonic() + timeout_s
+        while (left := deadline - time.monotonic()) > 0:
+            event = self.next_event(left)
+            if event is not None and wanted(event):
+                return event
+        return None
+
+    def close(self) -> None:
+        """End the connection; the daemon goes on as it is."""
+        self._connection.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    def _send(self, line: Json) -> None:
+        self._connection.settimeout(self._timeout_s)
+        self._connection.sendall(json.dumps(line).encode() + b"\n")
+
+    def _line(self, deadline: float) -> Json | None:
+        while b"\n" not in self._unread:
+            left = deadline - time.monotonic()
+            if left <= 0:
+                return None
+            self._connection.settimeout(left)
+            try:
+                data = self._connection.recv(1 << 18)
+            except TimeoutError:
+                return None
+            except OSError as error:
+                raise LinkError(f"{self._where}: the daemon has gone ({error.strerror or error})") from error
+            if not data:
+                raise LinkError(f"{self._where}: the daemon has ended")
+            self._unread += data
+        line, self._unread = self._unread.split(b"\n", 1)
+        answer: Json = json.loads(line)
+        return answer

@@ -1,0 +1,214 @@
+"""The operator's door: JSON lines over a Unix socket that only a process which can read the owner's token file gets through.
+
+One line is one JSON object. The first line of a connection is `{"token": "..."}`; each later one is a request with an `id` of the
+client's choice and is answered by one line with that `id`. Lines without `id` are events, sent to every client as they happen.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hmac
+import json
+import os
+import secrets
+import selectors
+import shutil
+import socket
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from firmware_protocol.errors import BadInputError
+
+Json = dict[str, Any]
+#: a request may carry reference tables, so a line may be long; an answer that nobody reads may not grow for ever
+LONGEST_LINE = 64 << 20
+LONGEST_UNREAD = 4 << 20
+#: before it has shown the token a client may send this much
+LONGEST_GREETING = 4096
+MOST_CLIENTS = 16
+DOOR_FILE = "operator.json"
+
+
+@dataclass(frozen=True, slots=True)
+class Door:
+    """Where a daemon listens and what opens it; kept in a file readable by its owner alone."""
+
+    socket: Path
+    token: str
+
+    @classmethod
+    def make(cls) -> Door:
+        """A new socket address in a private folder (socket paths are limited to some 100 bytes, run folders are not) and a new token."""
+        base = os.environ.get("XDG_RUNTIME_DIR")
+        folder = tempfile.mkdtemp(prefix="gimbal-hil-", dir=base if base and Path(base).is_dir() else None)
+        return cls(Path(folder) / "socket", secrets.token_hex(32))
+
+    def write(self, run: Path) -> Path:
+        """Leave the door's file in the run folder, mode 0600 from its first byte."""
+        path = run / DOOR_FILE
+        path.unlink(missing_ok=True)
+        with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
+            json.dump({"socket": str(self.socket), "token": self.token}, file)
+        return path
+
+    @classmethod
+    def read(cls, run: Path) -> Door:
+        """The door of the daemon that records into `run`; BadInputError when there is none or others may read the token."""
+        path = run / DOOR_FILE if run.is_dir() else run
+        expected = "the run folder of a running daemon"
+        try:
+            status = path.stat()
+            content = json.loads(path.read_text())
+            door = cls(Path(content["socket"]), str(content["token"]))
+        except FileNotFoundError:
+            raise BadInputError(str(path), "does not exist", expected) from None
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise BadInputError(str(path), f"cannot be read: {error}", expected) from error
+        if status.st_mode & 0o077 or status.st_uid != os.geteuid():
+            raise BadInputError(str(path), "may be read by others or belongs to somebody else", "a file of yours with mode 0600")
+        return door
+
+    def remove(self, run: Path) -> None:
+        """Take the socket, its folder and the file away."""
+        shutil.rmtree(self.socket.parent, ignore_errors=True)
+        with contextlib.suppress(OSError):
+            (run / DOOR_FILE).unlink(missing_ok=True)
+
+
+@dataclass(slots=True, eq=False)
+class Client:
+    """One connection, as the service sees it."""
+
+    connection: socket.socket
+    admitted: bool = False
+    incoming: bytearray = field(default_factory=bytearray)
+    outgoing: bytearray = field(default_factory=bytearray)
+
+
+class OperatorSocket:
+    """Serves the door without ever blocking: `serve` handles what is ready and returns. `handle(client, request)` answers a request
+    at once with a line, or with None when the answer comes later through `answer`."""
+
+    def __init__(self, door: Door, handle: Callable[[Client, Json], Json | None]) -> None:
+        self._token = door.token
+        self._handle = handle
+        self._clients: set[Client] = set()
+        self._selector = selectors.DefaultSelector()
+        self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        self._listener.bind(str(door.socket))
+        os.chmod(door.socket, 0o600)
+        self._listener.listen(MOST_CLIENTS)
+        self._listener.setblocking(False)
+        self._selector.register(self._listener, selectors.EVENT_READ)
+
+    @property
+    def clients(self) -> int:
+        """How many admitted clients there are."""
+        return sum(client.admitted for client in self._clients)
+
+    def serve(self, timeout_s: float) -> None:
+        """Wait up to `timeout_s` for something to do and do all that is ready."""
+        for key, ready in self._selector.select(timeout_s):
+            if key.data is None:
+                self._accept()
+            elif key.data not in self._clients or (ready & selectors.EVENT_WRITE and not self._flush(key.data)):
+                continue
+            elif ready & selectors.EVENT_READ:
+                self._receive(key.data)
+
+    def answer(self, client: Client, line: Json) -> None:
+        """Send one line to one client; nothing happens when it has gone."""
+        if client in self._clients:
+            client.outgoing += json.dumps(line).encode() + b"\n"
+            if len(client.outgoing) > LONGEST_UNREAD:
+                self._drop(client)
+            else:
+                self._flush(client)
+
+    def announce(self, event: Json) -> None:
+        """Send one event to every admitted client."""
+        for client in [client for client in self._clients if client.admitted]:
+            self.answer(client, event)
+
+    def close(self) -> None:
+        """End all connections; what they still had to read is given one chance."""
+        for client in list(self._clients):
+            self._flush(client)
+            self._drop(client)
+        self._selector.close()
+        self._listener.close()
+
+    def _accept(self) -> None:
+        with contextlib.suppress(BlockingIOError):
+            connection, _ = self._listener.accept()
+            if len(self._clients) >= MOST_CLIENTS:
+                connection.close()
+                return
+            connection.setblocking(False)
+            client = Client(connection)
+            self._clients.add(client)
+            self._selector.register(connection, selectors.EVENT_READ, client)
+
+    def _receive(self, client: Client) -> None:
+        try:
+            data = client.connection.recv(1 << 18)
+        except (BlockingIOError, InterruptedError):
+            return
+        except OSError:
+            data = b""
+        if not data:
+            self._drop(client)
+            return
+        searched = len(client.incoming)
+        client.incoming += data
+        while client in self._clients and (end := client.incoming.find(b"\n", searched)) >= 0:
+            line = bytes(client.incoming[:end])
+            del client.incoming[: end + 1]
+            searched = 0
+            self._take_line(client, line)
+        if len(client.incoming) > (LONGEST_LINE if client.admitted else LONGEST_GREETING):
+            self._drop(client)
+
+    def _take_line(self, client: Client, line: bytes) -> None:
+        try:
+            request = json.loads(line)
+            if not isinstance(request, dict):
+                raise ValueError("a line must be one JSON object")
+        except (ValueError, RecursionError) as error:
+            request, problem = {}, str(error)
+        else:
+            problem = ""
+        if not client.admitted:
+            if not hmac.compare_digest(str(request.get("token", "")).encode(), self._token.encode()):
+                self.answer(client, {"ok": False, "error": "wrong or missing token"})
+                self._drop(client)
+                return
+            client.admitted = True
+            self.answer(client, {"ok": True, "protocol": 1})
+            return
+        reply = {"ok": False, "error": problem} if problem else self._handle(client, request)
+        if reply is not None:
+            self.answer(client, {"id": request.get("id"), **reply})
+
+    def _flush(self, client: Client) -> bool:
+        try:
+            while client.outgoing:
+                del client.outgoing[: client.connection.send(client.outgoing)]
+        except (BlockingIOError, InterruptedError):
+            pass
+        except OSError:
+            self._drop(client)
+            return False
+        wanted = selectors.EVENT_READ | (selectors.EVENT_WRITE if client.outgoing else 0)
+        if self._selector.get_key(client.connection).events != wanted:
+            self._selector.modify(client.connection, wanted, client)
+        return True
+
+    def _drop(self, client: Client) -> None:
+        if client in self._clients:
+            self._clients.discard(client)
+            self._selector.unregister(client.connection)
+            client.connection.close()
