@@ -1,0 +1,46 @@
+"""The common look of every figure: one template, one palette, axes with units."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+#: measured, model, reference, second axis, warning, background band
+MEASURED, MODEL, REFERENCE, SECOND, ALERT, BAND = "#1f6f8b", "#d1603d", "#8a94a0", "#6a4c93", "#b3261e", "rgba(31,111,139,0.15)"
+AXIS_COLOURS = {"outer": "#1f6f8b", "inner": "#d1603d"}
+
+_LAYOUT = dict(
+    template="plotly_white",
+    font=dict(family="system-ui, Segoe UI, Roboto, DejaVu Sans, sans-serif", size=13, color="#1c2530"),
+    margin=dict(l=70, r=24, t=44, b=52),
+    legend=dict(orientation="h", yanchor="bottom", y=1.02, xanchor="right", x=1.0),
+    hovermode="x unified",
+)
+
+
+def figure(title: str, x_title: str, y_title: str, height: int = 380) -> go.Figure:
+    """An empty figure in the house style; titles carry units in brackets."""
+    drawn = go.Figure()
+    drawn.update_layout(title=dict(text=title, x=0.0, xanchor="left", font=dict(size=15)), height=height, **_LAYOUT)
+    drawn.update_xaxes(title=x_title, zeroline=False, showline=True, linecolor="#c8d0d8")
+    drawn.update_yaxes(title=y_title, zeroline=True, zerolinecolor="#dfe4ea", showline=True, linecolor="#c8d0d8")
+    return drawn
+
+
+def stacked(titles: Sequence[str], x_title: str, y_titles: Sequence[str], height_each: int = 210) -> go.Figure:
+    """Panels above each other that share one x axis, in the house style."""
+    drawn = make_subplots(rows=len(titles), cols=1, shared_xaxes=True, vertical_spacing=0.08 / max(1, len(titles) - 1) + 0.03, subplot_titles=list(titles))
+    drawn.update_layout(height=height_each * len(titles) + 80, **_LAYOUT)
+    drawn.update_annotations(font=dict(size=13), x=0.0, xanchor="left")
+    for row, y_title in enumerate(y_titles, start=1):
+        drawn.update_yaxes(title=y_title, row=row, col=1, zerolinecolor="#dfe4ea", showline=True, linecolor="#c8d0d8")
+    drawn.update_xaxes(showline=True, linecolor="#c8d0d8", zeroline=False)
+    drawn.update_xaxes(title=x_title, row=len(titles), col=1)
+    return drawn
+
+
+def thinned(count: int, most: int = 4000) -> slice:
+    """A slice that leaves at most `most` of `count` samples, so that a page stays light."""
+    return slice(None, None, max(1, -(-count // most)))
