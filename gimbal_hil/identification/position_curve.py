@@ -10,11 +10,13 @@ import numpy as np
 from gimbal_hil.identification.averaging import Vector
 
 _KNOTS = 60
+#: knots that at least this part of the pieces of the busiest knot pass are where the curve is zero on average
+_COMMON_SHARE = 0.8
 
 
 @dataclass(frozen=True)
 class PositionCurve:
-    """Piecewise linear torque over position, zero on average over its knots; `knots`, `values`: shape (k,)."""
+    """Piecewise linear torque over position, zero on average where most pieces pass; `knots`, `values`: shape (k,)."""
 
     knots: Vector
     values: Vector
@@ -25,10 +27,10 @@ class PositionCurve:
 
 
 def fit_position_curve(pieces: Sequence[tuple[Vector, Vector]], knots: int = _KNOTS) -> PositionCurve | None:
-    """Curve through pieces of (position, torque minus the piece's own mean), each piece with the same weight.
+    """Curve through pieces of (position, torque), each piece with the same weight.
 
-    Each piece keeps its own level as a nuisance parameter, so pieces over different stretches join. None when the pieces do not
-    span a range or none has enough samples.
+    Each piece keeps its own level as a nuisance parameter, so pieces over different stretches join. The curve is zero on average
+    over the stretch that most pieces pass: what is constant there counts as friction. None when fewer than two pieces span a range.
     """
     usable = [(q, torque) for q, torque in pieces if len(q) > 2 and np.ptp(q) > 0.0]
     if len(usable) < 2:
@@ -47,9 +49,11 @@ def fit_position_curve(pieces: Sequence[tuple[Vector, Vector]], knots: int = _KN
         means.extend((sums[filled] / counts[filled]).tolist())
         weights.extend(np.sqrt(counts[filled] / len(q)).tolist())
     values = _levelled(np.array(rows), np.array(columns), np.array(means), np.array(weights), len(usable), knots)
-    seen = np.bincount(np.array(columns), minlength=knots) > 0
+    covered = np.bincount(np.array(columns), minlength=knots)
+    seen = covered > 0
     curve = np.interp(centres, centres[seen], values[seen])
-    return PositionCurve(centres, curve - float(np.mean(curve)))
+    common = covered >= _COMMON_SHARE * int(np.max(covered))
+    return PositionCurve(centres, curve - float(np.mean(curve[common])))
 
 
 def _levelled(rows: Vector, columns: Vector, means: Vector, weights: Vector, pieces: int, knots: int) -> Vector:

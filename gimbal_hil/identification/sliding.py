@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -17,6 +17,7 @@ from gimbal_hil.identification.velocity_map import VelocityPoint
 
 STATIC_NAMES = ("breakaway", "coulomb", "stribeck_velocity", "viscous", "shape")
 _SHAPE_BOUNDS = (0.3, 6.0)
+_ROUNDS = 8
 #: residuals beyond this many (robust) standard deviations pull with constant force only
 _OUTLIER = 2.5
 _EXPERIMENTS = {
@@ -41,7 +42,8 @@ class StaticFit:
     """A steady curve through a map, or through one half of it.
 
     `offset` is the constant torque that both directions share (BOTH only; zero else); `residuals` are measured minus fitted in
-    torque units, in the order of `points`; `rms` is over them; `outliers` are the labels that were held down.
+    torque units, in the order of `points`; `rms` is over them; `between_runs` is the scatter beyond the points' own errors that
+    had to be granted to every point; `outliers` are the labels that were held down.
     """
 
     direction: Direction
@@ -51,7 +53,7 @@ class StaticFit:
     points: tuple[VelocityPoint, ...]
     residuals: Vector
     rms: float
-    normalised_misfit: float
+    between_runs: float
     outliers: tuple[str, ...]
 
     def torque(self, rate: Vector) -> Vector:
@@ -77,8 +79,8 @@ class _MapResiduals:
 def fit_static(points: Sequence[VelocityPoint], direction: Direction = Direction.BOTH, prior: StaticFriction | None = None) -> StaticFit | None:
     """Fit `F(v) = Tc + (Ts - Tc) exp(-(v/vs)^delta) + sigma2 v` to a map; None when fewer points than unknowns are there.
 
-    Points weigh by their standard error, but never by more than a floor of a fifth of the median error. Ts, Tc and sigma2 enter
-    linearly once vs and delta are given, so starts come from a grid over those two (variable projection, Golub and Pereyra 1973);
+    Points weigh by their standard error (not below a fifth of the median one), to which a common scatter between runs is added when
+    the residuals call for it. Ts, Tc and sigma2 enter linearly once vs and delta are given, so starts come from a grid over those two (variable projection, Golub and Pereyra 1973);
     everything is then refined together on logarithmic scales within physical bounds. Outliers are held down by Huber weights at
     2.5 robust deviations. Intervals are profile likelihood.
     """
@@ -91,15 +93,15 @@ def fit_static(points: Sequence[VelocityPoint], direction: Direction = Direction
     error = _point_errors(used)
     base = _MapResiduals(np.abs(rate), np.sign(rate), torque, 1.0 / error)
     parameters = _parameters(base, with_offset=direction is Direction.BOTH)
-    residuals, best = _robust_fit(base, parameters)
+    residuals, best, between = _robust_fit(base, parameters)
     estimates, best = _estimates(residuals, parameters, best, prior, (float(np.min(np.abs(rate))), float(np.max(np.abs(rate)))))
     friction = StaticFriction(*(float(v) for v in best.values[:5]))
     offset = float(best.values[5]) if unknowns == 6 else 0.0
     misfit = torque - np.sign(rate) * friction.torque(np.abs(rate)) - offset
-    held = residuals.weight * error < 0.999
+    held = residuals.weight * np.hypot(error, between) < 0.999
     return StaticFit(
         direction, friction, estimates, offset, tuple(used), misfit, float(np.sqrt(np.mean(misfit**2))),
-        float(np.sqrt(best.sum_of_squares / best.degrees_of_freedom)), tuple(used[i].labels[0] for i in np.flatnonzero(held)),
+        between, tuple(used[i].labels[0] for i in np.flatnonzero(held)),
     )  # fmt: skip
 
 
@@ -141,21 +143,22 @@ def _starts(data: _MapResiduals, parameters: Sequence[Parameter], count: int = 6
     return [values for _, values in candidates[:count]]
 
 
-def _robust_fit(base: _MapResiduals, parameters: Sequence[Parameter]) -> tuple[_MapResiduals, Fit]:
-    """Reweighted least squares; the weights of the last round are kept for the intervals."""
-    current, starts = base, _starts(base, parameters)
-    best = fit(current, parameters, starts)
-    for _ in range(4):
-        whitened = base(best.values)
-        spread = max(1.0, 1.4826 * float(np.median(np.abs(whitened))))
-        scaled = np.abs(whitened) / spread
-        held = np.minimum(1.0, _OUTLIER / np.maximum(scaled, 1e-12))
-        updated = _MapResiduals(base.speed, base.sign, base.torque, base.weight * np.sqrt(held))
+def _robust_fit(base: _MapResiduals, parameters: Sequence[Parameter]) -> tuple[_MapResiduals, Fit, float]:
+    """Reweighted least squares; answers the last round's residuals (for the intervals), its fit, and the scatter between runs."""
+    error = 1.0 / base.weight
+    current, between = base, 0.0
+    best = fit(current, parameters, _starts(base, parameters))
+    for _ in range(_ROUNDS):
+        misfit = np.abs(base(best.values)) * error
+        between = np.sqrt(max(0.0, (1.4826 * float(np.median(misfit))) ** 2 - float(np.median(error**2))))
+        total = np.sqrt(error**2 + between**2)
+        held = np.minimum(1.0, _OUTLIER * total / np.maximum(misfit, 1e-300))
+        updated = replace(base, weight=np.sqrt(held) / total)
         if np.allclose(updated.weight, current.weight, rtol=1e-3):
             break
         current = updated
         best = fit(current, parameters, [best.values])
-    return current, best
+    return current, best, between
 
 
 def _estimates(

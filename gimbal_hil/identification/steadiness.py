@@ -12,6 +12,8 @@ from gimbal_hil.identification.averaging import Vector
 _TREND_LIMIT = 2.576
 #: 1 % point of the largest excursion of a Brownian bridge, for the cumulative sum
 _CUSUM_LIMIT = 1.628
+#: robust deviations at which the first or last block still belongs to a transient
+_OUTLYING = 3.5
 _MIN_BLOCKS = 12
 
 
@@ -54,7 +56,8 @@ def reverse_arrangement_score(values: Vector) -> float:
 def cusum_score(values: Vector) -> float:
     """Largest cumulative departure from the mean in units of `s sqrt(n)`; beyond 1.63 a change of level at 1 %."""
     centred = values - np.mean(values)
-    spread = float(np.std(values, ddof=1))
+    # differences of neighbours estimate the scatter without being inflated by the very change that is looked for
+    spread = float(np.sqrt(0.5 * np.mean(np.diff(values) ** 2)))
     return float(np.max(np.abs(np.cumsum(centred))) / (spread * np.sqrt(len(values)))) if spread > 0.0 else 0.0
 
 
@@ -91,13 +94,15 @@ def _accept(speeds: Vector, limits: SteadyRule) -> tuple[float, float, float] | 
     if mean == 0.0 or np.any(speeds * mean < 0.0):
         return None
     ripple = float(np.std(speeds, ddof=1) / abs(mean))
-    if ripple > limits.ripple:
+    centre = float(np.median(speeds))
+    scatter = 1.4826 * float(np.median(np.abs(speeds - centre)))
+    allowed = max(_OUTLYING * scatter, 5.0 * limits.tolerance * abs(mean))
+    if ripple > limits.ripple or max(abs(speeds[0] - centre), abs(speeds[-1] - centre)) > allowed:
         return None
     index = np.arange(len(speeds)) - (len(speeds) - 1) / 2.0
     drift = abs(float(np.dot(index, speeds) / np.dot(index, index))) * len(speeds)
-    worst = float(np.max(np.abs(speeds - mean)))
     trend, cusum = reverse_arrangement_score(speeds), cusum_score(speeds)
-    unnoticed = drift < limits.tolerance * abs(mean) and worst < 5.0 * limits.tolerance * abs(mean)
+    unnoticed = drift < limits.tolerance * abs(mean) and float(np.max(np.abs(speeds - mean))) < 5.0 * limits.tolerance * abs(mean)
     if unnoticed or (abs(trend) < _TREND_LIMIT and cusum < _CUSUM_LIMIT):
         return trend, cusum, ripple
     return None

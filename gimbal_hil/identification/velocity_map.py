@@ -14,6 +14,8 @@ from gimbal_hil.identification.steadiness import SteadyRule, SteadyWindow, find_
 
 #: plateaus whose speeds differ by less than this share are passes of one speed
 _SAME_SPEED = 0.03
+#: both directions must share this part of the travel before a position curve is fitted
+_SHARED_TRAVEL = 0.7
 
 
 @dataclass(frozen=True)
@@ -55,21 +57,25 @@ class RejectedPlateau:
 
 @dataclass(frozen=True)
 class VelocityMap:
-    """Points in order of signed rate, one a pass and direction in `passes`, pooled in `points`; the position curve taken out."""
+    """Points in order of signed rate: one a pass in `passes`, pooled per speed and direction in `points`.
+
+    The position curves are what was taken out; both are the same object when the directions share their travel.
+    """
 
     points: tuple[VelocityPoint, ...]
     passes: tuple[VelocityPoint, ...]
     rejected: tuple[RejectedPlateau, ...]
-    position_curve: PositionCurve | None
+    curve_positive: PositionCurve | None
+    curve_negative: PositionCurve | None
 
 
 def measure_velocity_map(plateaus: Sequence[Plateau], rule: SteadyRule | None = None, position_step: float | None = None) -> VelocityMap:
     """Velocity map of one axis from its constant-speed segments.
 
-    What the rigid body leaves over but depends on position alone (cogging, wrong centre of mass, cable) is fitted as one curve
-    shared by all speeds and directions and taken out first, provided both directions are there; its mean cannot be told from
-    friction that differs between directions and stays in. `position_step` is the encoder step: windows that travel less than
-    100 steps are refused.
+    What the rigid body leaves over but depends on position alone (cogging, wrong centre of mass, cable) is fitted as a curve under
+    all speeds and taken out first: one curve for both directions when they pass over the same stretch (then what is odd in position
+    cancels and is measured), else one a direction, whose level where most plateaus pass cannot be told from friction.
+    `position_step` is the encoder step: windows that travel less than 100 steps are refused.
     """
     windows: list[tuple[Plateau, SteadyWindow]] = []
     rejected: list[RejectedPlateau] = []
@@ -81,20 +87,24 @@ def measure_velocity_map(plateaus: Sequence[Plateau], rule: SteadyRule | None = 
             rejected.append(RejectedPlateau(plateau.label, "travels less than 100 encoder steps"))
         else:
             windows.append((plateau, window))
-    curve = _shared_curve(windows)
-    passes = sorted((_measure(plateau, window, curve) for plateau, window in windows), key=lambda point: point.rate)
-    return VelocityMap(_pool(passes), tuple(passes), tuple(rejected), curve)
+    curves = _position_curves(windows)
+    passes = sorted((_measure(plateau, window, curves[window.rate > 0.0]) for plateau, window in windows), key=lambda point: point.rate)
+    return VelocityMap(_pool(passes), tuple(passes), tuple(rejected), curves[True], curves[False])
 
 
-def _shared_curve(windows: Sequence[tuple[Plateau, SteadyWindow]]) -> PositionCurve | None:
-    rates = [window.rate for _, window in windows]
-    if not rates or min(rates) >= 0.0 or max(rates) <= 0.0:
-        return None
-    pieces = []
+def _position_curves(windows: Sequence[tuple[Plateau, SteadyWindow]]) -> dict[bool, PositionCurve | None]:
+    """One curve when both directions pass over the same stretch, else one a direction (keyed by `rate > 0`)."""
+    pieces: dict[bool, list[tuple[Vector, Vector]]] = {False: [], True: []}
     for plateau, window in windows:
         inside = slice(window.start, window.stop)
-        pieces.append((plateau.position[inside], plateau.friction[inside] - float(np.mean(plateau.friction[inside]))))
-    return fit_position_curve(pieces)
+        pieces[window.rate > 0.0].append((plateau.position[inside], plateau.friction[inside]))
+    ends = [(min(float(q.min()) for q, _ in side), max(float(q.max()) for q, _ in side)) for side in pieces.values() if side]
+    shared = min(high for _, high in ends) - max(low for low, _ in ends) if ends else 0.0
+    whole = max(high for _, high in ends) - min(low for low, _ in ends) if ends else 0.0
+    if len(ends) == 2 and shared > _SHARED_TRAVEL * whole:
+        curve = fit_position_curve(pieces[False] + pieces[True])
+        return {False: curve, True: curve}
+    return {side: fit_position_curve(pieces[side]) for side in (False, True)}
 
 
 def _measure(plateau: Plateau, window: SteadyWindow, curve: PositionCurve | None) -> VelocityPoint:
