@@ -7,27 +7,22 @@ C-contiguous: blocks uint8, everything else int64.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from firmware_protocol import receiver, words
 from firmware_protocol.compiling import compiled, entry_point
-from firmware_protocol.layout import (
-    BITS,
-    CAN_ID,
-    CRC_TABLE,
-    DIRECTION,
-    FIELD_COUNT,
-    FIELD_ROWS,
-    FIRST_FIELD,
-    HIGH,
-    INDEX_BY_CAN_ID,
-    INITIAL,
-    LOW,
-    MESSAGE_ROWS,
-    PERIOD,
-    SIGNED,
-    SLOT,
-    START,
+from firmware_protocol.field_words import pack, unpack
+from firmware_protocol.layout import CAN_ID, CRC_TABLE, DIRECTION, INDEX_BY_CAN_ID, INITIAL, MESSAGE_ROWS, PERIOD, SLOT
+from firmware_protocol.leaves import (
+    Integers,
+    Octets,
+    crc12,
+    judge_counter,
+    judge_status,
+    leaf,
+    memory_ticks,
+    more_trouble,
+    quantise,
+    read_fields,
+    read_pair,
 )
 from firmware_protocol.receiver import (
     COLUMNS,
@@ -49,27 +44,29 @@ from firmware_protocol.receiver import (
 )
 from firmware_protocol.schema import MAIL_SIZE, MESSAGES, RECORD_SIZE
 
-Integers = NDArray[np.int64]
-Octets = NDArray[np.uint8]
-
 MESSAGE_COUNT = len(MESSAGES)
 
-_CRC = np.array(CRC_TABLE, dtype=np.int64)
-_FIELDS = np.array(FIELD_ROWS, dtype=np.int64)
+_CRC = np.array(CRC_TABLE, dtype=np.int16)
 _MESSAGES = np.array(MESSAGE_ROWS, dtype=np.int64)
-_INDEX = np.array(INDEX_BY_CAN_ID, dtype=np.int64)
+#: a message index looked up here is no literal any more, so that the encoder is not compiled anew for each message
+_SAME = np.arange(len(MESSAGES), dtype=np.int64)
+_INDEX = np.array(INDEX_BY_CAN_ID, dtype=np.int8)
 
-extract = compiled(words.extract)
-insert = compiled(words.insert)
-saturate = compiled(words.saturate)
-quantise = compiled(words.quantise)
-_crc12 = compiled(words.crc12)
-_read_fields = compiled(words.read_fields)
-_read_pair = compiled(words.read_pair)
-_judge_counter = compiled(receiver.judge_counter)
-_judge_status = compiled(receiver.judge_status)
-_more_trouble = compiled(receiver.more_trouble)
-_memory_ticks = compiled(receiver.memory_ticks)
+
+__all__ = [
+    "MESSAGE_COUNT",
+    "age_receivers",
+    "clear_fresh",
+    "decode_block",
+    "encode_mail",
+    "encode_messages",
+    "new_counters",
+    "new_mail",
+    "new_receivers",
+    "quantise",
+    "receive_block",
+    "reset_receivers",
+]
 
 
 def new_mail() -> Integers:
@@ -97,22 +94,21 @@ def clear_fresh(mail: Integers, direction: int) -> None:
             mail[_MESSAGES[message, SLOT]] = 0
 
 
-@compiled
+@leaf
 def encode_mail(mail: Integers, message: int, counters: Integers, out: Octets, position: int) -> int:
     """Write one message of the mail as a record of ten bytes at `position`; answers the position behind it.
 
     Raw integers beyond a field's bounds are held at the bound. The message's alive counter goes on by one. `out` must have room.
     """
-    slot = _MESSAGES[message, SLOT] + 1
-    first = _MESSAGES[message, FIRST_FIELD]
-    fields = 0
-    for place in range(_MESSAGES[message, FIELD_COUNT]):
-        row = first + place
-        raw = saturate(mail[slot + place], _FIELDS[row, LOW], _FIELDS[row, HIGH])
-        fields = insert(fields, _FIELDS[row, START], _FIELDS[row, BITS], raw)
+    return _encode(mail, _SAME[message], counters, out, position)
+
+
+@leaf
+def _encode(mail: Integers, message: int, counters: Integers, out: Octets, position: int) -> int:
+    fields = pack(message, mail)
     counter = counters[message] & 15
     counters[message] = (counter + 1) & 15
-    tail = counter | (_crc12(fields | (counter << 48), _MESSAGES[message, INITIAL], _CRC) << 4)
+    tail = counter | (crc12(fields | (counter << 48), _MESSAGES[message, INITIAL], _CRC) << 4)
     can_id = _MESSAGES[message, CAN_ID]
     out[position] = can_id & 0xFF
     out[position + 1] = can_id >> 8
@@ -123,47 +119,36 @@ def encode_mail(mail: Integers, message: int, counters: Integers, out: Octets, p
     return position + RECORD_SIZE
 
 
-@compiled
-def _fields_in_range(fields: int, message: int) -> bool:
-    first = _MESSAGES[message, FIRST_FIELD]
-    for row in range(first, first + _MESSAGES[message, FIELD_COUNT]):
-        raw = extract(fields, _FIELDS[row, START], _FIELDS[row, BITS], _FIELDS[row, SIGNED])
-        if raw < _FIELDS[row, LOW] or raw > _FIELDS[row, HIGH]:
-            return False
-    return True
+@leaf
+def _reject(receivers: Integers, message: int, column: int) -> int:
+    receivers[message, column] += 1
+    receivers[message, TROUBLE] = more_trouble(receivers[message, TROUBLE], 1)
+    return 0
 
 
-@compiled
+@leaf
 def _accept(block: Octets, at: int, message: int, mail: Integers, receivers: Integers) -> int:
     """Check one record's payload and let it into the mail; 1 when good."""
-    fields = _read_fields(block, at)
-    tail = _read_pair(block, at + 6)
+    fields = read_fields(block, at)
+    tail = read_pair(block, at + 6)
     counter = tail & 15
-    if _crc12(fields | (counter << 48), _MESSAGES[message, INITIAL], _CRC) != tail >> 4:
-        receivers[message, CRC_ERRORS] += 1
-        receivers[message, TROUBLE] = _more_trouble(receivers[message, TROUBLE], 1)
-        return 0
-    lost = _judge_counter(receivers[message, LAST_COUNTER], counter)
+    if crc12(fields | (counter << 48), _MESSAGES[message, INITIAL], _CRC) != tail >> 4:
+        return _reject(receivers, message, CRC_ERRORS)
+    lost = judge_counter(receivers[message, LAST_COUNTER], counter)
     if lost == DUPLICATE:
         receivers[message, DUPLICATES] += 1
         return 0
-    if not _fields_in_range(fields, message):
-        receivers[message, OUT_OF_RANGE] += 1
-        receivers[message, TROUBLE] = _more_trouble(receivers[message, TROUBLE], 1)
-        return 0
-    slot = _MESSAGES[message, SLOT]
-    first = _MESSAGES[message, FIRST_FIELD]
-    for place in range(_MESSAGES[message, FIELD_COUNT]):
-        row = first + place
-        mail[slot + 1 + place] = extract(fields, _FIELDS[row, START], _FIELDS[row, BITS], _FIELDS[row, SIGNED])
-    mail[slot] += 1
+    if not unpack(message, fields, mail):
+        return _reject(receivers, message, OUT_OF_RANGE)
+    mail[_MESSAGES[message, SLOT]] += 1
     receivers[message, LAST_COUNTER] = counter
     receivers[message, GOOD] += 1
     receivers[message, LOST_FRAMES] += lost
     receivers[message, TICKS_SINCE_GOOD] = 0
-    trouble = _more_trouble(receivers[message, TROUBLE], lost)
-    receivers[message, TROUBLE] = trouble - 1 if trouble > 0 else 0
-    receivers[message, STATUS] = _judge_status(_MESSAGES[message, PERIOD], 0, receivers[message, TROUBLE], 1)
+    trouble = more_trouble(receivers[message, TROUBLE], lost)
+    trouble = trouble - 1 if trouble > 0 else 0
+    receivers[message, TROUBLE] = trouble
+    receivers[message, STATUS] = judge_status(_MESSAGES[message, PERIOD], 0, trouble, 1)
     return 1
 
 
@@ -177,7 +162,7 @@ def decode_block(block: Octets, n_bytes: int, mail: Integers, receivers: Integer
     good = 0
     whole = n_bytes - n_bytes % RECORD_SIZE
     for at in range(0, whole, RECORD_SIZE):
-        can_id = _read_pair(block, at)
+        can_id = read_pair(block, at)
         message = _INDEX[can_id] if can_id < 2048 else -1
         if message < 0:
             receivers[MESSAGE_COUNT, STRAY_IDENTIFIERS] += 1
@@ -199,10 +184,10 @@ def age_receivers(receivers: Integers, direction: int) -> None:
         period = _MESSAGES[message, PERIOD]
         silence = receivers[message, TICKS_SINCE_GOOD] + 1
         receivers[message, TICKS_SINCE_GOOD] = silence
-        if silence > _memory_ticks(period):
+        if silence > memory_ticks(period):
             receivers[message, LAST_COUNTER] = UNKNOWN_COUNTER
         heard = 1 if receivers[message, GOOD] > 0 else 0
-        receivers[message, STATUS] = _judge_status(period, silence, receivers[message, TROUBLE], heard)
+        receivers[message, STATUS] = judge_status(period, silence, receivers[message, TROUBLE], heard)
 
 
 @compiled
@@ -210,7 +195,7 @@ def reset_receivers(receivers: Integers) -> None:
     """Begin anew after a reconnection: every message lost until heard again, any counter welcome; the counts stay."""
     for message in range(MESSAGE_COUNT):
         receivers[message, LAST_COUNTER] = UNKNOWN_COUNTER
-        receivers[message, TICKS_SINCE_GOOD] = _memory_ticks(_MESSAGES[message, PERIOD]) + 1
+        receivers[message, TICKS_SINCE_GOOD] = memory_ticks(_MESSAGES[message, PERIOD]) + 1
         receivers[message, STATUS] = STATUS_LOST
 
 

@@ -28,9 +28,7 @@ def _message_rows() -> tuple[tuple[int, ...], ...]:
     rows, first = [], 0
     for index, message in enumerate(MESSAGES):
         count = len(message.fields)
-        rows.append(
-            (message.can_id, int(message.direction), message.period_ticks, CRC_INITIAL[index], offset(message.name), first, count)
-        )
+        rows.append((message.can_id, int(message.direction), message.period_ticks, CRC_INITIAL[index], offset(message.name), first, count))
         first += count
     return tuple(rows)
 

@@ -15,6 +15,11 @@ class Numbers(Protocol):
     def __getitem__(self, at: int, /) -> int: ...
 
 
+class Slots(Numbers, Protocol):
+    """Numbers that can be set: a mail, whatever holds it."""
+
+    def __setitem__(self, at: int, raw: int, /) -> None: ...
+
 
 def extract(word: int, start: int, bits: int, signed: int) -> int:
     """Raw integer of a field: `bits` wide from bit `start`, two's complement when `signed` is 1."""
