@@ -41,6 +41,13 @@ class Histogram:
         if value > self.largest_ns:
             self.largest_ns = value
 
+    def merge(self, other: Histogram) -> None:
+        """Take in all that another one counted."""
+        self.counts = [mine + theirs for mine, theirs in zip(self.counts, other.counts, strict=True)]
+        self.count += other.count
+        self.total_ns += other.total_ns
+        self.largest_ns = max(self.largest_ns, other.largest_ns)
+
     def quantile_ns(self, share: float) -> int:
         """Upper bound of the bin in which the `share`-quantile lies (never above the largest value); 0 when empty."""
         wanted, seen = share * self.count, 0

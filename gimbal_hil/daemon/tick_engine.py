@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from gimbal_hil.daemon.clock import Clock, Duration, Instant
 from gimbal_hil.daemon.histogram import Histogram
-from gimbal_hil.daemon.miss_causes import NOTHING_USED, Miss, MissCause, ThreadUsage, Usage, Witness, cause_of
+from gimbal_hil.daemon.miss_causes import NOTHING_USED, Miss, MissCause, ThreadUsage, Witness, cause_of
 
 #: the witness reports a stall when it wakes from it, as we do; after this long it must have, or it sees none
 _WITNESS_PATIENCE_NS = 20_000_000
@@ -46,6 +46,7 @@ class Tick:
     number: int
     skipped: int
     deadline: Instant
+    woke: Instant
 
 
 class TickEngine:
@@ -79,37 +80,39 @@ class TickEngine:
         start = clock.now().ns + period
         number = 0
         before_ns = start - period
-        used_before = usage.read() if usage else None
+        if usage:
+            usage.mark()
         while ticks is None or number < ticks:
             deadline = Instant(start + number * period)
             clock.wait_until(deadline)
             woke = clock.now().ns
             late = woke - deadline.ns
             skipped = late // period
-            used = usage.read() if usage else None
             if skipped:
-                delta = used.minus(used_before) if used and used_before else None
-                self._count_miss(number, skipped, before_ns, deadline.ns, woke, delta)
+                self._count_miss(number, skipped, before_ns, deadline.ns, woke)
                 number += skipped
                 deadline = Instant(start + number * period)
+            if usage:
+                usage.mark()
             statistics.ticks += 1
             statistics.latency.add(late)
-            go_on = self._step(Tick(number, skipped, deadline))
+            go_on = self._step(Tick(number, skipped, deadline, Instant(woke)))
             statistics.computing.add(clock.now().ns - woke)
             if self._unexplained:
                 self._explain(woke)
             if not go_on:
                 break
-            before_ns, used_before = woke, used
+            before_ns = woke
             number += 1
         self._explain(None)
         return statistics
 
-    def _count_miss(self, number: int, skipped: int, before_ns: int, deadline_ns: int, woke_ns: int, used: Usage | None) -> None:
+    def _count_miss(self, number: int, skipped: int, before_ns: int, deadline_ns: int, woke_ns: int) -> None:
         statistics = self.statistics
         statistics.missed += skipped
         statistics.longest_stall_ns = max(statistics.longest_stall_ns, woke_ns - deadline_ns)
-        self._unexplained.append(Miss(number, skipped, before_ns, deadline_ns, woke_ns, used or NOTHING_USED))
+        used = self._usage.since_mark() if self._usage else NOTHING_USED
+        self._unexplained.append(Miss(number, skipped, before_ns, deadline_ns, woke_ns, used))
 
     def _explain(self, now_ns: int | None) -> None:
         """Name the causes of misses on which the witness has had its say; of all of them when `now_ns` is None."""

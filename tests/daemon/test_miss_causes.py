@@ -49,11 +49,11 @@ def test_several_short_stalls_add_up() -> None:
 def test_usage_grows_with_computing_collecting_and_waiting() -> None:
     usage = ThreadUsage()
     try:
-        before = usage.read()
+        usage.mark()
         sum(range(200_000))
         gc.collect()
         usage.add_bus_wait(500)
-        used = usage.read().minus(before)
+        used = usage.since_mark()
         assert used.computing_ns > 0 and used.collecting_ns > 0 and used.bus_wait_ns == 500
         assert isinstance(used, Usage)
     finally:

@@ -1,0 +1,152 @@
+"""What the control process hands to the service process, record by record: plain structs one way, plain JSON where it is rare."""
+
+from __future__ import annotations
+
+import json
+import struct
+import time
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+from gimbal_hil.daemon.clock import NS_PER_S
+from gimbal_hil.daemon.mailbox import RingReader, RingWriter
+from gimbal_hil.daemon.miss_causes import MissCause
+
+Json = dict[str, Any]
+#: a row of `runs.TICK_ROW`, field by field, check left zero
+_ROW = struct.Struct("<qq6dii4biiii4x")
+_RECEIVED_LENGTH = struct.Struct("<I")
+#: ten seconds at 2 kHz with every message on the bus
+TELEMETRY_BYTES = 8 << 20
+#: a plan with the largest tables that are accepted, four times over
+COMMAND_BYTES = 32 << 20
+
+#: code of each cause in the `miss_cause` column; 0 is no miss
+MISS_CODE: dict[MissCause, int] = {cause: code for code, cause in enumerate(MissCause, 1)}
+
+
+class TelemetryKind(IntEnum):
+    """What a record from the control process holds."""
+
+    TICK = 1
+    REJECTED = 2
+    EVENT = 3
+    STATISTICS = 4
+    MISS = 5
+    REPLY = 6
+    END = 7
+
+
+class CommandKind(IntEnum):
+    """What a record to the control process asks for; each starts with the number of the request, eight bytes."""
+
+    START = 1
+    STOP = 2
+    QUICK_STOP = 3
+    FAULT_RESET = 4
+    SHUT_DOWN = 5
+
+
+COMMAND_HEADER = struct.Struct("<q")
+
+
+@dataclass(frozen=True, slots=True)
+class Exchange:
+    """One tick as the recorder takes it: its row, bytes of TICK_ROW, and the blocks received and sent."""
+
+    row: bytes
+    received: bytes
+    sent: bytes
+
+    @property
+    def tick(self) -> int:
+        """Number of the tick."""
+        return int.from_bytes(self.row[:8], "little", signed=True)
+
+
+def exchange_from(payload: bytes) -> Exchange:
+    """Take a TICK record apart."""
+    end = _ROW.size + _RECEIVED_LENGTH.size
+    (length,) = _RECEIVED_LENGTH.unpack_from(payload, _ROW.size)
+    return Exchange(payload[: _ROW.size], payload[end : end + length], payload[end + length :])
+
+
+class Telemetry:
+    """The control process' end. In real time a full ring loses its oldest records; in lockstep, where time can wait, the writer waits."""
+
+    def __init__(self, ring: RingWriter, lockstep: bool) -> None:
+        self._ring = ring
+        self._lockstep = lockstep
+
+    def tick(self, row: tuple[int | float, ...], received: bytes, sent: bytes) -> None:
+        """One tick: its row in the order of TICK_ROW without `check`, and its blocks."""
+        self._push(TelemetryKind.TICK, _ROW.pack(*row) + _RECEIVED_LENGTH.pack(len(received)) + received + sent)
+
+    def rejected(self, tick: int, data: bytes) -> None:
+        """Bytes that the link refused before they were a frame."""
+        self._push(TelemetryKind.REJECTED, COMMAND_HEADER.pack(tick) + data)
+
+    def event(self, tick: int, time_ns: int, kind: str, text: str, data: Json | None = None) -> None:
+        """One event; `kind` is the value of a `runs.EventKind`."""
+        self._push_json(TelemetryKind.EVENT, {"tick": tick, "time_ns": time_ns, "kind": kind, "text": text, "data": data or {}})
+
+    def miss(self, tick: int, cause: MissCause) -> None:
+        """The cause of the periods that were skipped before `tick`."""
+        self._push(TelemetryKind.MISS, struct.pack("<qi", tick, MISS_CODE[cause]))
+
+    def statistics(self, content: Json) -> None:
+        """State and tick statistics for those who look on."""
+        self._push_json(TelemetryKind.STATISTICS, content)
+
+    def reply(self, request: int, ok: bool, text: str = "") -> None:
+        """What became of an operator's request."""
+        self._push_json(TelemetryKind.REPLY, {"request": request, "ok": ok, "error": text})
+
+    def end(self, exit_code: int, reason: str) -> None:
+        """The last record: the control process is done and torque is off."""
+        self._push_json(TelemetryKind.END, {"exit_code": exit_code, "reason": reason})
+
+    def _push_json(self, kind: TelemetryKind, content: Json) -> None:
+        self._push(kind, json.dumps(content).encode())
+
+    def _push(self, kind: TelemetryKind, payload: bytes) -> None:
+        if self._lockstep:
+            patience_ns = time.monotonic_ns() + 5 * NS_PER_S
+            while not self._ring.push_if_room(kind, payload):
+                if time.monotonic_ns() > patience_ns:
+                    break
+                time.sleep(0.001)
+            else:
+                return
+        self._ring.push(kind, payload)
+
+
+class Commands:
+    """The service process' end of the other ring: requests that have been checked, on their way to the control process."""
+
+    def __init__(self, ring: RingWriter) -> None:
+        self._ring = ring
+        self._last_number = 0
+
+    def send(self, kind: CommandKind, payload: bytes = b"") -> int | None:
+        """Hand on a request; answers its number, or None when the control process has not taken the ones before."""
+        number = self._last_number + 1
+        if not self._ring.push_if_room(kind, COMMAND_HEADER.pack(number) + payload):
+            return None
+        self._last_number = number
+        return number
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """One request as the control process takes it."""
+
+    kind: CommandKind
+    number: int
+    payload: bytes
+
+
+def take_commands(ring: RingReader) -> list[Command]:
+    """Requests that came since the last call."""
+    return [Command(CommandKind(record.kind), COMMAND_HEADER.unpack_from(record.payload)[0], record.payload[8:]) for record in ring.take()]
