@@ -30,14 +30,25 @@ def _command_chain(laws: tuple[Law, ...], code: int = 0) -> Law:
 
     @compiled
     def pick(c: int, P: np.ndarray, o: int, X: np.ndarray, s: int, K: np.ndarray, u: float, q: float, v: float) -> float:
-        return law(P, o, X, s, K, u, q, v) if c == code else rest(c, P, o, X, s, K, u, q, v)
+        return law(P, o, X, s, K, u, q, v) if c == code else rest(c, P, o, X, s, K, u, q, v)  # type: ignore[no-any-return]
 
     return pick
 
 
 @compiled
 def _levels_unchanged(
-    c: int, P: np.ndarray, o: int, X: np.ndarray, s: int, q: float, v: float, torque: float, temperature: float, ts: float, tc: float, sigma2: float
+    c: int,
+    P: np.ndarray,
+    o: int,
+    X: np.ndarray,
+    s: int,
+    q: float,
+    v: float,
+    torque: float,
+    temperature: float,
+    ts: float,
+    tc: float,
+    sigma2: float,
 ) -> tuple[float, float, float]:
     return ts, tc, sigma2
 
@@ -49,7 +60,18 @@ def _friction_chain(laws: tuple[Law, ...], code: int = 0) -> Law:
 
     @compiled
     def pick(
-        c: int, P: np.ndarray, o: int, X: np.ndarray, s: int, q: float, v: float, torque: float, temperature: float, ts: float, tc: float, sigma2: float
+        c: int,
+        P: np.ndarray,
+        o: int,
+        X: np.ndarray,
+        s: int,
+        q: float,
+        v: float,
+        torque: float,
+        temperature: float,
+        ts: float,
+        tc: float,
+        sigma2: float,
     ) -> tuple[float, float, float]:
         if c == code:
             return law(P, o, X, s, q, v, torque, temperature, ts, tc, sigma2)  # type: ignore[no-any-return]
@@ -70,7 +92,7 @@ def _torque_chain(laws: tuple[Law, ...], code: int = 0) -> Law:
 
     @compiled
     def pick(c: int, P: np.ndarray, o: int, X: np.ndarray, s: int, q: float, v: float, h: float) -> float:
-        return law(P, o, X, s, q, v, h) if c == code else rest(c, P, o, X, s, q, v, h)
+        return law(P, o, X, s, q, v, h) if c == code else rest(c, P, o, X, s, q, v, h)  # type: ignore[no-any-return]
 
     return pick
 
@@ -95,7 +117,14 @@ def _structure_chain(laws: tuple[Law, ...], code: int = 0) -> Law:
 
 
 @compiled
-def _nothing_hidden(c: int, P: np.ndarray, o: int, X: np.ndarray, s: int, torque: float, inertia: float, acceleration: float, h: float) -> None:
+def _nothing_hidden(
+    c: int, P: np.ndarray, o: int, X: np.ndarray, s: int, torque: float, inertia: float, acceleration: float, h: float
+) -> None:
+    return
+
+
+@compiled
+def _no_hidden_state(P: np.ndarray, o: int, X: np.ndarray, s: int, torque: float, inertia: float, acceleration: float, h: float) -> None:
     return
 
 
@@ -126,7 +155,7 @@ def _encoder_chain(laws: tuple[Law, ...], code: int = 0) -> Law:
 
     @compiled
     def pick(c: int, P: np.ndarray, o: int, X: np.ndarray, s: int, position: float) -> float:
-        return law(P, o, X, s, position) if c == code else rest(c, P, o, X, s, position)
+        return law(P, o, X, s, position) if c == code else rest(c, P, o, X, s, position)  # type: ignore[no-any-return]
 
     return pick
 
@@ -143,7 +172,7 @@ def _gyro_chain(laws: tuple[Law, ...], code: int = 0) -> Law:
 
     @compiled
     def pick(c: int, P: np.ndarray, o: int, X: np.ndarray, s: int, axis: int, wx: float, wy: float, wz: float) -> float:
-        return law(P, o, X, s, axis, wx, wy, wz) if c == code else rest(c, P, o, X, s, axis, wx, wy, wz)
+        return law(P, o, X, s, axis, wx, wy, wz) if c == code else rest(c, P, o, X, s, axis, wx, wy, wz)  # type: ignore[no-any-return]
 
     return pick
 
@@ -156,6 +185,9 @@ command_law = _command_chain(_laws(Hook.COMMAND))
 friction_law = _friction_chain(_laws(Hook.FRICTION))
 torque_law = _torque_chain(_laws(Hook.TORQUE))
 structure_law = _structure_chain(_laws(Hook.STRUCTURE))
-structure_advance = _advance_chain(tuple(effect.advance for effect in effects_at(Hook.STRUCTURE) if effect.advance is not None))
+# one entry for each law, so that codes agree
+structure_advance = _advance_chain(
+    tuple(effect.advance or _no_hidden_state for effect in effects_at(Hook.STRUCTURE) if effect.law is not None)
+)
 encoder_law = _encoder_chain(_laws(Hook.ENCODER))
 gyro_law = _gyro_chain(_laws(Hook.GYRO))

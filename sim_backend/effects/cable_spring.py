@@ -1,0 +1,50 @@
+"""Cable wrap: cables and hoses that pull the joint back to a rest position, with a friction of their own.
+
+The optional hysteresis is Dahl's: the cable's internal friction builds up to its level over an angle and is carried from one
+reversal to the next. Its bristle equation at constant rate is linear, so each step is exact at any rate.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from firmware_protocol.compiling import compiled
+from sim_backend.effects.effect import Domain, Effect, Hook, Parameter
+
+STIFFNESS, REST_POSITION, HYSTERESIS, HYSTERESIS_ANGLE = range(4)
+INTERNAL_FRICTION = 0
+
+
+@compiled
+def cable_torque(P: np.ndarray, o: int, X: np.ndarray, s: int, q: float, v: float, h: float) -> float:
+    """-k (q - q0) - w, N m, with w the mean over the step of the cable's internal friction."""
+    spring = -P[o + STIFFNESS] * (q - P[o + REST_POSITION])
+    if P[o + HYSTERESIS] == 0.0 or v == 0.0:
+        return spring - X[s + INTERNAL_FRICTION]
+    settled = P[o + HYSTERESIS] if v > 0.0 else -P[o + HYSTERESIS]
+    turned = abs(v) * h / P[o + HYSTERESIS_ANGLE]
+    left = X[s + INTERNAL_FRICTION] - settled
+    built = -math.expm1(-turned)
+    X[s + INTERNAL_FRICTION] = settled + left * (1.0 - built)
+    return spring - settled - left * (built / turned)
+
+
+EFFECT = Effect(
+    name="cable_spring",
+    domain=Domain.STRUCTURE,
+    hook=Hook.TORQUE,
+    law=cable_torque,
+    states=1,
+    parameters=(
+        Parameter("stiffness", "N m/rad", 0.0, 1e6, 0.0, "pull per angle from the rest position", linear_unit="N/m"),
+        Parameter("rest_position", "rad", -100.0, 100.0, 0.0, "q0, where the cable does not pull", linear_unit="m"),
+        Parameter("hysteresis", "N m", 0.0, 1e5, 0.0, "half the width of the cable's own friction loop; 0 means none", linear_unit="N"),
+        Parameter("hysteresis_angle", "rad", 1e-6, 10.0, 0.05, "angle over which that friction builds up", linear_unit="m"),
+    ),
+    text="cable wrap pulls back to a rest position",
+    equation="T - k (q - q0), optionally - w with w' = (W v - abs(v) w) / angle",
+    source="CONTRACTS 6; Dahl, A solid friction model, Aerospace Corp. TOR-0158 (1968)",
+    excited_by="slow motion over the whole travel in both directions",
+)

@@ -1,0 +1,20 @@
+"""Coulomb friction: the whole Stribeck curve moved up or down, Tc and Ts by the same amount."""
+
+from __future__ import annotations
+
+from sim_backend.effects.effect import Domain, Effect, Parameter
+
+EFFECT = Effect(
+    name="coulomb",
+    domain=Domain.FRICTION,
+    parameters=(
+        Parameter(
+            "coulomb", "N m", 0.0, 1e6, 0.0, "Tc, sliding torque without the Stribeck bump", linear_unit="N", path="friction.coulomb"
+        ),
+        Parameter("breakaway", "N m", 0.0, 1e6, 0.0, "Ts, torque at break-away", linear_unit="N", path="friction.breakaway"),
+    ),
+    text="level of the sliding friction",
+    equation="s(v) = Tc + (Ts - Tc) exp(-(abs(v)/v_s)^delta), Tc and Ts moved together",
+    source="thesis eq. 4.1 and 4.2 as corrected",
+    excited_by="constant speeds in both directions; any motion that reverses",
+)

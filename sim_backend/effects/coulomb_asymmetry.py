@@ -1,0 +1,34 @@
+"""Coulomb asymmetry: dry friction that depends on the direction of motion."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from firmware_protocol.compiling import compiled
+from sim_backend.effects.effect import Domain, Effect, Hook, Parameter
+
+ASYMMETRY = 0
+
+
+@compiled
+def asymmetric_levels(
+    P: np.ndarray, o: int, X: np.ndarray, s: int, q: float, v: float, torque: float, temperature: float, ts: float, tc: float, sigma2: float
+) -> tuple[float, float, float]:
+    """Ts and Tc times 1 + a sign v, N m."""
+    if v == 0.0:
+        return ts, tc, sigma2
+    factor = 1.0 + P[o + ASYMMETRY] if v > 0.0 else 1.0 - P[o + ASYMMETRY]
+    return ts * factor, tc * factor, sigma2
+
+
+EFFECT = Effect(
+    name="coulomb_asymmetry",
+    domain=Domain.FRICTION,
+    hook=Hook.FRICTION,
+    law=asymmetric_levels,
+    parameters=(Parameter("asymmetry", "1", -0.9, 0.9, 0.0, "share by which forward friction is larger"),),
+    text="dry friction differs by direction",
+    equation="Tc, Ts times 1 + a sign v",
+    source="CONTRACTS 6; Armstrong-Helouvry et al., Automatica 30 (1994)",
+    excited_by="several constant speeds in both directions",
+)

@@ -1,0 +1,20 @@
+"""Dynamic unbalance: products of inertia of a body, which couple its rates into torque."""
+
+from __future__ import annotations
+
+from sim_backend.effects.effect import Domain, Effect, Parameter
+
+EFFECT = Effect(
+    name="dynamic_unbalance",
+    domain=Domain.MASS,
+    parameters=(
+        Parameter("ixy", "kg m2", -1e6, 1e6, 0.0, "product of inertia as it stands in the tensor", path="body.inertia.xy"),
+        Parameter("ixz", "kg m2", -1e6, 1e6, 0.0, "product of inertia as it stands in the tensor", path="body.inertia.xz"),
+        Parameter("iyz", "kg m2", -1e6, 1e6, 0.0, "product of inertia as it stands in the tensor", path="body.inertia.yz"),
+    ),
+    text="products of inertia of a body",
+    equation="terms with I_xy, I_xz, I_yz in d/dt(I w)",
+    source="thesis sec. 3.2.1",
+    excited_by="a moving base, or both axes at speed",
+    two_axis_only=True,
+)

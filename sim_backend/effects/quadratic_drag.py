@@ -1,0 +1,29 @@
+"""Quadratic drag: air (or churning) resistance that grows with the square of the rate."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from firmware_protocol.compiling import compiled
+from sim_backend.effects.effect import Domain, Effect, Hook, Parameter
+
+COEFFICIENT = 0
+
+
+@compiled
+def drag_torque(P: np.ndarray, o: int, X: np.ndarray, s: int, q: float, v: float, h: float) -> float:
+    """-c v abs(v), N m."""
+    return -P[o + COEFFICIENT] * v * abs(v)
+
+
+EFFECT = Effect(
+    name="quadratic_drag",
+    domain=Domain.FRICTION,
+    hook=Hook.TORQUE,
+    law=drag_torque,
+    parameters=(Parameter("coefficient", "N m s2/rad2", 0.0, 1e6, 0.0, "drag per squared rate", linear_unit="N s2/m2"),),
+    text="drag with the square of the rate",
+    equation="F + c v abs(v)",
+    source="CONTRACTS 6; Hoerner, Fluid-Dynamic Drag, ch. 1",
+    excited_by="five or more constant speeds in both directions, the fastest as fast as allowed",
+)
