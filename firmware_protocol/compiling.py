@@ -13,10 +13,10 @@ import os
 import re
 import sys
 from collections.abc import Callable
-from functools import lru_cache
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar, cast
 
 import numba
 
@@ -31,13 +31,14 @@ def compiled(function: F) -> F:
 
     It must not allocate arrays: reference counting is off here, which halves the time of a plant step.
     """
-    return numba.njit(error_model="numpy", _nrt=False)(function)  # type: ignore[no-any-return]
+    options: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "forceinline": True}
+    return cast(F, numba.njit(**options)(function))
 
 
 def entry_point(function: F) -> F:
     """Compile a function that Python calls, cached under the digest of all source that it can reach."""
-    numba.config.CACHE_DIR = str(cache_directory() / source_digest(function.__module__))
-    return numba.njit(error_model="numpy", cache=True)(function)  # type: ignore[no-any-return]
+    setattr(numba.config, "CACHE_DIR", str(cache_directory() / source_digest(function.__module__)))  # noqa: B010 - not in its type stub
+    return cast(F, numba.njit(error_model="numpy", cache=True)(function))
 
 
 def cache_directory() -> Path:
@@ -73,7 +74,7 @@ def include_source(owner: str, source: bytes) -> None:
     _found_at_run_time.setdefault(owner, []).append(source)
 
 
-@lru_cache(maxsize=None)
+@cache
 def _source(module: str) -> bytes:
     loaded = sys.modules.get(module)
     path = getattr(loaded, "__file__", None)
@@ -86,7 +87,7 @@ def _source(module: str) -> bytes:
     return Path(path).read_bytes() if path and path.endswith(".py") else b""
 
 
-@lru_cache(maxsize=None)
+@cache
 def _imported(module: str) -> tuple[str, ...]:
     names: set[str] = set()
     for base, in_brackets, in_line in _IMPORT.findall(_source(module).decode()):

@@ -10,7 +10,7 @@ from sim_backend.layout import GAIN_ERROR, LAG_DECAY, LAGGED, LIMIT, OFFSET
 
 @compiled
 def actuate(P: np.ndarray, block: int, X: np.ndarray, axis: int, command: float) -> float:
-    """Torque (N m) for a command (N m) held over this step: gain and offset, first-order lag (exact, mean over the step taken at its end), limit."""
+    """Torque (N m) for a command (N m) held over this step: gain and offset, exact first-order lag at the step's end, limit."""
     torque = (1.0 + P[block + GAIN_ERROR]) * command + P[block + OFFSET]
     if P[block + LAG_DECAY] > 0.0:
         torque += (X[LAGGED + axis] - torque) * P[block + LAG_DECAY]

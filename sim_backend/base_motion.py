@@ -22,6 +22,7 @@ from sim_backend.layout import (
     BASE_ROW_S,
     BASE_ROWS,
     BASE_TABLE,
+    FIXED_GRAVITY,
     GRAVITY_M_S2,
     BaseKind,
 )
@@ -35,7 +36,7 @@ def base_state(P: np.ndarray, K: np.ndarray, t: float) -> tuple[Vector, Vector, 
     """Gravity (m/s^2), angular rate (rad/s) and angular acceleration (rad/s^2) of the base at t seconds, in base axes."""
     kind = K[BASE_KIND]
     if kind == _FIXED:
-        return gravity_in_base(P[GRAVITY_M_S2], P[BASE_ATTITUDE], P[BASE_ATTITUDE + 1]), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+        return (P[FIXED_GRAVITY], P[FIXED_GRAVITY + 1], P[FIXED_GRAVITY + 2]), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     if kind == _CONSTANT:
         return _constant_rate(P, t)
     if kind == _SINUSOID:
@@ -100,8 +101,8 @@ def _euler_angles(P: np.ndarray, t: float) -> Vector:
     p, q, r = P[BASE_RATE], P[BASE_RATE + 1], P[BASE_RATE + 2]
     cr, sr, cp, sp, cy, sy = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch), math.cos(yaw), math.sin(yaw)
     # rows of R_eb at t = 0 are the earth axes seen from the base; turn each
-    xx, xy, _ = _turned(cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr, p, q, r, t)
-    yx, yy, _ = _turned(sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr, p, q, r, t)
+    xx, _, _ = _turned(cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr, p, q, r, t)
+    yx, _, _ = _turned(sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr, p, q, r, t)
     zx, zy, zz = _turned(-sp, cp * sr, cp * cr, p, q, r, t)
     return math.atan2(zy, zz), math.asin(min(1.0, max(-1.0, -zx))), math.atan2(yx, xx)
 

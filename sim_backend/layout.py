@@ -58,7 +58,9 @@ COG_OUTER, COG_INNER = 16, 19
 MASS_OUTER, MASS_INNER = 22, 23
 #: base motion: attitude at t = 0 (roll, pitch, yaw), rates (p, q, r), sinusoid amplitude, frequency, phase (roll, pitch, yaw)
 BASE_ATTITUDE, BASE_RATE, BASE_AMPLITUDE, BASE_FREQUENCY, BASE_PHASE, BASE_ROW_S = 24, 27, 30, 33, 36, 39
-AXIS_BLOCK = 40
+#: gravity in the axes of a base that does not move
+FIXED_GRAVITY = 40
+AXIS_BLOCK = 44
 AXIS_SIZE = 48
 #: within an axis block: friction
 TS, TC, VS, SIGMA0, SIGMA1, SIGMA2, DELTA = range(7)
@@ -91,12 +93,16 @@ POSITION, RATE, ACCELERATION, BRISTLE = 2, 4, 6, 8
 APPLIED, FRICTION, LAGGED = 10, 12, 14
 GYRO_STATE = 16
 TEMPERATURE = 20
-#: friction in force (Ts .. delta) per axis, interpolated over temperature once a tick
+#: friction in force (Ts .. delta, and the speed beyond which the Stribeck bump is nothing) per axis, follows temperature once a tick
 IN_FORCE = 22
 IN_FORCE_SIZE = 8
+BUMP_GONE_SPEED = 7
 #: inertial body rates at the last step (outer x, y, z, inner x, y, z), for the gyros
 BODY_RATE = 38
-EFFECT_STATES = 48
+#: about which joint positions sine and cosine are expanded during a tick: position, sine, cosine of each axis
+EXPANSION = 44
+EXPANSION_SIZE = 3
+EFFECT_STATES = 52
 
 
 def axis_block(axis: int) -> int:

@@ -11,7 +11,7 @@ from sim_backend import layout
 from sim_backend.layout import APPLIED, AXES, BODY_RATE, FRICTION, POSITION, RATE, STEPS, STEPS_PER_TICK
 from sim_backend.model import AntennaModel, plant_arrays
 from sim_backend.rigid_body import equations_of_motion
-from sim_backend.step import plant_step, plant_tick, read_encoder, read_gyro, true_rates
+from sim_backend.step import begin_tick, plant_step, plant_tick, read_encoder, read_gyro, true_rates
 
 
 @dataclass(frozen=True)
@@ -48,13 +48,22 @@ def run_open_loop(P: np.ndarray, K: np.ndarray, X: np.ndarray, torque: np.ndarra
 @entry_point
 def run_steps(P: np.ndarray, K: np.ndarray, X: np.ndarray, torque_outer: float, torque_inner: float, steps: int) -> None:
     """Advance by plant steps under constant torques (N m)."""
-    for _ in range(steps):
+    for i in range(steps):
+        if i % K[STEPS_PER_TICK] == 0:
+            begin_tick(P, K, X)
         plant_step(P, K, X, (torque_outer, torque_inner))
 
 
 @entry_point
 def joint_accelerations(
-    P: np.ndarray, K: np.ndarray, q: np.ndarray, v: np.ndarray, torque: np.ndarray, gravity: np.ndarray, rate: np.ndarray, acceleration: np.ndarray
+    P: np.ndarray,
+    K: np.ndarray,
+    q: np.ndarray,
+    v: np.ndarray,
+    torque: np.ndarray,
+    gravity: np.ndarray,
+    rate: np.ndarray,
+    acceleration: np.ndarray,
 ) -> np.ndarray:
     """Joint accelerations (2,) of the rigid body alone for net joint torques and a base state given in base axes."""
     base = ((gravity[0], gravity[1], gravity[2]), (rate[0], rate[1], rate[2]), (acceleration[0], acceleration[1], acceleration[2]))

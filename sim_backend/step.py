@@ -13,7 +13,7 @@ from sim_backend.actuator import actuate
 from sim_backend.base_motion import base_state
 from sim_backend.effects.dispatch import command_law, encoder_law, friction_law, gyro_law, structure_advance, structure_law, torque_law
 from sim_backend.effects.effect import Hook
-from sim_backend.friction import lugre_step
+from sim_backend.friction import BUMP_GONE, lugre_step, stribeck_level
 from sim_backend.layout import (
     ACCELERATION,
     AMBIENT,
@@ -24,6 +24,7 @@ from sim_backend.layout import (
     AXIS_SIZE,
     BODY_RATE,
     BRISTLE,
+    BUMP_GONE_SPEED,
     CODE,
     DELTA,
     FRICTION,
@@ -62,7 +63,7 @@ from sim_backend.layout import (
     VS,
     PlantKind,
 )
-from sim_backend.rigid_body import equations_of_motion
+from sim_backend.rigid_body import equations_at, equations_of_motion, expand_turns, turns_near
 from sim_backend.sensors import encoder_reading, gyro_reading, gyro_step
 from sim_backend.thesis_slips import slip_torque
 
@@ -78,7 +79,8 @@ def plant_step(P: np.ndarray, K: np.ndarray, X: np.ndarray, command: tuple[float
     q = (X[POSITION] + 0.5 * h * X[RATE], X[POSITION + 1] + 0.5 * h * X[RATE + 1])
     v = (X[RATE] + 0.5 * h * X[ACCELERATION], X[RATE + 1] + 0.5 * h * X[ACCELERATION + 1])
     base = base_state(P, K, (X[STEPS] + 0.5) * h)
-    mass, bias, outer_rate, inner_rate, axis_acceleration = equations_of_motion(P, K, q, v, base)
+    turns = (turns_near(X, 0, q[0]), turns_near(X, 1, q[1]))
+    mass, bias, outer_rate, inner_rate, axis_acceleration = equations_at(P, K, turns, v, base)
     if K[SLIPS] != 0:
         extra = slip_torque(P, K, q, v, base)
         bias = (bias[0] + extra[0], bias[1] + extra[1])
@@ -107,7 +109,16 @@ def plant_step(P: np.ndarray, K: np.ndarray, X: np.ndarray, command: tuple[float
 
 @compiled
 def joint_torque(
-    P: np.ndarray, K: np.ndarray, X: np.ndarray, axis: int, h: float, command: float, q: float, v: float, inertia: float, inertial_acceleration: float
+    P: np.ndarray,
+    K: np.ndarray,
+    X: np.ndarray,
+    axis: int,
+    h: float,
+    command: float,
+    q: float,
+    v: float,
+    inertia: float,
+    inertial_acceleration: float,
 ) -> tuple[float, float]:
     """Net torque of actuator, effects and friction at one joint (N m), and the inertia that does not move with it (kg m^2)."""
     block = AXIS_BLOCK + axis * AXIS_SIZE
@@ -127,7 +138,9 @@ def joint_torque(
                     K[k + CODE], P, K[k + PARAMETERS], X, K[k + STATES], q, v, torque, X[TEMPERATURE + axis], ts, tc, sigma2
                 )
     X[APPLIED + axis] = torque
-    X[BRISTLE + axis], friction = lugre_step(X[BRISTLE + axis], v, h, ts, tc, X[f + VS], X[f + SIGMA0], X[f + SIGMA1], sigma2, X[f + DELTA])
+    speed = abs(v)
+    level = tc if speed > X[f + BUMP_GONE_SPEED] else stribeck_level(speed, ts, tc, X[f + VS], X[f + DELTA])
+    X[BRISTLE + axis], friction = lugre_step(X[BRISTLE + axis], v, h, level, X[f + SIGMA0], X[f + SIGMA1], sigma2)
     X[FRICTION + axis] = friction
     # friction, stops and joint-side effects act on the joint; what a structure passes on of the motor's torque comes last
     joint = -friction
@@ -143,7 +156,9 @@ def joint_torque(
         for i in range(K[HOOK_FIRST + _STRUCTURE], K[HOOK_FIRST + _STRUCTURE] + K[HOOK_COUNT + _STRUCTURE]):
             k = INSTANCE + INSTANCE_SIZE * K[i]
             if K[k + AXIS] == axis:
-                torque, inertia_off = structure_law(K[k + CODE], P, K[k + PARAMETERS], X, K[k + STATES], torque, inertia, inertial_acceleration)
+                torque, inertia_off = structure_law(
+                    K[k + CODE], P, K[k + PARAMETERS], X, K[k + STATES], torque, inertia, inertial_acceleration
+                )
                 taken_off += inertia_off
     return torque + joint, taken_off
 
@@ -169,7 +184,8 @@ def _stop_torque(P: np.ndarray, block: int, q: float, v: float) -> float:
 
 @compiled
 def begin_tick(P: np.ndarray, K: np.ndarray, X: np.ndarray) -> None:
-    """Once a tick: temperatures advance, and friction in force follows them where the model has a table."""
+    """Once a tick: sine and cosine expand about the present position, temperatures advance, friction in force follows its table."""
+    expand_turns(X)
     for axis in range(K[AXES]):
         block = AXIS_BLOCK + axis * AXIS_SIZE
         if P[block + THERMAL_TIME_S] > 0.0:
@@ -193,6 +209,14 @@ def friction_at(P: np.ndarray, K: np.ndarray, axis: int, temperature: float, X: 
     share = min(1.0, max(0.0, (temperature - P[knot]) / width)) if width > 0.0 else 0.0
     for i in range(KNOT_SIZE - 1):
         X[IN_FORCE + axis * IN_FORCE_SIZE + i] = P[knot + 1 + i] + share * (P[after + 1 + i] - P[knot + 1 + i])
+    put_bump_gone(X, axis)
+
+
+@compiled
+def put_bump_gone(X: np.ndarray, axis: int) -> None:
+    """Speed beyond which the Stribeck bump of the friction in force is nothing, so that its power need not be computed."""
+    f = IN_FORCE + axis * IN_FORCE_SIZE
+    X[f + BUMP_GONE_SPEED] = X[f + VS] * BUMP_GONE ** (1.0 / X[f + DELTA])
 
 
 @compiled

@@ -21,6 +21,8 @@ class Slip(IntFlag):
 
 
 @compiled
-def slip_torque(P: np.ndarray, K: np.ndarray, q: tuple[float, float], v: tuple[float, float], base: tuple[Vector, Vector, Vector]) -> tuple[float, float]:
+def slip_torque(
+    P: np.ndarray, K: np.ndarray, q: tuple[float, float], v: tuple[float, float], base: tuple[Vector, Vector, Vector]
+) -> tuple[float, float]:
     """Bias torque that the slips in K[SLIPS] add on the two axes, N m."""
     return 0.0, 0.0

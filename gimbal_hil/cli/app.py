@@ -6,7 +6,6 @@ import difflib
 import importlib
 import os
 import sys
-
 from typing import NoReturn
 
 from firmware_protocol.errors import EXIT_BAD_INPUT, EXIT_DONE, EXIT_INTERRUPTED, GimbalHilError

@@ -31,7 +31,9 @@ def figure(title: str, x_title: str, y_title: str, height: int = 380) -> go.Figu
 
 def stacked(titles: Sequence[str], x_title: str, y_titles: Sequence[str], height_each: int = 210) -> go.Figure:
     """Panels above each other that share one x axis, in the house style."""
-    drawn = make_subplots(rows=len(titles), cols=1, shared_xaxes=True, vertical_spacing=0.08 / max(1, len(titles) - 1) + 0.03, subplot_titles=list(titles))
+    drawn = make_subplots(
+        rows=len(titles), cols=1, shared_xaxes=True, vertical_spacing=0.08 / max(1, len(titles) - 1) + 0.03, subplot_titles=list(titles)
+    )
     drawn.update_layout(height=height_each * len(titles) + 80, **_LAYOUT)
     drawn.update_annotations(font=dict(size=13), x=0.0, xanchor="left")
     for row, y_title in enumerate(y_titles, start=1):

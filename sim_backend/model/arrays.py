@@ -11,8 +11,10 @@ import numpy as np
 
 from firmware_protocol.errors import BadInputError
 from sim_backend import layout
+from sim_backend.base_motion import gravity_in_base
 from sim_backend.effects import Hook
 from sim_backend.effects.registry import effects_at
+from sim_backend.friction import BUMP_GONE
 from sim_backend.layout import BaseKind, GravityReading, PlantKind
 from sim_backend.model.file import Angles, BaseSection, Kind, Motion
 from sim_backend.model.model import AntennaModel
@@ -42,11 +44,17 @@ def plant_arrays(model: AntennaModel, rate_hz: float = 1000.0, seed: int = 0) ->
     steps = 1.0 / (rate_hz * model.file.plant_step_s)
     if abs(steps - round(steps)) > 1e-6 or round(steps) < 1:
         raise BadInputError(
-            f"{model.where}: plant_step_s", f"{model.file.plant_step_s:g} s does not divide a tick of {1.0 / rate_hz:g} s", "a whole number of steps"
+            f"{model.where}: plant_step_s",
+            f"{model.file.plant_step_s:g} s does not divide a tick of {1.0 / rate_hz:g} s",
+            "a whole number of steps",
         )
     P = np.zeros(layout.P_SIZE)
     K = np.zeros(layout.K_SIZE, dtype=np.int64)
-    P[layout.STEP_S], P[layout.GRAVITY_M_S2], P[layout.INCLINE_SIN] = (1.0 / rate_hz) / round(steps), model.file.gravity_m_s2, model.file.incline_sine
+    P[layout.STEP_S], P[layout.GRAVITY_M_S2], P[layout.INCLINE_SIN] = (
+        (1.0 / rate_hz) / round(steps),
+        model.file.gravity_m_s2,
+        model.file.incline_sine,
+    )
     K[layout.KIND], K[layout.AXES] = _KINDS[model.kind], len(model.axes)
     K[layout.GRAVITY_READING] = GravityReading[model.file.gravity_reading.upper()]
     K[layout.STEPS_PER_TICK], K[layout.SEED] = round(steps), seed & 0x7FFFFFFF
@@ -66,7 +74,9 @@ def _slips(model: AntennaModel) -> Slip:
     slips = Slip.NONE
     for i, name in enumerate(model.file.thesis_slips):
         if name.upper() not in Slip.__members__:
-            raise BadInputError(f"{model.where}: thesis_slips.{i}", f"no slip {name!r}", "one of " + ", ".join(m.lower() for m in Slip.__members__))
+            raise BadInputError(
+                f"{model.where}: thesis_slips.{i}", f"no slip {name!r}", "one of " + ", ".join(m.lower() for m in Slip.__members__)
+            )
         slips |= Slip[name.upper()]
     return slips
 
@@ -87,7 +97,9 @@ def _fill_axis(P: np.ndarray, model: AntennaModel, index: int, axis: str) -> Non
     bandwidth = model.number(axis, "gyro.bandwidth")
     if bandwidth > 0.0:
         P[block + layout.GYRO_FILTER] = 1.0
-        P[block + layout.GYRO_A11 : block + layout.GYRO_B2 + 1] = gyro_filter(bandwidth, model.number(axis, "gyro.damping"), P[layout.STEP_S])
+        P[block + layout.GYRO_A11 : block + layout.GYRO_B2 + 1] = gyro_filter(
+            bandwidth, model.number(axis, "gyro.damping"), P[layout.STEP_S]
+        )
     for i, row in enumerate(model.friction_over_temperature.get(axis, ())):
         knot = layout.KNOTS + (index * layout.MAX_KNOTS + i) * layout.KNOT_SIZE
         P[knot] = row[0]
@@ -126,13 +138,19 @@ def _place_base(P: np.ndarray, K: np.ndarray, base: BaseSection, where: str) -> 
         return angles.roll, angles.pitch, angles.yaw
 
     P[layout.BASE_ATTITUDE : layout.BASE_ATTITUDE + 3] = three(base.attitude_rad)
+    # interpreted: compiling it for one call would cost a third of a second
+    P[layout.FIXED_GRAVITY : layout.FIXED_GRAVITY + 3] = getattr(gravity_in_base, "py_func", gravity_in_base)(
+        P[layout.GRAVITY_M_S2], base.attitude_rad.roll, base.attitude_rad.pitch
+    )
     if base.motion is Motion.CONSTANT_RATE:
         K[layout.BASE_KIND] = BaseKind.CONSTANT_RATE
         P[layout.BASE_RATE : layout.BASE_RATE + 3] = base.rate_rad_s.p, base.rate_rad_s.q, base.rate_rad_s.r
     elif base.motion is Motion.CASE:
         cases = THESIS_BASE_CASES.get(base.table or "", ())
         if base.case is None or not 1 <= base.case <= len(cases):
-            raise BadInputError(f"{where}: base.case", f"no case {base.case} in table {base.table}", "table 3.1 with case 1-5, or 3.2 with case 1-4")
+            raise BadInputError(
+                f"{where}: base.case", f"no case {base.case} in table {base.table}", "table 3.1 with case 1-5, or 3.2 with case 1-4"
+            )
         K[layout.BASE_KIND] = BaseKind.CONSTANT_RATE
         P[layout.BASE_RATE : layout.BASE_RATE + 3] = np.deg2rad(cases[base.case - 1])
     elif base.motion is Motion.SINUSOID:
@@ -192,3 +210,4 @@ def _start_axis(P: np.ndarray, K: np.ndarray, X: np.ndarray, index: int) -> None
         table = knots[: K[layout.TEMPERATURE_KNOTS] * layout.KNOT_SIZE].reshape(-1, layout.KNOT_SIZE)
         for slot in range(len(_FRICTION_SLOTS)):
             X[force + slot] = np.interp(X[layout.TEMPERATURE + index], table[:, 0], table[:, 1 + slot])
+    X[force + layout.BUMP_GONE_SPEED] = X[force + layout.VS] * BUMP_GONE ** (1.0 / X[force + layout.DELTA])

@@ -6,7 +6,7 @@ it comes from: printed in the thesis, inferred from its tables, measured, identi
 
 from __future__ import annotations
 
-from enum import Enum
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -39,7 +39,7 @@ def _as_quantity(raw: Any) -> Any:
 Amount = Annotated[Quantity, BeforeValidator(_as_quantity)]
 
 
-class Kind(str, Enum):
+class Kind(StrEnum):
     """What moves: a two-axis gimbal, or one axis."""
 
     GIMBAL = "gimbal"
@@ -47,7 +47,7 @@ class Kind(str, Enum):
     LINEAR = "linear"
 
 
-class Motion(str, Enum):
+class Motion(StrEnum):
     """How the base moves."""
 
     FIXED = "fixed"

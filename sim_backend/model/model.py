@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import copy
 import difflib
+import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -141,7 +142,9 @@ def model_from_document(document: dict[str, Any], where: str) -> AntennaModel:
     file = validated(document, where)
     expected = 2 if file.kind is Kind.GIMBAL else 1
     if len(file.axes) != expected:
-        raise BadInputError(f"{where}: axes", f"{len(file.axes)} axes", f"{expected} for kind {file.kind.value} (a gimbal: outer, then inner)")
+        raise BadInputError(
+            f"{where}: axes", f"{len(file.axes)} axes", f"{expected} for kind {file.kind.value} (a gimbal: outer, then inner)"
+        )
     numbers: dict[tuple[str, str], Quantity] = {}
     tables: dict[str, tuple[tuple[float, ...], ...]] = {}
     for axis, section in file.axes.items():
@@ -155,12 +158,14 @@ def model_from_document(document: dict[str, Any], where: str) -> AntennaModel:
         raise BadInputError(f"{where}: axes", "friction tables over temperature differ in length", "the same number of rows on every axis")
     effects = tuple(_effect_entry(entry, i, file, where) for i, entry in enumerate(file.effects))
     model = AntennaModel(file, document, where, numbers, effects, tables)
-    for section, entry in zip(file.effects, effects, strict=True):
+    for given, entry in zip(file.effects, effects, strict=True):
         for parameter in entry.effect.parameters:
-            if parameter.path is not None and parameter.name in section.amounts():
+            if parameter.path is not None and parameter.name in given.amounts():
                 unit = NUMBER_AT[model.number_path(entry.axis, parameter.path)].unit_for(file.kind is Kind.LINEAR)
                 value = entry.value(parameter.name)
-                numbers[entry.axis, model.number_path(entry.axis, parameter.path)] = Quantity(value=value, unit=unit, source=f"effect {entry.effect.name}")
+                numbers[entry.axis, model.number_path(entry.axis, parameter.path)] = Quantity(
+                    value=value, unit=unit, source=f"effect {entry.effect.name}"
+                )
     for axis in file.axes:
         _check_body(numbers, axis, file, where)
         _check_friction(numbers, axis, where)
@@ -179,7 +184,9 @@ def _axis_numbers(section: dict[str, Any], axis: str, file: ModelFile, where: st
         found[axis, path] = _quantity(raw, place, number.unit_for(file.kind is Kind.LINEAR), number.low, number.high)
     for number in AXIS_NUMBERS:
         if (axis, number.path) not in found:
-            found[axis, number.path] = Quantity(value=number.default or 0.0, unit=number.unit_for(file.kind is Kind.LINEAR), source="default")
+            found[axis, number.path] = Quantity(
+                value=number.default or 0.0, unit=number.unit_for(file.kind is Kind.LINEAR), source="default"
+            )
     return found
 
 
@@ -219,7 +226,9 @@ def _check_body(numbers: Mapping[tuple[str, str], Quantity], axis: str, file: Mo
         return
     own = "zz" if file.kind is Kind.ROTARY or list(file.axes).index(axis) == 0 else "yy"
     if at(f"body.inertia.{own}") <= 0.0:
-        raise BadInputError(f"{where}: axes.{axis}.body.inertia.{own}", "is missing or not positive", "the moment about the joint's own axis, kg m2")
+        raise BadInputError(
+            f"{where}: axes.{axis}.body.inertia.{own}", "is missing or not positive", "the moment about the joint's own axis, kg m2"
+        )
     if file.kind is Kind.ROTARY:
         return
     xx, yy, zz, xy, xz, yz = (at(f"body.inertia.{k}") for k in ("xx", "yy", "zz", "xy", "xz", "yz"))
@@ -228,7 +237,9 @@ def _check_body(numbers: Mapping[tuple[str, str], Quantity], axis: str, file: Mo
     if moments[0] < -slack or moments[0] + moments[1] < moments[2] - slack:
         shown = ", ".join(f"{m:.4g}" for m in moments)
         raise BadInputError(
-            f"{where}: axes.{axis}.body.inertia", f"no body has principal moments {shown} kg m2", "positive moments, none above the sum of the others"
+            f"{where}: axes.{axis}.body.inertia",
+            f"no body has principal moments {shown} kg m2",
+            "positive moments, none above the sum of the others",
         )
 
 
@@ -253,9 +264,11 @@ def _temperature_table(raw: Any, place: str) -> tuple[tuple[float, ...], ...]:
         for key in FRICTION_ROW:
             number = NUMBER_AT[f"friction.{key}"]
             if not number.low <= row[key] <= number.high:
-                raise BadInputError(f"{place}.{i}.{key}", f"{row[key]:g} is out of bounds", f"{number.low:g} to {number.high:g} {number.unit}")
+                raise BadInputError(
+                    f"{place}.{i}.{key}", f"{row[key]:g} is out of bounds", f"{number.low:g} to {number.high:g} {number.unit}"
+                )
         rows.append((float(row["temperature"]), *(float(row[key]) for key in FRICTION_ROW)))
-    if any(after[0] <= before[0] for before, after in zip(rows, rows[1:], strict=False)):
+    if any(after[0] <= before[0] for before, after in itertools.pairwise(rows)):
         raise BadInputError(place, "temperatures do not rise", expected)
     return tuple(rows)
 
@@ -265,7 +278,7 @@ def _effect_entry(entry: EffectSection, index: int, file: ModelFile, where: str)
     effect = effect_named(entry.name, f"{place}.name")
     if entry.axis not in file.axes:
         raise BadInputError(f"{place}.axis", f"no axis {entry.axis!r}", "one of " + ", ".join(file.axes))
-    if effect.rotary_only and file.kind is Kind.LINEAR or effect.two_axis_only and file.kind is not Kind.GIMBAL:
+    if (effect.rotary_only and file.kind is Kind.LINEAR) or (effect.two_axis_only and file.kind is not Kind.GIMBAL):
         raise BadInputError(f"{place}.name", f"{entry.name} cannot be on a {file.kind.value} axis")
     amounts = entry.amounts()
     names = [parameter.name for parameter in effect.parameters]

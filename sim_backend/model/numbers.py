@@ -48,7 +48,9 @@ _BIG = 1e9
 AXIS_NUMBERS: tuple[Number, ...] = (
     Number("body.inertia.xx", "kg m2", "kg", 0.0, _BIG, 0.0, _I, layout.XX, "moment about x through the pivot"),
     Number("body.inertia.yy", "kg m2", "kg", 0.0, _BIG, 0.0, _I, layout.YY, "moment about y through the pivot"),
-    Number("body.inertia.zz", "kg m2", "kg", 0.0, _BIG, 0.0, _I, layout.ZZ, "moment about z through the pivot; a single axis turns about z"),
+    Number(
+        "body.inertia.zz", "kg m2", "kg", 0.0, _BIG, 0.0, _I, layout.ZZ, "moment about z through the pivot; a single axis turns about z"
+    ),
     Number("body.inertia.xy", "kg m2", "kg", -_BIG, _BIG, 0.0, _I, layout.XY, "product of inertia as it stands in the tensor"),
     Number("body.inertia.xz", "kg m2", "kg", -_BIG, _BIG, 0.0, _I, layout.XZ, "product of inertia as it stands in the tensor"),
     Number("body.inertia.yz", "kg m2", "kg", -_BIG, _BIG, 0.0, _I, layout.YZ, "product of inertia as it stands in the tensor"),
@@ -67,7 +69,17 @@ AXIS_NUMBERS: tuple[Number, ...] = (
     Number("actuator.offset", "N m", "N", -1e6, 1e6, 0.0, _A, layout.OFFSET, "o in T = u + o"),
     Number("actuator.limit", "N m", "N", 0.0, 1e9, 0.0, _A, layout.LIMIT, "largest torque; 0 means none"),
     Number("actuator.time_constant", "s", "s", 0.0, 10.0, 0.0, _B, -1, "first-order lag; 0 means none"),
-    Number("actuator.measurement_noise", "N m", "N", 0.0, 1e6, 0.0, _A, layout.TORQUE_NOISE, "rms noise of the torque measured from motor current"),
+    Number(
+        "actuator.measurement_noise",
+        "N m",
+        "N",
+        0.0,
+        1e6,
+        0.0,
+        _A,
+        layout.TORQUE_NOISE,
+        "rms noise of the torque measured from motor current",
+    ),
     Number("encoder.step", "rad", "m", 0.0, 1.0, 0.0, _A, layout.ENCODER_STEP, "one count; 0 means ideal"),
     Number("encoder.noise", "rad", "m", 0.0, 1.0, 0.0, _A, layout.ENCODER_NOISE, "rms"),
     Number("gyro.bandwidth", "rad/s", "rad/s", 0.0, 1e5, 0.0, _B, -1, "natural frequency of its second-order lag; 0 means no lag"),
