@@ -43,3 +43,12 @@ MESSAGE_ROWS: tuple[tuple[int, ...], ...] = _message_rows()
 INDEX_BY_CAN_ID: tuple[int, ...] = tuple(
     next((index for index, message in enumerate(MESSAGES) if message.can_id == can_id), -1) for can_id in range(2048)
 )
+
+#: rows of FIELD_ROWS that belong to each message
+ROWS_BY_NAME: dict[str, tuple[tuple[int, ...], ...]] = {
+    message.name: FIELD_ROWS[row[FIRST_FIELD] : row[FIRST_FIELD] + row[FIELD_COUNT]]
+    for message, row in zip(MESSAGES, MESSAGE_ROWS, strict=True)
+}
+
+#: CRC start by message name
+INITIAL_BY_NAME: dict[str, int] = {message.name: initial for message, initial in zip(MESSAGES, CRC_INITIAL, strict=True)}

@@ -47,7 +47,7 @@ def quantise(value: float, step: float, low: int, high: int) -> int:
     if scaled <= low:
         return low
     if scaled != scaled:
-        return saturate(0, low, high)
+        return min(max(0, low), high)
     return int(round(scaled))
 
 
