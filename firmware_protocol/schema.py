@@ -133,7 +133,7 @@ class Field:
         """Greatest valid raw integer."""
         greatest = (1 << (self.bits - int(self.signed))) - 1
         if self.enum is not None and issubclass(self.enum, IntEnum):
-            return min(greatest, max(self.enum))
+            return min(greatest, int(max(self.enum)))
         return greatest if self.high is None else min(greatest, math.floor(self.high / self.step))
 
     @property

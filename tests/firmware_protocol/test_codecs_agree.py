@@ -6,12 +6,13 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
 from firmware_protocol import block_codec, codec, receiver
 from firmware_protocol.block_buffer import BlockBuffer, parts
 from firmware_protocol.endpoints import Receiver, Sender
 from firmware_protocol.schema import INDEX, MESSAGES, RECORD_SIZE, Direction, Message, offset
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 EACH_MESSAGE = pytest.mark.parametrize("message", MESSAGES, ids=lambda message: message.name)
 
@@ -102,7 +103,9 @@ def mutated_block() -> st.SearchStrategy[bytes]:
     """Good records, records with flipped bits, and raw garbage, cut anywhere."""
     message = any_message().map(lambda sent: (sent[0], codec.pack_raw(sent[0], sent[1], sum(sent[1]))))
     good = message.map(lambda sent: codec.record(sent[0].can_id, sent[1]))
-    flipped = st.tuples(good, st.integers(1, 2**80 - 1)).map(lambda pair: (int.from_bytes(pair[0], "little") ^ pair[1]).to_bytes(10, "little"))
+    flipped = st.tuples(good, st.integers(1, 2**80 - 1)).map(
+        lambda pair: (int.from_bytes(pair[0], "little") ^ pair[1]).to_bytes(10, "little")
+    )
     return st.lists(st.one_of(good, flipped, st.binary(max_size=15)), max_size=12).map(b"".join)
 
 
