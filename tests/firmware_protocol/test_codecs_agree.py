@@ -99,13 +99,15 @@ def test_quantising_is_the_same_compiled_and_plain_for_every_float(value, field)
         assert abs(plain - value / field.step) <= 0.5
 
 
+def _flip(record: bytes, pattern: int) -> bytes:
+    return (int.from_bytes(record, "little") ^ pattern).to_bytes(len(record), "little")
+
+
 def mutated_block() -> st.SearchStrategy[bytes]:
     """Good records, records with flipped bits, and raw garbage, cut anywhere."""
     message = any_message().map(lambda sent: (sent[0], codec.pack_raw(sent[0], sent[1], sum(sent[1]))))
     good = message.map(lambda sent: codec.record(sent[0].can_id, sent[1]))
-    flipped = st.tuples(good, st.integers(1, 2**80 - 1)).map(
-        lambda pair: (int.from_bytes(pair[0], "little") ^ pair[1]).to_bytes(10, "little")
-    )
+    flipped = st.tuples(good, st.integers(1, 2**80 - 1)).map(lambda pair: _flip(*pair))
     return st.lists(st.one_of(good, flipped, st.binary(max_size=15)), max_size=12).map(b"".join)
 
 
