@@ -74,6 +74,7 @@ class _Problem:
     residuals: ResidualFunction
     parameters: tuple[Parameter, ...]
     difference_step: float | None
+    tolerance: float
 
     def at(self, coordinates: Vector) -> Vector:
         return self.residuals(np.array([p.value(c) for p, c in zip(self.parameters, coordinates, strict=True)]))
@@ -90,13 +91,14 @@ def fit(
     starts: Sequence[Vector],
     executor: Executor | None = None,
     difference_step: float | None = None,
+    tolerance: float = 1e-12,
 ) -> Fit:
     """Minimise the sum of squared residuals within the bounds, from every start (physical values), and keep the best.
 
     `difference_step` is the relative step of the finite-difference Jacobian in search coordinates; give it when the residuals come
-    from a simulation whose numerical noise is above rounding.
+    from a simulation whose numerical noise is above rounding; `tolerance` is the relative change of the sum at which a start ends.
     """
-    problem = _Problem(residuals, tuple(parameters), difference_step)
+    problem = _Problem(residuals, tuple(parameters), difference_step, tolerance)
     solve = partial(_solve, problem)
     results = list(executor.map(solve, starts)) if executor is not None else [solve(start) for start in starts]
     best = min(results, key=lambda result: result.sum_of_squares)
@@ -110,6 +112,7 @@ def refit_with_fixed(
     start: Vector,
     fixed: dict[int, float],
     difference_step: float | None = None,
+    tolerance: float = 1e-12,
 ) -> Fit:
     """Minimise over the free parameters while those in `fixed` (index to physical value) stay; values keep the full length."""
     free = [index for index in range(len(parameters)) if index not in fixed]
@@ -123,7 +126,7 @@ def refit_with_fixed(
     if not free:
         r = residuals(base)
         return Fit(base, np.zeros(0), r, np.zeros((len(r), 0)), float(r @ r), len(r), 1)
-    inner = fit(partial_residuals, [parameters[index] for index in free], [base[free]], difference_step=difference_step)
+    inner = fit(partial_residuals, [parameters[index] for index in free], [base[free]], difference_step=difference_step, tolerance=tolerance)
     full = base.copy()
     full[free] = inner.values
     return replace(inner, values=full)
@@ -134,8 +137,9 @@ def _solve(problem: _Problem, start: Vector) -> Fit:
     margin = 1e-6 * (high - low)
     x0 = np.clip([p.coordinate(v) for p, v in zip(problem.parameters, start, strict=True)], low + margin, high - margin)
     solution = least_squares(
-        problem.at, x0, bounds=(low, high), x_scale="jac", diff_step=problem.difference_step, xtol=1e-10, ftol=1e-12, gtol=1e-12, max_nfev=200
-    )
+        problem.at, x0, bounds=(low, high), x_scale="jac", diff_step=problem.difference_step,
+        xtol=min(1e-4, 100.0 * problem.tolerance), ftol=problem.tolerance, gtol=1e-12, max_nfev=100,
+    )  # fmt: skip
     values = np.array([p.value(c) for p, c in zip(problem.parameters, solution.x, strict=True)])
     r = np.asarray(solution.fun)
     return Fit(values, solution.x, r, np.asarray(solution.jac), float(r @ r), max(1, len(r) - len(values)), 1)

@@ -18,7 +18,7 @@ _SEARCH_STEPS = 12
 
 @dataclass(frozen=True)
 class ProfileTask:
-    """What is profiled: the residuals, their parameters and the best fit, with the finite-difference step of that fit.
+    """What is profiled: the residuals, their parameters and the best fit, with the difference step and tolerance of refits.
 
     `variance_ratio` (p,) widens the threshold of each parameter by the ratio of its autocorrelation-robust variance to the naive
     one (ones when residuals are independent).
@@ -29,6 +29,7 @@ class ProfileTask:
     best: Fit
     variance_ratio: Vector | None = None
     difference_step: float | None = None
+    tolerance: float = 1e-12
 
 
 def profile_interval(task: ProfileTask, index: int) -> Interval:
@@ -59,7 +60,7 @@ def _side(task: ProfileTask, index: int, direction: float) -> tuple[float, bool]
     inside, inside_excess = 0.0, best.sum_of_squares - threshold
     while True:
         value = parameter.value(centre + direction * step)
-        refit = refit_with_fixed(task.residuals, task.parameters, start, {index: value}, task.difference_step)
+        refit = refit_with_fixed(task.residuals, task.parameters, start, {index: value}, task.difference_step, task.tolerance)
         excess = refit.sum_of_squares - threshold
         if excess > 0.0:
             break
@@ -90,7 +91,7 @@ def _crossing(
         middle = a + (b - a) * (-ra / (rb - ra)) if rb > ra else 0.5 * (a + b)
         middle = min(max(middle, a + 0.05 * (b - a)), b - 0.05 * (b - a))
         value = task.parameters[index].value(centre + direction * middle)
-        refit = refit_with_fixed(task.residuals, task.parameters, start, {index: value}, task.difference_step)
+        refit = refit_with_fixed(task.residuals, task.parameters, start, {index: value}, task.difference_step, task.tolerance)
         excess = refit.sum_of_squares - threshold
         if abs(excess) < 0.02 * (threshold - base):
             return float(middle)

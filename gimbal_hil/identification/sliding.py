@@ -9,9 +9,11 @@ from enum import Enum
 import numpy as np
 
 from gimbal_hil.identification.averaging import Vector
-from gimbal_hil.identification.estimate import Estimate, Interval, Verdict, settle, withheld
-from gimbal_hil.identification.least_squares import Fit, Matrix, Parameter, fit, refit_with_fixed
-from gimbal_hil.identification.profile import ProfileTask, profile_interval
+from gimbal_hil.identification.axis_response import LUGRE_UNITS
+from gimbal_hil.identification.estimate import Estimate
+from gimbal_hil.identification.least_squares import Fit, Matrix, Parameter, fit
+from gimbal_hil.identification.profile import ProfileTask
+from gimbal_hil.identification.settled import Asked, settle_parameters
 from gimbal_hil.identification.stribeck import StaticFriction, stribeck_bump
 from gimbal_hil.identification.velocity_map import VelocityPoint
 
@@ -164,32 +166,16 @@ def _robust_fit(base: _MapResiduals, parameters: Sequence[Parameter]) -> tuple[_
 def _estimates(
     residuals: _MapResiduals, parameters: Sequence[Parameter], best: Fit, prior: StaticFriction | None, speeds: tuple[float, float]
 ) -> tuple[tuple[Estimate, ...], Fit]:
-    """Profile every static parameter; those that the data do not determine go back to their prior and the rest is refitted."""
-    task = ProfileTask(residuals, parameters, best)
-    intervals = [profile_interval(task, index) for index in range(5)]
+    """Estimates of the static parameters, and the fit with the undetermined ones at their prior."""
     priors = [None] * 5 if prior is None else [prior.breakaway, prior.coulomb, prior.stribeck_velocity, prior.viscous, prior.shape]
-    units = ("N m", "N m", "rad/s", "N m s/rad", "1")
-    flat = _no_bump(residuals, parameters, best)
-    estimates = []
-    for index, name in enumerate(STATIC_NAMES):
-        fitted = float(best.values[index])
-        if flat and name in ("stribeck_velocity", "shape"):
-            reason = f"no Stribeck bump between {speeds[0]:.3g} and {speeds[1]:.3g} rad/s that the data need"
-            estimates.append(withheld(name, units[index], priors[index], reason, _EXPERIMENTS[name]))
-        else:
-            estimates.append(settle(name, fitted, intervals[index], units[index], priors[index], _EXPERIMENTS[name]))
-    fixed = {i: e.value for i, e in enumerate(estimates) if e.verdict is Verdict.NOT_IDENTIFIED and e.prior is not None}
-    if not fixed:
-        return tuple(estimates), best
-    again = refit_with_fixed(residuals, parameters, best.values, fixed)
-    return tuple(e if i in fixed else _moved(e, float(again.values[i])) for i, e in enumerate(estimates)), again
-
-
-def _moved(estimate: Estimate, value: float) -> Estimate:
-    """The estimate after the refit with some parameters at their prior; the interval is stretched to hold both values."""
-    interval = estimate.interval
-    held = Interval(min(interval.low, value), max(interval.high, value), interval.open_low, interval.open_high)
-    return Estimate(estimate.name, value, held, estimate.unit, estimate.verdict, estimate.fitted, estimate.prior, estimate.reason, estimate.experiment)
+    flat = ""
+    if _no_bump(residuals, parameters, best):
+        flat = f"between {speeds[0]:.3g} and {speeds[1]:.3g} rad/s the data need no Stribeck bump"
+    asked = [
+        Asked(name, unit, known, _EXPERIMENTS[name], flat if name in ("stribeck_velocity", "shape") else "")
+        for name, unit, known in zip(STATIC_NAMES, LUGRE_UNITS[:5], priors, strict=True)
+    ]
+    return settle_parameters(ProfileTask(residuals, parameters, best), asked)
 
 
 def _no_bump(residuals: _MapResiduals, parameters: Sequence[Parameter], best: Fit) -> bool:

@@ -1,0 +1,194 @@
+"""Bristle stiffness from presliding motion: torque against micro-displacement, with the exact LuGre curve."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import lfilter
+
+from gimbal_hil.identification.averaging import Vector, autocorrelation_time
+from gimbal_hil.identification.estimate import Estimate, Verdict, settle, withheld
+from gimbal_hil.identification.least_squares import Fit, Parameter, fit
+from gimbal_hil.identification.profile import ProfileTask, profile_interval
+
+#: below so many encoder steps of presliding travel sigma1 is not reported; below so many sigma0 is not either
+STEPS_FOR_SIGMA1, STEPS_FOR_SIGMA0 = 20.0, 4.0
+#: rows up to this share of the break-away torque are used: above, the curve turns into break-away itself
+_HIGHEST_SHARE = 0.9
+#: slow motion needs no more rows than this a run
+_ROWS = 3000
+_SIGMA0_EXPERIMENT = "slow torque ramps to about 0.8 of break-away and back, both signs, with a finer encoder or more repeats"
+_BREAKAWAY_EXPERIMENT = "slow torque ramps through break-away from rest, both signs, several rates"
+
+
+@dataclass(frozen=True)
+class PreslidingRun:
+    """Slow torque below break-away: `time_s`, `position` (encoder), `friction` (applied minus rigid-body torque), shape (n,).
+
+    The run starts at rest, so that its first friction value is the torque that the bristles hold.
+    """
+
+    label: str
+    time_s: Vector
+    position: Vector
+    friction: Vector
+
+
+@dataclass(frozen=True)
+class PreslidingFit:
+    """Stiffness and break-away as seen in presliding, the rows used and what the fit predicts at them.
+
+    `travel_steps` is the presliding travel in encoder steps (infinite for an ideal encoder), `secant` the straight-line stiffness
+    of thesis eq. 4.11 on the same rows, for comparison only.
+    """
+
+    sigma0: Estimate
+    breakaway: Estimate
+    runs: tuple[PreslidingRun, ...]
+    predicted: tuple[Vector, ...]
+    travel_steps: float
+    secant: float
+    rms: float
+
+
+def presliding_path(friction: Vector, sigma0: float, breakaway: float) -> Vector:
+    """Displacement (rad) that a slowly changing friction torque, shape (n,), has brought about since its first row.
+
+    For slow motion LuGre reads `dF/dq = sigma0 (1 - sign(q') F / Ts)`, whose solution between turning points is logarithmic:
+    `dq = -+(Ts / sigma0) ln((Ts -+ F2) / (Ts -+ F1))`. From rest and F = 0 this is `-(Ts/sigma0) ln(1 - T/Ts)` (ERRATA, eq. 4.11);
+    unloading and inner loops follow from the same two branches. Torques at or beyond Ts are taken at 0.999 Ts.
+    """
+    limited = np.clip(friction, -0.999 * breakaway, 0.999 * breakaway)
+    rising = np.diff(limited) >= 0.0
+    ahead = np.diff(np.log(breakaway - limited))
+    back = np.diff(np.log(breakaway + limited))
+    steps = np.where(rising, -ahead, back) * (breakaway / sigma0)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def bristle_torque(friction: Vector, time_s: Vector, relaxation_s: float) -> Vector:
+    """Torque sigma0 z that bends the bristles while sigma0 z + sigma1 z' is the friction torque, shape (n,).
+
+    That is a first-order lag of `relaxation_s = sigma1 / sigma0`, started in balance; friction is taken as linear between rows.
+    """
+    if relaxation_s <= 0.0:
+        return friction
+    step = float(np.median(np.diff(time_s)))
+    decay = float(np.exp(-step / relaxation_s))
+    share = relaxation_s / step * (1.0 - decay)
+    numerator = [1.0 - share, share - decay]
+    balance = np.array([friction[0] * (1.0 - numerator[0])])
+    return np.asarray(lfilter(numerator, [1.0, -decay], friction, zi=balance)[0])
+
+
+@dataclass(frozen=True)
+class _PathResiduals:
+    """Measured minus predicted position over its error, each run with its own zero; `values` = sigma0, Ts."""
+
+    runs: tuple[PreslidingRun, ...]
+    errors: tuple[float, ...]
+    sigma1: float
+
+    def path(self, run: PreslidingRun, values: Vector) -> Vector:
+        sigma0, breakaway = float(values[0]), float(values[1])
+        return presliding_path(bristle_torque(run.friction, run.time_s, self.sigma1 / sigma0), sigma0, breakaway)
+
+    def __call__(self, values: Vector) -> Vector:
+        pieces = []
+        for run, error in zip(self.runs, self.errors, strict=True):
+            misfit = run.position - self.path(run, values)
+            pieces.append((misfit - np.mean(misfit)) / error)
+        return np.concatenate(pieces)
+
+
+def fit_presliding(
+    runs: Sequence[PreslidingRun],
+    breakaway: float,
+    encoder_step: float,
+    prior_sigma0: float | None = None,
+    sigma1: float = 0.0,
+    breakaway_is_known: bool = False,
+) -> PreslidingFit | None:
+    """Fit sigma0 (and, from the bend of the curve, Ts) to presliding runs; None when no run has usable rows.
+
+    `breakaway` (N m) starts the search and limits the rows to nine tenths of it; with `breakaway_is_known` it stays. `sigma1` is
+    the bristle damping where already known. Residuals carry the encoder step and are correlated along a ramp: intervals are profile
+    likelihoods widened by the autocorrelation time of the residuals.
+    """
+    used = tuple(cut for run in runs if (cut := _below(run, _HIGHEST_SHARE * breakaway)) is not None)
+    if not used:
+        return None
+    travel = max(float(np.ptp(run.position)) for run in used)
+    steps = travel / encoder_step if encoder_step > 0.0 else float("inf")
+    if steps < STEPS_FOR_SIGMA0:
+        reason = f"presliding travel is {steps:.1f} encoder steps"
+        nothing = withheld("sigma0", "N m/rad", prior_sigma0, reason, _SIGMA0_EXPERIMENT)
+        seen = withheld("breakaway", "N m", breakaway, reason, _BREAKAWAY_EXPERIMENT)
+        return PreslidingFit(nothing, seen, used, tuple(np.full(len(r.time_s), np.nan) for r in used), steps, float("nan"), float("nan"))
+    secant = _secant(used)
+    known = breakaway if breakaway_is_known else None
+    residuals, best, ratio = _solve(used, secant, breakaway, encoder_step, sigma1, known)
+    parameters = _parameters(secant, breakaway, known)
+    task = ProfileTask(residuals, parameters, best, np.full(2, ratio))
+    sigma0 = settle("sigma0", float(best.values[0]), profile_interval(task, 0), "N m/rad", prior_sigma0, _SIGMA0_EXPERIMENT)
+    if known is None:
+        seen = settle("breakaway", float(best.values[1]), profile_interval(task, 1), "N m", breakaway, _BREAKAWAY_EXPERIMENT)
+    else:
+        seen = withheld("breakaway", "N m", breakaway, "taken from the velocity map", _BREAKAWAY_EXPERIMENT)
+    predicted, misfit = [], []
+    for run in used:
+        path = residuals.path(run, best.values)
+        path = path + float(np.mean(run.position - path))
+        predicted.append(path)
+        misfit.append(run.position - path)
+    rms = float(np.sqrt(np.mean(np.concatenate(misfit) ** 2)))
+    if sigma0.verdict is Verdict.IDENTIFIED and steps < STEPS_FOR_SIGMA1:
+        sigma0 = Estimate("sigma0", sigma0.value, sigma0.interval, sigma0.unit, Verdict.WEAKLY_IDENTIFIED, sigma0.fitted, prior_sigma0,
+                          f"only {steps:.1f} encoder steps of presliding travel", _SIGMA0_EXPERIMENT)  # fmt: skip
+    return PreslidingFit(sigma0, seen, used, tuple(predicted), steps, secant, rms)
+
+
+def _parameters(secant: float, breakaway: float, known: float | None) -> tuple[Parameter, ...]:
+    level = Parameter("breakaway", 0.5 * breakaway, 3.0 * breakaway)
+    if known is not None:
+        level = Parameter("breakaway", known * (1.0 - 1e-9), known * (1.0 + 1e-9))
+    return (Parameter("sigma0", secant / 30.0, secant * 30.0), level)
+
+
+def _solve(
+    runs: tuple[PreslidingRun, ...], secant: float, breakaway: float, encoder_step: float, sigma1: float, known: float | None
+) -> tuple[_PathResiduals, Fit, float]:
+    """Fit once with the encoder's own error, once more with the scatter that was found; answers the widening for correlation too."""
+    floor = max(encoder_step / np.sqrt(12.0), 1e-12)
+    parameters = _parameters(secant, breakaway, known)
+    starts = [np.array([secant * factor, breakaway]) for factor in (1.0, 1.5, 3.0)]
+    residuals = _PathResiduals(runs, tuple(floor for _ in runs), sigma1)
+    best = fit(residuals, parameters, starts)
+    ends = np.cumsum([len(run.time_s) for run in runs])[:-1]
+    scatter = tuple(max(floor, floor * float(np.std(piece))) for piece in np.split(best.residuals, ends))
+    residuals = _PathResiduals(runs, scatter, sigma1)
+    best = fit(residuals, parameters, [best.values])
+    ratio = max(autocorrelation_time(piece) for piece in np.split(best.residuals, ends))
+    return residuals, best, ratio
+
+
+def _below(run: PreslidingRun, limit: float) -> PreslidingRun | None:
+    """The run up to the first row whose friction torque reaches the limit; None when too little is left."""
+    above = np.flatnonzero(np.abs(run.friction) > limit)
+    stop = int(above[0]) if len(above) else len(run.friction)
+    if stop < 20 or float(np.ptp(run.friction[:stop])) < 0.1 * limit:
+        return None
+    rows = slice(0, stop, max(1, stop // _ROWS))
+    return PreslidingRun(run.label, run.time_s[rows], run.position[rows], run.friction[rows])
+
+
+def _secant(runs: Sequence[PreslidingRun]) -> float:
+    """Straight-line stiffness over all rows, `dT / dz` of thesis eq. 4.11."""
+    over, under = 0.0, 0.0
+    for run in runs:
+        torque = run.friction - float(np.mean(run.friction))
+        over += float(torque @ torque)
+        under += float(torque @ (run.position - float(np.mean(run.position))))
+    return abs(over / under) if under != 0.0 else 1.0
