@@ -1,0 +1,147 @@
+"""Is this a signals table? Every way in which a file may fail to be one, refused by name or repaired on request."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.signals.resampling import resample_rows
+from gimbal_hil.signals.table import BASE_ANGLES, REPEAT, REQUIRED_SIGNALS, TIME, SignalsTable, column_names
+from gimbal_hil.signals.table_file import RawColumns
+
+JITTER_LIMIT = 0.05  # of the period
+GAP_PERIODS = 1.5  # a longer step of time has samples missing
+FEWEST_ROWS = 10
+_REMEDY = "--resample and --drop-invalid accept such a log"
+
+
+def checked_table(raw: RawColumns, axes: Sequence[str], *, resample: bool, drop_invalid: bool) -> SignalsTable:
+    """The table in a file; raises BadInputError that names file, row and column.
+
+    `drop_invalid` leaves out rows that hold no number or stand still or back in time, and keeps the longest stretch of constant
+    rate. `resample` puts the rows on a grid of the median period. With both, invalid rows go first and the gaps are filled.
+    """
+    names, notes = _known_columns(raw, axes)
+    rows = _valid_rows(raw, names, resample, drop_invalid, notes)
+    rows = _forward_rows(raw, rows, resample or drop_invalid, notes)
+    if resample:
+        time_s, columns, laps = resample_rows(raw, rows, names, notes, GAP_PERIODS)
+    else:
+        rows = _steady_rows(raw, rows, drop_invalid, notes)
+        time_s = raw.values[TIME][rows]
+        columns = {name: raw.values[name][rows] for name in names if name not in (TIME, REPEAT)}
+        laps = raw.values[REPEAT][rows] if REPEAT in names else None
+    for name in BASE_ANGLES:
+        if name in columns:
+            columns[name] = np.unwrap(columns[name])
+    repeat = None if laps is None else laps.astype(np.int64)
+    return SignalsTable.of(axes, time_s, columns, repeat, str(raw.path), notes)
+
+
+def _known_columns(raw: RawColumns, axes: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Columns that the table takes; raises when a required one is missing."""
+    present = list(raw.values)
+    required = (TIME, *(f"{axis}.{signal}" for axis in axes for signal in REQUIRED_SIGNALS))
+    for name in required:
+        if name not in raw.values:
+            near = difflib.get_close_matches(name, present, 1)
+            if len(present) == 1 and any(mark in present[0] for mark in ";\t"):
+                hint = "columns separated by commas"
+            elif near:
+                hint = f"this column of the axes {', '.join(axes)} (the file has {near[0]!r})"
+            else:
+                hint = f"this column for the model's axes {', '.join(axes)}"
+            raise BadInputError(str(raw.path), f"has no column {name!r}", hint)
+    allowed = (TIME, REPEAT, *column_names(axes))
+    notes = [f"column {name!r} is not one of a signals table and was left out" for name in present if name not in allowed]
+    return [name for name in allowed if name in raw.values], notes
+
+
+def _valid_rows(raw: RawColumns, names: Sequence[str], resample: bool, drop_invalid: bool, notes: list[str]) -> NDArray[np.int64]:
+    if raw.ragged:
+        row, expected, found = raw.ragged[0]
+        if not (resample or drop_invalid):
+            raise BadInputError(
+                f"{raw.path}: line {row}", f"has {found} cells where the header has {expected}", f"one cell a column; {_REMEDY}"
+            )
+        notes.append(f"{len(raw.ragged)} rows with a wrong number of cells were left out, the first in line {row}")
+    invalid = {name: np.isnan(raw.values[name]) for name in names}
+    if REPEAT in invalid:
+        invalid[REPEAT] = invalid[REPEAT] | (raw.values[REPEAT] % 1 != 0)
+    bad = np.any(list(invalid.values()), axis=0)
+    if not bad.any():
+        return np.arange(len(bad))
+    row = int(np.argmax(bad))
+    column = next(name for name in names if invalid[name][row])
+    if not (resample or drop_invalid):
+        raise BadInputError(
+            raw.where(row, column), _what(raw, row, column), f"a finite number; {np.count_nonzero(bad)} rows have none; {_REMEDY}"
+        )
+    notes.append(f"{np.count_nonzero(bad)} of {len(bad)} rows held no number somewhere, first at {raw.where(row, column)}")
+    for name in names:
+        if invalid[name].all():
+            raise BadInputError(f"{raw.path}: column {name}", "holds no number at all", "a number in every row")
+    return np.flatnonzero(~bad if drop_invalid else ~invalid[TIME])
+
+
+def _what(raw: RawColumns, row: int, column: str) -> str:
+    text = raw.texts[column].get(row)
+    if text is not None:
+        return f"holds {text!r}"
+    value = raw.values[column][row]
+    return "is empty or not a number" if np.isnan(value) else f"is {value:g}, no whole number"
+
+
+def _forward_rows(raw: RawColumns, rows: NDArray[np.int64], repair: bool, notes: list[str]) -> NDArray[np.int64]:
+    """Rows whose time is later than all before."""
+    _require_rows(raw, len(rows))
+    time_s = raw.values[TIME][rows]
+    latest = np.maximum.accumulate(time_s)
+    forward = np.concatenate(([True], time_s[1:] > latest[:-1]))
+    if forward.all():
+        return rows
+    at = int(np.argmin(forward))
+    problem = "is the same as in the row before" if time_s[at] == time_s[at - 1] else "is not later than in the rows before"
+    where = raw.where(int(rows[at]), TIME)
+    count = np.count_nonzero(~forward)
+    if not repair:
+        raise BadInputError(where, f"{problem} ({time_s[at]:.9g} s)", f"increasing times ({count} rows are not); {_REMEDY}")
+    notes.append(f"{count} rows were left out because their time {problem}, the first at {where}")
+    return rows[forward]
+
+
+def _steady_rows(raw: RawColumns, rows: NDArray[np.int64], cut: bool, notes: list[str]) -> NDArray[np.int64]:
+    """Rows of constant rate: all of them, or the longest stretch of them when `cut`."""
+    _require_rows(raw, len(rows))
+    time_s = raw.values[TIME][rows]
+    steps = np.diff(time_s)
+    period = float(np.median(steps))
+    unsteady = np.abs(steps - period) > JITTER_LIMIT * period
+    if not unsteady.any():
+        return rows
+    at = int(np.argmax(unsteady))
+    problem = f"comes {steps[at] / period:.4g} periods of {period:.6g} s after the row before"
+    word = "a gap" if steps[at] > GAP_PERIODS * period else "jitter over 5 % of the period"
+    gaps = np.count_nonzero(steps > GAP_PERIODS * period)
+    summary = f"{gaps} gaps and {np.count_nonzero(unsteady) - gaps} jittering steps"
+    where = raw.where(int(rows[at + 1]), TIME)
+    if not cut:
+        raise BadInputError(where, f"{problem}: {word}", f"a constant rate ({summary} in the file); {_REMEDY}")
+    edges = np.concatenate(([0], np.flatnonzero(unsteady) + 1, [len(rows)]))
+    longest = int(np.argmax(np.diff(edges)))
+    start, stop = int(edges[longest]), int(edges[longest + 1])
+    if stop - start < FEWEST_ROWS:
+        raise BadInputError(
+            where, f"{problem}: {word}, and no stretch of constant rate has {FEWEST_ROWS} rows", "--resample for such a log"
+        )
+    notes.append(f"{summary}: kept the longest stretch of constant rate, {stop - start} of {len(raw.values[TIME])} rows")
+    return rows[start:stop]
+
+
+def _require_rows(raw: RawColumns, count: int) -> None:
+    if count < FEWEST_ROWS:
+        raise BadInputError(str(raw.path), f"has {count} usable rows", f"at least {FEWEST_ROWS}")
