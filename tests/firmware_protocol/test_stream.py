@@ -1,0 +1,100 @@
+"""Serial framing: what goes in comes out, and nothing else ever does."""
+
+from __future__ import annotations
+
+import itertools
+from binascii import crc_hqx
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from firmware_protocol.stream import PACKET_FRAMES, PACKET_LIMIT, StreamParser, cobs_decode, cobs_encode, encode_packets
+
+blocks = st.integers(1, 12).flatmap(lambda frames: st.binary(min_size=10 * frames, max_size=10 * frames))
+
+
+def fed_in_pieces(parser: StreamParser, stream: bytes, cuts: list[int]) -> bytes:
+    edges = [0, *sorted(cut % (len(stream) + 1) for cut in cuts), len(stream)]
+    return b"".join(parser.feed(stream[start:end]) for start, end in itertools.pairwise(edges))
+
+
+@given(st.one_of(st.binary(max_size=1200), st.lists(st.sampled_from([0, 1, 254, 255]), max_size=1200).map(bytes)))
+def test_cobs_gives_back_every_byte_string_and_holds_no_zero(octets):
+    coded = cobs_encode(octets)
+    assert 0 not in coded
+    assert cobs_decode(coded) == octets
+    assert len(coded) <= len(octets) + len(octets) // 254 + 1
+
+
+def test_cobs_matches_the_worked_examples_of_its_authors_around_the_longest_run():
+    assert cobs_encode(b"\0") == b"\x01\x01"
+    assert cobs_encode(b"\x11\x22\0\x33") == b"\x03\x11\x22\x02\x33"
+    run = bytes(range(1, 255))
+    assert cobs_encode(run) == b"\xff" + run
+    assert cobs_encode(b"\0" + run) == b"\x01\xff" + run
+    assert cobs_encode(run + b"\xff") == b"\xff" + run + b"\x02\xff"
+    assert cobs_encode(run + b"\0") == b"\xff" + run + b"\x01\x01"
+
+
+def test_the_crc_is_ccitt_false():
+    assert crc_hqx(b"123456789", 0xFFFF) == 0x29B1
+
+
+@given(st.binary(max_size=400))
+def test_cobs_decoding_never_raises(octets):
+    decoded = cobs_decode(octets)
+    assert decoded is None or isinstance(decoded, bytes)
+
+
+@given(st.lists(blocks, max_size=8), st.lists(st.integers(0, 10**6), max_size=20))
+def test_blocks_come_out_whole_however_the_stream_is_cut(sent, cuts):
+    parser = StreamParser()
+    stream = b"".join(map(encode_packets, sent))
+    assert fed_in_pieces(parser, stream, cuts) == b"".join(sent)
+    assert parser.counts.bad == 0
+
+
+def test_a_long_block_goes_out_in_several_packets_within_the_limit():
+    block = bytes(range(250)) * 40
+    stream = encode_packets(block)
+    assert all(len(packet) <= PACKET_LIMIT for packet in stream.split(b"\0"))
+    assert len(block) > PACKET_FRAMES * 10
+    assert StreamParser().feed(stream) == block
+
+
+@given(st.lists(st.tuples(st.booleans(), blocks, st.binary(max_size=60)), max_size=10), st.lists(st.integers(0, 10**6), max_size=20))
+@settings(max_examples=300)
+def test_valid_packets_in_garbage_come_out_and_nothing_else_does(story, cuts):
+    """Oracle: garbage that ends in a delimiter costs nothing; garbage right before a packet costs that packet, and only it."""
+    stream, expected = b"", b""
+    for delimited, block, garbage in story:
+        stream += garbage + (b"\0" if delimited else b"") + encode_packets(block)
+        if delimited or not garbage or garbage.endswith(b"\0"):
+            expected += block
+    assert fed_in_pieces(StreamParser(), stream, cuts) == expected
+
+
+@given(st.lists(st.binary(max_size=700), max_size=30))
+def test_any_bytes_never_raise_and_never_fill_memory(pieces):
+    parser = StreamParser()
+    for piece in pieces:
+        parser.feed(piece)
+        assert len(parser._partial) <= PACKET_LIMIT
+
+
+def test_the_next_delimiter_after_a_flood_without_one_sets_it_right():
+    parser, block = StreamParser(), bytes(10)
+    for _ in range(50):
+        assert parser.feed(b"\x07" * 1000) == b""
+    assert parser.counts.too_long == 1
+    assert parser.feed(b"\0" + encode_packets(block)) == block
+
+
+@given(blocks, st.integers(0, 10**6), st.integers(1, 255))
+@settings(max_examples=300)
+def test_a_byte_changed_inside_a_packet_drops_that_packet_alone(block, where, change):
+    parser, packet = StreamParser(), bytearray(encode_packets(block))
+    packet[where % (len(packet) - 1)] ^= change
+    parser.feed(bytes(packet))
+    assert parser.counts.packets == 0
+    assert parser.feed(encode_packets(block)) == block
