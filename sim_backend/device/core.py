@@ -1,0 +1,95 @@
+"""The device core: one tick of the antenna, firmware and plant, a pure compiled function from mail to mail.
+
+Everything it keeps is in `J` (firmware) and `X` (plant); both may be copied and continued.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from firmware_protocol import mail as m
+from firmware_protocol.block_codec import clear_fresh
+from firmware_protocol.compiling import compiled
+from firmware_protocol.schema import BY_NAME, Direction
+from sim_backend.device.drive import step_state, take_deadman_config, take_set_point
+from sim_backend.device.guards import flag_travel_and_rate, without_outward, within_torque_limit
+from sim_backend.device.layout import (
+    APPLIED_TORQUE,
+    AXIS_J,
+    AXIS_J_SIZE,
+    FAULT,
+    LAST_SEQUENCE,
+    LIMITS,
+    MARGIN,
+    SET_ENABLE,
+    SET_TORQUE,
+    STATE,
+    TICK,
+)
+from sim_backend.device.sensing import report_base_attitude, report_base_rate, report_motion, report_motor, sample
+from sim_backend.device.stopping import ramp_torque, reaction_torque
+from sim_backend.layout import AXES
+from sim_backend.step import plant_tick
+
+_TO_HOST = int(Direction.DEVICE_TO_HOST)
+_MOTOR_PERIOD = BY_NAME["motor_status_outer"].period_ticks
+_BASE_PERIOD = BY_NAME["base_attitude"].period_ticks
+#: in which tick of their period the slow messages go out, so that no tick has more than one of them
+_MOTOR_PHASES = (3, 3 + _MOTOR_PERIOD // 2)
+_ATTITUDE_PHASE, _RATE_PHASE = 0, _BASE_PERIOD // 2
+_INNER = AXIS_J + AXIS_J_SIZE
+
+
+@compiled
+def device_tick(mail_in: np.ndarray, mail_out: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.ndarray, J: np.ndarray) -> None:
+    """One tick: read the host's messages in `mail_in`, decide, advance plant and sensors, write the device's messages into `mail_out`.
+
+    Mails are int64 (MAIL_SIZE,) and may be one and the same array; P, X float64, K, J int64 as `Device` makes them. The torque
+    decided here acts over this tick; the feedback written is sampled at its end.
+    """
+    clear_fresh(mail_out, _TO_HOST)
+    J[TICK] += 1
+    take_set_point(mail_in, J)
+    take_deadman_config(mail_in, J)
+    step_state(mail_in, mail_out, K, J)
+    _command_torque(K, J)
+    outer, inner = J[AXIS_J + APPLIED_TORQUE], J[_INNER + APPLIED_TORQUE]
+    plant_tick(P, K, X, (outer * m.SET_POINT_TORQUE_OUTER_STEP, inner * m.SET_POINT_TORQUE_INNER_STEP))
+    sample(P, K, X, J)
+    flag_travel_and_rate(K, J)
+    report_motion(mail_out, K, J)
+    for axis in range(2):
+        if J[TICK] % _MOTOR_PERIOD == _MOTOR_PHASES[axis]:
+            report_motor(mail_out, P, K, X, J, axis)
+    if J[TICK] % _BASE_PERIOD == _ATTITUDE_PHASE:
+        report_base_attitude(mail_out, P, K, X)
+    elif J[TICK] % _BASE_PERIOD == _RATE_PHASE:
+        report_base_rate(mail_out, P, K, X)
+    _report_status(mail_out, J)
+
+
+@compiled
+def _command_torque(K: np.ndarray, J: np.ndarray) -> None:
+    """Raw torque of each axis for this tick: the set-point, the drive's own stop, or nothing. Other states know no torque."""
+    J[LIMITS] = 0
+    for axis in range(K[AXES]):
+        j = AXIS_J + axis * AXIS_J_SIZE
+        torque = 0
+        if J[STATE] == m.DRIVE_STATE_OPERATION_ENABLED:
+            if J[j + SET_ENABLE] == 1:
+                torque = without_outward(J, axis, J[j + SET_TORQUE])
+        elif J[STATE] == m.DRIVE_STATE_QUICK_STOP_ACTIVE:
+            torque = ramp_torque(J, axis)
+        elif J[STATE] == m.DRIVE_STATE_FAULT_REACTION_ACTIVE:
+            torque = reaction_torque(K, J, axis)
+        J[j + APPLIED_TORQUE] = within_torque_limit(J, axis, torque)
+
+
+@compiled
+def _report_status(mail: np.ndarray, J: np.ndarray) -> None:
+    """Put the drive's status into the mail; it closes the feedback set of the tick."""
+    mail[m.DRIVE_STATUS] = 1
+    mail[m.DRIVE_STATUS_STATE], mail[m.DRIVE_STATUS_FAULT] = J[STATE], J[FAULT]
+    mail[m.DRIVE_STATUS_LAST_SEQUENCE] = J[LAST_SEQUENCE] & 1023
+    mail[m.DRIVE_STATUS_DEADMAN_MARGIN], mail[m.DRIVE_STATUS_LIMITS] = J[MARGIN], J[LIMITS]
+    mail[m.DRIVE_STATUS_TICK] = J[TICK] & 4095

@@ -1,0 +1,132 @@
+"""The virtual antenna as Python sees it: a block of frames in, a block of frames out, one compiled call a tick."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from firmware_protocol import mail as m
+from firmware_protocol.block_codec import age_receivers, clear_fresh, decode_block, encode_mail, new_counters, new_mail, new_receivers
+from firmware_protocol.compiling import entry_point
+from firmware_protocol.receiver import CRC_ERRORS, DUPLICATES, OUT_OF_RANGE
+from firmware_protocol.schema import MESSAGES, RECORD_SIZE, Direction, DriveState, FaultCode
+from sim_backend.device import layout
+from sim_backend.device.core import device_tick
+from sim_backend.device.settings import FirmwareSettings, settings_to_state
+from sim_backend.layout import POSITION, RATE
+from sim_backend.model import AntennaModel, plant_arrays
+
+_FROM_HOST = int(Direction.HOST_TO_DEVICE)
+#: slow messages first, then the feedback set, which drive_status closes: who has seen the status has seen all of the tick
+_SENDING_ORDER = np.array(
+    [
+        m.DRIVE_EVENT_MESSAGE,
+        m.MOTOR_STATUS_OUTER_MESSAGE,
+        m.MOTOR_STATUS_INNER_MESSAGE,
+        m.BASE_ATTITUDE_MESSAGE,
+        m.BASE_RATE_MESSAGE,
+        m.FEEDBACK_OUTER_MESSAGE,
+        m.FEEDBACK_INNER_MESSAGE,
+        m.DRIVE_STATUS_MESSAGE,
+    ],
+    dtype=np.int64,
+)
+_FRESH_SLOTS = np.array(
+    [m.DRIVE_EVENT, m.MOTOR_STATUS_OUTER, m.MOTOR_STATUS_INNER, m.BASE_ATTITUDE, m.BASE_RATE, m.FEEDBACK_OUTER, m.FEEDBACK_INNER, m.DRIVE_STATUS],
+    dtype=np.int64,
+)
+
+
+@entry_point
+def exchange(
+    received: np.ndarray,
+    mail: np.ndarray,
+    receivers: np.ndarray,
+    counters: np.ndarray,
+    sent: np.ndarray,
+    P: np.ndarray,
+    K: np.ndarray,
+    X: np.ndarray,
+    J: np.ndarray,
+) -> int:
+    """One tick with frames on both sides: decode the block `received` (uint8), tick, encode into `sent`; answers the bytes sent."""
+    age_receivers(receivers, _FROM_HOST)
+    clear_fresh(mail, _FROM_HOST)
+    decode_block(received, received.size, mail, receivers, _FROM_HOST)
+    device_tick(mail, mail, P, K, X, J)
+    position = 0
+    for place in range(_SENDING_ORDER.size):
+        if mail[_FRESH_SLOTS[place]] > 0:
+            position = encode_mail(mail, _SENDING_ORDER[place], counters, sent, position)
+    return position
+
+
+class Device:
+    """A virtual antenna: plant, firmware and its end of the wire.
+
+    `P`, `K`, `X`, `J` and `mail` are the arrays that `device_tick` works on; the compiled lockstep path uses them directly.
+    """
+
+    def __init__(self, model: AntennaModel, settings: FirmwareSettings | None = None, rate_hz: float = 1000.0, seed: int = 0) -> None:
+        self.model, self.rate_hz, self.seed = model, rate_hz, seed
+        self.settings = settings or FirmwareSettings.for_model(model)
+        arrays = plant_arrays(model, rate_hz, seed)
+        self.P, self.K, self.X = arrays.P, arrays.K, arrays.X
+        self.J = settings_to_state(self.settings, rate_hz)
+        self.mail = new_mail()
+        self.receivers = new_receivers()
+        self.counters = new_counters()
+        self._sent = np.zeros(RECORD_SIZE * len(MESSAGES), dtype=np.uint8)
+        self._view = self._sent.data
+
+    def tick(self, received: bytes = b"") -> bytes:
+        """Take a block of frames, whatever is in it, go on by one tick, and answer the block of this tick's feedback."""
+        size = exchange(
+            np.frombuffer(received, np.uint8), self.mail, self.receivers, self.counters, self._sent, self.P, self.K, self.X, self.J
+        )
+        return bytes(self._view[:size])
+
+    @property
+    def state(self) -> DriveState:
+        """State of the drive."""
+        return DriveState(int(self.J[layout.STATE]))
+
+    @property
+    def fault(self) -> FaultCode:
+        """Latched fault."""
+        return FaultCode(int(self.J[layout.FAULT]))
+
+    @property
+    def ticks(self) -> int:
+        """Ticks since power-up."""
+        return int(self.J[layout.TICK])
+
+    @property
+    def joint_positions(self) -> tuple[float, ...]:
+        """True joint positions, rad (m on a linear axis)."""
+        return tuple(float(x) for x in self.X[POSITION : POSITION + len(self.model.axes)])
+
+    @property
+    def joint_rates(self) -> tuple[float, ...]:
+        """True joint rates, rad/s (m/s on a linear axis)."""
+        return tuple(float(x) for x in self.X[RATE : RATE + len(self.model.axes)])
+
+    @property
+    def torques_nm(self) -> tuple[float, ...]:
+        """Torque that the drive applied in the last tick, N m (N on a linear axis)."""
+        step = m.SET_POINT_TORQUE_OUTER_STEP
+        return tuple(float(self.J[layout.axis_j(axis) + layout.APPLIED_TORQUE]) * step for axis in range(len(self.model.axes)))
+
+    @property
+    def set_points(self) -> tuple[int, int]:
+        """Set-points that fed the deadman, and repeats or stale ones that did not."""
+        return int(self.J[layout.TAKEN]), int(self.J[layout.REFUSED])
+
+    @property
+    def bad_frames(self) -> int:
+        """Frames dropped so far: CRC, range, repeats, strangers and fragments."""
+        messages = self.receivers[:-1]
+        return int(messages[:, [CRC_ERRORS, OUT_OF_RANGE, DUPLICATES]].sum() + self.receivers[-1].sum())
+
+    def set_supply(self, supply_v: float) -> None:
+        """Let the supply have another voltage, as on a bench: below the firmware's least one the drive faults."""
+        self.J[layout.SUPPLY] = min(max(round(supply_v / m.MOTOR_STATUS_OUTER_SUPPLY_STEP), 0), m.MOTOR_STATUS_OUTER_SUPPLY_HIGH)

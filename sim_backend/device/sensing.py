@@ -1,0 +1,119 @@
+"""From the plant's motion to the raw integers of the wire: the one place where the virtual antenna quantises."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from firmware_protocol import mail as m
+from firmware_protocol.block_codec import quantise
+from firmware_protocol.compiling import compiled
+from sim_backend.base_motion import base_attitude, base_state
+from sim_backend.device.layout import (
+    AXIS_J,
+    AXIS_J_SIZE,
+    ENCODER,
+    GYRO,
+    JOINT_RATE,
+    JOINT_RATE_SHIFT,
+    RATE_OF_COUNT,
+    SCALE_BITS,
+    SENSOR_FAULT,
+    SUPPLY,
+    TICK,
+    WINDING,
+)
+from sim_backend.layout import APPLIED, AXES, AXIS_BLOCK, AXIS_SIZE, POSITION, RATE, SEED, STEP_S, STEPS, TEMPERATURE, TORQUE_NOISE
+from sim_backend.noise import normal
+from sim_backend.step import read_encoder, read_gyro, true_rates
+
+_POSITION_STEP, _POSITION_LOW, _POSITION_HIGH = m.FEEDBACK_OUTER_POSITION_STEP, m.FEEDBACK_OUTER_POSITION_LOW, m.FEEDBACK_OUTER_POSITION_HIGH
+_RATE_STEP, _RATE_LOW, _RATE_HIGH = m.FEEDBACK_OUTER_RATE_STEP, m.FEEDBACK_OUTER_RATE_LOW, m.FEEDBACK_OUTER_RATE_HIGH
+_TORQUE_STEP, _TORQUE_LOW, _TORQUE_HIGH = m.MOTOR_STATUS_OUTER_TORQUE_STEP, m.MOTOR_STATUS_OUTER_TORQUE_LOW, m.MOTOR_STATUS_OUTER_TORQUE_HIGH
+_HEAT_STEP, _HEAT_LOW, _HEAT_HIGH = (
+    m.MOTOR_STATUS_OUTER_TEMPERATURE_STEP,
+    m.MOTOR_STATUS_OUTER_TEMPERATURE_LOW,
+    m.MOTOR_STATUS_OUTER_TEMPERATURE_HIGH,
+)
+_ANGLE_STEP, _ANGLE_LOW, _ANGLE_HIGH = m.BASE_ATTITUDE_ROLL_STEP, m.BASE_ATTITUDE_ROLL_LOW, m.BASE_ATTITUDE_ROLL_HIGH
+_BODY_STEP, _BODY_LOW, _BODY_HIGH = m.BASE_RATE_P_STEP, m.BASE_RATE_P_LOW, m.BASE_RATE_P_HIGH
+#: channel of the noise of measured torque, behind those of encoders and gyros
+_TORQUE_CHANNEL = 4
+
+
+@compiled
+def sample(P: np.ndarray, K: np.ndarray, X: np.ndarray, J: np.ndarray) -> None:
+    """Read encoders and gyros at this instant into J, with the joint rate and what is wrong with the sensors."""
+    true_rates(P, K, X)
+    for axis in range(K[AXES]):
+        j = AXIS_J + axis * AXIS_J_SIZE
+        position = quantise(read_encoder(P, K, X, axis, J[TICK]), _POSITION_STEP, _POSITION_LOW, _POSITION_HIGH)
+        rate = quantise(read_gyro(P, K, X, axis, J[TICK]), _RATE_STEP, _RATE_LOW, _RATE_HIGH)
+        # the first sample after power-up has none before it
+        moved = (position - J[j + ENCODER]) * J[RATE_OF_COUNT] >> SCALE_BITS if J[TICK] > 1 else 0
+        J[j + JOINT_RATE] += (moved - J[j + JOINT_RATE]) >> JOINT_RATE_SHIFT
+        J[j + ENCODER], J[j + GYRO] = position, rate
+        J[j + WINDING] = quantise(X[TEMPERATURE + axis], _HEAT_STEP, _HEAT_LOW, _HEAT_HIGH)
+        J[j + SENSOR_FAULT] = _sensor_fault(X, axis, position, rate)
+
+
+@compiled
+def _sensor_fault(X: np.ndarray, axis: int, position: int, rate: int) -> int:
+    """A number at the end of its range says nothing any more; a motion that is no number is the simulator's own failure."""
+    if not (math.isfinite(X[POSITION + axis]) and math.isfinite(X[RATE + axis])):
+        return m.FAULT_CODE_INTERNAL
+    if position == _POSITION_LOW or position == _POSITION_HIGH:
+        return m.FAULT_CODE_ENCODER
+    return m.FAULT_CODE_GYRO if rate == _RATE_LOW or rate == _RATE_HIGH else m.FAULT_CODE_NONE
+
+
+@compiled
+def report_motion(mail: np.ndarray, K: np.ndarray, J: np.ndarray) -> None:
+    """Put the feedback of this tick into the mail; the inner fields of a single axis stay zero."""
+    mail[m.FEEDBACK_OUTER] = mail[m.FEEDBACK_INNER] = 1
+    for axis in range(K[AXES]):
+        slot = m.FEEDBACK_OUTER_POSITION + axis * (m.FEEDBACK_INNER_POSITION - m.FEEDBACK_OUTER_POSITION)
+        j = AXIS_J + axis * AXIS_J_SIZE
+        mail[slot], mail[slot + 1] = J[j + ENCODER], J[j + GYRO]
+
+
+@compiled
+def report_motor(mail: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.ndarray, J: np.ndarray, axis: int) -> None:
+    """Put one motor's torque, temperature and supply into the mail; zeros for an axis that the model does not have."""
+    fresh = m.MOTOR_STATUS_OUTER + axis * (m.MOTOR_STATUS_INNER - m.MOTOR_STATUS_OUTER)
+    mail[fresh] = 1
+    if axis >= K[AXES]:
+        return
+    torque = X[APPLIED + axis]
+    noise = P[AXIS_BLOCK + axis * AXIS_SIZE + TORQUE_NOISE]
+    if noise > 0.0:
+        torque += noise * normal(K[SEED], J[TICK], _TORQUE_CHANNEL + axis)
+    mail[fresh + 1] = quantise(torque, _TORQUE_STEP, _TORQUE_LOW, _TORQUE_HIGH)
+    mail[fresh + 2], mail[fresh + 3] = J[AXIS_J + axis * AXIS_J_SIZE + WINDING], J[SUPPLY]
+
+
+@compiled
+def report_base_attitude(mail: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.ndarray) -> None:
+    """Put the attitude of the base into the mail, as its inertial navigation gives it."""
+    mail[m.BASE_ATTITUDE] = 1
+    roll, pitch, yaw = base_attitude(P, K, X[STEPS] * P[STEP_S])
+    mail[m.BASE_ATTITUDE_ROLL] = _angle(roll)
+    mail[m.BASE_ATTITUDE_PITCH] = _angle(pitch)
+    mail[m.BASE_ATTITUDE_YAW] = _angle(yaw)
+
+
+@compiled
+def report_base_rate(mail: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.ndarray) -> None:
+    """Put the body rates of the base into the mail."""
+    mail[m.BASE_RATE] = 1
+    _, rates, _ = base_state(P, K, X[STEPS] * P[STEP_S])
+    mail[m.BASE_RATE_P] = quantise(rates[0], _BODY_STEP, _BODY_LOW, _BODY_HIGH)
+    mail[m.BASE_RATE_Q] = quantise(rates[1], _BODY_STEP, _BODY_LOW, _BODY_HIGH)
+    mail[m.BASE_RATE_R] = quantise(rates[2], _BODY_STEP, _BODY_LOW, _BODY_HIGH)
+
+
+@compiled
+def _angle(angle: float) -> int:
+    """Raw angle between -pi and pi."""
+    return quantise(angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi)), _ANGLE_STEP, _ANGLE_LOW, _ANGLE_HIGH)

@@ -1,0 +1,169 @@
+"""What the antenna's maker sets in its firmware: limits, travel, deadman, how it stops. Converted once to raw integers in `J`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from enum import IntEnum
+
+import numpy as np
+
+from firmware_protocol import mail as m
+from firmware_protocol.errors import BadInputError
+from firmware_protocol.schema import POSITION_STEP_RAD, RATE_STEP_RAD_S, TORQUE_STEP_NM, DeadmanReaction
+from sim_backend.device import layout
+from sim_backend.model import AntennaModel, Kind
+
+#: largest torque and rate that the wire can carry
+WIRE_TORQUE_NM = m.SET_POINT_TORQUE_OUTER_HIGH * TORQUE_STEP_NM
+WIRE_RATE_RAD_S = m.FEEDBACK_OUTER_RATE_HIGH * RATE_STEP_RAD_S
+#: turns of the encoder that the wire can carry, in rad either way
+WIRE_POSITION_RAD = m.FEEDBACK_OUTER_POSITION_HIGH * POSITION_STEP_RAD
+
+
+class TravelReaction(IntEnum):
+    """What the drive does beyond a travel limit; torque that leads further out is cut in any case."""
+
+    CUT_TORQUE = 0
+    FAULT = 1
+
+
+@dataclass(frozen=True)
+class AxisSettings:
+    """Limits of one axis and what its stopping law is tuned for. A linear axis reads N for N m, m for rad, kg for kg m2."""
+
+    torque_limit_nm: float
+    inertia_kg_m2: float
+    #: joint positions at which torque outward is cut; infinite without a limit
+    travel_low_rad: float = -math.inf
+    travel_high_rad: float = math.inf
+    #: joint rate beyond which torque that drives on is cut, and rate (joint or gyro) that is a fault
+    rate_limit_rad_s: float = 15.0
+    overspeed_rad_s: float = 18.0
+    max_temperature_degc: float = 120.0
+    #: deceleration of a quick stop
+    deceleration_rad_s2: float = 10.0
+    #: damping of the shorted motor in N m s/rad
+    brake_damping: float = 0.0
+
+    def check(self, where: str) -> None:
+        """BadInputError names the first key that cannot be."""
+        for key in ("torque_limit_nm", "inertia_kg_m2", "rate_limit_rad_s", "overspeed_rad_s", "deceleration_rad_s2"):
+            _require(getattr(self, key) > 0.0, f"{where}.{key}", getattr(self, key), "a positive number")
+        _require(self.torque_limit_nm <= WIRE_TORQUE_NM, f"{where}.torque_limit_nm", self.torque_limit_nm, f"at most {WIRE_TORQUE_NM:g}")
+        _require(self.overspeed_rad_s <= WIRE_RATE_RAD_S, f"{where}.overspeed_rad_s", self.overspeed_rad_s, f"at most {WIRE_RATE_RAD_S:g}")
+        _require(self.travel_low_rad < self.travel_high_rad, f"{where}.travel_low_rad", self.travel_low_rad, "a number below travel_high_rad")
+        _require(self.brake_damping >= 0.0, f"{where}.brake_damping", self.brake_damping, "0 or more")
+
+
+@dataclass(frozen=True)
+class FirmwareSettings:
+    """Settings of the drive; `for_model` gives what suits an antenna."""
+
+    axes: tuple[AxisSettings, ...]
+    #: deadman until the host sends its own
+    deadman_window_ticks: int = 10
+    deadman_reaction: DeadmanReaction = DeadmanReaction.BRAKE
+    #: what the drive does in a fault that is not the link's; holding needs sensors and supply, without them it brakes
+    fault_reaction: DeadmanReaction = DeadmanReaction.BRAKE
+    travel_reaction: TravelReaction = TravelReaction.FAULT
+    #: self-test after power-up, at least one tick
+    startup_ticks: int = 10
+    #: drive_control unheard for so long while torque is on is a fault; 0 switches this off
+    control_silence_ticks: int = 1000
+    supply_v: float = 28.0
+    min_supply_v: float = 18.0
+    #: an axis is at rest below this joint rate for rest_s; then it is held for hold_s
+    rest_rate_rad_s: float = 0.01
+    rest_s: float = 0.05
+    hold_s: float = 2.0
+    #: a fault reaction that has not come to rest after this time lets go
+    reaction_timeout_s: float = 2.0
+    #: triple pole of the stopping law
+    stop_bandwidth_rad_s: float = 25.0
+
+    @classmethod
+    def for_model(cls, model: AntennaModel) -> FirmwareSettings:
+        """Torque limits and travel of the model, stopping tuned for its inertia with half the torque for deceleration."""
+        return cls(tuple(_axis_for(model, index, axis) for index, axis in enumerate(model.axes)))
+
+    def check(self, where: str = "firmware") -> None:
+        """BadInputError names the first key that cannot be."""
+        _require(1 <= self.deadman_window_ticks <= 255, f"{where}.deadman_window_ticks", self.deadman_window_ticks, "1 to 255")
+        _require(self.startup_ticks >= 1, f"{where}.startup_ticks", self.startup_ticks, "1 or more")
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if isinstance(value, int | float):
+                _require(value >= 0 and math.isfinite(value), f"{where}.{field.name}", value, "a finite number, 0 or more")
+        for index, axis in enumerate(self.axes):
+            axis.check(f"{where}.axes.{index}")
+
+
+def _require(holds: bool, where: str, value: float, expected: str) -> None:
+    if not holds:
+        raise BadInputError(where, f"{value:g} cannot be", expected)
+
+
+def _axis_for(model: AntennaModel, index: int, axis: str) -> AxisSettings:
+    inertia = model.number(axis, model.own_inertia_path(axis))
+    if model.kind is Kind.GIMBAL and index == 0:
+        # the outer joint carries the inner gimbal along
+        inertia += model.number(model.axes[1], "body.inertia.zz")
+    limit = model.number(axis, "actuator.limit")
+    torque = min(limit, WIRE_TORQUE_NM) if limit > 0.0 else WIRE_TORQUE_NM
+    stops = model.number(axis, "travel.stiffness") > 0.0
+    return AxisSettings(
+        torque_limit_nm=torque,
+        inertia_kg_m2=inertia,
+        travel_low_rad=model.number(axis, "travel.low") if stops else -math.inf,
+        travel_high_rad=model.number(axis, "travel.high") if stops else math.inf,
+        deceleration_rad_s2=0.5 * torque / inertia,
+        brake_damping=20.0 * inertia,
+    )
+
+
+def settings_to_state(settings: FirmwareSettings, rate_hz: float) -> np.ndarray:
+    """`J` of a drive that has just got its supply: int64 (J_SIZE,), settings in raw integers for ticks at `rate_hz`."""
+    settings.check()
+    J = np.zeros(layout.J_SIZE, dtype=np.int64)
+    J[layout.LAST_SEQUENCE] = layout.NO_SEQUENCE
+    J[layout.WINDOW], J[layout.REACTION] = settings.deadman_window_ticks, settings.deadman_reaction
+    # an edge needs a level that was seen low before
+    J[layout.RESET_LEVEL] = 1
+    J[layout.SUPPLY] = round(settings.supply_v / m.MOTOR_STATUS_OUTER_SUPPLY_STEP)
+    J[layout.MIN_SUPPLY] = round(settings.min_supply_v / m.MOTOR_STATUS_OUTER_SUPPLY_STEP)
+    J[layout.STARTUP_TICKS], J[layout.CONTROL_SILENCE_TICKS] = settings.startup_ticks, settings.control_silence_ticks
+    J[layout.TRAVEL_REACTION], J[layout.FAULT_REACTION] = settings.travel_reaction, settings.fault_reaction
+    J[layout.REST_RATE] = round(settings.rest_rate_rad_s / RATE_STEP_RAD_S)
+    J[layout.REST_TICKS], J[layout.HOLD_TICKS] = round(settings.rest_s * rate_hz), round(settings.hold_s * rate_hz)
+    J[layout.REACTION_TICKS] = round(settings.reaction_timeout_s * rate_hz)
+    J[layout.RATE_OF_COUNT] = round(POSITION_STEP_RAD * rate_hz / RATE_STEP_RAD_S * layout.SCALE)
+    J[layout.COUNT_OF_RATE] = round(RATE_STEP_RAD_S / (POSITION_STEP_RAD * rate_hz) * layout.SCALE)
+    for index, axis in enumerate(settings.axes):
+        _fill_axis(J, layout.axis_j(index), axis, settings.stop_bandwidth_rad_s, rate_hz)
+    return J
+
+
+def _fill_axis(J: np.ndarray, j: int, axis: AxisSettings, bandwidth_rad_s: float, rate_hz: float) -> None:
+    J[j + layout.TORQUE_LIMIT] = math.floor(axis.torque_limit_nm / TORQUE_STEP_NM + 1e-9)
+    J[j + layout.TRAVEL_LOW] = _counts(axis.travel_low_rad)
+    J[j + layout.TRAVEL_HIGH] = _counts(axis.travel_high_rad)
+    J[j + layout.RATE_LIMIT], J[j + layout.OVERSPEED] = round(axis.rate_limit_rad_s / RATE_STEP_RAD_S), round(axis.overspeed_rad_s / RATE_STEP_RAD_S)
+    J[j + layout.MAX_WINDING] = round(axis.max_temperature_degc / m.MOTOR_STATUS_OUTER_TEMPERATURE_STEP)
+    # torque from rate, count, and count and tick; a triple pole at w: I (3 w, 3 w^2, w^3). A torque that is held for a tick and a rate
+    # that is low-passed over four cannot be faster than this share of the tick rate
+    per_rate = layout.SCALE * RATE_STEP_RAD_S / TORQUE_STEP_NM
+    per_count = layout.SCALE * POSITION_STEP_RAD / TORQUE_STEP_NM
+    inertia, w = axis.inertia_kg_m2, min(bandwidth_rad_s, rate_hz / 40.0)
+    J[j + layout.BRAKE_GAIN] = round(min(axis.brake_damping, rate_hz / 50.0 * inertia) * per_rate)
+    J[j + layout.STOP_RATE_GAIN] = round(3.0 * w * inertia * per_rate)
+    J[j + layout.STOP_POSITION_GAIN] = round(3.0 * w * w * inertia * per_count)
+    J[j + layout.STOP_INTEGRAL_GAIN] = round(w * w * w * inertia * per_count / rate_hz)
+    J[j + layout.STOP_RATE_PER_TICK] = max(1, round(axis.deceleration_rad_s2 / rate_hz / RATE_STEP_RAD_S))
+
+
+def _counts(position_rad: float) -> int:
+    """Raw position; a limit beyond the wire's range, or an infinite one, is never reached."""
+    if abs(position_rad) >= WIRE_POSITION_RAD:
+        return int(math.copysign(1 << 40, position_rad))
+    return round(position_rad / POSITION_STEP_RAD)
