@@ -36,8 +36,9 @@ def lugre_step(z: float, v: float, h: float, level: float, sigma0: float, sigma1
         half = 1 / 2 - x * (1 / 6 - x * (1 / 24 - x * (1 / 120 - x * (1 / 720 - x * (1 / 5040 - x * (1 / 40320))))))
         fraction = 1.0 - x * half
     else:
-        fraction = -math.expm1(-x) / x
-        half = (1.0 - fraction) / x
+        inverse = 1.0 / x
+        fraction = -math.expm1(-x) * inverse
+        half = (1.0 - fraction) * inverse
     z_end = z + (v * h - x * z) * fraction
     z_mean = z * fraction + v * h * half
     return z_end, sigma0 * z_mean + sigma1 * (z_end - z) / h + sigma2 * v

@@ -97,10 +97,12 @@ def equations_at(
     wix = mi * (P[COG_INNER + 1] * giz - P[COG_INNER + 2] * giy)
     wiy = mi * (P[COG_INNER + 2] * gix - P[COG_INNER] * giz)
     wiz = mi * (P[COG_INNER] * giy - P[COG_INNER + 1] * gix)
-    # the outer body's own, in o
-    hx, hy, hz = symmetric_times(P, INERTIA_OUTER, ox, oy, oz)
-    nx, ny, nz = symmetric_times(P, INERTIA_OUTER, aox, aoy, aoz)
-    doz = nz + ox * hy - oy * hx
+    # the outer body's own, in o; nothing where the base does not turn
+    doz = 0.0
+    if ox != 0.0 or oy != 0.0 or aox != 0.0 or aoy != 0.0 or aoz != 0.0:
+        hx, hy, _ = symmetric_times(P, INERTIA_OUTER, ox, oy, oz)
+        _, _, nz = symmetric_times(P, INERTIA_OUTER, aox, aoy, aoz)
+        doz = nz + ox * hy - oy * hx
     lever_z = P[COG_OUTER] * goy - P[COG_OUTER + 1] * gox
     if K[GRAVITY_READING] == _TOTAL_MASS:
         woz = (P[MASS_OUTER] + mi) * lever_z

@@ -35,6 +35,7 @@ from sim_backend.layout import (
     IN_FORCE_SIZE,
     INSTANCE,
     INSTANCE_SIZE,
+    INSTANCES,
     KIND,
     KNOT_SIZE,
     KNOTS,
@@ -89,12 +90,12 @@ def plant_step(P: np.ndarray, K: np.ndarray, X: np.ndarray, command: tuple[float
         net1, own1 = joint_torque(P, K, X, 1, h, command[1], q[1], v[1], mass[2], axis_acceleration[1])
         m11, m12, m22 = mass[0] - own0, mass[1], mass[2] - own1
         b0, b1 = net0 + bias[0], net1 + bias[1]
-        determinant = m11 * m22 - m12 * m12
-        a0, a1 = (m22 * b0 - m12 * b1) / determinant, (m11 * b1 - m12 * b0) / determinant
+        inverse = 1.0 / (m11 * m22 - m12 * m12)
+        a0, a1 = (m22 * b0 - m12 * b1) * inverse, (m11 * b1 - m12 * b0) * inverse
     else:
         a0, a1 = (net0 + bias[0]) / (mass[0] - own0), 0.0
     if K[HOOK_COUNT + _STRUCTURE] > 0:
-        _advance_structures(P, K, X, h, (mass[0], mass[2]), (a0 + axis_acceleration[0], a1 + axis_acceleration[1]))
+        advance_structures(P, K, X, h, (mass[0], mass[2]), (a0 + axis_acceleration[0], a1 + axis_acceleration[1]))
     X[POSITION] += h * (X[RATE] + 0.5 * h * a0)
     X[POSITION + 1] += h * (X[RATE + 1] + 0.5 * h * a1)
     X[RATE] += h * a0
@@ -123,14 +124,15 @@ def joint_torque(
     """Net torque of actuator, effects and friction at one joint (N m), and the inertia that does not move with it (kg m^2)."""
     block = AXIS_BLOCK + axis * AXIS_SIZE
     f = IN_FORCE + axis * IN_FORCE_SIZE
-    if K[HOOK_COUNT + _COMMAND] > 0:
+    effects = K[INSTANCES] > 0
+    if effects and K[HOOK_COUNT + _COMMAND] > 0:
         for i in range(K[HOOK_FIRST + _COMMAND], K[HOOK_FIRST + _COMMAND] + K[HOOK_COUNT + _COMMAND]):
             k = INSTANCE + INSTANCE_SIZE * K[i]
             if K[k + AXIS] == axis:
                 command = command_law(K[k + CODE], P, K[k + PARAMETERS], X, K[k + STATES], K, command, q, v)
     torque = actuate(P, block, X, axis, command)
     ts, tc, sigma2 = X[f + TS], X[f + TC], X[f + SIGMA2]
-    if K[HOOK_COUNT + _FRICTION] > 0:
+    if effects and K[HOOK_COUNT + _FRICTION] > 0:
         for i in range(K[HOOK_FIRST + _FRICTION], K[HOOK_FIRST + _FRICTION] + K[HOOK_COUNT + _FRICTION]):
             k = INSTANCE + INSTANCE_SIZE * K[i]
             if K[k + AXIS] == axis:
@@ -146,13 +148,13 @@ def joint_torque(
     joint = -friction
     if P[block + STOP_STIFFNESS] > 0.0:
         joint += _stop_torque(P, block, q, v)
-    if K[HOOK_COUNT + _TORQUE] > 0:
+    if effects and K[HOOK_COUNT + _TORQUE] > 0:
         for i in range(K[HOOK_FIRST + _TORQUE], K[HOOK_FIRST + _TORQUE] + K[HOOK_COUNT + _TORQUE]):
             k = INSTANCE + INSTANCE_SIZE * K[i]
             if K[k + AXIS] == axis:
                 joint += torque_law(K[k + CODE], P, K[k + PARAMETERS], X, K[k + STATES], q, v, h)
     taken_off = 0.0
-    if K[HOOK_COUNT + _STRUCTURE] > 0:
+    if effects and K[HOOK_COUNT + _STRUCTURE] > 0:
         for i in range(K[HOOK_FIRST + _STRUCTURE], K[HOOK_FIRST + _STRUCTURE] + K[HOOK_COUNT + _STRUCTURE]):
             k = INSTANCE + INSTANCE_SIZE * K[i]
             if K[k + AXIS] == axis:
@@ -164,7 +166,7 @@ def joint_torque(
 
 
 @compiled
-def _advance_structures(
+def advance_structures(
     P: np.ndarray, K: np.ndarray, X: np.ndarray, h: float, inertia: tuple[float, float], acceleration: tuple[float, float]
 ) -> None:
     for i in range(K[HOOK_FIRST + _STRUCTURE], K[HOOK_FIRST + _STRUCTURE] + K[HOOK_COUNT + _STRUCTURE]):
