@@ -2,38 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from firmware_protocol.compiling import entry_point
 from gimbal_hil.identification.averaging import Vector
-from gimbal_hil.identification.stribeck import StaticFriction
+from gimbal_hil.identification.stribeck import LugreFriction
 from sim_backend.friction import BUMP_GONE, lugre_step, stribeck_level
-
-#: order of the seven parameters wherever they stand in one array
-LUGRE_NAMES = ("breakaway", "coulomb", "stribeck_velocity", "viscous", "shape", "sigma0", "sigma1")
-LUGRE_UNITS = ("N m", "N m", "rad/s", "N m s/rad", "1", "N m/rad", "N m s/rad")
-
-
-@dataclass(frozen=True)
-class LugreFriction:
-    """All seven LuGre parameters: the steady curve, bristle stiffness (N m/rad) and bristle damping (N m s/rad)."""
-
-    static: StaticFriction
-    sigma0: float
-    sigma1: float
-
-    def values(self) -> Vector:
-        """The seven numbers in the order of LUGRE_NAMES."""
-        s = self.static
-        return np.array([s.breakaway, s.coulomb, s.stribeck_velocity, s.viscous, s.shape, self.sigma0, self.sigma1])
-
-    def with_values(self, names: tuple[str, ...], values: Vector) -> LugreFriction:
-        """The same friction with some numbers replaced."""
-        known = dict(zip(names, (float(v) for v in values), strict=True))
-        static = {name: known[name] for name in LUGRE_NAMES[:5] if name in known}
-        return LugreFriction(replace(self.static, **static), known.get("sigma0", self.sigma0), known.get("sigma1", self.sigma1))
 
 
 @dataclass(frozen=True)
@@ -50,7 +26,9 @@ class AxisRecord:
     position: Vector
 
 
-def simulate_axis(record: AxisRecord, inertia: float, friction: LugreFriction, offset: float = 0.0, substep_s: float = 5e-4) -> tuple[Vector, Vector]:
+def simulate_axis(
+    record: AxisRecord, inertia: float, friction: LugreFriction, offset: float = 0.0, substep_s: float = 5e-4
+) -> tuple[Vector, Vector]:
     """Position and rate at t_k, each (n,), of `inertia q'' = torque + offset - F` from the record's first position at rest.
 
     The bristles start in balance with the first torque (within break-away). Same integration as the plant (leapfrog with the exact
@@ -62,14 +40,32 @@ def simulate_axis(record: AxisRecord, inertia: float, friction: LugreFriction, o
     limit = 0.98 * min(friction.static.breakaway, friction.static.coulomb)
     held = float(np.clip(record.torque[0] + offset, -limit, limit))
     _respond(
-        np.ascontiguousarray(record.torque), offset, inertia, friction.values(), record.step_s / steps, steps, float(record.position[0]), held, position, rate
+        np.ascontiguousarray(record.torque),
+        offset,
+        inertia,
+        friction.values(),
+        record.step_s / steps,
+        steps,
+        float(record.position[0]),
+        held,
+        position,
+        rate,
     )
     return position, rate
 
 
 @entry_point
 def _respond(
-    torque: np.ndarray, offset: float, inertia: float, friction: np.ndarray, h: float, steps: int, start: float, held: float, position: np.ndarray, rate: np.ndarray
+    torque: np.ndarray,
+    offset: float,
+    inertia: float,
+    friction: np.ndarray,
+    h: float,
+    steps: int,
+    start: float,
+    held: float,
+    position: np.ndarray,
+    rate: np.ndarray,
 ) -> None:
     ts, tc, vs, sigma2, delta, sigma0, sigma1 = friction[0], friction[1], friction[2], friction[3], friction[4], friction[5], friction[6]
     gone = vs * BUMP_GONE ** (1.0 / delta)

@@ -126,7 +126,9 @@ def refit_with_fixed(
     if not free:
         r = residuals(base)
         return Fit(base, np.zeros(0), r, np.zeros((len(r), 0)), float(r @ r), len(r), 1)
-    inner = fit(partial_residuals, [parameters[index] for index in free], [base[free]], difference_step=difference_step, tolerance=tolerance)
+    inner = fit(
+        partial_residuals, [parameters[index] for index in free], [base[free]], difference_step=difference_step, tolerance=tolerance
+    )
     full = base.copy()
     full[free] = inner.values
     return replace(inner, values=full)

@@ -13,11 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimbal_hil.identification.averaging import Vector, autocorrelation_time
-from gimbal_hil.identification.axis_response import LUGRE_NAMES, LUGRE_UNITS, AxisRecord, LugreFriction, simulate_axis
+from gimbal_hil.identification.axis_response import AxisRecord, simulate_axis
 from gimbal_hil.identification.estimate import Estimate
 from gimbal_hil.identification.least_squares import Fit, Matrix, Parameter, fit
 from gimbal_hil.identification.profile import ProfileTask
 from gimbal_hil.identification.settled import Asked, settle_parameters
+from gimbal_hil.identification.stribeck import LUGRE_NAMES, LUGRE_UNITS, LugreFriction
 
 #: relative step of the finite differences in search coordinates: far above the simulation's rounding, far below its curvature
 _DIFFERENCE_STEP = 1e-4

@@ -66,7 +66,9 @@ def centred_torque(torque: Vector) -> Vector:
     return np.asarray(np.concatenate([torque[:1], 0.5 * (torque[1:] + torque[:-1])]))
 
 
-def fit_rigid_axis(time_s: Vector, position: Vector, torque: Vector, rule: RigidAxisRule, per_direction: bool = False, linear: bool = False, seed: int = 0) -> RigidAxisFit:
+def fit_rigid_axis(
+    time_s: Vector, position: Vector, torque: Vector, rule: RigidAxisRule, per_direction: bool = False, linear: bool = False, seed: int = 0
+) -> RigidAxisFit:
     """Regress `torque = inertia a + viscous v + coulomb sign(v) + offset`, or with viscous and Coulomb friction per direction.
 
     `time_s`, `position`, `torque` (commanded, held over the sample), shape (n,), constant rate. The least-squares solution uses every
@@ -80,7 +82,9 @@ def fit_rigid_axis(time_s: Vector, position: Vector, torque: Vector, rule: Rigid
     rate_hz = 1.0 / step
     edge = int(round(rule.edge_periods / rule.bandwidth_hz * rate_hz))
     if len(time_s) < 4 * edge + 200 or not np.ptp(position) > 0.0:
-        raise BadInputError("signals table", "too short or without motion for a regression", f"at least {4 * edge + 200} rows of a moving axis")
+        raise BadInputError(
+            "signals table", "too short or without motion for a regression", f"at least {4 * edge + 200} rows of a moving axis"
+        )
     smooth = sosfiltfilt(_low_pass(5.0 * rule.bandwidth_hz, rate_hz), position)
     rate = np.gradient(smooth, step)
     names, columns = _columns(rate, np.gradient(rate, step), per_direction)
@@ -100,7 +104,9 @@ def fit_rigid_axis(time_s: Vector, position: Vector, torque: Vector, rule: Rigid
     for index, name in enumerate(names):
         low, high = np.percentile(replicates[:, index], [2.5, 97.5])
         family = name.split("_")[0]
-        estimates.append(settle(name, float(solution[index]), Interval(float(low), float(high)), _unit(family, linear), None, _EXPERIMENTS[family]))
+        estimates.append(
+            settle(name, float(solution[index]), Interval(float(low), float(high)), _unit(family, linear), None, _EXPERIMENTS[family])
+        )
     rms = float(np.sqrt(np.mean(residual**2)))
     relative = rms / float(np.sqrt(np.mean(target**2)))
     return RigidAxisFit(tuple(estimates), rms, relative, rate[rows], target, residual, blocks)

@@ -52,4 +52,6 @@ def settle_parameters(task: ProfileTask, asked: Sequence[Asked], executor: Execu
 
 def _moved(estimate: Estimate, value: float) -> Estimate:
     interval = estimate.interval
-    return replace(estimate, value=value, interval=Interval(min(interval.low, value), max(interval.high, value), interval.open_low, interval.open_high))
+    return replace(
+        estimate, value=value, interval=Interval(min(interval.low, value), max(interval.high, value), interval.open_low, interval.open_high)
+    )

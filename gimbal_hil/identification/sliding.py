@@ -9,12 +9,11 @@ from enum import Enum
 import numpy as np
 
 from gimbal_hil.identification.averaging import Vector
-from gimbal_hil.identification.axis_response import LUGRE_UNITS
 from gimbal_hil.identification.estimate import Estimate
 from gimbal_hil.identification.least_squares import Fit, Matrix, Parameter, fit
 from gimbal_hil.identification.profile import ProfileTask
 from gimbal_hil.identification.settled import Asked, settle_parameters
-from gimbal_hil.identification.stribeck import StaticFriction, stribeck_bump
+from gimbal_hil.identification.stribeck import LUGRE_UNITS, StaticFriction, stribeck_bump
 from gimbal_hil.identification.velocity_map import VelocityPoint
 
 STATIC_NAMES = ("breakaway", "coulomb", "stribeck_velocity", "viscous", "shape")
@@ -78,7 +77,9 @@ class _MapResiduals:
         return np.asarray((self.torque - self.sign * curve - offset) * self.weight)
 
 
-def fit_static(points: Sequence[VelocityPoint], direction: Direction = Direction.BOTH, prior: StaticFriction | None = None) -> StaticFit | None:
+def fit_static(
+    points: Sequence[VelocityPoint], direction: Direction = Direction.BOTH, prior: StaticFriction | None = None
+) -> StaticFit | None:
     """Fit `F(v) = Tc + (Ts - Tc) exp(-(v/vs)^delta) + sigma2 v` to a map; None when fewer points than unknowns are there.
 
     Points weigh by their standard error (not below a fifth of the median one), to which a common scatter between runs is added when
@@ -139,7 +140,9 @@ def _starts(data: _MapResiduals, parameters: Sequence[Parameter], count: int = 6
             design: Matrix = np.stack(columns, axis=1) * data.weight[:, None]
             linear = np.linalg.lstsq(design, data.torque * data.weight, rcond=None)[0]
             values = np.array([linear[0], linear[1], velocity, linear[2], shape, *linear[3:]])
-            bounded = np.array([min(max(v, p.low * 1.01 if p.logarithmic else p.low), p.high) for v, p in zip(values, parameters, strict=True)])
+            bounded = np.array(
+                [min(max(v, p.low * 1.01 if p.logarithmic else p.low), p.high) for v, p in zip(values, parameters, strict=True)]
+            )
             candidates.append((float(np.sum(data(bounded) ** 2)), bounded))
     candidates.sort(key=lambda pair: pair[0])
     return [values for _, values in candidates[:count]]

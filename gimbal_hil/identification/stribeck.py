@@ -1,12 +1,16 @@
-"""The steady friction curve of the LuGre model, `F(v) = Tc + (Ts - Tc) exp(-(v / vs)^delta) + sigma2 v`."""
+"""LuGre friction as identification sees it: the steady curve `F(v) = Tc + (Ts - Tc) exp(-(v / vs)^delta) + sigma2 v`, and all seven numbers."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gimbal_hil.identification.averaging import Vector
+
+#: order of the seven parameters wherever they stand in one array
+LUGRE_NAMES = ("breakaway", "coulomb", "stribeck_velocity", "viscous", "shape", "sigma0", "sigma1")
+LUGRE_UNITS = ("N m", "N m", "rad/s", "N m s/rad", "1", "N m/rad", "N m s/rad")
 
 
 @dataclass(frozen=True)
@@ -38,3 +42,23 @@ def stribeck_bump(speed: Vector, stribeck_velocity: float, shape: float) -> Vect
     """`exp(-(|v| / vs)^delta)`, 1 at rest and 0 far above the Stribeck velocity."""
     ratio = np.maximum(np.abs(speed) / stribeck_velocity, 1e-300)
     return np.asarray(np.exp(-np.minimum(ratio**shape, 700.0)))
+
+
+@dataclass(frozen=True)
+class LugreFriction:
+    """All seven LuGre parameters: the steady curve, bristle stiffness (N m/rad) and bristle damping (N m s/rad)."""
+
+    static: StaticFriction
+    sigma0: float
+    sigma1: float
+
+    def values(self) -> Vector:
+        """The seven numbers in the order of LUGRE_NAMES."""
+        s = self.static
+        return np.array([s.breakaway, s.coulomb, s.stribeck_velocity, s.viscous, s.shape, self.sigma0, self.sigma1])
+
+    def with_values(self, names: tuple[str, ...], values: Vector) -> LugreFriction:
+        """The same friction with some numbers replaced."""
+        known = dict(zip(names, (float(v) for v in values), strict=True))
+        static = {name: known[name] for name in LUGRE_NAMES[:5] if name in known}
+        return LugreFriction(replace(self.static, **static), known.get("sigma0", self.sigma0), known.get("sigma1", self.sigma1))

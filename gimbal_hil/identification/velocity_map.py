@@ -82,7 +82,11 @@ def measure_velocity_map(plateaus: Sequence[Plateau], rule: SteadyRule | None = 
     for plateau in plateaus:
         window = find_steady_window(plateau.time_s, plateau.position, rule)
         if window is None:
-            rejected.append(RejectedPlateau(plateau.label, "no stretch of constant speed passes the trend and level tests (stick-slip or still settling)"))
+            rejected.append(
+                RejectedPlateau(
+                    plateau.label, "no stretch of constant speed passes the trend and level tests (stick-slip or still settling)"
+                )
+            )
         elif position_step is not None and abs(plateau.position[window.stop - 1] - plateau.position[window.start]) < 100.0 * position_step:
             rejected.append(RejectedPlateau(plateau.label, "travels less than 100 encoder steps"))
         else:
@@ -115,9 +119,7 @@ def _measure(plateau: Plateau, window: SteadyWindow, curve: PositionCurve | None
     estimate = mean_with_error(friction)
     momentum, momentum_error = _momentum(plateau, window)
     error = float(np.hypot(estimate.standard_error, momentum_error))
-    return VelocityPoint(
-        window.rate, estimate.mean - momentum, error, window.rate_error, 1, (plateau.label,), estimate.effective_samples
-    )
+    return VelocityPoint(window.rate, estimate.mean - momentum, error, window.rate_error, 1, (plateau.label,), estimate.effective_samples)
 
 
 def _momentum(plateau: Plateau, window: SteadyWindow) -> tuple[float, float]:

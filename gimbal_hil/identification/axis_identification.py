@@ -1,0 +1,192 @@
+"""The whole identification of one axis: map, presliding, output error, regression, and what they say together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+from gimbal_hil.identification.axis_response import AxisRecord
+from gimbal_hil.identification.consistency import BreakAway, break_away, break_away_findings, physical_findings, repeatability_findings
+from gimbal_hil.identification.estimate import Estimate, Finding, Verdict, withheld
+from gimbal_hil.identification.evidence import Evidence, Log, collect
+from gimbal_hil.identification.output_error import EXPERIMENTS, OutputErrorFit, OutputErrorRule, fit_output_error
+from gimbal_hil.identification.presliding import STEPS_FOR_SIGMA1, PreslidingFit, fit_presliding
+from gimbal_hil.identification.rigid_axis import RigidAxisFit, RigidAxisRule, fit_rigid_axis
+from gimbal_hil.identification.sliding import Direction, StaticFit, fit_static
+from gimbal_hil.identification.stribeck import LUGRE_NAMES, LUGRE_UNITS, LugreFriction, StaticFriction
+from gimbal_hil.identification.velocity_map import VelocityMap, measure_velocity_map
+from sim_backend.model import AntennaModel
+
+#: longest total stretch that goes into one output-error fit; shorter stretches first
+_MOST_SECONDS = 60.0
+#: without a velocity map the whole motion counts; with one, only up to this many bristle lengths Ts / sigma0 from rest
+_BRISTLE_LENGTHS = 3.0
+_LEAST_ROWS = 100
+
+
+@dataclass(frozen=True)
+class AxisIdentification:
+    """Everything found out about one axis. What the data did not allow is None; `estimates` are the final word per parameter."""
+
+    axis: str
+    evidence: Evidence
+    velocity_map: VelocityMap | None
+    both: StaticFit | None
+    positive: StaticFit | None
+    negative: StaticFit | None
+    presliding: PreslidingFit | None
+    dynamic: OutputErrorFit | None
+    rigid: RigidAxisFit | None
+    rigid_per_direction: RigidAxisFit | None
+    break_aways: tuple[BreakAway, ...]
+    estimates: tuple[Estimate, ...]
+    friction: LugreFriction
+    findings: tuple[Finding, ...]
+
+
+def friction_of(model: AntennaModel, axis: str) -> LugreFriction:
+    """The LuGre numbers that a model holds for an axis."""
+    static, dynamic = LUGRE_NAMES[:5], LUGRE_NAMES[5:]
+    return LugreFriction(
+        StaticFriction(*(model.number(axis, f"friction.{name}") for name in static)),
+        *(model.number(axis, f"friction.{name}") for name in dynamic),
+    )
+
+
+def identify_axis(
+    logs: Sequence[Log], model: AntennaModel, axis: str, executor: Executor | None = None, seed: int = 0
+) -> AxisIdentification:
+    """Identify one axis from logs, with the model as prior and as source of inertia, gravity and the encoder step."""
+    evidence = collect(logs, model, axis)
+    prior = friction_of(model, axis)
+    step = model.number(axis, "encoder.step")
+    velocity_map = measure_velocity_map(evidence.plateaus, position_step=step or None) if evidence.plateaus else None
+    points = velocity_map.points if velocity_map else ()
+    both, positive, negative = (fit_static(points, d, prior.static) for d in (Direction.BOTH, Direction.POSITIVE, Direction.NEGATIVE))
+    static = both or positive or negative
+    known = prior if static is None else LugreFriction(static.friction, prior.sigma0, prior.sigma1)
+    presliding, dynamic = _bristles(evidence, known, static is not None, step, OutputErrorRule(seed=seed), executor)
+    rigid = _rigid(logs, model, axis) if static is None and len(model.axes) == 1 else (None, None)
+    estimates = _final(prior, static, presliding, dynamic, rigid[0])
+    friction = prior.with_values(*_friction_values(estimates))
+    broken = _break_aways(evidence, friction, step)
+    findings = [
+        finding
+        for fit in ((positive, negative) if positive and negative else (static,))
+        if fit is not None
+        for finding in break_away_findings(broken, fit, axis)
+    ]
+    findings += repeatability_findings(points, axis)
+    sigma1 = next((e.interval for e in estimates if e.name == "sigma1"), None)
+    findings += physical_findings(friction, axis, sigma1)
+    findings += _disagreement(presliding, dynamic, axis)
+    return AxisIdentification(
+        axis, evidence, velocity_map, both, positive, negative, presliding, dynamic, rigid[0], rigid[1], broken, estimates, friction, tuple(findings)
+    )  # fmt: skip
+
+
+def _bristles(
+    evidence: Evidence, known: LugreFriction, has_map: bool, step: float, rule: OutputErrorRule, executor: Executor | None
+) -> tuple[PreslidingFit | None, OutputErrorFit | None]:
+    """sigma0 from the exact presliding curve, then sigma0 and sigma1 from simulated motion; the curve again with the new sigma1."""
+    breakaway = max(known.static.breakaway, 1e-9)
+    presliding = fit_presliding(evidence.presliding, breakaway, step, known.sigma0, known.sigma1) if evidence.presliding else None
+    if presliding is not None and presliding.sigma0.verdict is not Verdict.NOT_IDENTIFIED:
+        known = replace(known, sigma0=presliding.sigma0.fitted)
+    free = ("breakaway", "sigma0", "sigma1") if has_map else LUGRE_NAMES
+    length = _BRISTLE_LENGTHS * breakaway / known.sigma0 if has_map and known.sigma0 > 0.0 else float("inf")
+    records = _cut(evidence.records, length)
+    if not records or evidence.inertia is None or known.sigma0 <= 0.0 or known.sigma1 <= 0.0:
+        return presliding, None
+    dynamic = fit_output_error(records, evidence.inertia, known, free, step, rule, executor)
+    sigma1 = next(e for e in dynamic.estimates if e.name == "sigma1")
+    if presliding is not None and sigma1.verdict is Verdict.IDENTIFIED:
+        presliding = fit_presliding(evidence.presliding, breakaway, step, known.sigma0, sigma1.value)
+    return presliding, dynamic
+
+
+def _cut(records: Sequence[AxisRecord], length: float) -> tuple[AxisRecord, ...]:
+    """Records up to the row where the joint has left its start by `length`, shortest first, up to a minute in total."""
+    chosen: list[AxisRecord] = []
+    total = 0.0
+    for record in sorted(records, key=lambda r: len(r.position) * r.step_s):
+        away = abs(record.position - record.position[0]) > length
+        stop = int(away.argmax()) if away.any() else len(away)
+        if stop < _LEAST_ROWS or (total + stop * record.step_s > _MOST_SECONDS and chosen):
+            continue
+        total += stop * record.step_s
+        chosen.append(AxisRecord(record.label, record.step_s, record.torque[:stop], record.position[:stop]))
+    return tuple(chosen)
+
+
+def _rigid(logs: Sequence[Log], model: AntennaModel, axis: str) -> tuple[RigidAxisFit | None, RigidAxisFit | None]:
+    """Regression of a single axis over its longest log, symmetric and per direction."""
+    log = max(logs, key=lambda one: len(one.table))
+    table = log.table
+    rule = RigidAxisRule(bandwidth_hz=min(20.0, 0.05 / table.period_s))
+    fits = [
+        fit_rigid_axis(table.time_s, table.position(axis), table.torque(axis), rule, per_direction=split, linear=model.is_linear)
+        for split in (False, True)
+    ]
+    return fits[0], fits[1]
+
+
+def _final(
+    prior: LugreFriction,
+    static: StaticFit | None,
+    presliding: PreslidingFit | None,
+    dynamic: OutputErrorFit | None,
+    rigid: RigidAxisFit | None,
+) -> tuple[Estimate, ...]:
+    """One estimate per parameter: static ones from the map, bristles from simulated motion or the presliding curve, else the prior."""
+    from_map = {e.name: e for e in static.estimates} if static else {}
+    from_motion = {e.name: e for e in dynamic.estimates} if dynamic else {}
+    from_regression = {e.name: e for e in rigid.estimates} if rigid else {}
+    final = []
+    for name, unit, value in zip(LUGRE_NAMES, LUGRE_UNITS, prior.values().tolist(), strict=True):
+        candidates = [source[name] for source in (from_map, from_regression, from_motion) if name in source]
+        if name == "sigma0" and presliding is not None:
+            candidates.append(presliding.sigma0)
+        if name == "sigma1" and presliding is not None and presliding.travel_steps < STEPS_FOR_SIGMA1:
+            reason = f"presliding travel is only {presliding.travel_steps:.1f} encoder steps, {STEPS_FOR_SIGMA1:.0f} are needed"
+            candidates = [withheld(name, unit, value, reason, EXPERIMENTS[name])]
+        if not candidates:
+            candidates = [withheld(name, unit, value, "no data that depend on it", EXPERIMENTS[name])]
+        final.append(min(candidates, key=_rank))
+    final += [replace(from_regression[name], prior=None) for name in ("inertia", "offset") if name in from_regression]
+    return tuple(final)
+
+
+def _rank(estimate: Estimate) -> tuple[int, float]:
+    """Better verdict first, then the narrower interval."""
+    order = (Verdict.IDENTIFIED, Verdict.WEAKLY_IDENTIFIED, Verdict.NOT_IDENTIFIED)
+    return order.index(estimate.verdict), estimate.interval.high - estimate.interval.low
+
+
+def _friction_values(estimates: Sequence[Estimate]) -> tuple[tuple[str, ...], list[float]]:
+    usable = [e for e in estimates if e.name in LUGRE_NAMES and e.value == e.value]
+    return tuple(e.name for e in usable), [e.value for e in usable]
+
+
+def _break_aways(evidence: Evidence, friction: LugreFriction, step: float) -> tuple[BreakAway, ...]:
+    if friction.sigma0 <= 0.0:
+        return ()
+    found = (break_away(run, friction.sigma0, step) for run in evidence.presliding)
+    return tuple(one for one in found if one is not None)
+
+
+def _disagreement(presliding: PreslidingFit | None, dynamic: OutputErrorFit | None, axis: str) -> tuple[Finding, ...]:
+    """Slow and fast presliding that ask for different stiffness: the bristle model itself is then in doubt."""
+    if presliding is None or dynamic is None:
+        return ()
+    slow, fast = presliding.sigma0, next((e for e in dynamic.estimates if e.name == "sigma0"), None)
+    if fast is None or Verdict.NOT_IDENTIFIED in (slow.verdict, fast.verdict):
+        return ()
+    if slow.interval.low <= fast.interval.high and fast.interval.low <= slow.interval.high:
+        return ()
+    text = (
+        f"sigma0 from slow ramps {slow.fitted:.5g} ({slow.interval.low:.5g} to {slow.interval.high:.5g}) and from simulated motion "
+        f"{fast.fitted:.5g} ({fast.interval.low:.5g} to {fast.interval.high:.5g}) exclude each other: one bristle does not describe both"
+    )
+    return (Finding("stiffness_disagrees", text, axis),)

@@ -1,0 +1,118 @@
+"""Physical bounds and contradictions: what the numbers or the data themselves say against each other."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gimbal_hil.identification.averaging import Vector
+from gimbal_hil.identification.estimate import Finding, Interval
+from gimbal_hil.identification.presliding import PreslidingRun
+from gimbal_hil.identification.sliding import Direction, StaticFit
+from gimbal_hil.identification.stribeck import LugreFriction
+from gimbal_hil.identification.velocity_map import VelocityPoint
+
+#: break-away is where the tangent stiffness has fallen to this share of the small-torque stiffness
+_STIFFNESS_LEFT = 0.05
+#: neighbouring speeds within this factor must agree within this many joint errors and this share of the torque
+_NEAR_SPEED, _FAR_ERRORS, _FAR_SHARE = 1.25, 5.0, 0.12
+
+
+@dataclass(frozen=True)
+class BreakAway:
+    """Signed torque at which a slow ramp left presliding."""
+
+    label: str
+    torque: float
+
+
+def break_away(run: PreslidingRun, sigma0: float, encoder_step: float) -> BreakAway | None:
+    """Torque at which the tangent stiffness dT/dq of a slow ramp falls for good below a twentieth of sigma0; None when it never does.
+
+    Slopes are taken between points that lie at least ten encoder steps apart, so that one step of the encoder does not decide.
+    """
+    rows = _spaced_rows(run.position, 10.0 * max(encoder_step, 1e-12))
+    if len(rows) < 4:
+        return None
+    travel, torque = np.diff(run.position[rows]), np.diff(run.friction[rows])
+    soft = torque / travel < _STIFFNESS_LEFT * sigma0
+    for index in range(len(soft) - 1):
+        if soft[index] and soft[index + 1]:
+            return BreakAway(run.label, float(run.friction[rows[index]]))
+    return None
+
+
+def _spaced_rows(position: Vector, spacing: float) -> np.ndarray:
+    chosen, last = [0], float(position[0])
+    for row, value in enumerate(position.tolist()):
+        if abs(value - last) >= spacing:
+            chosen.append(row)
+            last = value
+    return np.array(chosen)
+
+
+def break_away_findings(found: Sequence[BreakAway], static: StaticFit, axis: str = "") -> tuple[Finding, ...]:
+    """A contradiction for each direction whose break-away torque lies below its Coulomb torque.
+
+    LuGre, and every Stribeck curve, needs Ts at or above Tc. When ramps break away lower than the sliding torque extrapolated to
+    rest, no parameters can describe both experiments: they are reported side by side and not fitted through.
+    """
+    findings = []
+    sides = {Direction.POSITIVE: (1.0,), Direction.NEGATIVE: (-1.0,), Direction.BOTH: (1.0, -1.0)}[static.direction]
+    coulomb = next(e for e in static.estimates if e.name == "coulomb")
+    for side in sides:
+        torques = np.array([abs(b.torque) for b in found if b.torque * side > 0.0])
+        if len(torques) == 0:
+            continue
+        spread = float(np.std(torques, ddof=1)) if len(torques) > 1 else 0.1 * float(torques[0])
+        high = float(np.mean(torques)) + 2.0 * spread / np.sqrt(len(torques))
+        if high < coulomb.interval.low:
+            way = "positive" if side > 0.0 else "negative"
+            findings.append(
+                Finding(
+                    "break_away_below_coulomb",
+                    f"{way} direction: {len(torques)} ramps break away at {np.mean(torques):.4g} on average (each {torques.min():.4g} to "
+                    f"{torques.max():.4g}), but sliding needs {coulomb.fitted:.4g} ({coulomb.interval.low:.4g} to {coulomb.interval.high:.4g}) "
+                    "however slow: the two experiments contradict each other, and no friction curve is fitted through both",
+                    axis,
+                )
+            )
+    return tuple(findings)
+
+
+def repeatability_findings(points: Sequence[VelocityPoint], axis: str = "") -> tuple[Finding, ...]:
+    """Neighbouring speeds of one direction whose torques differ by far more than their errors: the runs were not made alike."""
+    findings = []
+    for a, b in zip(points[:-1], points[1:], strict=True):
+        same_way = a.rate * b.rate > 0.0
+        near = same_way and max(abs(a.rate), abs(b.rate)) < _NEAR_SPEED * min(abs(a.rate), abs(b.rate))
+        gap = abs(a.torque - b.torque)
+        if near and gap > _FAR_ERRORS * np.hypot(a.standard_error, b.standard_error) and gap > _FAR_SHARE * abs(a.torque):
+            text = (
+                f"at {a.rate:.4g} and {b.rate:.4g} rad/s the mean torque is {a.torque:.4g} and {b.torque:.4g}, "
+                f"{gap / np.hypot(a.standard_error, b.standard_error):.0f} standard errors apart ({a.labels[0]}; {b.labels[0]})"
+            )
+            findings.append(Finding("not_repeatable", text, axis))
+    return tuple(findings)
+
+
+def physical_findings(friction: LugreFriction, axis: str = "", sigma1_interval: Interval | None = None) -> tuple[Finding, ...]:
+    """Violated bounds of a parameter set: break-away under Coulomb, and passivity `sigma2 > sigma1 (Ts - Tc) / Tc`."""
+    static = friction.static
+    findings = []
+    if static.breakaway < static.coulomb:
+        text = f"break-away {static.breakaway:.4g} is below Coulomb {static.coulomb:.4g}: the curve has no Stribeck bump, the model takes Ts = Tc"
+        findings.append(Finding("breakaway_below_coulomb_in_fit", text, axis))
+    limit = static.largest_sigma1()
+    if friction.sigma1 > limit:
+        certain = sigma1_interval is not None and sigma1_interval.low > limit
+        text = (
+            f"with sigma1 = {friction.sigma1:.4g} the model is not passive: sigma2 = {static.viscous:.4g} would have to exceed "
+            f"sigma1 (Ts - Tc) / Tc = {friction.sigma1 * (static.breakaway - static.coulomb) / static.coulomb:.4g}"
+            f" (sigma1 up to {limit:.4g} is passive){'' if certain else '; the interval of sigma1 reaches into the passive range'}. "
+            "A sigma1 that falls with speed would be passive"
+        )
+        findings.append(Finding("not_passive", text, axis))
+    return tuple(findings)

@@ -1,0 +1,84 @@
+"""Collects from logs what each estimator needs: plateaus, presliding runs, stretches of torque-driven motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gimbal_hil.identification.axis_response import AxisRecord
+from gimbal_hil.identification.presliding import PreslidingRun
+from gimbal_hil.identification.rigid_load import axis_load
+from gimbal_hil.identification.segments import Drive, Stretch
+from gimbal_hil.identification.velocity_map import Plateau
+from gimbal_hil.signals import SignalsTable
+from sim_backend.model import AntennaModel
+
+#: a plateau travels at least this many encoder steps and lasts this long
+_PLATEAU_STEPS, _PLATEAU_S = 100.0, 0.5
+#: torque that changes by less than this share of break-away a row is slow enough for the static presliding curve
+_SLOW_SHARE = 0.02
+#: at the start of a torque-driven stretch the joint moves less than this many encoder steps in 50 ms
+_REST_STEPS, _REST_S = 4.0, 0.05
+
+
+@dataclass(frozen=True)
+class Log:
+    """One signals table and how it is cut, per axis."""
+
+    name: str
+    table: SignalsTable
+    stretches: dict[str, tuple[Stretch, ...]]
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Everything of one axis. `inertia` is the mean over the stretches used (None when there is none)."""
+
+    axis: str
+    plateaus: tuple[Plateau, ...]
+    presliding: tuple[PreslidingRun, ...]
+    records: tuple[AxisRecord, ...]
+    inertia: float | None
+
+
+def collect(logs: Sequence[Log], model: AntennaModel, axis: str) -> Evidence:
+    """Sort every stretch of every log into what it is good for.
+
+    Loop-driven stretches that travel far enough are tried as plateaus (the steadiness test decides). Torque-driven stretches that
+    start at rest are records for the output error; those with slow torque are presliding runs too.
+    """
+    plateaus: list[Plateau] = []
+    presliding: list[PreslidingRun] = []
+    records: list[AxisRecord] = []
+    inertias: list[float] = []
+    step = max(model.number(axis, "encoder.step"), 1e-12)
+    slow = _SLOW_SHARE * model.number(axis, "friction.breakaway")
+    for log in logs:
+        for stretch in log.stretches[axis]:
+            position = log.table.position(axis)[stretch.start : stretch.stop]
+            duration = len(position) * log.table.period_s
+            if stretch.drive is Drive.OFF or len(position) < 40:
+                continue
+            far = abs(float(position[-1] - position[0])) > _PLATEAU_STEPS * step and duration > _PLATEAU_S
+            torque_driven = stretch.drive is Drive.TORQUE and _at_rest(position, log.table.period_s, step)
+            if not torque_driven and not (stretch.drive is Drive.LOOP and far):
+                continue
+            part = log.table.rows(stretch.start, stretch.stop)
+            load = axis_load(part, model, axis)
+            inertias.append(load.inertia)
+            label = f"{log.name}: {stretch.label}"
+            if not torque_driven:
+                plateaus.append(Plateau(label, part.time_s, position, load.friction, load.inertia))
+                continue
+            records.append(AxisRecord(label, part.period_s, load.drive, position))
+            if float(np.max(np.abs(np.diff(load.drive)))) < slow:
+                presliding.append(PreslidingRun(label, part.time_s, position, load.friction))
+    inertia = float(np.mean(inertias)) if inertias else None
+    return Evidence(axis, tuple(plateaus), tuple(presliding), tuple(records), inertia)
+
+
+def _at_rest(position: np.ndarray, period_s: float, step: float) -> bool:
+    rows = max(2, int(round(_REST_S / period_s)))
+    return bool(np.ptp(position[:rows]) <= _REST_STEPS * step)

@@ -1,0 +1,41 @@
+"""Puts identified numbers into a model file's model, each with where it comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from gimbal_hil.identification.axis_identification import AxisIdentification
+from gimbal_hil.identification.estimate import Estimate, Verdict
+from gimbal_hil.identification.stribeck import LUGRE_NAMES
+from sim_backend.model import AntennaModel
+
+
+def updated_model(model: AntennaModel, results: Sequence[AxisIdentification]) -> AntennaModel:
+    """The model with every identified and weakly identified number replaced; what is not identified keeps value and source.
+
+    A model cannot hold a break-away below Coulomb: then both are the Coulomb level, and the source says so.
+    """
+    for result in results:
+        by_name = {e.name: e for e in result.estimates if e.verdict is not Verdict.NOT_IDENTIFIED}
+        axis = result.axis
+        values = {name: (by_name[name].value, _source(by_name[name])) for name in LUGRE_NAMES if name in by_name}
+        coulomb = values["coulomb"][0] if "coulomb" in values else model.number(axis, "friction.coulomb")
+        breakaway = values["breakaway"][0] if "breakaway" in values else model.number(axis, "friction.breakaway")
+        if breakaway < coulomb:
+            values["breakaway"] = (coulomb, f"set to Coulomb: the data gave {breakaway:.6g}, below it")
+        # Coulomb first only where it falls: at no moment may break-away stand below it
+        order = ("coulomb", "breakaway") if coulomb <= model.number(axis, "friction.breakaway") else ("breakaway", "coulomb")
+        for name in (*order, *(n for n in LUGRE_NAMES if n not in order)):
+            if name in values:
+                model = model.with_number(axis, f"friction.{name}", *values[name])
+        if "inertia" in by_name:
+            model = model.with_number(axis, "body.own_inertia", by_name["inertia"].value, _source(by_name["inertia"]))
+        if "offset" in by_name:
+            # the regression explains torque commanded; the actuator's offset is what adds to it
+            model = model.with_number(axis, "actuator.offset", -by_name["offset"].value, _source(by_name["offset"]))
+    return model
+
+
+def _source(estimate: Estimate) -> str:
+    word = "identified" if estimate.verdict is Verdict.IDENTIFIED else "weakly identified"
+    return f"{word}, 95 % interval {estimate.interval.low:.6g} to {estimate.interval.high:.6g}"

@@ -1,0 +1,86 @@
+"""Cuts a run or a table into stretches that identification can use, by what was asked of the axis in them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from gimbal_hil.control.layout import Mode
+from gimbal_hil.identification.averaging import Vector
+from gimbal_hil.runs import Run
+from gimbal_hil.runs.frame_columns import columns_of
+from gimbal_hil.signals import SignalsTable
+
+#: without references, a change of block speed by this share of the larger one starts a new stretch
+_SPEED_CHANGE = 0.2
+_BLOCK_S = 0.25
+_REFERENCE_TOLERANCE = 1e-9
+
+
+class Drive(Enum):
+    """Who set the torque in a stretch."""
+
+    #: torque was commanded directly
+    TORQUE = "torque"
+    #: a loop followed a reference, or nobody knows
+    LOOP = "loop"
+    #: the axis was off
+    OFF = "off"
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Rows `start` (first) to `stop` (one past the last) of a table, with the axis driven one way throughout."""
+
+    label: str
+    start: int
+    stop: int
+    drive: Drive
+
+
+def stretches_of_run(run: Run, table: SignalsTable, axis: str) -> tuple[Stretch, ...]:
+    """Stretches of a recorded run: one a segment of its plan, from the tick log's segment label and mode of the axis."""
+    ticks = run.ticks
+    first = int(columns_of(run.frames, "drive_status").tick[0])
+    rows = np.clip(ticks["tick"] - first, 0, len(table))
+    change = np.flatnonzero((np.diff(ticks["segment"]) != 0) | (np.diff(ticks[f"mode_{axis}"]) != 0)) + 1
+    edges = np.concatenate([[0], change, [len(ticks)]])
+    stretches = []
+    for start, stop in zip(edges[:-1], edges[1:], strict=True):
+        low, high = int(rows[start]), int(rows[stop]) if stop < len(rows) else len(table)
+        if high > low:
+            label = f"{axis} segment {int(ticks['segment'][start])} at {table.time_s[min(low, len(table) - 1)]:.2f} s"
+            stretches.append(Stretch(label, low, high, _DRIVES.get(int(ticks[f"mode_{axis}"][start]), Drive.LOOP)))
+    return tuple(stretches)
+
+
+_DRIVES = {int(Mode.OFF): Drive.OFF, int(Mode.TORQUE): Drive.TORQUE}
+
+
+def stretches_of_table(table: SignalsTable, axis: str) -> tuple[Stretch, ...]:
+    """Stretches of a bare table: where a rate reference is known, its constant pieces; else pieces of even measured speed."""
+    reference = table.signal(axis, "rate_ref")
+    if reference is not None:
+        edges = np.concatenate([[0], np.flatnonzero(np.abs(np.diff(reference)) > _REFERENCE_TOLERANCE) + 1, [len(table)]])
+    else:
+        edges = _speed_edges(table.position(axis), table.period_s)
+    found = []
+    for start, stop in zip(edges[:-1], edges[1:], strict=True):
+        if stop - start > 1:
+            found.append(Stretch(f"{axis} from {table.time_s[start]:.2f} s", int(start), int(stop), Drive.LOOP))
+    return tuple(found)
+
+
+def _speed_edges(position: Vector, period_s: float) -> np.ndarray:
+    length = max(2, int(round(_BLOCK_S / period_s)))
+    edges = np.arange(0, len(position), length)
+    if len(edges) < 3:
+        return np.array([0, len(position)])
+    speeds = np.diff(position[edges])
+    scale = np.maximum(np.abs(speeds[1:]), np.abs(speeds[:-1]))
+    moving = scale > 0.0
+    change = np.zeros(len(speeds) - 1, dtype=bool)
+    change[moving] = np.abs(np.diff(speeds))[moving] > _SPEED_CHANGE * scale[moving]
+    return np.unique(np.concatenate([[0], edges[1:-1][change], [len(position)]]))
