@@ -1,0 +1,1 @@
+"""The thesis that this project grew from, run again: controller tables, unbalance, friction, and what does not hold."""

@@ -1,0 +1,164 @@
+"""Chapter 5: every table of step responses run again, row by row."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from gimbal_hil.control import Mode
+from gimbal_hil.experiments.thesis.closed_loop import LOOP_RATE_HZ, AxisLoop, Gains, Response, run_closed_loop
+from gimbal_hil.experiments.thesis.inferred import SETTLING_BAND, STEP_TIME_S, Configuration
+from gimbal_hil.experiments.thesis.printed import (
+    POSITION_GAINS,
+    PREFILTER_POSITION_GAINS,
+    PREFILTER_RATE_GAINS,
+    PREFILTERS,
+    RATE_GAINS,
+    Loop,
+    PrintedRow,
+    StepTable,
+)
+from sim_backend.model import AntennaModel
+
+_DURATION_S = {Loop.RATE: 2.0, Loop.POSITION: 4.0}
+
+
+class Verdict(Enum):
+    """What came of a table."""
+
+    REPRODUCED = "reproduced"
+    OVERSHOOT_ONLY = "overshoot reproduced, settling not"
+    NOT_REPRODUCIBLE = "not reproducible"
+
+
+@dataclass(frozen=True)
+class Accepted:
+    """Largest rms over a table's rows that counts as reproduced: overshoot in points, settling in s (None: not asked for)."""
+
+    overshoot_points: float
+    settling_s: float | None
+
+
+ACCEPTED: dict[str, Accepted] = {
+    "5.2": Accepted(0.3, 0.03),
+    "5.3": Accepted(0.2, 0.04),
+    "5.4": Accepted(0.6, 0.02),
+    "5.5": Accepted(0.3, 0.01),
+    "5.6": Accepted(0.3, None),
+    "5.7": Accepted(0.4, 0.04),
+    "5.8": Accepted(0.9, 0.02),
+    "5.9": Accepted(1.1, 0.06),
+    "5.12": Accepted(0.6, None),
+}
+REASONS: dict[str, str] = {
+    "5.6": "at Kp = 5 the last swing ends at the edge of the 2 % band, so that 1.6 or 2.4 s turns on its third digit",
+    "5.12": "the prefilter alone reaches 2 % in 1.2 s; no single configuration is as slow as printed",
+    "5.13": "a first-order prefilter with this cascade does not overshoot, and settles later than printed at 0.8 and 1.0 rad",
+    "5.14": "20 % more inertia leaves the overshoot at 0.5 rad as it is, the print doubles it; at 2.5 rad the loop winds up",
+    "5.15": "no overshoot with this cascade, as in table 5.13",
+}
+
+
+@dataclass(frozen=True)
+class RowResult:
+    """A printed row and the same row run here."""
+
+    printed: PrintedRow
+    overshoot_percent: float
+    #: infinite where the response never stays in the band
+    settling_s: float
+
+
+@dataclass(frozen=True)
+class TableResult:
+    """A table run again; rms over its rows, overshoot in points and settling in s."""
+
+    table: StepTable
+    rows: tuple[RowResult, ...]
+    responses: tuple[Response, ...]
+
+    @property
+    def overshoot_rms(self) -> float:
+        """Rms over the rows of the difference in overshoot, points."""
+        return _rms([row.overshoot_percent - row.printed.overshoot_percent for row in self.rows])
+
+    @property
+    def settling_rms_s(self) -> float:
+        """Rms over the rows of the difference in settling time, s; infinite where a row never settles."""
+        return _rms([row.settling_s - row.printed.settling_s for row in self.rows])
+
+    @property
+    def verdict(self) -> Verdict:
+        """Whether the table is reproduced, by the limits in ACCEPTED."""
+        accepted = ACCEPTED.get(self.table.number)
+        if accepted is None or self.overshoot_rms > accepted.overshoot_points:
+            return Verdict.NOT_REPRODUCIBLE
+        if accepted.settling_s is None:
+            return Verdict.OVERSHOOT_ONLY
+        return Verdict.REPRODUCED if self.settling_rms_s <= accepted.settling_s else Verdict.OVERSHOOT_ONLY
+
+    @property
+    def reason(self) -> str:
+        """Why not more of it is reproduced; empty where all is."""
+        return REASONS.get(self.table.number, "") if self.verdict is not Verdict.REPRODUCED else ""
+
+
+def run_table(table: StepTable, configuration: Configuration) -> TableResult:
+    """Run every row of a table in one configuration."""
+    model = _heavier(configuration.antenna(), table.inertia_factor)
+    rows, responses = [], []
+    for printed in table.rows:
+        size = printed.swept if table.swept == "step" else 1.0
+        response = _respond(table, printed, size, model, configuration)
+        index = model.axes.index(table.axis)
+        signal = response.rate_rad_s if table.loop is Loop.RATE else response.position_rad
+        overshoot, settling = step_figures(response.time_s, signal[:, index], size)
+        rows.append(RowResult(printed, overshoot, settling))
+        responses.append(response)
+    return TableResult(table, tuple(rows), tuple(responses))
+
+
+def step_figures(time_s: np.ndarray, signal: np.ndarray, size: float) -> tuple[float, float]:
+    """Overshoot (percent of the step) and settling time (s from the first sample, into a band of 2 %; inf if never)."""
+    overshoot = 100.0 * max(0.0, float(signal.max()) / size - 1.0)
+    outside = np.flatnonzero(np.abs(signal - size) > SETTLING_BAND * abs(size))
+    if not len(outside):
+        return overshoot, float(time_s[0])
+    return overshoot, float(time_s[outside[-1] + 1]) if outside[-1] + 1 < len(time_s) else math.inf
+
+
+def _respond(table: StepTable, printed: PrintedRow, size: float, model: AntennaModel, configuration: Configuration) -> Response:
+    samples = round(_DURATION_S[table.loop] * LOOP_RATE_HZ)
+    reference = np.zeros((samples, 2))
+    reference[round(STEP_TIME_S[table.loop, table.axis] * LOOP_RATE_HZ) :, model.axes.index(table.axis)] = size
+    loops = [_loop(axis, table, printed, configuration) for axis in model.axes]
+    return run_closed_loop(model, loops[0], loops[1], reference)
+
+
+def _loop(axis: str, table: StepTable, printed: PrintedRow, configuration: Configuration) -> AxisLoop:
+    """The axis under test as the table has it; the other axis holds still with the final gains."""
+    drive = configuration.drive(axis)
+    rate = Gains(*(PREFILTER_RATE_GAINS if table.prefilter else RATE_GAINS)[axis])
+    position = Gains(*(PREFILTER_POSITION_GAINS if table.prefilter else POSITION_GAINS)[axis])
+    if axis == table.axis and table.swept != "step":
+        swept = Gains(printed.swept if table.kp is None else table.kp, printed.swept if table.ki is None else table.ki)
+        rate, position = (swept, position) if table.loop is Loop.RATE else (rate, swept)
+    mode = Mode.RATE if table.loop is Loop.RATE else Mode.POSITION
+    return AxisLoop(mode, rate, position, drive.per_unit_nm, drive.limit_nm, PREFILTERS[axis] if table.prefilter else ())
+
+
+def _heavier(model: AntennaModel, factor: float) -> AntennaModel:
+    if factor != 1.0:
+        for axis in model.axes:
+            for entry in ("xx", "yy", "zz", "xy", "xz", "yz"):
+                path = f"body.inertia.{entry}"
+                model = model.with_number(axis, path, factor * model.number(axis, path))
+    return model
+
+
+def _rms(differences: Sequence[float]) -> float:
+    return math.sqrt(sum(d * d for d in differences) / len(differences))
