@@ -1,0 +1,52 @@
+"""Friction identified from measured motion, every number with an interval and a verdict."""
+
+from gimbal_hil.identification.axis_identification import AxisIdentification, friction_of, identify_axis
+from gimbal_hil.identification.axis_response import AxisRecord, simulate_axis
+from gimbal_hil.identification.estimate import Estimate, Finding, Interval, Verdict
+from gimbal_hil.identification.evidence import Evidence, Log
+from gimbal_hil.identification.model_update import updated_model
+from gimbal_hil.identification.output_error import OutputErrorFit, OutputErrorRule, fit_output_error
+from gimbal_hil.identification.presliding import PreslidingFit, PreslidingRun, fit_presliding
+from gimbal_hil.identification.rigid_axis import RigidAxisFit, RigidAxisRule, fit_rigid_axis
+from gimbal_hil.identification.segments import Drive, Stretch, stretches_of_run, stretches_of_table
+from gimbal_hil.identification.sliding import Direction, StaticFit, fit_static
+from gimbal_hil.identification.stribeck import LUGRE_NAMES, LugreFriction, StaticFriction
+from gimbal_hil.identification.velocity_map import Plateau, VelocityMap, VelocityPoint, measure_velocity_map
+
+__all__ = [
+    "LUGRE_NAMES",
+    "AxisIdentification",
+    "AxisRecord",
+    "Direction",
+    "Drive",
+    "Estimate",
+    "Evidence",
+    "Finding",
+    "Interval",
+    "Log",
+    "LugreFriction",
+    "OutputErrorFit",
+    "OutputErrorRule",
+    "Plateau",
+    "PreslidingFit",
+    "PreslidingRun",
+    "RigidAxisFit",
+    "RigidAxisRule",
+    "StaticFit",
+    "StaticFriction",
+    "Stretch",
+    "VelocityMap",
+    "VelocityPoint",
+    "Verdict",
+    "fit_output_error",
+    "fit_presliding",
+    "fit_rigid_axis",
+    "fit_static",
+    "friction_of",
+    "identify_axis",
+    "measure_velocity_map",
+    "simulate_axis",
+    "stretches_of_run",
+    "stretches_of_table",
+    "updated_model",
+]

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from gimbal_hil.identification.axis_response import AxisRecord
 from gimbal_hil.identification.consistency import BreakAway, break_away, break_away_findings, physical_findings, repeatability_findings
 from gimbal_hil.identification.estimate import Estimate, Finding, Verdict, withheld
@@ -69,7 +71,8 @@ def identify_axis(
     presliding, dynamic = _bristles(evidence, known, static is not None, step, OutputErrorRule(seed=seed), executor)
     rigid = _rigid(logs, model, axis) if static is None and len(model.axes) == 1 else (None, None)
     estimates = _final(prior, static, presliding, dynamic, rigid[0])
-    friction = prior.with_values(*_friction_values(estimates))
+    usable = [e for e in estimates if e.name in LUGRE_NAMES and np.isfinite(e.value)]
+    friction = prior.with_values(tuple(e.name for e in usable), np.array([e.value for e in usable]))
     broken = _break_aways(evidence, friction, step)
     findings = [
         finding
@@ -82,8 +85,21 @@ def identify_axis(
     findings += physical_findings(friction, axis, sigma1)
     findings += _disagreement(presliding, dynamic, axis)
     return AxisIdentification(
-        axis, evidence, velocity_map, both, positive, negative, presliding, dynamic, rigid[0], rigid[1], broken, estimates, friction, tuple(findings)
-    )  # fmt: skip
+        axis=axis,
+        evidence=evidence,
+        velocity_map=velocity_map,
+        both=both,
+        positive=positive,
+        negative=negative,
+        presliding=presliding,
+        dynamic=dynamic,
+        rigid=rigid[0],
+        rigid_per_direction=rigid[1],
+        break_aways=broken,
+        estimates=estimates,
+        friction=friction,
+        findings=tuple(findings),
+    )
 
 
 def _bristles(
@@ -162,11 +178,6 @@ def _rank(estimate: Estimate) -> tuple[int, float]:
     """Better verdict first, then the narrower interval."""
     order = (Verdict.IDENTIFIED, Verdict.WEAKLY_IDENTIFIED, Verdict.NOT_IDENTIFIED)
     return order.index(estimate.verdict), estimate.interval.high - estimate.interval.low
-
-
-def _friction_values(estimates: Sequence[Estimate]) -> tuple[tuple[str, ...], list[float]]:
-    usable = [e for e in estimates if e.name in LUGRE_NAMES and e.value == e.value]
-    return tuple(e.name for e in usable), [e.value for e in usable]
 
 
 def _break_aways(evidence: Evidence, friction: LugreFriction, step: float) -> tuple[BreakAway, ...]:

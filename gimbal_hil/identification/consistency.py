@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -70,22 +71,20 @@ def break_away_findings(found: Sequence[BreakAway], static: StaticFit, axis: str
         high = float(np.mean(torques)) + 2.0 * spread / np.sqrt(len(torques))
         if high < coulomb.interval.low:
             way = "positive" if side > 0.0 else "negative"
-            findings.append(
-                Finding(
-                    "break_away_below_coulomb",
-                    f"{way} direction: {len(torques)} ramps break away at {np.mean(torques):.4g} on average (each {torques.min():.4g} to "
-                    f"{torques.max():.4g}), but sliding needs {coulomb.fitted:.4g} ({coulomb.interval.low:.4g} to {coulomb.interval.high:.4g}) "
-                    "however slow: the two experiments contradict each other, and no friction curve is fitted through both",
-                    axis,
-                )
+            text = (
+                f"{way} direction: {len(torques)} ramps break away at {np.mean(torques):.4g} on average "
+                f"({torques.min():.4g} to {torques.max():.4g}), but sliding needs {coulomb.fitted:.4g} "
+                f"({coulomb.interval.low:.4g} to {coulomb.interval.high:.4g}) however slow: the two experiments contradict each other, "
+                "and no friction curve is fitted through both"
             )
+            findings.append(Finding("break_away_below_coulomb", text, axis))
     return tuple(findings)
 
 
 def repeatability_findings(points: Sequence[VelocityPoint], axis: str = "") -> tuple[Finding, ...]:
     """Neighbouring speeds of one direction whose torques differ by far more than their errors: the runs were not made alike."""
     findings = []
-    for a, b in zip(points[:-1], points[1:], strict=True):
+    for a, b in itertools.pairwise(points):
         same_way = a.rate * b.rate > 0.0
         near = same_way and max(abs(a.rate), abs(b.rate)) < _NEAR_SPEED * min(abs(a.rate), abs(b.rate))
         gap = abs(a.torque - b.torque)
@@ -103,7 +102,7 @@ def physical_findings(friction: LugreFriction, axis: str = "", sigma1_interval: 
     static = friction.static
     findings = []
     if static.breakaway < static.coulomb:
-        text = f"break-away {static.breakaway:.4g} is below Coulomb {static.coulomb:.4g}: the curve has no Stribeck bump, the model takes Ts = Tc"
+        text = f"break-away {static.breakaway:.4g} is below Coulomb {static.coulomb:.4g}: no Stribeck bump, the model takes Ts = Tc"
         findings.append(Finding("breakaway_below_coulomb_in_fit", text, axis))
     limit = static.largest_sigma1()
     if friction.sigma1 > limit:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from enum import Enum
 
@@ -48,7 +49,7 @@ def stretches_of_run(run: Run, table: SignalsTable, axis: str) -> tuple[Stretch,
     change = np.flatnonzero((np.diff(ticks["segment"]) != 0) | (np.diff(ticks[f"mode_{axis}"]) != 0)) + 1
     edges = np.concatenate([[0], change, [len(ticks)]])
     stretches = []
-    for start, stop in zip(edges[:-1], edges[1:], strict=True):
+    for start, stop in itertools.pairwise(edges):
         low, high = int(rows[start]), int(rows[stop]) if stop < len(rows) else len(table)
         if high > low:
             label = f"{axis} segment {int(ticks['segment'][start])} at {table.time_s[min(low, len(table) - 1)]:.2f} s"
@@ -67,7 +68,7 @@ def stretches_of_table(table: SignalsTable, axis: str) -> tuple[Stretch, ...]:
     else:
         edges = _speed_edges(table.position(axis), table.period_s)
     found = []
-    for start, stop in zip(edges[:-1], edges[1:], strict=True):
+    for start, stop in itertools.pairwise(edges):
         if stop - start > 1:
             found.append(Stretch(f"{axis} from {table.time_s[start]:.2f} s", int(start), int(stop), Drive.LOOP))
     return tuple(found)

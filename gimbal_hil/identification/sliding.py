@@ -83,9 +83,10 @@ def fit_static(
     """Fit `F(v) = Tc + (Ts - Tc) exp(-(v/vs)^delta) + sigma2 v` to a map; None when fewer points than unknowns are there.
 
     Points weigh by their standard error (not below a fifth of the median one), to which a common scatter between runs is added when
-    the residuals call for it. Ts, Tc and sigma2 enter linearly once vs and delta are given, so starts come from a grid over those two (variable projection, Golub and Pereyra 1973);
-    everything is then refined together on logarithmic scales within physical bounds. Outliers are held down by Huber weights at
-    2.5 robust deviations. Intervals are profile likelihood.
+    the residuals call for it. Ts, Tc and sigma2 enter linearly once vs and delta are given, so starts come from a grid over those
+    two (variable projection, Golub and Pereyra 1973); everything is then refined together on logarithmic scales within physical
+    bounds. Outliers are held down by Huber weights at 2.5 robust deviations. Intervals are profile likelihood. Parameters that the
+    map does not determine keep their `prior`.
     """
     used = [p for p in points if direction is Direction.BOTH or (p.rate > 0.0) == (direction is Direction.POSITIVE)]
     unknowns = 6 if direction is Direction.BOTH else 5

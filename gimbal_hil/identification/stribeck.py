@@ -1,4 +1,4 @@
-"""LuGre friction as identification sees it: the steady curve `F(v) = Tc + (Ts - Tc) exp(-(v / vs)^delta) + sigma2 v`, and all seven numbers."""
+"""LuGre friction as identification sees it: all seven numbers, and `F(v) = Tc + (Ts - Tc) exp(-(v / vs)^delta) + sigma2 v`."""
 
 from __future__ import annotations
 

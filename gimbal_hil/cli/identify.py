@@ -1,0 +1,106 @@
+"""`gimbal-hil identify`: friction from recorded runs, with an interval and a verdict for every number."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from gimbal_hil.identification import AxisIdentification, Log
+    from sim_backend.model import AntennaModel
+
+MODEL_FILE, ANSWER_FILE, REPORT_FILE = "model.yaml", "identification.json", "report.html"
+
+
+def command(
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders, or signals tables (CSV, Parquet).")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help=f"Folder for {MODEL_FILE}, {ANSWER_FILE} and {REPORT_FILE}.")],
+    model: Annotated[Path | None, typer.Option(help="Model file with prior and rigid body; without it the shipped thesis model.")] = None,
+    axis: Annotated[list[str] | None, typer.Option(help="Identify this axis only; may be repeated.")] = None,
+    torque_driven: Annotated[
+        bool,
+        typer.Option("--torque-driven", help="The tables were recorded under direct torque: use them for presliding and output error."),
+    ] = False,
+    resample: Annotated[bool, typer.Option("--resample", help="Accept tables with uneven time and resample them.")] = False,
+    drop_invalid: Annotated[bool, typer.Option("--drop-invalid", help="Accept tables with invalid rows and drop those.")] = False,
+    workers: Annotated[int, typer.Option(help="Processes for starts and profiles.", min=1)] = 2,
+    seed: Annotated[int, typer.Option(help="Seed of the start points.")] = 0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
+) -> int:
+    """Friction parameters with confidence intervals, into a new model file; 1 when not a single one could be identified."""
+    import json
+
+    from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
+    from gimbal_hil.identification import Verdict, updated_model
+    from gimbal_hil.identification.identification_page import identification_page, identification_record
+    from sim_backend.model import load_model, shipped_model
+
+    for name in (MODEL_FILE, ANSWER_FILE, REPORT_FILE):
+        if (out / name).exists() and not force:
+            raise BadInputError(str(out / name), "already exists", "a new folder, or --force to overwrite it")
+    given = load_model(model) if model else shipped_model()
+    for name in axis or ():
+        if name not in given.axes:
+            raise BadInputError("--axis", f"no axis {name!r}", "one of " + ", ".join(given.axes))
+    results = _identify(runs, given, tuple(axis or given.axes), (torque_driven, resample, drop_invalid), workers, seed, as_json)
+    sources = [str(path) for path in runs]
+    record = identification_record(results, sources)
+    out.mkdir(parents=True, exist_ok=True)
+    (out / MODEL_FILE).write_text(updated_model(given, results).to_yaml(), encoding="utf-8")
+    (out / ANSWER_FILE).write_text(json.dumps(record, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    identification_page(given, results, sources).write(out / REPORT_FILE)
+    print(json.dumps(record, allow_nan=False) if as_json else "\n".join(_lines(results, out)))
+    found = any(e.verdict is Verdict.IDENTIFIED for result in results for e in result.estimates)
+    return EXIT_DONE if found else EXIT_NO
+
+
+def _identify(
+    runs: list[Path], model: AntennaModel, axes: tuple[str, ...], reading: tuple[bool, bool, bool], workers: int, seed: int, quiet: bool
+) -> list[AxisIdentification]:
+    from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import get_context
+
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from gimbal_hil.identification import identify_axis
+    from gimbal_hil.identification.reading import read_log
+
+    torque_driven, resample, drop_invalid = reading
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=quiet or not console.is_terminal) as bar:
+        task = bar.add_task("reading logs", total=len(runs) + len(axes))
+        logs: list[Log] = []
+        for path in runs:
+            logs.append(read_log(path, model.axes, torque_driven=torque_driven, resample=resample, drop_invalid=drop_invalid))
+            bar.advance(task)
+        results = []
+        pool: Callable[[], ProcessPoolExecutor] = lambda: ProcessPoolExecutor(workers, mp_context=get_context("spawn"))  # noqa: E731
+        executor = pool() if workers > 1 else None
+        try:
+            for name in axes:
+                bar.update(task, description=f"identifying {name}")
+                results.append(identify_axis(logs, model, name, executor, seed))
+                bar.advance(task)
+        finally:
+            if executor is not None:
+                executor.shutdown(cancel_futures=True)
+    return results
+
+
+def _lines(results: list[AxisIdentification], out: Path) -> list[str]:
+    lines = []
+    for result in results:
+        lines.append(result.axis)
+        for e in result.estimates:
+            value = f"{e.value:.5g}"
+            interval = f"{e.interval.low:.5g} to {e.interval.high:.5g}"
+            lines.append(f"  {e.name:<18} {value:>10}  ({interval}) {e.unit:<10} {e.verdict.value.replace('_', ' ')}")
+            if e.reason:
+                lines.append(f"  {'':<18} {e.reason}" + (f"; to settle it: {e.experiment}" if e.experiment else ""))
+        lines += [f"  ! {finding.text}" for finding in result.findings]
+    return [*lines, f"report: {out / REPORT_FILE}", f"model:  {out / MODEL_FILE}"]

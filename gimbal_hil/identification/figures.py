@@ -1,0 +1,116 @@
+"""Pictures of an identification, as plotly figures that a page can hold."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gimbal_hil.identification.estimate import Estimate, Verdict
+from gimbal_hil.identification.output_error import OutputErrorFit, displacements
+from gimbal_hil.identification.presliding import PreslidingFit
+from gimbal_hil.identification.sliding import StaticFit
+from gimbal_hil.identification.stribeck import LugreFriction, StaticFriction
+from gimbal_hil.identification.velocity_map import VelocityMap
+from gimbal_hil.report.figures import ALERT, MEASURED, MODEL, REFERENCE, SECOND, figure, stacked, thinned
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
+
+_COLOURS = {Verdict.IDENTIFIED: MEASURED, Verdict.WEAKLY_IDENTIFIED: SECOND, Verdict.NOT_IDENTIFIED: ALERT}
+
+
+def velocity_map_figure(velocity_map: VelocityMap, fits: tuple[StaticFit, ...], prior: StaticFriction, torque_unit: str = "N m") -> Figure:
+    """Friction torque over joint rate: measured points with 95 % bars, fitted curves, and the curve of the model one came with.
+
+    The rate axis is logarithmic; both directions are shown at positive rate and torque.
+    """
+    drawn = figure("Friction over speed", "joint rate, size [rad/s]", f"friction torque, size [{torque_unit}]", 460)
+    drawn.update_xaxes(type="log")
+    for side, name, symbol in ((1.0, "measured, positive", "circle"), (-1.0, "measured, negative", "diamond-open")):
+        points = [p for p in velocity_map.points if p.rate * side > 0.0]
+        drawn.add_scatter(
+            x=[abs(p.rate) for p in points], y=[p.torque * side for p in points], mode="markers", name=name,
+            marker={"color": MEASURED if side > 0.0 else SECOND, "symbol": symbol, "size": 7},
+            error_y={"type": "data", "array": [1.96 * p.standard_error for p in points], "thickness": 1},
+            text=[", ".join(p.labels[:3]) for p in points],
+        )  # fmt: skip
+    speeds = np.array([abs(p.rate) for p in velocity_map.points])
+    grid = np.geomspace(0.5 * speeds.min(), 1.2 * speeds.max(), 300)
+    for fit, dash in zip(fits, ("solid", "dash", "dot"), strict=False):
+        drawn.add_scatter(
+            x=grid, y=fit.friction.torque(grid), mode="lines", name=f"fitted, {fit.direction.value}", line={"color": MODEL, "dash": dash}
+        )
+    drawn.add_scatter(x=grid, y=prior.torque(grid), mode="lines", name="model given", line={"color": REFERENCE, "width": 1.5})
+    return drawn
+
+
+def residual_figure(fit: StaticFit, torque_unit: str = "N m") -> Figure:
+    """Measured minus fitted torque of every point over signed rate, with 95 % bars of the points' own errors."""
+    drawn = figure("Residuals of the velocity map", "joint rate [rad/s]", f"measured - fitted [{torque_unit}]", 300)
+    drawn.add_scatter(
+        x=[p.rate for p in fit.points], y=fit.residuals, mode="markers", marker={"color": MEASURED, "size": 7}, name="points",
+        error_y={"type": "data", "array": [1.96 * p.standard_error for p in fit.points], "thickness": 1},
+    )  # fmt: skip
+    return drawn
+
+
+def hysteresis_figure(fit: PreslidingFit, torque_unit: str = "N m") -> Figure:
+    """Presliding loops: friction torque over displacement, measured and as the exact LuGre curve predicts it."""
+    drawn = figure("Presliding", "displacement [urad]", f"friction torque [{torque_unit}]", 460)
+    for number, (run, predicted) in enumerate(zip(fit.runs, fit.predicted, strict=True)):
+        rows = thinned(len(run.position), 1500)
+        zero = run.position[0]
+        first = number == 0
+        drawn.add_scatter(
+            x=1e6 * (run.position[rows] - zero), y=run.friction[rows], mode="lines", name="measured", legendgroup="measured",
+            showlegend=first, line={"color": MEASURED, "width": 1},
+        )  # fmt: skip
+        drawn.add_scatter(
+            x=1e6 * (predicted[rows] - zero), y=run.friction[rows], mode="lines", name="LuGre", legendgroup="model", showlegend=first,
+            line={"color": MODEL, "width": 1.5, "dash": "dash"},
+        )  # fmt: skip
+    drawn.update_layout(hovermode="closest")
+    return drawn
+
+
+def output_error_figure(fit: OutputErrorFit, number: int = 0) -> Figure:
+    """One record of the output-error fit: torque, joint rate measured and simulated, and their difference."""
+    record, simulated = fit.records[number], fit.simulated[number]
+    time = np.arange(len(record.position)) * record.step_s
+    compare = max(record.step_s, 0.01)
+    stride = max(1, int(round(compare / record.step_s)))
+    measured = displacements(record.position, record.step_s, compare) / (stride * record.step_s)
+    modelled = displacements(simulated, record.step_s, compare) / (stride * record.step_s)
+    drawn = stacked(("torque that drives inertia and friction", "joint rate", "difference"), "time [s]", ("[N m]", "[rad/s]", "[rad/s]"))
+    rows, coarse = thinned(len(time)), thinned(len(measured))
+    drawn.add_scatter(x=time[rows], y=record.torque[rows], line={"color": REFERENCE, "width": 1}, name="torque", row=1, col=1)
+    moments = time[::stride][: len(measured)]
+    drawn.add_scatter(x=moments[coarse], y=measured[coarse], line={"color": MEASURED, "width": 1}, name="measured", row=2, col=1)
+    drawn.add_scatter(
+        x=moments[coarse], y=modelled[coarse], line={"color": MODEL, "width": 1, "dash": "dash"}, name="simulated", row=2, col=1
+    )
+    drawn.add_scatter(
+        x=moments[coarse], y=(measured - modelled)[coarse], line={"color": ALERT, "width": 1}, name="difference", row=3, col=1
+    )
+    return drawn
+
+
+def interval_figure(estimates: tuple[Estimate, ...], reference: LugreFriction, names: tuple[str, ...]) -> Figure:
+    """Every parameter relative to the model given: value and 95 % interval, coloured by verdict, on a logarithmic scale."""
+    drawn = figure("Intervals, relative to the model given", "value / value in the model given", "", 340)
+    drawn.update_xaxes(type="log")
+    known = dict(zip(names, reference.values().tolist(), strict=True))
+    for estimate in estimates:
+        base = known.get(estimate.name, 0.0)
+        if base <= 0.0 or not np.isfinite(estimate.value):
+            continue
+        low, high = max(estimate.interval.low / base, 1e-2), min(estimate.interval.high / base, 1e2)
+        colour = _COLOURS[estimate.verdict]
+        drawn.add_scatter(x=[low, high], y=[estimate.name] * 2, mode="lines", line={"color": colour, "width": 5}, showlegend=False)
+        drawn.add_scatter(
+            x=[estimate.value / base], y=[estimate.name], mode="markers", marker={"color": colour, "size": 11}, showlegend=False
+        )
+    drawn.add_vline(x=1.0, line={"color": REFERENCE, "width": 1})
+    drawn.update_layout(hovermode="closest")
+    return drawn

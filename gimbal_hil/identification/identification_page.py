@@ -1,0 +1,192 @@
+"""The report of an identification: one self-contained page, and the same as plain records for `identification.json`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gimbal_hil.identification.axis_identification import AxisIdentification, friction_of
+from gimbal_hil.identification.estimate import Estimate, Verdict
+from gimbal_hil.identification.figures import hysteresis_figure, interval_figure, output_error_figure, residual_figure, velocity_map_figure
+from gimbal_hil.identification.stribeck import LUGRE_NAMES
+from gimbal_hil.report import Block, Callout, Details, Heading, Page, Plot, Table, Text, Tiles
+from sim_backend.model import AntennaModel
+
+#: tables 4.1 to 4.10 of the thesis: its measured values, and what its own fit in simulation recovered of them
+_THESIS = {
+    "outer": ((0.2585, 0.2412, 0.0054, 0.0609, 1.0459, 238.88, 16.02), (0.2555, 0.2455, 0.0055, 0.0655, 1.05, 230.99, 14.99)),
+    "inner": ((0.1451, 0.1376, 0.0075, 0.0336, 1.4628, 271.68, 6.97), (0.1455, 0.1350, 0.0071, 0.0310, 1.4510, 270.01, 5.99)),
+}
+_WORDS = {
+    Verdict.IDENTIFIED: "identified",
+    Verdict.WEAKLY_IDENTIFIED: "weakly identified",
+    Verdict.NOT_IDENTIFIED: "not identified, prior kept",
+}
+
+
+def identification_page(model: AntennaModel, results: Sequence[AxisIdentification], sources: Sequence[str]) -> Page:
+    """Everything that was found, axis by axis; `sources` are the logs that were read."""
+    blocks: list[Block] = [Text(f"From {', '.join(sources)}, with {model.where} as prior. Intervals are 95 %.")]
+    for result in results:
+        blocks += _axis_blocks(model, result)
+    return Page("Identified friction", f"model {model.name}, {len(results)} {'axis' if len(results) == 1 else 'axes'}", blocks)
+
+
+def identification_record(results: Sequence[AxisIdentification], sources: Sequence[str]) -> dict[str, object]:
+    """Plain types for `identification.json`."""
+    return {"schema": 1, "sources": list(sources), "axes": [_axis_record(result) for result in results]}
+
+
+def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]:
+    prior = friction_of(model, result.axis)
+    unit = "N" if model.is_linear else "N m"
+    count = sum(e.verdict is Verdict.IDENTIFIED for e in result.estimates)
+    blocks: list[Block] = [Heading(result.axis)]
+    tone = "good" if count == len(result.estimates) and not result.findings else "warning" if result.findings else "neutral"
+    blocks.append(
+        Callout(
+            f"{count} of {len(result.estimates)} parameters identified; {len(result.findings)} findings speak against data or model.",
+            tone,
+        )
+    )
+    blocks.append(Tiles([(_number(e.value), f"{e.name} [{e.unit}]") for e in result.estimates]))
+    blocks += [Callout(finding.text, "warning") for finding in result.findings]
+    blocks.append(_estimate_table(result))
+    blocks.append(
+        Plot(
+            interval_figure(result.estimates, prior, LUGRE_NAMES),
+            "Blue: identified. Violet: weakly. Red: not identified, the prior stands.",
+        )
+    )
+    fits = tuple(fit for fit in (result.both, result.positive, result.negative) if fit is not None)
+    if result.velocity_map is not None and result.velocity_map.points:
+        blocks.append(
+            Plot(
+                velocity_map_figure(result.velocity_map, fits, prior.static, unit),
+                "Mean friction torque in steady windows, position-dependent torque taken out; bars are 95 %.",
+            )
+        )
+        blocks += [Plot(residual_figure(fit, unit), f"{fit.direction.value}: rms {fit.rms:.4g} {unit}") for fit in fits[:1]]
+        blocks += _per_direction(result, unit)
+        blocks += _rejected(result)
+    if result.presliding is not None and np.isfinite(result.presliding.rms):
+        p = result.presliding
+        blocks.append(
+            Plot(
+                hysteresis_figure(p, unit),
+                f"{p.travel_steps:.0f} encoder steps of travel; stiffness {p.sigma0.fitted:.5g} by the exact curve, "
+                f"{p.secant:.5g} by the secant of thesis eq. 4.11.",
+            )
+        )
+    if result.dynamic is not None:
+        blocks.append(
+            Plot(
+                output_error_figure(result.dynamic, len(result.dynamic.records) - 1),
+                f"Output error: rms {result.dynamic.rms:.3g} rad per 10 ms; {result.dynamic.agreeing_starts} starts agree; "
+                f"torque offset {result.dynamic.offset:.3g} {unit}.",
+            )
+        )
+        blocks.append(_sensitivity_table(result))
+    return blocks
+
+
+def _estimate_table(result: AxisIdentification) -> Table:
+    thesis = _THESIS.get(result.axis)
+    header = ["parameter", "value", "low", "high", "unit", "verdict", "model given"]
+    header += ["thesis, measured", "thesis, recovered"] if thesis else []
+    header += ["why, and what would settle it"]
+    rows = []
+    for e in result.estimates:
+        row = [e.name, _number(e.value), _bound(e.interval.low, e.interval.open_low), _bound(e.interval.high, e.interval.open_high), e.unit,
+               _WORDS[e.verdict], _number(e.prior)]  # fmt: skip
+        if thesis:
+            place = LUGRE_NAMES.index(e.name) if e.name in LUGRE_NAMES else None
+            row += [_number(thesis[k][place]) if place is not None else "" for k in (0, 1)]
+        rows.append([*row, ". ".join(part for part in (e.reason, e.experiment) if part)])
+    caption = (
+        "Thesis: tables 4.1 to 4.6, and what its own output-error fit recovered of them in simulation, tables 4.7 to 4.10."
+        if thesis
+        else ""
+    )
+    return Table(header, rows, caption)
+
+
+def _per_direction(result: AxisIdentification, unit: str) -> list[Block]:
+    sides = [fit for fit in (result.positive, result.negative) if fit is not None]
+    if not sides:
+        return []
+    rows = [[e.name, *(_with_interval(next(x for x in fit.estimates if x.name == e.name)) for fit in sides)] for e in sides[0].estimates]
+    rows.append([f"rms [{unit}]", *(_number(fit.rms) for fit in sides)])
+    return [Table(["per direction", *(fit.direction.value for fit in sides)], rows, "Each half of the map fitted by itself.")]
+
+
+def _rejected(result: AxisIdentification) -> list[Block]:
+    rejected = result.velocity_map.rejected if result.velocity_map else ()
+    if not rejected:
+        return []
+    rows = [[one.label, one.reason] for one in rejected]
+    return [Details(f"{len(rejected)} stretches gave no point", [Table(["stretch", "why"], rows)])]
+
+
+def _sensitivity_table(result: AxisIdentification) -> Table:
+    assert result.dynamic is not None
+    rows = [[e.name, f"{s:.3g}"] for e, s in zip(result.dynamic.estimates, result.dynamic.sensitivities, strict=True)]
+    return Table(
+        ["parameter", "sensitivity"], rows, "Rms change of the simulated displacement for 1 % of the parameter, in units of its error."
+    )
+
+
+def _axis_record(result: AxisIdentification) -> dict[str, object]:
+    record: dict[str, object] = {
+        "axis": result.axis,
+        "estimates": [_finite(e.as_record()) for e in result.estimates],
+        "findings": [{"rule": f.rule, "text": f.text} for f in result.findings],
+        "break_away": [{"run": b.label, "torque": b.torque} for b in result.break_aways],
+    }
+    if result.velocity_map is not None:
+        record["velocity_map"] = {
+            "points": [
+                {"rate": p.rate, "torque": p.torque, "standard_error": p.standard_error, "passes": p.passes}
+                for p in result.velocity_map.points
+            ],
+            "rejected": [{"stretch": r.label, "reason": r.reason} for r in result.velocity_map.rejected],
+        }
+    for fit in (result.both, result.positive, result.negative):
+        if fit is not None:
+            record[f"static_{fit.direction.value}"] = {
+                "estimates": [_finite(e.as_record()) for e in fit.estimates], "offset": fit.offset,
+                "rms": fit.rms, "outliers": list(fit.outliers),
+            }  # fmt: skip
+    if result.presliding is not None:
+        steps = result.presliding.travel_steps
+        record["presliding"] = _finite(
+            {"travel_encoder_steps": steps, "secant": result.presliding.secant, **result.presliding.sigma0.as_record()}
+        )
+    if result.dynamic is not None:
+        record["output_error"] = {
+            "estimates": [_finite(e.as_record()) for e in result.dynamic.estimates], "offset": result.dynamic.offset,
+            "rms_rad": result.dynamic.rms,
+            "agreeing_starts": result.dynamic.agreeing_starts,
+        }  # fmt: skip
+    for name, rigid in (("regression", result.rigid), ("regression_per_direction", result.rigid_per_direction)):
+        if rigid is not None:
+            record[name] = {"estimates": [_finite(e.as_record()) for e in rigid.estimates], "rms": rigid.rms, "relative": rigid.relative}
+    return record
+
+
+def _finite(record: dict[str, object]) -> dict[str, object]:
+    """JSON knows no infinities: they become null."""
+    return {key: None if isinstance(value, float) and not np.isfinite(value) else value for key, value in record.items()}
+
+
+def _number(value: float | None) -> str:
+    return "–" if value is None or not np.isfinite(value) else f"{value:.5g}"
+
+
+def _bound(value: float, is_open: bool) -> str:
+    return f"({_number(value)})" if is_open else _number(value)
+
+
+def _with_interval(estimate: Estimate) -> str:
+    return f"{_number(estimate.fitted)} ({_number(estimate.interval.low)} to {_number(estimate.interval.high)})"
