@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from firmware_protocol.errors import BadInputError
-from firmware_protocol.schema import MESSAGES, PAYLOAD_SIZE, REFERENCE_RATE_HZ, Message
+from firmware_protocol.schema import MESSAGES, PAYLOAD_SIZE, RECORD_SIZE, REFERENCE_RATE_HZ, Direction, Message
 
 #: most of the bus that the messages may take; the rest is for repeats after bus errors and for other nodes
 LOAD_LIMIT = 0.6
@@ -47,4 +47,24 @@ def require_bus_carries(rate_hz: float, bitrate: int, where: str) -> float:
             f"{rate_hz:g} Hz loads a bus of {bitrate / 1e3:g} kbit/s to {load:.0%}",
             f"at most {int(highest_rate_hz(bitrate))} Hz ({LOAD_LIMIT:.0%} of the bus)",
         )
+    return load
+
+
+def serial_load(rate_hz: float, baudrate: int) -> float:
+    """Share of a full-duplex serial line that its busier direction takes; ten bits per byte, one packet per tick."""
+    # per tick: COBS byte, CRC-16, delimiter
+    packet_overhead = 4
+    directions = []
+    for direction in Direction:
+        frames = sum(frames_per_second(message, rate_hz) for message in MESSAGES if message.direction is direction)
+        directions.append((frames * RECORD_SIZE + rate_hz * packet_overhead) * 10 / baudrate)
+    return max(directions)
+
+
+def require_serial_carries(rate_hz: float, baudrate: int, where: str) -> float:
+    """Load of the line at this rate, or a BadInputError at `where` when it is over `LOAD_LIMIT`."""
+    load = serial_load(rate_hz, baudrate)
+    if load > LOAD_LIMIT:
+        highest = int(LOAD_LIMIT / serial_load(1.0, baudrate))
+        raise BadInputError(where, f"{rate_hz:g} Hz loads a line of {baudrate} bit/s to {load:.0%}", f"at most {highest} Hz")
     return load

@@ -1,0 +1,38 @@
+"""Links: what carries blocks of frames between host and device. Public names of the folder."""
+
+from firmware_protocol.links.can_link import CanLink
+from firmware_protocol.links.config import CanLinkConfig, LinkConfig, MemoryLinkConfig, SerialLinkConfig, UnixLinkConfig
+from firmware_protocol.links.faults import Cut, DirectionFaults, FaultsConfig, FaultyLink
+from firmware_protocol.links.link import Link, LinkLost, LinkState, LinkStatistics
+from firmware_protocol.links.memory_link import MemoryLink, memory_pair
+from firmware_protocol.links.opening import open_link, require_link_carries
+from firmware_protocol.links.pty_link import pty_link
+from firmware_protocol.links.slcan_device import SlcanDevice
+from firmware_protocol.links.stream_link import CobsFraming, StreamLink
+from firmware_protocol.links.unix_link import UnixLink
+
+__all__ = [
+    "CanLink",
+    "CanLinkConfig",
+    "CobsFraming",
+    "Cut",
+    "DirectionFaults",
+    "FaultsConfig",
+    "FaultyLink",
+    "Link",
+    "LinkConfig",
+    "LinkLost",
+    "LinkState",
+    "LinkStatistics",
+    "MemoryLink",
+    "MemoryLinkConfig",
+    "SerialLinkConfig",
+    "SlcanDevice",
+    "StreamLink",
+    "UnixLink",
+    "UnixLinkConfig",
+    "memory_pair",
+    "open_link",
+    "pty_link",
+    "require_link_carries",
+]
