@@ -1,0 +1,60 @@
+"""What the loops need not find out for themselves: base rate about each axis, gravity on unbalanced bodies, friction.
+
+Conventions as in the thesis with its corrections: azimuth turns the outer body about z_b, elevation the inner one about y_o;
+R_eb = Rz(yaw) Ry(pitch) Rx(roll), z up.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from firmware_protocol.compiling import compiled
+from gimbal_hil.control.layout import COULOMB, MOMENT_X, MOMENT_Y, MOMENT_Z, SIGN_WIDTH, VISCOUS
+
+GRAVITY_M_S2 = 9.81
+
+
+@compiled
+def base_rates(azimuth: float, p: float, q: float, r: float) -> tuple[float, float]:
+    """Inertial rates (rad/s) of the two axes when the joints rest: r about z_o, and the base rate's part along y_o."""
+    if p == 0.0 and q == 0.0:
+        return r, 0.0
+    return r, math.cos(azimuth) * q - math.sin(azimuth) * p
+
+
+@compiled
+def friction_torque(joint_rate: float, C: np.ndarray, c: int) -> float:
+    """Torque (N m) that overcomes Coulomb and viscous friction at a wanted joint rate (rad/s), smooth through zero."""
+    if C[c + COULOMB] == 0.0 and C[c + VISCOUS] == 0.0:
+        return 0.0
+    return float(C[c + COULOMB] * math.tanh(joint_rate / C[c + SIGN_WIDTH]) + C[c + VISCOUS] * joint_rate)
+
+
+@compiled
+def has_moments(C: np.ndarray, outer: int, inner: int) -> bool:
+    """Whether gravity compensation is configured on either body."""
+    total = 0.0
+    for k in range(MOMENT_X, MOMENT_Z + 1):
+        total += abs(C[outer + k]) + abs(C[inner + k])
+    return total > 0.0
+
+
+@compiled
+def gravity_torques(
+    azimuth: float, elevation: float, roll: float, pitch: float, C: np.ndarray, outer: int, inner: int
+) -> tuple[float, float]:
+    """Torques (N m) that hold both bodies' unbalance; the moments (kg m, mass times centre of gravity) are in each body's axes."""
+    ca, sa = math.cos(azimuth), math.sin(azimuth)
+    ce, se = math.cos(elevation), math.sin(elevation)
+    bx = GRAVITY_M_S2 * math.sin(pitch)
+    by = -GRAVITY_M_S2 * math.cos(pitch) * math.sin(roll)
+    gz = -GRAVITY_M_S2 * math.cos(pitch) * math.cos(roll)
+    gx, gy = ca * bx + sa * by, ca * by - sa * bx
+    # inner moment turned into the outer axes
+    ix, iy, iz = C[inner + MOMENT_X], C[inner + MOMENT_Y], C[inner + MOMENT_Z]
+    x, z = ce * ix + se * iz, ce * iz - se * ix
+    load_inner = z * gx - x * gz
+    load_outer = (C[outer + MOMENT_X] + x) * gy - (C[outer + MOMENT_Y] + iy) * gx
+    return float(-load_outer), float(-load_inner)

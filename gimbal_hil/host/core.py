@@ -1,0 +1,266 @@
+"""The host core: one tick of supervisor and control, a pure compiled function from mail to mail.
+
+It decides from its arguments alone: the mail of this tick, its state `H` and `G`, the configuration `C` and the plan. Python
+around it only asks (bits in `G[REQUESTS]`) and looks. Every timeout counts ticks.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from firmware_protocol import mail as m
+from firmware_protocol.block_codec import quantise
+from firmware_protocol.compiling import compiled
+from gimbal_hil.control.layout import TORQUE
+from gimbal_hil.host.acting import begin_stop, follow, let_go, slow_down
+from gimbal_hil.host.drive import may_reset_fault, send_control
+from gimbal_hil.host.event_ring import enter_state, report
+from gimbal_hil.host.following import end_segment, guard_trips, has_next, segment_over, start_segment, switches_off
+from gimbal_hil.host.layout import (
+    AUTOMATIC_RECONNECT,
+    AXIS_G,
+    AXIS_G_SIZE,
+    AXIS_H,
+    AXIS_H_SIZE,
+    CAUSE,
+    CLEAR_TRAVEL,
+    CONNECT_TICKS,
+    DEBOUNCE_TICKS,
+    DRIVE_FAULT,
+    DRIVE_STATE,
+    FRESH_IN_A_ROW,
+    LAG_COUNT,
+    LAST_SEQUENCE,
+    LAST_TICK,
+    LINK_STATUS,
+    MAY_RESET,
+    MODE,
+    REQUEST_QUICK_STOP,
+    REQUEST_RESET,
+    REQUEST_START,
+    REQUEST_STOP,
+    REQUESTS,
+    REST_COUNT,
+    REST_TICKS,
+    SEGMENT,
+    SEGMENT_LABEL,
+    SEGMENT_RUNS,
+    SENT_SEQUENCE,
+    SET_POINT_LAG_TICKS,
+    STATE,
+    STATE_AGE,
+    STOP_TICKS,
+    SYNCHRONISE_TICKS,
+    TICK_SEGMENT,
+)
+from gimbal_hil.host.limits import fault_of, forget_counts, stop_cause
+from gimbal_hil.host.reception import receive
+from gimbal_hil.host.states import Cause, EventCode, HostState, LinkStatus
+
+_WAITING, _SYNCHRONISING, _IDLE = int(HostState.WAITING), int(HostState.SYNCHRONISING), int(HostState.IDLE)
+_ACTIVE, _STOPPING, _FAULT = int(HostState.ACTIVE), int(HostState.STOPPING), int(HostState.FAULT)
+_LOST, _OK = int(LinkStatus.LOST), int(LinkStatus.OK)
+_NONE, _FEEDBACK_LOST, _DRIVE_FAULT = int(Cause.NONE), int(Cause.FEEDBACK_LOST), int(Cause.DRIVE_FAULT)
+_DRIVE_LEFT, _SYNCHRONISATION_TIMEOUT = int(Cause.DRIVE_LEFT_OPERATION), int(Cause.SYNCHRONISATION_TIMEOUT)
+_STOP_TIMEOUT, _SET_POINT_LOST, _NOT_A_NUMBER = int(Cause.STOP_TIMEOUT), int(Cause.SET_POINT_LOST), int(Cause.NOT_A_NUMBER)
+_GUARD, _OPERATOR, _REPLACED = int(Cause.GUARD), int(Cause.OPERATOR), int(Cause.REPLACED)
+_TRIPPED, _COMMAND_REFUSED = int(EventCode.TRIPPED), int(EventCode.COMMAND_REFUSED)
+#: SEGMENT_RUNS: the next segment of the plan starts with the next fresh tick
+_DUE = 2
+#: REST_COUNT: the loops have not yet been taken over for braking
+_NOT_BRAKING = -1
+
+
+@compiled
+def host_tick(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray, plan: np.ndarray, tick: int) -> None:
+    """One tick: read the device's messages in `mail`, decide, write the host's messages into it.
+
+    `mail` int64 (MAIL_SIZE,), `H`, `C`, `plan` float64, `G` int64, sizes in `layout`; `tick` may jump where ticks were skipped.
+    """
+    G[LAST_TICK] = tick
+    receive(mail, H, G, C)
+    G[STATE_AGE] += 1
+    _take_requests(G)
+    _supervise(H, G, C)
+    if G[STATE] == _ACTIVE:
+        _act(H, G, C, plan)
+    G[TICK_SEGMENT] = G[SEGMENT_LABEL] if G[SEGMENT_RUNS] == 1 else -1
+    if G[STATE] == _STOPPING:
+        _stop(H, G, C)
+    if G[STATE] != _ACTIVE and G[STATE] != _STOPPING:
+        let_go(H, G)
+    _send_set_point(mail, H, G, tick)
+    send_control(mail, G, C)
+    if G[STATE] == _ACTIVE:
+        _end_of_tick(H, G, plan)
+
+
+@compiled
+def _take_requests(G: np.ndarray) -> None:
+    """What the operator asked since the last tick; a stop outranks a start."""
+    requests = G[REQUESTS]
+    if requests == 0:
+        return
+    G[REQUESTS] = 0
+    if requests & REQUEST_RESET and G[STATE] == _FAULT:
+        G[MAY_RESET] = 1
+        G[CLEAR_TRAVEL] = 1 if G[DRIVE_FAULT] == m.FAULT_CODE_TRAVEL_LIMIT else 0
+        enter_state(G, _WAITING, _OPERATOR)
+    if requests & REQUEST_QUICK_STOP and G[STATE] != _FAULT:
+        _fault(G, _OPERATOR)
+    if requests & REQUEST_STOP:
+        if G[STATE] == _ACTIVE:
+            _begin_stopping(G, _OPERATOR)
+    elif requests & REQUEST_START:
+        if G[STATE] == _IDLE or G[STATE] == _ACTIVE:
+            end_segment(G, _REPLACED)
+            G[SEGMENT], G[SEGMENT_RUNS] = -1, _DUE
+            if G[STATE] == _IDLE:
+                forget_counts(G)
+                G[LAG_COUNT] = 0
+                enter_state(G, _ACTIVE, _OPERATOR)
+        else:
+            report(G, _COMMAND_REFUSED, G[STATE], G[CAUSE], 0)
+
+
+@compiled
+def _supervise(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
+    """The state machine: who may go where at this tick."""
+    state = G[STATE]
+    if state == _WAITING:
+        if G[FRESH_IN_A_ROW] >= C[CONNECT_TICKS]:
+            enter_state(G, _SYNCHRONISING, _NONE)
+    elif state == _SYNCHRONISING:
+        _synchronise(G, C)
+    elif state == _FAULT:
+        _leave_fault(G, C)
+    elif G[LINK_STATUS] == _LOST:
+        _fault(G, _FEEDBACK_LOST)
+    elif state == _IDLE:
+        if G[DRIVE_STATE] == m.DRIVE_STATE_FAULT and not may_reset_fault(G):
+            _fault(G, _DRIVE_FAULT)
+        elif G[DRIVE_STATE] != m.DRIVE_STATE_OPERATION_ENABLED:
+            enter_state(G, _SYNCHRONISING, _DRIVE_LEFT)
+    elif G[DRIVE_STATE] == m.DRIVE_STATE_FAULT or G[DRIVE_STATE] == m.DRIVE_STATE_FAULT_REACTION_ACTIVE:
+        _fault(G, _DRIVE_FAULT)
+    elif G[DRIVE_STATE] != m.DRIVE_STATE_OPERATION_ENABLED:
+        _fault(G, _DRIVE_LEFT)
+    elif G[LINK_STATUS] == _OK:
+        _check_limits(H, G, C)
+
+
+@compiled
+def _synchronise(G: np.ndarray, C: np.ndarray) -> None:
+    if G[LINK_STATUS] == _LOST:
+        enter_state(G, _WAITING, _FEEDBACK_LOST)
+    elif G[DRIVE_STATE] == m.DRIVE_STATE_OPERATION_ENABLED:
+        G[MAY_RESET] = 0
+        enter_state(G, _IDLE, _NONE)
+    elif G[DRIVE_STATE] == m.DRIVE_STATE_FAULT and not may_reset_fault(G):
+        _fault(G, _DRIVE_FAULT)
+    elif G[STATE_AGE] >= C[SYNCHRONISE_TICKS]:
+        _fault(G, _SYNCHRONISATION_TIMEOUT)
+
+
+@compiled
+def _leave_fault(G: np.ndarray, C: np.ndarray) -> None:
+    """After a lost link (seen from either end) the host connects again by itself, once the drive has had time to stop."""
+    lost_link = G[CAUSE] == _FEEDBACK_LOST or (G[CAUSE] == _DRIVE_FAULT and G[DRIVE_FAULT] == m.FAULT_CODE_DEADMAN)
+    if C[AUTOMATIC_RECONNECT] == 0.0 or not lost_link or G[FRESH_IN_A_ROW] < C[CONNECT_TICKS]:
+        return
+    braking = G[DRIVE_STATE] == m.DRIVE_STATE_QUICK_STOP_ACTIVE or G[DRIVE_STATE] == m.DRIVE_STATE_FAULT_REACTION_ACTIVE
+    if not braking or G[STATE_AGE] >= C[STOP_TICKS]:
+        enter_state(G, _SYNCHRONISING, _NONE)
+
+
+@compiled
+def _check_limits(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
+    """Guards on a fresh sample while torque is on."""
+    lag = (G[SENT_SEQUENCE] - G[LAST_SEQUENCE]) & 1023
+    G[LAG_COUNT] = G[LAG_COUNT] + 1 if lag > C[SET_POINT_LAG_TICKS] else 0
+    if G[LAG_COUNT] >= C[DEBOUNCE_TICKS]:
+        _fault(G, _SET_POINT_LOST)
+        return
+    cause = fault_of(H, G, C)
+    if cause != _NONE:
+        _fault(G, cause)
+    elif G[STATE] == _ACTIVE:
+        cause = stop_cause(H, G, C)
+        if cause != _NONE:
+            _begin_stopping(G, cause)
+
+
+@compiled
+def _begin_stopping(G: np.ndarray, cause: int) -> None:
+    end_segment(G, cause)
+    G[SEGMENT_RUNS], G[CAUSE], G[REST_COUNT] = 0, cause, _NOT_BRAKING
+    enter_state(G, _STOPPING, cause)
+
+
+@compiled
+def _fault(G: np.ndarray, cause: int) -> None:
+    end_segment(G, cause)
+    G[SEGMENT_RUNS], G[CAUSE] = 0, cause
+    enter_state(G, _FAULT, cause)
+
+
+@compiled
+def _act(H: np.ndarray, G: np.ndarray, C: np.ndarray, plan: np.ndarray) -> None:
+    """Follow the segment in force; without a fresh sample the torque of the last tick is held."""
+    if G[LINK_STATUS] != _OK:
+        return
+    if G[SEGMENT_RUNS] == _DUE:
+        start_segment(G[SEGMENT] + 1, H, G, plan)
+    if G[SEGMENT_RUNS] == 1 and guard_trips(H, G, plan):
+        _begin_stopping(G, _GUARD)
+    else:
+        follow(H, G, C, plan)
+
+
+@compiled
+def _stop(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
+    """Brake to rest, then go idle; too long is a fault, and the drive stops by itself."""
+    if G[LINK_STATUS] != _OK:
+        return
+    if G[REST_COUNT] == _NOT_BRAKING:
+        G[REST_COUNT] = 0
+        begin_stop(H, G, C)
+    G[REST_COUNT] = G[REST_COUNT] + 1 if slow_down(H, G, C) else 0
+    if G[REST_COUNT] >= C[REST_TICKS]:
+        enter_state(G, _IDLE, G[CAUSE])
+    elif G[STATE_AGE] >= C[STOP_TICKS]:
+        _fault(G, _STOP_TIMEOUT)
+
+
+@compiled
+def _send_set_point(mail: np.ndarray, H: np.ndarray, G: np.ndarray, tick: int) -> None:
+    """Quantise the torques as the wire does, and keep what was really sent."""
+    for axis in range(2):
+        torque = H[AXIS_H + axis * AXIS_H_SIZE + TORQUE]
+        if torque != torque:
+            report(G, _TRIPPED, _NOT_A_NUMBER, axis, 0)
+            _fault(G, _NOT_A_NUMBER)
+            let_go(H, G)
+    for axis in range(2):
+        h = AXIS_H + axis * AXIS_H_SIZE
+        raw = quantise(H[h + TORQUE], m.SET_POINT_TORQUE_OUTER_STEP, m.SET_POINT_TORQUE_OUTER_LOW, m.SET_POINT_TORQUE_OUTER_HIGH)
+        mail[m.SET_POINT_TORQUE_OUTER + axis] = raw
+        H[h + TORQUE] = raw * m.SET_POINT_TORQUE_OUTER_STEP
+        mail[m.SET_POINT_ENABLE_OUTER + axis] = 1 if G[AXIS_G + axis * AXIS_G_SIZE + MODE] != 0 else 0
+    mail[m.SET_POINT] = 1
+    mail[m.SET_POINT_SEQUENCE] = G[SENT_SEQUENCE] = tick & 1023
+
+
+@compiled
+def _end_of_tick(H: np.ndarray, G: np.ndarray, plan: np.ndarray) -> None:
+    """Whether the segment ends with this tick, and what comes after it."""
+    if G[SEGMENT_RUNS] != 1:
+        return
+    cause = segment_over(H, G, plan)
+    if cause == _NONE:
+        return
+    end_segment(G, cause)
+    if has_next(G):
+        G[SEGMENT_RUNS] = _DUE
+    elif switches_off(G, plan):
+        _begin_stopping(G, cause)

@@ -1,0 +1,52 @@
+"""Events of the host core as people and logs see them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from firmware_protocol.schema import DriveState, FaultCode
+from gimbal_hil.host.states import Cause, EventCode, HostState, LinkStatus
+
+_AXES = ("outer", "inner")
+
+
+@dataclass(frozen=True, slots=True)
+class HostEvent:
+    """One change that the core saw or made at `tick`; `data` is plain JSON."""
+
+    tick: int
+    code: EventCode
+    text: str
+    data: dict[str, object] = field(default_factory=dict)
+
+
+def host_event(tick: int, code: int, first: int, second: int, third: int) -> HostEvent:
+    """One entry of the ring, in words."""
+    kind = EventCode(code)
+    if kind is EventCode.STATE:
+        was, now, cause = _name(HostState, first), _name(HostState, second), _name(Cause, third)
+        because = "" if third == Cause.NONE else f" ({cause})"
+        return HostEvent(tick, kind, f"{was} to {now}{because}", {"from": was, "to": now, "cause": cause})
+    if kind is EventCode.SEGMENT_STARTED:
+        return HostEvent(tick, kind, f"segment {second} started", {"place": first, "segment": second})
+    if kind is EventCode.SEGMENT_ENDED:
+        cause = _name(Cause, third)
+        return HostEvent(tick, kind, f"segment {second} ended ({cause})", {"place": first, "segment": second, "cause": cause})
+    if kind is EventCode.COMMAND_REFUSED:
+        state, cause = _name(HostState, first), _name(Cause, second)
+        return HostEvent(tick, kind, f"command refused in state {state}", {"state": state, "cause": cause})
+    if kind is EventCode.LINK:
+        was, now = _name(LinkStatus, first), _name(LinkStatus, second)
+        return HostEvent(tick, kind, f"feedback {was} to {now}", {"from": was, "to": now})
+    if kind is EventCode.DRIVE:
+        was, now, fault = _name(DriveState, first), _name(DriveState, second), _name(FaultCode, third)
+        because = "" if third == FaultCode.NONE else f" ({fault})"
+        return HostEvent(tick, kind, f"drive {was} to {now}{because}", {"from": was, "to": now, "fault": fault})
+    if kind is EventCode.TRIPPED:
+        cause = _name(Cause, first)
+        return HostEvent(tick, kind, f"{cause} on {_AXES[second]}", {"cause": cause, "axis": _AXES[second], "braking": bool(third)})
+    return HostEvent(tick, kind, "base motion heard" if first else "base motion lost", {"heard": bool(first)})
+
+
+def _name(kind: type[HostState] | type[LinkStatus] | type[Cause] | type[DriveState] | type[FaultCode], value: int) -> str:
+    return kind(value).name.lower()

@@ -1,0 +1,205 @@
+"""Following a plan: which segment is in force, what each axis is asked for at this tick, and when a segment is over."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from firmware_protocol.compiling import compiled
+from gimbal_hil.control.layout import TORQUE, Mode
+from gimbal_hil.control.pi import clamp
+from gimbal_hil.host.event_ring import report
+from gimbal_hil.host.layout import (
+    AFTERWARDS,
+    AXES,
+    AXIS_C,
+    AXIS_C_SIZE,
+    AXIS_G,
+    AXIS_G_SIZE,
+    AXIS_H,
+    AXIS_H_SIZE,
+    AXIS_SEGMENT,
+    AXIS_SEGMENT_SIZE,
+    DURATION_TICKS,
+    END,
+    END_AXIS,
+    END_CONDITIONS,
+    END_HOLD_TICKS,
+    END_KIND,
+    END_SIZE,
+    END_THRESHOLD,
+    END_TICKS,
+    GUARD_HIGH,
+    GUARD_LOW,
+    GUARD_RATE,
+    GUARD_TORQUE,
+    LAST_TICK,
+    MEASURED_POSITION,
+    MEASURED_RATE,
+    MODE,
+    ORIGIN,
+    PLAN_LENGTH,
+    POSITION_HIGH,
+    POSITION_LOW,
+    REFERENCE,
+    SEGMENT,
+    SEGMENT_ID,
+    SEGMENT_LABEL,
+    SEGMENT_MODE,
+    SEGMENT_RUNS,
+    SEGMENT_SIZE,
+    SEGMENT_START,
+    SHAPE,
+    SHAPE_PARAMETERS,
+    SLOPE,
+    START_VALUE,
+    STEP_S,
+    SWITCH_OFF,
+    WRAP_HIGH,
+    WRAP_LOW,
+)
+from gimbal_hil.host.limits import joint_rate
+from gimbal_hil.host.references import reference_at
+from gimbal_hil.host.states import Cause, EndKind, EventCode, Origin
+
+_OFF, _TORQUE, _RATE, _POSITION = int(Mode.OFF), int(Mode.TORQUE), int(Mode.RATE), int(Mode.POSITION)
+_INERTIAL_RATE = int(Mode.INERTIAL_RATE)
+_START = int(Origin.START)
+_NO_END, _RATE_ABOVE, _RATE_BELOW = int(EndKind.NONE), int(EndKind.RATE_ABOVE), int(EndKind.RATE_BELOW)
+_POSITION_ABOVE, _POSITION_BELOW = int(EndKind.POSITION_ABOVE), int(EndKind.POSITION_BELOW)
+_SEGMENT_STARTED, _SEGMENT_ENDED = int(EventCode.SEGMENT_STARTED), int(EventCode.SEGMENT_ENDED)
+_NONE, _DURATION, _END_CONDITION = int(Cause.NONE), int(Cause.DURATION), int(Cause.END_CONDITION)
+
+
+@compiled
+def start_segment(place: int, H: np.ndarray, G: np.ndarray, plan: np.ndarray) -> None:
+    """Put the plan's segment `place` in force from this tick on.
+
+    References with origin START, and moves, go on from the reference before when the mode stays, else from where the axis is.
+    """
+    base = place * SEGMENT_SIZE
+    G[SEGMENT], G[SEGMENT_START], G[SEGMENT_RUNS] = place, G[LAST_TICK], 1
+    for k in range(END_CONDITIONS):
+        G[END_TICKS + k] = 0
+    for axis in range(AXES):
+        h = AXIS_H + axis * AXIS_H_SIZE
+        mode = int(plan[base + AXIS_SEGMENT + axis * AXIS_SEGMENT_SIZE + SEGMENT_MODE])
+        if mode == G[AXIS_G + axis * AXIS_G_SIZE + MODE]:
+            H[h + START_VALUE] = H[h + REFERENCE]
+        else:
+            H[h + START_VALUE] = _measured(mode, H, axis)
+    G[SEGMENT_LABEL] = int(plan[base + SEGMENT_ID])
+    report(G, _SEGMENT_STARTED, place, G[SEGMENT_LABEL], 0)
+
+
+@compiled
+def end_segment(G: np.ndarray, cause: int) -> None:
+    """The segment in force is over."""
+    if G[SEGMENT_RUNS] == 1:
+        G[SEGMENT_RUNS] = 0
+        report(G, _SEGMENT_ENDED, G[SEGMENT], G[SEGMENT_LABEL], cause)
+
+
+@compiled
+def has_next(G: np.ndarray) -> bool:
+    """Whether the plan goes on after the segment in force."""
+    return bool(G[SEGMENT] + 1 < G[PLAN_LENGTH])
+
+
+@compiled
+def switches_off(G: np.ndarray, plan: np.ndarray) -> bool:
+    """Whether torque is to be switched off after the segment in force."""
+    return bool(plan[G[SEGMENT] * SEGMENT_SIZE + AFTERWARDS] == SWITCH_OFF)
+
+
+@compiled
+def wanted_mode(G: np.ndarray, plan: np.ndarray, axis: int) -> int:
+    """Mode that the segment in force asks of an axis."""
+    return int(plan[G[SEGMENT] * SEGMENT_SIZE + AXIS_SEGMENT + axis * AXIS_SEGMENT_SIZE + SEGMENT_MODE])
+
+
+@compiled
+def set_references(H: np.ndarray, G: np.ndarray, C: np.ndarray, plan: np.ndarray) -> None:
+    """Reference and slope of each axis at this tick; after the end a position is held and everything else is zero."""
+    time_s = (G[LAST_TICK] - G[SEGMENT_START]) * C[STEP_S]
+    for axis in range(AXES):
+        h, c = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE
+        s = G[SEGMENT] * SEGMENT_SIZE + AXIS_SEGMENT + axis * AXIS_SEGMENT_SIZE
+        mode = int(plan[s + SEGMENT_MODE])
+        if G[SEGMENT_RUNS] == 1:
+            origin = H[h + START_VALUE] if int(plan[s + ORIGIN]) == _START else 0.0
+            value, slope = reference_at(int(plan[s + SHAPE]), plan, s + SHAPE_PARAMETERS, origin, H[h + START_VALUE], time_s)
+        else:
+            value, slope = (H[h + REFERENCE] if mode == _POSITION else 0.0), 0.0
+        if mode == _POSITION:
+            held = clamp(value, max(C[c + POSITION_LOW], C[c + WRAP_LOW]), min(C[c + POSITION_HIGH], C[c + WRAP_HIGH]))
+            if held != value:
+                value, slope = held, 0.0
+        H[h + REFERENCE], H[h + SLOPE] = value, slope
+
+
+@compiled
+def guard_trips(H: np.ndarray, G: np.ndarray, plan: np.ndarray) -> bool:
+    """Whether an axis is outside what the segment allows it: position, joint rate, torque of the last tick."""
+    for axis in range(AXES):
+        h = AXIS_H + axis * AXIS_H_SIZE
+        s = G[SEGMENT] * SEGMENT_SIZE + AXIS_SEGMENT + axis * AXIS_SEGMENT_SIZE
+        position = H[h + MEASURED_POSITION]
+        if position < plan[s + GUARD_LOW] or position > plan[s + GUARD_HIGH]:
+            return True
+        if abs(joint_rate(H, axis)) > plan[s + GUARD_RATE] or abs(H[h + TORQUE]) > plan[s + GUARD_TORQUE]:
+            return True
+    return False
+
+
+@compiled
+def segment_over(H: np.ndarray, G: np.ndarray, plan: np.ndarray) -> int:
+    """The Cause for which the segment in force ends with this tick, NONE while it goes on."""
+    base = G[SEGMENT] * SEGMENT_SIZE
+    for k in range(END_CONDITIONS):
+        e = base + END + k * END_SIZE
+        kind = int(plan[e + END_KIND])
+        if kind == _NO_END:
+            continue
+        holds = _condition(kind, int(plan[e + END_AXIS]), plan[e + END_THRESHOLD], H)
+        G[END_TICKS + k] = G[END_TICKS + k] + 1 if holds else 0
+        if holds and G[END_TICKS + k] >= plan[e + END_HOLD_TICKS]:
+            return _END_CONDITION
+    duration = plan[base + DURATION_TICKS]
+    return _DURATION if duration > 0.0 and G[LAST_TICK] - G[SEGMENT_START] + 1 >= duration else _NONE
+
+
+@compiled
+def _condition(kind: int, axis: int, threshold: float, H: np.ndarray) -> bool:
+    h = AXIS_H + axis * AXIS_H_SIZE
+    if kind == _RATE_ABOVE:
+        return abs(joint_rate(H, axis)) > threshold
+    if kind == _RATE_BELOW:
+        return abs(joint_rate(H, axis)) < threshold
+    if kind == _POSITION_ABOVE:
+        return bool(H[h + MEASURED_POSITION] > threshold)
+    if kind == _POSITION_BELOW:
+        return bool(H[h + MEASURED_POSITION] < threshold)
+    return bool(abs(H[h + TORQUE]) > threshold)
+
+
+@compiled
+def _measured(mode: int, H: np.ndarray, axis: int) -> float:
+    h = AXIS_H + axis * AXIS_H_SIZE
+    if mode == _POSITION:
+        return float(H[h + MEASURED_POSITION])
+    if mode == _RATE:
+        return joint_rate(H, axis)
+    if mode == _INERTIAL_RATE:
+        return float(H[h + MEASURED_RATE])
+    return float(H[h + TORQUE]) if mode == _TORQUE else 0.0
+
+
+@compiled
+def stopping_reference(H: np.ndarray, axis: int, braking_rad_s2: float, step_s: float) -> None:
+    """Bring an axis' rate reference one tick nearer to rest."""
+    h = AXIS_H + axis * AXIS_H_SIZE
+    rate, change = H[h + REFERENCE], braking_rad_s2 * step_s
+    H[h + REFERENCE] = 0.0 if abs(rate) <= change else rate - math.copysign(change, rate)
+    H[h + SLOPE] = 0.0

@@ -1,0 +1,157 @@
+"""The host as Python sees it: a block of frames in, a block of frames out, once a tick."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimbal_hil.control.layout import TORQUE, Mode
+from gimbal_hil.host import layout
+from gimbal_hil.host.events import HostEvent, host_event
+from gimbal_hil.host.frame_tick import host_frame_tick
+from gimbal_hil.host.memory import RECEIVED_SIZE, SENT_AT, new_memory
+from gimbal_hil.host.program import AxisCommand, Program, Segment, program_of
+from gimbal_hil.host.states import Cause, HostState, LinkStatus
+from gimbal_hil.host.tick_row import ROW_WORDS
+
+if TYPE_CHECKING:
+    from gimbal_hil.settings import DaemonSettings
+
+#: tick rows kept until they are taken; the oldest are overwritten
+ROWS_KEPT = 4096
+_RECORD_SIZE = 10
+
+
+class Host:
+    """Supervisor and control of one antenna. Everything it decides on comes through `tick` and the four commands.
+
+    Fed the same calls again it sends the same bytes, which is what replay relies on. Not for several threads.
+    """
+
+    def __init__(self, configuration: NDArray[np.float64]) -> None:
+        """`configuration` is the array `C`, shape (C_SIZE,); see `from_configuration`."""
+        self.memory = new_memory(configuration)
+        self.plan = program_of([Segment(outer=AxisCommand(), inner=AxisCommand())]).values
+        self._rows = np.zeros((ROWS_KEPT, ROW_WORDS), dtype=np.int64)
+        self._rows_written = self._rows_taken = 0
+        self._octets = memoryview(self.memory.octets)
+        self._events_taken = 0
+        self._next_tick: int | None = None
+
+    @classmethod
+    def from_configuration(cls, settings: DaemonSettings) -> Host:
+        """A host for validated settings."""
+        from gimbal_hil.settings import host_configuration
+
+        return cls(host_configuration(settings))
+
+    def command(self, program: Program) -> None:
+        """Follow a program from the next tick on, in place of what is followed now. Refused, with an event, unless IDLE or ACTIVE."""
+        self.plan = program.values
+        G = self.memory.G
+        G[layout.PLAN_LENGTH] = program.length
+        G[layout.REQUESTS] |= layout.REQUEST_START
+
+    def stop(self) -> None:
+        """Brake to rest, then switch torque off."""
+        self.memory.G[layout.REQUESTS] |= layout.REQUEST_STOP
+
+    def quick_stop(self) -> None:
+        """Torque off now and the drive's own quick stop; ends in FAULT, left by `reset_fault`."""
+        self.memory.G[layout.REQUESTS] |= layout.REQUEST_QUICK_STOP
+
+    def reset_fault(self) -> None:
+        """Leave FAULT, reset the drive's fault whatever it was, and connect anew."""
+        self.memory.G[layout.REQUESTS] |= layout.REQUEST_RESET
+
+    def tick(self, tick: int, time_ns: int, received: bytes) -> bytes:
+        """One tick: the block received since the last one in, the block to send out. Never raises for what the block holds.
+
+        `tick` counts periods and jumps where they were skipped; `time_ns` only goes into the row.
+        """
+        n = len(received)
+        if n > RECEIVED_SIZE:
+            # older frames of a flood are dropped, the newest count
+            n = RECEIVED_SIZE - RECEIVED_SIZE % _RECORD_SIZE
+            received = received[len(received) - len(received) % _RECORD_SIZE - n :][:n]
+        self._octets[:n] = received
+        skipped = 0 if self._next_tick is None else max(0, min(tick - self._next_tick, 2**31 - 1))
+        self._next_tick = tick + 1
+        place = self._rows_written % ROWS_KEPT
+        self._rows_written += 1
+        memory = self.memory
+        sent = host_frame_tick(memory.octets, memory.integers, memory.floats, self.plan, self._rows, place, n, tick, time_ns, skipped)
+        return self._octets[SENT_AT : SENT_AT + sent].tobytes()
+
+    @property
+    def row(self) -> bytes:
+        """Row of the last tick, bytes of one `runs.TICK_ROW`."""
+        return self._rows[(self._rows_written - 1) % ROWS_KEPT].tobytes()
+
+    def take_rows(self) -> NDArray[np.void]:
+        """Rows since the last call (at most ROWS_KEPT), TICK_ROW."""
+        from gimbal_hil.runs.schema import TICK_ROW
+
+        first = max(self._rows_taken, self._rows_written - ROWS_KEPT)
+        places = np.arange(first, self._rows_written) % ROWS_KEPT
+        self._rows_taken = self._rows_written
+        return self._rows[places].reshape(-1).view(TICK_ROW)
+
+    def events(self) -> list[HostEvent]:
+        """Events since the last call, oldest first; of a burst the newest EVENT_CAPACITY."""
+        G = self.memory.G
+        count = int(G[layout.EVENT_COUNT])
+        if count == self._events_taken:
+            return []
+        first = max(self._events_taken, count - layout.EVENT_CAPACITY)
+        self._events_taken = count
+        ring = G[layout.EVENTS : layout.EVENTS + layout.EVENT_CAPACITY * layout.EVENT_SIZE].reshape(-1, layout.EVENT_SIZE)
+        return [host_event(*(int(v) for v in ring[k % layout.EVENT_CAPACITY])) for k in range(first, count)]
+
+    @property
+    def state(self) -> HostState:
+        """Where the supervisor stands."""
+        return HostState(int(self.memory.integers[layout.STATE]))
+
+    @property
+    def cause(self) -> Cause:
+        """Why the host last stopped or went to FAULT."""
+        return Cause(int(self.memory.integers[layout.CAUSE]))
+
+    @property
+    def link_status(self) -> LinkStatus:
+        """How far feedback can be relied on."""
+        return LinkStatus(int(self.memory.integers[layout.LINK_STATUS]))
+
+    @property
+    def following(self) -> bool:
+        """Whether a segment runs or the next one of the program is due."""
+        return bool(self.memory.integers[layout.SEGMENT_RUNS]) or bool(self.memory.integers[layout.REQUESTS] & layout.REQUEST_START)
+
+    def status(self) -> dict[str, Any]:
+        """For people and dashboards: state, measurements, references, torques, drive; plain JSON."""
+        G, H = self.memory.G, self.memory.H
+        axes = {}
+        for axis, name in enumerate(("outer", "inner")):
+            h = layout.axis_h(axis)
+            axes[name] = {
+                "mode": Mode(int(G[layout.axis_g(axis) + layout.MODE])).name.lower(),
+                "position_rad": float(H[h + layout.MEASURED_POSITION]),
+                "rate_rad_s": float(H[h + layout.MEASURED_RATE]),
+                "torque_nm": float(H[h + TORQUE]),
+                "reference": float(H[h + layout.REFERENCE]),
+                "motor_torque_nm": float(H[h + layout.MOTOR_TORQUE]),
+                "motor_temperature_degc": float(H[h + layout.MOTOR_TEMPERATURE]),
+            }
+        return {
+            "state": self.state.name.lower(),
+            "cause": self.cause.name.lower(),
+            "link": self.link_status.name.lower(),
+            "drive_state": int(G[layout.DRIVE_STATE]),
+            "drive_fault": int(G[layout.DRIVE_FAULT]),
+            "deadman_margin_ticks": int(G[layout.DEADMAN_MARGIN]),
+            "segment": int(G[layout.TICK_SEGMENT]),
+            "axes": axes,
+        }

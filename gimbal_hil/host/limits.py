@@ -1,0 +1,142 @@
+"""The host's own guards on an axis: speed, following error, gyro against encoder, travel, cable wrap, winding temperature."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from firmware_protocol.compiling import compiled
+from gimbal_hil.control.layout import LOOP_ERROR, Mode
+from gimbal_hil.host.event_ring import report
+from gimbal_hil.host.layout import (
+    AXES,
+    AXIS_C,
+    AXIS_C_SIZE,
+    AXIS_G,
+    AXIS_G_SIZE,
+    AXIS_H,
+    AXIS_H_SIZE,
+    BASE_RATE,
+    BRAKING_RAD_S2,
+    DEBOUNCE_TICKS,
+    DISAGREE_COUNT,
+    ENCODER_RATE,
+    FOLLOWING_COUNT,
+    FOLLOWING_TICKS,
+    GYRO_RATE,
+    MAX_DISAGREEMENT,
+    MAX_FOLLOWING_POSITION,
+    MAX_FOLLOWING_RATE,
+    MAX_RATE,
+    MAX_TEMPERATURE,
+    MEASURED_POSITION,
+    MEASURED_RATE,
+    MODE,
+    MOTOR_TEMPERATURE,
+    OVERSPEED_COUNT,
+    POSITION_HIGH,
+    POSITION_LOW,
+    REST_RATE,
+    STEP_S,
+    TRAVEL_MARGIN,
+    WRAP_HIGH,
+    WRAP_LOW,
+)
+from gimbal_hil.host.states import Cause, EventCode
+
+_NONE, _TRAVEL, _WRAP = int(Cause.NONE), int(Cause.TRAVEL), int(Cause.CABLE_WRAP)
+_OVERSPEED, _FOLLOWING = int(Cause.OVERSPEED), int(Cause.FOLLOWING_ERROR)
+_DISAGREE, _TEMPERATURE = int(Cause.GYRO_ENCODER_DISAGREE), int(Cause.TEMPERATURE)
+_POSITION, _RATE = int(Mode.POSITION), int(Mode.RATE)
+_TRIPPED = int(EventCode.TRIPPED)
+
+
+@compiled
+def joint_rate(H: np.ndarray, axis: int) -> float:
+    """Joint rate (rad/s) of an axis from its gyro, the base rate taken off."""
+    h = AXIS_H + axis * AXIS_H_SIZE
+    return float(H[h + MEASURED_RATE] - H[h + BASE_RATE])
+
+
+@compiled
+def _moving_rate(H: np.ndarray, C: np.ndarray, axis: int) -> float:
+    """Joint rate above the noise of its sensor: the gyro's, or for a slow creep the encoder's; 0 at rest."""
+    rest = C[AXIS_C + axis * AXIS_C_SIZE + REST_RATE]
+    rate = joint_rate(H, axis)
+    if abs(rate) > rest:
+        return rate
+    creep = H[AXIS_H + axis * AXIS_H_SIZE + ENCODER_RATE]
+    return float(creep) if abs(creep) > 0.1 * rest else 0.0
+
+
+@compiled
+def fault_of(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> int:
+    """The Cause that any axis has for a fault at this fresh sample, NONE when all is well."""
+    for axis in range(AXES):
+        cause = _fault_of_axis(H, G, C, axis)
+        if cause != _NONE:
+            report(G, _TRIPPED, cause, axis, 0)
+            return cause
+    return _NONE
+
+
+@compiled
+def stop_cause(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> int:
+    """The Cause to stop now: an axis whose braking distance reaches a limit; NONE when there is none."""
+    for axis in range(AXES):
+        h, c = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE
+        rate = _moving_rate(H, C, axis)
+        if rate == 0.0:
+            continue
+        # the loop needs a few ticks before the torque brakes
+        distance = rate * rate / (2.0 * C[c + BRAKING_RAD_S2]) + 3.0 * abs(rate) * C[STEP_S]
+        cause = _reached(H[h + MEASURED_POSITION], rate, distance, C, c)
+        if cause != _NONE:
+            report(G, _TRIPPED, cause, axis, 1)
+            return cause
+    return _NONE
+
+
+@compiled
+def forget_counts(G: np.ndarray) -> None:
+    """Begin to count anew, when loops are closed."""
+    for axis in range(AXES):
+        g = AXIS_G + axis * AXIS_G_SIZE
+        G[g + OVERSPEED_COUNT] = G[g + FOLLOWING_COUNT] = G[g + DISAGREE_COUNT] = 0
+
+
+@compiled
+def _reached(position: float, rate: float, distance: float, C: np.ndarray, c: int) -> int:
+    if rate > 0.0:
+        if position + distance > C[c + POSITION_HIGH]:
+            return _TRAVEL
+        return _WRAP if position + distance > C[c + WRAP_HIGH] else _NONE
+    if position - distance < C[c + POSITION_LOW]:
+        return _TRAVEL
+    return _WRAP if position - distance < C[c + WRAP_LOW] else _NONE
+
+
+@compiled
+def _counted(G: np.ndarray, slot: int, failed: bool) -> int:
+    G[slot] = G[slot] + 1 if failed else 0
+    return int(G[slot])
+
+
+@compiled
+def _fault_of_axis(H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) -> int:
+    h, c, g = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE, AXIS_G + axis * AXIS_G_SIZE
+    rate = joint_rate(H, axis)
+    if _counted(G, g + OVERSPEED_COUNT, abs(rate) > C[c + MAX_RATE]) >= C[DEBOUNCE_TICKS]:
+        return _OVERSPEED
+    disagreement = abs(H[h + ENCODER_RATE] - H[h + GYRO_RATE])
+    if _counted(G, g + DISAGREE_COUNT, disagreement > C[c + MAX_DISAGREEMENT]) >= C[DEBOUNCE_TICKS]:
+        return _DISAGREE
+    limit = C[c + MAX_FOLLOWING_POSITION] if G[g + MODE] == _POSITION else C[c + MAX_FOLLOWING_RATE]
+    following = G[g + MODE] >= _RATE and abs(H[h + LOOP_ERROR]) > limit
+    if _counted(G, g + FOLLOWING_COUNT, following) >= C[FOLLOWING_TICKS]:
+        return _FOLLOWING
+    if _moving_rate(H, C, axis) != 0.0:
+        # outside and still going out; on the way back an axis may be outside
+        cause = _reached(H[h + MEASURED_POSITION], _moving_rate(H, C, axis), -C[c + TRAVEL_MARGIN], C, c)
+        if cause != _NONE:
+            return cause
+    return _TEMPERATURE if H[h + MOTOR_TEMPERATURE] > C[c + MAX_TEMPERATURE] else _NONE

@@ -1,0 +1,131 @@
+"""From the mail of one tick to what the host believes: measurements, drive status, base motion, and how old they are."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from firmware_protocol import mail as m
+from firmware_protocol.compiling import compiled
+from gimbal_hil.control.compensation import base_rates
+from gimbal_hil.host.event_ring import report
+from gimbal_hil.host.layout import (
+    AXES,
+    AXIS_H,
+    AXIS_H_SIZE,
+    BASE_AGE,
+    BASE_ANGLES,
+    BASE_LOST_TICKS,
+    BASE_RATE,
+    BASE_RATES,
+    DEADMAN_MARGIN,
+    DRIVE_FAULT,
+    DRIVE_LIMITS,
+    DRIVE_STATE,
+    ENCODER_RATE,
+    FEEDBACK_AGE,
+    FRESH_IN_A_ROW,
+    GYRO_RATE,
+    LAST_POSITION,
+    LAST_SEQUENCE,
+    LINK_STATUS,
+    LOST_TICKS,
+    MEASURED_POSITION,
+    MEASURED_RATE,
+    MOTOR_TEMPERATURE,
+    MOTOR_TORQUE,
+    PLAUSIBILITY_SHARE,
+    STEP_S,
+)
+from gimbal_hil.host.states import EventCode, LinkStatus
+
+_LOST, _DEGRADED, _OK = int(LinkStatus.LOST), int(LinkStatus.DEGRADED), int(LinkStatus.OK)
+_LINK, _DRIVE, _BASE = int(EventCode.LINK), int(EventCode.DRIVE), int(EventCode.BASE)
+#: age of what was never heard
+NEVER = 1 << 40
+
+
+@compiled
+def receive(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
+    """Take in one tick's mail. A measurement changes only when both axes and the status are fresh: never half a set."""
+    silence = G[FEEDBACK_AGE]
+    fresh = mail[m.FEEDBACK_OUTER] > 0 and mail[m.FEEDBACK_INNER] > 0 and mail[m.DRIVE_STATUS] > 0
+    _receive_base(mail, H, G, C)
+    if mail[m.DRIVE_STATUS] > 0:
+        _receive_status(mail, G)
+    if fresh:
+        H[AXIS_H + MEASURED_POSITION] = mail[m.FEEDBACK_OUTER_POSITION] * m.FEEDBACK_OUTER_POSITION_STEP
+        H[AXIS_H + MEASURED_RATE] = mail[m.FEEDBACK_OUTER_RATE] * m.FEEDBACK_OUTER_RATE_STEP
+        inner = AXIS_H + AXIS_H_SIZE
+        H[inner + MEASURED_POSITION] = mail[m.FEEDBACK_INNER_POSITION] * m.FEEDBACK_INNER_POSITION_STEP
+        H[inner + MEASURED_RATE] = mail[m.FEEDBACK_INNER_RATE] * m.FEEDBACK_INNER_RATE_STEP
+        G[FEEDBACK_AGE] = 0
+        G[FRESH_IN_A_ROW] += 1
+    else:
+        G[FEEDBACK_AGE] = min(silence + 1, NEVER)
+        G[FRESH_IN_A_ROW] = 0
+    _receive_motors(mail, H)
+    rates = base_rates(H[AXIS_H + MEASURED_POSITION], H[BASE_RATES], H[BASE_RATES + 1], H[BASE_RATES + 2])
+    H[AXIS_H + BASE_RATE], H[AXIS_H + AXIS_H_SIZE + BASE_RATE] = rates
+    status = _OK if fresh else (_DEGRADED if G[FEEDBACK_AGE] <= C[LOST_TICKS] else _LOST)
+    if status != G[LINK_STATUS]:
+        report(G, _LINK, G[LINK_STATUS], status, 0)
+    if fresh:
+        _compare_gyro_and_encoder(H, C, G[LINK_STATUS] == _LOST, silence + 1)
+    G[LINK_STATUS] = status
+
+
+@compiled
+def _receive_status(mail: np.ndarray, G: np.ndarray) -> None:
+    if mail[m.DRIVE_STATUS_STATE] != G[DRIVE_STATE]:
+        report(G, _DRIVE, G[DRIVE_STATE], mail[m.DRIVE_STATUS_STATE], mail[m.DRIVE_STATUS_FAULT])
+    G[DRIVE_STATE] = mail[m.DRIVE_STATUS_STATE]
+    G[DRIVE_FAULT] = mail[m.DRIVE_STATUS_FAULT]
+    G[LAST_SEQUENCE] = mail[m.DRIVE_STATUS_LAST_SEQUENCE]
+    G[DEADMAN_MARGIN] = mail[m.DRIVE_STATUS_DEADMAN_MARGIN]
+    G[DRIVE_LIMITS] = mail[m.DRIVE_STATUS_LIMITS]
+
+
+@compiled
+def _receive_motors(mail: np.ndarray, H: np.ndarray) -> None:
+    if mail[m.MOTOR_STATUS_OUTER] > 0:
+        H[AXIS_H + MOTOR_TORQUE] = mail[m.MOTOR_STATUS_OUTER_TORQUE] * m.MOTOR_STATUS_OUTER_TORQUE_STEP
+        H[AXIS_H + MOTOR_TEMPERATURE] = mail[m.MOTOR_STATUS_OUTER_TEMPERATURE] * m.MOTOR_STATUS_OUTER_TEMPERATURE_STEP
+    if mail[m.MOTOR_STATUS_INNER] > 0:
+        inner = AXIS_H + AXIS_H_SIZE
+        H[inner + MOTOR_TORQUE] = mail[m.MOTOR_STATUS_INNER_TORQUE] * m.MOTOR_STATUS_INNER_TORQUE_STEP
+        H[inner + MOTOR_TEMPERATURE] = mail[m.MOTOR_STATUS_INNER_TEMPERATURE] * m.MOTOR_STATUS_INNER_TEMPERATURE_STEP
+
+
+@compiled
+def _receive_base(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
+    """Base attitude and rate; a base that was never heard, or not for long, counts as fixed."""
+    if mail[m.BASE_ATTITUDE] > 0:
+        for k in range(3):
+            H[BASE_ANGLES + k] = mail[m.BASE_ATTITUDE_ROLL + k] * m.BASE_ATTITUDE_ROLL_STEP
+    if mail[m.BASE_RATE] > 0:
+        if G[BASE_AGE] > C[BASE_LOST_TICKS]:
+            report(G, _BASE, 1, 0, 0)
+        G[BASE_AGE] = 0
+        for k in range(3):
+            H[BASE_RATES + k] = mail[m.BASE_RATE_P + k] * m.BASE_RATE_P_STEP
+    elif G[BASE_AGE] < NEVER:
+        G[BASE_AGE] += 1
+        if G[BASE_AGE] == int(C[BASE_LOST_TICKS]) + 1:
+            report(G, _BASE, 0, 0, 0)
+            for k in range(3):
+                H[BASE_RATES + k] = 0.0
+
+
+@compiled
+def _compare_gyro_and_encoder(H: np.ndarray, C: np.ndarray, begin: bool, ticks: int) -> None:
+    """Low-pass both views of the joint rate alike; `ticks` is the time since the sample before."""
+    for axis in range(AXES):
+        h = AXIS_H + axis * AXIS_H_SIZE
+        joint = H[h + MEASURED_RATE] - H[h + BASE_RATE]
+        if begin:
+            H[h + ENCODER_RATE] = H[h + GYRO_RATE] = joint
+        else:
+            encoder = (H[h + MEASURED_POSITION] - H[h + LAST_POSITION]) / (C[STEP_S] * ticks)
+            H[h + ENCODER_RATE] += C[PLAUSIBILITY_SHARE] * (encoder - H[h + ENCODER_RATE])
+            H[h + GYRO_RATE] += C[PLAUSIBILITY_SHARE] * (joint - H[h + GYRO_RATE])
+        H[h + LAST_POSITION] = H[h + MEASURED_POSITION]

@@ -1,0 +1,123 @@
+"""Reference shapes, each a closed form of the time since the segment began, so that any tick can be computed on its own.
+
+Parameters per shape (in the mode's unit u, times in s):
+
+    HOLD       value
+    RAMP       value, slope (u/s), span (u; the ramp ends that far from where it began, inf without)
+    SINE       value, amplitude, frequency (Hz), phase (rad)
+    CHIRP      value, amplitude, first frequency (Hz), growth ln(last/first)/duration (1/s), duration
+    TRAPEZOID  target, largest slope (u/s), largest curvature (u/s^2)
+    SMOOTH     target, duration
+    PULSES     value, amplitude, period, width, 1 when every other pulse is negative, number of pulses
+    TABLE      offset in the plan, rows, seconds per row, scale
+
+With origin START, `value` and `target` count from the start value.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from firmware_protocol.compiling import compiled
+from gimbal_hil.host.states import Shape
+
+_HOLD, _RAMP, _SINE, _CHIRP = int(Shape.HOLD), int(Shape.RAMP), int(Shape.SINE), int(Shape.CHIRP)
+_TRAPEZOID, _SMOOTH, _PULSES = int(Shape.TRAPEZOID), int(Shape.SMOOTH), int(Shape.PULSES)
+_TWO_PI = 2.0 * math.pi
+
+
+@compiled
+def reference_at(shape: int, plan: np.ndarray, p: int, origin: float, start: float, time_s: float) -> tuple[float, float]:
+    """Value and slope of a reference `time_s` after its segment began.
+
+    The shape's parameters are in `plan` from `p` on; `origin` is added to values and targets; moves begin at `start`.
+    """
+    if shape == _HOLD:
+        return origin + plan[p], 0.0
+    if shape == _RAMP:
+        return _ramp(origin + plan[p], plan[p + 1], plan[p + 2], time_s)
+    if shape == _SINE:
+        angle = _TWO_PI * plan[p + 2] * time_s + plan[p + 3]
+        return origin + plan[p] + plan[p + 1] * math.sin(angle), plan[p + 1] * _TWO_PI * plan[p + 2] * math.cos(angle)
+    if shape == _CHIRP:
+        return _chirp(origin + plan[p], plan[p + 1], plan[p + 2], plan[p + 3], min(time_s, plan[p + 4]))
+    if shape == _TRAPEZOID:
+        return _trapezoid(start, origin + plan[p], plan[p + 1], plan[p + 2], time_s)
+    if shape == _SMOOTH:
+        return _smooth(start, origin + plan[p], plan[p + 1], time_s)
+    if shape == _PULSES:
+        return _pulses(origin + plan[p], plan[p + 1], plan[p + 2], plan[p + 3], plan[p + 4], plan[p + 5], time_s)
+    return _table(plan, int(plan[p]), int(plan[p + 1]), plan[p + 2], plan[p + 3], origin, time_s)
+
+
+@compiled
+def _ramp(value: float, slope: float, span: float, time_s: float) -> tuple[float, float]:
+    if abs(slope) * time_s >= span:
+        return value + math.copysign(span, slope), 0.0
+    return value + slope * time_s, slope
+
+
+@compiled
+def _chirp(value: float, amplitude: float, first_hz: float, growth: float, time_s: float) -> tuple[float, float]:
+    """Exponential sweep: equal time per octave; growth 0 is a plain sine."""
+    frequency = first_hz * math.exp(growth * time_s)
+    cycles = (frequency - first_hz) / growth if growth != 0.0 else first_hz * time_s
+    angle = _TWO_PI * cycles
+    return value + amplitude * math.sin(angle), amplitude * _TWO_PI * frequency * math.cos(angle)
+
+
+@compiled
+def _trapezoid(start: float, target: float, top: float, curvature: float, time_s: float) -> tuple[float, float]:
+    """Fastest move from rest to rest within a largest slope and curvature; a triangle when it is too short to reach the slope."""
+    distance = abs(target - start)
+    side = math.copysign(1.0, target - start)
+    rise_s = min(top / curvature, math.sqrt(distance / curvature))
+    slope = curvature * rise_s
+    if slope <= 0.0:
+        return target, 0.0
+    total_s = distance / slope + rise_s
+    if time_s >= total_s:
+        return target, 0.0
+    if time_s < rise_s:
+        return start + side * 0.5 * curvature * time_s * time_s, side * curvature * time_s
+    left_s = total_s - time_s
+    if left_s < rise_s:
+        return target - side * 0.5 * curvature * left_s * left_s, side * curvature * left_s
+    return start + side * slope * (time_s - 0.5 * rise_s), side * slope
+
+
+@compiled
+def _smooth(start: float, target: float, duration_s: float, time_s: float) -> tuple[float, float]:
+    """Move of least jerk from rest to rest (Flash and Hogan 1985)."""
+    if time_s >= duration_s:
+        return target, 0.0
+    x = time_s / duration_s
+    share = x * x * x * (10.0 - x * (15.0 - 6.0 * x))
+    slope = 30.0 * x * x * (1.0 - x) * (1.0 - x) / duration_s
+    return start + (target - start) * share, (target - start) * slope
+
+
+@compiled
+def _pulses(
+    value: float, amplitude: float, period_s: float, width_s: float, alternating: float, count: float, time_s: float
+) -> tuple[float, float]:
+    # half a microsecond forward, so that an edge on a tick is not decided by the last bit of the division
+    number = math.floor((time_s + 5e-7) / period_s)
+    if number >= count or time_s + 5e-7 - number * period_s >= width_s:
+        return value, 0.0
+    if alternating > 0.0 and number - 2.0 * math.floor(0.5 * number) > 0.0:
+        return value - amplitude, 0.0
+    return value + amplitude, 0.0
+
+
+@compiled
+def _table(plan: np.ndarray, first: int, rows: int, row_s: float, scale: float, origin: float, time_s: float) -> tuple[float, float]:
+    """Rows joined by straight lines; the last one holds."""
+    place = time_s / row_s
+    if place >= rows - 1:
+        return origin + scale * plan[first + rows - 1], 0.0
+    row = int(place)
+    here, step = plan[first + row], plan[first + row + 1] - plan[first + row]
+    return origin + scale * (here + (place - row) * step), scale * step / row_s

@@ -1,0 +1,109 @@
+"""The host's states, causes and events: what the supervisor is in, why it changed, and what it reports."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class HostState(IntEnum):
+    """Where the supervisor stands. Torque is sent in ACTIVE and STOPPING only."""
+
+    #: no antenna answers
+    WAITING = 0
+    #: the drive is taken through its states to operation enabled
+    SYNCHRONISING = 1
+    #: ready, torque off
+    IDLE = 2
+    #: a segment is followed
+    ACTIVE = 3
+    #: rates are brought to zero, then IDLE
+    STOPPING = 4
+    #: torque off, drive stopped; left by a reset, or by the antenna's return when it had gone
+    FAULT = 5
+
+
+class LinkStatus(IntEnum):
+    """How far feedback can be relied on: OK fresh at this tick, DEGRADED older (torque is held), LOST too old."""
+
+    LOST = 0
+    DEGRADED = 1
+    OK = 2
+
+
+class Cause(IntEnum):
+    """Why the host stopped or faulted, why a segment ended, or why a command was refused."""
+
+    NONE = 0
+    FEEDBACK_LOST = 1
+    DRIVE_FAULT = 2
+    DRIVE_LEFT_OPERATION = 3
+    SYNCHRONISATION_TIMEOUT = 4
+    STOP_TIMEOUT = 5
+    SET_POINT_LOST = 6
+    OVERSPEED = 7
+    FOLLOWING_ERROR = 8
+    GYRO_ENCODER_DISAGREE = 9
+    TRAVEL = 10
+    CABLE_WRAP = 11
+    TEMPERATURE = 12
+    NOT_A_NUMBER = 13
+    #: a segment's own guard
+    GUARD = 14
+    OPERATOR = 15
+    DURATION = 16
+    END_CONDITION = 17
+    REPLACED = 18
+    #: a command came in a state that takes none
+    NOT_READY = 19
+
+
+class EventCode(IntEnum):
+    """Kinds of entries in the event ring; each has up to three whole numbers."""
+
+    #: from, to (HostState), cause
+    STATE = 0
+    #: place in the plan, id
+    SEGMENT_STARTED = 1
+    #: place in the plan, id, cause
+    SEGMENT_ENDED = 2
+    #: state of the host, cause
+    COMMAND_REFUSED = 3
+    #: from, to (LinkStatus) of the feedback
+    LINK = 4
+    #: from, to (DriveState), FaultCode
+    DRIVE = 5
+    #: cause, axis, of the check that tripped
+    TRIPPED = 6
+    #: 1 when base attitude and rate are heard, 0 when they are lost
+    BASE = 7
+
+
+class EndKind(IntEnum):
+    """Conditions that end a segment before its duration is over; rate and torque count by size, position by value."""
+
+    NONE = 0
+    RATE_ABOVE = 1
+    RATE_BELOW = 2
+    POSITION_ABOVE = 3
+    POSITION_BELOW = 4
+    TORQUE_ABOVE = 5
+
+
+class Shape(IntEnum):
+    """Reference shapes; parameters are listed in `references`."""
+
+    HOLD = 0
+    RAMP = 1
+    SINE = 2
+    CHIRP = 3
+    TRAPEZOID = 4
+    SMOOTH = 5
+    PULSES = 6
+    TABLE = 7
+
+
+class Origin(IntEnum):
+    """What a reference counts from: zero, or where the axis (or the reference before) is when the segment starts."""
+
+    ABSOLUTE = 0
+    START = 1

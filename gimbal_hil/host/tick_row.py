@@ -1,0 +1,59 @@
+"""The row that a tick leaves in the run's log, written by compiled code word for word as `gimbal_hil.runs.TICK_ROW` packs it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from firmware_protocol.compiling import compiled
+from gimbal_hil.control.layout import TORQUE, Mode
+from gimbal_hil.host.layout import (
+    AXES,
+    AXIS_G,
+    AXIS_G_SIZE,
+    AXIS_H,
+    AXIS_H_SIZE,
+    BASE_RATE,
+    LINK_STATUS,
+    MODE,
+    REFERENCE,
+    SLOPE,
+    STATE,
+    TICK_SEGMENT,
+)
+
+#: 64-bit words of a row; the last two hold wall-clock readings and the check, filled in by others
+ROW_WORDS = 12
+_POSITION_REF, _RATE_REF, _TORQUE, _SEGMENT, _STATES = 2, 4, 6, 8, 9
+_POSITION, _RATE, _INERTIAL_RATE = int(Mode.POSITION), int(Mode.RATE), int(Mode.INERTIAL_RATE)
+_LOW_HALF = 0xFFFFFFFF
+
+
+@compiled
+def joint_references(H: np.ndarray, G: np.ndarray, axis: int) -> tuple[float, float]:
+    """Joint reference of an axis' loop: position (rad) and rate (rad/s), before prefilter and position loop; NaN where there is none."""
+    h = AXIS_H + axis * AXIS_H_SIZE
+    mode = G[AXIS_G + axis * AXIS_G_SIZE + MODE]
+    if mode == _POSITION:
+        return float(H[h + REFERENCE]), float(H[h + SLOPE])
+    if mode == _RATE:
+        return math.nan, float(H[h + REFERENCE])
+    if mode == _INERTIAL_RATE:
+        return math.nan, float(H[h + REFERENCE] - H[h + BASE_RATE])
+    return math.nan, math.nan
+
+
+@compiled
+def write_row(
+    words: np.ndarray, floats: np.ndarray, H: np.ndarray, G: np.ndarray, tick: int, time_ns: int, skipped: int, rejected: int
+) -> None:
+    """Fill one row; `words` (int64) and `floats` (float64), shape (ROW_WORDS,), are views of the same memory."""
+    words[0], words[1] = tick, time_ns
+    for axis in range(AXES):
+        position, rate = joint_references(H, G, axis)
+        floats[_POSITION_REF + axis], floats[_RATE_REF + axis] = position, rate
+        floats[_TORQUE + axis] = H[AXIS_H + axis * AXIS_H_SIZE + TORQUE]
+    words[_SEGMENT] = (G[TICK_SEGMENT] & _LOW_HALF) | (skipped << 32)
+    words[_STATES] = G[STATE] | (G[AXIS_G + MODE] << 8) | (G[AXIS_G + AXIS_G_SIZE + MODE] << 16) | (G[LINK_STATUS] << 24) | (rejected << 32)
+    words[10] = words[11] = 0
