@@ -160,7 +160,7 @@ class FaultyLink:
 
     def reopen(self) -> bool:
         """Fails during a visible cut."""
-        if self._severed is not None and not self._is_cut():
+        if self._severed is not None and self._present_cut() is None:
             self._severed = None
         return self._severed is None and self._link.reopen()
 
@@ -173,14 +173,16 @@ class FaultyLink:
         return self._link.fileno()
 
     def _is_cut(self) -> bool:
-        for cut in self._cuts:
-            if cut.covers(self.tick):
-                self._outbound.clear()
-                self._inbound.clear()
-                if cut.visible:
-                    self._severed = LinkLost(self.name, "the line is cut")
-                return True
-        return self._severed is not None
+        cut = self._present_cut()
+        if cut is not None:
+            self._outbound.clear()
+            self._inbound.clear()
+            if cut.visible:
+                self._severed = LinkLost(self.name, "the line is cut")
+        return cut is not None or self._severed is not None
+
+    def _present_cut(self) -> Cut | None:
+        return next((cut for cut in self._cuts if cut.covers(self.tick)), None)
 
     def _forward(self, block: bytes) -> None:
         if block:
