@@ -8,6 +8,7 @@ import gc
 import os
 import resource
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 _PR_SET_TIMERSLACK, _PR_GET_TIMERSLACK = 29, 30
@@ -61,6 +62,27 @@ def claim_real_time(priority: int = 60, core: int | None = None) -> Granted:
         except (OSError, AttributeError) as error:
             refused.append(f"core {core}: {_reason(error)}")
     return Granted(slack, granted_priority, locked is None, pinned, tuple(refused))
+
+
+@contextlib.contextmanager
+def real_time(priority: int = 60, core: int | None = None) -> Iterator[Granted]:
+    """For the length of a block: all that `claim_real_time` gets, and the collector frozen and off; then as before."""
+    cores, slack = available_cores(), timer_slack()
+    collecting = gc.isenabled()
+    granted = claim_real_time(priority, core)
+    freeze_garbage()
+    try:
+        yield granted
+    finally:
+        gc.unfreeze()
+        if collecting:
+            gc.enable()
+        with contextlib.suppress(OSError, AttributeError):
+            os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+            os.sched_setaffinity(0, cores)
+            ctypes.CDLL(None).munlockall()
+        if slack is not None:
+            set_timer_slack(slack)
 
 
 def set_timer_slack(ns: int) -> int | None:

@@ -9,13 +9,19 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
+import numpy as np
+
 from gimbal_hil.daemon.clock import NS_PER_S
 from gimbal_hil.daemon.mailbox import RingReader, RingWriter
 from gimbal_hil.daemon.miss_causes import MissCause
+from gimbal_hil.host.program import Program
 
 Json = dict[str, Any]
-#: a row of `runs.TICK_ROW`, field by field, check left zero
-_ROW = struct.Struct("<qq6dii4biiii4x")
+#: size of a row of `runs.TICK_ROW`, and where its wall-clock columns wake_latency_ns and computing_ns start
+ROW_BYTES, WALL_CLOCK_AT = 96, 80
+MISS_RECORD = struct.Struct("<qi")
+_WALL_CLOCK = struct.Struct("<ii")
+_INT32_MAX = 2**31 - 1
 _RECEIVED_LENGTH = struct.Struct("<I")
 #: ten seconds at 2 kHz with every message on the bus
 TELEMETRY_BYTES = 8 << 20
@@ -30,12 +36,10 @@ class TelemetryKind(IntEnum):
     """What a record from the control process holds."""
 
     TICK = 1
-    REJECTED = 2
-    EVENT = 3
-    STATISTICS = 4
-    MISS = 5
-    REPLY = 6
-    END = 7
+    EVENT = 2
+    MISS = 3
+    REPLY = 4
+    END = 5
 
 
 class CommandKind(IntEnum):
@@ -46,9 +50,23 @@ class CommandKind(IntEnum):
     QUICK_STOP = 3
     FAULT_RESET = 4
     SHUT_DOWN = 5
+    #: from the service itself: recording has failed, the reason follows
+    RECORDING_FAILED = 6
 
 
 COMMAND_HEADER = struct.Struct("<q")
+_PROGRAM_LENGTH = struct.Struct("<q")
+
+
+def pack_program(program: Program) -> bytes:
+    """A program as a START command carries it."""
+    return _PROGRAM_LENGTH.pack(program.length) + program.values.tobytes()
+
+
+def unpack_program(payload: bytes) -> Program:
+    """The program of a START command: it was checked before it was packed."""
+    (length,) = _PROGRAM_LENGTH.unpack_from(payload)
+    return Program(np.frombuffer(payload, np.float64, offset=_PROGRAM_LENGTH.size).copy(), length)
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,9 +85,9 @@ class Exchange:
 
 def exchange_from(payload: bytes) -> Exchange:
     """Take a TICK record apart."""
-    end = _ROW.size + _RECEIVED_LENGTH.size
-    (length,) = _RECEIVED_LENGTH.unpack_from(payload, _ROW.size)
-    return Exchange(payload[: _ROW.size], payload[end : end + length], payload[end + length :])
+    end = ROW_BYTES + _RECEIVED_LENGTH.size
+    (length,) = _RECEIVED_LENGTH.unpack_from(payload, ROW_BYTES)
+    return Exchange(payload[:ROW_BYTES], payload[end : end + length], payload[end + length :])
 
 
 class Telemetry:
@@ -79,13 +97,11 @@ class Telemetry:
         self._ring = ring
         self._lockstep = lockstep
 
-    def tick(self, row: tuple[int | float, ...], received: bytes, sent: bytes) -> None:
-        """One tick: its row in the order of TICK_ROW without `check`, and its blocks."""
-        self._push(TelemetryKind.TICK, _ROW.pack(*row) + _RECEIVED_LENGTH.pack(len(received)) + received + sent)
-
-    def rejected(self, tick: int, data: bytes) -> None:
-        """Bytes that the link refused before they were a frame."""
-        self._push(TelemetryKind.REJECTED, COMMAND_HEADER.pack(tick) + data)
+    def tick(self, row: bytes, late_ns: int, computing_ns: int, received: bytes, sent: bytes) -> None:
+        """One tick: the host's row, the two readings of the wall clock that complete it, and its blocks."""
+        wall_clock = _WALL_CLOCK.pack(min(late_ns, _INT32_MAX), min(computing_ns, _INT32_MAX))
+        whole = row[:WALL_CLOCK_AT] + wall_clock + row[WALL_CLOCK_AT + _WALL_CLOCK.size :]
+        self._push(TelemetryKind.TICK, whole + _RECEIVED_LENGTH.pack(len(received)) + received + sent)
 
     def event(self, tick: int, time_ns: int, kind: str, text: str, data: Json | None = None) -> None:
         """One event; `kind` is the value of a `runs.EventKind`."""
@@ -93,15 +109,11 @@ class Telemetry:
 
     def miss(self, tick: int, cause: MissCause) -> None:
         """The cause of the periods that were skipped before `tick`."""
-        self._push(TelemetryKind.MISS, struct.pack("<qi", tick, MISS_CODE[cause]))
+        self._push(TelemetryKind.MISS, MISS_RECORD.pack(tick, MISS_CODE[cause]))
 
-    def statistics(self, content: Json) -> None:
-        """State and tick statistics for those who look on."""
-        self._push_json(TelemetryKind.STATISTICS, content)
-
-    def reply(self, request: int, ok: bool, text: str = "") -> None:
-        """What became of an operator's request."""
-        self._push_json(TelemetryKind.REPLY, {"request": request, "ok": ok, "error": text})
+    def reply(self, request: int, tick: int, time_ns: int, problem: str = "") -> None:
+        """What became of a request: taken at `tick`, or why not."""
+        self._push_json(TelemetryKind.REPLY, {"request": request, "tick": tick, "time_ns": time_ns, "problem": problem})
 
     def end(self, exit_code: int, reason: str) -> None:
         """The last record: the control process is done and torque is off."""

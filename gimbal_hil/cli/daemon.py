@@ -1,0 +1,70 @@
+"""`gimbal-hil daemon`: the fixed-rate control daemon, and a word to one that runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def command(
+    config: Annotated[Path | None, typer.Option(help="Configuration file; without it the shipped virtual antenna.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Run folder to record into; without it a new one below ./runs.")] = None,
+    duration: Annotated[float | None, typer.Option(help="Seconds to run; without it until stopped.", min=0.0)] = None,
+    lockstep: Annotated[bool, typer.Option("--lockstep", help="Virtual time: as fast as the machine allows.")] = False,
+    page: Annotated[int | None, typer.Option(help="Serve live page and metrics on this local port (0: any).", min=0, max=65535)] = None,
+    spin_us: Annotated[float, typer.Option(help="Wait the last microseconds of a period awake: less latency, more load.", min=0.0)] = 0.0,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite a run folder.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
+    send: Annotated[
+        str | None, typer.Option(help="Send one request (JSON) to the daemon that records into --run, print its answer.")
+    ] = None,
+    run: Annotated[Path | None, typer.Option(help="With --send: the run folder of that daemon.")] = None,
+) -> int:
+    """Run the fixed-rate control daemon on the link that the configuration names.
+
+    Ctrl-C or SIGTERM switches torque off with the next tick, lets the drive stop the axes, writes the log and ends with 130.
+    """
+    import json
+
+    from firmware_protocol.errors import BadInputError
+
+    if send is not None:
+        if run is None:
+            raise BadInputError("--send", "does not say to whom", "--run with the run folder of a running daemon")
+        return _send(send, run)
+    from gimbal_hil.daemon.run import DaemonOptions, run_daemon
+    from gimbal_hil.runs.header import wall_clock_utc
+    from gimbal_hil.settings import load_settings, shipped_settings
+
+    settings = load_settings(config) if config else shipped_settings()
+    folder = out or Path("runs") / f"daemon-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
+    report = run_daemon(settings, DaemonOptions(folder, force, duration, lockstep, spin_us, page))
+    if as_json:
+        print(json.dumps(report.as_dict()))
+    else:
+        from gimbal_hil.daemon.summary import summary_lines
+
+        print("\n".join(summary_lines(report)))
+    return report.ending.exit_code
+
+
+def _send(text: str, run: Path) -> int:
+    import json
+
+    from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
+    from gimbal_hil.daemon.operator_client import OperatorClient, RequestRefusedError
+
+    try:
+        request = json.loads(text)
+        name = request.pop("command")
+    except (ValueError, KeyError, AttributeError, TypeError):
+        raise BadInputError("--send", "is not a request", 'a JSON object such as {"command": "status"}') from None
+    with OperatorClient(run) as client:
+        try:
+            print(json.dumps(client.request(name, **request)))
+        except RequestRefusedError as refusal:
+            print(json.dumps({"ok": False, "error": str(refusal)}))
+            return EXIT_NO
+    return EXIT_DONE

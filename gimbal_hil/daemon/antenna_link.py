@@ -1,0 +1,64 @@
+"""The virtual antenna in the daemon's own process, behind the same link and the same frames as a real one."""
+
+from __future__ import annotations
+
+from firmware_protocol.links.link import LinkBasis
+from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna
+from sim_backend.device import Device
+from sim_backend.model import AntennaModel, load_model, shipped_model
+
+#: a virtual antenna is carried over at most this many missed periods: its deadman has stopped it long before
+_MOST_PASSED_OVER = 2000
+
+
+class EmbeddedLink(LinkBasis):
+    """What is sent at tick n is answered by what is received at tick n + 1."""
+
+    def __init__(self, device: Device) -> None:
+        super().__init__(f"virtual antenna {device.model.name}")
+        self.device = device
+        self._feedback: list[bytes] = []
+        self._opened()
+
+    def receive(self) -> bytes:
+        """Feedback since the last call."""
+        feedback, self._feedback = self._feedback, []
+        return self._count_received(b"".join(feedback))
+
+    def send(self, block: bytes) -> None:
+        """The host's set-point is the antenna's clock edge."""
+        self._count_sent(block, True)
+        self._feedback.append(self.device.tick(block))
+
+    def pass_over(self, periods: int) -> None:
+        """Periods in which no set-point came: the antenna goes on by its own clock, and its deadman counts."""
+        for _ in range(min(periods, _MOST_PASSED_OVER)):
+            self._feedback.append(self.device.tick())
+
+    def wait(self, timeout_ns: int) -> bool:
+        """Whether there is feedback; more of it comes with the next set-point only."""
+        return bool(self._feedback)
+
+    def reopen(self) -> bool:
+        """It cannot be lost."""
+        return True
+
+    def close(self) -> None:
+        """The antenna stays as it is."""
+
+    def fileno(self) -> int:
+        """None."""
+        return -1
+
+
+def embedded_model(link: EmbeddedAntenna) -> AntennaModel:
+    """The model that an embedded antenna follows: a shipped name or a file."""
+    name = link.embedded.model
+    return load_model(name) if name.endswith((".yaml", ".yml")) or "/" in name else shipped_model(name)
+
+
+def embedded_antenna(settings: DaemonSettings, link: EmbeddedAntenna) -> EmbeddedLink:
+    """A virtual antenna as configured, its compiled tick loaded."""
+    model = embedded_model(link)
+    Device(model, rate_hz=settings.rate_hz).tick()
+    return EmbeddedLink(Device(model, rate_hz=settings.rate_hz, seed=link.embedded.seed))

@@ -1,0 +1,241 @@
+"""One tick of the control process: take frames, let the host decide, send, and only then tell the rest of the world."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, EXIT_SAFETY_STOP
+from firmware_protocol.schema import DriveState
+from gimbal_hil.daemon.clock import Clock, Duration
+from gimbal_hil.daemon.link_keeper import LinkKeeper
+from gimbal_hil.daemon.mailbox import RingReader
+from gimbal_hil.daemon.miss_causes import Miss, MissCause
+from gimbal_hil.daemon.telemetry import Command, CommandKind, Telemetry, take_commands, unpack_program
+from gimbal_hil.daemon.tick_engine import Tick
+from gimbal_hil.host.events import HostEvent
+from gimbal_hil.host.host import Host
+from gimbal_hil.host.layout import AXES, BASE_RATE, DRIVE_STATE, MEASURED_RATE, REST_RATE, axis_c, axis_h
+from gimbal_hil.host.states import EventCode, HostState, LinkStatus
+
+_EVENT_KIND = {
+    EventCode.STATE: "state",
+    EventCode.SEGMENT_STARTED: "segment",
+    EventCode.SEGMENT_ENDED: "segment",
+    EventCode.COMMAND_REFUSED: "note",
+    EventCode.LINK: "link",
+    EventCode.DRIVE: "drive",
+    EventCode.TRIPPED: "fault",
+    EventCode.BASE: "link",
+}
+#: how often the service process is asked whether it lives
+_SERVICE_CHECK = Duration(20_000_000)
+#: after a stop the drive is given this long to come to rest and switch off before the process ends
+_LEAVE_TIMEOUT = Duration(3_000_000_000)
+
+
+#: drive states in which it applies no torque
+_DRIVE_OFF = (DriveState.NOT_READY, DriveState.SWITCH_ON_DISABLED, DriveState.READY_TO_SWITCH_ON, DriveState.SWITCHED_ON, DriveState.FAULT)
+_COMMAND_WORD = {
+    CommandKind.START: "start",
+    CommandKind.STOP: "stop",
+    CommandKind.QUICK_STOP: "quick_stop",
+    CommandKind.FAULT_RESET: "fault_reset",
+    CommandKind.SHUT_DOWN: "stop",
+}
+
+
+class Stopping(Enum):
+    """How far the loop is on its way out."""
+
+    NOT = "not"
+    BRAKING = "braking"  # the host brings the axes to rest under control
+    SWITCHING_OFF = "switching_off"  # torque is off, the drive goes through its quick stop
+
+
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """Why the loop ends and what the command answers."""
+
+    exit_code: int
+    reason: str
+
+
+class ControlLoop:
+    """The step that the tick engine calls. Nothing in it waits for anybody."""
+
+    def __init__(
+        self,
+        host: Host,
+        link: LinkKeeper,
+        telemetry: Telemetry,
+        commands: RingReader,
+        service_alive: Callable[[], bool],
+        clock: Clock,
+        period: Duration,
+        duration_ticks: int | None = None,
+        pass_over: Callable[[int], None] | None = None,
+    ) -> None:
+        """`pass_over(periods)` is called when ticks were skipped: a virtual antenna in this process has to go on meanwhile."""
+        self._host = host
+        self._link = link
+        self._telemetry = telemetry
+        self._commands = commands
+        self._service_alive = service_alive
+        self._clock = clock
+        self._period_ns = period.ns
+        self._duration_ticks = duration_ticks
+        self._pass_over = pass_over
+        self._service_check_ticks = max(1, _SERVICE_CHECK // period)
+        self._leave_ticks = max(1, _LEAVE_TIMEOUT // period)
+        self._tick = 0
+        self._due: list[Command] = []
+        self._service_gone = False
+        self._asked: Ending | None = None
+        self._stopping = Stopping.NOT
+        self._stopping_since = 0
+        self._leaving = Ending(EXIT_DONE, "")
+        self.ending: Ending | None = None
+
+    def interrupt(self, reason: str) -> None:
+        """Called by signal handlers: torque off with the next tick, then out. A second call leaves after that tick."""
+        if self._asked is not None and self._asked.exit_code == EXIT_INTERRUPTED:
+            self.ending = self._asked
+        self._asked = Ending(EXIT_INTERRUPTED, reason)
+
+    def step(self, tick: Tick) -> bool:
+        """One tick; False when the loop is done."""
+        self._tick = tick.number
+        time_ns = tick.number * self._period_ns
+        for command in self._due:
+            self._obey(command, time_ns)
+        self._leave_when_due()
+        if tick.skipped and self._pass_over is not None:
+            self._pass_over(tick.skipped)
+        received = self._link.receive()
+        sent = self._host.tick(tick.number, time_ns, received)
+        self._link.send(sent)
+        late_ns = tick.woke.ns - tick.deadline.ns
+        self._telemetry.tick(self._host.row, late_ns, self._clock.now().since(tick.woke).ns, received, sent)
+        for event in self._host.events():
+            self._telemetry.event(event.tick, time_ns, _kind(event), event.text, {"code": event.code.name.lower(), **event.data})
+        self._due = take_commands(self._commands)
+        if tick.number % self._service_check_ticks <= tick.skipped:
+            self._watch_service()
+        return self._go_on()
+
+    def last_words(self) -> None:
+        """After a failure of this process: try to switch torque off; if even that fails, the drive's deadman does it."""
+        with contextlib.suppress(Exception):
+            for _ in range(3):
+                self._host.quick_stop()
+                self._tick += 1
+                self._link.send(self._host.tick(self._tick, self._tick * self._period_ns, self._link.receive()))
+
+    def tell_miss(self, miss: Miss, cause: MissCause) -> None:
+        """For the tick engine: a miss has been explained; the row that it belongs to is that of the tick which ran next."""
+        tick = miss.tick + miss.periods
+        self._telemetry.miss(tick, cause)
+        data = {"cause": cause.value, "periods": miss.periods, "late_ms": (miss.woke_ns - miss.deadline_ns) / 1e6}
+        self._event("timing", f"{miss.periods} ticks missed ({cause.value})", data, tick)
+
+    def tell_link(self, is_open: bool, text: str) -> None:
+        """For the link keeper: the link has come or gone."""
+        self._event("link", text, {"code": "port", "open": is_open})
+
+    def _obey(self, command: Command, time_ns: int) -> None:
+        """Hand a command to the host just before the tick that acts on it."""
+        if command.kind is CommandKind.RECORDING_FAILED:
+            self._ask(Ending(EXIT_SAFETY_STOP, f"recording failed: {command.payload.decode()}"))
+            return
+        problem = "the daemon is stopping" if self._asked or self._stopping is not Stopping.NOT else self._give(command)
+        self._telemetry.reply(command.number, self._tick, time_ns, problem)
+
+    def _give(self, command: Command) -> str:
+        """Answers why the host does not take the command, empty when it does."""
+        host = self._host
+        if command.kind is CommandKind.START:
+            if host.state not in (HostState.IDLE, HostState.ACTIVE):
+                return f"the host is in state {host.state.name.lower()} (last cause: {host.cause.name.lower()})"
+            host.command(unpack_program(command.payload))
+            return ""  # the service records it: it has the program
+        if command.kind is CommandKind.SHUT_DOWN:
+            self._leave(Stopping.BRAKING, Ending(EXIT_DONE, "shut down by the operator"))
+            return ""
+        {CommandKind.STOP: host.stop, CommandKind.QUICK_STOP: host.quick_stop, CommandKind.FAULT_RESET: host.reset_fault}[command.kind]()
+        self._record_command(_COMMAND_WORD[command.kind])
+        return ""
+
+    def _record_command(self, word: str) -> None:
+        self._event("command", word, {"command": word})
+
+    def _event(self, kind: str, text: str, data: dict[str, Any], tick: int | None = None) -> None:
+        at = self._tick if tick is None else tick
+        self._telemetry.event(at, at * self._period_ns, kind, text, data)
+
+    def _watch_service(self) -> None:
+        if not self._service_gone and not self._service_alive():
+            self._service_gone = True
+            self._ask(Ending(EXIT_SAFETY_STOP, "the service process has died: nothing is recorded and no operator can reach the daemon"))
+
+    def _ask(self, ending: Ending) -> None:
+        if self._asked is None:
+            self._asked = ending
+
+    def _leave(self, how: Stopping, ending: Ending) -> None:
+        """BRAKING: to rest under control, then off. SWITCHING_OFF: no torque from this tick on, the drive stops the axes by itself."""
+        if self._leaving != ending:
+            self._event("note", f"stopping: {ending.reason}", {"exit_code": ending.exit_code})
+        self._stopping, self._stopping_since, self._leaving = how, self._tick, ending
+        if how is Stopping.BRAKING:
+            self._host.stop()
+            self._record_command("stop")
+        else:
+            self._host.quick_stop()
+            self._record_command("quick_stop")
+
+    def _leave_when_due(self) -> None:
+        """The next step on the way out, just before the host's tick."""
+        age = self._tick - self._stopping_since
+        if self._stopping is Stopping.SWITCHING_OFF:
+            return
+        if self._asked is not None:
+            self._leave(Stopping.SWITCHING_OFF, self._asked)
+        elif self._stopping is Stopping.NOT:
+            if self._duration_ticks is not None and self._tick >= self._duration_ticks:
+                self._leave(Stopping.BRAKING, self._at_end_of_duration())
+        elif age > self._leave_ticks or (age > 0 and self._host.state not in (HostState.ACTIVE, HostState.STOPPING)):
+            self._leave(Stopping.SWITCHING_OFF, self._leaving)
+
+    def _go_on(self) -> bool:
+        """Whether there is another tick: until the drive is off or has had its time."""
+        age = self._tick - self._stopping_since
+        if self._stopping is Stopping.SWITCHING_OFF and age > 2 and (self._drive_is_off() or age > self._leave_ticks):
+            self.ending = self.ending or self._leaving
+        return self.ending is None
+
+    def _drive_is_off(self) -> bool:
+        """Or it stops the axes by itself and they are at rest already, or nothing is heard of it."""
+        if not self._link.is_open or self._host.link_status is LinkStatus.LOST:
+            return True
+        state = DriveState(int(self._host.memory.G[DRIVE_STATE]))
+        return state in _DRIVE_OFF or (state is DriveState.QUICK_STOP_ACTIVE and self._at_rest())
+
+    def _at_rest(self) -> bool:
+        H, C = self._host.memory.H, self._host.memory.C
+        rates = [abs(H[axis_h(axis) + MEASURED_RATE] - H[axis_h(axis) + BASE_RATE]) for axis in range(AXES)]
+        return all(rate < C[axis_c(axis) + REST_RATE] for axis, rate in enumerate(rates))
+
+    def _at_end_of_duration(self) -> Ending:
+        if self._host.state is HostState.FAULT:
+            return Ending(EXIT_SAFETY_STOP, f"the host is in fault ({self._host.cause.name.lower()})")
+        if self._host.state is HostState.WAITING:
+            return Ending(EXIT_NO, "the antenna did not answer")
+        return Ending(EXIT_DONE, "the duration is over")
+
+
+def _kind(event: HostEvent) -> str:
+    return "fault" if event.data.get("to") == "fault" else _EVENT_KIND[event.code]

@@ -1,0 +1,140 @@
+"""What an onlooker sees of a running daemon: last row, a thinned trace, tick statistics; all from the records that pass by."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from firmware_protocol import schema
+from gimbal_hil.control.layout import Mode
+from gimbal_hil.daemon.histogram import Histogram
+from gimbal_hil.daemon.miss_causes import MissCause
+from gimbal_hil.daemon.telemetry import MISS_CODE, Exchange
+from gimbal_hil.host.states import HostState, LinkStatus
+from gimbal_hil.runs import TICK_ROW
+
+Json = dict[str, Any]
+AXES = ("outer", "inner")
+#: rows per second and seconds that the trace keeps
+TRACE_RATE_HZ, TRACE_S = 50, 60
+_CAUSES = {code: cause for cause, code in MISS_CODE.items()}
+
+
+@dataclass(slots=True)
+class LiveView:
+    """Fed by the service with every exchange and every explained miss."""
+
+    period_ns: int
+    ticks: int = 0
+    missed: int = 0
+    rejected_frames: int = 0
+    misses_by_cause: dict[MissCause, int] = field(default_factory=lambda: dict.fromkeys(MissCause, 0))
+    latency: Histogram = field(default_factory=Histogram)
+    computing: Histogram = field(default_factory=Histogram)
+    row: np.void | None = None
+    drive_state: schema.DriveState | None = None
+    drive_fault: schema.FaultCode | None = None
+    _measured: dict[str, float] = field(default_factory=dict)
+    _skipped: dict[int, int] = field(default_factory=dict)
+    _trace: deque[list[float]] = field(default_factory=lambda: deque(maxlen=TRACE_RATE_HZ * TRACE_S))
+    _next_trace_ns: int = 0
+
+    def take(self, exchanges: list[Exchange]) -> None:
+        """Take in ticks in their order."""
+        if not exchanges:
+            return
+        rows = np.frombuffer(b"".join(exchange.row for exchange in exchanges), TICK_ROW)
+        columns = zip(
+            *(rows[name].tolist() for name in ("tick", "time_ns", "skipped_ticks", "wake_latency_ns", "computing_ns")), strict=True
+        )
+        for index, (tick, time_ns, skipped, late_ns, computing_ns) in enumerate(columns):
+            self.latency.add(late_ns)
+            self.computing.add(computing_ns)
+            if skipped:
+                self.missed += skipped
+                self._skipped[tick] = skipped
+            if time_ns >= self._next_trace_ns:
+                self._next_trace_ns = time_ns + 1_000_000_000 // TRACE_RATE_HZ
+                self._listen(exchanges[index].received)
+                self._trace.append(self._point(rows[index]))
+        self.ticks += len(exchanges)
+        self.rejected_frames += int(rows["rejected_frames"].sum())
+        self.row = rows[-1]
+        self._listen(exchanges[-1].received)
+
+    def miss(self, tick: int, code: int) -> None:
+        """A miss has been explained."""
+        self.misses_by_cause[_CAUSES[code]] += self._skipped.pop(tick, 1)
+
+    def status(self) -> Json:
+        """Where the daemon stands, in words and SI units."""
+        row = self.row
+        if row is None:
+            return {"tick": -1, "host_state": HostState.WAITING.name.lower(), "statistics": self.statistics()}
+        return {
+            "tick": int(row["tick"]),
+            "time_ns": int(row["time_ns"]),
+            "host_state": HostState(int(row["host_state"])).name.lower(),
+            "link": LinkStatus(int(row["link_status"])).name.lower(),
+            "drive_state": self.drive_state.name.lower() if self.drive_state is not None else None,
+            "drive_fault": self.drive_fault.name.lower() if self.drive_fault is not None else None,
+            "segment": int(row["segment"]),
+            "mode": {axis: Mode(int(row[f"mode_{axis}"])).name.lower() for axis in AXES},
+            "position_rad": {axis: self._measured.get(f"position_{axis}") for axis in AXES},
+            "rate_rad_s": {axis: self._measured.get(f"rate_{axis}") for axis in AXES},
+            "torque_nm": {axis: float(row[f"torque_{axis}"]) for axis in AXES},
+            "rejected_frames": self.rejected_frames,
+            "statistics": self.statistics(),
+        }
+
+    def statistics(self) -> Json:
+        """Tick statistics as the tick engine gives them."""
+        return {
+            "period_us": self.period_ns / 1e3,
+            "ticks": self.ticks,
+            "missed": self.missed,
+            "missed_by_cause": {cause.value: count for cause, count in self.misses_by_cause.items()},
+            "latency_us": self.latency.summary_us(),
+            "computing_us": self.computing.summary_us(),
+        }
+
+    def trace(self, since_s: float) -> Json:
+        """Columns of the thinned trace after `since_s` (seconds of the run's clock)."""
+        names = ["time_s", *(f"{signal}_{axis}" for axis in AXES for signal in ("position", "position_ref", "rate", "rate_ref", "torque"))]
+        points = [point for point in list(self._trace) if point[0] > since_s]
+        return {name: [point[index] for point in points] for index, name in enumerate(names)}
+
+    def _point(self, row: np.void) -> list[float]:
+        point = [int(row["time_ns"]) / 1e9]
+        for axis in AXES:
+            measured = self._measured.get
+            point += [measured(f"position_{axis}", 0.0), float(row[f"position_ref_{axis}"])]
+            point += [measured(f"rate_{axis}", 0.0), float(row[f"rate_ref_{axis}"]), float(row[f"torque_{axis}"])]
+        return point
+
+    def _listen(self, block: bytes) -> None:
+        """Take measured values out of a received block; the host has checked the frames, an onlooker need not."""
+        for at in range(0, len(block), schema.RECORD_SIZE):
+            message = schema.BY_CAN_ID.get(int.from_bytes(block[at : at + 2], "little"))
+            if message is None:
+                continue
+            word = int.from_bytes(block[at + 2 : at + 10], "little")
+            if message.name.startswith("feedback_"):
+                axis = message.name.removeprefix("feedback_")
+                self._measured[f"position_{axis}"] = _value(word, message, "position")
+                self._measured[f"rate_{axis}"] = _value(word, message, "rate")
+            elif message.name == "drive_status":
+                state, fault = int(_value(word, message, "state")), int(_value(word, message, "fault"))
+                if state in schema.DriveState._value2member_map_ and fault in schema.FaultCode._value2member_map_:
+                    self.drive_state, self.drive_fault = schema.DriveState(state), schema.FaultCode(fault)
+
+
+def _value(word: int, message: schema.Message, name: str) -> float:
+    field = next(field for field in message.fields if field.name == name)
+    raw = (word >> message.start(name)) & ((1 << field.bits) - 1)
+    if field.signed and raw >> (field.bits - 1):
+        raw -= 1 << field.bits
+    return raw * field.step

@@ -1,0 +1,134 @@
+"""What an operator may ask, checked at the door: every request is one of these, with these keys and no others."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.control.layout import Mode
+from gimbal_hil.host.program import AxisCommand, Program, Segment, program_of
+from gimbal_hil.host.states import Origin, Shape
+
+_MODES = {mode.name.lower(): mode for mode in Mode}
+_SHAPES = {shape.name.lower(): shape for shape in Shape}
+_ORIGINS = {origin.name.lower(): origin for origin in Origin}
+ModeName = Literal["off", "torque", "rate", "position", "inertial_rate"]
+ShapeName = Literal["hold", "ramp", "sine", "chirp", "trapezoid", "smooth", "pulses", "table"]
+
+
+class _Request(BaseModel):
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+
+class SetPointRequest(_Request):
+    """Both axes to a value in one mode and hold it: at once, or as a smooth move of `over_s` seconds."""
+
+    command: Literal["set_point"]
+    mode: ModeName
+    outer: float = 0.0
+    inner: float = 0.0
+    over_s: float = Field(0.0, ge=0.0)
+
+    def program(self, _period_s: float) -> Program:
+        """One segment that never ends."""
+        return program_of([Segment(self._axis(self.outer), self._axis(self.inner))])
+
+    def _axis(self, value: float) -> AxisCommand:
+        if self.over_s > 0.0:
+            return AxisCommand(_MODES[self.mode], Shape.SMOOTH, (value, self.over_s))
+        return AxisCommand(_MODES[self.mode], Shape.HOLD, (value,))
+
+
+class ModeRequest(_Request):
+    """Each axis to a mode, without a bump: it holds what it does when the mode begins."""
+
+    command: Literal["mode"]
+    outer: ModeName
+    inner: ModeName
+
+    def program(self, _period_s: float) -> Program:
+        """One segment that never ends and counts from where each axis is."""
+        outer, inner = (AxisCommand(_MODES[name], Shape.HOLD, (0.0,), Origin.START) for name in (self.outer, self.inner))
+        return program_of([Segment(outer, inner)])
+
+
+class AxisRequest(_Request):
+    """What one axis follows during a segment; parameters in the order that `gimbal_hil.host.references` lists."""
+
+    mode: ModeName = "off"
+    shape: ShapeName = "hold"
+    parameters: tuple[float, ...] = (0.0,)
+    origin: Literal["absolute", "start"] = "absolute"
+    table: list[float] = []
+
+    def axis_command(self) -> AxisCommand:
+        """The same for the host."""
+        table = np.array(self.table, dtype=np.float64)
+        return AxisCommand(_MODES[self.mode], _SHAPES[self.shape], self.parameters, _ORIGINS[self.origin], table=table)
+
+
+class SegmentRequest(_Request):
+    """One stretch; without `duration_s` it lasts until something else is asked."""
+
+    outer: AxisRequest = AxisRequest()
+    inner: AxisRequest = AxisRequest()
+    duration_s: float = Field(0.0, ge=0.0)
+    label: int = Field(0, ge=0)
+    switch_off_afterwards: bool = False
+
+
+class SegmentsRequest(_Request):
+    """Segments one after the other."""
+
+    command: Literal["segments"]
+    segments: list[SegmentRequest] = Field(min_length=1)
+
+    def program(self, period_s: float) -> Program:
+        """All segments with their tables."""
+        return program_of(
+            [
+                Segment(
+                    request.outer.axis_command(),
+                    request.inner.axis_command(),
+                    round(request.duration_s / period_s),
+                    label=request.label,
+                    switch_off_afterwards=request.switch_off_afterwards,
+                )
+                for request in self.segments
+            ]
+        )
+
+
+class StartRequest(_Request):
+    """A program as `Program.as_document` gives it: how experiments hand in what they have compiled."""
+
+    command: Literal["start"]
+    document: dict[str, Any] = Field(alias="program")
+
+    def program(self, _period_s: float) -> Program:
+        """The program, checked."""
+        return Program.from_document(self.document)
+
+
+class PlainRequest(_Request):
+    """A request without parameters."""
+
+    command: Literal["stop", "quick_stop", "fault_reset", "shut_down", "status"]
+
+
+ProgramRequest = SetPointRequest | ModeRequest | SegmentsRequest | StartRequest
+Request = ProgramRequest | PlainRequest
+_REQUEST: TypeAdapter[Request] = TypeAdapter(Annotated[Request, Field(discriminator="command")])
+
+
+def parse_request(line: dict[str, Any]) -> Request:
+    """The request in a line (its `id` aside); BadInputError in one line that names the key."""
+    try:
+        return _REQUEST.validate_python({key: value for key, value in line.items() if key != "id"})
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"]) or "command"
+        raise BadInputError(where, str(first["msg"])) from None

@@ -1,0 +1,100 @@
+"""Between the operator's door and the control process: checks requests, passes them on, brings answers and events back."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.daemon.live_view import LiveView
+from gimbal_hil.daemon.operator_commands import PlainRequest, parse_request
+from gimbal_hil.daemon.operator_socket import Client, OperatorSocket
+from gimbal_hil.daemon.recorder import Recorder
+from gimbal_hil.daemon.telemetry import CommandKind, Commands, pack_program
+from gimbal_hil.host.program import Program
+
+Json = dict[str, Any]
+_KINDS = {
+    "stop": CommandKind.STOP,
+    "quick_stop": CommandKind.QUICK_STOP,
+    "fault_reset": CommandKind.FAULT_RESET,
+    "shut_down": CommandKind.SHUT_DOWN,
+}
+#: an operator waits this long at most for the control process to take a request
+_PATIENCE_S = 3.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Waiting:
+    client: Client
+    request_id: object
+    command: str
+    program: Program | None
+    deadline_s: float
+
+
+class OperatorDesk:
+    """Handles requests in the service process."""
+
+    def __init__(self, commands: Commands, recorder: Recorder, view: LiveView, period_ns: int) -> None:
+        self._commands = commands
+        self._recorder = recorder
+        self._view = view
+        self._period_s = period_ns / 1e9
+        self._waiting: dict[int, _Waiting] = {}
+        self._socket: OperatorSocket | None = None
+
+    def attach(self, socket: OperatorSocket) -> None:
+        """Where answers that come later and events go."""
+        self._socket = socket
+
+    def handle(self, client: Client, line: Json) -> Json | None:
+        """Answer a request that needs no one else, or pass it on; refusals in one line."""
+        try:
+            request = parse_request(line)
+            if isinstance(request, PlainRequest) and request.command == "status":
+                return {"ok": True, "status": self._view.status(), "recording_failure": self._recorder.failure}
+            program = None if isinstance(request, PlainRequest) else request.program(self._period_s)
+        except BadInputError as error:
+            return {"ok": False, "error": str(error)}
+        kind = CommandKind.START if program else _KINDS[request.command]
+        number = self._commands.send(kind, pack_program(program) if program else b"")
+        if number is None:
+            return {"ok": False, "error": "the program is too long, or the control process is behind with earlier requests"}
+        deadline = time.monotonic() + _PATIENCE_S
+        self._waiting[number] = _Waiting(client, line.get("id"), request.command, program, deadline)
+        return None
+
+    def announce(self, event: Json) -> None:
+        """Pass an event on to every operator."""
+        if self._socket is not None:
+            self._socket.announce({"event": event["kind"], **{key: value for key, value in event.items() if key != "kind"}})
+
+    def give_up(self) -> None:
+        """Answer those whose request the control process has not taken."""
+        now = time.monotonic()
+        for number in [number for number, waiting in self._waiting.items() if waiting.deadline_s < now]:
+            waiting = self._waiting.pop(number)
+            self._answer(waiting, {"ok": False, "error": "the control process has not taken the request"})
+
+    def recording_failed(self, reason: str) -> None:
+        """Have the control process stop: what it does could not be kept."""
+        self._commands.send(CommandKind.RECORDING_FAILED, reason.encode())
+
+    def reply(self, reply: Json) -> None:
+        """What the control process said to a request."""
+        waiting = self._waiting.pop(reply["request"], None)
+        if waiting is None:
+            return
+        tick, time_ns = reply["tick"], reply["time_ns"]
+        if reply["problem"]:
+            self._answer(waiting, {"ok": False, "error": reply["problem"]})
+            return
+        if waiting.program is not None:
+            self._recorder.command(tick, time_ns, "start", {"command": "start", "program": waiting.program.as_document()})
+        self._answer(waiting, {"ok": True, "tick": tick})
+
+    def _answer(self, waiting: _Waiting, answer: Json) -> None:
+        if self._socket is not None:
+            self._socket.answer(waiting.client, {"id": waiting.request_id, **answer})

@@ -1,0 +1,229 @@
+"""One run of the daemon: service, witness, link, host and tick engine put together, and taken apart again whatever happens."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from firmware_protocol import receiver
+from firmware_protocol.errors import EXIT_SAFETY_STOP
+from firmware_protocol.links import Link, open_link
+from gimbal_hil.daemon.antenna_link import EmbeddedLink, embedded_antenna, embedded_model
+from gimbal_hil.daemon.clock import Clock, Duration, LockstepClock, MonotonicClock
+from gimbal_hil.daemon.control_loop import ControlLoop, Ending
+from gimbal_hil.daemon.link_keeper import LinkKeeper
+from gimbal_hil.daemon.miss_causes import ThreadUsage
+from gimbal_hil.daemon.real_time import Granted, control_and_witness_cores, real_time
+from gimbal_hil.daemon.service import ServiceProcess, ServiceSettings
+from gimbal_hil.daemon.telemetry import Telemetry
+from gimbal_hil.daemon.tick_engine import TickEngine, TickStatistics
+from gimbal_hil.daemon.witness import WitnessProcess
+from gimbal_hil.host import Host
+from gimbal_hil.runs import RunHeader
+from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna
+
+Json = dict[str, Any]
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+@dataclass(frozen=True, slots=True)
+class DaemonOptions:
+    """What a caller chooses besides the configuration. `duration_s` None runs until stopped; `page_port` 0 takes any free port."""
+
+    run: Path
+    force: bool = False
+    duration_s: float | None = None
+    lockstep: bool = False
+    spin_us: float = 0.0
+    page_port: int | None = None
+    quiet: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class DaemonReport:
+    """How a run of the daemon went."""
+
+    run: Path
+    ending: Ending
+    statistics: TickStatistics
+    granted: Granted | None
+    frames: Json
+    link_losses: int
+    recorded: bool
+
+    def as_dict(self) -> Json:
+        """For JSON."""
+        return {
+            "run": str(self.run),
+            "exit_code": self.ending.exit_code,
+            "reason": self.ending.reason,
+            "recorded": self.recorded,
+            "ticks": self.statistics.as_dict(),
+            "frames": self.frames,
+            "link_losses": self.link_losses,
+            "real_time": self.granted.as_dict() if self.granted else None,
+        }
+
+
+@dataclass(slots=True)
+class _Parts:
+    """What stands before the first tick."""
+
+    clock: Clock
+    loop: ControlLoop
+    engine: TickEngine
+    host: Host
+    link: LinkKeeper
+    telemetry: Telemetry
+    ending: Ending = field(default_factory=lambda: Ending(EXIT_SAFETY_STOP, "the control process failed"))
+
+
+def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport:
+    """Run until the duration is over, an operator or a signal ends it, or something that keeps it safe is gone.
+
+    Raises BadInputError before anything moves when the run folder or a model cannot be used.
+    """
+    opener, embedded = _link_opener(settings)
+    _compile(settings)
+    period = Duration.of_seconds(settings.step_s)
+    service = ServiceProcess(options.run, _header(settings, period, options), _service_settings(settings, options))
+    with contextlib.ExitStack() as stack:
+        stack.callback(service.close)
+        control_core, witness_core = control_and_witness_cores()
+        witness = None if options.lockstep else stack.enter_context(WitnessProcess(witness_core))
+        clock: Clock = LockstepClock() if options.lockstep else MonotonicClock(Duration(round(options.spin_us * 1000)))
+        usage = ThreadUsage()
+        stack.callback(usage.close)
+        telemetry = Telemetry(service.telemetry, options.lockstep)
+        host = Host.from_configuration(settings)
+        link = LinkKeeper(clock, opener, lambda opened, text: loop.tell_link(opened, text), usage.add_bus_wait)
+        stack.callback(link.close)
+        ticks = None if options.duration_s is None else max(1, Duration.of_seconds(options.duration_s) // period)
+        loop = ControlLoop(
+            host, link, telemetry, service.commands, service.alive, clock, period, ticks, embedded.pass_over if embedded else None
+        )
+        engine = TickEngine(
+            clock, period, loop.step, None if options.lockstep else usage, witness.page if witness else None, loop.tell_miss
+        )
+        parts = _Parts(clock, loop, engine, host, link, telemetry)
+        if witness is not None:
+            witness.wait_awake()
+        if not options.quiet:
+            _say_where(options.run, service.page_url, settings, options.lockstep)
+        granted = _run(parts, None if options.lockstep else control_core, options.lockstep)
+        recorded = service.alive() and service.close()
+        if not recorded:
+            _note_in_log(options.run, engine.statistics.ticks, parts.ending)
+    return DaemonReport(options.run, parts.ending, engine.statistics, granted, _frame_counts(host), link.losses, recorded)
+
+
+def _run(parts: _Parts, core: int | None, lockstep: bool) -> Granted | None:
+    """The ticks, with signals turned into a stop and the last word always said."""
+    granted: Granted | None = None
+    try:
+        with _signals_to(parts.loop), contextlib.ExitStack() as stack:
+            if not lockstep:
+                granted = stack.enter_context(real_time(core=core))
+            parts.engine.run()
+        parts.ending = parts.loop.ending or parts.ending
+    except BaseException as error:
+        parts.ending = Ending(EXIT_SAFETY_STOP, f"the control process failed: {error!r}")
+        parts.loop.last_words()
+        raise
+    finally:
+        parts.telemetry.end(parts.ending.exit_code, parts.ending.reason)
+    return granted
+
+
+@contextlib.contextmanager
+def _signals_to(loop: ControlLoop) -> Iterator[None]:
+    """Signals stop the loop; outside the main thread there are none to take."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.signal(number, lambda number, _: loop.interrupt(signal.Signals(number).name)) for number in _SIGNALS}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _link_opener(settings: DaemonSettings) -> tuple[Callable[[], Link], EmbeddedLink | None]:
+    """A function that opens the configured link; the virtual antenna is built once and now."""
+    link = settings.link
+    if isinstance(link, EmbeddedAntenna):
+        embedded = embedded_antenna(settings, link)
+        return lambda: embedded, embedded
+    return lambda: open_link(link), None
+
+
+def _compile(settings: DaemonSettings) -> None:
+    """Load the compiled host before time starts to count."""
+    host = Host.from_configuration(settings)
+    for tick in range(2):
+        host.tick(tick, 0, b"")
+    host.events()
+
+
+def _service_settings(settings: DaemonSettings, options: DaemonOptions) -> ServiceSettings:
+    recording = settings.recording
+    return ServiceSettings(
+        options.force, recording.frames, recording.every_ticks, settings.operator.enabled, options.page_port, options.quiet
+    )
+
+
+def _header(settings: DaemonSettings, period: Duration, options: DaemonOptions) -> RunHeader:
+    link = settings.link
+    embedded = isinstance(link, EmbeddedAntenna)
+    return RunHeader(
+        configuration=settings.model_dump(mode="json", by_alias=True),
+        # of a real antenna no model and no seed are known
+        model=embedded_model(link).document if embedded else {},
+        seed=link.embedded.seed if embedded else 0,
+        period_ns=period.ns,
+        lockstep=options.lockstep,
+        title="daemon",
+    )
+
+
+def _say_where(run: Path, page: str | None, settings: DaemonSettings, lockstep: bool) -> None:
+    pace = "in lockstep" if lockstep else "in real time"
+    print(f"gimbal-hil daemon: {settings.rate_hz:g} Hz {pace}, recording into {run}", file=sys.stderr)
+    if page:
+        print(f"live page and metrics: {page}", file=sys.stderr)
+    sys.stderr.flush()
+
+
+def _frame_counts(host: Host) -> Json:
+    """What the host's receivers counted, all messages together."""
+    rows = host.memory.receivers
+    names = {"good": receiver.GOOD, "crc_errors": receiver.CRC_ERRORS, "out_of_range": receiver.OUT_OF_RANGE}
+    names |= {"duplicates": receiver.DUPLICATES, "lost": receiver.LOST_FRAMES}
+    counts: Json = {name: int(rows[:-1, column].sum()) for name, column in names.items()}
+    counts["foreign"] = int(rows[-1].sum())
+    return counts
+
+
+def _note_in_log(run: Path, tick: int, ending: Ending) -> None:
+    """When the service could not finish the log, say in it why the run ended: nobody else writes to the file any more."""
+    line = {"tick": tick, "time_ns": -1, "kind": "note", "text": f"stopping: {ending.reason}", "data": {"exit_code": ending.exit_code}}
+    with contextlib.suppress(OSError), (run / "events.jsonl").open("ab") as file:
+        file.write(b"\n" if _ends_within_a_line(run / "events.jsonl") else b"")
+        file.write(json.dumps(line).encode() + b"\n")
+
+
+def _ends_within_a_line(path: Path) -> bool:
+    with path.open("rb") as file:
+        if not file.seek(0, os.SEEK_END):
+            return False
+        file.seek(-1, os.SEEK_END)
+        return file.read(1) != b"\n"

@@ -1,0 +1,247 @@
+"""The service process beside the control process: recorder, operator's door, live page. Nothing that it does can delay a tick.
+
+It is started with its orders as one JSON line on standard input, answers one JSON line on standard output when it is ready (or
+why it cannot be), and takes the end of its standard input as the end of the control process.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import select
+import signal
+import subprocess
+import sys
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from types import FrameType
+from typing import Any, Self
+
+from firmware_protocol.errors import EXIT_SAFETY_STOP, BadInputError
+from gimbal_hil.daemon.live_view import LiveView
+from gimbal_hil.daemon.mailbox import Record, RingReader, RingWriter, create_ring
+from gimbal_hil.daemon.operator_desk import OperatorDesk
+from gimbal_hil.daemon.operator_socket import Door, OperatorSocket
+from gimbal_hil.daemon.recorder import Recorder
+from gimbal_hil.daemon.telemetry import (
+    COMMAND_BYTES,
+    MISS_RECORD,
+    TELEMETRY_BYTES,
+    Commands,
+    Exchange,
+    TelemetryKind,
+    exchange_from,
+)
+from gimbal_hil.runs import RunHeader, RunWriter
+
+Json = dict[str, Any]
+#: how long the service sleeps when there is nothing to do: it sets how old an event is when an operator sees it
+_IDLE_S = 0.005
+_START_TIMEOUT_S = 30.0
+_STOPPED_WITHOUT_A_WORD = "the control process ended without giving a reason"
+#: kinds of events that are also printed
+_NOTICED = ("state", "fault", "link", "note")
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceSettings:
+    """What of the ticks is kept (their frames, one row in `every_ticks`), whether the folder may be overwritten, who may look on."""
+
+    force: bool = False
+    frames: bool = True
+    every_ticks: int = 1
+    operator: bool = True
+    #: port of the live page, 0 for any free one, None for no page
+    page_port: int | None = None
+    quiet: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Orders:
+    """What the control process tells its service: descriptors of the two rings, where to record, which door."""
+
+    telemetry: int
+    commands: int
+    run: str
+    header: Json
+    socket: str
+    token: str
+    settings: Json
+
+
+class ServiceProcess:
+    """The control process' handle on its service: starts it, watches it, ends it."""
+
+    def __init__(self, run: Path, header: RunHeader, settings: ServiceSettings) -> None:
+        self.run = run
+        self.door = Door.make()
+        telemetry, commands = create_ring(TELEMETRY_BYTES), create_ring(COMMAND_BYTES)
+        try:
+            self.telemetry, self.commands = RingWriter(telemetry), RingReader(commands)
+            orders = Orders(telemetry, commands, str(run), asdict(header), str(self.door.socket), self.door.token, asdict(settings))
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "gimbal_hil.daemon.service"],
+                pass_fds=(telemetry, commands),
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                start_new_session=True,  # Ctrl-C in a terminal is for the control process alone
+            )
+        finally:
+            os.close(telemetry)
+            os.close(commands)
+        self.page_url = self._wait_ready(orders)
+
+    @property
+    def pid(self) -> int:
+        """Process id of the service."""
+        return self._process.pid
+
+    def alive(self) -> bool:
+        """Whether the service still runs: one system call."""
+        return self._process.poll() is None
+
+    def close(self, timeout_s: float = 20.0) -> bool:
+        """Let the service write what it has and end it; False when it had died or had to be killed."""
+        if self._process.stdin:
+            self._process.stdin.close()
+        try:
+            code = self._process.wait(timeout_s)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            code = self._process.wait()
+        if self._process.stdout:
+            self._process.stdout.close()
+        self.door.remove(self.run)
+        return code == 0
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _wait_ready(self, orders: Orders) -> str | None:
+        assert self._process.stdin and self._process.stdout
+        self._process.stdin.write(json.dumps(asdict(orders)).encode() + b"\n")
+        self._process.stdin.flush()
+        readable, _, _ = select.select([self._process.stdout], [], [], _START_TIMEOUT_S)
+        line = self._process.stdout.readline() if readable else b""
+        answer: Json = json.loads(line) if line else {"problem": "did not start", "where": "service process", "expected": ""}
+        if not answer.get("ready"):
+            self.close(timeout_s=1.0)
+            raise BadInputError(answer["where"], answer["problem"], answer["expected"])
+        page: str | None = answer["page"]
+        return page
+
+
+class Service:
+    """All that the service process holds."""
+
+    def __init__(self, orders: Orders) -> None:
+        header = RunHeader(**{**orders.header, "command_line": tuple(orders.header["command_line"])})
+        self._telemetry = RingReader(orders.telemetry)
+        settings = ServiceSettings(**orders.settings)
+        writer = RunWriter(Path(orders.run), header, force=settings.force)
+        self._recorder = Recorder(writer, header.period_ns, settings.frames, settings.every_ticks)
+        self._view = LiveView(header.period_ns)
+        self._desk = OperatorDesk(Commands(RingWriter(orders.commands)), self._recorder, self._view, header.period_ns)
+        door = Door(Path(orders.socket), orders.token)
+        self._socket = OperatorSocket(door, self._desk.handle)
+        self._desk.attach(self._socket)
+        if settings.operator:
+            door.write(Path(orders.run))
+        self.page_url: str | None = None
+        self._end: tuple[int, str] | None = None
+        self._told_failure = False
+        self._quiet = settings.quiet
+
+    def serve(self) -> None:
+        """Work until the control process says that it is done, or is gone."""
+        while self._end is None and not _at_end(sys.stdin.fileno()):
+            self._socket.serve(_IDLE_S)
+            self._take()
+        self._take()
+
+    def close(self, reason: str = _STOPPED_WITHOUT_A_WORD) -> None:
+        """Write the end of the run and close the door."""
+        self._take()
+        self._recorder.close(*(self._end or (EXIT_SAFETY_STOP, reason)))
+        self._socket.close()
+
+    def _take(self) -> None:
+        exchanges: list[Exchange] = []
+        for record in self._telemetry.take():
+            if record.kind == TelemetryKind.TICK:
+                exchanges.append(exchange_from(record.payload))
+            else:
+                self._take_rare(record)
+        self._view.take(exchanges)
+        self._recorder.take_exchanges(exchanges)
+        self._recorder.note_lost(self._telemetry)
+        self._recorder.write()
+        self._desk.give_up()
+        if self._recorder.failure and not self._told_failure:
+            self._told_failure = True
+            self._desk.recording_failed(self._recorder.failure)
+
+    def _take_rare(self, record: Record) -> None:
+        if record.kind == TelemetryKind.MISS:
+            tick, code = MISS_RECORD.unpack(record.payload)
+            self._view.miss(tick, code)
+            self._recorder.miss(tick, code)
+        elif record.kind == TelemetryKind.END:
+            end = json.loads(record.payload)
+            self._end = (end["exit_code"], end["reason"])
+        elif record.kind == TelemetryKind.REPLY:
+            self._desk.reply(json.loads(record.payload))
+        elif record.kind == TelemetryKind.EVENT:
+            event = json.loads(record.payload)
+            self._recorder.event(event)
+            self._notice(event)
+            self._desk.announce(event)
+
+    def _notice(self, event: Json) -> None:
+        """Tell whoever started the daemon what it waits for; the control process itself must never wait for a terminal."""
+        if event["kind"] in _NOTICED and not self._quiet:
+            print(f"{event['time_ns'] / 1e9:9.3f} s  {event['kind']}: {event['text']}", file=sys.stderr, flush=True)
+
+
+def main() -> int:
+    """Entry point of the service process."""
+    orders = Orders(**json.loads(sys.stdin.readline()))
+    try:
+        service = Service(orders)
+    except BadInputError as error:
+        _say({"ready": False, "where": error.where, "problem": error.problem, "expected": error.expected})
+        return error.exit_code
+    signal.signal(signal.SIGTERM, _leave)
+    _say({"ready": True, "page": service.page_url})
+    try:
+        service.serve()
+    except _AskedToLeave:
+        service.close("the service process was terminated")
+        return 1
+    service.close()
+    return 0
+
+
+class _AskedToLeave(BaseException):
+    pass
+
+
+def _leave(_signal: int, _frame: FrameType | None) -> None:
+    raise _AskedToLeave
+
+
+def _at_end(descriptor: int) -> bool:
+    """Whether the other end of the pipe has been closed; nothing is ever written to it after the orders."""
+    return bool(select.select([descriptor], [], [], 0)[0])
+
+
+def _say(line: Json) -> None:
+    sys.stdout.write(json.dumps(line) + "\n")
+    sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
