@@ -1,0 +1,641 @@
+/* The wire of the gimballed antenna, for firmware. C99.
+ *
+ * Emitted from the schema by `gimbal-hil protocol --emit c`; do not edit.
+ *
+ * A payload is eight bytes: fields in bits 0..47 of a little-endian word, alive counter in bits 48..51, CRC in bits 52..63.
+ * Structures hold raw integers; physical value = raw * GIMBAL_..._STEP. Packing holds a number at its bounds.
+ */
+#ifndef GIMBAL_PROTOCOL_H
+#define GIMBAL_PROTOCOL_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define GIMBAL_PAYLOAD_SIZE 8
+
+/* States of the drive after CiA 402 (IEC 61800-7-201). */
+enum gimbal_drive_state {
+    GIMBAL_DRIVE_STATE_NOT_READY = 0,
+    GIMBAL_DRIVE_STATE_SWITCH_ON_DISABLED = 1,
+    GIMBAL_DRIVE_STATE_READY_TO_SWITCH_ON = 2,
+    GIMBAL_DRIVE_STATE_SWITCHED_ON = 3,
+    GIMBAL_DRIVE_STATE_OPERATION_ENABLED = 4,
+    GIMBAL_DRIVE_STATE_QUICK_STOP_ACTIVE = 5,
+    GIMBAL_DRIVE_STATE_FAULT_REACTION_ACTIVE = 6,
+    GIMBAL_DRIVE_STATE_FAULT = 7
+};
+
+/* Commands of the CiA 402 state machine; faults are reset by an edge of `fault_reset`. */
+enum gimbal_drive_request {
+    GIMBAL_DRIVE_REQUEST_NONE = 0,
+    GIMBAL_DRIVE_REQUEST_SHUTDOWN = 1,
+    GIMBAL_DRIVE_REQUEST_SWITCH_ON = 2,
+    GIMBAL_DRIVE_REQUEST_ENABLE_OPERATION = 3,
+    GIMBAL_DRIVE_REQUEST_DISABLE_OPERATION = 4,
+    GIMBAL_DRIVE_REQUEST_DISABLE_VOLTAGE = 5,
+    GIMBAL_DRIVE_REQUEST_QUICK_STOP = 6
+};
+
+/* Why the drive is in fault, or why its state changed. */
+enum gimbal_fault_code {
+    GIMBAL_FAULT_CODE_NONE = 0,
+    GIMBAL_FAULT_CODE_DEADMAN = 1,
+    GIMBAL_FAULT_CODE_TRAVEL_LIMIT = 2,
+    GIMBAL_FAULT_CODE_OVERSPEED = 3,
+    GIMBAL_FAULT_CODE_OVERTEMPERATURE = 4,
+    GIMBAL_FAULT_CODE_UNDERVOLTAGE = 5,
+    GIMBAL_FAULT_CODE_COMMUNICATION = 6,
+    GIMBAL_FAULT_CODE_ENCODER = 7,
+    GIMBAL_FAULT_CODE_GYRO = 8,
+    GIMBAL_FAULT_CODE_INTERNAL = 9
+};
+
+/* What the drive does when set-points stay away. */
+enum gimbal_deadman_reaction {
+    GIMBAL_DEADMAN_REACTION_COAST = 0,
+    GIMBAL_DEADMAN_REACTION_BRAKE = 1,
+    GIMBAL_DEADMAN_REACTION_DECELERATE_AND_HOLD = 2
+};
+
+/* Limits that act at this tick. */
+enum gimbal_limit_flags {
+    GIMBAL_LIMIT_FLAGS_OUTER_TORQUE = 1,
+    GIMBAL_LIMIT_FLAGS_INNER_TORQUE = 2,
+    GIMBAL_LIMIT_FLAGS_OUTER_TRAVEL_LOW = 4,
+    GIMBAL_LIMIT_FLAGS_OUTER_TRAVEL_HIGH = 8,
+    GIMBAL_LIMIT_FLAGS_INNER_TRAVEL_LOW = 16,
+    GIMBAL_LIMIT_FLAGS_INNER_TRAVEL_HIGH = 32,
+    GIMBAL_LIMIT_FLAGS_OUTER_RATE = 64,
+    GIMBAL_LIMIT_FLAGS_INNER_RATE = 128
+};
+
+/* CRC-12/DECT: polynomial 0x80F, start 0; of "123456789" it is 0xF5B. */
+static inline uint16_t gimbal_crc12_byte(uint16_t crc, uint8_t octet)
+{
+    crc ^= (uint16_t)((uint16_t)octet << 4);
+    for (int bit = 0; bit < 8; ++bit)
+        crc = (uint16_t)((crc & 0x800u) ? (uint16_t)(crc << 1) ^ 0x80Fu : (uint16_t)(crc << 1));
+    return crc & 0xFFFu;
+}
+
+/* CRC of a payload: data id, bytes 0..5, low half of byte 6. */
+static inline uint16_t gimbal_crc12(uint8_t data_id, const uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+{
+    uint16_t crc = gimbal_crc12_byte(0, data_id);
+    for (int place = 0; place < 6; ++place)
+        crc = gimbal_crc12_byte(crc, payload[place]);
+    return gimbal_crc12_byte(crc, (uint8_t)(payload[6] & 0x0Fu));
+}
+
+/* Puts fields, counter and CRC into a payload. */
+static inline void gimbal_seal(uint8_t data_id, uint64_t fields, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+{
+    for (int place = 0; place < 6; ++place)
+        payload[place] = (uint8_t)(fields >> (8 * place));
+    payload[6] = (uint8_t)(counter & 0x0Fu);
+    const uint16_t crc = gimbal_crc12(data_id, payload);
+    payload[6] = (uint8_t)(payload[6] | (uint8_t)((crc & 0x0Fu) << 4));
+    payload[7] = (uint8_t)(crc >> 4);
+}
+
+/* Takes the fields out of a payload; false when its CRC is wrong. */
+static inline bool gimbal_unseal(uint8_t data_id, const uint8_t payload[GIMBAL_PAYLOAD_SIZE], uint64_t *fields)
+{
+    if (gimbal_crc12(data_id, payload) != (uint16_t)((payload[6] >> 4) | (payload[7] << 4)))
+        return false;
+    *fields = 0;
+    for (int place = 0; place < 6; ++place)
+        *fields |= (uint64_t)payload[place] << (8 * place);
+    return true;
+}
+
+/* Alive counter of a payload. */
+static inline uint8_t gimbal_alive_counter(const uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+{
+    return payload[6] & 0x0Fu;
+}
+
+static inline int32_t gimbal_hold(int32_t raw, int32_t low, int32_t high)
+{
+    return raw < low ? low : raw > high ? high : raw;
+}
+
+static inline uint64_t gimbal_insert(uint64_t word, int start, int bits, int32_t raw)
+{
+    return word | (((uint64_t)(int64_t)raw & ((UINT64_C(1) << bits) - 1u)) << start);
+}
+
+static inline int32_t gimbal_extract(uint64_t word, int start, int bits, bool is_signed)
+{
+    const int64_t raw = (int64_t)((word >> start) & ((UINT64_C(1) << bits) - 1u));
+    return (int32_t)(is_signed && (raw >> (bits - 1)) ? raw - ((int64_t)1 << bits) : raw);
+}
+
+/* drive_control, host to device: drive state requests, on change and repeated */
+#define GIMBAL_DRIVE_CONTROL_ID 0x010u
+#define GIMBAL_DRIVE_CONTROL_DATA_ID 0x01u
+#define GIMBAL_DRIVE_CONTROL_PERIOD_TICKS 100
+
+typedef struct {
+    uint8_t request; /* state wanted, as a CiA 402 command */
+    bool fault_reset; /* a rising edge leaves FAULT */
+    bool quick_stop; /* stop now, whatever the request */
+    bool clear_travel; /* allow torque that leads back from a travel limit */
+} gimbal_drive_control_t;
+
+static inline void gimbal_drive_control_pack(const gimbal_drive_control_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+{
+    uint64_t fields = 0;
+    fields = gimbal_insert(fields, 0, 4, gimbal_hold((int32_t)message->request, 0, 6));
+    fields = gimbal_insert(fields, 4, 1, (int32_t)message->fault_reset);
+    fields = gimbal_insert(fields, 5, 1, (int32_t)message->quick_stop);
+    fields = gimbal_insert(fields, 6, 1, (int32_t)message->clear_travel);
+    gimbal_seal(GIMBAL_DRIVE_CONTROL_DATA_ID, fields, counter, payload);
+}
+
+/* False, and nothing written, when the CRC or a field is wrong. */
+static inline bool gimbal_drive_control_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_drive_control_t *message)
+{
+    uint64_t fields;
+    if (!gimbal_unseal(GIMBAL_DRIVE_CONTROL_DATA_ID, payload, &fields))
+        return false;
+    const int32_t request = gimbal_extract(fields, 0, 4, false);
+    const int32_t fault_reset = gimbal_extract(fields, 4, 1, false);
+    const int32_t quick_stop = gimbal_extract(fields, 5, 1, false);
+    const int32_t clear_travel = gimbal_extract(fields, 6, 1, false);
+    if (request < 0 || request > 6)
+        return false;
+    if (fault_reset < 0 || fault_reset > 1)
+        return false;
+    if (quick_stop < 0 || quick_stop > 1)
+        return false;
+    if (clear_travel < 0 || clear_travel > 1)
+        return false;
+    message->request = (uint8_t)request;
+    message->fault_reset = (bool)fault_reset;
+    message->quick_stop = (bool)quick_stop;
+    message->clear_travel = (bool)clear_travel;
+    return true;
+}
+
+/* set_point, host to device: torque of both axes; a fresh one feeds the deadman */
+#define GIMBAL_SET_POINT_ID 0x020u
+#define GIMBAL_SET_POINT_DATA_ID 0x02u
+#define GIMBAL_SET_POINT_PERIOD_TICKS 1
+#define GIMBAL_SET_POINT_TORQUE_OUTER_STEP 0.000125 /* N m */
+#define GIMBAL_SET_POINT_TORQUE_INNER_STEP 0.000125 /* N m */
+
+typedef struct {
+    int32_t torque_outer; /* torque of the outer axis, held for one tick */
+    int32_t torque_inner; /* torque of the inner axis, held for one tick */
+    uint16_t sequence; /* number of the tick, modulo 1024 */
+    bool enable_outer; /* the outer axis may apply torque */
+    bool enable_inner; /* the inner axis may apply torque */
+} gimbal_set_point_t;
+
+static inline void gimbal_set_point_pack(const gimbal_set_point_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+{
+    uint64_t fields = 0;
+    fields = gimbal_insert(fields, 0, 18, gimbal_hold((int32_t)message->torque_outer, -131072, 131071));
+    fields = gimbal_insert(fields, 18, 18, gimbal_hold((int32_t)message->torque_inner, -131072, 131071));
+    fields = gimbal_insert(fields, 36, 10, gimbal_hold((int32_t)message->sequence, 0, 1023));
+    fields = gimbal_insert(fields, 46, 1, (int32_t)message->enable_outer);
+    fields = gimbal_insert(fields, 47, 1, (int32_t)message->enable_inner);
+    gimbal_seal(GIMBAL_SET_POINT_DATA_ID, fields, counter, payload);
+}
+
+/* False, and nothing written, when the CRC or a field is wrong. */
+static inline bool gimbal_set_point_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_set_point_t *message)
+{
+    uint64_t fields;
+    if (!gimbal_unseal(GIMBAL_SET_POINT_DATA_ID, payload, &fields))
+        return false;
+    const int32_t torque_outer = gimbal_extract(fields, 0, 18, true);
+    const int32_t torque_inner = gimbal_extract(fields, 18, 18, true);
+    const int32_t sequence = gimbal_extract(fields, 36, 10, false);
+    const int32_t enable_outer = gimbal_extract(fields, 46, 1, false);
+    const int32_t enable_inner = gimbal_extract(fields, 47, 1, false);
+    if (torque_outer < -131072 || torque_outer > 131071)
+        return false;
+    if (torque_inner < -131072 || torque_inner > 131071)
+        return false;
+    if (sequence < 0 || sequence > 1023)
+        return false;
+    if (enable_outer < 0 || enable_outer > 1)
+        return false;
+    if (enable_inner < 0 || enable_inner > 1)
+        return false;
+    message->torque_outer = (int32_t)torque_outer;
+    message->torque_inner = (int32_t)torque_inner;
+    message->sequence = (uint16_t)sequence;
+    message->enable_outer = (bool)enable_outer;
+    message->enable_inner = (bool)enable_inner;
+    return true;
+}
+
+/* deadman_config, host to device: deadman, sent at connection */
+#define GIMBAL_DEADMAN_CONFIG_ID 0x030u
+#define GIMBAL_DEADMAN_CONFIG_DATA_ID 0x03u
+#define GIMBAL_DEADMAN_CONFIG_PERIOD_TICKS 0
+
+typedef struct {
+    uint8_t window_ticks; /* ticks without a fresh set-point before the reaction */
+    uint8_t reaction; /* what the drive does then */
+} gimbal_deadman_config_t;
+
+static inline void gimbal_deadman_config_pack(const gimbal_deadman_config_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+{
+    uint64_t fields = 0;
+    fields = gimbal_insert(fields, 0, 8, gimbal_hold((int32_t)message->window_ticks, 1, 255));
+    fields = gimbal_insert(fields, 8, 2, gimbal_hold((int32_t)message->reaction, 0, 2));
+    gimbal_seal(GIMBAL_DEADMAN_CONFIG_DATA_ID, fields, counter, payload);
+}
+
+/* False, and nothing written, when the CRC or a field is wrong. */
+static inline bool gimbal_deadman_config_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_deadman_config_t *message)
+{
+    uint64_t fields;
+    if (!gimbal_unseal(GIMBAL_DEADMAN_CONFIG_DATA_ID, payload, &fields))
+        return false;
+    const int32_t window_ticks = gimbal_extract(fields, 0, 8, false);
+    const int32_t reaction = gimbal_extract(fields, 8, 2, false);
+    if (window_ticks < 1 || window_ticks > 255)
+        return false;
+    if (reaction < 0 || reaction > 2)
+        return false;
+    message->window_ticks = (uint8_t)window_ticks;
+    message->reaction = (uint8_t)reaction;
+    return true;
+}
+
+/* feedback_outer, device to host: sensors of the outer axis, sampled at this tick */
+#define GIMBAL_FEEDBACK_OUTER_ID 0x110u
+#define GIMBAL_FEEDBACK_OUTER_DATA_ID 0x11u
+#define GIMBAL_FEEDBACK_OUTER_PERIOD_TICKS 1
+#define GIMBAL_FEEDBACK_OUTER_POSITION_STEP 1.4980281131695715e-06 /* rad */
+#define GIMBAL_FEEDBACK_OUTER_RATE_STEP 1e-05 /* rad/s */
+
+typedef struct {
+    int32_t position; /* joint angle from the encoder, multi-turn */
+    int32_t rate; /* inertial rate about the axis from the gyro */
+} gimbal_feedback_outer_t;
+
+static inline void gimbal_feedback_outer_pack(const gimbal_feedback_outer_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+{
+    uint64_t fields = 0;
+    fields = gimbal_insert(fields, 0, 26, gimbal_hold((int32_t)message->position, -33554432, 33554431));
+    fields = gimbal_insert(fields, 26, 22, gimbal_hold((int32_t)message->rate, -2097152, 2097151));
+    gimbal_seal(GIMBAL_FEEDBACK_OUTER_DATA_ID, fields, counter, payload);
+}
+
+/* False, and nothing written, when the CRC or a field is wrong. */
+static inline bool gimbal_feedback_outer_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_feedback_outer_t *message)
+{
+    uint64_t fields;
+    if (!gimbal_unseal(GIMBAL_FEEDBACK_OUTER_DATA_ID, payload, &fields))
+        return false;
+    const int32_t position = gimbal_extract(fields, 0, 26, true);
+    const int32_t rate = gimbal_extract(fields, 26, 22, true);
+    if (position < -33554432 || position > 33554431)
+        return false;
+    if (rate < -2097152 || rate > 2097151)
+        return false;
+    message->position = (int32_t)position;
+    message->rate = (int32_t)rate;
+    return true;
+}
+
+/* feedback_inner, device to host: sensors of the inner axis, sampled at this tick */
+#define GIMBAL_FEEDBACK_INNER_ID 0x120u
+#define GIMBAL_FEEDBACK_INNER_DATA_ID 0x12u
+#define GIMBAL_FEEDBACK_INNER_PERIOD_TICKS 1
+#define GIMBAL_FEEDBACK_INNER_POSITION_STEP 1.4980281131695715e-06 /* rad */
+#define GIMBAL_FEEDBACK_INNER_RATE_STEP 1e-05 /* rad/s */
+
+typedef struct {
+    int32_t position; /* joint angle from the encoder, multi-turn */
+    int32_t rate; /* inertial rate about the axis from the gyro */
+} gimbal_feedback_inner_t;
+
+static inline void gimbal_feedback_inner_pack(const gimbal_feedback_inner_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+{
+    uint64_t fields = 0;
+    fields = gimbal_insert(fields, 0, 26, gimbal_hold((int32_t)message->position, -33554432, 33554431));
+    fields = gimbal_insert(fields, 26, 22, gimbal_hold((int32_t)message->rate, -2097152, 2097151));
+    gimbal_seal(GIMBAL_FEEDBACK_INNER_DATA_ID, fields, counter, payload);
+}
+
+/* False, and nothing written, when the CRC or a field is wrong. */
+static inline bool gimbal_feedback_inner_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_feedback_inner_t *message)
+{
+    uint64_t fields;
+    if (!gimbal_unseal(GIMBAL_FEEDBACK_INNER_DATA_ID, payload, &fields))
+        return false;
+    const int32_t position = gimbal_extract(fields, 0, 26, true);
+    const int32_t rate = gimbal_extract(fields, 26, 22, true);
+    if (position < -33554432 || position > 33554431)
+        return false;
+    if (rate < -2097152 || rate > 2097151)
+        return false;
+    message->position = (int32_t)position;
+    message->rate = (int32_t)rate;
+    return true;
+}
+
+/* drive_status, device to host: state of the drive; closes the feedback set of a tick */
+#define GIMBAL_DRIVE_STATUS_ID 0x130u
+#define GIMBAL_DRIVE_STATUS_DATA_ID 0x13u
+#define GIMBAL_DRIVE_STATUS_PERIOD_TICKS 1
+
+typedef struct {
+    uint8_t state; /* drive state */
+    uint8_t fault; /* latched fault */
+    uint16_t last_sequence; /* sequence of the set-point that acted before this sample */
+    uint8_t deadman_margin; /* ticks left before the deadman reacts */
+    uint8_t limits; /* limits that act now */
+    uint16_t tick; /* the device's tick, modulo 4096 */
+} gimbal_drive_status_t;
+
+static inline void gimbal_drive_status_pack(const gimbal_drive_status_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+{
+    uint64_t fields = 0;
+    fields = gimbal_insert(fields, 0, 4, gimbal_hold((int32_t)message->state, 0, 7));
+    fields = gimbal_insert(fields, 4, 6, gimbal_hold((int32_t)message->fault, 0, 9));
+    fields = gimbal_insert(fields, 10, 10, gimbal_hold((int32_t)message->last_sequence, 0, 1023));
+    fields = gimbal_insert(fields, 20, 8, gimbal_hold((int32_t)message->deadman_margin, 0, 255));
+    fields = gimbal_insert(fields, 28, 8, gimbal_hold((int32_t)message->limits, 0, 255));
+    fields = gimbal_insert(fields, 36, 12, gimbal_hold((int32_t)message->tick, 0, 4095));
+    gimbal_seal(GIMBAL_DRIVE_STATUS_DATA_ID, fields, counter, payload);
+}
+
+/* False, and nothing written, when the CRC or a field is wrong. */
+static inline bool gimbal_drive_status_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_drive_status_t *message)
+{
+    uint64_t fields;
+    if (!gimbal_unseal(GIMBAL_DRIVE_STATUS_DATA_ID, payload, &fields))
+        return false;
+    const int32_t state = gimbal_extract(fields, 0, 4, false);
+    const int32_t fault = gimbal_extract(fields, 4, 6, false);
+    const int32_t last_sequence = gimbal_extract(fields, 10, 10, false);
+    const int32_t deadman_margin = gimbal_extract(fields, 20, 8, false);
+    const int32_t limits = gimbal_extract(fields, 28, 8, false);
+    const int32_t tick = gimbal_extract(fields, 36, 12, false);
+    if (state < 0 || state > 7)
+        return false;
+    if (fault < 0 || fault > 9)
+        return false;
+    if (last_sequence < 0 || last_sequence > 1023)
+        return false;
+    if (deadman_margin < 0 || deadman_margin > 255)
+        return false;
+    if (limits < 0 || limits > 255)
+        return false;
+    if (tick < 0 || tick > 4095)
+        return false;
+    message->state = (uint8_t)state;
+    message->fault = (uint8_t)fault;
+    message->last_sequence = (uint16_t)last_sequence;
+    message->deadman_margin = (uint8_t)deadman_margin;
+    message->limits = (uint8_t)limits;
+    message->tick = (uint16_t)tick;
+    return true;
+}
+
+/* motor_status_outer, device to host: motor of the outer axis */
+#define GIMBAL_MOTOR_STATUS_OUTER_ID 0x140u
+#define GIMBAL_MOTOR_STATUS_OUTER_DATA_ID 0x14u
+#define GIMBAL_MOTOR_STATUS_OUTER_PERIOD_TICKS 50
+#define GIMBAL_MOTOR_STATUS_OUTER_TORQUE_STEP 0.000125 /* N m */
+#define GIMBAL_MOTOR_STATUS_OUTER_TEMPERATURE_STEP 0.1 /* degC */
+#define GIMBAL_MOTOR_STATUS_OUTER_SUPPLY_STEP 0.02 /* V */
+
+typedef struct {
+    int32_t torque; /* torque measured at the actuator, from motor current */
+    int16_t temperature; /* winding temperature */
+    uint16_t supply; /* supply voltage */
+} gimbal_motor_status_outer_t;
+
+static inline void gimbal_motor_status_outer_pack(const gimbal_motor_status_outer_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+{
+    uint64_t fields = 0;
+    fields = gimbal_insert(fields, 0, 18, gimbal_hold((int32_t)message->torque, -131072, 131071));
+    fields = gimbal_insert(fields, 18, 12, gimbal_hold((int32_t)message->temperature, -2048, 2047));
+    fields = gimbal_insert(fields, 30, 12, gimbal_hold((int32_t)message->supply, 0, 4095));
+    gimbal_seal(GIMBAL_MOTOR_STATUS_OUTER_DATA_ID, fields, counter, payload);
+}
+
+/* False, and nothing written, when the CRC or a field is wrong. */
+static inline bool gimbal_motor_status_outer_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_motor_status_outer_t *message)
+{
+    uint64_t fields;
+    if (!gimbal_unseal(GIMBAL_MOTOR_STATUS_OUTER_DATA_ID, payload, &fields))
+        return false;
+    const int32_t torque = gimbal_extract(fields, 0, 18, true);
+    const int32_t temperature = gimbal_extract(fields, 18, 12, true);
+    const int32_t supply = gimbal_extract(fields, 30, 12, false);
+    if (torque < -131072 || torque > 131071)
+        return false;
+    if (temperature < -2048 || temperature > 2047)
+        return false;
+    if (supply < 0 || supply > 4095)
+        return false;
+    message->torque = (int32_t)torque;
+    message->temperature = (int16_t)temperature;
+    message->supply = (uint16_t)supply;
+    return true;
+}
+
+/* motor_status_inner, device to host: motor of the inner axis */
+#define GIMBAL_MOTOR_STATUS_INNER_ID 0x150u
+#define GIMBAL_MOTOR_STATUS_INNER_DATA_ID 0x15u
+#define GIMBAL_MOTOR_STATUS_INNER_PERIOD_TICKS 50
+#define GIMBAL_MOTOR_STATUS_INNER_TORQUE_STEP 0.000125 /* N m */
+#define GIMBAL_MOTOR_STATUS_INNER_TEMPERATURE_STEP 0.1 /* degC */
+#define GIMBAL_MOTOR_STATUS_INNER_SUPPLY_STEP 0.02 /* V */
+
+typedef struct {
+    int32_t torque; /* torque measured at the actuator, from motor current */
+    int16_t temperature; /* winding temperature */
+    uint16_t supply; /* supply voltage */
+} gimbal_motor_status_inner_t;
+
+static inline void gimbal_motor_status_inner_pack(const gimbal_motor_status_inner_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+{
+    uint64_t fields = 0;
+    fields = gimbal_insert(fields, 0, 18, gimbal_hold((int32_t)message->torque, -131072, 131071));
+    fields = gimbal_insert(fields, 18, 12, gimbal_hold((int32_t)message->temperature, -2048, 2047));
+    fields = gimbal_insert(fields, 30, 12, gimbal_hold((int32_t)message->supply, 0, 4095));
+    gimbal_seal(GIMBAL_MOTOR_STATUS_INNER_DATA_ID, fields, counter, payload);
+}
+
+/* False, and nothing written, when the CRC or a field is wrong. */
+static inline bool gimbal_motor_status_inner_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_motor_status_inner_t *message)
+{
+    uint64_t fields;
+    if (!gimbal_unseal(GIMBAL_MOTOR_STATUS_INNER_DATA_ID, payload, &fields))
+        return false;
+    const int32_t torque = gimbal_extract(fields, 0, 18, true);
+    const int32_t temperature = gimbal_extract(fields, 18, 12, true);
+    const int32_t supply = gimbal_extract(fields, 30, 12, false);
+    if (torque < -131072 || torque > 131071)
+        return false;
+    if (temperature < -2048 || temperature > 2047)
+        return false;
+    if (supply < 0 || supply > 4095)
+        return false;
+    message->torque = (int32_t)torque;
+    message->temperature = (int16_t)temperature;
+    message->supply = (uint16_t)supply;
+    return true;
+}
+
+/* base_attitude, device to host: attitude of the base, R_eb = Rz(yaw) Ry(pitch) Rx(roll) */
+#define GIMBAL_BASE_ATTITUDE_ID 0x160u
+#define GIMBAL_BASE_ATTITUDE_DATA_ID 0x16u
+#define GIMBAL_BASE_ATTITUDE_PERIOD_TICKS 10
+#define GIMBAL_BASE_ATTITUDE_ROLL_STEP 0.0001 /* rad */
+#define GIMBAL_BASE_ATTITUDE_PITCH_STEP 0.0001 /* rad */
+#define GIMBAL_BASE_ATTITUDE_YAW_STEP 0.0001 /* rad */
+
+typedef struct {
+    int16_t roll; /* base roll */
+    int16_t pitch; /* base pitch */
+    int16_t yaw; /* base yaw */
+} gimbal_base_attitude_t;
+
+static inline void gimbal_base_attitude_pack(const gimbal_base_attitude_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+{
+    uint64_t fields = 0;
+    fields = gimbal_insert(fields, 0, 16, gimbal_hold((int32_t)message->roll, -32768, 32767));
+    fields = gimbal_insert(fields, 16, 16, gimbal_hold((int32_t)message->pitch, -32768, 32767));
+    fields = gimbal_insert(fields, 32, 16, gimbal_hold((int32_t)message->yaw, -32768, 32767));
+    gimbal_seal(GIMBAL_BASE_ATTITUDE_DATA_ID, fields, counter, payload);
+}
+
+/* False, and nothing written, when the CRC or a field is wrong. */
+static inline bool gimbal_base_attitude_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_base_attitude_t *message)
+{
+    uint64_t fields;
+    if (!gimbal_unseal(GIMBAL_BASE_ATTITUDE_DATA_ID, payload, &fields))
+        return false;
+    const int32_t roll = gimbal_extract(fields, 0, 16, true);
+    const int32_t pitch = gimbal_extract(fields, 16, 16, true);
+    const int32_t yaw = gimbal_extract(fields, 32, 16, true);
+    if (roll < -32768 || roll > 32767)
+        return false;
+    if (pitch < -32768 || pitch > 32767)
+        return false;
+    if (yaw < -32768 || yaw > 32767)
+        return false;
+    message->roll = (int16_t)roll;
+    message->pitch = (int16_t)pitch;
+    message->yaw = (int16_t)yaw;
+    return true;
+}
+
+/* base_rate, device to host: angular rate of the base in base axes */
+#define GIMBAL_BASE_RATE_ID 0x170u
+#define GIMBAL_BASE_RATE_DATA_ID 0x17u
+#define GIMBAL_BASE_RATE_PERIOD_TICKS 10
+#define GIMBAL_BASE_RATE_P_STEP 0.0001 /* rad/s */
+#define GIMBAL_BASE_RATE_Q_STEP 0.0001 /* rad/s */
+#define GIMBAL_BASE_RATE_R_STEP 0.0001 /* rad/s */
+
+typedef struct {
+    int16_t p; /* base p */
+    int16_t q; /* base q */
+    int16_t r; /* base r */
+} gimbal_base_rate_t;
+
+static inline void gimbal_base_rate_pack(const gimbal_base_rate_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+{
+    uint64_t fields = 0;
+    fields = gimbal_insert(fields, 0, 16, gimbal_hold((int32_t)message->p, -32768, 32767));
+    fields = gimbal_insert(fields, 16, 16, gimbal_hold((int32_t)message->q, -32768, 32767));
+    fields = gimbal_insert(fields, 32, 16, gimbal_hold((int32_t)message->r, -32768, 32767));
+    gimbal_seal(GIMBAL_BASE_RATE_DATA_ID, fields, counter, payload);
+}
+
+/* False, and nothing written, when the CRC or a field is wrong. */
+static inline bool gimbal_base_rate_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_base_rate_t *message)
+{
+    uint64_t fields;
+    if (!gimbal_unseal(GIMBAL_BASE_RATE_DATA_ID, payload, &fields))
+        return false;
+    const int32_t p = gimbal_extract(fields, 0, 16, true);
+    const int32_t q = gimbal_extract(fields, 16, 16, true);
+    const int32_t r = gimbal_extract(fields, 32, 16, true);
+    if (p < -32768 || p > 32767)
+        return false;
+    if (q < -32768 || q > 32767)
+        return false;
+    if (r < -32768 || r > 32767)
+        return false;
+    message->p = (int16_t)p;
+    message->q = (int16_t)q;
+    message->r = (int16_t)r;
+    return true;
+}
+
+/* drive_event, device to host: one transition of the drive state machine */
+#define GIMBAL_DRIVE_EVENT_ID 0x180u
+#define GIMBAL_DRIVE_EVENT_DATA_ID 0x18u
+#define GIMBAL_DRIVE_EVENT_PERIOD_TICKS 0
+
+typedef struct {
+    uint8_t from_state; /* state before */
+    uint8_t to_state; /* state after */
+    uint8_t cause; /* why */
+    uint8_t detail; /* more on the cause: axis, limit or request */
+    uint16_t tick; /* the device's tick, modulo 4096 */
+} gimbal_drive_event_t;
+
+static inline void gimbal_drive_event_pack(const gimbal_drive_event_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+{
+    uint64_t fields = 0;
+    fields = gimbal_insert(fields, 0, 4, gimbal_hold((int32_t)message->from_state, 0, 7));
+    fields = gimbal_insert(fields, 4, 4, gimbal_hold((int32_t)message->to_state, 0, 7));
+    fields = gimbal_insert(fields, 8, 6, gimbal_hold((int32_t)message->cause, 0, 9));
+    fields = gimbal_insert(fields, 14, 8, gimbal_hold((int32_t)message->detail, 0, 255));
+    fields = gimbal_insert(fields, 22, 12, gimbal_hold((int32_t)message->tick, 0, 4095));
+    gimbal_seal(GIMBAL_DRIVE_EVENT_DATA_ID, fields, counter, payload);
+}
+
+/* False, and nothing written, when the CRC or a field is wrong. */
+static inline bool gimbal_drive_event_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_drive_event_t *message)
+{
+    uint64_t fields;
+    if (!gimbal_unseal(GIMBAL_DRIVE_EVENT_DATA_ID, payload, &fields))
+        return false;
+    const int32_t from_state = gimbal_extract(fields, 0, 4, false);
+    const int32_t to_state = gimbal_extract(fields, 4, 4, false);
+    const int32_t cause = gimbal_extract(fields, 8, 6, false);
+    const int32_t detail = gimbal_extract(fields, 14, 8, false);
+    const int32_t tick = gimbal_extract(fields, 22, 12, false);
+    if (from_state < 0 || from_state > 7)
+        return false;
+    if (to_state < 0 || to_state > 7)
+        return false;
+    if (cause < 0 || cause > 9)
+        return false;
+    if (detail < 0 || detail > 255)
+        return false;
+    if (tick < 0 || tick > 4095)
+        return false;
+    message->from_state = (uint8_t)from_state;
+    message->to_state = (uint8_t)to_state;
+    message->cause = (uint8_t)cause;
+    message->detail = (uint8_t)detail;
+    message->tick = (uint16_t)tick;
+    return true;
+}
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif /* GIMBAL_PROTOCOL_H */
