@@ -102,8 +102,9 @@ def _receiver() -> str:
 
 A value changes only on a frame whose identifier, length, CRC, bounds and counter are right; everything else is counted and dropped. A
 repeated counter is a duplicate. A jump counts the frames that are missing; a step of {LATE_STEP} to 15 is a late frame and dropped. Each
-message is *ok*, *degraded* (over {DEGRADED_PERIODS} periods without a good frame, or about one frame in five bad or missing) or *lost* (over
-{LOST_PERIODS} periods); a lost message takes the next good frame whatever its counter. Messages sent on an event are not lost by silence.
+message is *ok*, *degraded* (over {DEGRADED_PERIODS} periods without a good frame, or about one frame in five bad or missing) or *lost*
+(over {LOST_PERIODS} periods); a lost message takes the next good frame whatever its counter. Messages sent on an event are not lost by
+silence.
 """
 
 

@@ -3,7 +3,7 @@
 from firmware_protocol.links.can_link import CanLink
 from firmware_protocol.links.config import CanLinkConfig, LinkConfig, MemoryLinkConfig, SerialLinkConfig, UnixLinkConfig
 from firmware_protocol.links.faults import Cut, DirectionFaults, FaultsConfig, FaultyLink
-from firmware_protocol.links.link import Link, LinkLost, LinkState, LinkStatistics
+from firmware_protocol.links.link import Link, LinkBasis, LinkLost, LinkState, LinkStatistics
 from firmware_protocol.links.memory_link import MemoryLink, memory_pair
 from firmware_protocol.links.opening import open_link, require_link_carries
 from firmware_protocol.links.pty_link import pty_link
@@ -20,6 +20,7 @@ __all__ = [
     "FaultsConfig",
     "FaultyLink",
     "Link",
+    "LinkBasis",
     "LinkConfig",
     "LinkLost",
     "LinkState",
