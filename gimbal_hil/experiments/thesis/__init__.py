@@ -1,1 +1,7 @@
 """The thesis that this project grew from, run again: controller tables, unbalance, friction, and what does not hold."""
+
+from gimbal_hil.experiments.thesis.page import as_document
+from gimbal_hil.experiments.thesis.text import as_text
+from gimbal_hil.experiments.thesis.validation import ThesisReport, run_thesis
+
+__all__ = ["ThesisReport", "as_document", "as_text", "run_thesis"]

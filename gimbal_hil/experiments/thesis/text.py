@@ -1,0 +1,190 @@
+"""The validation as text: what the command prints and `report.txt` keeps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from gimbal_hil.experiments.thesis.controller_tables import ACCEPTED, TableResult
+from gimbal_hil.experiments.thesis.friction_curves import FrictionCurves
+from gimbal_hil.experiments.thesis.slip_effects import SlipEffect
+from gimbal_hil.experiments.thesis.unbalance import Unbalance, UnbalanceRun
+from gimbal_hil.experiments.thesis.validation import ThesisReport
+
+
+def as_text(report: ThesisReport) -> str:
+    """The whole report as plain text, one section a chapter."""
+    return "\n".join(
+        [
+            *_summary(report),
+            "",
+            *(line for table in report.tables for line in (*_table(table), "")),
+            *_unbalance(report),
+            "",
+            *_slips(report),
+            "",
+            *_friction(report.friction),
+            "",
+            *_temperature(report),
+            "",
+            f"wall time of the whole validation: {report.wall_time_s:.1f} s",
+        ]
+    )
+
+
+def summary_rows(report: ThesisReport) -> list[list[str]]:
+    """Per table: number, loop, axis, overshoot rms and limit, settling rms and limit, the same on a level base, verdict."""
+    level = {table.table.number: table for table in report.level_tables}
+    rows = []
+    for result in report.tables:
+        number = result.table.number
+        accepted, flat = ACCEPTED.get(number), level.get(number)
+        rows.append(
+            [
+                number,
+                result.table.loop.value,
+                result.table.axis,
+                points(result.overshoot_rms),
+                f"{accepted.overshoot_points:g}" if accepted else "-",
+                seconds(result.settling_rms_s),
+                f"{accepted.settling_s:g}" if accepted and accepted.settling_s else "-",
+                f"{points(flat.overshoot_rms)} / {seconds(flat.settling_rms_s)}" if flat else "-",
+                result.verdict.value,
+            ]
+        )
+    return rows
+
+
+SUMMARY_HEADER = ("table", "loop", "axis", "overshoot rms", "limit", "settling rms s", "limit", "level base", "verdict")
+TABLE_HEADER = ("swept", "overshoot thesis %", "here %", "settling thesis s", "here s")
+
+
+def table_rows(result: TableResult) -> list[list[str]]:
+    """Row by row: swept number, overshoot printed and here, settling printed and here."""
+    return [
+        [
+            f"{row.printed.swept:g}",
+            f"{row.printed.overshoot_percent:.2f}",
+            points(row.overshoot_percent),
+            f"{row.printed.settling_s:.2f}",
+            seconds(row.settling_s),
+        ]
+        for row in result.rows
+    ]
+
+
+def points(value: float) -> str:
+    """An overshoot in points; a response that ran away is no number worth printing."""
+    return f"{value:.2f}" if value < 100.0 else "runs away"
+
+
+def seconds(value: float) -> str:
+    """A settling time, or that there is none."""
+    return f"{value:.3f}" if math.isfinite(value) else "never"
+
+
+def columns(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """A header and rows as lines with aligned columns."""
+    widths = [max(len(row[i]) for row in (header, *rows)) for i in range(len(header))]
+    return ["  " + "  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in (header, *rows)]
+
+
+def _summary(report: ThesisReport) -> list[str]:
+    return [
+        "Controller tables of chapter 5: rms over the rows, thesis against here",
+        "One configuration for all (inferred, not printed): base tilted by roll -7.2 and pitch -9.6 deg; drive 2.84 N m per unit to",
+        "14.98 N m outer, 2.1 to 6.6 inner; loop at 10 kHz, ideal gyro, no anti-windup.",
+        *columns(SUMMARY_HEADER, summary_rows(report)),
+    ]
+
+
+def _table(result: TableResult) -> list[str]:
+    table = result.table
+    fixed = "prefilter of table 5.11" if table.prefilter else (f"Kp = {table.kp:g}" if table.kp is not None else f"Ki = {table.ki:g}")
+    heavier = f", every inertia times {table.inertia_factor:g}" if table.inertia_factor != 1.0 else ""
+    lines = [f"Table {table.number}: {table.loop.value} loop, {table.axis} axis, {fixed}{heavier}; swept: {table.swept}"]
+    lines += columns(TABLE_HEADER, table_rows(result))
+    lines.append(
+        f"  rms: overshoot {points(result.overshoot_rms)} points, settling {seconds(result.settling_rms_s)} s: {result.verdict.value}"
+    )
+    return lines + ([f"  why: {result.reason}"] if result.reason else [])
+
+
+def unbalance_rows(runs: Sequence[UnbalanceRun]) -> list[list[str]]:
+    """Per kind, axis and reference: relative swing of the rate in percent for every case."""
+    rows: list[list[str]] = []
+    for run in runs:
+        key = [run.unbalance.value, run.axis, f"{run.reference_rad_s:g}"]
+        if not rows or rows[-1][:3] != key:
+            rows.append(key)
+        rows[-1].append(f"{run.ripple_percent:.2f}")
+    return [row + ["-"] * (8 - len(row)) for row in rows]
+
+
+UNBALANCE_HEADER = ("unbalance", "axis", "rad/s", "case 1", "2", "3", "4", "5")
+
+
+def _unbalance(report: ThesisReport) -> list[str]:
+    lines = ["Chapter 3: steady swing of the rate, percent of the reference (none and dynamic: table 3.1, static: table 3.2)"]
+    lines += columns(UNBALANCE_HEADER, unbalance_rows(report.unbalance))
+    lines += ["  The thesis' claims:"]
+    return lines + [f"    {'holds        ' if c.holds else 'does not hold'}  {c.text} ({c.evidence})" for c in report.claims]
+
+
+SLIP_HEADER = ("slip", "error median", "largest", "outer dynamic %", "inner dynamic %", "outer static %", "inner static %")
+
+
+def slip_rows(slips: Sequence[SlipEffect], runs: Sequence[UnbalanceRun]) -> list[list[str]]:
+    """Per slip: error of the acceleration, and the swing (percent) of chapter 3's hardest cases; first row without any slip."""
+    at = {(r.unbalance, r.axis, r.case): r for r in runs if r.reference_rad_s == 0.1}
+    right = [at[Unbalance.DYNAMIC, a, 5] for a in ("outer", "inner")] + [at[Unbalance.STATIC, a, 4] for a in ("outer", "inner")]
+    rows = [["none", "0", "0", *(f"{run.ripple_percent:.2f}" for run in right)]]
+    for effect in slips:
+        swings = [f"{run.ripple_percent:.2f}" for run in (*effect.dynamic, *effect.static)]
+        name = str(effect.slip.name).lower()
+        rows.append([name, f"{effect.median_error:.1%}", f"{effect.largest_error:.0%}", *swings])
+    return rows
+
+
+def _slips(report: ThesisReport) -> list[str]:
+    lines = [
+        "Slips of the thesis: relative error of the acceleration at random states on a moving base; swing (percent) of chapter 3's hardest"
+    ]
+    lines += ["cases at 0.1 rad/s with the slip on (chapter 3 has no friction, so the two friction slips change nothing there)"]
+    lines += columns(SLIP_HEADER, slip_rows(report.slips, report.unbalance))
+    return lines + [f"  {str(effect.slip.name).lower()}: {effect.where}" for effect in report.slips]
+
+
+def _friction(curves: Sequence[FrictionCurves]) -> list[str]:
+    lines = ["Chapter 4: friction"]
+    for c in curves:
+        secants = ", ".join(f"{part:.2f} at {share:g} Ts" for share, part in c.secants)
+        lines += [
+            f"  {c.axis}: minimum of the steady curve at {c.minimum_rad_s:.3f} rad/s",
+            f"    eq. 4.3 as printed gives {c.printed_at_fastest_nm:.3g} N m at 0.1 rad/s; damping ratio of sigma1 {c.damping_ratio:.3f}",
+            f"    stiffness N m/rad: table 4.4 gives {c.stiffness_of_table_4_4:.1f}, the angle of table 4.3 {c.stiffness_of_table_4_3:.1f}",
+            f"    a secant (eq. 4.11) over sigma0: {secants}",
+        ]
+    return lines
+
+
+TEMPERATURE_HEADER = ("axis", "degC", "0.001 rad/s", "0.01", "0.1", "lowest N m", "at rad/s")
+
+
+def temperature_rows(report: ThesisReport) -> list[list[str]]:
+    """Per axis and temperature: friction (N m) at three speeds, and the minimum of the curve."""
+    rows = []
+    for sweeps in report.sweeps:
+        for sweep in sweeps:
+            lowest = int(sweep.friction_nm.argmin())
+            at = [f"{sweep.friction_nm[abs(sweep.rate_rad_s - speed).argmin()]:.4f}" for speed in (0.001, 0.01, 0.1)]
+            rows.append(
+                [sweep.axis, f"{sweep.temperature_degc:g}", *at, f"{sweep.friction_nm[lowest]:.4f}", f"{sweep.rate_rad_s[lowest]:.4f}"]
+            )
+    return rows
+
+
+def _temperature(report: ThesisReport) -> list[str]:
+    simulated = sum(sweep.simulated_s for sweeps in report.sweeps for sweep in sweeps)
+    lines = [f"Sliding sweeps over temperature (assumed scaling, thesis-temperature.yaml): {simulated:.0f} s simulated"]
+    return lines + columns(TEMPERATURE_HEADER, temperature_rows(report))

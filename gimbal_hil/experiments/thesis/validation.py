@@ -1,0 +1,79 @@
+"""The whole validation against the thesis: run everything, keep it in one report."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.experiments.thesis.controller_tables import ACCEPTED, TableResult, Verdict, run_table
+from gimbal_hil.experiments.thesis.friction_curves import FrictionCurves, friction_curves
+from gimbal_hil.experiments.thesis.inferred import LEVEL, TILTED
+from gimbal_hil.experiments.thesis.printed import GAIN_TABLES, PREFILTER_TABLES
+from gimbal_hil.experiments.thesis.sliding import TEMPERATURES_DEGC, SlidingSweep, sliding_sweep, warm_antenna
+from gimbal_hil.experiments.thesis.slip_effects import SlipEffect, slip_effects
+from gimbal_hil.experiments.thesis.unbalance import Claim, Unbalance, UnbalanceRun, claims, run_all_cases, run_unbalance
+from sim_backend.model import shipped_model
+from sim_backend.thesis_slips import Slip
+
+AXES = ("outer", "inner")
+#: what is being done, and the share that is done
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class ThesisReport:
+    """Everything that `gimbal-hil experiment thesis` found."""
+
+    #: tables 5.2 to 5.15 in the configuration that carries them all, and 5.2 to 5.9 on a level base
+    tables: tuple[TableResult, ...]
+    level_tables: tuple[TableResult, ...]
+    unbalance: tuple[UnbalanceRun, ...]
+    claims: tuple[Claim, ...]
+    slips: tuple[SlipEffect, ...]
+    friction: tuple[FrictionCurves, ...]
+    #: per axis, then per temperature; 20 degC is the thesis' own antenna
+    sweeps: tuple[tuple[SlidingSweep, ...], ...]
+    wall_time_s: float
+    page: Path | None = None
+
+    @property
+    def reproduced(self) -> bool:
+        """Whether every table that can be reproduced was."""
+        return all(table.verdict is not Verdict.NOT_REPRODUCIBLE for table in self.tables if table.table.number in ACCEPTED)
+
+
+def run_thesis(out: Path | None = None, force: bool = False, progress: Progress | None = None) -> ThesisReport:
+    """Run the validation (about half a minute); with `out` also write `report.html`, `report.txt` and `report.json` there.
+
+    BadInputError when `out` already holds a report and `force` is not given.
+    """
+    if out is not None and (out / "report.html").exists() and not force:
+        raise BadInputError(str(out / "report.html"), "exists already", "another --out, or --force")
+    told = progress or (lambda what, share: None)
+    begun = time.perf_counter()
+    every_table = GAIN_TABLES + PREFILTER_TABLES
+    tables = []
+    for i, table in enumerate(every_table):
+        told(f"table {table.number}", 0.4 * i / len(every_table))
+        tables.append(run_table(table, TILTED))
+    told("tables on a level base", 0.4)
+    level = tuple(run_table(table, LEVEL) for table in GAIN_TABLES)
+    told("chapter 3: unbalance on a moving base", 0.55)
+    runs = run_all_cases()
+    stated = claims(runs, run_unbalance(Unbalance.STATIC, "outer", 0.1, 1, Slip.GRAVITY_ROW))
+    told("slips of the thesis", 0.7)
+    slips = slip_effects()
+    told("chapter 4: friction", 0.8)
+    friction = tuple(friction_curves(shipped_model(), axis) for axis in AXES)
+    told("sliding sweeps from -40 to 85 degC", 0.85)
+    sweeps = tuple(tuple(sliding_sweep(warm_antenna(degc), axis, degc) for degc in TEMPERATURES_DEGC) for axis in AXES)
+    report = ThesisReport(tuple(tables), level, runs, stated, slips, friction, sweeps, time.perf_counter() - begun)
+    told("report", 0.98)
+    if out is None:
+        return report
+    from gimbal_hil.experiments.thesis.page import write_report
+
+    return write_report(report, out)
