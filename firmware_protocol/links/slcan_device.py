@@ -6,6 +6,8 @@ A line ends in a carriage return. Host to adapter: `S0`..`S8` bit rate, `O` open
 
 from __future__ import annotations
 
+import re
+
 from firmware_protocol.codec import record, records
 from firmware_protocol.schema import PAYLOAD_SIZE
 
@@ -14,7 +16,10 @@ _YES, _NO = b"\r", b"\a"
 #: longest line of the protocol: an extended frame with eight bytes and a time stamp
 _LINE_LIMIT = 32
 
-_FRAME_LINE = 5 + 2 * PAYLOAD_SIZE
+#: a standard data frame of eight bytes, with or without a time stamp
+FRAME_LINE = re.compile(rb"t[0-7][0-9A-Fa-f]{2}8[0-9A-Fa-f]{16}(?:[0-9A-Fa-f]{4})?")
+
+_FRAME_LENGTH = 5 + 2 * PAYLOAD_SIZE
 
 _QUESTIONS = {b"V": b"V1013\r", b"v": b"v1013\r", b"N": b"NGHIL\r", b"F": b"F00\r"}
 
@@ -75,13 +80,9 @@ class SlcanDevice:
         return b""
 
     def _frame(self, line: bytes) -> bytes:
-        try:
-            can_id, payload = int(line[1:4], 16), bytes.fromhex(line[5:].decode("ascii"))
-        except ValueError:
-            payload = b""
-        if not self.is_open or len(line) != _FRAME_LINE or line[4:5] != b"8" or len(payload) != PAYLOAD_SIZE:
+        if not self.is_open or not FRAME_LINE.fullmatch(line):
             self.malformed += 1
             self._answer += _NO
             return b""
         self._answer += b"z\r"
-        return record(can_id, payload)
+        return record(int(line[1:4], 16), bytes.fromhex(line[5:_FRAME_LENGTH].decode("ascii")))

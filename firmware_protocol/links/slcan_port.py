@@ -1,21 +1,20 @@
 """A port for python-can's slcan host that reads in bulk and never waits.
 
 python-can asks its serial port for one byte at a time (two system calls each), lets `flush` wait for the line to drain, and does not
-get over a byte that is no text. This port stands in for the serial port once the bus is open: whole lines only, frames only, from one
-bulk read.
+get over a byte that is no text. This port stands in for the serial port once the bus is open. It reads in bulk, lets whole frame lines
+through and nothing else, and answers a request for a byte with a whole line, and the next one with the line's end: all that python-can
+does with the bytes of a line is to join them.
 """
 
 from __future__ import annotations
 
-import re
+from collections import deque
 
 from firmware_protocol.links.descriptor import DescriptorPort
+from firmware_protocol.links.slcan_device import FRAME_LINE
 
 #: longer lines belong to no frame
 _LINE_LIMIT = 64
-
-#: a standard data frame of eight bytes, with or without a time stamp; python-can fails on lines that only begin like one
-_FRAME = re.compile(rb"t[0-7][0-9A-Fa-f]{2}8[0-9A-Fa-f]{16}(?:[0-9A-Fa-f]{4})?")
 
 #: the adapter's yes to a frame
 _ANSWERS = (b"z", b"Z")
@@ -29,23 +28,20 @@ class SlcanPort:
     def __init__(self, port: DescriptorPort) -> None:
         self._port = port
         self._partial = b""
-        self._ready = b""
-        self._at = 0
+        self._ready: deque[bytes] = deque()
         self.malformed = 0
         self.dropped = 0
 
     @property
     def in_waiting(self) -> int:
-        """Bytes of whole frame lines that can be read; raises OSError when the adapter has gone."""
-        if self._at >= len(self._ready):
+        """Requests that can be answered; raises OSError when the adapter has gone."""
+        if not self._ready:
             self._fill()
-        return len(self._ready) - self._at
+        return len(self._ready)
 
     def read(self, size: int = 1) -> bytes:
-        """Up to `size` of those bytes."""
-        octets = self._ready[self._at : self._at + size]
-        self._at += len(octets)
-        return octets
+        """The next line or line end."""
+        return self._ready.popleft() if self._ready else b""
 
     def write(self, octets: bytes) -> int:
         """Hand a line over; one that the adapter has no room for is counted and dropped."""
@@ -58,7 +54,8 @@ class SlcanPort:
 
     def reset_input_buffer(self) -> None:
         """Forget what was read."""
-        self._partial = self._ready = b""
+        self._partial = b""
+        self._ready.clear()
 
     def fileno(self) -> int:
         """Descriptor of the port."""
@@ -74,7 +71,6 @@ class SlcanPort:
         return malformed
 
     def _fill(self) -> None:
-        self._ready, self._at = b"", 0
         octets = self._port.read()
         if not octets:
             return
@@ -84,6 +80,8 @@ class SlcanPort:
             self._partial = b""
         # a bell is the adapter's no, and no line end: it stands before the next line
         whole = [line.lstrip(b"\a") for line in lines]
-        frames = [line for line in whole if _FRAME.fullmatch(line)]
+        # python-can fails on lines that only begin like a frame
+        frames = [line for line in whole if FRAME_LINE.fullmatch(line)]
         self.malformed += sum(1 for line in whole if line and line not in _ANSWERS) - len(frames)
-        self._ready = b"".join(line + b"\r" for line in frames)
+        for line in frames:
+            self._ready += (line, b"\r")

@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware_protocol import block_codec, codec, receiver
-from firmware_protocol.block_buffer import BlockBuffer, parts
-from firmware_protocol.endpoints import Receiver, Sender
+from firmware_protocol.endpoints import Receiver
 from firmware_protocol.schema import INDEX, MESSAGES, RECORD_SIZE, Direction, Message, offset
 
 EACH_MESSAGE = pytest.mark.parametrize("message", MESSAGES, ids=lambda message: message.name)
@@ -26,18 +25,22 @@ def any_message() -> st.SearchStrategy[tuple[Message, tuple[int, ...]]]:
 
 
 def compiled_record(message: Message, raw: tuple[int, ...], counter: int) -> bytes:
-    mail, counters, buffer = block_codec.new_mail(), block_codec.new_counters(), BlockBuffer()
+    mail, counters, out = block_codec.new_mail(), block_codec.new_counters(), np.zeros(RECORD_SIZE, dtype=np.uint8)
     slot, index = offset(message.name), INDEX[message.name]
     mail[slot + 1 : slot + 1 + len(raw)] = raw
     counters[index] = counter
-    size = block_codec.encode_messages(mail, np.array([index]), counters, buffer.octets)
-    assert counters[index] == (counter + 1) % 16
-    return buffer.take(size)
+    size = block_codec.encode_messages(mail, np.array([index]), counters, out)
+    assert size == RECORD_SIZE and counters[index] == (counter + 1) % 16
+    return out.tobytes()
+
+
+def octets(block: bytes) -> np.ndarray:
+    return np.array(list(block), dtype=np.uint8)
 
 
 def decode(block: bytes, direction: Direction) -> tuple[int, np.ndarray, np.ndarray]:
-    mail, receivers, buffer = block_codec.new_mail(), block_codec.new_receivers(), BlockBuffer()
-    good = block_codec.receive_block(buffer.octets, buffer.fill(block), mail, receivers, int(direction))
+    mail, receivers = block_codec.new_mail(), block_codec.new_receivers()
+    good = block_codec.receive_block(octets(block), len(block), mail, receivers, int(direction))
     return good, mail, receivers
 
 
@@ -114,11 +117,11 @@ def mutated_block() -> st.SearchStrategy[bytes]:
 @given(st.lists(mutated_block(), min_size=1, max_size=5), st.sampled_from(Direction))
 @settings(max_examples=300, deadline=None)
 def test_any_bytes_get_the_same_verdicts_from_both_receivers_and_raise_in_neither(blocks, direction):
-    mail, receivers, buffer = block_codec.new_mail(), block_codec.new_receivers(), BlockBuffer()
+    mail, receivers = block_codec.new_mail(), block_codec.new_receivers()
     plain = Receiver(direction)
     for block in blocks:
         plain.age()
-        good = block_codec.receive_block(buffer.octets, buffer.fill(block), mail, receivers, int(direction))
+        good = block_codec.receive_block(octets(block), len(block), mail, receivers, int(direction))
         assert good == len(plain.receive(block))
     strays = receivers[block_codec.MESSAGE_COUNT]
     assert strays[receiver.STRAY_IDENTIFIERS] == plain.strays.get(codec.Rejection.UNKNOWN_IDENTIFIER, 0)
@@ -164,10 +167,3 @@ def _seal(message: Message, word: int) -> bytes:
         for _ in range(8):
             crc = ((crc << 1) ^ (0x80F if crc & 0x800 else 0)) & 0xFFF
     return (word | crc << 52).to_bytes(8, "little")
-
-
-def test_a_block_longer_than_the_buffer_is_cut_at_record_bounds():
-    block = Sender().encode(*[codec.from_raw(MESSAGES[3], (number, 0)) for number in range(1000)])
-    pieces = parts(block)
-    assert b"".join(pieces) == block
-    assert all(len(piece) % RECORD_SIZE == 0 and BlockBuffer().fill(piece) == len(piece) for piece in pieces)

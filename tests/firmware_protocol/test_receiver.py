@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from firmware_protocol import block_codec, receiver
-from firmware_protocol.block_buffer import BlockBuffer
 from firmware_protocol.codec import from_raw, pack, pack_raw, record
 from firmware_protocol.mail import SET_POINT
 from firmware_protocol.receiver import DUPLICATE, LATE_STEP, UNKNOWN_COUNTER, ReceiverStatus, judge_counter
@@ -20,7 +20,7 @@ class Bench:
 
     def __init__(self, message_name: str) -> None:
         self.message = BY_NAME[message_name]
-        self.mail, self.receivers, self.buffer = block_codec.new_mail(), block_codec.new_receivers(), BlockBuffer()
+        self.mail, self.receivers = block_codec.new_mail(), block_codec.new_receivers()
         self.raw = tuple(field.raw_high for field in self.message.fields)
 
     def tick(self, *counters: int, damage: int = 0) -> int:
@@ -29,8 +29,8 @@ class Bench:
         for counter in counters:
             payload = int.from_bytes(pack_raw(self.message, self.raw, counter), "little") ^ damage
             block += record(self.message.can_id, payload.to_bytes(8, "little"))
-        size = self.buffer.fill(block)
-        return block_codec.receive_block(self.buffer.octets, size, self.mail, self.receivers, int(self.message.direction))
+        octets = np.array(list(block), dtype=np.uint8)
+        return block_codec.receive_block(octets, len(block), self.mail, self.receivers, int(self.message.direction))
 
     def __getitem__(self, column: int) -> int:
         return int(self.receivers[INDEX[self.message.name], column])
