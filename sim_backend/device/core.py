@@ -12,7 +12,7 @@ from firmware_protocol.block_codec import clear_fresh
 from firmware_protocol.compiling import compiled
 from firmware_protocol.schema import BY_NAME, Direction
 from sim_backend.device.drive import step_state, take_deadman_config, take_set_point
-from sim_backend.device.guards import flag_travel_and_rate, without_outward, within_torque_limit
+from sim_backend.device.guards import flag_travel_and_rate, within_torque_limit, without_outward
 from sim_backend.device.layout import (
     APPLIED_TORQUE,
     AXIS_J,

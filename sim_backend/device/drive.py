@@ -95,7 +95,9 @@ def step_state(mail_in: np.ndarray, mail_out: np.ndarray, K: np.ndarray, J: np.n
         if J[STATE_AGE] >= J[STARTUP_TICKS]:
             _enter(mail_out, J, _SWITCH_ON_DISABLED, m.FAULT_CODE_NONE, DETAIL_BY_ITSELF)
     elif mail_in[m.DRIVE_CONTROL] > 0:
-        request = m.DRIVE_REQUEST_QUICK_STOP if mail_in[m.DRIVE_CONTROL_QUICK_STOP] == 1 and state != _QUICK_STOP else mail_in[m.DRIVE_CONTROL_REQUEST]
+        request = mail_in[m.DRIVE_CONTROL_REQUEST]
+        if mail_in[m.DRIVE_CONTROL_QUICK_STOP] == 1 and state != _QUICK_STOP:
+            request = m.DRIVE_REQUEST_QUICK_STOP
         wanted = destination(state, request, J[MARGIN] > 0)
         if wanted == _QUICK_STOP and state != _QUICK_STOP:
             begin_stop(K, J)

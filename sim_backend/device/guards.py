@@ -95,10 +95,10 @@ def _beyond_travel(J: np.ndarray, j: int) -> int:
 @compiled
 def beyond_any_travel(K: np.ndarray, J: np.ndarray) -> bool:
     """Whether an axis is beyond a travel limit."""
+    beyond = False
     for axis in range(K[AXES]):
-        if _beyond_travel(J, AXIS_J + axis * AXIS_J_SIZE) != 0:
-            return True
-    return False
+        beyond = beyond or _beyond_travel(J, AXIS_J + axis * AXIS_J_SIZE) != 0
+    return beyond
 
 
 @compiled

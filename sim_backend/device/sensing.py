@@ -28,9 +28,17 @@ from sim_backend.layout import APPLIED, AXES, AXIS_BLOCK, AXIS_SIZE, POSITION, R
 from sim_backend.noise import normal
 from sim_backend.step import read_encoder, read_gyro, true_rates
 
-_POSITION_STEP, _POSITION_LOW, _POSITION_HIGH = m.FEEDBACK_OUTER_POSITION_STEP, m.FEEDBACK_OUTER_POSITION_LOW, m.FEEDBACK_OUTER_POSITION_HIGH
+_POSITION_STEP, _POSITION_LOW, _POSITION_HIGH = (
+    m.FEEDBACK_OUTER_POSITION_STEP,
+    m.FEEDBACK_OUTER_POSITION_LOW,
+    m.FEEDBACK_OUTER_POSITION_HIGH,
+)
 _RATE_STEP, _RATE_LOW, _RATE_HIGH = m.FEEDBACK_OUTER_RATE_STEP, m.FEEDBACK_OUTER_RATE_LOW, m.FEEDBACK_OUTER_RATE_HIGH
-_TORQUE_STEP, _TORQUE_LOW, _TORQUE_HIGH = m.MOTOR_STATUS_OUTER_TORQUE_STEP, m.MOTOR_STATUS_OUTER_TORQUE_LOW, m.MOTOR_STATUS_OUTER_TORQUE_HIGH
+_TORQUE_STEP, _TORQUE_LOW, _TORQUE_HIGH = (
+    m.MOTOR_STATUS_OUTER_TORQUE_STEP,
+    m.MOTOR_STATUS_OUTER_TORQUE_LOW,
+    m.MOTOR_STATUS_OUTER_TORQUE_HIGH,
+)
 _HEAT_STEP, _HEAT_LOW, _HEAT_HIGH = (
     m.MOTOR_STATUS_OUTER_TEMPERATURE_STEP,
     m.MOTOR_STATUS_OUTER_TEMPERATURE_LOW,
@@ -63,9 +71,9 @@ def _sensor_fault(X: np.ndarray, axis: int, position: int, rate: int) -> int:
     """A number at the end of its range says nothing any more; a motion that is no number is the simulator's own failure."""
     if not (math.isfinite(X[POSITION + axis]) and math.isfinite(X[RATE + axis])):
         return m.FAULT_CODE_INTERNAL
-    if position == _POSITION_LOW or position == _POSITION_HIGH:
+    if not _POSITION_LOW < position < _POSITION_HIGH:
         return m.FAULT_CODE_ENCODER
-    return m.FAULT_CODE_GYRO if rate == _RATE_LOW or rate == _RATE_HIGH else m.FAULT_CODE_NONE
+    return m.FAULT_CODE_NONE if _RATE_LOW < rate < _RATE_HIGH else m.FAULT_CODE_GYRO
 
 
 @compiled

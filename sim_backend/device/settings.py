@@ -52,7 +52,9 @@ class AxisSettings:
             _require(getattr(self, key) > 0.0, f"{where}.{key}", getattr(self, key), "a positive number")
         _require(self.torque_limit_nm <= WIRE_TORQUE_NM, f"{where}.torque_limit_nm", self.torque_limit_nm, f"at most {WIRE_TORQUE_NM:g}")
         _require(self.overspeed_rad_s <= WIRE_RATE_RAD_S, f"{where}.overspeed_rad_s", self.overspeed_rad_s, f"at most {WIRE_RATE_RAD_S:g}")
-        _require(self.travel_low_rad < self.travel_high_rad, f"{where}.travel_low_rad", self.travel_low_rad, "a number below travel_high_rad")
+        _require(
+            self.travel_low_rad < self.travel_high_rad, f"{where}.travel_low_rad", self.travel_low_rad, "a number below travel_high_rad"
+        )
         _require(self.brake_damping >= 0.0, f"{where}.brake_damping", self.brake_damping, "0 or more")
 
 
@@ -148,7 +150,10 @@ def _fill_axis(J: np.ndarray, j: int, axis: AxisSettings, bandwidth_rad_s: float
     J[j + layout.TORQUE_LIMIT] = math.floor(axis.torque_limit_nm / TORQUE_STEP_NM + 1e-9)
     J[j + layout.TRAVEL_LOW] = _counts(axis.travel_low_rad)
     J[j + layout.TRAVEL_HIGH] = _counts(axis.travel_high_rad)
-    J[j + layout.RATE_LIMIT], J[j + layout.OVERSPEED] = round(axis.rate_limit_rad_s / RATE_STEP_RAD_S), round(axis.overspeed_rad_s / RATE_STEP_RAD_S)
+    J[j + layout.RATE_LIMIT], J[j + layout.OVERSPEED] = (
+        round(axis.rate_limit_rad_s / RATE_STEP_RAD_S),
+        round(axis.overspeed_rad_s / RATE_STEP_RAD_S),
+    )
     J[j + layout.MAX_WINDING] = round(axis.max_temperature_degc / m.MOTOR_STATUS_OUTER_TEMPERATURE_STEP)
     # torque from rate, count, and count and tick; a triple pole at w: I (3 w, 3 w^2, w^3). A torque that is held for a tick and a rate
     # that is low-passed over four cannot be faster than this share of the tick rate

@@ -1,0 +1,145 @@
+"""`gimbal-hil plant`: the virtual antenna on a serial, slcan or Unix-socket link, in real time, for a daemon in another process."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from gimbal_hil.settings import DaemonSettings
+    from sim_backend.model import AntennaModel
+    from sim_backend.server import DeviceServer, Outlet, OutletKind
+
+
+def command(
+    config: Annotated[Path | None, typer.Option(help="The daemon's configuration file: its rate, model, seed and link are used.")] = None,
+    model: Annotated[str | None, typer.Option(help="Model file or name of a shipped model; goes before the configuration's.")] = None,
+    link: Annotated[
+        str | None,
+        typer.Option(help="serial, slcan (a pseudo-terminal), serial:PATH, slcan:PATH (the same under a lasting name), or unix:PATH."),
+    ] = None,
+    duration: Annotated[float | None, typer.Option(help="Seconds to serve; without it until stopped.", min=0.0)] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of the sensor noise.", min=0, max=2**31 - 1)] = None,
+    ready_file: Annotated[
+        Path | None, typer.Option(help="Write the path to connect to into this file once it can be connected to.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print two JSON objects, one a line: when ready, and the statistics.")] = False,
+) -> int:
+    """Serve the virtual antenna's frames in real time. The host's set-point is the clock edge; without one the antenna goes on by itself.
+
+    Ctrl-C or SIGTERM ends it with 130, --duration with 0. Hosts may come, go and come back.
+    """
+    import json
+    import sys
+
+    from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED
+    from gimbal_hil.settings import load_settings, shipped_settings
+    from sim_backend.device import Device
+    from sim_backend.server import DeviceServer, open_outlet
+
+    settings = load_settings(config) if config else shipped_settings()
+    kind, path = _outlet_of(settings, link, str(config or "--link"))
+    antenna, noise_seed = _antenna_of(settings, model, seed)
+    print("preparing the compiled antenna", file=sys.stderr, flush=True)
+    Device(antenna, rate_hz=settings.rate_hz).tick()
+    outlet = open_outlet(kind, path)
+    try:
+        server = DeviceServer(Device(antenna, rate_hz=settings.rate_hz, seed=noise_seed), outlet.link)
+        _announce(outlet, antenna.name, settings.rate_hz, ready_file, as_json)
+        signalled = _serve(server, duration)
+    finally:
+        outlet.link.close()
+        if ready_file is not None:
+            ready_file.unlink(missing_ok=True)
+    if as_json:
+        print(json.dumps({"event": "done", "interrupted": signalled, **server.statistics.as_dict()}))
+    else:
+        print("\n".join(_lines(server)))
+    return EXIT_INTERRUPTED if signalled else EXIT_DONE
+
+
+def _serve(server: DeviceServer, duration_s: float | None) -> bool:
+    """Serve until the time is over or a signal comes; answers whether one came. The handlers before are put back."""
+    import signal
+
+    from gimbal_hil.daemon.real_time import freeze_garbage, set_timer_slack
+
+    signals: list[int] = []
+
+    def stop(number: int, _frame: object) -> None:
+        signals.append(number)
+        server.stop()
+
+    before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        set_timer_slack(1)
+        freeze_garbage()
+        server.serve(None if duration_s is None else round(duration_s * 1e9))
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    return bool(signals)
+
+
+def _antenna_of(settings: DaemonSettings, model: str | None, seed: int | None) -> tuple[AntennaModel, int]:
+    """Model and seed: the command line's, else the configuration's, else the shipped ones."""
+    from gimbal_hil.settings import EmbeddedAntenna
+    from sim_backend.model import load_model, shipped_model
+
+    embedded = settings.link.embedded if isinstance(settings.link, EmbeddedAntenna) else EmbeddedAntenna().embedded
+    name = model or embedded.model
+    is_file = name.endswith((".yaml", ".yml")) or "/" in name
+    return load_model(name) if is_file else shipped_model(name), embedded.seed if seed is None else seed
+
+
+def _outlet_of(settings: DaemonSettings, link: str | None, where: str) -> tuple[OutletKind, Path | None]:
+    """What to serve on: the command line's, else the other end of the link that the configuration gives its daemon, else serial."""
+    from firmware_protocol.errors import BadInputError
+    from firmware_protocol.links import CanLinkConfig, SerialLinkConfig, UnixLinkConfig
+    from sim_backend.server import OutletKind, parse_outlet
+
+    if link is not None:
+        return parse_outlet(link)
+    given = settings.link
+    if isinstance(given, SerialLinkConfig) and "://" not in given.port:
+        return OutletKind.SERIAL, Path(given.port)
+    if isinstance(given, UnixLinkConfig) and not given.listen:
+        return OutletKind.UNIX, given.path
+    if isinstance(given, CanLinkConfig) and given.interface == "slcan":
+        return OutletKind.SLCAN, Path(str(given.channel))
+    if isinstance(given, CanLinkConfig | SerialLinkConfig | UnixLinkConfig):
+        raise BadInputError(f"{where}: link", "has no other end that could be served here", "--link serial, slcan or unix:PATH")
+    return OutletKind.SERIAL, None
+
+
+def _announce(outlet: Outlet, model: str, rate_hz: float, ready_file: Path | None, as_json: bool) -> None:
+    import json
+    import os
+
+    from firmware_protocol.errors import BadInputError
+
+    if as_json:
+        ready = {"event": "ready", "link": outlet.kind.value, "path": outlet.path, "model": model, "rate_hz": rate_hz, "pid": os.getpid()}
+        print(json.dumps(ready), flush=True)
+    else:
+        print(f"{model} at {rate_hz:g} Hz on {outlet.kind.value} {outlet.path}; Ctrl-C ends it", flush=True)
+    if ready_file is not None:
+        fresh = ready_file.with_name(f".{ready_file.name}.{os.getpid()}")
+        try:
+            fresh.write_text(f"{outlet.path}\n")
+            fresh.replace(ready_file)
+        except OSError as error:
+            raise BadInputError(
+                f"--ready-file {ready_file}", f"cannot be written ({error.strerror})", "a file in a folder that there is"
+            ) from None
+
+
+def _lines(server: DeviceServer) -> list[str]:
+    s = server.statistics
+    return [
+        f"ticks: {s.ticks_by_set_point} by set-points, {s.ticks_by_own_clock} by own clock; skipped {s.skipped}, merged {s.merged}",
+        f"frames: {s.frames_received} received, {s.frames_sent} sent, {s.frames_dropped} dropped, {s.malformed + s.bad_frames} bad",
+        f"drive: {s.state.replace('_', ' ')}, fault {s.fault}; refused set-points {s.refused_set_points}; link lost {s.losses} times",
+    ]

@@ -1,0 +1,128 @@
+"""The virtual antenna on a link in real time: one thread, one loop, never a wait for a peer."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from firmware_protocol.links import Link, LinkState
+from firmware_protocol.mail import DRIVE_STATUS_STATE
+from firmware_protocol.schema import BY_NAME, RECORD_SIZE, DriveState
+from sim_backend.device import Device
+from sim_backend.server.schedule import TickCause, TickSchedule
+
+_SET_POINT = BY_NAME["set_point"].can_id.to_bytes(2, "little")
+#: between attempts to open a lost port again
+_REOPEN_NS = 100_000_000
+
+
+@dataclass(slots=True)
+class ServingStatistics:
+    """What the server did; ticks are either the host's or the antenna's own."""
+
+    period_ns: int
+    ticks_by_set_point: int = 0
+    ticks_by_own_clock: int = 0
+    #: periods that passed while this process could not run
+    skipped: int = 0
+    #: set-points that came together with a later one and so did not get a tick of their own
+    merged: int = 0
+    link: str = ""
+    frames_received: int = 0
+    frames_sent: int = 0
+    frames_dropped: int = 0
+    malformed: int = 0
+    bad_frames: int = 0
+    refused_set_points: int = 0
+    losses: int = 0
+    state: str = ""
+    fault: str = ""
+
+    @property
+    def ticks(self) -> int:
+        """All ticks."""
+        return self.ticks_by_set_point + self.ticks_by_own_clock
+
+    def as_dict(self) -> dict[str, object]:
+        """For JSON."""
+        counts = {name: getattr(self, name) for name in self.__slots__ if name != "period_ns"}
+        return {"period_us": self.period_ns / 1e3, "ticks": self.ticks, **counts}
+
+
+class DeviceServer:
+    """Serves a device on a link until told to stop. Peers may come, go and come back; the antenna goes on."""
+
+    def __init__(self, device: Device, link: Link, now_ns: Callable[[], int] = time.monotonic_ns) -> None:
+        self.device, self.link = device, link
+        self._now_ns = now_ns
+        self._stopping = False
+        self._pending: list[bytes] = []
+        self._waiting = 0
+        self._reopen_at_ns = 0
+        self.statistics = ServingStatistics(round(1e9 / device.rate_hz), link=link.name)
+
+    def stop(self) -> None:
+        """End `serve` at its next tick; may be called from a signal handler."""
+        self._stopping = True
+
+    def serve(self, duration_ns: int | None = None) -> ServingStatistics:
+        """Tick in real time for `duration_ns` (for ever when None) or until `stop`; answers the statistics."""
+        statistics, now_ns = self.statistics, self._now_ns
+        start = now_ns()
+        end = None if duration_ns is None else start + duration_ns
+        schedule = TickSchedule(statistics.period_ns, start)
+        while not self._stopping:
+            self._listen()
+            now = now_ns()
+            if end is not None and now >= end:
+                break
+            cause = schedule.due(now, self._waiting > 0)
+            if cause is None:
+                self._sleep_until(schedule.next_ns(self._waiting > 0))
+            else:
+                self._tick(cause)
+        statistics.skipped = schedule.skipped
+        self._complete(statistics)
+        return statistics
+
+    def _listen(self) -> None:
+        if self.link.state is LinkState.LOST and self._now_ns() >= self._reopen_at_ns:
+            self.link.reopen()
+            self._reopen_at_ns = self._now_ns() + _REOPEN_NS
+        block = self.link.receive()
+        if block:
+            self._pending.append(block)
+            self._waiting += _set_points(block)
+
+    def _tick(self, cause: TickCause) -> None:
+        self.link.send(self.device.tick(b"".join(self._pending)))
+        if cause is TickCause.SET_POINT:
+            self.statistics.ticks_by_set_point += 1
+        else:
+            self.statistics.ticks_by_own_clock += 1
+        self.statistics.merged += max(0, self._waiting - 1)
+        self._pending.clear()
+        self._waiting = 0
+
+    def _sleep_until(self, instant_ns: int) -> None:
+        left = instant_ns - self._now_ns()
+        if left > 0 and not self.link.wait(left):
+            # a lost link has nothing to wait on and says so at once
+            left = instant_ns - self._now_ns()
+            if left > 0:
+                time.sleep(left * 1e-9)
+
+    def _complete(self, statistics: ServingStatistics) -> None:
+        link = self.link.statistics
+        statistics.frames_received, statistics.frames_sent = link.frames_received, link.frames_sent
+        statistics.frames_dropped, statistics.malformed, statistics.losses = link.frames_dropped, link.malformed, link.losses
+        statistics.bad_frames = self.device.bad_frames
+        statistics.refused_set_points = self.device.set_points[1]
+        statistics.state = DriveState(int(self.device.mail[DRIVE_STATUS_STATE])).name.lower()
+        statistics.fault = self.device.fault.name.lower()
+
+
+def _set_points(block: bytes) -> int:
+    """How many frames of a block claim to be set-points; whether they are good is the device's business."""
+    return sum(block.startswith(_SET_POINT, at) for at in range(0, len(block), RECORD_SIZE))
