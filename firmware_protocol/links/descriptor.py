@@ -9,9 +9,6 @@ from collections.abc import Callable
 #: most bytes of one read, and reads of one call: what a peer can have queued during a long stall
 _READ_SIZE, _READS = 65536, 16
 
-#: bytes that may wait for a slow peer; more than that is dropped whole
-_BACKLOG_LIMIT = 8192
-
 _GONE = select.POLLHUP | select.POLLERR | select.POLLNVAL
 
 
@@ -24,7 +21,7 @@ def wait_readable(descriptor: int, timeout_ns: int) -> bool:
 
 
 class DescriptorPort:
-    """A descriptor with a bounded backlog. A peer that has gone raises an OSError, which the link turns into its state."""
+    """A descriptor and what one write left over. A peer that has gone raises an OSError, which the link turns into its state."""
 
     def __init__(self, descriptor: int, release: Callable[[], object]) -> None:
         os.set_blocking(descriptor, False)
@@ -50,14 +47,14 @@ class DescriptorPort:
         return b"".join(pieces)
 
     def write(self, octets: bytes) -> bool:
-        """Hand all bytes over or keep the rest for the next call; False when the backlog is full and nothing of them was taken."""
+        """Hand all bytes over, or keep what did not fit for the next call; False when older bytes are still waiting: these are dropped.
+
+        Only the rest of one call is ever kept, so that packets stay whole and a peer that comes back does not find old ones.
+        """
         if self._backlog:
             self._backlog = self._push(self._backlog)
-            if len(self._backlog) + len(octets) > _BACKLOG_LIMIT:
-                return False
             if self._backlog:
-                self._backlog += octets
-                return True
+                return False
         self._backlog = self._push(octets)
         return True
 

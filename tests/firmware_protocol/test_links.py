@@ -11,6 +11,8 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
 from firmware_protocol.endpoints import Receiver, Sender
@@ -299,6 +301,31 @@ def test_garbage_on_an_slcan_line_is_counted_and_the_next_frame_comes_through():
     device.send(set_points(1))
     assert received(host, 10).endswith(set_points(1))
     assert host.statistics.malformed > 0 and host.state is LinkState.OPEN
+    host.close()
+    device.close()
+
+
+@pytest.mark.parametrize("kind", ["serial", "slcan"])
+def test_any_bytes_on_a_line_never_raise_and_the_next_frame_comes_through(kind):
+    device, path = pty_link(SlcanDevice() if kind == "slcan" else None)
+    host = opened(kind="serial", port=path) if kind == "serial" else opened(kind="can", interface="slcan", channel=path)
+    device.receive()
+    receiver, sender = Receiver(Direction.DEVICE_TO_HOST), Sender()
+    end_of_garbage = b"\r" if kind == "slcan" else b"\0"
+
+    @given(st.lists(st.binary(max_size=200), max_size=5))
+    @settings(max_examples=60, deadline=None)
+    def fuzz(pieces: list[bytes]) -> None:
+        for piece in pieces:
+            os.write(device.fileno(), piece)
+            receiver.receive(host.receive())
+        os.write(device.fileno(), end_of_garbage)
+        message = FeedbackOuter(0.0, 0.0)
+        device.send(sender.encode(message))
+        assert message in receiver.receive(received(host, 10))
+        assert host.state is LinkState.OPEN
+
+    fuzz()
     host.close()
     device.close()
 
