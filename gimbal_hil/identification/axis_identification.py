@@ -63,7 +63,8 @@ def identify_axis(
     evidence = collect(logs, model, axis)
     prior = friction_of(model, axis)
     step = model.number(axis, "encoder.step")
-    velocity_map = measure_velocity_map(evidence.plateaus, position_step=step or None) if evidence.plateaus else None
+    length = prior.static.breakaway / prior.sigma0 if prior.sigma0 > 0.0 else 0.0
+    velocity_map = measure_velocity_map(evidence.plateaus, None, step or None, length) if evidence.plateaus else None
     points = velocity_map.points if velocity_map else ()
     both, positive, negative = (fit_static(points, d, prior.static) for d in (Direction.BOTH, Direction.POSITIVE, Direction.NEGATIVE))
     static = both or positive or negative

@@ -110,7 +110,7 @@ def physical_findings(friction: LugreFriction, axis: str = "", sigma1_interval: 
         text = (
             f"with sigma1 = {friction.sigma1:.4g} the model is not passive: sigma2 = {static.viscous:.4g} would have to exceed "
             f"sigma1 (Ts - Tc) / Tc = {friction.sigma1 * (static.breakaway - static.coulomb) / static.coulomb:.4g}"
-            f" (sigma1 up to {limit:.4g} is passive){'' if certain else '; the interval of sigma1 reaches into the passive range'}. "
+            f" (sigma1 up to {limit:.4g} is passive){'' if certain else ''}. "
             "A sigma1 that falls with speed would be passive"
         )
         findings.append(Finding("not_passive", text, axis))

@@ -30,7 +30,8 @@ def fit_position_curve(pieces: Sequence[tuple[Vector, Vector]], knots: int = _KN
     """Curve through pieces of (position, torque), each piece with the same weight.
 
     Each piece keeps its own level as a nuisance parameter, so pieces over different stretches join. The curve is zero on average
-    over the stretch that most pieces pass: what is constant there counts as friction. None when fewer than two pieces span a range.
+    over the stretch that most pieces pass: what is constant there counts as friction. None when fewer than two pieces span a range, or when no curve does as well
+    (Bayesian information criterion).
     """
     usable = [(q, torque) for q, torque in pieces if len(q) > 2 and np.ptp(q) > 0.0]
     if len(usable) < 2:
@@ -48,7 +49,9 @@ def fit_position_curve(pieces: Sequence[tuple[Vector, Vector]], knots: int = _KN
         columns.extend(filled.tolist())
         means.extend((sums[filled] / counts[filled]).tolist())
         weights.extend(np.sqrt(counts[filled] / len(q)).tolist())
-    values = _levelled(np.array(rows), np.array(columns), np.array(means), np.array(weights), len(usable), knots)
+    values, gain = _levelled(np.array(rows), np.array(columns), np.array(means), np.array(weights), len(usable), knots)
+    if gain < 0.0:
+        return None
     covered = np.bincount(np.array(columns), minlength=knots)
     seen = covered > 0
     curve = np.interp(centres, centres[seen], values[seen])
@@ -56,8 +59,12 @@ def fit_position_curve(pieces: Sequence[tuple[Vector, Vector]], knots: int = _KN
     return PositionCurve(centres, curve - float(np.mean(curve[common])))
 
 
-def _levelled(rows: Vector, columns: Vector, means: Vector, weights: Vector, pieces: int, knots: int) -> Vector:
-    """Least squares of `mean = curve[column] + level[row]`, with the levels as weakly held nuisances."""
+def _levelled(rows: Vector, columns: Vector, means: Vector, weights: Vector, pieces: int, knots: int) -> tuple[Vector, float]:
+    """Least squares of `mean = curve[column] + level[row]`, with the levels as weakly held nuisances.
+
+    Answers the curve at its knots and what it gains over levels alone by the Bayesian information criterion; negative: not worth
+    its unknowns.
+    """
     n = len(means)
     design = np.zeros((n + pieces, knots + pieces))
     index = np.arange(n)
@@ -65,4 +72,10 @@ def _levelled(rows: Vector, columns: Vector, means: Vector, weights: Vector, pie
     design[index, knots + rows.astype(np.int64)] = weights
     design[n + np.arange(pieces), knots + np.arange(pieces)] = 1e-3
     solution = np.linalg.lstsq(design, np.concatenate([means * weights, np.zeros(pieces)]), rcond=None)[0]
-    return np.asarray(solution[:knots])
+    misfit = (means - solution[columns] - solution[knots + rows]) * weights
+    level = np.bincount(rows, weights=means * weights**2) / np.bincount(rows, weights=weights**2)
+    plain = (means - level[rows]) * weights
+    unknowns = len(np.unique(columns)) - 1
+    floor = 1e-24 * float(means @ means) + 1e-300
+    gain = n * np.log((float(plain @ plain) + floor) / (float(misfit @ misfit) + floor)) - unknowns * np.log(n)
+    return np.asarray(solution[:knots]), float(gain)

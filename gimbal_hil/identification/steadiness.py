@@ -89,6 +89,29 @@ def find_steady_window(time_s: Vector, position: Vector, rule: SteadyRule | None
     return None
 
 
+def settled_start(values: Vector, rule: SteadyRule | None = None) -> tuple[int, float]:
+    """First row from which a noisy series, shape (n,), has settled, and the drift (last minus first of its trend) that is left.
+
+    The bristles settle over a travel, not a time: at the slowest speeds long after the speed itself is steady. Leading blocks are
+    dropped until the block means pass the reverse-arrangement and cumulative-sum tests at 1 %; when no stretch of at least
+    `shortest_share` passes, the shortest one is kept and its drift says how far it is from settled (0 when a test was passed).
+    """
+    limits = rule or SteadyRule()
+    blocks = min(limits.blocks, len(values) // 4)
+    if blocks < _MIN_BLOCKS:
+        return 0, 0.0
+    edges = np.linspace(0, len(values), blocks + 1).astype(np.int64)
+    means = np.add.reduceat(values, edges[:-1]) / np.diff(edges)
+    last = blocks - max(_MIN_BLOCKS, int(np.ceil(limits.shortest_share * blocks)))
+    for first in range(last + 1):
+        kept = means[first:]
+        if abs(reverse_arrangement_score(kept)) < _TREND_LIMIT and cusum_score(kept) < _CUSUM_LIMIT:
+            return int(edges[first]), 0.0
+    kept = means[last:]
+    index = np.arange(len(kept)) - (len(kept) - 1) / 2.0
+    return int(edges[last]), float(np.dot(index, kept) / np.dot(index, index)) * len(kept)
+
+
 def _accept(speeds: Vector, limits: SteadyRule) -> tuple[float, float, float] | None:
     mean = float(np.mean(speeds))
     if mean == 0.0 or np.any(speeds * mean < 0.0):

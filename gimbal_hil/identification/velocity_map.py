@@ -10,10 +10,12 @@ import numpy as np
 
 from gimbal_hil.identification.averaging import Vector, mean_with_error, weighted_mean
 from gimbal_hil.identification.position_curve import PositionCurve, fit_position_curve
-from gimbal_hil.identification.steadiness import SteadyRule, SteadyWindow, find_steady_window
+from gimbal_hil.identification.steadiness import SteadyRule, SteadyWindow, find_steady_window, settled_start
 
 #: plateaus whose speeds differ by less than this share are passes of one speed
 _SAME_SPEED = 0.03
+#: bristles have settled after so many lengths Ts / sigma0 of travel
+_SETTLING_LENGTHS = 3.0
 #: both directions must share this part of the travel before a position curve is fitted
 _SHARED_TRAVEL = 0.7
 
@@ -69,13 +71,16 @@ class VelocityMap:
     curve_negative: PositionCurve | None
 
 
-def measure_velocity_map(plateaus: Sequence[Plateau], rule: SteadyRule | None = None, position_step: float | None = None) -> VelocityMap:
+def measure_velocity_map(
+    plateaus: Sequence[Plateau], rule: SteadyRule | None = None, position_step: float | None = None, bristle_length: float = 0.0
+) -> VelocityMap:
     """Velocity map of one axis from its constant-speed segments.
 
     What the rigid body leaves over but depends on position alone (cogging, wrong centre of mass, cable) is fitted as a curve under
     all speeds and taken out first: one curve for both directions when they pass over the same stretch (then what is odd in position
     cancels and is measured), else one a direction, whose level where most plateaus pass cannot be told from friction.
-    `position_step` is the encoder step: windows that travel less than 100 steps are refused.
+    `position_step` is the encoder step: windows that travel less than 100 steps are refused; `bristle_length` is Ts / sigma0 as far as known:
+    the travel over which friction settles is kept out of the position curve.
     """
     windows: list[tuple[Plateau, SteadyWindow]] = []
     rejected: list[RejectedPlateau] = []
@@ -91,17 +96,19 @@ def measure_velocity_map(plateaus: Sequence[Plateau], rule: SteadyRule | None = 
             rejected.append(RejectedPlateau(plateau.label, "travels less than 100 encoder steps"))
         else:
             windows.append((plateau, window))
-    curves = _position_curves(windows)
-    passes = sorted((_measure(plateau, window, curves[window.rate > 0.0]) for plateau, window in windows), key=lambda point: point.rate)
+    curves = _position_curves(windows, bristle_length)
+    passes = sorted((_measure(plateau, window, curves[window.rate > 0.0], rule) for plateau, window in windows), key=lambda point: point.rate)
     return VelocityMap(_pool(passes), tuple(passes), tuple(rejected), curves[True], curves[False])
 
 
-def _position_curves(windows: Sequence[tuple[Plateau, SteadyWindow]]) -> dict[bool, PositionCurve | None]:
+def _position_curves(windows: Sequence[tuple[Plateau, SteadyWindow]], bristle_length: float) -> dict[bool, PositionCurve | None]:
     """One curve when both directions pass over the same stretch, else one a direction (keyed by `rate > 0`)."""
     pieces: dict[bool, list[tuple[Vector, Vector]]] = {False: [], True: []}
     for plateau, window in windows:
         inside = slice(window.start, window.stop)
-        pieces[window.rate > 0.0].append((plateau.position[inside], plateau.friction[inside]))
+        position, friction = plateau.position[inside], plateau.friction[inside]
+        settled = np.abs(position - position[0]) >= min(_SETTLING_LENGTHS * bristle_length, 0.5 * float(np.ptp(position)))
+        pieces[window.rate > 0.0].append((position[settled], friction[settled]))
     ends = [(min(float(q.min()) for q, _ in side), max(float(q.max()) for q, _ in side)) for side in pieces.values() if side]
     shared = min(high for _, high in ends) - max(low for low, _ in ends) if ends else 0.0
     whole = max(high for _, high in ends) - min(low for low, _ in ends) if ends else 0.0
@@ -111,14 +118,17 @@ def _position_curves(windows: Sequence[tuple[Plateau, SteadyWindow]]) -> dict[bo
     return {side: fit_position_curve(pieces[side]) for side in (False, True)}
 
 
-def _measure(plateau: Plateau, window: SteadyWindow, curve: PositionCurve | None) -> VelocityPoint:
+def _measure(plateau: Plateau, window: SteadyWindow, curve: PositionCurve | None, rule: SteadyRule | None) -> VelocityPoint:
     inside = slice(window.start, window.stop)
     friction = plateau.friction[inside]
     if curve is not None:
         friction = friction - curve.torque(plateau.position[inside])
-    estimate = mean_with_error(friction)
-    momentum, momentum_error = _momentum(plateau, window)
-    error = float(np.hypot(estimate.standard_error, momentum_error))
+    first, drift = settled_start(friction, rule)
+    kept = replace(window, start=window.start + first)
+    estimate = mean_with_error(friction[first:])
+    momentum, momentum_error = _momentum(plateau, kept)
+    # a drift that no trimming removes leaves the level uncertain by its uniform spread
+    error = float(np.sqrt(estimate.standard_error**2 + momentum_error**2 + drift**2 / 12.0))
     return VelocityPoint(window.rate, estimate.mean - momentum, error, window.rate_error, 1, (plateau.label,), estimate.effective_samples)
 
 
