@@ -162,11 +162,14 @@ class CanLink(LinkBasis):
         self._lost(reason)
 
     def _release(self) -> None:
-        bus, self._bus, self._slcan = self._bus, None, None
+        bus, slcan, self._bus, self._slcan = self._bus, self._slcan, None, None
+        # an interface that has gone may fail in any way while it is being left
         if bus is not None:
-            # an interface that has gone may fail in any way while it is being left
             with suppress(Exception):
                 bus.shutdown()
+        if slcan is not None:  # python-can leaves the port open when its farewell cannot be written
+            with suppress(Exception):
+                slcan.close()
 
 
 def _number(error: BaseException) -> int | None:

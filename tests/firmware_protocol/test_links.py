@@ -285,6 +285,36 @@ def test_an_slcan_link_comes_back_when_the_adapter_is_plugged_in_again(tmp_path)
     device.close()
 
 
+@pytest.mark.skipif(not Path("/proc/self/fd").is_dir(), reason="counts descriptors in /proc")
+@pytest.mark.parametrize("kind", ["serial", "slcan", "unix"])
+def test_many_reconnections_leave_no_descriptor_open(kind, tmp_path):
+    name = tmp_path / "antenna"
+
+    def antenna() -> Link:
+        if kind == "unix":
+            return UnixLink(name, listen=True)
+        return pty_link(SlcanDevice() if kind == "slcan" else None, symlink=name)[0]
+
+    config = {
+        "serial": {"kind": "serial", "port": str(name)},
+        "slcan": {"kind": "can", "interface": "slcan", "channel": str(name)},
+        "unix": {"kind": "unix", "path": name},
+    }
+    device = antenna()
+    host = opened(**config[kind])
+    open_before = len(os.listdir("/proc/self/fd"))
+    for _ in range(10):
+        device.receive()
+        device.close()
+        host.receive()
+        assert host.state is LinkState.LOST and host.reopen() is False
+        device = antenna()
+        assert host.reopen() is True
+    assert len(os.listdir("/proc/self/fd")) <= open_before + 1
+    host.close()
+    device.close()
+
+
 def test_a_symlink_never_replaces_a_file(tmp_path):
     name = tmp_path / "notes"
     name.write_text("mine")
