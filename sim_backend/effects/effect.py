@@ -46,7 +46,11 @@ class Domain(IntEnum):
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number of an effect: neutral means that the effect is not there."""
+    """One number of an effect.
+
+    With every parameter of a hook effect neutral, the plant's bits are those without it. A number effect that is absent leaves
+    the model's own number; its `neutral` is only what stands in an entry whose file leaves the parameter out, and is not put in force.
+    """
 
     name: str
     unit: str
