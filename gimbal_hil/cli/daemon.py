@@ -15,6 +15,9 @@ def command(
     lockstep: Annotated[bool, typer.Option("--lockstep", help="Virtual time: as fast as the machine allows.")] = False,
     page: Annotated[int | None, typer.Option(help="Serve live page and metrics on this local port (0: any).", min=0, max=65535)] = None,
     spin_us: Annotated[float, typer.Option(help="Wait the last microseconds of a period awake: less latency, more load.", min=0.0)] = 0.0,
+    wait: Annotated[
+        bool, typer.Option("--wait", help="Wait for the link even where it looks wrong, as a device that is not there.")
+    ] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite a run folder.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
     send: Annotated[
@@ -40,7 +43,7 @@ def command(
 
     settings = load_settings(config) if config else shipped_settings()
     folder = out or Path("runs") / f"daemon-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
-    report = run_daemon(settings, DaemonOptions(folder, force, duration, lockstep, spin_us, page))
+    report = run_daemon(settings, DaemonOptions(folder, force, duration, lockstep, spin_us, page, wait=wait))
     if as_json:
         print(json.dumps(report.as_dict()))
     else:

@@ -54,7 +54,7 @@ class EmbeddedLink(LinkBasis):
 def embedded_model(link: EmbeddedAntenna) -> AntennaModel:
     """The model that an embedded antenna follows: a shipped name or a file."""
     name = link.embedded.model
-    return load_model(name) if name.endswith((".yaml", ".yml")) or "/" in name else shipped_model(name)
+    return load_model(name) if link.embedded.is_file else shipped_model(name)
 
 
 def embedded_antenna(settings: DaemonSettings, link: EmbeddedAntenna) -> EmbeddedLink:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import subprocess
+import contextlib
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from gimbal_hil.daemon.clock import Duration, MonotonicClock
 from gimbal_hil.daemon.histogram import Histogram
 from gimbal_hil.daemon.miss_causes import MissCause, ThreadUsage
-from gimbal_hil.daemon.real_time import Granted, claim_real_time, control_and_witness_cores, freeze_garbage, timer_slack
+from gimbal_hil.daemon.real_time import Granted, control_and_witness_cores, real_time, timer_slack
 from gimbal_hil.daemon.reference_loop import LoopLatency, ReferenceLoop, compiler
 from gimbal_hil.daemon.tick_engine import Tick, TickEngine, TickStatistics
 from gimbal_hil.daemon.witness import WitnessProcess
@@ -68,8 +69,8 @@ class MachineReport:
         }
 
 
-def check_machine(period: Duration, seconds: float) -> MachineReport:
-    """Measure for about twice `seconds` (each loop gets that much) and judge. Changes policy and collector of the calling process."""
+def check_machine(period: Duration, seconds: float, progress: Callable[[float], None] = lambda share: None) -> MachineReport:
+    """Measure for about twice `seconds` (each loop gets that much) and judge; `progress` is told the share done between slices."""
     resolution = round(time.get_clock_info("monotonic").resolution * 1e9)
     default_slack = timer_slack()
     control_core, witness_core = control_and_witness_cores()
@@ -77,9 +78,8 @@ def check_machine(period: Duration, seconds: float) -> MachineReport:
     with WitnessProcess(witness_core) as witness:
         witness.wait_awake()
         began_ns = time.monotonic_ns()
-        granted = claim_real_time(core=control_core)
-        freeze_garbage()
-        statistics, reference = _alternate(period, ticks, granted, witness)
+        with real_time(core=control_core) as granted:
+            statistics, reference = _alternate(period, ticks, granted, witness, progress)
         gaps = witness.page.gaps_since(began_ns)
         stalls = witness.page.count()
     longest = max((gap.end_ns - gap.start_ns for gap in gaps), default=0)
@@ -88,31 +88,27 @@ def check_machine(period: Duration, seconds: float) -> MachineReport:
     return report
 
 
-def _alternate(period: Duration, ticks: int, granted: Granted, witness: WitnessProcess) -> tuple[TickStatistics, LoopLatency | None]:
+def _alternate(
+    period: Duration, ticks: int, granted: Granted, witness: WitnessProcess, progress: Callable[[float], None]
+) -> tuple[TickStatistics, LoopLatency | None]:
     usage = ThreadUsage()
 
     def step(_tick: Tick) -> bool:
         return True
 
     engine = TickEngine(MonotonicClock(), period, step, usage, witness.page)
-    if compiler() is None:
-        for _ in range(SLICES):
-            engine.run(ticks)
-        usage.close()
-        return engine.statistics, None
     together, missed = Histogram(), 0
-    try:
-        with ReferenceLoop() as loop:
-            for _ in range(SLICES):
+    with contextlib.ExitStack() as stack:
+        stack.callback(usage.close)
+        loop = stack.enter_context(ReferenceLoop()) if compiler() else None
+        for done in range(SLICES):
+            if loop is not None:
                 part = loop.run(period, ticks, granted.real_time_priority, granted.core)
                 together.merge(part.latency)
                 missed += part.missed
-                engine.run(ticks)
-    except (subprocess.CalledProcessError, OSError):
-        return engine.run(ticks), None
-    finally:
-        usage.close()
-    return engine.statistics, LoopLatency(together, missed)
+            engine.run(ticks)
+            progress((done + 1) / SLICES)
+    return engine.statistics, LoopLatency(together, missed) if loop else None
 
 
 def _judge(report: MachineReport) -> None:

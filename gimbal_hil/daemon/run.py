@@ -14,11 +14,12 @@ from pathlib import Path
 from typing import Any
 
 from firmware_protocol import receiver
-from firmware_protocol.errors import EXIT_SAFETY_STOP
-from firmware_protocol.links import Link, open_link
+from firmware_protocol.errors import EXIT_SAFETY_STOP, BadInputError
+from firmware_protocol.links import Link
 from gimbal_hil.daemon.antenna_link import EmbeddedLink, embedded_antenna, embedded_model
 from gimbal_hil.daemon.clock import Clock, Duration, LockstepClock, MonotonicClock
 from gimbal_hil.daemon.control_loop import ControlLoop, Ending
+from gimbal_hil.daemon.first_opening import opener_of
 from gimbal_hil.daemon.link_keeper import LinkKeeper
 from gimbal_hil.daemon.miss_causes import ThreadUsage
 from gimbal_hil.daemon.real_time import Granted, control_and_witness_cores, real_time
@@ -45,6 +46,8 @@ class DaemonOptions:
     spin_us: float = 0.0
     page_port: int | None = None
     quiet: bool = False
+    #: wait for the link whatever is wrong with it
+    wait: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +94,7 @@ def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport
 
     Raises BadInputError before anything moves when the run folder or a model cannot be used.
     """
-    opener, embedded = _link_opener(settings)
+    opener, embedded = _link_opener(settings, options)
     _compile(settings)
     period = Duration.of_seconds(settings.step_s)
     service = ServiceProcess(options.run, _header(settings, period, options), _service_settings(settings, options))
@@ -157,13 +160,15 @@ def _signals_to(loop: ControlLoop) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def _link_opener(settings: DaemonSettings) -> tuple[Callable[[], Link], EmbeddedLink | None]:
+def _link_opener(settings: DaemonSettings, options: DaemonOptions) -> tuple[Callable[[], Link], EmbeddedLink | None]:
     """A function that opens the configured link; the virtual antenna is built once and now."""
     link = settings.link
     if isinstance(link, EmbeddedAntenna):
         embedded = embedded_antenna(settings, link)
         return lambda: embedded, embedded
-    return lambda: open_link(link), None
+    if options.lockstep:
+        raise BadInputError("--lockstep", "needs an antenna whose time can wait", "a configuration with the embedded antenna")
+    return opener_of(link, options.wait), None
 
 
 def _compile(settings: DaemonSettings) -> None:
@@ -183,12 +188,11 @@ def _service_settings(settings: DaemonSettings, options: DaemonOptions) -> Servi
 
 def _header(settings: DaemonSettings, period: Duration, options: DaemonOptions) -> RunHeader:
     link = settings.link
-    embedded = isinstance(link, EmbeddedAntenna)
     return RunHeader(
         configuration=settings.model_dump(mode="json", by_alias=True),
         # of a real antenna no model and no seed are known
-        model=embedded_model(link).document if embedded else {},
-        seed=link.embedded.seed if embedded else 0,
+        model=embedded_model(link).document if isinstance(link, EmbeddedAntenna) else {},
+        seed=link.embedded.seed if isinstance(link, EmbeddedAntenna) else 0,
         period_ns=period.ns,
         lockstep=options.lockstep,
         title="daemon",

@@ -1,0 +1,171 @@
+from __future__ import annotations
+
+import json
+import os
+import resource
+import signal
+import stat
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.cli.app import run as run_command
+from gimbal_hil.daemon.operator_client import RequestRefusedError
+from gimbal_hil.daemon.run import DaemonOptions, run_daemon
+from gimbal_hil.runs import open_run
+from gimbal_hil.settings import shipped_settings
+from tests.daemon.daemons import Json, RunningDaemon
+
+STEP = {"mode": "position", "outer": 0.3, "inner": -0.2}
+
+
+def torques_after(run: Path, tick: int) -> np.ndarray:
+    rows = open_run(run).ticks
+    rows = rows[rows["tick"] >= tick]
+    return np.stack([rows["torque_outer"], rows["torque_inner"]])
+
+
+def event_texts(run: Path) -> list[str]:
+    lines = (run / "events.jsonl").read_text().splitlines()
+    return [json.loads(line)["text"] for line in lines]
+
+
+def test_a_lockstep_run_ends_by_itself_and_replays_bit_for_bit(tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    report = run_daemon(shipped_settings(), DaemonOptions(run, duration_s=0.5, lockstep=True, quiet=True))
+    assert report.ending.exit_code == 0 and report.recorded
+    assert report.statistics.missed == 0
+    assert report.frames["good"] > 0 and not any(report.frames[bad] for bad in ("crc_errors", "out_of_range", "duplicates", "foreign"))
+    record = open_run(run).record
+    assert record.end is not None and record.end.reason == "the duration is over"
+    assert run_command("replay", [str(run), "--json"]) == 0
+
+
+def test_two_lockstep_runs_with_the_same_seed_have_the_same_content(tmp_path: Path) -> None:
+    hashes = []
+    for name in ("one", "other"):
+        run_daemon(shipped_settings(), DaemonOptions(tmp_path / name, duration_s=0.3, lockstep=True, quiet=True))
+        end = open_run(tmp_path / name).record.end
+        assert end is not None
+        hashes.append((end.hashes["ticks"], end.hashes["frames"]))
+    assert hashes[0] == hashes[1]
+
+
+def test_a_run_folder_that_is_taken_is_refused_before_anything_moves(tmp_path: Path) -> None:
+    options = DaemonOptions(tmp_path / "run", duration_s=0.01, lockstep=True, quiet=True)
+    run_daemon(shipped_settings(), options)
+    with pytest.raises(BadInputError, match="already holds a run"):
+        run_daemon(shipped_settings(), options)
+
+
+def test_an_operator_moves_both_axes_and_the_run_replays(tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    with RunningDaemon(run) as daemon, daemon.client() as client:
+        assert stat.S_IMODE((run / "operator.json").stat().st_mode) == 0o600
+        daemon.until_state(client, "idle")
+        client.request("set_point", **STEP)
+        daemon.until_state(client, "active")
+        segments = [{"outer": {"mode": "position", "parameters": [0.1]}, "duration_s": 0.05, "label": 7, "switch_off_afterwards": True}]
+        client.request("segments", segments=segments)
+        ended = client.wait_for(lambda event: event.get("data", {}).get("code") == "segment_ended" and event["data"]["segment"] == 7, 60)
+        assert ended is not None and ended["data"]["cause"] == "duration"
+        daemon.until_state(client, "idle")
+        client.request("mode", outer="rate", inner="off")
+        status = daemon.until_state(client, "active")
+        assert status["mode"] == {"outer": "rate", "inner": "off"}
+        client.request("stop")
+        daemon.until_state(client, "idle")
+        client.request("shut_down")
+        code, answer, _ = daemon.wait()
+    assert code == 0 and answer["reason"] == "shut down by the operator"
+    assert not (run / "operator.json").exists()
+    assert [event.data["command"] for event in open_run(run).commands()][:4] == ["start", "start", "start", "stop"]
+    assert run_command("replay", [str(run), "--json"]) == 0
+
+
+def test_requests_that_make_no_sense_are_refused_in_one_line_that_names_the_key(tmp_path: Path) -> None:
+    with RunningDaemon(tmp_path / "run") as daemon, daemon.client() as client:
+        daemon.until_state(client, "idle")
+        refused: list[tuple[str, Json, str]] = [
+            ("dance", {}, "dance"),
+            ("set_point", {"mode": "sideways"}, "set_point.mode"),
+            ("set_point", {"mode": "rate", "outer": "fast"}, "set_point.outer"),
+            ("set_point", {"mode": "rate", "speed": 1.0}, "set_point.speed"),
+            ("segments", {"segments": []}, "segments"),
+            ("segments", {"segments": [{"outer": {"shape": "sine", "parameters": [1.0]}}]}, "parameters"),
+            ("start", {"program": {"length": 3, "values": [0.0]}}, "program"),
+        ]
+        for command, fields, words in refused:
+            with pytest.raises(RequestRefusedError, match=words) as refusal:
+                client.request(command, **fields)
+            assert "\n" not in str(refusal.value)
+        client.request("quick_stop")
+        daemon.until_state(client, "fault")
+        with pytest.raises(RequestRefusedError, match="state fault"):
+            client.request("set_point", **STEP)
+        client.request("fault_reset")
+        daemon.until_state(client, "idle")
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_switches_torque_off_with_the_next_tick_and_the_log_says_why(tmp_path: Path, number: signal.Signals) -> None:
+    run = tmp_path / "run"
+    with RunningDaemon(run) as daemon, daemon.client() as client:
+        daemon.until_state(client, "idle")
+        client.request("set_point", mode="torque", outer=2.0, inner=0.5)
+        daemon.until_state(client, "active")
+        os.kill(daemon.process.pid, number)
+        code, answer, _ = daemon.wait()
+    assert code == 130 and answer["reason"] == number.name and answer["recorded"]
+    log = open_run(run)
+    stop = next(event for event in log.commands() if event.data["command"] == "quick_stop")
+    assert not torques_after(run, stop.tick).any()
+    assert torques_after(run, 0).any()
+    assert f"stopping: {number.name}" in event_texts(run)
+    assert log.record.end is not None and log.record.end.exit_code == 130
+    assert run_command("replay", [str(run), "--json"]) == 0
+
+
+def test_when_the_service_dies_the_daemon_stops_by_itself_and_the_log_says_why(tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    with RunningDaemon(run) as daemon:
+        with daemon.client() as client:
+            daemon.until_state(client, "idle")
+            client.request("set_point", **STEP)
+            daemon.until_state(client, "active")
+        os.kill(daemon.service_pid(), signal.SIGKILL)
+        code, answer, _ = daemon.wait()
+    assert code == 3 and "service process has died" in answer["reason"] and not answer["recorded"]
+    assert "service process has died" in event_texts(run)[-1]
+    assert open_run(run).record.end is None
+
+
+def test_a_signal_stops_a_daemon_whose_service_hangs(tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    with RunningDaemon(run) as daemon:
+        with daemon.client() as client:
+            daemon.until_state(client, "idle")
+            client.request("set_point", **STEP)
+            daemon.until_state(client, "active")
+        service = daemon.service_pid()
+        os.kill(service, signal.SIGSTOP)
+        os.kill(daemon.process.pid, signal.SIGTERM)
+        time.sleep(1.0)
+        os.kill(service, signal.SIGCONT)
+        code, answer, _ = daemon.wait()
+    assert code == 130 and answer["recorded"]
+    assert open_run(run).record.end is not None
+
+
+def test_a_recording_that_fails_stops_the_daemon(tmp_path: Path) -> None:
+    """The service may not let its files grow any more, as on a full disk."""
+    run = tmp_path / "run"
+    with RunningDaemon(run) as daemon, daemon.client() as client:
+        daemon.until_state(client, "idle")
+        resource.prlimit(daemon.service_pid(), resource.RLIMIT_FSIZE, (2048, 2048))
+        code, answer, _ = daemon.wait()
+    assert code == 3 and "recording failed" in answer["reason"] and "too large" in answer["reason"]
+    assert open_run(run).record.end is not None or "too large" in (run / "events.jsonl").read_text()
