@@ -107,7 +107,9 @@ def _follow_position(
     """Position PI to a rate reference, through the prefilter, then the rate loop."""
     wanted, wanted_slope = reference, slope
     if C[c + PREFILTER_CORNER] > 0.0:
-        gap = C[c + PREFILTER_GAIN] * reference - H[h + FILTERED]
+        # with the slope the filter knows where a moving reference will be: it delays steps, not motions
+        ahead = C[c + RATE_FEEDFORWARD] * slope / C[c + PREFILTER_CORNER]
+        gap = C[c + PREFILTER_GAIN] * (reference + ahead) - H[h + FILTERED]
         wanted_slope = C[c + PREFILTER_CORNER] * gap
         H[h + FILTERED] += (1.0 - C[c + PREFILTER_DECAY]) * gap
         wanted = H[h + FILTERED]

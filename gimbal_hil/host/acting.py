@@ -30,8 +30,9 @@ from gimbal_hil.host.layout import (
     STEP_S,
 )
 from gimbal_hil.host.limits import joint_rate
+from gimbal_hil.host.states import number
 
-_OFF, _RATE, _POSITION = int(Mode.OFF), int(Mode.RATE), int(Mode.POSITION)
+_OFF, _RATE, _POSITION = number(Mode.OFF), number(Mode.RATE), number(Mode.POSITION)
 _INNER_H, _INNER_C = AXIS_H + AXIS_H_SIZE, AXIS_C + AXIS_C_SIZE
 
 

@@ -55,16 +55,16 @@ from gimbal_hil.host.layout import (
 )
 from gimbal_hil.host.limits import fault_of, forget_counts, stop_cause
 from gimbal_hil.host.reception import receive
-from gimbal_hil.host.states import Cause, EventCode, HostState, LinkStatus
+from gimbal_hil.host.states import NOTHING, Cause, EventCode, HostState, LinkStatus, number
 
-_WAITING, _SYNCHRONISING, _IDLE = int(HostState.WAITING), int(HostState.SYNCHRONISING), int(HostState.IDLE)
-_ACTIVE, _STOPPING, _FAULT = int(HostState.ACTIVE), int(HostState.STOPPING), int(HostState.FAULT)
-_LOST, _OK = int(LinkStatus.LOST), int(LinkStatus.OK)
-_NONE, _FEEDBACK_LOST, _DRIVE_FAULT = int(Cause.NONE), int(Cause.FEEDBACK_LOST), int(Cause.DRIVE_FAULT)
-_DRIVE_LEFT, _SYNCHRONISATION_TIMEOUT = int(Cause.DRIVE_LEFT_OPERATION), int(Cause.SYNCHRONISATION_TIMEOUT)
-_STOP_TIMEOUT, _SET_POINT_LOST, _NOT_A_NUMBER = int(Cause.STOP_TIMEOUT), int(Cause.SET_POINT_LOST), int(Cause.NOT_A_NUMBER)
-_GUARD, _OPERATOR, _REPLACED = int(Cause.GUARD), int(Cause.OPERATOR), int(Cause.REPLACED)
-_TRIPPED, _COMMAND_REFUSED = int(EventCode.TRIPPED), int(EventCode.COMMAND_REFUSED)
+_WAITING, _SYNCHRONISING, _IDLE = number(HostState.WAITING), number(HostState.SYNCHRONISING), number(HostState.IDLE)
+_ACTIVE, _STOPPING, _FAULT = number(HostState.ACTIVE), number(HostState.STOPPING), number(HostState.FAULT)
+_LOST, _OK = number(LinkStatus.LOST), number(LinkStatus.OK)
+_NONE, _FEEDBACK_LOST, _DRIVE_FAULT = number(Cause.NONE), number(Cause.FEEDBACK_LOST), number(Cause.DRIVE_FAULT)
+_DRIVE_LEFT, _SYNCHRONISATION_TIMEOUT = number(Cause.DRIVE_LEFT_OPERATION), number(Cause.SYNCHRONISATION_TIMEOUT)
+_STOP_TIMEOUT, _SET_POINT_LOST, _NOT_A_NUMBER = number(Cause.STOP_TIMEOUT), number(Cause.SET_POINT_LOST), number(Cause.NOT_A_NUMBER)
+_GUARD, _OPERATOR, _REPLACED = number(Cause.GUARD), number(Cause.OPERATOR), number(Cause.REPLACED)
+_TRIPPED, _COMMAND_REFUSED = number(EventCode.TRIPPED), number(EventCode.COMMAND_REFUSED)
 #: SEGMENT_RUNS: the next segment of the plan starts with the next fresh tick
 _DUE = 2
 #: REST_COUNT: the loops have not yet been taken over for braking
@@ -120,7 +120,7 @@ def _take_requests(G: np.ndarray) -> None:
                 G[LAG_COUNT] = 0
                 enter_state(G, _ACTIVE, _OPERATOR)
         else:
-            report(G, _COMMAND_REFUSED, G[STATE], G[CAUSE], 0)
+            report(G, _COMMAND_REFUSED, G[STATE], G[CAUSE], NOTHING)
 
 
 @compiled
@@ -238,7 +238,7 @@ def _send_set_point(mail: np.ndarray, H: np.ndarray, G: np.ndarray, tick: int) -
     for axis in range(2):
         torque = H[AXIS_H + axis * AXIS_H_SIZE + TORQUE]
         if torque != torque:
-            report(G, _TRIPPED, _NOT_A_NUMBER, axis, 0)
+            report(G, _TRIPPED, _NOT_A_NUMBER, axis, NOTHING)
             _fault(G, _NOT_A_NUMBER)
             let_go(H, G)
     for axis in range(2):

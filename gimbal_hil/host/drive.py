@@ -22,9 +22,9 @@ from gimbal_hil.host.layout import (
     STATE_AGE,
     STOP_TICKS,
 )
-from gimbal_hil.host.states import HostState
+from gimbal_hil.host.states import HostState, number
 
-_WAITING, _SYNCHRONISING, _FAULT = int(HostState.WAITING), int(HostState.SYNCHRONISING), int(HostState.FAULT)
+_WAITING, _SYNCHRONISING, _FAULT = number(HostState.WAITING), number(HostState.SYNCHRONISING), number(HostState.FAULT)
 _TRAVEL_FLAGS = (
     m.LIMIT_FLAGS_OUTER_TRAVEL_LOW | m.LIMIT_FLAGS_OUTER_TRAVEL_HIGH | m.LIMIT_FLAGS_INNER_TRAVEL_LOW | m.LIMIT_FLAGS_INNER_TRAVEL_HIGH
 )

@@ -6,9 +6,9 @@ import numpy as np
 
 from firmware_protocol.compiling import compiled
 from gimbal_hil.host.layout import EVENT_CAPACITY, EVENT_COUNT, EVENT_SIZE, EVENTS, LAST_TICK, STATE, STATE_AGE
-from gimbal_hil.host.states import EventCode
+from gimbal_hil.host.states import EventCode, number
 
-_STATE = int(EventCode.STATE)
+_STATE = number(EventCode.STATE)
 
 
 @compiled

@@ -61,15 +61,15 @@ from gimbal_hil.host.layout import (
 )
 from gimbal_hil.host.limits import joint_rate
 from gimbal_hil.host.references import reference_at
-from gimbal_hil.host.states import Cause, EndKind, EventCode, Origin
+from gimbal_hil.host.states import NOTHING, Cause, EndKind, EventCode, Origin, number
 
-_OFF, _TORQUE, _RATE, _POSITION = int(Mode.OFF), int(Mode.TORQUE), int(Mode.RATE), int(Mode.POSITION)
-_INERTIAL_RATE = int(Mode.INERTIAL_RATE)
-_START = int(Origin.START)
-_NO_END, _RATE_ABOVE, _RATE_BELOW = int(EndKind.NONE), int(EndKind.RATE_ABOVE), int(EndKind.RATE_BELOW)
-_POSITION_ABOVE, _POSITION_BELOW = int(EndKind.POSITION_ABOVE), int(EndKind.POSITION_BELOW)
-_SEGMENT_STARTED, _SEGMENT_ENDED = int(EventCode.SEGMENT_STARTED), int(EventCode.SEGMENT_ENDED)
-_NONE, _DURATION, _END_CONDITION = int(Cause.NONE), int(Cause.DURATION), int(Cause.END_CONDITION)
+_OFF, _TORQUE, _RATE, _POSITION = number(Mode.OFF), number(Mode.TORQUE), number(Mode.RATE), number(Mode.POSITION)
+_INERTIAL_RATE = number(Mode.INERTIAL_RATE)
+_START = number(Origin.START)
+_NO_END, _RATE_ABOVE, _RATE_BELOW = number(EndKind.NONE), number(EndKind.RATE_ABOVE), number(EndKind.RATE_BELOW)
+_POSITION_ABOVE, _POSITION_BELOW = number(EndKind.POSITION_ABOVE), number(EndKind.POSITION_BELOW)
+_SEGMENT_STARTED, _SEGMENT_ENDED = number(EventCode.SEGMENT_STARTED), number(EventCode.SEGMENT_ENDED)
+_NONE, _DURATION, _END_CONDITION = number(Cause.NONE), number(Cause.DURATION), number(Cause.END_CONDITION)
 
 
 @compiled
@@ -90,7 +90,7 @@ def start_segment(place: int, H: np.ndarray, G: np.ndarray, plan: np.ndarray) ->
         else:
             H[h + START_VALUE] = _measured(mode, H, axis)
     G[SEGMENT_LABEL] = int(plan[base + SEGMENT_ID])
-    report(G, _SEGMENT_STARTED, place, G[SEGMENT_LABEL], 0)
+    report(G, _SEGMENT_STARTED, place, G[SEGMENT_LABEL], NOTHING)
 
 
 @compiled

@@ -46,7 +46,7 @@ def host_frame_tick(
 ) -> int:
     """One tick on a `HostMemory`'s arrays: `received` bytes at the start of `octets`; answers how many stand at SENT_AT to be sent.
 
-    `rows` int64 (n, ROW_WORDS) gets this tick's row at `place`.
+    `rows` int64 (n, LOG_WORDS) gets this tick's row at `place`.
     """
     G, mail, counters = integers[:MAIL_AT], integers[MAIL_AT:COUNTERS_AT], integers[COUNTERS_AT:RECEIVERS_AT]
     receivers = integers[RECEIVERS_AT:].reshape(RECEIVER_ROWS, RECEIVER_COLUMNS)

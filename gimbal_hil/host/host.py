@@ -14,7 +14,7 @@ from gimbal_hil.host.frame_tick import host_frame_tick
 from gimbal_hil.host.memory import RECEIVED_SIZE, SENT_AT, new_memory
 from gimbal_hil.host.program import AxisCommand, Program, Segment, program_of
 from gimbal_hil.host.states import Cause, HostState, LinkStatus
-from gimbal_hil.host.tick_row import ROW_WORDS
+from gimbal_hil.host.tick_row import LOG_WORDS, ROW_WORDS
 
 if TYPE_CHECKING:
     from gimbal_hil.settings import DaemonSettings
@@ -34,9 +34,9 @@ class Host:
         """`configuration` is the array `C`, shape (C_SIZE,); see `from_configuration`."""
         self.memory = new_memory(configuration)
         self.plan = program_of([Segment(outer=AxisCommand(), inner=AxisCommand())]).values
-        self._rows = np.zeros((ROWS_KEPT, ROW_WORDS), dtype=np.int64)
+        self._rows = np.zeros((ROWS_KEPT, LOG_WORDS), dtype=np.int64)
         self._rows_written = self._rows_taken = 0
-        self._octets = memoryview(self.memory.octets)
+        self._octets = self.memory.octets.data
         self._events_taken = 0
         self._next_tick: int | None = None
 
@@ -88,16 +88,14 @@ class Host:
     @property
     def row(self) -> bytes:
         """Row of the last tick, bytes of one `runs.TICK_ROW`."""
-        return self._rows[(self._rows_written - 1) % ROWS_KEPT].tobytes()
+        return self._rows[(self._rows_written - 1) % ROWS_KEPT, :ROW_WORDS].tobytes()
 
-    def take_rows(self) -> NDArray[np.void]:
-        """Rows since the last call (at most ROWS_KEPT), TICK_ROW."""
-        from gimbal_hil.runs.schema import TICK_ROW
-
+    def take_log(self) -> NDArray[np.int64]:
+        """Log rows since the last call (at most ROWS_KEPT), int64 (n, LOG_WORDS): see `tick_row`."""
         first = max(self._rows_taken, self._rows_written - ROWS_KEPT)
         places = np.arange(first, self._rows_written) % ROWS_KEPT
         self._rows_taken = self._rows_written
-        return self._rows[places].reshape(-1).view(TICK_ROW)
+        return self._rows[places]
 
     def events(self) -> list[HostEvent]:
         """Events since the last call, oldest first; of a burst the newest EVENT_CAPACITY."""

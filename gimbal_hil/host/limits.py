@@ -41,13 +41,13 @@ from gimbal_hil.host.layout import (
     WRAP_HIGH,
     WRAP_LOW,
 )
-from gimbal_hil.host.states import Cause, EventCode
+from gimbal_hil.host.states import NOTHING, YES, Cause, EventCode, number
 
-_NONE, _TRAVEL, _WRAP = int(Cause.NONE), int(Cause.TRAVEL), int(Cause.CABLE_WRAP)
-_OVERSPEED, _FOLLOWING = int(Cause.OVERSPEED), int(Cause.FOLLOWING_ERROR)
-_DISAGREE, _TEMPERATURE = int(Cause.GYRO_ENCODER_DISAGREE), int(Cause.TEMPERATURE)
-_POSITION, _RATE = int(Mode.POSITION), int(Mode.RATE)
-_TRIPPED = int(EventCode.TRIPPED)
+_NONE, _TRAVEL, _WRAP = number(Cause.NONE), number(Cause.TRAVEL), number(Cause.CABLE_WRAP)
+_OVERSPEED, _FOLLOWING = number(Cause.OVERSPEED), number(Cause.FOLLOWING_ERROR)
+_DISAGREE, _TEMPERATURE = number(Cause.GYRO_ENCODER_DISAGREE), number(Cause.TEMPERATURE)
+_POSITION, _RATE = number(Mode.POSITION), number(Mode.RATE)
+_TRIPPED = number(EventCode.TRIPPED)
 
 
 @compiled
@@ -74,7 +74,7 @@ def fault_of(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> int:
     for axis in range(AXES):
         cause = _fault_of_axis(H, G, C, axis)
         if cause != _NONE:
-            report(G, _TRIPPED, cause, axis, 0)
+            report(G, _TRIPPED, cause, axis, NOTHING)
             return cause
     return _NONE
 
@@ -91,7 +91,7 @@ def stop_cause(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> int:
         distance = rate * rate / (2.0 * C[c + BRAKING_RAD_S2]) + 3.0 * abs(rate) * C[STEP_S]
         cause = _reached(H[h + MEASURED_POSITION], rate, distance, C, c)
         if cause != _NONE:
-            report(G, _TRIPPED, cause, axis, 1)
+            report(G, _TRIPPED, cause, axis, YES)
             return cause
     return _NONE
 

@@ -123,6 +123,8 @@ def program_of(segments: Sequence[Segment]) -> Program:
             if command.shape is Shape.TABLE:
                 tables.append(np.asarray(command.table, dtype=np.float64))
                 free += len(tables[-1])
+    if len({(segment.label, segment.record_every) for segment in segments}) > len({segment.label for segment in segments}):
+        raise BadInputError("plan", "segments of one label with different decimation", "one record_every for each label")
     program = Program(np.ascontiguousarray(np.concatenate([values, *tables])), len(segments))
     _check(program.values, program.length, "plan")
     return program

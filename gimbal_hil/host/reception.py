@@ -36,10 +36,10 @@ from gimbal_hil.host.layout import (
     PLAUSIBILITY_SHARE,
     STEP_S,
 )
-from gimbal_hil.host.states import EventCode, LinkStatus
+from gimbal_hil.host.states import NOTHING, YES, EventCode, LinkStatus, number
 
-_LOST, _DEGRADED, _OK = int(LinkStatus.LOST), int(LinkStatus.DEGRADED), int(LinkStatus.OK)
-_LINK, _DRIVE, _BASE = int(EventCode.LINK), int(EventCode.DRIVE), int(EventCode.BASE)
+_LOST, _DEGRADED, _OK = number(LinkStatus.LOST), number(LinkStatus.DEGRADED), number(LinkStatus.OK)
+_LINK, _DRIVE, _BASE = number(EventCode.LINK), number(EventCode.DRIVE), number(EventCode.BASE)
 #: age of what was never heard
 NEVER = 1 << 40
 
@@ -68,7 +68,7 @@ def receive(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray) -> No
     H[AXIS_H + BASE_RATE], H[AXIS_H + AXIS_H_SIZE + BASE_RATE] = rates
     status = _OK if fresh else (_DEGRADED if G[FEEDBACK_AGE] <= C[LOST_TICKS] else _LOST)
     if status != G[LINK_STATUS]:
-        report(G, _LINK, G[LINK_STATUS], status, 0)
+        report(G, _LINK, G[LINK_STATUS], status, NOTHING)
     if fresh:
         _compare_gyro_and_encoder(H, C, G[LINK_STATUS] == _LOST, silence + 1)
     G[LINK_STATUS] = status
@@ -104,14 +104,14 @@ def _receive_base(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray)
             H[BASE_ANGLES + k] = mail[m.BASE_ATTITUDE_ROLL + k] * m.BASE_ATTITUDE_ROLL_STEP
     if mail[m.BASE_RATE] > 0:
         if G[BASE_AGE] > C[BASE_LOST_TICKS]:
-            report(G, _BASE, 1, 0, 0)
+            report(G, _BASE, YES, NOTHING, NOTHING)
         G[BASE_AGE] = 0
         for k in range(3):
             H[BASE_RATES + k] = mail[m.BASE_RATE_P + k] * m.BASE_RATE_P_STEP
     elif G[BASE_AGE] < NEVER:
         G[BASE_AGE] += 1
         if G[BASE_AGE] == int(C[BASE_LOST_TICKS]) + 1:
-            report(G, _BASE, 0, 0, 0)
+            report(G, _BASE, NOTHING, NOTHING, NOTHING)
             for k in range(3):
                 H[BASE_RATES + k] = 0.0
 

@@ -21,10 +21,10 @@ import math
 import numpy as np
 
 from firmware_protocol.compiling import compiled
-from gimbal_hil.host.states import Shape
+from gimbal_hil.host.states import Shape, number
 
-_HOLD, _RAMP, _SINE, _CHIRP = int(Shape.HOLD), int(Shape.RAMP), int(Shape.SINE), int(Shape.CHIRP)
-_TRAPEZOID, _SMOOTH, _PULSES = int(Shape.TRAPEZOID), int(Shape.SMOOTH), int(Shape.PULSES)
+_HOLD, _RAMP, _SINE, _CHIRP = number(Shape.HOLD), number(Shape.RAMP), number(Shape.SINE), number(Shape.CHIRP)
+_TRAPEZOID, _SMOOTH, _PULSES = number(Shape.TRAPEZOID), number(Shape.SMOOTH), number(Shape.PULSES)
 _TWO_PI = 2.0 * math.pi
 
 

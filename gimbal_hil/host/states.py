@@ -3,6 +3,18 @@
 from __future__ import annotations
 
 from enum import IntEnum
+from typing import cast
+
+import numpy as np
+
+
+def number(value: int) -> int:
+    """A constant for compiled code that is no Python literal: the compiler would make a copy of a function for each literal it is given."""
+    return cast(int, np.int64(value))
+
+
+#: for arguments that say nothing, or no and yes
+NOTHING, YES = number(0), number(1)
 
 
 class HostState(IntEnum):

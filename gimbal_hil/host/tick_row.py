@@ -1,4 +1,5 @@
-"""The row that a tick leaves in the run's log, written by compiled code word for word as `gimbal_hil.runs.TICK_ROW` packs it."""
+"""The row that a tick leaves behind, written by compiled code: first word for word what `gimbal_hil.runs.TICK_ROW` packs, then what was
+measured, so that lockstep runs need not read their own frames."""
 
 from __future__ import annotations
 
@@ -14,19 +15,29 @@ from gimbal_hil.host.layout import (
     AXIS_G_SIZE,
     AXIS_H,
     AXIS_H_SIZE,
+    BASE_ANGLES,
     BASE_RATE,
     LINK_STATUS,
+    MEASURED_POSITION,
+    MEASURED_RATE,
     MODE,
+    MOTOR_TEMPERATURE,
+    MOTOR_TORQUE,
     REFERENCE,
     SLOPE,
     STATE,
     TICK_SEGMENT,
 )
+from gimbal_hil.host.states import number
 
-#: 64-bit words of a row; the last two hold wall-clock readings and the check, filled in by others
+#: 64-bit words of a TICK_ROW; the last two hold wall-clock readings and the check, filled in by others
 ROW_WORDS = 12
+#: behind it, as float64: position, rate, torque measured, temperature (two axes each), base roll, pitch, yaw, p, q, r
+MEASURED = ROW_WORDS
+MEASURED_COLUMNS = 14
+LOG_WORDS = ROW_WORDS + MEASURED_COLUMNS
 _POSITION_REF, _RATE_REF, _TORQUE, _SEGMENT, _STATES = 2, 4, 6, 8, 9
-_POSITION, _RATE, _INERTIAL_RATE = int(Mode.POSITION), int(Mode.RATE), int(Mode.INERTIAL_RATE)
+_POSITION, _RATE, _INERTIAL_RATE = number(Mode.POSITION), number(Mode.RATE), number(Mode.INERTIAL_RATE)
 _LOW_HALF = 0xFFFFFFFF
 
 
@@ -48,7 +59,7 @@ def joint_references(H: np.ndarray, G: np.ndarray, axis: int) -> tuple[float, fl
 def write_row(
     words: np.ndarray, floats: np.ndarray, H: np.ndarray, G: np.ndarray, tick: int, time_ns: int, skipped: int, rejected: int
 ) -> None:
-    """Fill one row; `words` (int64) and `floats` (float64), shape (ROW_WORDS,), are views of the same memory."""
+    """Fill one row; `words` (int64) and `floats` (float64), shape (LOG_WORDS,), are views of the same memory."""
     words[0], words[1] = tick, time_ns
     for axis in range(AXES):
         position, rate = joint_references(H, G, axis)
@@ -57,3 +68,9 @@ def write_row(
     words[_SEGMENT] = (G[TICK_SEGMENT] & _LOW_HALF) | (skipped << 32)
     words[_STATES] = G[STATE] | (G[AXIS_G + MODE] << 8) | (G[AXIS_G + AXIS_G_SIZE + MODE] << 16) | (G[LINK_STATUS] << 24) | (rejected << 32)
     words[10] = words[11] = 0
+    for axis in range(AXES):
+        h = AXIS_H + axis * AXIS_H_SIZE
+        floats[MEASURED + axis], floats[MEASURED + 2 + axis] = H[h + MEASURED_POSITION], H[h + MEASURED_RATE]
+        floats[MEASURED + 4 + axis], floats[MEASURED + 6 + axis] = H[h + MOTOR_TORQUE], H[h + MOTOR_TEMPERATURE]
+    for k in range(6):
+        floats[MEASURED + 8 + k] = H[BASE_ANGLES + k]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from enum import Enum
-from typing import Annotated, Literal
+from enum import StrEnum
+from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -24,7 +24,7 @@ class Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=False)
 
 
-class AntiWindupChoice(str, Enum):
+class AntiWindupChoice(StrEnum):
     """What keeps an integrator from growing while its output is limited."""
 
     NONE = "none"
@@ -106,6 +106,7 @@ class AxisSettings(Strict):
 
     position_loop: PositionLoop
     rate_loop: RateLoop
-    prefilter: Prefilter | Literal["off"] = "off"
+    #: none unless given
+    prefilter: Prefilter | None = None
     feedforward: Feedforward = Feedforward()
     limits: Limits

@@ -53,7 +53,7 @@ def _fill_law(block: NDArray[np.float64], axis: AxisSettings, step_s: float) -> 
     block[control.TORQUE_SCALE] = rate.torque_per_unit_nm
     # a whole number of steps of the wire, so that rounding cannot lead beyond the limit
     block[control.TORQUE_LIMIT] = math.floor(axis.limits.torque_nm / TORQUE_STEP_NM + 1e-9) * TORQUE_STEP_NM
-    if axis.prefilter != "off":
+    if axis.prefilter is not None:
         corner = axis.prefilter.den[1] / axis.prefilter.den[0]
         block[control.PREFILTER_GAIN] = axis.prefilter.num / axis.prefilter.den[1]
         block[control.PREFILTER_DECAY], block[control.PREFILTER_CORNER] = math.exp(-step_s * corner), corner

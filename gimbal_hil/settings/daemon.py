@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import difflib
-from enum import Enum
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import yaml
 from pydantic import BaseModel, Field, ValidationError
 
-from firmware_protocol.bus_load import require_bus_carries
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.settings.axis import AxisSettings, NotNegative, Positive, Strict
-from gimbal_hil.settings.link import EmbeddedAntenna, LinkSettings
+from gimbal_hil.settings.link import LINK_KINDS, Embedded, EmbeddedAntenna, LinkSettings
 
 
-class Reaction(str, Enum):
+class Reaction(StrEnum):
     """What the drive does when set-points stay away."""
 
     COAST = "coast"
@@ -109,30 +108,38 @@ def load_settings(path: Path) -> DaemonSettings:
         mark = getattr(error, "problem_mark", None)
         place = f" at line {mark.line + 1}" if mark else ""
         raise BadInputError(str(path), f"is not YAML{place}: {getattr(error, 'problem', error)}", "a configuration file") from None
-    return settings_from_document(document, str(path))
+    return settings_from_document(document, str(path), path.parent)
 
 
-def settings_from_document(document: Any, where: str) -> DaemonSettings:
-    """Check a configuration given as a mapping; BadInputError as in `load_settings`."""
+def settings_from_document(document: Any, where: str, folder: Path | None = None) -> DaemonSettings:
+    """Check a configuration given as a mapping; BadInputError as in `load_settings`. A model's path counts from `folder`."""
     if not isinstance(document, dict):
         raise BadInputError(where, "holds no mapping", "the keys " + ", ".join(_keys(DaemonSettings)))
     try:
         settings = DaemonSettings.model_validate(document)
     except ValidationError as error:
         raise _first_error(error, where) from None
-    bitrate = settings.link.can_bitrate
-    if bitrate is not None:
-        require_bus_carries(settings.rate_hz, bitrate, f"{where}: rate_hz")
+    link = settings.link
+    if not isinstance(link, EmbeddedAntenna):
+        from firmware_protocol.links import require_link_carries
+
+        require_link_carries(link, settings.rate_hz, f"{where}: rate_hz")
+    elif folder is not None and link.embedded.is_file:
+        found = EmbeddedAntenna(embedded=Embedded(model=str((folder / link.embedded.model).resolve()), seed=link.embedded.seed))
+        return settings.model_copy(update={"link": found})
     return settings
 
 
 def _first_error(error: ValidationError, where: str) -> BadInputError:
-    first = error.errors()[0]
-    path = [str(part) for part in first["loc"]]
+    # a misspelt key tells more than the one that is missing because of it
+    first = min(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
+    tagged = [str(part) for part in first["loc"]]
+    kind = LINK_KINDS.get(tagged[1]) if tagged[:1] == ["link"] and len(tagged) > 1 else None
+    path = tagged if kind is None else tagged[:1] + tagged[2:]
     more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
     place = f"{where}: {'.'.join(path)}" if path else where
     if first["type"] == "extra_forbidden":
-        known = _keys(_section(path[:-1]))
+        known = _keys(kind if kind is not None and len(path) == 2 else _section(path[:-1]))
         near = difflib.get_close_matches(path[-1], known, 1)
         return BadInputError(place, f"unknown key{more}", f"{near[0]}?" if near else "one of " + ", ".join(known))
     if first["type"] == "missing":
@@ -145,6 +152,8 @@ def _section(path: list[str]) -> type[BaseModel]:
     """The model of the section at `path`; the innermost one that is known."""
     model: type[BaseModel] = DaemonSettings
     for name in path:
+        if name == "embedded":
+            return Embedded
         found = model.model_fields.get(name)
         kinds = [found.annotation, *getattr(found.annotation, "__args__", ())] if found else []
         inner = [kind for kind in kinds if isinstance(kind, type) and issubclass(kind, BaseModel)]

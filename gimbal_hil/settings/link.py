@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
-from pydantic import Field
+from typing import Annotated, Any
 
+from pydantic import BaseModel, Discriminator, Field, Tag
+
+from firmware_protocol.links.config import CanLinkConfig, SerialLinkConfig, UnixLinkConfig
 from gimbal_hil.settings.axis import Strict
 
 
 class Embedded(Strict):
-    """The virtual antenna in this process: a model file (or the name of a shipped one) and the seed of its noise."""
+    """The virtual antenna in this process: name of a shipped model or path of a model file (relative to this file), seed of its noise."""
 
     model: str = "thesis"
-    seed: int = Field(default=1, ge=0, lt=2**31)
+    seed: Annotated[int, Field(ge=0, lt=2**31)] = 1
+
+    @property
+    def is_file(self) -> bool:
+        """Whether `model` is a path and not a shipped name."""
+        return self.model.endswith((".yaml", ".yml")) or "/" in self.model
 
 
 class EmbeddedAntenna(Strict):
@@ -19,10 +27,29 @@ class EmbeddedAntenna(Strict):
 
     embedded: Embedded = Embedded()
 
-    @property
-    def can_bitrate(self) -> int | None:
-        """Bit rate of the CAN bus that limits the tick rate; None, since there is none."""
-        return None
+
+def _kind(link: Any) -> str | None:
+    if isinstance(link, EmbeddedAntenna) or (isinstance(link, dict) and "embedded" in link):
+        return "embedded"
+    kind = link.get("kind") if isinstance(link, dict) else getattr(link, "kind", None)
+    return kind if isinstance(kind, str) else None
 
 
-LinkSettings = EmbeddedAntenna
+LinkSettings = Annotated[
+    Annotated[EmbeddedAntenna, Tag("embedded")]
+    | Annotated[CanLinkConfig, Tag("can")]
+    | Annotated[SerialLinkConfig, Tag("serial")]
+    | Annotated[UnixLinkConfig, Tag("unix")],
+    Discriminator(
+        _kind,
+        custom_error_type="link_kind",
+        custom_error_message="names no link that there is: embedded: {model, seed}, or kind: can, serial or unix",
+    ),
+]
+#: names of the kinds, which stand in the path of an error but not in the file
+LINK_KINDS: dict[str, type[BaseModel]] = {
+    "embedded": EmbeddedAntenna,
+    "can": CanLinkConfig,
+    "serial": SerialLinkConfig,
+    "unix": UnixLinkConfig,
+}

@@ -46,7 +46,9 @@ class FakeAntenna:
         if self.silent:
             return b""
         mail = self._mail
-        for axis, (position, rate) in enumerate(((m.FEEDBACK_OUTER_POSITION, m.FEEDBACK_OUTER_RATE), (m.FEEDBACK_INNER_POSITION, m.FEEDBACK_INNER_RATE))):
+        for axis, (position, rate) in enumerate(
+            ((m.FEEDBACK_OUTER_POSITION, m.FEEDBACK_OUTER_RATE), (m.FEEDBACK_INNER_POSITION, m.FEEDBACK_INNER_RATE))
+        ):
             mail[position] = round(self.position[axis] / m.FEEDBACK_OUTER_POSITION_STEP)
             mail[rate] = round((self.rate[axis] + self._base_part(axis) + self.gyro_error[axis]) / m.FEEDBACK_OUTER_RATE_STEP)
         mail[m.DRIVE_STATUS_STATE], mail[m.DRIVE_STATUS_FAULT] = self.drive_state, self.fault

@@ -1,0 +1,241 @@
+"""Host and virtual antenna in lockstep, two ways with one face and the same bits.
+
+`FramePath` passes every tick's blocks through codec and link, and may have faults in the link. `CompiledPath` calls the same two cores in
+one compiled loop. Tick n of both: the host takes the feedback sampled at t_n and sends set-point n; the device acts on it until t_n+1.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firmware_protocol.block_codec import new_counters
+from firmware_protocol.errors import LinkError
+from firmware_protocol.links.faults import FaultsConfig, FaultyLink
+from firmware_protocol.links.memory_link import memory_pair
+from gimbal_hil.host import layout
+from gimbal_hil.host.compiled_run import FRAME_WORDS, MOST_FRAMES, run_ticks
+from gimbal_hil.host.events import HostEvent
+from gimbal_hil.host.host import Host
+from gimbal_hil.host.program import Program
+from gimbal_hil.host.states import HostState
+from gimbal_hil.host.tick_row import LOG_WORDS, MEASURED, ROW_WORDS
+from gimbal_hil.settings import DaemonSettings, host_configuration
+from sim_backend.device import Device
+from sim_backend.model import AntennaModel
+
+#: rows that one compiled call fills at most
+CHUNK_ROWS = 65536
+_BASE = ("roll", "pitch", "yaw", "p", "q", "r")
+#: told of every tick on the frame path: tick, block received, block sent
+Exchange = Callable[[int, bytes, bytes], None]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recorded:
+    """What a stretch of lockstep left: `log` int64 (n, LOG_WORDS), frame rows int64 (m, 3) where frames were kept, events, ticks run."""
+
+    log: NDArray[np.int64]
+    ticks: int
+    step_s: float
+    frames: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, FRAME_WORDS), dtype=np.int64))
+    events: tuple[HostEvent, ...] = ()
+
+    @property
+    def rows(self) -> NDArray[np.void]:
+        """Tick rows, `runs.TICK_ROW`."""
+        from gimbal_hil.runs.schema import TICK_ROW
+
+        return np.ascontiguousarray(self.log[:, :ROW_WORDS]).reshape(-1).view(TICK_ROW)
+
+    @property
+    def frame_rows(self) -> NDArray[np.void]:
+        """Frames, `runs.FRAME_ROW`."""
+        from gimbal_hil.runs.schema import FRAME_ROW
+
+        return np.ascontiguousarray(self.frames).reshape(-1).view(FRAME_ROW)
+
+    @property
+    def segment(self) -> NDArray[np.int64]:
+        """Label of the segment that each row belongs to, -1 for none."""
+        return self.rows["segment"].astype(np.int64)
+
+    def signals(self) -> dict[str, NDArray[np.float64]]:
+        """Columns of the signals table (CONTRACTS 4), references included with NaN where a loop had none."""
+        rows, measured = self.rows, self.log.view(np.float64)[:, MEASURED:]
+        columns = {"time_s": rows["tick"] * self.step_s}
+        for axis, name in enumerate(("outer", "inner")):
+            columns[f"{name}.torque"] = rows[f"torque_{name}"].copy()
+            for place, signal in enumerate(("position", "rate", "torque_measured", "temperature")):
+                columns[f"{name}.{signal}"] = measured[:, 2 * place + axis].copy()
+            columns[f"{name}.position_ref"] = rows[f"position_ref_{name}"].copy()
+            columns[f"{name}.rate_ref"] = rows[f"rate_ref_{name}"].copy()
+        for place, signal in enumerate(_BASE):
+            columns[f"base.{signal}"] = measured[:, 8 + place].copy()
+        return columns
+
+
+class Lockstep(Protocol):
+    """An antenna and its host, advanced together."""
+
+    host: Host
+    device: Device
+    tick: int
+
+    def advance(self, ticks: int, *, until_done: bool = False, every: int = 1) -> Recorded:
+        """Run `ticks` ticks; with `until_done` stop after the tick that ends the program; a log row every `every` ticks."""
+
+
+class _Engine(ABC):
+    """What both paths share."""
+
+    def __init__(self, settings: DaemonSettings, model: AntennaModel, seed: int = 0, device: Device | None = None) -> None:
+        self.settings = settings
+        self.host = Host(host_configuration(settings))
+        self.device = device or Device(model, rate_hz=settings.rate_hz, seed=seed)
+        self.step_ns = round(1e9 / settings.rate_hz)
+        self.tick = 0
+
+    @abstractmethod
+    def advance(self, ticks: int, *, until_done: bool = False, every: int = 1) -> Recorded:
+        """See `Lockstep`."""
+
+    def connect(self, most_s: float = 10.0) -> Recorded:
+        """Advance until the host is IDLE and measures at this tick; LinkError when that takes too long."""
+        parts = []
+        for _ in range(max(1, round(most_s * self.settings.rate_hz))):
+            parts.append(self.advance(1))
+            if self.host.state is HostState.IDLE:
+                return joined(parts)
+        raise LinkError(f"virtual antenna: host is {self.host.state.name.lower()} after {most_s:g} s of connecting")
+
+    def run(self, program: Program, *, most_ticks: int = 1 << 40, every: int = 1) -> Recorded:
+        """Follow a program to its end (or the fault that ends it) and answer what was recorded."""
+        self.host.command(program)
+        return self.advance(most_ticks, until_done=True, every=every)
+
+
+class FramePath(_Engine):
+    """Every byte through encoder, link and decoder. `exchange` is told of every tick, for a recorder."""
+
+    def __init__(
+        self,
+        settings: DaemonSettings,
+        model: AntennaModel,
+        seed: int = 0,
+        faults: FaultsConfig | None = None,
+        exchange: Exchange | None = None,
+        device: Device | None = None,
+    ) -> None:
+        super().__init__(settings, model, seed, device)
+        near, far = memory_pair()
+        self.link = near if faults is None else FaultyLink(near, faults)
+        self._far = far
+        self._exchange = exchange
+
+    def advance(self, ticks: int, *, until_done: bool = False, every: int = 1) -> Recorded:
+        """See `Lockstep`."""
+        host, device, link, far, exchange = self.host, self.device, self.link, self._far, self._exchange
+        host.take_log()
+        logs: list[NDArray[np.int64]] = []
+        events: list[HostEvent] = []
+        first = self.tick
+        step_ns = self.step_ns
+        for tick in range(first, first + ticks):
+            received = link.receive()
+            sent = host.tick(tick, tick * step_ns, received)
+            link.send(sent)
+            far.send(device.tick(far.receive()))
+            if exchange is not None:
+                exchange(tick, received, sent)
+            if tick % 64 == 63:
+                events += host.events()
+                if tick % 4096 == 4095:
+                    logs.append(self._decimated(host.take_log(), every))
+            self.tick = tick + 1
+            if until_done and not host.following:
+                break
+        logs.append(self._decimated(host.take_log(), every))
+        events += host.events()
+        return Recorded(np.concatenate(logs), self.tick - first, 1.0 / self.settings.rate_hz, events=tuple(events))
+
+    def _decimated(self, log: NDArray[np.int64], every: int) -> NDArray[np.int64]:
+        """Rows that the decimation keeps: that of the segment where it says so."""
+        rows = Recorded(log, len(log), 0.0)
+        labels, wanted = rows.segment, np.full(len(log), every)
+        plan, length = self.host.plan, int(self.host.memory.G[layout.PLAN_LENGTH])
+        for place in range(length):
+            at = place * layout.SEGMENT_SIZE
+            if plan[at + layout.RECORD_EVERY] > 0:
+                wanted[labels == plan[at + layout.SEGMENT_ID]] = int(plan[at + layout.RECORD_EVERY])
+        return log[log[:, 0] % wanted == 0]
+
+
+class CompiledPath(_Engine):
+    """One compiled loop; frames are encoded only with `keep_frames`."""
+
+    def __init__(
+        self, settings: DaemonSettings, model: AntennaModel, seed: int = 0, keep_frames: bool = False, device: Device | None = None
+    ) -> None:
+        super().__init__(settings, model, seed, device)
+        self._counters = new_counters()
+        self._octets = np.zeros(512, dtype=np.uint8)
+        self._keep_frames = keep_frames
+
+    def advance(self, ticks: int, *, until_done: bool = False, every: int = 1) -> Recorded:
+        """See `Lockstep`."""
+        host, device = self.host, self.device
+        logs, kept, events = [], [], []
+        counts = np.zeros(2, dtype=np.int64)
+        first, end = self.tick, self.tick + ticks
+        while self.tick < end:
+            chunk = min(end - self.tick, CHUNK_ROWS * every)
+            rows = np.empty((min(chunk, CHUNK_ROWS), LOG_WORDS), dtype=np.int64)
+            frames = np.empty((MOST_FRAMES * min(chunk, CHUNK_ROWS) if self._keep_frames else 0, FRAME_WORDS), dtype=np.int64)
+            self.tick += run_ticks(
+                host.memory.integers,
+                host.memory.floats,
+                host.plan,
+                device.P,
+                device.K,
+                device.X,
+                device.J,
+                self._counters,
+                rows,
+                frames,
+                self._octets,
+                counts,
+                self.tick,
+                chunk,
+                self.step_ns,
+                every,
+                until_done,
+            )
+            logs.append(rows[: counts[0]])
+            kept.append(frames[: counts[1]])
+            events += host.events()
+            if until_done and not host.following:
+                break
+        return Recorded(
+            _stacked(logs, LOG_WORDS), self.tick - first, 1.0 / self.settings.rate_hz, _stacked(kept, FRAME_WORDS), tuple(events)
+        )
+
+
+def joined(parts: list[Recorded]) -> Recorded:
+    """Stretches one after the other as one."""
+    return Recorded(
+        _stacked([part.log for part in parts], LOG_WORDS),
+        sum(part.ticks for part in parts),
+        parts[0].step_s,
+        _stacked([part.frames for part in parts], FRAME_WORDS),
+        tuple(event for part in parts for event in part.events),
+    )
+
+
+def _stacked(arrays: list[NDArray[np.int64]], words: int) -> NDArray[np.int64]:
+    return np.concatenate(arrays) if arrays else np.zeros((0, words), dtype=np.int64)
