@@ -86,25 +86,27 @@ class AntennaModel:
 
     def with_number(self, axis: str, path: str, value: float, source: str | None = None) -> AntennaModel:
         """A model in which one number has another value."""
-        path = self.number_path(axis, path)
+        return self.with_numbers(axis, {path: value}, source)
+
+    def with_numbers(self, axis: str, values: Mapping[str, float], source: str | None = None) -> AntennaModel:
+        """A model in which several numbers of an axis (path -> value) change at once, so that only the outcome need be possible."""
         document = copy.deepcopy(self.document)
-        section = document["axes"][axis]
-        *parents, key = path.split(".")
-        for parent in parents:
-            section = section.setdefault(parent, {})
-        unit = NUMBER_AT[path].unit_for(self.is_linear)
-        section[key] = {"value": float(value), "unit": unit} | ({"source": source} if source else {})
+        for path, value in values.items():
+            path = self.number_path(axis, path)
+            section = document["axes"][axis]
+            *parents, key = path.split(".")
+            for parent in parents:
+                section = section.setdefault(parent, {})
+            unit = NUMBER_AT[path].unit_for(self.is_linear)
+            section[key] = {"value": float(value), "unit": unit} | ({"source": source} if source else {})
         return model_from_document(document, self.where)
 
     def with_effect(self, name: str, axis: str, parameters: Mapping[str, float]) -> AntennaModel:
         """A model with one more effect; a number effect (the model already has its numbers) changes those numbers instead."""
         effect = effect_named(name, f"{self.where}: effects")
         if effect.is_number:
-            changed = self
-            for parameter in effect.parameters:
-                if parameter.name in parameters and parameter.path is not None:
-                    changed = changed.with_number(axis, parameter.path, parameters[parameter.name])
-            return changed
+            given = {p.path: parameters[p.name] for p in effect.parameters if p.name in parameters and p.path is not None}
+            return self.with_numbers(axis, given)
         document = copy.deepcopy(self.document)
         entry: dict[str, Any] = {"name": name, "axis": axis}
         for parameter in effect.parameters:
