@@ -71,9 +71,7 @@ class LiveView:
 
     def status(self) -> Json:
         """Where the daemon stands, in words and SI units."""
-        row = self.row
-        if row is None:
-            return {"tick": -1, "host_state": HostState.WAITING.name.lower(), "statistics": self.statistics()}
+        row = self.row if self.row is not None else np.zeros(1, TICK_ROW)[0]
         return {
             "tick": int(row["tick"]),
             "time_ns": int(row["time_ns"]),

@@ -47,12 +47,12 @@ class Door:
         return cls(Path(folder) / "socket", secrets.token_hex(32))
 
     def write(self, run: Path) -> Path:
-        """Leave the door's file in the run folder, mode 0600 from its first byte."""
-        path = run / DOOR_FILE
-        path.unlink(missing_ok=True)
-        with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
+        """Leave the door's file in the run folder, mode 0600 from its first byte and whole from its first moment."""
+        path, fresh = run / DOOR_FILE, run / f".{DOOR_FILE}"
+        fresh.unlink(missing_ok=True)
+        with os.fdopen(os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
             json.dump({"socket": str(self.socket), "token": self.token}, file)
-        return path
+        return fresh.rename(path)
 
     @classmethod
     def read(cls, run: Path) -> Door:

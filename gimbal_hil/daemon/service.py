@@ -198,11 +198,12 @@ class Service:
             event = json.loads(record.payload)
             self._recorder.event(event)
             self._notice(event)
-            self._desk.announce(event)
+            if not _is_chatter(event):
+                self._desk.announce(event)
 
     def _notice(self, event: Json) -> None:
         """Tell whoever started the daemon what it waits for; the control process itself must never wait for a terminal."""
-        if event["kind"] in _NOTICED and not self._quiet:
+        if event["kind"] in _NOTICED and not self._quiet and not _is_chatter(event):
             print(f"{event['time_ns'] / 1e9:9.3f} s  {event['kind']}: {event['text']}", file=sys.stderr, flush=True)
 
 
@@ -223,6 +224,12 @@ def main() -> int:
         return 1
     service.close()
     return 0
+
+
+def _is_chatter(event: Json) -> bool:
+    """Feedback that is late by a tick and comes back: in the log, but nothing to interrupt a person with."""
+    data = event["data"]
+    return data.get("code") == "link" and "lost" not in (data.get("from"), data.get("to"))
 
 
 class _AskedToLeave(BaseException):

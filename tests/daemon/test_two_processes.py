@@ -1,0 +1,126 @@
+"""The antenna and the daemon as two processes over a real driver stack: a step on both axes, the antenna killed and started again.
+
+`GIMBAL_HIL_SCENARIO_S` sets how long each half runs (seconds, default 3).
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from gimbal_hil.cli.app import run as run_command
+from gimbal_hil.daemon.operator_client import OperatorClient
+from gimbal_hil.runs import open_run
+from gimbal_hil.settings import shipped_settings_path
+from tests.daemon.daemons import Json, RunningDaemon
+
+HALF_S = float(os.environ.get("GIMBAL_HIL_SCENARIO_S", "3"))
+PORT = "antenna"
+LINKS: dict[str, Json] = {
+    "serial": {"kind": "serial", "port": PORT},
+    "slcan": {"kind": "can", "interface": "slcan", "channel": PORT},
+    "unix": {"kind": "unix", "path": PORT},
+}
+
+
+def configuration(folder: Path, kind: str) -> Path:
+    document = yaml.safe_load(shipped_settings_path().read_text())
+    document["link"] = {key: str(folder / PORT) if value == PORT else value for key, value in LINKS[kind].items()}
+    path = folder / "daemon.yaml"
+    path.write_text(yaml.safe_dump(document))
+    return path
+
+
+class RunningPlant:
+    """`gimbal-hil plant` until it is told to go."""
+
+    def __init__(self, folder: Path, kind: str) -> None:
+        words = ["plant", "--link", f"{kind}:{folder / PORT}", "--json", "--ready-file", str(folder / "ready")]
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", "from gimbal_hil.cli import main; main()", *words],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
+        assert self.process.stdout and json.loads(self.process.stdout.readline())["event"] == "ready"
+
+    def end(self, number: signal.Signals) -> Json:
+        self.process.send_signal(number)
+        out, _ = self.process.communicate(timeout=60)
+        answer: Json = json.loads(out) if out.strip() else {}
+        return answer
+
+
+@pytest.fixture
+def plants() -> Iterator[list[RunningPlant]]:
+    started: list[RunningPlant] = []
+    yield started
+    for plant in started:
+        if plant.process.poll() is None:
+            plant.process.kill()
+            plant.process.communicate()
+
+
+@pytest.mark.realtime
+@pytest.mark.parametrize("kind", list(LINKS))
+def test_a_step_over_a_real_driver_stack_and_an_antenna_that_goes_away_and_comes_back(
+    tmp_path: Path, plants: list[RunningPlant], kind: str
+) -> None:
+    run = tmp_path / "run"
+    with RunningDaemon(run, "--config", str(configuration(tmp_path, kind))) as daemon, daemon.client() as client:
+        assert daemon.until_state(client, "waiting")["link"] == "lost"
+        plants.append(RunningPlant(tmp_path, kind))
+        step(daemon, client, 0.5, -0.3)
+        plants[0].end(signal.SIGKILL)
+        assert not any(daemon.until_state(client, "fault", "waiting")["torque_nm"].values())
+        plants.append(RunningPlant(tmp_path, kind))
+        step(daemon, client, 0.2, 0.1)
+        client.request("shut_down")
+        code, answer, err = daemon.wait()
+        served = plants[1].end(signal.SIGTERM)
+    print(json.dumps({"link": kind, "daemon": answer, "plant": served}, indent=1))
+    assert code == 0
+    assert "waiting for the link" in err
+    # bytes are not lost on a pseudo-terminal or a socket, so every frame that came has to be good, and every frame that went
+    assert not any(answer["frames"][bad] for bad in ("crc_errors", "out_of_range", "foreign"))
+    assert served["bad_frames"] == 0
+    assert run_command("replay", [str(run), "--json"]) == 0
+    assert_stopped_while_the_antenna_was_away(run)
+
+
+def step(daemon: RunningDaemon, client: OperatorClient, outer: float, inner: float) -> None:
+    """Both axes to a position; on a machine that stalls the antenna's own deadman may end a try, then it is made again."""
+    for _ in range(20):
+        daemon.until_state(client, "idle")
+        client.request("set_point", mode="position", outer=outer, inner=inner)
+        end = time.monotonic() + HALF_S
+        while time.monotonic() < end:
+            status = client.request("status")["status"]
+            if status["host_state"] not in ("active", "idle"):
+                break
+            time.sleep(0.02)
+        else:
+            place = status["position_rad"]
+            if abs(place["outer"] - outer) < 0.02 and abs(place["inner"] - inner) < 0.02:
+                return
+        if status["host_state"] == "fault" and status["link"] != "lost":
+            client.request("fault_reset")
+    raise AssertionError(f"the step was never finished: {status}")
+
+
+def assert_stopped_while_the_antenna_was_away(run: Path) -> None:
+    rows = open_run(run).ticks
+    lost = rows["link_status"] == 0
+    assert lost.any()
+    assert not rows["torque_outer"][lost].any() and not rows["torque_inner"][lost].any()
+    assert np.abs(rows["torque_outer"]).max() > 0.0
