@@ -82,8 +82,7 @@ def identify_axis(
         for finding in break_away_findings(broken, fit, axis)
     ]
     findings += repeatability_findings(points, axis)
-    sigma1 = next((e.interval for e in estimates if e.name == "sigma1"), None)
-    findings += physical_findings(friction, axis, sigma1)
+    findings += physical_findings(friction, axis)
     findings += _disagreement(presliding, dynamic, axis)
     return AxisIdentification(
         axis=axis,
@@ -108,7 +107,11 @@ def _bristles(
 ) -> tuple[PreslidingFit | None, OutputErrorFit | None]:
     """sigma0 from the exact presliding curve, then sigma0 and sigma1 from simulated motion; the curve again with the new sigma1."""
     breakaway = max(known.static.breakaway, 1e-9)
-    presliding = fit_presliding(evidence.presliding, breakaway, step, known.sigma0, known.sigma1) if evidence.presliding else None
+    presliding = (
+        fit_presliding(evidence.presliding, breakaway, step, known.sigma0, known.sigma1, curve=known.static)
+        if evidence.presliding
+        else None
+    )
     if presliding is not None and presliding.sigma0.verdict is not Verdict.NOT_IDENTIFIED:
         known = replace(known, sigma0=presliding.sigma0.fitted)
     free = ("breakaway", "sigma0", "sigma1") if has_map else LUGRE_NAMES
@@ -119,7 +122,7 @@ def _bristles(
     dynamic = fit_output_error(records, evidence.inertia, known, free, step, rule, executor)
     sigma1 = next(e for e in dynamic.estimates if e.name == "sigma1")
     if presliding is not None and sigma1.verdict is Verdict.IDENTIFIED:
-        presliding = fit_presliding(evidence.presliding, breakaway, step, known.sigma0, sigma1.value)
+        presliding = fit_presliding(evidence.presliding, breakaway, step, known.sigma0, sigma1.value, curve=known.static)
     return presliding, dynamic
 
 
@@ -163,7 +166,8 @@ def _final(
     final = []
     for name, unit, value in zip(LUGRE_NAMES, LUGRE_UNITS, prior.values().tolist(), strict=True):
         candidates = [source[name] for source in (from_map, from_regression, from_motion) if name in source]
-        if name == "sigma0" and presliding is not None:
+        if name == "sigma0" and presliding is not None and not any(c.verdict is Verdict.IDENTIFIED for c in candidates):
+            # simulated motion makes no approximation; the curve stands in where there is none
             candidates.append(presliding.sigma0)
         if name == "sigma1" and presliding is not None and presliding.travel_steps < STEPS_FOR_SIGMA1:
             reason = f"presliding travel is only {presliding.travel_steps:.1f} encoder steps, {STEPS_FOR_SIGMA1:.0f} are needed"

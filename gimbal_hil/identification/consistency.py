@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimbal_hil.identification.averaging import Vector
-from gimbal_hil.identification.estimate import Finding, Interval
+from gimbal_hil.identification.estimate import Finding
 from gimbal_hil.identification.presliding import PreslidingRun
 from gimbal_hil.identification.sliding import Direction, StaticFit
 from gimbal_hil.identification.stribeck import LugreFriction
@@ -97,7 +97,7 @@ def repeatability_findings(points: Sequence[VelocityPoint], axis: str = "") -> t
     return tuple(findings)
 
 
-def physical_findings(friction: LugreFriction, axis: str = "", sigma1_interval: Interval | None = None) -> tuple[Finding, ...]:
+def physical_findings(friction: LugreFriction, axis: str = "") -> tuple[Finding, ...]:
     """Violated bounds of a parameter set: break-away under Coulomb, and passivity `sigma2 > sigma1 (Ts - Tc) / Tc`."""
     static = friction.static
     findings = []
@@ -106,11 +106,10 @@ def physical_findings(friction: LugreFriction, axis: str = "", sigma1_interval: 
         findings.append(Finding("breakaway_below_coulomb_in_fit", text, axis))
     limit = static.largest_sigma1()
     if friction.sigma1 > limit:
-        certain = sigma1_interval is not None and sigma1_interval.low > limit
         text = (
             f"with sigma1 = {friction.sigma1:.4g} the model is not passive: sigma2 = {static.viscous:.4g} would have to exceed "
             f"sigma1 (Ts - Tc) / Tc = {friction.sigma1 * (static.breakaway - static.coulomb) / static.coulomb:.4g}"
-            f" (sigma1 up to {limit:.4g} is passive){'' if certain else ''}. "
+            f" (sigma1 up to {limit:.4g} is passive). "
             "A sigma1 that falls with speed would be passive"
         )
         findings.append(Finding("not_passive", text, axis))

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimbal_hil.identification.averaging import Vector, autocorrelation_time
+from gimbal_hil.identification.averaging import Vector
 from gimbal_hil.identification.axis_response import AxisRecord, simulate_axis
 from gimbal_hil.identification.estimate import Estimate
-from gimbal_hil.identification.least_squares import Fit, Matrix, Parameter, fit
-from gimbal_hil.identification.profile import ProfileTask
+from gimbal_hil.identification.least_squares import Parameter, fit
+from gimbal_hil.identification.profile import ProfileTask, robust_variance_ratio
 from gimbal_hil.identification.settled import Asked, settle_parameters
 from gimbal_hil.identification.stribeck import LUGRE_NAMES, LUGRE_UNITS, LugreFriction
 
@@ -130,24 +130,6 @@ def fit_output_error(
     simulated = tuple(simulate_axis(record, inertia, friction, offset, rules.substep_s)[0] for record in records)
     rms = float(np.sqrt(np.mean(best.residuals**2)) * scatter)
     return OutputErrorFit(estimates, friction, offset, tuple(records), simulated, rms, sensitivity, agreeing)
-
-
-def robust_variance_ratio(best: Fit) -> Vector:
-    """Autocorrelation-robust variance over the naive one for each parameter, shape (p,), at least 1.
-
-    Bartlett-weighted sandwich (Newey and West, Econometrica 55, 1987) with a window of five autocorrelation times of the residual.
-    """
-    n, unknowns = best.jacobian.shape
-    scores = best.jacobian * best.residuals[:, None]
-    window = int(min(n // 4, np.ceil(5.0 * autocorrelation_time(best.residuals))))
-    meat: Matrix = scores.T @ scores
-    for lag in range(1, window + 1):
-        cross = scores[lag:].T @ scores[:-lag]
-        meat += (1.0 - lag / (window + 1.0)) * (cross + cross.T)
-    bread = np.linalg.pinv(best.jacobian.T @ best.jacobian, rcond=1e-14)
-    robust = np.diag(bread @ meat @ bread)
-    naive = np.diag(bread) * max(best.sum_of_squares / best.degrees_of_freedom, 1e-300)
-    return np.asarray(np.clip(robust / np.maximum(naive, 1e-300), 1.0, 1e4)).reshape(unknowns)
 
 
 def _parameters(start: LugreFriction, free: tuple[str, ...]) -> tuple[Parameter, ...]:

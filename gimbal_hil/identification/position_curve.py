@@ -30,8 +30,8 @@ def fit_position_curve(pieces: Sequence[tuple[Vector, Vector]], knots: int = _KN
     """Curve through pieces of (position, torque), each piece with the same weight.
 
     Each piece keeps its own level as a nuisance parameter, so pieces over different stretches join. The curve is zero on average
-    over the stretch that most pieces pass: what is constant there counts as friction. None when fewer than two pieces span a range, or when no curve does as well
-    (Bayesian information criterion).
+    over the stretch that most pieces pass: what is constant there counts as friction. None when fewer than two pieces span a range,
+    or when levels alone do as well (Bayesian information criterion).
     """
     usable = [(q, torque) for q, torque in pieces if len(q) > 2 and np.ptp(q) > 0.0]
     if len(usable) < 2:

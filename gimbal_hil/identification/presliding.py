@@ -4,19 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from gimbal_hil.identification.averaging import Vector, autocorrelation_time
+from gimbal_hil.identification.averaging import Vector
 from gimbal_hil.identification.estimate import Estimate, Verdict, settle, withheld
 from gimbal_hil.identification.least_squares import Fit, Parameter, fit
-from gimbal_hil.identification.profile import ProfileTask, profile_interval
+from gimbal_hil.identification.profile import ProfileTask, profile_interval, robust_variance_ratio
+from gimbal_hil.identification.stribeck import StaticFriction, stribeck_bump
 
 #: below so many encoder steps of presliding travel sigma1 is not reported; below so many sigma0 is not either
 STEPS_FOR_SIGMA1, STEPS_FOR_SIGMA0 = 20.0, 4.0
 #: rows up to this share of the break-away torque are used: above, the curve turns into break-away itself
 _HIGHEST_SHARE = 0.9
+#: and compared up to this share: above, the bend depends on break-away and speed more than on stiffness
+_COMPARED_SHARE = 0.75
+#: a turn of the torque counts from this share of its range; the first 1/7 of a leg after a turn is left out
+_TURNING_SHARE, _TURNING_PART = 0.02, 7
 #: slow motion needs no more rows than this a run
 _ROWS = 3000
 _SIGMA0_EXPERIMENT = "slow torque ramps to about 0.8 of break-away and back, both signs, with a finer encoder or more repeats"
@@ -53,18 +60,20 @@ class PreslidingFit:
     rms: float
 
 
-def presliding_path(friction: Vector, sigma0: float, breakaway: float) -> Vector:
+def presliding_path(friction: Vector, sigma0: float, breakaway: float | Vector) -> Vector:
     """Displacement (rad) that a slowly changing friction torque, shape (n,), has brought about since its first row.
 
     For slow motion LuGre reads `dF/dq = sigma0 (1 - sign(q') F / Ts)`, whose solution between turning points is logarithmic:
     `dq = -+(Ts / sigma0) ln((Ts -+ F2) / (Ts -+ F1))`. From rest and F = 0 this is `-(Ts/sigma0) ln(1 - T/Ts)` (ERRATA, eq. 4.11);
-    unloading and inner loops follow from the same two branches. Torques at or beyond Ts are taken at 0.999 Ts.
+    unloading and inner loops follow from the same two branches. `breakaway` may be a level per row, (n,), of which each stretch
+    between rows takes the mean. Torques at or beyond Ts are taken at 0.999 Ts.
     """
-    limited = np.clip(friction, -0.999 * breakaway, 0.999 * breakaway)
-    rising = np.diff(limited) >= 0.0
-    ahead = np.diff(np.log(breakaway - limited))
-    back = np.diff(np.log(breakaway + limited))
-    steps = np.where(rising, -ahead, back) * (breakaway / sigma0)
+    levels = np.broadcast_to(np.asarray(breakaway, dtype=np.float64), friction.shape)
+    level = 0.5 * (levels[1:] + levels[:-1])
+    before, after = np.clip(friction[:-1], -0.999 * level, 0.999 * level), np.clip(friction[1:], -0.999 * level, 0.999 * level)
+    ahead = np.log((level - after) / (level - before))
+    back = np.log((level + after) / (level + before))
+    steps = np.where(after >= before, -ahead, back) * (level / sigma0)
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
@@ -85,22 +94,64 @@ def bristle_torque(friction: Vector, time_s: Vector, relaxation_s: float) -> Vec
 
 @dataclass(frozen=True)
 class _PathResiduals:
-    """Measured minus predicted position over its error, each run with its own zero; `values` = sigma0, Ts."""
+    """Measured minus predicted position over its error, each leg with its own zero; `values` = sigma0, Ts."""
 
     runs: tuple[PreslidingRun, ...]
     errors: tuple[float, ...]
+    legs: tuple[NDArray[np.int64], ...]
     sigma1: float
+    curve: StaticFriction | None
 
     def path(self, run: PreslidingRun, values: Vector) -> Vector:
         sigma0, breakaway = float(values[0]), float(values[1])
-        return presliding_path(bristle_torque(run.friction, run.time_s, self.sigma1 / sigma0), sigma0, breakaway)
+        bending = bristle_torque(run.friction, run.time_s, self.sigma1 / sigma0)
+        path = presliding_path(bending, sigma0, breakaway)
+        if self.curve is None:
+            return path
+        # towards break-away the speed is no longer nothing: one correction of the level s(v) with the speed of the path itself
+        speed = np.abs(np.gradient(path, run.time_s))
+        sinking = stribeck_bump(speed, self.curve.stribeck_velocity, self.curve.shape)
+        share = min(1.0, self.curve.coulomb / self.curve.breakaway)
+        return presliding_path(bending, sigma0, breakaway * (share + (1.0 - share) * sinking))
+
+    def aligned(self, number: int, values: Vector) -> Vector:
+        """Predicted positions of one run, (n,), each leg set on the measurement; NaN in rows that do not count."""
+        run, leg = self.runs[number], self.legs[number]
+        counted = leg >= 0
+        path = self.path(run, values)
+        means = np.bincount(leg[counted], weights=(run.position - path)[counted]) / np.maximum(np.bincount(leg[counted]), 1)
+        return np.asarray(np.where(counted, path + means[np.maximum(leg, 0)], np.nan))
 
     def __call__(self, values: Vector) -> Vector:
         pieces = []
-        for run, error in zip(self.runs, self.errors, strict=True):
-            misfit = run.position - self.path(run, values)
-            pieces.append((misfit - np.mean(misfit)) / error)
+        for number, (run, error) in enumerate(zip(self.runs, self.errors, strict=True)):
+            misfit = run.position - self.aligned(number, values)
+            pieces.append(misfit[self.legs[number] >= 0] / error)
         return np.concatenate(pieces)
+
+
+def monotonic_legs(friction: Vector) -> NDArray[np.int64]:
+    """Number of the monotonic leg of each row, shape (n,); -1 in the first seventh of a leg.
+
+    At a turning point the moving inertia carries the joint on for a moment, which slow friction knows nothing of: legs are compared
+    each with a zero of its own, after that moment.
+    """
+    swing = _TURNING_SHARE * float(np.ptp(friction))
+    turns, extreme, rising = [0], 0, 0
+    for row, value in enumerate(friction.tolist()):
+        ahead = value - friction[extreme]
+        if rising == 0 and abs(ahead) > swing:
+            rising = 1 if ahead > 0.0 else -1
+        if rising and ahead * rising >= 0.0:
+            extreme = row
+        elif rising and -ahead * rising > swing:
+            turns.append(extreme)
+            rising, extreme = -rising, row
+    turns.append(len(friction))
+    legs = np.full(len(friction), -1, dtype=np.int64)
+    for number, (start, stop) in enumerate(pairwise(turns)):
+        legs[start + (stop - start) // _TURNING_PART if number else start : stop] = number
+    return legs
 
 
 def fit_presliding(
@@ -110,12 +161,14 @@ def fit_presliding(
     prior_sigma0: float | None = None,
     sigma1: float = 0.0,
     breakaway_is_known: bool = False,
+    curve: StaticFriction | None = None,
 ) -> PreslidingFit | None:
     """Fit sigma0 (and, from the bend of the curve, Ts) to presliding runs; None when no run has usable rows.
 
     `breakaway` (N m) starts the search and limits the rows to nine tenths of it; with `breakaway_is_known` it stays. `sigma1` is
     the bristle damping where already known. Residuals carry the encoder step and are correlated along a ramp: intervals are profile
-    likelihoods widened by the autocorrelation time of the residuals.
+    likelihoods widened by the autocorrelation-robust variance of the residuals. `curve` is the steady curve as far as known: with it the
+    level sinks with the speed that a ramp reaches near break-away.
     """
     used = tuple(cut for run in runs if (cut := _below(run, _HIGHEST_SHARE * breakaway)) is not None)
     if not used:
@@ -129,25 +182,20 @@ def fit_presliding(
         return PreslidingFit(nothing, seen, used, tuple(np.full(len(r.time_s), np.nan) for r in used), steps, float("nan"), float("nan"))
     secant = _secant(used)
     known = breakaway if breakaway_is_known else None
-    residuals, best, ratio = _solve(used, secant, breakaway, encoder_step, sigma1, known)
+    residuals, best, ratio = _solve(used, secant, breakaway, encoder_step, (sigma1, curve), known)
     parameters = _parameters(secant, breakaway, known)
-    task = ProfileTask(residuals, parameters, best, np.full(2, ratio))
+    task = ProfileTask(residuals, parameters, best, ratio)
     sigma0 = settle("sigma0", float(best.values[0]), profile_interval(task, 0), "N m/rad", prior_sigma0, _SIGMA0_EXPERIMENT)
     if known is None:
         seen = settle("breakaway", float(best.values[1]), profile_interval(task, 1), "N m", breakaway, _BREAKAWAY_EXPERIMENT)
     else:
         seen = withheld("breakaway", "N m", breakaway, "taken from the velocity map", _BREAKAWAY_EXPERIMENT)
-    predicted, misfit = [], []
-    for run in used:
-        path = residuals.path(run, best.values)
-        path = path + float(np.mean(run.position - path))
-        predicted.append(path)
-        misfit.append(run.position - path)
-    rms = float(np.sqrt(np.mean(np.concatenate(misfit) ** 2)))
+    predicted = tuple(residuals.aligned(number, best.values) for number in range(len(used)))
+    rms = float(np.sqrt(np.nanmean(np.concatenate([run.position - path for run, path in zip(used, predicted, strict=True)]) ** 2)))
     if sigma0.verdict is Verdict.IDENTIFIED and steps < STEPS_FOR_SIGMA1:
         sigma0 = Estimate("sigma0", sigma0.value, sigma0.interval, sigma0.unit, Verdict.WEAKLY_IDENTIFIED, sigma0.fitted, prior_sigma0,
                           f"only {steps:.1f} encoder steps of presliding travel", _SIGMA0_EXPERIMENT)  # fmt: skip
-    return PreslidingFit(sigma0, seen, used, tuple(predicted), steps, secant, rms)
+    return PreslidingFit(sigma0, seen, used, predicted, steps, secant, rms)
 
 
 def _parameters(secant: float, breakaway: float, known: float | None) -> tuple[Parameter, ...]:
@@ -158,20 +206,25 @@ def _parameters(secant: float, breakaway: float, known: float | None) -> tuple[P
 
 
 def _solve(
-    runs: tuple[PreslidingRun, ...], secant: float, breakaway: float, encoder_step: float, sigma1: float, known: float | None
-) -> tuple[_PathResiduals, Fit, float]:
+    runs: tuple[PreslidingRun, ...],
+    secant: float,
+    breakaway: float,
+    encoder_step: float,
+    bending: tuple[float, StaticFriction | None],
+    known: float | None,
+) -> tuple[_PathResiduals, Fit, Vector]:
     """Fit once with the encoder's own error, once more with the scatter that was found; answers the widening for correlation too."""
     floor = max(encoder_step / np.sqrt(12.0), 1e-12)
     parameters = _parameters(secant, breakaway, known)
     starts = [np.array([secant * factor, breakaway]) for factor in (1.0, 1.5, 3.0)]
-    residuals = _PathResiduals(runs, tuple(floor for _ in runs), sigma1)
+    legs = tuple(np.where(np.abs(run.friction) < _COMPARED_SHARE * breakaway, monotonic_legs(run.friction), -1) for run in runs)
+    residuals = _PathResiduals(runs, tuple(floor for _ in runs), legs, *bending)
     best = fit(residuals, parameters, starts)
-    ends = np.cumsum([len(run.time_s) for run in runs])[:-1]
+    ends = np.cumsum([int(np.sum(leg >= 0)) for leg in legs])[:-1]
     scatter = tuple(max(floor, floor * float(np.std(piece))) for piece in np.split(best.residuals, ends))
-    residuals = _PathResiduals(runs, scatter, sigma1)
+    residuals = _PathResiduals(runs, scatter, legs, *bending)
     best = fit(residuals, parameters, [best.values])
-    ratio = max(autocorrelation_time(piece) for piece in np.split(best.residuals, ends))
-    return residuals, best, ratio
+    return residuals, best, robust_variance_ratio(best)
 
 
 def _below(run: PreslidingRun, limit: float) -> PreslidingRun | None:
@@ -185,10 +238,11 @@ def _below(run: PreslidingRun, limit: float) -> PreslidingRun | None:
 
 
 def _secant(runs: Sequence[PreslidingRun]) -> float:
-    """Straight-line stiffness over all rows, `dT / dz` of thesis eq. 4.11."""
-    over, under = 0.0, 0.0
+    """Straight-line stiffness from rest to the largest torque, `dT / dz` of thesis eq. 4.11, mean over the runs."""
+    found = []
     for run in runs:
-        torque = run.friction - float(np.mean(run.friction))
-        over += float(torque @ torque)
-        under += float(torque @ (run.position - float(np.mean(run.position))))
-    return abs(over / under) if under != 0.0 else 1.0
+        peak = int(np.argmax(np.abs(run.friction - run.friction[0])))
+        travel = float(run.position[peak] - run.position[0])
+        if travel != 0.0:
+            found.append(abs(float(run.friction[peak] - run.friction[0]) / travel))
+    return float(np.mean(found)) if found else 1.0

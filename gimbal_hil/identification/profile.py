@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import t as student
 
-from gimbal_hil.identification.averaging import Vector
+from gimbal_hil.identification.averaging import Vector, autocorrelation_time
 from gimbal_hil.identification.estimate import Interval
-from gimbal_hil.identification.least_squares import Fit, Parameter, ResidualFunction, refit_with_fixed
+from gimbal_hil.identification.least_squares import Fit, Matrix, Parameter, ResidualFunction, refit_with_fixed
 
 _LEVEL = 0.95
 _SEARCH_STEPS = 12
@@ -42,6 +42,24 @@ def profile_interval(task: ProfileTask, index: int) -> Interval:
     low, open_low = _side(task, index, -1.0)
     high, open_high = _side(task, index, +1.0)
     return Interval(low, high, open_low, open_high)
+
+
+def robust_variance_ratio(best: Fit) -> Vector:
+    """Autocorrelation-robust variance over the naive one for each parameter, shape (p,), at least 1.
+
+    Bartlett-weighted sandwich (Newey and West, Econometrica 55, 1987) with a window of five autocorrelation times of the residual.
+    """
+    n, unknowns = best.jacobian.shape
+    scores = best.jacobian * best.residuals[:, None]
+    window = int(min(n // 4, np.ceil(5.0 * autocorrelation_time(best.residuals))))
+    meat: Matrix = scores.T @ scores
+    for lag in range(1, window + 1):
+        cross = scores[lag:].T @ scores[:-lag]
+        meat += (1.0 - lag / (window + 1.0)) * (cross + cross.T)
+    bread = np.linalg.pinv(best.jacobian.T @ best.jacobian, rcond=1e-14)
+    robust = np.diag(bread @ meat @ bread)
+    naive = np.diag(bread) * max(best.sum_of_squares / best.degrees_of_freedom, 1e-300)
+    return np.asarray(np.clip(robust / np.maximum(naive, 1e-300), 1.0, 1e4)).reshape(unknowns)
 
 
 def _side(task: ProfileTask, index: int, direction: float) -> tuple[float, bool]:

@@ -78,9 +78,9 @@ def measure_velocity_map(
 
     What the rigid body leaves over but depends on position alone (cogging, wrong centre of mass, cable) is fitted as a curve under
     all speeds and taken out first: one curve for both directions when they pass over the same stretch (then what is odd in position
-    cancels and is measured), else one a direction, whose level where most plateaus pass cannot be told from friction.
-    `position_step` is the encoder step: windows that travel less than 100 steps are refused; `bristle_length` is Ts / sigma0 as far as known:
-    the travel over which friction settles is kept out of the position curve.
+    cancels and is measured), else one a direction, whose level where most plateaus pass cannot be told from friction. Windows that
+    travel less than 100 times `position_step` (the encoder's) are refused; `bristle_length` is Ts / sigma0 as far as known: the
+    travel over which friction settles is kept out of the position curve.
     """
     windows: list[tuple[Plateau, SteadyWindow]] = []
     rejected: list[RejectedPlateau] = []
@@ -97,7 +97,9 @@ def measure_velocity_map(
         else:
             windows.append((plateau, window))
     curves = _position_curves(windows, bristle_length)
-    passes = sorted((_measure(plateau, window, curves[window.rate > 0.0], rule) for plateau, window in windows), key=lambda point: point.rate)
+    passes = sorted(
+        (_measure(plateau, window, curves[window.rate > 0.0], rule) for plateau, window in windows), key=lambda point: point.rate
+    )
     return VelocityMap(_pool(passes), tuple(passes), tuple(rejected), curves[True], curves[False])
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -46,7 +47,7 @@ def _closed_loop(
     """PI on the gyro where `feed` is NaN, else the torque in `feed`; out (n, 3): torque, position, gyro, all before the tick."""
     ts, tc, vs, sigma2, delta, sigma0, sigma1 = numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5], numbers[6]
     inertia, gravity, ripple, kp, ki = numbers[7], numbers[8], numbers[9], numbers[10], numbers[11]
-    q, v, z, integral = 0.0, 0.0, 0.0, numbers[12]
+    q, v, a, z, integral = 0.0, 0.0, 0.0, 0.0, numbers[12]
     h = 1e-3 / steps
     for k in range(reference.shape[0]):
         out[k, 1], out[k, 2] = q, v + base_rate[k] + noise[k]
@@ -57,11 +58,12 @@ def _closed_loop(
         else:
             out[k, 0] = feed[k]
         for _ in range(steps):
-            level = stribeck_level(abs(v), ts, tc, vs, delta)
-            z, opposing = lugre_step(z, v, h, level, sigma0, sigma1, sigma2)
-            a = (out[k, 0] - opposing - gravity * np.cos(q) - ripple * np.sin(36.0 * q)) / inertia
+            middle, there = v + 0.5 * h * a, q + 0.5 * h * v
+            level = stribeck_level(abs(middle), ts, tc, vs, delta)
+            z, opposing = lugre_step(z, middle, h, level, sigma0, sigma1, sigma2)
+            a = (out[k, 0] - opposing - gravity * np.cos(there) - ripple * np.sin(36.0 * there)) / inertia
+            q += h * (v + 0.5 * h * a)
             v += h * a
-            q += h * v
 
 
 def _record(rig: Rig, reference: np.ndarray, feed: np.ndarray, seed: int, base_rate: np.ndarray | None) -> Recorded:
@@ -69,7 +71,7 @@ def _record(rig: Rig, reference: np.ndarray, feed: np.ndarray, seed: int, base_r
     noise = rig.gyro_noise * np.random.default_rng(seed).standard_normal(n)
     numbers = np.concatenate([rig.friction.values(), [rig.inertia, rig.gravity, rig.ripple, 60.0, 900.0, rig.gravity]])
     out = np.zeros((n, 3))
-    _closed_loop(reference, feed, np.zeros(n) if base_rate is None else base_rate, noise, numbers, 4, out)
+    _closed_loop(reference, feed, np.zeros(n) if base_rate is None else base_rate, noise, numbers, 10, out)
     encoder = np.round(out[:, 1] / rig.encoder_step) * rig.encoder_step
     return Recorded(np.arange(n) / RATE_HZ, out[:, 0], encoder, out[:, 2], reference)
 
@@ -96,7 +98,7 @@ def there_and_back(speeds: Sequence[float], least_s: float = 5.0, least_rad: flo
 def plateau_rows(reference: np.ndarray) -> list[slice]:
     """Stretches of constant, non-zero reference."""
     edges = np.concatenate([[0], np.flatnonzero(np.diff(reference)) + 1, [len(reference)]])
-    return [slice(int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True) if reference[a] != 0.0]
+    return [slice(int(a), int(b)) for a, b in pairwise(edges) if reference[a] != 0.0]
 
 
 def slow_ramp(peak: float, seconds: float, points: Sequence[float] = (0.0, 1.0, 0.3, 0.7, -1.0, 0.6, 0.0)) -> np.ndarray:

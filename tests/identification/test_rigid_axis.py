@@ -1,0 +1,61 @@
+"""Linear regression of a single axis."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.identification import RigidAxisRule, fit_rigid_axis
+
+TIME = np.arange(20_000) * 1e-3
+TRUE = {"inertia": 0.5, "viscous": 0.8, "coulomb": 0.3, "offset": -0.05}
+
+
+def _axis(noise: float = 0.0, seed: int = 0, up: float = 1.0, down: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """Position, and the held torque whose mean over each sample the motion needs."""
+    fine = np.arange(20_000 * 10 + 1) * 1e-4
+    position = 0.6 * np.sin(1.3 * fine) + 0.25 * np.sin(3.7 * fine)
+    rate = np.gradient(position, 1e-4)
+    friction = TRUE["coulomb"] * np.sign(rate) + TRUE["viscous"] * rate
+    need = TRUE["inertia"] * np.gradient(rate, 1e-4) + friction * np.where(rate > 0.0, up, down) + TRUE["offset"]
+    held = need[:-1].reshape(-1, 10).mean(axis=1)
+    return position[:-1:10], held + noise * np.random.default_rng(seed).standard_normal(len(held))
+
+
+def test_all_four_numbers_are_found_without_noise() -> None:
+    position, torque = _axis()
+    fit = fit_rigid_axis(TIME, position, torque, RigidAxisRule(20.0))
+    for name, value in TRUE.items():
+        assert fit.value(name) == pytest.approx(value, rel=0.02), name
+
+
+def test_torque_taken_half_a_sample_late_would_show_as_a_residual() -> None:
+    position, torque = _axis()
+    aligned = fit_rigid_axis(TIME, position, torque, RigidAxisRule(20.0))
+    late = fit_rigid_axis(TIME, position, np.roll(torque, 20), RigidAxisRule(20.0))
+    assert late.rms > 1.5 * aligned.rms
+
+
+def test_bootstrap_intervals_cover_the_truth_in_at_least_nine_of_ten_repeats() -> None:
+    covered = 0
+    for seed in range(40):
+        position, torque = _axis(0.05, seed)
+        fit = fit_rigid_axis(TIME, position, torque, RigidAxisRule(20.0), seed=seed)
+        covered += sum(next(e for e in fit.estimates if e.name == name).interval.covers(value) for name, value in TRUE.items())
+    assert covered / 160 >= 0.88
+
+
+def test_directions_are_told_apart() -> None:
+    position, torque = _axis(up=1.2, down=0.8)
+    fit = fit_rigid_axis(TIME, position, torque, RigidAxisRule(20.0), per_direction=True)
+    assert fit.value("viscous_positive") == pytest.approx(1.2 * TRUE["viscous"], rel=0.05)
+    assert fit.value("viscous_negative") == pytest.approx(0.8 * TRUE["viscous"], rel=0.05)
+    assert fit.value("coulomb_positive") - fit.value("coulomb_negative") == pytest.approx(
+        0.4 * TRUE["coulomb"] + 2 * TRUE["offset"], abs=0.02
+    )
+
+
+def test_an_axis_that_does_not_move_is_refused() -> None:
+    with pytest.raises(BadInputError, match="moving axis"):
+        fit_rigid_axis(TIME, np.zeros(len(TIME)), np.ones(len(TIME)), RigidAxisRule(20.0))

@@ -1,0 +1,78 @@
+"""Velocity maps from closed-loop motion: what is not friction is taken out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gimbal_hil.identification import Plateau, VelocityMap, measure_velocity_map
+from gimbal_hil.identification.rigid_axis import centred_torque
+from tests.identification.one_axis_rig import ENCODER_STEP, OUTER, Recorded, Rig, follow_rate, plateau_rows, there_and_back
+
+SPEEDS = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1)
+
+
+def _measure(recorded: Recorded, inertia: float = 0.5) -> VelocityMap:
+    torque = centred_torque(recorded.torque)
+    plateaus = [
+        Plateau(f"rows {rows.start}", recorded.time_s[rows], recorded.position[rows], torque[rows], inertia)
+        for rows in plateau_rows(recorded.rate_ref)
+    ]
+    return measure_velocity_map(plateaus, position_step=ENCODER_STEP, bristle_length=1.1e-3)
+
+
+def _errors(found: VelocityMap) -> np.ndarray:
+    true = np.array([np.sign(p.rate) * OUTER.static.torque(np.array([abs(p.rate)]))[0] for p in found.points])
+    return np.array([p.torque for p in found.points]) - true
+
+
+def test_a_clean_axis_gives_its_own_curve_within_the_errors_stated() -> None:
+    found = _measure(follow_rate(Rig(), there_and_back(SPEEDS), 1))
+    assert len(found.points) == 12
+    scores = _errors(found) / np.array([p.standard_error for p in found.points])
+    assert np.max(np.abs(scores)) < 3.5
+    assert np.max(np.abs(_errors(found))) < 1e-3
+
+
+def test_gravity_and_ripple_that_no_model_knows_cancel_between_the_directions() -> None:
+    found = _measure(follow_rate(Rig(gravity=0.05, ripple=0.02), there_and_back(SPEEDS, least_rad=0.35), 2))
+    odd = [0.5 * (a.torque - b.torque) for a, b in zip(found.points[6:], reversed(found.points[:6]), strict=True)]
+    true = OUTER.static.torque(np.array(SPEEDS))
+    assert odd == pytest.approx(true, abs=1.5e-3)
+    assert found.curve_positive is not None
+    assert found.curve_positive is found.curve_negative
+    assert np.ptp(found.curve_positive.values) == pytest.approx(0.04, rel=0.3)
+
+
+def test_friction_belongs_to_the_joint_rate_when_the_base_turns() -> None:
+    reference = there_and_back(SPEEDS)
+    base = np.full(len(reference), 0.03)
+    found = _measure(follow_rate(Rig(), reference, 3, base))
+    assert [abs(p.rate) for p in found.points[6:]] == pytest.approx(SPEEDS, rel=0.02)
+    assert np.max(np.abs(_errors(found))) < 1.5e-3
+
+
+def test_plateaus_of_a_few_encoder_steps_are_refused_with_a_reason() -> None:
+    coarse = Rig(encoder_step=1e-3)
+    recorded = follow_rate(coarse, there_and_back((0.01,)), 4)
+    torque = centred_torque(recorded.torque)
+    rows = plateau_rows(recorded.rate_ref)[0]
+    found = measure_velocity_map([Plateau("slow", recorded.time_s[rows], recorded.position[rows], torque[rows], 0.5)], position_step=1e-3)
+    assert not found.points
+    assert found.rejected[0].label == "slow"
+
+
+def test_a_gentle_acceleration_inside_the_tolerance_is_paid_for_by_the_momentum_balance() -> None:
+    time = np.arange(5000) * 1e-3
+    rate = 0.1 + 4e-5 * time
+    position = 0.1 * time + 2e-5 * time**2
+    friction = np.full(5000, 0.25) + 50.0 * 4e-5
+    found = measure_velocity_map([Plateau("accelerating", time, position, friction, 50.0)])
+    assert found.points[0].torque == pytest.approx(0.25, abs=2e-4)
+    assert found.points[0].rate == pytest.approx(float(np.mean(rate)), rel=1e-3)
+
+
+def test_passes_of_one_speed_become_one_point() -> None:
+    reference = there_and_back((0.02, 0.02, 0.02, 0.05))
+    found = _measure(follow_rate(Rig(), reference, 5))
+    assert [p.passes for p in found.points] == [1, 3, 3, 1]
