@@ -183,7 +183,7 @@ class CompiledPath(_Engine):
         self, settings: DaemonSettings, model: AntennaModel, seed: int = 0, keep_frames: bool = False, device: Device | None = None
     ) -> None:
         super().__init__(settings, model, seed, device)
-        self._counters = new_counters()
+        self.alive_counters = new_counters()
         self._octets = np.zeros(512, dtype=np.uint8)
         self._keep_frames = keep_frames
 
@@ -205,7 +205,7 @@ class CompiledPath(_Engine):
                 device.K,
                 device.X,
                 device.J,
-                self._counters,
+                self.alive_counters,
                 rows,
                 frames,
                 self._octets,

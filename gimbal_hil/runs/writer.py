@@ -56,6 +56,42 @@ class RunWriter:
         self._files = _open_folder(self.folder, header, self._started_utc, force)
         self._flushed_ns = clock_ns()
 
+    @classmethod
+    def resumed(cls, folder: Path, header: RunHeader, mark: Mapping[str, int], *, clock_ns: Callable[[], int] = time.monotonic_ns) -> Self:
+        """Go on writing a run that was stopped: what came after `mark` (see there) is cut off. Raises BadInputError."""
+        from gimbal_hil.runs.reader import open_run
+
+        folder = Path(folder)
+        try:
+            for name in (TICKS_FILE, FRAMES_FILE, EVENTS_FILE):
+                if (folder / name).stat().st_size < mark[name]:
+                    raise BadInputError(str(folder / name), "is shorter than at its checkpoint", "the files that the stopped run left")
+                os.truncate(folder / name, mark[name])
+        except (OSError, KeyError) as error:
+            raise BadInputError(str(folder), f"cannot be gone on with ({error})", "the folder of a stopped run") from error
+        run = open_run(folder)
+        writer = cls.__new__(cls)
+        writer.folder, writer.failure, writer._header, writer._clock_ns = folder, None, header, clock_ns
+        writer._blocks, writer._frames, writer._ticks, writer._events, writer._waiting_ticks = [], [], [], [], 0
+        writer._closed, writer._started_utc, writer._flushed_ns = False, run.record.started_utc, clock_ns()
+        flags = os.O_WRONLY | os.O_APPEND | os.O_CLOEXEC
+        writer._files = {name: os.open(folder / name, flags) for name in (TICKS_FILE, FRAMES_FILE, EVENTS_FILE)}
+        writer._counts = {TICKS_FILE: len(run.ticks), FRAMES_FILE: len(run.frames), EVENTS_FILE: len(run.events)}
+        content = {
+            TICKS_FILE: seal(run.ticks.copy()).tobytes(),
+            FRAMES_FILE: seal(run.frames.copy()).tobytes(),
+            EVENTS_FILE: (folder / EVENTS_FILE).read_bytes(),
+        }
+        writer._content = {name: hashlib.sha256(data) for name, data in content.items()}
+        (folder / RESERVE_FILE).write_bytes(bytes(RESERVE_BYTES))
+        write_header(folder, header, writer._started_utc, None)
+        return writer
+
+    def mark(self) -> dict[str, int]:
+        """Write what waits, and answer the size of each file in bytes: where a resumed run goes on."""
+        self.flush()
+        return {name: os.fstat(file).st_size for name, file in self._files.items()}
+
     def append_block(self, tick: int, direction: FrameDirection, block: bytes) -> None:
         """Keep the frames of one block (a run of ten-byte records)."""
         self._blocks.extend((tick, direction, block))

@@ -1,0 +1,89 @@
+"""What an experiment is: named steps for the host, what to measure in each, and what to conclude from all.
+
+A step is one host segment with what it means (axis, speed, direction, pass). `measure` turns the signals of one step into a
+table row as soon as the step is done, `conclude` turns the rows into report blocks. Both are pure, so a resumed experiment ends with the
+same table as one that was never stopped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimbal_hil.host import AxisCommand, EndCondition, Mode, Origin, Segment, Shape
+
+if TYPE_CHECKING:
+    from gimbal_hil.report import Block
+
+AXES = ("outer", "inner")
+Signals = Mapping[str, NDArray[np.float64]]
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Step:
+    """One stretch of an experiment: what the host follows, and what it is for."""
+
+    name: str
+    segment: Segment
+    #: what the step stands for: plain JSON, e.g. {"axis": "outer", "speed_rad_s": 0.01, "pass": 0}
+    meaning: Mapping[str, Any] = field(default_factory=dict)
+    #: whether `measure` is asked for a row
+    measured: bool = False
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A named sequence with its analysis."""
+
+    name: str
+    text: str
+    steps: tuple[Step, ...]
+    measure: Callable[[Step, Signals], Row | None]
+    conclude: Callable[[Sequence[Row], Mapping[str, Signals]], list[Block]]
+    #: steps whose signals `conclude` wants to draw (by name); others are not kept in memory
+    drawn: frozenset[str] = frozenset()
+    #: one log row in so many ticks; 1 keeps frames too, so that the run can be replayed
+    every: int = 1
+
+    def duration_s(self, rate_hz: float) -> float:
+        """Simulated or real time that the steps take when none ends early, s."""
+        return sum(step.segment.duration_ticks for step in self.steps) / rate_hz
+
+
+def position_hold(value_rad: float) -> AxisCommand:
+    """Hold a joint position."""
+    return AxisCommand(Mode.POSITION, Shape.HOLD, (value_rad,))
+
+
+def move_to(target_rad: float, duration_s: float) -> AxisCommand:
+    """Move smoothly to a joint position in a given time."""
+    return AxisCommand(Mode.POSITION, Shape.SMOOTH, (target_rad, duration_s))
+
+
+def constant_speed(rate_rad_s: float, span_rad: float) -> AxisCommand:
+    """Go on from where the joint stands at a constant rate until a span is travelled."""
+    return AxisCommand(Mode.POSITION, Shape.RAMP, (0.0, rate_rad_s, abs(span_rad)), Origin.START)
+
+
+def on_axis(axis: str, command: AxisCommand, other: AxisCommand) -> dict[str, AxisCommand]:
+    """Commands of both axes as keywords of `Segment`: one for the axis under test, one for the other."""
+    return {"outer": command if axis == "outer" else other, "inner": command if axis == "inner" else other}
+
+
+def step_of(
+    name: str,
+    rate_hz: float,
+    duration_s: float,
+    commands: Mapping[str, AxisCommand],
+    meaning: Mapping[str, Any] | None = None,
+    measured: bool = False,
+    ends: tuple[EndCondition, ...] = (),
+) -> Step:
+    """A step of `duration_s` seconds (at least one tick) at a tick rate."""
+    ticks = max(1, round(duration_s * rate_hz))
+    return Step(name, Segment(duration_ticks=ticks, ends=ends, **commands), dict(meaning or {}), measured)

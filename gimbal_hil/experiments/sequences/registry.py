@@ -1,0 +1,28 @@
+"""Sequence names and the files that build them; a sequence is imported when it is asked for."""
+
+from __future__ import annotations
+
+import importlib
+
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.experiments.experiment import Experiment
+from gimbal_hil.experiments.sequences.options import SequenceOptions
+
+#: name -> what it measures; the module of that name defines `build(options) -> Experiment`
+SEQUENCES = {
+    "step": "step responses of both axes: overshoot, settling, steady-state error",
+    "sliding": "mean torque at constant speeds, both directions: the friction-velocity curve",
+    "presliding": "torque ramps below and through break-away, small loops, a pulse: stiffness and damping",
+    "gravity_map": "holding torque over the travel, approached from both sides",
+    "sweep": "frequency response of the rate loop, open and closed, with margins and coherence",
+    "base_motion": "position hold while the base moves",
+    "warm_up": "friction while the joint warms up",
+}
+
+
+def build_experiment(name: str, options: SequenceOptions) -> Experiment:
+    """The experiment of that name; BadInputError lists the names."""
+    if name not in SEQUENCES:
+        raise BadInputError(f"experiment {name!r}", "is no sequence and no plan file", ", ".join([*SEQUENCES, "thesis", "or a plan file"]))
+    experiment: Experiment = importlib.import_module(f"gimbal_hil.experiments.sequences.{name}").build(options)
+    return experiment
