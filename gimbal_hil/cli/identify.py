@@ -22,7 +22,9 @@ def command(
     axis: Annotated[list[str] | None, typer.Option(help="Identify this axis only; may be repeated.")] = None,
     torque_driven: Annotated[
         bool,
-        typer.Option("--torque-driven", help="The tables were recorded under direct torque: use them for presliding and output error."),
+        typer.Option(
+            "--torque-driven", help="Tables without references were recorded under direct torque: use them for presliding and output error."
+        ),
     ] = False,
     resample: Annotated[bool, typer.Option("--resample", help="Accept tables with uneven time and resample them.")] = False,
     drop_invalid: Annotated[bool, typer.Option("--drop-invalid", help="Accept tables with invalid rows and drop those.")] = False,

@@ -15,6 +15,7 @@ from gimbal_hil.identification.evidence import Evidence, Log, collect
 from gimbal_hil.identification.output_error import EXPERIMENTS, OutputErrorFit, OutputErrorRule, fit_output_error
 from gimbal_hil.identification.presliding import STEPS_FOR_SIGMA1, PreslidingFit, fit_presliding
 from gimbal_hil.identification.rigid_axis import RigidAxisFit, RigidAxisRule, fit_rigid_axis
+from gimbal_hil.identification.rigid_load import axis_load
 from gimbal_hil.identification.sliding import Direction, StaticFit, fit_static
 from gimbal_hil.identification.stribeck import LUGRE_NAMES, LUGRE_UNITS, LugreFriction, StaticFriction
 from gimbal_hil.identification.velocity_map import VelocityMap, measure_velocity_map
@@ -25,6 +26,7 @@ _MOST_SECONDS = 60.0
 #: without a velocity map the whole motion counts; with one, only up to this many bristle lengths Ts / sigma0 from rest
 _BRISTLE_LENGTHS = 3.0
 _LEAST_ROWS = 100
+_LEAST_REGRESSION_ROWS = 1000
 
 
 @dataclass(frozen=True)
@@ -141,14 +143,14 @@ def _cut(records: Sequence[AxisRecord], length: float) -> tuple[AxisRecord, ...]
 
 
 def _rigid(logs: Sequence[Log], model: AntennaModel, axis: str) -> tuple[RigidAxisFit | None, RigidAxisFit | None]:
-    """Regression of a single axis over its longest log, symmetric and per direction."""
-    log = max(logs, key=lambda one: len(one.table))
-    table = log.table
+    """Regression of a single axis over its longest log, gravity taken out, symmetric and per direction; None when it hardly moves."""
+    table = max(logs, key=lambda one: len(one.table)).table
+    position = table.position(axis)
+    if len(table) < _LEAST_REGRESSION_ROWS or np.ptp(position) <= 100.0 * model.number(axis, "encoder.step"):
+        return None, None
+    torque = axis_load(table, model, axis).drive
     rule = RigidAxisRule(bandwidth_hz=min(20.0, 0.05 / table.period_s))
-    fits = [
-        fit_rigid_axis(table.time_s, table.position(axis), table.torque(axis), rule, per_direction=split, linear=model.is_linear)
-        for split in (False, True)
-    ]
+    fits = [fit_rigid_axis(table.time_s, position, torque, rule, per_direction=split, linear=model.is_linear) for split in (False, True)]
     return fits[0], fits[1]
 
 

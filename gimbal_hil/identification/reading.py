@@ -13,7 +13,7 @@ from gimbal_hil.signals import SignalsTable, read_signals, signals_of_run
 
 
 def read_log(path: Path, axes: Sequence[str], *, torque_driven: bool = False, resample: bool = False, drop_invalid: bool = False) -> Log:
-    """One log; `torque_driven` says of a bare table that its torque was commanded directly, with no loop around the axis.
+    """One log; `torque_driven` says that a bare table without references was recorded under torque commanded directly, no loop.
 
     Raises BadInputError as `read_signals` does.
     """
@@ -26,6 +26,6 @@ def read_log(path: Path, axes: Sequence[str], *, torque_driven: bool = False, re
 
 
 def _stretches(table: SignalsTable, axis: str, torque_driven: bool) -> tuple[Stretch, ...]:
-    if torque_driven:
+    if torque_driven and table.signal(axis, "rate_ref") is None and table.signal(axis, "position_ref") is None:
         return (Stretch(f"{axis}, whole table", 0, len(table), Drive.TORQUE),)
     return tuple(replace(stretch, drive=Drive.LOOP) for stretch in stretches_of_table(table, axis))
