@@ -15,7 +15,7 @@ import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import FrameType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from firmware_protocol.errors import EXIT_SAFETY_STOP, BadInputError
 from gimbal_hil.daemon.live_view import LiveView
@@ -33,6 +33,9 @@ from gimbal_hil.daemon.telemetry import (
     exchange_from,
 )
 from gimbal_hil.runs import RunHeader, RunWriter
+
+if TYPE_CHECKING:
+    from gimbal_hil.dashboard import PageServer
 
 Json = dict[str, Any]
 #: how long the service sleeps when there is nothing to do: it sets how old an event is when an operator sees it
@@ -141,19 +144,28 @@ class Service:
         header = RunHeader(**{**orders.header, "command_line": tuple(orders.header["command_line"])})
         self._telemetry = RingReader(orders.telemetry)
         settings = ServiceSettings(**orders.settings)
+        self._view = LiveView(header.period_ns)
+        self._page: PageServer | None = None
+        if settings.page_port is not None:
+            from gimbal_hil.dashboard import PageServer
+
+            self._page = PageServer(self._view, settings.page_port)
         writer = RunWriter(Path(orders.run), header, force=settings.force)
         self._recorder = Recorder(writer, header.period_ns, settings.frames, settings.every_ticks)
-        self._view = LiveView(header.period_ns)
         self._desk = OperatorDesk(Commands(RingWriter(orders.commands)), self._recorder, self._view, header.period_ns)
         door = Door(Path(orders.socket), orders.token)
         self._socket = OperatorSocket(door, self._desk.handle)
         self._desk.attach(self._socket)
         if settings.operator:
             door.write(Path(orders.run))
-        self.page_url: str | None = None
         self._end: tuple[int, str] | None = None
         self._told_failure = False
         self._quiet = settings.quiet
+
+    @property
+    def page_url(self) -> str | None:
+        """Where the live page is, None without one."""
+        return self._page.url if self._page else None
 
     def serve(self) -> None:
         """Work until the control process says that it is done, or is gone."""
@@ -167,6 +179,8 @@ class Service:
         self._take()
         self._recorder.close(*(self._end or (EXIT_SAFETY_STOP, reason)))
         self._socket.close()
+        if self._page is not None:
+            self._page.close()
 
     def _take(self) -> None:
         exchanges: list[Exchange] = []

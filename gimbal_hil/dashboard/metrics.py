@@ -1,0 +1,72 @@
+"""What a running daemon shows Prometheus, in its text format, written by prometheus-client (extra `metrics`)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from gimbal_hil.daemon.histogram import Histogram
+from gimbal_hil.daemon.live_view import AXES, LiveView
+from gimbal_hil.host.states import HostState, LinkStatus
+
+#: upper bounds of the exported buckets, microseconds
+_BOUNDS_US = (10, 20, 50, 100, 200, 500, 1_000, 2_000, 5_000, 10_000, 50_000, 200_000, 1_000_000)
+CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
+
+
+def metrics_text(view: LiveView) -> bytes | None:
+    """All metrics as one document; None when prometheus-client is not installed."""
+    try:
+        from prometheus_client import CollectorRegistry, generate_latest
+    except ModuleNotFoundError:
+        return None
+    registry = CollectorRegistry(auto_describe=False)
+    registry.register(_Collector(view))
+    return bytes(generate_latest(registry))
+
+
+class _Collector:
+    """Reads the view when asked, so that nothing is counted twice."""
+
+    def __init__(self, view: LiveView) -> None:
+        self._view = view
+
+    def collect(self) -> Iterator[Any]:
+        """The metric families of prometheus-client."""
+        from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily
+
+        view, status = self._view, self._view.status()
+        yield CounterMetricFamily("gimbal_ticks", "Ticks that ran.", value=view.ticks)
+        missed = CounterMetricFamily("gimbal_missed_ticks", "Periods that were skipped, by cause.", labels=["cause"])
+        for cause, count in view.misses_by_cause.items():
+            missed.add_metric([cause.value], count)
+        yield missed
+        yield CounterMetricFamily(
+            "gimbal_rejected_frames", "Received frames dropped by CRC, counter or bounds.", value=view.rejected_frames
+        )
+        yield _histogram("gimbal_wake_latency_seconds", "From deadline to wake-up.", view.latency)
+        yield _histogram("gimbal_computing_seconds", "From wake-up to the frames sent and the row handed over.", view.computing)
+        for name, text, kind, now in (
+            ("gimbal_host_state", "1 for the state that the host is in.", HostState, status["host_state"]),
+            ("gimbal_link_status", "1 for the status of the feedback.", LinkStatus, status["link"]),
+        ):
+            family = GaugeMetricFamily(name, text, labels=["state"])
+            for state in kind:
+                family.add_metric([state.name.lower()], float(state.name.lower() == now))
+            yield family
+        for key in ("position_rad", "rate_rad_s", "torque_nm"):
+            family = GaugeMetricFamily(f"gimbal_{key}", "Last measured value (torque: commanded).", labels=["axis"])
+            for axis in AXES:
+                if status[key][axis] is not None:
+                    family.add_metric([axis], status[key][axis])
+            yield family
+
+
+def _histogram(name: str, text: str, histogram: Histogram) -> Any:
+    from prometheus_client.core import HistogramMetricFamily
+
+    counts = histogram.cumulative(tuple(bound * 1000 for bound in _BOUNDS_US))
+    buckets = [(str(bound / 1e6), float(count)) for bound, count in zip(_BOUNDS_US, counts, strict=True)]
+    family = HistogramMetricFamily(name, text)
+    family.add_metric([], [*buckets, ("+Inf", float(histogram.count))], histogram.total_ns / 1e9)
+    return family

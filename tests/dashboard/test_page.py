@@ -1,0 +1,120 @@
+from __future__ import annotations
+
+import http.client
+import json
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import numpy as np
+import pytest
+
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.daemon.live_view import LiveView
+from gimbal_hil.daemon.miss_causes import MissCause
+from gimbal_hil.daemon.run import DaemonOptions, run_daemon
+from gimbal_hil.daemon.telemetry import MISS_CODE, Exchange
+from gimbal_hil.dashboard import PageServer
+from gimbal_hil.dashboard.page import PAGE
+from gimbal_hil.runs import FrameDirection, blocks_of_frames, open_run
+from gimbal_hil.settings import shipped_settings
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    run = tmp_path_factory.mktemp("page") / "run"
+    run_daemon(shipped_settings(), DaemonOptions(run, duration_s=0.4, lockstep=True, quiet=True))
+    return run
+
+
+@pytest.fixture
+def view(recorded: Path) -> LiveView:
+    """A view that has seen a recorded run, with three misses put in."""
+    log = open_run(recorded)
+    view = LiveView(log.record.header.period_ns)
+    frames = log.frames[log.frames["direction"] == FrameDirection.DEVICE_TO_HOST]
+    rows = log.ticks.copy()
+    rows["skipped_ticks"][50] = 3
+    for row in rows:
+        block = blocks_of_frames(frames[frames["tick"] == row["tick"]])
+        view.take([Exchange(row.tobytes(), block, b"")])
+    view.miss(int(rows["tick"][50]), MISS_CODE[MissCause.BUS_WAIT])
+    return view
+
+
+@pytest.fixture
+def server(view: LiveView) -> Iterator[PageServer]:
+    server = PageServer(view, 0)
+    yield server
+    server.close()
+
+
+def get(server: PageServer, path: str, host: str | None = None) -> tuple[int, bytes]:
+    connection = http.client.HTTPConnection("127.0.0.1", urlsplit(server.url).port, timeout=10)
+    connection.request("GET", path, headers={"Host": host} if host else {})
+    answer = connection.getresponse()
+    content = answer.read()
+    connection.close()
+    return answer.status, content
+
+
+def test_the_view_counts_what_the_run_holds(view: LiveView, recorded: Path) -> None:
+    log = open_run(recorded)
+    status = view.status()
+    assert status["statistics"]["ticks"] == len(log.ticks)
+    assert status["statistics"]["missed"] == 3 and status["statistics"]["missed_by_cause"]["bus_wait"] == 3
+    assert status["tick"] == log.ticks["tick"][-1]
+    assert status["drive_state"] is not None and status["drive_fault"] == "none"
+    last = np.abs([status["position_rad"][axis] for axis in ("outer", "inner")])
+    assert np.all(last < np.pi)
+    trace = view.trace(-1.0)
+    assert {len(column) for column in trace.values()} == {len(trace["time_s"])}
+    assert len(trace["time_s"]) > 10 and sorted(trace["time_s"]) == trace["time_s"]
+
+
+def test_the_page_is_one_document_that_needs_no_network(server: PageServer) -> None:
+    status, content = get(server, "/")
+    assert status == 200 and content.decode() == PAGE
+    assert "http" not in PAGE.lower().replace("http-equiv", "")
+
+
+def test_the_live_data_is_json_also_where_there_is_no_reference(server: PageServer) -> None:
+    status, content = get(server, "/live.json?since=-1")
+    live = json.loads(content, parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
+    assert status == 200
+    assert None in live["trace"]["position_ref_outer"]
+    newest = live["trace"]["time_s"][-1]
+    assert json.loads(get(server, f"/live.json?since={newest}")[1])["trace"]["time_s"] == []
+    assert json.loads(get(server, "/live.json?since=nonsense")[1])["trace"]["time_s"] != []
+    assert sum(count for _, count in live["latency_bins_us"]) == live["status"]["statistics"]["ticks"]
+
+
+def test_metrics_are_what_prometheus_reads(server: PageServer, view: LiveView) -> None:
+    parser = pytest.importorskip("prometheus_client.parser")
+    status, content = get(server, "/metrics")
+    assert status == 200
+    families = {family.name: family for family in parser.text_string_to_metric_families(content.decode())}
+    assert families["gimbal_ticks"].samples[0].value == view.ticks
+    missed = {sample.labels["cause"]: sample.value for sample in families["gimbal_missed_ticks"].samples if "cause" in sample.labels}
+    assert missed["bus_wait"] == 3 and set(missed) == {cause.value for cause in MissCause}
+    buckets = [sample for sample in families["gimbal_wake_latency_seconds"].samples if sample.name.endswith("_bucket")]
+    counts = [sample.value for sample in buckets]
+    assert counts == sorted(counts) and counts[-1] == view.ticks and math.isinf(float(buckets[-1].labels["le"]))
+    assert sum(sample.value for sample in families["gimbal_host_state"].samples) == 1
+
+
+def test_only_this_machine_is_answered_and_nothing_can_be_commanded(server: PageServer) -> None:
+    assert get(server, "/live.json", host="evil.example:80")[0] == 403
+    assert get(server, "/nothing")[0] == 404
+    connection = http.client.HTTPConnection("127.0.0.1", urlsplit(server.url).port, timeout=10)
+    connection.request("POST", "/", body=b"stop")
+    assert connection.getresponse().status == 501
+    connection.close()
+
+
+def test_a_port_that_is_taken_is_refused_and_leaves_no_run_folder(server: PageServer, tmp_path: Path) -> None:
+    port = urlsplit(server.url).port
+    with pytest.raises(BadInputError, match=f"--page: port {port}"):
+        run_daemon(shipped_settings(), DaemonOptions(tmp_path / "run", duration_s=0.1, lockstep=True, quiet=True, page_port=port))
+    assert not (tmp_path / "run").exists()
