@@ -1,0 +1,112 @@
+"""`gimbal-hil experiment`: a sequence or a plan file, on the virtual antenna in lockstep or on whatever a daemon controls."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from gimbal_hil.experiments.runner import Outcome
+
+
+def command(
+    name: Annotated[
+        str, typer.Argument(help="A sequence (step, sliding, presliding, ...), thesis, or a plan file.")
+    ],
+    config: Annotated[Path | None, typer.Option(help="Configuration file; without it the shipped virtual antenna.")] = None,
+    model: Annotated[
+        Path | None, typer.Option(help="Model of the embedded antenna, not the configuration's.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Run folder; without it a new one below ./runs.")] = None,
+    axis: Annotated[list[str] | None, typer.Option(help="Only this axis; may be repeated.")] = None,
+    short: Annotated[bool, typer.Option("--short", help="The short variant of the sequence.")] = False,
+    every: Annotated[int | None, typer.Option(help="Keep one tick in so many in the log (1 keeps frames too).", min=1)] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of the embedded antenna's noise, in place of the configuration's.", min=0)] = None,
+    lockstep: Annotated[bool, typer.Option("--lockstep/--real-time", help="Virtual time (the default), or a daemon in real time.")] = True,
+    run: Annotated[Path | None, typer.Option(help="Run folder of a running daemon: the experiment goes through it, in real time.")] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with the stopped experiment in --out.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
+) -> int:
+    """Run a sequence; leaves a run folder with log, table.csv and report.html."""
+    import json
+
+    from gimbal_hil.cli.progress import ProgressBar
+    from gimbal_hil.runs.header import wall_clock_utc
+
+    if resume and out is None:
+        from firmware_protocol.errors import BadInputError
+
+        raise BadInputError("--resume", "does not say which run", "--out with the folder of the stopped experiment")
+    folder = out or Path("runs") / f"{Path(name).stem}-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
+    if name == "thesis":
+        return _thesis(folder, force, as_json)
+    with ProgressBar(not as_json) as progress:
+        outcome = _conduct(
+            name, config, model, folder, axis, short, every, seed, None if lockstep and run is None else run, resume, force, progress
+        )
+    if as_json:
+        print(json.dumps({"experiment": outcome.experiment.name, "run": str(folder), "rows": list(outcome.rows)}, allow_nan=False))
+    else:
+        print(f"{outcome.experiment.text}: {len(outcome.rows)} rows")
+        print(f"  table   {folder / 'table.csv'}\n  report  {folder / 'report.html'}")
+    return 0
+
+
+def _conduct(
+    name: str,
+    config: Path | None,
+    model: Path | None,
+    folder: Path,
+    axis: list[str] | None,
+    short: bool,
+    every: int | None,
+    seed: int | None,
+    run: Path | None,
+    resume: bool,
+    force: bool,
+    progress: object,
+) -> Outcome:
+    from gimbal_hil.experiments.conducting import conduct, embedded_model_of
+    from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
+    from gimbal_hil.settings import load_settings, shipped_settings
+    from sim_backend.model import load_model
+
+    settings = load_settings(config) if config else shipped_settings()
+    options = SequenceOptions(settings.rate_hz, _axes(axis), short, every)
+    experiment = build_experiment(name, options)
+    antenna, own_seed = embedded_model_of(settings)
+    if model is not None:
+        antenna = load_model(model)
+    return conduct(
+        experiment,
+        settings,
+        antenna,
+        own_seed if seed is None else seed,
+        folder,
+        resume=resume,
+        force=force,
+        progress=progress,  # type: ignore[arg-type]
+    )
+
+
+def _axes(names: list[str] | None) -> tuple[str, ...]:
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.experiments.experiment import AXES
+
+    for name in names or ():
+        if name not in AXES:
+            raise BadInputError("--axis", f"no axis {name!r}", " or ".join(AXES))
+    return tuple(dict.fromkeys(names)) if names else AXES
+
+
+def _thesis(folder: Path, force: bool, as_json: bool) -> int:
+    import json
+
+    from gimbal_hil.experiments.thesis import as_document, as_text, run_thesis
+
+    report = run_thesis(folder, force)
+    print(json.dumps(as_document(report), allow_nan=False) if as_json else as_text(report))
+    return 0

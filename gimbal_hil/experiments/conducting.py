@@ -1,0 +1,70 @@
+"""From a configuration to a finished experiment folder: log, table, report."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.experiments.antenna import EmbeddedAntenna
+from gimbal_hil.experiments.experiment import Experiment
+from gimbal_hil.experiments.runner import Outcome, ProgressSink, run_experiment, table_csv
+from gimbal_hil.report import Details, Listing, Page
+from gimbal_hil.runs.header import RunHeader
+from gimbal_hil.settings import DaemonSettings
+from gimbal_hil.settings.link import EmbeddedAntenna as EmbeddedLink
+from sim_backend.model import AntennaModel, load_model, shipped_model
+
+TABLE_FILE, REPORT_FILE = "table.csv", "report.html"
+
+
+def embedded_model_of(settings: DaemonSettings) -> tuple[AntennaModel, int]:
+    """Model and seed of the virtual antenna that the configuration names; BadInputError where it names a real link."""
+    link = settings.link
+    if not isinstance(link, EmbeddedLink):
+        raise BadInputError(
+            "link", f"is {link.kind}, which has no time of its own to wait", "an embedded antenna for --lockstep, or a daemon with --run"
+        )
+    named = link.embedded
+    return (load_model(named.model) if named.is_file else shipped_model(named.model)), named.seed
+
+
+def run_header(settings: DaemonSettings, model: AntennaModel, seed: int, title: str, every: int) -> RunHeader:
+    """Header of an experiment's run folder on the virtual antenna."""
+    recording = settings.recording.model_copy(update={"frames": every == 1, "every_ticks": every})
+    return RunHeader(
+        configuration=settings.model_copy(update={"recording": recording}).model_dump(mode="json", by_alias=True),
+        model=model.document,
+        seed=seed,
+        period_ns=round(1e9 / settings.rate_hz),
+        lockstep=True,
+        title=title,
+        command_line=tuple(sys.argv),
+    )
+
+
+def conduct(
+    experiment: Experiment,
+    settings: DaemonSettings,
+    model: AntennaModel,
+    seed: int,
+    folder: Path,
+    *,
+    resume: bool = False,
+    force: bool = False,
+    progress: ProgressSink | None = None,
+) -> Outcome:
+    """Run an experiment on the virtual antenna in lockstep and leave log, table and report in `folder`."""
+    antenna = EmbeddedAntenna(settings, model, seed, keep_frames=experiment.every == 1)
+    header = run_header(settings, model, seed, experiment.name, experiment.every)
+    outcome = run_experiment(experiment, antenna, folder, header, resume=resume, force=force, progress=progress)
+    write_results(outcome, f"{model.name}, seed {seed}, {settings.rate_hz:g} Hz in lockstep")
+    return outcome
+
+
+def write_results(outcome: Outcome, where: str) -> Path:
+    """Table and report page of a finished experiment; answers the page's path."""
+    table = table_csv(outcome.rows)
+    (outcome.folder / TABLE_FILE).write_text(table, encoding="utf-8")
+    blocks = [*outcome.experiment.conclude(outcome.rows, outcome.drawn), Details("The table as data (table.csv)", [Listing(table)])]
+    return Page(outcome.experiment.text, where, blocks).write(outcome.folder / REPORT_FILE)
