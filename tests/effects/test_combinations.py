@@ -26,8 +26,8 @@ TORQUE = np.repeat(np.random.default_rng(11).uniform(-1.0, 1.0, 50), 10)
     ],
 )
 def test_two_halves_of_an_effect_make_the_whole(name: str, half: dict[str, float], whole: dict[str, float]) -> None:
-    twice = run(with_effect(with_effect(rotary(), name, **half), name, **half), TORQUE)
-    once = run(with_effect(rotary(), name, **whole), TORQUE)
+    twice = run(rotary().with_effect(name, "axis", half).with_effect(name, "axis", half), TORQUE)
+    once = run(rotary().with_effect(name, "axis", whole), TORQUE)
     np.testing.assert_allclose(twice.rate, once.rate, atol=1e-12)
     np.testing.assert_allclose(twice.encoder, once.encoder, atol=1e-12)
 

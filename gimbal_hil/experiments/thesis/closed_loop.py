@@ -10,15 +10,17 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from firmware_protocol.compiling import entry_point
-from gimbal_hil.control import Mode, axis_torque
+from gimbal_hil.control import AntiWindup, Mode, axis_torque
 from gimbal_hil.control.layout import (
     CONTROL_PARAMETERS,
     CONTROL_STATES,
+    POSITION_ANTI_WINDUP,
     POSITION_KI,
     POSITION_KP,
     PREFILTER_CORNER,
     PREFILTER_DECAY,
     PREFILTER_GAIN,
+    RATE_ANTI_WINDUP,
     RATE_KI,
     RATE_KP,
     RATE_REFERENCE_LIMIT,
@@ -52,6 +54,8 @@ class AxisLoop:
     torque_limit_nm: float = _NO_LIMIT
     #: prefilter num / (den[0] s + den[1]) of the position reference; none where it is empty
     prefilter: tuple[float, ...] = field(default=())
+    #: what the product has on everywhere and the thesis had not
+    anti_windup: bool = False
 
     def parameters(self, step_s: float) -> np.ndarray:
         """This loop as a block of the control law's parameters, (CONTROL_PARAMETERS,)."""
@@ -59,6 +63,8 @@ class AxisLoop:
         block[POSITION_KP], block[POSITION_KI], block[RATE_REFERENCE_LIMIT] = self.position.kp, self.position.ki, _NO_LIMIT
         block[RATE_KP], block[RATE_KI] = self.rate.kp, self.rate.ki
         block[TORQUE_SCALE], block[TORQUE_LIMIT] = self.torque_per_unit_nm, self.torque_limit_nm
+        if self.anti_windup:
+            block[RATE_ANTI_WINDUP] = block[POSITION_ANTI_WINDUP] = AntiWindup.CLAMPING
         if self.prefilter:
             numerator, lag, constant = self.prefilter
             corner = constant / lag
@@ -89,7 +95,7 @@ def _run(
         for axis in range(2):
             position, rate = read_encoder(P, K, X, axis, tick), read_gyro(P, K, X, axis, tick)
             h, c = axis * CONTROL_STATES, axis * CONTROL_PARAMETERS
-            torque = axis_torque(modes[axis], reference[k, axis], 0.0, position, rate, 0.0, 0.0, step, H, h, C, c)
+            torque = axis_torque(modes[axis], reference[k, axis], 0.0, position, rate, 0.0, 0.0, (-1e9, 1e9), step, H, h, C, c)
             rows[k, axis], rows[k, 2 + axis], rows[k, 4 + axis] = position, rate, torque
         plant_tick(P, K, X, (rows[k, 4], rows[k, 5]))
         rows[k, 6], rows[k, 7] = X[FRICTION], X[FRICTION + 1]
