@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -84,7 +84,7 @@ def break_away_findings(found: Sequence[BreakAway], static: StaticFit, axis: str
 def repeatability_findings(points: Sequence[VelocityPoint], axis: str = "") -> tuple[Finding, ...]:
     """Neighbouring speeds of one direction whose torques differ by far more than their errors: the runs were not made alike."""
     findings = []
-    for a, b in itertools.pairwise(points):
+    for a, b in pairwise(points):
         same_way = a.rate * b.rate > 0.0
         near = same_way and max(abs(a.rate), abs(b.rate)) < _NEAR_SPEED * min(abs(a.rate), abs(b.rate))
         gap = abs(a.torque - b.torque)

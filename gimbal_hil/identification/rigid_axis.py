@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
@@ -133,8 +133,8 @@ def _block_bootstrap(design: Matrix, target: Vector, residual: Vector, seed: int
     length = int(np.ceil(_TIMES_PER_BLOCK * autocorrelation_time(residual)))
     blocks = max(_MIN_BLOCKS, n // max(1, length))
     edges = np.linspace(0, n, blocks + 1).astype(np.int64)
-    normal = np.stack([design[a:b].T @ design[a:b] for a, b in itertools.pairwise(edges)])
-    moment = np.stack([design[a:b].T @ target[a:b] for a, b in itertools.pairwise(edges)])
+    normal = np.stack([design[a:b].T @ design[a:b] for a, b in pairwise(edges)])
+    moment = np.stack([design[a:b].T @ target[a:b] for a, b in pairwise(edges)])
     chosen = np.random.default_rng(seed).integers(0, blocks, size=(_REPEATS, blocks))
     counts = np.stack([np.bincount(row, minlength=blocks) for row in chosen]).astype(np.float64)
     matrices = np.einsum("rb,bij->rij", counts, normal)

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 from enum import Enum
+from itertools import pairwise
 
 import numpy as np
 
 from gimbal_hil.control.layout import Mode
 from gimbal_hil.identification.averaging import Vector
-from gimbal_hil.runs import Run
+from gimbal_hil.runs import EventKind, Run
 from gimbal_hil.runs.frame_columns import columns_of
 from gimbal_hil.signals import SignalsTable
 
@@ -42,18 +42,24 @@ class Stretch:
 
 
 def stretches_of_run(run: Run, table: SignalsTable, axis: str) -> tuple[Stretch, ...]:
-    """Stretches of a recorded run: one a segment of its plan, from the tick log's segment label and mode of the axis."""
+    """Stretches of a recorded run: one a step of its plan, cut further where the mode of the axis changes.
+
+    Steps begin where the log has a `segment` event, whose text is their name, or where the tick log's segment label changes.
+    """
     ticks = run.ticks
     first = int(columns_of(run.frames, "drive_status").tick[0])
-    rows = np.clip(ticks["tick"] - first, 0, len(table))
-    change = np.flatnonzero((np.diff(ticks["segment"]) != 0) | (np.diff(ticks[f"mode_{axis}"]) != 0)) + 1
+    named = {event.tick: event.text for event in run.events if event.kind is EventKind.SEGMENT}
+    begun = np.isin(ticks["tick"][1:], np.array(list(named), dtype=np.int64))
+    change = np.flatnonzero(begun | (np.diff(ticks["segment"]) != 0) | (np.diff(ticks[f"mode_{axis}"]) != 0)) + 1
     edges = np.concatenate([[0], change, [len(ticks)]])
-    stretches = []
-    for start, stop in itertools.pairwise(edges):
-        low, high = int(rows[start]), int(rows[stop]) if stop < len(rows) else len(table)
+    stretches, name = [], ""
+    for start, stop in pairwise(edges.tolist()):
+        name = named.get(int(ticks["tick"][start]), name or f"segment {int(ticks['segment'][start])}")
+        low = int(np.clip(ticks["tick"][start] - first, 0, len(table)))
+        high = int(np.clip(ticks["tick"][stop] - first, 0, len(table))) if stop < len(ticks) else len(table)
         if high > low:
-            label = f"{axis} segment {int(ticks['segment'][start])} at {table.time_s[min(low, len(table) - 1)]:.2f} s"
-            stretches.append(Stretch(label, low, high, _DRIVES.get(int(ticks[f"mode_{axis}"][start]), Drive.LOOP)))
+            drive = _DRIVES.get(int(ticks[f"mode_{axis}"][start]), Drive.LOOP)
+            stretches.append(Stretch(f"{name} ({table.time_s[low]:.1f} s)", low, high, drive))
     return tuple(stretches)
 
 
@@ -68,7 +74,7 @@ def stretches_of_table(table: SignalsTable, axis: str) -> tuple[Stretch, ...]:
     else:
         edges = _speed_edges(table.position(axis), table.period_s)
     found = []
-    for start, stop in itertools.pairwise(edges):
+    for start, stop in pairwise(edges):
         if stop - start > 1:
             found.append(Stretch(f"{axis} from {table.time_s[start]:.2f} s", int(start), int(stop), Drive.LOOP))
     return tuple(found)
