@@ -134,7 +134,7 @@ def _render(block: Block) -> str:
         case Table():
             return _table(block)
         case Plot(figure, caption):
-            drawn = figure.to_html(full_html=False, include_plotlyjs=False, config={"displaylogo": False, "responsive": True})
+            drawn = figure.to_html(full_html=False, include_plotlyjs=False, config={"displayModeBar": False, "responsive": True})
             return f"<figure>{drawn}{_caption(caption)}</figure>"
         case Listing(text, caption):
             return f"<figure><pre>{html.escape(text)}</pre>{_caption(caption)}</figure>"

@@ -1,0 +1,50 @@
+"""`gimbal-hil demo`: the whole story on the virtual antenna."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def command(
+    out: Annotated[Path | None, typer.Option(help="Folder for runs and report; without it a new one below ./runs.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
+) -> int:
+    """The whole story on the virtual antenna in under two minutes; ends with the path of one HTML report.
+
+    The first time it also compiles the plant for this machine, which takes most of that time; later runs find it on disk.
+    """
+    import json
+    import sys
+    import time
+
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.cli.progress import ProgressBar
+    from gimbal_hil.runs.header import wall_clock_utc
+
+    folder = out or Path("runs") / f"demo-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
+    if (folder / "report.html").exists() and not force:
+        raise BadInputError(str(folder / "report.html"), "already exists", "a new folder, or --force to overwrite it")
+    began = time.monotonic()
+    if not as_json:
+        print("gimbal-hil demo: loading the virtual antenna (the first time it is compiled, about a minute)", file=sys.stderr)
+    from gimbal_hil.demo import tell
+    from gimbal_hil.settings import shipped_settings
+
+    found: dict[str, str] = {}
+
+    def say(stage: str, line: str) -> None:
+        found[stage] = line
+        if not as_json:
+            print(f"[{time.monotonic() - began:5.1f} s] {stage:<12} {line}")
+
+    with ProgressBar(not as_json) as progress:
+        report = tell(shipped_settings(), folder, progress, say)
+    if as_json:
+        print(json.dumps({"stages": found, "report": str(report.resolve()), "took_s": round(time.monotonic() - began, 1)}))
+    else:
+        print(f"report: {report.resolve()}")
+    return 0
