@@ -118,8 +118,8 @@ class ControlLoop:
         received = self._link.receive()
         sent = self._host.tick(tick.number, time_ns, received)
         self._link.send(sent)
-        late_ns = tick.woke.ns - tick.deadline.ns
-        self._telemetry.tick(self._host.row, late_ns, self._clock.now().since(tick.woke).ns, received, sent)
+        late_ns, computing_ns = tick.woke_ns - tick.deadline_ns, self._clock.now_ns() - tick.woke_ns
+        self._telemetry.tick(self._host.row, late_ns, computing_ns, received, sent)
         for event in self._host.events():
             self._telemetry.event(event.tick, time_ns, _kind(event), event.text, {"code": event.code.name.lower(), **event.data})
         self._due = take_commands(self._commands)
@@ -138,7 +138,7 @@ class ControlLoop:
     def tell_miss(self, miss: Miss, cause: MissCause) -> None:
         """For the tick engine: a miss has been explained; the row that it belongs to is that of the tick which ran next."""
         tick = miss.tick + miss.periods
-        self._telemetry.miss(tick, cause)
+        self._telemetry.miss(tick, miss.periods, cause)
         data = {"cause": cause.value, "periods": miss.periods, "late_ms": (miss.woke_ns - miss.deadline_ns) / 1e6}
         self._event("timing", f"{miss.periods} ticks missed ({cause.value})", data, tick)
 

@@ -51,9 +51,9 @@ class LinkKeeper:
                 return b""
             link = self._link
             assert link is not None
-        before = self._clock.now().ns
+        before = self._clock.now_ns()
         block = link.receive()
-        self._charge(self._clock.now().ns - before)
+        self._charge(self._clock.now_ns() - before)
         return block
 
     def send(self, block: bytes) -> None:
@@ -61,9 +61,9 @@ class LinkKeeper:
         link = self._link
         if link is None or link.state is not LinkState.OPEN:
             return
-        before = self._clock.now().ns
+        before = self._clock.now_ns()
         link.send(block)
-        self._charge(self._clock.now().ns - before)
+        self._charge(self._clock.now_ns() - before)
 
     def close(self) -> None:
         """Close the link for good."""

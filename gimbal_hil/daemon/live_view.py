@@ -38,7 +38,6 @@ class LiveView:
     drive_state: schema.DriveState | None = None
     drive_fault: schema.FaultCode | None = None
     _measured: dict[str, float] = field(default_factory=dict)
-    _skipped: dict[int, int] = field(default_factory=dict)
     _trace: deque[list[float]] = field(default_factory=lambda: deque(maxlen=TRACE_RATE_HZ * TRACE_S))
     _next_trace_ns: int = 0
 
@@ -47,27 +46,23 @@ class LiveView:
         if not exchanges:
             return
         rows = np.frombuffer(b"".join(exchange.row for exchange in exchanges), TICK_ROW)
-        columns = zip(
-            *(rows[name].tolist() for name in ("tick", "time_ns", "skipped_ticks", "wake_latency_ns", "computing_ns")), strict=True
-        )
-        for index, (tick, time_ns, skipped, late_ns, computing_ns) in enumerate(columns):
+        columns = zip(*(rows[name].tolist() for name in ("time_ns", "wake_latency_ns", "computing_ns")), strict=True)
+        for index, (time_ns, late_ns, computing_ns) in enumerate(columns):
             self.latency.add(late_ns)
             self.computing.add(computing_ns)
-            if skipped:
-                self.missed += skipped
-                self._skipped[tick] = skipped
             if time_ns >= self._next_trace_ns:
                 self._next_trace_ns = time_ns + 1_000_000_000 // TRACE_RATE_HZ
                 self._listen(exchanges[index].received)
                 self._trace.append(self._point(rows[index]))
         self.ticks += len(exchanges)
+        self.missed += int(rows["skipped_ticks"].sum())
         self.rejected_frames += int(rows["rejected_frames"].sum())
         self.row = rows[-1]
         self._listen(exchanges[-1].received)
 
-    def miss(self, tick: int, code: int) -> None:
+    def miss(self, periods: int, code: int) -> None:
         """A miss has been explained."""
-        self.misses_by_cause[_CAUSES[code]] += self._skipped.pop(tick, 1)
+        self.misses_by_cause[_CAUSES[code]] += periods
 
     def status(self) -> Json:
         """Where the daemon stands, in words and SI units."""

@@ -200,8 +200,8 @@ class Service:
 
     def _take_rare(self, record: Record) -> None:
         if record.kind == TelemetryKind.MISS:
-            tick, code = MISS_RECORD.unpack(record.payload)
-            self._view.miss(tick, code)
+            tick, periods, code = MISS_RECORD.unpack(record.payload)
+            self._view.miss(periods, code)
             self._recorder.miss(tick, code)
         elif record.kind == TelemetryKind.END:
             end = json.loads(record.payload)

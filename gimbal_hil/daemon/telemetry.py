@@ -19,7 +19,8 @@ from gimbal_hil.host.program import Program
 Json = dict[str, Any]
 #: size of a row of `runs.TICK_ROW`, and where its wall-clock columns wake_latency_ns and computing_ns start
 ROW_BYTES, WALL_CLOCK_AT = 96, 80
-MISS_RECORD = struct.Struct("<qi")
+#: tick that ran after the miss, periods lost, code of the cause
+MISS_RECORD = struct.Struct("<qii")
 _WALL_CLOCK = struct.Struct("<ii")
 _INT32_MAX = 2**31 - 1
 _RECEIVED_LENGTH = struct.Struct("<I")
@@ -107,9 +108,9 @@ class Telemetry:
         """One event; `kind` is the value of a `runs.EventKind`."""
         self._push_json(TelemetryKind.EVENT, {"tick": tick, "time_ns": time_ns, "kind": kind, "text": text, "data": data or {}})
 
-    def miss(self, tick: int, cause: MissCause) -> None:
+    def miss(self, tick: int, periods: int, cause: MissCause) -> None:
         """The cause of the periods that were skipped before `tick`."""
-        self._push(TelemetryKind.MISS, MISS_RECORD.pack(tick, MISS_CODE[cause]))
+        self._push(TelemetryKind.MISS, MISS_RECORD.pack(tick, periods, MISS_CODE[cause]))
 
     def reply(self, request: int, tick: int, time_ns: int, problem: str = "") -> None:
         """What became of a request: taken at `tick`, or why not."""

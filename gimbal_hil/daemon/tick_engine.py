@@ -39,14 +39,17 @@ class TickStatistics:
         }
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Tick:
-    """One call of the control: its number counts periods since the start, so it jumps by the skipped ones."""
+    """One call of the control: its number counts periods since the start, so it jumps by the skipped ones.
+
+    `deadline_ns` and `woke_ns` are instants of the engine's clock.
+    """
 
     number: int
     skipped: int
-    deadline: Instant
-    woke: Instant
+    deadline_ns: int
+    woke_ns: int
 
 
 class TickEngine:
@@ -77,27 +80,27 @@ class TickEngine:
     def run(self, ticks: int | None = None) -> TickStatistics:
         """Run for `ticks` periods (for ever when None) or until the step answers False."""
         clock, period, statistics, usage = self._clock, self._period_ns, self.statistics, self._usage
-        start = clock.now().ns + period
+        start = clock.now_ns() + period
         number = 0
         before_ns = start - period
         if usage:
             usage.mark()
         while ticks is None or number < ticks:
-            deadline = Instant(start + number * period)
-            clock.wait_until(deadline)
-            woke = clock.now().ns
-            late = woke - deadline.ns
+            deadline = start + number * period
+            clock.wait_until(Instant(deadline))
+            woke = clock.now_ns()
+            late = woke - deadline
             skipped = late // period
             if skipped:
-                self._count_miss(number, skipped, before_ns, deadline.ns, woke)
+                self._count_miss(number, skipped, before_ns, deadline, woke)
                 number += skipped
-                deadline = Instant(start + number * period)
+                deadline = start + number * period
             if usage:
                 usage.mark()
             statistics.ticks += 1
             statistics.latency.add(late)
-            go_on = self._step(Tick(number, skipped, deadline, Instant(woke)))
-            statistics.computing.add(clock.now().ns - woke)
+            go_on = self._step(Tick(number, skipped, deadline, woke))
+            statistics.computing.add(clock.now_ns() - woke)
             if self._unexplained:
                 self._explain(woke)
             if not go_on:

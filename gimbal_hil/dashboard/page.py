@@ -71,7 +71,8 @@ function bars(id, items, logarithmic) {
     const h = size(value) / top * (height - 30);
     pen.fillStyle = "#1f6feb"; pen.fillRect(n * step + 1, height - 16 - h, Math.max(step - 2, 1), h);
     pen.fillStyle = "#5a6675";
-    if (step > 60 || n % Math.ceil(60 / step) === 0) pen.fillText(name, n * step + 2, height - 4);
+    if (step > 60) pen.fillText(name.replace("_", " "), n * step + 2, height - 4, step - 4);
+    else if (n % Math.ceil(60 / step) === 0) pen.fillText(name, n * step + 2, height - 4);
     if (step > 60) pen.fillText(value, n * step + 2, height - 20 - h);
   });
 }
