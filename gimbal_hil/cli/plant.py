@@ -64,7 +64,7 @@ def _serve(server: DeviceServer, duration_s: float | None) -> bool:
     """Serve until the time is over or a signal comes; answers whether one came. The handlers before are put back."""
     import signal
 
-    from gimbal_hil.daemon.real_time import freeze_garbage, set_timer_slack
+    from gimbal_hil.daemon.real_time import control_and_witness_cores, real_time
 
     signals: list[int] = []
 
@@ -74,9 +74,9 @@ def _serve(server: DeviceServer, duration_s: float | None) -> bool:
 
     before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        set_timer_slack(1)
-        freeze_garbage()
-        server.serve(None if duration_s is None else round(duration_s * 1e9))
+        # on the core that a daemon of this machine leaves free, and behind it in priority
+        with real_time(priority=55, core=control_and_witness_cores()[1]):
+            server.serve(None if duration_s is None else round(duration_s * 1e9))
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
