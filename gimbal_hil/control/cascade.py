@@ -63,6 +63,7 @@ def axis_torque(
     rate: float,
     base_rate: float,
     feedforward_nm: float,
+    allowed: tuple[float, float],
     step_s: float,
     H: np.ndarray,
     h: int,
@@ -72,7 +73,8 @@ def axis_torque(
     """Torque (N m) of one axis for the next tick, within the axis' torque limit.
 
     `reference` is in the mode's unit (N m, rad/s, rad), `slope` its time derivative; `position` is the encoder's (rad), `rate`
-    the gyro's (rad/s), `base_rate` the inertial rate that the axis would have with its joint at rest (rad/s).
+    the gyro's (rad/s), `base_rate` the inertial rate that the axis would have with its joint at rest (rad/s); `allowed` is the least
+    and the largest joint rate (rad/s) that the position loop may ask for.
     """
     if mode == _OFF:
         H[h + TORQUE] = H[h + LOOP_REFERENCE] = H[h + LOOP_ERROR] = 0.0
@@ -80,7 +82,7 @@ def axis_torque(
         H[h + TORQUE] = clamp(reference, -C[c + TORQUE_LIMIT], C[c + TORQUE_LIMIT])
         H[h + LOOP_REFERENCE], H[h + LOOP_ERROR] = reference, 0.0
     elif mode == _POSITION:
-        _follow_position(reference, slope, position, rate, C[c + BASE_RATE_SHARE] * base_rate, feedforward_nm, step_s, H, h, C, c)
+        _follow_position(reference, slope, position, rate, C[c + BASE_RATE_SHARE] * base_rate, feedforward_nm, allowed, step_s, H, h, C, c)
     else:
         wanted = reference
         if mode == _RATE:
@@ -98,6 +100,7 @@ def _follow_position(
     rate: float,
     base_rate: float,
     feedforward_nm: float,
+    allowed: tuple[float, float],
     step_s: float,
     H: np.ndarray,
     h: int,
@@ -118,8 +121,8 @@ def _follow_position(
     error = wanted - position
     H[h + LOOP_REFERENCE], H[h + LOOP_ERROR] = wanted, error
     forward = C[c + RATE_FEEDFORWARD] * wanted_slope
-    high = C[c + RATE_REFERENCE_LIMIT]
-    rate_reference = clamp(C[c + POSITION_KP] * error + H[h + POSITION_INTEGRAL] + forward, -high, high)
+    low, high = max(-C[c + RATE_REFERENCE_LIMIT], allowed[0]), min(C[c + RATE_REFERENCE_LIMIT], allowed[1])
+    rate_reference = clamp(C[c + POSITION_KP] * error + H[h + POSITION_INTEGRAL] + forward, low, high)
     pushed = _follow_rate(rate_reference + base_rate - rate, feedforward_nm, step_s, H, h, C, c)
     anti_windup = int(C[c + POSITION_ANTI_WINDUP])
     # a torque at its limit cannot answer a larger rate reference: integrating on would only wind up
@@ -130,7 +133,7 @@ def _follow_position(
             C[c + POSITION_KP],
             C[c + POSITION_KI],
             step_s,
-            -high - forward,
+            low - forward,
             high - forward,
             anti_windup,
             C[c + POSITION_TRACKING],

@@ -29,7 +29,7 @@ from gimbal_hil.host.layout import (
     SLOPE,
     STEP_S,
 )
-from gimbal_hil.host.limits import joint_rate
+from gimbal_hil.host.limits import joint_rate, rates_towards_limits
 from gimbal_hil.host.states import number
 
 _OFF, _RATE, _POSITION = number(Mode.OFF), number(Mode.RATE), number(Mode.POSITION)
@@ -102,4 +102,5 @@ def _close(mode: int, H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) ->
     if mode != G[g + MODE]:
         enter_mode(position, rate, base_rate, forward, H, h, C, c)
         G[g + MODE] = mode
-    axis_torque(mode, H[h + REFERENCE], H[h + SLOPE], position, rate, base_rate, forward, C[STEP_S], H, h, C, c)
+    allowed = rates_towards_limits(position, C, c)
+    axis_torque(mode, H[h + REFERENCE], H[h + SLOPE], position, rate, base_rate, forward, allowed, C[STEP_S], H, h, C, c)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from firmware_protocol.compiling import compiled
@@ -89,11 +91,22 @@ def stop_cause(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> int:
             continue
         # the loop needs a few ticks before the torque brakes
         distance = rate * rate / (2.0 * C[c + BRAKING_RAD_S2]) + 3.0 * abs(rate) * C[STEP_S]
+        if G[AXIS_G + axis * AXIS_G_SIZE + MODE] == _POSITION:
+            # the reference ends at the limit: only its overshoot may lead beyond
+            distance -= 0.5 * C[c + TRAVEL_MARGIN]
         cause = _reached(H[h + MEASURED_POSITION], rate, distance, C, c)
         if cause != _NONE:
             report(G, _TRIPPED, cause, axis, YES)
             return cause
     return _NONE
+
+
+@compiled
+def rates_towards_limits(position: float, C: np.ndarray, c: int) -> tuple[float, float]:
+    """Joint rates (rad/s) down and up from which an axis can still brake before its limits, with half the deceleration kept back."""
+    below = position - max(C[c + POSITION_LOW], C[c + WRAP_LOW])
+    above = min(C[c + POSITION_HIGH], C[c + WRAP_HIGH]) - position
+    return -math.sqrt(C[c + BRAKING_RAD_S2] * max(below, 0.0)), math.sqrt(C[c + BRAKING_RAD_S2] * max(above, 0.0))
 
 
 @compiled

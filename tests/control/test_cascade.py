@@ -36,7 +36,7 @@ def torque(
     mode: Mode, reference: float, position: float, rate: float, H: np.ndarray, C: np.ndarray, slope: float = 0.0, base: float = 0.0
 ) -> float:
     """One tick of the outer axis, its state at the start of H."""
-    return axis_torque(int(mode), reference, slope, position, rate, base, 0.0, STEP_S, H, 0, C, OUTER)
+    return axis_torque(int(mode), reference, slope, position, rate, base, 0.0, (-100.0, 100.0), STEP_S, H, 0, C, OUTER)
 
 
 @given(CLOSED, st.lists(st.tuples(NUMBERS, NUMBERS, NUMBERS), min_size=1, max_size=30))
@@ -109,6 +109,6 @@ def test_compiled_and_interpreted_cascade_give_the_same_bits(ticks: list[tuple[M
     plain = getattr(axis_torque, "py_func", axis_torque)
     one, other = np.zeros(6), np.zeros(6)
     for mode, reference, slope, position, rate in ticks:
-        numbers = (int(mode), reference, slope, position, rate, 0.1, 0.2, STEP_S)
+        numbers = (int(mode), reference, slope, position, rate, 0.1, 0.2, (-2.0, 3.0), STEP_S)
         assert axis_torque(*numbers, one, 0, C, OUTER) == plain(*numbers, other, 0, C, OUTER)
     assert one.tobytes() == other.tobytes()

@@ -1,0 +1,117 @@
+"""Frame path, compiled path and plain Python: the same bits for any program."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from firmware_protocol.links import Cut, DirectionFaults, FaultsConfig
+from firmware_protocol.schema import RECORD_SIZE
+from gimbal_hil.host import AxisCommand, HostState, Mode, Origin, Segment, Shape, program_of
+from gimbal_hil.host.lockstep import CompiledPath, FramePath
+from gimbal_hil.runs.schema import FrameDirection, frames_of_blocks
+from gimbal_hil.settings import shipped_settings
+from sim_backend.model import shipped_model
+from tests.host.bits_of_a_run import digest_of_run
+
+SETTINGS, MODEL = shipped_settings(), shipped_model()
+SMALL = st.floats(-0.5, 0.5)
+TIMES = st.floats(0.02, 0.3)
+POSITIVE = st.floats(0.1, 5.0)
+SHAPES = st.one_of(
+    st.tuples(st.just(Shape.HOLD), st.tuples(SMALL)),
+    st.tuples(st.just(Shape.RAMP), st.tuples(SMALL, SMALL, POSITIVE)),
+    st.tuples(st.just(Shape.SINE), st.tuples(SMALL, SMALL, POSITIVE, SMALL)),
+    st.tuples(st.just(Shape.CHIRP), st.tuples(SMALL, SMALL, POSITIVE, SMALL, TIMES)),
+    st.tuples(st.just(Shape.TRAPEZOID), st.tuples(SMALL, POSITIVE, POSITIVE)),
+    st.tuples(st.just(Shape.SMOOTH), st.tuples(SMALL, TIMES)),
+    st.tuples(st.just(Shape.PULSES), st.tuples(SMALL, SMALL, TIMES, TIMES, st.sampled_from([0.0, 1.0]), st.just(9.0))),
+)
+AXES = st.builds(
+    lambda mode, shape, origin: AxisCommand(mode, shape[0], shape[1], origin),
+    st.sampled_from(list(Mode)),
+    SHAPES,
+    st.sampled_from(list(Origin)),
+)
+SEGMENTS = st.builds(lambda outer, inner, ticks: Segment(outer, inner, ticks), AXES, AXES, st.integers(1, 400))
+
+
+@settings(max_examples=20)
+@given(st.lists(SEGMENTS, min_size=1, max_size=5), st.integers(0, 2**31 - 1), st.sampled_from([1, 7]))
+def test_both_paths_leave_the_same_log_for_any_program(segments: list[Segment], seed: int, every: int) -> None:
+    numbered = [Segment(s.outer, s.inner, s.duration_ticks, label=k, record_every=3 * (k % 2)) for k, s in enumerate(segments)]
+    program = program_of(numbered)
+    frame, compiled = FramePath(SETTINGS, MODEL, seed), CompiledPath(SETTINGS, MODEL, seed)
+    first, second = frame.connect(), compiled.connect()
+    assert first.log.tobytes() == second.log.tobytes()
+    one, other = frame.run(program, every=every), compiled.run(program, every=every)
+    assert one.ticks == other.ticks
+    assert one.log.tobytes() == other.log.tobytes()
+    assert one.events == other.events
+    assert frame.host.memory.floats.tobytes() == compiled.host.memory.floats.tobytes()
+    assert frame.device.X.tobytes() == compiled.device.X.tobytes()
+
+
+def test_the_compiled_path_encodes_the_frames_that_the_frame_path_sends() -> None:
+    ticks, directions, blocks = [], [], []
+
+    def exchange(tick: int, received: bytes, sent: bytes) -> None:
+        ticks.extend((tick, tick))
+        directions.extend((FrameDirection.DEVICE_TO_HOST, FrameDirection.HOST_TO_DEVICE))
+        blocks.extend((received, sent))
+
+    program = program_of([Segment(AxisCommand(Mode.POSITION, Shape.HOLD, (0.2,)), AxisCommand(Mode.RATE), 300)])
+    frame = FramePath(SETTINGS, MODEL, 3, exchange=exchange)
+    frame.connect()
+    frame.run(program)
+    compiled = CompiledPath(SETTINGS, MODEL, 3, keep_frames=True)
+    kept = np.concatenate([compiled.connect().frames, compiled.run(program).frames])
+    expected = frames_of_blocks(np.array(ticks), np.array(directions), blocks)
+    assert len(expected) == sum(map(len, blocks)) // RECORD_SIZE
+    assert kept.tobytes() == expected.tobytes()
+
+
+def test_plain_python_gives_the_same_bits_as_compiled_code() -> None:
+    root = Path(__file__).resolve().parents[2]
+    environment = dict(os.environ, NUMBA_DISABLE_JIT="1", PYTHONPATH=str(root))
+    plain = subprocess.run(
+        [sys.executable, "-W", "ignore", "-m", "tests.host.bits_of_a_run"],
+        env=environment,
+        cwd=root,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert plain.stdout.strip() == digest_of_run()
+
+
+@pytest.mark.parametrize("rate", [0.01, 0.05])
+def test_a_link_with_faults_never_brings_torque_without_feedback(rate: float) -> None:
+    faults = DirectionFaults(drop=rate, duplicate=rate, reorder=rate, corrupt=rate, truncate=rate / 2, delay=rate, delay_ticks=2)
+    frame = FramePath(SETTINGS, MODEL, 1, FaultsConfig(seed=4, send=faults, receive=faults))
+    frame.advance(3000)
+    for _ in range(10):
+        if frame.host.state is HostState.IDLE:
+            frame.host.command(program_of([Segment(AxisCommand(Mode.POSITION, Shape.HOLD, (0.3,)), AxisCommand(Mode.POSITION))]))
+        rows = frame.advance(500).rows
+        off = (rows["host_state"] != HostState.ACTIVE) & (rows["host_state"] != HostState.STOPPING)
+        assert not np.any(rows["torque_outer"][off]) and not np.any(rows["torque_inner"][off])
+
+
+def test_a_cut_line_ends_in_fault_and_comes_back_idle() -> None:
+    cuts = FaultsConfig(cuts=(Cut(start_tick=600, ticks=300),))
+    frame = FramePath(SETTINGS, MODEL, 1, cuts)
+    frame.connect()
+    frame.host.command(program_of([Segment(AxisCommand(Mode.RATE, Shape.HOLD, (0.5,)), AxisCommand(Mode.POSITION))]))
+    frame.advance(700)
+    assert frame.host.state is HostState.FAULT
+    frame.advance(8000)
+    assert frame.host.state is HostState.IDLE
+    assert abs(frame.device.joint_rates[0]) < 0.05
