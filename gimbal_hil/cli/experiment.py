@@ -105,8 +105,20 @@ def _axes(names: list[str] | None) -> tuple[str, ...]:
 def _thesis(folder: Path, force: bool, as_json: bool) -> int:
     import json
 
+    from gimbal_hil.cli.progress import ProgressBar
     from gimbal_hil.experiments.thesis import as_document, as_text, run_thesis
 
-    report = run_thesis(folder, force)
+    with ProgressBar(not as_json) as bar:
+        bar.begin("thesis", 1.0, 0.0)
+        told = 0.0
+
+        def tell(what: str, share: float) -> None:
+            nonlocal told
+            bar.at(what, share - told)
+            told = share
+
+        report = run_thesis(folder, force, tell)
     print(json.dumps(as_document(report), allow_nan=False) if as_json else as_text(report))
-    return 0
+    if not as_json:
+        print(f"  report  {report.page}")
+    return 0 if report.reproduced else 1
