@@ -27,11 +27,14 @@ _KINDS = {TICK_ROW: b"ticks", FRAME_ROW: b"frames"}
 
 @dataclass(frozen=True)
 class StreamContent:
-    """Rows of every whole batch, the row count after each batch, and what could not be read as (first byte, past the last byte)."""
+    """Rows of every whole batch, the row count after each batch, and what could not be read.
+
+    `skipped` holds (first byte, byte past the last, rows read before) of every stretch without a whole batch.
+    """
 
     rows: NDArray[np.void]
     batch_ends: tuple[int, ...]
-    skipped: tuple[tuple[int, int], ...]
+    skipped: tuple[tuple[int, int, int], ...]
     ended: bool
 
 
@@ -74,7 +77,7 @@ def _read_batches(data: bytes, at: int, row_type: np.dtype) -> StreamContent:
     buffer = pa.py_buffer(data)
     pieces: list[NDArray[np.void]] = []
     ends: list[int] = []
-    skipped: list[tuple[int, int]] = []
+    skipped: list[tuple[int, int, int]] = []
     total, ended = 0, False
     while at < len(data):
         if data[at : at + 8] == END_OF_STREAM:
@@ -84,7 +87,7 @@ def _read_batches(data: bytes, at: int, row_type: np.dtype) -> StreamContent:
         found = _batch_at(buffer, data, at, row_type)
         if found is None:
             following = _next_batch(buffer, data, at, row_type)
-            skipped.append((at, following))
+            skipped.append((at, following, total))
             at = following
             continue
         rows, at = found

@@ -24,6 +24,7 @@ class Run:
 
     `replayable_ticks` counts the leading tick rows whose frames are certain to be in `frames`. `notes` say in words what is
     missing or unreadable; a row that fails its check is still in the arrays, and `broken_ticks`, `broken_frames` point at it.
+    `holes` are damaged stretches inside the files: where, and the tick with which the log goes on (-1: not at all).
     """
 
     folder: Path
@@ -32,7 +33,7 @@ class Run:
     frames: NDArray[np.void]
     events: tuple[Event, ...]
     replayable_ticks: int
-    skipped_bytes: int
+    holes: tuple[tuple[str, int], ...]
     notes: tuple[str, ...]
 
     @cached_property
@@ -68,18 +69,26 @@ def open_run(folder: Path) -> Run:
     events, event_note = _read_events(folder / EVENTS_FILE)
     both = min(len(ticks.batch_ends), len(frames.batch_ends))
     whole = ticks.batch_ends[both - 1] if both else 0
-    if not frames.skipped and not ticks.skipped and len(frames.batch_ends) >= len(ticks.batch_ends):
+    if not frames.skipped and (frames.ended or len(frames.batch_ends) >= len(ticks.batch_ends)):
         whole = len(ticks.rows)
     notes = [
         f"{folder / name}: bytes {start} to {end} hold no whole batch and were left out"
         for name, content in ((TICKS_FILE, ticks), (FRAMES_FILE, frames))
-        for start, end in content.skipped
+        for start, end, _ in content.skipped
     ]
     notes += event_note + _missing_rows(folder, record, {"ticks": len(ticks.rows), "frames": len(frames.rows), "events": len(events)})
     if record.end is None:
         notes.append(f"{folder}: the run goes on or was killed: it has no exit status")
-    skipped = sum(end - start for content in (ticks, frames) for start, end in content.skipped)
-    return Run(folder, record, ticks.rows, frames.rows, events, whole, skipped, tuple(notes))
+    holes = _holes(folder / TICKS_FILE, ticks) + _holes(folder / FRAMES_FILE, frames)
+    return Run(folder, record, ticks.rows, frames.rows, events, whole, holes, tuple(notes))
+
+
+def _holes(path: Path, content: StreamContent) -> tuple[tuple[str, int], ...]:
+    """Stretches that are unreadable although the stream goes on, or is closed, behind them."""
+    size = path.stat().st_size
+    ticks = content.rows["tick"]
+    inside = [(start, before) for start, end, before in content.skipped if end < size or content.ended]
+    return tuple((f"{path.name} from byte {start} on", int(ticks[before]) if before < len(ticks) else -1) for start, before in inside)
 
 
 def _read_stream(path: Path, row_type: np.dtype) -> StreamContent:

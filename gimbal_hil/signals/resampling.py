@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from firmware_protocol.errors import BadInputError
 from gimbal_hil.signals.table import BASE_ANGLES, HELD_SIGNALS, REPEAT, TIME
 from gimbal_hil.signals.table_file import RawColumns
 
@@ -16,13 +17,18 @@ Floats = NDArray[np.float64]
 def resample_rows(
     raw: RawColumns, rows: NDArray[np.int64], names: Sequence[str], notes: list[str], gap_periods: float
 ) -> tuple[Floats, dict[str, Floats], Floats | None]:
-    """Time, columns and laps on a grid of the median period from the first of `rows` to the last; times must increase.
+    """Time, columns and laps on a grid of the median period over the rows between the first and last numbers of all columns.
 
     Commanded values hold from one sample to the next, so a grid value is their mean over its period (the impulse is kept); sampled
     values are interpolated linearly; a lap number is that of the nearest sample. Cells without a number are bridged column by column.
+    Raises BadInputError when nothing is left. The times of `rows` must increase.
     """
+    period = float(np.median(np.diff(raw.values[TIME][rows])))
+    known = [rows[~np.isnan(raw.values[name][rows])] for name in names]
+    rows = rows[(rows >= max(some[0] for some in known)) & (rows <= min(some[-1] for some in known))]
+    if len(rows) < 2:
+        raise BadInputError(str(raw.path), "has no stretch in which all columns hold numbers", "columns that overlap in time")
     time_s = raw.values[TIME][rows]
-    period = float(np.median(np.diff(time_s)))
     count = int(np.floor((time_s[-1] - time_s[0]) / period + 1e-6)) + 1
     grid = time_s[0] + period * np.arange(count)
     columns: dict[str, Floats] = {}
@@ -30,8 +36,8 @@ def resample_rows(
     for name in names:
         if name == TIME:
             continue
-        known = rows[~np.isnan(raw.values[name][rows])]
-        at, values = raw.values[TIME][known], raw.values[name][known]
+        numbers = rows[~np.isnan(raw.values[name][rows])]
+        at, values = raw.values[TIME][numbers], raw.values[name][numbers]
         if name == REPEAT:
             laps = np.round(values[_nearest(at, grid)])
         elif name.rpartition(".")[2] in HELD_SIGNALS:

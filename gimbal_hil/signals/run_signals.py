@@ -59,7 +59,7 @@ def run_columns(run: Run) -> tuple[Floats, dict[str, Floats], Integers | None, l
             columns[f"{axis}.{signal}"] = values
     row_tick = np.full(count + 1, -1, np.int64)
     row_tick[place[1:] - 1] = host_tick[1:]
-    columns |= _references(run, row_tick, notes) | _slow_columns(run, sets, first, count)
+    columns |= _references(run, row_tick, columns, notes) | _slow_columns(run, sets, first, count)
     laps = _laps(run, row_tick)
     period_s = run.record.header.period_ns * 1e-9
     columns = {name: values[:count] for name, values in columns.items()}
@@ -142,20 +142,24 @@ def _rows_in_sets(feedback: MessageColumns, sets: _FeedbackSets) -> Integers:
     return np.where(inside, found, -1)
 
 
-def _references(run: Run, row_tick: Integers, notes: list[str]) -> dict[str, Floats]:
-    """Joint references of the tick whose torque acts in each row; columns that are not known throughout are left out."""
+def _references(run: Run, row_tick: Integers, measured: dict[str, Floats], notes: list[str]) -> dict[str, Floats]:
+    """Joint references of the tick whose torque acts in each row, for loops that were closed at some time.
+
+    Where a loop was open there is no reference: the measured value stands in its place, so the loop's error reads zero.
+    """
     columns: dict[str, Floats] = {}
     if not len(run.ticks):
         return columns
     order = np.clip(np.searchsorted(run.ticks["tick"], row_tick), 0, len(run.ticks) - 1)
     known = run.ticks["tick"][order] == row_tick
     for axis in AXES:
-        for signal in ("position_ref", "rate_ref"):
-            values = np.where(known, run.ticks[f"{signal}_{axis}"][order], np.nan)
-            if np.isfinite(values[:-1]).all():
-                columns[f"{axis}.{signal}"] = values
-            elif np.isfinite(values).any():
-                notes.append(f"{axis}.{signal} is not known in every row and was left out")
+        for signal in ("position", "rate"):
+            values = np.where(known, run.ticks[f"{signal}_ref_{axis}"][order], np.nan)
+            closed = np.isfinite(values[:-1])
+            if closed.any():
+                columns[f"{axis}.{signal}_ref"] = np.where(np.isfinite(values), values, measured[f"{axis}.{signal}"])
+            if closed.any() and not closed.all():
+                notes.append(f"{axis}.{signal}_ref is the measured {signal} in the {np.count_nonzero(~closed)} rows without this loop")
     return columns
 
 

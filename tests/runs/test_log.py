@@ -19,8 +19,7 @@ from hypothesis import strategies as st
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.runs import FRAME_ROW, EventKind, FrameDirection, RunWriter, blocks_of_frames, open_run, tick_rows
-
-from .synthetic import HEADER, Sender, device_block, host_block, record_run, row_of
+from tests.runs.synthetic import HEADER, Sender, device_block, host_block, record_run, row_of
 
 TICKS = 500
 
@@ -238,9 +237,9 @@ def test_the_hash_does_not_depend_on_where_batches_are_cut(recorded: Path, tmp_p
 def test_a_disk_that_fills_up_ends_the_recording_with_a_reason_and_a_readable_run(tmp_path: Path) -> None:
     script = f"""
         import resource, signal, sys
-        sys.path.insert(0, {str(Path(__file__).parents[1])!r})
+        sys.path.insert(0, {str(Path(__file__).parents[2])!r})
         from pathlib import Path
-        from runs.synthetic import Sender, device_block, host_block, row_of, HEADER
+        from tests.runs.synthetic import Sender, device_block, host_block, row_of, HEADER
         from gimbal_hil.runs import RunWriter
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         writer = RunWriter(Path(sys.argv[1]), HEADER)
@@ -267,9 +266,9 @@ def test_a_disk_that_fills_up_ends_the_recording_with_a_reason_and_a_readable_ru
 def test_kill_9_loses_only_what_was_not_yet_flushed(tmp_path: Path) -> None:
     script = f"""
         import sys
-        sys.path.insert(0, {str(Path(__file__).parents[1])!r})
+        sys.path.insert(0, {str(Path(__file__).parents[2])!r})
         from pathlib import Path
-        from runs.synthetic import record_run
+        from tests.runs.synthetic import record_run
         writer = record_run(Path(sys.argv[1]), 450, close=False, flush_every=100)
         print("written", flush=True)
         sys.stdin.read()

@@ -1,0 +1,94 @@
+"""What is wrong with a log in itself, before anything is run again: damaged rows, holes, content that is not what was recorded."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from gimbal_hil.runs.frame_columns import describe_difference, describe_frame
+from gimbal_hil.runs.header import plain_hash
+from gimbal_hil.runs.integrity import explain
+from gimbal_hil.runs.reader import Run
+from gimbal_hil.runs.schema import FrameDirection
+from gimbal_hil.runs.writer import EVENTS_FILE
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The first place where a log and what it should be part ways; `tick` is -1 where it belongs to no tick."""
+
+    tick: int
+    signal: str
+    recorded: str
+    expected: str
+    reason: str
+
+
+def first_damage(run: Run) -> Difference | None:
+    """The earliest damage, None in a sound log. A log that merely ends early is sound."""
+    return min(_damage(run), key=lambda found: (found.tick < 0, found.tick), default=None)
+
+
+def _damage(run: Run) -> Iterator[Difference]:
+    for row in run.broken_ticks[:1]:
+        found = explain(run.ticks, int(row))
+        signal = found.column or "tick row"
+        yield Difference(found.tick, signal, _value(found.found), _value(found.original), _reason("the row", found.column))
+    for row in run.broken_frames[:1]:
+        yield _broken_frame(run, int(row))
+    for where, tick in run.holes:
+        yield Difference(tick, where, "unreadable bytes", "rows of the log", "the log is damaged there")
+    gap = _missing_ticks(run)
+    if gap is not None:
+        yield gap
+    yield from _changed_content(run)
+
+
+def _broken_frame(run: Run, row: int) -> Difference:
+    found = explain(run.frames, row)
+    frame = run.frames[row]
+    identifier, direction = int(frame["identifier"]), int(frame["direction"])
+    name = describe_frame(identifier, direction)
+    if found.column == "payload" and direction != FrameDirection.REJECTED:
+        assert isinstance(found.original, int)
+        signal, expected, recorded = describe_difference(identifier, found.original, int(frame["payload"]))
+        return Difference(found.tick, signal, recorded, expected, _reason(f"this {name} frame", found.column))
+    signal = f"{name}.{found.column}" if found.column else name
+    return Difference(found.tick, signal, _value(found.found), _value(found.original), _reason(f"this {name} frame", found.column))
+
+
+def _reason(what: str, column: str | None) -> str:
+    return f"{what} fails its check in the log: " + ("one bit is wrong" if column else "more than one bit is wrong")
+
+
+def _value(value: object) -> str:
+    return "?" if value is None else str(value)
+
+
+def _missing_ticks(run: Run) -> Difference | None:
+    """Rows that are not there although the host ran: a step in the tick that `skipped_ticks` does not explain."""
+    ticks = run.ticks["tick"]
+    unexplained = np.flatnonzero(np.diff(ticks) - 1 != run.ticks["skipped_ticks"][1:])
+    if not len(unexplained):
+        return None
+    at = int(unexplained[0])
+    return Difference(int(ticks[at]) + 1, "tick", str(ticks[at + 1]), str(ticks[at] + 1), "the log has lost rows here")
+
+
+def _changed_content(run: Run) -> Iterator[Difference]:
+    """Content whose hash is not the one in run.yaml, for what no single row shows."""
+    record = run.record
+    found = {"configuration": plain_hash(record.header.configuration), "model": plain_hash(record.header.model)}
+    if record.end is not None:
+        counts = {"ticks": len(run.ticks), "frames": len(run.frames), "events": len(run.events)}
+        content = run.content_hashes()
+        content["events"] = hashlib.sha256((run.folder / EVENTS_FILE).read_bytes()).hexdigest()
+        found |= {part: content[part] for part, count in counts.items() if count == record.end.counts[part]}
+    for part, value in found.items():
+        if record.hashes.get(part) != value:
+            yield Difference(
+                -1, part, value[:12], str(record.hashes.get(part))[:12], f"the {part} of the run are not those whose hash run.yaml has"
+            )
