@@ -64,8 +64,9 @@ AXIS_BLOCK = 44
 AXIS_SIZE = 48
 #: within an axis block: friction
 TS, TC, VS, SIGMA0, SIGMA1, SIGMA2, DELTA = range(7)
-#: actuator: T = limit(lag((1 + gain error) u + offset)); limit 0 means none, lag decay exp(-h/tau) 0 means none
-GAIN_ERROR, OFFSET, LIMIT, LAG_DECAY, TORQUE_NOISE = 8, 9, 10, 11, 12
+#: actuator: T = limit(lag((1 + gain error) u + offset)); limit 0 means none, lag decay exp(-h/tau) 0 means none,
+#: LAG_MEAN is the mean of that decay over the step
+GAIN_ERROR, OFFSET, LIMIT, LAG_DECAY, TORQUE_NOISE, LAG_MEAN = 8, 9, 10, 11, 12, 13
 #: sensors; gyro filter is the exact discretisation of a second-order lag, GYRO_FILTER 0 means ideal
 ENCODER_STEP, ENCODER_NOISE, GYRO_BIAS, GYRO_SCALE_ERROR, GYRO_NOISE, GYRO_STEP = 14, 15, 16, 17, 18, 19
 GYRO_FILTER, GYRO_A11, GYRO_A12, GYRO_A21, GYRO_A22, GYRO_B1, GYRO_B2 = 20, 21, 22, 23, 24, 25, 26

@@ -81,6 +81,14 @@ def _slips(model: AntennaModel) -> Slip:
     return slips
 
 
+def lag_decay(time_constant_s: float, step_s: float) -> tuple[float, float]:
+    """exp(-h / tau) of a first-order lag and its mean over a step; zeros where there is no lag."""
+    if time_constant_s <= 0.0:
+        return 0.0, 0.0
+    decay = math.exp(-step_s / time_constant_s)
+    return decay, -math.expm1(-step_s / time_constant_s) * time_constant_s / step_s
+
+
 def _fill_axis(P: np.ndarray, model: AntennaModel, index: int, axis: str) -> None:
     block = layout.axis_block(index)
     first = {
@@ -93,7 +101,7 @@ def _fill_axis(P: np.ndarray, model: AntennaModel, index: int, axis: str) -> Non
         if number.block is not Block.BUILD:
             P[first[number.block] + number.slot] = model.number(axis, number.path)
     time_constant = model.number(axis, "actuator.time_constant")
-    P[block + layout.LAG_DECAY] = math.exp(-P[layout.STEP_S] / time_constant) if time_constant > 0.0 else 0.0
+    P[block + layout.LAG_DECAY], P[block + layout.LAG_MEAN] = lag_decay(time_constant, P[layout.STEP_S])
     bandwidth = model.number(axis, "gyro.bandwidth")
     if bandwidth > 0.0:
         P[block + layout.GYRO_FILTER] = 1.0

@@ -1,0 +1,6 @@
+"""Find where a model is wrong, name what is missing, add it, and show the gap shrink."""
+
+from gimbal_hil.discrepancy.verdict import verdict_of
+from gimbal_hil.discrepancy.workflow import Diagnosis, diagnose, with_hold_out
+
+__all__ = ["Diagnosis", "diagnose", "verdict_of", "with_hold_out"]

@@ -1,0 +1,114 @@
+"""Noise floors: what would be left over if the model were perfect.
+
+From repeats where the log has laps: the variance within equal phase over laps. Always from above the band as well: white torque noise
+and white encoder noise (which the twin turns into torque growing with frequency squared) are fitted to the spectrum
+beyond the scored band and carried down into it. Both see only what does not repeat at that rate, so a floor is the smaller.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimbal_hil.discrepancy.record import TORQUE, Channel, Record, record_of
+from gimbal_hil.discrepancy.smoothing import Bands, Floats, scoring_gain
+from gimbal_hil.discrepancy.twin import Structure, Twin
+from gimbal_hil.signals import SignalsTable
+
+#: the spectrum is read from here to there, in units of the scored band
+_FROM, _TO = 1.45, 2.6
+
+
+@dataclass(frozen=True)
+class Floor:
+    """Rms noise of one channel in the scored band, and where the number comes from."""
+
+    rms: float
+    #: from laps; None where nothing repeats
+    from_repeats: float | None
+    from_spectrum: float
+
+
+def wide_twin(twin: Twin, tables: tuple[SignalsTable, ...]) -> Twin:
+    """The same logs with smoothing wide enough to see the spectrum above the scored band."""
+    hz = min(_TO * twin.records[0].bands.scored_hz, 0.2 / twin.records[0].bands.period_s)
+    return Twin(twin.model, tuple(record_of(table, twin.model, hz, f"{i}") for i, table in enumerate(tables)))
+
+
+def spectral_floor(wide: Twin, structure: Structure, P: NDArray[np.float64], channel: Channel, bands: Bands) -> float:
+    """Rms in the scored band of the noise law that fits the spectrum above it."""
+    from scipy.optimize import nnls
+    from scipy.signal import welch
+
+    dt = bands.period_s
+    power: list[Floats] = []
+    f = np.zeros(1)
+    for which, record in enumerate(wide.records):
+        column = wide.leftover(structure, P, which)[:, channel.column]
+        inside = column[record.bands.stride * int(np.argmax(record.keep)) : len(column) - 200]
+        segment = min(512, len(inside) // 4)
+        f, p = welch(inside, 1.0 / dt, nperseg=segment, average="median", detrend="linear")
+        power.append(p * len(inside))
+    psd = np.sum(power, axis=0) / sum(1.0 for _ in power) / max(1.0, float(np.mean([len(r.torque) for r in wide.records])))
+    top = wide.records[0].bands.scored_hz
+    use = (f > _FROM / _TO * top) & (f < 1.25 * top)
+    growth = 4 if channel.signal == TORQUE else 2
+    # smoothing and the interval mean shape white noise; both laws carry the same gain up to the edge of the wide band
+    laws = np.column_stack([np.ones(use.sum()), (f[use] / top) ** growth])
+    weight = 1.0 / psd[use]
+    share, _ = nnls(laws * weight[:, None], np.ones(use.sum()))
+    grid = np.linspace(0.0, bands.scoring[1], 400)
+    gain = scoring_gain(grid, bands) ** 2
+    noise = share[0] + share[1] * (grid / top) ** growth
+    return float(np.sqrt(np.trapezoid(noise * gain, grid)))
+
+
+def repeat_floor(residual: Floats, record: Record) -> Floats | None:
+    """Rms within equal phase over laps, per column of a record's scored residual; None without at least two laps."""
+    if record.laps is None:
+        return None
+    rows = record.rows
+    numbers = record.laps[np.minimum(rows, len(record.laps) - 1)]
+    starts = {int(lap): int(np.argmax(record.laps == lap)) for lap in np.unique(numbers)}
+    length = int(np.median(np.diff(sorted(starts.values()))))
+    if length < 4 * record.bands.stride:
+        return None
+    grid = np.arange(0.0, length, record.bands.stride)
+    laps = []
+    for lap, start in starts.items():
+        mine = numbers == lap
+        if mine.sum() < 0.9 * len(grid):
+            continue
+        phase = rows[mine] - start
+        laps.append(
+            np.column_stack([np.interp(grid, phase, residual[mine, c], left=np.nan, right=np.nan) for c in range(residual.shape[1])])
+        )
+    if len(laps) < 2:
+        return None
+    stack = np.stack(laps)
+    seen = np.all(np.isfinite(stack), axis=(0, 2))
+    variance = np.var(stack[:, seen], axis=0, ddof=1)
+    return np.asarray(np.sqrt(np.mean(variance, axis=0)))
+
+
+def floors(twin: Twin, wide: Twin, structure: Structure, P: NDArray[np.float64]) -> list[Floor]:
+    """One floor per channel of the twin, given the structure and parameters that explain the data best so far."""
+    found = []
+    repeats = [repeat_floor(twin.scored(structure, P, i), record) for i, record in enumerate(twin.records)]
+    known = [r for r in repeats if r is not None]
+    for j, channel in enumerate(twin.channels):
+        spectrum = spectral_floor(wide, structure, P, channel, twin.records[0].bands)
+        laps = float(np.sqrt(np.mean([r[j] ** 2 for r in known]))) if known else None
+        rms = spectrum if laps is None or laps > 2.0 * spectrum else laps
+        found.append(Floor(max(rms, 1e-12), laps, spectrum))
+    return found
+
+
+def smaller(one: list[Floor], other: list[Floor]) -> list[Floor]:
+    """Channel by channel the smaller floor."""
+    return [replace(a, rms=min(a.rms, b.rms)) for a, b in zip(one, other, strict=True)]
+
+
+__all__ = ["Floor", "floors", "repeat_floor", "smaller", "spectral_floor", "wide_twin"]

@@ -1,0 +1,55 @@
+"""Intervals of parameters: blockwise sandwich covariance, so that correlated rows and repeatable misfit widen them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gimbal_hil.discrepancy.fit import prior_weights, refit
+from gimbal_hil.discrepancy.hypothesis import values_of
+from gimbal_hil.discrepancy.search import Scored, Search
+from gimbal_hil.discrepancy.smoothing import Floats
+
+_BLOCK_S = 2.0
+#: nominal 95 % and a margin for what blocks do not see (twin and plant differ in the integrator)
+_REACH = 2.6
+_LEAST_SHARE = 0.004
+
+
+def covariance(search: Search, state: Scored) -> Floats:
+    """Covariance of a state's coordinates from blocks of the fitted data."""
+    fit = refit(search.twin, state.hypothesis, search.floor, rounds=1, spread=search.spread)
+    channels, k = fit.residual.shape[1], fit.jacobian.shape[1]
+    weights = prior_weights(fit.hypothesis) * search.spread
+    normal = fit.jacobian.T @ fit.jacobian + np.diag(weights**2)
+    inverse = np.linalg.pinv(normal, rcond=1e-12, hermitian=True)
+    bands = search.twin.records[0].bands
+    length = max(2, int(_BLOCK_S / (bands.stride * bands.period_s))) * channels
+    n = len(fit.residual) * channels // length * length
+    scores = (fit.jacobian[:n] * fit.residual.ravel()[:n, None]).reshape(-1, length, k).sum(axis=1)
+    scores = scores - scores.mean(axis=0)
+    return np.asarray(inverse @ (scores.T @ scores) @ inverse)
+
+
+def parameter_intervals(search: Search, state: Scored, index: int) -> dict[str, tuple[float, float]]:
+    """Low and high of every parameter of one cause."""
+    spread = np.sqrt(np.maximum(np.diag(covariance(search, state)), 0.0))
+    first = sum(len(cause.x) for cause in state.hypothesis.causes[:index])
+    cause = state.hypothesis.causes[index]
+    model = search.twin.model
+    centre = values_of(model, search.twin, state.hypothesis, index)
+    half = dict.fromkeys(centre, 0.0)
+    x = state.hypothesis.vector()
+    for j in range(len(cause.x)):
+        moved = x.copy()
+        moved[first + j] += max(spread[first + j], 1e-9)
+        shifted = values_of(model, search.twin, state.hypothesis.at(moved), index)
+        for name in centre:
+            change = shifted[name][0] - centre[name][0]
+            if name == "phase":
+                change = (change + np.pi) % (2.0 * np.pi) - np.pi
+            half[name] = float(np.hypot(half[name], change))
+    out = {}
+    for name, (value, _) in centre.items():
+        reach = _REACH * half[name] + (_LEAST_SHARE * abs(value) if half[name] > 0.0 else 0.0)
+        out[name] = (value - reach, value + reach)
+    return out

@@ -1,0 +1,145 @@
+"""The twin's inner loop: the model's own laws, driven along the measured motion, and what they leave over.
+
+Bristles, lags, twists and delays are carried along the joint rate that was measured; the torque that the rigid body
+would need for the measured acceleration is compared with what actuator, effects and friction give. It is the plant's step
+with the acceleration given instead of solved for: the same laws, so an effect is defined once.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from firmware_protocol.compiling import compiled, entry_point
+from sim_backend.effects.dispatch import encoder_law, gyro_law
+from sim_backend.effects.effect import Hook
+from sim_backend.layout import (
+    AXES,
+    AXIS,
+    BODY_RATE,
+    CODE,
+    GYRO_FILTER,
+    GYRO_STATE,
+    HOOK_COUNT,
+    HOOK_FIRST,
+    INSTANCE,
+    INSTANCE_SIZE,
+    KIND,
+    PARAMETERS,
+    SEED,
+    STATES,
+    STEP_S,
+    STEPS,
+    TEMPERATURE,
+    TEMPERATURE_KNOTS,
+    PlantKind,
+    axis_block,
+)
+from sim_backend.rigid_body import equations_of_motion
+from sim_backend.sensors import gyro_reading, gyro_step
+from sim_backend.step import advance_structures, friction_at, joint_torque
+
+_STRUCTURE, _ENCODER, _GYRO = int(Hook.STRUCTURE), int(Hook.ENCODER), int(Hook.GYRO)
+_GIMBAL = int(PlantKind.GIMBAL)
+_BLOCK = (axis_block(0), axis_block(1))
+#: finite step (rad or m) for the slope and curvature of an encoder's error over position
+_SLOPE_STEP = 1e-3
+
+
+@compiled
+def _encoder_shift(P: np.ndarray, K: np.ndarray, X: np.ndarray, axis: int, position: float) -> float:
+    shift = 0.0
+    for i in range(K[HOOK_FIRST + _ENCODER], K[HOOK_FIRST + _ENCODER] + K[HOOK_COUNT + _ENCODER]):
+        k = INSTANCE + INSTANCE_SIZE * K[i]
+        if K[k + AXIS] == axis:
+            shift += encoder_law(K[k + CODE], P, K[k + PARAMETERS], X, K[k + STATES], position)
+    return shift
+
+
+@compiled
+def _true_motion(P: np.ndarray, K: np.ndarray, X: np.ndarray, axis: int, q: float, v: float, a: float) -> tuple[float, float, float]:
+    """Joint motion behind an encoder whose error is a function of position."""
+    if K[HOOK_COUNT + _ENCODER] == 0:
+        return q, v, a
+    true = q
+    for _ in range(3):
+        true = q - _encoder_shift(P, K, X, axis, true)
+    before, here, after = (
+        _encoder_shift(P, K, X, axis, true - _SLOPE_STEP),
+        _encoder_shift(P, K, X, axis, true),
+        _encoder_shift(P, K, X, axis, true + _SLOPE_STEP),
+    )
+    slope = 1.0 + (after - before) / (2.0 * _SLOPE_STEP)
+    bend = (after - 2.0 * here + before) / (_SLOPE_STEP * _SLOPE_STEP)
+    rate = v / slope
+    return true, rate, (a - bend * rate * rate) / slope
+
+
+@compiled
+def _gyro(P: np.ndarray, K: np.ndarray, X: np.ndarray, axis: int, steps: int) -> float:
+    """What the gyro reads in the middle of an interval, body rates given in X[BODY_RATE:]."""
+    b = BODY_RATE + 3 * axis
+    rate = X[b + 1] if K[KIND] == _GIMBAL and axis == 1 else X[b + 2]
+    block = _BLOCK[0] if axis == 0 else _BLOCK[1]
+    state = GYRO_STATE + 2 * axis
+    before = X[state]
+    for _ in range(steps):
+        gyro_step(P, block, X, axis, rate)
+    after = X[state]
+    if P[block + GYRO_FILTER] > 0.0:
+        X[state] = 0.5 * (before + after)
+    extra = 0.0
+    for i in range(K[HOOK_FIRST + _GYRO], K[HOOK_FIRST + _GYRO] + K[HOOK_COUNT + _GYRO]):
+        k = INSTANCE + INSTANCE_SIZE * K[i]
+        if K[k + AXIS] == axis:
+            extra += gyro_law(K[k + CODE], P, K[k + PARAMETERS], X, K[k + STATES], axis, X[b], X[b + 1], X[b + 2])
+    read = gyro_reading(P, block, X, K[SEED], 0, axis, rate + extra)
+    X[state] = after
+    return read
+
+
+@entry_point
+def balance(
+    P: np.ndarray,
+    K: np.ndarray,
+    X: np.ndarray,
+    steps: int,
+    torque: np.ndarray,
+    motion: np.ndarray,
+    base: np.ndarray,
+    heat: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Left-over torque and predicted gyro rate of every interval.
+
+    torque (n, 2) commanded, N m; motion (n, 6) interval means of q, q, v, v, a, a; base (n, 9) gravity, rate and angular
+    acceleration of the base in base axes; heat (n, 2) degC. Fills out (n, 4): torque given minus torque needed
+    per axis (N m), gyro rate predicted per axis (rad/s). P[STEP_S] times `steps` is the interval.
+    """
+    h = P[STEP_S]
+    for k in range(torque.shape[0]):
+        g = ((base[k, 0], base[k, 1], base[k, 2]), (base[k, 3], base[k, 4], base[k, 5]), (base[k, 6], base[k, 7], base[k, 8]))
+        q0, v0, a0 = _true_motion(P, K, X, 0, motion[k, 0], motion[k, 2], motion[k, 4])
+        q1, v1, a1 = 0.0, 0.0, 0.0
+        if K[AXES] > 1:
+            q1, v1, a1 = _true_motion(P, K, X, 1, motion[k, 1], motion[k, 3], motion[k, 5])
+        mass, bias, outer, inner, carried = equations_of_motion(P, K, (q0, q1), (v0, v1), g)
+        for axis in range(K[AXES]):
+            X[TEMPERATURE + axis] = heat[k, axis]
+            if K[TEMPERATURE_KNOTS] > 0:
+                friction_at(P, K, axis, heat[k, axis], X)
+        left0, left1 = 0.0, 0.0
+        for s in range(steps):
+            t = (s + 0.5 - 0.5 * steps) * h
+            net, own = joint_torque(P, K, X, 0, h, torque[k, 0], q0 + v0 * t, v0 + a0 * t, mass[0], carried[0])
+            left0 += net + bias[0] - (mass[0] - own) * a0 - mass[1] * a1
+            if K[AXES] > 1:
+                net, own = joint_torque(P, K, X, 1, h, torque[k, 1], q1 + v1 * t, v1 + a1 * t, mass[2], carried[1])
+                left1 += net + bias[1] - (mass[2] - own) * a1 - mass[1] * a0
+            if K[HOOK_COUNT + _STRUCTURE] > 0:
+                advance_structures(P, K, X, h, (mass[0], mass[2]), (a0 + carried[0], a1 + carried[1]))
+            X[STEPS] += 1.0
+        out[k, 0], out[k, 1] = left0 / steps, left1 / steps
+        X[BODY_RATE], X[BODY_RATE + 1], X[BODY_RATE + 2] = outer
+        X[BODY_RATE + 3], X[BODY_RATE + 4], X[BODY_RATE + 5] = inner
+        out[k, 2] = _gyro(P, K, X, 0, steps)
+        out[k, 3] = _gyro(P, K, X, 1, steps) if K[AXES] > 1 else 0.0

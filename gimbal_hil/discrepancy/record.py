@@ -1,0 +1,152 @@
+"""A log as the twin takes it: interval means of motion and base, commanded torque, which scored rows count, and laps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimbal_hil.discrepancy.smoothing import (
+    Bands,
+    Floats,
+    interval_mean,
+    interval_mean_of_rate,
+    interval_means,
+    interval_slope,
+    scored_length,
+    scoring_reach,
+    taps_for,
+)
+from gimbal_hil.signals import SignalsTable
+from sim_backend.model import AntennaModel
+
+#: channels in the order of every residual: torque per axis, then gyro minus encoder rate per axis
+TORQUE, RATE_ERROR = "torque", "rate_error"
+#: travel, in bristle deflections at break-away, after which the bristle has forgotten how the log began
+_FORGOTTEN = 8.0
+_AMBIENT_DEGC = 20.0
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One residual: which axis, and which signal (torque, or rate_error = gyro minus encoder rate)."""
+
+    axis: str
+    signal: str
+    #: column of the twin's output
+    column: int
+
+
+@dataclass(frozen=True)
+class Record:
+    """One log of n intervals, ready for the twin."""
+
+    name: str
+    bands: Bands
+    axes: tuple[str, ...]
+    #: commanded torque per axis, (n, 2), N m
+    torque: Floats
+    #: interval means q, q, v, v, a, a, (n, 6)
+    motion: Floats
+    #: gravity, rate and angular acceleration of the base in base axes, (n, 9)
+    base: Floats
+    #: joint temperature per axis, (n, 2), degC
+    heat: Floats
+    #: interval mean of the gyro rate per axis, (n, 2); zero where there is none
+    gyro: Floats
+    has_gyro: tuple[bool, ...]
+    #: scored rows that count, (m,)
+    keep: NDArray[np.bool_]
+    #: lap number per interval, or None
+    laps: NDArray[np.int64] | None
+    moving_base: bool
+    has_temperature: bool
+    #: seconds of every scored row, (m,)
+    time_s: Floats
+    source: str = ""
+
+    @property
+    def rows(self) -> NDArray[np.int64]:
+        """Interval index of every scored row that counts."""
+        return np.flatnonzero(self.keep) * self.bands.stride
+
+    def at_scored(self, values: Floats) -> Floats:
+        """A per-interval quantity at the scored rows that count."""
+        return np.asarray(values[np.minimum(self.rows, len(values) - 1)])
+
+
+def record_of(table: SignalsTable, model: AntennaModel, scored_hz: float, name: str) -> Record:
+    """Prepare a signals table for a model's axes; `scored_hz` is the end of the band that is scored."""
+    bands = Bands(scored_hz, table.period_s)
+    axes = model.axes
+    n = len(table) - 1
+    position = np.zeros((len(table), 2))
+    torque, heat, gyro = np.zeros((n, 2)), np.full((n, 2), _AMBIENT_DEGC), np.zeros((n, 2))
+    has_gyro = []
+    warm = False
+    for i, axis in enumerate(axes):
+        position[:, i] = table.position(axis)
+        torque[:, i] = table.torque(axis)[:n]
+        temperature = table.signal(axis, "temperature")
+        if temperature is not None and np.isfinite(temperature).all():
+            heat[:, i] = temperature[:n]
+            warm = warm or float(np.ptp(temperature)) > 1.0
+        rate = table.signal(axis, "rate")
+        has_gyro.append(rate is not None and bool(np.any(rate != 0.0)))
+        if rate is not None and has_gyro[-1]:
+            gyro[:, i] = interval_mean_of_rate(rate, bands)
+    q, v, a = interval_means(position, bands)
+    base, moving = _base(table, model, bands, n)
+    stride = bands.stride
+    rows = stride * np.arange(scored_length(n, bands))
+    keep = _kept(rows, np.abs(v), torque, model, bands, n)
+    laps = table.repeat[:n] if table.repeat is not None and len(np.unique(table.repeat)) > 1 else None
+    return Record(
+        name, bands, axes, torque, np.ascontiguousarray(np.column_stack([q, v, a])), base, heat, gyro, tuple(has_gyro), keep, laps, moving,
+        warm, table.time_s[rows] - table.time_s[0], table.source,
+    )  # fmt: skip
+
+
+def _base(table: SignalsTable, model: AntennaModel, bands: Bands, n: int) -> tuple[Floats, bool]:
+    """Gravity, rate and angular acceleration in base axes, (n, 9); absent columns mean level and fixed."""
+    g = model.file.gravity_m_s2
+    angles = [table.base(name) for name in ("roll", "pitch", "yaw")]
+    rates = [table.base(name) for name in ("p", "q", "r")]
+    count = len(table)
+    attitude = np.column_stack([x if x is not None else np.zeros(count) for x in angles])
+    if any(x is not None for x in rates):
+        body = np.column_stack([x if x is not None else np.zeros(count) for x in rates])
+    else:
+        body = _body_rates(attitude, bands)
+    out = np.zeros((n, 9))
+    roll, pitch = interval_mean(attitude[:, 0], bands), interval_mean(attitude[:, 1], bands)
+    out[:, 0], out[:, 1], out[:, 2] = g * np.sin(pitch), -g * np.cos(pitch) * np.sin(roll), -g * np.cos(pitch) * np.cos(roll)
+    moving = bool(np.ptp(body, axis=0).max() > 1e-4 or np.abs(body).max() > 1e-4)
+    if moving:
+        out[:, 3:6] = interval_mean(body, bands)
+        out[:, 6:9] = interval_slope(body, bands)
+    return out, moving
+
+
+def _body_rates(attitude: Floats, bands: Bands) -> Floats:
+    """Body rates from 3-2-1 angles alone."""
+    slope = np.gradient(np.unwrap(attitude, axis=0), bands.period_s, axis=0)
+    cr, sr, cp, sp = np.cos(attitude[:, 0]), np.sin(attitude[:, 0]), np.cos(attitude[:, 1]), np.sin(attitude[:, 1])
+    return np.column_stack(
+        [slope[:, 0] - slope[:, 2] * sp, slope[:, 1] * cr + slope[:, 2] * sr * cp, -slope[:, 1] * sr + slope[:, 2] * cr * cp]
+    )
+
+
+def _kept(rows: NDArray[np.int64], speed: Floats, torque: Floats, model: AntennaModel, bands: Bands, n: int) -> NDArray[np.bool_]:
+    """Rows away from the ends, and after the bristles have forgotten the unknown state in which the log began."""
+    edge = 1.2 * (scoring_reach(bands) // 2 + taps_for(bands.smoothing, bands.period_s) // 2)
+    start = edge
+    for i, axis in enumerate(model.axes):
+        sigma0 = model.number(axis, "friction.sigma0")
+        if sigma0 > 0.0:
+            travelled = np.cumsum(speed[:, i]) * bands.period_s
+            beyond = np.flatnonzero(travelled > _FORGOTTEN * model.number(axis, "friction.breakaway") / sigma0)
+            if len(beyond) and beyond[0] < 0.25 * n:
+                start = max(start, beyond[0] + 0.5 * edge)
+    return np.asarray((rows >= start) & (rows < n - edge))

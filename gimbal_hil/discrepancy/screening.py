@@ -1,0 +1,133 @@
+"""Screening: what each family could explain of the residual near its starts, and what matched nonsense could.
+
+The response of the twin to a family's probes is put beside the residual after everything that is already in the hypothesis has
+been projected out of both. Nonsense of the same kind is the same response reversed in time and shifted: it has the same
+spectrum, size and shape, and cannot be the cause.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gimbal_hil.discrepancy.families import Family, Start, ripple_start
+from gimbal_hil.discrepancy.fit import Fit, prior_weights, residual_of
+from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis
+from gimbal_hil.discrepancy.record import TORQUE
+from gimbal_hil.discrepancy.smoothing import Floats
+from gimbal_hil.discrepancy.twin import Twin
+
+_ORDERS_TRIED = 3
+_MOST_ORDERS = 600
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A family at a start: the share of squares that it would take, and where its coordinates would begin."""
+
+    family: Family
+    gain: float
+    x: tuple[float, ...]
+
+
+def basis_of(fit: Fit, spread: float) -> tuple[Floats, Floats]:
+    """Orthonormal basis of what the hypothesis' coordinates can do (priors as extra rows), and the residual with its prior rows."""
+    weights = prior_weights(fit.hypothesis) * spread
+    if not len(weights):
+        return np.zeros((fit.residual.size, 0)), fit.residual.ravel()
+    pull = np.concatenate([np.zeros(len(weights) - len(fit.hypothesis.y)), np.array(fit.hypothesis.y)]) * weights
+    basis, _ = np.linalg.qr(np.vstack([fit.jacobian, np.diag(weights)]))
+    return basis, np.concatenate([fit.residual.ravel(), pull])
+
+
+def propose(twin: Twin, fit: Fit, floor: Floats, family: Family, spread: float) -> list[Proposal]:
+    """Proposals of one family beside a fit, best first."""
+    basis, residual = basis_of(fit, spread)
+    residual = residual - basis @ (basis.T @ residual)
+    found = []
+    starts = family.starts or ripple_starts(twin, fit, family)
+    for start in starts:
+        columns = responses(twin, fit, floor, family, start)
+        if columns is None:
+            continue
+        longer = np.zeros((len(residual), columns.shape[1]))
+        longer[: len(columns)] = columns
+        longer -= basis @ (basis.T @ longer)
+        norms = np.linalg.norm(longer, axis=0)
+        if not np.all(np.isfinite(norms)) or norms.max() < 1e-6 * np.sqrt(len(residual)):
+            continue
+        coefficients = np.linalg.lstsq(longer, -residual, rcond=1e-6)[0]
+        gain = float(np.sum(residual**2) - np.sum((residual + longer @ coefficients) ** 2))
+        found.append(Proposal(family, gain, start.coordinates(coefficients)))
+    return sorted(found, key=lambda p: -p.gain)
+
+
+def responses(twin: Twin, fit: Fit, floor: Floats, family: Family, start: Start) -> Floats | None:
+    """Change of the residual (in floors) per probe, (rows * channels, probes); None where a probe breaks the twin."""
+    columns = []
+    for probe in start.probes:
+        changed = residual_of(twin, fit.hypothesis.plus(Cause(family, probe)), floor) - fit.residual
+        if not np.all(np.isfinite(changed)):
+            return None
+        columns.append(changed.ravel())
+    return np.column_stack(columns)
+
+
+def ripple_starts(twin: Twin, fit: Fit, family: Family) -> list[Start]:
+    """The most promising orders of a ripple over position, read from the spectrum of the residual over position."""
+    i = twin.model.axes.index(family.axis)
+    channel = next(j for j, c in enumerate(twin.channels) if c.axis == family.axis and c.signal == TORQUE)
+    position = np.concatenate([r.at_scored(r.motion[:, i]) for r in twin.records])
+    rate = np.concatenate([r.at_scored(r.motion[:, 2 + i]) for r in twin.records])
+    y = fit.residual[:, channel]
+    travel = max(float(np.ptp(position)), 1e-9)
+    moving = np.abs(rate)[np.abs(rate) > 0.05 * np.abs(rate).max()]
+    step = float(np.clip(0.35 * np.pi / travel, 0.0, np.inf)) if twin.model.is_linear else float(np.clip(0.35 * np.pi / travel, 0.1, 1.0))
+    top = min(2.0 * np.pi * twin.records[0].bands.scored_hz / max(float(np.quantile(moving, 0.2)), 1e-9), _MOST_ORDERS * step)
+    orders = np.arange(max(1.0, 0.0), max(top, 2.0), step)
+    weight = np.sign(rate) if family.ripple == "friction" else np.ones_like(rate)
+    weight = weight * (np.abs(rate) > 0.002 * np.abs(rate).max()) if family.ripple == "friction" else weight
+    base = np.column_stack([weight, np.ones_like(rate)])
+    y = y - base @ np.linalg.lstsq(base, y, rcond=None)[0]
+    gains = np.array([_ripple_gain(y, weight, n * position) for n in orders])
+    chosen: list[float] = []
+    for k in np.argsort(-gains):
+        if all(abs(orders[k] - n) > 1.5 * np.pi / travel for n in chosen):
+            chosen.append(float(orders[k]))
+        if len(chosen) == _ORDERS_TRIED:
+            break
+    return [ripple_start(n, 1.0) for n in chosen]
+
+
+def _ripple_gain(y: Floats, weight: Floats, angle: Floats) -> float:
+    c, s = weight * np.cos(angle), weight * np.sin(angle)
+    cc, ss, cs, cy, sy = c @ c, s @ s, c @ s, c @ y, s @ y
+    determinant = cc * ss - cs * cs
+    if determinant <= 1e-9 * cc * ss:
+        return float(cy * cy / max(cc, 1e-12))
+    return float((ss * cy * cy - 2.0 * cs * cy * sy + cc * sy * sy) / determinant)
+
+
+def control_gain(columns: Floats, residual: Floats, rows: list[int], channels: int, seed: int, tries: int = 40) -> float:
+    """Best gain of matched nonsense: the responses (rows * channels, k) reversed and shifted in time within every record."""
+    rng = np.random.default_rng(seed)
+    shaped = columns.reshape(sum(rows), channels, -1)
+    best = 0.0
+    for _ in range(tries):
+        parts, at = [], 0
+        for n in rows:
+            part = shaped[at : at + n]
+            part = part[::-1] if rng.random() < 0.5 else part
+            parts.append(np.roll(part, int(rng.integers(n // 10, n - n // 10)), axis=0))
+            at += n
+        nonsense = np.concatenate(parts).reshape(columns.shape)
+        coefficients = np.linalg.lstsq(nonsense.T @ nonsense, -nonsense.T @ residual, rcond=1e-9)[0]
+        best = max(best, float(-coefficients @ (nonsense.T @ residual)))
+    return best
+
+
+def family_table(hypothesis: Hypothesis, families: list[Family]) -> list[Family]:
+    """Families that may still be added to a hypothesis: what is not in it, and a second ripple of the same kind."""
+    present = set(hypothesis.labels)
+    return [f for f in families if f.label not in present or f.ripple is not None]

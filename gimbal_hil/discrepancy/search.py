@@ -1,0 +1,177 @@
+"""The search: screen every family, refine the best together with what is there, judge on the hold-out, add, try every slot again, prune."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimbal_hil.discrepancy.families import Family
+from gimbal_hil.discrepancy.fit import Fit, refit, residual_of
+from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis
+from gimbal_hil.discrepancy.screening import Proposal, family_table
+from gimbal_hil.discrepancy.smoothing import Floats
+from gimbal_hil.discrepancy.twin import Twin
+
+#: families refined per round, after screening
+_REFINED = 7
+#: most effects that one verdict may name
+MOST_CAUSES = 4
+#: a channel is explained below this many floors ...
+COMPLETE_FLOORS = 1.5
+#: ... or when this share of its gap is closed
+COMPLETE_SHARE = 0.97
+#: an addition must take this share of the gap on the hold-out, and this many squared floors a row on some channel
+_LEAST_SHARE, _LEAST_SQUARES = 0.02, 0.12
+
+
+@dataclass(frozen=True)
+class Scored:
+    """A refined hypothesis with its residuals on the data it was fitted to and on the hold-out."""
+
+    fit: Fit
+    #: rows of the hold-out that may select
+    holdout: Floats
+    #: rows that neither select nor tune
+    untouched: Floats
+
+    @property
+    def hypothesis(self) -> Hypothesis:
+        """The hypothesis at its fitted coordinates."""
+        return self.fit.hypothesis
+
+    @property
+    def held_out_cost(self) -> float:
+        """Mean square per row on the hold-out, summed over channels, in squared floors."""
+        return float(np.sum(np.mean(self.holdout**2, axis=0)))
+
+
+@dataclass(frozen=True)
+class Round:
+    """What one round tried beside the hypothesis that it started from."""
+
+    before: Scored
+    tried: tuple[Scored, ...]
+    #: (effect, axis) -> screening gain per row
+    screened: dict[tuple[str, str], float]
+
+
+Progress = Callable[[str], None]
+
+
+@dataclass
+class Search:
+    """State of a search: fitted data, hold-out, floors, families, and how work is spread."""
+
+    twin: Twin
+    holdout: Twin
+    floor: Floats
+    families: list[Family]
+    #: runs `propose` for families and `refit` for hypotheses, in parallel where it can
+    screen: Callable[[Fit, list[Family]], list[Proposal]]
+    refine: Callable[[list[Hypothesis]], list[Fit]]
+    spread: float
+    #: rows of the hold-out's residual that may select; the others are only looked at
+    selecting: NDArray[np.bool_]
+    progress: Progress = lambda text: None
+
+    def scored(self, fit: Fit) -> Scored:
+        """Put a fit on the hold-out."""
+        rows = residual_of(self.holdout, fit.hypothesis, self.floor)
+        return Scored(fit, rows[self.selecting], rows[~self.selecting])
+
+    def refitted(self, hypothesis: Hypothesis) -> Scored:
+        """A hypothesis at its best coordinates, put on the hold-out."""
+        return self.scored(refit(self.twin, hypothesis, self.floor, rounds=3, spread=self.spread))
+
+    def again(self, state: Scored) -> Scored:
+        """The same under the present floors."""
+        return self.refitted(state.hypothesis)
+
+    def gaps(self, state: Scored) -> Floats:
+        """Rms per channel in floors, the larger of fitted data and hold-out."""
+        return np.maximum(_rms(state.fit.residual), _rms(state.holdout))
+
+    def null(self, hypothesis: Hypothesis | None = None) -> Scored:
+        """The model as it stands (or with known numbers refitted)."""
+        return self.scored(refit(self.twin, hypothesis or Hypothesis(), self.floor, rounds=4, spread=self.spread))
+
+    def one_round(self, state: Scored, least: int = _REFINED) -> Round:
+        """Screen all families beside a state, refine the best, put them on the hold-out."""
+        allowed = family_table(state.hypothesis, self.families)
+        proposals = self.screen(state.fit, allowed)
+        best: dict[tuple[str, str], list[Proposal]] = {}
+        for proposal in sorted(proposals, key=lambda p: -p.gain):
+            best.setdefault(proposal.family.label, []).append(proposal)
+        ranked = sorted(best.values(), key=lambda found: -found[0].gain)
+        chosen = [p for found in ranked[:least] for p in found[: 2 if found[0].family.ripple or len(found[0].x) > 1 else 1]]
+        fits = self.refine([state.hypothesis.plus(Cause(p.family, p.x)) for p in chosen])
+        best_fit: dict[tuple[str, str], Fit] = {}
+        for fit in fits:
+            label = fit.hypothesis.labels[-1]
+            if label not in best_fit or fit.cost < best_fit[label].cost:
+                best_fit[label] = fit
+        tried = sorted((self.scored(fit) for fit in best_fit.values()), key=lambda s: s.held_out_cost)
+        rows = len(state.fit.residual)
+        return Round(state, tuple(tried), {label: found[0].gain / rows for label, found in best.items()})
+
+    def complete(self, state: Scored, null: Scored) -> bool:
+        """Whether every channel is explained: near its floor, or nearly all of its gap closed, on both halves of the data."""
+        for after, before in ((_rms(state.holdout), _rms(null.holdout)), (_rms(state.fit.residual), _rms(null.fit.residual))):
+            closed = 1.0 - (after**2 - 1.0) / np.maximum(before**2 - 1.0, 1e-9)
+            if not np.all((after <= COMPLETE_FLOORS) | ((closed >= COMPLETE_SHARE) & (before > 2.0))):
+                return False
+        return True
+
+    def worth(self, before: Scored, after: Scored, null: Scored) -> bool:
+        """Whether an addition earns its place on the hold-out."""
+        taken = np.mean(before.holdout**2, axis=0) - np.mean(after.holdout**2, axis=0)
+        gap = float(np.sum(np.mean(null.holdout**2, axis=0) - 1.0))
+        return float(taken.max()) > _LEAST_SQUARES and float(taken.sum()) > _LEAST_SHARE * max(gap, 0.0)
+
+    def forward(self, null: Scored, most: int = MOST_CAUSES, until: float = 1.1) -> tuple[Scored, list[Round]]:
+        """Add the best cause while it is worth it; from the second on, search every slot again given the others."""
+        state, rounds = null, []
+        while len(state.hypothesis.causes) < most and float(np.max(self.gaps(state))) > until:
+            self.progress(f"searching for cause {len(state.hypothesis.causes) + 1}")
+            tried = self.one_round(state)
+            rounds.append(tried)
+            if not tried.tried or not self.worth(state, tried.tried[0], null):
+                break
+            state = tried.tried[0]
+            if len(state.hypothesis.causes) > 1 and not self.complete(state, null):
+                state = self.slots_again(state, rounds)
+            if self.complete(state, null) and float(np.max(self.gaps(state))) < 1.25:
+                break
+        return self.prune(state, null), rounds
+
+    def slots_again(self, state: Scored, rounds: list[Round]) -> Scored:
+        """Replace each cause by a better one given the others, until nothing improves."""
+        for index in range(len(state.hypothesis.causes) - 1):
+            without = self.refitted(state.hypothesis.minus(index))
+            tried = self.one_round(without)
+            rounds.append(tried)
+            if tried.tried and tried.tried[0].held_out_cost < 0.97 * state.held_out_cost:
+                return self.slots_again(tried.tried[0], rounds) if len(rounds) < 12 else tried.tried[0]
+        return state
+
+    def prune(self, state: Scored, null: Scored) -> Scored:
+        """Drop every cause without which the hold-out does not suffer."""
+        for index in reversed(range(len(state.hypothesis.causes))):
+            if len(state.hypothesis.causes) == 1:
+                break
+            without = self.refitted(state.hypothesis.minus(index))
+            if not self.worth(without, state, null):
+                state = without
+        return state
+
+
+def _rms(residual: Floats) -> Floats:
+    return np.asarray(np.sqrt(np.mean(residual**2, axis=0)))
+
+
+def without_floating(hypothesis: Hypothesis) -> Hypothesis:
+    """The same causes beside the model as it stands."""
+    return replace(hypothesis, floating=(), y=())

@@ -1,0 +1,168 @@
+"""Linear-phase filters that turn sampled positions into interval means of position, rate and acceleration.
+
+Row k of a record stands for the interval [t_k, t_k+1): commanded torque is constant there, so everything else is the *mean*
+over it, and no half-sample misalignment can pass for a delay (METHOD, Traps). Encoder positions become
+mean position, the difference quotient (which is the mean rate exactly) and its difference (the mean acceleration),
+all behind the same low-pass; a second low-pass with a narrower band comes after the model and decides what is scored.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+#: smoothing is flat to this many times the scored band
+_WIDE = 5.0
+#: local power beyond the scored band must stand this far above the quietest tenth to count as motion
+_FACTOR = 4.0
+
+
+@dataclass(frozen=True)
+class Bands:
+    """Filter edges as a function of the scored band: smoothing is flat to five and gone at nine times it, scoring flat to 0.6, gone at 1.4."""
+
+    scored_hz: float
+    period_s: float
+
+    @property
+    def stride(self) -> int:
+        """Rows per scored row: a little over twice the end of the scoring filter's edge."""
+        return max(1, int(0.31 / (self.scored_hz * self.period_s)))
+
+    @property
+    def smoothing(self) -> tuple[float, float]:
+        """Pass and stop edge of the smoothing filter, Hz, kept below the Nyquist frequency."""
+        nyquist = 0.5 / self.period_s
+        return min(_WIDE * self.scored_hz, 0.55 * nyquist), min(1.75 * _WIDE * self.scored_hz, 0.98 * nyquist)
+
+    @property
+    def scoring(self) -> tuple[float, float]:
+        """Pass and stop edge of the scoring filter, Hz."""
+        return 0.6 * self.scored_hz, 1.4 * self.scored_hz
+
+
+def _low_pass(pass_hz: float, stop_hz: float, period_s: float, taps: int, shape: Callable[[Floats], Floats] | None = None) -> Floats:
+    """Zero-phase FIR kernel, its pass band multiplied by `shape` of pi f T; unit gain at zero. Even `taps` sits between samples."""
+    at = (np.arange(taps) - 0.5 * (taps - 1)) * period_s
+    f = np.linspace(0.0, stop_hz, 600)
+    edge = np.clip((f - pass_hz) / (stop_hz - pass_hz), 0.0, 1.0)
+    rest = _septic_edge(edge)
+    gain = rest if shape is None else rest * shape(np.pi * f * period_s)
+    kernel = np.trapezoid(gain * np.cos(2.0 * np.pi * at[:, None] * f), f, axis=1)
+    return kernel / kernel.sum()
+
+
+def _septic_edge(edge: Floats) -> Floats:
+    """From one to zero without a kink, so that a kernel is short without a window, which would bend the pass band."""
+    return np.asarray(1.0 - edge**4 * (35.0 - 84.0 * edge + 70.0 * edge**2 - 20.0 * edge**3))
+
+
+def _mean_of_smooth(x: Floats) -> Floats:
+    """Mean over an interval of what is smooth through it: sin x / x."""
+    return np.asarray(np.sinc(x / np.pi))
+
+
+def _between_bends(x: Floats) -> Floats:
+    """Acceleration that is constant between samples, from second differences, which average neighbours: 1 / cos x."""
+    return np.asarray(1.0 / np.cos(x))
+
+
+def taps_for(edges: tuple[float, float], period_s: float) -> int:
+    """Odd number of taps that the transition band needs."""
+    return 2 * int(5.0 / ((edges[1] - edges[0]) * period_s)) + 1
+
+
+def _filtered(x: Floats, kernel: Floats) -> Floats:
+    """Convolution without delay, columns apart; ends are continued by odd reflection. Length n, or n - 1 for an even kernel."""
+    from scipy.signal import oaconvolve
+
+    half = len(kernel) // 2
+    front, back = 2.0 * x[0] - x[half:0:-1], 2.0 * x[-1] - x[-2 : -half - 2 : -1]
+    long = np.concatenate([front, x, back])
+    y = oaconvolve(long, kernel.reshape(-1, *([1] * (x.ndim - 1))), mode="valid", axes=0)
+    return np.ascontiguousarray(y[: len(x)] if len(kernel) % 2 else y[1 : len(x)])
+
+
+def interval_means(position: Floats, bands: Bands) -> tuple[Floats, Floats, Floats]:
+    """Mean position, rate and acceleration over each interval [t_k, t_k+1), k = 0 .. n-2, from positions (n, ...)."""
+    edges, dt = bands.smoothing, bands.period_s
+    taps = taps_for(edges, dt)
+    q = _filtered(position, _low_pass(*edges, dt, taps + 1, _mean_of_smooth))
+    steps = np.diff(position, axis=0) / dt
+    v = _quiet_where_still(steps, _filtered(steps, _low_pass(*edges, dt, taps)), bands)
+    bends = np.diff(position, n=2, axis=0) / dt**2
+    a = _filtered(np.concatenate([bends[:1], bends, bends[-1:]]), _low_pass(*edges, dt, taps + 1, _between_bends))
+    return q, v, a
+
+
+def _quiet_where_still(steps: Floats, wide: Floats, bands: Bands) -> Floats:
+    """Rate that follows break-away and reversals in full band, and only the scored band where nothing but noise is beyond it.
+
+    Friction takes the modulus of the rate: encoder noise at standstill would let a bristle creep that holds in truth. The
+    part beyond the scored band is weighed by how far its local power stands above its quietest tenth (a local Wiener gain).
+    """
+    from scipy.ndimage import gaussian_filter1d
+
+    edges = 1.3 * bands.scored_hz, 2.6 * bands.scored_hz
+    if edges[1] >= bands.smoothing[0]:
+        return wide
+    narrow = _filtered(steps, _low_pass(*edges, bands.period_s, taps_for(edges, bands.period_s)))
+    beyond = wide - narrow
+    power = gaussian_filter1d(beyond**2, 0.25 / (bands.scored_hz * bands.period_s), axis=0)
+    quiet = np.maximum(np.quantile(power[:: bands.stride], 0.1, axis=0), 1e-300)
+    return np.asarray(narrow + beyond * np.clip(1.0 - _FACTOR * quiet / np.maximum(power, quiet), 0.0, 1.0))
+
+
+def interval_mean(samples: Floats, bands: Bands) -> Floats:
+    """Mean over each interval of a smooth quantity sampled at t_k (n, ...); length n - 1."""
+    edges = bands.smoothing
+    return _filtered(samples, _low_pass(*edges, bands.period_s, taps_for(edges, bands.period_s) + 1, _mean_of_smooth))
+
+
+def interval_mean_of_rate(samples: Floats, bands: Bands) -> Floats:
+    """Mean over each interval of a joint's rate sampled at t_k (n, ...); length n - 1. Held torque bends it only at the samples."""
+    edges = bands.smoothing
+    return _filtered(0.5 * (samples[1:] + samples[:-1]), _low_pass(*edges, bands.period_s, taps_for(edges, bands.period_s)))
+
+
+def interval_slope(samples: Floats, bands: Bands) -> Floats:
+    """Mean derivative over each interval of a quantity sampled at t_k (n, ...); length n - 1."""
+    edges = bands.smoothing
+    return _filtered(np.diff(samples, axis=0) / bands.period_s, _low_pass(*edges, bands.period_s, taps_for(edges, bands.period_s)))
+
+
+def scoring_gain(f: Floats, bands: Bands) -> Floats:
+    """Gain of the low-pass that decides what is scored, at frequencies f (Hz)."""
+    start, end = bands.scoring
+    return _septic_edge(np.clip((f - start) / (end - start), 0.0, 1.0))
+
+
+def scored(rows: Floats, bands: Bands) -> Floats:
+    """Low-passed and thinned rows (n, c) -> (m, c); row j stands at j * stride. The ends hold edge effects and belong cut off."""
+    from scipy.fft import irfft, next_fast_len, rfft
+
+    n, stride = len(rows), bands.stride
+    guard = scoring_reach(bands)
+    m = next_fast_len((n + guard + stride - 1) // stride, real=True)
+    bridge = np.linspace(0.0, 1.0, m * stride - n + 2)[1:-1, None]
+    closed = np.concatenate([rows, rows[-1:] + bridge * (rows[:1] - rows[-1:])])
+    spectrum = rfft(closed, axis=0)[: m // 2 + 1]
+    f = np.arange(len(spectrum)) / (m * stride * bands.period_s)
+    thin = irfft(spectrum * scoring_gain(f, bands)[:, None], m, axis=0) / stride
+    return np.ascontiguousarray(thin[: scored_length(n, bands)])
+
+
+def scoring_reach(bands: Bands) -> int:
+    """Rows on either side that a scored row depends on."""
+    return int(2.0 / ((bands.scoring[1] - bands.scoring[0]) * bands.period_s)) * 2
+
+
+def scored_length(n: int, bands: Bands) -> int:
+    """Number of scored rows of n intervals."""
+    return (n + bands.stride - 1) // bands.stride

@@ -1,0 +1,123 @@
+"""The twin: a model with effects switched on, evaluated along measured records as left-over torque and rate error."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gimbal_hil.discrepancy.kernel import balance
+from gimbal_hil.discrepancy.record import RATE_ERROR, TORQUE, Channel, Record
+from gimbal_hil.discrepancy.smoothing import Floats, scored
+from sim_backend import layout
+from sim_backend.effects import CATALOGUE
+from sim_backend.friction import BUMP_GONE
+from sim_backend.model import AntennaModel, plant_arrays
+from sim_backend.model.numbers import NUMBER_AT, Block
+
+#: effects whose states move faster than a sample, and into how many steps the twin then divides it
+_FINE_STEPS = {"backlash": 5, "structural_resonance": 2}
+_FRICTION_SLOTS = 7
+
+
+@dataclass
+class Structure:
+    """Arrays for one list of effects; parameters are poked into P."""
+
+    P: np.ndarray
+    K: np.ndarray
+    X: np.ndarray
+    steps: int
+    #: slot in P of parameter j of appended effect i is offsets[i] + j
+    offsets: tuple[int, ...]
+
+
+def number_slot(model: AntennaModel, axis: str, path: str) -> int:
+    """Offset in P of one number of the model; the actuator's time constant answers its decay's slot."""
+    index = model.axes.index(axis)
+    path = model.number_path(axis, path)
+    if path == "actuator.time_constant":
+        return layout.axis_block(index) + layout.LAG_DECAY
+    number = NUMBER_AT[path]
+    first = {
+        Block.AXIS: layout.axis_block(index),
+        Block.INERTIA: (layout.INERTIA_OUTER, layout.INERTIA_INNER)[index],
+        Block.COG: (layout.COG_OUTER, layout.COG_INNER)[index],
+        Block.MASS: (layout.MASS_OUTER, layout.MASS_INNER)[index],
+    }[number.block]
+    return first + number.slot
+
+
+@dataclass
+class Twin:
+    """Evaluates hypotheses about one model on records; keeps the arrays of structures it has met."""
+
+    model: AntennaModel
+    records: tuple[Record, ...]
+    #: axes whose gyro every log of the call has; None: look at these records alone
+    gyro_everywhere: tuple[bool, ...] | None = None
+    _structures: dict[tuple[tuple[str, str], ...], Structure] = field(default_factory=dict)
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Torque of every axis, and rate error where every record has a gyro."""
+        axes = self.model.axes
+        found = [Channel(axis, TORQUE, i) for i, axis in enumerate(axes)]
+        present = self.gyro_everywhere or tuple(all(r.has_gyro[i] for r in self.records) for i in range(len(axes)))
+        found += [Channel(axis, RATE_ERROR, 2 + i) for i, axis in enumerate(axes) if present[i]]
+        return tuple(found)
+
+    def structure(self, effects: Sequence[tuple[str, str]]) -> Structure:
+        """Arrays of the model with these (effect, axis) appended, neutral."""
+        key = tuple(effects)
+        if key not in self._structures:
+            model = self.model
+            own = len([entry for entry in model.effects if not entry.effect.is_number])
+            added = [(name, axis) for name, axis in key if not CATALOGUE[name].is_number]
+            for name, axis in added:
+                model = model.with_effect(name, axis, {})
+            names = {name for name, _ in key} | {entry.effect.name for entry in model.effects}
+            steps = max([_FINE_STEPS.get(name, 1) for name in names], default=1)
+            arrays = plant_arrays(_with_step(model, self.records[0].bands.period_s / steps), 1.0 / self.records[0].bands.period_s)
+            P, K = arrays.P, arrays.K
+            for i in range(len(model.axes)):
+                block = layout.axis_block(i)
+                P[block + layout.GYRO_NOISE] = P[block + layout.GYRO_STEP] = P[block + layout.STOP_STIFFNESS] = 0.0
+            offsets = iter(range(layout.EFFECT_PARAMETERS + own * layout.PARAMETERS_PER_INSTANCE, len(P), layout.PARAMETERS_PER_INSTANCE))
+            places = tuple(-1 if CATALOGUE[name].is_number else next(offsets) for name, _ in key)
+            self._structures[key] = Structure(P, K, arrays.X, steps, places)
+        return self._structures[key]
+
+    def leftover(self, structure: Structure, P: np.ndarray, which: int) -> Floats:
+        """Unscored residual of one record, (n, 4): torque given minus needed per axis, gyro minus predicted rate per axis."""
+        record = self.records[which]
+        X = structure.X.copy()
+        for i in range(len(self.model.axes)):
+            block, force = layout.axis_block(i), layout.IN_FORCE + i * layout.IN_FORCE_SIZE
+            X[force : force + _FRICTION_SLOTS] = P[block : block + _FRICTION_SLOTS]
+            X[force + layout.BUMP_GONE_SPEED] = X[force + layout.VS] * BUMP_GONE ** (1.0 / X[force + layout.DELTA])
+            X[layout.GYRO_STATE + 2 * i] = record.gyro[0, i]
+            X[layout.LAGGED + i] = record.torque[0, i]
+        out = np.empty((len(record.torque), 4))
+        balance(P, structure.K, X, structure.steps, record.torque, record.motion, record.base, record.heat, out)
+        out[:, 2:] = record.gyro - out[:, 2:]
+        return out
+
+    def scored(self, structure: Structure, P: np.ndarray, which: int) -> Floats:
+        """Scored residual of one record, (rows that count, channels)."""
+        record = self.records[which]
+        columns = [channel.column for channel in self.channels]
+        rows = scored(self.leftover(structure, P, which)[:, columns], record.bands)
+        return np.asarray(rows[record.keep])
+
+    def residual(self, structure: Structure, P: np.ndarray) -> Floats:
+        """Scored residuals of all records, one under the other, (rows, channels)."""
+        return np.concatenate([self.scored(structure, P, i) for i in range(len(self.records))])
+
+
+def _with_step(model: AntennaModel, step_s: float) -> AntennaModel:
+    """The model with the twin's step in place of the plant's."""
+    from dataclasses import replace
+
+    return replace(model, file=model.file.model_copy(update={"plant_step_s": step_s}))

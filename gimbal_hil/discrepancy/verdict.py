@@ -1,0 +1,279 @@
+"""From a diagnosis to the verdict of CONTRACTS section 5: named, ambiguous, unexplained, no discrepancy."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimbal_hil.discrepancy.families import Family, Start
+from gimbal_hil.discrepancy.fit import residual_of
+from gimbal_hil.discrepancy.hypothesis import values_of
+from gimbal_hil.discrepancy.intervals import parameter_intervals
+from gimbal_hil.discrepancy.record import RATE_ERROR, Channel
+from gimbal_hil.discrepancy.screening import basis_of, control_gain, propose, responses
+from gimbal_hil.discrepancy.search import Scored
+from gimbal_hil.discrepancy.separating import separating_run, why_not_testable
+from gimbal_hil.discrepancy.smoothing import Floats
+from gimbal_hil.discrepancy.where import Regime, most_telling, regimes
+from gimbal_hil.discrepancy.workflow import Diagnosis
+from sim_backend.effects import CATALOGUE
+from sim_backend.model import AntennaModel
+
+#: standard errors of the blockwise difference beyond which two explanations are told apart
+_TOLD_APART = 3.0
+#: a rival that leaves this many squared floors a row more, relative to the best, is no rival
+_CLOSE = 0.03
+_BLOCK_S = 1.0
+#: a response below this many floors at a generous size leaves no trace
+_NO_TRACE = 0.15
+#: commanded torque alone cannot tell these two apart: either name is right
+_TWINS = frozenset({"viscous", "back_emf"})
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A cause against what could stand in its place."""
+
+    rival: Scored
+    #: blockwise mean of the rival's extra squares over its standard error
+    told_apart: float
+    extra: float
+
+
+def compare(diagnosis: Diagnosis, rival: Scored) -> Comparison:
+    """Paired over blocks of the hold-out that may select and of the fitted data."""
+    best, search = diagnosis.best, diagnosis.search
+    difference = np.concatenate([
+        np.sum(rival.fit.residual**2 - best.fit.residual**2, axis=1),
+        np.sum(rival.holdout**2 - best.holdout**2, axis=1),
+    ])
+    row_s = search.twin.records[0].bands.stride * search.twin.records[0].bands.period_s
+    length = max(2, int(_BLOCK_S / row_s))
+    blocks = difference[: len(difference) // length * length].reshape(-1, length).mean(axis=1)
+    error = float(blocks.std(ddof=1) / math.sqrt(len(blocks))) if len(blocks) > 2 else math.inf
+    mean = float(blocks.mean())
+    level = float(np.sum(np.mean(best.holdout**2, axis=0)))
+    return Comparison(rival, mean / max(error, 1e-12), mean / level)
+
+
+def verdict_of(diagnosis: Diagnosis) -> dict[str, Any]:
+    """The content of verdict.json."""
+    best, null = diagnosis.best, diagnosis.null
+    gaps = gap_entries(diagnosis)
+    worst = max(range(len(gaps)), key=lambda j: gaps[j]["before"] / gaps[j]["noise_floor"])
+    causes = best.hypothesis.causes if diagnosis.complete else ()
+    effects, alternatives, next_run = [], [], None
+    for index in range(len(causes)):
+        entry, others, run = _effect_entry(diagnosis, index)
+        effects.append(entry)
+        alternatives += others
+        next_run = next_run or run
+    effects.sort(key=lambda e: -e["held_out_gain"])
+    if causes:
+        verdict = "named" if all(e["status"] == "named" for e in effects) else "ambiguous"
+    elif diagnosis.complete and (diagnosis.floated is not None or float(np.max(diagnosis.search.gaps(null))) <= 1.5):
+        verdict = "no_discrepancy"
+    else:
+        verdict = "unexplained"
+    if not causes:
+        effects, alternatives = [], []
+    shown = best if causes or diagnosis.floated is not None else null
+    where = [_where_entry(r) for r in where_of(diagnosis)] if verdict != "no_discrepancy" else []
+    gap = gaps[worst]
+    return {
+        "schema": 1,
+        "verdict": verdict,
+        "text": _text(diagnosis, verdict, effects, gap, shown),
+        "where": where,
+        "effects": effects,
+        "alternatives": alternatives,
+        "next_experiment": next_run,
+        "not_testable": not_testable(diagnosis),
+        "gap": gap,
+        "gaps": gaps,
+        "recalibrated": recalibrated(diagnosis),
+    }
+
+
+def gap_entries(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    """One gap per channel, on rows that neither selected nor tuned anything."""
+    keep = diagnosis.complete and (diagnosis.best.hypothesis.causes or diagnosis.floated is not None)
+    search, after = diagnosis.search, diagnosis.best if keep else diagnosis.null
+    null_rows, after_rows = diagnosis.null.untouched, after.untouched
+    # hypotheses are compared in the same units, whatever the floors were when they were fitted
+    null_rows = residual_of(search.holdout, diagnosis.null.hypothesis, search.floor)[diagnosis.untouched]
+    after_rows = residual_of(search.holdout, after.hypothesis, search.floor)[diagnosis.untouched]
+    found = []
+    for j, channel in enumerate(search.twin.channels):
+        floor, unit = float(search.floor[j]), _unit(diagnosis.model, channel)
+        before, left = (float(np.sqrt(np.mean(rows[:, j] ** 2))) * floor for rows in (null_rows, after_rows))
+        closed = low = high = None
+        if before > 1.1 * floor:
+            closed, low, high = _closed(null_rows[:, j] ** 2, after_rows[:, j] ** 2, _row_s(diagnosis))
+        found.append({
+            "axis": channel.axis, "signal": channel.signal, "unit": unit, "band_hz": [0.0, search.twin.records[0].bands.scored_hz],
+            "before": before, "after": left, "noise_floor": floor, "noise_floor_from": _floor_source(diagnosis, j),
+            "processing_floor": float(diagnosis.processing[j]), "closed_fraction": closed, "closed_low": low, "closed_high": high, "on": "held-out",
+        })  # fmt: skip
+    return found
+
+
+def _closed(before: Floats, after: Floats, row_s: float) -> tuple[float, float, float]:
+    """Closed share of the gap and its block-bootstrap interval; squares in floors."""
+    length = max(2, int(_BLOCK_S / row_s))
+    n = len(before) // length * length
+    b, a = before[:n].reshape(-1, length).mean(axis=1), after[:n].reshape(-1, length).mean(axis=1)
+    draws = np.random.default_rng(2).integers(0, len(b), (300, len(b)))
+
+    def share(x: Floats, y: Floats) -> Floats:
+        return np.asarray(1.0 - (y - 1.0) / np.maximum(x - 1.0, 1e-9))
+
+    low, high = np.quantile(share(b[draws].mean(axis=1), a[draws].mean(axis=1)), [0.05, 0.95])
+    return float(min(1.0, share(before.mean(), after.mean()))), float(min(1.0, low)), float(min(1.0, high))
+
+
+def _row_s(diagnosis: Diagnosis) -> float:
+    bands = diagnosis.search.twin.records[0].bands
+    return bands.stride * bands.period_s
+
+
+def _unit(model: AntennaModel, channel: Channel) -> str:
+    if channel.signal == RATE_ERROR:
+        return "m/s" if model.is_linear else "rad/s"
+    return "N" if model.is_linear else "N m"
+
+
+def _floor_source(diagnosis: Diagnosis, j: int) -> str:
+    floor = diagnosis.floors[j]
+    return "repeats" if floor.from_repeats is not None and floor.rms == floor.from_repeats else "spectrum above the band (upper bound)"
+
+
+def _effect_entry(diagnosis: Diagnosis, index: int) -> tuple[dict[str, Any], list[dict[str, Any]], dict[str, Any] | None]:
+    model, best, search = diagnosis.model, diagnosis.best, diagnosis.search
+    effect, axis = best.hypothesis.labels[index]
+    comparisons = sorted((compare(diagnosis, rival) for rival in diagnosis.rivals[index]), key=lambda c: c.extra)
+    close = [c for c in comparisons if c.told_apart < _TOLD_APART and c.extra < _CLOSE and search.complete(c.rival, diagnosis.null)]
+    twins = {effect, *(c.rival.hypothesis.labels[-1][0] for c in close)} == _TWINS
+    status = "named" if (not close or twins) and not diagnosis.suspected_only else "ambiguous"
+    linear = model.is_linear
+    intervals = parameter_intervals(search, best, index)
+    parameters = {}
+    for name, (value, nominal) in values_of(model, search.twin, best.hypothesis, index).items():
+        parameter = next(p for p in CATALOGUE[effect].parameters if p.name == name)
+        low, high = intervals.get(name, (value, value))
+        unit = parameter.linear_unit if linear and parameter.linear_unit else parameter.unit
+        parameters[name] = {"value": value, "low": low, "high": high, "unit": unit, "nominal": nominal}
+    gain, control = _gains(diagnosis, index)
+    nearest = min((c.told_apart for c in comparisons if c not in close), default=10.0)
+    confidence = 0.5 * (1.0 + math.erf(min(nearest, 8.0) / 2.83)) if not close else 1.0 / (1.0 + len(close))
+    entry = {"name": effect, "axis": axis, "status": status, "parameters": parameters, "held_out_gain": gain, "best_control_gain": control,
+             "confidence": round(min(confidence, 0.999), 3)}  # fmt: skip
+    others, run = [], None
+    for c in close[:3]:
+        other, other_axis = c.rival.hypothesis.labels[-1]
+        reason = f"on this data it explains the hold-out as well: {c.extra:+.1%} squares, {c.told_apart:.1f} standard errors"
+        others.append({"name": other, "axis": other_axis, "instead_of": effect, "reason": reason})
+    if close and not twins:
+        other = close[0].rival.hypothesis.labels[-1][0]
+        run = {"plan": separating_run(effect, other, {n: e.excited_by for n, e in CATALOGUE.items()}), "separates": [effect, other]}
+    elif diagnosis.suspected_only:
+        run = {"plan": "the same causes on another trajectory, given as --holdout", "separates": [effect, "chance"]}
+    return entry, others, run
+
+
+def _gains(diagnosis: Diagnosis, index: int) -> tuple[float, float]:
+    """Share of the gap that a cause takes on the hold-out, and what the best matched nonsense takes of the fitted gap."""
+    search, best = diagnosis.search, diagnosis.best
+    without = search.refitted(best.hypothesis.minus(index))
+    base = max(float(np.sum(np.mean(diagnosis.null.holdout**2, axis=0) - 1.0)), 1e-9)
+    gain = float(np.sum(np.mean(without.holdout**2, axis=0) - np.mean(best.holdout**2, axis=0))) / base
+    cause = best.hypothesis.causes[index]
+    columns = responses(search.twin, without.fit, search.floor, cause.family, Start((cause.x,), cause.x))
+    if columns is None:
+        return min(gain, 1.0), 0.0
+    basis, residual = basis_of(without.fit, search.spread)
+    residual = (residual - basis @ (basis.T @ residual))[: len(columns)]
+    rows = [int(r.keep.sum()) for r in search.twin.records]
+    nonsense = control_gain(columns, residual, rows, len(search.twin.channels), seed=3)
+    return min(gain, 1.0), nonsense / max(float(np.sum(residual**2)), 1e-9)
+
+
+def where_of(diagnosis: Diagnosis) -> list[Regime]:
+    """The most telling regimes of the worst channels, judged on the fitted data of the model as it stands."""
+    rms = np.sqrt(np.mean(diagnosis.null.fit.residual**2, axis=0))
+    found = []
+    for j in np.argsort(-rms)[:2]:
+        if rms[j] > 1.3:
+            channel = diagnosis.search.twin.channels[int(j)]
+            found += most_telling(regimes(diagnosis.search.twin, diagnosis.null.fit.residual, channel, int(j)), 3)
+    return found
+
+
+def _where_entry(regime: Regime) -> dict[str, Any]:
+    return {"axis": regime.axis, "signal": regime.signal, "regime": regime.regime, "share_of_gap": round(regime.share_of_gap, 4),
+            "low": round(regime.low, 4), "high": round(regime.high, 4), "share_of_time": round(regime.share_of_time, 4)}  # fmt: skip
+
+
+def not_testable(diagnosis: Diagnosis) -> list[dict[str, str]]:
+    """Effects of the catalogue that leave no trace in this data, with the reason."""
+    search, model = diagnosis.search, diagnosis.model
+    found = []
+    moving = any(r.moving_base for r in search.twin.records)
+    warm = any(r.has_temperature for r in search.twin.records)
+    tested = {family.label: family for family in search.families}
+    for axis in model.axes:
+        gyro = diagnosis.has_gyro[model.axes.index(axis)]
+        for name, effect in CATALOGUE.items():
+            if (effect.rotary_only and model.is_linear) or (effect.two_axis_only and len(model.axes) < 2):
+                continue
+            family = tested.get((name, axis))
+            if family is None or (not family.ripple and _traceless(diagnosis, family)):
+                found.append({"name": name, "axis": axis, "reason": why_not_testable(name, moving, gyro, warm)})
+    return found
+
+
+def _traceless(diagnosis: Diagnosis, family: Family) -> bool:
+    search = diagnosis.search
+    if len(family.starts) > 3 or family.effect in ("backlash", "structural_resonance", "saturation", "presliding"):
+        return False
+    for start in family.starts:
+        columns = responses(search.twin, diagnosis.null.fit, search.floor, family, start)
+        if columns is not None and float(np.sqrt(np.mean(columns**2))) > _NO_TRACE:
+            return False
+    return True
+
+
+def recalibrated(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    """Known numbers that moved when they had to float."""
+    chosen = diagnosis.best.hypothesis
+    return [
+        {"axis": k.axis, "path": k.path, "value": diagnosis.model.number(k.axis, k.path) * math.exp(y), "nominal": diagnosis.model.number(k.axis, k.path)}
+        for k, y in zip(chosen.floating, chosen.y, strict=True) if abs(y) > 1e-3
+    ]  # fmt: skip
+
+
+def _text(diagnosis: Diagnosis, verdict: str, effects: list[dict[str, Any]], gap: dict[str, Any], shown: Scored) -> str:
+    times = gap["before"] / gap["noise_floor"]
+    open_part = f"The largest gap is in the {gap['signal'].replace('_', ' ')} of {gap['axis']}: {gap['before']:.3g} {gap['unit']}, {times:.1f} times its floor"
+    names = ", ".join(f"{e['name'].replace('_', ' ')} on {e['axis']}" for e in effects)
+    if verdict in ("named", "ambiguous"):
+        closed = "" if gap["closed_fraction"] is None else f", which closes {gap['closed_fraction']:.0%} of it on data that had no part in the search"
+        doubt = "" if verdict == "named" else " At least one of these cannot be told from another cause on this data; the run that would tell is proposed."
+        return f"{open_part}. It is explained by {names}{closed}.{doubt}"
+    if verdict == "no_discrepancy":
+        moved = " once the known numbers were refitted within a few per cent" if diagnosis.floated is not None else ""
+        return f"The model explains this data to its noise{moved}; nothing is missing that it could show."
+    return f"{open_part}. Nothing in the catalogue explains it: the best attempt leaves {float(np.max(diagnosis.search.gaps(diagnosis.best))):.1f} floors."
+
+
+def proposals_of(diagnosis: Diagnosis, family: Family) -> float:
+    """Screening gain of one family beside the model as it stands, in squared floors a row."""
+    found = propose(diagnosis.search.twin, diagnosis.null.fit, diagnosis.search.floor, family, diagnosis.search.spread)
+    return found[0].gain / len(diagnosis.null.fit.residual) if found else 0.0
+
+
+Mask = NDArray[np.bool_]

@@ -1,0 +1,181 @@
+"""The workflow from logs to a verdict: preflight, floors, null, search, the same with known numbers floating, classes, report."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimbal_hil.discrepancy.families import Family, families
+from gimbal_hil.discrepancy.fit import Fit
+from gimbal_hil.discrepancy.floors import Floor, floors, smaller, wide_twin
+from gimbal_hil.discrepancy.hypothesis import Hypothesis, known_numbers, parameters_of
+from gimbal_hil.discrepancy.processing import processing_floors
+from gimbal_hil.discrepancy.record import TORQUE, record_of
+from gimbal_hil.discrepancy.screening import Proposal
+from gimbal_hil.discrepancy.search import MOST_CAUSES, Round, Scored, Search
+from gimbal_hil.discrepancy.smoothing import Floats
+from gimbal_hil.discrepancy.twin import Twin
+from gimbal_hil.discrepancy.workers import Workers, refine_one, screen_one
+from gimbal_hil.signals import SignalsTable
+from sim_backend.model import AntennaModel
+
+#: end of the scored band, Hz, at 1 kHz; slower logs score a smaller part
+BAND_HZ = 25.0
+#: a model's numbers are trusted to this share once they have to float
+TRUST = 0.08
+#: how exactly a twin can follow another integrator: share of the Coulomb level
+_EXACTNESS = 0.0012
+#: rows of the scored residual are correlated: what one row counts for in a prior's weight
+_SPREAD = 2.0
+#: gap, in floors, below which nothing is searched for
+_QUIET = 1.3
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """Everything that a verdict, a model file and a report are made from."""
+
+    model: AntennaModel
+    search: Search
+    null: Scored
+    best: Scored
+    #: refitted without causes where known numbers had to float
+    floated: Scored | None
+    floors: list[Floor]
+    processing: Floats
+    rounds: tuple[Round, ...]
+    complete: bool
+    #: rows of the hold-out that neither selected nor tuned anything
+    untouched: NDArray[np.bool_]
+    #: for every cause of `best`: what could stand in its place, best first
+    rivals: tuple[tuple[Scored, ...], ...]
+    suspected_only: bool
+    has_gyro: tuple[bool, ...]
+
+
+def scored_band(tables: tuple[SignalsTable, ...]) -> float:
+    """End of the scored band for these logs, Hz."""
+    return min(BAND_HZ, 0.08 / max(table.period_s for table in tables))
+
+
+def diagnose(
+    model: AntennaModel,
+    measured: tuple[SignalsTable, ...],
+    holdout: tuple[SignalsTable, ...],
+    *,
+    workers: int = 1,
+    dask: str | None = None,
+    suspected_only: bool = False,
+    progress: Callable[[str], None] = lambda text: None,
+) -> Diagnosis:
+    """Search for what the model lacks. The hold-out must be another trajectory; half of it selects, half is only ever looked at."""
+    hz = scored_band((*measured, *holdout))
+    progress("smoothing the logs")
+    twin = Twin(model, tuple(record_of(table, model, hz, f"measured {i}") for i, table in enumerate(measured)))
+    held = Twin(model, tuple(record_of(table, model, hz, f"hold-out {i}") for i, table in enumerate(holdout)))
+    twin.gyro_everywhere = held.gyro_everywhere = tuple(
+        all(r.has_gyro[i] for r in (*twin.records, *held.records)) for i in range(len(model.axes))
+    )
+    progress("floors")
+    wide = wide_twin(twin, measured)
+    wide.gyro_everywhere = twin.gyro_everywhere
+    structure = twin.structure(())
+    found = floors(twin, wide, structure, structure.P)
+    processing = processing_floors(twin, measured)
+    catalogue = [family for axis in model.axes for family in families(model, axis, twin.records)]
+    with Workers(twin, workers, dask) as pool:
+        search = _search(twin, held, _effective(model, twin, found, processing), catalogue, pool, progress)
+        result = _decide(search, wide, found, model, processing)
+        best, null, floated, rounds, found = result
+        progress("what else could it be")
+        rivals = tuple(_rivals(search, best, index) for index in range(len(best.hypothesis.causes)))
+    complete = search.complete(best, null)
+    return Diagnosis(
+        model, search, null, best, floated, found, processing, tuple(rounds), complete, ~search.selecting, rivals, suspected_only,
+        twin.gyro_everywhere,
+    )  # fmt: skip
+
+
+def _effective(model: AntennaModel, twin: Twin, found: list[Floor], processing: Floats) -> Floats:
+    """Noise and what no twin can follow, per channel."""
+    out = []
+    for floor, channel, process in zip(found, twin.channels, processing, strict=True):
+        exactness = _EXACTNESS * model.number(channel.axis, "friction.coulomb") if channel.signal == TORQUE else 0.05 * floor.rms
+        out.append(float(np.sqrt(floor.rms**2 + max(exactness, min(process, 0.3 * floor.rms)) ** 2)))
+    return np.array(out)
+
+
+def _search(twin: Twin, held: Twin, floor: Floats, catalogue: list[Family], pool: Workers, progress: Callable[[str], None]) -> Search:
+    rows = [int(r.keep.sum()) for r in held.records]
+    selecting = np.concatenate([np.arange(n) < n // 2 for n in rows])
+    search = Search(twin, held, floor, catalogue, lambda fit, fs: [], lambda hs: [], _SPREAD, selecting, progress)
+
+    def screen(fit: Fit, chosen: list[Family]) -> list[Proposal]:
+        # ripples and grids first: they take longest
+        order = sorted(chosen, key=lambda f: -len(f.starts) * (5 if f.effect == "backlash" else 1) - (50 if f.ripple else 0))
+        return [p for found in pool.map(screen_one, [(fit, search.floor, f, _SPREAD) for f in order]) for p in found]
+
+    def refine(hypotheses: list[Hypothesis]) -> list[Fit]:
+        return pool.map(refine_one, [(h, search.floor, _SPREAD) for h in hypotheses])
+
+    search.screen, search.refine = screen, refine
+    return search
+
+
+def _decide(
+    search: Search, wide: Twin, found: list[Floor], model: AntennaModel, processing: Floats
+) -> tuple[Scored, Scored, Scored | None, list[Round], list[Floor]]:
+    """Sparse explanation first; when that fails, let the known numbers float and try again."""
+    search.progress("the model as it stands")
+    null = search.null()
+    if float(np.max(search.gaps(null))) <= _QUIET:
+        return null, null, None, [], found
+    sparse, rounds = search.forward(null)
+    if sparse.hypothesis.causes:
+        # a cause that is named no longer hides noise: floors may only fall
+        structure, P = parameters_of(wide, sparse.hypothesis)
+        found = smaller(found, floors(search.twin, wide, structure, P))
+        search.floor = _effective(model, search.twin, found, processing)
+        null, sparse = search.again(null), search.again(sparse)
+    if search.complete(sparse, null) and 0 < len(sparse.hypothesis.causes) <= 2:
+        return sparse, null, None, rounds, found
+    search.progress("letting the known numbers float")
+    known = known_numbers(model, TRUST)
+    floated = search.null(Hypothesis(floating=known, y=(0.0,) * len(known)))
+    if search.complete(floated, null) and float(np.max(search.gaps(floated))) < _QUIET:
+        if search.complete(sparse, null) and 0 < len(sparse.hypothesis.causes) < 3:
+            return sparse, null, None, rounds, found
+        return floated, null, floated, rounds, found
+    again, more = search.forward(floated, most=MOST_CAUSES - 1)
+    if search.complete(again, null) and not (
+        search.complete(sparse, null) and len(sparse.hypothesis.causes) <= len(again.hypothesis.causes) + 1
+    ):
+        return again, null, floated, [*rounds, *more], found
+    return sparse, null, None, rounds, found
+
+
+def _rivals(search: Search, best: Scored, index: int) -> tuple[Scored, ...]:
+    """What could stand in the place of one cause, refitted beside the others, best first; the cause itself is among them."""
+    label = best.hypothesis.labels[index]
+    without = search.refitted(best.hypothesis.minus(index))
+    tried = search.one_round(without, least=5)
+    return tuple(s for s in tried.tried if s.hypothesis.labels[-1] != label)
+
+
+def with_hold_out(
+    measured: tuple[SignalsTable, ...], holdout: tuple[SignalsTable, ...]
+) -> tuple[tuple[SignalsTable, ...], tuple[SignalsTable, ...], bool]:
+    """Logs to fit and logs to judge on; without a hold-out the last log is kept back, or (suspected only) the last third of a single one."""
+    if holdout:
+        return measured, holdout, False
+    if len(measured) > 1:
+        return measured[:-1], measured[-1:], False
+    n = len(measured[0])
+    first, last = measured[0].rows(0, 2 * n // 3), measured[0].rows(2 * n // 3, n)
+    return (first,), (last,), True
+
+
+__all__ = ["Diagnosis", "diagnose", "replace", "scored_band", "with_hold_out"]
