@@ -93,3 +93,11 @@ def test_a_second_effect_of_the_same_name_is_refused(tmp_path: Path) -> None:
     refused = python(tmp_path, "from gimbal_hil.cli.app import main; main(['effects'])")
     assert refused.returncode == 2
     assert "effect 'cogging': is defined twice" in refused.stderr
+
+
+def test_the_effect_that_the_docs_page_shows_works_as_it_stands(tmp_path: Path) -> None:
+    page = (Path(__file__).resolve().parents[2] / "docs" / "effects.md").read_text()
+    installed(tmp_path, "wind_effect", page.split("```python\n")[1].split("```")[0])
+    used = python(tmp_path, USE.replace('"push": 0.25', '"push": -0.25, "direction": 1.5707963267948966'))
+    assert used.returncode == 0, used.stderr
+    assert abs(float(used.stdout) - 0.25 / 0.5 * 0.1) < 1e-5
