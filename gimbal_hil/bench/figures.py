@@ -1,0 +1,73 @@
+"""A figure and how it is measured on a noisy machine: two things in turn, many times, the ratio pair by pair."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One line of the bench: a value, what it is compared with, and the spread over repeats."""
+
+    name: str
+    value: float
+    unit: str
+    reference: str
+    #: value over reference, or how many times faster; median and extremes over the pairs
+    ratio: float
+    ratio_low: float
+    ratio_high: float
+    repeats: int
+    target: str = ""
+
+    def as_row(self) -> list[str]:
+        """The figure as table cells."""
+        spread = f"{self.ratio_low:.3g} to {self.ratio_high:.3g}"
+        return [self.name, f"{self.value:.4g} {self.unit}", self.reference, f"{self.ratio:.3g}", spread, str(self.repeats), self.target]
+
+
+def paired(
+    work: Callable[[], object], reference: Callable[[], object], repeats: int = 9, clock: Callable[[], float] = time.perf_counter
+) -> tuple[list[float], list[float]]:
+    """Times of `work` and `reference` in turn (s), one call of each first that is not counted."""
+    work()
+    reference()
+    ours: list[float] = []
+    theirs: list[float] = []
+    for _ in range(repeats):
+        began = clock()
+        work()
+        between = clock()
+        reference()
+        theirs.append(clock() - between)
+        ours.append(between - began)
+    return ours, theirs
+
+
+def times_faster(
+    name: str, unit: str, per_call: float, ours: list[float], theirs: list[float], reference: str, reference_share: float, target: str
+) -> Figure:
+    """A figure of time per piece of work, `per_call` pieces a call; `reference_share` is how many of ours one call of theirs stands for."""
+    ratios = [(theirs_s / reference_share) / (ours_s / per_call) for ours_s, theirs_s in zip(ours, theirs, strict=True)]
+    value = statistics.median(ours) / per_call
+    return Figure(name, value * 1e9, unit, reference, statistics.median(ratios), min(ratios), max(ratios), len(ratios), target)
+
+
+def times_real_time(name: str, simulated_s: float, ours: list[float], theirs: list[float], reference: str, target: str) -> Figure:
+    """How many times faster than real time; the ratio is to the reference work of the same run, so that it holds on another machine."""
+    speed = [simulated_s / s for s in ours]
+    ratios = [ours_s / theirs_s for ours_s, theirs_s in zip(ours, theirs, strict=True)]
+    return Figure(
+        name,
+        statistics.median(speed),
+        "times real time",
+        reference,
+        statistics.median(ratios),
+        min(ratios),
+        max(ratios),
+        len(ratios),
+        target,
+    )

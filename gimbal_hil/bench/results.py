@@ -1,0 +1,47 @@
+"""The bench as text and as a page: machine, versions, command, figures."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import platform
+from collections.abc import Sequence
+
+from gimbal_hil import __version__
+from gimbal_hil.bench.figures import Figure
+from gimbal_hil.report import Block, Heading, Page, Table, Text
+
+HEADER = ("Figure", "Value", "Beside", "Ratio", "Spread", "Pairs", "Target")
+PACKAGES = ("numba", "numpy", "mujoco", "pin", "pyarrow")
+
+
+def machine() -> list[tuple[str, str]]:
+    """What the figures were measured on."""
+    facts = [("gimbal-hil", __version__), ("Python", platform.python_version()), ("system", f"{platform.system()} {platform.release()}")]
+    facts.append(("processors", str(os.cpu_count())))
+    for package in PACKAGES:
+        try:
+            facts.append((package, importlib.metadata.version(package)))
+        except importlib.metadata.PackageNotFoundError:
+            facts.append((package, "not installed"))
+    return facts
+
+
+def bench_text(figures: Sequence[Figure]) -> str:
+    """The figures as an aligned table."""
+    rows = [list(HEADER), *(figure.as_row() for figure in figures)]
+    widths = [max(len(row[i]) for row in rows) for i in range(len(HEADER))]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    return "\n".join([", ".join(f"{name} {value}" for name, value in machine()), "", *lines])
+
+
+def bench_page(figures: Sequence[Figure], command: str) -> Page:
+    """The results page."""
+    blocks: list[Block] = [
+        Heading("Figures"),
+        Text("Each figure was measured in turn with its reference, pair by pair; ratio is the median over the pairs, spread its extremes."),
+        Table(HEADER, [figure.as_row() for figure in figures], f"Command: {command}"),
+        Heading("Machine"),
+        Table(("What", "Value"), machine()),
+    ]
+    return Page("Speed", "ratios to references from the same run", blocks)

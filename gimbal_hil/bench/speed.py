@@ -1,0 +1,144 @@
+"""What is measured: plant step, frame path, compiled path, start of the command."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from firmware_protocol.compiling import entry_point
+from gimbal_hil.bench.figures import Figure, paired, times_faster, times_real_time
+from gimbal_hil.bench.references import mujoco_steps, pinocchio_accelerations
+from gimbal_hil.host import AxisCommand, Mode, Program, Segment, Shape, program_of
+from gimbal_hil.host.lockstep import CompiledPath, FramePath
+from gimbal_hil.settings import DaemonSettings, shipped_settings
+from sim_backend import layout
+from sim_backend.effects import CATALOGUE
+from sim_backend.model import AntennaModel, plant_arrays, shipped_model
+from sim_backend.plant import run_steps
+
+PLANT_STEPS = 20_000
+SINES = 100_000
+LOCKSTEP_S = 5.0
+
+
+@entry_point
+def sum_of_sines(n: int) -> float:
+    """The yardstick of the machine: n sines, one after the other."""
+    total = 0.0
+    for i in range(n):
+        total += math.sin(1e-3 * i + 1e-9 * total)
+    return total
+
+
+def sines() -> float:
+    """One call of the yardstick."""
+    return float(sum_of_sines(SINES))
+
+
+def speed_figures(repeats: int = 9, say: Callable[[str], None] = lambda name: None) -> list[Figure]:
+    """All figures, in the order of the table; `say` is told what is being measured."""
+    figures: list[Figure] = []
+    for name, measure in (
+        ("plant", plant_figures),
+        ("effects", effect_figures),
+        ("lockstep", lockstep_figures),
+        ("start", start_figures),
+    ):
+        say(name)
+        figures += list(measure(repeats))
+    return figures
+
+
+def moving_plant(model: AntennaModel) -> Callable[[], object]:
+    """A call that makes PLANT_STEPS steps of a plant whose joints slide at a steady rate."""
+    arrays = plant_arrays(model)
+    start = arrays.X.copy()
+    start[layout.RATE : layout.RATE + 2] = 0.05
+
+    def steps() -> None:
+        arrays.X[:] = start
+        run_steps(arrays.P, arrays.K, arrays.X, 0.24, 1.15, PLANT_STEPS)
+
+    return steps
+
+
+def plant_figures(repeats: int) -> Iterator[Figure]:
+    """One plant step beside MuJoCo's step, Pinocchio's forward dynamics and a sine."""
+    ours = moving_plant(shipped_model())
+    times = paired(ours, sines, repeats)
+    yield times_faster("plant step", "ns", PLANT_STEPS, *times, "one sine", SINES, "")
+    for reference, made, share, target in (
+        ("MuJoCo mj_step, the same body", mujoco_steps, 2000, "10"),
+        ("Pinocchio aba from Python, the same body", pinocchio_accelerations, 500, ""),
+    ):
+        work = made(shipped_model(), share)
+        if work is not None:
+            yield times_faster("plant step", "ns", PLANT_STEPS, *paired(ours, work, repeats), reference, share, target)
+
+
+def effect_figures(repeats: int) -> Iterator[Figure]:
+    """A plant step with one hook effect on, as a share of the step without."""
+    plain = moving_plant(shipped_model())
+    for name, effect in CATALOGUE.items():
+        if not effect.is_number:
+            present = shipped_model().with_effect(name, "outer", {p.name: p.neutral for p in effect.parameters})
+            ours, theirs = paired(moving_plant(present), plain, repeats)
+            ratios = sorted(a / b for a, b in zip(ours, theirs, strict=True))
+            value = 1e9 * sorted(ours)[len(ours) // 2] / PLANT_STEPS
+            middle = ratios[len(ratios) // 2]
+            yield Figure(f"step with {name}", value, "ns", "step without", middle, ratios[0], ratios[-1], repeats, "below 1.3")
+
+
+def work_program(settings: DaemonSettings) -> Program:
+    """Both axes follow sines in position: control, friction and rigid body all at work."""
+    outer = AxisCommand(Mode.POSITION, Shape.SINE, (0.0, 0.5, 0.3, 0.0))
+    inner = AxisCommand(Mode.POSITION, Shape.SINE, (0.0, 0.3, 0.5, 0.0))
+    return program_of([Segment(outer=outer, inner=inner, duration_ticks=round(1e6 * settings.rate_hz))])
+
+
+def lockstep_figures(repeats: int) -> Iterator[Figure]:
+    """Both lockstep paths with recording on, and the compiled one without."""
+    settings, model = shipped_settings(), shipped_model()
+    ticks = round(LOCKSTEP_S * settings.rate_hz)
+
+    def running(engine: FramePath | CompiledPath, every: int) -> Callable[[], object]:
+        engine.connect()
+        engine.host.command(work_program(settings))
+        return lambda: engine.advance(ticks, every=every)
+
+    blocks: list[tuple[int, bytes, bytes]] = []
+
+    def keep(tick: int, received: bytes, sent: bytes) -> None:
+        blocks.append((tick, received, sent))
+
+    frame_path = running(FramePath(settings, model, 1, exchange=keep), 1)
+
+    def recorded_frame_path() -> None:
+        blocks.clear()
+        frame_path()
+
+    yield times_real_time(
+        "frame path, every frame and tick kept", LOCKSTEP_S, *paired(recorded_frame_path, sines, repeats), "1e5 sines", "300"
+    )
+    compiled = running(CompiledPath(settings, model, 1, keep_frames=True), 1)
+    yield times_real_time("compiled path, every frame and tick kept", LOCKSTEP_S, *paired(compiled, sines, repeats), "1e5 sines", "")
+    campaign = running(CompiledPath(settings, model, 1), 100)
+    yield times_real_time("compiled path, one tick in 100 kept", LOCKSTEP_S, *paired(campaign, sines, repeats), "1e5 sines", "1500")
+    yield times_real_time("frame path over compiled path", LOCKSTEP_S, *paired(recorded_frame_path, campaign, repeats), "compiled path", "")
+
+
+def start_figures(repeats: int) -> Iterator[Figure]:
+    """`--help` beside a bare interpreter."""
+
+    def started(*words: str) -> Callable[[], object]:
+        return lambda: subprocess.run([sys.executable, *words], check=True, capture_output=True)
+
+    ours, theirs = paired(started("-m", "gimbal_hil.cli.app", "--help"), started("-c", "pass"), repeats)
+    ratios = sorted(a / b for a, b in zip(ours, theirs, strict=True))
+    yield Figure(
+        "--help", float(np.median(ours)), "s", "bare interpreter", ratios[len(ratios) // 2], ratios[0], ratios[-1], repeats, "0.5 s"
+    )
