@@ -84,7 +84,8 @@ def identify_axis(
         for finding in break_away_findings(broken, fit, axis)
     ]
     findings += repeatability_findings(points, axis)
-    findings += physical_findings(friction, axis)
+    decided = {e.name for e in estimates if e.verdict is not Verdict.NOT_IDENTIFIED}
+    findings += [finding for finding in physical_findings(friction, axis) if decided & finding.concerns]
     findings += _disagreement(presliding, dynamic, axis)
     return AxisIdentification(
         axis=axis,

@@ -103,7 +103,7 @@ def physical_findings(friction: LugreFriction, axis: str = "") -> tuple[Finding,
     findings = []
     if static.breakaway < static.coulomb:
         text = f"break-away {static.breakaway:.4g} is below Coulomb {static.coulomb:.4g}: no Stribeck bump, the model takes Ts = Tc"
-        findings.append(Finding("breakaway_below_coulomb_in_fit", text, axis))
+        findings.append(Finding("breakaway_below_coulomb_in_fit", text, axis, frozenset({"breakaway"})))
     limit = static.largest_sigma1()
     if friction.sigma1 > limit:
         text = (
@@ -112,5 +112,5 @@ def physical_findings(friction: LugreFriction, axis: str = "") -> tuple[Finding,
             f" (sigma1 up to {limit:.4g} is passive). "
             "A sigma1 that falls with speed would be passive"
         )
-        findings.append(Finding("not_passive", text, axis))
+        findings.append(Finding("not_passive", text, axis, frozenset({"sigma1", "viscous"})))
     return tuple(findings)

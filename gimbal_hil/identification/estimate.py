@@ -60,11 +60,15 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Finding:
-    """A contradiction in the data or a violated physical bound: `rule` is its short name, `text` the sentence a person reads."""
+    """A contradiction in the data or a violated physical bound: `rule` is its short name, `text` the sentence a person reads.
+
+    `concerns` names the parameters whose values it is about.
+    """
 
     rule: str
     text: str
     axis: str = ""
+    concerns: frozenset[str] = frozenset()
 
 
 def judge(interval: Interval, fitted: float) -> Verdict:

@@ -93,8 +93,9 @@ def settled_start(values: Vector, rule: SteadyRule | None = None) -> tuple[int, 
     """First row from which a noisy series, shape (n,), has settled, and the drift (last minus first of its trend) that is left.
 
     The bristles settle over a travel, not a time: at the slowest speeds long after the speed itself is steady. Leading blocks are
-    dropped until the block means pass the reverse-arrangement and cumulative-sum tests at 1 %; when no stretch of at least
-    `shortest_share` passes, the shortest one is kept and its drift says how far it is from settled (0 when a test was passed).
+    dropped until the block means pass the reverse-arrangement and cumulative-sum tests at 1 %. A loop that sways slowly never passes:
+    then the start is where the squared error of the mean of the rest is smallest (the MSER rule, White, Simulation 69, 1997), and a
+    trend that is still significant there is the drift.
     """
     limits = rule or SteadyRule()
     blocks = min(limits.blocks, len(values) // 4)
@@ -105,11 +106,20 @@ def settled_start(values: Vector, rule: SteadyRule | None = None) -> tuple[int, 
     last = blocks - max(_MIN_BLOCKS, int(np.ceil(limits.shortest_share * blocks)))
     for first in range(last + 1):
         kept = means[first:]
-        if abs(reverse_arrangement_score(kept)) < _TREND_LIMIT and cusum_score(kept) < _CUSUM_LIMIT:
+        begins_inside = abs(kept[0] - np.median(kept)) <= _OUTLYING * _robust_scatter(kept)
+        if begins_inside and abs(reverse_arrangement_score(kept)) < _TREND_LIMIT and cusum_score(kept) < _CUSUM_LIMIT:
             return int(edges[first]), 0.0
-    kept = means[last:]
+    best = min(range(last + 1), key=lambda first: float(np.var(means[first:])) / (blocks - first))
+    kept = means[best:]
+    if abs(reverse_arrangement_score(kept)) < _TREND_LIMIT:
+        return int(edges[best]), 0.0
     index = np.arange(len(kept)) - (len(kept) - 1) / 2.0
-    return int(edges[last]), float(np.dot(index, kept) / np.dot(index, index)) * len(kept)
+    return int(edges[best]), float(np.dot(index, kept) / np.dot(index, index)) * len(kept)
+
+
+def _robust_scatter(values: Vector) -> float:
+    """Standard deviation from the median absolute deviation, which a few outlying blocks do not move."""
+    return 1.4826 * float(np.median(np.abs(values - np.median(values))))
 
 
 def _accept(speeds: Vector, limits: SteadyRule) -> tuple[float, float, float] | None:
@@ -118,8 +128,7 @@ def _accept(speeds: Vector, limits: SteadyRule) -> tuple[float, float, float] | 
         return None
     ripple = float(np.std(speeds, ddof=1) / abs(mean))
     centre = float(np.median(speeds))
-    scatter = 1.4826 * float(np.median(np.abs(speeds - centre)))
-    allowed = max(_OUTLYING * scatter, 5.0 * limits.tolerance * abs(mean))
+    allowed = max(_OUTLYING * _robust_scatter(speeds), 5.0 * limits.tolerance * abs(mean))
     if ripple > limits.ripple or max(abs(speeds[0] - centre), abs(speeds[-1] - centre)) > allowed:
         return None
     index = np.arange(len(speeds)) - (len(speeds) - 1) / 2.0

@@ -57,6 +57,7 @@ def test_a_reversing_multisine_identifies_what_slides_and_what_bends() -> None:
         assert found[name].value == pytest.approx(TRUE[name], rel=0.05)
 
 
+@pytest.mark.heavy
 def test_a_step_cannot_identify_the_stribeck_speed_or_shape_and_says_so() -> None:
     torque = np.where(np.arange(1500) < 200, 0.0, 0.6)
     fit = fit_output_error([_record(torque, "step")], INERTIA, START, LUGRE_NAMES, ENCODER_STEP, OutputErrorRule(starts=1, substep_s=5e-4))

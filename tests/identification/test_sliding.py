@@ -27,13 +27,14 @@ def _truth(name: str, truth: StaticFriction = TRUE) -> float:
     return float(getattr(truth, name))
 
 
-def test_intervals_cover_the_truth_in_at_least_nine_of_ten_repeats() -> None:
+@pytest.mark.parametrize(("repeats", "least"), [(8, 0.75), pytest.param(40, 0.9, marks=pytest.mark.heavy)])
+def test_intervals_cover_the_truth_as_often_as_they_say(repeats: int, least: float) -> None:
     covered = np.zeros(5)
-    for seed in range(40):
+    for seed in range(repeats):
         fit = fit_static(_map(TRUE, 5e-4, seed, offset=0.003))
         assert fit is not None
         covered += [e.interval.covers(_truth(e.name)) for e in fit.estimates]
-    assert np.all(covered / 40 >= 0.9), dict(zip(NAMES, covered / 40, strict=True))
+    assert np.all(covered / repeats >= least), dict(zip(NAMES, covered / repeats, strict=True))
 
 
 def test_with_half_a_millinewtonmetre_of_noise_the_errata_limits_are_met() -> None:

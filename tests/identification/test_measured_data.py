@@ -1,0 +1,112 @@
+"""Published figures of two measured axes, reproduced; run with `-s` to see the numbers."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from gimbal_hil.cli.app import run
+from gimbal_hil.identification import Direction, RigidAxisRule, Verdict, fit_presliding, fit_rigid_axis, fit_static, measure_velocity_map
+from gimbal_hil.identification.consistency import break_away, break_away_findings, repeatability_findings
+from gimbal_hil.signals import SignalsTable, write_signals
+from tests.identification.measured_data import DD2DOF_STEP, dd2dof_plateaus, dd2dof_presliding, dd2dof_ramps, emps
+
+PUBLISHED_EMPS = {"inertia": 95.1089, "viscous": 203.5034, "coulomb": 20.3935, "offset": -3.1648}
+
+
+@pytest.mark.parametrize("bandwidth_hz", [10.0, 20.0, 40.0])
+def test_emps_regression_is_within_one_percent_of_the_published_numbers_whatever_the_band(bandwidth_hz: float) -> None:
+    fit = fit_rigid_axis(*emps(), RigidAxisRule(bandwidth_hz), linear=True)
+    print(
+        f"emps, {bandwidth_hz:g} Hz:",
+        {e.name: round(e.fitted, 4) for e in fit.estimates},
+        f"rms {fit.rms:.3f} N, {100 * fit.relative:.3f} %",
+    )
+    for name, published in PUBLISHED_EMPS.items():
+        assert fit.value(name) == pytest.approx(published, rel=0.01), name
+    assert fit.rms < 2.184
+
+
+def test_emps_directions_differ_as_published() -> None:
+    fit = fit_rigid_axis(*emps(), RigidAxisRule(20.0), per_direction=True, linear=True)
+    print("emps per direction:", {e.name: round(e.fitted, 3) for e in fit.estimates}, f"rms {fit.rms:.3f} N")
+    assert fit.value("inertia") == pytest.approx(95.154, rel=0.01)
+    assert fit.value("viscous_positive") == pytest.approx(166.706, rel=0.02)
+    assert fit.value("viscous_negative") == pytest.approx(240.424, rel=0.02)
+    assert fit.rms < 1.665
+
+
+def test_emps_through_the_command_leaves_a_model_with_its_mass(tmp_path: Path) -> None:
+    time, position, force = emps()
+    write_signals(SignalsTable.of(("slide",), time, {"slide.torque": force, "slide.position": position}), tmp_path / "emps.parquet")
+    friction = {"breakaway": 20.0, "coulomb": 20.0, "viscous": 200.0}
+    prior = {
+        "schema": 1,
+        "name": "emps",
+        "kind": "linear",
+        "axes": {"slide": {"body": {"mass": 90.0}, "friction": friction, "encoder": {"step": 5e-8}}},
+    }
+    (tmp_path / "prior.yaml").write_text(yaml.safe_dump(prior))
+    code = run(
+        "identify",
+        [str(tmp_path / "emps.parquet"), "--model", str(tmp_path / "prior.yaml"), "--out", str(tmp_path / "out"), "--workers", "1"],
+    )
+    assert code == 0
+    record = json.loads((tmp_path / "out" / "identification.json").read_text())
+    found = {e["name"]: e["value"] for e in record["axes"][0]["regression"]["estimates"]}
+    assert found["inertia"] == pytest.approx(95.1089, rel=0.01)
+
+
+def test_dd2dof_velocity_map_per_direction_is_within_half_a_newtonmetre() -> None:
+    found = measure_velocity_map(dd2dof_plateaus(fastest_deg_s=65.0))
+    sides = [fit_static(found.points, direction) for direction in (Direction.POSITIVE, Direction.NEGATIVE)]
+    residuals = np.concatenate([side.residuals for side in sides if side is not None])
+    rms = float(np.sqrt(np.mean(residuals**2)))
+    for side in sides:
+        assert side is not None
+        print("dd2dof", side.direction.value, side.friction, f"rms {side.rms:.3f} N m")
+    print(f"dd2dof velocity map up to 65 deg/s: {len(residuals)} points, {rms:.3f} N m rms")
+    assert rms < 0.50
+    symmetric = fit_static(found.points)
+    assert symmetric is not None and symmetric.rms > 0.9 * rms
+
+
+def test_dd2dof_plateaus_too_short_to_average_scatter_more_but_do_not_move_the_curve() -> None:
+    all_speeds, up_to_65 = (fit_static(measure_velocity_map(dd2dof_plateaus(top)).points, Direction.POSITIVE) for top in (100.0, 65.0))
+    assert all_speeds is not None and up_to_65 is not None
+    print(f"dd2dof positive, all speeds: rms {all_speeds.rms:.3f} N m")
+    assert all_speeds.rms < 0.60
+    assert all_speeds.friction.coulomb == pytest.approx(up_to_65.friction.coulomb, rel=0.05)
+
+
+def test_dd2dof_break_away_below_coulomb_is_flagged_in_both_directions() -> None:
+    found = measure_velocity_map(dd2dof_plateaus(fastest_deg_s=65.0))
+    ramps = [one for run in dd2dof_ramps() if (one := break_away(run, 21418.98, DD2DOF_STEP)) is not None]
+    flagged = []
+    for direction in (Direction.POSITIVE, Direction.NEGATIVE):
+        side = fit_static(found.points, direction)
+        assert side is not None
+        flagged += [finding.text for finding in break_away_findings(ramps, side)]
+    print("\n".join(flagged))
+    assert [text.split()[0] for text in flagged] == ["positive", "negative"]
+    assert repeatability_findings(found.points)
+
+
+def test_dd2dof_presliding_stiffness_comes_with_its_encoder_limit_and_not_from_the_secant() -> None:
+    fit = fit_presliding(dd2dof_presliding(), breakaway=10.75, encoder_step=DD2DOF_STEP)
+    assert fit is not None
+    print(
+        f"dd2dof sigma0 {fit.sigma0.fitted:.0f} ({fit.sigma0.interval.low:.0f} to {fit.sigma0.interval.high:.0f}), "
+        f"bend at {fit.breakaway.fitted:.2f} N m, {fit.travel_steps:.0f} encoder steps, first-loading secants below"
+    )
+    assert 40 < fit.travel_steps < 80
+    assert fit.sigma0.verdict is Verdict.IDENTIFIED
+    assert fit.sigma0.fitted > 2.0 * 21418.98
+    first = fit_presliding(dd2dof_presliding()[:1], breakaway=10.75, encoder_step=DD2DOF_STEP)
+    assert first is not None
+    print(f"secant of the first run {first.secant:.0f}; published 21419")
+    assert first.secant == pytest.approx(21418.98, rel=0.10)
