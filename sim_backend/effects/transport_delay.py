@@ -15,8 +15,8 @@ from sim_backend.effects.effect import Domain, Effect, Hook, Parameter
 from sim_backend.layout import STEP_S, STEPS
 
 DELAY = 0
-#: plant steps that the ring holds; longer delays are cut to it (51 ms at steps of 0.1 ms)
-RING = 512
+#: plant steps that the ring holds; longer delays are cut to it (204 ms at steps of 0.1 ms)
+RING = 2048
 
 
 @compiled

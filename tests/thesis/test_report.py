@@ -1,0 +1,34 @@
+"""The validation as a command: three files, one verdict, nothing overwritten."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.experiments.thesis import as_text, run_thesis
+
+
+def test_a_folder_with_a_report_is_not_overwritten(tmp_path: Path) -> None:
+    (tmp_path / "report.html").write_text("kept")
+    with pytest.raises(BadInputError, match="exists already; expected another --out, or --force"):
+        run_thesis(tmp_path)
+    assert (tmp_path / "report.html").read_text() == "kept"
+
+
+@pytest.mark.heavy
+def test_the_whole_validation_leaves_page_text_and_numbers_that_agree(tmp_path: Path) -> None:
+    told: list[float] = []
+    report = run_thesis(tmp_path / "thesis", progress=lambda what, share: told.append(share))
+    assert report.reproduced and report.page == tmp_path / "thesis" / "report.html"
+    assert told == sorted(told) and told[-1] < 1.0
+    numbers = json.loads((tmp_path / "thesis" / "report.json").read_text())
+    assert [table["table"] for table in numbers["tables"]] == [f"5.{n}" for n in (*range(2, 10), *range(12, 16))]
+    assert sum(table["verdict"] == "reproduced" for table in numbers["tables"]) == 7
+    page, text = report.page.read_text(), (tmp_path / "thesis" / "report.txt").read_text()
+    assert text == as_text(report) + "\n"
+    for heading in ("Controller tables", "Unbalance on a moving base", "Slips of the thesis", "Friction over temperature"):
+        assert heading in page
+    assert 'src="http' not in page
