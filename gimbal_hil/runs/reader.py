@@ -14,8 +14,7 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.runs.arrow_stream import StreamContent, read_rows
 from gimbal_hil.runs.header import RunRecord, read_header
 from gimbal_hil.runs.integrity import broken_rows, content_hash
-from gimbal_hil.runs.schema import FRAME_ROW, TICK_ROW, Event, EventKind
-from gimbal_hil.runs.writer import EVENTS_FILE, FRAMES_FILE, TICKS_FILE
+from gimbal_hil.runs.schema import EVENTS_FILE, FRAME_ROW, FRAMES_FILE, TICK_ROW, TICKS_FILE, Event, EventKind
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,9 @@ from numpy.typing import NDArray
 
 AXES = ("outer", "inner")
 
+#: files of a run folder that hold its log
+TICKS_FILE, FRAMES_FILE, EVENTS_FILE = "ticks.arrow", "frames.arrow", "events.jsonl"
+
 
 class FrameDirection(IntEnum):
     """Which way the bytes of a frame row went."""

@@ -25,9 +25,19 @@ from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, BadIn
 from gimbal_hil.runs.arrow_stream import END_OF_STREAM, batch_bytes, header_bytes
 from gimbal_hil.runs.header import RUN_FILE, RunEnd, RunHeader, wall_clock_utc, write_header
 from gimbal_hil.runs.integrity import seal
-from gimbal_hil.runs.schema import FRAME_ROW, TICK_ROW, EventKind, FrameDirection, frames_of_blocks, frames_of_rejected
+from gimbal_hil.runs.reader import open_run
+from gimbal_hil.runs.schema import (
+    EVENTS_FILE,
+    FRAME_ROW,
+    FRAMES_FILE,
+    TICK_ROW,
+    TICKS_FILE,
+    EventKind,
+    FrameDirection,
+    frames_of_blocks,
+    frames_of_rejected,
+)
 
-TICKS_FILE, FRAMES_FILE, EVENTS_FILE = "ticks.arrow", "frames.arrow", "events.jsonl"
 FLUSH_INTERVAL_NS = 200_000_000
 FLUSH_TICKS = 16384
 #: kept free on the disk so that a full one can still take the last events and the exit status
@@ -59,8 +69,6 @@ class RunWriter:
     @classmethod
     def resumed(cls, folder: Path, header: RunHeader, mark: Mapping[str, int], *, clock_ns: Callable[[], int] = time.monotonic_ns) -> Self:
         """Go on writing a run that was stopped: what came after `mark` (see there) is cut off. Raises BadInputError."""
-        from gimbal_hil.runs.reader import open_run
-
         folder = Path(folder)
         try:
             for name in (TICKS_FILE, FRAMES_FILE, EVENTS_FILE):
