@@ -48,7 +48,7 @@ from gimbal_hil.host.states import NOTHING, YES, Cause, EventCode, number
 _NONE, _TRAVEL, _WRAP = number(Cause.NONE), number(Cause.TRAVEL), number(Cause.CABLE_WRAP)
 _OVERSPEED, _FOLLOWING = number(Cause.OVERSPEED), number(Cause.FOLLOWING_ERROR)
 _DISAGREE, _TEMPERATURE = number(Cause.GYRO_ENCODER_DISAGREE), number(Cause.TEMPERATURE)
-_POSITION, _RATE = number(Mode.POSITION), number(Mode.RATE)
+_OFF, _POSITION, _RATE = number(Mode.OFF), number(Mode.POSITION), number(Mode.RATE)
 _TRIPPED = number(EventCode.TRIPPED)
 
 
@@ -87,7 +87,8 @@ def stop_cause(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> int:
     for axis in range(AXES):
         h, c = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE
         rate = _moving_rate(H, C, axis)
-        if rate == 0.0:
+        # an axis that is off cannot be braked: it may swing where it likes
+        if rate == 0.0 or G[AXIS_G + axis * AXIS_G_SIZE + MODE] == _OFF:
             continue
         # the loop needs a few ticks before the torque brakes
         distance = rate * rate / (2.0 * C[c + BRAKING_RAD_S2]) + 3.0 * abs(rate) * C[STEP_S]
@@ -147,7 +148,7 @@ def _fault_of_axis(H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) -> in
     following = G[g + MODE] >= _RATE and abs(H[h + LOOP_ERROR]) > limit
     if _counted(G, g + FOLLOWING_COUNT, following) >= C[FOLLOWING_TICKS]:
         return _FOLLOWING
-    if _moving_rate(H, C, axis) != 0.0:
+    if _moving_rate(H, C, axis) != 0.0 and G[g + MODE] != _OFF:
         # outside and still going out; on the way back an axis may be outside
         cause = _reached(H[h + MEASURED_POSITION], _moving_rate(H, C, axis), -C[c + TRAVEL_MARGIN], C, c)
         if cause != _NONE:

@@ -1,0 +1,210 @@
+"""Plans as data: a YAML file of segments, validated, and compiled to what the host follows.
+
+    schema: 1
+    name: two speeds
+    segments:
+      - {name: to the start, outer: {mode: position, shape: smooth, target_rad: 0.0, over_s: 2.0}, duration_s: 2.5}
+      - name: slow
+        outer: {mode: rate, value_rad_s: 0.01}
+        inner: {mode: position, from_start: true}
+        duration_s: 30.0
+        end: [{axis: outer, position_above_rad: 1.3}]
+        guards: {outer: {rate_rad_s: 0.5}}
+        measure: true
+
+An axis that is not named is off.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import yaml
+from pydantic import Field, ValidationError, field_validator, model_validator
+
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.control.layout import Mode
+from gimbal_hil.experiments.references import ANY_REFERENCE, AnyReference, without_units
+from gimbal_hil.host import AxisCommand, EndCondition, EndKind, Guard, Program, Segment, program_of
+from gimbal_hil.settings import Strict
+
+_AXES = ("outer", "inner")
+_END_KEYS = {
+    "rate_above_rad_s": EndKind.RATE_ABOVE,
+    "rate_below_rad_s": EndKind.RATE_BELOW,
+    "position_above_rad": EndKind.POSITION_ABOVE,
+    "position_below_rad": EndKind.POSITION_BELOW,
+    "torque_above_nm": EndKind.TORQUE_ABOVE,
+}
+
+
+class AxisPlan(Strict):
+    """What one axis does in a segment: a mode, and a reference whose keys carry the mode's unit."""
+
+    mode: Mode = Mode.OFF
+    reference: AnyReference | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _split(cls, section: Any) -> Any:
+        if not isinstance(section, dict) or "reference" in section:
+            return section
+        name = str(section.get("mode", "off"))
+        if name.upper() not in Mode.__members__:
+            raise ValueError(f"no mode {name!r}: expected " + ", ".join(mode.name.lower() for mode in Mode))
+        mode = Mode[name.upper()]
+        rest = {key: value for key, value in section.items() if key != "mode"}
+        if mode is Mode.OFF:
+            if rest:
+                raise ValueError(f"mode off takes no {next(iter(rest))}")
+            return {"mode": mode}
+        return {"mode": mode, "reference": ANY_REFERENCE.validate_python(without_units({"shape": "hold"} | rest, mode))}
+
+    def command(self, guard: Guard, step_s: float) -> AxisCommand:
+        """What the host follows."""
+        return AxisCommand(guard=guard) if self.reference is None else self.reference.command(self.mode, guard, step_s)
+
+
+class End(Strict):
+    """One condition that ends a segment early, once it has held for a time."""
+
+    axis: Literal["outer", "inner"]
+    rate_above_rad_s: Annotated[float, Field(ge=0.0)] | None = None
+    rate_below_rad_s: Annotated[float, Field(gt=0.0)] | None = None
+    position_above_rad: float | None = None
+    position_below_rad: float | None = None
+    torque_above_nm: Annotated[float, Field(ge=0.0)] | None = None
+    for_s: Annotated[float, Field(ge=0.0)] = 0.0
+
+    @model_validator(mode="after")
+    def _one(self) -> End:
+        if sum(getattr(self, key) is not None for key in _END_KEYS) != 1:
+            raise ValueError("expected exactly one of " + ", ".join(_END_KEYS))
+        return self
+
+    def condition(self, rate_hz: float) -> EndCondition:
+        """For the host."""
+        key = next(key for key in _END_KEYS if getattr(self, key) is not None)
+        return EndCondition(_END_KEYS[key], _AXES.index(self.axis), getattr(self, key), max(1, round(self.for_s * rate_hz)))
+
+
+class GuardPlan(Strict):
+    """What an axis may do while a segment runs; looked at before its first torque. A guard ends the whole plan."""
+
+    low_rad: float | None = None
+    high_rad: float | None = None
+    rate_rad_s: Annotated[float, Field(gt=0.0)] | None = None
+    torque_nm: Annotated[float, Field(gt=0.0)] | None = None
+
+    def guard(self) -> Guard:
+        """For the host."""
+        return Guard(
+            -math.inf if self.low_rad is None else self.low_rad,
+            math.inf if self.high_rad is None else self.high_rad,
+            math.inf if self.rate_rad_s is None else self.rate_rad_s,
+            math.inf if self.torque_nm is None else self.torque_nm,
+        )
+
+
+class Guards(Strict):
+    """Guards of both axes."""
+
+    outer: GuardPlan = GuardPlan()
+    inner: GuardPlan = GuardPlan()
+
+
+class SegmentPlan(Strict):
+    """One stretch of a plan; it needs a duration, which is its longest where it has end conditions."""
+
+    name: str = ""
+    outer: AxisPlan = AxisPlan()
+    inner: AxisPlan = AxisPlan()
+    duration_s: Annotated[float, Field(gt=0.0)]
+    end: Annotated[tuple[End, ...], Field(max_length=2)] = ()
+    guards: Guards = Guards()
+    #: one log row in so many ticks; 0 leaves it to the run
+    record_every_ticks: Annotated[int, Field(ge=0)] = 0
+    #: whether the runner makes a table row of it
+    measure: bool = False
+    #: plain values that go with the segment into events and tables
+    meaning: dict[str, str | int | float | bool] = Field(default_factory=dict)
+
+    def segment(self, label: int, rate_hz: float, last: bool) -> Segment:
+        """For the host; after the last segment torque is switched off."""
+        return Segment(
+            self.outer.command(self.guards.outer.guard(), 1.0 / rate_hz),
+            self.inner.command(self.guards.inner.guard(), 1.0 / rate_hz),
+            max(1, round(self.duration_s * rate_hz)),
+            tuple(end.condition(rate_hz) for end in self.end),
+            label,
+            self.record_every_ticks,
+            last,
+        )
+
+
+class Plan(Strict):
+    """A whole plan; `laps` repeats its segments."""
+
+    schema_: Literal[1] = Field(alias="schema")
+    name: str
+    text: str = ""
+    laps: Annotated[int, Field(ge=1, le=10000)] = 1
+    segments: Annotated[tuple[SegmentPlan, ...], Field(min_length=1)]
+
+    @field_validator("segments")
+    @classmethod
+    def _named(cls, segments: tuple[SegmentPlan, ...]) -> tuple[SegmentPlan, ...]:
+        return tuple(one if one.name else one.model_copy(update={"name": f"segment {place}"}) for place, one in enumerate(segments))
+
+    def in_order(self) -> list[tuple[int, SegmentPlan]]:
+        """Lap and segment, as they are run; the place in this list is the segment's label."""
+        return [(lap, segment) for lap in range(self.laps) for segment in self.segments]
+
+    def host_segments(self, rate_hz: float) -> list[Segment]:
+        """All segments for the host, labelled by their place."""
+        ordered = self.in_order()
+        return [segment.segment(label, rate_hz, label == len(ordered) - 1) for label, (_, segment) in enumerate(ordered)]
+
+    def program(self, rate_hz: float) -> Program:
+        """The plan as one program for the host."""
+        return program_of(self.host_segments(rate_hz))
+
+    @property
+    def longest_s(self) -> float:
+        """How long it takes when no segment ends early."""
+        return self.laps * sum(segment.duration_s for segment in self.segments)
+
+
+def load_plan(path: Path) -> Plan:
+    """Read and check a plan file; BadInputError names file, key and what was expected."""
+    try:
+        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise BadInputError(str(path), "no such file", "a plan file (YAML)") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadInputError(str(path), f"cannot be read ({error})", "a plan file (YAML)") from None
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        place = f" at line {mark.line + 1}" if mark else ""
+        raise BadInputError(str(path), f"is not YAML{place}: {getattr(error, 'problem', error)}", "a plan file") from None
+    return plan_from_document(document, str(path))
+
+
+def plan_from_document(document: Any, where: str) -> Plan:
+    """Check a plan given as a mapping; BadInputError as in `load_plan`."""
+    if not isinstance(document, dict):
+        raise BadInputError(where, "holds no mapping", "the keys schema, name, segments")
+    try:
+        return Plan.model_validate(document)
+    except ValidationError as error:
+        first = min(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
+        key = ".".join(str(part) for part in first["loc"])
+        more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
+        if first["type"] == "extra_forbidden":
+            raise BadInputError(f"{where}: {key}", f"unknown key{more}", "keys of the plan schema") from None
+        if first["type"] == "missing":
+            raise BadInputError(f"{where}: {key}", f"is missing{more}", "a value") from None
+        problem, _, expected = str(first["msg"]).removeprefix("Value error, ").partition(": expected ")
+        raise BadInputError(f"{where}: {key}", problem + more, expected) from None
