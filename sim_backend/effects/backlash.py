@@ -1,8 +1,9 @@
 """Backlash: the motor's rotor drives the joint through a gap, and the sensors sit on the joint.
 
-The rotor's inertia is additional to the joint's. psi is the rotor's lead; inside the gap (abs(psi) < gap/2) nothing is passed
-on, outside it a stiff, damped contact pushes and never pulls. The contact's stiffness comes from the contact frequency of the two
-inertias, far above any loop. A gap without rotor inertia is crossed in no time and passes every torque on unchanged.
+The rotor's inertia is additional to the joint's, unless the model's inertia already counts (a share of) it. psi is the rotor's
+lead; inside the gap (abs(psi) < gap/2) nothing is passed on, outside it a stiff, damped contact pushes and never pulls. Contact
+frequency and damping are those of the two inertias swinging against each other through it. A gap without rotor inertia is crossed
+in no time and passes every torque on unchanged.
 """
 
 from __future__ import annotations
@@ -15,34 +16,35 @@ from firmware_protocol.compiling import compiled
 from sim_backend.effects.effect import Domain, Effect, Hook, Parameter
 from sim_backend.layout import STEP_S
 
-GAP, ROTOR_INERTIA = range(2)
+GAP, ROTOR_INERTIA, COUNTED_SHARE, CONTACT_FREQUENCY, CONTACT_DAMPING = range(5)
 LEAD, LEAD_RATE, LEAD_ACCELERATION, MOTOR_TORQUE, CONTACT_TORQUE = range(5)
-#: both inertias against the contact: a hard gear tooth, and yet 40 plant steps of 0.1 ms a swing
-_CONTACT_RAD_S = 2.0 * math.pi * 250.0
-#: leaves a restitution of about 0.4
-_CONTACT_DAMPING = 0.3
+#: what is left of the joint's inertia at least, however much of it is said to be the rotor's
+_LEFT = 0.2
 
 
 @compiled
 def torque_through_gap(P: np.ndarray, o: int, X: np.ndarray, s: int, torque: float, inertia: float, bias: float) -> tuple[float, float]:
-    """Torque (N m) that the contact passes on to the joint during this step; no inertia is taken off."""
+    """Torque (N m) that the contact passes on to the joint during this step, and the inertia that is the rotor's (kg m^2)."""
     rotor = P[o + ROTOR_INERTIA]
     if rotor == 0.0:
         return torque, 0.0
     h = P[STEP_S]
-    reduced = rotor * inertia / (rotor + inertia)
+    counted = min(P[o + COUNTED_SHARE] * rotor, (1.0 - _LEFT) * inertia)
+    left = inertia - counted
+    reduced = rotor * left / (rotor + left)
     lead = X[s + LEAD] + 0.5 * h * X[s + LEAD_RATE]
     lead_rate = X[s + LEAD_RATE] + 0.5 * h * X[s + LEAD_ACCELERATION]
     half = 0.5 * P[o + GAP]
     into = lead - half if lead > half else (lead + half if lead < -half else 0.0)
     contact = 0.0
     if into != 0.0:
-        contact = reduced * _CONTACT_RAD_S * (_CONTACT_RAD_S * into + 2.0 * _CONTACT_DAMPING * lead_rate)
+        w = 2.0 * math.pi * P[o + CONTACT_FREQUENCY]
+        contact = reduced * w * (w * into + 2.0 * P[o + CONTACT_DAMPING] * lead_rate)
         # teeth push; without a gap the two flanks together also hold
         if half > 0.0:
             contact = max(0.0, contact) if into > 0.0 else min(0.0, contact)
     X[s + MOTOR_TORQUE], X[s + CONTACT_TORQUE] = torque, contact
-    return contact, 0.0
+    return contact + counted * bias, counted
 
 
 @compiled
@@ -67,6 +69,10 @@ EFFECT = Effect(
     parameters=(
         Parameter("gap", "rad", 0.0, 0.5, 0.0, "whole width of the gap at the joint", linear_unit="m"),
         Parameter("rotor_inertia", "kg m2", 0.0, 1e4, 0.0, "of the rotor seen at the joint, beside the joint's own", linear_unit="kg"),
+        Parameter("counted_share", "1", 0.0, 1.0, 0.0, "share of the rotor's inertia that the model's inertia already counts"),
+        # the bounds keep the contact stable at plant steps of 0.1 ms
+        Parameter("contact_frequency", "Hz", 10.0, 500.0, 90.0, "of rotor and joint against each other through the teeth"),
+        Parameter("contact_damping", "1", 0.0, 1.0, 0.3, "damping ratio of the contact; 0.3 leaves a restitution of about 0.4"),
     ),
     text="the rotor drives the joint through a gap",
     equation="Jr (q + psi)'' = T - Tc(psi), J q'' = Tc - F, Tc = 0 for abs(psi) < gap/2",

@@ -17,7 +17,8 @@ from tests.effects.rigs import antenna, columns, run
 HOOKED = sorted(name for name, effect in CATALOGUE.items() if not effect.is_number)
 NUMBERS = sorted(name for name, effect in CATALOGUE.items() if effect.is_number)
 #: parameters that shape an effect but do not put it there: any value is neutral while the others are
-SHAPES = {"order", "phase", "rest_position", "hysteresis_angle", "antiresonance_frequency", "damping_ratio", "gap"}
+SHAPES = {"order", "phase", "rest_position", "hysteresis_angle", "antiresonance_frequency", "damping_ratio"}
+SHAPES |= {"gap", "counted_share", "contact_frequency", "contact_damping"}
 AXES = ("outer", "inner")
 BASES: tuple[dict[str, Any], ...] = (
     {},
