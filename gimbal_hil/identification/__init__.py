@@ -1,5 +1,6 @@
 """Friction identified from measured motion, every number with an interval and a verdict."""
 
+from gimbal_hil.identification.averaging import MeanEstimate, mean_with_error
 from gimbal_hil.identification.axis_identification import AxisIdentification, friction_of, identify_axis
 from gimbal_hil.identification.axis_response import AxisRecord, simulate_axis
 from gimbal_hil.identification.estimate import Estimate, Finding, Interval, Verdict
@@ -10,6 +11,7 @@ from gimbal_hil.identification.presliding import PreslidingFit, PreslidingRun, f
 from gimbal_hil.identification.rigid_axis import RigidAxisFit, RigidAxisRule, fit_rigid_axis
 from gimbal_hil.identification.segments import Drive, Stretch, stretches_of_run, stretches_of_table
 from gimbal_hil.identification.sliding import Direction, StaticFit, fit_static
+from gimbal_hil.identification.steadiness import SteadyRule, SteadyWindow, find_steady_window
 from gimbal_hil.identification.stribeck import LUGRE_NAMES, LugreFriction, StaticFriction
 from gimbal_hil.identification.velocity_map import Plateau, VelocityMap, VelocityPoint, measure_velocity_map
 
@@ -25,6 +27,7 @@ __all__ = [
     "Interval",
     "Log",
     "LugreFriction",
+    "MeanEstimate",
     "OutputErrorFit",
     "OutputErrorRule",
     "Plateau",
@@ -34,16 +37,20 @@ __all__ = [
     "RigidAxisRule",
     "StaticFit",
     "StaticFriction",
+    "SteadyRule",
+    "SteadyWindow",
     "Stretch",
     "VelocityMap",
     "VelocityPoint",
     "Verdict",
+    "find_steady_window",
     "fit_output_error",
     "fit_presliding",
     "fit_rigid_axis",
     "fit_static",
     "friction_of",
     "identify_axis",
+    "mean_with_error",
     "measure_velocity_map",
     "simulate_axis",
     "stretches_of_run",

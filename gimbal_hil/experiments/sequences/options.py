@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+#: break-away torque of the thesis' antenna (table 4.1, 4.2), N m: what presliding ramps are scaled by where nothing better is known
+THESIS_BREAKAWAY_NM = {"outer": 0.2585, "inner": 0.1451}
 
 
 @dataclass(frozen=True)
@@ -15,3 +19,7 @@ class SequenceOptions:
     short: bool = False
     #: keep one tick in so many in the log; None leaves it to the sequence
     every: int | None = None
+    #: break-away torque as far as known, N m, by axis
+    breakaway_nm: Mapping[str, float] = field(default_factory=lambda: dict(THESIS_BREAKAWAY_NM))
+    #: how the base moves where the antenna is virtual: `table/case` of the thesis (3.1/1 to 3.2/4), or a CSV file with a recorded motion
+    base: str | None = None

@@ -1,0 +1,111 @@
+"""Mean torque of a joint that moves at a constant speed over a given stretch of its travel, with an honest standard error."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimbal_hil.experiments.experiment import Row, Signals
+
+Vector = NDArray[np.float64]
+#: the speed has to be steady over this share of the stretch
+STEADY_SHARE = 0.8
+
+
+@dataclass(frozen=True)
+class PlateauMean:
+    """Mean over a stretch of travel; `steady` says that the tests of `find_steady_window` found constant speed over most of it."""
+
+    rate_rad_s: float
+    torque_nm: float
+    standard_error_nm: float
+    effective_samples: float
+    samples: int
+    steady: bool
+
+    def as_row(self) -> Row:
+        """For the table of an experiment."""
+        return {
+            "rate_rad_s": self.rate_rad_s,
+            "torque_nm": self.torque_nm,
+            "standard_error_nm": self.standard_error_nm,
+            "effective_samples": self.effective_samples,
+            "samples": self.samples,
+            "steady": self.steady,
+        }
+
+
+def plateau_mean(signals: Signals, axis: str, low_rad: float, high_rad: float) -> PlateauMean | None:
+    """Mean rate and commanded torque while the joint is between two positions; None when it hardly passes there.
+
+    Both directions have to be measured between the *same* positions: whatever depends on position alone (gravity, cogging, a cable)
+    is then the same in both means, up to its error, and cancels in half their difference. The standard error counts autocorrelation
+    and leaves out the smooth dependence on position, which is no noise.
+    """
+    from gimbal_hil.identification import find_steady_window, mean_with_error
+
+    position = signals[f"{axis}.position"]
+    inside = np.flatnonzero((position >= low_rad) & (position <= high_rad))
+    if len(inside) < 50:
+        return None
+    rows = slice(int(inside[0]), int(inside[-1]) + 1)
+    time_s, place, torque = signals["time_s"][rows], position[rows], signals[f"{axis}.torque"][rows]
+    duration = float(time_s[-1] - time_s[0])
+    window = find_steady_window(time_s, place)
+    steady = window is not None and float(time_s[window.stop - 1] - time_s[window.start]) >= STEADY_SHARE * duration
+    mean = float(np.mean(torque))
+    estimate = mean_with_error(torque - _smooth(place, torque) + mean)
+    return PlateauMean(
+        float(place[-1] - place[0]) / duration, mean, estimate.standard_error, estimate.effective_samples, len(torque), bool(steady)
+    )
+
+
+def _smooth(position: Vector, torque: Vector) -> Vector:
+    """The part of the torque that a parabola over position explains: gravity over a short or long stretch."""
+    x = position - float(np.mean(position))
+    scale = float(np.max(np.abs(x))) or 1.0
+    design = np.stack([np.ones_like(x), x / scale, (x / scale) ** 2, (x / scale) ** 3], axis=1)
+    return np.asarray(design @ np.linalg.lstsq(design, torque, rcond=None)[0])
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Both directions at one speed over one stretch: half the difference is friction, half the sum depends on position alone."""
+
+    speed_rad_s: float
+    friction_nm: float
+    friction_error_nm: float
+    positional_nm: float
+    positional_error_nm: float
+    steady: bool
+    passes: int
+
+
+def pair_of(forward: Sequence[Row], backward: Sequence[Row]) -> Pair | None:
+    """Passes of one speed and stretch in both directions as one pair; None when a direction is missing."""
+    if not forward or not backward:
+        return None
+    ahead, ahead_error = _pooled(forward)
+    back, back_error = _pooled(backward)
+    rows = [*forward, *backward]
+    error = 0.5 * float(np.hypot(ahead_error, back_error))
+    return Pair(
+        float(np.mean([abs(row["rate_rad_s"]) for row in rows])),
+        0.5 * (ahead - back),
+        error,
+        0.5 * (ahead + back),
+        error,
+        all(row["steady"] for row in rows),
+        len(rows),
+    )
+
+
+def _pooled(rows: Sequence[Row]) -> tuple[float, float]:
+    """Mean over passes; the scatter between passes counts where it is larger than their own errors."""
+    torques = np.array([row["torque_nm"] for row in rows])
+    own = float(np.sqrt(np.sum([row["standard_error_nm"] ** 2 for row in rows]))) / len(rows)
+    between = float(np.std(torques, ddof=1) / np.sqrt(len(rows))) if len(rows) > 2 else 0.0
+    return float(np.mean(torques)), max(own, between)
