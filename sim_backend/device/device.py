@@ -156,9 +156,13 @@ class Device:
 
     @property
     def bad_frames(self) -> int:
-        """Frames dropped so far: CRC, range, repeats, strangers and fragments."""
-        messages = self.receivers[:-1]
-        return int(messages[:, [CRC_ERRORS, OUT_OF_RANGE, DUPLICATES]].sum() + self.receivers[-1].sum())
+        """Frames dropped so far because of their CRC, a field's range, a strange identifier or a fragment."""
+        return int(self.receivers[:-1, [CRC_ERRORS, OUT_OF_RANGE]].sum() + self.receivers[-1].sum())
+
+    @property
+    def repeated_frames(self) -> int:
+        """Frames dropped so far because their alive counter repeats, comes late, or is that of a host that has just started anew."""
+        return int(self.receivers[:-1, DUPLICATES].sum())
 
     def set_supply(self, supply_v: float) -> None:
         """Let the supply have another voltage, as on a bench: below the firmware's least one the drive faults."""

@@ -56,6 +56,10 @@ def sample(P: np.ndarray, K: np.ndarray, X: np.ndarray, J: np.ndarray) -> None:
     true_rates(P, K, X)
     for axis in range(K[AXES]):
         j = AXIS_J + axis * AXIS_J_SIZE
+        # a motion that is no number is the simulator's own failure; sensors keep what they last said
+        if not (math.isfinite(X[POSITION + axis]) and math.isfinite(X[RATE + axis])):
+            J[j + SENSOR_FAULT] = m.FAULT_CODE_INTERNAL
+            continue
         position = quantise(read_encoder(P, K, X, axis, J[TICK]), _POSITION_STEP, _POSITION_LOW, _POSITION_HIGH)
         rate = quantise(read_gyro(P, K, X, axis, J[TICK]), _RATE_STEP, _RATE_LOW, _RATE_HIGH)
         # the first sample after power-up has none before it
@@ -63,14 +67,12 @@ def sample(P: np.ndarray, K: np.ndarray, X: np.ndarray, J: np.ndarray) -> None:
         J[j + JOINT_RATE] += (moved - J[j + JOINT_RATE]) >> JOINT_RATE_SHIFT
         J[j + ENCODER], J[j + GYRO] = position, rate
         J[j + WINDING] = quantise(X[TEMPERATURE + axis], _HEAT_STEP, _HEAT_LOW, _HEAT_HIGH)
-        J[j + SENSOR_FAULT] = _sensor_fault(X, axis, position, rate)
+        J[j + SENSOR_FAULT] = _sensor_fault(position, rate)
 
 
 @compiled
-def _sensor_fault(X: np.ndarray, axis: int, position: int, rate: int) -> int:
-    """A number at the end of its range says nothing any more; a motion that is no number is the simulator's own failure."""
-    if not (math.isfinite(X[POSITION + axis]) and math.isfinite(X[RATE + axis])):
-        return m.FAULT_CODE_INTERNAL
+def _sensor_fault(position: int, rate: int) -> int:
+    """A number at the end of its range says nothing any more."""
     if not _POSITION_LOW < position < _POSITION_HIGH:
         return m.FAULT_CODE_ENCODER
     return m.FAULT_CODE_NONE if _RATE_LOW < rate < _RATE_HIGH else m.FAULT_CODE_GYRO

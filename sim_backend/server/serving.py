@@ -34,6 +34,7 @@ class ServingStatistics:
     frames_dropped: int = 0
     malformed: int = 0
     bad_frames: int = 0
+    repeated_frames: int = 0
     refused_set_points: int = 0
     losses: int = 0
     state: str = ""
@@ -117,7 +118,7 @@ class DeviceServer:
         link = self.link.statistics
         statistics.frames_received, statistics.frames_sent = link.frames_received, link.frames_sent
         statistics.frames_dropped, statistics.malformed, statistics.losses = link.frames_dropped, link.malformed, link.losses
-        statistics.bad_frames = self.device.bad_frames
+        statistics.bad_frames, statistics.repeated_frames = self.device.bad_frames, self.device.repeated_frames
         statistics.refused_set_points = self.device.set_points[1]
         statistics.state = DriveState(int(self.device.mail[DRIVE_STATUS_STATE])).name.lower()
         statistics.fault = self.device.fault.name.lower()

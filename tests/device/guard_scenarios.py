@@ -1,0 +1,400 @@
+"""One scenario per guard of the drive: what triggers it, what must come of it. Compiled in the tests, interpreted for the mutants."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from firmware_protocol.messages import DeadmanConfig
+from firmware_protocol.schema import DeadmanReaction, DriveRequest, DriveState, FaultCode, LimitFlags
+from sim_backend.device import TravelReaction
+from tests.device.bench import WINDOW, Bench, control
+
+MakeBench = Callable[..., Bench]
+_COAST = {"deadman_reaction": DeadmanReaction.COAST, "fault_reaction": DeadmanReaction.COAST}
+
+
+def _expect_fault(bench: Bench, fault: FaultCode) -> None:
+    assert bench.fault is fault
+    assert bench.state is DriveState.FAULT_REACTION_ACTIVE
+    assert bench.torque == (0.0, 0.0)
+    bench.run(3, (1.0, 1.0))
+    assert (bench.state, bench.fault, bench.torque) == (DriveState.FAULT, fault, (0.0, 0.0))
+
+
+def silence_trips_the_deadman_at_the_end_of_its_window(make: MakeBench) -> None:
+    bench = make(**_COAST).enable()
+    bench.tick((1.0, 0.5))
+    for left in range(WINDOW - 1, 0, -1):
+        status = bench.tick(None)
+        assert (status.state, status.deadman_margin_ticks, bench.torque) == (DriveState.OPERATION_ENABLED, left, (1.0, 0.5))
+    bench.tick(None)
+    _expect_fault(bench, FaultCode.DEADMAN)
+    assert bench.run(2 * WINDOW, None).deadman_margin_ticks == 0
+
+
+def silence_trips_the_deadman_during_a_quick_stop_too(make: MakeBench) -> None:
+    bench = make(**_COAST).enable()
+    bench.request(DriveRequest.QUICK_STOP)
+    bench.run(WINDOW, None)
+    _expect_fault(bench, FaultCode.DEADMAN)
+
+
+def a_repeated_set_point_does_not_feed_the_deadman(make: MakeBench) -> None:
+    bench = make(**_COAST).enable()
+    for _ in range(WINDOW):
+        bench.tick((2.0, 2.0), sequence=bench.sequence)
+    assert bench.torque == (0.0, 0.0)
+    _expect_fault(bench, FaultCode.DEADMAN)
+
+
+def a_set_point_from_behind_does_not_feed_the_deadman(make: MakeBench) -> None:
+    bench = make(**_COAST).enable()
+    for back in range(WINDOW):
+        bench.tick((2.0, 2.0), sequence=(bench.sequence - 1 - back) % 1024)
+    _expect_fault(bench, FaultCode.DEADMAN)
+
+
+def a_host_that_started_anew_is_heard_once_the_deadman_has_run_out(make: MakeBench) -> None:
+    bench = make(**_COAST).enable()
+    bench.run(WINDOW + 2, None)
+    bench.tick((0.0, 0.0), sequence=(bench.sequence - 300) % 1024)
+    assert bench.status.deadman_margin_ticks == WINDOW
+
+
+def the_deadman_cannot_be_changed_while_it_guards_torque(make: MakeBench) -> None:
+    bench = make(**_COAST).enable()
+    bench.tick((0.0, 0.0), DeadmanConfig(200, DeadmanReaction.BRAKE))
+    bench.run(WINDOW, None)
+    _expect_fault(bench, FaultCode.DEADMAN)
+
+
+def torque_is_not_switched_on_before_set_points_come(make: MakeBench) -> None:
+    bench = make()
+    bench.run(12, None)
+    for request in (DriveRequest.SHUTDOWN, DriveRequest.SWITCH_ON, DriveRequest.ENABLE_OPERATION):
+        bench.request(request, None)
+    assert bench.state is DriveState.SWITCHED_ON
+
+
+def silence_of_the_requests_is_a_communication_fault(make: MakeBench) -> None:
+    bench = make(**_COAST, control_silence_ticks=30).enable()
+    bench.run(30)
+    assert bench.state is DriveState.OPERATION_ENABLED
+    bench.tick((1.0, 1.0))
+    _expect_fault(bench, FaultCode.COMMUNICATION)
+
+
+def travel_beyond_the_upper_limit_is_a_fault(make: MakeBench) -> None:
+    for axis in (0, 1):
+        bench = make(**_COAST, travel=(-0.5, 0.5)).enable()
+        bench.place(axis, 0.51)
+        bench.tick((-1.0, -1.0))
+        _expect_fault(bench, FaultCode.TRAVEL_LIMIT)
+        assert bench.status.limits & (LimitFlags.OUTER_TRAVEL_HIGH << (2 * axis))
+
+
+def travel_beyond_the_lower_limit_is_a_fault(make: MakeBench) -> None:
+    for axis in (0, 1):
+        bench = make(**_COAST, travel=(-0.5, 0.5)).enable()
+        bench.place(axis, -0.51)
+        bench.tick((1.0, 1.0))
+        _expect_fault(bench, FaultCode.TRAVEL_LIMIT)
+        assert bench.status.limits & (LimitFlags.OUTER_TRAVEL_LOW << (2 * axis))
+
+
+def torque_that_leads_out_of_travel_is_cut(make: MakeBench) -> None:
+    for side in (1.0, -1.0):
+        bench = make(travel=(-0.5, 0.5), travel_reaction=TravelReaction.CUT_TORQUE).enable()
+        for axis in (0, 1):
+            bench.place(axis, side * 0.51)
+        bench.tick((side * 2.0, side * 2.0))
+        assert bench.torque == (0.0, 0.0)
+        bench.tick((-side * 2.0, -side * 2.0))
+        assert bench.torque == (-side * 2.0, -side * 2.0)
+        assert bench.state is DriveState.OPERATION_ENABLED
+
+
+def cleared_travel_leads_back_in_and_is_a_fault_again_the_next_time(make: MakeBench) -> None:
+    bench = make(**_COAST, travel=(-0.5, 0.5))
+    bench.place(0, 0.6)
+    bench.enable(clear_travel=True)
+    bench.request(DriveRequest.NONE, (2.0, 0.0), clear_travel=True)
+    assert (bench.state, bench.torque[0]) == (DriveState.OPERATION_ENABLED, 0.0)
+    bench.tick((-2.0, 0.0))
+    assert bench.torque[0] == -2.0
+    bench.place(0, 0.4)
+    bench.tick()
+    bench.place(0, 0.6)
+    bench.tick()
+    _expect_fault(bench, FaultCode.TRAVEL_LIMIT)
+
+
+def travel_that_nobody_cleared_is_a_fault_as_soon_as_torque_is_on(make: MakeBench) -> None:
+    bench = make(**_COAST, travel=(-0.5, 0.5))
+    bench.place(0, 0.6)
+    bench.enable()
+    bench.tick((2.0, 0.0))
+    _expect_fault(bench, FaultCode.TRAVEL_LIMIT)
+
+
+def a_joint_that_is_too_fast_is_a_fault(make: MakeBench) -> None:
+    # the base turns the other way, so the gyro sees less than the encoder
+    for axis, rate in ((0, {"r": -10.0}), (1, {"q": -10.0})):
+        bench = make(**_COAST, base={"motion": "constant_rate", "rate_rad_s": rate}).enable()
+        bench.spin(axis, 19.0)
+        bench.tick()
+        _expect_fault(bench, FaultCode.OVERSPEED)
+
+
+def a_gyro_that_sees_too_much_is_a_fault(make: MakeBench) -> None:
+    bench = make(**_COAST, base={"motion": "constant_rate", "rate_rad_s": {"r": 19.0}}).enable()
+    bench.tick()
+    _expect_fault(bench, FaultCode.OVERSPEED)
+
+
+def torque_that_drives_a_fast_axis_on_is_cut(make: MakeBench) -> None:
+    for axis in (0, 1):
+        for side in (1.0, -1.0):
+            bench = make().enable()
+            bench.spin(axis, side * 16.0)
+            bench.tick((side * 2.0, side * 2.0))
+            assert bench.torque[axis] == 0.0
+            assert bench.status.limits & (LimitFlags.OUTER_RATE << axis)
+            bench.spin(axis, side * 16.0)
+            bench.tick((-side * 2.0, -side * 2.0))
+            assert bench.torque[axis] == -side * 2.0
+            assert bench.state is DriveState.OPERATION_ENABLED
+
+
+def torque_is_held_within_its_limit(make: MakeBench) -> None:
+    for sign in (1.0, -1.0):
+        bench = make().enable()
+        bench.tick((sign * 16.0, sign * 10.0))
+        assert bench.torque == (sign * 15.5, sign * 6.6)
+        assert bench.status.limits == LimitFlags.OUTER_TORQUE | LimitFlags.INNER_TORQUE
+        bench.tick((sign * 15.5, sign * 6.6))
+        assert bench.status.limits == 0
+
+
+def the_drives_own_stop_is_held_within_the_torque_limit(make: MakeBench) -> None:
+    bench = make(deadman_reaction=DeadmanReaction.BRAKE).enable()
+    bench.spin(0, 14.0)
+    bench.spin(1, 14.0)
+    bench.run(WINDOW, None)
+    assert bench.torque == (-15.5, -6.6)
+    assert bench.status.limits & (LimitFlags.OUTER_TORQUE | LimitFlags.INNER_TORQUE)
+
+
+def a_hot_winding_is_a_fault_in_every_state(make: MakeBench) -> None:
+    for axis in (0, 1):
+        bench = make(**_COAST).enable()
+        bench.heat(axis, 121.0)
+        bench.run(2)
+        _expect_fault(bench, FaultCode.OVERTEMPERATURE)
+    bench = make()
+    bench.run(12)
+    bench.heat(1, 121.0)
+    bench.run(4)
+    assert (bench.state, bench.fault) == (DriveState.FAULT, FaultCode.OVERTEMPERATURE)
+
+
+def a_low_supply_is_a_fault_once_the_power_stage_needs_it(make: MakeBench) -> None:
+    bench = make(**_COAST).enable()
+    bench.device.set_supply(17.9)
+    bench.tick((1.0, 1.0))
+    _expect_fault(bench, FaultCode.UNDERVOLTAGE)
+    bench = make()
+    bench.device.set_supply(0.0)
+    bench.run(12)
+    assert bench.state is DriveState.SWITCH_ON_DISABLED
+
+
+def an_encoder_at_the_end_of_its_range_is_a_fault_and_never_wraps(make: MakeBench) -> None:
+    for sign in (1.0, -1.0):
+        bench = make(**_COAST).enable()
+        bench.place(0, sign * 60.0)
+        bench.tick()
+        feedback = bench.answer[[type(m).__name__ for m in bench.answer].index("FeedbackOuter")]
+        assert sign * feedback.position_rad > 50.0  # type: ignore[union-attr]
+        bench.tick()
+        _expect_fault(bench, FaultCode.ENCODER)
+
+
+def a_gyro_at_the_end_of_its_range_is_a_fault_and_never_wraps(make: MakeBench) -> None:
+    for sign in (1.0, -1.0):
+        bench = make(**_COAST, base={"motion": "constant_rate", "rate_rad_s": {"r": sign * 25.0}})
+        bench.run(12)
+        feedback = bench.answer[[type(m).__name__ for m in bench.answer].index("FeedbackOuter")]
+        assert sign * feedback.rate_rad_s > 20.9  # type: ignore[union-attr]
+        assert (bench.state, bench.fault) == (DriveState.FAULT, FaultCode.GYRO)
+
+
+def a_motion_that_is_no_number_is_a_fault(make: MakeBench) -> None:
+    bench = make(**_COAST).enable()
+    bench.spin(1, 1.0)
+    bench.device.X[5] = float("nan")
+    bench.run(2)
+    _expect_fault(bench, FaultCode.INTERNAL)
+
+
+def an_axis_that_is_not_enabled_gets_no_torque(make: MakeBench) -> None:
+    bench = make().enable()
+    bench.tick((1.0, 1.0), enable_outer=False)
+    assert bench.torque == (0.0, 1.0)
+    bench.tick((1.0, 1.0), enable_inner=False)
+    assert bench.torque == (1.0, 0.0)
+
+
+def states_below_operation_enabled_know_no_torque(make: MakeBench) -> None:
+    bench = make()
+    for request in (DriveRequest.NONE, DriveRequest.SHUTDOWN, DriveRequest.SWITCH_ON):
+        bench.run(12, (5.0, 5.0))
+        bench.request(request, (5.0, 5.0))
+        assert bench.torque == (0.0, 0.0)
+    bench.request(DriveRequest.ENABLE_OPERATION, (5.0, 5.0))
+    assert bench.torque == (5.0, 5.0)
+    bench.request(DriveRequest.DISABLE_OPERATION, (5.0, 5.0))
+    assert (bench.state, bench.torque) == (DriveState.SWITCHED_ON, (0.0, 0.0))
+
+
+def a_fault_latches_when_its_cause_has_gone(make: MakeBench) -> None:
+    bench = make(**_COAST).enable()
+    bench.run(WINDOW + 2, None)
+    for request in DriveRequest:
+        bench.request(request)
+        assert (bench.state, bench.fault) == (DriveState.FAULT, FaultCode.DEADMAN)
+
+
+def a_fault_is_reset_by_an_edge_only(make: MakeBench) -> None:
+    bench = make(**_COAST).enable()
+    bench.tick((0.0, 0.0), control(fault_reset=True))
+    bench.run(WINDOW + 2, None)
+    for _ in range(3):
+        bench.tick((0.0, 0.0), control(fault_reset=True))
+        assert bench.state is DriveState.FAULT
+    bench.tick((0.0, 0.0), control(fault_reset=False))
+    assert bench.state is DriveState.FAULT
+    bench.tick((0.0, 0.0), control(fault_reset=True))
+    assert (bench.state, bench.fault) == (DriveState.SWITCH_ON_DISABLED, FaultCode.NONE)
+
+
+def a_reset_level_that_was_never_seen_low_is_no_edge(make: MakeBench) -> None:
+    bench = make()
+    bench.heat(0, 130.0)
+    bench.run(4)
+    bench.heat(0, 20.0)
+    bench.run(2)
+    bench.tick((0.0, 0.0), control(fault_reset=True))
+    assert bench.state is DriveState.FAULT
+
+
+def a_fault_is_not_reset_while_its_cause_is_there(make: MakeBench) -> None:
+    bench = make(**_COAST).enable()
+    bench.heat(0, 130.0)
+    bench.run(4)
+    for level in (False, True):
+        bench.tick((0.0, 0.0), control(fault_reset=level))
+    assert (bench.state, bench.fault) == (DriveState.FAULT, FaultCode.OVERTEMPERATURE)
+    bench.heat(0, 30.0)
+    bench.tick()
+    for level in (False, True):
+        bench.tick((0.0, 0.0), control(fault_reset=level))
+    assert bench.state is DriveState.SWITCH_ON_DISABLED
+
+
+def a_quick_stop_outranks_the_request_beside_it(make: MakeBench) -> None:
+    bench = make().enable()
+    bench.request(DriveRequest.DISABLE_VOLTAGE, quick_stop=True)
+    assert bench.state is DriveState.QUICK_STOP_ACTIVE
+
+
+def a_quick_stop_is_left_through_switch_on_disabled_only(make: MakeBench) -> None:
+    bench = make().enable()
+    bench.request(DriveRequest.QUICK_STOP)
+    upwards = [request for request in DriveRequest if request is not DriveRequest.DISABLE_VOLTAGE]
+    for request in upwards:
+        bench.request(request)
+        assert bench.state is DriveState.QUICK_STOP_ACTIVE
+    bench.request(DriveRequest.DISABLE_VOLTAGE)
+    assert (bench.state, bench.torque) == (DriveState.SWITCH_ON_DISABLED, (0.0, 0.0))
+
+
+def a_quick_stop_decelerates_and_holds_against_gravity(make: MakeBench) -> None:
+    bench = make().enable()
+    bench.spin(0, 4.0)
+    bench.spin(1, 4.0)
+    bench.request(DriveRequest.QUICK_STOP, (5.0, 5.0))
+    bench.run(800)
+    held = bench.device.joint_positions
+    bench.run(200)
+    assert all(abs(rate) < 0.02 for rate in bench.device.joint_rates)
+    assert all(abs(now - then) < 2e-3 for now, then in zip(bench.device.joint_positions, held, strict=True))
+    assert abs(bench.torque[1]) > 0.1
+
+
+def a_quick_stop_at_rest_stays_where_it_was(make: MakeBench) -> None:
+    bench = make()
+    bench.place(1, 0.3)
+    bench.enable()
+    before = bench.device.joint_positions[1]
+    bench.request(DriveRequest.QUICK_STOP)
+    bench.run(1000)
+    assert abs(bench.device.joint_positions[1] - before) < 2e-3
+
+
+def coasting_applies_no_torque(make: MakeBench) -> None:
+    bench = make(**_COAST).enable()
+    bench.spin(0, 4.0)
+    bench.run(WINDOW, None)
+    assert (bench.fault, bench.torque) == (FaultCode.DEADMAN, (0.0, 0.0))
+
+
+def braking_opposes_the_motion_until_rest_and_then_lets_go(make: MakeBench) -> None:
+    bench = make(deadman_reaction=DeadmanReaction.BRAKE).enable()
+    bench.spin(0, 4.0)
+    bench.run(WINDOW, None)
+    assert bench.state is DriveState.FAULT_REACTION_ACTIVE
+    for _ in range(20):
+        bench.tick(None)
+        assert bench.torque[0] < 0.0
+    bench.run(2100, None)
+    assert (bench.state, bench.torque) == (DriveState.FAULT, (0.0, 0.0))
+    assert abs(bench.device.joint_rates[0]) < 0.05
+
+
+def decelerating_holds_for_its_time_and_then_lets_go(make: MakeBench) -> None:
+    bench = make(deadman_reaction=DeadmanReaction.DECELERATE_AND_HOLD, hold_s=0.3).enable()
+    bench.spin(1, 4.0)
+    bench.run(WINDOW + 500, None)
+    assert bench.state is DriveState.FAULT_REACTION_ACTIVE
+    assert abs(bench.device.joint_rates[1]) < 0.02
+    assert abs(bench.torque[1]) > 0.1
+    bench.run(500, None)
+    assert (bench.state, bench.torque) == (DriveState.FAULT, (0.0, 0.0))
+
+
+def holding_becomes_braking_when_a_sensor_fails(make: MakeBench) -> None:
+    bench = make(deadman_reaction=DeadmanReaction.DECELERATE_AND_HOLD).enable()
+    bench.run(WINDOW + 300, None)
+    assert abs(bench.torque[1]) > 0.1
+    bench.heat(0, 130.0)
+    bench.spin(1, 0.0)
+    bench.run(2, None)
+    assert (bench.state, bench.fault) == (DriveState.FAULT_REACTION_ACTIVE, FaultCode.DEADMAN)
+    assert abs(bench.torque[1]) < 0.1
+
+
+def a_reaction_that_does_not_come_to_rest_ends_in_time(make: MakeBench) -> None:
+    bench = make(deadman_reaction=DeadmanReaction.BRAKE, reaction_timeout_s=0.1).enable()
+    bench.run(WINDOW, None)
+    for _ in range(101):
+        bench.spin(0, 4.0)
+        bench.tick(None)
+    assert bench.state is DriveState.FAULT
+
+
+SCENARIOS: dict[str, Callable[[MakeBench], None]] = {
+    name: scenario
+    for name, scenario in list(globals().items())
+    if callable(scenario) and not name.startswith("_") and getattr(scenario, "__module__", "") == __name__
+}
