@@ -12,8 +12,7 @@ from gimbal_hil.runs.frame_columns import describe_difference, describe_frame
 from gimbal_hil.runs.header import plain_hash
 from gimbal_hil.runs.integrity import explain
 from gimbal_hil.runs.reader import Run
-from gimbal_hil.runs.schema import FrameDirection
-from gimbal_hil.runs.writer import EVENTS_FILE
+from gimbal_hil.runs.schema import EVENTS_FILE, FrameDirection
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,6 @@
 
 from gimbal_hil.signals.reading import read_signals, signals_of_run
 from gimbal_hil.signals.table import SignalsTable, column_names
-from gimbal_hil.signals.table_file import write_signals
+from gimbal_hil.signals.table_file import TableKind, replacing, write_signals
 
-__all__ = ["SignalsTable", "column_names", "read_signals", "signals_of_run", "write_signals"]
+__all__ = ["SignalsTable", "TableKind", "column_names", "read_signals", "replacing", "signals_of_run", "write_signals"]

@@ -67,6 +67,8 @@ def run_columns(run: Run) -> tuple[Floats, dict[str, Floats], Integers | None, l
 
 
 def _feedback_sets(run: Run, notes: list[str]) -> _FeedbackSets:
+    if len(run.ticks) and not len(run.frames):
+        raise BadInputError(str(run.folder), "keeps no frames", "a run recorded with recording.frames: true")
     status = columns_of(run.frames, "drive_status")
     if len(status.place) < 2:
         raise BadInputError(str(run.folder), "holds no feedback", "a run in which the antenna answered")

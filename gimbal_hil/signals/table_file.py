@@ -7,6 +7,7 @@ import os
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import Enum
 from pathlib import Path
 from typing import Any
 
@@ -51,8 +52,15 @@ def read_file(path: Path) -> RawColumns:
     return _read_parquet(path) if start == b"PAR1" or path.suffix.lower() in (".parquet", ".pq") else _read_csv(path)
 
 
-def write_signals(table: SignalsTable, path: Path, *, force: bool = False) -> None:
-    """Write a table as CSV or Parquet, by the name's ending; a reader gets every number back exactly.
+class TableKind(Enum):
+    """Kinds of table files."""
+
+    CSV = "csv"
+    PARQUET = "parquet"
+
+
+def write_signals(table: SignalsTable, path: Path, kind: TableKind | None = None, *, force: bool = False) -> None:
+    """Write a table as CSV or Parquet, by the name's ending unless `kind` is given; a reader gets every number back exactly.
 
     Raises BadInputError when the file is there and `force` is false, and when it cannot be written; never leaves half a file.
     """
@@ -60,13 +68,15 @@ def write_signals(table: SignalsTable, path: Path, *, force: bool = False) -> No
     import pyarrow.csv
     import pyarrow.parquet
 
-    kind = path.suffix.lower()
-    if kind not in (".csv", ".parquet", ".pq"):
-        raise BadInputError(str(path), f"has the ending {kind or 'of no kind'!r}", ".csv or .parquet")
+    if kind is None:
+        kinds = {".csv": TableKind.CSV, ".parquet": TableKind.PARQUET, ".pq": TableKind.PARQUET}
+        if path.suffix.lower() not in kinds:
+            raise BadInputError(str(path), f"has the ending {path.suffix!r}", "the ending .csv or .parquet")
+        kind = kinds[path.suffix.lower()]
     columns = {TIME: table.time_s, **table.columns} | ({} if table.repeat is None else {REPEAT: table.repeat})
     content = pa.table({name: pa.array(values) for name, values in columns.items()})
     with replacing(path, force) as temporary:
-        if kind == ".csv":
+        if kind is TableKind.CSV:
             with temporary.open("wb") as file:
                 file.write((",".join(columns) + "\n").encode())
                 pa.csv.write_csv(content, file, pa.csv.WriteOptions(include_header=False))
@@ -79,7 +89,7 @@ class replacing:
 
     def __init__(self, path: Path, force: bool) -> None:
         self._path, self._force = path, force
-        self._temporary = path.with_name(f".{path.name}.{os.getpid()}")
+        self._temporary = path.with_name(f".{os.getpid()}.{path.name}")
 
     def __enter__(self) -> Path:
         if self._path.exists() and not self._force:

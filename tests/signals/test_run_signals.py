@@ -158,6 +158,12 @@ def test_a_run_without_feedback_or_of_other_axes_is_refused(tmp_path: Path) -> N
     writer = RunWriter(tmp_path / "run", HEADER)
     writer.append_ticks(row_of(0))
     writer.close()
+    with pytest.raises(BadInputError, match="keeps no frames"):
+        read_signals(tmp_path / "run", AXES)
+    writer = RunWriter(tmp_path / "run", HEADER, force=True)
+    writer.append_exchange(0, b"", host_block(Sender(), 0))
+    writer.append_ticks(row_of(0))
+    writer.close()
     with pytest.raises(BadInputError, match="holds no feedback"):
         read_signals(tmp_path / "run", AXES)
     with pytest.raises(BadInputError, match="axes outer, inner"):
