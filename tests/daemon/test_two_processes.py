@@ -99,23 +99,27 @@ def test_a_step_over_a_real_driver_stack_and_an_antenna_that_goes_away_and_comes
 
 
 def step(daemon: RunningDaemon, client: OperatorClient, outer: float, inner: float) -> None:
-    """Both axes to a position; on a machine that stalls the antenna's own deadman may end a try, then it is made again."""
-    for _ in range(20):
-        daemon.until_state(client, "idle")
+    """Both axes to a position; a machine that stalls for longer than the antenna's deadman ends a try, then it is made again."""
+    tries: list[str] = []
+    while len(tries) < 20:
+        status = daemon.until_state(client, "idle", "fault")
+        if status["host_state"] == "fault":
+            time.sleep(0.5)
+            status = client.request("status")["status"]
+            if status["host_state"] == "fault" and status["link"] != "lost":
+                tries.append(f"fault: drive {status['drive_state']} {status['drive_fault']}")
+                client.request("fault_reset")
+            continue
         client.request("set_point", mode="position", outer=outer, inner=inner)
         end = time.monotonic() + HALF_S
-        while time.monotonic() < end:
-            status = client.request("status")["status"]
-            if status["host_state"] not in ("active", "idle"):
-                break
+        while time.monotonic() < end and status["host_state"] in ("active", "idle"):
             time.sleep(0.02)
-        else:
-            place = status["position_rad"]
-            if abs(place["outer"] - outer) < 0.02 and abs(place["inner"] - inner) < 0.02:
-                return
-        if status["host_state"] == "fault" and status["link"] != "lost":
-            client.request("fault_reset")
-    raise AssertionError(f"the step was never finished: {status}")
+            status = client.request("status")["status"]
+        place = status["position_rad"]
+        if abs(place["outer"] - outer) < 0.02 and abs(place["inner"] - inner) < 0.02:
+            return
+        tries.append(f"{status['host_state']} at {place}")
+    raise AssertionError(f"the step was never finished: {tries}")
 
 
 def assert_stopped_while_the_antenna_was_away(run: Path) -> None:
