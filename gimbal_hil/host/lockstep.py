@@ -133,27 +133,31 @@ class FramePath(_Engine):
         device: Device | None = None,
     ) -> None:
         super().__init__(settings, model, seed, device)
-        near, far = memory_pair()
-        self.link = near if faults is None else FaultyLink(near, faults)
-        self._far = far
         self._exchange = exchange
+        near, self._far = memory_pair()
+        #: without faults a link of one block: what the device answered last
+        self._link = None if faults is None else FaultyLink(near, faults)
+        self._answer = b""
 
     def advance(self, ticks: int, *, until_done: bool = False, every: int = 1) -> Recorded:
         """See `Lockstep`."""
-        host, device, link, far, exchange = self.host, self.device, self.link, self._far, self._exchange
+        host, device, link, far, exchange = self.host, self.device, self._link, self._far, self._exchange
         host.take_log()
         logs: list[NDArray[np.int64]] = []
         events: list[HostEvent] = []
         first = self.tick
         step_ns = self.step_ns
         for tick in range(first, first + ticks):
-            received = link.receive()
+            received = self._answer if link is None else link.receive()
             sent = host.tick(tick, tick * step_ns, received)
-            link.send(sent)
-            far.send(device.tick(far.receive()))
+            if link is None:
+                self._answer = device.tick(sent)
+            else:
+                link.send(sent)
+                far.send(device.tick(far.receive()))
             if exchange is not None:
                 exchange(tick, received, sent)
-            if tick % 64 == 63:
+            if tick % 32 == 31:
                 events += host.events()
                 if tick % 4096 == 4095:
                     logs.append(self._decimated(host.take_log(), every))
