@@ -84,7 +84,8 @@ def cause_of(miss: Miss, gaps: list[Gap]) -> MissCause:
     usage = miss.usage
     known = {
         MissCause.GARBAGE_COLLECTION: usage.collecting_ns,
-        MissCause.BUS_WAIT: usage.bus_wait_ns - min(usage.queued_ns, usage.bus_wait_ns),
+        # what a link call spends on a core or queued for one is not waiting for the bus
+        MissCause.BUS_WAIT: usage.bus_wait_ns - usage.queued_ns - usage.computing_ns,
         MissCause.PREEMPTION: usage.queued_ns,
         MissCause.OWN_COMPUTING: usage.computing_ns - min(usage.collecting_ns, usage.computing_ns),
     }
