@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
+    from firmware_protocol.links import CanLinkConfig
     from gimbal_hil.settings import DaemonSettings
     from sim_backend.model import AntennaModel
     from sim_backend.server import DeviceServer, Outlet, OutletKind
@@ -37,14 +38,14 @@ def command(
     from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED
     from gimbal_hil.settings import load_settings, shipped_settings
     from sim_backend.device import Device
-    from sim_backend.server import DeviceServer, open_outlet
+    from sim_backend.server import DeviceServer, join_bus, open_outlet
 
     settings = load_settings(config) if config else shipped_settings()
-    kind, path = _outlet_of(settings, link, str(config or "--link"))
+    place = _place_of(settings, link, str(config or "--link"))
     antenna, noise_seed = _antenna_of(settings, model, seed)
     print("preparing the compiled antenna", file=sys.stderr, flush=True)
     Device(antenna, rate_hz=settings.rate_hz).tick()
-    outlet = open_outlet(kind, path)
+    outlet = open_outlet(*place) if isinstance(place, tuple) else join_bus(place)
     try:
         server = DeviceServer(Device(antenna, rate_hz=settings.rate_hz, seed=noise_seed), outlet.link)
         _announce(outlet, antenna.name, settings.rate_hz, ready_file, as_json)
@@ -94,7 +95,7 @@ def _antenna_of(settings: DaemonSettings, model: str | None, seed: int | None) -
     return load_model(name) if is_file else shipped_model(name), embedded.seed if seed is None else seed
 
 
-def _outlet_of(settings: DaemonSettings, link: str | None, where: str) -> tuple[OutletKind, Path | None]:
+def _place_of(settings: DaemonSettings, link: str | None, where: str) -> tuple[OutletKind, Path | None] | CanLinkConfig:
     """What to serve on: the command line's, else the other end of the link that the configuration gives its daemon, else serial."""
     from firmware_protocol.errors import BadInputError
     from firmware_protocol.links import CanLinkConfig, SerialLinkConfig, UnixLinkConfig
@@ -107,9 +108,9 @@ def _outlet_of(settings: DaemonSettings, link: str | None, where: str) -> tuple[
         return OutletKind.SERIAL, Path(given.port)
     if isinstance(given, UnixLinkConfig) and not given.listen:
         return OutletKind.UNIX, given.path
-    if isinstance(given, CanLinkConfig) and given.interface == "slcan":
-        return OutletKind.SLCAN, Path(str(given.channel))
-    if isinstance(given, CanLinkConfig | SerialLinkConfig | UnixLinkConfig):
+    if isinstance(given, CanLinkConfig):
+        return (OutletKind.SLCAN, Path(str(given.channel))) if given.interface == "slcan" else given
+    if isinstance(given, SerialLinkConfig | UnixLinkConfig):
         raise BadInputError(f"{where}: link", "has no other end that could be served here", "--link serial, slcan or unix:PATH")
     return OutletKind.SERIAL, None
 

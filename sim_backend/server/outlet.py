@@ -1,4 +1,4 @@
-"""Where a virtual antenna is offered: a pseudo-terminal (serial or slcan) or a Unix socket."""
+"""Where a virtual antenna is offered: a pseudo-terminal (serial or slcan), a Unix socket, or a CAN bus."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import Enum
 from pathlib import Path
 
 from firmware_protocol.errors import BadInputError, LinkError
-from firmware_protocol.links import CobsFraming, Link, SlcanDevice, UnixLink, pty_link
+from firmware_protocol.links import CanLinkConfig, CobsFraming, Link, SlcanDevice, UnixLink, open_link, pty_link
 
 _EXPECTED = "serial, slcan (a pseudo-terminal; serial:PATH and slcan:PATH give it a lasting name) or unix:PATH"
 
@@ -18,6 +18,7 @@ class OutletKind(Enum):
     SERIAL = "serial"
     SLCAN = "slcan"
     UNIX = "unix"
+    CAN = "can"
 
 
 @dataclass(frozen=True)
@@ -30,15 +31,23 @@ class Outlet:
 
 
 def parse_outlet(text: str) -> tuple[OutletKind, Path | None]:
-    """Kind and path of `serial`, `serial:PATH`, `slcan`, `slcan:PATH` or `unix:PATH`; BadInputError for anything else."""
+    """Kind and path of `serial`, `serial:PATH`, `slcan`, `slcan:PATH` or `unix:PATH`; BadInputError for anything else.
+
+    A CAN bus needs more than a name: see `join_bus`.
+    """
     name, _, path = text.partition(":")
-    if name not in [kind.value for kind in OutletKind] or (name == "unix" and not path) or text.endswith(":"):
+    if name not in ("serial", "slcan", "unix") or (name == "unix" and not path) or text.endswith(":"):
         raise BadInputError("--link", f"{text!r} is no link", _EXPECTED)
     return OutletKind(name), Path(path) if path else None
 
 
+def join_bus(config: CanLinkConfig) -> Outlet:
+    """Serve as one node of the bus on which the host is another; LinkError where it cannot be opened. The host's faults are the host's."""
+    return Outlet(OutletKind.CAN, open_link(config.model_copy(update={"faults": None})), f"{config.interface} {config.channel}")
+
+
 def open_outlet(kind: OutletKind, path: Path | None) -> Outlet:
-    """Open the device's end; BadInputError or LinkError with one line where it cannot be."""
+    """Open the device's end of a serial, slcan or Unix link; BadInputError or LinkError with one line where it cannot be."""
     if kind is OutletKind.UNIX:
         if path is None:
             raise BadInputError("--link", "unix has no path", _EXPECTED)

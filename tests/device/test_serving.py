@@ -20,7 +20,7 @@ from firmware_protocol.links import CanLinkConfig, Link, LinkState, MemoryLink, 
 from firmware_protocol.messages import AnyMessage, DriveStatus, SetPoint
 from firmware_protocol.schema import Direction, DriveState, FaultCode
 from sim_backend.device import Device
-from sim_backend.server import DeviceServer, OutletKind, open_outlet, parse_outlet
+from sim_backend.server import DeviceServer, OutletKind, join_bus, open_outlet, parse_outlet
 from tests.device.bench import bench_model, control
 
 PATIENCE_S = 30.0
@@ -83,7 +83,7 @@ def compiled_device() -> None:
 
 
 @pytest.mark.realtime
-@pytest.mark.parametrize("kind", list(OutletKind))
+@pytest.mark.parametrize("kind", [OutletKind.SERIAL, OutletKind.SLCAN, OutletKind.UNIX])
 def test_set_points_are_echoed_over_a_real_port_and_hosts_may_come_back(kind: OutletKind, tmp_path: Path) -> None:
     outlet = open_outlet(kind, tmp_path / "antenna")
     with served(outlet.link) as server:
@@ -102,6 +102,18 @@ def test_set_points_are_echoed_over_a_real_port_and_hosts_may_come_back(kind: Ou
     assert server.statistics.ticks_by_own_clock >= 10
     assert server.statistics.bad_frames == 0
     assert not (tmp_path / "antenna").exists()
+
+
+@pytest.mark.realtime
+def test_on_a_can_bus_the_antenna_is_a_node_beside_the_host() -> None:
+    config = CanLinkConfig(kind="can", interface="virtual", channel="antenna")
+    outlet = join_bus(config)
+    with served(outlet.link) as server:
+        host = Host(open_link(config))
+        host.tick_until(lambda: len(host.echoed()) > 20)
+        host.link.close()
+    assert server.statistics.ticks_by_set_point > 20
+    assert server.statistics.bad_frames == 0
 
 
 @pytest.mark.realtime
