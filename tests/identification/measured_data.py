@@ -80,3 +80,9 @@ def emps(name: str = "DATA_EMPS") -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     data = loadmat(data_folder("emps") / f"{name}.mat")
     time, position, volts = (data[key].ravel().astype(np.float64) for key in ("t", "qm", "vir"))
     return time, position, volts * float(data["gtau"].item())
+
+
+def dd2dof_validation() -> tuple[np.ndarray, np.ndarray]:
+    """Time (s) and measured position (rad) of the open-loop run under 20 sin(2 pi 0.1 t) N m; the second axis moved too."""
+    rows = np.loadtxt(data_folder("dd2dof") / "comparacion" / "pos1_20_exp2_gan.t")
+    return rows[:, 0], np.deg2rad(rows[:, 1])
