@@ -1,0 +1,66 @@
+from __future__ import annotations
+
+import json
+import threading
+from pathlib import Path
+
+import pytest
+import yaml
+
+from gimbal_hil.cli.app import run as run_command
+from gimbal_hil.daemon.link_check import check_link
+from gimbal_hil.settings import DaemonSettings, settings_from_document, shipped_settings, shipped_settings_path
+from sim_backend.device import Device
+from sim_backend.model import shipped_model
+
+
+def settings_with(link: dict[str, object]) -> DaemonSettings:
+    document = yaml.safe_load(shipped_settings_path().read_text())
+    document["link"] = link
+    return settings_from_document(document, "test")
+
+
+def test_doctor_answers_with_a_verdict_and_its_reasons(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code = run_command("doctor", ["--seconds", "0.3", "--json", "--out", str(tmp_path)])
+    answer = json.loads(capsys.readouterr().out)
+    assert code == (0 if answer["holds"] else 1)
+    assert answer["holds"] is (not answer["machine"]["reasons"] and not answer["link"]["reasons"])
+    assert json.loads((tmp_path / "doctor.json").read_text()) == answer
+    assert {"tick_loop", "c_loop", "machine_stalls", "granted", "clock", "default_timer_slack_ns"} <= set(answer["machine"])
+
+
+def test_doctor_for_people_ends_with_the_verdict(capsys: pytest.CaptureFixture[str]) -> None:
+    code = run_command("doctor", ["--seconds", "0.3"])
+    lines = capsys.readouterr().out.splitlines()
+    verdict = next(place for place, line in enumerate(lines) if line.startswith("verdict: "))
+    assert all(line.startswith("  - ") for line in lines[verdict + 1 :])
+    assert bool(lines[verdict + 1 :]) is (code == 1)
+
+
+def test_an_antenna_that_answers_is_told_from_a_port_that_is_open_and_silent(tmp_path: Path) -> None:
+    from firmware_protocol.links import pty_link
+
+    antenna, path = pty_link()
+    silent = check_link(settings_with({"kind": "serial", "port": path}))
+    assert not silent.good and "no antenna answered" in silent.reasons[0]
+    device, over = Device(shipped_model()), threading.Event()
+
+    def speak() -> None:
+        while not over.wait(0.01):
+            antenna.send(device.tick())
+
+    speaker = threading.Thread(target=speak)
+    speaker.start()
+    heard = check_link(settings_with({"kind": "serial", "port": path}))
+    over.set()
+    speaker.join()
+    assert heard.good and heard.frames["drive_status"] > 0 and heard.frames["drive_status"] == heard.frames["feedback_outer"]
+    antenna.close()
+
+
+def test_a_port_that_is_not_there_is_a_reason_and_not_an_exception(tmp_path: Path) -> None:
+    report = check_link(settings_with({"kind": "serial", "port": str(tmp_path / "nothing")}))
+    assert not report.good and "no such port" in report.reasons[0]
+    report = check_link(settings_with({"kind": "can", "interface": "socketcan", "channel": "nocan0"}))
+    assert not report.good and report.bus_load is not None and 0.0 < report.bus_load < 0.6
+    assert check_link(shipped_settings()).good
