@@ -44,6 +44,7 @@ def test_an_antenna_that_answers_is_told_from_a_port_that_is_open_and_silent(tmp
     silent = check_link(settings_with({"kind": "serial", "port": path}))
     assert not silent.good and "no antenna answered" in silent.reasons[0]
     device, over = Device(shipped_model()), threading.Event()
+    device.tick()  # compiled before the check listens
 
     def speak() -> None:
         while not over.wait(0.01):
