@@ -9,7 +9,7 @@ from firmware_protocol.schema import RECORD_SIZE, Direction
 from gimbal_hil.host.core import host_tick
 from gimbal_hil.host.frame_tick import encode_host_mail
 from gimbal_hil.host.layout import EVENT_CAPACITY, EVENT_COUNT, RECORD_EVERY, REQUESTS, SEGMENT, SEGMENT_RUNS, SEGMENT_SIZE, TICK_SEGMENT
-from gimbal_hil.host.memory import C_AT, COUNTERS_AT, MAIL_AT, RECEIVERS_AT
+from gimbal_hil.host.memory import C_AT, COUNTERS_AT, H_AT, MAIL_AT, OCTETS_AT, RECEIVERS_AT
 from gimbal_hil.host.tick_row import write_row
 from sim_backend.device.core import device_tick
 from sim_backend.device.device import encode_device_mail
@@ -48,8 +48,7 @@ def record_every(G: np.ndarray, plan: np.ndarray, every: int) -> int:
 
 @entry_point
 def run_ticks(
-    integers: np.ndarray,
-    floats: np.ndarray,
+    words: np.ndarray,
     plan: np.ndarray,
     P: np.ndarray,
     K: np.ndarray,
@@ -68,12 +67,12 @@ def run_ticks(
 ) -> int:
     """Run up to `ticks` ticks from number `tick` on; answers how many were run.
 
-    `integers` and `floats` are a HostMemory's, P K X J a Device's. `rows` int64 (n, LOG_WORDS) gets a row every `every` ticks, `frames`
+    `words` are a HostMemory's, P K X J a Device's. `rows` int64 (n, LOG_WORDS) gets a row every `every` ticks, `frames`
     int64 (m, FRAME_WORDS) all frames unless it has no room for one tick; `counts` int64 (2,) says how many of each. With `until_done`
     the run ends with the tick in which no segment runs or is due any more. Stops early when `rows`, `frames` or the event ring is full.
     """
-    G, mail, counters = integers[:MAIL_AT], integers[MAIL_AT:COUNTERS_AT], integers[COUNTERS_AT:RECEIVERS_AT]
-    H, C = floats[:C_AT], floats[C_AT:]
+    G, mail, counters = words[:MAIL_AT], words[MAIL_AT:COUNTERS_AT], words[COUNTERS_AT:RECEIVERS_AT]
+    H, C = words[H_AT:C_AT].view(np.float64), words[C_AT:OCTETS_AT].view(np.float64)
     row_floats = rows.view(np.float64)
     logs_frames = frames.shape[0] >= MOST_FRAMES
     written, framed, events = 0, 0, G[EVENT_COUNT]
@@ -89,7 +88,7 @@ def run_ticks(
         if logs_frames:
             framed = _log_frames(octets, encode_host_mail(mail, counters, octets, 0), frames, framed, now, _TO_DEVICE)
         if now % record_every(G, plan, every) == 0:
-            write_row(rows[written], row_floats[written], H, G, now, now * step_ns, 0, 0)
+            write_row(rows[written], row_floats[written], H, G, now, now * step_ns, 0)
             written += 1
         device_tick(mail, mail, P, K, X, J)
         if until_done and G[SEGMENT_RUNS] == 0 and G[REQUESTS] == 0:

@@ -47,6 +47,7 @@ from gimbal_hil.host.layout import (
     SEGMENT_RUNS,
     SENT_SEQUENCE,
     SET_POINT_LAG_TICKS,
+    SKIPPED,
     STATE,
     STATE_AGE,
     STOP_TICKS,
@@ -67,6 +68,8 @@ _GUARD, _OPERATOR, _REPLACED = number(Cause.GUARD), number(Cause.OPERATOR), numb
 _TRIPPED, _COMMAND_REFUSED = number(EventCode.TRIPPED), number(EventCode.COMMAND_REFUSED)
 #: SEGMENT_RUNS: the next segment of the plan starts with the next fresh tick
 _DUE = 2
+#: what a row has room for
+_MOST_SKIPPED = (1 << 31) - 1
 #: REST_COUNT: the loops have not yet been taken over for braking
 _NOT_BRAKING = -1
 
@@ -77,6 +80,7 @@ def host_tick(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray, pla
 
     `mail` int64 (MAIL_SIZE,), `H`, `C`, `plan` float64, `G` int64, sizes in `layout`; `tick` may jump where ticks were skipped.
     """
+    G[SKIPPED] = min(max(tick - G[LAST_TICK] - 1, 0), _MOST_SKIPPED) if G[LAST_TICK] >= 0 else 0
     G[LAST_TICK] = tick
     receive(mail, H, G, C)
     G[STATE_AGE] += 1

@@ -11,16 +11,14 @@ from gimbal_hil.control.layout import TORQUE, Mode
 from gimbal_hil.host import layout
 from gimbal_hil.host.events import HostEvent, host_event
 from gimbal_hil.host.frame_tick import host_frame_tick
-from gimbal_hil.host.memory import RECEIVED_SIZE, SENT_AT, new_memory
+from gimbal_hil.host.memory import LOG_COUNT, RECEIVED_SIZE, ROWS_KEPT, SENT_AT, new_memory
 from gimbal_hil.host.program import AxisCommand, Program, Segment, program_of
 from gimbal_hil.host.states import Cause, HostState, LinkStatus
-from gimbal_hil.host.tick_row import LOG_WORDS, ROW_WORDS
+from gimbal_hil.host.tick_row import ROW_WORDS
 
 if TYPE_CHECKING:
     from gimbal_hil.settings import DaemonSettings
 
-#: tick rows kept until they are taken; the oldest are overwritten
-ROWS_KEPT = 4096
 _RECORD_SIZE = 10
 
 
@@ -34,11 +32,9 @@ class Host:
         """`configuration` is the array `C`, shape (C_SIZE,); see `from_configuration`."""
         self.memory = new_memory(configuration)
         self.plan = program_of([Segment(outer=AxisCommand(), inner=AxisCommand())]).values
-        self._rows = np.zeros((ROWS_KEPT, LOG_WORDS), dtype=np.int64)
-        self._rows_written = self._rows_taken = 0
-        self._octets = self.memory.octets.data
+        self._rows_taken = 0
+        self._words, self._octets = self.memory.words, self.memory.octets.data
         self._events_taken = 0
-        self._next_tick: int | None = None
 
     @classmethod
     def from_configuration(cls, settings: DaemonSettings) -> Host:
@@ -77,25 +73,20 @@ class Host:
             n = RECEIVED_SIZE - RECEIVED_SIZE % _RECORD_SIZE
             received = received[len(received) - len(received) % _RECORD_SIZE - n :][:n]
         self._octets[:n] = received
-        skipped = 0 if self._next_tick is None else max(0, min(tick - self._next_tick, 2**31 - 1))
-        self._next_tick = tick + 1
-        place = self._rows_written % ROWS_KEPT
-        self._rows_written += 1
-        memory = self.memory
-        sent = host_frame_tick(memory.octets, memory.integers, memory.floats, self.plan, self._rows, place, n, tick, time_ns, skipped)
+        sent = host_frame_tick(self._words, self.plan, n, tick, time_ns)
         return self._octets[SENT_AT : SENT_AT + sent].tobytes()
 
     @property
     def row(self) -> bytes:
         """Row of the last tick, bytes of one `runs.TICK_ROW`."""
-        return self._rows[(self._rows_written - 1) % ROWS_KEPT, :ROW_WORDS].tobytes()
+        return self.memory.log[(self._words[LOG_COUNT] - 1) % ROWS_KEPT, :ROW_WORDS].tobytes()
 
     def take_log(self) -> NDArray[np.int64]:
         """Log rows since the last call (at most ROWS_KEPT), int64 (n, LOG_WORDS): see `tick_row`."""
-        first = max(self._rows_taken, self._rows_written - ROWS_KEPT)
-        places = np.arange(first, self._rows_written) % ROWS_KEPT
-        self._rows_taken = self._rows_written
-        return self._rows[places]
+        written = int(self._words[LOG_COUNT])
+        first = max(self._rows_taken, written - ROWS_KEPT)
+        self._rows_taken = written
+        return self.memory.log[np.arange(first, written) % ROWS_KEPT]
 
     def events(self) -> list[HostEvent]:
         """Events since the last call, oldest first; of a burst the newest EVENT_CAPACITY."""

@@ -67,10 +67,10 @@ SENT_SEQUENCE, SENT_CONTROL, CONTROL_AGE, MAY_RESET, CLEAR_TRAVEL = range(15, 20
 PLAN_LENGTH, SEGMENT, SEGMENT_LABEL, SEGMENT_START, SEGMENT_RUNS = range(20, 25)
 #: ticks in a row: at rest while stopping, set-points not heard by the drive, each of the two end conditions
 REST_COUNT, LAG_COUNT, END_TICKS, EVENT_COUNT = 25, 26, 27, 29
-#: id of the segment that this tick belongs to, -1 for none
-TICK_SEGMENT = 30
+#: id of the segment that this tick belongs to, -1 for none; whole ticks that were skipped just before it
+TICK_SEGMENT, SKIPPED = 30, 31
 #: one block per axis: mode in force, ticks in a row that a check failed
-AXIS_G = 31
+AXIS_G = 32
 MODE, OVERSPEED_COUNT, FOLLOWING_COUNT, DISAGREE_COUNT = range(4)
 AXIS_G_SIZE = 4
 #: ring of events: tick, code, three numbers

@@ -22,6 +22,7 @@ from gimbal_hil.host import layout
 from gimbal_hil.host.compiled_run import FRAME_WORDS, MOST_FRAMES, run_ticks
 from gimbal_hil.host.events import HostEvent
 from gimbal_hil.host.host import Host
+from gimbal_hil.host.memory import ROWS_KEPT
 from gimbal_hil.host.program import Program
 from gimbal_hil.host.states import HostState
 from gimbal_hil.host.tick_row import LOG_WORDS, MEASURED, ROW_WORDS
@@ -159,7 +160,7 @@ class FramePath(_Engine):
                 exchange(tick, received, sent)
             if tick % 32 == 31:
                 events += host.events()
-                if tick % 4096 == 4095:
+                if tick % ROWS_KEPT == ROWS_KEPT - 1:
                     logs.append(self._decimated(host.take_log(), every))
             self.tick = tick + 1
             if until_done and not host.following:
@@ -202,8 +203,7 @@ class CompiledPath(_Engine):
             rows = np.empty((min(chunk, CHUNK_ROWS), LOG_WORDS), dtype=np.int64)
             frames = np.empty((MOST_FRAMES * min(chunk, CHUNK_ROWS) if self._keep_frames else 0, FRAME_WORDS), dtype=np.int64)
             self.tick += run_ticks(
-                host.memory.integers,
-                host.memory.floats,
+                host.memory.words,
                 host.plan,
                 device.P,
                 device.K,

@@ -1,80 +1,64 @@
-"""The arrays behind one host, laid end to end in three blocks so that a compiled tick is called with few of them."""
+"""All that one host is, in one array of 64-bit words, so that a compiled tick is called with few arrays and a host is copied at once."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.block_codec import new_counters, new_receivers
 from firmware_protocol.schema import MAIL_SIZE
-from gimbal_hil.control.layout import CONTROL_PARAMETERS
 from gimbal_hil.host import layout
 from gimbal_hil.host.reception import NEVER
 from gimbal_hil.host.states import LinkStatus
+from gimbal_hil.host.tick_row import LOG_WORDS
 
 _RECEIVERS = new_receivers()
 #: rows and columns of the receivers array, and number of alive counters
 RECEIVER_ROWS, RECEIVER_COLUMNS = _RECEIVERS.shape
 COUNTER_COUNT = len(new_counters())
 
-# --- integers: G, mail, alive counters, receivers -----------------------------------------------------------------------
+# --- integers: G, mail, alive counters, receivers, number of log rows written ----------------------------------------------
 MAIL_AT = layout.G_SIZE
 COUNTERS_AT = MAIL_AT + MAIL_SIZE
 RECEIVERS_AT = COUNTERS_AT + COUNTER_COUNT
-INTEGERS_SIZE = RECEIVERS_AT + RECEIVER_ROWS * RECEIVER_COLUMNS
+LOG_COUNT = RECEIVERS_AT + RECEIVER_ROWS * RECEIVER_COLUMNS
 # --- floats: H, C -------------------------------------------------------------------------------------------------------
-C_AT = layout.H_SIZE
-FLOATS_SIZE = C_AT + layout.C_SIZE
-# --- octets: block received, block to send ------------------------------------------------------------------------------
+H_AT = LOG_COUNT + 1
+C_AT = H_AT + layout.H_SIZE
+# --- octets: block received, block to send; places in bytes ---------------------------------------------------------------
+OCTETS_AT = C_AT + layout.C_SIZE
 RECEIVED_SIZE = 65536
 SENT_AT = RECEIVED_SIZE
-OCTETS_SIZE = RECEIVED_SIZE + 256
+# --- log: the newest rows, see `tick_row` ---------------------------------------------------------------------------------
+LOG_AT = OCTETS_AT + (RECEIVED_SIZE + 256) // 8
+ROWS_KEPT = 1024
+WORDS = LOG_AT + ROWS_KEPT * LOG_WORDS
 
 
-@dataclass(frozen=True, slots=True, eq=False)
 class HostMemory:
-    """All that a host is: copying the arrays copies the host."""
+    """Views of `words`, int64 (WORDS,): copying the words into another host's makes it the same host."""
 
-    octets: NDArray[np.uint8]
-    integers: NDArray[np.int64]
-    floats: NDArray[np.float64]
-
-    @property
-    def G(self) -> NDArray[np.int64]:
-        """Host state, a view."""
-        return self.integers[:MAIL_AT]
-
-    @property
-    def mail(self) -> NDArray[np.int64]:
-        """Mail, a view."""
-        return self.integers[MAIL_AT:COUNTERS_AT]
-
-    @property
-    def receivers(self) -> NDArray[np.int64]:
-        """Receivers of the codec, a view of shape (messages + 1, columns)."""
-        return self.integers[RECEIVERS_AT:].reshape(RECEIVER_ROWS, RECEIVER_COLUMNS)
-
-    @property
-    def H(self) -> NDArray[np.float64]:
-        """Control state, a view."""
-        return self.floats[:C_AT]
-
-    @property
-    def C(self) -> NDArray[np.float64]:
-        """Configuration, a view."""
-        return self.floats[C_AT:]
+    def __init__(self, words: NDArray[np.int64]) -> None:
+        self.words = words
+        #: everything that counts: G, mail, alive counters, receivers
+        self.integers = words[:H_AT]
+        self.G, self.mail = words[:MAIL_AT], words[MAIL_AT:COUNTERS_AT]
+        self.receivers = words[RECEIVERS_AT:LOG_COUNT].reshape(RECEIVER_ROWS, RECEIVER_COLUMNS)
+        #: control state and configuration
+        self.floats = words[H_AT:OCTETS_AT].view(np.float64)
+        self.H, self.C = self.floats[: layout.H_SIZE], self.floats[layout.H_SIZE :]
+        self.octets = words[OCTETS_AT:LOG_AT].view(np.uint8)
+        self.log = words[LOG_AT:].reshape(ROWS_KEPT, LOG_WORDS)
 
 
 def new_memory(configuration: NDArray[np.float64]) -> HostMemory:
     """Memory of a host that has heard nothing yet, with the configuration `C`, shape (C_SIZE,)."""
-    if configuration.shape != (layout.C_SIZE,) or layout.AXIS_C_SIZE <= CONTROL_PARAMETERS:
+    if configuration.shape != (layout.C_SIZE,):
         raise ValueError(f"a configuration has {layout.C_SIZE} numbers")
-    integers = np.zeros(INTEGERS_SIZE, dtype=np.int64)
-    integers[layout.FEEDBACK_AGE] = integers[layout.BASE_AGE] = NEVER
-    integers[layout.LINK_STATUS] = int(LinkStatus.LOST)
-    integers[layout.SENT_CONTROL] = integers[layout.SEGMENT] = integers[layout.TICK_SEGMENT] = -1
-    integers[RECEIVERS_AT:] = _RECEIVERS.ravel()
-    floats = np.concatenate([np.zeros(layout.H_SIZE), configuration])
-    return HostMemory(np.zeros(OCTETS_SIZE, dtype=np.uint8), integers, floats)
+    memory = HostMemory(np.zeros(WORDS, dtype=np.int64))
+    G = memory.G
+    G[layout.FEEDBACK_AGE] = G[layout.BASE_AGE] = NEVER
+    G[layout.LINK_STATUS] = int(LinkStatus.LOST)
+    G[layout.SENT_CONTROL] = G[layout.SEGMENT] = G[layout.TICK_SEGMENT] = G[layout.LAST_TICK] = -1
+    memory.receivers[:], memory.C[:] = _RECEIVERS, configuration
+    return memory

@@ -50,6 +50,8 @@ def receive(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray) -> No
     silence = G[FEEDBACK_AGE]
     fresh = mail[m.FEEDBACK_OUTER] > 0 and mail[m.FEEDBACK_INNER] > 0 and mail[m.DRIVE_STATUS] > 0
     _receive_base(mail, H, G, C)
+    if mail[m.DRIVE_EVENT] > 0:
+        report(G, _DRIVE, mail[m.DRIVE_EVENT_FROM_STATE], mail[m.DRIVE_EVENT_TO_STATE], mail[m.DRIVE_EVENT_CAUSE])
     if mail[m.DRIVE_STATUS] > 0:
         _receive_status(mail, G)
     if fresh:
@@ -76,7 +78,8 @@ def receive(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray) -> No
 
 @compiled
 def _receive_status(mail: np.ndarray, G: np.ndarray) -> None:
-    if mail[m.DRIVE_STATUS_STATE] != G[DRIVE_STATE]:
+    if mail[m.DRIVE_EVENT] == 0 and mail[m.DRIVE_STATUS_STATE] != G[DRIVE_STATE]:
+        # the event's own frame was lost
         report(G, _DRIVE, G[DRIVE_STATE], mail[m.DRIVE_STATUS_STATE], mail[m.DRIVE_STATUS_FAULT])
     G[DRIVE_STATE] = mail[m.DRIVE_STATUS_STATE]
     G[DRIVE_FAULT] = mail[m.DRIVE_STATUS_FAULT]

@@ -24,6 +24,7 @@ from gimbal_hil.host.layout import (
     MOTOR_TEMPERATURE,
     MOTOR_TORQUE,
     REFERENCE,
+    SKIPPED,
     SLOPE,
     STATE,
     TICK_SEGMENT,
@@ -56,16 +57,14 @@ def joint_references(H: np.ndarray, G: np.ndarray, axis: int) -> tuple[float, fl
 
 
 @compiled
-def write_row(
-    words: np.ndarray, floats: np.ndarray, H: np.ndarray, G: np.ndarray, tick: int, time_ns: int, skipped: int, rejected: int
-) -> None:
+def write_row(words: np.ndarray, floats: np.ndarray, H: np.ndarray, G: np.ndarray, tick: int, time_ns: int, rejected: int) -> None:
     """Fill one row; `words` (int64) and `floats` (float64), shape (LOG_WORDS,), are views of the same memory."""
     words[0], words[1] = tick, time_ns
     for axis in range(AXES):
         position, rate = joint_references(H, G, axis)
         floats[_POSITION_REF + axis], floats[_RATE_REF + axis] = position, rate
         floats[_TORQUE + axis] = H[AXIS_H + axis * AXIS_H_SIZE + TORQUE]
-    words[_SEGMENT] = (G[TICK_SEGMENT] & _LOW_HALF) | (skipped << 32)
+    words[_SEGMENT] = (G[TICK_SEGMENT] & _LOW_HALF) | (G[SKIPPED] << 32)
     words[_STATES] = G[STATE] | (G[AXIS_G + MODE] << 8) | (G[AXIS_G + AXIS_G_SIZE + MODE] << 16) | (G[LINK_STATUS] << 24) | (rejected << 32)
     words[10] = words[11] = 0
     for axis in range(AXES):
