@@ -95,7 +95,7 @@ class Page:
         headings = [block.text for block in self.blocks if isinstance(block, Heading)]
         contents = "".join(f'<a href="#{_anchor(text)}">{html.escape(text)}</a>' for text in headings)
         body = "\n".join(_render(block) for block in self.blocks)
-        script = f"<script>{_plotly_source()}</script>" if plots else ""
+        script = f"<script>{_plotly_source()}</script><script>{_RESIZE_WHEN_UNFOLDED}</script>" if plots else ""
         return (
             f'<!doctype html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">'
             f"<title>{html.escape(self.title)}</title><style>{_STYLE}</style>{script}</head><body>"
@@ -165,6 +165,9 @@ def _plotly_source() -> str:
 
     return str(get_plotlyjs())
 
+
+#: a figure that was folded away did not know its width
+_RESIZE_WHEN_UNFOLDED = "document.addEventListener('toggle',()=>window.dispatchEvent(new Event('resize')),true)"
 
 _STYLE = """
 :root{--ink:#1c2530;--soft:#5b6775;--line:#dfe4ea;--accent:#1f6f8b;--paper:#fff;--good:#e8f5ec;--warning:#fdf3e1;--neutral:#eef4f8}

@@ -33,7 +33,7 @@ def overshoot_figure(tables: Sequence[TableResult]) -> Figure:
             marker={"color": colour, "size": 8},
         )
     drawn.add_scatter(x=[0, 40], y=[0, 40], mode="lines", name="equal", line={"color": REFERENCE, "width": 1})
-    drawn.update_layout(hovermode="closest")
+    drawn.update_layout(hovermode="closest", legend={"orientation": "v", "x": 1.02, "xanchor": "left", "y": 1.0, "yanchor": "top"})
     return drawn
 
 

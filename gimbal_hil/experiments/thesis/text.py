@@ -74,13 +74,13 @@ def table_rows(result: TableResult) -> list[list[str]]:
 
 
 def points(value: float) -> str:
-    """An overshoot in points; a response that ran away is no number worth printing."""
-    return f"{value:.2f}" if value < 100.0 else "runs away"
+    """An overshoot in points; of a response that ran away only that it did."""
+    return f"{value:.2f}" if value < 100.0 else "> 100"
 
 
 def seconds(value: float) -> str:
-    """A settling time, or that there is none."""
-    return f"{value:.3f}" if math.isfinite(value) else "never"
+    """A settling time; a dash where the response never stays in the band."""
+    return f"{value:.3f}" if math.isfinite(value) else "-"
 
 
 def columns(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
