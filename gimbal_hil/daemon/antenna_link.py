@@ -58,7 +58,5 @@ def embedded_model(link: EmbeddedAntenna) -> AntennaModel:
 
 
 def embedded_antenna(settings: DaemonSettings, link: EmbeddedAntenna) -> EmbeddedLink:
-    """A virtual antenna as configured, its compiled tick loaded."""
-    model = embedded_model(link)
-    Device(model, rate_hz=settings.rate_hz).tick()
-    return EmbeddedLink(Device(model, rate_hz=settings.rate_hz, seed=link.embedded.seed))
+    """A virtual antenna as configured."""
+    return EmbeddedLink(Device(embedded_model(link), rate_hz=settings.rate_hz, seed=link.embedded.seed))

@@ -30,6 +30,7 @@ from gimbal_hil.daemon.witness import WitnessProcess
 from gimbal_hil.host import Host
 from gimbal_hil.runs import RunHeader
 from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna
+from sim_backend.device import Device
 
 Json = dict[str, Any]
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -95,11 +96,12 @@ def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport
     Raises BadInputError before anything moves when the run folder or a model cannot be used.
     """
     opener, embedded = _link_opener(settings, options)
-    _compile(settings)
     period = Duration.of_seconds(settings.step_s)
     service = ServiceProcess(options.run, _header(settings, period, options), _service_settings(settings, options))
     with contextlib.ExitStack() as stack:
         stack.callback(service.close)
+        _compile(settings, embedded)
+        service.wait_ready()
         control_core, witness_core = control_and_witness_cores()
         witness = None if options.lockstep else stack.enter_context(WitnessProcess(witness_core))
         clock: Clock = LockstepClock() if options.lockstep else MonotonicClock(Duration(round(options.spin_us * 1000)))
@@ -171,8 +173,10 @@ def _link_opener(settings: DaemonSettings, options: DaemonOptions) -> tuple[Call
     return opener_of(link, options.wait), None
 
 
-def _compile(settings: DaemonSettings) -> None:
-    """Load the compiled host before time starts to count."""
+def _compile(settings: DaemonSettings, embedded: EmbeddedLink | None) -> None:
+    """Load what is compiled (meanwhile the service starts) before time counts; throwaway copies, so that nothing has happened yet."""
+    if embedded is not None:
+        Device(embedded.device.model, rate_hz=settings.rate_hz).tick()
     host = Host.from_configuration(settings)
     for tick in range(2):
         host.tick(tick, 0, b"")

@@ -73,7 +73,7 @@ class Orders:
 
 
 class ServiceProcess:
-    """The control process' handle on its service: starts it, watches it, ends it."""
+    """The control process' handle on its service: starts it (`wait_ready` says when that is done), watches it, ends it."""
 
     def __init__(self, run: Path, header: RunHeader, settings: ServiceSettings) -> None:
         self.run = run
@@ -92,7 +92,10 @@ class ServiceProcess:
         finally:
             os.close(telemetry)
             os.close(commands)
-        self.page_url = self._wait_ready(orders)
+        self.page_url: str | None = None
+        assert self._process.stdin
+        self._process.stdin.write(json.dumps(asdict(orders)).encode() + b"\n")
+        self._process.stdin.flush()
 
     @property
     def pid(self) -> int:
@@ -123,18 +126,16 @@ class ServiceProcess:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _wait_ready(self, orders: Orders) -> str | None:
-        assert self._process.stdin and self._process.stdout
-        self._process.stdin.write(json.dumps(asdict(orders)).encode() + b"\n")
-        self._process.stdin.flush()
+    def wait_ready(self) -> None:
+        """Until the service records and listens; BadInputError when it cannot."""
+        assert self._process.stdout
         readable, _, _ = select.select([self._process.stdout], [], [], _START_TIMEOUT_S)
         line = self._process.stdout.readline() if readable else b""
         answer: Json = json.loads(line) if line else {"problem": "did not start", "where": "service process", "expected": ""}
         if not answer.get("ready"):
             self.close(timeout_s=1.0)
             raise BadInputError(answer["where"], answer["problem"], answer["expected"])
-        page: str | None = answer["page"]
-        return page
+        self.page_url = answer["page"]
 
 
 class Service:
