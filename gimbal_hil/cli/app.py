@@ -51,7 +51,9 @@ def run(name: str, arguments: list[str]) -> int:
     module, line = COMMANDS[name]
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
     try:
-        app.command(name=name, help=line)(importlib.import_module(f"gimbal_hil.cli.{module}").command)
+        loaded = importlib.import_module(f"gimbal_hil.cli.{module}")
+        app.command(name=name, help=line)(loaded.command)
+        arguments = _repeated(arguments, getattr(loaded, "MANY_VALUED", ()))
         code = app(arguments, prog_name=f"gimbal-hil {name}", standalone_mode=False)
     except GimbalHilError as error:
         _fail(f"error: {error}", error.exit_code)
@@ -67,6 +69,19 @@ def run(name: str, arguments: list[str]) -> int:
             raise
         _fail(f"error: {error.format_message()}", EXIT_BAD_INPUT)
     return code if isinstance(code, int) else EXIT_DONE
+
+
+def _repeated(arguments: list[str], options: tuple[str, ...]) -> list[str]:
+    """`--log a b` as `--log a --log b`, for a command's options that take many values."""
+    spread: list[str] = []
+    current = ""
+    for word in arguments:
+        if word.startswith("-") and len(word) > 1:
+            current = word
+        elif current in options and spread[-1] != current:
+            spread.append(current)
+        spread.append(word)
+    return spread
 
 
 def _overview() -> str:

@@ -143,7 +143,7 @@ class Search:
             state = tried.tried[0]
             if len(state.hypothesis.causes) > 1 and not self.complete(state, null):
                 state = self.slots_again(state, rounds)
-            if self.complete(state, null) and float(np.max(self.gaps(state))) < 1.25:
+            if float(np.max(self.gaps(state))) <= COMPLETE_FLOORS:
                 break
         return self.prune(state, null), rounds
 

@@ -90,9 +90,9 @@ def diagnose(
         search = _search(twin, held, _effective(model, twin, found, processing), catalogue, pool, progress)
         result = _decide(search, wide, found, model, processing)
         best, null, floated, rounds, found = result
+        complete = search.complete(best, null)
         progress("what else could it be")
-        rivals = tuple(_rivals(search, best, index) for index in range(len(best.hypothesis.causes)))
-    complete = search.complete(best, null)
+        rivals = tuple(_rivals(search, best, index, rounds) for index in range(len(best.hypothesis.causes) if complete else 0))
     return Diagnosis(
         model, search, null, best, floated, found, processing, tuple(rounds), complete, ~search.selecting, rivals, suspected_only,
         twin.gyro_everywhere,
@@ -157,9 +157,13 @@ def _decide(
     return sparse, null, None, rounds, found
 
 
-def _rivals(search: Search, best: Scored, index: int) -> tuple[Scored, ...]:
-    """What could stand in the place of one cause, refitted beside the others, best first; the cause itself is among them."""
+def _rivals(search: Search, best: Scored, index: int, rounds: list[Round]) -> tuple[Scored, ...]:
+    """What could stand in the place of one cause, refitted beside the others, best first."""
     label = best.hypothesis.labels[index]
+    if len(best.hypothesis.causes) == 1:
+        for one in rounds:
+            if not one.before.hypothesis.causes and one.before.hypothesis.floating == best.hypothesis.floating:
+                return tuple(search.again(s) for s in one.tried if s.hypothesis.labels[-1] != label)
     without = search.refitted(best.hypothesis.minus(index))
     tried = search.one_round(without, least=5)
     return tuple(s for s in tried.tried if s.hypothesis.labels[-1] != label)

@@ -1,0 +1,114 @@
+"""`gimbal-hil discrepancy`: where model and measurement disagree, what is missing, by name, with proof."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from gimbal_hil.signals import SignalsTable
+    from sim_backend.model import AntennaModel
+
+#: options that take several values after one another
+MANY_VALUED = ("--measured", "--holdout")
+MODEL_FILE, VERDICT_FILE, REPORT_FILE, RECALIBRATED_FILE = "model.yaml", "verdict.json", "report.html", "model_recalibrated.yaml"
+
+
+def command(
+    measured: Annotated[list[Path], typer.Option(metavar="LOG", help="Run folder, CSV or Parquet to search in; may be repeated.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help=f"Folder for {VERDICT_FILE}, {MODEL_FILE} and {REPORT_FILE}.")],
+    holdout: Annotated[list[Path] | None, typer.Option(metavar="LOG", help="Another trajectory to judge on; may be repeated.")] = None,
+    model: Annotated[Path | None, typer.Option(help="Model file; without it the shipped thesis model.")] = None,
+    resample: Annotated[bool, typer.Option("--resample", help="Accept tables with uneven time and resample them.")] = False,
+    drop_invalid: Annotated[bool, typer.Option("--drop-invalid", help="Accept tables with invalid rows and drop those.")] = False,
+    workers: Annotated[int, typer.Option(help="Processes that score candidates.", min=1)] = 2,
+    dask: Annotated[str | None, typer.Option(metavar="ADDRESS", help="Score candidates on a Dask cluster instead.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the verdict as JSON.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
+) -> int:
+    """Find what the model lacks, name it, add it, and show the gap shrink on data that had no part in the search."""
+    import json
+
+    from firmware_protocol.errors import EXIT_DONE, BadInputError
+    from gimbal_hil.discrepancy import corrected_model, diagnose, discrepancy_page, recalibrated_model, verdict_of, with_hold_out
+    from gimbal_hil.discrepancy.preflight import check_logs
+    from sim_backend.model import load_model, shipped_model
+
+    for name in (MODEL_FILE, VERDICT_FILE, REPORT_FILE):
+        if (out / name).exists() and not force:
+            raise BadInputError(str(out / name), "already exists", "a new folder, or --force to overwrite it")
+    given = load_model(model) if model else shipped_model()
+    sources = [str(path) for path in (*measured, *(holdout or ()))]
+    try:
+        fitted, judged = _read(measured, given, resample, drop_invalid), _read(holdout or [], given, resample, drop_invalid)
+        check_logs(given, (*fitted, *judged))
+    except BadInputError as error:
+        _unusable(out, str(error), force)
+        raise
+    fitted, judged, suspected = with_hold_out(fitted, judged)
+    with _progress(as_json) as tell:
+        diagnosis = diagnose(given, fitted, judged, workers=workers, dask=dask, suspected_only=suspected, progress=tell)
+        tell("writing the report")
+        verdict = verdict_of(diagnosis)
+    verdict["notes"] = [f"{table.source}: {note}" for table in (*fitted, *judged) for note in table.notes]
+    corrected = corrected_model(diagnosis)
+    out.mkdir(parents=True, exist_ok=True)
+    for stale in (MODEL_FILE, RECALIBRATED_FILE):
+        (out / stale).unlink(missing_ok=True)
+    if corrected is not None:
+        (out / MODEL_FILE).write_text(corrected.to_yaml(), encoding="utf-8")
+    elif verdict["recalibrated"]:
+        (out / RECALIBRATED_FILE).write_text(recalibrated_model(diagnosis).to_yaml(), encoding="utf-8")
+    (out / VERDICT_FILE).write_text(json.dumps(verdict, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    discrepancy_page(diagnosis, verdict, corrected, sources).write(out / REPORT_FILE)
+    print(json.dumps(verdict, allow_nan=False) if as_json else _summary(verdict, out))
+    return EXIT_DONE
+
+
+def _read(paths: list[Path], model: AntennaModel, resample: bool, drop_invalid: bool) -> tuple[SignalsTable, ...]:
+    from gimbal_hil.signals import read_signals
+
+    return tuple(read_signals(path, model.axes, resample=resample, drop_invalid=drop_invalid) for path in paths)
+
+
+def _unusable(out: Path, reason: str, force: bool) -> None:
+    import json
+
+    nothing: dict[str, Any] = {
+        "schema": 1, "verdict": "unusable_data", "text": reason, "where": [], "effects": [], "alternatives": [], "next_experiment": None,
+        "not_testable": [], "gap": None, "gaps": [],
+    }  # fmt: skip
+    out.mkdir(parents=True, exist_ok=True)
+    if force or not (out / VERDICT_FILE).exists():
+        (out / VERDICT_FILE).write_text(json.dumps(nothing, indent=2) + "\n", encoding="utf-8")
+
+
+class _progress:
+    """A line on the terminal that says what is being done; silent where nobody looks."""
+
+    def __init__(self, quiet: bool) -> None:
+        from rich.console import Console
+
+        console = Console(stderr=True)
+        self._status = console.status("starting") if console.is_terminal and not quiet else None
+
+    def __enter__(self) -> Any:
+        if self._status is not None:
+            self._status.start()
+        return lambda text: self._status.update(text) if self._status is not None else None
+
+    def __exit__(self, *_: object) -> None:
+        if self._status is not None:
+            self._status.stop()
+
+
+def _summary(verdict: dict[str, Any], out: Path) -> str:
+    lines = [f"{verdict['verdict'].replace('_', ' ')}: {verdict['text']}"]
+    for effect in verdict["effects"]:
+        values = ", ".join(f"{name} {p['value']:.4g} {p['unit']}" for name, p in effect["parameters"].items())
+        lines.append(f"  {effect['name']} on {effect['axis']} ({effect['status']}): {values}")
+    if verdict["next_experiment"]:
+        lines.append(f"  next: {verdict['next_experiment']['plan']}")
+    return "\n".join([*lines, f"report: {out / REPORT_FILE}"])

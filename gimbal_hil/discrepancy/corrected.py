@@ -1,0 +1,54 @@
+"""The model file with what was named: effects appended, numbers corrected."""
+
+from __future__ import annotations
+
+import math
+
+from gimbal_hil.discrepancy.hypothesis import parameters_of, values_of
+from gimbal_hil.discrepancy.twin import number_slot
+from gimbal_hil.discrepancy.workflow import Diagnosis
+from sim_backend.effects import CATALOGUE
+from sim_backend.model import AntennaModel
+
+_SOURCE = "identified by gimbal-hil discrepancy"
+
+
+def corrected_model(diagnosis: Diagnosis) -> AntennaModel | None:
+    """The input model with the named effects appended or corrected; None when nothing was added."""
+    best = diagnosis.best.hypothesis
+    if not diagnosis.complete or not best.causes:
+        return None
+    changed = recalibrated_model(diagnosis)
+    numbers: dict[tuple[str, str], float] = {}
+    for index, (effect, axis) in enumerate(best.labels):
+        values = {name: value for name, (value, _) in values_of(diagnosis.model, diagnosis.search.twin, best, index).items()}
+        if not CATALOGUE[effect].is_number:
+            changed = changed.with_effect(effect, axis, values)
+        for parameter in CATALOGUE[effect].parameters:
+            if parameter.path is not None and parameter.name in values:
+                numbers[axis, diagnosis.model.number_path(axis, parameter.path)] = values[parameter.name]
+        if effect == "backlash":
+            path = diagnosis.model.own_inertia_path(axis)
+            numbers[axis, path] = float(parameters_of(diagnosis.search.twin, best)[1][number_slot(diagnosis.model, axis, path)])
+    return with_numbers(changed, numbers)
+
+
+def recalibrated_model(diagnosis: Diagnosis) -> AntennaModel:
+    """The input model with the known numbers where they came to rest."""
+    best = diagnosis.best.hypothesis
+    moved = {(k.axis, k.path): diagnosis.model.number(k.axis, k.path) * math.exp(y) for k, y in zip(best.floating, best.y, strict=True)}
+    return with_numbers(diagnosis.model, moved)
+
+
+def with_numbers(model: AntennaModel, numbers: dict[tuple[str, str], float]) -> AntennaModel:
+    """Several numbers at once, in an order in which break-away never falls below Coulomb."""
+
+    def order(item: tuple[tuple[str, str], float]) -> int:
+        (axis, path), value = item
+        rising = value >= model.number(axis, path)
+        return {"friction.breakaway": 0 if rising else 3, "friction.coulomb": 1 if rising else 2}.get(path, 1)
+
+    for (axis, path), value in sorted(numbers.items(), key=order):
+        if value != model.number(axis, path):
+            model = model.with_number(axis, path, value, _SOURCE)
+    return model
