@@ -9,6 +9,7 @@ import pytest
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.experiments.thesis import as_text, run_thesis
+from gimbal_hil.experiments.thesis.step_size import step_convergence
 
 
 def test_a_folder_with_a_report_is_not_overwritten(tmp_path: Path) -> None:
@@ -16,6 +17,12 @@ def test_a_folder_with_a_report_is_not_overwritten(tmp_path: Path) -> None:
     with pytest.raises(BadInputError, match="exists already; expected another --out, or --force"):
         run_thesis(tmp_path)
     assert (tmp_path / "report.html").read_text() == "kept"
+
+
+def test_the_whole_antenna_on_a_moving_base_converges_at_second_order() -> None:
+    found = step_convergence()
+    assert all(1.8 < order < 2.2 for order in found.orders)
+    assert dict(zip(found.step_s, found.error_rad, strict=True))[1e-4] < 2e-6
 
 
 @pytest.mark.heavy
@@ -29,6 +36,12 @@ def test_the_whole_validation_leaves_page_text_and_numbers_that_agree(tmp_path: 
     assert sum(table["verdict"] == "reproduced" for table in numbers["tables"]) == 7
     page, text = report.page.read_text(), (tmp_path / "thesis" / "report.txt").read_text()
     assert text == as_text(report) + "\n"
-    for heading in ("Controller tables", "Unbalance on a moving base", "Slips of the thesis", "Friction over temperature"):
+    for heading in (
+        "Controller tables",
+        "Unbalance on a moving base",
+        "Slips of the thesis",
+        "Friction over temperature",
+        "Step size of the plant",
+    ):
         assert heading in page
     assert 'src="http' not in page

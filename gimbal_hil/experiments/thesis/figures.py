@@ -9,6 +9,7 @@ from gimbal_hil.experiments.thesis.controller_tables import TableResult
 from gimbal_hil.experiments.thesis.friction_curves import FrictionCurves
 from gimbal_hil.experiments.thesis.printed import Loop
 from gimbal_hil.experiments.thesis.sliding import SlidingSweep
+from gimbal_hil.experiments.thesis.step_size import Convergence
 from gimbal_hil.experiments.thesis.unbalance import Unbalance, UnbalanceRun
 from gimbal_hil.report.figures import ALERT, MEASURED, MODEL, REFERENCE, figure, thinned
 
@@ -114,4 +115,16 @@ def temperature_figure(sweeps: Sequence[SlidingSweep]) -> Figure:
             x=sweep.rate_rad_s, y=sweep.friction_nm, mode="lines+markers", name=f"{sweep.temperature_degc:g} degC", line={"color": colour}
         )
     drawn.update_xaxes(type="log")
+    return drawn
+
+
+def convergence_figure(found: Convergence) -> Figure:
+    """Error over step, and the slope of a second-order method."""
+    drawn = figure("The plant's error over its step", "plant step (s)", "position error after a second (rad)")
+    drawn.add_scatter(x=found.step_s, y=found.error_rad, mode="lines+markers", name="whole antenna", line={"color": MEASURED})
+    finest_step, finest_error = found.step_s[-1], found.error_rad[-1]
+    slope = [finest_error * (step / finest_step) ** 2 for step in found.step_s]
+    drawn.add_scatter(x=found.step_s, y=slope, mode="lines", name="second order", line={"color": REFERENCE, "dash": "dot"})
+    drawn.update_xaxes(type="log")
+    drawn.update_yaxes(type="log", exponentformat="power")
     return drawn

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gimbal_hil.experiments.thesis.figures import (
+    convergence_figure,
     friction_figure,
     loop_figure,
     overshoot_figure,
@@ -18,12 +19,14 @@ from gimbal_hil.experiments.thesis.figures import (
 )
 from gimbal_hil.experiments.thesis.printed import UNBALANCE_REFERENCES_RAD_S
 from gimbal_hil.experiments.thesis.text import (
+    CONVERGENCE_HEADER,
     SLIP_HEADER,
     SUMMARY_HEADER,
     TABLE_HEADER,
     TEMPERATURE_HEADER,
     UNBALANCE_HEADER,
     as_text,
+    convergence_rows,
     slip_rows,
     summary_rows,
     table_rows,
@@ -72,6 +75,7 @@ def as_document(report: ThesisReport) -> dict[str, Any]:
             }
             for result in report.tables
         ],
+        "convergence": {"step_s": list(report.convergence.step_s), "error_rad": list(report.convergence.error_rad)},
         "claims": [{"claim": claim.text, "holds": claim.holds, "evidence": claim.evidence} for claim in report.claims],
         "slips": [
             {"slip": str(effect.slip.name).lower(), "median_error": effect.median_error, "largest_error": effect.largest_error}
@@ -89,7 +93,7 @@ def thesis_page(report: ThesisReport) -> Page:
     return Page(
         "The thesis, run again",
         "T. Seref, Dynamic modelling and control of a gimballed airborne antenna platform with mass unbalance and friction, METU 2018",
-        (*_tables(report), *_unbalance(report), *_slips(report), *_friction(report), *_temperature(report)),
+        (*_tables(report), *_unbalance(report), *_slips(report), *_friction(report), *_temperature(report), *_step_size(report)),
     )
 
 
@@ -203,4 +207,12 @@ def _temperature(report: ThesisReport) -> list[Block]:
         ),
         *(Plot(temperature_figure(sweeps)) for sweeps in report.sweeps),
         Table(TEMPERATURE_HEADER, temperature_rows(report), "Friction (N m) at three speeds and at the minimum of each curve."),
+    ]
+
+
+def _step_size(report: ThesisReport) -> list[Block]:
+    return [
+        Heading("Step size of the plant"),
+        Plot(convergence_figure(report.convergence), "Whole antenna on a moving base, with friction and reversals; shipped step 0.1 ms."),
+        Table(CONVERGENCE_HEADER, convergence_rows(report)),
     ]

@@ -27,6 +27,9 @@ def as_text(report: ThesisReport) -> str:
             "",
             *_temperature(report),
             "",
+            "Step size: position error of the whole antenna on a moving base after a second with reversals",
+            *columns(CONVERGENCE_HEADER, convergence_rows(report)),
+            "",
             f"wall time of the whole validation: {report.wall_time_s:.1f} s",
         ]
     )
@@ -188,3 +191,13 @@ def _temperature(report: ThesisReport) -> list[str]:
     simulated = sum(sweep.simulated_s for sweeps in report.sweeps for sweep in sweeps)
     lines = [f"Sliding sweeps over temperature (assumed scaling, thesis-temperature.yaml): {simulated:.0f} s simulated"]
     return lines + columns(TEMPERATURE_HEADER, temperature_rows(report))
+
+
+CONVERGENCE_HEADER = ("plant step s", "error rad", "order")
+
+
+def convergence_rows(report: ThesisReport) -> list[list[str]]:
+    """Per step: position error, and the order from the step before."""
+    orders = ["-", *(f"{order:.2f}" for order in report.convergence.orders)]
+    pairs = zip(report.convergence.step_s, report.convergence.error_rad, orders, strict=True)
+    return [[f"{step:g}", f"{error:.2g}", order] for step, error, order in pairs]

@@ -14,6 +14,7 @@ from gimbal_hil.experiments.thesis.inferred import LEVEL, TILTED
 from gimbal_hil.experiments.thesis.printed import GAIN_TABLES, PREFILTER_TABLES
 from gimbal_hil.experiments.thesis.sliding import TEMPERATURES_DEGC, SlidingSweep, sliding_sweep, warm_antenna
 from gimbal_hil.experiments.thesis.slip_effects import SlipEffect, slip_effects
+from gimbal_hil.experiments.thesis.step_size import Convergence, step_convergence
 from gimbal_hil.experiments.thesis.unbalance import Claim, Unbalance, UnbalanceRun, claims, run_all_cases, run_unbalance
 from sim_backend.model import shipped_model
 from sim_backend.thesis_slips import Slip
@@ -36,6 +37,7 @@ class ThesisReport:
     friction: tuple[FrictionCurves, ...]
     #: per axis, then per temperature; 20 degC is the thesis' own antenna
     sweeps: tuple[tuple[SlidingSweep, ...], ...]
+    convergence: Convergence
     wall_time_s: float
     page: Path | None = None
 
@@ -70,7 +72,9 @@ def run_thesis(out: Path | None = None, force: bool = False, progress: Progress 
     friction = tuple(friction_curves(shipped_model(), axis) for axis in AXES)
     told("sliding sweeps from -40 to 85 degC", 0.85)
     sweeps = tuple(tuple(sliding_sweep(warm_antenna(degc), axis, degc) for degc in TEMPERATURES_DEGC) for axis in AXES)
-    report = ThesisReport(tuple(tables), level, runs, stated, slips, friction, sweeps, time.perf_counter() - begun)
+    told("step size of the plant", 0.96)
+    convergence = step_convergence()
+    report = ThesisReport(tuple(tables), level, runs, stated, slips, friction, sweeps, convergence, time.perf_counter() - begun)
     told("report", 0.98)
     if out is None:
         return report
