@@ -105,27 +105,25 @@ def test_a_step_over_a_real_driver_stack_and_an_antenna_that_goes_away_and_comes
 
 
 def step(daemon: RunningDaemon, client: OperatorClient, outer: float, inner: float) -> None:
-    """Both axes to a position; a machine that stalls for longer than the antenna's deadman ends a try, then it is made again."""
-    tries: list[str] = []
-    while len(tries) < 20:
+    """Both axes to a position and there for HALF_S altogether; a stall longer than the limits above interrupts it, and it is taken up again."""
+    held_s, interruptions = 0.0, 0
+    while held_s < HALF_S and interruptions < 50:
         status = daemon.until_state(client, "idle", "fault")
         if status["host_state"] == "fault":
+            interruptions += 1
             time.sleep(0.5)
-            status = client.request("status")["status"]
-            if status["host_state"] == "fault" and status["link"] != "lost":
-                tries.append(f"fault: drive {status['drive_state']} {status['drive_fault']}")
+            if client.request("status")["status"]["host_state"] == "fault":
                 client.request("fault_reset")
             continue
         client.request("set_point", mode="position", outer=outer, inner=inner)
-        end = time.monotonic() + HALF_S
-        while time.monotonic() < end and status["host_state"] in ("active", "idle"):
+        began = time.monotonic()
+        while held_s + time.monotonic() - began < HALF_S and status["host_state"] in ("active", "idle"):
             time.sleep(0.02)
             status = client.request("status")["status"]
-        place = status["position_rad"]
-        if status["host_state"] == "active" and abs(place["outer"] - outer) < 0.02 and abs(place["inner"] - inner) < 0.02:
-            return
-        tries.append(f"{status['host_state']} at {place}")
-    raise AssertionError(f"the step was never finished: {tries}")
+        held_s += time.monotonic() - began
+    place = status["position_rad"]
+    print(f"step to {outer}, {inner}: at {place} after {held_s:.1f} s, interrupted {interruptions} times")
+    assert abs(place["outer"] - outer) < 0.02 and abs(place["inner"] - inner) < 0.02
 
 
 def assert_stopped_while_the_antenna_was_away(run: Path) -> None:
