@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -48,24 +50,24 @@ def command(
     outlet = open_outlet(*place) if isinstance(place, tuple) else join_bus(place)
     try:
         server = DeviceServer(Device(antenna, rate_hz=settings.rate_hz, seed=noise_seed), outlet.link)
-        _announce(outlet, antenna.name, settings.rate_hz, ready_file, as_json)
-        signalled = _serve(server, duration)
+        with _signals_stop(server) as signals:
+            _announce(outlet, antenna.name, settings.rate_hz, ready_file, as_json)
+            _serve(server, duration)
     finally:
         outlet.link.close()
         if ready_file is not None:
             ready_file.unlink(missing_ok=True)
     if as_json:
-        print(json.dumps({"event": "done", "interrupted": signalled, **server.statistics.as_dict()}))
+        print(json.dumps({"event": "done", "interrupted": bool(signals), **server.statistics.as_dict()}))
     else:
         print("\n".join(_lines(server)))
-    return EXIT_INTERRUPTED if signalled else EXIT_DONE
+    return EXIT_INTERRUPTED if signals else EXIT_DONE
 
 
-def _serve(server: DeviceServer, duration_s: float | None) -> bool:
-    """Serve until the time is over or a signal comes; answers whether one came. The handlers before are put back."""
+@contextmanager
+def _signals_stop(server: DeviceServer) -> Iterator[list[int]]:
+    """SIGINT and SIGTERM end the serving; gives the list in which they are kept. The handlers before are put back."""
     import signal
-
-    from gimbal_hil.daemon.real_time import control_and_witness_cores, real_time
 
     signals: list[int] = []
 
@@ -75,13 +77,18 @@ def _serve(server: DeviceServer, duration_s: float | None) -> bool:
 
     before = {number: signal.signal(number, stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        # on the core that a daemon of this machine leaves free, and behind it in priority
-        with real_time(priority=55, core=control_and_witness_cores()[1]):
-            server.serve(None if duration_s is None else round(duration_s * 1e9))
+        yield signals
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-    return bool(signals)
+
+
+def _serve(server: DeviceServer, duration_s: float | None) -> None:
+    from gimbal_hil.daemon.real_time import control_and_witness_cores, real_time
+
+    # on the core that a daemon of this machine leaves free, and behind it in priority
+    with real_time(priority=55, core=control_and_witness_cores()[1]):
+        server.serve(None if duration_s is None else round(duration_s * 1e9))
 
 
 def _antenna_of(settings: DaemonSettings, model: str | None, seed: int | None) -> tuple[AntennaModel, int]:
@@ -121,11 +128,6 @@ def _announce(outlet: Outlet, model: str, rate_hz: float, ready_file: Path | Non
 
     from firmware_protocol.errors import BadInputError
 
-    if as_json:
-        ready = {"event": "ready", "link": outlet.kind.value, "path": outlet.path, "model": model, "rate_hz": rate_hz, "pid": os.getpid()}
-        print(json.dumps(ready), flush=True)
-    else:
-        print(f"{model} at {rate_hz:g} Hz on {outlet.kind.value} {outlet.path}; Ctrl-C ends it", flush=True)
     if ready_file is not None:
         fresh = ready_file.with_name(f".{ready_file.name}.{os.getpid()}")
         try:
@@ -135,6 +137,11 @@ def _announce(outlet: Outlet, model: str, rate_hz: float, ready_file: Path | Non
             raise BadInputError(
                 f"--ready-file {ready_file}", f"cannot be written ({error.strerror})", "a file in a folder that there is"
             ) from None
+    if as_json:
+        ready = {"event": "ready", "link": outlet.kind.value, "path": outlet.path, "model": model, "rate_hz": rate_hz, "pid": os.getpid()}
+        print(json.dumps(ready), flush=True)
+    else:
+        print(f"{model} at {rate_hz:g} Hz on {outlet.kind.value} {outlet.path}; Ctrl-C ends it", flush=True)
 
 
 def _lines(server: DeviceServer) -> list[str]:
