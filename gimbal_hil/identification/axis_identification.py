@@ -111,7 +111,7 @@ def _bristles(
     """sigma0 from the exact presliding curve, then sigma0 and sigma1 from simulated motion; the curve again with the new sigma1."""
     breakaway = max(known.static.breakaway, 1e-9)
     presliding = (
-        fit_presliding(evidence.presliding, breakaway, step, known.sigma0, known.sigma1, curve=known.static)
+        fit_presliding(evidence.presliding, breakaway, step, known.sigma0, known.sigma1, False, known.static)
         if evidence.presliding
         else None
     )
@@ -125,7 +125,7 @@ def _bristles(
     dynamic = fit_output_error(records, evidence.inertia, known, free, step, rule, executor)
     sigma1 = next(e for e in dynamic.estimates if e.name == "sigma1")
     if presliding is not None and sigma1.verdict is Verdict.IDENTIFIED:
-        presliding = fit_presliding(evidence.presliding, breakaway, step, known.sigma0, sigma1.value, curve=known.static)
+        presliding = fit_presliding(evidence.presliding, breakaway, step, known.sigma0, sigma1.value, True, known.static)
     return presliding, dynamic
 
 

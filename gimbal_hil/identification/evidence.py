@@ -21,6 +21,8 @@ _PLATEAU_STEPS, _PLATEAU_S = 100.0, 0.5
 _SLOW_SHARE = 0.02
 #: at the start of a torque-driven stretch the joint moves less than this many encoder steps in 50 ms
 _REST_STEPS, _REST_S = 4.0, 0.05
+#: a reference speed that stays within this share of itself is one speed
+_SAME_REFERENCE = 0.02
 
 
 @dataclass(frozen=True)
@@ -57,15 +59,16 @@ def collect(logs: Sequence[Log], model: AntennaModel, axis: str) -> Evidence:
     slow = _SLOW_SHARE * model.number(axis, "friction.breakaway")
     for log in logs:
         for stretch in log.stretches[axis]:
-            position = log.table.position(axis)[stretch.start : stretch.stop]
+            start = _end_of_rest(log.table, stretch, axis) if stretch.drive is Drive.TORQUE else stretch.start
+            position = log.table.position(axis)[start : stretch.stop]
             duration = len(position) * log.table.period_s
             if stretch.drive is Drive.OFF or len(position) < 40:
                 continue
             far = abs(float(position[-1] - position[0])) > _PLATEAU_STEPS * step and duration > _PLATEAU_S
             torque_driven = stretch.drive is Drive.TORQUE and _at_rest(position, log.table.period_s, step)
-            if not torque_driven and not (stretch.drive is Drive.LOOP and far):
+            if not torque_driven and not (stretch.drive is Drive.LOOP and far and _asks_for_one_speed(log.table, stretch, axis)):
                 continue
-            part = log.table.rows(stretch.start, stretch.stop)
+            part = log.table.rows(start, stretch.stop)
             load = axis_load(part, model, axis)
             inertias.append(load.inertia)
             label = f"{log.name}: {stretch.label}"
@@ -77,6 +80,23 @@ def collect(logs: Sequence[Log], model: AntennaModel, axis: str) -> Evidence:
                 presliding.append(PreslidingRun(label, part.time_s, position, load.friction))
     inertia = float(np.mean(inertias)) if inertias else None
     return Evidence(axis, tuple(plateaus), tuple(presliding), tuple(records), inertia)
+
+
+def _end_of_rest(table: SignalsTable, stretch: Stretch, axis: str) -> int:
+    """First row to use: a torque that rests before it changes has the joint in balance only at the end of that rest."""
+    command = table.torque(axis)[stretch.start : stretch.stop]
+    changed = np.flatnonzero(command != command[0])
+    rest = int(changed[0]) if len(changed) else 0
+    return stretch.start + max(0, rest - max(2, int(round(_REST_S / table.period_s))))
+
+
+def _asks_for_one_speed(table: SignalsTable, stretch: Stretch, axis: str) -> bool:
+    """Whether the loop was to follow one constant speed, as far as its reference is known: moves and holds give no plateau."""
+    reference = table.signal(axis, "rate_ref")
+    if reference is None:
+        return True
+    low, middle, high = np.percentile(reference[stretch.start : stretch.stop], (10.0, 50.0, 90.0))
+    return bool(abs(middle) > 0.0 and high - low <= _SAME_REFERENCE * abs(middle))
 
 
 def _at_rest(position: np.ndarray, period_s: float, step: float) -> bool:

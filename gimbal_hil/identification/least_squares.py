@@ -61,11 +61,10 @@ class Fit:
         return max(1.0, self.sum_of_squares / max(1, self.degrees_of_freedom))
 
     def coordinate_errors(self) -> Vector:
-        """Standard errors of the search coordinates from the curvature, shape (p,); infinite for a direction without influence."""
+        """Standard errors of the search coordinates from the curvature, shape (p,); huge for a direction without influence."""
         _, singular, vt = np.linalg.svd(self.jacobian, full_matrices=False)
         floor = singular[0] * 1e-10 if singular.size else 0.0
-        with np.errstate(divide="ignore"):
-            spread = (vt.T**2) @ np.where(singular > floor, 1.0 / singular**2, np.inf)
+        spread = (vt.T**2) @ (1.0 / np.maximum(singular, max(floor, 1e-150)) ** 2)
         return np.asarray(np.sqrt(spread * self.variance_scale))
 
 

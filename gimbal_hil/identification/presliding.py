@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from gimbal_hil.identification.averaging import Vector
-from gimbal_hil.identification.estimate import Estimate, Verdict, settle, withheld
+from gimbal_hil.identification.estimate import Estimate, Interval, Verdict, settle, withheld
 from gimbal_hil.identification.least_squares import Fit, Parameter, fit
 from gimbal_hil.identification.profile import ProfileTask, profile_interval, robust_variance_ratio
 from gimbal_hil.identification.stribeck import StaticFriction, stribeck_bump
@@ -160,15 +160,15 @@ def fit_presliding(
     encoder_step: float,
     prior_sigma0: float | None = None,
     sigma1: float = 0.0,
-    breakaway_is_known: bool = False,
+    sigma1_is_known: bool = True,
     curve: StaticFriction | None = None,
 ) -> PreslidingFit | None:
-    """Fit sigma0 (and, from the bend of the curve, Ts) to presliding runs; None when no run has usable rows.
+    """Fit sigma0, and Ts from the bend of the curve, to presliding runs; None when no run has usable rows.
 
-    `breakaway` (N m) starts the search and limits the rows to nine tenths of it; with `breakaway_is_known` it stays. `sigma1` is
-    the bristle damping where already known. Residuals carry the encoder step and are correlated along a ramp: intervals are profile
-    likelihoods widened by the autocorrelation-robust variance of the residuals. `curve` is the steady curve as far as known: with it the
-    level sinks with the speed that a ramp reaches near break-away.
+    `breakaway` (N m) starts the search and limits the rows to nine tenths of it. `sigma1` is the bristle damping; when it is not
+    known the intervals are stretched over what none and twice as much of it would give. `curve` is the steady
+    curve as far as known: with it the level sinks with the speed that a ramp reaches near break-away. Intervals are profile
+    likelihoods widened by the autocorrelation-robust variance of the residuals, which carry the encoder step.
     """
     used = tuple(cut for run in runs if (cut := _below(run, _HIGHEST_SHARE * breakaway)) is not None)
     if not used:
@@ -180,51 +180,44 @@ def fit_presliding(
         nothing = withheld("sigma0", "N m/rad", prior_sigma0, reason, _SIGMA0_EXPERIMENT)
         seen = withheld("breakaway", "N m", breakaway, reason, _BREAKAWAY_EXPERIMENT)
         return PreslidingFit(nothing, seen, used, tuple(np.full(len(r.time_s), np.nan) for r in used), steps, float("nan"), float("nan"))
-    secant = _secant(used)
-    known = breakaway if breakaway_is_known else None
-    residuals, best, ratio = _solve(used, secant, breakaway, encoder_step, (sigma1, curve), known)
-    parameters = _parameters(secant, breakaway, known)
-    task = ProfileTask(residuals, parameters, best, ratio)
-    sigma0 = settle("sigma0", float(best.values[0]), profile_interval(task, 0), "N m/rad", prior_sigma0, _SIGMA0_EXPERIMENT)
-    if known is None:
-        seen = settle("breakaway", float(best.values[1]), profile_interval(task, 1), "N m", breakaway, _BREAKAWAY_EXPERIMENT)
-    else:
-        seen = withheld("breakaway", "N m", breakaway, "taken from the velocity map", _BREAKAWAY_EXPERIMENT)
-    predicted = tuple(residuals.aligned(number, best.values) for number in range(len(used)))
-    rms = float(np.sqrt(np.nanmean(np.concatenate([run.position - path for run, path in zip(used, predicted, strict=True)]) ** 2)))
+    residuals, best = _solve(used, breakaway, encoder_step, sigma1, curve)
+    task = ProfileTask(residuals, _parameters(used, breakaway), best, robust_variance_ratio(best))
+    others = () if sigma1_is_known else (_solve(used, breakaway, encoder_step, other, curve)[1].values for other in (0.0, 2.0 * sigma1))
+    spread = np.stack([best.values, *others])
+    intervals = [_stretched(profile_interval(task, index), spread[:, index]) for index in (0, 1)]
+    sigma0 = settle("sigma0", float(best.values[0]), intervals[0], "N m/rad", prior_sigma0, _SIGMA0_EXPERIMENT)
+    seen = settle("breakaway", float(best.values[1]), intervals[1], "N m", breakaway, _BREAKAWAY_EXPERIMENT)
     if sigma0.verdict is Verdict.IDENTIFIED and steps < STEPS_FOR_SIGMA1:
-        sigma0 = Estimate("sigma0", sigma0.value, sigma0.interval, sigma0.unit, Verdict.WEAKLY_IDENTIFIED, sigma0.fitted, prior_sigma0,
-                          f"only {steps:.1f} encoder steps of presliding travel", _SIGMA0_EXPERIMENT)  # fmt: skip
-    return PreslidingFit(sigma0, seen, used, predicted, steps, secant, rms)
+        few = f"only {steps:.1f} encoder steps of presliding travel"
+        sigma0 = replace(sigma0, verdict=Verdict.WEAKLY_IDENTIFIED, reason=few, experiment=_SIGMA0_EXPERIMENT)
+    predicted = tuple(residuals.aligned(number, best.values) for number in range(len(used)))
+    misfit = np.concatenate([run.position - path for run, path in zip(used, predicted, strict=True)])
+    return PreslidingFit(sigma0, seen, used, predicted, steps, _secant(used), float(np.sqrt(np.nanmean(misfit**2))))
 
 
-def _parameters(secant: float, breakaway: float, known: float | None) -> tuple[Parameter, ...]:
-    level = Parameter("breakaway", 0.5 * breakaway, 3.0 * breakaway)
-    if known is not None:
-        level = Parameter("breakaway", known * (1.0 - 1e-9), known * (1.0 + 1e-9))
-    return (Parameter("sigma0", secant / 30.0, secant * 30.0), level)
+def _stretched(interval: Interval, values: Vector) -> Interval:
+    return replace(interval, low=min(interval.low, float(np.min(values))), high=max(interval.high, float(np.max(values))))
+
+
+def _parameters(runs: Sequence[PreslidingRun], breakaway: float) -> tuple[Parameter, ...]:
+    secant = _secant(runs)
+    return (Parameter("sigma0", secant / 30.0, secant * 30.0), Parameter("breakaway", 0.5 * breakaway, 3.0 * breakaway))
 
 
 def _solve(
-    runs: tuple[PreslidingRun, ...],
-    secant: float,
-    breakaway: float,
-    encoder_step: float,
-    bending: tuple[float, StaticFriction | None],
-    known: float | None,
-) -> tuple[_PathResiduals, Fit, Vector]:
-    """Fit once with the encoder's own error, once more with the scatter that was found; answers the widening for correlation too."""
+    runs: tuple[PreslidingRun, ...], breakaway: float, encoder_step: float, sigma1: float, curve: StaticFriction | None
+) -> tuple[_PathResiduals, Fit]:
+    """Fit once with the encoder's own error, once more with the scatter that was found."""
     floor = max(encoder_step / np.sqrt(12.0), 1e-12)
-    parameters = _parameters(secant, breakaway, known)
-    starts = [np.array([secant * factor, breakaway]) for factor in (1.0, 1.5, 3.0)]
+    parameters = _parameters(runs, breakaway)
+    starts = [np.array([_secant(runs) * factor, breakaway]) for factor in (1.0, 1.5, 3.0)]
     legs = tuple(np.where(np.abs(run.friction) < _COMPARED_SHARE * breakaway, monotonic_legs(run.friction), -1) for run in runs)
-    residuals = _PathResiduals(runs, tuple(floor for _ in runs), legs, *bending)
+    residuals = _PathResiduals(runs, tuple(floor for _ in runs), legs, sigma1, curve)
     best = fit(residuals, parameters, starts)
     ends = np.cumsum([int(np.sum(leg >= 0)) for leg in legs])[:-1]
     scatter = tuple(max(floor, floor * float(np.std(piece))) for piece in np.split(best.residuals, ends))
-    residuals = _PathResiduals(runs, scatter, legs, *bending)
-    best = fit(residuals, parameters, [best.values])
-    return residuals, best, robust_variance_ratio(best)
+    residuals = _PathResiduals(runs, scatter, legs, sigma1, curve)
+    return residuals, fit(residuals, parameters, [best.values])
 
 
 def _below(run: PreslidingRun, limit: float) -> PreslidingRun | None:

@@ -11,6 +11,21 @@ from gimbal_hil.identification.segments import Drive, Stretch, stretches_of_run,
 from gimbal_hil.runs import is_run_folder, open_run
 from gimbal_hil.signals import SignalsTable, read_signals, signals_of_run
 
+#: where an experiment with a thinned log keeps the signals of its steps
+STEPS_FOLDER = "steps"
+
+
+def read_logs(
+    path: Path, axes: Sequence[str], *, torque_driven: bool = False, resample: bool = False, drop_invalid: bool = False
+) -> tuple[Log, ...]:
+    """All logs of a path: the tables of its steps where an experiment with a thinned log left them, else the one of `read_log`."""
+    steps = sorted((path / STEPS_FOLDER).glob("*.parquet")) if is_run_folder(path) else []
+    if not steps:
+        return (read_log(path, axes, torque_driven=torque_driven, resample=resample, drop_invalid=drop_invalid),)
+    # a step without a reference was driven by torque: the table's own run says so
+    logs = (read_log(step, axes, torque_driven=True, resample=resample, drop_invalid=drop_invalid) for step in steps)
+    return tuple(replace(log, name=f"{path.name}: {STEPS_FOLDER}/{log.name}") for log in logs)
+
 
 def read_log(path: Path, axes: Sequence[str], *, torque_driven: bool = False, resample: bool = False, drop_invalid: bool = False) -> Log:
     """One log; `torque_driven` says that a bare table without references was recorded under torque commanded directly, no loop.

@@ -68,3 +68,12 @@ def test_rows_near_and_beyond_break_away_are_not_used() -> None:
 def test_a_run_without_torque_gives_no_fit() -> None:
     still = PreslidingRun("still", np.arange(100) * 1e-3, np.zeros(100), np.zeros(100))
     assert fit_presliding([still], TS, ENCODER_STEP) is None
+
+
+def test_an_unknown_damping_widens_the_interval_until_it_holds_the_truth() -> None:
+    wrong = 0.6 * OUTER.sigma1
+    sure = fit_presliding([_run(seconds=15.0)], TS, ENCODER_STEP, sigma1=wrong, curve=OUTER.static)
+    unsure = fit_presliding([_run(seconds=15.0)], TS, ENCODER_STEP, sigma1=wrong, sigma1_is_known=False, curve=OUTER.static)
+    assert sure is not None and unsure is not None
+    assert not sure.sigma0.interval.covers(SIGMA0)
+    assert unsure.sigma0.interval.covers(SIGMA0)
