@@ -105,7 +105,7 @@ def test_a_step_over_a_real_driver_stack_and_an_antenna_that_goes_away_and_comes
 
 
 def step(daemon: RunningDaemon, client: OperatorClient, outer: float, inner: float) -> None:
-    """Both axes to a position and there for HALF_S altogether; a stall longer than the limits above interrupts it, and it is taken up again."""
+    """Both axes to a position for HALF_S altogether; a stall beyond the limits above interrupts that, and it is taken up again."""
     held_s, interruptions = 0.0, 0
     while held_s < HALF_S and interruptions < 50:
         status = daemon.until_state(client, "idle", "fault")
