@@ -70,7 +70,7 @@ def _identify(
     from rich.progress import Progress
 
     from gimbal_hil.identification import identify_axis
-    from gimbal_hil.identification.reading import read_log
+    from gimbal_hil.identification.reading import read_logs
 
     torque_driven, resample, drop_invalid = reading
     console = Console(stderr=True)
@@ -78,7 +78,7 @@ def _identify(
         task = bar.add_task("reading logs", total=len(runs) + len(axes))
         logs: list[Log] = []
         for path in runs:
-            logs.append(read_log(path, model.axes, torque_driven=torque_driven, resample=resample, drop_invalid=drop_invalid))
+            logs += read_logs(path, model.axes, torque_driven=torque_driven, resample=resample, drop_invalid=drop_invalid)
             bar.advance(task)
         results = []
         pool: Callable[[], ProcessPoolExecutor] = lambda: ProcessPoolExecutor(workers, mp_context=get_context("spawn"))  # noqa: E731

@@ -19,6 +19,7 @@ from firmware_protocol.errors import BadInputError, GimbalHilError, SafetyStopEr
 from gimbal_hil.experiments.antenna import Antenna, Followed
 from gimbal_hil.experiments.checkpoint import Checkpoint, read_checkpoint, remove_checkpoint, write_checkpoint
 from gimbal_hil.experiments.experiment import AXES, Experiment, Row, Signals, Step, move_to
+from gimbal_hil.experiments.step_signals import write_step_signals
 from gimbal_hil.host import EventCode, Segment
 from gimbal_hil.runs import EventKind, RunWriter
 from gimbal_hil.runs.header import RunHeader
@@ -116,6 +117,8 @@ class _Session:
             for number in range(start.done, len(steps)):
                 step = steps[number]
                 followed = self._follow(number, step)
+                if step.measured and self.experiment.every > 1:
+                    write_step_signals(self.writer.folder, number, followed.signals)
                 if step.measured:
                     row = self.experiment.measure(step, followed.signals)
                     if row is not None:

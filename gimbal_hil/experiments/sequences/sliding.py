@@ -44,10 +44,6 @@ def build(options: SequenceOptions) -> Experiment:
         steps.append(step_of(f"{axis} to its start", options.rate_hz, 4.0, home))
         for speed in speeds:
             steps += _both_directions(axis, speed, options)
-    ends = (speeds[0], speeds[-1])
-    drawn = (
-        frozenset(step.name for step in steps if step.measured and step.meaning["speed_rad_s"] in ends) if options.short else frozenset()
-    )
     every = options.every or (1 if options.short else DECIMATIONS[-1])
     return Experiment("sliding", "Sliding friction at constant speeds", tuple(steps), measure, conclude, every=every)
 

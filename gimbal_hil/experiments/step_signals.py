@@ -1,0 +1,28 @@
+"""Signals of long steps: an experiment whose log is thinned out leaves a signals table for each of its measured steps.
+
+Frames of a whole sliding sequence would fill a disk, and its log rows hold no measurement. So each measured step of a thinned experiment
+has a table of its own, `steps/<number>.parquet`, at the constant rate that the step asked for: input of identification and of anyone else.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from gimbal_hil.experiments.experiment import AXES, Signals
+
+STEPS_FOLDER = "steps"
+
+
+def write_step_signals(folder: Path, number: int, signals: Signals) -> Path:
+    """Keep the signals of step `number`; columns that hold nothing (references of open loops) are left out."""
+    from gimbal_hil.signals import SignalsTable, column_names, write_signals
+
+    known = column_names(AXES)
+    columns = {name: values for name, values in signals.items() if name in known and name != "time_s" and np.all(np.isfinite(values))}
+    path = folder / STEPS_FOLDER / f"{number:04d}.parquet"
+    path.parent.mkdir(exist_ok=True)
+    table = SignalsTable.of(AXES, signals["time_s"], columns)
+    write_signals(table, path, force=True)
+    return path
