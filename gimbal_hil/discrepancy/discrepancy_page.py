@@ -14,6 +14,7 @@ from gimbal_hil.discrepancy.workflow import Diagnosis
 from gimbal_hil.report import Block, Callout, Details, Heading, Listing, Page, Plot, Table, Text, Tiles
 from sim_backend.model import AntennaModel
 
+_GAP_CAPTION = "Rms left over per channel on hold-out rows that neither selected nor tuned anything, before and after, beside noise and processing floor."
 _TONE = {"named": "good", "no_discrepancy": "good", "ambiguous": "warning", "unexplained": "warning"}
 
 
@@ -24,12 +25,15 @@ def discrepancy_page(diagnosis: Diagnosis, verdict: dict[str, Any], corrected: A
         Callout(verdict["text"], _TONE[verdict["verdict"]]),
         Tiles((
             (verdict["verdict"].replace("_", " "), "verdict"),
-            (f"{gap['before'] / gap['noise_floor']:.1f} → {gap['after'] / gap['noise_floor']:.1f}", f"largest gap in floors, {gap['axis']} {gap['signal']}"),
+            (
+                f"{gap['before'] / gap['noise_floor']:.1f} → {gap['after'] / gap['noise_floor']:.1f}",
+                f"largest gap in floors, {gap['axis']} {gap['signal']}",
+            ),
             ("-" if gap["closed_fraction"] is None else f"{gap['closed_fraction']:.1%}", "of the gap closed on untouched data"),
             (f"{gap['noise_floor']:.2g} {gap['unit']}", "noise floor"),
         )),
         Heading("How large the gap is"),
-        Plot(_gap_figure(verdict), "Rms left over per channel on hold-out rows that neither selected nor tuned anything, before and after, beside noise and processing floor."),
+        Plot(_gap_figure(verdict), _GAP_CAPTION),
     ]  # fmt: skip
     if verdict["effects"]:
         blocks += [Heading("What was named"), _effects_table(verdict)]
@@ -37,18 +41,36 @@ def discrepancy_page(diagnosis: Diagnosis, verdict: dict[str, Any], corrected: A
         blocks += [Heading("What it could also be"), _alternatives(verdict)]
         if verdict["next_experiment"]:
             blocks.append(Callout(f"Run this next: {verdict['next_experiment']['plan']}", "neutral"))
-    blocks += [Heading("Where it sits"), Plot(_where_figure(diagnosis), "Share of the squared gap by regime with 90 % block-bootstrap intervals; the mark is the share of time.")]
+    blocks += [
+        Heading("Where it sits"),
+        Plot(
+            _where_figure(diagnosis),
+            "Share of the squared gap by regime with 90 % block-bootstrap intervals; the mark is the share of time.",
+        ),
+    ]
     blocks += [Heading("What was tried"), _ranking(diagnosis)]
-    blocks += [Heading("Before and after"), Plot(_time_figure(diagnosis), "Left-over signal on the hold-out, before (grey) and after (colour), with the noise floor as a band.")]
+    blocks += [
+        Heading("Before and after"),
+        Plot(
+            _time_figure(diagnosis), "Left-over signal on the hold-out, before (grey) and after (colour), with the noise floor as a band."
+        ),
+    ]
     if corrected is not None:
-        change = "\n".join(difflib.unified_diff(diagnosis.model.to_yaml().splitlines(), corrected.to_yaml().splitlines(), "model", "corrected", lineterm="", n=2))
+        change = "\n".join(
+            difflib.unified_diff(
+                diagnosis.model.to_yaml().splitlines(), corrected.to_yaml().splitlines(), "model", "corrected", lineterm="", n=2
+            )
+        )
         blocks += [Heading("What the model file gained"), Listing(change, "Difference between the input model and model.yaml.")]
     if verdict["recalibrated"]:
-        rows = [(r["axis"], r["path"], f"{r['nominal']:.4g}", f"{r['value']:.4g}", f"{r['value'] / r['nominal'] - 1:+.1%}") for r in verdict["recalibrated"]]
+        rows = [
+            (r["axis"], r["path"], f"{r['nominal']:.4g}", f"{r['value']:.4g}", f"{r['value'] / r['nominal'] - 1:+.1%}")
+            for r in verdict["recalibrated"]
+        ]
         blocks.append(Details("Known numbers that had to float", [Table(("axis", "number", "model", "refitted", "change"), rows)]))
     if verdict["not_testable"]:
-        rows = [(n["name"], n["axis"], n["reason"]) for n in verdict["not_testable"]]
-        blocks.append(Details("What this data cannot show", [Table(("effect", "axis", "reason"), rows)]))
+        unseen = [(n["name"], n["axis"], n["reason"]) for n in verdict["not_testable"]]
+        blocks.append(Details("What this data cannot show", [Table(("effect", "axis", "reason"), unseen)]))
     notes = [note for record in (*diagnosis.search.twin.records,) for note in ([record.source] if record.source else [])]
     blocks.append(Details("Data", [Text("; ".join(sources)), *([Text("; ".join(notes))] if notes else [])]))
     return Page("What the model is missing", f"Model {diagnosis.model.name}; verdict: {verdict['verdict'].replace('_', ' ')}", blocks)
@@ -63,7 +85,11 @@ def _gap_figure(verdict: dict[str, Any]) -> Any:
     drawn = figure("Left over, in noise floors", "", "rms / noise floor", 360)
     drawn.add_trace(go.Bar(name="before", x=labels, y=[g["before"] / g["noise_floor"] for g in verdict["gaps"]], marker_color=REFERENCE))
     drawn.add_trace(go.Bar(name="after", x=labels, y=[g["after"] / g["noise_floor"] for g in verdict["gaps"]], marker_color=MODEL))
-    drawn.add_trace(go.Bar(name="processing floor", x=labels, y=[g["processing_floor"] / g["noise_floor"] for g in verdict["gaps"]], marker_color=SECOND))
+    drawn.add_trace(
+        go.Bar(
+            name="processing floor", x=labels, y=[g["processing_floor"] / g["noise_floor"] for g in verdict["gaps"]], marker_color=SECOND
+        )
+    )
     drawn.add_hline(y=1.0, line_color=ALERT, annotation_text="noise floor")
     drawn.update_yaxes(type="log")
     return drawn
@@ -74,14 +100,18 @@ def _effects_table(verdict: dict[str, Any]) -> Table:
     for e in verdict["effects"]:
         for name, p in e["parameters"].items():
             nominal = "" if p["nominal"] is None else f"{p['nominal']:.4g}"
-            rows.append((f"{e['name']} ({e['axis']})", e["status"], name, f"{p['value']:.4g} {p['unit']}", f"{p['low']:.4g} .. {p['high']:.4g}", nominal,
+            value, interval = f"{p['value']:.4g} {p['unit']}", f"{p['low']:.4g} .. {p['high']:.4g}"
+            rows.append((f"{e['name']} ({e['axis']})", e["status"], name, value, interval, nominal,
                          f"{e['held_out_gain']:.1%}", f"{e['best_control_gain']:.1%}", f"{e['confidence']:.2f}"))  # fmt: skip
     header = ("effect", "status", "parameter", "value", "interval", "model had", "held-out gain", "best control", "confidence")
     return Table(header, rows, "Gain: share of the gap that the effect takes on the hold-out; control: what matched nonsense takes.")
 
 
 def _alternatives(verdict: dict[str, Any]) -> Table:
-    return Table(("could also be", "axis", "instead of", "why"), [(a["name"], a["axis"], a["instead_of"], a["reason"]) for a in verdict["alternatives"]])
+    return Table(
+        ("could also be", "axis", "instead of", "why"),
+        [(a["name"], a["axis"], a["instead_of"], a["reason"]) for a in verdict["alternatives"]],
+    )
 
 
 def _where_figure(diagnosis: Diagnosis) -> Any:
@@ -93,12 +123,28 @@ def _where_figure(diagnosis: Diagnosis) -> Any:
     j = int(np.argmax(np.mean(residual**2, axis=0)))
     found = regimes(diagnosis.search.twin, residual, diagnosis.search.twin.channels[j], j)
     labels = [f"{r.group}: {r.regime}" for r in found]
-    drawn = figure(f"Where the gap of {found[0].axis} {found[0].signal} sits" if found else "Where", "share of the squared gap", "", 120 + 26 * len(found))
+    drawn = figure(
+        f"Where the gap of {found[0].axis} {found[0].signal} sits" if found else "Where",
+        "share of the squared gap",
+        "",
+        120 + 26 * len(found),
+    )
     drawn.add_trace(go.Bar(
         y=labels, x=[r.share_of_gap for r in found], orientation="h", name="share of gap", marker_color=MEASURED,
-        error_x=dict(type="data", symmetric=False, array=[r.high - r.share_of_gap for r in found], arrayminus=[r.share_of_gap - r.low for r in found]),
+        error_x=dict(
+            type="data", symmetric=False,
+            array=[r.high - r.share_of_gap for r in found], arrayminus=[r.share_of_gap - r.low for r in found],
+        ),
     ))  # fmt: skip
-    drawn.add_trace(go.Scatter(y=labels, x=[r.share_of_time for r in found], mode="markers", name="share of time", marker=dict(symbol="line-ns-open", size=14, color=ALERT)))
+    drawn.add_trace(
+        go.Scatter(
+            y=labels,
+            x=[r.share_of_time for r in found],
+            mode="markers",
+            name="share of time",
+            marker=dict(symbol="line-ns-open", size=14, color=ALERT),
+        )
+    )
     drawn.update_layout(margin=dict(l=260))
     drawn.update_yaxes(autorange="reversed")
     return drawn
@@ -110,7 +156,9 @@ def _ranking(diagnosis: Diagnosis) -> Table:
         before = float(np.sum(np.mean(one.before.holdout**2, axis=0)))
         for tried in one.tried[:6]:
             effect, axis = tried.hypothesis.labels[-1]
-            rows.append((str(number), effect, axis, f"{one.screened.get((effect, axis), 0.0):.3g}", f"{before:.4g}", f"{tried.held_out_cost:.4g}"))
+            rows.append(
+                (str(number), effect, axis, f"{one.screened.get((effect, axis), 0.0):.3g}", f"{before:.4g}", f"{tried.held_out_cost:.4g}")
+            )
     for index, rivals in enumerate(diagnosis.rivals):
         label = diagnosis.best.hypothesis.labels[index]
         for rival in rivals[:4]:
@@ -137,9 +185,17 @@ def _time_figure(diagnosis: Diagnosis) -> Any:
     drawn = stacked([f"{c.axis} {c.signal.replace('_', ' ')}" for c in channels], "time [s]", ["floors"] * len(channels))
     for row, channel in enumerate(channels, start=1):
         j = row - 1
-        drawn.add_trace(go.Scatter(x=time[part], y=before[:first, j][part], name="before", line=dict(color=REFERENCE, width=1), showlegend=row == 1), row=row, col=1)
+        drawn.add_trace(
+            go.Scatter(x=time[part], y=before[:first, j][part], name="before", line=dict(color=REFERENCE, width=1), showlegend=row == 1),
+            row=row,
+            col=1,
+        )
         colour = AXIS_COLOURS.get(channel.axis, MODEL)
-        drawn.add_trace(go.Scatter(x=time[part], y=after[:first, j][part], name="after", line=dict(color=colour, width=1), showlegend=row == 1), row=row, col=1)
+        drawn.add_trace(
+            go.Scatter(x=time[part], y=after[:first, j][part], name="after", line=dict(color=colour, width=1), showlegend=row == 1),
+            row=row,
+            col=1,
+        )
         for level in (-1.0, 1.0):
             drawn.add_hline(y=level, line_color=ALERT, line_width=0.7, row=row, col=1)
     return drawn

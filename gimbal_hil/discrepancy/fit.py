@@ -39,14 +39,17 @@ def prior_weights(hypothesis: Hypothesis) -> Floats:
     return np.array([_RIDGE] * causes + [1.0 / known.trust for known in hypothesis.floating])
 
 
-def refit(twin: Twin, hypothesis: Hypothesis, floor: Floats, rounds: int = 3, before: Floats | None = None, spread: float = 1.0) -> Fit:
-    """Gauss-Newton with step halving. `spread` multiplies the noise against which priors are weighed (correlated rows count less)."""
+def refit(twin: Twin, hypothesis: Hypothesis, floor: Floats, rounds: int = 3, known: Floats | None = None, spread: float = 1.0) -> Fit:
+    """Gauss-Newton with step halving. `spread` multiplies the noise against which priors are weighed (correlated rows count less).
+
+    `known` are the columns of the known numbers' Jacobian where they have been computed before: they hardly change.
+    """
     weights = prior_weights(hypothesis) * spread
     x = hypothesis.vector()
-    residual = residual_of(twin, hypothesis, floor) if before is None else before
+    residual = residual_of(twin, hypothesis, floor)
     jacobian = np.zeros((residual.size, len(x)))
     for _ in range(rounds):
-        jacobian = _jacobian(twin, hypothesis, floor, x, residual)
+        jacobian = _jacobian(twin, hypothesis, floor, x, residual, known)
         prior = np.concatenate([np.zeros(len(x) - len(hypothesis.y)), np.array(hypothesis.y)]) * weights
         gradient = jacobian.T @ residual.ravel() + weights * prior
         normal = jacobian.T @ jacobian + np.diag(weights**2)
@@ -71,9 +74,9 @@ def refit(twin: Twin, hypothesis: Hypothesis, floor: Floats, rounds: int = 3, be
     return Fit(hypothesis, residual, jacobian)
 
 
-def _jacobian(twin: Twin, hypothesis: Hypothesis, floor: Floats, x: Floats, residual: Floats) -> Floats:
+def _jacobian(twin: Twin, hypothesis: Hypothesis, floor: Floats, x: Floats, residual: Floats, known: Floats | None) -> Floats:
     columns = []
-    for i in range(len(x)):
+    for i in range(len(x) if known is None else len(x) - known.shape[1]):
         moved = x.copy()
         moved[i] += _STEP
         trial = hypothesis.at(moved)
@@ -82,4 +85,5 @@ def _jacobian(twin: Twin, hypothesis: Hypothesis, floor: Floats, x: Floats, resi
             trial = hypothesis.at(moved)
         change = trial.vector()[i] - x[i]
         columns.append(((residual_of(twin, trial, floor) - residual) / change).ravel() if change != 0.0 else np.zeros(residual.size))
-    return np.column_stack(columns) if columns else np.zeros((residual.size, 0))
+    own = np.column_stack(columns) if columns else np.zeros((residual.size, 0))
+    return own if known is None else np.hstack([own, known])

@@ -32,7 +32,9 @@ def _check_units(model: AntennaModel, table: SignalsTable, axis: str, where: str
     limit = model.number(axis, "actuator.limit")
     peak = float(np.abs(table.torque(axis)).max())
     if limit > 0.0 and peak > _UNITS_RATIO * limit:
-        raise BadInputError(f"{where}: {axis}.torque", f"reaches {peak:.3g}, the model's actuator {limit:.3g}", "torque in N m (force in N)")
+        raise BadInputError(
+            f"{where}: {axis}.torque", f"reaches {peak:.3g}, the model's actuator {limit:.3g}", "torque in N m (force in N)"
+        )
     inertia = model.number(axis, model.own_inertia_path(axis))
     step = max(1, int(0.05 / table.period_s))
     q = table.position(axis)[::step]
@@ -41,6 +43,7 @@ def _check_units(model: AntennaModel, table: SignalsTable, axis: str, where: str
     needed = inertia * np.abs(np.diff(q, n=2)) / (step * table.period_s) ** 2
     if float(np.quantile(needed, 0.9)) > _UNITS_RATIO * max(peak, 1e-12):
         raise BadInputError(
-            f"{where}: {axis}.position", f"needs {float(np.quantile(needed, 0.9)):.3g} for the model's inertia where at most {peak:.3g} was commanded",
+            f"{where}: {axis}.position",
+            f"needs {float(np.quantile(needed, 0.9)):.3g} for the model's inertia where at most {peak:.3g} was commanded",
             "SI units (rad, N m or m, N)",
         )  # fmt: skip

@@ -41,25 +41,40 @@ def basis_of(fit: Fit, spread: float) -> tuple[Floats, Floats]:
     return basis, np.concatenate([fit.residual.ravel(), pull])
 
 
-def propose(twin: Twin, fit: Fit, floor: Floats, family: Family, spread: float) -> list[Proposal]:
-    """Proposals of one family beside a fit, best first."""
+@dataclass(frozen=True)
+class Response:
+    """What a family's start does to the residual: columns (rows * channels, probes), in floors times `floor`."""
+
+    family: Family
+    start: Start
+    columns: Floats
+
+
+def respond(twin: Twin, fit: Fit, floor: Floats, family: Family) -> list[Response]:
+    """Responses of one family at each of its starts; ripples at the orders that the residual suggests."""
+    found = []
+    for start in family.starts or ripple_starts(twin, fit, family):
+        columns = responses(twin, fit, floor, family, start)
+        if columns is not None:
+            found.append(Response(family, start, columns))
+    return found
+
+
+def propose(fit: Fit, heard: list[Response], spread: float) -> list[Proposal]:
+    """What each response could explain beside a fit, best first."""
     basis, residual = basis_of(fit, spread)
     residual = residual - basis @ (basis.T @ residual)
     found = []
-    starts = family.starts or ripple_starts(twin, fit, family)
-    for start in starts:
-        columns = responses(twin, fit, floor, family, start)
-        if columns is None:
-            continue
-        longer = np.zeros((len(residual), columns.shape[1]))
-        longer[: len(columns)] = columns
+    for response in heard:
+        longer = np.zeros((len(residual), response.columns.shape[1]))
+        longer[: len(response.columns)] = response.columns
         longer -= basis @ (basis.T @ longer)
-        norms = np.linalg.norm(longer, axis=0)
-        if not np.all(np.isfinite(norms)) or norms.max() < 1e-6 * np.sqrt(len(residual)):
+        if np.linalg.norm(longer, axis=0).max() < 1e-6 * np.sqrt(len(residual)):
             continue
-        coefficients = np.linalg.lstsq(longer, -residual, rcond=1e-6)[0]
-        gain = float(np.sum(residual**2) - np.sum((residual + longer @ coefficients) ** 2))
-        found.append(Proposal(family, gain, start.coordinates(coefficients)))
+        normal = longer.T @ longer
+        coefficients = np.linalg.lstsq(normal, -longer.T @ residual, rcond=1e-10)[0]
+        gain = float(-coefficients @ (longer.T @ residual))
+        found.append(Proposal(response.family, gain, response.start.coordinates(coefficients)))
     return sorted(found, key=lambda p: -p.gain)
 
 
@@ -102,7 +117,7 @@ def ripple_starts(twin: Twin, fit: Fit, family: Family) -> list[Start]:
 
 def _ripple_gain(y: Floats, weight: Floats, angle: Floats) -> float:
     c, s = weight * np.cos(angle), weight * np.sin(angle)
-    cc, ss, cs, cy, sy = c @ c, s @ s, c @ s, c @ y, s @ y
+    cc, ss, cs, cy, sy = float(c @ c), float(s @ s), float(c @ s), float(c @ y), float(s @ y)
     determinant = cc * ss - cs * cs
     if determinant <= 1e-9 * cc * ss:
         return float(cy * cy / max(cc, 1e-12))

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from gimbal_hil.discrepancy.families import Family
 from gimbal_hil.discrepancy.fit import Fit, refit, residual_of
 from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis
-from gimbal_hil.discrepancy.screening import Proposal, family_table
+from gimbal_hil.discrepancy.screening import Proposal, Response, family_table, propose
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
 
 #: families refined per round, after screening
-_REFINED = 7
+_REFINED = 6
 #: most effects that one verdict may name
 MOST_CAUSES = 4
 #: a channel is explained below this many floors ...
@@ -69,13 +69,16 @@ class Search:
     holdout: Twin
     floor: Floats
     families: list[Family]
-    #: runs `propose` for families and `refit` for hypotheses, in parallel where it can
-    screen: Callable[[Fit, list[Family]], list[Proposal]]
-    refine: Callable[[list[Hypothesis]], list[Fit]]
+    #: run `respond` for families and `refit` for hypotheses, in parallel where it can
+    listen: Callable[[Fit, list[Family]], list[Response]]
+    refine: Callable[[list[Hypothesis], Floats | None], list[Fit]]
     spread: float
     #: rows of the hold-out's residual that may select; the others are only looked at
     selecting: NDArray[np.bool_]
     progress: Progress = lambda text: None
+    #: responses of the families that do not depend on the residual, heard once beside the model as it stands, and their floors
+    _floating: tuple[Floats, Floats] | None = None
+    _heard: tuple[list[Response], Floats] | None = None
 
     def scored(self, fit: Fit) -> Scored:
         """Put a fit on the hold-out."""
@@ -84,7 +87,7 @@ class Search:
 
     def refitted(self, hypothesis: Hypothesis) -> Scored:
         """A hypothesis at its best coordinates, put on the hold-out."""
-        return self.scored(refit(self.twin, hypothesis, self.floor, rounds=3, spread=self.spread))
+        return self.scored(refit(self.twin, hypothesis, self.floor, rounds=3, spread=self.spread, known=self._known_columns(hypothesis)))
 
     def again(self, state: Scored) -> Scored:
         """The same under the present floors."""
@@ -96,18 +99,21 @@ class Search:
 
     def null(self, hypothesis: Hypothesis | None = None) -> Scored:
         """The model as it stands (or with known numbers refitted)."""
-        return self.scored(refit(self.twin, hypothesis or Hypothesis(), self.floor, rounds=4, spread=self.spread))
+        state = self.scored(refit(self.twin, hypothesis or Hypothesis(), self.floor, rounds=4, spread=self.spread))
+        if state.hypothesis.floating:
+            self._floating = state.fit.jacobian, self.floor.copy()
+        return state
 
     def one_round(self, state: Scored, least: int = _REFINED) -> Round:
         """Screen all families beside a state, refine the best, put them on the hold-out."""
         allowed = family_table(state.hypothesis, self.families)
-        proposals = self.screen(state.fit, allowed)
+        proposals = propose(state.fit, self._responses(state, allowed), self.spread)
         best: dict[tuple[str, str], list[Proposal]] = {}
         for proposal in sorted(proposals, key=lambda p: -p.gain):
             best.setdefault(proposal.family.label, []).append(proposal)
         ranked = sorted(best.values(), key=lambda found: -found[0].gain)
         chosen = [p for found in ranked[:least] for p in found[: 2 if found[0].family.ripple or len(found[0].x) > 1 else 1]]
-        fits = self.refine([state.hypothesis.plus(Cause(p.family, p.x)) for p in chosen])
+        fits = self.refine([state.hypothesis.plus(Cause(p.family, p.x)) for p in chosen], self._known_columns(state.hypothesis))
         best_fit: dict[tuple[str, str], Fit] = {}
         for fit in fits:
             label = fit.hypothesis.labels[-1]
@@ -116,6 +122,23 @@ class Search:
         tried = sorted((self.scored(fit) for fit in best_fit.values()), key=lambda s: s.held_out_cost)
         rows = len(state.fit.residual)
         return Round(state, tuple(tried), {label: found[0].gain / rows for label, found in best.items()})
+
+    def _responses(self, state: Scored, allowed: list[Family]) -> list[Response]:
+        """Ripples anew, since their orders come from the residual; all others from the first hearing, in the present floors."""
+        if self._heard is None:
+            self._heard = self.listen(state.fit, [f for f in self.families if not f.ripple]), self.floor.copy()
+        labels = {f.label for f in allowed}
+        heard, floor = self._heard
+        scale = np.tile(floor / self.floor, len(state.fit.residual))[:, None]
+        kept = [replace(r, columns=r.columns * scale) for r in heard if r.family.label in labels]
+        return kept + self.listen(state.fit, [f for f in allowed if f.ripple])
+
+    def _known_columns(self, hypothesis: Hypothesis) -> Floats | None:
+        """Jacobian of the known numbers as it was when they first floated, in the present floors; None where none float."""
+        if not hypothesis.floating or self._floating is None:
+            return None
+        columns, floor = self._floating
+        return np.asarray(columns * np.tile(floor / self.floor, len(columns) // len(floor))[:, None])
 
     def complete(self, state: Scored, null: Scored) -> bool:
         """Whether every channel is explained: near its floor, or nearly all of its gap closed, on both halves of the data."""
@@ -154,7 +177,7 @@ class Search:
             tried = self.one_round(without)
             rounds.append(tried)
             if tried.tried and tried.tried[0].held_out_cost < 0.97 * state.held_out_cost:
-                return self.slots_again(tried.tried[0], rounds) if len(rounds) < 12 else tried.tried[0]
+                return self.slots_again(tried.tried[0], rounds) if len(rounds) < 7 else tried.tried[0]
         return state
 
     def prune(self, state: Scored, null: Scored) -> Scored:

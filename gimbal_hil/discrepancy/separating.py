@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-#: pairs (or classes) that look alike, and the run that separates them (METHOD, table of section "What worked")
-_RUNS: tuple[tuple[frozenset[str], str], ...] = (
-    (frozenset({"viscous", "viscous_asymmetry", "quadratic_drag", "torque_gain", "torque_offset", "coulomb_asymmetry", "coulomb"}),
-     "five or more plateau speeds over a decade, both directions"),
-    (frozenset({"static_unbalance", "cable_spring", "torque_offset"}), "a full turn, or the same motion at two base tilts"),
-    (frozenset({"cogging", "encoder_eccentricity"}), "two constant speeds over a full turn, gyro recorded"),
-    (frozenset({"torque_gain", "inertia", "static_unbalance"}), "a known added inertia, or a stall run against the stop"),
-    (frozenset({"transport_delay", "actuator_lag", "structural_resonance", "inertia"}), "a chirp or pulses of torque beyond half the resonance"),
-    (frozenset({"stribeck", "presliding", "coulomb"}), "plateaus below the Stribeck velocity and ramps below break-away"),
-    (frozenset({"backlash", "presliding"}), "an amplitude sweep of torque reversals: a gap has a fixed width"),
-    (frozenset({"temperature_viscosity", "viscous"}), "warm up at speed, then cool down, plateaus in between"),
-    (frozenset({"torque_gain", "load_dependent_friction", "position_dependent_friction"}), "the same motion at two loads"),
-    (frozenset({"dynamic_unbalance", "gyro_misalignment"}), "drive one axis with the other locked, then free, then reverse"),
-    (frozenset({"viscous", "back_emf"}), "the same plateaus with the torque measured from motor current"),
-    (frozenset({"cogging", "position_dependent_friction"}), "the same slow turn in both directions: cogging keeps its sign, friction turns it"),
-)  # fmt: skip
+#: classes that look alike, and the run that separates their members (METHOD, table of section "What worked")
+_CLASSES: tuple[tuple[str, str], ...] = (
+    (
+        "viscous viscous_asymmetry quadratic_drag torque_gain torque_offset coulomb_asymmetry coulomb",
+        "five or more plateau speeds over a decade, both directions",
+    ),
+    ("static_unbalance cable_spring torque_offset", "a full turn, or the same motion at two base tilts"),
+    ("cogging encoder_eccentricity", "two constant speeds over a full turn, gyro recorded"),
+    ("torque_gain inertia static_unbalance", "a known added inertia, or a stall run against the stop"),
+    ("transport_delay actuator_lag structural_resonance inertia", "a chirp or pulses of torque beyond half the resonance"),
+    ("stribeck presliding coulomb", "plateaus below the Stribeck velocity and ramps below break-away"),
+    ("backlash presliding", "an amplitude sweep of torque reversals: a gap has a fixed width"),
+    ("temperature_viscosity viscous", "warm up at speed, then cool down, plateaus in between"),
+    ("torque_gain load_dependent_friction position_dependent_friction", "the same motion at two loads"),
+    ("dynamic_unbalance gyro_misalignment", "drive one axis with the other locked, then free, then reverse"),
+    ("viscous back_emf", "the same plateaus with the torque measured from motor current"),
+    ("cogging position_dependent_friction", "the same slow turn in both directions: cogging keeps its sign, friction turns it"),
+)
+_RUNS = tuple((frozenset(members.split()), run) for members, run in _CLASSES)
 
 
 def separating_run(one: str, other: str, excited_by: dict[str, str]) -> str:

@@ -25,7 +25,7 @@ _FACTOR = 4.0
 
 @dataclass(frozen=True)
 class Bands:
-    """Filter edges as a function of the scored band: smoothing is flat to five and gone at nine times it, scoring flat to 0.6, gone at 1.4."""
+    """Filter edges as a function of the scored band: smoothing ends far beyond it, scoring at 0.6 to 1.4 of it."""
 
     scored_hz: float
     period_s: float

@@ -7,14 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gimbal_hil.discrepancy.families import Family, Start
 from gimbal_hil.discrepancy.fit import residual_of
 from gimbal_hil.discrepancy.hypothesis import values_of
 from gimbal_hil.discrepancy.intervals import parameter_intervals
 from gimbal_hil.discrepancy.record import RATE_ERROR, Channel
-from gimbal_hil.discrepancy.screening import basis_of, control_gain, propose, responses
+from gimbal_hil.discrepancy.screening import basis_of, control_gain, responses
 from gimbal_hil.discrepancy.search import Scored
 from gimbal_hil.discrepancy.separating import separating_run, why_not_testable
 from gimbal_hil.discrepancy.smoothing import Floats
@@ -47,10 +46,12 @@ class Comparison:
 def compare(diagnosis: Diagnosis, rival: Scored) -> Comparison:
     """Paired over blocks of the hold-out that may select and of the fitted data."""
     best, search = diagnosis.best, diagnosis.search
-    difference = np.concatenate([
-        np.sum(rival.fit.residual**2 - best.fit.residual**2, axis=1),
-        np.sum(rival.holdout**2 - best.holdout**2, axis=1),
-    ])
+    difference = np.concatenate(
+        [
+            np.sum(rival.fit.residual**2 - best.fit.residual**2, axis=1),
+            np.sum(rival.holdout**2 - best.holdout**2, axis=1),
+        ]
+    )
     row_s = search.twin.records[0].bands.stride * search.twin.records[0].bands.period_s
     length = max(2, int(_BLOCK_S / row_s))
     blocks = difference[: len(difference) // length * length].reshape(-1, length).mean(axis=1)
@@ -64,7 +65,7 @@ def verdict_of(diagnosis: Diagnosis) -> dict[str, Any]:
     """The content of verdict.json."""
     best, null = diagnosis.best, diagnosis.null
     gaps = gap_entries(diagnosis)
-    worst = max(range(len(gaps)), key=lambda j: gaps[j]["before"] / gaps[j]["noise_floor"])
+    worst = int(np.argmax([g["before"] / g["noise_floor"] for g in gaps]))
     causes = best.hypothesis.causes if diagnosis.complete else ()
     effects, alternatives, next_run = [], [], None
     for index in range(len(causes)):
@@ -117,7 +118,8 @@ def gap_entries(diagnosis: Diagnosis) -> list[dict[str, Any]]:
         found.append({
             "axis": channel.axis, "signal": channel.signal, "unit": unit, "band_hz": [0.0, search.twin.records[0].bands.scored_hz],
             "before": before, "after": left, "noise_floor": floor, "noise_floor_from": _floor_source(diagnosis, j),
-            "processing_floor": float(diagnosis.processing[j]), "closed_fraction": closed, "closed_low": low, "closed_high": high, "on": "held-out",
+            "processing_floor": float(diagnosis.processing[j]), "closed_fraction": closed, "closed_low": low, "closed_high": high,
+            "on": "held-out",
         })  # fmt: skip
     return found
 
@@ -133,7 +135,7 @@ def _closed(before: Floats, after: Floats, row_s: float) -> tuple[float, float, 
         return np.asarray(1.0 - (y - 1.0) / np.maximum(x - 1.0, 1e-9))
 
     low, high = np.quantile(share(b[draws].mean(axis=1), a[draws].mean(axis=1)), [0.05, 0.95])
-    return float(min(1.0, share(before.mean(), after.mean()))), float(min(1.0, low)), float(min(1.0, high))
+    return float(min(1.0, float(share(np.asarray(before.mean()), np.asarray(after.mean()))))), float(min(1.0, low)), float(min(1.0, high))
 
 
 def _row_s(diagnosis: Diagnosis) -> float:
@@ -251,29 +253,31 @@ def recalibrated(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     """Known numbers that moved when they had to float."""
     chosen = diagnosis.best.hypothesis
     return [
-        {"axis": k.axis, "path": k.path, "value": diagnosis.model.number(k.axis, k.path) * math.exp(y), "nominal": diagnosis.model.number(k.axis, k.path)}
-        for k, y in zip(chosen.floating, chosen.y, strict=True) if abs(y) > 1e-3
+        {"axis": k.axis, "path": k.path, "value": nominal * math.exp(y), "nominal": nominal}
+        for k, y in zip(chosen.floating, chosen.y, strict=True)
+        for nominal in (diagnosis.model.number(k.axis, k.path),) if abs(y) > 1e-3
     ]  # fmt: skip
 
 
 def _text(diagnosis: Diagnosis, verdict: str, effects: list[dict[str, Any]], gap: dict[str, Any], shown: Scored) -> str:
     times = gap["before"] / gap["noise_floor"]
-    open_part = f"The largest gap is in the {gap['signal'].replace('_', ' ')} of {gap['axis']}: {gap['before']:.3g} {gap['unit']}, {times:.1f} times its floor"
+    size = f"{gap['before']:.3g} {gap['unit']}, {times:.1f} times its floor"
+    open_part = f"The largest gap is in the {gap['signal'].replace('_', ' ')} of {gap['axis']}: {size}"
     names = ", ".join(f"{e['name'].replace('_', ' ')} on {e['axis']}" for e in effects)
     if verdict in ("named", "ambiguous"):
-        closed = "" if gap["closed_fraction"] is None else f", which closes {gap['closed_fraction']:.0%} of it on data that had no part in the search"
-        doubt = "" if verdict == "named" else " At least one of these cannot be told from another cause on this data; the run that would tell is proposed."
+        closed = (
+            ""
+            if gap["closed_fraction"] is None
+            else f", which closes {gap['closed_fraction']:.0%} of it on data that had no part in the search"
+        )
+        doubt = (
+            ""
+            if verdict == "named"
+            else " At least one of these cannot be told from another cause on this data; the run that would tell is proposed."
+        )
         return f"{open_part}. It is explained by {names}{closed}.{doubt}"
     if verdict == "no_discrepancy":
         moved = " once the known numbers were refitted within a few per cent" if diagnosis.floated is not None else ""
         return f"The model explains this data to its noise{moved}; nothing is missing that it could show."
-    return f"{open_part}. Nothing in the catalogue explains it: the best attempt leaves {float(np.max(diagnosis.search.gaps(diagnosis.best))):.1f} floors."
-
-
-def proposals_of(diagnosis: Diagnosis, family: Family) -> float:
-    """Screening gain of one family beside the model as it stands, in squared floors a row."""
-    found = propose(diagnosis.search.twin, diagnosis.null.fit, diagnosis.search.floor, family, diagnosis.search.spread)
-    return found[0].gain / len(diagnosis.null.fit.residual) if found else 0.0
-
-
-Mask = NDArray[np.bool_]
+    least = float(np.max(diagnosis.search.gaps(diagnosis.best)))
+    return f"{open_part}. Nothing in the catalogue explains it: the best attempt leaves {least:.1f} floors."

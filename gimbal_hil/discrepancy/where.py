@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,7 +82,7 @@ def _masks(twin: Twin, axis: str) -> list[tuple[str, str, NDArray[np.bool_]]]:
         ("reversal", "within 0.1 s of a reversal", column([_near_reversal(r, i) for r in twin.records]) > 0.5),
     ]
     edges = np.quantile(q, [0.0, 1 / 3, 2 / 3, 1.0])
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    for low, high in pairwise(edges):
         out.append(("position", f"position {low:.2f}..{high:.2f} {unit}", (q >= low) & (q < high)))
     if any(r.moving_base for r in twin.records):
         rate = column([np.linalg.norm(r.base[:, 3:6], axis=1) for r in twin.records])

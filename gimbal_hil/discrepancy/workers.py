@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from gimbal_hil.discrepancy.families import Family
 from gimbal_hil.discrepancy.fit import Fit, refit
 from gimbal_hil.discrepancy.hypothesis import Hypothesis
-from gimbal_hil.discrepancy.screening import Proposal, propose
+from gimbal_hil.discrepancy.screening import Response, respond
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
 
@@ -28,23 +28,24 @@ def _with_shared(call: tuple[Callable[..., Any], Any]) -> Any:
     return function(_shared["twin"], item)
 
 
-def screen_one(twin: Twin, work: tuple[Fit, Floats, Family, float]) -> list[Proposal]:
-    """Proposals of one family beside a fit."""
-    fit, floor, family, spread = work
-    return propose(twin, fit, floor, family, spread)
+def respond_one(twin: Twin, work: tuple[Fit, Floats, Family]) -> list[Response]:
+    """Responses of one family beside a fit."""
+    return respond(twin, *work)
 
 
-def refine_one(twin: Twin, work: tuple[Hypothesis, Floats, float]) -> Fit:
+def refine_one(twin: Twin, work: tuple[Hypothesis, Floats, float, Floats | None]) -> Fit:
     """One hypothesis at its best coordinates."""
-    hypothesis, floor, spread = work
-    return refit(twin, hypothesis, floor, rounds=4, spread=spread)
+    hypothesis, floor, spread, known = work
+    return refit(twin, hypothesis, floor, rounds=3, spread=spread, known=known)
 
 
 class Workers:
     """Maps functions of (twin, item); with one worker everything stays in this process."""
 
     def __init__(self, twin: Twin, count: int = 1, dask: str | None = None) -> None:
-        self._twin, self._pool, self._client = twin, None, None
+        self._twin = twin
+        self._pool: Executor | None = None
+        self._client: Any = None
         if dask is not None:
             from distributed import Client
 
@@ -53,7 +54,7 @@ class Workers:
         elif count > 1:
             # forked, so that records and compiled code are shared and not sent
             context = multiprocessing.get_context("fork")
-            self._pool: Executor | None = ProcessPoolExecutor(count, mp_context=context, initializer=_install, initargs=(twin,))
+            self._pool = ProcessPoolExecutor(count, mp_context=context, initializer=_install, initargs=(twin,))
 
     def map(self, function: Callable[[Twin, Item], Answer], items: Sequence[Item]) -> list[Answer]:
         """Answers in the order of the items."""

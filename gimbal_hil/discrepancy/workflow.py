@@ -14,11 +14,11 @@ from gimbal_hil.discrepancy.floors import Floor, floors, smaller, wide_twin
 from gimbal_hil.discrepancy.hypothesis import Hypothesis, known_numbers, parameters_of
 from gimbal_hil.discrepancy.processing import processing_floors
 from gimbal_hil.discrepancy.record import TORQUE, record_of
-from gimbal_hil.discrepancy.screening import Proposal
+from gimbal_hil.discrepancy.screening import Response
 from gimbal_hil.discrepancy.search import MOST_CAUSES, Round, Scored, Search
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
-from gimbal_hil.discrepancy.workers import Workers, refine_one, screen_one
+from gimbal_hil.discrepancy.workers import Workers, refine_one, respond_one
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel
 
@@ -111,17 +111,18 @@ def _effective(model: AntennaModel, twin: Twin, found: list[Floor], processing: 
 def _search(twin: Twin, held: Twin, floor: Floats, catalogue: list[Family], pool: Workers, progress: Callable[[str], None]) -> Search:
     rows = [int(r.keep.sum()) for r in held.records]
     selecting = np.concatenate([np.arange(n) < n // 2 for n in rows])
-    search = Search(twin, held, floor, catalogue, lambda fit, fs: [], lambda hs: [], _SPREAD, selecting, progress)
+    search = Search(twin, held, floor, catalogue, lambda fit, fs: [], lambda hs, known: [], _SPREAD, selecting, progress)
 
-    def screen(fit: Fit, chosen: list[Family]) -> list[Proposal]:
+    def listen(fit: Fit, chosen: list[Family]) -> list[Response]:
         # ripples and grids first: they take longest
         order = sorted(chosen, key=lambda f: -len(f.starts) * (5 if f.effect == "backlash" else 1) - (50 if f.ripple else 0))
-        return [p for found in pool.map(screen_one, [(fit, search.floor, f, _SPREAD) for f in order]) for p in found]
+        bare = replace(fit, jacobian=np.zeros((0, 0)))
+        return [r for found in pool.map(respond_one, [(bare, search.floor, f) for f in order]) for r in found]
 
-    def refine(hypotheses: list[Hypothesis]) -> list[Fit]:
-        return pool.map(refine_one, [(h, search.floor, _SPREAD) for h in hypotheses])
+    def refine(hypotheses: list[Hypothesis], known: Floats | None) -> list[Fit]:
+        return pool.map(refine_one, [(h, search.floor, _SPREAD, known) for h in hypotheses])
 
-    search.screen, search.refine = screen, refine
+    search.listen, search.refine = listen, refine
     return search
 
 
@@ -172,7 +173,7 @@ def _rivals(search: Search, best: Scored, index: int, rounds: list[Round]) -> tu
 def with_hold_out(
     measured: tuple[SignalsTable, ...], holdout: tuple[SignalsTable, ...]
 ) -> tuple[tuple[SignalsTable, ...], tuple[SignalsTable, ...], bool]:
-    """Logs to fit and logs to judge on; without a hold-out the last log is kept back, or (suspected only) the last third of a single one."""
+    """Logs to fit and logs to judge on; without a hold-out the last, or (suspected only) the last third of the only one."""
     if holdout:
         return measured, holdout, False
     if len(measured) > 1:
