@@ -34,6 +34,7 @@ from gimbal_hil.host.layout import (
     MOTOR_TEMPERATURE,
     MOTOR_TORQUE,
     PLAUSIBILITY_SHARE,
+    SKIPPED,
     STEP_S,
 )
 from gimbal_hil.host.states import NOTHING, YES, EventCode, LinkStatus, number
@@ -72,7 +73,7 @@ def receive(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray) -> No
     if status != G[LINK_STATUS]:
         report(G, _LINK, G[LINK_STATUS], status, NOTHING)
     if fresh:
-        _compare_gyro_and_encoder(H, C, G[LINK_STATUS] == _LOST, silence + 1)
+        _compare_gyro_and_encoder(H, C, G[LINK_STATUS] == _LOST, silence + 1 + G[SKIPPED])
     G[LINK_STATUS] = status
 
 

@@ -49,13 +49,13 @@ class HostLoop:
     blocks: list[tuple[bytes, bytes]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self._answer = b""
+        self.answer = b""
         self._mail, self._receivers = new_mail(), new_receivers()
 
     def run(self, ticks: int) -> HostLoop:
         """Advance."""
         for _ in range(ticks):
-            received = self.mangle(self._answer)
+            received = self.mangle(self.answer)
             block = self.host.tick(self.number, self.number * 1_000_000, received)
             self.blocks.append((received, block))
             receive_block(np.frombuffer(block, dtype=np.uint8).copy(), len(block), self._mail, self._receivers, 0)
@@ -68,7 +68,7 @@ class HostLoop:
                     self.host.state,
                 )
             )
-            self._answer = self.antenna.tick(block)
+            self.answer = self.antenna.tick(block)
             self.events += self.host.events()
             self.number += 1
         return self

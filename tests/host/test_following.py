@@ -100,6 +100,15 @@ def test_skipped_ticks_move_the_reference_on_and_are_in_the_row() -> None:
     assert int.from_bytes(loop.host.row[68:72], "little") == 37
 
 
+def test_a_stall_of_the_host_is_no_disagreement_of_gyro_and_encoder() -> None:
+    loop = HostLoop().connected().command(hold(Mode.RATE, 1.0)).run(500)
+    loop.number += 200
+    for _ in range(200):
+        loop.answer = loop.antenna.tick(b"")
+    loop.run(100)
+    assert loop.host.state is HostState.ACTIVE
+
+
 def test_a_joint_rate_is_held_on_a_moving_base() -> None:
     loop = HostLoop().connected()
     loop.antenna.base_rate = [0.2, 0.3, 0.4]

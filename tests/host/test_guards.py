@@ -6,7 +6,8 @@ import math
 
 import pytest
 
-from gimbal_hil.host import AxisCommand, Cause, EndCondition, EndKind, Guard, Host, HostState, Mode, Segment, Shape
+from gimbal_hil.control.layout import RATE_INTEGRAL
+from gimbal_hil.host import AxisCommand, Cause, EndCondition, EndKind, Guard, Host, HostState, Mode, Segment, Shape, layout
 from tests.host.host_loop import HostLoop, configuration, hold
 
 
@@ -38,11 +39,40 @@ def test_a_moving_base_is_no_disagreement() -> None:
 
 
 def test_a_following_error_that_lasts_is_a_fault() -> None:
-    loop = HostLoop(Host(configuration(outer__limits__following_position_rad=0.2))).connected().command(hold(Mode.POSITION)).run(50)
-    loop.antenna.load[0] = 30.0
+    limits = {"outer__limits__following_position_rad": 0.1, "supervisor__following_time_s": 0.2}
+    loop = HostLoop(Host(configuration(**limits))).connected().command(hold(Mode.POSITION)).run(50)
+    loop.antenna.load[0] = 16.5
     loop.run(1500)
-    assert loop.host.state is HostState.FAULT
-    assert loop.host.cause in (Cause.FOLLOWING_ERROR, Cause.OVERSPEED)
+    faulted(loop, Cause.FOLLOWING_ERROR)
+
+
+def test_a_hot_winding_is_a_fault() -> None:
+    loop = HostLoop().connected().command(hold(Mode.POSITION)).run(50)
+    loop.host.memory.H[layout.axis_h(1) + layout.MOTOR_TEMPERATURE] = 111.0
+    loop.run(2)
+    faulted(loop, Cause.TEMPERATURE)
+
+
+def test_a_torque_that_is_no_number_is_never_sent() -> None:
+    loop = HostLoop().connected().command(hold(Mode.RATE)).run(50)
+    loop.host.memory.H[layout.axis_h(0) + RATE_INTEGRAL] = math.nan
+    loop.run(1)
+    faulted(loop, Cause.NOT_A_NUMBER)
+
+
+def test_a_stop_that_takes_too_long_is_a_fault() -> None:
+    loop = HostLoop(Host(configuration(supervisor__stop_time_s=1.0))).connected().command(hold(Mode.RATE)).run(50)
+    loop.antenna.load[0] = 16.5
+    loop.host.stop()
+    loop.run(1200)
+    faulted(loop, Cause.STOP_TIMEOUT)
+
+
+def test_a_drive_that_leaves_operation_ends_the_motion() -> None:
+    loop = HostLoop().connected().command(hold(Mode.RATE, 0.2)).run(50)
+    loop.antenna.drive_state = 2
+    loop.run(2)
+    faulted(loop, Cause.DRIVE_LEFT_OPERATION)
 
 
 def test_set_points_that_the_drive_does_not_hear_are_a_fault() -> None:
@@ -87,8 +117,7 @@ def test_an_axis_pushed_out_of_its_travel_is_a_fault() -> None:
     loop.connected().command(Segment(AxisCommand(), AxisCommand(Mode.TORQUE))).run(5)
     loop.antenna.load[1] = 9.0
     loop.run(400)
-    assert loop.host.state is HostState.FAULT
-    assert loop.host.cause in (Cause.TRAVEL, Cause.STOP_TIMEOUT, Cause.OVERSPEED)
+    faulted(loop, Cause.TRAVEL)
 
 
 def test_torque_limits_hold_on_the_wire() -> None:
