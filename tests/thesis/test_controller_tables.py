@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -10,8 +11,9 @@ import pytest
 from gimbal_hil.control import Mode
 from gimbal_hil.experiments.thesis.closed_loop import AxisLoop, Gains, run_closed_loop
 from gimbal_hil.experiments.thesis.controller_tables import ACCEPTED, TableResult, Verdict, run_table, step_figures
-from gimbal_hil.experiments.thesis.inferred import LEVEL, TILTED
-from gimbal_hil.experiments.thesis.printed import GAIN_TABLES, PREFILTER_TABLES, StepTable
+from gimbal_hil.experiments.thesis.inferred import LEVEL, STEP_TIME_S, TILTED, Configuration
+from gimbal_hil.experiments.thesis.printed import GAIN_TABLES, PREFILTER_TABLES, Loop, StepTable
+from sim_backend.model import AntennaModel
 
 TABLES = {table.number: table for table in GAIN_TABLES + PREFILTER_TABLES}
 
@@ -101,3 +103,20 @@ def test_step_figures_measure_overshoot_and_the_two_percent_band_from_the_first_
     assert np.all(np.abs(signal[time >= settling] - 2.0) <= 0.04)
     assert abs(signal[np.searchsorted(time, settling) - 1] - 2.0) > 0.04
     assert step_figures(time, np.zeros_like(time), 1.0) == (0.0, math.inf)
+
+
+@dataclass(frozen=True)
+class SlowGyro(Configuration):
+    """The tilted configuration with lag in the inner gyro."""
+
+    def antenna(self) -> AntennaModel:
+        return super().antenna().with_number("inner", "gyro.bandwidth", 178.0)
+
+
+def test_a_slow_gyro_explains_table_5_13_and_ruins_the_rate_loops(monkeypatch: pytest.MonkeyPatch) -> None:
+    slow = SlowGyro("slow gyro", TILTED.outer, TILTED.inner, TILTED.roll_rad, TILTED.pitch_rad)
+    assert run_table(TABLES["5.4"], slow).overshoot_rms > 30.0
+    assert run_table(TABLES["5.5"], slow).overshoot_rms > 30.0
+    monkeypatch.setitem(STEP_TIME_S, (Loop.POSITION, "inner"), 0.06)
+    hunting = run_table(TABLES["5.13"], slow)
+    assert hunting.overshoot_rms < 0.15 and hunting.settling_rms_s < 0.06
