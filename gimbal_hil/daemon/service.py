@@ -154,11 +154,11 @@ class Service:
         writer = RunWriter(Path(orders.run), header, force=settings.force)
         self._recorder = Recorder(writer, header.period_ns, settings.frames, settings.every_ticks)
         self._desk = OperatorDesk(Commands(RingWriter(orders.commands)), self._recorder, self._view, header.period_ns)
-        door = Door(Path(orders.socket), orders.token)
-        self._socket = OperatorSocket(door, self._desk.handle)
+        self._door, self._run = Door(Path(orders.socket), orders.token), Path(orders.run)
+        self._socket = OperatorSocket(self._door, self._desk.handle)
         self._desk.attach(self._socket)
         if settings.operator:
-            door.write(Path(orders.run))
+            self._door.write(self._run)
         self._end: tuple[int, str] | None = None
         self._told_failure = False
         self._quiet = settings.quiet
@@ -180,6 +180,7 @@ class Service:
         self._take()
         self._recorder.close(*(self._end or (EXIT_SAFETY_STOP, reason)))
         self._socket.close()
+        self._door.remove(self._run)
         if self._page is not None:
             self._page.close()
 

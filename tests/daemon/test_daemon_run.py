@@ -143,6 +143,20 @@ def test_when_the_service_dies_the_daemon_stops_by_itself_and_the_log_says_why(t
     assert open_run(run).record.end is None
 
 
+def test_when_the_control_process_is_killed_the_log_is_closed_and_says_so(tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    with RunningDaemon(run) as daemon, daemon.client() as client:
+        daemon.until_state(client, "idle")
+        client.request("set_point", **STEP)
+        daemon.until_state(client, "active")
+        os.kill(daemon.process.pid, signal.SIGKILL)
+        while (run / "operator.json").exists():
+            time.sleep(0.01)
+    end = open_run(run).record.end
+    assert end is not None and end.exit_code == 3 and "control process ended" in end.reason
+    assert run_command("replay", [str(run), "--json"]) == 0
+
+
 def test_a_signal_stops_a_daemon_whose_service_hangs(tmp_path: Path) -> None:
     run = tmp_path / "run"
     with RunningDaemon(run) as daemon:
