@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from pathlib import Path
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.experiments.experiment import Experiment
@@ -17,11 +18,17 @@ SEQUENCES = {
     "sweep": "frequency response of the rate loop, open and closed, with margins and coherence",
     "base_motion": "position hold while the base moves",
     "warm_up": "friction while the joint warms up",
+    "survey": "rich motion of both axes, for finding what the model lacks",
+    "survey_holdout": "another rich motion, to judge on what was found",
 }
 
 
 def build_experiment(name: str, options: SequenceOptions) -> Experiment:
     """The experiment of that name; BadInputError lists the names."""
+    if name.endswith((".yaml", ".yml")):
+        from gimbal_hil.experiments.planned import experiment_of_file
+
+        return experiment_of_file(Path(name), options.rate_hz, options.every)
     if name not in SEQUENCES:
         raise BadInputError(f"experiment {name!r}", "is no sequence and no plan file", ", ".join([*SEQUENCES, "thesis", "or a plan file"]))
     experiment: Experiment = importlib.import_module(f"gimbal_hil.experiments.sequences.{name}").build(options)
