@@ -12,15 +12,18 @@ import math
 import numpy as np
 from numba import njit
 
-COLUMNS = (
-    "Ts Tc vs s0 s1 s2 delta asym_c asym_v load_c pos_a pos_n pos_ph quad temp_b cog_a cog_n cog_ph spring_k spring_q0 "
-    "res_w res_z res_share gap rotor gain offset lag delay limit emf g_bias g_scale leak_x leak_y leak_z ecc_a ecc_ph "
-    "bump_a bump_q bump_w dead hyst_a hyst_w jump_t jump_s2 cross_c cube sine_a sine_f field_a field_seed torque_noise play_share"
-).split()
+COLUMNS = [
+    *("Ts", "Tc", "vs", "s0", "s1", "s2", "delta", "asym_c", "asym_v", "load_c", "pos_a", "pos_n", "pos_ph", "quad", "temp_b"),
+    *("cog_a", "cog_n", "cog_ph", "spring_k", "spring_q0", "res_w", "res_z", "res_share", "gap", "rotor", "gain", "offset", "lag"),
+    *("delay", "limit", "emf", "g_bias", "g_scale", "leak_x", "leak_y", "leak_z", "ecc_a", "ecc_ph", "bump_a", "bump_q", "bump_w"),
+    *("dead", "hyst_a", "hyst_w", "jump_t", "jump_s2", "cross_c", "cube", "sine_a", "sine_f", "field_a", "field_seed"),
+    *("torque_noise", "play_share"),
+]
 IX = {name: i for i, name in enumerate(COLUMNS)}
 (TS, TC, VS, S0, S1, S2, DELTA, ASYM_C, ASYM_V, LOAD_C, POS_A, POS_N, POS_PH, QUAD, TEMP_B, COG_A, COG_N, COG_PH, SPRING_K, SPRING_Q0,
  RES_W, RES_Z, RES_SHARE, GAP, ROTOR, GAIN, OFFSET, LAG, DELAY, LIMIT, EMF, G_BIAS, G_SCALE, LEAK_X, LEAK_Y, LEAK_Z, ECC_A, ECC_PH,
- BUMP_A, BUMP_Q, BUMP_W, DEAD, HYST_A, HYST_W, JUMP_T, JUMP_S2, CROSS_C, CUBE, SINE_A, SINE_F, FIELD_A, FIELD_SEED, TORQUE_NOISE, PLAY_SHARE,
+ BUMP_A, BUMP_Q, BUMP_W, DEAD, HYST_A, HYST_W, JUMP_T, JUMP_S2, CROSS_C, CUBE, SINE_A, SINE_F, FIELD_A, FIELD_SEED,
+ TORQUE_NOISE, PLAY_SHARE,
  ) = range(len(COLUMNS))  # fmt: skip
 #: body row: xx yy zz xy xz yz cx cy cz mass
 GRAVITY = 9.81
@@ -171,7 +174,7 @@ def derivative(kind, AX, BO, BI, base, x, cmd, t, temperature, out):
     """State: 0-1 q, 2-3 v, 4-5 z, 6-7 lagged torque, 8-9 y, 10-11 y', 12-13 rotor angle, 14-15 rotor rate, 16-17 hysteresis."""
     wb, ab, gb = base
     n0, n1, wo, wi, c0, c1 = inverse_dynamics(kind, BO, BI, x[0], x[1], x[2], x[3], 0.0, 0.0, wb, ab, gb)
-    e0, e1, _, _, _, _ = inverse_dynamics(kind, BO, BI, x[0], x[1], x[2], x[3], 1.0, 0.0, wb, ab, gb)
+    e0, _, _, _, _, _ = inverse_dynamics(kind, BO, BI, x[0], x[1], x[2], x[3], 1.0, 0.0, wb, ab, gb)
     f0, f1, _, _, _, _ = inverse_dynamics(kind, BO, BI, x[0], x[1], x[2], x[3], 0.0, 1.0, wb, ab, gb)
     m00, m01, m11 = e0 - n0, f0 - n0, f1 - n1
     if kind != 0:
@@ -322,7 +325,7 @@ def simulate(kind, AX, NOM, BO, BI, BON, BIN, M, ref, heat, gains, sensors, seed
             need = inverse_dynamics(kind, BON, BIN, x[0], x[1], x[2], x[3], k1[2], k1[3], now[0], now[1], now[2])
             now = end
             for a in range(axes):
-                F, zd = friction(NOM[a], x[a], x[2 + a], nominal_z[a], 0.0, 0.0, 20.0, 0.0)
+                F, _ = friction(NOM[a], x[a], x[2 + a], nominal_z[a], 0.0, 0.0, 20.0, 0.0)
                 decay = NOM[a, S0] * abs(x[2 + a]) / _level(NOM[a], x[2 + a])
                 grow = -math.expm1(-decay * h) / decay if decay > 1e-9 else h
                 nominal_z[a] += (x[2 + a] - decay * nominal_z[a]) * grow

@@ -1,0 +1,38 @@
+"""A fixed few of the blind bench: named, nothing missing, and outside the catalogue."""
+
+from __future__ import annotations
+
+import pytest
+
+from gimbal_hil.discrepancy import corrected_model, diagnose, verdict_of
+from tests.blind.cases import model_of, tables_of
+from tests.blind.draw import draw
+from tests.blind.score import Outcome, outcome, parameter_errors
+
+pytestmark = pytest.mark.heavy
+
+
+def test_a_hidden_ripple_is_named_with_its_numbers_and_the_model_gains_it() -> None:
+    case = draw(101, ["cogging"], axis="inner", magnitude=12.0, duration_s=24.0)
+    diagnosis = diagnose(model_of(case), tables_of(case.measured, case.axes), tables_of(case.holdout, case.axes))
+    verdict = verdict_of(diagnosis)
+    assert outcome(case.truth, verdict) is Outcome.EXACT
+    assert all(error < 0.1 for _, error, _ in parameter_errors(case.truth, verdict))
+    assert verdict["gap"]["closed_fraction"] > 0.95
+    corrected = corrected_model(diagnosis)
+    assert corrected is not None and corrected.effects[-1].effect.name == "cogging"
+
+
+def test_nothing_is_named_where_nothing_is_missing() -> None:
+    case = draw(900, [], duration_s=24.0)
+    diagnosis = diagnose(model_of(case), tables_of(case.measured, case.axes), tables_of(case.holdout, case.axes))
+    verdict = verdict_of(diagnosis)
+    assert verdict["verdict"] == "no_discrepancy" and not verdict["effects"]
+    assert corrected_model(diagnosis) is None
+
+
+def test_a_cause_outside_the_catalogue_is_not_given_a_name() -> None:
+    case = draw(301, ["position_bump"], axis="inner", outside_cause=True, magnitude=15.0, duration_s=24.0)
+    verdict = verdict_of(diagnose(model_of(case), tables_of(case.measured, case.axes), tables_of(case.holdout, case.axes)))
+    assert outcome(case.truth, verdict) is Outcome.ABSTAINED
+    assert verdict["verdict"] == "unexplained" and verdict["where"]

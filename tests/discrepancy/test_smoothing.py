@@ -1,0 +1,50 @@
+"""Interval means must not invent torque: what is held, sampled and smoothed alike has to cancel."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gimbal_hil.discrepancy.smoothing import Bands, interval_mean, interval_mean_of_rate, interval_means, scored, scored_length
+
+BANDS = Bands(25.0, 1e-3)
+T = np.arange(8000) * 1e-3
+MIDDLE = slice(1500, 6000)
+
+
+@pytest.mark.parametrize("hz", [0.7, 5.0, 20.0])
+def test_a_sine_keeps_its_rate_and_acceleration_inside_the_scored_band(hz: float) -> None:
+    w = 2.0 * np.pi * hz
+    _, v, a = interval_means(np.sin(w * T)[:, None], BANDS)
+    centre = T[:-1] + 0.5e-3
+    assert np.abs(v[MIDDLE, 0] - w * np.cos(w * centre)[MIDDLE] * np.sinc(hz * 1e-3)).max() < 2e-4 * w
+    # held torque bends the motion only at samples: second differences average neighbours, which is taken out again
+    assert np.abs(a[MIDDLE, 0] + w * w * np.sin(w * centre)[MIDDLE]).max() < 0.003 * w * w
+
+
+def test_the_acceleration_of_held_torque_is_found_without_delay() -> None:
+    rng = np.random.default_rng(0)
+    held = np.convolve(rng.normal(size=len(T) + 400), np.hanning(200) / 100.0, mode="same")[: len(T)]
+    rate = np.concatenate([[0.0], np.cumsum(held[:-1]) * 1e-3])
+    position = np.concatenate([[0.0], np.cumsum(rate[:-1] * 1e-3 + 0.5e-6 * held[:-1])])
+    _, v, a = interval_means(position[:, None], BANDS)
+    assert np.abs(a[MIDDLE, 0] - held[:-1][MIDDLE]).max() < 1e-3 * np.abs(held).max()
+    assert np.abs(v[MIDDLE, 0] - 0.5 * (rate[1:] + rate[:-1])[MIDDLE]).max() < 1e-6
+    assert np.abs(interval_mean_of_rate(rate, BANDS)[MIDDLE] - v[MIDDLE, 0]).max() < 1e-5
+
+
+def test_a_constant_and_a_ramp_pass_unchanged() -> None:
+    assert np.allclose(interval_mean(np.full(len(T), 3.0), BANDS), 3.0)
+    q, v, a = interval_means((0.5 * T)[:, None], BANDS)
+    assert np.allclose(v[MIDDLE], 0.5) and np.abs(a[MIDDLE]).max() < 1e-6
+    assert np.allclose(q[MIDDLE, 0], 0.5 * (T[:-1] + 0.5e-3)[MIDDLE], atol=1e-6)
+
+
+def test_scoring_keeps_the_band_drops_what_is_beyond_and_stands_at_its_rows() -> None:
+    rows = np.column_stack([np.sin(2 * np.pi * 3.0 * T), np.sin(2 * np.pi * 80.0 * T)])
+    thin = scored(rows, BANDS)
+    assert len(thin) == scored_length(len(rows), BANDS)
+    inside = slice(100, 500)
+    at = BANDS.stride * np.arange(len(thin))[inside]
+    assert np.abs(thin[inside, 0] - rows[at, 0]).max() < 1e-3
+    assert np.abs(thin[inside, 1]).max() < 1e-3
