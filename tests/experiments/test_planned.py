@@ -9,7 +9,7 @@ import pytest
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.experiments.planned import conclude, experiment_of_file
-from gimbal_hil.host import program_of
+from gimbal_hil.host import HostState, program_of
 from gimbal_hil.host.lockstep import CompiledPath
 from gimbal_hil.settings import shipped_settings
 from sim_backend.model import shipped_model
@@ -25,6 +25,7 @@ def test_the_shipped_plan_runs_and_measures_its_speeds() -> None:
     rows = []
     for step in experiment.steps:
         recorded = path.run(program_of([step.segment]))
+        assert path.host.state is HostState.ACTIVE
         if step.measured:
             rows.append({"step": step.name} | (experiment.measure(step, recorded.signals()) or {}) | dict(step.meaning))
     assert [row["step"] for row in rows] == ["slow there, lap 0", "fast back, lap 0", "slow there, lap 1", "fast back, lap 1"]
