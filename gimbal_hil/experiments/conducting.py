@@ -55,6 +55,8 @@ def conduct(
     progress: ProgressSink | None = None,
 ) -> Outcome:
     """Run an experiment on the virtual antenna in lockstep and leave log, table and report in `folder`."""
+    if experiment.base is not None:
+        model = model.with_base(experiment.base)
     antenna = EmbeddedAntenna(settings, model, seed, keep_frames=experiment.every == 1)
     header = run_header(settings, model, seed, experiment.name, experiment.every)
     outcome = run_experiment(experiment, antenna, folder, header, resume=resume, force=force, progress=progress)

@@ -49,6 +49,8 @@ class Experiment:
     drawn: frozenset[str] = frozenset()
     #: one log row in so many ticks; 1 keeps frames too, so that the run can be replayed
     every: int = 1
+    #: `base:` section of the model that a virtual antenna is given for this experiment; None leaves the model's own
+    base: Mapping[str, Any] | None = None
 
     def duration_s(self, rate_hz: float) -> float:
         """Simulated or real time that the steps take when none ends early, s."""

@@ -106,7 +106,7 @@ def _pulses(axis: str, level: float, options: SequenceOptions) -> Step:
 
 
 def measure(step: Step, signals: Signals) -> Row:
-    """Ramps: torque from the hold at which the joint moves faster than 4 mrad/s for good; loops: slope at zero friction; all: travel (rad)."""
+    """Ramps: torque at which the joint moves faster than 4 mrad/s for good; loops: slope at zero friction; all: travel (rad)."""
     meaning = step.meaning
     position = signals[f"{meaning['axis']}.position"] - signals[f"{meaning['axis']}.position"][0]
     torque = signals[f"{meaning['axis']}.torque"]
