@@ -9,6 +9,7 @@ import numpy as np
 from gimbal_hil.identification.axis_identification import AxisIdentification, friction_of
 from gimbal_hil.identification.estimate import Estimate, Verdict
 from gimbal_hil.identification.figures import hysteresis_figure, interval_figure, output_error_figure, residual_figure, velocity_map_figure
+from gimbal_hil.identification.output_error import OutputErrorFit
 from gimbal_hil.identification.stribeck import LUGRE_NAMES
 from gimbal_hil.report import Block, Callout, Details, Heading, Page, Plot, Table, Text, Tiles
 from sim_backend.model import AntennaModel
@@ -87,7 +88,7 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
                 f"torque offset {result.dynamic.offset:.3g} {unit}.",
             )
         )
-        blocks.append(_sensitivity_table(result))
+        blocks.append(_sensitivity_table(result.dynamic))
     return blocks
 
 
@@ -129,9 +130,8 @@ def _rejected(result: AxisIdentification) -> list[Block]:
     return [Details(f"{len(rejected)} stretches gave no point", [Table(["stretch", "why"], rows)])]
 
 
-def _sensitivity_table(result: AxisIdentification) -> Table:
-    assert result.dynamic is not None
-    rows = [[e.name, f"{s:.3g}"] for e, s in zip(result.dynamic.estimates, result.dynamic.sensitivities, strict=True)]
+def _sensitivity_table(fit: OutputErrorFit) -> Table:
+    rows = [[e.name, f"{s:.3g}"] for e, s in zip(fit.estimates, fit.sensitivities, strict=True)]
     return Table(
         ["parameter", "sensitivity"], rows, "Rms change of the simulated displacement for 1 % of the parameter, in units of its error."
     )
