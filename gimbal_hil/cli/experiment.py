@@ -12,17 +12,16 @@ if TYPE_CHECKING:
 
 
 def command(
-    name: Annotated[
-        str, typer.Argument(help="A sequence (step, sliding, presliding, ...), thesis, or a plan file.")
-    ],
+    name: Annotated[str, typer.Argument(help="A sequence (step, sliding, presliding, ...), thesis, or a plan file.")],
     config: Annotated[Path | None, typer.Option(help="Configuration file; without it the shipped virtual antenna.")] = None,
-    model: Annotated[
-        Path | None, typer.Option(help="Model of the embedded antenna, not the configuration's.")
-    ] = None,
+    model: Annotated[Path | None, typer.Option(help="Model of the embedded antenna, not the configuration's.")] = None,
     out: Annotated[Path | None, typer.Option(help="Run folder; without it a new one below ./runs.")] = None,
     axis: Annotated[list[str] | None, typer.Option(help="Only this axis; may be repeated.")] = None,
     short: Annotated[bool, typer.Option("--short", help="The short variant of the sequence.")] = False,
     every: Annotated[int | None, typer.Option(help="Keep one tick in so many in the log (1 keeps frames too).", min=1)] = None,
+    base: Annotated[
+        str | None, typer.Option(help="Base motion of base_motion: a case of the thesis (3.1/1 to 3.2/4) or a CSV file.")
+    ] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the embedded antenna's noise, in place of the configuration's.", min=0)] = None,
     lockstep: Annotated[bool, typer.Option("--lockstep/--real-time", help="Virtual time (the default), or a daemon in real time.")] = True,
     run: Annotated[Path | None, typer.Option(help="Run folder of a running daemon: the experiment goes through it, in real time.")] = None,
@@ -33,19 +32,22 @@ def command(
     """Run a sequence; leaves a run folder with log, table.csv and report.html."""
     import json
 
+    from firmware_protocol.errors import BadInputError
     from gimbal_hil.cli.progress import ProgressBar
     from gimbal_hil.runs.header import wall_clock_utc
 
+    if not lockstep and run is None:
+        raise BadInputError("--real-time", "does not say which daemon", "--run with the run folder of a running daemon")
     if resume and out is None:
-        from firmware_protocol.errors import BadInputError
-
         raise BadInputError("--resume", "does not say which run", "--out with the folder of the stopped experiment")
     folder = out or Path("runs") / f"{Path(name).stem}-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
     if name == "thesis":
         return _thesis(folder, force, as_json)
     with ProgressBar(not as_json) as progress:
-        outcome = _conduct(
-            name, config, model, folder, axis, short, every, seed, None if lockstep and run is None else run, resume, force, progress
+        outcome = (
+            _conduct(name, config, model, folder, axis, short, every, base, seed, resume, force, progress)
+            if run is None
+            else _conduct_through_daemon(name, run, folder, axis, short, resume, force, progress)
         )
     if as_json:
         print(json.dumps({"experiment": outcome.experiment.name, "run": str(folder), "rows": list(outcome.rows)}, allow_nan=False))
@@ -63,8 +65,8 @@ def _conduct(
     axis: list[str] | None,
     short: bool,
     every: int | None,
+    base: str | None,
     seed: int | None,
-    run: Path | None,
     resume: bool,
     force: bool,
     progress: object,
@@ -75,7 +77,7 @@ def _conduct(
     from sim_backend.model import load_model
 
     settings = load_settings(config) if config else shipped_settings()
-    options = SequenceOptions(settings.rate_hz, _axes(axis), short, every)
+    options = SequenceOptions(settings.rate_hz, _axes(axis), short, every, base=base)
     experiment = build_experiment(name, options)
     antenna, own_seed = embedded_model_of(settings)
     if model is not None:
@@ -90,6 +92,19 @@ def _conduct(
         force=force,
         progress=progress,  # type: ignore[arg-type]
     )
+
+
+def _conduct_through_daemon(
+    name: str, run: Path, folder: Path, axis: list[str] | None, short: bool, resume: bool, force: bool, progress: object
+) -> Outcome:
+    from gimbal_hil.experiments.conducting import conduct_through_daemon
+    from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
+    from gimbal_hil.runs import read_header
+
+    rate_hz = 1e9 / read_header(run).header.period_ns
+    # a real antenna's log is not thinned: it cannot be made again
+    experiment = build_experiment(name, SequenceOptions(rate_hz, _axes(axis), short, every=1))
+    return conduct_through_daemon(experiment, run, folder, resume=resume, force=force, progress=progress)  # type: ignore[arg-type]
 
 
 def _axes(names: list[str] | None) -> tuple[str, ...]:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.experiments.antenna import EmbeddedAntenna
+from gimbal_hil.experiments.daemon_antenna import DaemonAntenna
 from gimbal_hil.experiments.experiment import Experiment
 from gimbal_hil.experiments.runner import Outcome, ProgressSink, run_experiment, table_csv
 from gimbal_hil.report import Details, Listing, Page
@@ -61,6 +63,26 @@ def conduct(
     header = run_header(settings, model, seed, experiment.name, experiment.every)
     outcome = run_experiment(experiment, antenna, folder, header, resume=resume, force=force, progress=progress)
     write_results(outcome, f"{model.name}, seed {seed}, {settings.rate_hz:g} Hz in lockstep")
+    return outcome
+
+
+def conduct_through_daemon(
+    experiment: Experiment,
+    run: Path,
+    folder: Path,
+    *,
+    resume: bool = False,
+    force: bool = False,
+    progress: ProgressSink | None = None,
+) -> Outcome:
+    """Run an experiment in real time through the daemon that records into `run`; leaves log, table and report in `folder`."""
+    antenna = DaemonAntenna(run, experiment.steps)
+    try:
+        header = replace(antenna.record.header, title=experiment.name, command_line=tuple(sys.argv))
+        outcome = run_experiment(experiment, antenna, folder, header, resume=resume, force=force, progress=progress)
+    finally:
+        antenna.close()
+    write_results(outcome, f"through the daemon of {run}, {antenna.rate_hz:g} Hz in real time")
     return outcome
 
 

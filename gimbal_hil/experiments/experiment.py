@@ -88,4 +88,4 @@ def step_of(
 ) -> Step:
     """A step of `duration_s` seconds (at least one tick) at a tick rate."""
     ticks = max(1, round(duration_s * rate_hz))
-    return Step(name, Segment(duration_ticks=ticks, ends=ends, **commands), dict(meaning or {}), measured)
+    return Step(name, Segment(commands["outer"], commands["inner"], ticks, ends), dict(meaning or {}), measured)
