@@ -39,12 +39,11 @@ _LEAVE_TIMEOUT = Duration(3_000_000_000)
 
 #: drive states in which it applies no torque
 _DRIVE_OFF = (DriveState.NOT_READY, DriveState.SWITCH_ON_DISABLED, DriveState.READY_TO_SWITCH_ON, DriveState.SWITCHED_ON, DriveState.FAULT)
-_COMMAND_WORD = {
-    CommandKind.START: "start",
-    CommandKind.STOP: "stop",
-    CommandKind.QUICK_STOP: "quick_stop",
-    CommandKind.FAULT_RESET: "fault_reset",
-    CommandKind.SHUT_DOWN: "stop",
+#: commands without parameters that go straight to the host, as the log calls them
+_PLAIN: dict[CommandKind, tuple[str, Callable[[Host], None]]] = {
+    CommandKind.STOP: ("stop", Host.stop),
+    CommandKind.QUICK_STOP: ("quick_stop", Host.quick_stop),
+    CommandKind.FAULT_RESET: ("fault_reset", Host.reset_fault),
 }
 
 
@@ -165,8 +164,9 @@ class ControlLoop:
         if command.kind is CommandKind.SHUT_DOWN:
             self._leave(Stopping.BRAKING, Ending(EXIT_DONE, "shut down by the operator"))
             return ""
-        {CommandKind.STOP: host.stop, CommandKind.QUICK_STOP: host.quick_stop, CommandKind.FAULT_RESET: host.reset_fault}[command.kind]()
-        self._record_command(_COMMAND_WORD[command.kind])
+        word, ask = _PLAIN[command.kind]
+        ask(host)
+        self._record_command(word)
         return ""
 
     def _record_command(self, word: str) -> None:

@@ -37,6 +37,8 @@ class LiveView:
     row: np.void | None = None
     drive_state: schema.DriveState | None = None
     drive_fault: schema.FaultCode | None = None
+    #: why the host last changed its state
+    cause: str = "none"
     _measured: dict[str, float] = field(default_factory=dict)
     _trace: deque[list[float]] = field(default_factory=lambda: deque(maxlen=TRACE_RATE_HZ * TRACE_S))
     _next_trace_ns: int = 0
@@ -71,6 +73,7 @@ class LiveView:
             "tick": int(row["tick"]),
             "time_ns": int(row["time_ns"]),
             "host_state": HostState(int(row["host_state"])).name.lower(),
+            "cause": self.cause,
             "link": LinkStatus(int(row["link_status"])).name.lower(),
             "drive_state": self.drive_state.name.lower() if self.drive_state is not None else None,
             "drive_fault": self.drive_fault.name.lower() if self.drive_fault is not None else None,

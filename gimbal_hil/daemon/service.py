@@ -213,6 +213,8 @@ class Service:
         elif record.kind == TelemetryKind.EVENT:
             event = json.loads(record.payload)
             self._recorder.event(event)
+            if event["data"].get("code") == "state":
+                self._view.cause = event["data"]["cause"]
             self._notice(event)
             if not _is_chatter(event):
                 self._desk.announce(event)

@@ -128,6 +128,7 @@ class Telemetry:
             patience_ns = time.monotonic_ns() + 5 * NS_PER_S
             while not self._ring.push_if_room(kind, payload):
                 if time.monotonic_ns() > patience_ns:
+                    self._lockstep = False  # nobody reads any more: the control loop will find out why
                     break
                 time.sleep(0.001)
             else:

@@ -78,13 +78,14 @@ function bars(id, items, logarithmic) {
 }
 function facts(s) {
   const t = s.statistics, show = v => v === null ? "-" : v;
-  const items = [["state", s.host_state], ["link", s.link], ["drive", show(s.drive_state)], ["fault", show(s.drive_fault)],
+  const state = s.host_state + (s.cause === "none" ? "" : " (" + s.cause + ")");
+  const items = [["state", state], ["link", s.link], ["drive", show(s.drive_state)], ["fault", show(s.drive_fault)],
     ["mode", s.mode.outer + " / " + s.mode.inner], ["tick", s.tick], ["missed", t.missed], ["rejected frames", s.rejected_frames],
     ["latency p99", t.latency_us.p99.toFixed(0) + " us"], ["computing p99", t.computing_us.p99.toFixed(0) + " us"]];
   const box = document.getElementById("facts");
   box.replaceChildren(...items.map(([name, value]) => {
     const item = document.createElement("span"), strong = document.createElement("b");
-    strong.textContent = value; if (value === "fault" || value === "lost") strong.className = "bad";
+    strong.textContent = value; if (String(value).startsWith("fault") || value === "lost") strong.className = "bad";
     item.append(name + " ", strong);
     return item;
   }));
