@@ -14,7 +14,7 @@ from gimbal_hil.discrepancy.workflow import Diagnosis
 from gimbal_hil.report import Block, Callout, Details, Heading, Listing, Page, Plot, Table, Text, Tiles
 from sim_backend.model import AntennaModel
 
-_GAP_CAPTION = "Rms left over per channel on hold-out rows that neither selected nor tuned anything, before and after, beside noise and processing floor."
+_GAP_CAPTION = "Rms left over per channel on hold-out rows that neither selected nor tuned, before and after, beside noise and processing."
 _TONE = {"named": "good", "no_discrepancy": "good", "ambiguous": "warning", "unexplained": "warning"}
 
 

@@ -1,8 +1,8 @@
 """Screening: what each family could explain of the residual near its starts, and what matched nonsense could.
 
 The response of the twin to a family's probes is put beside the residual after everything that is already in the hypothesis has
-been projected out of both. Nonsense of the same kind is the same response reversed in time and shifted: it has the same
-spectrum, size and shape, and cannot be the cause.
+been projected out of both. Nonsense of the same kind is the same response with its phase or its signs scrambled: it has the
+same size and shape, and cannot be the cause.
 """
 
 from __future__ import annotations
@@ -124,8 +124,12 @@ def _ripple_gain(y: Floats, weight: Floats, angle: Floats) -> float:
     return float((ss * cy * cy - 2.0 * cs * cy * sy + cc * sy * sy) / determinant)
 
 
-def control_gain(columns: Floats, residual: Floats, rows: list[int], channels: int, seed: int, tries: int = 40) -> float:
-    """Best gain of matched nonsense: the responses (rows * channels, k) reversed and shifted in time within every record."""
+def control_gain(columns: Floats, residual: Floats, rows: list[int], channels: int, block: int, seed: int, tries: int = 40) -> float:
+    """Best gain of matched nonsense made of responses (rows * channels, k).
+
+    block 0: reversed and shifted in time within every record, which scrambles the phase of a ripple. Otherwise: sign drawn
+    anew for every `block` rows, since a response that repeats with the laps would come back upon itself when shifted.
+    """
     rng = np.random.default_rng(seed)
     shaped = columns.reshape(sum(rows), channels, -1)
     best = 0.0
@@ -133,8 +137,11 @@ def control_gain(columns: Floats, residual: Floats, rows: list[int], channels: i
         parts, at = [], 0
         for n in rows:
             part = shaped[at : at + n]
-            part = part[::-1] if rng.random() < 0.5 else part
-            parts.append(np.roll(part, int(rng.integers(n // 10, n - n // 10)), axis=0))
+            if block:
+                part = part * np.repeat(rng.choice([-1.0, 1.0], n // block + 1), block)[:n, None, None]
+            else:
+                part = np.roll(part[::-1] if rng.random() < 0.5 else part, int(rng.integers(n // 10, n - n // 10)), axis=0)
+            parts.append(part)
             at += n
         nonsense = np.concatenate(parts).reshape(columns.shape)
         coefficients = np.linalg.lstsq(nonsense.T @ nonsense, -nonsense.T @ residual, rcond=1e-9)[0]
@@ -143,6 +150,6 @@ def control_gain(columns: Floats, residual: Floats, rows: list[int], channels: i
 
 
 def family_table(hypothesis: Hypothesis, families: list[Family]) -> list[Family]:
-    """Families that may still be added to a hypothesis: what is not in it, and a second ripple of the same kind."""
+    """Families that may still be added to a hypothesis: what is not in it yet."""
     present = set(hypothesis.labels)
-    return [f for f in families if f.label not in present or f.ripple is not None]
+    return [f for f in families if f.label not in present]

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from gimbal_hil.discrepancy.families import Family, Start
+from gimbal_hil.discrepancy.families import Family
 from gimbal_hil.discrepancy.fit import residual_of
 from gimbal_hil.discrepancy.hypothesis import values_of
 from gimbal_hil.discrepancy.intervals import parameter_intervals
 from gimbal_hil.discrepancy.record import RATE_ERROR, Channel
-from gimbal_hil.discrepancy.screening import basis_of, control_gain, responses
+from gimbal_hil.discrepancy.screening import responses
 from gimbal_hil.discrepancy.search import Scored
 from gimbal_hil.discrepancy.separating import separating_run, why_not_testable
 from gimbal_hil.discrepancy.smoothing import Floats
@@ -188,20 +188,13 @@ def _effect_entry(diagnosis: Diagnosis, index: int) -> tuple[dict[str, Any], lis
 
 
 def _gains(diagnosis: Diagnosis, index: int) -> tuple[float, float]:
-    """Share of the gap that a cause takes on the hold-out, and what the best matched nonsense takes of the fitted gap."""
+    """Share of the gap that a cause takes on the hold-out, and what the best matched nonsense takes of it on the fitted data."""
     search, best = diagnosis.search, diagnosis.best
     without = search.refitted(best.hypothesis.minus(index))
     base = max(float(np.sum(np.mean(diagnosis.null.holdout**2, axis=0) - 1.0)), 1e-9)
     gain = float(np.sum(np.mean(without.holdout**2, axis=0) - np.mean(best.holdout**2, axis=0))) / base
-    cause = best.hypothesis.causes[index]
-    columns = responses(search.twin, without.fit, search.floor, cause.family, Start((cause.x,), cause.x))
-    if columns is None:
-        return min(gain, 1.0), 0.0
-    basis, residual = basis_of(without.fit, search.spread)
-    residual = (residual - basis @ (basis.T @ residual))[: len(columns)]
-    rows = [int(r.keep.sum()) for r in search.twin.records]
-    nonsense = control_gain(columns, residual, rows, len(search.twin.channels), seed=3)
-    return min(gain, 1.0), nonsense / max(float(np.sum(residual**2)), 1e-9)
+    fitted = max(float(np.sum(diagnosis.null.fit.residual**2)) - diagnosis.null.fit.residual.size, 1e-9)
+    return min(gain, 1.0), search.nonsense(without, best.hypothesis.causes[index]) / fitted
 
 
 def where_of(diagnosis: Diagnosis) -> list[Regime]:

@@ -112,6 +112,7 @@ def _search(twin: Twin, held: Twin, floor: Floats, catalogue: list[Family], pool
     rows = [int(r.keep.sum()) for r in held.records]
     selecting = np.concatenate([np.arange(n) < n // 2 for n in rows])
     search = Search(twin, held, floor, catalogue, lambda fit, fs: [], lambda hs, known: [], _SPREAD, selecting, progress)
+    search.exact = all(twin.model.number(axis, "friction.sigma0") > 0.0 for axis in twin.model.axes)
 
     def listen(fit: Fit, chosen: list[Family]) -> list[Response]:
         # ripples and grids first: they take longest
@@ -142,6 +143,8 @@ def _decide(
         search.floor = _effective(model, search.twin, found, processing)
         null, sparse = search.again(null), search.again(sparse)
     if search.complete(sparse, null) and 0 < len(sparse.hypothesis.causes) <= 2:
+        return sparse, null, None, rounds, found
+    if not search.exact and sparse.hypothesis.causes:
         return sparse, null, None, rounds, found
     search.progress("letting the known numbers float")
     known = known_numbers(model, TRUST)
