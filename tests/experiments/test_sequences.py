@@ -1,0 +1,159 @@
+"""The sequences on the virtual antenna with its default sensors: what they measure is what the model holds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.experiments.conducting import conduct
+from gimbal_hil.experiments.experiment import Experiment
+from gimbal_hil.experiments.frequency_response import margins_of
+from gimbal_hil.experiments.runner import Outcome
+from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment, gravity_map, sliding, sweep
+from gimbal_hil.experiments.step_signals import STEPS_FOLDER
+from gimbal_hil.identification import friction_of, identify_axis
+from gimbal_hil.identification.reading import read_logs
+from gimbal_hil.settings import shipped_settings
+from sim_backend.model import shipped_model
+from tests.control.loop_margins import Axis, gain_margin_db, phase_margin_deg, pi, torque_to_rate
+
+SEED = 11
+RATE_HZ = 1000.0
+MODEL = shipped_model()
+
+
+@pytest.fixture(scope="module")
+def conducted(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, str], Outcome]:
+    """The short variant of a sequence on one axis, run once however many tests look at it."""
+    known: dict[tuple[str, str], Outcome] = {}
+
+    def outcome(name: str, axis: str) -> Outcome:
+        if (name, axis) not in known:
+            experiment = build_experiment(name, SequenceOptions(RATE_HZ, (axis,), short=True))
+            known[name, axis] = conduct(experiment, shipped_settings(), MODEL, SEED, tmp_path_factory.mktemp(f"{name}-{axis}"))
+        return known[name, axis]
+
+    return outcome
+
+
+@pytest.mark.parametrize("axis", ["outer", "inner"])
+def test_short_sliding_finds_the_curve_of_the_model_within_its_errors(conducted: Callable[[str, str], Outcome], axis: str) -> None:
+    pairs = sliding.pairs_of(conducted("sliding", axis).rows, axis)
+    truth = friction_of(MODEL, axis).static
+    assert len(pairs) == sliding.SHORT_SPEEDS and all(pair.steady for pair in pairs)
+    away = np.array([(p.friction_nm - float(truth.torque(np.array([p.speed_rad_s]))[0])) / p.friction_error_nm for p in pairs])
+    assert np.max(np.abs(away)) < 4.0
+    assert np.sqrt(np.mean(away**2)) < 1.6
+
+
+def test_sliding_takes_the_inner_axis_gravity_out_although_it_is_seven_times_its_friction(
+    conducted: Callable[[str, str], Outcome],
+) -> None:
+    pairs = sliding.pairs_of(conducted("sliding", "inner").rows, "inner")
+    assert all(abs(pair.positional_nm) > 6.0 * pair.friction_nm for pair in pairs)
+
+
+def test_identification_of_short_sliding_and_presliding_runs_covers_the_model(conducted: Callable[[str, str], Outcome]) -> None:
+    axis = "inner"
+    folders = [conducted(name, axis).folder for name in ("sliding", "presliding")]
+    logs = [log for folder in folders for log in read_logs(folder, MODEL.axes)]
+    found = identify_axis(logs, MODEL, axis)
+    truth = friction_of(MODEL, axis)
+    for name, value in zip((e.name for e in found.estimates), truth.values().tolist(), strict=True):
+        estimate = next(e for e in found.estimates if e.name == name)
+        # one seed: the interval is 95 %, so a little beyond it is no contradiction
+        half = 0.5 * (estimate.interval.high - estimate.interval.low)
+        assert abs(estimate.value - value) < max(2.0 * half, 2e-3 * value), name
+
+
+def test_a_thinned_sequence_leaves_a_table_a_step_that_identification_reads(tmp_path: Path) -> None:
+    whole = build_experiment("sliding", SequenceOptions(RATE_HZ, ("outer",), every=20))
+    fast = [step for step in whole.steps if step.measured and step.meaning["speed_rad_s"] > 0.06 and step.meaning["pass"] == 0]
+    experiment = Experiment(whole.name, whole.text, (whole.steps[0], *fast), whole.measure, whole.conclude, every=whole.every)
+    outcome = conduct(experiment, shipped_settings(), MODEL, SEED, tmp_path)
+    assert len(list((tmp_path / STEPS_FOLDER).glob("*.parquet"))) == len(fast) == len(outcome.rows)
+    logs = read_logs(tmp_path, MODEL.axes)
+    found = identify_axis(logs, MODEL, "outer")
+    assert found.velocity_map is not None
+    truth = friction_of(MODEL, "outer").static
+    for point in found.velocity_map.points:
+        assert abs(abs(point.torque) - float(truth.torque(np.array([abs(point.rate)]))[0])) < 4.0 * point.standard_error
+
+
+def test_the_whole_sliding_sequence_has_the_speeds_and_the_travel_of_the_thesis() -> None:
+    experiment = build_experiment("sliding", SequenceOptions(RATE_HZ))
+    outer = [step for step in experiment.steps if step.measured and step.meaning["axis"] == "outer"]
+    speeds = sorted({step.meaning["speed_rad_s"] for step in outer})
+    assert len(speeds) == 45 and speeds[0] == pytest.approx(0.001) and speeds[-1] == pytest.approx(0.1)
+    assert sum(speed <= 0.01 for speed in speeds) >= 22
+    spans = {command.parameters[2] for command in (step.segment.outer for step in outer)}
+    assert spans == {math.radians(75.0)}
+    assert {step.meaning["direction"] for step in outer} == {1, -1}
+
+
+@pytest.mark.parametrize("axis", ["outer", "inner"])
+def test_presliding_reads_stiffness_and_break_away_from_both_signs(conducted: Callable[[str, str], Outcome], axis: str) -> None:
+    rows = conducted("presliding", axis).rows
+    truth = friction_of(MODEL, axis)
+    stiffness = [row["stiffness_nm_per_rad"] for row in rows if row["kind"] == "loop"]
+    assert np.mean(stiffness) == pytest.approx(truth.sigma0, rel=0.05)
+    up, down = (next(row["breakaway_nm"] for row in rows if row["kind"] == "ramp" and row["direction"] == sign) for sign in (1, -1))
+    assert 0.5 * (up - down) == pytest.approx(truth.static.breakaway, rel=0.05)
+
+
+def test_the_gravity_map_finds_the_static_moment_of_the_inner_body(conducted: Callable[[str, str], Outcome]) -> None:
+    fit = gravity_map.fitted_gravity(gravity_map.windows_of(conducted("gravity_map", "inner").rows, "inner"))
+    weight = 9.81 * MODEL.number("inner", "body.mass")
+    assert fit.cosine == pytest.approx(-weight * MODEL.number("inner", "body.cog.x"), rel=1e-3)
+    assert fit.sine == pytest.approx(-weight * MODEL.number("inner", "body.cog.z"), rel=1e-2)
+    assert abs(fit.constant) < 1e-3
+
+
+@pytest.mark.parametrize("axis", ["outer", "inner"])
+def test_the_margins_of_the_sweep_are_the_computed_ones(conducted: Callable[[str, str], Outcome], axis: str) -> None:
+    response = sweep.response_of(axis, conducted("sweep", axis).drawn)
+    assert response is not None
+    measured = margins_of(response)
+    loop = getattr(shipped_settings().axes, axis).rate_loop
+    inertia = {"outer": MODEL.number("outer", "body.inertia.zz") + MODEL.number("inner", "body.inertia.zz"),
+               "inner": MODEL.number("inner", "body.inertia.yy")}[axis]  # fmt: skip
+    w = np.geomspace(5.0, 2.0 * math.pi * 450.0, 20_000)
+    step_s = 1.0 / RATE_HZ
+    rigid = Axis(inertia, friction_of(MODEL, axis).static.viscous)
+    computed = pi(w, loop.kp_s_per_rad, loop.ki_per_rad, step_s) * torque_to_rate(w, rigid, step_s, 0.0)
+    phase, crossover = phase_margin_deg(w, computed)
+    assert measured.crossover_hz == pytest.approx(crossover / (2.0 * math.pi), rel=0.005)
+    assert measured.phase_margin_deg == pytest.approx(phase, abs=0.5)
+    # with nothing but the hold in the loop its phase does not reach -180 degrees below half the tick rate
+    assert math.isinf(gain_margin_db(w, computed)) and measured.gain_margin_db is None
+
+
+def test_the_sweep_never_lets_the_joint_reverse() -> None:
+    assert max(sweep.AMPLITUDE_RAD_S.values()) < sweep.BIAS_RAD_S
+
+
+def test_a_base_motion_brings_its_base_with_it(conducted: Callable[[str, str], Outcome]) -> None:
+    row = conducted("base_motion", "outer").rows[0]
+    assert row["base_rate_rad_s"] == pytest.approx(math.radians(15.0) * math.sqrt(3.0), rel=1e-2)
+    assert row["outer_error_rms_rad"] < 1e-3 and row["outer_torque_rms_nm"] > 5.0
+
+
+@pytest.mark.parametrize("name", ["3.1/6", "3.2/0", "nothing.csv"])
+def test_a_base_motion_that_does_not_exist_is_refused(name: str) -> None:
+    with pytest.raises(BadInputError, match="base"):
+        build_experiment("base_motion", SequenceOptions(RATE_HZ, base=name))
+
+
+def test_warm_up_shows_no_change_where_friction_does_not_depend_on_temperature(conducted: Callable[[str, str], Outcome]) -> None:
+    from gimbal_hil.experiments.sequences.warm_up import laps_of
+
+    laps = laps_of(conducted("warm_up", "inner").rows, "inner")
+    assert len(laps) == 10
+    # the first lap settles a loop that starts from rest
+    friction = [lap["friction_nm"] for lap in laps[1:]]
+    assert np.ptp(friction) < 5e-4
