@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from gimbal_hil.daemon.clock import Duration, MonotonicClock
 from gimbal_hil.daemon.histogram import Histogram
 from gimbal_hil.daemon.miss_causes import MissCause, ThreadUsage
-from gimbal_hil.daemon.real_time import Granted, control_and_witness_cores, real_time, timer_slack
+from gimbal_hil.daemon.real_time import Granted, control_and_witness_cores, real_time, reserved_for_normal_tasks, timer_slack
 from gimbal_hil.daemon.reference_loop import LoopLatency, ReferenceLoop, compiler
 from gimbal_hil.daemon.tick_engine import Tick, TickEngine, TickStatistics
 from gimbal_hil.daemon.witness import WitnessProcess
@@ -127,6 +127,12 @@ def _judge(report: MachineReport) -> None:
         worst = f"(longest {statistics.longest_stall_ns / 1e6:.1f} ms): the antenna's deadman must outlast that"
         report.reasons.append(f"{stalled} ticks lost while the whole machine stood still {worst}")
     report.remarks += [f"not granted: {line}" for line in report.granted.refused]
+    reserved_ms = reserved_for_normal_tasks()
+    if report.granted.real_time_priority is not None and reserved_ms > report.period.ns / 1e6:
+        report.remarks.append(
+            f"the kernel keeps {reserved_ms:.0f} ms of every second for normal tasks: when they fill all cores, it may take a real-time"
+            " thread's core for that long (sched_rt_runtime_us, fair_server)"
+        )
     ratio = report.p99_ratio
     if ratio is None:
         report.remarks.append("no C compiler: the tick loop has no reference")

@@ -10,6 +10,7 @@ import resource
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 _PR_SET_TIMERSLACK, _PR_GET_TIMERSLACK = 29, 30
 _MCL_CURRENT, _MCL_FUTURE = 1, 2
@@ -100,6 +101,15 @@ def timer_slack() -> int | None:
         return None
     answer = ctypes.CDLL(None).prctl(_PR_GET_TIMERSLACK, 0, 0, 0, 0)
     return answer if answer >= 0 else None
+
+
+def reserved_for_normal_tasks() -> float:
+    """Milliseconds of every second that the kernel keeps for tasks without real-time priority, and may take in one piece; 0 if none."""
+    try:
+        runtime, period = (int(Path(f"/proc/sys/kernel/sched_rt_{name}_us").read_text()) for name in ("runtime", "period"))
+    except (OSError, ValueError):
+        return 0.0
+    return 0.0 if runtime < 0 else 1e3 * (period - runtime) / period
 
 
 def freeze_garbage() -> None:
