@@ -1,0 +1,123 @@
+"""How well friction is recovered on the virtual antenna with its default sensors, over seeded repeats.
+
+    python -m tests.benchmarks.friction_recovery --repeats 40 [--short] [--workers 2] [--out recovery.jsonl]
+
+Each repeat has noise of its own, runs sliding and presliding on both axes, and identifies with a *wrong* prior: every friction number of
+the model it is given is off by up to 30 %, so that nothing is recovered by being known. Finished repeats stay in the file and are not made
+again. Printed for each axis and parameter: bias, scatter, share of 95 % intervals that hold the truth, verdicts, and the error of the
+thesis' own recovery of the same numbers (its tables 4.7 to 4.10).
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import tempfile
+import time
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+AXES = ("outer", "inner")
+NAMES = ("breakaway", "coulomb", "stribeck_velocity", "viscous", "shape", "sigma0", "sigma1")
+#: the thesis' identification of its own simulation, tables 4.7 to 4.10
+THESIS = {
+    "outer": (0.2555, 0.2455, 0.0055, 0.0655, 1.05, 230.99, 14.99),
+    "inner": (0.1455, 0.1350, 0.0071, 0.0310, 1.4510, 270.01, 5.99),
+}
+WRONG_BY = 0.3
+FIRST_SEED = 1000
+
+
+def repeat(seed: int, short: bool) -> dict[str, Any]:
+    """One repeat: experiments, identification, and what came out of it."""
+    from gimbal_hil.experiments.conducting import conduct
+    from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
+    from gimbal_hil.identification import Log, friction_of, identify_axis
+    from gimbal_hil.identification.reading import read_logs
+    from gimbal_hil.settings import shipped_settings
+    from sim_backend.model import shipped_model
+
+    settings, truth = shipped_settings(), shipped_model()
+    random = np.random.default_rng(seed)
+    prior = truth
+    for axis in AXES:
+        factors = random.uniform(1.0 - WRONG_BY, 1.0 + WRONG_BY, len(NAMES))
+        # break-away stays above Coulomb friction: both are off by one factor, and so is the bump between them by another
+        level, bump = factors[:2]
+        values = friction_of(truth, axis).values() * factors
+        values[1] = level * friction_of(truth, axis).static.coulomb
+        values[0] = values[1] + bump * (friction_of(truth, axis).static.breakaway - friction_of(truth, axis).static.coulomb)
+        numbers = {f"friction.{name}": value for name, value in zip(NAMES, values.tolist(), strict=True)}
+        prior = prior.with_numbers(axis, numbers)
+    result: dict[str, Any] = {"seed": seed, "short": short}
+    begun = time.monotonic()
+    with tempfile.TemporaryDirectory() as folder:
+        logs: list[Log] = []
+        for number, name in enumerate(("sliding", "presliding")):
+            experiment = build_experiment(name, SequenceOptions(settings.rate_hz, short=short))
+            outcome = conduct(experiment, settings, truth, 2 * seed + number, Path(folder) / name)
+            logs += read_logs(outcome.folder, truth.axes)
+        result["experiments_s"] = time.monotonic() - begun
+        for axis in AXES:
+            found = identify_axis(logs, prior, axis, None, seed)
+            result[axis] = {
+                e.name: {"value": e.value, "low": e.interval.low, "high": e.interval.high, "verdict": e.verdict.value}
+                for e in found.estimates
+            }
+    result["total_s"] = time.monotonic() - begun
+    return result
+
+
+def report(results: list[dict[str, Any]]) -> str:
+    """The figures as text."""
+    from gimbal_hil.identification import friction_of
+    from sim_backend.model import shipped_model
+
+    lines = [f"{len(results)} repeats; seconds each: {np.median([r['total_s'] for r in results]):.0f} (median)"]
+    covered = total = 0
+    for axis in AXES:
+        lines.append(
+            f"{axis:<19}{'true':>10}{'bias %':>9}{'scatter %':>11}{'worst %':>9}{'covered':>10}  {'identified':<12}thesis' error %"
+        )
+        for place, (name, truth) in enumerate(zip(NAMES, friction_of(shipped_model(), axis).values().tolist(), strict=True)):
+            found = [r[axis][name] for r in results]
+            errors = np.array([100.0 * (f["value"] / truth - 1.0) for f in found])
+            holds = sum(f["low"] <= truth <= f["high"] for f in found)
+            sure = sum(f["verdict"] == "identified" for f in found)
+            covered, total = covered + holds, total + len(found)
+            scatter = float(np.std(errors, ddof=1)) if len(errors) > 1 else float("nan")
+            worst = float(np.max(np.abs(errors)))
+            lines.append(
+                f"{name:<19}{truth:>10.5g}{np.mean(errors):>+9.3f}{scatter:>11.3f}{worst:>9.3f}{f'{holds}/{len(found)}':>10}  "
+                f"{f'{sure}/{len(found)}':<12}{100.0 * (THESIS[axis][place] / truth - 1.0):+.1f}"
+            )
+    lines.append(f"intervals that hold the truth: {covered} of {total} ({100.0 * covered / total:.1f} %)")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """See the module."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--repeats", type=int, default=40)
+    parser.add_argument("--short", action="store_true", help="the short variants of both sequences")
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--out", type=Path, default=Path("friction_recovery.jsonl"))
+    asked = parser.parse_args()
+    known = [json.loads(line) for line in asked.out.read_text().splitlines()] if asked.out.exists() else []
+    results = [r for r in known if r["short"] == asked.short and r["seed"] < FIRST_SEED + asked.repeats]
+    open_seeds = sorted(set(range(FIRST_SEED, FIRST_SEED + asked.repeats)) - {r["seed"] for r in results})
+    with ProcessPoolExecutor(asked.workers, mp_context=get_context("spawn")) as executor, asked.out.open("a") as file:
+        for task in as_completed([executor.submit(repeat, seed, asked.short) for seed in open_seeds]):
+            results.append(task.result())
+            file.write(json.dumps(results[-1]) + "\n")
+            file.flush()
+            print(f"{len(results)} of {asked.repeats}: seed {results[-1]['seed']}, {results[-1]['total_s']:.0f} s", flush=True)
+    print(report(results))
+
+
+if __name__ == "__main__":
+    main()
