@@ -10,6 +10,9 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
 
+#: where the kernel counts per process only, the control thread is nearly all of it
+_OF_THREAD = getattr(resource, "RUSAGE_THREAD", resource.RUSAGE_SELF)
+
 
 class MissCause(Enum):
     """Who took the time of a missed tick."""
@@ -106,7 +109,7 @@ class ThreadUsage:
             self._schedstat = os.open("/proc/thread-self/schedstat", os.O_RDONLY | os.O_CLOEXEC)
         except OSError:
             self._schedstat = -1
-        self._switches = resource.getrusage(resource.RUSAGE_THREAD)
+        self._switches = resource.getrusage(_OF_THREAD)
         self.mark()
         gc.callbacks.append(self._on_collection)
 
@@ -124,7 +127,7 @@ class ThreadUsage:
         """What was used since the last mark."""
         computing, queued = _parsed(self._scheduled())
         computing_before, queued_before = _parsed(self._marked)
-        before, now = self._switches, resource.getrusage(resource.RUSAGE_THREAD)
+        before, now = self._switches, resource.getrusage(_OF_THREAD)
         self._switches = now
         return Usage(
             computing_ns=computing - computing_before,

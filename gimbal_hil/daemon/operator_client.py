@@ -9,10 +9,13 @@ from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from firmware_protocol.errors import BadInputError, LinkError
 from gimbal_hil.daemon.operator_socket import Door
+
+if TYPE_CHECKING:
+    from gimbal_hil.host.program import Program
 
 Json = dict[str, Any]
 
@@ -65,6 +68,19 @@ class OperatorClient:
             else:
                 raise RequestRefusedError(command, str(line.get("error", "refused")))
         raise LinkError(f"{self._where}: no answer to {command!r} within {self._timeout_s} s")
+
+    def start(self, program: Program) -> int:
+        """Have the host follow a program; answers the tick at which it began."""
+        return int(self.request("start", program=program.as_document())["tick"])
+
+    def wait_for_segment(self, label: int, timeout_s: float) -> Json | None:
+        """The event that ends the segment of that label (`cause` in its data says why), None when it does not come in time."""
+
+        def ended(event: Json) -> bool:
+            data = event.get("data", {})
+            return data.get("code") == "segment_ended" and data.get("segment") == label
+
+        return self.wait_for(ended, timeout_s)
 
     def next_event(self, timeout_s: float) -> Json | None:
         """The next event, or None when none comes in time."""

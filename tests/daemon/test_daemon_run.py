@@ -13,8 +13,11 @@ import pytest
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.cli.app import run as run_command
+from gimbal_hil.control.layout import Mode
 from gimbal_hil.daemon.operator_client import RequestRefusedError
 from gimbal_hil.daemon.run import DaemonOptions, run_daemon
+from gimbal_hil.host.program import AxisCommand, Segment, program_of
+from gimbal_hil.host.states import Shape
 from gimbal_hil.runs import open_run
 from gimbal_hil.settings import shipped_settings
 from tests.daemon.daemons import Json, RunningDaemon
@@ -70,9 +73,13 @@ def test_an_operator_moves_both_axes_and_the_run_replays(tmp_path: Path) -> None
         daemon.until_state(client, "active")
         segments = [{"outer": {"mode": "position", "parameters": [0.1]}, "duration_s": 0.05, "label": 7, "switch_off_afterwards": True}]
         client.request("segments", segments=segments)
-        ended = client.wait_for(lambda event: event.get("data", {}).get("code") == "segment_ended" and event["data"]["segment"] == 7, 60)
+        ended = client.wait_for_segment(7, timeout_s=60)
         assert ended is not None and ended["data"]["cause"] == "duration"
         daemon.until_state(client, "idle")
+        ramp = AxisCommand(Mode.POSITION, Shape.TABLE, (0.01, 1.0), table=np.linspace(0.1, 0.2, 20))
+        client.start(program_of([Segment(outer=ramp, duration_ticks=200, label=8)]))
+        ended = client.wait_for_segment(8, timeout_s=60)
+        assert ended is not None and ended["data"]["cause"] == "duration"
         client.request("mode", outer="rate", inner="off")
         status = daemon.until_state(client, "active")
         assert status["mode"] == {"outer": "rate", "inner": "off"}
@@ -82,7 +89,7 @@ def test_an_operator_moves_both_axes_and_the_run_replays(tmp_path: Path) -> None
         code, answer, _ = daemon.wait()
     assert code == 0 and answer["reason"] == "shut down by the operator"
     assert not (run / "operator.json").exists()
-    assert [event.data["command"] for event in open_run(run).commands()][:4] == ["start", "start", "start", "stop"]
+    assert [event.data["command"] for event in open_run(run).commands()][:5] == ["start", "start", "start", "start", "stop"]
     assert run_command("replay", [str(run), "--json"]) == 0
 
 
