@@ -1,4 +1,4 @@
-"""Do the intervals of the whole chain cover the truth? Plateaus with gravity and ripple, noisy encoder and gyro, wrong priors; `-s` shows figures."""
+"""Do the intervals of the whole chain cover the truth, with gravity, ripple, noise and wrong priors? `-s` shows the figures."""
 
 from __future__ import annotations
 
@@ -76,8 +76,7 @@ def test_intervals_of_the_whole_chain_cover_the_truth_in_at_least_nine_of_ten_re
         covered = sum(e.interval.covers(true) for e in found)
         errors = np.abs([e.fitted / true - 1.0 for e in found])
         width = float(np.median([0.5 * (e.interval.high - e.interval.low) / true for e in found]))
-        print(
-            f"{name}: covered {covered}/{REPEATS}, error {100 * np.median(errors):.2f} % (worst {100 * errors.max():.2f}), half width {100 * width:.2f} %"
-        )
+        said = f"error {100 * np.median(errors):.2f} % (worst {100 * errors.max():.2f}), half width {100 * width:.2f} %"
+        print(f"{name}: covered {covered}/{REPEATS}, {said}")
         assert covered >= 0.9 * REPEATS, name
         assert errors.max() < 0.02, name
