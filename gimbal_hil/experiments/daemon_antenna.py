@@ -179,6 +179,11 @@ def signals_between(run: Run, first: int, last: int) -> Signals:
     size = min(len(table), last - first + 1)
     columns = {name: values[:size] for name, values in table.columns.items()}
     nothing = np.full(size, np.nan)
+    own = run.ticks[(ticks >= first) & (ticks <= last)]
+    for axis in AXES:
+        for signal in ("position_ref", "rate_ref"):
+            if np.all(np.isnan(own[f"{signal}_{axis}"])):
+                columns[f"{axis}.{signal}"] = nothing
     for axis in AXES:
         for signal in ("position_ref", "rate_ref", "temperature", "torque_measured"):
             columns.setdefault(f"{axis}.{signal}", nothing)

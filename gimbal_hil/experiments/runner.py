@@ -117,7 +117,9 @@ class _Session:
             for number in range(start.done, len(steps)):
                 step = steps[number]
                 followed = self._follow(number, step)
-                if step.measured and self.experiment.every > 1:
+                state = self.antenna.keep()
+                if step.measured and (self.experiment.every > 1 or state is None):
+                    # the log is thinned, or that of a real antenna, with gaps where a sequence was stopped
                     write_step_signals(self.writer.folder, number, followed.signals)
                 if step.measured:
                     row = self.experiment.measure(step, followed.signals)
@@ -125,7 +127,6 @@ class _Session:
                         rows.append({"step": step.name, **dict(step.meaning), **row})
                 if step.name in self.experiment.drawn:
                     drawn[step.name] = followed.signals
-                state = self.antenna.keep()
                 mark = self.writer.mark()
                 write_checkpoint(self.writer.folder, Checkpoint(number + 1, self.digest, tuple(rows), mark, state, drawn))
         except BaseException:

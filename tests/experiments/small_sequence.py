@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from gimbal_hil.experiments.experiment import AxisCommand, Experiment, Row, Signals, Step, move_to, on_axis, position_hold, step_of
+from gimbal_hil.experiments.experiment import Experiment, Row, Signals, Step, move_to, on_axis, position_hold, step_of
 from gimbal_hil.experiments.plateau import plateau_mean
-from gimbal_hil.host import EndCondition, EndKind, Mode, Origin, Shape
+from gimbal_hil.host import AxisCommand, EndCondition, EndKind, Mode, Origin, Shape
 
 RATE_HZ = 1000.0
 SPEED_RAD_S, TRAVEL_RAD = 0.05, 0.05

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from firmware_protocol.errors import BadInputError, LinkError, SafetyStopError
 from gimbal_hil.experiments.conducting import conduct, conduct_through_daemon
@@ -22,7 +23,7 @@ from tests.daemon.test_two_processes import RunningPlant, configuration
 from tests.experiments.small_sequence import small_sequence
 
 #: a machine that stalls for longer than the antenna's deadman ends a try, as it should; then it is made again
-TRIES = 8
+TRIES = 40
 
 
 def test_a_folder_without_a_daemon_is_refused(tmp_path: Path) -> None:
@@ -48,8 +49,17 @@ def conducted_in_spite_of_stalls(experiment: Experiment, daemon: RunningDaemon, 
     raise AssertionError(problems)
 
 
+def patient_configuration(folder: Path) -> Path:
+    """Host and antenna wait longer for each other than they should on an antenna: stalls of a busy machine are not under test here."""
+    path = configuration(folder, "serial")
+    document = yaml.safe_load(path.read_text())
+    document["supervisor"] |= {"lost_ticks": 100, "deadman": {"window_ticks": 250, "reaction": "decelerate_and_hold"}}
+    path.write_text(yaml.safe_dump(document))
+    return path
+
+
 def through_daemon(tmp_path: Path, experiment: Experiment) -> Outcome:
-    with RunningDaemon(tmp_path / "daemon", "--config", str(configuration(tmp_path, "serial"))) as daemon:
+    with RunningDaemon(tmp_path / "daemon", "--config", str(patient_configuration(tmp_path))) as daemon:
         plant = RunningPlant(tmp_path, "serial")
         try:
             outcome = conducted_in_spite_of_stalls(experiment, daemon, tmp_path / "experiment")
@@ -75,16 +85,16 @@ def test_a_small_sequence_through_the_daemon_measures_what_it_measures_in_lockst
 @pytest.mark.realtime
 @pytest.mark.heavy
 def test_short_sliding_and_presliding_through_daemon_and_plant_give_the_parameters_of_the_model(tmp_path: Path) -> None:
-    from gimbal_hil.identification import friction_of, identify_axis
+    from gimbal_hil.identification import Log, friction_of, identify_axis
     from gimbal_hil.identification.reading import read_logs
 
     model = shipped_model()
-    logs = []
+    logs: list[Log] = []
     for name in ("sliding", "presliding"):
         folder = tmp_path / name
         folder.mkdir()
         outcome = through_daemon(folder, build_experiment(name, SequenceOptions(1000.0, ("inner",), short=True)))
-        logs += read_logs(outcome.folder, model.axes, resample=True, drop_invalid=True)
+        logs += read_logs(outcome.folder, model.axes)
     found = identify_axis(logs, model, "inner")
     truth = dict(zip((e.name for e in found.estimates), friction_of(model, "inner").values().tolist(), strict=True))
     for estimate in found.estimates:
