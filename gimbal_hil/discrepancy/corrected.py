@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from gimbal_hil.discrepancy.hypothesis import parameters_of, values_of
 from gimbal_hil.discrepancy.twin import number_slot
 from gimbal_hil.discrepancy.workflow import Diagnosis
@@ -36,7 +34,8 @@ def corrected_model(diagnosis: Diagnosis) -> AntennaModel | None:
 def recalibrated_model(diagnosis: Diagnosis) -> AntennaModel:
     """The input model with the known numbers where they came to rest."""
     best = diagnosis.best.hypothesis
-    moved = {(k.axis, k.path): diagnosis.model.number(k.axis, k.path) * math.exp(y) for k, y in zip(best.floating, best.y, strict=True)}
+    at = zip(best.floating, best.y, strict=True)
+    moved = {(k.axis, k.path): k.moved(diagnosis.model.number(k.axis, k.path), y) for k, y in at}
     return with_numbers(diagnosis.model, moved)
 
 

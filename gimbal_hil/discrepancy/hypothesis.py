@@ -27,11 +27,19 @@ class Cause:
 
 @dataclass(frozen=True)
 class KnownNumber:
-    """A number of the model that may float: its axis, path and the share by which one trusts it."""
+    """A number of the model that may float: its axis, path and the share by which one trusts it.
+
+    It moves by the factor exp(y); with a size, by y times that size (an offset, which may change its sign).
+    """
 
     axis: str
     path: str
     trust: float
+    size: float = 0.0
+
+    def moved(self, nominal: float, y: float) -> float:
+        """The number at coordinate y."""
+        return nominal + self.size * y if self.size > 0.0 else nominal * math.exp(y)
 
 
 @dataclass(frozen=True)
@@ -58,7 +66,8 @@ class Hypothesis:
             knobs = cause.family.knobs
             causes.append(replace(cause, x=tuple(float(np.clip(vector[k + j], knob.low, knob.high)) for j, knob in enumerate(knobs))))
             k += len(knobs)
-        return replace(self, causes=tuple(causes), y=tuple(float(np.clip(v, -0.7, 0.7)) for v in vector[k:]))
+        limits = (20.0 if known.size > 0.0 else 0.7 for known in self.floating)
+        return replace(self, causes=tuple(causes), y=tuple(float(np.clip(v, -m, m)) for v, m in zip(vector[k:], limits, strict=True)))
 
     def plus(self, cause: Cause) -> Hypothesis:
         """With one more cause."""
@@ -81,7 +90,8 @@ def parameters_of(twin: Twin, hypothesis: Hypothesis) -> tuple[Structure, np.nda
     P = structure.P.copy()
     offsets = iter(zip(hook_list(hypothesis), structure.offsets, strict=True))
     for known, y in zip(hypothesis.floating, hypothesis.y, strict=True):
-        P[number_slot(twin.model, known.axis, known.path)] *= math.exp(y)
+        slot = number_slot(twin.model, known.axis, known.path)
+        P[slot] = known.moved(float(P[slot]), y)
     for cause in hypothesis.causes:
         effect, axis = cause.family.label
         offset = -1
@@ -161,6 +171,12 @@ def _upright(effect: str, found: dict[str, tuple[float, float | None]]) -> dict[
         found[name] = amplitude, None
         found["phase"] = (phase + math.pi) % (2.0 * math.pi) - math.pi, None
     return found
+
+
+def known_offsets(model: AntennaModel) -> tuple[KnownNumber, ...]:
+    """Torque offsets of a rig whose drive is not known better: free to change, since they hide behind whatever depends on direction."""
+    sizes = {axis: max(abs(model.number(axis, "actuator.offset")), model.number(axis, "friction.coulomb")) for axis in model.axes}
+    return tuple(KnownNumber(axis, "actuator.offset", 1.0, size) for axis, size in sizes.items() if size > 0.0)
 
 
 def known_numbers(model: AntennaModel, trust: float, axes: Sequence[str] | None = None) -> tuple[KnownNumber, ...]:

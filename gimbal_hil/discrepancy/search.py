@@ -27,7 +27,7 @@ COMPLETE_SHARE = 0.97
 #: unless what is left is hardly above the floor
 _CLOSED_WHEN_NEAR, _AT_FLOOR = 0.85, 1.25
 #: what matched nonsense may take of what a cause takes
-_NONSENSE = 0.5
+_NONSENSE, _COARSE_NONSENSE = 0.5, 0.9
 #: length of the blocks whose signs nonsense draws, s
 _SIGN_S = 0.7
 #: an addition must take this share of the gap on the hold-out, and this many squared floors a row on some channel
@@ -172,7 +172,8 @@ class Search:
     def beats_nonsense(self, before: Scored, after: Scored) -> bool:
         """Whether the last cause takes twice what its own response takes when it is reversed and shifted in time."""
         taken = before.fit.cost - after.fit.cost
-        return taken > 0.0 and self.nonsense(before, after.hypothesis.causes[-1]) < _NONSENSE * taken
+        share = _NONSENSE if self.exact else _COARSE_NONSENSE
+        return taken > 0.0 and self.nonsense(before, after.hypothesis.causes[-1]) < share * taken
 
     def nonsense(self, without: Scored, cause: Cause) -> float:
         """Squares that matched nonsense of one cause takes beside a state, in squared floors over the fitted rows."""
@@ -196,7 +197,7 @@ class Search:
             if found is None:
                 break
             state = found
-            if len(state.hypothesis.causes) > 1 and not self.complete(state, null):
+            if self.exact and len(state.hypothesis.causes) > 1 and not self.complete(state, null):
                 state = self.slots_again(state, rounds)
             if float(np.max(self.gaps(state))) <= COMPLETE_FLOORS:
                 break

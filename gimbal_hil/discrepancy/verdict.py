@@ -246,7 +246,7 @@ def recalibrated(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     """Known numbers that moved when they had to float."""
     chosen = diagnosis.best.hypothesis
     return [
-        {"axis": k.axis, "path": k.path, "value": nominal * math.exp(y), "nominal": nominal}
+        {"axis": k.axis, "path": k.path, "value": k.moved(nominal, y), "nominal": nominal}
         for k, y in zip(chosen.floating, chosen.y, strict=True)
         for nominal in (diagnosis.model.number(k.axis, k.path),) if abs(y) > 1e-3
     ]  # fmt: skip

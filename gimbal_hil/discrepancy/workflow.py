@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gimbal_hil.discrepancy.families import Family, families
 from gimbal_hil.discrepancy.fit import Fit
 from gimbal_hil.discrepancy.floors import Floor, floors, smaller, wide_twin
-from gimbal_hil.discrepancy.hypothesis import Hypothesis, known_numbers, parameters_of
+from gimbal_hil.discrepancy.hypothesis import Hypothesis, known_numbers, known_offsets, parameters_of
 from gimbal_hil.discrepancy.processing import processing_floors
 from gimbal_hil.discrepancy.record import TORQUE, record_of
 from gimbal_hil.discrepancy.screening import Response
@@ -135,6 +135,12 @@ def _decide(
     null = search.null()
     if float(np.max(search.gaps(null))) <= _QUIET:
         return null, null, None, [], found
+    if not search.exact:
+        # a model without bristles is refitted first: what it lacks shows beside the best that it can do
+        known = known_numbers(model, TRUST) + known_offsets(model)
+        null = search.null(Hypothesis(floating=known, y=(0.0,) * len(known)))
+        best, rounds = search.forward(null)
+        return best, null, None, rounds, found
     sparse, rounds = search.forward(null)
     if sparse.hypothesis.causes:
         # a cause that is named no longer hides noise: floors may only fall
@@ -143,8 +149,6 @@ def _decide(
         search.floor = _effective(model, search.twin, found, processing)
         null, sparse = search.again(null), search.again(sparse)
     if search.complete(sparse, null) and 0 < len(sparse.hypothesis.causes) <= 2:
-        return sparse, null, None, rounds, found
-    if not search.exact and sparse.hypothesis.causes:
         return sparse, null, None, rounds, found
     search.progress("letting the known numbers float")
     known = known_numbers(model, TRUST)
