@@ -35,10 +35,9 @@ def conducted_in_spite_of_stalls(experiment: Experiment, daemon: RunningDaemon, 
     problems = []
     for number in range(TRIES):
         with daemon.client() as client:
-            status = daemon.until_state(client, "idle", "fault", "active")
-            if status["host_state"] == "fault":
+            while daemon.until_state(client, "idle", "fault", "active")["host_state"] == "fault":
                 client.request("fault_reset")
-                daemon.until_state(client, "idle")
+                time.sleep(0.5)
         try:
             return conduct_through_daemon(
                 experiment, daemon.run, out, force=True, resume=bool(number) and (out / "checkpoint.json").exists()
