@@ -16,21 +16,26 @@ from sim_backend.layout import (
     AXES,
     AXIS,
     BODY_RATE,
+    BRISTLE,
     CODE,
     GYRO_FILTER,
     GYRO_STATE,
     HOOK_COUNT,
     HOOK_FIRST,
+    IN_FORCE,
+    IN_FORCE_SIZE,
     INSTANCE,
     INSTANCE_SIZE,
     KIND,
     PARAMETERS,
     SEED,
+    SIGMA0,
     STATES,
     STEP_S,
     STEPS,
     TEMPERATURE,
     TEMPERATURE_KNOTS,
+    TS,
     PlantKind,
     axis_block,
 )
@@ -97,6 +102,15 @@ def _gyro(P: np.ndarray, K: np.ndarray, X: np.ndarray, axis: int, steps: int) ->
     return read
 
 
+@compiled
+def _lead_bristle(X: np.ndarray, axis: int, torque: float) -> None:
+    """Move a standing joint's bristle by so much torque, within break-away."""
+    f = IN_FORCE + axis * IN_FORCE_SIZE
+    if X[f + SIGMA0] > 0.0:
+        most = X[f + TS] / X[f + SIGMA0]
+        X[BRISTLE + axis] = min(most, max(-most, X[BRISTLE + axis] + torque / X[f + SIGMA0]))
+
+
 @entry_point
 def balance(
     P: np.ndarray,
@@ -111,7 +125,8 @@ def balance(
 ) -> None:
     """Left-over torque and predicted gyro rate of every interval.
 
-    torque (n, 2) commanded, N m; motion (n, 6) interval means of q, q, v, v, a, a; base (n, 9) gravity, rate and angular
+    torque (n, 2) commanded, N m; motion (n, 8) interval means of q, q, v, v, a, a and how far a
+    standing bristle is led per axis; base (n, 9) gravity, rate and angular
     acceleration of the base in base axes; heat (n, 2) degC. Fills out (n, 4): torque given minus torque needed
     per axis (N m), gyro rate predicted per axis (rad/s). P[STEP_S] times `steps` is the interval.
     """
@@ -139,6 +154,9 @@ def balance(
                 advance_structures(P, K, X, h, (mass[0], mass[2]), (a0 + carried[0], a1 + carried[1]))
             X[STEPS] += 1.0
         out[k, 0], out[k, 1] = left0 / steps, left1 / steps
+        for axis in range(K[AXES]):
+            if motion[k, 6 + axis] > 0.0:
+                _lead_bristle(X, axis, motion[k, 6 + axis] * out[k, axis])
         X[BODY_RATE], X[BODY_RATE + 1], X[BODY_RATE + 2] = outer
         X[BODY_RATE + 3], X[BODY_RATE + 4], X[BODY_RATE + 5] = inner
         out[k, 2] = _gyro(P, K, X, 0, steps)

@@ -26,6 +26,10 @@ TORQUE, RATE_ERROR = "torque", "rate_error"
 #: travel, in bristle deflections at break-away, after which the bristle has forgotten how the log began
 _FORGOTTEN = 8.0
 _AMBIENT_DEGC = 20.0
+#: a joint stands when within this time it moves by less than this share of the bristle's deflection at break-away
+_STANDING_S, _STANDING_SHARE = 0.4, 0.3
+#: time constant with which a standing bristle is led to what holds the joint
+_LED_S = 0.06
 
 
 @dataclass(frozen=True)
@@ -47,7 +51,7 @@ class Record:
     axes: tuple[str, ...]
     #: commanded torque per axis, (n, 2), N m
     torque: Floats
-    #: interval means q, q, v, v, a, a, (n, 6)
+    #: interval means q, q, v, v, a, a, then the share by which a standing bristle is led per axis (see `_led`), (n, 8)
     motion: Floats
     #: gravity, rate and angular acceleration of the base in base axes, (n, 9)
     base: Floats
@@ -103,8 +107,8 @@ def record_of(table: SignalsTable, model: AntennaModel, scored_hz: float, name: 
     keep = _kept(rows, np.abs(v), torque, model, bands, n)
     laps = table.repeat[:n] if table.repeat is not None and len(np.unique(table.repeat)) > 1 else None
     return Record(
-        name, bands, axes, torque, np.ascontiguousarray(np.column_stack([q, v, a])), base, heat, gyro, tuple(has_gyro), keep, laps, moving,
-        warm, table.time_s[rows] - table.time_s[0], table.source,
+        name, bands, axes, torque, np.column_stack([q, v, a, _led(q, model, bands)]), base, heat, gyro, tuple(has_gyro), keep, laps,
+        moving, warm, table.time_s[rows] - table.time_s[0], table.source,
     )  # fmt: skip
 
 
@@ -136,6 +140,26 @@ def _body_rates(attitude: Floats, bands: Bands) -> Floats:
     return np.column_stack(
         [slope[:, 0] - slope[:, 2] * sp, slope[:, 1] * cr + slope[:, 2] * sr * cp, -slope[:, 1] * sr + slope[:, 2] * cr * cp]
     )
+
+
+def _led(position: Floats, model: AntennaModel, bands: Bands) -> Floats:
+    """Share of the left-over torque by which a bristle is led each interval, (n, 2): nothing in motion, quickly where a joint stands.
+
+    At standstill friction is whatever holds the joint, up to break-away, so torque says nothing there; but a bristle carried along
+    a rate that is mostly encoder noise creeps (its equation takes the modulus), and would be wrong when the joint moves on.
+    Presliding moves the joint by more.
+    """
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    out = np.zeros_like(position)
+    window = 2 * max(1, round(0.5 * _STANDING_S / bands.period_s)) + 1
+    for i, axis in enumerate(model.axes):
+        sigma0 = model.number(axis, "friction.sigma0")
+        if sigma0 > 0.0:
+            reach = maximum_filter1d(position[:, i], window) - minimum_filter1d(position[:, i], window)
+            standing = reach < _STANDING_SHARE * model.number(axis, "friction.breakaway") / sigma0
+            out[standing, i] = min(1.0, bands.period_s / _LED_S)
+    return out
 
 
 def _kept(rows: NDArray[np.int64], speed: Floats, torque: Floats, model: AntennaModel, bands: Bands, n: int) -> NDArray[np.bool_]:

@@ -186,9 +186,14 @@ class Search:
         block = 0 if cause.family.ripple else max(2, int(_SIGN_S / (bands.stride * bands.period_s)))
         return control_gain(columns, residual, [int(r.keep.sum()) for r in self.twin.records], len(self.twin.channels), block, seed=3)
 
-    def forward(self, null: Scored, most: int = MOST_CAUSES, until: float = 1.1) -> tuple[Scored, list[Round]]:
+    def closed(self, state: Scored, null: Scored) -> float:
+        """Share of the gap, over all channels, that a state closes on the hold-out."""
+        before, after = float(np.sum(np.mean(null.holdout**2, axis=0) - 1.0)), float(np.sum(np.mean(state.holdout**2, axis=0) - 1.0))
+        return 1.0 - after / before if before > 0.0 else 0.0
+
+    def forward(self, state: Scored, most: int = MOST_CAUSES, until: float = 1.1, null: Scored | None = None) -> tuple[Scored, list[Round]]:
         """Add the best cause while it is worth it; from the second on, search every slot again given the others."""
-        state, rounds = null, []
+        null, rounds = null or state, []
         while len(state.hypothesis.causes) < most and float(np.max(self.gaps(state))) > until:
             self.progress(f"searching for cause {len(state.hypothesis.causes) + 1}")
             tried = self.one_round(state)

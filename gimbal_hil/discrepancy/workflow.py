@@ -15,7 +15,7 @@ from gimbal_hil.discrepancy.hypothesis import Hypothesis, known_numbers, known_o
 from gimbal_hil.discrepancy.processing import processing_floors
 from gimbal_hil.discrepancy.record import TORQUE, record_of
 from gimbal_hil.discrepancy.screening import Response
-from gimbal_hil.discrepancy.search import MOST_CAUSES, Round, Scored, Search
+from gimbal_hil.discrepancy.search import Round, Scored, Search
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.discrepancy.workers import Workers, refine_one, respond_one
@@ -32,6 +32,10 @@ _EXACTNESS = 0.0012
 _SPREAD = 2.0
 #: gap, in floors, below which nothing is searched for
 _QUIET = 1.3
+#: causes that are looked for before the known numbers float
+_FEW = 2
+#: share of the gap that they must have closed for more to be looked for
+_PROMISING = 0.7
 
 
 @dataclass(frozen=True)
@@ -141,27 +145,28 @@ def _decide(
         null = search.null(Hypothesis(floating=known, y=(0.0,) * len(known)))
         best, rounds = search.forward(null)
         return best, null, None, rounds, found
-    sparse, rounds = search.forward(null)
+    sparse, rounds = search.forward(null, most=_FEW)
     if sparse.hypothesis.causes:
         # a cause that is named no longer hides noise: floors may only fall
         structure, P = parameters_of(wide, sparse.hypothesis)
         found = smaller(found, floors(search.twin, wide, structure, P))
         search.floor = _effective(model, search.twin, found, processing)
         null, sparse = search.again(null), search.again(sparse)
-    if search.complete(sparse, null) and 0 < len(sparse.hypothesis.causes) <= 2:
-        return sparse, null, None, rounds, found
+        if search.complete(sparse, null):
+            return sparse, null, None, rounds, found
     search.progress("letting the known numbers float")
     known = known_numbers(model, TRUST)
     floated = search.null(Hypothesis(floating=known, y=(0.0,) * len(known)))
     if search.complete(floated, null) and float(np.max(search.gaps(floated))) < _QUIET:
-        if search.complete(sparse, null) and 0 < len(sparse.hypothesis.causes) < 3:
-            return sparse, null, None, rounds, found
         return floated, null, floated, rounds, found
-    again, more = search.forward(floated, most=MOST_CAUSES - 1)
-    if search.complete(again, null) and not (
-        search.complete(sparse, null) and len(sparse.hypothesis.causes) <= len(again.hypothesis.causes) + 1
-    ):
-        return again, null, floated, [*rounds, *more], found
+    again, more = search.forward(floated, most=_FEW)
+    rounds += more
+    if again.hypothesis.causes and search.complete(again, null):
+        return again, null, floated, rounds, found
+    if len(sparse.hypothesis.causes) == _FEW and search.closed(sparse, null) > _PROMISING:
+        search.progress("looking for more causes")
+        sparse, more = search.forward(sparse, null=null)
+        rounds += more
     return sparse, null, None, rounds, found
 
 
