@@ -135,7 +135,8 @@ class DaemonAntenna:
                 if data["cause"] not in ("duration", "end_condition"):
                     self._under_way = []
                     raise SafetyStopError(f"step {step.name!r}: {data['cause']}")
-                return _Span(self._started.pop(label), int(event["tick"]))
+                last = int(event["tick"])
+                return _Span(self._started.pop(label, last - step.segment.duration_ticks + 1), last)
             elif code == "state" and data["to"] in _STOPPED and data["from"] == "active":
                 self._under_way = []
                 raise SafetyStopError(f"step {step.name!r}: host went {event['text']}")
