@@ -33,7 +33,7 @@ def _open_terminal(port: str, baudrate: int) -> DescriptorPort:
     except (serial.SerialException, OSError, ValueError) as error:
         raise LinkError(f"link.port: {port}: {_reason(error)}; {_EXPECTED}") from error
     # adapters with an FTDI chip hold bytes back for 16 ms unless told otherwise; others do not know the request
-    with suppress(OSError, ValueError, NotImplementedError, AttributeError):
+    with suppress(OSError, ValueError, RuntimeError, AttributeError):
         terminal.set_low_latency_mode(True)
     return DescriptorPort(terminal.fileno(), terminal.close)
 

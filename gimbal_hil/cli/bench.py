@@ -14,7 +14,7 @@ def command(
     out: Annotated[Path | None, typer.Option(help="Folder for the results page.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
-    cases: Annotated[str, typer.Option(help="blind: fixed (the subset of CI) or whole.")] = "fixed",
+    every: Annotated[int, typer.Option(help="blind: take every n-th case only.", min=1)] = 1,
     workers: Annotated[int, typer.Option(help="blind: processes.", min=1)] = 2,
 ) -> int:
     """The speed figures, each beside the same work done by a plain reference, as a ratio from one run."""
@@ -26,7 +26,9 @@ def command(
     if what == "blind":
         from gimbal_hil.bench.blind import run_blind
 
-        return run_blind(cases, workers, out, as_json)
+        if out is None:
+            raise BadInputError("--out", "is missing", "a folder for the blind cases and their verdicts")
+        return run_blind(out, every, workers)
     if what != "speed":
         raise BadInputError("bench", f"no bench {what!r}", "speed or blind")
     page = None if out is None else out / "report.html"

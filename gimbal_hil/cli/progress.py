@@ -39,7 +39,8 @@ class ProgressBar:
         """A new piece of work of `total_s` seconds (or units), `done_s` of them done."""
         if self._task is not None:
             self._progress.update(self._task, visible=False)
-        self._task = self._progress.add_task("", total=total_s, completed=done_s, title=text)
+        self._task = self._progress.add_task("", total=total_s, title=text)
+        self._progress.update(self._task, completed=done_s)
 
     def at(self, step: str, advanced_s: float) -> None:
         """So much more is done; `step` is what goes on now."""

@@ -43,7 +43,13 @@ def mujoco_antenna(model: AntennaModel) -> mujoco.MjModel:
 
 
 def mujoco_accelerations(
-    antenna: mujoco.MjModel, euler: np.ndarray, euler_rate: np.ndarray, euler_acceleration: np.ndarray, q: np.ndarray, v: np.ndarray, torque: np.ndarray
+    antenna: mujoco.MjModel,
+    euler: np.ndarray,
+    euler_rate: np.ndarray,
+    euler_acceleration: np.ndarray,
+    q: np.ndarray,
+    v: np.ndarray,
+    torque: np.ndarray,
 ) -> np.ndarray:
     """Joint accelerations (2,) for a base driven with given Euler angles (yaw, pitch, roll), rates and accelerations."""
     data = mujoco.MjData(antenna)

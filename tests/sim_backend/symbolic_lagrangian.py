@@ -48,16 +48,16 @@ def lagrangian_accelerations(model: AntennaModel) -> Callable[[dict[str, np.ndar
     equations = []
     for i, angle in enumerate((eta, eps)):
         momentum = sp.diff(energy, d[3 + i])
-        change = sum(sp.diff(momentum, a) * b for a, b in zip(x, d, strict=True)) + sum(sp.diff(momentum, a) * b for a, b in zip(d, dd, strict=True))
+        change = sum(sp.diff(momentum, a) * b for a, b in zip(x, d, strict=True)) + sum(
+            sp.diff(momentum, a) * b for a, b in zip(d, dd, strict=True)
+        )
         equations.append(change - sp.diff(energy, angle) - torque[i])
     matrix = sp.Matrix([[sp.diff(e, dd[3 + j]) for j in range(2)] for e in equations])
     right = sp.Matrix([-e.subs({dd[3]: 0, dd[4]: 0}) for e in equations])
     compute = sp.lambdify([*x, *d, *dd[:3], *torque], [matrix, right], cse=True)
 
     def accelerations(state: dict[str, np.ndarray]) -> np.ndarray:
-        m, r = compute(
-            *state["euler"], *state["q"], *state["euler_rate"], *state["v"], *state["euler_acceleration"], *state["torque"]
-        )
+        m, r = compute(*state["euler"], *state["q"], *state["euler_rate"], *state["v"], *state["euler_acceleration"], *state["torque"])
         return np.linalg.solve(np.array(m, dtype=float), np.array(r, dtype=float)).ravel()
 
     return accelerations

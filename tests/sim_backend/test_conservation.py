@@ -13,7 +13,7 @@ from sim_backend import layout
 from sim_backend.model import AntennaModel, model_from_document, shipped_model
 from sim_backend.plant import Plant, run_steps
 
-FRICTIONLESS = {key: 0.0 for key in ("breakaway", "coulomb", "sigma0", "sigma1", "viscous")} | {"stribeck_velocity": 0.01, "shape": 1.0}
+FRICTIONLESS = dict.fromkeys(("breakaway", "coulomb", "sigma0", "sigma1", "viscous"), 0.0) | {"stribeck_velocity": 0.01, "shape": 1.0}
 
 
 def variant(friction: bool, gravity: float = 9.81, step_s: float = 1e-4, effects: tuple[dict[str, object], ...] = ()) -> AntennaModel:
@@ -35,7 +35,7 @@ def started(model: AntennaModel, q: tuple[float, float], v: tuple[float, float],
 
 def energy(plant: Plant) -> float:
     """Kinetic and potential energy on a fixed level base, J, written down independently of the plant."""
-    eta, eps = plant.X[layout.POSITION : layout.POSITION + 2]
+    eps = plant.X[layout.POSITION + 1]
     deta, deps = plant.X[layout.RATE : layout.RATE + 2]
     total = 0.0
     c, s = np.cos(eps), np.sin(eps)

@@ -69,11 +69,17 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
     blocks: list[Block] = [
         Heading("Step responses"),
         Callout(said, "good" if settled else "warning"),
-        Table(header, table, "Settling is the time after which the position stays within 2 % of the step; the error is the mean of the last fifth."),
+        Table(
+            header,
+            table,
+            "Settling is the time after which the position stays within 2 % of the step; the error is the mean of the last fifth.",
+        ),
     ]
     for name, signals in drawn.items():
         blocks.append(Plot(_figure(name, signals), f"{name}: position against its reference, gyro rate, and commanded torque."))
-    blocks.append(Text("The other axis holds its position; what it moves is the coupling through the inertia products and the base of the joint."))
+    blocks.append(
+        Text("The other axis holds its position; what it moves is the coupling through the inertia products and the base of the joint.")
+    )
     return blocks
 
 
@@ -85,8 +91,12 @@ def _figure(name: str, signals: Signals) -> object:
     time_s = (signals["time_s"] - signals["time_s"][0])[few]
     drawn = stacked(("", "", ""), "time after the step [s]", ("position [rad]", "rate [rad/s]", "torque [N m]"), 170)
     colour = dict(color=AXIS_COLOURS[axis])
-    drawn.add_scatter(x=time_s, y=signals[f"{axis}.position_ref"][few], name="reference", line=dict(color=REFERENCE, dash="dot"), row=1, col=1)
+    drawn.add_scatter(
+        x=time_s, y=signals[f"{axis}.position_ref"][few], name="reference", line=dict(color=REFERENCE, dash="dot"), row=1, col=1
+    )
     drawn.add_scatter(x=time_s, y=signals[f"{axis}.position"][few], name="position", line=colour, row=1, col=1)
     drawn.add_scatter(x=time_s, y=signals[f"{axis}.rate"][few], name="rate", line=colour, showlegend=False, row=2, col=1)
-    drawn.add_scatter(x=time_s, y=signals[f"{axis}.torque"][few], name="torque", line=colour | dict(shape="hv"), showlegend=False, row=3, col=1)
+    drawn.add_scatter(
+        x=time_s, y=signals[f"{axis}.torque"][few], name="torque", line=colour | dict(shape="hv"), showlegend=False, row=3, col=1
+    )
     return drawn
