@@ -26,6 +26,8 @@ COMPLETE_SHARE = 0.97
 #: a small gap that is only half closed is a field that a name happens to resemble: near the floor, this share must be closed too,
 #: unless what is left is hardly above the floor
 _CLOSED_WHEN_NEAR, _AT_FLOOR = 0.85, 1.25
+#: a gap of hundreds of floors is not explained while this many are left, whatever the share
+_STILL_FAR = 5.0
 #: what matched nonsense may take of what a cause takes
 _NONSENSE, _COARSE_NONSENSE = 0.5, 0.9
 #: length of the blocks whose signs nonsense draws, s
@@ -158,7 +160,7 @@ class Search:
             if not self.exact and float(np.max(closed)) >= _COARSE_SHARE:
                 continue
             near = (after <= COMPLETE_FLOORS) & ((closed >= _CLOSED_WHEN_NEAR) | (after <= _AT_FLOOR))
-            if not np.all(near | ((closed >= COMPLETE_SHARE) & (before > 2.0))):
+            if not np.all(near | ((closed >= COMPLETE_SHARE) & (before > 2.0) & (after <= _STILL_FAR))):
                 return False
         return True
 

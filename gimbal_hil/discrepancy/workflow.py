@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gimbal_hil.discrepancy.families import Family, families
 from gimbal_hil.discrepancy.fit import Fit
 from gimbal_hil.discrepancy.floors import Floor, floors, smaller, wide_twin
-from gimbal_hil.discrepancy.hypothesis import Hypothesis, known_numbers, known_offsets, parameters_of
+from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis, known_numbers, known_offsets, parameters_of
 from gimbal_hil.discrepancy.processing import processing_floors
 from gimbal_hil.discrepancy.record import TORQUE, record_of
 from gimbal_hil.discrepancy.screening import Response
@@ -20,6 +20,7 @@ from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.discrepancy.workers import Workers, refine_one, respond_one
 from gimbal_hil.signals import SignalsTable
+from sim_backend.effects import CATALOGUE
 from sim_backend.model import AntennaModel
 
 #: end of the scored band, Hz, at 1 kHz; slower logs score a smaller part
@@ -32,6 +33,8 @@ _EXACTNESS = 0.0012
 _SPREAD = 2.0
 #: gap, in floors, below which nothing is searched for
 _QUIET = 1.3
+#: a known number that floats this far (log) is not what a rig is off by
+_FAR = 0.22
 #: causes that are looked for before the known numbers float
 _FEW = 2
 #: share of the gap that they must have closed for more to be looked for
@@ -157,8 +160,12 @@ def _decide(
     search.progress("letting the known numbers float")
     known = known_numbers(model, TRUST)
     floated = search.null(Hypothesis(floating=known, y=(0.0,) * len(known)))
+    structure, P = parameters_of(wide, floated.hypothesis)
+    found = smaller(found, floors(search.twin, wide, structure, P))
+    search.floor = _effective(model, search.twin, found, processing)
+    null, sparse, floated = search.again(null), search.again(sparse), search.again(floated)
     if search.complete(floated, null) and float(np.max(search.gaps(floated))) < _QUIET:
-        return floated, null, floated, rounds, found
+        return _too_far(search, floated, null), null, floated, rounds, found
     again, more = search.forward(floated, most=_FEW)
     rounds += more
     if again.hypothesis.causes and search.complete(again, null):
@@ -168,6 +175,26 @@ def _decide(
         sparse, more = search.forward(sparse, null=null)
         rounds += more
     return sparse, null, None, rounds, found
+
+
+def _too_far(search: Search, floated: Scored, null: Scored) -> Scored:
+    """A known number that had to move far beyond what a rig is off by is a cause: its effect is named in its place."""
+    hypothesis = floated.hypothesis
+    far = [(abs(y), known) for known, y in zip(hypothesis.floating, hypothesis.y, strict=True) if known.size == 0.0 and abs(y) > _FAR]
+    for _, known in sorted(far, key=lambda item: -item[0]):
+        for family in search.families:
+            paths = {search.twin.model.number_path(family.axis, p.path) for p in CATALOGUE[family.effect].parameters if p.path}
+            if family.axis != known.axis or known.path not in paths or not CATALOGUE[family.effect].is_number:
+                continue
+            named = search.refitted(hypothesis.plus(Cause(family, (0.0,) * len(family.knobs))))
+            left = max(
+                abs(y)
+                for k, y in zip(named.hypothesis.floating, named.hypothesis.y, strict=True)
+                if k.path in paths and k.axis == known.axis
+            )
+            if search.complete(named, null) and left < 0.5 * _FAR:
+                return named
+    return floated
 
 
 def _rivals(search: Search, best: Scored, index: int, rounds: list[Round]) -> tuple[Scored, ...]:

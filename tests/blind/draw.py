@@ -248,7 +248,7 @@ def draw(seed: int, names: list[str] | None = None, *, outside_cause: bool = Fal
         n = min(len(ref), len(t), longest)
         nominal, true, bodies = _rows(axes, chosen, scales, [15.5, 6.6])
         nominal_bodies = {a: BODY[a].copy() for a in BODY}
-        if off:
+        if off and longest > 10**6:  # magnitudes are set beside the antenna as the model knows it
             for a in range(2):
                 for j, key in enumerate(("Tc", "Ts", "vs", "s0", "s1", "s2")):
                     true[a, IX[key]] += nominal[a, IX[key]] * off * float(np.sign(move[a, j])) * (0.5 + 0.5 * abs(move[a, j]))
@@ -263,7 +263,7 @@ def draw(seed: int, names: list[str] | None = None, *, outside_cause: bool = Fal
         return np.column_stack([simulate(kind, true, nominal, bodies["outer"], bodies["inner"], *known,
                                          base, ref[:n], heat, gains, sensors, noise_seed, dt, use_gyro), heat, ref[:n, :, 0]])  # fmt: skip
 
-    floors = _floors(gyro_noise, torque_noise, dt)
+    floors = _floors(gyro_noise, torque_noise, dt, BODY["outer"][9] if kind == 2 else 0.5)
     goals = [magnitude if magnitude is not None else float(np.exp(rng.uniform(np.log(3), np.log(30)))) for _ in chosen]
     if field_on_null and not outside_cause:
         goals[-1] = float(rng.uniform(0.5, 1.2))
@@ -297,14 +297,14 @@ def _closed(ref: Array, dt: float) -> Array:
     return out
 
 
-def _floors(gyro_noise: float, torque_noise: Array, dt: float) -> Array:
+def _floors(gyro_noise: float, torque_noise: Array, dt: float, outer_inertia: float) -> Array:
     """Torque floors (outer, inner) and rate-error floor in the band, from first principles."""
     share = 2 * BAND_HZ * dt
     quantum = ENCODER_STEP / np.sqrt(12)
     w = 2 * np.pi * BAND_HZ
     acceleration = quantum * w**2 * np.sqrt(share / 5)
     rate = quantum * w * np.sqrt(share / 3)
-    torque = np.hypot(np.array([0.5, 0.07]) * acceleration, torque_noise * np.sqrt(share))
+    torque = np.hypot(np.array([outer_inertia, 0.07]) * acceleration, torque_noise * np.sqrt(share))
     return np.array([torque[0], torque[1], np.hypot(gyro_noise * np.sqrt(share), rate)])
 
 
