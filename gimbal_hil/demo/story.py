@@ -6,14 +6,22 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from gimbal_hil.discrepancy import corrected_model, diagnose, discrepancy_page, verdict_of
 from gimbal_hil.experiments.conducting import conduct, embedded_model_of
 from gimbal_hil.experiments.runner import ProgressSink
 from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
+from gimbal_hil.identification import Log, identify_axis
+from gimbal_hil.identification.identification_page import identification_page
+from gimbal_hil.identification.reading import read_logs
 from gimbal_hil.report import Block, Page, Text
 from gimbal_hil.runs import open_run
 from gimbal_hil.runs.recorded_host import give_again, host_of
 from gimbal_hil.runs.replay import replay
 from gimbal_hil.settings import DaemonSettings
+from gimbal_hil.signals import read_signals
+from sim_backend.model import AntennaModel
+
+_FRICTION = ("breakaway", "coulomb", "stribeck_velocity", "viscous", "shape", "sigma0", "sigma1")
 
 
 @dataclass(frozen=True)
@@ -52,10 +60,52 @@ def _replay(settings: DaemonSettings, out: Path, progress: ProgressSink) -> Told
     return Told(line, [Text(line[0].upper() + line[1:] + ".")])
 
 
+def _friction(settings: DaemonSettings, out: Path, progress: ProgressSink) -> Told:
+    model, seed = embedded_model_of(settings)
+    blocks: list[Block] = []
+    logs: list[Log] = []
+    for name in ("sliding", "presliding"):
+        experiment = build_experiment(name, SequenceOptions(settings.rate_hz, ("outer",), short=True))
+        outcome = conduct(experiment, settings, model, seed, out / name, force=True, progress=progress)
+        blocks += experiment.conclude(outcome.rows, outcome.drawn)
+        logs += read_logs(out / name, model.axes)
+    progress.begin("identifying", 1.0, 0.0)
+    result = identify_axis(logs, _doubtful(model), "outer")
+    found = {estimate.name: estimate for estimate in result.estimates}
+    worst = max(abs(found[name].value / model.number("outer", f"friction.{name}") - 1.0) for name in _FRICTION)
+    line = f"seven friction numbers of the outer axis from sliding and presliding, worst {100 * worst:.1f} % from the truth"
+    return Told(line, [*blocks, *identification_page(model, [result], ["sliding", "presliding"]).blocks])
+
+
+def _doubtful(model: AntennaModel) -> AntennaModel:
+    """A prior that does not know the answer: every friction number of the outer axis half as large again."""
+    return model.with_numbers("outer", {f"friction.{name}": 1.5 * model.number("outer", f"friction.{name}") for name in _FRICTION})
+
+
+def _missing(settings: DaemonSettings, out: Path, progress: ProgressSink) -> Told:
+    model, seed = embedded_model_of(settings)
+    hidden = model.with_effect("cogging", "outer", {"amplitude": 0.03, "order": 12.0, "phase": 0.7})
+    tables = []
+    for name in ("survey", "survey_holdout"):
+        experiment = build_experiment(name, SequenceOptions(settings.rate_hz, short=True))
+        conduct(experiment, settings, hidden, seed, out / name, force=True, progress=progress)
+        tables.append(read_signals(out / name, model.axes))
+    progress.begin("searching for what the model lacks", 1.0, 0.0)
+    diagnosis = diagnose(model, (tables[0],), (tables[1],), workers=2, progress=lambda text: progress.at(text, 0.0))
+    verdict = verdict_of(diagnosis)
+    corrected = corrected_model(diagnosis)
+    if corrected is not None:
+        (out / "model.yaml").write_text(corrected.to_yaml(), encoding="utf-8")
+    page = discrepancy_page(diagnosis, verdict, corrected, ["survey", "survey_holdout"])
+    return Told(f"an antenna with a hidden effect, judged blind: {verdict['verdict']}. {verdict['text']}", list(page.blocks))
+
+
 #: the stages in order
 STAGES = (
     Stage("step", "step responses through daemon core, frames and virtual antenna", _step),
     Stage("replay", "the recorded run again, bit for bit", _replay),
+    Stage("friction", "sliding and presliding, then friction with intervals", _friction),
+    Stage("missing", "an effect that the model does not know: found, named, added", _missing),
 )
 
 
