@@ -70,7 +70,27 @@ def command(
 def _read(paths: list[Path], model: AntennaModel, resample: bool, drop_invalid: bool) -> tuple[SignalsTable, ...]:
     from gimbal_hil.signals import read_signals
 
-    return tuple(read_signals(path, model.axes, resample=resample, drop_invalid=drop_invalid) for path in paths)
+    return tuple(_without_teardown(path, read_signals(path, model.axes, resample=resample, drop_invalid=drop_invalid)) for path in paths)
+
+
+def _without_teardown(path: Path, table: SignalsTable) -> SignalsTable:
+    """Of a run, the rows under control: before them the joints fall freely, after them an experiment's teardown only holds still."""
+    import numpy as np
+
+    from gimbal_hil.runs import EventKind, is_run_folder, open_run
+
+    if not is_run_folder(path):
+        return table
+    run = open_run(path)
+    active = np.flatnonzero(run.ticks["segment"] >= 0)
+    ends = [e.tick for e in run.events if e.kind is EventKind.SEGMENT and e.text == "back to the safe pose"]
+    if len(active) == 0:
+        return table
+    # a table may begin a few ticks after its run; its last row is the run's
+    behind = len(run.ticks) - len(table)
+    first = max(0, int(active[0]) - behind)
+    last = (ends[0] if ends else int(run.ticks["tick"][active[-1]])) - int(run.ticks["tick"][0]) - behind
+    return table.rows(first, min(len(table), max(last, first + 2)))
 
 
 def _unusable(out: Path, reason: str, force: bool) -> None:
