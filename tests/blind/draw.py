@@ -20,9 +20,7 @@ BODY = {
     "inner": np.array([0.03047, 0.06959, 0.06420, 0.0004686, 0.0006625, 0.0002815, 0.02084, -0.0009696, 0.007755, 5.08]),
 }
 ENCODER_STEP = 2 * np.pi / 2**22
-#: the band in which magnitude is counted, Hz
-BAND_HZ = 30.0
-
+BAND_HZ = 30.0  # in which magnitude is counted
 
 @dataclass(frozen=True)
 class Cause:
@@ -286,7 +284,7 @@ def draw(seed: int, names: list[str] | None = None, *, outside_cause: bool = Fal
 
 
 def _closed(ref: Array, dt: float) -> Array:
-    """Bring a lap back to its start so that laps join."""
+    """A lap brought back to its start so that laps join."""
     back = round(1.5 / dt)
     out = ref.copy()
     s = np.clip(np.arange(len(ref)) - (len(ref) - back), 0, back) / back

@@ -32,7 +32,7 @@ def test_nothing_is_named_where_nothing_is_missing() -> None:
 
 
 def test_a_cause_outside_the_catalogue_is_not_given_a_name() -> None:
-    case = draw(301, ["position_bump"], axis="inner", outside_cause=True, magnitude=15.0, duration_s=24.0)
+    case = draw(308, ["hum_in_time"], axis="outer", outside_cause=True, magnitude=15.0, duration_s=24.0)
     verdict = verdict_of(diagnose(model_of(case), tables_of(case.measured, case.axes), tables_of(case.holdout, case.axes)))
     assert outcome(case.truth, verdict) is Outcome.ABSTAINED
     assert verdict["verdict"] == "unexplained" and verdict["where"]
