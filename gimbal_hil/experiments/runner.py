@@ -120,7 +120,7 @@ class _Session:
                 state = self.antenna.keep()
                 if step.measured and (self.experiment.every > 1 or state is None):
                     # the log is thinned, or that of a real antenna, with gaps where a sequence was stopped
-                    write_step_signals(self.writer.folder, number, followed.signals)
+                    write_step_signals(self.writer.folder, number, followed.signals, 1.0 / rate)
                 if step.measured:
                     row = self.experiment.measure(step, followed.signals)
                     if row is not None:
