@@ -109,4 +109,5 @@ def most_telling(found: list[Regime], count: int = 4) -> list[Regime]:
     for regime in sorted(found, key=lambda r: -(r.share_of_gap - r.share_of_time)):
         if regime.low > regime.share_of_time:
             best.setdefault(regime.group, regime)
-    return list(best.values())[:count]
+    # a gap that is everywhere alike still has a place: the regime that holds most of it
+    return list(best.values())[:count] or sorted(found, key=lambda r: -r.share_of_gap)[:1]

@@ -22,6 +22,7 @@ BODY = {
 ENCODER_STEP = 2 * np.pi / 2**22
 BAND_HZ = 30.0  # in which magnitude is counted
 
+
 @dataclass(frozen=True)
 class Cause:
     """One thing that is hidden: its name (None outside the catalogue), axis, and where its numbers live."""
