@@ -14,7 +14,7 @@ from gimbal_hil.discrepancy.hypothesis import values_of
 from gimbal_hil.discrepancy.intervals import parameter_intervals
 from gimbal_hil.discrepancy.record import RATE_ERROR, Channel
 from gimbal_hil.discrepancy.screening import responses
-from gimbal_hil.discrepancy.search import Scored
+from gimbal_hil.discrepancy.search import COMPLETE_FLOORS, Scored
 from gimbal_hil.discrepancy.separating import separating_run, why_not_testable
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.where import Regime, most_telling, regimes
@@ -76,7 +76,7 @@ def verdict_of(diagnosis: Diagnosis) -> dict[str, Any]:
     effects.sort(key=lambda e: -e["held_out_gain"])
     if causes:
         verdict = "named" if all(e["status"] == "named" for e in effects) else "ambiguous"
-    elif diagnosis.complete and (diagnosis.floated is not None or float(np.max(diagnosis.search.gaps(null))) <= 1.5):
+    elif float(np.max(diagnosis.search.gaps(null))) <= COMPLETE_FLOORS or (diagnosis.complete and diagnosis.floated is not None):
         verdict = "no_discrepancy"
     else:
         verdict = "unexplained"
