@@ -63,7 +63,8 @@ def _ramp(value: float, slope: float, span: float, time_s: float) -> tuple[float
 def _chirp(value: float, amplitude: float, first_hz: float, growth: float, time_s: float) -> tuple[float, float]:
     """Exponential sweep: equal time per octave; growth 0 is a plain sine."""
     frequency = first_hz * math.exp(growth * time_s)
-    cycles = (frequency - first_hz) / growth if growth != 0.0 else first_hz * time_s
+    # expm1, because a growth of next to nothing must not lose the cycles in rounding
+    cycles = first_hz * math.expm1(growth * time_s) / growth if growth != 0.0 else first_hz * time_s
     angle = _TWO_PI * cycles
     return value + amplitude * math.sin(angle), amplitude * _TWO_PI * frequency * math.cos(angle)
 
