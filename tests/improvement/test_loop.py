@@ -31,13 +31,22 @@ def test_an_antenna_without_hidden_effects_ends_at_the_floor_with_the_model_unch
     assert done.model.document == shipped_model().document
 
 
+COGGING = {"amplitude": 0.03, "order": 12.0, "phase": 0.7}
+HIDDEN = (
+    (("cogging", "outer", COGGING), ("coulomb_asymmetry", "inner", {"asymmetry": 0.15})),
+    (("gyro_bias", "outer", {"bias": 0.002}), ("cogging", "inner", {"amplitude": 0.02, "order": 9.0, "phase": 0.2})),
+)
+
+
 @pytest.mark.heavy
-def test_two_hidden_effects_are_added_until_the_model_is_at_the_floor(tmp_path: Path) -> None:
-    hidden = ("cogging", "outer", {"amplitude": 0.03, "order": 12.0, "phase": 0.7}), ("cable_spring", "inner", {"stiffness": 0.4})
+@pytest.mark.parametrize("hidden", HIDDEN)
+def test_two_hidden_effects_are_added_until_the_model_is_at_the_floor(
+    tmp_path: Path, hidden: tuple[tuple[str, str, dict[str, float]], ...]
+) -> None:
     done = improve(load_settings(configuration(tmp_path, *hidden)), shipped_model(), tmp_path / "out", short=True, workers=2)
     assert done.ending is Ending.AT_THE_FLOOR
-    added = {(entry.effect.name, entry.axis) for entry in done.model.effects}
-    assert ("cogging", "outer") in added
+    named = {(effect["name"], effect["axis"]) for verdict in done.verdicts for effect in verdict["effects"]}
+    assert named == {(name, axis) for name, axis, _ in hidden}
 
 
 def test_a_budget_that_is_too_small_is_kept_and_said(tmp_path: Path) -> None:
