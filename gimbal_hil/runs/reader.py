@@ -116,5 +116,17 @@ def _read_events(path: Path) -> tuple[tuple[Event, ...], list[str]]:
             )
         except (ValueError, KeyError, TypeError) as error:
             raise BadInputError(f"{path}: line {number}", "is not an event", "a line that gimbal-hil wrote") from error
+    if lines[-1] and _is_whole(lines[-1][:-1]):
+        # a cut line is never whole: its line feed is what was damaged
+        raise BadInputError(f"{path}: line {len(lines)}", "does not end in a line feed", "a line that gimbal-hil wrote")
     cut = [f"{path}: the last line is cut and was left out"] if lines[-1] else []
     return tuple(events), cut
+
+
+def _is_whole(line: bytes) -> bool:
+    """Whether a line is complete JSON."""
+    try:
+        json.loads(line)
+    except ValueError:
+        return False
+    return True

@@ -71,6 +71,7 @@ def through_daemon(tmp_path: Path, experiment: Experiment) -> Outcome:
     return outcome
 
 
+@pytest.mark.heavy
 @pytest.mark.realtime
 def test_a_small_sequence_through_the_daemon_measures_what_it_measures_in_lockstep(tmp_path: Path) -> None:
     real = through_daemon(tmp_path, small_sequence())
