@@ -20,6 +20,8 @@ from gimbal_hil.discrepancy.twin import Twin
 
 _ORDERS_TRIED = 3
 _MOST_ORDERS = 600
+#: correlation above which scrambled nonsense is the response itself
+_RESEMBLES = 0.35
 
 
 @dataclass(frozen=True)
@@ -129,11 +131,15 @@ def control_gain(columns: Floats, residual: Floats, rows: list[int], channels: i
 
     block 0: reversed and shifted in time within every record, which scrambles the phase of a ripple. Otherwise: sign drawn
     anew for every `block` rows, since a response that repeats with the laps would come back upon itself when shifted.
+    A draw that resembles the response itself is the cause and no control: few blocks that hold everything meet their own signs by chance.
     """
     rng = np.random.default_rng(seed)
     shaped = columns.reshape(sum(rows), channels, -1)
-    best = 0.0
-    for _ in range(tries):
+    size = float(np.sum(columns**2))
+    best, drawn = 0.0, 0
+    for _ in range(5 * tries):
+        if drawn == tries:
+            break
         parts, at = [], 0
         for n in rows:
             part = shaped[at : at + n]
@@ -144,6 +150,9 @@ def control_gain(columns: Floats, residual: Floats, rows: list[int], channels: i
             parts.append(part)
             at += n
         nonsense = np.concatenate(parts).reshape(columns.shape)
+        if abs(float(np.sum(nonsense * columns))) > _RESEMBLES * size:
+            continue
+        drawn += 1
         coefficients = np.linalg.lstsq(nonsense.T @ nonsense, -nonsense.T @ residual, rcond=1e-9)[0]
         best = max(best, float(-coefficients @ (nonsense.T @ residual)))
     return best

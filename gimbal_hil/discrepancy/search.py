@@ -159,8 +159,10 @@ class Search:
             closed = 1.0 - (after**2 - 1.0) / np.maximum(before**2 - 1.0, 1e-9)
             if not self.exact and float(np.max(closed)) >= _COARSE_SHARE:
                 continue
+            # a channel that had no gap of its own cannot speak against a cause that explains another
+            calm = (before <= COMPLETE_FLOORS) & (after <= np.maximum(before * 1.02, _AT_FLOOR))
             near = (after <= COMPLETE_FLOORS) & ((closed >= _CLOSED_WHEN_NEAR) | (after <= _AT_FLOOR))
-            if not np.all(near | ((closed >= COMPLETE_SHARE) & (before > 2.0) & (after <= _STILL_FAR))):
+            if not np.all(calm | near | ((closed >= COMPLETE_SHARE) & (before > 2.0) & (after <= _STILL_FAR))):
                 return False
         return True
 

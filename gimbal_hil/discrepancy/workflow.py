@@ -111,7 +111,7 @@ def _effective(model: AntennaModel, twin: Twin, found: list[Floor], processing: 
     out = []
     for floor, channel, process in zip(found, twin.channels, processing, strict=True):
         exactness = _EXACTNESS * model.number(channel.axis, "friction.coulomb") if channel.signal == TORQUE else 0.05 * floor.rms
-        out.append(float(np.sqrt(floor.rms**2 + max(exactness, min(process, 0.3 * floor.rms)) ** 2)))
+        out.append(float(np.sqrt(floor.rms**2 + max(exactness, min(process, floor.rms)) ** 2)))
     return np.array(out)
 
 
