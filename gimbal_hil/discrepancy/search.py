@@ -26,6 +26,8 @@ COMPLETE_SHARE = 0.97
 #: a small gap that is only half closed is a field that a name happens to resemble: near the floor, this share must be closed too,
 #: unless what is left is hardly above the floor
 _CLOSED_WHEN_NEAR, _AT_FLOOR = 0.85, 1.25
+#: a gap up to so many floors, a fraction of the largest one, may stay as it was on a channel that the causes do not touch
+_CALM = 2.0
 #: a gap of hundreds of floors is not explained while this many are left, whatever the share
 _STILL_FAR = 5.0
 #: what matched nonsense may take of what a cause takes
@@ -159,10 +161,11 @@ class Search:
             closed = 1.0 - (after**2 - 1.0) / np.maximum(before**2 - 1.0, 1e-9)
             if not self.exact and float(np.max(closed)) >= _COARSE_SHARE:
                 continue
-            # a channel that had no gap of its own cannot speak against a cause that explains another
-            calm = (before <= COMPLETE_FLOORS) & (after <= np.maximum(before * 1.02, _AT_FLOOR))
             near = (after <= COMPLETE_FLOORS) & ((closed >= _CLOSED_WHEN_NEAR) | (after <= _AT_FLOOR))
-            if not np.all(calm | near | ((closed >= COMPLETE_SHARE) & (before > 2.0) & (after <= _STILL_FAR))):
+            explained = near | ((closed >= COMPLETE_SHARE) & (before > 2.0) & (after <= _STILL_FAR))
+            # a small gap that a cause leaves as it was, on another channel, does not speak against it
+            calm = (before <= _CALM) & (before < 0.3 * float(np.max(before))) & (after <= 1.02 * before)
+            if not np.all(explained | calm):
                 return False
         return True
 
