@@ -165,7 +165,7 @@ class Search:
         return True
 
     def worth(self, before: Scored, after: Scored, null: Scored) -> bool:
-        """Whether an addition earns its place on the hold-out: of what is left without it, since a small cause may stand beside a huge one."""
+        """Whether an addition earns its place on the hold-out: a share of what is left without it; small causes follow huge ones."""
         taken = np.mean(before.holdout**2, axis=0) - np.mean(after.holdout**2, axis=0)
         gap = float(np.sum(np.mean((before if self.exact else null).holdout ** 2, axis=0) - 1.0))
         least = _LEAST_SHARE if self.exact else _COARSE_EACH
