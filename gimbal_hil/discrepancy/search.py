@@ -97,7 +97,7 @@ class Search:
 
     def scored(self, fit: Fit) -> Scored:
         """Put a fit on the hold-out."""
-        rows = residual_of(self.holdout, fit.hypothesis, self.floor)
+        rows = np.nan_to_num(residual_of(self.holdout, fit.hypothesis, self.floor), nan=1e6, posinf=1e6, neginf=-1e6)
         return Scored(fit, rows[self.selecting], rows[~self.selecting])
 
     def refitted(self, hypothesis: Hypothesis) -> Scored:
@@ -211,7 +211,8 @@ class Search:
             state = found
             if self.exact and len(state.hypothesis.causes) > 1 and not self.complete(state, null):
                 state = self.slots_again(state, rounds)
-            if float(np.max(self.gaps(state))) <= COMPLETE_FLOORS:
+            left = float(np.max(self.gaps(state)))
+            if left <= COMPLETE_FLOORS or (left <= _CALM and self.complete(state, null)):
                 break
         return self.prune(state, null), rounds
 

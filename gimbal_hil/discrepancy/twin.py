@@ -57,6 +57,8 @@ class Twin:
     records: tuple[Record, ...]
     #: axes whose gyro every log of the call has; None: look at these records alone
     gyro_everywhere: tuple[bool, ...] | None = None
+    #: noise of every row over its channel's floor, per record (rows that count, channels); None: all alike
+    scales: tuple[Floats, ...] | None = None
     _structures: dict[tuple[tuple[str, str], ...], Structure] = field(default_factory=dict)
 
     @property
@@ -105,7 +107,12 @@ class Twin:
         return out
 
     def scored(self, structure: Structure, P: np.ndarray, which: int) -> Floats:
-        """Scored residual of one record, (rows that count, channels)."""
+        """Scored residual of one record, (rows that count, channels), each row by what it is worth."""
+        rows = self.unscaled(structure, P, which)
+        return rows if self.scales is None else np.asarray(rows / self.scales[which])
+
+    def unscaled(self, structure: Structure, P: np.ndarray, which: int) -> Floats:
+        """Scored residual of one record as it is, (rows that count, channels)."""
         record = self.records[which]
         columns = [channel.column for channel in self.channels]
         rows = scored(self.leftover(structure, P, which)[:, columns], record.bands)

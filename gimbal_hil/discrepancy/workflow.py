@@ -15,6 +15,7 @@ from gimbal_hil.discrepancy.floors import Floor, floors, smaller, wide_twin
 from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis, known_numbers, known_offsets, parameters_of
 from gimbal_hil.discrepancy.processing import processing_floors
 from gimbal_hil.discrepancy.record import TORQUE, record_of
+from gimbal_hil.discrepancy.row_noise import row_scales
 from gimbal_hil.discrepancy.screening import Response, respond
 from gimbal_hil.discrepancy.search import Round, Scored, Search
 from gimbal_hil.discrepancy.smoothing import Floats
@@ -92,6 +93,9 @@ def diagnose(
     wide.gyro_everywhere = twin.gyro_everywhere
     structure = twin.structure(())
     found = floors(twin, wide, structure, structure.P)
+    noise = np.array([f.rms for f in found])
+    twin.scales, held.scales = row_scales(twin, measured, noise), row_scales(held, holdout, noise)
+    found = smaller(found, floors(twin, wide, structure, structure.P))
     processing = processing_floors(twin, measured)
     catalogue = [family for axis in model.axes for family in families(model, axis, twin.records)]
     with open_executor(workers, dask) as executor:
