@@ -219,6 +219,8 @@ def _backlash(axis: str, inertia: float) -> Family:
     # rotors that the model's inertia counts already, and rotors that come on top of it
     rotors = ((0.08, 1.0), (0.25, 1.0), (0.01, 0.0), (0.08, 0.0))
     starts = tuple(
-        _bent((math.log(gap / 1e-3), math.log(share / 0.2), -counted * share / 0.05)) for gap in (5e-4, 2e-3, 8e-3) for share, counted in rotors
+        _bent((math.log(gap / 1e-3), math.log(share / 0.2), -counted * share / 0.05))
+        for gap in (5e-4, 2e-3, 8e-3)
+        for share, counted in rotors
     )
     return Family("backlash", axis, knobs, starts)

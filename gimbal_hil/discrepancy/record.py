@@ -80,10 +80,8 @@ class Record:
         return np.asarray(values[np.minimum(self.rows, len(values) - 1)])
 
 
-def record_of(
-    table: SignalsTable, model: AntennaModel, scored_hz: float, name: str, keep: NDArray[np.bool_] | None = None
-) -> Record:
-    """Prepare a signals table for a model's axes; `scored_hz` is the end of the band that is scored, `keep` the rows where they are known."""
+def record_of(table: SignalsTable, model: AntennaModel, scored_hz: float, name: str, keep: NDArray[np.bool_] | None = None) -> Record:
+    """Prepare a signals table for a model's axes; `scored_hz` ends the scored band, `keep` are the rows if they are known."""
     bands = Bands(scored_hz, table.period_s)
     axes = model.axes
     n = len(table) - 1

@@ -148,6 +148,10 @@ class Search:
         kept = [replace(r, columns=r.columns * scale) for r in heard if r.family.label in labels]
         return kept + self.listen(state.fit, [f for f in allowed if f.ripple])
 
+    def heard(self, label: tuple[str, str]) -> list[Floats]:
+        """Columns of a family's responses beside the model as it stands, as far as they have been heard."""
+        return [r.columns for r in self._heard[0] if r.family.label == label] if self._heard is not None else []
+
     def _known_columns(self, hypothesis: Hypothesis) -> Floats | None:
         """Jacobian of the known numbers as it was when they first floated, in the present floors; None where none float."""
         if not hypothesis.floating or self._floating is None:
@@ -156,7 +160,11 @@ class Search:
         return np.asarray(columns * np.tile(floor / self.floor, len(columns) // len(floor))[:, None])
 
     def complete(self, state: Scored, null: Scored) -> bool:
-        """Whether every channel is explained: near its floor, or nearly all of its gap closed, on both halves of the data."""
+        """Whether every channel is explained: near its floor, or nearly all of its gap closed, on both halves of the data.
+
+        Causes must have closed a gap: what had none before they came cannot prove them.
+        """
+        closing = not self.exact
         for after, before in ((_rms(state.holdout), _rms(null.holdout)), (_rms(state.fit.residual), _rms(null.fit.residual))):
             closed = 1.0 - (after**2 - 1.0) / np.maximum(before**2 - 1.0, 1e-9)
             if not self.exact and float(np.max(closed)) >= _COARSE_SHARE:
@@ -164,10 +172,11 @@ class Search:
             near = (after <= COMPLETE_FLOORS) & ((closed >= _CLOSED_WHEN_NEAR) | (after <= _AT_FLOOR))
             explained = near | ((closed >= COMPLETE_SHARE) & (before > 2.0) & (after <= _STILL_FAR))
             # a small gap that a cause leaves as it was, on another channel, does not speak against it
-            calm = (before <= _CALM) & (before < 0.3 * float(np.max(before))) & (after <= 1.02 * before)
-            if not np.all(explained | calm):
+            small = (before <= COMPLETE_FLOORS) | ((before <= _CALM) & (before < 0.3 * float(np.max(before))))
+            if not np.all(explained | (small & (after <= np.maximum(1.02 * before, _AT_FLOOR)))):
                 return False
-        return True
+            closing |= bool(np.any(explained & (before > COMPLETE_FLOORS)))
+        return closing or not state.hypothesis.causes
 
     def worth(self, before: Scored, after: Scored, null: Scored) -> bool:
         """Whether an addition earns its place on the hold-out: a share of what is left without it; small causes follow huge ones."""

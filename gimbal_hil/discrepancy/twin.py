@@ -19,6 +19,8 @@ from sim_backend.model.numbers import NUMBER_AT, Block
 #: effects whose states move faster than a sample, and into how many steps the twin then divides it
 _FINE_STEPS = {"backlash": 5, "structural_resonance": 2}
 _FRICTION_SLOTS = 7
+#: slower logs are carried in several steps a sample
+_LONGEST_STEP_S = 1e-3
 
 
 @dataclass
@@ -80,8 +82,9 @@ class Twin:
             for name, axis in added:
                 model = model.with_effect(name, axis, {})
             names = {name for name, _ in key} | {entry.effect.name for entry in model.effects}
-            steps = max([_FINE_STEPS.get(name, 1) for name in names], default=1)
-            arrays = plant_arrays(_with_step(model, self.records[0].bands.period_s / steps), 1.0 / self.records[0].bands.period_s)
+            period_s = self.records[0].bands.period_s
+            steps = max([_FINE_STEPS.get(name, 1) for name in names], default=1) * max(1, round(period_s / _LONGEST_STEP_S))
+            arrays = plant_arrays(_with_step(model, period_s / steps), 1.0 / period_s)
             P, K = arrays.P, arrays.K
             for i in range(len(model.axes)):
                 block = layout.axis_block(i)

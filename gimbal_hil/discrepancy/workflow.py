@@ -37,6 +37,8 @@ _SPREAD = 2.0
 _QUIET = 1.3
 #: a known number that floats this far (log) is not what a rig is off by
 _FAR = 0.22
+#: a hypothesis is refined further while it leaves at most this many times what the best leaves beyond noise
+_IN_THE_RACE = 5.0
 #: causes that are looked for before the known numbers float
 _FEW = 2
 #: share of the gap that they must have closed for more to be looked for
@@ -138,7 +140,18 @@ def _search(
         return [response for family in found for response in family]
 
     def refine(hypotheses: list[Hypothesis], known: Floats | None) -> list[Fit]:
-        return list(executor.map(refit, there, hypotheses, repeat(search.floor), repeat(3), repeat(known), repeat(_SPREAD)))
+        """One round for all, two more for those that are still in the race."""
+        if not hypotheses:
+            return []
+        fits = list(executor.map(refit, there, hypotheses, repeat(search.floor), repeat(1), repeat(known), repeat(_SPREAD)))
+        size = fits[0].residual.size
+        limit = _IN_THE_RACE * max(min(fit.cost for fit in fits) - size, 0.0) + 2.0 * size
+        racing = [i for i, fit in enumerate(fits) if fit.cost <= limit]
+        still = [fits[i].hypothesis for i in racing]
+        better = executor.map(refit, there, still, repeat(search.floor), repeat(2), repeat(known), repeat(_SPREAD))
+        for i, fit in zip(racing, better, strict=True):
+            fits[i] = fit
+        return fits
 
     search.listen, search.refine = listen, refine
     return search
