@@ -24,6 +24,7 @@ def command(
     travel: Annotated[list[str] | None, typer.Option(metavar="AXIS=LOW..HIGH", help="Travel, rad; may be repeated.")] = None,
     short: Annotated[bool, typer.Option("--short", help="Short survey motions.")] = False,
     workers: Annotated[int, typer.Option(help="Processes that score candidates.", min=1)] = 2,
+    dask: Annotated[str | None, typer.Option(metavar="ADDRESS", help="Score candidates on a Dask cluster instead.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the stopped improvement in --out.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
@@ -45,7 +46,7 @@ def command(
     settings = load_settings(config) if config else shipped_settings()
     start = load_model(model) if model else shipped_model()
     budgets = budgets_of(settings, budget, rounds, torques_of(torque or []), travels_of(travel or []))
-    task = Task(settings, start, out, budgets, short, workers)
+    task = Task(settings, start, out, budgets, short, workers, dask)
     journal = Journal(out / JOURNAL_FILE, resume=resume)
     try:
         _open_session(journal, task, resume)
@@ -85,7 +86,7 @@ def _open_session(journal: Journal, task: Task, resume: bool) -> None:
     if not isinstance(first, Started):
         raise BadInputError(str(journal.path), "does not say how the improvement began", "the journal of a stopped improvement")
     for key, value in session.items():
-        if key not in ("budgets", "workers") and first.session.get(key) != value:
+        if first.session.get(key) != value:
             raise BadInputError(f"--resume: {key}", "is not what the improvement began with", "the same options as then")
     journal.write(Resumed(len(journal.entries)))
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -78,17 +78,16 @@ class Task:
     budgets: Budgets
     short: bool = False
     workers: int = 2
+    #: address of a Dask cluster that scores candidates instead
+    dask: str | None = None
 
 
 def session_of(task: Task) -> dict[str, Any]:
     """What a stopped improvement must go on with, as plain values; budgets and workers may change."""
-    budgets = asdict(task.budgets)
     return {
         "configuration": task.settings.model_dump(mode="json", by_alias=True),
         "model": task.start.document,
         "short": task.short,
-        "workers": task.workers,
-        "budgets": json.loads(json.dumps(budgets)),
     }
 
 
@@ -229,7 +228,7 @@ class _Loop:
         began = time.monotonic()
         self.progress.begin(f"round {number}: diagnosis", 1.0, 0.0)
         diagnosis = diagnose(
-            self.model, self.data.searched(), (self.data.judge[-1],), workers=self.task.workers,
+            self.model, self.data.searched(), (self.data.judge[-1],), workers=self.task.workers, dask=self.task.dask,
             progress=lambda text: self.progress.at(text, 0.0),
         )  # fmt: skip
         verdict = verdict_of(diagnosis)
