@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from gimbal_hil.improvement import Ending, improve
+from gimbal_hil.improvement import Ending, Improvement, Journal, Started, Task, VirtualSite, budgets_of, improve
 from gimbal_hil.settings import load_settings
 from sim_backend.model import shipped_model
 from sim_backend.shipped import shipped_file
