@@ -96,9 +96,11 @@ def _gap_figure(rounds: Sequence[Diagnosed]) -> Any:
             x=x, y=y, mode="lines+markers", name=f"{channel[0]} {channel[1].replace('_', ' ')}",
             line=dict(color=colours.get(channel), width=1.5), marker=dict(symbol=symbols, size=9),
         )  # fmt: skip
-    drawn.add_hline(y=1.0, line_color=ALERT, line_width=1, annotation_text="noise floor", annotation_position="bottom right")
+    drawn.add_hline(y=1.0, line_color=ALERT, line_width=1)
     drawn.add_hline(y=COMPLETE_FLOORS, line_color=ALERT, line_width=1, line_dash="dash")
-    drawn.update_yaxes(type="log")
+    # on a logarithmic axis annotations stand at the logarithm
+    drawn.add_annotation(x=1.0, xref="paper", xanchor="right", y=0.0, yanchor="top", text="noise floor", showarrow=False)
+    drawn.update_yaxes(type="log", dtick=1)
     drawn.update_xaxes(tickvals=[one.round for one in rounds], range=[rounds[0].round - 0.5, rounds[-1].round + 0.5])
     drawn.update_layout(hovermode="closest")
     return drawn

@@ -22,7 +22,7 @@ from sim_backend.model import AntennaModel
 #: a daemon may take so long until its door is open (it may have to compile first), and so long to end
 _OPENING_S, _ENDING_S = 300.0, 20.0
 #: the host may take so long until it is ready
-_READY_S = 60.0
+_READY_S = 30.0
 
 
 class Site(Protocol):
@@ -129,9 +129,13 @@ def _until_open(process: subprocess.Popen[bytes], run: Path, log: Path) -> None:
 
 def _until_ready(run: Path, reset_faults: bool) -> None:
     """Wait for the host to be ready; who resumes has seen why it stopped, so a fault is reset then."""
-    end = time.monotonic() + _READY_S
-    with OperatorClient(run, timeout_s=_READY_S) as client:
-        while (state := client.request("status")["status"]["host_state"]) not in ("idle", "active"):
+    end = time.monotonic() + _OPENING_S
+    ticking = False
+    with OperatorClient(run, timeout_s=_OPENING_S) as client:
+        while (state := (status := client.request("status")["status"])["host_state"]) not in ("idle", "active"):
+            if not ticking and status["tick"] > 0:
+                # before its first tick a daemon may have to compile; after it the antenna has to answer
+                ticking, end = True, time.monotonic() + _READY_S
             if state == "fault" and reset_faults:
                 client.request("fault_reset")
             if time.monotonic() > end:

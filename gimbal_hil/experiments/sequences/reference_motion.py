@@ -19,7 +19,7 @@ from gimbal_hil.report import Block, Heading, Plot, Text
 
 Floats = NDArray[np.float64]
 #: seconds between rows of a reference; the host goes straight from one to the next
-ROW_S = 0.005
+ROW_S = 0.001
 #: a corner is rounded over this time on either side
 ROUNDED_S = 0.15
 #: at rest before a motion, then so long to its start
