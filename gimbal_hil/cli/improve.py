@@ -22,7 +22,8 @@ def command(
     budget: Annotated[float, typer.Option(help="Antenna time at most, s.", min=1.0)] = 900.0,
     torque: Annotated[list[str] | None, typer.Option(metavar="AXIS=NM", help="Largest torque, N m; may be repeated.")] = None,
     travel: Annotated[list[str] | None, typer.Option(metavar="AXIS=LOW..HIGH", help="Travel, rad; may be repeated.")] = None,
-    short: Annotated[bool, typer.Option("--short", help="Short survey motions.")] = False,
+    survey: Annotated[float, typer.Option(help="Length of each survey motion, s.", min=10.0)] = 60.0,
+    short: Annotated[bool, typer.Option("--short", help="Surveys of 24 s.")] = False,
     workers: Annotated[int, typer.Option(help="Processes that score candidates.", min=1)] = 2,
     dask: Annotated[str | None, typer.Option(metavar="ADDRESS", help="Score candidates on a Dask cluster instead.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the stopped improvement in --out.")] = False,
@@ -35,6 +36,7 @@ def command(
     """
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
     from gimbal_hil.cli.progress import ProgressBar
+    from gimbal_hil.experiments.sequences.survey import SHORT_S
     from gimbal_hil.improvement import JOURNAL_FILE, Ending, Journal, Stopped, Task, budgets_of, site_of, torques_of, travels_of
     from gimbal_hil.settings import load_settings, shipped_settings
     from sim_backend.model import load_model, shipped_model
@@ -46,7 +48,7 @@ def command(
     settings = load_settings(config) if config else shipped_settings()
     start = load_model(model) if model else shipped_model()
     budgets = budgets_of(settings, budget, rounds, torques_of(torque or []), travels_of(travel or []))
-    task = Task(settings, start, out, budgets, short, workers, dask)
+    task = Task(settings, start, out, budgets, SHORT_S if short else survey, workers, dask)
     journal = Journal(out / JOURNAL_FILE, resume=resume)
     try:
         _open_session(journal, task, resume)

@@ -21,7 +21,7 @@ from gimbal_hil.discrepancy.search import COMPLETE_FLOORS
 from gimbal_hil.experiments.experiment import AXES, Experiment
 from gimbal_hil.experiments.runner import ProgressSink, Silent
 from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
-from gimbal_hil.experiments.sequences.survey import survey
+from gimbal_hil.experiments.sequences.survey import WHOLE_S, survey
 from gimbal_hil.improvement.budgets import AFTERWARDS_S, Budgets
 from gimbal_hil.improvement.choosing import WORTH, Option, Pair, menu_of, open_pair, person_needed, unexplained_pair, weighed
 from gimbal_hil.improvement.journal import Chosen, Diagnosed, Ended, Entry, Journal, Measured, Measuring, Refused
@@ -76,7 +76,8 @@ class Task:
     start: AntennaModel
     out: Path
     budgets: Budgets
-    short: bool = False
+    #: length of one survey motion, s
+    survey_s: float = WHOLE_S
     workers: int = 2
     #: address of a Dask cluster that scores candidates instead
     dask: str | None = None
@@ -87,7 +88,7 @@ def session_of(task: Task) -> dict[str, Any]:
     return {
         "configuration": task.settings.model_dump(mode="json", by_alias=True),
         "model": task.start.document,
-        "short": task.short,
+        "survey_s": task.survey_s,
     }
 
 
@@ -151,7 +152,9 @@ class _Loop:
         for number, role in ((0, _SEARCH), (1, _JUDGE)):
             refusal = self._measure(1, self._survey(number), role, AXES, "rich motion of both axes, to search on and to judge on")
             if refusal is not None and number == 0:
-                raise BadInputError("the first survey", refusal, "budgets that allow at least two surveys (--short ones are shorter)")
+                raise BadInputError(
+                    "the first survey", refusal, "budgets that allow at least two surveys (--short and --survey make them shorter)"
+                )
             if refusal is not None:
                 return Ending.TIME_USED_UP
         return None
@@ -174,7 +177,7 @@ class _Loop:
     # --- experiments -----------------------------------------------------------------------------------------------------------
 
     def _survey(self, number: int) -> Experiment:
-        return survey(SequenceOptions(self.task.settings.rate_hz, short=self.task.short), number)
+        return survey(SequenceOptions(self.task.settings.rate_hz, every=1), number, self.task.survey_s)
 
     def _separating(self, sequence: str, axes: Sequence[str]) -> Experiment:
         return build_experiment(sequence, SequenceOptions(self.task.settings.rate_hz, tuple(axes), short=True, every=1))

@@ -20,7 +20,7 @@ from sim_backend.model import shipped_model
 
 COGGING = {"amplitude": 0.03, "order": 12.0, "phase": 0.7}
 #: a machine that stalls for longer than the antenna's deadman stops an experiment, as it should; then the improvement is resumed
-TRIES = 12
+TRIES = 30
 _MAIN = "from gimbal_hil.cli import main; main()"
 
 
@@ -30,7 +30,7 @@ def configuration(folder: Path) -> Path:
     document["link"] = {"kind": "unix", "path": str(folder / "antenna")}
     document["supervisor"] |= {
         "lost_ticks": 100,
-        "set_point_lag_ticks": 200,
+        "set_point_lag_ticks": 500,
         "deadman": {"window_ticks": 250, "reaction": "decelerate_and_hold"},
     }
     path = folder / "daemon.yaml"
@@ -53,7 +53,7 @@ def plant(folder: Path) -> subprocess.Popen[str]:
 def test_an_improvement_in_real_time_survives_ctrl_c_and_finds_the_effect_hidden_in_the_other_process(tmp_path: Path) -> None:
     config, out = configuration(tmp_path), tmp_path / "out"
     antenna = plant(tmp_path)
-    words = [sys.executable, "-c", _MAIN, "improve", "--config", str(config), "--out", str(out), "--short", "--json"]
+    words = [sys.executable, "-c", _MAIN, "improve", "--config", str(config), "--out", str(out), "--survey", "12", "--json"]
     journal = out / "journal.jsonl"
     try:
         first = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)

@@ -32,9 +32,9 @@ def build(options: SequenceOptions) -> Experiment:
     return survey(options, 0)
 
 
-def survey(options: SequenceOptions, number: int) -> Experiment:
-    """Survey number 0, 1, ...: the variants come round again with other heights."""
-    duration_s = SHORT_S if options.short else WHOLE_S
+def survey(options: SequenceOptions, number: int, duration_s: float | None = None) -> Experiment:
+    """Survey number 0, 1, ...: the variants come round again with other heights. Without a duration (s) the options choose it."""
+    duration_s = duration_s or (SHORT_S if options.short else WHOLE_S)
     references = {axis: reference(axis, duration_s, number) for axis in AXES}
     name = "survey" if number == 0 else "survey_holdout" if number == 1 else f"survey_{number + 1}"
     return motion_experiment(name, "Survey motion of both axes", options, references, _SAID)
