@@ -177,7 +177,7 @@ def _spring(axis: str, torque: float) -> Family:
 
 
 def _first_bristle(axis: str, coulomb: float, speed: float) -> Family:
-    """A bristle for a model that has none: friction that turns with the motion over a way, from a tenth of a ms of travel to a tenth of a second."""
+    """A bristle for a model that has none: friction that turns over with the motion, within 0.1 to 100 ms of travel at speed."""
     knob = Knob(("sigma0",), Move.FACTOR, coulomb / (1e-3 * speed), -5.0, 3.0)
     return Family("presliding", axis, (knob,), tuple(_bent((float(x),)) for x in np.linspace(-4.6, 2.3, 8)))
 
