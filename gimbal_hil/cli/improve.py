@@ -16,6 +16,7 @@ def command(
     budget: Annotated[float, typer.Option(help="Antenna time at most, s.", min=1.0)] = 600.0,
     short: Annotated[bool, typer.Option("--short", help="Short survey motions.")] = False,
     workers: Annotated[int, typer.Option(help="Processes that score candidates.", min=1)] = 2,
+    dask: Annotated[str | None, typer.Option(metavar="ADDRESS", help="Score candidates on a Dask cluster instead.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
 ) -> int:
@@ -34,7 +35,9 @@ def command(
     start = load_model(model) if model else shipped_model()
     with ProgressBar(not as_json) as progress:
         say = (lambda line: None) if as_json else print
-        done = improve(settings, start, out, rounds=rounds, budget_s=budget, short=short, workers=workers, progress=progress, say=say)
+        done = improve(
+            settings, start, out, rounds=rounds, budget_s=budget, short=short, workers=workers, dask=dask, progress=progress, say=say
+        )
     record = {"ending": done.ending.name.lower(), "text": done.ending.value, "antenna_s": done.antenna_s, "rounds": list(done.verdicts)}
     (out / "improve.json").write_text(json.dumps(record, indent=2) + "\n", encoding="utf-8")
     (out / "model.yaml").write_text(done.model.to_yaml(), encoding="utf-8")

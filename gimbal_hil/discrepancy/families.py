@@ -13,6 +13,8 @@ from sim_backend.effects import CATALOGUE
 from sim_backend.model import AntennaModel
 
 Vector = tuple[float, ...]
+#: order of a ripple whose coordinate is zero
+_NEUTRAL_ORDER = 1.0
 
 
 class Move(Enum):
@@ -95,8 +97,9 @@ def _bent(at: Vector) -> Start:
 
 
 def ripple_start(order: float, probe: float) -> Start:
-    """A ripple of one order with free amplitude and phase."""
-    return Start(((probe, order, 0.0), (probe, order, 0.5 * math.pi)), (0.0, order, 0.0), Reading.POLAR)
+    """A ripple of one order with free amplitude and phase; the order's coordinate counts from the catalogue's neutral order."""
+    x = order - _NEUTRAL_ORDER
+    return Start(((probe, x, 0.0), (probe, x, 0.5 * math.pi)), (0.0, x, 0.0), Reading.POLAR)
 
 
 def families(model: AntennaModel, axis: str, records: tuple[Record, ...]) -> list[Family]:
@@ -161,7 +164,7 @@ _PATHS = ("friction.coulomb", "friction.breakaway", "friction.viscous", "frictio
 
 
 def _ripple_knobs(amplitude: str, size: float) -> tuple[Knob, ...]:
-    return Knob((amplitude,), Move.ADD, size), Knob(("order",), Move.ADD, 1.0, 0.5), Knob(("phase",), Move.ADD, 1.0)
+    return Knob((amplitude,), Move.ADD, size), Knob(("order",), Move.ADD, 1.0, 0.0), Knob(("phase",), Move.ADD, 1.0)
 
 
 def _spring(axis: str, torque: float) -> Family:

@@ -165,9 +165,9 @@ class Search:
         return True
 
     def worth(self, before: Scored, after: Scored, null: Scored) -> bool:
-        """Whether an addition earns its place on the hold-out."""
+        """Whether an addition earns its place on the hold-out: a share of what is left without it; small causes follow huge ones."""
         taken = np.mean(before.holdout**2, axis=0) - np.mean(after.holdout**2, axis=0)
-        gap = float(np.sum(np.mean(null.holdout**2, axis=0) - 1.0))
+        gap = float(np.sum(np.mean((before if self.exact else null).holdout ** 2, axis=0) - 1.0))
         least = _LEAST_SHARE if self.exact else _COARSE_EACH
         return float(taken.max()) > _LEAST_SQUARES and float(taken.sum()) > least * max(gap, 0.0)
 

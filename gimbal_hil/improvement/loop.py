@@ -53,6 +53,7 @@ def improve(
     budget_s: float = 600.0,
     short: bool = False,
     workers: int = 2,
+    dask: str | None = None,
     progress: ProgressSink | None = None,
     say: Callable[[str], None] = lambda line: None,
 ) -> Improvement:
@@ -73,7 +74,8 @@ def improve(
             conduct(experiment, settings, antenna, seed + number, folder / name, force=True, progress=progress)
             tables.append(_surveyed(read_signals(folder / name, start.axes), experiment.duration_s(settings.rate_hz)))
         progress.begin(f"round {number}: diagnosis", 1.0, 0.0)
-        diagnosis = diagnose(model, (tables[0],), (tables[1],), workers=workers, progress=lambda text: progress.at(text, 0.0))
+        tell = lambda text: progress.at(text, 0.0)  # noqa: E731 - one word for the search's progress
+        diagnosis = diagnose(model, (tables[0],), (tables[1],), workers=workers, dask=dask, progress=tell)
         verdict = verdict_of(diagnosis)
         verdicts.append(verdict)
         corrected = corrected_model(diagnosis)
