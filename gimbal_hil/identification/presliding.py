@@ -25,7 +25,7 @@ _COMPARED_SHARE = 0.75
 #: a turn of the torque counts from this share of its range; the first 1/7 of a leg after a turn is left out
 _TURNING_SHARE, _TURNING_PART = 0.02, 7
 #: slow motion needs no more rows than about this a run: torque is known between them, and the legs are long
-_ROWS = 800
+_ROWS = 1200
 _SIGMA0_EXPERIMENT = "slow torque ramps to about 0.8 of break-away and back, both signs, with a finer encoder or more repeats"
 _BREAKAWAY_EXPERIMENT = "slow torque ramps through break-away from rest, both signs, several rates"
 
