@@ -123,7 +123,11 @@ class _Loop:
         self.model, self.data, self.used_s, self.runs = task.start, _Data(), 0.0, 0
         self.diagnoses: list[Diagnosed] = []
         self.separated: list[tuple[str, str]] = []
+        #: what the budgets left no room for
         self.left = ""
+        #: what the last diagnosis could not tell apart, and the menu as it was weighed for that
+        self.pair: Pair | None = None
+        self.weighed: list[dict[str, Any]] = []
 
     # --- the loop itself -------------------------------------------------------------------------------------------------------
 
@@ -226,9 +230,8 @@ class _Loop:
             self.diagnoses.append(known)
             if known.model is not None:
                 self.model = load_model(self.task.out / known.model)
-            self.left = known.text
             return known, None if known.choice is None else Chosen(number + 1, "", **known.choice)
-        began = time.monotonic()
+        began, self.pair, self.weighed = time.monotonic(), None, []
         self.progress.begin(f"round {number}: diagnosis", 1.0, 0.0)
         diagnosis = diagnose(
             self.model, self.data.searched(), (self.data.judge[-1],), workers=self.task.workers, dask=self.task.dask,
@@ -236,11 +239,12 @@ class _Loop:
         )  # fmt: skip
         verdict = verdict_of(diagnosis)
         decision, model, choice = self._decide(number, diagnosis, verdict)
+        remark = "" if self.pair is None or choice is not None else self._open_end(verdict, self.pair)
         place = self._keep(number, diagnosis, verdict, model)
         chosen = None if choice is None else {key: getattr(choice, key) for key in ("sequence", "axes", "why", "considered")}
         one = Diagnosed(
             number, verdict["verdict"], verdict["text"], verdict["gaps"], verdict["effects"], verdict["alternatives"], decision.value,
-            chosen, place, time.monotonic() - began,
+            chosen, self.weighed, remark, place, time.monotonic() - began,
         )  # fmt: skip
         self.journal.write(one)
         self.say(f"round {number}: {verdict['verdict'].replace('_', ' ')}: {verdict['text']}")
@@ -251,7 +255,8 @@ class _Loop:
 
     def _decide(self, number: int, diagnosis: Diagnosis, verdict: dict[str, Any]) -> tuple[Decision, AntennaModel | None, Chosen | None]:
         """Decision, the model to go on with where it changed, and the separating run where one is needed."""
-        if float(np.max(diagnosis.search.gaps(diagnosis.null))) <= COMPLETE_FLOORS:
+        untouched = max(gap["before"] / gap["noise_floor"] for gap in verdict["gaps"])
+        if max(untouched, float(np.max(diagnosis.search.gaps(diagnosis.null)))) <= COMPLETE_FLOORS:
             return Decision.AT_THE_FLOOR, None, None
         if verdict["verdict"] == "no_discrepancy":
             moved = recalibrated_model(diagnosis) if verdict["recalibrated"] else None
@@ -261,15 +266,15 @@ class _Loop:
             return Decision.CHECK, corrected, None
         separates = (verdict["next_experiment"] or {}).get("separates", [])
         ambiguous = verdict["verdict"] == "ambiguous"
-        pair = open_pair(diagnosis, separates) if ambiguous else unexplained_pair(diagnosis)
+        self.pair = pair = open_pair(diagnosis, separates) if ambiguous else unexplained_pair(diagnosis)
         # a gap that nothing explains gets one more kind of motion to show itself in, not the whole menu
         tried = not ambiguous and any(d.verdict == "unexplained" and d.choice is not None for d in self.diagnoses)
         choice = None if pair is None or tried else self._choice(number, diagnosis, pair)
         if choice is not None:
             return Decision.SEPARATE, None, choice
-        person = None if pair is None else person_needed(pair)
-        self.left = self._open_end(verdict, pair, person)
-        return Decision.GIVE_UP, corrected, None
+        # where neither a run of the antenna's own nor a person could tell, the two are the same for every purpose
+        same = ambiguous and pair is not None and bool(self.weighed) and person_needed(pair) is None
+        return (Decision.CHECK if same else Decision.GIVE_UP), corrected, None
 
     def _choice(self, number: int, diagnosis: Diagnosis, pair: Pair) -> Chosen | None:
         """The menu's entry on which the pair differs most, among those that the budgets allow; None where none is worth its time."""
@@ -288,22 +293,30 @@ class _Loop:
             return None if refusal is not None else rehearsal.table
 
         found = [option for option in weighed(diagnosis, pair, options, rehearsed) if option.expected is not None]
+        self.weighed = [{"sequence": o.sequence, "axis": o.axis, "expected": round(o.expected or 0.0, 1)} for o in found]
         if not found or (found[0].expected or 0.0) < WORTH:
             return None
         (one, axis), (other, other_axis) = pair.names
         why = f"separates {_words(one)} on {axis} from {_words(other)} on {other_axis}: largest expected difference of the menu"
-        considered = [{"sequence": o.sequence, "axis": o.axis, "expected": round(o.expected or 0.0, 1)} for o in found]
         best = found[0]
-        return Chosen(number + 1, "", best.sequence, [best.axis], why, considered)
+        return Chosen(number + 1, "", best.sequence, [best.axis], why, self.weighed)
 
-    def _open_end(self, verdict: dict[str, Any], pair: Pair | None, person: str | None) -> str:
-        if pair is None:
-            return str(verdict["text"])
-        (one, axis), (other, other_axis) = pair.names
+    def _open_end(self, verdict: dict[str, Any], pair: Pair) -> str:
+        """What stays open, why no run of the antenna's own would close it, and what a person could do."""
         if verdict["verdict"] != "ambiguous":
-            return str(verdict["text"])
-        run = person or (verdict["next_experiment"] or {}).get("plan", "")
-        return f"{verdict['text']} {_words(one)} on {axis} and {_words(other)} on {other_axis} stay open; a person could: {run}."
+            return ""
+        person = person_needed(pair)
+        (one, axis), (other, other_axis) = pair.names
+        left = max(gap["after"] / gap["noise_floor"] for gap in verdict["gaps"])
+        why = "no run that the antenna can make by itself is left"
+        if self.weighed:
+            most = self.weighed[0]
+            place = f"{_words(most['sequence'])} on {most['axis']}"
+            why = f"of the runs left, {place} would show most, {most['expected']:.2g} squared floors, where {WORTH:g} are needed"
+        model = f" The model with {_words(one)} leaves {left:.2f} floors, as it would with the other."
+        return f"{_words(one).capitalize()} on {axis} or {_words(other)} on {other_axis}: {why}.{model}" + (
+            f" A person could tell: {person}." if person else ""
+        )
 
     def _keep(self, number: int, diagnosis: Diagnosis, verdict: dict[str, Any], model: AntennaModel | None) -> str | None:
         folder = self.task.out / f"round_{number}"
@@ -321,10 +334,12 @@ class _Loop:
         worst = worst_gap(self.diagnoses[-1]) if self.diagnoses else None
         said = ending.value[0].upper() + ending.value[1:]
         if ending is Ending.AT_THE_FLOOR and worst is not None:
-            return f"{said}: its largest gap is {worst:.2f} floors on a motion that it had not seen."
+            said = f"{said}: its largest gap is {worst:.2f} floors on a motion that it had not seen."
+            return " ".join([said, *(one.remark for one in self.diagnoses if one.remark)])
         if ending is Ending.TIME_USED_UP:
             return f"{said}: {self.left or 'the next experiment does not fit'}."
-        return f"{said}. {self.left}".strip()
+        last = self.diagnoses[-1]
+        return f"{said}. {last.remark or last.text}"
 
 
 def worst_gap(diagnosed: Diagnosed, key: str = "before") -> float:
