@@ -213,10 +213,14 @@ def _resonance(axis: str) -> Family:
 def _backlash(axis: str, inertia: float) -> Family:
     knobs = (
         Knob(("gap",), Move.FACTOR, 1e-3, -5.0, 5.0),
-        Knob(("rotor_inertia",), Move.FACTOR, 0.2 * inertia, -3.5, 2.0),
+        Knob(("rotor_inertia",), Move.FACTOR, 0.2 * inertia, -5.0, 2.0),
         Knob(("inertia",), Move.ADD, 0.05 * inertia),
     )
+    # rotors that the model's inertia counts already, and rotors that come on top of it
+    rotors = ((0.08, 1.0), (0.25, 1.0), (0.01, 0.0), (0.08, 0.0))
     starts = tuple(
-        _bent((math.log(gap / 1e-3), math.log(share / 0.2), -share / 0.05)) for gap in (5e-4, 2e-3, 8e-3) for share in (0.08, 0.25)
+        _bent((math.log(gap / 1e-3), math.log(share / 0.2), -counted * share / 0.05))
+        for gap in (5e-4, 2e-3, 8e-3)
+        for share, counted in rotors
     )
     return Family("backlash", axis, knobs, starts)

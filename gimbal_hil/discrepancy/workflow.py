@@ -15,6 +15,7 @@ from gimbal_hil.discrepancy.floors import Floor, floors, smaller, wide_twin
 from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis, known_numbers, known_offsets, parameters_of
 from gimbal_hil.discrepancy.processing import processing_floors
 from gimbal_hil.discrepancy.record import TORQUE, record_of
+from gimbal_hil.discrepancy.row_noise import row_scales
 from gimbal_hil.discrepancy.screening import Response, respond
 from gimbal_hil.discrepancy.search import Round, Scored, Search
 from gimbal_hil.discrepancy.smoothing import Floats
@@ -36,6 +37,8 @@ _SPREAD = 2.0
 _QUIET = 1.3
 #: a known number that floats this far (log) is not what a rig is off by
 _FAR = 0.22
+#: a hypothesis is refined further while it leaves at most this many times what the best leaves beyond noise
+_IN_THE_RACE = 5.0
 #: causes that are looked for before the known numbers float
 _FEW = 2
 #: share of the gap that they must have closed for more to be looked for
@@ -92,6 +95,9 @@ def diagnose(
     wide.gyro_everywhere = twin.gyro_everywhere
     structure = twin.structure(())
     found = floors(twin, wide, structure, structure.P)
+    noise = np.array([f.rms for f in found])
+    twin.scales, held.scales = row_scales(twin, measured, noise), row_scales(held, holdout, noise)
+    found = smaller(found, floors(twin, wide, structure, structure.P))
     processing = processing_floors(twin, measured)
     catalogue = [family for axis in model.axes for family in families(model, axis, twin.records)]
     with open_executor(workers, dask) as executor:
@@ -112,7 +118,7 @@ def _effective(model: AntennaModel, twin: Twin, found: list[Floor], processing: 
     out = []
     for floor, channel, process in zip(found, twin.channels, processing, strict=True):
         exactness = _EXACTNESS * model.number(channel.axis, "friction.coulomb") if channel.signal == TORQUE else 0.05 * floor.rms
-        out.append(float(np.sqrt(floor.rms**2 + max(exactness, min(process, 0.3 * floor.rms)) ** 2)))
+        out.append(float(np.sqrt(floor.rms**2 + max(exactness, min(process, floor.rms)) ** 2)))
     return np.array(out)
 
 
@@ -134,7 +140,18 @@ def _search(
         return [response for family in found for response in family]
 
     def refine(hypotheses: list[Hypothesis], known: Floats | None) -> list[Fit]:
-        return list(executor.map(refit, there, hypotheses, repeat(search.floor), repeat(3), repeat(known), repeat(_SPREAD)))
+        """One round for all, two more for those that are still in the race."""
+        if not hypotheses:
+            return []
+        fits = list(executor.map(refit, there, hypotheses, repeat(search.floor), repeat(1), repeat(known), repeat(_SPREAD)))
+        size = fits[0].residual.size
+        limit = _IN_THE_RACE * max(min(fit.cost for fit in fits) - size, 0.0) + 2.0 * size
+        racing = [i for i, fit in enumerate(fits) if fit.cost <= limit]
+        still = [fits[i].hypothesis for i in racing]
+        better = executor.map(refit, there, still, repeat(search.floor), repeat(2), repeat(known), repeat(_SPREAD))
+        for i, fit in zip(racing, better, strict=True):
+            fits[i] = fit
+        return fits
 
     search.listen, search.refine = listen, refine
     return search

@@ -242,4 +242,6 @@ def joined(parts: list[Recorded]) -> Recorded:
 
 
 def _stacked(arrays: list[NDArray[np.int64]], words: int) -> NDArray[np.int64]:
+    if len(arrays) == 1:
+        return arrays[0]
     return np.concatenate(arrays) if arrays else np.zeros((0, words), dtype=np.int64)
