@@ -18,6 +18,7 @@ import numpy as np
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.discrepancy import Diagnosis, corrected_model, diagnose, discrepancy_page, recalibrated_model, verdict_of
 from gimbal_hil.discrepancy.search import COMPLETE_FLOORS
+from gimbal_hil.discrepancy.standing import standing
 from gimbal_hil.experiments.experiment import AXES, Experiment
 from gimbal_hil.experiments.runner import ProgressSink, Silent
 from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
@@ -34,6 +35,7 @@ from sim_backend.model import AntennaModel, load_model
 
 #: tables that one diagnosis searches on at most: the newest, and the first
 _MOST_TABLES = 5
+_MODEL_FILE, _BASE_FILE = "model.yaml", "base.yaml"
 _SEPARATING, _SEARCH, _JUDGE = "separating", "search", "judge"
 
 
@@ -120,9 +122,13 @@ class _Loop:
     def __init__(self, task: Task, site: Site, journal: Journal, progress: ProgressSink, say: Callable[[str], None]) -> None:
         self.task, self.site, self.journal, self.progress, self.say = task, site, journal, progress, say
         self.past: list[Entry] = list(journal.entries)
+        #: the first model with its known numbers as they were refitted, without the effects that were added
+        self.base = task.start
         self.model, self.data, self.used_s, self.runs = task.start, _Data(), 0.0, 0
         self.diagnoses: list[Diagnosed] = []
         self.separated: list[tuple[str, str]] = []
+        #: whether the newest judge is a motion that the present model has not been made with
+        self.unseen = False
         #: what the budgets left no room for
         self.left = ""
         #: what the last diagnosis could not tell apart, and the menu as it was weighed for that
@@ -174,6 +180,7 @@ class _Loop:
             self.separated += [(choice.sequence, axis) for axis in choice.axes]
             refusal = self._measure(round_number, experiment, _SEPARATING, choice.axes, choice.why, choice.considered)
         if refusal is None:
+            self.unseen = decision is Decision.CHECK
             return None
         self.left = f"{experiment.name} {refusal}"
         return Ending.TIME_USED_UP
@@ -230,13 +237,20 @@ class _Loop:
             self.diagnoses.append(known)
             if known.model is not None:
                 self.model = load_model(self.task.out / known.model)
+                self.base = load_model(self.task.out / known.model.replace(_MODEL_FILE, _BASE_FILE))
             return known, None if known.choice is None else Chosen(number + 1, "", **known.choice)
         began, self.pair, self.weighed = time.monotonic(), None, []
-        self.progress.begin(f"round {number}: diagnosis", 1.0, 0.0)
-        diagnosis = diagnose(
-            self.model, self.data.searched(), (self.data.judge[-1],), workers=self.task.workers, dask=self.task.dask,
-            progress=lambda text: self.progress.at(text, 0.0),
-        )  # fmt: skip
+        if self.unseen:
+            self.unseen, gaps = False, standing(self.model, self.data.judge[-1])
+            if max(gap["before"] / gap["noise_floor"] for gap in gaps) <= COMPLETE_FLOORS:
+                text = "What was taken over explains a motion that it had not seen to its noise."
+                return self._noted(
+                    Diagnosed(
+                        number, "no_discrepancy", text, gaps, [], [], Decision.AT_THE_FLOOR.value, None, [], "", None,
+                        time.monotonic() - began,
+                    )
+                ), None  # fmt: skip
+        diagnosis = self._searched(number)
         verdict = verdict_of(diagnosis)
         decision, model, choice = self._decide(number, diagnosis, verdict)
         remark = "" if self.pair is None or choice is not None else self._open_end(verdict, self.pair)
@@ -246,21 +260,46 @@ class _Loop:
             number, verdict["verdict"], verdict["text"], verdict["gaps"], verdict["effects"], verdict["alternatives"], decision.value,
             chosen, self.weighed, remark, place, time.monotonic() - began,
         )  # fmt: skip
-        self.journal.write(one)
-        self.say(f"round {number}: {verdict['verdict'].replace('_', ' ')}: {verdict['text']}")
-        self.diagnoses.append(one)
         if model is not None:
             self.model = model
-        return one, choice
+            self.base = recalibrated_model(diagnosis) if diagnosis.model is self.base else self.base
+            (self.task.out / f"round_{number}" / _BASE_FILE).write_text(self.base.to_yaml(), encoding="utf-8")
+        return self._noted(one), choice
+
+    def _noted(self, one: Diagnosed) -> Diagnosed:
+        self.journal.write(one)
+        self.say(f"round {one.round}: {_words(one.verdict)}: {one.text}")
+        self.diagnoses.append(one)
+        return one
+
+    def _searched(self, number: int) -> Diagnosis:
+        """A search on all data for all that the first model lacks (its known numbers as they were refitted), so that what was taken
+        over too early is found again together with the rest.
+
+        Where that explains nothing, a search for what the model as it is now still lacks.
+        """
+
+        def from_model(model: AntennaModel) -> Diagnosis:
+            self.progress.begin(f"round {number}: diagnosis", 1.0, 0.0)
+            return diagnose(
+                model, self.data.searched(), (self.data.judge[-1],), workers=self.task.workers, dask=self.task.dask,
+                progress=lambda text: self.progress.at(text, 0.0),
+            )  # fmt: skip
+
+        found = from_model(self.base)
+        if found.complete or self.model.document == self.base.document:
+            return found
+        further = from_model(self.model)
+        return further if further.complete else found
 
     def _decide(self, number: int, diagnosis: Diagnosis, verdict: dict[str, Any]) -> tuple[Decision, AntennaModel | None, Chosen | None]:
         """Decision, the model to go on with where it changed, and the separating run where one is needed."""
         untouched = max(gap["before"] / gap["noise_floor"] for gap in verdict["gaps"])
         if max(untouched, float(np.max(diagnosis.search.gaps(diagnosis.null)))) <= COMPLETE_FLOORS:
-            return Decision.AT_THE_FLOOR, None, None
+            return Decision.AT_THE_FLOOR, diagnosis.model, None
         if verdict["verdict"] == "no_discrepancy":
             moved = recalibrated_model(diagnosis) if verdict["recalibrated"] else None
-            return (Decision.AT_THE_FLOOR, None, None) if moved is None else (Decision.CHECK, moved, None)
+            return (Decision.AT_THE_FLOOR, diagnosis.model, None) if moved is None else (Decision.CHECK, moved, None)
         corrected = corrected_model(diagnosis)
         if verdict["verdict"] == "named":
             return Decision.CHECK, corrected, None
@@ -326,8 +365,8 @@ class _Loop:
         discrepancy_page(diagnosis, verdict, corrected_model(diagnosis), sources).write(folder / "report.html")
         if model is None:
             return None
-        (folder / "model.yaml").write_text(model.to_yaml(), encoding="utf-8")
-        return f"round_{number}/model.yaml"
+        (folder / _MODEL_FILE).write_text(model.to_yaml(), encoding="utf-8")
+        return f"round_{number}/{_MODEL_FILE}"
 
     def _text(self, ending: Ending) -> str:
         """The ending with what is left."""
