@@ -88,7 +88,7 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
 
 
 def _estimate_table(result: AxisIdentification) -> Table:
-    from gimbal_hil.experiments.thesis.printed import FRICTION, FRICTION_RECOVERED
+    from gimbal_hil.experiments.printed_in_thesis import FRICTION, FRICTION_RECOVERED
 
     thesis = (FRICTION[result.axis], FRICTION_RECOVERED[result.axis]) if result.axis in FRICTION else None
     header = ["parameter", "value", "low", "high", "unit", "verdict", "model given"]

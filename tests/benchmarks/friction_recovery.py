@@ -78,7 +78,7 @@ def repeats(executor: WorkExecutor, seeds: Sequence[int], short: bool) -> Iterat
 
 def report(results: list[dict[str, Any]]) -> str:
     """The figures as text."""
-    from gimbal_hil.experiments.thesis.printed import FRICTION_RECOVERED
+    from gimbal_hil.experiments.printed_in_thesis import FRICTION_RECOVERED
     from gimbal_hil.identification import friction_of
     from sim_backend.model import shipped_model
 

@@ -135,6 +135,16 @@ def test_presliding_reads_stiffness_and_break_away_from_both_signs(conducted: Ca
     assert 0.5 * (up - down) == pytest.approx(truth.static.breakaway, rel=0.05)
 
 
+def test_presliding_torques_are_shares_of_the_break_away_torque_that_is_known() -> None:
+    known, twice = (
+        build_experiment("presliding", SequenceOptions(RATE_HZ, ("inner",), short=True, breakaway_nm={"inner": level}))
+        for level in (0.2, 0.4)
+    )
+    for one, other in zip(known.steps, twice.steps, strict=True):
+        assert "amplitude_nm" not in one.meaning or other.meaning["amplitude_nm"] == 2.0 * one.meaning["amplitude_nm"]
+    assert any("amplitude_nm" in step.meaning for step in known.steps)
+
+
 def test_the_gravity_map_finds_the_static_moment_of_the_inner_body(conducted: Callable[[str, str], Outcome]) -> None:
     fit = gravity_map.fitted_gravity(gravity_map.windows_of(conducted("gravity_map", "inner").rows, "inner"))
     weight = 9.81 * MODEL.number("inner", "body.mass")
