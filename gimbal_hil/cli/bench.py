@@ -15,7 +15,8 @@ def command(
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
     every: Annotated[int, typer.Option(help="blind: take every n-th case only.", min=1)] = 1,
-    workers: Annotated[int, typer.Option(help="blind: processes.", min=1)] = 2,
+    workers: Annotated[int, typer.Option(help="blind: processes, a case in each.", min=1)] = 2,
+    dask: Annotated[str | None, typer.Option(metavar="ADDRESS", help="blind: diagnose on a Dask cluster instead.")] = None,
 ) -> int:
     """The speed figures, each beside the same work done by a plain reference, as a ratio from one run."""
     import json
@@ -28,7 +29,7 @@ def command(
 
         if out is None:
             raise BadInputError("--out", "is missing", "a folder for the blind cases and their verdicts")
-        return run_blind(out, every, workers)
+        return run_blind(out, every, workers, dask)
     if what != "speed":
         raise BadInputError("bench", f"no bench {what!r}", "speed or blind")
     page = None if out is None else out / "report.html"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -63,12 +62,10 @@ def command(
 def _identify(
     runs: list[Path], model: AntennaModel, axes: tuple[str, ...], reading: tuple[bool, bool, bool], workers: int, seed: int, quiet: bool
 ) -> list[AxisIdentification]:
-    from concurrent.futures import ProcessPoolExecutor
-    from multiprocessing import get_context
-
     from rich.console import Console
     from rich.progress import Progress
 
+    from gimbal_hil.executor import open_executor
     from gimbal_hil.identification import identify_axis
     from gimbal_hil.identification.reading import read_logs
 
@@ -81,16 +78,11 @@ def _identify(
             logs += read_logs(path, model.axes, torque_driven=torque_driven, resample=resample, drop_invalid=drop_invalid)
             bar.advance(task)
         results = []
-        pool: Callable[[], ProcessPoolExecutor] = lambda: ProcessPoolExecutor(workers, mp_context=get_context("spawn"))  # noqa: E731
-        executor = pool() if workers > 1 else None
-        try:
+        with open_executor(workers) as executor:
             for name in axes:
                 bar.update(task, description=f"identifying {name}")
                 results.append(identify_axis(logs, model, name, executor, seed))
                 bar.advance(task)
-        finally:
-            if executor is not None:
-                executor.shutdown(cancel_futures=True)
     return results
 
 

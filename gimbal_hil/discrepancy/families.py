@@ -13,6 +13,8 @@ from sim_backend.effects import CATALOGUE
 from sim_backend.model import AntennaModel
 
 Vector = tuple[float, ...]
+#: order of a ripple whose coordinate is zero
+_NEUTRAL_ORDER = 1.0
 
 
 class Move(Enum):
@@ -95,8 +97,9 @@ def _bent(at: Vector) -> Start:
 
 
 def ripple_start(order: float, probe: float) -> Start:
-    """A ripple of one order with free amplitude and phase."""
-    return Start(((probe, order, 0.0), (probe, order, 0.5 * math.pi)), (0.0, order, 0.0), Reading.POLAR)
+    """A ripple of one order with free amplitude and phase; the order's coordinate counts from the catalogue's neutral order."""
+    x = order - _NEUTRAL_ORDER
+    return Start(((probe, x, 0.0), (probe, x, 0.5 * math.pi)), (0.0, x, 0.0), Reading.POLAR)
 
 
 def families(model: AntennaModel, axis: str, records: tuple[Record, ...]) -> list[Family]:
@@ -161,7 +164,7 @@ _PATHS = ("friction.coulomb", "friction.breakaway", "friction.viscous", "frictio
 
 
 def _ripple_knobs(amplitude: str, size: float) -> tuple[Knob, ...]:
-    return Knob((amplitude,), Move.ADD, size), Knob(("order",), Move.ADD, 1.0, 0.5), Knob(("phase",), Move.ADD, 1.0)
+    return Knob((amplitude,), Move.ADD, size), Knob(("order",), Move.ADD, 1.0, 0.0), Knob(("phase",), Move.ADD, 1.0)
 
 
 def _spring(axis: str, torque: float) -> Family:
@@ -210,10 +213,14 @@ def _resonance(axis: str) -> Family:
 def _backlash(axis: str, inertia: float) -> Family:
     knobs = (
         Knob(("gap",), Move.FACTOR, 1e-3, -5.0, 5.0),
-        Knob(("rotor_inertia",), Move.FACTOR, 0.2 * inertia, -3.5, 2.0),
+        Knob(("rotor_inertia",), Move.FACTOR, 0.2 * inertia, -5.0, 2.0),
         Knob(("inertia",), Move.ADD, 0.05 * inertia),
     )
+    # rotors that the model's inertia counts already, and rotors that come on top of it
+    rotors = ((0.08, 1.0), (0.25, 1.0), (0.01, 0.0), (0.08, 0.0))
     starts = tuple(
-        _bent((math.log(gap / 1e-3), math.log(share / 0.2), -share / 0.05)) for gap in (5e-4, 2e-3, 8e-3) for share in (0.08, 0.25)
+        _bent((math.log(gap / 1e-3), math.log(share / 0.2), -counted * share / 0.05))
+        for gap in (5e-4, 2e-3, 8e-3)
+        for share, counted in rotors
     )
     return Family("backlash", axis, knobs, starts)

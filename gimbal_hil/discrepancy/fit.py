@@ -12,6 +12,8 @@ from gimbal_hil.discrepancy.twin import Twin
 
 _STEP = 0.02
 _RIDGE = 1e-3
+#: residual, in floors, of a hypothesis that the twin cannot carry
+_BROKEN = 1e6
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,8 @@ def refit(twin: Twin, hypothesis: Hypothesis, floor: Floats, rounds: int = 3, kn
     x = hypothesis.vector()
     residual = residual_of(twin, hypothesis, floor)
     jacobian = np.zeros((residual.size, len(x)))
+    if not np.all(np.isfinite(residual)):
+        return Fit(hypothesis, np.full_like(residual, _BROKEN), jacobian)
     for _ in range(rounds):
         jacobian = _jacobian(twin, hypothesis, floor, x, residual, known)
         prior = np.concatenate([np.zeros(len(x) - len(hypothesis.y)), np.array(hypothesis.y)]) * weights
@@ -84,6 +88,8 @@ def _jacobian(twin: Twin, hypothesis: Hypothesis, floor: Floats, x: Floats, resi
             moved[i] -= 2.0 * _STEP
             trial = hypothesis.at(moved)
         change = trial.vector()[i] - x[i]
-        columns.append(((residual_of(twin, trial, floor) - residual) / change).ravel() if change != 0.0 else np.zeros(residual.size))
+        column = ((residual_of(twin, trial, floor) - residual) / change).ravel() if change != 0.0 else np.zeros(residual.size)
+        # a coordinate that breaks the twin at its next step stays where it is
+        columns.append(column if np.all(np.isfinite(column)) else np.zeros(residual.size))
     own = np.column_stack(columns) if columns else np.zeros((residual.size, 0))
     return own if known is None else np.hstack([own, known])

@@ -58,7 +58,10 @@ def spectral_floor(wide: Twin, structure: Structure, P: NDArray[np.float64], cha
     # smoothing and the interval mean shape white noise; both laws carry the same gain up to the edge of the wide band
     laws = np.column_stack([np.ones(use.sum()), (f[use] / top) ** growth])
     weight = 1.0 / psd[use]
-    share, _ = nnls(laws * weight[:, None], np.ones(use.sum()))
+    for _ in range(4):
+        # weighing by the scattered spectrum itself would favour its dips; the fitted law is the better weight
+        share, _ = nnls(laws * weight[:, None], psd[use] * weight)
+        weight = 1.0 / np.maximum(laws @ share, 1e-3 * float(np.median(psd[use])))
     grid = np.linspace(0.0, bands.scoring[1], 400)
     gain = scoring_gain(grid, bands) ** 2
     noise = share[0] + share[1] * (grid / top) ** growth

@@ -80,8 +80,8 @@ class Record:
         return np.asarray(values[np.minimum(self.rows, len(values) - 1)])
 
 
-def record_of(table: SignalsTable, model: AntennaModel, scored_hz: float, name: str) -> Record:
-    """Prepare a signals table for a model's axes; `scored_hz` is the end of the band that is scored."""
+def record_of(table: SignalsTable, model: AntennaModel, scored_hz: float, name: str, keep: NDArray[np.bool_] | None = None) -> Record:
+    """Prepare a signals table for a model's axes; `scored_hz` ends the scored band, `keep` are the rows if they are known."""
     bands = Bands(scored_hz, table.period_s)
     axes = model.axes
     n = len(table) - 1
@@ -104,7 +104,7 @@ def record_of(table: SignalsTable, model: AntennaModel, scored_hz: float, name: 
     base, moving = _base(table, model, bands, n)
     stride = bands.stride
     rows = stride * np.arange(scored_length(n, bands))
-    keep = _kept(rows, np.abs(v), torque, model, bands, n)
+    keep = _kept(rows, np.abs(v), torque, model, bands, n) if keep is None else keep
     laps = table.repeat[:n] if table.repeat is not None and len(np.unique(table.repeat)) > 1 else None
     return Record(
         name, bands, axes, torque, np.column_stack([q, v, a, _led(q, model, bands)]), base, heat, gyro, tuple(has_gyro), keep, laps,

@@ -20,6 +20,8 @@ from gimbal_hil.discrepancy.twin import Twin
 
 _ORDERS_TRIED = 3
 _MOST_ORDERS = 600
+#: share of a scrambled response that may lie along the response itself, and how many are drawn for one that is kept
+_RESEMBLES, _DRAWS_A_TRY = 0.25, 5
 
 
 @dataclass(frozen=True)
@@ -128,12 +130,14 @@ def control_gain(columns: Floats, residual: Floats, rows: list[int], channels: i
     """Best gain of matched nonsense made of responses (rows * channels, k).
 
     block 0: reversed and shifted in time within every record, which scrambles the phase of a ripple. Otherwise: sign drawn
-    anew for every `block` rows, since a response that repeats with the laps would come back upon itself when shifted.
+    anew for every `block` rows, since a response that repeats with the laps would come back upon itself when shifted. A copy that
+    still resembles the response is no nonsense: a short log of slow motion has few blocks, and some draws leave most signs as they were.
     """
     rng = np.random.default_rng(seed)
     shaped = columns.reshape(sum(rows), channels, -1)
-    best = 0.0
-    for _ in range(tries):
+    own, _ = np.linalg.qr(columns)
+    best, made = 0.0, 0
+    for _ in range(_DRAWS_A_TRY * tries):
         parts, at = [], 0
         for n in rows:
             part = shaped[at : at + n]
@@ -144,8 +148,12 @@ def control_gain(columns: Floats, residual: Floats, rows: list[int], channels: i
             parts.append(part)
             at += n
         nonsense = np.concatenate(parts).reshape(columns.shape)
+        if np.linalg.norm(own.T @ nonsense) ** 2 > _RESEMBLES * np.linalg.norm(nonsense) ** 2:
+            continue
         coefficients = np.linalg.lstsq(nonsense.T @ nonsense, -nonsense.T @ residual, rcond=1e-9)[0]
-        best = max(best, float(-coefficients @ (nonsense.T @ residual)))
+        best, made = max(best, float(-coefficients @ (nonsense.T @ residual))), made + 1
+        if made == tries:
+            break
     return best
 
 

@@ -26,6 +26,8 @@ COMPLETE_SHARE = 0.97
 #: a small gap that is only half closed is a field that a name happens to resemble: near the floor, this share must be closed too,
 #: unless what is left is hardly above the floor
 _CLOSED_WHEN_NEAR, _AT_FLOOR = 0.85, 1.25
+#: a gap up to so many floors, a fraction of the largest one, may stay as it was on a channel that the causes do not touch
+_CALM = 2.0
 #: a gap of hundreds of floors is not explained while this many are left, whatever the share
 _STILL_FAR = 5.0
 #: what matched nonsense may take of what a cause takes
@@ -95,7 +97,7 @@ class Search:
 
     def scored(self, fit: Fit) -> Scored:
         """Put a fit on the hold-out."""
-        rows = residual_of(self.holdout, fit.hypothesis, self.floor)
+        rows = np.nan_to_num(residual_of(self.holdout, fit.hypothesis, self.floor), nan=1e6, posinf=1e6, neginf=-1e6)
         return Scored(fit, rows[self.selecting], rows[~self.selecting])
 
     def refitted(self, hypothesis: Hypothesis) -> Scored:
@@ -146,6 +148,10 @@ class Search:
         kept = [replace(r, columns=r.columns * scale) for r in heard if r.family.label in labels]
         return kept + self.listen(state.fit, [f for f in allowed if f.ripple])
 
+    def heard(self, label: tuple[str, str]) -> list[Floats]:
+        """Columns of a family's responses beside the model as it stands, as far as they have been heard."""
+        return [r.columns for r in self._heard[0] if r.family.label == label] if self._heard is not None else []
+
     def _known_columns(self, hypothesis: Hypothesis) -> Floats | None:
         """Jacobian of the known numbers as it was when they first floated, in the present floors; None where none float."""
         if not hypothesis.floating or self._floating is None:
@@ -154,20 +160,28 @@ class Search:
         return np.asarray(columns * np.tile(floor / self.floor, len(columns) // len(floor))[:, None])
 
     def complete(self, state: Scored, null: Scored) -> bool:
-        """Whether every channel is explained: near its floor, or nearly all of its gap closed, on both halves of the data."""
+        """Whether every channel is explained: near its floor, or nearly all of its gap closed, on both halves of the data.
+
+        Causes must have closed a gap: what had none before they came cannot prove them.
+        """
+        closing = not self.exact
         for after, before in ((_rms(state.holdout), _rms(null.holdout)), (_rms(state.fit.residual), _rms(null.fit.residual))):
             closed = 1.0 - (after**2 - 1.0) / np.maximum(before**2 - 1.0, 1e-9)
             if not self.exact and float(np.max(closed)) >= _COARSE_SHARE:
                 continue
             near = (after <= COMPLETE_FLOORS) & ((closed >= _CLOSED_WHEN_NEAR) | (after <= _AT_FLOOR))
-            if not np.all(near | ((closed >= COMPLETE_SHARE) & (before > 2.0) & (after <= _STILL_FAR))):
+            explained = near | ((closed >= COMPLETE_SHARE) & (before > 2.0) & (after <= _STILL_FAR))
+            # a small gap that a cause leaves as it was, on another channel, does not speak against it
+            small = (before <= COMPLETE_FLOORS) | ((before <= _CALM) & (before < 0.3 * float(np.max(before))))
+            if not np.all(explained | (small & (after <= np.maximum(1.02 * before, _AT_FLOOR)))):
                 return False
-        return True
+            closing |= bool(np.any(explained & (before > COMPLETE_FLOORS)))
+        return closing or not state.hypothesis.causes
 
     def worth(self, before: Scored, after: Scored, null: Scored) -> bool:
-        """Whether an addition earns its place on the hold-out."""
+        """Whether an addition earns its place on the hold-out: a share of what is left without it; small causes follow huge ones."""
         taken = np.mean(before.holdout**2, axis=0) - np.mean(after.holdout**2, axis=0)
-        gap = float(np.sum(np.mean(null.holdout**2, axis=0) - 1.0))
+        gap = float(np.sum(np.mean((before if self.exact else null).holdout ** 2, axis=0) - 1.0))
         least = _LEAST_SHARE if self.exact else _COARSE_EACH
         return float(taken.max()) > _LEAST_SQUARES and float(taken.sum()) > least * max(gap, 0.0)
 
@@ -206,7 +220,8 @@ class Search:
             state = found
             if self.exact and len(state.hypothesis.causes) > 1 and not self.complete(state, null):
                 state = self.slots_again(state, rounds)
-            if float(np.max(self.gaps(state))) <= COMPLETE_FLOORS:
+            left = float(np.max(self.gaps(state)))
+            if left <= COMPLETE_FLOORS or (left <= _CALM and self.complete(state, null)):
                 break
         return self.prune(state, null), rounds
 

@@ -19,6 +19,8 @@ from sim_backend.model.numbers import NUMBER_AT, Block
 #: effects whose states move faster than a sample, and into how many steps the twin then divides it
 _FINE_STEPS = {"backlash": 5, "structural_resonance": 2}
 _FRICTION_SLOTS = 7
+#: slower logs are carried in several steps a sample
+_LONGEST_STEP_S = 1e-3
 
 
 @dataclass
@@ -57,6 +59,8 @@ class Twin:
     records: tuple[Record, ...]
     #: axes whose gyro every log of the call has; None: look at these records alone
     gyro_everywhere: tuple[bool, ...] | None = None
+    #: noise of every row over its channel's floor, per record (rows that count, channels); None: all alike
+    scales: tuple[Floats, ...] | None = None
     _structures: dict[tuple[tuple[str, str], ...], Structure] = field(default_factory=dict)
 
     @property
@@ -78,8 +82,9 @@ class Twin:
             for name, axis in added:
                 model = model.with_effect(name, axis, {})
             names = {name for name, _ in key} | {entry.effect.name for entry in model.effects}
-            steps = max([_FINE_STEPS.get(name, 1) for name in names], default=1)
-            arrays = plant_arrays(_with_step(model, self.records[0].bands.period_s / steps), 1.0 / self.records[0].bands.period_s)
+            period_s = self.records[0].bands.period_s
+            steps = max([_FINE_STEPS.get(name, 1) for name in names], default=1) * max(1, round(period_s / _LONGEST_STEP_S))
+            arrays = plant_arrays(_with_step(model, period_s / steps), 1.0 / period_s)
             P, K = arrays.P, arrays.K
             for i in range(len(model.axes)):
                 block = layout.axis_block(i)
@@ -105,7 +110,12 @@ class Twin:
         return out
 
     def scored(self, structure: Structure, P: np.ndarray, which: int) -> Floats:
-        """Scored residual of one record, (rows that count, channels)."""
+        """Scored residual of one record, (rows that count, channels), each row by what it is worth."""
+        rows = self.unscaled(structure, P, which)
+        return rows if self.scales is None else np.asarray(rows / self.scales[which])
+
+    def unscaled(self, structure: Structure, P: np.ndarray, which: int) -> Floats:
+        """Scored residual of one record as it is, (rows that count, channels)."""
         record = self.records[which]
         columns = [channel.column for channel in self.channels]
         rows = scored(self.leftover(structure, P, which)[:, columns], record.bands)

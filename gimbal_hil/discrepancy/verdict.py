@@ -235,11 +235,8 @@ def _traceless(diagnosis: Diagnosis, family: Family) -> bool:
     search = diagnosis.search
     if len(family.starts) > 3 or family.effect in ("backlash", "structural_resonance", "saturation", "presliding"):
         return False
-    for start in family.starts:
-        columns = responses(search.twin, diagnosis.null.fit, search.floor, family, start)
-        if columns is not None and float(np.sqrt(np.mean(columns**2))) > _NO_TRACE:
-            return False
-    return True
+    heard = search.heard(family.label) or [responses(search.twin, diagnosis.null.fit, search.floor, family, s) for s in family.starts]
+    return not any(columns is not None and float(np.sqrt(np.mean(columns**2))) > _NO_TRACE for columns in heard)
 
 
 def recalibrated(diagnosis: Diagnosis) -> list[dict[str, Any]]:

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import repeat
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gimbal_hil.discrepancy.families import Family, families
-from gimbal_hil.discrepancy.fit import Fit
+from gimbal_hil.discrepancy.fit import Fit, refit
 from gimbal_hil.discrepancy.floors import Floor, floors, smaller, wide_twin
 from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis, known_numbers, known_offsets, parameters_of
 from gimbal_hil.discrepancy.processing import processing_floors
 from gimbal_hil.discrepancy.record import TORQUE, record_of
-from gimbal_hil.discrepancy.screening import Response
+from gimbal_hil.discrepancy.row_noise import row_scales
+from gimbal_hil.discrepancy.screening import Response, respond
 from gimbal_hil.discrepancy.search import Round, Scored, Search
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
-from gimbal_hil.discrepancy.workers import Workers, refine_one, respond_one
+from gimbal_hil.executor import WorkExecutor, open_executor
 from gimbal_hil.signals import SignalsTable
 from sim_backend.effects import CATALOGUE
 from sim_backend.model import AntennaModel
@@ -35,6 +37,8 @@ _SPREAD = 2.0
 _QUIET = 1.3
 #: a known number that floats this far (log) is not what a rig is off by
 _FAR = 0.22
+#: a hypothesis is refined further while it leaves at most this many times what the best leaves beyond noise
+_IN_THE_RACE = 5.0
 #: causes that are looked for before the known numbers float
 _FEW = 2
 #: share of the gap that they must have closed for more to be looked for
@@ -91,10 +95,13 @@ def diagnose(
     wide.gyro_everywhere = twin.gyro_everywhere
     structure = twin.structure(())
     found = floors(twin, wide, structure, structure.P)
+    noise = np.array([f.rms for f in found])
+    twin.scales, held.scales = row_scales(twin, measured, noise), row_scales(held, holdout, noise)
+    found = smaller(found, floors(twin, wide, structure, structure.P))
     processing = processing_floors(twin, measured)
     catalogue = [family for axis in model.axes for family in families(model, axis, twin.records)]
-    with Workers(twin, workers, dask) as pool:
-        search = _search(twin, held, _effective(model, twin, found, processing), catalogue, pool, progress)
+    with open_executor(workers, dask) as executor:
+        search = _search(twin, held, _effective(model, twin, found, processing), catalogue, executor, progress)
         result = _decide(search, wide, found, model, processing)
         best, null, floated, rounds, found = result
         complete = search.complete(best, null)
@@ -111,24 +118,40 @@ def _effective(model: AntennaModel, twin: Twin, found: list[Floor], processing: 
     out = []
     for floor, channel, process in zip(found, twin.channels, processing, strict=True):
         exactness = _EXACTNESS * model.number(channel.axis, "friction.coulomb") if channel.signal == TORQUE else 0.05 * floor.rms
-        out.append(float(np.sqrt(floor.rms**2 + max(exactness, min(process, 0.3 * floor.rms)) ** 2)))
+        out.append(float(np.sqrt(floor.rms**2 + max(exactness, min(process, floor.rms)) ** 2)))
     return np.array(out)
 
 
-def _search(twin: Twin, held: Twin, floor: Floats, catalogue: list[Family], pool: Workers, progress: Callable[[str], None]) -> Search:
+def _search(
+    twin: Twin, held: Twin, floor: Floats, catalogue: list[Family], executor: WorkExecutor, progress: Callable[[str], None]
+) -> Search:
     rows = [int(r.keep.sum()) for r in held.records]
     selecting = np.concatenate([np.arange(n) < n // 2 for n in rows])
     search = Search(twin, held, floor, catalogue, lambda fit, fs: [], lambda hs, known: [], _SPREAD, selecting, progress)
     search.exact = all(twin.model.number(axis, "friction.sigma0") > 0.0 for axis in twin.model.axes)
 
+    there = repeat(executor.share(twin))
+
     def listen(fit: Fit, chosen: list[Family]) -> list[Response]:
         # ripples and grids first: they take longest
         order = sorted(chosen, key=lambda f: -len(f.starts) * (5 if f.effect == "backlash" else 1) - (50 if f.ripple else 0))
         bare = replace(fit, jacobian=np.zeros((0, 0)))
-        return [r for found in pool.map(respond_one, [(bare, search.floor, f) for f in order]) for r in found]
+        found = executor.map(respond, there, repeat(bare), repeat(search.floor), order)
+        return [response for family in found for response in family]
 
     def refine(hypotheses: list[Hypothesis], known: Floats | None) -> list[Fit]:
-        return pool.map(refine_one, [(h, search.floor, _SPREAD, known) for h in hypotheses])
+        """One round for all, two more for those that are still in the race."""
+        if not hypotheses:
+            return []
+        fits = list(executor.map(refit, there, hypotheses, repeat(search.floor), repeat(1), repeat(known), repeat(_SPREAD)))
+        size = fits[0].residual.size
+        limit = _IN_THE_RACE * max(min(fit.cost for fit in fits) - size, 0.0) + 2.0 * size
+        racing = [i for i, fit in enumerate(fits) if fit.cost <= limit]
+        still = [fits[i].hypothesis for i in racing]
+        better = executor.map(refit, there, still, repeat(search.floor), repeat(2), repeat(known), repeat(_SPREAD))
+        for i, fit in zip(racing, better, strict=True):
+            fits[i] = fit
+        return fits
 
     search.listen, search.refine = listen, refine
     return search

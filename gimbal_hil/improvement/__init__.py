@@ -1,5 +1,30 @@
 """The loop closed: experiment, diagnose, correct, until the model is at the noise floor or nothing more can be said."""
 
-from gimbal_hil.improvement.loop import Ending, Improvement, improve
+from gimbal_hil.improvement.budgets import Budgets, budgets_of, torques_of, travels_of
+from gimbal_hil.improvement.journal import JOURNAL_FILE, Journal, Measured, Resumed, Started, Stopped, read_journal
+from gimbal_hil.improvement.loop import Ending, Improvement, Task, improve, session_of
+from gimbal_hil.improvement.page import improvement_page
+from gimbal_hil.improvement.site import Site, VirtualSite, site_of
 
-__all__ = ["Ending", "Improvement", "improve"]
+__all__ = [
+    "JOURNAL_FILE",
+    "Budgets",
+    "Ending",
+    "Improvement",
+    "Journal",
+    "Measured",
+    "Resumed",
+    "Site",
+    "Started",
+    "Stopped",
+    "Task",
+    "VirtualSite",
+    "budgets_of",
+    "improve",
+    "improvement_page",
+    "read_journal",
+    "session_of",
+    "site_of",
+    "torques_of",
+    "travels_of",
+]

@@ -1,95 +1,339 @@
-"""Rounds of survey, diagnosis and correction on the antenna that a configuration names.
+"""The loop: survey, diagnose, take over what was named, separate what cannot be told apart, until the model is at the noise floor.
 
-Each round runs two different survey motions, searches on the first and judges on the second, and takes over what was named. It ends
-when nothing is missing, when the antenna cannot be told apart from two explanations, when something is left that nothing explains,
-or when the rounds or the antenna time are used up.
+Every decision rests on all runs so far; a model counts as being at its floor only on a motion that it has not seen before.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import json
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 from typing import Any
 
-from gimbal_hil.discrepancy import corrected_model, diagnose, discrepancy_page, verdict_of
-from gimbal_hil.experiments.conducting import conduct, embedded_model_of
+import numpy as np
+
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.discrepancy import Diagnosis, corrected_model, diagnose, discrepancy_page, recalibrated_model, verdict_of
+from gimbal_hil.discrepancy.search import COMPLETE_FLOORS
+from gimbal_hil.experiments.experiment import AXES, Experiment
 from gimbal_hil.experiments.runner import ProgressSink, Silent
 from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
+from gimbal_hil.experiments.sequences.survey import WHOLE_S, survey
+from gimbal_hil.improvement.budgets import AFTERWARDS_S, Budgets
+from gimbal_hil.improvement.choosing import WORTH, Option, Pair, menu_of, open_pair, person_needed, unexplained_pair, weighed
+from gimbal_hil.improvement.journal import Chosen, Diagnosed, Ended, Entry, Journal, Measured, Measuring, Refused
+from gimbal_hil.improvement.measured import measured_table
+from gimbal_hil.improvement.rehearsal import Rehearsal, rehearse
+from gimbal_hil.improvement.site import Site
 from gimbal_hil.settings import DaemonSettings
-from gimbal_hil.signals import SignalsTable, read_signals
-from sim_backend.model import AntennaModel
+from gimbal_hil.signals import SignalsTable
+from sim_backend.model import AntennaModel, load_model
 
-SURVEYS = ("survey", "survey_holdout")
+#: tables that one diagnosis searches on at most: the newest, and the first
+_MOST_TABLES = 5
+_SEPARATING, _SEARCH, _JUDGE = "separating", "search", "judge"
 
 
 class Ending(Enum):
     """Why the loop ended."""
 
     AT_THE_FLOOR = "the model is at the noise floor"
-    AMBIGUOUS = "two explanations cannot be told apart on these motions"
+    AMBIGUOUS = "two explanations cannot be told apart by what the antenna can do by itself"
     UNEXPLAINED = "something is left that nothing in the catalogue explains"
     ROUNDS_USED_UP = "the rounds allowed are used up"
     TIME_USED_UP = "the antenna time allowed is used up"
 
 
+class Decision(Enum):
+    """What the loop makes of a diagnosis."""
+
+    AT_THE_FLOOR = "at the floor"
+    CHECK = "take the model over and check it on another motion"
+    SEPARATE = "run what separates the explanations"
+    GIVE_UP = "nothing more can be done"
+
+
 @dataclass(frozen=True)
 class Improvement:
-    """What the loop leaves: the model as improved, why it ended, the verdict of every round, antenna time used."""
+    """What the loop leaves: the model as improved, why it ended, the diagnoses of every round, antenna time used."""
 
     model: AntennaModel
     ending: Ending
-    verdicts: tuple[dict[str, Any], ...]
+    #: the ending in a sentence or two, with what is left and what a person could do
+    text: str
+    diagnoses: tuple[Diagnosed, ...]
     antenna_s: float
 
 
+@dataclass(frozen=True)
+class Task:
+    """What an improvement is given."""
+
+    settings: DaemonSettings
+    start: AntennaModel
+    out: Path
+    budgets: Budgets
+    #: length of one survey motion, s
+    survey_s: float = WHOLE_S
+    workers: int = 2
+    #: address of a Dask cluster that scores candidates instead
+    dask: str | None = None
+
+
+def session_of(task: Task) -> dict[str, Any]:
+    """What a stopped improvement must go on with, as plain values; budgets and workers may change."""
+    return {
+        "configuration": task.settings.model_dump(mode="json", by_alias=True),
+        "model": task.start.document,
+        "survey_s": task.survey_s,
+    }
+
+
+@dataclass
+class _Data:
+    """Measured tables by role; the newest judge is the one that no model has seen."""
+
+    search: list[SignalsTable] = field(default_factory=list)
+    judge: list[SignalsTable] = field(default_factory=list)
+
+    def searched(self) -> tuple[SignalsTable, ...]:
+        """Tables for a search: all that are not the newest judge, older ones left out beyond a number."""
+        tables = [*self.search, *self.judge[:-1]]
+        return tuple(tables if len(tables) <= _MOST_TABLES else [tables[0], *tables[1 - _MOST_TABLES :]])
+
+
 def improve(
-    settings: DaemonSettings,
-    start: AntennaModel,
-    out: Path,
-    *,
-    rounds: int = 4,
-    budget_s: float = 600.0,
-    short: bool = False,
-    workers: int = 2,
-    progress: ProgressSink | None = None,
-    say: Callable[[str], None] = lambda line: None,
+    task: Task, site: Site, journal: Journal, *, progress: ProgressSink | None = None, say: Callable[[str], None] = lambda line: None
 ) -> Improvement:
-    """Improve `start` on the virtual antenna that `settings` name, without looking at the model it was made from."""
-    progress = progress or Silent()
-    antenna, seed = embedded_model_of(settings)
-    model, used_s = start, 0.0
-    verdicts: list[dict[str, Any]] = []
-    for number in range(1, rounds + 1):
-        folder = out / f"round_{number}"
-        tables: list[SignalsTable] = []
-        for name in SURVEYS:
-            experiment = build_experiment(name, SequenceOptions(settings.rate_hz, short=short))
-            used_s += experiment.duration_s(settings.rate_hz)
-            if used_s > budget_s:
-                return Improvement(model, Ending.TIME_USED_UP, tuple(verdicts), used_s)
-            # every round is another measurement: its noise has another seed
-            conduct(experiment, settings, antenna, seed + number, folder / name, force=True, progress=progress)
-            tables.append(_surveyed(read_signals(folder / name, start.axes), experiment.duration_s(settings.rate_hz)))
-        progress.begin(f"round {number}: diagnosis", 1.0, 0.0)
-        diagnosis = diagnose(model, (tables[0],), (tables[1],), workers=workers, progress=lambda text: progress.at(text, 0.0))
+    """Improve the model of `task` on the antenna at `site`; what the journal calls done is taken from the folder.
+
+    Raises BadInputError before anything moves when the first survey would exceed a budget, SafetyStopError when a guard or the
+    antenna ended an experiment.
+    """
+    return _Loop(task, site, journal, progress or Silent(), say).run()
+
+
+class _Loop:
+    def __init__(self, task: Task, site: Site, journal: Journal, progress: ProgressSink, say: Callable[[str], None]) -> None:
+        self.task, self.site, self.journal, self.progress, self.say = task, site, journal, progress, say
+        self.past: list[Entry] = list(journal.entries)
+        self.model, self.data, self.used_s, self.runs = task.start, _Data(), 0.0, 0
+        self.diagnoses: list[Diagnosed] = []
+        self.separated: list[tuple[str, str]] = []
+        self.left = ""
+
+    # --- the loop itself -------------------------------------------------------------------------------------------------------
+
+    def run(self) -> Improvement:
+        """Rounds until an ending."""
+        ending = self._first_surveys()
+        round_number = 1
+        while ending is None:
+            diagnosed, choice = self._diagnosed(round_number)
+            decision = Decision(diagnosed.decision)
+            if decision is Decision.AT_THE_FLOOR:
+                ending = Ending.AT_THE_FLOOR
+            elif decision is Decision.GIVE_UP:
+                ending = Ending.AMBIGUOUS if diagnosed.verdict == "ambiguous" else Ending.UNEXPLAINED
+            elif round_number >= self.task.budgets.rounds:
+                ending = Ending.ROUNDS_USED_UP
+            else:
+                round_number += 1
+                ending = self._next_run(round_number, decision, choice)
+        text = self._text(ending)
+        self.journal.write(Ended(ending.name.lower(), text, self.used_s, round_number))
+        self.say(text)
+        return Improvement(self.model, ending, text, tuple(self.diagnoses), self.used_s)
+
+    def _first_surveys(self) -> Ending | None:
+        for number, role in ((0, _SEARCH), (1, _JUDGE)):
+            refusal = self._measure(1, self._survey(number), role, AXES, "rich motion of both axes, to search on and to judge on")
+            if refusal is not None and number == 0:
+                raise BadInputError(
+                    "the first survey", refusal, "budgets that allow at least two surveys (--short and --survey make them shorter)"
+                )
+            if refusal is not None:
+                return Ending.TIME_USED_UP
+        return None
+
+    def _next_run(self, round_number: int, decision: Decision, choice: Chosen | None) -> Ending | None:
+        if decision is Decision.CHECK:
+            experiment, role, axes = self._survey(len(self.data.judge) + 1), _JUDGE, list(AXES)
+            why = "a motion that no model has seen, to check what was taken over"
+            refusal = self._measure(round_number, experiment, role, axes, why)
+        else:
+            assert choice is not None
+            experiment = self._separating(choice.sequence, choice.axes)
+            self.separated += [(choice.sequence, axis) for axis in choice.axes]
+            refusal = self._measure(round_number, experiment, _SEPARATING, choice.axes, choice.why, choice.considered)
+        if refusal is None:
+            return None
+        self.left = f"{experiment.name} {refusal}"
+        return Ending.TIME_USED_UP
+
+    # --- experiments -----------------------------------------------------------------------------------------------------------
+
+    def _survey(self, number: int) -> Experiment:
+        return survey(SequenceOptions(self.task.settings.rate_hz, every=1), number, self.task.survey_s)
+
+    def _separating(self, sequence: str, axes: Sequence[str]) -> Experiment:
+        return build_experiment(sequence, SequenceOptions(self.task.settings.rate_hz, tuple(axes), short=True, every=1))
+
+    def _measure(
+        self, number: int, experiment: Experiment, role: str, axes: Sequence[str], why: str, considered: Sequence[Any] = ()
+    ) -> str | None:
+        """Run an experiment, or take it from the folder; answers why it was refused, if it was."""
+        self.runs += 1
+        place = f"round_{number}/{experiment.name}"
+        folder, rate = self.task.out / place, self.task.settings.rate_hz
+        done = next((e for e in self.past if isinstance(e, Measured) and e.run == place), None)
+        if done is None:
+            rehearsal = rehearse(experiment, self.task.settings, self.model)
+            refusal = self.task.budgets.refusal(experiment, rehearsal, rate, self.used_s)
+            if refusal is not None:
+                self.journal.write(Refused(number, experiment.name, refusal))
+                return refusal
+            done = self._conduct(
+                number, experiment, role, rehearsal, Chosen(number, place, experiment.name, list(axes), why, list(considered))
+            )
+        self.used_s = done.antenna_s
+        table = measured_table(folder, self.task.start.axes)
+        (self.data.judge if role == _JUDGE else self.data.search).append(table)
+        return None
+
+    def _conduct(self, number: int, experiment: Experiment, role: str, rehearsal: Rehearsal, chosen: Chosen) -> Measured:
+        rate, began = self.task.settings.rate_hz, time.monotonic()
+        self.journal.write(chosen)
+        self.say(f"round {number}: {experiment.name} on {' and '.join(chosen.axes)}: {chosen.why}")
+        travel = {axis: list(limits) for axis, limits in rehearsal.travel_rad.items()}
+        duration_s = experiment.duration_s(rate)
+        self.journal.write(Measuring(number, chosen.run, experiment.name, duration_s, dict(rehearsal.torque_nm), travel))
+        self.site.run(self.task.budgets.guarded(experiment), self.task.out / chosen.run, self.runs, self.progress)
+        used = self.used_s + duration_s + AFTERWARDS_S
+        done = Measured(number, chosen.run, experiment.name, role, used, time.monotonic() - began)
+        self.journal.write(done)
+        return done
+
+    # --- diagnoses -------------------------------------------------------------------------------------------------------------
+
+    def _diagnosed(self, number: int) -> tuple[Diagnosed, Chosen | None]:
+        """The diagnosis of a round on all data, made or taken from the journal, with the run that it chose."""
+        known = next((e for e in self.past if isinstance(e, Diagnosed) and e.round == number), None)
+        if known is not None:
+            self.diagnoses.append(known)
+            if known.model is not None:
+                self.model = load_model(self.task.out / known.model)
+            self.left = known.text
+            return known, None if known.choice is None else Chosen(number + 1, "", **known.choice)
+        began = time.monotonic()
+        self.progress.begin(f"round {number}: diagnosis", 1.0, 0.0)
+        diagnosis = diagnose(
+            self.model, self.data.searched(), (self.data.judge[-1],), workers=self.task.workers, dask=self.task.dask,
+            progress=lambda text: self.progress.at(text, 0.0),
+        )  # fmt: skip
         verdict = verdict_of(diagnosis)
-        verdicts.append(verdict)
-        corrected = corrected_model(diagnosis)
-        discrepancy_page(diagnosis, verdict, corrected, [str(folder / name) for name in SURVEYS]).write(folder / "report.html")
-        say(f"round {number}: {verdict['verdict'].replace('_', ' ')}: {verdict['text']}")
+        decision, model, choice = self._decide(number, diagnosis, verdict)
+        place = self._keep(number, diagnosis, verdict, model)
+        chosen = None if choice is None else {key: getattr(choice, key) for key in ("sequence", "axes", "why", "considered")}
+        one = Diagnosed(
+            number, verdict["verdict"], verdict["text"], verdict["gaps"], verdict["effects"], verdict["alternatives"], decision.value,
+            chosen, place, time.monotonic() - began,
+        )  # fmt: skip
+        self.journal.write(one)
+        self.say(f"round {number}: {verdict['verdict'].replace('_', ' ')}: {verdict['text']}")
+        self.diagnoses.append(one)
+        if model is not None:
+            self.model = model
+        return one, choice
+
+    def _decide(self, number: int, diagnosis: Diagnosis, verdict: dict[str, Any]) -> tuple[Decision, AntennaModel | None, Chosen | None]:
+        """Decision, the model to go on with where it changed, and the separating run where one is needed."""
+        if float(np.max(diagnosis.search.gaps(diagnosis.null))) <= COMPLETE_FLOORS:
+            return Decision.AT_THE_FLOOR, None, None
         if verdict["verdict"] == "no_discrepancy":
-            return Improvement(model, Ending.AT_THE_FLOOR, tuple(verdicts), used_s)
-        if corrected is None:
-            return Improvement(model, Ending.UNEXPLAINED, tuple(verdicts), used_s)
-        if verdict["verdict"] == "ambiguous":
-            return Improvement(corrected, Ending.AMBIGUOUS, tuple(verdicts), used_s)
-        model = corrected
-    return Improvement(model, Ending.ROUNDS_USED_UP, tuple(verdicts), used_s)
+            moved = recalibrated_model(diagnosis) if verdict["recalibrated"] else None
+            return (Decision.AT_THE_FLOOR, None, None) if moved is None else (Decision.CHECK, moved, None)
+        corrected = corrected_model(diagnosis)
+        if verdict["verdict"] == "named":
+            return Decision.CHECK, corrected, None
+        separates = (verdict["next_experiment"] or {}).get("separates", [])
+        ambiguous = verdict["verdict"] == "ambiguous"
+        pair = open_pair(diagnosis, separates) if ambiguous else unexplained_pair(diagnosis)
+        # a gap that nothing explains gets one more kind of motion to show itself in, not the whole menu
+        tried = not ambiguous and any(d.verdict == "unexplained" and d.choice is not None for d in self.diagnoses)
+        choice = None if pair is None or tried else self._choice(number, diagnosis, pair)
+        if choice is not None:
+            return Decision.SEPARATE, None, choice
+        person = None if pair is None else person_needed(pair)
+        self.left = self._open_end(verdict, pair, person)
+        return Decision.GIVE_UP, corrected, None
+
+    def _choice(self, number: int, diagnosis: Diagnosis, pair: Pair) -> Chosen | None:
+        """The menu's entry on which the pair differs most, among those that the budgets allow; None where none is worth its time."""
+        self.progress.begin(f"round {number}: which run separates", 1.0, 0.0)
+        options = menu_of(pair, self.separated)
+        if not options:
+            return None
+
+        def rehearsed(option: Option, model: AntennaModel) -> SignalsTable | None:
+            self.progress.at(f"{option.sequence} on {option.axis}, rehearsed", 0.0)
+            experiment = self._separating(option.sequence, [option.axis])
+            rehearsal = rehearse(experiment, self.task.settings, model)
+            refusal = self.task.budgets.refusal(experiment, rehearsal, self.task.settings.rate_hz, self.used_s)
+            if refusal is not None:
+                self.journal.write(Refused(number, option.sequence, refusal))
+            return None if refusal is not None else rehearsal.table
+
+        found = [option for option in weighed(diagnosis, pair, options, rehearsed) if option.expected is not None]
+        if not found or (found[0].expected or 0.0) < WORTH:
+            return None
+        (one, axis), (other, other_axis) = pair.names
+        why = f"separates {_words(one)} on {axis} from {_words(other)} on {other_axis}: largest expected difference of the menu"
+        considered = [{"sequence": o.sequence, "axis": o.axis, "expected": round(o.expected or 0.0, 1)} for o in found]
+        best = found[0]
+        return Chosen(number + 1, "", best.sequence, [best.axis], why, considered)
+
+    def _open_end(self, verdict: dict[str, Any], pair: Pair | None, person: str | None) -> str:
+        if pair is None:
+            return str(verdict["text"])
+        (one, axis), (other, other_axis) = pair.names
+        if verdict["verdict"] != "ambiguous":
+            return str(verdict["text"])
+        run = person or (verdict["next_experiment"] or {}).get("plan", "")
+        return f"{verdict['text']} {_words(one)} on {axis} and {_words(other)} on {other_axis} stay open; a person could: {run}."
+
+    def _keep(self, number: int, diagnosis: Diagnosis, verdict: dict[str, Any], model: AntennaModel | None) -> str | None:
+        folder = self.task.out / f"round_{number}"
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "verdict.json").write_text(json.dumps(verdict, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+        sources = [table.source for table in (*self.data.searched(), self.data.judge[-1])]
+        discrepancy_page(diagnosis, verdict, corrected_model(diagnosis), sources).write(folder / "report.html")
+        if model is None:
+            return None
+        (folder / "model.yaml").write_text(model.to_yaml(), encoding="utf-8")
+        return f"round_{number}/model.yaml"
+
+    def _text(self, ending: Ending) -> str:
+        """The ending with what is left."""
+        worst = worst_gap(self.diagnoses[-1]) if self.diagnoses else None
+        said = ending.value[0].upper() + ending.value[1:]
+        if ending is Ending.AT_THE_FLOOR and worst is not None:
+            return f"{said}: its largest gap is {worst:.2f} floors on a motion that it had not seen."
+        if ending is Ending.TIME_USED_UP:
+            return f"{said}: {self.left or 'the next experiment does not fit'}."
+        return f"{said}. {self.left}".strip()
 
 
-def _surveyed(table: SignalsTable, duration_s: float) -> SignalsTable:
-    """Rows of the survey itself: not the fall before the host takes over, nor the hold of the teardown."""
-    first = round(1.0 / table.period_s)
-    return table.rows(first, min(len(table), round(duration_s / table.period_s)))
+def worst_gap(diagnosed: Diagnosed, key: str = "before") -> float:
+    """Largest gap of a diagnosis over its channels, in floors, before or after what it proposes."""
+    return max((gap[key] / gap["noise_floor"] for gap in diagnosed.gaps), default=0.0)
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+__all__ = ["Decision", "Ending", "Improvement", "Task", "improve", "session_of", "worst_gap"]

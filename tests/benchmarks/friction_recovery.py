@@ -1,6 +1,6 @@
 """How well friction is recovered on the virtual antenna with its default sensors, over seeded repeats.
 
-    python -m tests.benchmarks.friction_recovery --repeats 40 [--short] [--workers 2] [--out recovery.jsonl]
+    python -m tests.benchmarks.friction_recovery --repeats 40 [--short] [--workers 2 | --dask ADDRESS] [--out recovery.jsonl]
 
 Each repeat has noise of its own, runs sliding and presliding on both axes, and identifies with a *wrong* prior: every friction number of
 the model it is given is off by up to 30 %, so that nothing is recovered by being known. Finished repeats stay in the file and are not made
@@ -14,12 +14,14 @@ import argparse
 import json
 import tempfile
 import time
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
+from collections.abc import Iterator, Sequence
+from concurrent.futures import as_completed
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from gimbal_hil.executor import WorkExecutor, open_executor
 
 AXES = ("outer", "inner")
 NAMES = ("breakaway", "coulomb", "stribeck_velocity", "viscous", "shape", "sigma0", "sigma1")
@@ -72,6 +74,12 @@ def repeat(seed: int, short: bool) -> dict[str, Any]:
     return result
 
 
+def repeats(executor: WorkExecutor, seeds: Sequence[int], short: bool) -> Iterator[dict[str, Any]]:
+    """The repeats of all seeds, as they get done."""
+    for done in as_completed([executor.submit(repeat, seed, short) for seed in seeds]):
+        yield done.result()
+
+
 def report(results: list[dict[str, Any]]) -> str:
     """The figures as text."""
     from gimbal_hil.identification import friction_of
@@ -105,17 +113,18 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=40)
     parser.add_argument("--short", action="store_true", help="the short variants of both sequences")
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--dask", metavar="ADDRESS", help="repeat on a Dask cluster instead")
     parser.add_argument("--out", type=Path, default=Path("friction_recovery.jsonl"))
     asked = parser.parse_args()
     known = [json.loads(line) for line in asked.out.read_text().splitlines()] if asked.out.exists() else []
     results = [r for r in known if r["short"] == asked.short and r["seed"] < FIRST_SEED + asked.repeats]
     open_seeds = sorted(set(range(FIRST_SEED, FIRST_SEED + asked.repeats)) - {r["seed"] for r in results})
-    with ProcessPoolExecutor(asked.workers, mp_context=get_context("spawn")) as executor, asked.out.open("a") as file:
-        for task in as_completed([executor.submit(repeat, seed, asked.short) for seed in open_seeds]):
-            results.append(task.result())
-            file.write(json.dumps(results[-1]) + "\n")
+    with open_executor(asked.workers, asked.dask) as executor, asked.out.open("a") as file:
+        for result in repeats(executor, open_seeds, asked.short):
+            results.append(result)
+            file.write(json.dumps(result) + "\n")
             file.flush()
-            print(f"{len(results)} of {asked.repeats}: seed {results[-1]['seed']}, {results[-1]['total_s']:.0f} s", flush=True)
+            print(f"{len(results)} of {asked.repeats}: seed {result['seed']}, {result['total_s']:.0f} s", flush=True)
     print(report(results))
 
 

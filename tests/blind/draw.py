@@ -69,7 +69,15 @@ def catalogue(rng: Generator, axis: str, kind: int) -> list[Cause]:
             dict(res_w=2 * np.pi * float(rng.uniform(9, 28)), res_z=float(rng.uniform(0.01, 0.05)), res_share=0.1),
             scaled=("res_share",),
         ),
-        Cause("backlash", axis, dict(gap=2e-3, rotor=0.02 if axis == "inner" else 0.1), scaled=("gap",)),
+        # half of the outer rotors count in the inertia that the model states; the others come on top of it, and then carry the magnitude
+        Cause("backlash", axis, dict(gap=2e-3, rotor=0.02 if axis == "inner" else 0.1, play_share=1.0), scaled=("gap",))
+        if rng.random() < 0.5 and axis == "outer"
+        else Cause(
+            "backlash",
+            axis,
+            dict(gap=float(np.exp(rng.uniform(np.log(5e-4), np.log(4e-3)))), rotor=0.02 if axis == "inner" else 0.1),
+            scaled=("rotor",),
+        ),
         Cause("torque_gain", axis, dict(gain=0.05 * sign), scaled=("gain",)),
         Cause("torque_offset", axis, dict(offset=0.05 * sign), scaled=("offset",)),
         Cause("actuator_lag", axis, dict(lag=2e-3), scaled=("lag",)),
@@ -149,8 +157,6 @@ def _rows(axes: tuple[str, ...], causes: list[Cause], scales: list[float], limit
                 true[a, IX[key]] = v
         if cause.name == "presliding":
             true[a, IX["s1"]] *= np.sqrt(true[a, IX["s0"]] / nominal[a, IX["s0"]])
-        if cause.name == "backlash":
-            true[a, IX["play_share"]] = 0.0
         for key, value in cause.body.items():
             bodies[cause.axis][key] += value * scale
     return nominal, true, bodies

@@ -5,36 +5,70 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-import yaml
 
-from gimbal_hil.improvement import Ending, improve
-from gimbal_hil.settings import load_settings
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.improvement import Ending, Measured, read_journal
 from sim_backend.model import shipped_model
-from sim_backend.shipped import shipped_file
-
-
-def configuration(folder: Path, *effects: tuple[str, str, dict[str, float]]) -> Path:
-    """A configuration file whose embedded antenna has hidden effects."""
-    model = shipped_model()
-    for name, axis, parameters in effects:
-        model = model.with_effect(name, axis, parameters)
-    (folder / "hidden.yaml").write_text(model.to_yaml())
-    document = yaml.safe_load(shipped_file("virtual_antenna.yaml").read_text())
-    document["link"] = {"embedded": {"model": "./hidden.yaml", "seed": 5}}
-    (folder / "antenna.yaml").write_text(yaml.safe_dump(document))
-    return folder / "antenna.yaml"
-
-
-def test_an_antenna_without_hidden_effects_ends_at_the_floor_with_the_model_unchanged(tmp_path: Path) -> None:
-    done = improve(load_settings(configuration(tmp_path)), shipped_model(), tmp_path / "out", short=True, workers=1)
-    assert done.ending is Ending.AT_THE_FLOOR
-    assert done.model.document == shipped_model().document
-
+from tests.improvement.antennas import with_a_bump
+from tests.improvement.sessions import improved, task_of, virtual
 
 COGGING = {"amplitude": 0.03, "order": 12.0, "phase": 0.7}
+
+
+def test_an_antenna_without_hidden_effects_ends_at_the_floor_after_two_surveys_with_the_model_unchanged(tmp_path: Path) -> None:
+    site = virtual(shipped_model())
+    done = improved(task_of(tmp_path), site)
+    assert done.ending is Ending.AT_THE_FLOOR
+    assert done.model.document == shipped_model().document
+    assert site.runs == ["survey", "survey_holdout"]
+
+
+def test_a_stopped_improvement_goes_on_without_making_finished_runs_again(tmp_path: Path) -> None:
+    antenna = shipped_model()
+    site = virtual(antenna)
+    site.interrupted_before = 2
+    with pytest.raises(KeyboardInterrupt):
+        improved(task_of(tmp_path), site)
+    assert site.runs == ["survey"]
+    again = virtual(antenna)
+    done = improved(task_of(tmp_path), again, resume=True)
+    assert again.runs == ["survey_holdout"]
+    assert done.ending is Ending.AT_THE_FLOOR
+    entries = [entry for entry in read_journal(tmp_path / "journal.jsonl") if isinstance(entry, Measured)]
+    assert [entry.sequence for entry in entries] == ["survey", "survey_holdout"]
+    assert done.antenna_s == entries[-1].antenna_s
+    # once more: everything is there, and nothing moves
+    third = virtual(antenna)
+    assert improved(task_of(tmp_path), third, resume=True).ending is Ending.AT_THE_FLOOR
+    assert third.runs == []
+
+
+@pytest.mark.parametrize(
+    "budget",
+    [
+        {"antenna_s": 1.0},
+        {"torque": {"outer": 0.5}},
+        {"travel": {"inner": (-0.2, 0.2)}},
+    ],
+    ids=["time", "torque", "travel"],
+)
+def test_a_survey_that_would_exceed_a_budget_is_refused_before_anything_moves(tmp_path: Path, budget: dict[str, object]) -> None:
+    site = virtual(shipped_model())
+    with pytest.raises(BadInputError, match="the first survey"):
+        improved(task_of(tmp_path, **budget), site)  # type: ignore[arg-type]
+    assert site.runs == []
+
+
+def test_time_for_one_survey_alone_ends_with_the_time_used_up(tmp_path: Path) -> None:
+    site = virtual(shipped_model())
+    done = improved(task_of(tmp_path, antenna_s=50.0), site)
+    assert done.ending is Ending.TIME_USED_UP
+    assert site.runs == ["survey"]
+
+
 HIDDEN = (
     (("cogging", "outer", COGGING), ("coulomb_asymmetry", "inner", {"asymmetry": 0.15})),
-    (("gyro_bias", "outer", {"bias": 0.002}), ("cogging", "inner", {"amplitude": 0.02, "order": 9.0, "phase": 0.2})),
+    (("cogging", "outer", COGGING), ("cable_spring", "inner", {"stiffness": 0.4, "rest_position": 0.0})),
 )
 
 
@@ -43,13 +77,18 @@ HIDDEN = (
 def test_two_hidden_effects_are_added_until_the_model_is_at_the_floor(
     tmp_path: Path, hidden: tuple[tuple[str, str, dict[str, float]], ...]
 ) -> None:
-    done = improve(load_settings(configuration(tmp_path, *hidden)), shipped_model(), tmp_path / "out", short=True, workers=2)
+    antenna = shipped_model()
+    for name, axis, parameters in hidden:
+        antenna = antenna.with_effect(name, axis, parameters)
+    done = improved(task_of(tmp_path), virtual(antenna))
     assert done.ending is Ending.AT_THE_FLOOR
-    named = {(effect["name"], effect["axis"]) for verdict in done.verdicts for effect in verdict["effects"]}
+    named = {(effect["name"], effect["axis"]) for one in done.diagnoses for effect in one.effects}
     assert named == {(name, axis) for name, axis, _ in hidden}
 
 
-def test_a_budget_that_is_too_small_is_kept_and_said(tmp_path: Path) -> None:
-    done = improve(load_settings(configuration(tmp_path)), shipped_model(), tmp_path / "out", short=True, budget_s=1.0)
-    assert done.ending is Ending.TIME_USED_UP
-    assert not (tmp_path / "out").exists()
+@pytest.mark.heavy
+def test_a_cause_outside_the_catalogue_ends_unexplained_with_the_model_unchanged(tmp_path: Path) -> None:
+    done = improved(task_of(tmp_path), virtual(with_a_bump()))
+    assert done.ending is Ending.UNEXPLAINED
+    assert done.model.document == shipped_model().document
+    assert "inner" in done.text

@@ -20,6 +20,13 @@ SEQUENCES = {
     "warm_up": "friction while the joint warms up",
     "survey": "rich motion of both axes, for finding what the model lacks",
     "survey_holdout": "another rich motion, to judge on what was found",
+    "plateaus": "constant speeds over a decade and a half, both directions: kinds of drag apart",
+    "full_turn": "the whole travel at two speeds: spring or unbalance, cogging or eccentric encoder",
+    "creep": "below the Stribeck speed and below break-away: Stribeck bump or bristles",
+    "reversals": "reversals of many sizes: a gap or bristles; inertia, lag, delay",
+    "two_loads": "the same motion in several poses: torque gain or friction that grows with load",
+    "one_locked": "one axis driven, the other locked: coupling of bodies or of the gyro",
+    "warm_and_cool": "plateaus while warming up and cooling down: temperature or wear",
 }
 
 

@@ -1,5 +1,12 @@
 """The survey's other trajectory, to judge on what was found with the first."""
 
-from gimbal_hil.experiments.sequences.survey import build_holdout as build
+from __future__ import annotations
 
-__all__ = ["build"]
+from gimbal_hil.experiments.experiment import Experiment
+from gimbal_hil.experiments.sequences.options import SequenceOptions
+from gimbal_hil.experiments.sequences.survey import survey
+
+
+def build(options: SequenceOptions) -> Experiment:
+    """Survey number 1."""
+    return survey(options, 1)
