@@ -22,6 +22,10 @@ def command(
     base: Annotated[
         str | None, typer.Option(help="Base motion of base_motion: a case of the thesis (3.1/1 to 3.2/4) or a CSV file.")
     ] = None,
+    breakaway: Annotated[
+        list[str] | None,
+        typer.Option(metavar="AXIS=N_M", help="Break-away torque as far as known: presliding torques are shares of it. May be repeated."),
+    ] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the embedded antenna's noise, in place of the configuration's.", min=0)] = None,
     lockstep: Annotated[bool, typer.Option("--lockstep/--real-time", help="Virtual time (the default), or a daemon in real time.")] = True,
     run: Annotated[Path | None, typer.Option(help="Run folder of a running daemon: the experiment goes through it, in real time.")] = None,
@@ -45,9 +49,9 @@ def command(
         return _thesis(folder, force, as_json)
     with ProgressBar(not as_json) as progress:
         outcome = (
-            _conduct(name, config, model, folder, axis, short, every, base, seed, resume, force, progress)
+            _conduct(name, config, model, folder, axis, short, every, base, breakaway, seed, resume, force, progress)
             if run is None
-            else _conduct_through_daemon(name, run, folder, axis, short, resume, force, progress)
+            else _conduct_through_daemon(name, run, folder, axis, short, breakaway, resume, force, progress)
         )
     if as_json:
         print(json.dumps({"experiment": outcome.experiment.name, "run": str(folder), "rows": list(outcome.rows)}, allow_nan=False))
@@ -66,6 +70,7 @@ def _conduct(
     short: bool,
     every: int | None,
     base: str | None,
+    breakaway: list[str] | None,
     seed: int | None,
     resume: bool,
     force: bool,
@@ -77,7 +82,7 @@ def _conduct(
     from sim_backend.model import load_model
 
     settings = load_settings(config) if config else shipped_settings()
-    options = SequenceOptions(settings.rate_hz, _axes(axis), short, every, base=base)
+    options = SequenceOptions(settings.rate_hz, _axes(axis), short, every, _breakaways(breakaway), base)
     experiment = build_experiment(name, options)
     antenna, own_seed = embedded_model_of(settings)
     if model is not None:
@@ -95,7 +100,15 @@ def _conduct(
 
 
 def _conduct_through_daemon(
-    name: str, run: Path, folder: Path, axis: list[str] | None, short: bool, resume: bool, force: bool, progress: object
+    name: str,
+    run: Path,
+    folder: Path,
+    axis: list[str] | None,
+    short: bool,
+    breakaway: list[str] | None,
+    resume: bool,
+    force: bool,
+    progress: object,
 ) -> Outcome:
     from gimbal_hil.experiments.conducting import conduct_through_daemon
     from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
@@ -103,7 +116,7 @@ def _conduct_through_daemon(
 
     rate_hz = 1e9 / read_header(run).header.period_ns
     # a real antenna's log is not thinned: it cannot be made again
-    experiment = build_experiment(name, SequenceOptions(rate_hz, _axes(axis), short, every=1))
+    experiment = build_experiment(name, SequenceOptions(rate_hz, _axes(axis), short, 1, _breakaways(breakaway)))
     return conduct_through_daemon(experiment, run, folder, resume=resume, force=force, progress=progress)  # type: ignore[arg-type]
 
 
@@ -115,6 +128,14 @@ def _axes(names: list[str] | None) -> tuple[str, ...]:
         if name not in AXES:
             raise BadInputError("--axis", f"no axis {name!r}", " or ".join(AXES))
     return tuple(dict.fromkeys(names)) if names else AXES
+
+
+def _breakaways(words: list[str] | None) -> dict[str, float]:
+    from gimbal_hil.cli.torques import torques_by_axis
+    from gimbal_hil.experiments.experiment import AXES
+    from gimbal_hil.experiments.sequences.options import thesis_breakaway_nm
+
+    return thesis_breakaway_nm() | torques_by_axis(words, AXES)
 
 
 def _thesis(folder: Path, force: bool, as_json: bool) -> int:

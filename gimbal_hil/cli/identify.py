@@ -25,6 +25,13 @@ def command(
             "--torque-driven", help="Tables without references were recorded under direct torque: use them for presliding and output error."
         ),
     ] = False,
+    ramps_at_rest: Annotated[
+        bool, typer.Option("--ramps-at-rest", help="Break-away torques of slow ramps are points at rest of the friction-velocity curve.")
+    ] = False,
+    breakaway: Annotated[
+        list[str] | None,
+        typer.Option(metavar="AXIS=TORQUE", help="Break-away torque as far as known, in place of the model's: slow torque is told by it."),
+    ] = None,
     resample: Annotated[bool, typer.Option("--resample", help="Accept tables with uneven time and resample them.")] = False,
     drop_invalid: Annotated[bool, typer.Option("--drop-invalid", help="Accept tables with invalid rows and drop those.")] = False,
     workers: Annotated[int, typer.Option(help="Processes for starts and profiles.", min=1)] = 2,
@@ -36,6 +43,7 @@ def command(
     import json
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
+    from gimbal_hil.cli.torques import torques_by_axis
     from gimbal_hil.identification import Verdict, updated_model
     from gimbal_hil.identification.identification_page import identification_page, identification_record
     from sim_backend.model import load_model, shipped_model
@@ -47,7 +55,10 @@ def command(
     for name in axis or ():
         if name not in given.axes:
             raise BadInputError("--axis", f"no axis {name!r}", "one of " + ", ".join(given.axes))
-    results = _identify(runs, given, tuple(axis or given.axes), (torque_driven, resample, drop_invalid), workers, seed, as_json)
+    for name, torque in torques_by_axis(breakaway, given.axes).items():
+        given = given.with_numbers(name, {"friction.breakaway": torque})
+    axes, reading = tuple(axis or given.axes), (torque_driven, resample, drop_invalid)
+    results = _identify(runs, given, axes, reading, workers, seed, ramps_at_rest, as_json)
     sources = [str(path) for path in runs]
     record = identification_record(results, sources)
     out.mkdir(parents=True, exist_ok=True)
@@ -60,7 +71,14 @@ def command(
 
 
 def _identify(
-    runs: list[Path], model: AntennaModel, axes: tuple[str, ...], reading: tuple[bool, bool, bool], workers: int, seed: int, quiet: bool
+    runs: list[Path],
+    model: AntennaModel,
+    axes: tuple[str, ...],
+    reading: tuple[bool, bool, bool],
+    workers: int,
+    seed: int,
+    ramps_at_rest: bool,
+    quiet: bool,
 ) -> list[AxisIdentification]:
     from rich.console import Console
     from rich.progress import Progress
@@ -81,7 +99,7 @@ def _identify(
         with open_executor(workers) as executor:
             for name in axes:
                 bar.update(task, description=f"identifying {name}")
-                results.append(identify_axis(logs, model, name, executor, seed))
+                results.append(identify_axis(logs, model, name, executor, seed, ramps_at_rest))
                 bar.advance(task)
     return results
 

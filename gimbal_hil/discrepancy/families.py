@@ -15,6 +15,8 @@ from sim_backend.model import AntennaModel
 Vector = tuple[float, ...]
 #: order of a ripple whose coordinate is zero
 _NEUTRAL_ORDER = 1.0
+#: milliradians by which a fitted encoder can be off its centre
+_MOST_ECCENTRIC = 25.0
 
 
 class Move(Enum):
@@ -142,12 +144,14 @@ def families(model: AntennaModel, axis: str, records: tuple[Record, ...]) -> lis
     if number["friction.sigma0"] > 0.0:
         knobs = (Knob(("sigma0",), Move.FACTOR, 1.0, -4.0, 4.0), Knob(("sigma1",), Move.FACTOR, 1.0, -4.0, 4.0))
         found.append(Family("presliding", axis, knobs, (_plane(2, 0.1), _bent((1.0, 0.5)), _bent((-1.0, -0.5)))))
+    elif number["friction.coulomb"] > 0.0:
+        found.append(_first_bristle(axis, number["friction.coulomb"], speed))
     if not model.is_linear:
         cog = max(0.1 * float(np.linalg.norm([model.number(axis, f"body.cog.{c}") for c in "xyz"])), 1e-5)
         mass = model.number(axis, "body.mass")
         if mass > 0.0:
             found.append(Family("static_unbalance", axis, tuple(Knob((f"cog_{c}",), add, cog) for c in "xyz"), (_plane(3),)))
-        eccentric = (Knob(("amplitude",), add, 1e-3), Knob(("phase",), add, 1.0))
+        eccentric = (Knob(("amplitude",), add, 1e-3, -_MOST_ECCENTRIC, _MOST_ECCENTRIC), Knob(("phase",), add, 1.0))
         at = Start(((1.0, 0.0), (1.0, 0.5 * math.pi)), (0.0, 0.0), Reading.POLAR)
         found.append(Family("encoder_eccentricity", axis, eccentric, (at,)))
     if len(model.axes) > 1:
@@ -172,6 +176,12 @@ def _spring(axis: str, torque: float) -> Family:
     knobs = (Knob(("stiffness",), Move.ADD, 0.05 * torque, 0.0), Knob(("rest_position",), Move.ADD, 1.0, -50.0, 50.0))
     start = Start(((1.0, 0.0), (1.0, 1.0)), (0.0, 0.0), Reading.SPRING)
     return Family("cable_spring", axis, knobs, (start,))
+
+
+def _first_bristle(axis: str, coulomb: float, speed: float) -> Family:
+    """A bristle for a model that has none: friction that turns over with the motion, within 0.1 to 100 ms of travel at speed."""
+    knob = Knob(("sigma0",), Move.FACTOR, coulomb / (1e-3 * speed), -5.0, 3.0)
+    return Family("presliding", axis, (knob,), tuple(_bent((float(x),)) for x in np.linspace(-4.6, 2.3, 8)))
 
 
 def _stribeck(axis: str, number: dict[str, float]) -> Family:

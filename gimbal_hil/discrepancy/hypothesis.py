@@ -92,6 +92,10 @@ def parameters_of(twin: Twin, hypothesis: Hypothesis) -> tuple[Structure, np.nda
     for known, y in zip(hypothesis.floating, hypothesis.y, strict=True):
         slot = number_slot(twin.model, known.axis, known.path)
         P[slot] = known.moved(float(P[slot]), y)
+    for axis in twin.model.axes:
+        if hypothesis.floating and has_no_bump(twin.model, axis):
+            block = layout.axis_block(twin.model.axes.index(axis))
+            P[block + layout.TS] = P[block + layout.TC]
     for cause in hypothesis.causes:
         effect, axis = cause.family.label
         offset = -1
@@ -112,7 +116,7 @@ def _turn(model: AntennaModel, P: np.ndarray, effect: str, axis: str, knob: Knob
             P[slot], P[slot + layout.LAG_MEAN - layout.LAG_DECAY] = max(decay, 1e-300), mean
         elif knob.move is Move.ADD:
             P[slot] += knob.size * x
-        elif path == "actuator.limit" or path is None:
+        elif path == "actuator.limit" or path is None or P[slot] == 0.0:
             P[slot] = knob.size * math.exp(x)
         else:
             P[slot] *= math.exp(x)
@@ -129,10 +133,17 @@ def _slot(model: AntennaModel, effect: str, axis: str, name: str, offset: int) -
     return number_slot(model, axis, "body.own_inertia"), "body.own_inertia"
 
 
+def has_no_bump(model: AntennaModel, axis: str) -> bool:
+    """Whether an axis' model states Coulomb friction without a Stribeck bump."""
+    return 0.0 < model.number(axis, "friction.coulomb") == model.number(axis, "friction.breakaway")
+
+
 def _keep_physical(P: np.ndarray, block: int) -> None:
     if P[block + layout.TC] > 0.0 or P[block + layout.TS] > 0.0:
         P[block + layout.TC] = max(P[block + layout.TC], 1e-9)
-        P[block + layout.TS] = max(P[block + layout.TS], P[block + layout.TC])
+        # a map without a bristle may also dip towards standstill; a bristle then had nothing to break away from
+        least = P[block + layout.TC] if P[block + layout.SIGMA0] > 0.0 else 0.05 * P[block + layout.TC]
+        P[block + layout.TS] = max(P[block + layout.TS], least)
     P[block + layout.SIGMA2] = max(P[block + layout.SIGMA2], 0.0)
 
 
@@ -174,9 +185,10 @@ def _upright(effect: str, found: dict[str, tuple[float, float | None]]) -> dict[
 
 
 def known_offsets(model: AntennaModel) -> tuple[KnownNumber, ...]:
-    """Torque offsets of a rig whose drive is not known better: free to change, since they hide behind whatever depends on direction."""
-    sizes = {axis: max(abs(model.number(axis, "actuator.offset")), model.number(axis, "friction.coulomb")) for axis in model.axes}
-    return tuple(KnownNumber(axis, "actuator.offset", 1.0, size) for axis, size in sizes.items() if size > 0.0)
+    """Torque offsets that the model states: drives drift, and an offset hides behind whatever depends on direction. Zero stays zero."""
+    offsets = {axis: model.number(axis, "actuator.offset") for axis in model.axes}
+    sizes = {axis: max(abs(value), model.number(axis, "friction.coulomb")) for axis, value in offsets.items() if value != 0.0}
+    return tuple(KnownNumber(axis, "actuator.offset", 1.0, size) for axis, size in sizes.items())
 
 
 def known_numbers(model: AntennaModel, trust: float, axes: Sequence[str] | None = None) -> tuple[KnownNumber, ...]:
@@ -194,4 +206,10 @@ def known_numbers(model: AntennaModel, trust: float, axes: Sequence[str] | None 
         paths.append("body.mass")
     else:
         paths += [f"body.inertia.{c}" for c in ("xx", "yy", "zz", "xy", "xz", "yz")] + [f"body.cog.{c}" for c in "xyz"]
-    return tuple(KnownNumber(axis, path, trust) for axis in (axes or model.axes) for path in paths if model.number(axis, path) != 0.0)
+    bump = {"friction.breakaway", "friction.stribeck_velocity", "friction.shape"}
+    return tuple(
+        KnownNumber(axis, path, trust)
+        for axis in (axes or model.axes)
+        for path in paths
+        if model.number(axis, path) != 0.0 and not (path in bump and has_no_bump(model, axis))
+    )

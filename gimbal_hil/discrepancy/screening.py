@@ -20,6 +20,8 @@ from gimbal_hil.discrepancy.twin import Twin
 
 _ORDERS_TRIED = 3
 _MOST_ORDERS = 600
+#: periods within the travel of a linear axis from which on a position effect is a ripple
+_LEAST_PERIODS = 3.0
 #: share of a scrambled response that may lie along the response itself, and how many are drawn for one that is kept
 _RESEMBLES, _DRAWS_A_TRY = 0.25, 5
 
@@ -102,7 +104,9 @@ def ripple_starts(twin: Twin, fit: Fit, family: Family) -> list[Start]:
     moving = np.abs(rate)[np.abs(rate) > 0.05 * np.abs(rate).max()]
     step = float(np.clip(0.35 * np.pi / travel, 0.0, np.inf)) if twin.model.is_linear else float(np.clip(0.35 * np.pi / travel, 0.1, 1.0))
     top = min(2.0 * np.pi * twin.records[0].bands.scored_hz / max(float(np.quantile(moving, 0.2)), 1e-9), _MOST_ORDERS * step)
-    orders = np.arange(max(1.0, 0.0), max(top, 2.0), step)
+    # along a straight way nothing repeats by itself: less than a few periods are no ripple
+    least = _LEAST_PERIODS * 2.0 * np.pi / travel if twin.model.is_linear else 1.0
+    orders = np.arange(least, max(top, 2.0 * least), step)
     weight = np.sign(rate) if family.ripple == "friction" else np.ones_like(rate)
     weight = weight * (np.abs(rate) > 0.002 * np.abs(rate).max()) if family.ripple == "friction" else weight
     base = np.column_stack([weight, np.ones_like(rate)])

@@ -26,17 +26,20 @@ COMPLETE_SHARE = 0.97
 #: a small gap that is only half closed is a field that a name happens to resemble: near the floor, this share must be closed too,
 #: unless what is left is hardly above the floor
 _CLOSED_WHEN_NEAR, _AT_FLOOR = 0.85, 1.25
-#: a gap up to so many floors, a fraction of the largest one, may stay as it was on a channel that the causes do not touch
+#: a gap that changes by less than this share is not touched by the causes; it stands aside below this share of the largest one
+_UNTOUCHED, _ASIDE = 0.02, 0.4
+#: a search ends once it is complete and no channel is above this
 _CALM = 2.0
 #: a gap of hundreds of floors is not explained while this many are left, whatever the share
 _STILL_FAR = 5.0
 #: what matched nonsense may take of what a cause takes
-_NONSENSE, _COARSE_NONSENSE = 0.5, 0.9
+_NONSENSE = 0.5
 #: length of the blocks whose signs nonsense draws, s
 _SIGN_S = 0.7
 #: an addition must take this share of the gap on the hold-out, and this many squared floors a row on some channel
 _LEAST_SHARE, _LEAST_SQUARES = 0.02, 0.12
-#: a model without bristles is never followed to the noise: there the causes together must close this share of the gap, and each take this
+#: a model without bristles is never followed to the noise: there the causes together must close this share of the gap, and each take
+#: this share of what is left without it
 _COARSE_SHARE, _COARSE_EACH = 0.12, 0.06
 
 
@@ -171,25 +174,26 @@ class Search:
                 continue
             near = (after <= COMPLETE_FLOORS) & ((closed >= _CLOSED_WHEN_NEAR) | (after <= _AT_FLOOR))
             explained = near | ((closed >= COMPLETE_SHARE) & (before > 2.0) & (after <= _STILL_FAR))
-            # a small gap that a cause leaves as it was, on another channel, does not speak against it
-            small = (before <= COMPLETE_FLOORS) | ((before <= _CALM) & (before < 0.3 * float(np.max(before))))
-            if not np.all(explained | (small & (after <= np.maximum(1.02 * before, _AT_FLOOR)))):
+            # what causes do not touch, on a channel whose gap is not the largest, does not speak against them: a remainder of its own
+            aside = (np.abs(after - before) <= _UNTOUCHED * before) & (before < _ASIDE * float(np.max(before)))
+            aside &= bool(state.hypothesis.causes)
+            quiet = (before <= COMPLETE_FLOORS) & (after <= np.maximum(1.02 * before, _AT_FLOOR))
+            if not np.all(explained | quiet | aside):
                 return False
             closing |= bool(np.any(explained & (before > COMPLETE_FLOORS)))
         return closing or not state.hypothesis.causes
 
-    def worth(self, before: Scored, after: Scored, null: Scored) -> bool:
+    def worth(self, before: Scored, after: Scored) -> bool:
         """Whether an addition earns its place on the hold-out: a share of what is left without it; small causes follow huge ones."""
         taken = np.mean(before.holdout**2, axis=0) - np.mean(after.holdout**2, axis=0)
-        gap = float(np.sum(np.mean((before if self.exact else null).holdout ** 2, axis=0) - 1.0))
+        gap = float(np.sum(np.mean(before.holdout**2, axis=0) - 1.0))
         least = _LEAST_SHARE if self.exact else _COARSE_EACH
         return float(taken.max()) > _LEAST_SQUARES and float(taken.sum()) > least * max(gap, 0.0)
 
     def beats_nonsense(self, before: Scored, after: Scored) -> bool:
         """Whether the last cause takes twice what its own response takes when it is reversed and shifted in time."""
         taken = before.fit.cost - after.fit.cost
-        share = _NONSENSE if self.exact else _COARSE_NONSENSE
-        return taken > 0.0 and self.nonsense(before, after.hypothesis.causes[-1]) < share * taken
+        return taken > 0.0 and self.nonsense(before, after.hypothesis.causes[-1]) < _NONSENSE * taken
 
     def nonsense(self, without: Scored, cause: Cause) -> float:
         """Squares that matched nonsense of one cause takes beside a state, in squared floors over the fitted rows."""
@@ -214,7 +218,7 @@ class Search:
             self.progress(f"searching for cause {len(state.hypothesis.causes) + 1}")
             tried = self.one_round(state)
             rounds.append(tried)
-            found = next((s for s in tried.tried[:4] if self.worth(state, s, null) and self.beats_nonsense(state, s)), None)
+            found = next((s for s in tried.tried[:4] if self.worth(state, s) and self.beats_nonsense(state, s)), None)
             if found is None:
                 break
             state = found
@@ -223,7 +227,7 @@ class Search:
             left = float(np.max(self.gaps(state)))
             if left <= COMPLETE_FLOORS or (left <= _CALM and self.complete(state, null)):
                 break
-        return self.prune(state, null), rounds
+        return self.prune(state), rounds
 
     def slots_again(self, state: Scored, rounds: list[Round]) -> Scored:
         """Replace each cause by a better one given the others, until nothing improves."""
@@ -235,13 +239,13 @@ class Search:
                 return self.slots_again(tried.tried[0], rounds) if len(rounds) < 7 else tried.tried[0]
         return state
 
-    def prune(self, state: Scored, null: Scored) -> Scored:
+    def prune(self, state: Scored) -> Scored:
         """Drop every cause without which the hold-out does not suffer."""
         for index in reversed(range(len(state.hypothesis.causes))):
             if len(state.hypothesis.causes) == 1:
                 break
             without = self.refitted(state.hypothesis.minus(index))
-            if not self.worth(without, state, null):
+            if not self.worth(without, state):
                 state = without
         return state
 

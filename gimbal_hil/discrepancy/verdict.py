@@ -10,6 +10,7 @@ import numpy as np
 
 from gimbal_hil.discrepancy.families import Family
 from gimbal_hil.discrepancy.fit import residual_of
+from gimbal_hil.discrepancy.forms import undetermined_form
 from gimbal_hil.discrepancy.hypothesis import values_of
 from gimbal_hil.discrepancy.intervals import parameter_intervals
 from gimbal_hil.discrepancy.record import RATE_ERROR, Channel
@@ -174,6 +175,9 @@ def _effect_entry(diagnosis: Diagnosis, index: int) -> tuple[dict[str, Any], lis
     confidence = 0.5 * (1.0 + math.erf(min(nearest, 8.0) / 2.83)) if not close else 1.0 / (1.0 + len(close))
     entry = {"name": effect, "axis": axis, "status": status, "parameters": parameters, "held_out_gain": gain, "best_control_gain": control,
              "confidence": round(min(confidence, 0.999), 3)}  # fmt: skip
+    form = undetermined_form(search, best.fit, index)
+    if form is not None:
+        entry["form_undetermined"] = form
     others, run = [], None
     for c in close[:3]:
         other, other_axis = c.rival.hypothesis.labels[-1]
@@ -235,8 +239,14 @@ def _traceless(diagnosis: Diagnosis, family: Family) -> bool:
     search = diagnosis.search
     if len(family.starts) > 3 or family.effect in ("backlash", "structural_resonance", "saturation", "presliding"):
         return False
-    heard = search.heard(family.label) or [responses(search.twin, diagnosis.null.fit, search.floor, family, s) for s in family.starts]
-    return not any(columns is not None and float(np.sqrt(np.mean(columns**2))) > _NO_TRACE for columns in heard)
+    heard = search.heard(family.label) or _listened(diagnosis, family)
+    return not any(float(np.sqrt(np.mean(columns**2))) > _NO_TRACE for columns in heard)
+
+
+def _listened(diagnosis: Diagnosis, family: Family) -> list[Floats]:
+    search, fit = diagnosis.search, diagnosis.null.fit
+    columns = (responses(search.twin, fit, search.floor, family, start) for start in family.starts)
+    return [found for found in columns if found is not None]
 
 
 def recalibrated(diagnosis: Diagnosis) -> list[dict[str, Any]]:
@@ -265,9 +275,28 @@ def _text(diagnosis: Diagnosis, verdict: str, effects: list[dict[str, Any]], gap
             if verdict == "named"
             else " At least one of these cannot be told from another cause on this data; the run that would tell is proposed."
         )
-        return f"{open_part}. It is explained by {names}{closed}.{doubt}"
+        forms = "".join(_form_text(e) for e in effects if "form_undetermined" in e)
+        return f"{open_part}. It is explained by {names}{closed}.{doubt}{forms}{_remainder(diagnosis)}"
     if verdict == "no_discrepancy":
         moved = " once the known numbers were refitted within a few per cent" if diagnosis.floated is not None else ""
         return f"The model explains this data to its noise{moved}; nothing is missing that it could show."
     least = float(np.max(diagnosis.search.gaps(diagnosis.best)))
     return f"{open_part}. Nothing in the catalogue explains it: the best attempt leaves {least:.1f} floors."
+
+
+def _form_text(effect: dict[str, Any]) -> str:
+    form = effect["form_undetermined"]
+    name, alike = effect["name"].replace("_", " "), " and ".join(form["between"])
+    return (
+        f" The form of {name} on {effect['axis']} is undetermined on this data: {alike} have a canonical correlation"
+        f" of {form['canonical_correlation']:.2f}."
+    )
+
+
+def _remainder(diagnosis: Diagnosis) -> str:
+    """What the named causes leave untouched on other channels."""
+    if not diagnosis.search.exact:
+        return ""
+    left = [g for g in gap_entries(diagnosis) if g["after"] > COMPLETE_FLOORS * g["noise_floor"]]
+    told = ", ".join(f"{g['signal'].replace('_', ' ')} of {g['axis']} {g['after'] / g['noise_floor']:.1f} floors" for g in left)
+    return f" Still unexplained beside it: {told}." if told else ""

@@ -6,27 +6,28 @@ put back, so an experiment that was stopped goes on with the same bits.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import SafetyStopError
-from gimbal_hil.experiments.experiment import Signals, Step
+from gimbal_hil.experiments.experiment import AXES, Signals, Step
 from gimbal_hil.host import HostEvent, HostState, Program, program_of
-from gimbal_hil.host.lockstep import CompiledPath, Recorded, joined
+from gimbal_hil.host.lockstep import CompiledPath, Recorded
+from gimbal_hil.runs import TICK_ROW
 from gimbal_hil.settings import DaemonSettings
 from sim_backend.model import AntennaModel
 
 #: how much is advanced between two looks at the clock and the keyboard
-_STRETCH_TICKS = 20_000
+_STRETCH_TICKS = 5_000
 
 
 @dataclass(frozen=True)
 class Followed:
-    """What a step left: signals at the full rate, rows and frames for the log, events, the ticks it took."""
+    """What a step left: signals (one row in as many ticks as the step says), rows and frames for the log, events, the ticks it took."""
 
     signals: Signals
     rows: NDArray[np.void]
@@ -63,11 +64,12 @@ class Antenna(Protocol):
 
 
 class EmbeddedAntenna:
-    """The virtual antenna in this process, in lockstep."""
+    """The virtual antenna in this process, in lockstep; of its log one row in `log_every` ticks, with frames where that is every tick."""
 
-    def __init__(self, settings: DaemonSettings, model: AntennaModel, seed: int = 0, keep_frames: bool = True) -> None:
+    def __init__(self, settings: DaemonSettings, model: AntennaModel, seed: int = 0, log_every: int = 1) -> None:
         self.rate_hz = settings.rate_hz
-        self.engine = CompiledPath(settings, model, seed=seed, keep_frames=keep_frames)
+        self.engine = CompiledPath(settings, model, seed=seed, keep_frames=log_every == 1)
+        self._log_every = log_every
 
     @property
     def tick(self) -> int:
@@ -80,22 +82,22 @@ class EmbeddedAntenna:
 
     def connect(self) -> Followed:
         """Bring host and drive to IDLE."""
-        first = self.tick
-        return _followed(self.engine.connect(), first)
+        return _joined([_part_of(self.engine.connect(), 1, self._log_every)], self.tick)
 
     def follow(self, step: Step, progress: Callable[[int], None]) -> Followed:
         """Follow one step; the state of the host afterwards decides whether that was safe."""
         first = self.tick
         program = program_of([step.segment])
         self.engine.host.command(program)
-        parts: list[Recorded] = []
+        stretch = max(1, _STRETCH_TICKS // step.every) * step.every
+        parts: list[Followed] = []
         while True:
-            part = self.engine.advance(_STRETCH_TICKS, until_done=True)
-            parts.append(part)
-            progress(part.ticks)
+            recorded = self.engine.advance(stretch, until_done=True)
+            parts.append(_part_of(recorded, step.every, self._log_every))
+            progress(recorded.ticks)
             if not self.engine.host.following:
                 break
-        followed = _followed(joined(parts), first, program)
+        followed = _joined(parts, first, program)
         if self.engine.host.state is not HostState.ACTIVE and not step.segment.switch_off_afterwards:
             raise SafetyStopError(
                 f"step {step.name!r}: host is {self.engine.host.state.name.lower()}, {self.engine.host.cause.name.lower()}"
@@ -129,5 +131,40 @@ class EmbeddedAntenna:
         }
 
 
-def _followed(recorded: Recorded, first_tick: int, program: Program | None = None) -> Followed:
-    return Followed(recorded.signals(), recorded.rows, recorded.frame_rows, recorded.events, first_tick, recorded.ticks, program)
+def _part_of(recorded: Recorded, every: int, log_every: int) -> Followed:
+    """A stretch as signals and log rows, each thinned in its own way; a last block that is not whole gives no row of signals."""
+    signals = recorded.signals() if every == 1 else _in_blocks(recorded, every)
+    logged = recorded if log_every == 1 else _rows_of(recorded, recorded.log[:, 0] % log_every == 0)
+    return Followed(signals, logged.rows, recorded.frame_rows, recorded.events, 0, recorded.ticks)
+
+
+def _in_blocks(recorded: Recorded, every: int) -> Signals:
+    """Signals of the first tick of each block; torque, which is held, as its mean over the block: that is what acts until the next row."""
+    blocks = len(recorded.log) // every
+    signals = _rows_of(recorded, slice(0, blocks * every, every)).signals()
+    words = recorded.log[: blocks * every].view(np.float64)
+    for axis in AXES:
+        held = np.ascontiguousarray(words[:, _word_of(f"torque_{axis}")])
+        signals[f"{axis}.torque"] = held.reshape(blocks, every).mean(axis=1)
+    return signals
+
+
+def _word_of(column: str) -> int:
+    """Place of a 64-bit column of a tick row."""
+    return sum(TICK_ROW[name].itemsize for name in (TICK_ROW.names or ())[: (TICK_ROW.names or ()).index(column)]) // 8
+
+
+def _rows_of(recorded: Recorded, rows: slice | NDArray[np.bool_]) -> Recorded:
+    return replace(recorded, log=np.ascontiguousarray(recorded.log[rows]))
+
+
+def _joined(parts: Sequence[Followed], first_tick: int, program: Program | None = None) -> Followed:
+    return Followed(
+        {name: np.concatenate([part.signals[name] for part in parts]) for name in parts[0].signals},
+        np.concatenate([part.rows for part in parts]),
+        np.concatenate([part.frames for part in parts]),
+        tuple(event for part in parts for event in part.events),
+        first_tick,
+        sum(part.ticks for part in parts),
+        program,
+    )

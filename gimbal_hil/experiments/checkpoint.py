@@ -39,14 +39,18 @@ class Checkpoint:
 
 
 def write_checkpoint(folder: Path, checkpoint: Checkpoint) -> None:
-    """Keep a checkpoint; the one before stays valid until this one is whole."""
+    """Keep a checkpoint; the one before stays valid until this one is whole.
+
+    Without a state of a virtual antenna the experiment cannot be made again: then the checkpoint survives a power cut too, not a kill only.
+    """
+    durable = checkpoint.state is None
     arrays: dict[str, NDArray[np.generic]] = {f"state/{name}": array for name, array in (checkpoint.state or {}).items()}
     arrays |= {f"drawn/{step}/{name}": column for step, signals in checkpoint.drawn.items() for name, column in signals.items()}
     buffer = io.BytesIO()
     np.savez(buffer, **arrays)  # type: ignore[arg-type]
     digest = hashlib.sha256(buffer.getvalue()).hexdigest()
     name = f"checkpoint-{checkpoint.done}.npz"
-    _replace(folder / name, buffer.getvalue())
+    _replace(folder / name, buffer.getvalue(), durable)
     document = {
         "done": checkpoint.done,
         "plan_hash": checkpoint.plan_hash,
@@ -54,7 +58,7 @@ def write_checkpoint(folder: Path, checkpoint: Checkpoint) -> None:
         "log_mark": dict(checkpoint.log_mark),
         "state": {"file": name, "sha256": digest, "kept": checkpoint.state is not None},
     }
-    _replace(folder / CHECKPOINT_FILE, json.dumps(document).encode())
+    _replace(folder / CHECKPOINT_FILE, json.dumps(document).encode(), durable)
     for old in folder.glob("checkpoint-*.npz"):
         if old.name != name:
             old.unlink()
@@ -92,10 +96,11 @@ def remove_checkpoint(folder: Path) -> None:
         old.unlink()
 
 
-def _replace(path: Path, data: bytes) -> None:
+def _replace(path: Path, data: bytes, durable: bool) -> None:
     part = path.with_name(path.name + ".part")
     with part.open("wb") as handle:
         handle.write(data)
-        handle.flush()
-        os.fsync(handle.fileno())
+        if durable:
+            handle.flush()
+            os.fsync(handle.fileno())
     os.replace(part, path)

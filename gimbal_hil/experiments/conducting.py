@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.experiments.antenna import EmbeddedAntenna
+from gimbal_hil.experiments.checkpoint import remove_checkpoint
 from gimbal_hil.experiments.daemon_antenna import DaemonAntenna
 from gimbal_hil.experiments.experiment import Experiment
 from gimbal_hil.experiments.runner import Outcome, ProgressSink, run_experiment, table_csv
+from gimbal_hil.experiments.side_by_side import remove_parts, run_side_by_side
 from gimbal_hil.report import Details, Listing, Page
 from gimbal_hil.runs.header import RunHeader
 from gimbal_hil.settings import DaemonSettings
@@ -59,9 +62,12 @@ def conduct(
     """Run an experiment on the virtual antenna in lockstep and leave log, table and report in `folder`."""
     if experiment.base is not None:
         model = model.with_base(experiment.base)
-    antenna = EmbeddedAntenna(settings, model, seed, keep_frames=experiment.every == 1)
+    antenna = partial(EmbeddedAntenna, settings, model, seed, experiment.every)
     header = run_header(settings, model, seed, experiment.name, experiment.every)
-    outcome = run_experiment(experiment, antenna, folder, header, resume=resume, force=force, progress=progress)
+    if experiment.parts:
+        outcome = run_side_by_side(experiment, antenna, folder, header, resume=resume, force=force, progress=progress)
+    else:
+        outcome = run_experiment(experiment, antenna(), folder, header, resume=resume, force=force, progress=progress)
     write_results(outcome, f"{model.name}, seed {seed}, {settings.rate_hz:g} Hz in lockstep")
     return outcome
 
@@ -87,8 +93,11 @@ def conduct_through_daemon(
 
 
 def write_results(outcome: Outcome, where: str) -> Path:
-    """Table and report page of a finished experiment; answers the page's path."""
+    """Table and report page of a finished experiment, which needs its checkpoints no more; answers the page's path."""
     table = table_csv(outcome.rows)
     (outcome.folder / TABLE_FILE).write_text(table, encoding="utf-8")
     blocks = [*outcome.experiment.conclude(outcome.rows, outcome.drawn), Details("The table as data (table.csv)", [Listing(table)])]
-    return Page(outcome.experiment.text, where, blocks).write(outcome.folder / REPORT_FILE)
+    page = Page(outcome.experiment.text, where, blocks).write(outcome.folder / REPORT_FILE)
+    remove_checkpoint(outcome.folder)
+    remove_parts(outcome.folder)
+    return page

@@ -34,6 +34,8 @@ class Step:
     meaning: Mapping[str, Any] = field(default_factory=dict)
     #: whether `measure` is asked for a row
     measured: bool = False
+    #: ticks in one row of its signals; the torque of a row is the mean over them, so that nothing of it is lost
+    every: int = 1
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,8 @@ class Experiment:
     every: int = 1
     #: `base:` section of the model that a virtual antenna is given for this experiment; None leaves the model's own
     base: Mapping[str, Any] | None = None
+    #: the same steps as experiments of their own, for virtual antennas side by side; empty where one antenna has to do it all
+    parts: tuple[Experiment, ...] = ()
 
     def duration_s(self, rate_hz: float) -> float:
         """Simulated or real time that the steps take when none ends early, s."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +20,7 @@ from firmware_protocol.errors import BadInputError, GimbalHilError, SafetyStopEr
 from gimbal_hil.experiments.antenna import Antenna, Followed
 from gimbal_hil.experiments.checkpoint import Checkpoint, read_checkpoint, remove_checkpoint, write_checkpoint
 from gimbal_hil.experiments.experiment import AXES, Experiment, Row, Signals, Step, move_to
-from gimbal_hil.experiments.step_signals import write_step_signals
+from gimbal_hil.experiments.step_signals import STEPS_FOLDER, write_step_signals
 from gimbal_hil.host import EventCode, Segment
 from gimbal_hil.runs import EventKind, RunWriter
 from gimbal_hil.runs.header import RunHeader
@@ -66,7 +67,7 @@ def plan_hash(experiment: Experiment) -> str:
     for step in experiment.steps:
         digest.update(step.name.encode())
         digest.update(program_of([step.segment]).values.tobytes())
-        digest.update(json.dumps(dict(step.meaning), sort_keys=True).encode())
+        digest.update(json.dumps([dict(step.meaning), step.every], sort_keys=True).encode())
     return digest.hexdigest()
 
 
@@ -80,7 +81,10 @@ def run_experiment(
     force: bool = False,
     progress: ProgressSink | None = None,
 ) -> Outcome:
-    """Run all steps (with `resume`, those that the checkpoint in `folder` leaves); the log is closed and torque off however it ends."""
+    """Run all steps (with `resume`, those that the checkpoint in `folder` leaves); the log is closed and torque off however it ends.
+
+    The checkpoint stays, also after the last step: whoever writes the results takes it away (`remove_checkpoint`).
+    """
     progress = progress or Silent()
     digest = plan_hash(experiment)
     if resume:
@@ -93,6 +97,8 @@ def run_experiment(
     else:
         start = Checkpoint(0, digest, (), {}, None, {})
         writer = RunWriter(folder, header, force=force)
+        remove_checkpoint(folder)
+        shutil.rmtree(folder / STEPS_FOLDER, ignore_errors=True)
     with writer:
         session = _Session(experiment, antenna, writer, progress, digest)
         return session.run(start)
@@ -120,7 +126,7 @@ class _Session:
                 state = self.antenna.keep()
                 if step.measured and (self.experiment.every > 1 or state is None):
                     # the log is thinned, or that of a real antenna, with gaps where a sequence was stopped
-                    write_step_signals(self.writer.folder, number, followed.signals, 1.0 / rate)
+                    write_step_signals(self.writer.folder, number, followed.signals)
                 if step.measured:
                     row = self.experiment.measure(step, followed.signals)
                     if row is not None:
@@ -137,7 +143,6 @@ class _Session:
                 self.writer.event(self.antenna.tick, 0, EventKind.NOTE, f"teardown: {error}")
             raise
         self._tear_down()
-        remove_checkpoint(self.writer.folder)
         return Outcome(self.experiment, tuple(rows), drawn, self.writer.folder)
 
     def _follow(self, number: int, step: Step) -> Followed:

@@ -16,21 +16,20 @@ from gimbal_hil.experiments.experiment import AXES, Signals
 STEPS_FOLDER = "steps"
 
 
-def write_step_signals(folder: Path, number: int, signals: Signals, tick_s: float) -> Path:
-    """Keep the signals of step `number`; columns that hold nothing (references of open loops) are left out.
+def step_file(folder: Path, number: int) -> Path:
+    """Where the signals of step `number` of the experiment in a folder are kept."""
+    return folder / STEPS_FOLDER / f"{number:04d}.parquet"
 
-    In a signals table the torque of row k acts over [t_k, t_k+1). Where rows were left out that is the mean of the torques sampled at both
-    ends: the sample at t_k alone would be half a row late, which on a slope of gravity looks like friction.
-    """
+
+def write_step_signals(folder: Path, number: int, signals: Signals) -> Path:
+    """Keep the signals of step `number`; columns that hold nothing (references of open loops, a base at rest) are left out."""
     from gimbal_hil.signals import SignalsTable, column_names, write_signals
 
     known = column_names(AXES)
     columns = {name: values for name, values in signals.items() if name in known and name != "time_s" and np.all(np.isfinite(values))}
-    if signals["time_s"][1] - signals["time_s"][0] > 1.5 * tick_s:
-        for name in (f"{axis}.torque" for axis in AXES):
-            torque = columns[name]
-            columns[name] = np.append(0.5 * (torque[1:] + torque[:-1]), torque[-1])
-    path = folder / STEPS_FOLDER / f"{number:04d}.parquet"
+    if not any(np.any(values) for name, values in columns.items() if name.startswith("base.")):
+        columns = {name: values for name, values in columns.items() if not name.startswith("base.")}
+    path = step_file(folder, number)
     path.parent.mkdir(exist_ok=True)
     table = SignalsTable.of(AXES, signals["time_s"], columns)
     write_signals(table, path, force=True)

@@ -9,7 +9,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gimbal_hil.identification.axis_response import AxisRecord
-from gimbal_hil.identification.consistency import BreakAway, break_away, break_away_findings, physical_findings, repeatability_findings
+from gimbal_hil.identification.consistency import (
+    BreakAway,
+    break_away,
+    break_away_findings,
+    physical_findings,
+    points_at_rest,
+    repeatability_findings,
+)
 from gimbal_hil.identification.estimate import Estimate, Finding, Verdict, withheld
 from gimbal_hil.identification.evidence import Evidence, Log, collect
 from gimbal_hil.identification.output_error import EXPERIMENTS, OutputErrorFit, OutputErrorRule, fit_output_error
@@ -59,15 +66,20 @@ def friction_of(model: AntennaModel, axis: str) -> LugreFriction:
 
 
 def identify_axis(
-    logs: Sequence[Log], model: AntennaModel, axis: str, executor: Executor | None = None, seed: int = 0
+    logs: Sequence[Log], model: AntennaModel, axis: str, executor: Executor | None = None, seed: int = 0, ramps_at_rest: bool = False
 ) -> AxisIdentification:
-    """Identify one axis from logs, with the model as prior and as source of inertia, gravity and the encoder step."""
+    """Identify one axis from logs, with the model as prior and as source of inertia, gravity and the encoder step.
+
+    With `ramps_at_rest` the torques at which slow ramps break away are points of the velocity map at rest, one a direction.
+    """
     evidence = collect(logs, model, axis)
     prior = friction_of(model, axis)
     step = model.number(axis, "encoder.step")
     length = prior.static.breakaway / prior.sigma0 if prior.sigma0 > 0.0 else 0.0
     velocity_map = measure_velocity_map(evidence.plateaus, None, step or None, length) if evidence.plateaus else None
     points = velocity_map.points if velocity_map else ()
+    if ramps_at_rest and points:
+        points = (*points, *points_at_rest(_break_aways(evidence, _bent(evidence, prior, step), step), points))
     both, positive, negative = (fit_static(points, d, prior.static) for d in (Direction.BOTH, Direction.POSITIVE, Direction.NEGATIVE))
     static = both or positive or negative
     known = prior if static is None else LugreFriction(static.friction, prior.sigma0, prior.sigma1)
@@ -83,7 +95,7 @@ def identify_axis(
         if fit is not None
         for finding in break_away_findings(broken, fit, axis)
     ]
-    findings += repeatability_findings(points, axis)
+    findings += repeatability_findings(velocity_map.points if velocity_map else (), axis)
     decided = {e.name for e in estimates if e.verdict is not Verdict.NOT_IDENTIFIED}
     findings += [finding for finding in physical_findings(friction, axis) if decided & finding.concerns]
     findings += _disagreement(presliding, dynamic, axis)
@@ -193,6 +205,14 @@ def _break_aways(evidence: Evidence, friction: LugreFriction, step: float) -> tu
         return ()
     found = (break_away(run, friction.sigma0, step) for run in evidence.presliding)
     return tuple(one for one in found if one is not None)
+
+
+def _bent(evidence: Evidence, prior: LugreFriction, step: float) -> LugreFriction:
+    """The prior with the stiffness that slow torque shows: what a break-away is told by."""
+    if not evidence.presliding:
+        return prior
+    shown = fit_presliding(evidence.presliding, max(prior.static.breakaway, 1e-9), step, prior.sigma0)
+    return prior if shown is None or shown.sigma0.verdict is Verdict.NOT_IDENTIFIED else replace(prior, sigma0=shown.sigma0.fitted)
 
 
 def _disagreement(presliding: PreslidingFit | None, dynamic: OutputErrorFit | None, axis: str) -> tuple[Finding, ...]:

@@ -54,6 +54,20 @@ def _spaced_rows(position: Vector, spacing: float) -> np.ndarray:
     return np.array(chosen)
 
 
+def points_at_rest(found: Sequence[BreakAway], points: Sequence[VelocityPoint]) -> tuple[VelocityPoint, ...]:
+    """Break-away as a point of the velocity map for each direction with two ramps or more, at a tenth of the slowest speed of `points`."""
+    slowest = min(abs(point.rate) for point in points)
+    at_rest = []
+    for sign in (1.0, -1.0):
+        ramps = [one for one in found if one.torque * sign > 0.0]
+        if len(ramps) > 1:
+            torques = np.array([one.torque for one in ramps])
+            error = float(np.std(torques, ddof=1) / np.sqrt(len(ramps)))
+            labels = tuple(one.label for one in ramps)
+            at_rest.append(VelocityPoint(sign * 0.1 * slowest, float(np.mean(torques)), error, 0.0, len(ramps), labels, float(len(ramps))))
+    return tuple(at_rest)
+
+
 def break_away_findings(found: Sequence[BreakAway], static: StaticFit, axis: str = "") -> tuple[Finding, ...]:
     """A contradiction for each direction whose break-away torque lies below its Coulomb torque.
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
 from enum import Enum
 
 #: half of the interval relative to the value, up to which a parameter counts as identified, and as weakly identified
@@ -30,6 +31,10 @@ class Interval:
     def covers(self, value: float) -> bool:
         """True when the value lies in the interval, bounds included."""
         return self.low <= value <= self.high
+
+    def stretched_over(self, values: Sequence[float]) -> Interval:
+        """The interval made to hold these values too."""
+        return replace(self, low=min(self.low, *values), high=max(self.high, *values))
 
 
 @dataclass(frozen=True)

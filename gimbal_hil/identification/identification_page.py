@@ -14,11 +14,6 @@ from gimbal_hil.identification.stribeck import LUGRE_NAMES
 from gimbal_hil.report import Block, Callout, Details, Heading, Page, Plot, Table, Text, Tiles
 from sim_backend.model import AntennaModel
 
-#: tables 4.1 to 4.10 of the thesis: its measured values, and what its own fit in simulation recovered of them
-_THESIS = {
-    "outer": ((0.2585, 0.2412, 0.0054, 0.0609, 1.0459, 238.88, 16.02), (0.2555, 0.2455, 0.0055, 0.0655, 1.05, 230.99, 14.99)),
-    "inner": ((0.1451, 0.1376, 0.0075, 0.0336, 1.4628, 271.68, 6.97), (0.1455, 0.1350, 0.0071, 0.0310, 1.4510, 270.01, 5.99)),
-}
 _WORDS = {
     Verdict.IDENTIFIED: "identified",
     Verdict.WEAKLY_IDENTIFIED: "weakly identified",
@@ -93,7 +88,9 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
 
 
 def _estimate_table(result: AxisIdentification) -> Table:
-    thesis = _THESIS.get(result.axis)
+    from gimbal_hil.experiments.printed_in_thesis import FRICTION, FRICTION_RECOVERED
+
+    thesis = (FRICTION[result.axis], FRICTION_RECOVERED[result.axis]) if result.axis in FRICTION else None
     header = ["parameter", "value", "low", "high", "unit", "verdict", "model given"]
     header += ["thesis, measured", "thesis, recovered"] if thesis else []
     header += ["why, and what would settle it"]

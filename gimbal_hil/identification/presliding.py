@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from gimbal_hil.identification.averaging import Vector
-from gimbal_hil.identification.estimate import Estimate, Interval, Verdict, settle, withheld
+from gimbal_hil.identification.estimate import Estimate, Verdict, settle, withheld
 from gimbal_hil.identification.least_squares import Fit, Parameter, fit
 from gimbal_hil.identification.profile import ProfileTask, profile_interval, robust_variance_ratio
 from gimbal_hil.identification.stribeck import StaticFriction, stribeck_bump
@@ -24,8 +24,8 @@ _HIGHEST_SHARE = 0.9
 _COMPARED_SHARE = 0.75
 #: a turn of the torque counts from this share of its range; the first 1/7 of a leg after a turn is left out
 _TURNING_SHARE, _TURNING_PART = 0.02, 7
-#: slow motion needs no more rows than this a run
-_ROWS = 3000
+#: slow motion needs no more rows than about this a run: torque is known between them, and the legs are long
+_ROWS = 1200
 _SIGMA0_EXPERIMENT = "slow torque ramps to about 0.8 of break-away and back, both signs, with a finer encoder or more repeats"
 _BREAKAWAY_EXPERIMENT = "slow torque ramps through break-away from rest, both signs, several rates"
 
@@ -184,7 +184,7 @@ def fit_presliding(
     task = ProfileTask(residuals, _parameters(used, breakaway), best, robust_variance_ratio(best))
     others = () if sigma1_is_known else (_solve(used, breakaway, encoder_step, other, curve)[1].values for other in (0.0, 2.0 * sigma1))
     spread = np.stack([best.values, *others])
-    intervals = [_stretched(profile_interval(task, index), spread[:, index]) for index in (0, 1)]
+    intervals = [profile_interval(task, index).stretched_over(spread[:, index].tolist()) for index in (0, 1)]
     sigma0 = settle("sigma0", float(best.values[0]), intervals[0], "N m/rad", prior_sigma0, _SIGMA0_EXPERIMENT)
     seen = settle("breakaway", float(best.values[1]), intervals[1], "N m", breakaway, _BREAKAWAY_EXPERIMENT)
     if sigma0.verdict is Verdict.IDENTIFIED and steps < STEPS_FOR_SIGMA1:
@@ -193,10 +193,6 @@ def fit_presliding(
     predicted = tuple(residuals.aligned(number, best.values) for number in range(len(used)))
     misfit = np.concatenate([run.position - path for run, path in zip(used, predicted, strict=True)])
     return PreslidingFit(sigma0, seen, used, predicted, steps, _secant(used), float(np.sqrt(np.nanmean(misfit**2))))
-
-
-def _stretched(interval: Interval, values: Vector) -> Interval:
-    return replace(interval, low=min(interval.low, float(np.min(values))), high=max(interval.high, float(np.max(values))))
 
 
 def _parameters(runs: Sequence[PreslidingRun], breakaway: float) -> tuple[Parameter, ...]:

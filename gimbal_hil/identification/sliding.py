@@ -70,9 +70,10 @@ class _MapResiduals:
     sign: Vector
     torque: Vector
     weight: Vector
+    jitter: Vector
 
     def __call__(self, values: Vector) -> Vector:
-        curve = StaticFriction(*(float(v) for v in values[:5])).torque(self.speed)
+        curve = StaticFriction(*(float(v) for v in values[:5])).torque_with_jitter(self.speed, self.jitter)
         offset = float(values[5]) if len(values) > 5 else 0.0
         return np.asarray((self.torque - self.sign * curve - offset) * self.weight)
 
@@ -82,6 +83,7 @@ def fit_static(
 ) -> StaticFit | None:
     """Fit `F(v) = Tc + (Ts - Tc) exp(-(v/vs)^delta) + sigma2 v` to a map; None when fewer points than unknowns are there.
 
+    Where the speed fluctuates around its mean the curve is that of `torque_with_jitter`.
     Points weigh by their standard error (not below a fifth of the median one), to which a common scatter between runs is added when
     the residuals call for it. Ts, Tc and sigma2 enter linearly once vs and delta are given, so starts come from a grid over those
     two (variable projection, Golub and Pereyra 1973); everything is then refined together on logarithmic scales within physical
@@ -95,13 +97,14 @@ def fit_static(
     rate = np.array([p.rate for p in used])
     torque = np.array([p.torque for p in used])
     error = _point_errors(used)
-    base = _MapResiduals(np.abs(rate), np.sign(rate), torque, 1.0 / error)
+    base = _MapResiduals(np.abs(rate), np.sign(rate), torque, 1.0 / error, np.array([p.jitter for p in used]))
     parameters = _parameters(base, with_offset=direction is Direction.BOTH)
     residuals, best, between = _robust_fit(base, parameters)
     estimates, best = _estimates(residuals, parameters, best, prior, (float(np.min(np.abs(rate))), float(np.max(np.abs(rate)))))
+    estimates = _doubting_jitter(estimates, residuals, parameters, best)
     friction = StaticFriction(*(float(v) for v in best.values[:5]))
     offset = float(best.values[5]) if unknowns == 6 else 0.0
-    misfit = torque - np.sign(rate) * friction.torque(np.abs(rate)) - offset
+    misfit = torque - np.sign(rate) * friction.torque_with_jitter(base.speed, base.jitter) - offset
     held = residuals.weight * np.hypot(error, between) < 0.999
     return StaticFit(
         direction, friction, estimates, offset, tuple(used), misfit, float(np.sqrt(np.mean(misfit**2))),
@@ -180,6 +183,19 @@ def _estimates(
         for name, unit, known in zip(STATIC_NAMES, LUGRE_UNITS[:5], priors, strict=True)
     ]
     return settle_parameters(ProfileTask(residuals, parameters, best), asked)
+
+
+def _doubting_jitter(
+    estimates: tuple[Estimate, ...], residuals: _MapResiduals, parameters: Sequence[Parameter], best: Fit
+) -> tuple[Estimate, ...]:
+    """Intervals stretched over what no fluctuation of the speed, and twice as much, would give: it is inferred, not measured."""
+    if not np.any(residuals.jitter):
+        return estimates
+    others = [fit(replace(residuals, jitter=scale * residuals.jitter), parameters, [best.values]).values for scale in (0.0, 2.0)]
+    return tuple(
+        replace(e, interval=e.interval.stretched_over([float(other[i]) for other in others])) if np.isfinite(e.fitted) else e
+        for i, e in enumerate(estimates)
+    )
 
 
 def _no_bump(residuals: _MapResiduals, parameters: Sequence[Parameter], best: Fit) -> bool:

@@ -32,6 +32,18 @@ class StaticFriction:
         bump = stribeck_bump(speed, self.stribeck_velocity, self.shape)
         return np.asarray(self.coulomb + (self.breakaway - self.coulomb) * bump + self.viscous * speed)
 
+    def torque_with_jitter(self, speed: Vector, jitter: Vector) -> Vector:
+        """Mean friction torque at positive mean speeds that fluctuate by `jitter` (rms, both (n,)), faster than bristles settle.
+
+        In the mean `0 = v - sigma0 z E[|v| / g(|v|)]`: the bristles bend by `v / E[|v| / g]` instead of `g(v)`, a little less. The
+        mean is taken with three Gauss-Hermite nodes.
+        """
+        bent = np.zeros_like(speed)
+        for node, weight in ((-np.sqrt(3.0), 1.0 / 6.0), (0.0, 2.0 / 3.0), (np.sqrt(3.0), 1.0 / 6.0)):
+            moved = np.abs(speed + node * jitter)
+            bent += weight * moved / (self.torque(moved) - self.viscous * moved)
+        return np.asarray(speed / bent + self.viscous * speed)
+
     def largest_sigma1(self) -> float:
         """Largest micro-damping sigma1 with which the model stays passive, `sigma2 Tc / (Ts - Tc)`, infinite without a Stribeck bump."""
         bump = self.breakaway - self.coulomb

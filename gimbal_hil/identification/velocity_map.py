@@ -14,8 +14,12 @@ from gimbal_hil.identification.steadiness import SteadyRule, SteadyWindow, find_
 
 #: plateaus whose speeds differ by less than this share are passes of one speed
 _SAME_SPEED = 0.03
-#: bristles have settled after so many lengths Ts / sigma0 of travel
-_SETTLING_LENGTHS = 3.0
+#: bristles have settled to a hundred-thousandth after so many lengths Ts / sigma0 of travel; more than this share of a plateau never goes
+_SETTLING_LENGTHS, _MOST_SETTLING = 12.0, 0.5
+#: the rate's fluctuation is taken at steps of this time, s, about straight lines over so many of them: a rate loop is faster than those
+_JITTER_S, _JITTER_STEPS = 0.01, 50
+#: a fluctuation beyond this share of the speed is no small one, and is not believed
+_MOST_JITTER = 0.3
 #: both directions must share this part of the travel before a position curve is fitted
 _SHARED_TRAVEL = 0.7
 
@@ -38,7 +42,7 @@ class Plateau:
 
 @dataclass(frozen=True)
 class VelocityPoint:
-    """Mean friction torque at one joint rate; both signed. `passes` windows went into it."""
+    """Mean friction torque at one joint rate; both signed. `passes` windows went into it, in which the rate fluctuated by `jitter` rms."""
 
     rate: float
     torque: float
@@ -47,6 +51,7 @@ class VelocityPoint:
     passes: int
     labels: tuple[str, ...]
     effective_samples: float
+    jitter: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -98,7 +103,8 @@ def measure_velocity_map(
             windows.append((plateau, window))
     curves = _position_curves(windows, bristle_length)
     passes = sorted(
-        (_measure(plateau, window, curves[window.rate > 0.0], rule) for plateau, window in windows), key=lambda point: point.rate
+        (_measure(plateau, window, curves[window.rate > 0.0], rule, bristle_length) for plateau, window in windows),
+        key=lambda point: point.rate,
     )
     return VelocityMap(_pool(passes), tuple(passes), tuple(rejected), curves[True], curves[False])
 
@@ -107,10 +113,8 @@ def _position_curves(windows: Sequence[tuple[Plateau, SteadyWindow]], bristle_le
     """One curve when both directions pass over the same stretch, else one a direction (keyed by `rate > 0`)."""
     pieces: dict[bool, list[tuple[Vector, Vector]]] = {False: [], True: []}
     for plateau, window in windows:
-        inside = slice(window.start, window.stop)
-        position, friction = plateau.position[inside], plateau.friction[inside]
-        settled = np.abs(position - position[0]) >= min(_SETTLING_LENGTHS * bristle_length, 0.5 * float(np.ptp(position)))
-        pieces[window.rate > 0.0].append((position[settled], friction[settled]))
+        inside = slice(_settled_row(plateau, window, bristle_length), window.stop)
+        pieces[window.rate > 0.0].append((plateau.position[inside], plateau.friction[inside]))
     ends = [(min(float(q.min()) for q, _ in side), max(float(q.max()) for q, _ in side)) for side in pieces.values() if side]
     shared = min(high for _, high in ends) - max(low for low, _ in ends) if ends else 0.0
     whole = max(high for _, high in ends) - min(low for low, _ in ends) if ends else 0.0
@@ -120,7 +124,17 @@ def _position_curves(windows: Sequence[tuple[Plateau, SteadyWindow]], bristle_le
     return {side: fit_position_curve(pieces[side]) for side in (False, True)}
 
 
-def _measure(plateau: Plateau, window: SteadyWindow, curve: PositionCurve | None, rule: SteadyRule | None) -> VelocityPoint:
+def _settled_row(plateau: Plateau, window: SteadyWindow, bristle_length: float) -> int:
+    """First row of the window before which the joint has travelled far enough for bristles of a length `Ts / sigma0` to settle."""
+    travelled = np.abs(plateau.position[: window.stop] - plateau.position[0])
+    enough = min(_SETTLING_LENGTHS * bristle_length, _MOST_SETTLING * float(travelled[-1]))
+    return max(window.start, int(np.argmax(travelled >= enough)))
+
+
+def _measure(
+    plateau: Plateau, window: SteadyWindow, curve: PositionCurve | None, rule: SteadyRule | None, bristle_length: float
+) -> VelocityPoint:
+    window = replace(window, start=_settled_row(plateau, window, bristle_length))
     inside = slice(window.start, window.stop)
     friction = plateau.friction[inside]
     if curve is not None:
@@ -131,7 +145,44 @@ def _measure(plateau: Plateau, window: SteadyWindow, curve: PositionCurve | None
     momentum, momentum_error = _momentum(plateau, kept)
     # a drift that no trimming removes leaves the level uncertain by its uniform spread
     error = float(np.sqrt(estimate.standard_error**2 + momentum_error**2 + drift**2 / 12.0))
-    return VelocityPoint(window.rate, estimate.mean - momentum, error, window.rate_error, 1, (plateau.label,), estimate.effective_samples)
+    return VelocityPoint(
+        window.rate,
+        estimate.mean - momentum,
+        error,
+        window.rate_error,
+        1,
+        (plateau.label,),
+        estimate.effective_samples,
+        _jitter(plateau, kept),
+    )
+
+
+def _jitter(plateau: Plateau, window: SteadyWindow) -> float:
+    """How much the joint rate fluctuates (rms) while a loop follows its gyro's noise: what the torque, added up, does to the inertia.
+
+    Bristle damping takes part of that torque, which makes this too much; where a row is a whole block, the mean of the two torques that
+    meet at it makes it a fifth too little. It is not more than the encoder shows, whose step is in that.
+    """
+    period = float(plateau.time_s[1] - plateau.time_s[0])
+    rows = max(1, round(_JITTER_S / period))
+    count = (window.stop - window.start) // rows // _JITTER_STEPS * _JITTER_STEPS
+    if count == 0 or plateau.inertia <= 0.0:
+        return 0.0
+    inside = slice(window.start, window.start + count * rows)
+    torque = plateau.friction[inside].reshape(count, rows).mean(axis=1)
+    from_torque = _spread_about_lines(np.cumsum(torque - np.mean(torque))) * rows * period / plateau.inertia
+    steps = np.diff(plateau.position[inside][::rows])
+    seen = _spread_about_lines(np.append(steps, steps[-1])) / (rows * period)
+    return float(min(from_torque, seen, _MOST_JITTER * abs(window.rate)))
+
+
+def _spread_about_lines(values: Vector) -> float:
+    """Scatter about a straight line through each `_JITTER_STEPS` values."""
+    parts = values.reshape(-1, _JITTER_STEPS)
+    x = np.arange(_JITTER_STEPS) - 0.5 * (_JITTER_STEPS - 1)
+    left = parts - parts.mean(axis=1, keepdims=True)
+    left = left - np.outer(left @ x / (x @ x), x)
+    return float(np.sqrt(np.sum(left**2) / (len(parts) * (_JITTER_STEPS - 2))))
 
 
 def _momentum(plateau: Plateau, window: SteadyWindow) -> tuple[float, float]:
@@ -170,6 +221,6 @@ def _pool(passes: Sequence[VelocityPoint]) -> tuple[VelocityPoint, ...]:
         labels = tuple(label for p in points for label in p.labels)
         pooled.append(
             replace(points[0], rate=rate, torque=torque.mean, standard_error=torque.standard_error, passes=len(points), labels=labels,
-                    effective_samples=sum(p.effective_samples for p in points))
+                    effective_samples=sum(p.effective_samples for p in points), jitter=float(np.mean([p.jitter for p in points])))
         )  # fmt: skip
     return tuple(pooled)

@@ -35,7 +35,7 @@ def rehearse(experiment: Experiment, settings: DaemonSettings, model: AntennaMod
     """Run an experiment on a virtual antenna made from `model`, in lockstep and without a log."""
     if experiment.base is not None:
         model = model.with_base(experiment.base)
-    antenna = EmbeddedAntenna(settings, model, seed, keep_frames=False)
+    antenna = EmbeddedAntenna(settings, model, seed, log_every=1000)
     parts: list[Signals] = []
     stopped = None
     try:

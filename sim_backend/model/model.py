@@ -247,7 +247,8 @@ def _check_body(numbers: Mapping[tuple[str, str], Quantity], axis: str, file: Mo
 
 def _check_friction(numbers: Mapping[tuple[str, str], Quantity], axis: str, where: str) -> None:
     ts, tc = numbers[axis, "friction.breakaway"].value, numbers[axis, "friction.coulomb"].value
-    if ts < tc:
+    # without a bristle the map may dip towards standstill, as measured rigs do; with one there must be something to break away from
+    if ts < tc and numbers[axis, "friction.sigma0"].value > 0.0:
         raise BadInputError(f"{where}: axes.{axis}.friction.breakaway", f"{ts:g} is below coulomb {tc:g}", "break-away at or above Coulomb")
     if numbers[axis, "friction.sigma0"].value > 0.0 and tc <= 0.0:
         raise BadInputError(f"{where}: axes.{axis}.friction.coulomb", "must be positive where sigma0 is given", "Tc above 0")

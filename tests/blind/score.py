@@ -21,6 +21,14 @@ _ROWS = {
 }  # fmt: skip
 
 
+#: body column -> parameter, by effect
+_BODY = {
+    "inertia": {"1": "inertia", "2": "inertia", "9": "inertia"},
+    "static_unbalance": {"6": "cog_x", "7": "cog_y", "8": "cog_z"},
+    "dynamic_unbalance": {"3": "ixy", "4": "ixz", "5": "iyz"},
+}  # fmt: skip
+
+
 class Outcome(Enum):
     """What a verdict was worth."""
 
@@ -60,9 +68,11 @@ def parameter_errors(truth: dict[str, Any], verdict: dict[str, Any]) -> list[tup
         for effect in verdict["effects"]:
             if (effect["name"], effect["axis"]) != (cause["name"], cause["axis"]):
                 continue
-            for name, column in _ROWS.get(cause["name"], {}).items():
-                if column in cause["row"] and name in effect["parameters"]:
-                    p, true = effect["parameters"][name], cause["row"][column]
-                    error = abs(p["value"] - true) / max(abs(true), 1e-12)
-                    found.append((f"{cause['name']}.{name}", error, bool(p["low"] <= true <= p["high"])))
+            true = {name: cause["row"][column] for name, column in _ROWS.get(cause["name"], {}).items() if column in cause["row"]}
+            true |= {_BODY[cause["name"]][column]: value for column, value in cause["body"].items() if cause["name"] in _BODY}
+            for name, value in true.items():
+                if name in effect["parameters"]:
+                    p = effect["parameters"][name]
+                    error = abs(p["value"] - value) / max(abs(value), 1e-12)
+                    found.append((f"{cause['name']}.{name}", error, bool(p["low"] <= value <= p["high"])))
     return found

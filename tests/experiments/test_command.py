@@ -43,6 +43,9 @@ def test_a_finished_run_is_not_overwritten_without_force(tmp_path: Path, capsys:
     [
         (["nothing"], "is no sequence and no plan file"),
         (["sliding", "--axis", "middle"], "no axis 'middle'"),
+        (["presliding", "--breakaway", "middle=1"], "no axis 'middle'"),
+        (["presliding", "--breakaway", "inner=much"], "'much' is no torque"),
+        (["presliding", "--breakaway", "inner=-1"], "'-1' is no torque"),
         (["sliding", "--resume"], "does not say which run"),
         (["sliding", "--real-time"], "does not say which daemon"),
         (["base_motion", "--base", "3.1/9"], "has no case 9"),

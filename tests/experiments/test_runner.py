@@ -8,15 +8,17 @@ import signal
 import subprocess
 import sys
 from dataclasses import replace
+from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
 
 from firmware_protocol.errors import BadInputError, SafetyStopError
 from gimbal_hil.experiments.antenna import EmbeddedAntenna
-from gimbal_hil.experiments.conducting import run_header
+from gimbal_hil.experiments.conducting import run_header, write_results
 from gimbal_hil.experiments.experiment import Experiment
 from gimbal_hil.experiments.runner import Outcome, Silent, run_experiment, table_csv
+from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
 from gimbal_hil.host import Guard
 from gimbal_hil.runs import EventKind, open_run
 from gimbal_hil.runs.header import RunHeader
@@ -53,7 +55,19 @@ def test_every_step_is_followed_in_order_and_the_teardown_comes_last(tmp_path: P
     outcome = run_experiment(waiting_experiment(), antenna, tmp_path, header())
     assert antenna.followed == ["one", "two", "three", *TEARDOWN]
     assert [row["step"] for row in outcome.rows] == ["one", "two", "three"]
-    assert not (tmp_path / "checkpoint.json").exists()
+    assert json.loads((tmp_path / "checkpoint.json").read_text())["done"] == 3
+
+
+def test_the_checkpoint_goes_once_table_and_report_are_written(tmp_path: Path) -> None:
+    write_results(run_experiment(waiting_experiment(), ScriptedAntenna(), tmp_path, header()), "nowhere")
+    assert (tmp_path / "report.html").exists() and not list(tmp_path.glob("checkpoint*"))
+
+
+def test_a_forced_run_leaves_nothing_of_the_one_before(tmp_path: Path) -> None:
+    (tmp_path / "steps").mkdir()
+    (tmp_path / "steps" / "0099.parquet").write_bytes(b"")
+    run_experiment(waiting_experiment(), ScriptedAntenna(), tmp_path, header(), force=True)
+    assert not (tmp_path / "steps").exists()
 
 
 @pytest.mark.parametrize("stop", [KeyboardInterrupt(), SafetyStopError("a guard"), RuntimeError("anything else")])
@@ -143,6 +157,26 @@ class KilledIn(Silent):
 
 def run_until_killed(folder: Path, experiment: Experiment) -> None:
     run_experiment(experiment, embedded(), folder, header(), progress=KilledIn(experiment.steps[3].name))
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("name", ["sliding", "presliding"])
+def test_a_short_sequence_killed_in_every_one_of_its_steps_comes_to_the_same_end(tmp_path: Path, name: str) -> None:
+    experiment = build_experiment(name, SequenceOptions(1000.0, short=True))
+    whole = run_experiment(experiment, embedded(), tmp_path / "whole", header())
+    folder = tmp_path / "killed"
+    for number, step in enumerate(experiment.steps):
+        process = get_context("fork").Process(target=_killed_in, args=(experiment, folder, step.name, number > 0))
+        process.start()
+        process.join()
+        assert process.exitcode == -signal.SIGKILL
+    same_end(run_experiment(experiment, embedded(), folder, header(), resume=True), whole)
+
+
+def _killed_in(experiment: Experiment, folder: Path, step: str, resume: bool) -> None:
+    # killed before the first step ends there is no checkpoint yet: then the run begins anew
+    resume = resume and (folder / "checkpoint.json").exists()
+    run_experiment(experiment, embedded(), folder, header(), resume=resume, force=True, progress=KilledIn(step))
 
 
 if __name__ == "__main__":

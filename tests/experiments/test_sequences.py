@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.experiments.conducting import conduct
-from gimbal_hil.experiments.experiment import Experiment
+from gimbal_hil.experiments.experiment import Experiment, constant_speed, on_axis, position_hold, step_of
 from gimbal_hil.experiments.frequency_response import margins_of
 from gimbal_hil.experiments.runner import Outcome
 from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment, gravity_map, sliding, sweep
@@ -85,15 +86,43 @@ def test_a_thinned_sequence_leaves_a_table_a_step_that_identification_reads(tmp_
         assert abs(abs(point.torque) - float(truth.torque(np.array([abs(point.rate)]))[0])) < 4.0 * point.standard_error
 
 
-def test_the_whole_sliding_sequence_has_the_speeds_and_the_travel_of_the_thesis() -> None:
+def test_the_whole_sliding_sequence_has_the_speeds_the_travel_and_the_time_of_the_thesis() -> None:
     experiment = build_experiment("sliding", SequenceOptions(RATE_HZ))
     outer = [step for step in experiment.steps if step.measured and step.meaning["axis"] == "outer"]
     speeds = sorted({step.meaning["speed_rad_s"] for step in outer})
     assert len(speeds) == 45 and speeds[0] == pytest.approx(0.001) and speeds[-1] == pytest.approx(0.1)
     assert sum(speed <= 0.01 for speed in speeds) >= 22
-    spans = {command.parameters[2] for command in (step.segment.outer for step in outer)}
-    assert spans == {math.radians(75.0)}
-    assert {step.meaning["direction"] for step in outer} == {1, -1}
+    assert [part.duration_s(RATE_HZ) for part in experiment.parts] == pytest.approx([8130.0, 8130.0], rel=0.01)
+
+
+def test_every_speed_slides_both_ways_between_the_same_positions_over_or_at_both_ends_and_in_the_middle_of_the_travel() -> None:
+    for speed in np.geomspace(sliding.LOWEST_RAD_S, sliding.HIGHEST_RAD_S, sliding.SPEEDS).tolist():
+        passes = sliding.passes_of(speed)
+        assert min(one.from_rad for one in passes) == 0.0 and max(one.to_rad for one in passes) == pytest.approx(math.radians(75.0))
+        whole = all(one.travel_rad == math.radians(75.0) for one in passes)
+        middle = [one for one in passes if one.from_rad < 0.5 * math.radians(75.0) < one.to_rad]
+        assert whole or (len(passes) == 3 and len(middle) == 1)
+        # bristles of the softer axis have settled before anything counts, and most of a pass counts
+        assert all(one.margin_rad > 11.0 * 0.2585 / 238.88 and one.travel_rad > 4.0 * one.margin_rad for one in passes)
+    steps = [step for step in build_experiment("sliding", SequenceOptions(RATE_HZ, ("inner",))).steps if step.measured]
+    for ahead, back in zip(steps[::2], steps[1::2], strict=True):
+        assert dict(ahead.meaning) | {"direction": -1} == dict(back.meaning)
+
+
+def test_the_torque_of_a_thinned_step_is_the_mean_over_all_its_ticks() -> None:
+    from gimbal_hil.experiments.antenna import EmbeddedAntenna
+
+    step = step_of("slide", RATE_HZ, 2.005, on_axis("outer", constant_speed(0.05, 1.0), position_hold(0.0)))
+    followed = []
+    for every in (1, 10):
+        antenna = EmbeddedAntenna(shipped_settings(), MODEL, SEED, log_every=every)
+        antenna.connect()
+        followed.append(antenna.follow(replace(step, every=every), lambda ticks: None))
+    fine, thin = (one.signals for one in followed)
+    assert len(thin["time_s"]) == 200
+    assert thin["outer.torque"] == pytest.approx(fine["outer.torque"][:2000].reshape(-1, 10).mean(axis=1), rel=1e-12)
+    assert np.array_equal(thin["outer.position"], fine["outer.position"][:2000:10])
+    assert np.array_equal(followed[1].rows, followed[0].rows[followed[0].rows["tick"] % 10 == 0])
 
 
 @pytest.mark.parametrize("axis", ["outer", "inner"])
@@ -104,6 +133,16 @@ def test_presliding_reads_stiffness_and_break_away_from_both_signs(conducted: Ca
     assert np.mean(stiffness) == pytest.approx(truth.sigma0, rel=0.05)
     up, down = (next(row["breakaway_nm"] for row in rows if row["kind"] == "ramp" and row["direction"] == sign) for sign in (1, -1))
     assert 0.5 * (up - down) == pytest.approx(truth.static.breakaway, rel=0.05)
+
+
+def test_presliding_torques_are_shares_of_the_break_away_torque_that_is_known() -> None:
+    known, twice = (
+        build_experiment("presliding", SequenceOptions(RATE_HZ, ("inner",), short=True, breakaway_nm={"inner": level}))
+        for level in (0.2, 0.4)
+    )
+    for one, other in zip(known.steps, twice.steps, strict=True):
+        assert "amplitude_nm" not in one.meaning or other.meaning["amplitude_nm"] == 2.0 * one.meaning["amplitude_nm"]
+    assert any("amplitude_nm" in step.meaning for step in known.steps)
 
 
 def test_the_gravity_map_finds_the_static_moment_of_the_inner_body(conducted: Callable[[str, str], Outcome]) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gimbal_hil.identification import Plateau, PreslidingRun
+from gimbal_hil.identification import Plateau, PreslidingRun, find_steady_window
 from gimbal_hil.identification.rigid_axis import centred_torque
 
 DATA = Path(os.environ.get("GIMBAL_HIL_DATA") or Path(__file__).parents[3] / "shared" / "data")
@@ -51,6 +51,26 @@ def dd2dof_plateaus(fastest_deg_s: float = 100.0) -> list[Plateau]:
         friction = centred_torque(torque) - DD2DOF_GRAVITY * np.sin(position)
         plateaus.append(Plateau(file.name, time[:stop], position[:stop], friction[:stop], DD2DOF_INERTIA))
     return plateaus
+
+
+def dd2dof_gravity(fastest_deg_s: float = 65.0) -> tuple[float, float]:
+    """Gravity torque amplitude (N m) and its standard error as the sliding runs themselves say it: each run has a level of its own."""
+    columns, torques = [], []
+    for plateau in dd2dof_plateaus(fastest_deg_s):
+        window = find_steady_window(plateau.time_s, plateau.position)
+        if window is None or np.ptp(plateau.position[window.start : window.stop]) < 0.1:
+            continue
+        rows = np.linspace(window.start, window.stop - 1, 200).astype(np.int64)
+        angle = plateau.position[rows]
+        columns.append(np.stack([np.sin(angle), np.cos(angle)]) - np.array([[np.sin(angle).mean()], [np.cos(angle).mean()]]))
+        torque = plateau.friction[rows] + DD2DOF_GRAVITY * np.sin(angle)
+        torques.append(torque - torque.mean())
+    design, target = np.concatenate(columns, axis=1).T, np.concatenate(torques)
+    found = np.linalg.lstsq(design, target, rcond=None)[0]
+    # rows of one run are no independent measurements: a run counts as one
+    misfit = target - design @ found
+    covariance = np.linalg.inv(design.T @ design) * float(misfit @ misfit) / len(torques)
+    return float(found[0]), float(np.sqrt(covariance[0, 0]))
 
 
 def dd2dof_ramps() -> list[PreslidingRun]:

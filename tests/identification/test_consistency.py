@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from gimbal_hil.identification import LugreFriction, PreslidingRun, StaticFriction, VelocityPoint, fit_static
-from gimbal_hil.identification.consistency import break_away, break_away_findings, physical_findings, repeatability_findings
+from gimbal_hil.identification.consistency import (
+    BreakAway,
+    break_away,
+    break_away_findings,
+    physical_findings,
+    points_at_rest,
+    repeatability_findings,
+)
 from tests.identification.one_axis_rig import ENCODER_STEP, OUTER, Rig, apply_torque, slow_ramp
 
 
@@ -26,6 +33,14 @@ def test_break_away_of_a_ramp_lies_between_coulomb_and_break_away_torque() -> No
     found = break_away(_ramp(1.3 * OUTER.static.breakaway), OUTER.sigma0, ENCODER_STEP)
     assert found is not None
     assert 0.9 * OUTER.static.coulomb < found.torque < 1.02 * OUTER.static.breakaway
+
+
+def test_break_away_of_two_ramps_and_more_is_a_point_at_rest_of_its_direction() -> None:
+    points = _points(OUTER.static)
+    found = [BreakAway("a", 0.25), BreakAway("b", 0.27), BreakAway("c", -0.26)]
+    (at_rest,) = points_at_rest(found, points)
+    assert at_rest.torque == 0.26 and at_rest.rate == 1e-4 and at_rest.labels == ("a", "b")
+    assert at_rest.standard_error == np.std([0.25, 0.27], ddof=1) / np.sqrt(2.0)
 
 
 def test_a_ramp_that_stays_below_break_away_has_none() -> None:

@@ -76,3 +76,36 @@ def test_passes_of_one_speed_become_one_point() -> None:
     reference = there_and_back((0.02, 0.02, 0.02, 0.05))
     found = _measure(follow_rate(Rig(), reference, 5))
     assert [p.passes for p in found.points] == [1, 3, 3, 1]
+
+
+def test_a_rate_that_follows_the_noise_of_a_gyro_bends_the_bristles_less_and_the_curve_knows() -> None:
+    speed, jitter = np.array([0.001, 0.003, 0.01]), np.array([1e-4, 1e-4, 1e-4])
+    static = OUTER.static
+    normal = np.random.default_rng(1).normal(size=100_000)
+    # both signs of each, so that the mean is that of the speed
+    fast = speed[:, None] + jitter[:, None] * np.concatenate([normal, -normal])
+    bent = np.abs(fast) / (static.torque(np.abs(fast)) - static.viscous * np.abs(fast))
+    expected = speed / np.mean(bent, axis=1) + static.viscous * speed
+    assert static.torque_with_jitter(speed, jitter) == pytest.approx(expected, rel=2e-5)
+    assert np.all(static.torque_with_jitter(speed, jitter) < static.torque(speed))
+    assert static.torque_with_jitter(speed, 0.0 * jitter) == pytest.approx(static.torque(speed), rel=1e-12)
+
+
+def test_the_fluctuation_of_the_rate_is_read_from_the_torque() -> None:
+    inertia, step_s, sigma = 0.5, 0.01, 6e-5
+    rate = 0.002 + sigma * np.random.default_rng(2).normal(size=20_001)
+    position = np.concatenate([[0.0], np.cumsum(rate[:-1]) * step_s])
+    torque = 0.25 + inertia * np.diff(rate) / step_s
+    plateau = Plateau("noisy", np.arange(20_000) * step_s, position[:-1], torque, inertia)
+    (point,) = measure_velocity_map([plateau]).points
+    assert point.jitter == pytest.approx(sigma, rel=0.05)
+
+
+def test_settling_of_the_bristles_is_left_out_although_no_test_sees_it_in_the_noise() -> None:
+    time = np.arange(40_000) * 1e-3
+    position = 0.001 * time
+    length = 1.0e-3
+    friction = 0.25 - 0.5 * np.exp(-position / length) + np.random.default_rng(3).normal(0.0, 0.02, len(time))
+    (told,) = measure_velocity_map([Plateau("slow", time, position, friction, 0.5)], bristle_length=length).points
+    assert abs(told.torque - 0.25) < 3.0 * told.standard_error
+    assert told.effective_samples < 30_000

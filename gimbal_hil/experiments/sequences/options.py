@@ -5,8 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-#: break-away torque of the thesis' antenna (table 4.1, 4.2), N m: what presliding ramps are scaled by where nothing better is known
-THESIS_BREAKAWAY_NM = {"outer": 0.2585, "inner": 0.1451}
+
+def thesis_breakaway_nm() -> dict[str, float]:
+    """Break-away torque of the thesis' antenna, N m, by axis: what presliding is scaled by where nothing better is known."""
+    from gimbal_hil.experiments.printed_in_thesis import FRICTION
+
+    return {axis: numbers[0] for axis, numbers in FRICTION.items()}
 
 
 @dataclass(frozen=True)
@@ -20,6 +24,6 @@ class SequenceOptions:
     #: keep one tick in so many in the log; None leaves it to the sequence
     every: int | None = None
     #: break-away torque as far as known, N m, by axis
-    breakaway_nm: Mapping[str, float] = field(default_factory=lambda: dict(THESIS_BREAKAWAY_NM))
+    breakaway_nm: Mapping[str, float] = field(default_factory=thesis_breakaway_nm)
     #: how the base moves where the antenna is virtual: `table/case` of the thesis (3.1/1 to 3.2/4), or a CSV file with a recorded motion
     base: str | None = None

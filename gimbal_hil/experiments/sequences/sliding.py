@@ -1,14 +1,16 @@
 """Sliding: constant speeds in both directions, the mean torque of each, and the friction-velocity curve through them.
 
 The whole sequence is the thesis' (section 4.3.1): 45 speeds from 0.001 to 0.1 rad/s over 0 to 75 degrees, spaced by equal ratios so
-that half of them lie below 0.01 rad/s, where the Stribeck effect is. Each speed is run forward and back between the same positions.
+that half of them lie below 0.01 rad/s, where the Stribeck effect is. Each speed is run forward and back between the same positions. All of
+the travel twice would take a slow speed 44 minutes; so slow speeds pass three stretches of it, near both ends and in the middle, forward
+and back each (docs/decisions/0050-slow-speeds-pass-parts-of-the-travel.md).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,48 +27,93 @@ if TYPE_CHECKING:
 SPEEDS = 45
 LOWEST_RAD_S, HIGHEST_RAD_S = 0.001, 0.1
 TRAVEL_RAD = math.radians(75.0)
-#: left out at either end of the travel: bristles settle over a travel, the loop over a time, and both are over by then
-MARGIN = 0.1
-#: a pass shorter than this is made again, up to so many passes
-PASS_S, MOST_PASSES = 60.0, 3
+#: a slow speed passes so many stretches of the travel, evenly spread, each this long in time and travel at least
+STRETCHES, STRETCH_S, SHORTEST_RAD = 3, 36.0, 0.05
+#: left out at either end of a pass: bristles settle over a travel (eleven lengths of the thesis' softer axis), the loop over a time
+MARGIN_RAD, MARGIN_S = 0.012, 1.0
+#: passes over the whole travel: as many as this time has room for, and not more than that
+PASSES_S, MOST_PASSES = 60.0, 3
+#: from the end of one stretch to the start of the next
+MOVE_S, MOVE_RAD_S = 1.0, 0.4
 SHORT_SPEEDS, SHORT_TRAVEL_RAD, SHORT_PASS_S = 12, 0.03, 5.0
 SHORT_MARGIN = 0.25
-#: rows of one step that are kept at most, and the decimations that may be chosen for it
-ROWS, DECIMATIONS = 26_000, (1, 5, 20, 100)
+#: rows of one pass that are kept at most, the ticks in a row that may be chosen for it, and those between two rows of the log
+ROWS, DECIMATIONS, LOG_EVERY = 6_500, (1, 2, 5, 10, 20, 50, 100), 100
+
+
+@dataclass(frozen=True)
+class Pass:
+    """There and back between two positions at one speed; what is measured lies `margin_rad` inside."""
+
+    from_rad: float
+    to_rad: float
+    margin_rad: float
+
+    @property
+    def travel_rad(self) -> float:
+        """One way, rad."""
+        return self.to_rad - self.from_rad
+
+
+def passes_of(speed_rad_s: float) -> tuple[Pass, ...]:
+    """The passes of one speed of the whole sequence."""
+    stretch = max(SHORTEST_RAD, STRETCH_S * speed_rad_s)
+    margin = max(MARGIN_RAD, MARGIN_S * speed_rad_s)
+    if STRETCHES * stretch >= TRAVEL_RAD:
+        count = min(MOST_PASSES, max(1, round(PASSES_S * speed_rad_s / TRAVEL_RAD)))
+        return (Pass(0.0, TRAVEL_RAD, margin),) * count
+    starts = np.linspace(0.0, TRAVEL_RAD - stretch, STRETCHES).tolist()
+    return tuple(Pass(start, start + stretch, margin) for start in starts)
+
+
+def _short_passes_of(speed_rad_s: float) -> tuple[Pass, ...]:
+    travel = max(SHORT_TRAVEL_RAD, SHORT_PASS_S * speed_rad_s)
+    return (Pass(0.0, travel, SHORT_MARGIN * travel),)
 
 
 def build(options: SequenceOptions) -> Experiment:
-    """All speeds on each axis asked for, slowest first so that a first look comes with the friction at rest; both directions in turn."""
+    """All speeds on each axis asked for, slowest first so that a first look comes with the friction at rest; both directions in turn.
+
+    Where several axes are asked for and the log is thinned, each axis is a part of its own.
+    """
+    steps = tuple(step for axis in options.axes for step in _of_axis(axis, options))
+    every = options.every or (1 if options.short else LOG_EVERY)
+    alone = every == 1 or len(options.axes) == 1
+    parts = () if alone else tuple(build(replace(options, axes=(axis,))) for axis in options.axes)
+    return Experiment("sliding", "Sliding friction at constant speeds", steps, measure, conclude, every=every, parts=parts)
+
+
+def _of_axis(axis: str, options: SequenceOptions) -> Iterator[Step]:
     speeds = np.geomspace(LOWEST_RAD_S, HIGHEST_RAD_S, SHORT_SPEEDS if options.short else SPEEDS).tolist()
-    steps: list[Step] = []
-    for axis in options.axes:
-        home = on_axis(axis, move_to(0.0, 3.0), move_to(0.0, 3.0))
-        steps.append(step_of(f"{axis} to its start", options.rate_hz, 4.0, home))
-        for speed in speeds:
-            steps += _both_directions(axis, speed, options)
-    every = options.every or (1 if options.short else DECIMATIONS[-1])
-    return Experiment("sliding", "Sliding friction at constant speeds", tuple(steps), measure, conclude, every=every)
+    home = on_axis(axis, move_to(0.0, 3.0), move_to(0.0, 3.0))
+    yield step_of(f"{axis} to its start", options.rate_hz, 4.0, home)
+    stands = 0.0
+    for place, speed in enumerate(speeds):
+        passes = _short_passes_of(speed) if options.short else passes_of(speed)
+        # every other speed from the far end, so that no way between two stretches is long
+        for number, one in enumerate(passes if place % 2 == 0 else passes[::-1]):
+            if one.from_rad != stands:
+                way = on_axis(axis, move_to(one.from_rad, abs(one.from_rad - stands) / MOVE_RAD_S), position_hold(0.0))
+                duration = MOVE_S + abs(one.from_rad - stands) / MOVE_RAD_S
+                yield step_of(f"{axis} to {one.from_rad:.3f} rad before {speed:.5f} rad/s", options.rate_hz, duration, way)
+                stands = one.from_rad
+            yield from _there_and_back(axis, speed, number, one, options)
 
 
-def _both_directions(axis: str, speed: float, options: SequenceOptions) -> list[Step]:
-    travel = max(SHORT_TRAVEL_RAD, SHORT_PASS_S * speed) if options.short else TRAVEL_RAD
-    margin = travel * (SHORT_MARGIN if options.short else MARGIN)
-    duration = travel / speed
-    passes = 1 if options.short else min(MOST_PASSES, max(1, math.ceil(PASS_S / duration)))
+def _there_and_back(axis: str, speed: float, number: int, one: Pass, options: SequenceOptions) -> Iterator[Step]:
+    duration = one.travel_rad / speed
     every = 1 if options.every == 1 or options.short else decimation(duration * options.rate_hz)
-    steps = []
-    for number in range(passes):
-        for sign, word in ((1, "forward"), (-1, "back")):
-            ramp = AxisCommand(Mode.POSITION, Shape.RAMP, (0.0 if sign > 0 else travel, sign * speed, travel))
-            meaning = {"axis": axis, "speed_rad_s": speed, "direction": sign, "pass": number, "from_rad": margin, "to_rad": travel - margin}
-            name = f"{axis} {word} {speed:.5f} rad/s, pass {number + 1}"
-            step = step_of(name, options.rate_hz, duration, on_axis(axis, ramp, position_hold(0.0)), meaning, measured=True)
-            steps.append(replace(step, segment=replace(step.segment, record_every=every)))
-    return steps
+    for sign, word in ((1, "forward"), (-1, "back")):
+        ramp = AxisCommand(Mode.POSITION, Shape.RAMP, (one.from_rad if sign > 0 else one.to_rad, sign * speed, one.travel_rad))
+        inside = {"from_rad": one.from_rad + one.margin_rad, "to_rad": one.to_rad - one.margin_rad}
+        meaning = {"axis": axis, "speed_rad_s": speed, "direction": sign, "pass": number} | inside
+        name = f"{axis} {word} {speed:.5f} rad/s, pass {number + 1}"
+        step = step_of(name, options.rate_hz, duration, on_axis(axis, ramp, position_hold(0.0)), meaning, measured=True)
+        yield replace(step, every=every)
 
 
 def decimation(ticks: float) -> int:
-    """Keep one row in so many of a step that takes `ticks`: its torque noise is white, so fewer rows cost little."""
+    """Ticks in one row of a step that takes `ticks`; the torque of a row is the mean over them."""
     return next((every for every in DECIMATIONS if ticks / every <= ROWS), DECIMATIONS[-1])
 
 

@@ -2,6 +2,7 @@
 
 from gimbal_hil.experiments.thesis.page import as_document
 from gimbal_hil.experiments.thesis.text import as_text
-from gimbal_hil.experiments.thesis.validation import ThesisReport, run_thesis
+from gimbal_hil.experiments.thesis.thesis_report import ThesisReport
+from gimbal_hil.experiments.thesis.validation import run_thesis
 
 __all__ = ["ThesisReport", "as_document", "as_text", "run_thesis"]

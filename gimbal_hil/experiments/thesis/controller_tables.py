@@ -10,9 +10,7 @@ from enum import Enum
 import numpy as np
 
 from gimbal_hil.control import Mode
-from gimbal_hil.experiments.thesis.closed_loop import LOOP_RATE_HZ, AxisLoop, Gains, Response, run_closed_loop
-from gimbal_hil.experiments.thesis.inferred import SETTLING_BAND, STEP_TIME_S, Configuration
-from gimbal_hil.experiments.thesis.printed import (
+from gimbal_hil.experiments.printed_in_thesis import (
     POSITION_GAINS,
     PREFILTER_POSITION_GAINS,
     PREFILTER_RATE_GAINS,
@@ -22,6 +20,8 @@ from gimbal_hil.experiments.thesis.printed import (
     PrintedRow,
     StepTable,
 )
+from gimbal_hil.experiments.thesis.closed_loop import LOOP_RATE_HZ, AxisLoop, Gains, Response, run_closed_loop
+from gimbal_hil.experiments.thesis.inferred import SETTLING_BAND, STEP_TIME_S, Configuration
 from sim_backend.model import AntennaModel
 
 _DURATION_S = {Loop.RATE: 2.0, Loop.POSITION: 4.0}

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from gimbal_hil.experiments.printed_in_thesis import UNBALANCE_REFERENCES_RAD_S
 from gimbal_hil.experiments.thesis.figures import (
     convergence_figure,
     friction_figure,
@@ -17,7 +18,6 @@ from gimbal_hil.experiments.thesis.figures import (
     temperature_figure,
     unbalance_figure,
 )
-from gimbal_hil.experiments.thesis.printed import UNBALANCE_REFERENCES_RAD_S
 from gimbal_hil.experiments.thesis.text import (
     CONVERGENCE_HEADER,
     SLIP_HEADER,
@@ -33,8 +33,8 @@ from gimbal_hil.experiments.thesis.text import (
     temperature_rows,
     unbalance_rows,
 )
+from gimbal_hil.experiments.thesis.thesis_report import AXES, ThesisReport
 from gimbal_hil.experiments.thesis.unbalance import Unbalance
-from gimbal_hil.experiments.thesis.validation import AXES, ThesisReport
 from gimbal_hil.report import Block, Callout, Details, Heading, Page, Plot, Table, Text, Tiles
 
 

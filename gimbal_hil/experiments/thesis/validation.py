@@ -4,47 +4,24 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.experiments.thesis.controller_tables import ACCEPTED, TableResult, Verdict, run_table
-from gimbal_hil.experiments.thesis.friction_curves import FrictionCurves, friction_curves
+from gimbal_hil.experiments.printed_in_thesis import GAIN_TABLES, PREFILTER_TABLES
+from gimbal_hil.experiments.thesis.controller_tables import run_table
+from gimbal_hil.experiments.thesis.friction_curves import friction_curves
 from gimbal_hil.experiments.thesis.inferred import LEVEL, TILTED
-from gimbal_hil.experiments.thesis.printed import GAIN_TABLES, PREFILTER_TABLES
-from gimbal_hil.experiments.thesis.sliding import TEMPERATURES_DEGC, SlidingSweep, sliding_sweep, warm_antenna
-from gimbal_hil.experiments.thesis.slip_effects import SlipEffect, slip_effects
-from gimbal_hil.experiments.thesis.step_size import Convergence, step_convergence
-from gimbal_hil.experiments.thesis.unbalance import Claim, Unbalance, UnbalanceRun, claims, run_all_cases, run_unbalance
+from gimbal_hil.experiments.thesis.page import write_report
+from gimbal_hil.experiments.thesis.sliding import TEMPERATURES_DEGC, sliding_sweep, warm_antenna
+from gimbal_hil.experiments.thesis.slip_effects import slip_effects
+from gimbal_hil.experiments.thesis.step_size import step_convergence
+from gimbal_hil.experiments.thesis.thesis_report import AXES, ThesisReport
+from gimbal_hil.experiments.thesis.unbalance import Unbalance, claims, run_all_cases, run_unbalance
 from sim_backend.model import shipped_model
 from sim_backend.thesis_slips import Slip
 
-AXES = ("outer", "inner")
 #: what is being done, and the share that is done
 Progress = Callable[[str, float], None]
-
-
-@dataclass(frozen=True)
-class ThesisReport:
-    """Everything that `gimbal-hil experiment thesis` found."""
-
-    #: tables 5.2 to 5.15 in the configuration that carries them all, and 5.2 to 5.9 on a level base
-    tables: tuple[TableResult, ...]
-    level_tables: tuple[TableResult, ...]
-    unbalance: tuple[UnbalanceRun, ...]
-    claims: tuple[Claim, ...]
-    slips: tuple[SlipEffect, ...]
-    friction: tuple[FrictionCurves, ...]
-    #: per axis, then per temperature; 20 degC is the thesis' own antenna
-    sweeps: tuple[tuple[SlidingSweep, ...], ...]
-    convergence: Convergence
-    wall_time_s: float
-    page: Path | None = None
-
-    @property
-    def reproduced(self) -> bool:
-        """Whether every table that can be reproduced was."""
-        return all(table.verdict is not Verdict.NOT_REPRODUCIBLE for table in self.tables if table.table.number in ACCEPTED)
 
 
 def run_thesis(out: Path | None = None, force: bool = False, progress: Progress | None = None) -> ThesisReport:
@@ -78,6 +55,4 @@ def run_thesis(out: Path | None = None, force: bool = False, progress: Progress 
     told("report", 0.98)
     if out is None:
         return report
-    from gimbal_hil.experiments.thesis.page import write_report
-
     return write_report(report, out)

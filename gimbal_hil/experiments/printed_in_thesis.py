@@ -90,3 +90,13 @@ OTHER_AXIS_RAD_S = 0.05
 SLIDING_SPEEDS, SLIDING_LOW_RAD_S, SLIDING_HIGH_RAD_S = 45, 0.001, 0.1
 #: tables 4.3 and 4.4: angle (deg) and torque (N m) of the presliding runs, bristle deflection (rad)
 PRESLIDING = {"outer": (0.63, 0.254, 0.00106), "inner": (0.34, 0.144, 0.00060)}
+#: LuGre numbers Ts, Tc (N m), vs (rad/s), sigma2 (N m s/rad), delta, sigma0 (N m/rad), sigma1 (N m s/rad): tables 4.1 to 4.6, measured
+FRICTION = {
+    "outer": (0.2585, 0.2412, 0.0054, 0.0609, 1.0459, 238.88, 16.02),
+    "inner": (0.1451, 0.1376, 0.0075, 0.0336, 1.4628, 271.68, 6.97),
+}
+#: the same as the thesis' own fit of its simulation found them again: tables 4.7 to 4.10
+FRICTION_RECOVERED = {
+    "outer": (0.2555, 0.2455, 0.0055, 0.0655, 1.05, 230.99, 14.99),
+    "inner": (0.1455, 0.1350, 0.0071, 0.0310, 1.4510, 270.01, 5.99),
+}

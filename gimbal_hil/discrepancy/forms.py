@@ -1,0 +1,67 @@
+"""What the data cannot say about a named effect's law: two forms of a drag that depends on direction, and how alike they are here.
+
+|v| and v^2 are both even in the rate. Over the speeds of one log their torques may be the same curve twice; the name then stands, but the
+law at other speeds does not follow from it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from gimbal_hil.discrepancy.fit import Fit, residual_of
+from gimbal_hil.discrepancy.hypothesis import Hypothesis
+from gimbal_hil.discrepancy.record import TORQUE
+from gimbal_hil.discrepancy.search import Search
+from gimbal_hil.discrepancy.smoothing import Floats, scored
+
+#: canonical correlation above which two forms are the same on this data
+_ALIKE = 0.95
+_STEP = 0.02
+_FORMS = {"viscous_asymmetry": ("|v|", "v^2")}
+
+
+def undetermined_form(search: Search, fit: Fit, index: int) -> dict[str, object] | None:
+    """The forms of a named effect that the fitted data cannot tell apart, and their correlation; None where it can, or has one form."""
+    effect, axis = fit.hypothesis.labels[index]
+    if effect not in _FORMS:
+        return None
+    column = next(j for j, c in enumerate(search.twin.channels) if c.axis == axis and c.signal == TORQUE)
+    i = search.twin.model.axes.index(axis)
+    speeds = [np.abs(record.motion[:, 2 + i]) for record in search.twin.records]
+    one, two = (
+        np.concatenate([scored(s[:, None] ** power, r.bands)[r.keep] for s, r in zip(speeds, search.twin.records, strict=True)])
+        for power in (1, 2)
+    )
+    correlation = _canonical(one, two, _beside(search, fit, index, column))
+    if correlation <= _ALIKE:
+        return None
+    return {"between": list(_FORMS[effect]), "canonical_correlation": round(correlation, 4)}
+
+
+def _beside(search: Search, fit: Fit, index: int, column: int) -> Floats:
+    """What everything else in the hypothesis can do on one channel, (rows, coordinates)."""
+    x = fit.hypothesis.vector()
+    first = sum(len(cause.x) for cause in fit.hypothesis.causes[:index])
+    own = set(range(first, first + len(fit.hypothesis.causes[index].x)))
+    columns = [np.ones(len(fit.residual))]
+    for k in range(len(x)):
+        if k not in own:
+            columns.append(_moved(search, fit.hypothesis, x, k)[:, column] - fit.residual[:, column])
+    return np.column_stack(columns)
+
+
+def _moved(search: Search, hypothesis: Hypothesis, x: Floats, k: int) -> Floats:
+    moved = x.copy()
+    moved[k] += _STEP
+    return residual_of(search.twin, hypothesis.at(moved), search.floor)
+
+
+def _canonical(one: Floats, two: Floats, beside: Floats) -> float:
+    """Correlation of two columns after what stands beside them has been projected out of both."""
+    scale = np.linalg.norm(beside, axis=0)
+    basis, _ = np.linalg.qr(beside[:, scale > 0.0] / scale[scale > 0.0])
+    a, b = (c.ravel() - basis @ (basis.T @ c.ravel()) for c in (one, two))
+    size = math.sqrt(float(a @ a) * float(b @ b))
+    return abs(float(a @ b)) / size if size > 0.0 else 0.0
