@@ -40,7 +40,10 @@ def speed_blocks(figures: Sequence[Figure]) -> list[Block]:
     """The figures as a section of the results page."""
     return [
         Heading("Figures"),
-        Text("Each figure was measured in turn with its reference, pair by pair; ratio is the median over the pairs, spread its extremes."),
+        Text(
+            "Each figure was measured in turn with its reference, pair by pair, in processor time (start: wall time); ratio is the median"
+            " over the pairs, spread its extremes."
+        ),
         Table(HEADER, [figure.as_row() for figure in figures]),
     ]
 
