@@ -66,7 +66,7 @@ def times_real_time(name: str, simulated_s: float, ours: list[float], theirs: li
     return Figure(
         name,
         statistics.median(speed),
-        "times real time",
+        "x real time",
         reference,
         statistics.median(ratios),
         min(ratios),
