@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import select
 import socket
 from contextlib import suppress
 from pathlib import Path
@@ -29,6 +30,7 @@ class UnixLink(LinkBasis):
         self._path, self._listen = path, listen
         self._listener: socket.socket | None = None
         self._peer: socket.socket | None = None
+        self._poll = select.poll()
         self._connect()
 
     def send(self, block: bytes) -> None:
@@ -56,6 +58,9 @@ class UnixLink(LinkBasis):
                 self._statistics.malformed += 1
             else:
                 packets.append(packet)
+                # asking costs a quarter of an exception that says there is nothing more
+                if not self._poll.poll(0):
+                    break
         return self._count_received(b"".join(packets))
 
     def wait(self, timeout_ns: int) -> bool:
@@ -102,13 +107,12 @@ class UnixLink(LinkBasis):
         except OSError as error:
             end.close()
             raise LinkError(f"link.path: {self._path}: {_reason(error)}; expected a Unix socket that a peer listens on") from error
-        end.setblocking(False)
         if self._listen:
+            end.setblocking(False)
             self._listener = end
             self._state = LinkState.WAITING
         else:
-            self._peer = end
-            self._opened()
+            self._take_peer(end)
 
     def _bind(self, end: socket.socket) -> None:
         if self._path.is_socket() and not _is_served(self._path):
@@ -121,11 +125,15 @@ class UnixLink(LinkBasis):
         if self._listener is None:
             return False
         with suppress(OSError):
-            self._peer, _ = self._listener.accept()
-            self._peer.setblocking(False)
-            self._opened()
+            self._take_peer(self._listener.accept()[0])
             return True
         return False
+
+    def _take_peer(self, peer: socket.socket) -> None:
+        peer.setblocking(False)
+        self._peer, self._poll = peer, select.poll()
+        self._poll.register(peer, select.POLLIN)
+        self._opened()
 
     def _send_packet(self, part: bytes) -> bool:
         if self._peer is None:

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from gimbal_hil import __version__
 from gimbal_hil.bench.figures import Figure
 from gimbal_hil.report import Block, Heading, Page, Table, Text
+from gimbal_hil.runs.header import wall_clock_utc
 
 HEADER = ("Figure", "Value", "Beside", "Ratio", "Spread", "Pairs", "Target")
 PACKAGES = ("numba", "numpy", "mujoco", "pin", "pyarrow")
@@ -35,13 +36,16 @@ def bench_text(figures: Sequence[Figure]) -> str:
     return "\n".join([", ".join(f"{name} {value}" for name, value in machine()), "", *lines])
 
 
-def bench_page(figures: Sequence[Figure], command: str) -> Page:
-    """The results page."""
-    blocks: list[Block] = [
+def speed_blocks(figures: Sequence[Figure]) -> list[Block]:
+    """The figures as a section of the results page."""
+    return [
         Heading("Figures"),
         Text("Each figure was measured in turn with its reference, pair by pair; ratio is the median over the pairs, spread its extremes."),
-        Table(HEADER, [figure.as_row() for figure in figures], f"Command: {command}"),
-        Heading("Machine"),
-        Table(("What", "Value"), machine()),
+        Table(HEADER, [figure.as_row() for figure in figures]),
     ]
-    return Page("Speed", "ratios to references from the same run", blocks)
+
+
+def bench_page(blocks: Sequence[Block], command: str) -> Page:
+    """The results page: what was found, on what, by which command."""
+    about = [("command", command), ("time", wall_clock_utc()[:16].replace("T", " ") + " UTC"), *machine()]
+    return Page("Bench", "ratios to references from the same run", [*blocks, Heading("Machine"), Table(("What", "Value"), about)])

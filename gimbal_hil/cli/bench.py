@@ -1,21 +1,29 @@
-"""`gimbal-hil bench`: the speed figures as ratios, or the blind bench of the discrepancy workflow."""
+"""`gimbal-hil bench`: speed, real time and the search's cost as ratios, or the blind bench of the discrepancy workflow."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+if TYPE_CHECKING:
+    from gimbal_hil.report import Block
+
+BENCHES = ("speed", "realtime", "search", "blind")
+
 
 def command(
-    what: Annotated[str, typer.Argument(help="speed, or blind (hidden effects; needs the source checkout).")] = "speed",
-    repeats: Annotated[int, typer.Option(help="Pairs per figure.", min=3)] = 9,
+    what: Annotated[str, typer.Argument(help="speed, realtime, search, or blind (hidden effects; needs the source checkout).")] = "speed",
+    repeats: Annotated[int, typer.Option(help="speed, search: pairs per figure.", min=3)] = 9,
     out: Annotated[Path | None, typer.Option(help="Folder for the results page.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
+    link: Annotated[list[str] | None, typer.Option(help="realtime: unix, serial or slcan; may be repeated.")] = None,
+    rate: Annotated[list[float] | None, typer.Option(help="realtime: Hz; may be repeated.", min=1.0)] = None,
+    seconds: Annotated[float, typer.Option(help="realtime: for each link and rate.", min=1.0)] = 60.0,
     every: Annotated[int, typer.Option(help="blind: take every n-th case only.", min=1)] = 1,
-    workers: Annotated[int, typer.Option(help="blind: processes, a case in each.", min=1)] = 2,
+    workers: Annotated[int, typer.Option(help="search, blind: processes (blind: a case in each).", min=1)] = 2,
     dask: Annotated[str | None, typer.Option(metavar="ADDRESS", help="blind: diagnose on a Dask cluster instead.")] = None,
 ) -> int:
     """The speed figures, each beside the same work done by a plain reference, as a ratio from one run."""
@@ -24,24 +32,61 @@ def command(
 
     from firmware_protocol.errors import BadInputError
 
+    if what not in BENCHES:
+        raise BadInputError("bench", f"no bench {what!r}", ", ".join(BENCHES))
     if what == "blind":
         from gimbal_hil.bench.blind import run_blind
 
         if out is None:
             raise BadInputError("--out", "is missing", "a folder for the blind cases and their verdicts")
         return run_blind(out, every, workers, dask)
-    if what != "speed":
-        raise BadInputError("bench", f"no bench {what!r}", "speed or blind")
     page = None if out is None else out / "report.html"
     if page is not None and page.exists() and not force:
         raise BadInputError(str(page), "already exists", "a new folder, or --force to overwrite it")
+
+    def say(name: str) -> None:
+        print(f"measuring {name} ...", file=sys.stderr, flush=True)
+
+    if what == "realtime":
+        text, figures, blocks = _real_time(tuple(link or ("unix", "serial")), tuple(rate or (1000.0, 2000.0)), seconds, say)
+        words = f"realtime --seconds {seconds:g}"
+    elif what == "search":
+        text, figures, blocks = _search(workers, repeats, say)
+        words = f"search --workers {workers}"
+    else:
+        text, figures, blocks = _speed(repeats, say)
+        words = f"--repeats {repeats}"
+    if page is not None:
+        from gimbal_hil.bench.results import bench_page
+
+        bench_page(blocks, f"gimbal-hil bench {words}").write(page)
+    print(json.dumps(figures) if as_json else text)
+    return 0
+
+
+def _speed(repeats: int, say: Any) -> tuple[str, Any, list[Block]]:
     from dataclasses import asdict
 
     from gimbal_hil.bench import speed_figures
-    from gimbal_hil.bench.results import bench_page, bench_text
+    from gimbal_hil.bench.results import bench_text, speed_blocks
 
-    figures = speed_figures(repeats, lambda name: print(f"measuring {name} ...", file=sys.stderr))
-    if page is not None:
-        bench_page(figures, f"gimbal-hil bench --repeats {repeats}").write(page)
-    print(json.dumps([asdict(figure) for figure in figures]) if as_json else bench_text(figures))
-    return 0
+    figures = speed_figures(repeats, say)
+    return bench_text(figures), [asdict(figure) for figure in figures], speed_blocks(figures)
+
+
+def _real_time(links: tuple[str, ...], rates_hz: tuple[float, ...], seconds: float, say: Any) -> tuple[str, Any, list[Block]]:
+    from gimbal_hil.bench.real_time import real_time_figures
+    from gimbal_hil.bench.real_time_page import real_time_blocks, real_time_text
+
+    found = real_time_figures(links, rates_hz, seconds, say)
+    return real_time_text(found), [one.as_dict() for one in found], real_time_blocks(found)
+
+
+def _search(workers: int, repeats: int, say: Any) -> tuple[str, Any, list[Block]]:
+    from dataclasses import asdict
+
+    from gimbal_hil.bench.search import search_figures
+    from gimbal_hil.bench.search_page import search_blocks, search_text
+
+    found = search_figures(workers, repeats, say)
+    return search_text(found), asdict(found), search_blocks(found)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
@@ -86,7 +87,7 @@ class ControlLoop:
         self._service_alive = service_alive
         self._clock = clock
         self._period_ns = period.ns
-        self._duration_ticks = duration_ticks
+        self._last_tick = sys.maxsize if duration_ticks is None else duration_ticks
         self._pass_over = pass_over
         self._service_check_ticks = max(1, _SERVICE_CHECK // period)
         self._leave_ticks = max(1, _LEAVE_TIMEOUT // period)
@@ -111,7 +112,8 @@ class ControlLoop:
         time_ns = tick.number * self._period_ns
         for command in self._due:
             self._obey(command, time_ns)
-        self._leave_when_due()
+        if self._asked is not None or self._stopping is not Stopping.NOT or tick.number >= self._last_tick:
+            self._leave_when_due()
         if tick.skipped and self._pass_over is not None:
             self._pass_over(tick.skipped)
         received = self._link.receive()
@@ -138,7 +140,20 @@ class ControlLoop:
         """For the tick engine: a miss has been explained; the row that it belongs to is that of the tick which ran next."""
         tick = miss.tick + miss.periods
         self._telemetry.miss(tick, miss.periods, cause)
-        data = {"cause": cause.value, "periods": miss.periods, "late_ms": (miss.woke_ns - miss.deadline_ns) / 1e6}
+        used = miss.usage
+        data = {
+            "cause": cause.value,
+            "periods": miss.periods,
+            "late_ms": (miss.woke_ns - miss.deadline_ns) / 1e6,
+            # since the wake-up before
+            "elapsed_ms": (miss.woke_ns - miss.began_ns) / 1e6,
+            "step_ms": (miss.ended_ns - miss.began_ns) / 1e6,
+            "computing_ms": used.computing_ns / 1e6,
+            "queued_ms": used.queued_ns / 1e6,
+            "collecting_ms": used.collecting_ns / 1e6,
+            "bus_ms": used.bus_wait_ns / 1e6,
+            "page_faults": used.minor_faults + used.major_faults,
+        }
         self._event("timing", f"{miss.periods} ticks missed ({cause.value})", data, tick)
 
     def tell_link(self, is_open: bool, text: str) -> None:
@@ -205,7 +220,7 @@ class ControlLoop:
         if self._asked is not None:
             self._leave(Stopping.SWITCHING_OFF, self._asked)
         elif self._stopping is Stopping.NOT:
-            if self._duration_ticks is not None and self._tick >= self._duration_ticks:
+            if self._tick >= self._last_tick:
                 self._leave(Stopping.BRAKING, self._at_end_of_duration())
         elif age > self._leave_ticks or (age > 0 and self._host.state not in (HostState.ACTIVE, HostState.STOPPING)):
             self._leave(Stopping.SWITCHING_OFF, self._leaving)

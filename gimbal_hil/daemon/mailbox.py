@@ -113,9 +113,12 @@ class RingWriter(_Mapped):
         """Give up the oldest records, tell the reader so, and answer where the new one goes."""
         offset = self._head % self._capacity
         position = self._head if offset + span <= self._capacity else self._head + self._capacity - offset
-        while position + span - self._tail > self._capacity:
-            self._tail = _next(self._records, self._tail, self._capacity)
-        self._words[_TAIL] = self._tail
+        if position + span - self._tail > self._capacity:
+            # what has been read goes all at once, so that a reader in step costs nothing once a round
+            self._tail = max(self._tail, min(self._words[_READER], self._head))
+            while position + span - self._tail > self._capacity:
+                self._tail = _next(self._records, self._tail, self._capacity)
+            self._words[_TAIL] = self._tail
         return position
 
     def _fill(self, position: int, kind: int, payload: bytes) -> None:
@@ -142,6 +145,11 @@ class RingReader(_Mapped):
         self._next_number = 0
         self.taken = 0
         self.lost = 0
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is nothing new: a look at one word."""
+        return self._position >= self._words[_HEAD]
 
     def take(self, most: int = 1 << 30) -> list[Record]:
         """Up to `most` records in the order in which they were pushed; empty when there is nothing new."""

@@ -6,6 +6,7 @@ import gc
 import os
 import resource
 import time
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
@@ -24,6 +25,7 @@ class MissCause(Enum):
     PAGE_FAULT = "page_fault"
     MACHINE_STALL = "machine_stall"
     LATE_TIMER = "late_timer"  # nobody used the core and it still woke late: interrupt work or one virtual core held by its host
+    CORE_TAKEN = "core_taken"  # charged with computing while its core did not even answer another one: its host took it
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +43,8 @@ class Usage:
 
 
 NOTHING_USED = Usage(*[0] * 8)
+#: the queue is read from the kernel's books at every so many wake-ups only: a read costs as much as a tenth of a tick
+_READ_EVERY = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,11 +57,15 @@ class Gap:
 
 @dataclass(frozen=True, slots=True)
 class Miss:
-    """Ticks lost together: the deadline that passed, when the engine came to it, and what happened since the wake-up before."""
+    """Ticks lost together: the deadline that passed, when the engine came to it, and what happened since the wake-up before.
+
+    `ended_ns` is when the step that began at that wake-up was done: after it there is only waiting.
+    """
 
     tick: int
     periods: int
     began_ns: int  # the wake-up before
+    ended_ns: int
     deadline_ns: int
     woke_ns: int
     usage: Usage
@@ -72,34 +80,53 @@ class Witness(Protocol):
     def gaps_since(self, instant_ns: int) -> list[Gap]:
         """The observer's gaps that end after `instant_ns`."""
 
+    def core_gaps_since(self, instant_ns: int) -> list[Gap]:
+        """Stretches, ending after `instant_ns`, in which the core of the observed process did not answer the observer's."""
 
-def cause_of(miss: Miss, gaps: list[Gap]) -> MissCause:
+
+def cause_of(miss: Miss, gaps: list[Gap], core_gaps: Sequence[Gap] = ()) -> MissCause:
     """Name what explains most of the lost time.
 
     A gap that an idle process on another core saw too comes first: during it nothing else that was measured means anything
-    (a stopped virtual core goes on charging CPU time to whom it ran). Otherwise the largest of collection, link, queue and computing;
-    and when these explain less than a quarter, a page fault if there was one, else the timer.
+    (a stopped virtual core goes on charging CPU time to whom it ran). A step that was done before the deadline, or next to it, is not
+    the cause: the time was lost in the wait. Otherwise the largest of collection, link, queue, computing,
+    and computing during which the core did not answer; when these explain less than a quarter, a page fault if there was one, else
+    the timer.
     """
     lost = miss.woke_ns - miss.deadline_ns
-    stalled = sum(max(0, min(gap.end_ns, miss.woke_ns) - max(gap.start_ns, miss.began_ns)) for gap in gaps)
-    if 2 * stalled >= lost:
+    if 2 * _overlap_ns(miss, gaps) >= lost:
         return MissCause.MACHINE_STALL
     usage = miss.usage
+    if 4 * (miss.ended_ns - miss.deadline_ns) < lost:
+        # the step was done in time: whatever is charged to the wait, a spin at most, is not work
+        waiting_ns = usage.computing_ns - (miss.ended_ns - miss.began_ns)
+        known = {MissCause.PREEMPTION: usage.queued_ns, MissCause.CORE_TAKEN: waiting_ns}
+        return _largest(known, lost, MissCause.LATE_TIMER)
+    gone_ns = min(_overlap_ns(miss, core_gaps), usage.computing_ns)
     known = {
         MissCause.GARBAGE_COLLECTION: usage.collecting_ns,
         # what a link call spends on a core or queued for one is not waiting for the bus
         MissCause.BUS_WAIT: usage.bus_wait_ns - usage.queued_ns - usage.computing_ns,
         MissCause.PREEMPTION: usage.queued_ns,
-        MissCause.OWN_COMPUTING: usage.computing_ns - min(usage.collecting_ns, usage.computing_ns),
+        MissCause.OWN_COMPUTING: max(0, usage.computing_ns - usage.collecting_ns - gone_ns),
+        MissCause.CORE_TAKEN: gone_ns,
     }
-    cause, most = max(known.items(), key=lambda item: item[1])
-    if 4 * most >= lost:
-        return cause
-    return MissCause.PAGE_FAULT if usage.major_faults else MissCause.LATE_TIMER
+    return _largest(known, lost, MissCause.PAGE_FAULT if usage.major_faults else MissCause.LATE_TIMER)
+
+
+def _largest(known_ns: dict[MissCause, int], lost_ns: int, otherwise: MissCause) -> MissCause:
+    """What took most, when that is a quarter of the lost time."""
+    cause, most = max(known_ns.items(), key=lambda item: item[1])
+    return cause if 4 * most >= lost_ns else otherwise
+
+
+def _overlap_ns(miss: Miss, gaps: Iterable[Gap]) -> int:
+    """How much of the time between the wake-up before a miss and the one after it lies in the gaps."""
+    return sum(max(0, min(gap.end_ns, miss.woke_ns) - max(gap.start_ns, miss.began_ns)) for gap in gaps)
 
 
 class ThreadUsage:
-    """Evidence about the calling thread; `mark`, called at every wake-up, is no more than one system call."""
+    """Evidence about the calling thread; `mark`, called at every wake-up, is one cheap system call, and now and then a second."""
 
     def __init__(self) -> None:
         self._collecting_ns = 0
@@ -110,6 +137,7 @@ class ThreadUsage:
         except OSError:
             self._schedstat = -1
         self._switches = resource.getrusage(_OF_THREAD)
+        self._until_read = 0
         self.mark()
         gc.callbacks.append(self._on_collection)
 
@@ -119,19 +147,23 @@ class ThreadUsage:
 
     def mark(self) -> None:
         """Start of a new stretch."""
-        self._marked = self._scheduled()
+        self._until_read -= 1
+        if self._until_read <= 0:
+            self._until_read = _READ_EVERY
+            self._marked_queued_ns = self._queued_ns()
+        self._marked_computing_ns = time.thread_time_ns()
         self._marked_collecting_ns = self._collecting_ns
         self._marked_bus_wait_ns = self._bus_wait_ns
 
     def since_mark(self) -> Usage:
-        """What was used since the last mark."""
-        computing, queued = _parsed(self._scheduled())
-        computing_before, queued_before = _parsed(self._marked)
+        """What was used since the last mark; of the queue, since a few marks before it: in those next to nothing was queued."""
+        computing_ns = time.thread_time_ns() - self._marked_computing_ns
+        queued_ns = self._queued_ns() - self._marked_queued_ns
         before, now = self._switches, resource.getrusage(_OF_THREAD)
         self._switches = now
         return Usage(
-            computing_ns=computing - computing_before,
-            queued_ns=queued - queued_before,
+            computing_ns=computing_ns,
+            queued_ns=queued_ns,
             collecting_ns=self._collecting_ns - self._marked_collecting_ns,
             bus_wait_ns=self._bus_wait_ns - self._marked_bus_wait_ns,
             minor_faults=now.ru_minflt - before.ru_minflt,
@@ -146,11 +178,9 @@ class ThreadUsage:
         if self._schedstat >= 0:
             os.close(self._schedstat)
 
-    def _scheduled(self) -> bytes:
-        """Time on a core and time queued for one, as the kernel prints them; without that, CPU time alone."""
-        if self._schedstat >= 0:
-            return os.pread(self._schedstat, 80, 0)
-        return b"%d 0" % time.thread_time_ns()
+    def _queued_ns(self) -> int:
+        """Time able to run without a core, as the kernel keeps it; 0 where it does not."""
+        return int(os.pread(self._schedstat, 80, 0).split()[1]) if self._schedstat >= 0 else 0
 
     def _on_collection(self, phase: str, _info: dict[str, int]) -> None:
         now = time.monotonic_ns()
@@ -158,8 +188,3 @@ class ThreadUsage:
             self._collection_began_ns = now
         else:
             self._collecting_ns += now - self._collection_began_ns
-
-
-def _parsed(scheduled: bytes) -> tuple[int, int]:
-    words = scheduled.split()
-    return int(words[0]), int(words[1])

@@ -22,6 +22,7 @@ ROW_BYTES, WALL_CLOCK_AT = 96, 80
 #: tick that ran after the miss, periods lost, code of the cause
 MISS_RECORD = struct.Struct("<qii")
 _WALL_CLOCK = struct.Struct("<ii")
+_WALL_CLOCK_END = WALL_CLOCK_AT + _WALL_CLOCK.size
 _INT32_MAX = 2**31 - 1
 _RECEIVED_LENGTH = struct.Struct("<I")
 #: ten seconds at 2 kHz with every message on the bus
@@ -41,6 +42,9 @@ class TelemetryKind(IntEnum):
     MISS = 3
     REPLY = 4
     END = 5
+
+
+_TICK = int(TelemetryKind.TICK)
 
 
 class CommandKind(IntEnum):
@@ -101,8 +105,8 @@ class Telemetry:
     def tick(self, row: bytes, late_ns: int, computing_ns: int, received: bytes, sent: bytes) -> None:
         """One tick: the host's row, the two readings of the wall clock that complete it, and its blocks."""
         wall_clock = _WALL_CLOCK.pack(min(late_ns, _INT32_MAX), min(computing_ns, _INT32_MAX))
-        whole = row[:WALL_CLOCK_AT] + wall_clock + row[WALL_CLOCK_AT + _WALL_CLOCK.size :]
-        self._push(TelemetryKind.TICK, whole + _RECEIVED_LENGTH.pack(len(received)) + received + sent)
+        parts = (row[:WALL_CLOCK_AT], wall_clock, row[_WALL_CLOCK_END:], _RECEIVED_LENGTH.pack(len(received)), received, sent)
+        self._push(_TICK, b"".join(parts))
 
     def event(self, tick: int, time_ns: int, kind: str, text: str, data: Json | None = None) -> None:
         """One event; `kind` is the value of a `runs.EventKind`."""
@@ -123,7 +127,7 @@ class Telemetry:
     def _push_json(self, kind: TelemetryKind, content: Json) -> None:
         self._push(kind, json.dumps(content).encode())
 
-    def _push(self, kind: TelemetryKind, payload: bytes) -> None:
+    def _push(self, kind: int, payload: bytes) -> None:
         if self._lockstep:
             patience_ns = time.monotonic_ns() + 5 * NS_PER_S
             while not self._ring.push_if_room(kind, payload):
@@ -163,4 +167,6 @@ class Command:
 
 def take_commands(ring: RingReader) -> list[Command]:
     """Requests that came since the last call."""
+    if ring.is_empty:
+        return []
     return [Command(CommandKind(record.kind), COMMAND_HEADER.unpack_from(record.payload)[0], record.payload[8:]) for record in ring.take()]

@@ -82,7 +82,7 @@ class TickEngine:
         clock, period, statistics, usage = self._clock, self._period_ns, self.statistics, self._usage
         start = clock.now_ns() + period
         number = 0
-        before_ns = start - period
+        before_ns = ended_ns = start - period
         if usage:
             usage.mark()
         while ticks is None or number < ticks:
@@ -92,7 +92,7 @@ class TickEngine:
             late = woke - deadline
             skipped = late // period
             if skipped:
-                self._count_miss(number, skipped, before_ns, deadline, woke)
+                self._count_miss(number, skipped, (before_ns, ended_ns), deadline, woke)
                 number += skipped
                 deadline = start + number * period
             if usage:
@@ -100,9 +100,10 @@ class TickEngine:
             statistics.ticks += 1
             statistics.latency.add(late)
             go_on = self._step(Tick(number, skipped, deadline, woke))
-            statistics.computing.add(clock.now_ns() - woke)
             if self._unexplained:
                 self._explain(woke)
+            ended_ns = clock.now_ns()
+            statistics.computing.add(ended_ns - woke)
             if not go_on:
                 break
             before_ns = woke
@@ -110,12 +111,13 @@ class TickEngine:
         self._explain(None)
         return statistics
 
-    def _count_miss(self, number: int, skipped: int, before_ns: int, deadline_ns: int, woke_ns: int) -> None:
+    def _count_miss(self, number: int, skipped: int, step_ns: tuple[int, int], deadline_ns: int, woke_ns: int) -> None:
+        """`step_ns`: when the step before began and when it ended."""
         statistics = self.statistics
         statistics.missed += skipped
         statistics.longest_stall_ns = max(statistics.longest_stall_ns, woke_ns - deadline_ns)
         used = self._usage.since_mark() if self._usage else NOTHING_USED
-        self._unexplained.append(Miss(number, skipped, before_ns, deadline_ns, woke_ns, used))
+        self._unexplained.append(Miss(number, skipped, *step_ns, deadline_ns, woke_ns, used))
 
     def _explain(self, now_ns: int | None) -> None:
         """Name the causes of misses on which the witness has had its say; of all of them when `now_ns` is None."""
@@ -125,7 +127,8 @@ class TickEngine:
             if not heard and now_ns is not None and now_ns - miss.woke_ns < _WITNESS_PATIENCE_NS:
                 return
             self._unexplained.popleft()
-            cause = cause_of(miss, self._witness.gaps_since(miss.began_ns) if self._witness else [])
+            seen = self._witness
+            cause = cause_of(miss, seen.gaps_since(miss.began_ns), seen.core_gaps_since(miss.began_ns)) if seen else cause_of(miss, [])
             self.statistics.misses_by_cause[cause] += miss.periods
             if self._on_miss:
                 self._on_miss(miss, cause)

@@ -1,33 +1,45 @@
 """A process on another core that does nothing but wake up: when it cannot either, the machine stood still.
 
-It sleeps a millisecond at a time and publishes every gap in shared memory, less the time in which it was merely queued behind
+It sleeps half a millisecond at a time and publishes every gap in shared memory, less the time in which it was merely queued behind
 somebody else on its own core. `/proc/stat` steal does not show such stalls; a second observer does.
+
+A host can also take one virtual core away and leave the other. So at every wake-up the witness asks the core that runs the control
+process for an answer (membarrier, which interrupts the cores that run a registered process and waits until they have taken note). A core
+that computes answers within microseconds, whatever it computes; one that is gone answers when it is back. Nobody is asked while control
+sleeps, so an answer costs the control process an interrupt in one tick of ten.
 """
 
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import mmap
 import os
+import platform
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from types import TracebackType
 
 from gimbal_hil.daemon.mailbox import anonymous_memory
 from gimbal_hil.daemon.miss_causes import Gap
 from gimbal_hil.daemon.real_time import available_cores, set_timer_slack
 
-PERIOD_NS = 1_000_000
-#: a wake-up this much later than asked is a gap
+PERIOD_NS = 500_000
+#: a wake-up this much later than asked is a gap, and so is a core that does not answer for that long
 THRESHOLD_NS = 300_000
 _SLOTS = 256
-_SEEN, _COUNT, _FIRST = 0, 1, 2
-_SIZE = 8 * (_FIRST + 2 * _SLOTS)
+#: word 0 the last wake-up; then for each of the two rings the number of gaps and the gaps as (start, end)
+_SEEN, _OWN, _CORE = 0, 1, 2 + 2 * _SLOTS
+_SIZE = 8 * (_CORE + 1 + 2 * _SLOTS)
+#: system call and commands of membarrier: interrupt the cores of registered processes, and register
+_MEMBARRIER = {"x86_64": 324, "aarch64": 283}
+_GLOBAL_EXPEDITED, _REGISTER_GLOBAL_EXPEDITED = 1 << 1, 1 << 2
 
 
 class WitnessPage:
-    """The shared page: word 0 the last wake-up, word 1 the number of gaps, then a ring of (start, end) in ns of CLOCK_MONOTONIC."""
+    """The shared page: the last wake-up, and the last gaps of the witness and of the core it watches; ns of CLOCK_MONOTONIC."""
 
     def __init__(self, descriptor: int) -> None:
         self._memory = mmap.mmap(descriptor, os.fstat(descriptor).st_size)
@@ -39,10 +51,17 @@ class WitnessPage:
 
     def gaps_since(self, instant_ns: int) -> list[Gap]:
         """The witness's gaps that end after `instant_ns`, newest last; the page keeps the last 256."""
-        count = self._words[_COUNT]
+        return self._since(_OWN, instant_ns)
+
+    def core_gaps_since(self, instant_ns: int) -> list[Gap]:
+        """Stretches in which the control process ran on a core that did not answer."""
+        return self._since(_CORE, instant_ns)
+
+    def _since(self, ring: int, instant_ns: int) -> list[Gap]:
+        count = self._words[ring]
         gaps: list[Gap] = []
         for number in range(count - 1, max(-1, count - _SLOTS), -1):
-            word = _FIRST + 2 * (number % _SLOTS)
+            word = ring + 1 + 2 * (number % _SLOTS)
             gap = Gap(self._words[word], self._words[word + 1])
             if gap.end_ns <= instant_ns:
                 break
@@ -51,14 +70,15 @@ class WitnessPage:
 
     def count(self) -> int:
         """How many gaps the witness has seen since it started."""
-        return self._words[_COUNT]
+        return self._words[_OWN]
 
-    def publish(self, now_ns: int, gap: Gap | None) -> None:
-        """Called by the witness alone: the gap first, then its number, then the heartbeat."""
-        if gap is not None:
-            word = _FIRST + 2 * (self._words[_COUNT] % _SLOTS)
-            self._words[word], self._words[word + 1] = gap.start_ns, gap.end_ns
-            self._words[_COUNT] += 1
+    def publish(self, now_ns: int, gap: Gap | None, core_gap: Gap | None = None) -> None:
+        """Called by the witness alone: the gaps first, then their numbers, then the heartbeat."""
+        for ring, found in ((_OWN, gap), (_CORE, core_gap)):
+            if found is not None:
+                word = ring + 1 + 2 * (self._words[ring] % _SLOTS)
+                self._words[word], self._words[word + 1] = found.start_ns, found.end_ns
+                self._words[ring] += 1
         self._words[_SEEN] = now_ns
 
     def close(self) -> None:
@@ -68,9 +88,10 @@ class WitnessPage:
 
 
 class WitnessProcess:
-    """Starts the witness and reads its page; a context manager that ends it."""
+    """Starts the witness of this process and reads its page; a context manager that ends it."""
 
     def __init__(self, core: int | None) -> None:
+        let_cores_be_asked()
         descriptor = anonymous_memory(_SIZE)
         try:
             self._process = subprocess.Popen(
@@ -113,14 +134,16 @@ def gap_between(asked_ns: int, woke_ns: int, queued_ns: int) -> Gap | None:
 
 def watch(page: WitnessPage, parent: int) -> None:
     """Sleep and publish until the parent process is gone."""
-    schedstat = _open_schedstat()
+    schedstat, ask_cores = _open_schedstat(), _membarrier(_GLOBAL_EXPEDITED)
     queued_before = _queued_ns(schedstat)
     while os.getppid() == parent:
         asked = time.monotonic_ns() + PERIOD_NS
         time.sleep(PERIOD_NS / 1e9)
         woke = time.monotonic_ns()
+        ask_cores()
+        answered = time.monotonic_ns()
         queued = _queued_ns(schedstat)
-        page.publish(woke, gap_between(asked, woke, queued - queued_before))
+        page.publish(answered, gap_between(asked, woke, queued - queued_before), gap_between(woke, answered, queued - queued_before))
         queued_before = queued
 
 
@@ -134,6 +157,19 @@ def main(arguments: list[str]) -> None:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(50))
     with contextlib.suppress(KeyboardInterrupt):
         watch(WitnessPage(descriptor), parent)
+
+
+def let_cores_be_asked() -> None:
+    """Called by the process that is watched: from now on the witness can ask the core that runs it."""
+    _membarrier(_REGISTER_GLOBAL_EXPEDITED)()
+
+
+def _membarrier(command: int) -> Callable[[], object]:
+    number = _MEMBARRIER.get(platform.machine()) if sys.platform.startswith("linux") else None
+    if number is None:
+        return lambda: None
+    call = ctypes.CDLL(None).syscall
+    return lambda: call(number, command, 0, 0)
 
 
 def _open_schedstat() -> int:

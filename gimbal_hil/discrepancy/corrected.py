@@ -40,7 +40,13 @@ def recalibrated_model(diagnosis: Diagnosis) -> AntennaModel:
 
 
 def with_numbers(model: AntennaModel, numbers: dict[tuple[str, str], float]) -> AntennaModel:
-    """Several numbers at once, in an order in which break-away never falls below Coulomb."""
+    """Several numbers at once, in an order in which break-away never falls below Coulomb, where the twin too holds it."""
+    numbers = dict(numbers)
+    for axis in {axis for axis, _ in numbers}:
+        low, high = "friction.coulomb", "friction.breakaway"
+        coulomb = numbers.get((axis, low), model.number(axis, low))
+        if numbers.get((axis, high), model.number(axis, high)) < coulomb:
+            numbers[axis, high] = coulomb
 
     def order(item: tuple[tuple[str, str], float]) -> int:
         (axis, path), value = item

@@ -15,6 +15,8 @@ from sim_backend.model import AntennaModel
 Vector = tuple[float, ...]
 #: order of a ripple whose coordinate is zero
 _NEUTRAL_ORDER = 1.0
+#: milliradians by which a fitted encoder can be off its centre
+_MOST_ECCENTRIC = 25.0
 
 
 class Move(Enum):
@@ -149,7 +151,7 @@ def families(model: AntennaModel, axis: str, records: tuple[Record, ...]) -> lis
         mass = model.number(axis, "body.mass")
         if mass > 0.0:
             found.append(Family("static_unbalance", axis, tuple(Knob((f"cog_{c}",), add, cog) for c in "xyz"), (_plane(3),)))
-        eccentric = (Knob(("amplitude",), add, 1e-3), Knob(("phase",), add, 1.0))
+        eccentric = (Knob(("amplitude",), add, 1e-3, -_MOST_ECCENTRIC, _MOST_ECCENTRIC), Knob(("phase",), add, 1.0))
         at = Start(((1.0, 0.0), (1.0, 0.5 * math.pi)), (0.0, 0.0), Reading.POLAR)
         found.append(Family("encoder_eccentricity", axis, eccentric, (at,)))
     if len(model.axes) > 1:

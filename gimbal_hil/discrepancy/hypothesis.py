@@ -185,9 +185,10 @@ def _upright(effect: str, found: dict[str, tuple[float, float | None]]) -> dict[
 
 
 def known_offsets(model: AntennaModel) -> tuple[KnownNumber, ...]:
-    """Torque offsets of a rig whose drive is not known better: free to change, since they hide behind whatever depends on direction."""
-    sizes = {axis: max(abs(model.number(axis, "actuator.offset")), model.number(axis, "friction.coulomb")) for axis in model.axes}
-    return tuple(KnownNumber(axis, "actuator.offset", 1.0, size) for axis, size in sizes.items() if size > 0.0)
+    """Torque offsets that the model states: drives drift, and an offset hides behind whatever depends on direction. Zero stays zero."""
+    offsets = {axis: model.number(axis, "actuator.offset") for axis in model.axes}
+    sizes = {axis: max(abs(value), model.number(axis, "friction.coulomb")) for axis, value in offsets.items() if value != 0.0}
+    return tuple(KnownNumber(axis, "actuator.offset", 1.0, size) for axis, size in sizes.items())
 
 
 def known_numbers(model: AntennaModel, trust: float, axes: Sequence[str] | None = None) -> tuple[KnownNumber, ...]:

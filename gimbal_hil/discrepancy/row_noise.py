@@ -25,9 +25,24 @@ def jittered(table: SignalsTable, twin: Twin, rng: np.random.Generator) -> Signa
     """The same log with another draw of the encoder's rounding error."""
     columns = dict(table.columns)
     for axis in twin.model.axes:
-        step = twin.model.number(axis, "encoder.step")
+        step = max(twin.model.number(axis, "encoder.step"), seen_step(table.position(axis)))
         columns[f"{axis}.position"] = table.position(axis) + step * (rng.random(len(table)) - 0.5)
     return SignalsTable.of(twin.model.axes, table.time_s, columns, table.repeat, "jittered")
+
+
+def seen_step(position: Floats) -> float:
+    """Step of the encoder that the data show: the smallest change between samples, where such changes are many; zero where they are not.
+
+    A model may state a finer encoder than the rig has. Rounded decimals of a text file are no step: there few changes are equal.
+    """
+    changes = np.abs(np.diff(position))
+    changes = changes[changes > 0.0]
+    if len(changes) == 0:
+        return 0.0
+    least = float(changes.min())
+    multiple = changes / least
+    regular = np.abs(multiple - np.round(multiple)) < 0.1
+    return least if float(np.mean(regular[multiple < 5.0])) > 0.9 and float(np.mean(multiple < 5.0)) > 0.01 else 0.0
 
 
 def row_scales(twin: Twin, tables: tuple[SignalsTable, ...], floor: Floats, seed: int = 5) -> tuple[Floats, ...]:

@@ -26,7 +26,9 @@ COMPLETE_SHARE = 0.97
 #: a small gap that is only half closed is a field that a name happens to resemble: near the floor, this share must be closed too,
 #: unless what is left is hardly above the floor
 _CLOSED_WHEN_NEAR, _AT_FLOOR = 0.85, 1.25
-#: a gap up to so many floors, a fraction of the largest one, may stay as it was on a channel that the causes do not touch
+#: a gap that changes by less than this share is not touched by the causes; it stands aside below this share of the largest one
+_UNTOUCHED, _ASIDE = 0.02, 0.4
+#: a search ends once it is complete and no channel is above this
 _CALM = 2.0
 #: a gap of hundreds of floors is not explained while this many are left, whatever the share
 _STILL_FAR = 5.0
@@ -172,9 +174,11 @@ class Search:
                 continue
             near = (after <= COMPLETE_FLOORS) & ((closed >= _CLOSED_WHEN_NEAR) | (after <= _AT_FLOOR))
             explained = near | ((closed >= COMPLETE_SHARE) & (before > 2.0) & (after <= _STILL_FAR))
-            # a small gap that a cause leaves as it was, on another channel, does not speak against it
-            small = (before <= COMPLETE_FLOORS) | ((before <= _CALM) & (before < 0.3 * float(np.max(before))))
-            if not np.all(explained | (small & (after <= np.maximum(1.02 * before, _AT_FLOOR)))):
+            # what causes do not touch, on a channel whose gap is not the largest, does not speak against them: a remainder of its own
+            aside = (np.abs(after - before) <= _UNTOUCHED * before) & (before < _ASIDE * float(np.max(before)))
+            aside &= bool(state.hypothesis.causes)
+            quiet = (before <= COMPLETE_FLOORS) & (after <= np.maximum(1.02 * before, _AT_FLOOR))
+            if not np.all(explained | quiet | aside):
                 return False
             closing |= bool(np.any(explained & (before > COMPLETE_FLOORS)))
         return closing or not state.hypothesis.causes

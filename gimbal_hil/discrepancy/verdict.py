@@ -276,7 +276,7 @@ def _text(diagnosis: Diagnosis, verdict: str, effects: list[dict[str, Any]], gap
             else " At least one of these cannot be told from another cause on this data; the run that would tell is proposed."
         )
         forms = "".join(_form_text(e) for e in effects if "form_undetermined" in e)
-        return f"{open_part}. It is explained by {names}{closed}.{doubt}{forms}"
+        return f"{open_part}. It is explained by {names}{closed}.{doubt}{forms}{_remainder(diagnosis)}"
     if verdict == "no_discrepancy":
         moved = " once the known numbers were refitted within a few per cent" if diagnosis.floated is not None else ""
         return f"The model explains this data to its noise{moved}; nothing is missing that it could show."
@@ -291,3 +291,12 @@ def _form_text(effect: dict[str, Any]) -> str:
         f" The form of {name} on {effect['axis']} is undetermined on this data: {alike} have a canonical correlation"
         f" of {form['canonical_correlation']:.2f}."
     )
+
+
+def _remainder(diagnosis: Diagnosis) -> str:
+    """What the named causes leave untouched on other channels."""
+    if not diagnosis.search.exact:
+        return ""
+    left = [g for g in gap_entries(diagnosis) if g["after"] > COMPLETE_FLOORS * g["noise_floor"]]
+    told = ", ".join(f"{g['signal'].replace('_', ' ')} of {g['axis']} {g['after'] / g['noise_floor']:.1f} floors" for g in left)
+    return f" Still unexplained beside it: {told}." if told else ""

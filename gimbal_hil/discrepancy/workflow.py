@@ -209,7 +209,10 @@ def _too_far(search: Search, floated: Scored, null: Scored) -> Scored:
             paths = {search.twin.model.number_path(family.axis, p.path) for p in CATALOGUE[family.effect].parameters if p.path}
             if family.axis != known.axis or known.path not in paths or not CATALOGUE[family.effect].is_number:
                 continue
-            named = search.refitted(hypothesis.plus(Cause(family, (0.0,) * len(family.knobs))))
+            # the cause starts where the number was in the model, so that it and not the floating number does the way
+            mine = [k.axis == known.axis and k.path in paths for k in hypothesis.floating]
+            home = replace(hypothesis, y=tuple(0.0 if here else y for here, y in zip(mine, hypothesis.y, strict=True)))
+            named = search.refitted(home.plus(Cause(family, (0.0,) * len(family.knobs))))
             left = max(
                 abs(y)
                 for k, y in zip(named.hypothesis.floating, named.hypothesis.y, strict=True)

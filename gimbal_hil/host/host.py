@@ -14,7 +14,7 @@ from gimbal_hil.host.frame_tick import host_frame_tick
 from gimbal_hil.host.memory import LOG_COUNT, RECEIVED_SIZE, ROWS_KEPT, SENT_AT, new_memory
 from gimbal_hil.host.program import AxisCommand, Program, Segment, program_of
 from gimbal_hil.host.states import Cause, HostState, LinkStatus
-from gimbal_hil.host.tick_row import ROW_WORDS
+from gimbal_hil.host.tick_row import LOG_WORDS, ROW_WORDS
 
 if TYPE_CHECKING:
     from gimbal_hil.settings import DaemonSettings
@@ -34,6 +34,9 @@ class Host:
         self.plan = program_of([Segment(outer=AxisCommand(), inner=AxisCommand())]).values
         self._rows_taken = 0
         self._words, self._octets = self.memory.words, self.memory.octets.data
+        # plain views: a number taken out of an array is several times slower, and this is done every tick
+        self._integers = self.memory.integers.data
+        self._log = self.memory.log.data.cast("B")
         self._events_taken = 0
 
     @classmethod
@@ -79,7 +82,8 @@ class Host:
     @property
     def row(self) -> bytes:
         """Row of the last tick, bytes of one `runs.TICK_ROW`."""
-        return self.memory.log[(self._words[LOG_COUNT] - 1) % ROWS_KEPT, :ROW_WORDS].tobytes()
+        at = (self._integers[LOG_COUNT] - 1) % ROWS_KEPT * (8 * LOG_WORDS)
+        return self._log[at : at + 8 * ROW_WORDS].tobytes()
 
     def take_log(self) -> NDArray[np.int64]:
         """Log rows since the last call (at most ROWS_KEPT), int64 (n, LOG_WORDS): see `tick_row`."""
@@ -90,10 +94,10 @@ class Host:
 
     def events(self) -> list[HostEvent]:
         """Events since the last call, oldest first; of a burst the newest EVENT_CAPACITY."""
-        G = self.memory.G
-        count = int(G[layout.EVENT_COUNT])
+        count = self._integers[layout.EVENT_COUNT]
         if count == self._events_taken:
             return []
+        G = self.memory.G
         first = max(self._events_taken, count - layout.EVENT_CAPACITY)
         self._events_taken = count
         ring = G[layout.EVENTS : layout.EVENTS + layout.EVENT_CAPACITY * layout.EVENT_SIZE].reshape(-1, layout.EVENT_SIZE)

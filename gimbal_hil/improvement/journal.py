@@ -90,6 +90,10 @@ class Diagnosed:
     decision: str
     #: the run that was chosen to separate explanations: sequence, axes, why, considered
     choice: Json | None
+    #: the menu as it was weighed, whether or not an entry was worth its time
+    considered: list[Json]
+    #: what stays open for good, and why; empty where nothing does
+    remark: str
     model: str | None
     wall_s: float
 

@@ -18,6 +18,7 @@ import numpy as np
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.discrepancy import Diagnosis, corrected_model, diagnose, discrepancy_page, recalibrated_model, verdict_of
 from gimbal_hil.discrepancy.search import COMPLETE_FLOORS
+from gimbal_hil.discrepancy.standing import standing
 from gimbal_hil.experiments.experiment import AXES, Experiment
 from gimbal_hil.experiments.runner import ProgressSink, Silent
 from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
@@ -34,6 +35,7 @@ from sim_backend.model import AntennaModel, load_model
 
 #: tables that one diagnosis searches on at most: the newest, and the first
 _MOST_TABLES = 5
+_MODEL_FILE, _BASE_FILE = "model.yaml", "base.yaml"
 _SEPARATING, _SEARCH, _JUDGE = "separating", "search", "judge"
 
 
@@ -120,10 +122,18 @@ class _Loop:
     def __init__(self, task: Task, site: Site, journal: Journal, progress: ProgressSink, say: Callable[[str], None]) -> None:
         self.task, self.site, self.journal, self.progress, self.say = task, site, journal, progress, say
         self.past: list[Entry] = list(journal.entries)
+        #: the first model with its known numbers as they were refitted, without the effects that were added
+        self.base = task.start
         self.model, self.data, self.used_s, self.runs = task.start, _Data(), 0.0, 0
         self.diagnoses: list[Diagnosed] = []
         self.separated: list[tuple[str, str]] = []
+        #: whether the newest judge is a motion that the present model has not been made with
+        self.unseen = False
+        #: what the budgets left no room for
         self.left = ""
+        #: what the last diagnosis could not tell apart, and the menu as it was weighed for that
+        self.pair: Pair | None = None
+        self.weighed: list[dict[str, Any]] = []
 
     # --- the loop itself -------------------------------------------------------------------------------------------------------
 
@@ -170,6 +180,7 @@ class _Loop:
             self.separated += [(choice.sequence, axis) for axis in choice.axes]
             refusal = self._measure(round_number, experiment, _SEPARATING, choice.axes, choice.why, choice.considered)
         if refusal is None:
+            self.unseen = decision is Decision.CHECK
             return None
         self.left = f"{experiment.name} {refusal}"
         return Ending.TIME_USED_UP
@@ -226,50 +237,83 @@ class _Loop:
             self.diagnoses.append(known)
             if known.model is not None:
                 self.model = load_model(self.task.out / known.model)
-            self.left = known.text
+                self.base = load_model(self.task.out / known.model.replace(_MODEL_FILE, _BASE_FILE))
             return known, None if known.choice is None else Chosen(number + 1, "", **known.choice)
-        began = time.monotonic()
-        self.progress.begin(f"round {number}: diagnosis", 1.0, 0.0)
-        diagnosis = diagnose(
-            self.model, self.data.searched(), (self.data.judge[-1],), workers=self.task.workers, dask=self.task.dask,
-            progress=lambda text: self.progress.at(text, 0.0),
-        )  # fmt: skip
+        began, self.pair, self.weighed = time.monotonic(), None, []
+        if self.unseen:
+            self.unseen, gaps = False, standing(self.model, self.data.judge[-1])
+            if max(gap["before"] / gap["noise_floor"] for gap in gaps) <= COMPLETE_FLOORS:
+                text = "What was taken over explains a motion that it had not seen to its noise."
+                return self._noted(
+                    Diagnosed(
+                        number, "no_discrepancy", text, gaps, [], [], Decision.AT_THE_FLOOR.value, None, [], "", None,
+                        time.monotonic() - began,
+                    )
+                ), None  # fmt: skip
+        diagnosis = self._searched(number)
         verdict = verdict_of(diagnosis)
         decision, model, choice = self._decide(number, diagnosis, verdict)
+        remark = "" if self.pair is None or choice is not None else self._open_end(verdict, self.pair)
         place = self._keep(number, diagnosis, verdict, model)
         chosen = None if choice is None else {key: getattr(choice, key) for key in ("sequence", "axes", "why", "considered")}
         one = Diagnosed(
             number, verdict["verdict"], verdict["text"], verdict["gaps"], verdict["effects"], verdict["alternatives"], decision.value,
-            chosen, place, time.monotonic() - began,
+            chosen, self.weighed, remark, place, time.monotonic() - began,
         )  # fmt: skip
-        self.journal.write(one)
-        self.say(f"round {number}: {verdict['verdict'].replace('_', ' ')}: {verdict['text']}")
-        self.diagnoses.append(one)
         if model is not None:
             self.model = model
-        return one, choice
+            self.base = recalibrated_model(diagnosis) if diagnosis.model is self.base else self.base
+            (self.task.out / f"round_{number}" / _BASE_FILE).write_text(self.base.to_yaml(), encoding="utf-8")
+        return self._noted(one), choice
+
+    def _noted(self, one: Diagnosed) -> Diagnosed:
+        self.journal.write(one)
+        self.say(f"round {one.round}: {_words(one.verdict)}: {one.text}")
+        self.diagnoses.append(one)
+        return one
+
+    def _searched(self, number: int) -> Diagnosis:
+        """A search on all data for all that the first model lacks (its known numbers as they were refitted), so that what was taken
+        over too early is found again together with the rest.
+
+        Where that explains nothing, a search for what the model as it is now still lacks.
+        """
+
+        def from_model(model: AntennaModel) -> Diagnosis:
+            self.progress.begin(f"round {number}: diagnosis", 1.0, 0.0)
+            return diagnose(
+                model, self.data.searched(), (self.data.judge[-1],), workers=self.task.workers, dask=self.task.dask,
+                progress=lambda text: self.progress.at(text, 0.0),
+            )  # fmt: skip
+
+        found = from_model(self.base)
+        if found.complete or self.model.document == self.base.document:
+            return found
+        further = from_model(self.model)
+        return further if further.complete else found
 
     def _decide(self, number: int, diagnosis: Diagnosis, verdict: dict[str, Any]) -> tuple[Decision, AntennaModel | None, Chosen | None]:
         """Decision, the model to go on with where it changed, and the separating run where one is needed."""
-        if float(np.max(diagnosis.search.gaps(diagnosis.null))) <= COMPLETE_FLOORS:
-            return Decision.AT_THE_FLOOR, None, None
+        untouched = max(gap["before"] / gap["noise_floor"] for gap in verdict["gaps"])
+        if max(untouched, float(np.max(diagnosis.search.gaps(diagnosis.null)))) <= COMPLETE_FLOORS:
+            return Decision.AT_THE_FLOOR, diagnosis.model, None
         if verdict["verdict"] == "no_discrepancy":
             moved = recalibrated_model(diagnosis) if verdict["recalibrated"] else None
-            return (Decision.AT_THE_FLOOR, None, None) if moved is None else (Decision.CHECK, moved, None)
+            return (Decision.AT_THE_FLOOR, diagnosis.model, None) if moved is None else (Decision.CHECK, moved, None)
         corrected = corrected_model(diagnosis)
         if verdict["verdict"] == "named":
             return Decision.CHECK, corrected, None
         separates = (verdict["next_experiment"] or {}).get("separates", [])
         ambiguous = verdict["verdict"] == "ambiguous"
-        pair = open_pair(diagnosis, separates) if ambiguous else unexplained_pair(diagnosis)
+        self.pair = pair = open_pair(diagnosis, separates) if ambiguous else unexplained_pair(diagnosis)
         # a gap that nothing explains gets one more kind of motion to show itself in, not the whole menu
         tried = not ambiguous and any(d.verdict == "unexplained" and d.choice is not None for d in self.diagnoses)
         choice = None if pair is None or tried else self._choice(number, diagnosis, pair)
         if choice is not None:
             return Decision.SEPARATE, None, choice
-        person = None if pair is None else person_needed(pair)
-        self.left = self._open_end(verdict, pair, person)
-        return Decision.GIVE_UP, corrected, None
+        # where neither a run of the antenna's own nor a person could tell, the two are the same for every purpose
+        same = ambiguous and pair is not None and bool(self.weighed) and person_needed(pair) is None
+        return (Decision.CHECK if same else Decision.GIVE_UP), corrected, None
 
     def _choice(self, number: int, diagnosis: Diagnosis, pair: Pair) -> Chosen | None:
         """The menu's entry on which the pair differs most, among those that the budgets allow; None where none is worth its time."""
@@ -288,22 +332,30 @@ class _Loop:
             return None if refusal is not None else rehearsal.table
 
         found = [option for option in weighed(diagnosis, pair, options, rehearsed) if option.expected is not None]
+        self.weighed = [{"sequence": o.sequence, "axis": o.axis, "expected": round(o.expected or 0.0, 1)} for o in found]
         if not found or (found[0].expected or 0.0) < WORTH:
             return None
         (one, axis), (other, other_axis) = pair.names
         why = f"separates {_words(one)} on {axis} from {_words(other)} on {other_axis}: largest expected difference of the menu"
-        considered = [{"sequence": o.sequence, "axis": o.axis, "expected": round(o.expected or 0.0, 1)} for o in found]
         best = found[0]
-        return Chosen(number + 1, "", best.sequence, [best.axis], why, considered)
+        return Chosen(number + 1, "", best.sequence, [best.axis], why, self.weighed)
 
-    def _open_end(self, verdict: dict[str, Any], pair: Pair | None, person: str | None) -> str:
-        if pair is None:
-            return str(verdict["text"])
-        (one, axis), (other, other_axis) = pair.names
+    def _open_end(self, verdict: dict[str, Any], pair: Pair) -> str:
+        """What stays open, why no run of the antenna's own would close it, and what a person could do."""
         if verdict["verdict"] != "ambiguous":
-            return str(verdict["text"])
-        run = person or (verdict["next_experiment"] or {}).get("plan", "")
-        return f"{verdict['text']} {_words(one)} on {axis} and {_words(other)} on {other_axis} stay open; a person could: {run}."
+            return ""
+        person = person_needed(pair)
+        (one, axis), (other, other_axis) = pair.names
+        left = max(gap["after"] / gap["noise_floor"] for gap in verdict["gaps"])
+        why = "no run that the antenna can make by itself is left"
+        if self.weighed:
+            most = self.weighed[0]
+            place = f"{_words(most['sequence'])} on {most['axis']}"
+            why = f"of the runs left, {place} would show most, {most['expected']:.2g} squared floors, where {WORTH:g} are needed"
+        model = f" The model with {_words(one)} leaves {left:.2f} floors, as it would with the other."
+        return f"{_words(one).capitalize()} on {axis} or {_words(other)} on {other_axis}: {why}.{model}" + (
+            f" A person could tell: {person}." if person else ""
+        )
 
     def _keep(self, number: int, diagnosis: Diagnosis, verdict: dict[str, Any], model: AntennaModel | None) -> str | None:
         folder = self.task.out / f"round_{number}"
@@ -313,18 +365,20 @@ class _Loop:
         discrepancy_page(diagnosis, verdict, corrected_model(diagnosis), sources).write(folder / "report.html")
         if model is None:
             return None
-        (folder / "model.yaml").write_text(model.to_yaml(), encoding="utf-8")
-        return f"round_{number}/model.yaml"
+        (folder / _MODEL_FILE).write_text(model.to_yaml(), encoding="utf-8")
+        return f"round_{number}/{_MODEL_FILE}"
 
     def _text(self, ending: Ending) -> str:
         """The ending with what is left."""
         worst = worst_gap(self.diagnoses[-1]) if self.diagnoses else None
         said = ending.value[0].upper() + ending.value[1:]
         if ending is Ending.AT_THE_FLOOR and worst is not None:
-            return f"{said}: its largest gap is {worst:.2f} floors on a motion that it had not seen."
+            said = f"{said}: its largest gap is {worst:.2f} floors on a motion that it had not seen."
+            return " ".join([said, *(one.remark for one in self.diagnoses if one.remark)])
         if ending is Ending.TIME_USED_UP:
             return f"{said}: {self.left or 'the next experiment does not fit'}."
-        return f"{said}. {self.left}".strip()
+        last = self.diagnoses[-1]
+        return f"{said}. {last.remark or last.text}"
 
 
 def worst_gap(diagnosed: Diagnosed, key: str = "before") -> float:

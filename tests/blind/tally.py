@@ -114,7 +114,8 @@ def tables(folder: Path, names: list[str]) -> str:
     seconds = np.array([c["seconds"] for c in cases] or [0.0])
     wrong = [c for c in cases if c["outcome"] in ("MISSED", "PARTLY", "FALSE")]
     lines = [
-        f"{len(cases)} of {len(names)} cases judged; wall time of one: median {np.median(seconds):.0f} s, longest {seconds.max():.0f} s.", "",
+        f"{len(cases)} of {len(names)} cases judged; wall time of one: median {np.median(seconds):.0f} s, longest {seconds.max():.0f} s.",
+        "",
         *_targets(cases), "", *_outcomes(sorted(kinds.items()), "kind"), "", *_outcomes(classes, "one cause, by magnitude"), "",
         *_outcomes(sorted(effects.items()), "effect (antenna, both axes)"), "", "| gone wrong | hidden (floors) | said | gap in floors |",
         "|---|---|---|---|",

@@ -10,7 +10,9 @@ from gimbal_hil.daemon.miss_causes import NOTHING_USED, Gap, Miss, MissCause, Th
 
 def miss(**used: int) -> Miss:
     """Three periods of 1 ms lost after a wake-up at 0."""
-    return Miss(1, 3, began_ns=0, deadline_ns=1_000_000, woke_ns=4_200_000, usage=dataclasses.replace(NOTHING_USED, **used))
+    return Miss(
+        1, 3, began_ns=0, ended_ns=4_150_000, deadline_ns=1_000_000, woke_ns=4_200_000, usage=dataclasses.replace(NOTHING_USED, **used)
+    )
 
 
 @pytest.mark.parametrize(
@@ -39,6 +41,23 @@ def test_a_gap_that_the_witness_saw_at_the_same_time_is_a_machine_stall_whatever
 def test_a_gap_at_another_time_or_much_shorter_is_no_excuse() -> None:
     assert cause_of(miss(computing_ns=4_000_000), [Gap(5_000_000, 9_000_000)]) is MissCause.OWN_COMPUTING
     assert cause_of(miss(computing_ns=4_000_000), [Gap(1_000_000, 1_500_000)]) is MissCause.OWN_COMPUTING
+
+
+def test_computing_on_a_core_that_did_not_answer_is_a_core_that_was_taken() -> None:
+    computing = miss(computing_ns=4_000_000)
+    assert cause_of(computing, [], [Gap(500_000, 3_900_000)]) is MissCause.CORE_TAKEN
+    assert cause_of(computing, [], [Gap(500_000, 900_000)]) is MissCause.OWN_COMPUTING
+    assert cause_of(miss(computing_ns=4_000_000, collecting_ns=3_000_000), [], [Gap(3_500_000, 4_200_000)]) is MissCause.GARBAGE_COLLECTION
+
+
+def test_a_step_that_was_done_in_time_is_not_to_blame_for_a_late_wake_up() -> None:
+    def waiting(**used: int) -> Miss:
+        return dataclasses.replace(miss(**used), ended_ns=100_000)
+
+    assert cause_of(waiting(computing_ns=100_000), []) is MissCause.LATE_TIMER
+    assert cause_of(waiting(computing_ns=100_000, queued_ns=3_000_000), []) is MissCause.PREEMPTION
+    assert cause_of(waiting(computing_ns=3_200_000), []) is MissCause.CORE_TAKEN
+    assert cause_of(waiting(computing_ns=100_000, collecting_ns=90_000, major_faults=1), []) is MissCause.LATE_TIMER
 
 
 def test_several_short_stalls_add_up() -> None:

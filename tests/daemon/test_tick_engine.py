@@ -41,6 +41,9 @@ class SilentWitness:
     def gaps_since(self, instant_ns: int) -> list[Gap]:
         return [gap for gap in self.gaps if gap.end_ns > instant_ns]
 
+    def core_gaps_since(self, instant_ns: int) -> list[Gap]:
+        return []
+
 
 def recorded(ticks: list[Tick], then: Callable[[Tick], None] = lambda tick: None) -> Callable[[Tick], bool]:
     def step(tick: Tick) -> bool:

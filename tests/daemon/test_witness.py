@@ -13,7 +13,7 @@ from gimbal_hil.daemon.witness import WitnessPage, WitnessProcess, gap_between
 
 
 def new_page() -> WitnessPage:
-    return WitnessPage(anonymous_memory(8192))
+    return WitnessPage(anonymous_memory(16384))
 
 
 @settings(deadline=None)
@@ -28,6 +28,15 @@ def test_the_page_gives_back_the_newest_gaps_in_order(lengths: list[int], since:
     assert page.count() == len(gaps)
     assert page.seen_until_ns() == now
     assert page.gaps_since(since) == [gap for gap in gaps[-255:] if gap.end_ns > since]
+    page.close()
+
+
+def test_gaps_of_the_watched_core_are_kept_apart_from_the_witness_own() -> None:
+    page = new_page()
+    page.publish(10, Gap(1, 4), Gap(5, 9))
+    page.publish(20, None, Gap(11, 19))
+    assert page.gaps_since(0) == [Gap(1, 4)]
+    assert page.core_gaps_since(0) == [Gap(5, 9), Gap(11, 19)]
     page.close()
 
 

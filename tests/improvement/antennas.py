@@ -12,22 +12,17 @@ import numpy as np
 import yaml
 
 from gimbal_hil.discrepancy.corrected import with_numbers
-from gimbal_hil.discrepancy.fit import residual_of
-from gimbal_hil.discrepancy.floors import floors, wide_twin
-from gimbal_hil.discrepancy.hypothesis import Hypothesis, known_numbers
-from gimbal_hil.discrepancy.processing import processing_floors
-from gimbal_hil.discrepancy.record import record_of
-from gimbal_hil.discrepancy.twin import Twin
-from gimbal_hil.discrepancy.workflow import _effective
+from gimbal_hil.discrepancy.hypothesis import known_numbers
+from gimbal_hil.discrepancy.standing import standing
 from gimbal_hil.experiments.sequences import SequenceOptions
 from gimbal_hil.experiments.sequences.survey import survey
 from gimbal_hil.improvement.rehearsal import rehearse
 from gimbal_hil.settings import shipped_settings
 from gimbal_hil.signals import SignalsTable
+from sim_backend.effects import CATALOGUE
 from sim_backend.model import AntennaModel, shipped_model
 from sim_backend.shipped import shipped_file
 
-BAND_HZ = 25.0
 LEAST_FLOORS, MOST_FLOORS = 3.0, 30.0
 #: survey numbers that no improvement reaches, for measuring magnitudes and for the last word
 MAGNITUDE_SURVEY, LAST_SURVEY = 0, 7
@@ -53,12 +48,8 @@ class Antenna:
 
 
 def gaps_in_floors(model: AntennaModel, table: SignalsTable) -> np.ndarray:
-    """Rms per channel that `model` leaves of a table, in floors as a diagnosis counts them."""
-    twin = Twin(model, (record_of(table, model, BAND_HZ, "judged"),))
-    structure = twin.structure(())
-    noise = floors(twin, wide_twin(twin, (table,)), structure, structure.P)
-    floor = _effective(model, twin, noise, processing_floors(twin, (table,)))
-    return np.asarray(np.sqrt(np.mean(residual_of(twin, Hypothesis(), floor) ** 2, axis=0)))
+    """Rms per channel that `model` leaves of a table, in its floors."""
+    return np.array([gap["before"] / gap["noise_floor"] for gap in standing(model, table)])
 
 
 def judged(antenna: AntennaModel, model: AntennaModel, number: int = LAST_SURVEY, short: bool = True) -> float:
@@ -160,7 +151,7 @@ def draw(seed: int, count: int = 2, off: float = 0.0) -> Antenna:
             hidden.append(found)
     antenna = start if off == 0.0 else _moved(start, rng, off)
     for one in hidden:
-        antenna = antenna.with_effect(one.name, one.axis, one.parameters)
+        antenna = antenna.with_effect(one.name, one.axis, _beside(start, antenna, one))
     return Antenna(antenna, tuple(hidden))
 
 
@@ -168,6 +159,17 @@ def _clash(name: str, axis: str, hidden: list[Hidden]) -> bool:
     """Two effects on one axis that would overwrite each other's numbers."""
     same = {"coulomb", "stribeck"}
     return any(one.axis == axis and (one.name == name or {one.name, name} <= same) for one in hidden)
+
+
+def _beside(start: AntennaModel, antenna: AntennaModel, one: Hidden) -> Parameters:
+    """Parameters that are numbers of the model change the moved antenna's number by the same share as the first model's."""
+    found = dict(one.parameters)
+    for parameter in CATALOGUE[one.name].parameters:
+        if parameter.path is not None and parameter.name in found:
+            path = start.number_path(one.axis, parameter.path)
+            if start.number(one.axis, path) != 0.0:
+                found[parameter.name] *= antenna.number(one.axis, path) / start.number(one.axis, path)
+    return found
 
 
 def _moved(start: AntennaModel, rng: np.random.Generator, off: float) -> AntennaModel:

@@ -78,4 +78,4 @@ def test_an_improvement_in_real_time_survives_ctrl_c_and_finds_the_effect_hidden
     assert answer["ending"] == "at_the_floor"
     assert [(e["name"], e["axis"]) for one in answer["rounds"] for e in one["effects"]] == [("cogging", "outer")]
     runs = [entry.run for entry in read_journal(journal) if isinstance(entry, Measured)]
-    assert len(runs) == len(set(runs)) == 3
+    assert len(runs) == len(set(runs)) >= 3

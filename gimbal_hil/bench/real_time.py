@@ -1,0 +1,220 @@
+"""Real time: plant and daemon as two processes over a real driver stack, beside a C loop of the same policy in the same minutes.
+
+The two take turns of `SLICE_S` on the same core, so that both see the same machine. While the daemon has its turn it records every frame
+and serves its page and metrics, which are read once a second, and both axes follow sines.
+"""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import urllib.request
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from firmware_protocol.errors import BadInputError, GimbalHilError
+from gimbal_hil.daemon.clock import Duration
+from gimbal_hil.daemon.histogram import Histogram
+from gimbal_hil.daemon.miss_causes import MissCause
+from gimbal_hil.daemon.operator_client import OperatorClient
+from gimbal_hil.daemon.reference_loop import ReferenceLoop, compiler
+from gimbal_hil.runs import EventKind, open_run
+from gimbal_hil.settings import shipped_settings_path
+
+Json = dict[str, Any]
+#: a daemon's turn and the C loop's, s
+SLICE_S, REFERENCE_SLICE_S = 30.0, 15.0
+#: causes that are the daemon's own; a wait for the bus is the driver's, all others are the machine's
+OWN = (MissCause.OWN_COMPUTING, MissCause.GARBAGE_COLLECTION, MissCause.PAGE_FAULT)
+LINKS = ("unix", "serial", "slcan")
+_START_S = 300.0
+_LOOK_S = 1.0
+_COMMAND = (sys.executable, "-c", "from gimbal_hil.cli import main; main()")
+_SINE = {"mode": "position", "shape": "sine", "parameters": [0.0, 0.5, 0.3, 0.0]}
+
+
+@dataclass
+class RealTime:
+    """What one link at one rate showed. Latencies and computing in nanoseconds; misses of the daemon by cause, of the C loop in all."""
+
+    link: str
+    rate_hz: float
+    latency: Histogram = field(default_factory=Histogram)
+    computing: Histogram = field(default_factory=Histogram)
+    reference: Histogram = field(default_factory=Histogram)
+    missed: dict[MissCause, int] = field(default_factory=lambda: dict.fromkeys(MissCause, 0))
+    reference_missed: int = 0
+    #: what the log says of every miss of the daemon's own
+    own_evidence: list[Json] = field(default_factory=list)
+    #: p99 of the daemon's wake-ups over that of the C loop, turn by turn
+    ratios: list[float] = field(default_factory=list)
+    ready_s: list[float] = field(default_factory=list)
+    pages_read: int = 0
+    #: how often motion was interrupted by a guard (a stall of the machine ends it) and taken up again
+    interruptions: int = 0
+
+    @property
+    def own_misses(self) -> int:
+        """Ticks missed for a reason of the daemon's own."""
+        return sum(self.missed[cause] for cause in OWN)
+
+    @property
+    def ratio(self) -> float:
+        """p99 of all wake-ups over that of the C loop."""
+        return self.latency.quantile_ns(0.99) / max(1, self.reference.quantile_ns(0.99))
+
+    def as_dict(self) -> Json:
+        """For JSON, in microseconds."""
+        return {
+            "link": self.link,
+            "rate_hz": self.rate_hz,
+            "ticks": self.latency.count,
+            "latency_us": self.latency.summary_us(),
+            "c_loop_latency_us": self.reference.summary_us(),
+            "p99_ratio_to_c": self.ratio,
+            "p99_ratio_by_turn": self.ratios,
+            "computing_us": self.computing.summary_us(),
+            "missed_by_cause": {cause.value: count for cause, count in self.missed.items()},
+            "own_misses": self.own_misses,
+            "own_evidence": self.own_evidence,
+            "c_loop_missed": self.reference_missed,
+            "ready_s": self.ready_s,
+            "interruptions": self.interruptions,
+        }
+
+
+def real_time_figures(links: tuple[str, ...], rates_hz: tuple[float, ...], seconds: float, say: Callable[[str], None]) -> list[RealTime]:
+    """Every link at every rate for `seconds` of the daemon's time; BadInputError without a C compiler."""
+    if compiler() is None:
+        raise BadInputError("bench realtime", "there is no C compiler for the reference loop", "gcc or cc in the path")
+    found = []
+    for link in links:
+        for rate_hz in rates_hz:
+            say(f"{link} at {rate_hz:g} Hz for {seconds:g} s")
+            found.append(_measured(link, rate_hz, seconds))
+    return found
+
+
+def _measured(link: str, rate_hz: float, seconds: float) -> RealTime:
+    result = RealTime(link, rate_hz)
+    turns = max(1, round(seconds / SLICE_S))
+    with tempfile.TemporaryDirectory(prefix="gimbal-hil-") as name, ReferenceLoop() as loop:
+        folder = Path(name)
+        configuration = _configuration(folder, link, rate_hz)
+        with _plant(configuration):
+            for turn in range(turns):
+                wakes, granted = _daemon_turn(folder / f"run_{turn}", configuration, seconds / turns, result)
+                reference = _reference_turn(loop, granted, min(seconds / turns, REFERENCE_SLICE_S), result)
+                result.ratios.append(wakes.quantile_ns(0.99) / max(1, reference.quantile_ns(0.99)))
+    return result
+
+
+def _reference_turn(loop: ReferenceLoop, granted: Json, seconds: float, result: RealTime) -> Histogram:
+    """The C loop with what the kernel granted the daemon."""
+    period = Duration.of_seconds(1.0 / result.rate_hz)
+    found = loop.run(period, round(seconds * result.rate_hz), granted["real_time_priority"], granted["core"])
+    result.reference.merge(found.latency)
+    result.reference_missed += found.missed
+    return found.latency
+
+
+def _daemon_turn(run: Path, configuration: Path, seconds: float, result: RealTime) -> tuple[Histogram, Json]:
+    """One daemon from start to end; answers its wake-up latencies and what the kernel granted it."""
+    began = time.monotonic()
+    words = ["daemon", "--config", str(configuration), "--out", str(run), "--duration", f"{seconds:g}", "--page", "0", "--json"]
+    with (run.parent / "daemon.err").open("w+") as said:
+        daemon = subprocess.Popen([*_COMMAND, *words], stdout=subprocess.PIPE, stderr=said, text=True)
+        try:
+            _keep_busy(run, daemon, began, result)
+            answer = json.loads(daemon.communicate()[0])
+        finally:
+            if daemon.poll() is None:
+                daemon.kill()
+                daemon.wait()
+    for cause, count in answer["ticks"]["missed_by_cause"].items():
+        result.missed[MissCause(cause)] += count
+    recorded = open_run(run)
+    own = {cause.value for cause in OWN}
+    result.own_evidence += [dict(event.data) for event in recorded.events if event.kind is EventKind.TIMING and event.data["cause"] in own]
+    rows = recorded.ticks
+    latency, computing = _histogram(rows["wake_latency_ns"]), _histogram(rows["computing_ns"])
+    result.latency.merge(latency)
+    result.computing.merge(computing)
+    return latency, answer["real_time"]
+
+
+def _keep_busy(run: Path, daemon: subprocess.Popen[str], began: float, result: RealTime) -> None:
+    """Keep the axes on their sines and read page and metrics once a second until the daemon has ended."""
+    while not (run / "operator.json").exists():
+        if daemon.poll() is not None or time.monotonic() - began > _START_S:
+            raise GimbalHilError((run.parent / "daemon.err").read_text().strip() or "the daemon did not start")
+        time.sleep(0.01)
+    with suppress(GimbalHilError, OSError), OperatorClient(run, timeout_s=5.0) as operator:
+        while not operator.request("status")["status"]["tick"]:
+            time.sleep(0.01)
+        result.ready_s.append(time.monotonic() - began)
+        page = next((line.split()[-1] for line in (run.parent / "daemon.err").read_text().splitlines() if "live page" in line), None)
+        while daemon.poll() is None:
+            state = operator.request("status")["status"]["host_state"]
+            if state == "idle":
+                operator.request("segments", segments=[{"outer": _SINE, "inner": _SINE, "duration_s": 1e6, "label": 1}])
+            elif state == "fault":
+                result.interruptions += 1
+                operator.request("fault_reset")
+            if page is not None:
+                for path in ("live.json", "metrics"):
+                    with urllib.request.urlopen(f"{page.rstrip('/')}/{path}", timeout=5.0) as answer:
+                        result.pages_read += bool(answer.read())
+            time.sleep(_LOOK_S)
+
+
+def _histogram(values_ns: NDArray[np.int32]) -> Histogram:
+    histogram = Histogram()
+    for value in values_ns.tolist():
+        histogram.add(value)
+    return histogram
+
+
+def _configuration(folder: Path, link: str, rate_hz: float) -> Path:
+    """The shipped configuration on another link; a stall of the machine must not end the motion at once."""
+    port = str(folder / "antenna")
+    places: dict[str, Json] = {
+        "unix": {"kind": "unix", "path": port},
+        "serial": {"kind": "serial", "port": port},
+        "slcan": {"kind": "can", "interface": "slcan", "channel": port},
+    }
+    if link not in places:
+        raise BadInputError("--link", f"no link {link!r}", ", ".join(places))
+    document = yaml.safe_load(shipped_settings_path().read_text(encoding="utf-8"))
+    document |= {"link": places[link], "rate_hz": rate_hz}
+    document["supervisor"] |= {"lost_ticks": 100, "set_point_lag_ticks": 200, "deadman": {"window_ticks": 250, "reaction": "coast"}}
+    path = folder / "daemon.yaml"
+    path.write_text(yaml.safe_dump(document), encoding="utf-8")
+    return path
+
+
+@contextmanager
+def _plant(configuration: Path) -> Iterator[None]:
+    """The virtual antenna in a process of its own."""
+    process = subprocess.Popen(
+        [*_COMMAND, "plant", "--config", str(configuration), "--json"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    )
+    try:
+        assert process.stdout is not None
+        if not process.stdout.readline():
+            raise GimbalHilError(f"the plant did not start on {configuration}")
+        yield
+    finally:
+        process.send_signal(signal.SIGTERM)
+        process.communicate()

@@ -1,0 +1,104 @@
+"""What the real-time bench found, as text and as blocks of a page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from gimbal_hil.bench.real_time import OWN, RealTime
+from gimbal_hil.daemon.histogram import Histogram
+from gimbal_hil.daemon.miss_causes import MissCause
+from gimbal_hil.report import Block, Callout, Heading, Plot, Table, Text
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure as PlotlyFigure
+
+#: times in microseconds
+HEADER = ("Link", "Ticks", "Late p50 / p99 / most", "C loop", "p99 ratio", "Turns", "Computing p50 / p99", "Missed", "Own", "C missed")
+ASKED_RATIO, ASKED_COMPUTING_US = 1.5, 100.0
+_PERCENT = (1.0, 5.0, 10.0, 25.0, 50.0, 75.0, 90.0, 95.0, 99.0, 99.5, 99.9, 99.99)
+
+
+def rows_of(found: Sequence[RealTime]) -> list[list[str]]:
+    """One row a link and rate, under HEADER."""
+    rows = []
+    for one in found:
+        ours, theirs, computing = (h.summary_us() for h in (one.latency, one.reference, one.computing))
+        turns = sorted(one.ratios)
+        rows.append(
+            [
+                f"{one.link}, {one.rate_hz:g} Hz",
+                str(one.latency.count),
+                f"{ours['p50']:.0f} / {ours['p99']:.0f} / {ours['max']:.0f}",
+                f"{theirs['p50']:.0f} / {theirs['p99']:.0f} / {theirs['max']:.0f}",
+                f"{one.ratio:.2f}",
+                f"{turns[0]:.2f} to {turns[-1]:.2f}",
+                f"{computing['p50']:.0f} / {computing['p99']:.0f}",
+                str(sum(one.missed.values())),
+                str(one.own_misses),
+                str(one.reference_missed),
+            ]
+        )
+    return rows
+
+
+def cause_rows(found: Sequence[RealTime]) -> list[list[str]]:
+    """Missed ticks by cause, a column for each link and rate."""
+    return [[cause.value.replace("_", " "), *(str(one.missed[cause]) for one in found)] for cause in MissCause]
+
+
+def real_time_text(found: Sequence[RealTime]) -> str:
+    """The figures as aligned tables."""
+    causes = [["missed, by cause", *(f"{one.link} {one.rate_hz:g} Hz" for one in found)], *cause_rows(found)]
+    return f"{_aligned([list(HEADER), *rows_of(found)])}\n\n{_aligned(causes)}"
+
+
+def real_time_blocks(found: Sequence[RealTime]) -> list[Block]:
+    """Section of the results page."""
+    own = sum(one.own_misses for one in found)
+    seconds = sum(one.latency.count / one.rate_hz for one in found)
+    blocks: list[Block] = [
+        Heading("Real time"),
+        Callout(f"{own} ticks missed for reasons of the daemon's own in {seconds:.0f} s.", "warning" if own else "good"),
+        Text(
+            "Plant and daemon are two processes; the daemon records every frame and serves its page and metrics. A C loop (clock_nanosleep,"
+            f" same policy, priority and core) takes turns with it. Asked: p99 ratio at most {ASKED_RATIO}, computing p99 under"
+            f" {ASKED_COMPUTING_US:.0f} us at 1 kHz, no own miss."
+        ),
+        Table(HEADER, rows_of(found), "microseconds; late: from deadline to wake-up; computing: from wake-up until all is sent"),
+        Table(
+            ("Missed ticks by cause", *(f"{one.link}, {one.rate_hz:g} Hz" for one in found)),
+            cause_rows(found),
+            "own: "
+            + ", ".join(cause.value.replace("_", " ") for cause in OWN)
+            + "; a bus wait is the driver's; the others are the machine's",
+        ),
+        Plot(_latencies(found), "share of wake-ups that were later than this; the daemon beside the C loop of the same minutes"),
+    ]
+    return blocks
+
+
+def _latencies(found: Sequence[RealTime]) -> PlotlyFigure:
+    from gimbal_hil.report.figures import figure
+
+    drawn = figure("Wake-up latency", "late by (us)", "share later than this")
+    colours = ("#1f6f8b", "#d1603d", "#6a4c93", "#4f7f3f", "#8a6d1f", "#b3261e")
+    for index, one in enumerate(found):
+        for what, histogram, dash in (("daemon", one.latency, "solid"), ("C loop", one.reference, "dot")):
+            x, y = _tail(histogram)
+            name = f"{what}, {one.link} {one.rate_hz:g} Hz"
+            drawn.add_scatter(x=x, y=y, mode="lines", name=name, line=dict(color=colours[index % len(colours)], dash=dash))
+    drawn.update_xaxes(type="log")
+    drawn.update_yaxes(type="log", tickformat=".0e")
+    drawn.update_layout(height=460, legend=dict(orientation="v", yanchor="top", y=1.0, xanchor="right", x=1.0))
+    return drawn
+
+
+def _tail(histogram: Histogram) -> tuple[list[float], list[float]]:
+    x = [max(histogram.quantile_ns(p / 100.0), 500) / 1e3 for p in _PERCENT]
+    return x, [1.0 - p / 100.0 for p in _PERCENT]
+
+
+def _aligned(rows: list[list[str]]) -> str:
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    return "\n".join("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows)

@@ -1,0 +1,39 @@
+"""How a model stands to one log, without a search: what it leaves of each channel beside the noise floor."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gimbal_hil.discrepancy.fit import residual_of
+from gimbal_hil.discrepancy.floors import floors, wide_twin
+from gimbal_hil.discrepancy.hypothesis import Hypothesis
+from gimbal_hil.discrepancy.processing import processing_floors
+from gimbal_hil.discrepancy.record import RATE_ERROR, record_of
+from gimbal_hil.discrepancy.twin import Twin
+from gimbal_hil.discrepancy.workflow import _effective, scored_band
+from gimbal_hil.signals import SignalsTable
+from sim_backend.model import AntennaModel
+
+
+def standing(model: AntennaModel, table: SignalsTable) -> list[dict[str, Any]]:
+    """One gap per channel in the form of a verdict's `gaps`, before and after being the same: nothing is searched for or tuned."""
+    hz = scored_band((table,))
+    twin = Twin(model, (record_of(table, model, hz, "judged"),))
+    structure = twin.structure(())
+    noise = floors(twin, wide_twin(twin, (table,)), structure, structure.P)
+    processing = processing_floors(twin, (table,))
+    floor = _effective(model, twin, noise, processing)
+    rms = np.sqrt(np.mean(residual_of(twin, Hypothesis(), floor) ** 2, axis=0)) * floor
+    linear = model.is_linear
+    return [
+        {
+            "axis": channel.axis, "signal": channel.signal,
+            "unit": ("m/s" if linear else "rad/s") if channel.signal == RATE_ERROR else ("N" if linear else "N m"),
+            "band_hz": [0.0, hz], "before": float(rms[j]), "after": float(rms[j]), "noise_floor": float(floor[j]),
+            "noise_floor_from": "this log", "processing_floor": float(processing[j]),
+            "closed_fraction": None, "closed_low": None, "closed_high": None, "on": "a motion that the model has not seen",
+        }
+        for j, channel in enumerate(twin.channels)
+    ]  # fmt: skip

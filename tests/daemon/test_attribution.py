@@ -1,0 +1,76 @@
+"""Misses of the daemon's own making, made on purpose in real time, must not be blamed on the machine."""
+
+from __future__ import annotations
+
+import gc
+import os
+import time
+from collections import Counter
+from collections.abc import Callable
+
+import pytest
+
+from gimbal_hil.daemon.clock import Duration, MonotonicClock
+from gimbal_hil.daemon.miss_causes import MissCause, ThreadUsage
+from gimbal_hil.daemon.real_time import control_and_witness_cores, real_time
+from gimbal_hil.daemon.tick_engine import Tick, TickEngine
+from gimbal_hil.daemon.witness import WitnessProcess
+
+LENGTH_NS = 6_000_000
+MADE = 12
+
+
+def compute(usage: ThreadUsage) -> None:
+    end = time.thread_time_ns() + LENGTH_NS
+    while time.thread_time_ns() < end:
+        pass
+
+
+def collect(usage: ThreadUsage) -> None:
+    rubbish = [[i] for i in range(20_000)]
+    end = time.thread_time_ns() + LENGTH_NS
+    while time.thread_time_ns() < end:
+        gc.collect()
+    del rubbish
+
+
+def wait_for_the_bus(usage: ThreadUsage) -> None:
+    began = time.monotonic_ns()
+    time.sleep(LENGTH_NS / 1e9)
+    usage.add_bus_wait(time.monotonic_ns() - began)
+
+
+@pytest.mark.realtime
+@pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="a witness needs a core of its own")
+@pytest.mark.parametrize(
+    ("fault", "cause"),
+    [(compute, MissCause.OWN_COMPUTING), (collect, MissCause.GARBAGE_COLLECTION), (wait_for_the_bus, MissCause.BUS_WAIT)],
+)
+def test_a_miss_made_on_purpose_is_given_its_own_cause(fault: Callable[[ThreadUsage], None], cause: MissCause) -> None:
+    """A stall of the machine may hit one of them at the same time; most are not hit, and these name what was done."""
+    control, watcher = control_and_witness_cores()
+    given: Counter[MissCause] = Counter()
+    made: set[int] = set()
+    usage = ThreadUsage()
+
+    def step(tick: Tick) -> bool:
+        if tick.number // 40 > len(made):
+            made.add(tick.number)
+            fault(usage)
+        return len(made) < MADE
+
+    with WitnessProcess(watcher) as witness:
+        assert witness.wait_awake()
+        with real_time(core=control):
+            # a miss is told with the tick whose deadline passed, the one after the step that took too long
+            engine = TickEngine(
+                MonotonicClock(),
+                Duration(1_000_000),
+                step,
+                usage,
+                witness.page,
+                lambda missed, why: given.update([why] if missed.tick - 1 in made else []),
+            )
+            engine.run()
+    usage.close()
+    assert given[cause] >= 0.7 * sum(given.values()) and given[cause] >= MADE // 2, given

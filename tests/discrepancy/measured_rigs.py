@@ -1,0 +1,62 @@
+"""Models and logs of the two measured rigs, for the workflow; what the data are is in their SOURCE.md."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gimbal_hil.signals import SignalsTable
+from sim_backend.model import AntennaModel, model_from_document
+from tests.identification.measured_data import DD2DOF_GRAVITY, DD2DOF_INERTIA, data_folder, emps
+
+#: samples of one lap of the first EMPS file
+EMPS_LAP = 6240
+#: a plateau of the arm: commanded speeds (deg/s) that are fitted, and those that judge
+ARM_FITTED = ("1", "3", "5", "15", "30", "n1", "n3", "n5", "n15", "n30")
+ARM_JUDGED = ("2", "4", "10", "20", "35", "n2", "n4", "n10", "n20", "n35")
+
+
+def emps_model(coulomb_n: float) -> AntennaModel:
+    """The published symmetric model without a bristle; Coulomb friction as given."""
+    friction = {"coulomb": coulomb_n, "breakaway": coulomb_n, "stribeck_velocity": 0.01, "viscous": 203.5034}
+    axis = {"body": {"mass": 95.1089}, "friction": friction, "actuator": {"limit": 351.5, "offset": 3.1648}, "encoder": {"step": 5e-8}}
+    return _model("emps", "linear", "carriage", axis)
+
+
+def emps_logs(name: str) -> tuple[SignalsTable, SignalsTable]:
+    """The first two laps, and what comes after them."""
+    time, position, force = emps(name)
+    parts = (slice(0, 2 * EMPS_LAP), slice(2 * EMPS_LAP, len(time)))
+    one, other = (
+        SignalsTable.of(("carriage",), time[p], {"carriage.torque": force[p], "carriage.position": position[p]}, source=name) for p in parts
+    )
+    return one, other
+
+
+def arm_model() -> AntennaModel:
+    """The arm's first axis with symmetric Coulomb and viscous friction, the mean of the published directions."""
+    friction = {"coulomb": 11.69, "breakaway": 11.69, "stribeck_velocity": 0.01, "viscous": 3.12}
+    body = {"mass": 1.0, "cog": {"x": 0.0, "y": -DD2DOF_GRAVITY / 9.81}, "inertia": {"zz": DD2DOF_INERTIA}}
+    return _model("arm", "rotary", "shoulder", {"body": body, "friction": friction, "encoder": {"step": float(np.deg2rad(3.515e-4))}})
+
+
+def arm_logs(speeds: tuple[str, ...]) -> tuple[SignalsTable, ...]:
+    """Constant-speed runs, each up to the row where the axis stops or turns back."""
+    folder = data_folder("dd2dof") / "test_2"
+    return tuple(_arm_log(folder / f"cin_pos1_{speed}_exp_gan.t") for speed in speeds)
+
+
+def _arm_log(file: Path) -> SignalsTable:
+    position, torque = np.loadtxt(file), np.loadtxt(file.with_name(file.name.replace("pos1", "tau1")))
+    rows = min(len(position), len(torque))
+    angle = np.deg2rad(position[:rows, 1])
+    stop = int(np.argmax(np.abs(angle) > np.abs(angle).max() - 1e-3)) + 1
+    time = 0.015 * np.arange(stop)
+    return SignalsTable.of(("shoulder",), time, {"shoulder.torque": torque[:stop, 1], "shoulder.position": angle[:stop]}, source=file.name)
+
+
+def _model(name: str, kind: str, axis: str, document: dict[str, Any]) -> AntennaModel:
+    extra = {"incline_sine": 1.0} if kind == "rotary" else {}
+    return model_from_document({"schema": 1, "name": name, "kind": kind, **extra, "axes": {axis: document}}, name)

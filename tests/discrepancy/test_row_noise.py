@@ -1,0 +1,35 @@
+"""Rows in creep are worth less than rows in motion, by what the encoder's own error makes of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gimbal_hil.discrepancy.record import record_of
+from gimbal_hil.discrepancy.row_noise import row_scales, seen_step
+from gimbal_hil.discrepancy.twin import Twin
+from gimbal_hil.signals import SignalsTable
+from sim_backend.model import shipped_model
+
+STEP = 2.0 * np.pi / 2**19
+T = np.arange(12000) * 1e-3
+
+
+def test_the_step_of_the_encoder_is_read_from_the_data() -> None:
+    slow = np.round(1e-3 * np.sin(0.5 * T) / STEP) * STEP
+    assert seen_step(slow) == pytest.approx(STEP, rel=1e-6)
+    assert seen_step(1e-3 * np.sin(0.5 * T)) == 0.0
+    assert seen_step(np.zeros(100)) == 0.0
+
+
+def test_rows_in_creep_are_noisier_than_rows_in_motion() -> None:
+    model = shipped_model()
+    moving = np.where(T < 6.0, 0.3 * np.sin(2.0 * T), 0.3 * np.sin(12.0) + 2e-4 * np.sin(T - 6.0))
+    columns = {f"{axis}.torque": np.sin(T) for axis in model.axes}
+    columns |= {f"{axis}.position": np.round(moving / STEP) * STEP for axis in model.axes}
+    table = SignalsTable.of(model.axes, T, columns)
+    twin = Twin(model, (record_of(table, model, 25.0, "log"),))
+    scale = row_scales(twin, (table,), np.array([5e-4, 2e-4]))[0]
+    time = twin.records[0].time_s[twin.records[0].keep]
+    assert np.all(scale >= 1.0)
+    assert np.median(scale[time > 7.0, 0]) > 1.5 * np.median(scale[(time > 1.0) & (time < 5.0), 0])

@@ -1,0 +1,60 @@
+"""The separating run is the one on which two explanations would differ most, and none where they would not differ."""
+
+from __future__ import annotations
+
+import pytest
+
+from gimbal_hil.discrepancy import Diagnosis, diagnose
+from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
+from gimbal_hil.experiments.sequences.survey import SHORT_S, survey
+from gimbal_hil.improvement.choosing import WORTH, Option, Pair, menu_of, person_needed, weighed
+from gimbal_hil.improvement.rehearsal import rehearse
+from gimbal_hil.settings import shipped_settings
+from gimbal_hil.signals import SignalsTable
+from sim_backend.model import AntennaModel, shipped_model
+
+
+def diagnosed(antenna: AntennaModel) -> Diagnosis:
+    """On two short surveys."""
+    options, settings = SequenceOptions(1000.0), shipped_settings()
+    tables = [rehearse(survey(options, number, SHORT_S), settings, antenna, seed=3 + number).table for number in (0, 1)]
+    assert tables[0] is not None and tables[1] is not None
+    return diagnose(shipped_model(), (tables[0],), (tables[1],))
+
+
+def pair_of(diagnosis: Diagnosis, *names: str) -> Pair:
+    """The cause that was found, and the rival among these names."""
+    label = diagnosis.best.hypothesis.labels[0]
+    rival = next(s for s in diagnosis.rivals[0] if s.hypothesis.labels[-1][0] in names and s.hypothesis.labels[-1] != label)
+    return Pair(diagnosis.best, rival, (label, rival.hypothesis.labels[-1]))
+
+
+def on_model(option: Option, model: AntennaModel) -> SignalsTable | None:
+    """What an option would measure."""
+    experiment = build_experiment(option.sequence, SequenceOptions(1000.0, (option.axis,), short=True, every=1))
+    return rehearse(experiment, shipped_settings(), model).table
+
+
+@pytest.mark.heavy
+def test_a_spring_is_told_from_an_unbalance_by_the_whole_travel() -> None:
+    names = ("cable_spring", "static_unbalance")
+    antenna = shipped_model().with_effect("cable_spring", "inner", {"stiffness": 0.02, "rest_position": 0.1})
+    diagnosis = diagnosed(antenna)
+    pair = pair_of(diagnosis, *names)
+    assert {name for name, _ in pair.names} == set(names)
+    menu = menu_of(pair, done=())
+    assert menu[0].sequence == "full_turn"
+    found = weighed(diagnosis, pair, menu, on_model)
+    expected = {option.sequence: option.expected for option in found}
+    assert found[0].sequence == "full_turn"
+    assert (expected["full_turn"] or 0.0) > 10.0 * WORTH
+    assert "full_turn" not in [option.sequence for option in menu_of(pair, done=[("full_turn", "inner")])]
+
+
+@pytest.mark.heavy
+def test_a_delay_and_a_lag_far_below_a_sample_are_the_same_in_every_run() -> None:
+    diagnosis = diagnosed(shipped_model().with_effect("actuator_lag", "outer", {"time_constant": 7e-5}))
+    pair = pair_of(diagnosis, "transport_delay", "actuator_lag")
+    found = weighed(diagnosis, pair, menu_of(pair, done=()), on_model)
+    assert all((option.expected or 0.0) < WORTH for option in found)
+    assert person_needed(pair) is None
