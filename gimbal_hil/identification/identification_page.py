@@ -43,7 +43,7 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
     tone = "good" if count == len(result.estimates) and not result.findings else "warning" if result.findings else "neutral"
     blocks.append(
         Callout(
-            f"{count} of {len(result.estimates)} parameters identified; {len(result.findings)} findings speak against data or model.",
+            f"{count} of {len(result.estimates)} parameters identified; {_findings(len(result.findings))} against data or model.",
             tone,
         )
     )
@@ -79,13 +79,22 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
     if result.dynamic is not None:
         blocks.append(
             Plot(
-                output_error_figure(result.dynamic, len(result.dynamic.records) - 1),
+                output_error_figure(result.dynamic, _liveliest(result.dynamic)),
                 f"Output error: rms {result.dynamic.rms:.3g} rad per 10 ms; {result.dynamic.agreeing_starts} starts agree; "
                 f"torque offset {result.dynamic.offset:.3g} {unit}.",
             )
         )
         blocks.append(_sensitivity_table(result.dynamic))
     return blocks
+
+
+def _findings(count: int) -> str:
+    return "1 finding speaks" if count == 1 else f"{count or 'no'} findings speak"
+
+
+def _liveliest(fit: OutputErrorFit) -> int:
+    """The record whose torque changes fastest: there the bristles' damping shows, and the joint is faster than its encoder's step."""
+    return int(np.argmax([float(np.max(np.abs(np.diff(record.torque)))) for record in fit.records]))
 
 
 def _map_caption(found: VelocityMap, rate_unit: str) -> str:
@@ -102,16 +111,17 @@ def _estimate_table(result: AxisIdentification) -> Table:
     thesis = (FRICTION[result.axis], FRICTION_RECOVERED[result.axis]) if result.axis in FRICTION else None
     header = ["parameter", "value", "low", "high", "unit", "verdict", "model given"]
     header += ["thesis, measured", "thesis, recovered"] if thesis else []
-    header += ["why, and what would settle it"]
+    reasons = [". ".join(part for part in (e.reason, e.experiment) if part) for e in result.estimates]
+    header += ["why, and what would settle it"] if any(reasons) else []
     rows = []
-    for e in result.estimates:
+    for e, reason in zip(result.estimates, reasons, strict=True):
         digits = _digits(e)
         low, high = _bound(e.interval.low, e.interval.open_low, digits), _bound(e.interval.high, e.interval.open_high, digits)
         row = [e.name, _number(e.value, digits), low, high, e.unit, _WORDS[e.verdict], _number(e.prior)]
         if thesis:
             place = LUGRE_NAMES.index(e.name) if e.name in LUGRE_NAMES else None
             row += [_number(thesis[k][place]) if place is not None else "" for k in (0, 1)]
-        rows.append([*row, ". ".join(part for part in (e.reason, e.experiment) if part)])
+        rows.append([*row, reason] if any(reasons) else row)
     caption = (
         "Thesis: tables 4.1 to 4.6, and what its own output-error fit recovered of them in simulation, tables 4.7 to 4.10."
         if thesis
