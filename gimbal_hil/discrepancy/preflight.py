@@ -11,7 +11,7 @@ from sim_backend.model import AntennaModel
 _LEAST_S = 4.0
 #: commanded torque against the model's actuator that only another unit explains
 _UNITS_RATIO = 60.0
-#: torque that the model's inertia alone needs for the measured motion, against the commanded one, both as 0.9 quantiles: degrees give up to 57
+#: torque that the inertia alone needs for the measured motion, against the commanded one, as 0.9 quantiles: degrees give up to 57
 _MOTION_RATIO = 12.0
 
 
