@@ -21,7 +21,7 @@ from sim_backend.effects import CATALOGUE
 from sim_backend.model import AntennaModel, plant_arrays, shipped_model
 from sim_backend.plant import run_steps
 
-PLANT_STEPS = 20_000
+PLANT_STEPS, STRETCHES = 20_000, 20
 SINES = 100_000
 LOCKSTEP_S = 5.0
 #: how the figures of the effects begin
@@ -62,9 +62,11 @@ def moving_plant(model: AntennaModel) -> Callable[[], object]:
     start = arrays.X.copy()
     start[layout.RATE : layout.RATE + 2] = 0.05
 
+    # friction alone on the outer axis, friction less gravity on the inner one; started anew before the motion is another one
     def steps() -> None:
-        arrays.X[:] = start
-        run_steps(arrays.P, arrays.K, arrays.X, 0.24, 1.15, PLANT_STEPS)
+        for _ in range(STRETCHES):
+            arrays.X[:] = start
+            run_steps(arrays.P, arrays.K, arrays.X, 0.244, -0.899, PLANT_STEPS // STRETCHES)
 
     return steps
 
