@@ -199,7 +199,8 @@ def _stribeck(axis: str, number: dict[str, float]) -> Family:
 
 def _saturation(model: AntennaModel, axis: str, records: tuple[Record, ...], i: int, peak: float) -> Family:
     limit = model.number(axis, "actuator.limit")
-    reference = limit if 0.0 < limit < 1.2 * peak else 1.2 * peak
+    # an axis that is not driven has no peak: any scale does, since nothing can be cut off there
+    reference = limit if 0.0 < limit < 1.2 * peak else (1.2 * peak or 1.0)
     levels = [
         float(np.quantile(np.concatenate([np.abs(r.torque[:, i]) for r in records]), p)) for p in (0.9, 0.96, 0.985, 0.994, 0.998, 0.9995)
     ]

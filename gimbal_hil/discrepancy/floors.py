@@ -45,13 +45,16 @@ def spectral_floor(wide: Twin, structure: Structure, P: NDArray[np.float64], cha
     dt = bands.period_s
     power: list[Floats] = []
     f = np.zeros(1)
+    inside = []
     for which, record in enumerate(wide.records):
         column = wide.leftover(structure, P, which)[:, channel.column]
-        inside = column[record.bands.stride * int(np.argmax(record.keep)) : len(column) - 200]
-        segment = min(512, len(inside) // 4)
-        f, p = welch(inside, 1.0 / dt, nperseg=segment, average="median", detrend="linear")
-        power.append(p * len(inside))
-    psd = np.sum(power, axis=0) / sum(1.0 for _ in power) / max(1.0, float(np.mean([len(r.torque) for r in wide.records])))
+        inside.append(column[record.bands.stride * int(np.argmax(record.keep)) : len(column) - 200])
+    # logs of one call may differ in length, their spectra not
+    segment = min(512, *(len(part) // 4 for part in inside))
+    for part in inside:
+        f, p = welch(part, 1.0 / dt, nperseg=segment, average="median", detrend="linear")
+        power.append(p * len(part))
+    psd = np.sum(power, axis=0) / sum(len(part) for part in inside)
     top = wide.records[0].bands.scored_hz
     use = (f > _FROM / _TO * top) & (f < 1.25 * top)
     growth = 4 if channel.signal == TORQUE else 2

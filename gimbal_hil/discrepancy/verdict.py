@@ -175,6 +175,9 @@ def _effect_entry(diagnosis: Diagnosis, index: int) -> tuple[dict[str, Any], lis
     confidence = 0.5 * (1.0 + math.erf(min(nearest, 8.0) / 2.83)) if not close else 1.0 / (1.0 + len(close))
     entry = {"name": effect, "axis": axis, "status": status, "parameters": parameters, "held_out_gain": gain, "best_control_gain": control,
              "confidence": round(min(confidence, 0.999), 3)}  # fmt: skip
+    contradiction = _contradiction(entry)
+    if contradiction:
+        entry["contradiction"] = contradiction
     form = undetermined_form(search, best.fit, index)
     if form is not None:
         entry["form_undetermined"] = form
@@ -275,8 +278,9 @@ def _text(diagnosis: Diagnosis, verdict: str, effects: list[dict[str, Any]], gap
             if verdict == "named"
             else " At least one of these cannot be told from another cause on this data; the run that would tell is proposed."
         )
+        against = "".join(f" {e['contradiction']}" for e in effects if "contradiction" in e)
         forms = "".join(_form_text(e) for e in effects if "form_undetermined" in e)
-        return f"{open_part}. It is explained by {names}{closed}.{doubt}{forms}{_remainder(diagnosis)}"
+        return f"{open_part}. It is explained by {names}{closed}.{doubt}{forms}{against}{_remainder(diagnosis)}"
     if verdict == "no_discrepancy":
         moved = " once the known numbers were refitted within a few per cent" if diagnosis.floated is not None else ""
         return f"The model explains this data to its noise{moved}; nothing is missing that it could show."
@@ -300,3 +304,17 @@ def _remainder(diagnosis: Diagnosis) -> str:
     left = [g for g in gap_entries(diagnosis) if g["after"] > COMPLETE_FLOORS * g["noise_floor"]]
     told = ", ".join(f"{g['signal'].replace('_', ' ')} of {g['axis']} {g['after'] / g['noise_floor']:.1f} floors" for g in left)
     return f" Still unexplained beside it: {told}." if told else ""
+
+
+def _contradiction(effect: dict[str, Any]) -> str:
+    """What a fitted number says against the law that it belongs to; empty where there is nothing."""
+    breakaway, coulomb = effect["parameters"].get("breakaway"), effect["parameters"].get("coulomb")
+    if effect["name"] != "stribeck" or breakaway is None:
+        return ""
+    level = coulomb["value"] if coulomb else breakaway["nominal"]
+    if level is None or breakaway["high"] >= level:
+        return ""
+    return (
+        f"The data contradict a Stribeck bump: friction falls towards standstill, break-away {breakaway['value']:.3g}"
+        f" {breakaway['unit']} lies below Coulomb friction {level:.3g}; do not read the number as a break-away torque."
+    )

@@ -26,7 +26,7 @@ def test_sound_logs_pass() -> None:
 
 def test_degrees_in_the_place_of_radians_are_refused() -> None:
     with pytest.raises(BadInputError, match=r"outer\.position"):
-        check_logs(shipped_model(), (table(scale=180.0 / np.pi * 10.0),))
+        check_logs(shipped_model(), (table(scale=180.0 / np.pi),))
 
 
 def test_torque_in_millinewton_metres_is_refused() -> None:
