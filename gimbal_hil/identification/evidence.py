@@ -17,6 +17,8 @@ from sim_backend.model import AntennaModel
 
 #: a plateau travels at least this many encoder steps and lasts this long
 _PLATEAU_STEPS, _PLATEAU_S = 100.0, 0.5
+#: a loop that is asked for another speed has settled after this time, s
+_LOOP_SETTLING_S = 0.5
 #: torque that changes by less than this share of break-away a row is slow enough for the static presliding curve
 _SLOW_SHARE = 0.02
 #: at the start of a torque-driven stretch the joint moves less than this many encoder steps in 50 ms
@@ -73,7 +75,7 @@ def collect(logs: Sequence[Log], model: AntennaModel, axis: str) -> Evidence:
             inertias.append(load.inertia)
             label = f"{log.name}: {stretch.label}"
             if not torque_driven:
-                plateaus.append(Plateau(label, part.time_s, position, load.friction, load.inertia))
+                plateaus.append(Plateau(label, part.time_s, position, load.friction, load.inertia, _LOOP_SETTLING_S))
                 continue
             records.append(AxisRecord(label, part.period_s, load.drive, position))
             if float(np.max(np.abs(np.diff(load.drive)))) < slow:

@@ -16,8 +16,6 @@ from gimbal_hil.identification.steadiness import SteadyRule, SteadyWindow, find_
 _SAME_SPEED = 0.03
 #: bristles have settled to a hundred-thousandth after so many lengths Ts / sigma0 of travel; more than this share of a plateau never goes
 _SETTLING_LENGTHS, _MOST_SETTLING = 12.0, 0.5
-#: and a loop has settled after this time, s
-_LOOP_SETTLING_S = 0.5
 #: the rate's fluctuation is taken at steps of this time, s, about straight lines over so many of them: a rate loop is faster than those
 _JITTER_S, _JITTER_STEPS = 0.01, 50
 #: a fluctuation beyond this share of the speed is no small one, and is not believed
@@ -32,7 +30,8 @@ class Plateau:
 
     `time_s`, `position` (encoder), `friction`: shape (n,). `friction` is the applied torque minus what the model's rigid body needs
     (gravity, base motion), centred on the samples; the acceleration term is left to the window's momentum balance. `inertia` is the
-    axis' inertia, used for that balance.
+    axis' inertia, used for that balance. `settling_s` is what the loop needs from the first
+    row on: zero where the rows were cut out of a steady motion.
     """
 
     label: str
@@ -40,6 +39,7 @@ class Plateau:
     position: Vector
     friction: Vector
     inertia: float
+    settling_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ def _settled_row(plateau: Plateau, window: SteadyWindow, bristle_length: float) 
     travelled = np.abs(plateau.position[: window.stop] - plateau.position[0])
     since = plateau.time_s[: window.stop] - plateau.time_s[0]
     enough = min(_SETTLING_LENGTHS * bristle_length, _MOST_SETTLING * float(travelled[-1]))
-    long_enough = min(_LOOP_SETTLING_S, _MOST_SETTLING * float(since[-1]))
+    long_enough = min(plateau.settling_s, _MOST_SETTLING * float(since[-1]))
     return max(window.start, int(np.argmax(travelled >= enough)), int(np.argmax(since >= long_enough)))
 
 

@@ -118,7 +118,7 @@ def test_what_a_loop_does_while_it_settles_is_no_torque_of_that_position() -> No
         position = 0.4 - sign * 0.4 + sign * speed * time
         noise = np.random.default_rng(number).normal(0.0, 1e-3, len(time))
         friction = sign * (0.25 + 0.3 * np.exp(-time / 0.03)) + noise
-        plateaus.append(Plateau(f"{speed} {sign}", time, position, friction, 0.5))
+        plateaus.append(Plateau(f"{speed} {sign}", time, position, friction, 0.5, settling_s=0.5))
     found = measure_velocity_map(plateaus, bristle_length=5e-4)
     assert found.curve_positive is None
     assert all(abs(abs(point.torque) - 0.25) < 4.0 * point.standard_error for point in found.points)
