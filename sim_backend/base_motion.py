@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from firmware_protocol.compiling import compiled
+from firmware_protocol.elementary import sine_cosine
 from sim_backend.layout import (
     BASE_AMPLITUDE,
     BASE_ATTITUDE,
@@ -36,12 +37,18 @@ def base_state(P: np.ndarray, K: np.ndarray, t: float) -> tuple[Vector, Vector, 
     """Gravity (m/s^2), angular rate (rad/s) and angular acceleration (rad/s^2) of the base at t seconds, in base axes."""
     kind = K[BASE_KIND]
     if kind == _FIXED:
-        return (P[FIXED_GRAVITY], P[FIXED_GRAVITY + 1], P[FIXED_GRAVITY + 2]), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+        return base_at_rest(P)
     if kind == _CONSTANT:
         return _constant_rate(P, t)
     if kind == _SINUSOID:
         return _sinusoid(P, t)
     return _recorded(P, K, t)
+
+
+@compiled
+def base_at_rest(P: np.ndarray) -> tuple[Vector, Vector, Vector]:
+    """`base_state` of a base that does not move."""
+    return (P[FIXED_GRAVITY], P[FIXED_GRAVITY + 1], P[FIXED_GRAVITY + 2]), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
 
 
 @compiled
@@ -61,22 +68,27 @@ def base_attitude(P: np.ndarray, K: np.ndarray, t: float) -> Vector:
 @compiled
 def gravity_in_base(g: float, roll: float, pitch: float) -> Vector:
     """R_eb^T (0, 0, -g)."""
-    cp = math.cos(pitch)
-    return g * math.sin(pitch), -g * cp * math.sin(roll), -g * cp * math.cos(roll)
+    return gravity_at(g, sine_cosine(roll), sine_cosine(pitch))
+
+
+@compiled
+def gravity_at(g: float, roll: tuple[float, float], pitch: tuple[float, float]) -> Vector:
+    """`gravity_in_base` for angles given as (sine, cosine)."""
+    return g * pitch[0], -g * pitch[1] * roll[0], -g * pitch[1] * roll[1]
 
 
 @compiled
 def body_rates(roll: float, pitch: float, droll: float, dpitch: float, dyaw: float) -> Vector:
     """Body rates p, q, r from Euler angle rates (3-2-1)."""
-    cr, sr, cp, sp = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
+    (sr, cr), (sp, cp) = sine_cosine(roll), sine_cosine(pitch)
     return droll - dyaw * sp, dpitch * cr + dyaw * sr * cp, -dpitch * sr + dyaw * cr * cp
 
 
 @compiled
 def _constant_rate(P: np.ndarray, t: float) -> tuple[Vector, Vector, Vector]:
     p, q, r = P[BASE_RATE], P[BASE_RATE + 1], P[BASE_RATE + 2]
-    gx, gy, gz = gravity_in_base(P[GRAVITY_M_S2], P[BASE_ATTITUDE], P[BASE_ATTITUDE + 1])
-    return _turned(gx, gy, gz, p, q, r, t), (p, q, r), (0.0, 0.0, 0.0)
+    # FIXED_GRAVITY is that of t = 0
+    return _turned(P[FIXED_GRAVITY], P[FIXED_GRAVITY + 1], P[FIXED_GRAVITY + 2], p, q, r, t), (p, q, r), (0.0, 0.0, 0.0)
 
 
 @compiled
@@ -86,7 +98,7 @@ def _turned(x: float, y: float, z: float, p: float, q: float, r: float, t: float
     if rate == 0.0:
         return x, y, z
     ux, uy, uz = p / rate, q / rate, r / rate
-    c, s = math.cos(rate * t), -math.sin(rate * t)
+    s, c = sine_cosine(-rate * t)
     d = (ux * x + uy * y + uz * z) * (1.0 - c)
     return (
         c * x + s * (uy * z - uz * y) + d * ux,
@@ -99,7 +111,7 @@ def _turned(x: float, y: float, z: float, p: float, q: float, r: float, t: float
 def _euler_angles(P: np.ndarray, t: float) -> Vector:
     roll, pitch, yaw = P[BASE_ATTITUDE], P[BASE_ATTITUDE + 1], P[BASE_ATTITUDE + 2]
     p, q, r = P[BASE_RATE], P[BASE_RATE + 1], P[BASE_RATE + 2]
-    cr, sr, cp, sp, cy, sy = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch), math.cos(yaw), math.sin(yaw)
+    (sr, cr), (sp, cp), (sy, cy) = sine_cosine(roll), sine_cosine(pitch), sine_cosine(yaw)
     # rows of R_eb at t = 0 are the earth axes seen from the base; turn each
     xx, _, _ = _turned(cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr, p, q, r, t)
     yx, _, _ = _turned(sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr, p, q, r, t)
@@ -111,7 +123,7 @@ def _euler_angles(P: np.ndarray, t: float) -> Vector:
 def _angle(P: np.ndarray, i: int, t: float) -> Vector:
     amplitude, w = P[BASE_AMPLITUDE + i], 2.0 * math.pi * P[BASE_FREQUENCY + i]
     phase = w * t + P[BASE_PHASE + i]
-    s, c = math.sin(phase), math.cos(phase)
+    s, c = sine_cosine(phase)
     return P[BASE_ATTITUDE + i] + amplitude * s, amplitude * w * c, -amplitude * w * w * s
 
 
@@ -120,7 +132,7 @@ def _sinusoid(P: np.ndarray, t: float) -> tuple[Vector, Vector, Vector]:
     roll, droll, ddroll = _angle(P, 0, t)
     pitch, dpitch, ddpitch = _angle(P, 1, t)
     _, dyaw, ddyaw = _angle(P, 2, t)
-    cr, sr, cp, sp = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)
+    (sr, cr), (sp, cp) = sine_cosine(roll), sine_cosine(pitch)
     rates = (droll - dyaw * sp, dpitch * cr + dyaw * sr * cp, -dpitch * sr + dyaw * cr * cp)
     accelerations = (
         ddroll - ddyaw * sp - dyaw * cp * dpitch,

@@ -58,7 +58,7 @@ COG_OUTER, COG_INNER = 16, 19
 MASS_OUTER, MASS_INNER = 22, 23
 #: base motion: attitude at t = 0 (roll, pitch, yaw), rates (p, q, r), sinusoid amplitude, frequency, phase (roll, pitch, yaw)
 BASE_ATTITUDE, BASE_RATE, BASE_AMPLITUDE, BASE_FREQUENCY, BASE_PHASE, BASE_ROW_S = 24, 27, 30, 33, 36, 39
-#: gravity in the axes of a base that does not move
+#: gravity in the axes of a base that does not move, or as it stands at t = 0
 FIXED_GRAVITY = 40
 AXIS_BLOCK = 44
 AXIS_SIZE = 48
@@ -103,7 +103,11 @@ BODY_RATE = 38
 #: about which joint positions sine and cosine are expanded during a tick: position, sine, cosine of each axis
 EXPANSION = 44
 EXPANSION_SIZE = 3
-EFFECT_STATES = 52
+#: series of the Stribeck bump about a speed, per axis: 1 / centre, reach, nine coefficients (`stribeck_expansion`)
+BUMP = 50
+BUMP_SIZE = 11
+PER_CENTRE, BUMP_REACH, BUMP_SERIES = range(3)
+EFFECT_STATES = BUMP + MAX_AXES * BUMP_SIZE
 
 
 def axis_block(axis: int) -> int:

@@ -9,8 +9,10 @@ from __future__ import annotations
 import math
 
 from firmware_protocol.compiling import compiled
+from firmware_protocol.elementary import logarithm_of_two, sine_cosine
 
 _CHANNELS = 16
+_MINUS_TWO_LN2 = -2.0 * math.log(2.0)
 
 
 @compiled
@@ -36,5 +38,6 @@ def uniform(seed: int, tick: int, channel: int) -> float:
 @compiled
 def normal(seed: int, tick: int, channel: int) -> float:
     """A standard normal variate, the same for the same arguments."""
-    radius = math.sqrt(-2.0 * math.log(uniform(seed, tick, 2 * channel)))
-    return radius * math.cos(2.0 * math.pi * uniform(seed, tick, 2 * channel + 1))
+    squared = _MINUS_TWO_LN2 * logarithm_of_two(uniform(seed, tick, 2 * channel))
+    # next to one the logarithm may come out a rounding above zero
+    return math.sqrt(max(squared, 0.0)) * sine_cosine(2.0 * math.pi * uniform(seed, tick, 2 * channel + 1))[1]

@@ -11,7 +11,7 @@ from sim_backend import layout
 from sim_backend.layout import APPLIED, AXES, BODY_RATE, FRICTION, POSITION, RATE, STEPS, STEPS_PER_TICK
 from sim_backend.model import AntennaModel, plant_arrays
 from sim_backend.rigid_body import equations_of_motion
-from sim_backend.step import begin_tick, plant_step, plant_tick, read_encoder, read_gyro, true_rates
+from sim_backend.step import advance, begin_tick, plant_tick, read_encoder, read_gyro, true_rates
 
 
 @dataclass(frozen=True)
@@ -48,10 +48,12 @@ def run_open_loop(P: np.ndarray, K: np.ndarray, X: np.ndarray, torque: np.ndarra
 @entry_point
 def run_steps(P: np.ndarray, K: np.ndarray, X: np.ndarray, torque_outer: float, torque_inner: float, steps: int) -> None:
     """Advance by plant steps under constant torques (N m)."""
-    for i in range(steps):
-        if i % K[STEPS_PER_TICK] == 0:
-            begin_tick(P, K, X)
-        plant_step(P, K, X, (torque_outer, torque_inner))
+    done = 0
+    while done < steps:
+        begin_tick(P, K, X)
+        stretch = min(K[STEPS_PER_TICK], steps - done)
+        advance(P, K, X, (torque_outer, torque_inner), stretch)
+        done += stretch
 
 
 @entry_point

@@ -7,11 +7,10 @@ corrections of ERRATA; checked against MuJoCo and a symbolic Lagrangian in tests
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from firmware_protocol.compiling import compiled
+from firmware_protocol.elementary import sine_cosine
 from sim_backend.layout import (
     COG_INNER,
     COG_OUTER,
@@ -43,16 +42,6 @@ Pair = tuple[float, float]
 
 
 @compiled
-def symmetric_times(P: np.ndarray, o: int, x: float, y: float, z: float) -> Vector:
-    """Inertia tensor at offset o of P times a vector."""
-    return (
-        P[o + XX] * x + P[o + XY] * y + P[o + XZ] * z,
-        P[o + XY] * x + P[o + YY] * y + P[o + YZ] * z,
-        P[o + XZ] * x + P[o + YZ] * y + P[o + ZZ] * z,
-    )
-
-
-@compiled
 def equations_of_motion(
     P: np.ndarray, K: np.ndarray, q: Pair, v: Pair, base: tuple[Vector, Vector, Vector]
 ) -> tuple[Vector, Pair, Vector, Vector, Pair]:
@@ -62,57 +51,112 @@ def equations_of_motion(
     Answers (M11, M12, M22), (h1, h2) in N m, inertial rates of the outer and inner body in their own axes, and the
     inertial accelerations about the two joint axes that remain at q'' = 0.
     """
-    turns = ((math.sin(q[0]), math.cos(q[0])), (math.sin(q[1]), math.cos(q[1])))
-    return equations_at(P, K, turns, v, base)
+    turning = base[1] != (0.0, 0.0, 0.0) or base[2] != (0.0, 0.0, 0.0)
+    turns = (sine_cosine(q[0]), sine_cosine(q[1]))
+    return equations_at(P, K, body_numbers(P, K, (0.0, 1.0)), turns, v, base, K[KIND] == _GIMBAL, turning)
+
+
+@compiled
+def body_numbers(P: np.ndarray, K: np.ndarray, turn: Pair) -> tuple[Vector, Vector, Vector, Vector]:
+    """What the equations of the gimbal want of P, once for many steps, the inner body seen in axes turned by `turn` (sine, cosine).
+
+    With q the inner position from there: M11 = a + b cos 2q + c sin 2q; products of inertia yz, xy and M22; first moments of the
+    inner body (kg m); of the outer one x, y as gravity about z sees them, y with the inner body's, and the share of the inner x that joins.
+    """
+    i, mi = INERTIA_INNER, P[MASS_INNER]
+    s, c = turn
+    s2, c2 = 2.0 * s * c, 1.0 - 2.0 * s * s
+    half, cross = 0.5 * (P[i + ZZ] - P[i + XX]), -P[i + XZ]
+    mass, share = P[MASS_OUTER], 1.0
+    if K[GRAVITY_READING] == _TOTAL_MASS:
+        mass, share = mass + mi, 0.0
+    turned = (P[INERTIA_OUTER + ZZ] + 0.5 * (P[i + XX] + P[i + ZZ]), half * c2 + cross * s2, cross * c2 - half * s2)
+    products = (c * P[i + YZ] - s * P[i + XY], c * P[i + XY] + s * P[i + YZ], P[i + YY])
+    mx, my, mz = mi * P[COG_INNER], mi * P[COG_INNER + 1], mi * P[COG_INNER + 2]
+    outer = (mass * P[COG_OUTER], mass * P[COG_OUTER + 1] + share * my, share)
+    return turned, products, (c * mx + s * mz, my, c * mz - s * mx), outer
 
 
 @compiled
 def equations_at(
-    P: np.ndarray, K: np.ndarray, turns: tuple[Pair, Pair], v: Pair, base: tuple[Vector, Vector, Vector]
+    P: np.ndarray,
+    K: np.ndarray,
+    body: tuple[Vector, Vector, Vector, Vector],
+    turns: tuple[Pair, Pair],
+    v: Pair,
+    base: tuple[Vector, Vector, Vector],
+    gimbal: bool,
+    turning: bool,
 ) -> tuple[Vector, Pair, Vector, Vector, Pair]:
-    """`equations_of_motion` for joint positions given as (sine, cosine) of each axis."""
+    """`equations_of_motion` with (sine, cosine) of each joint position, the inner one from where `body` is seen, as its rates are.
+
+    `gimbal` False is the single axis, `turning` False a base that does not turn. The outer position counts where `outer_turn_counts`.
+    """
     (se, ce), (si, ci) = turns
-    if K[KIND] != _GIMBAL:
+    if not gimbal:
         return _single_axis(P, K, se, ce, v[0])
     gravity, rate, acceleration = base
-    # outer body: base quantities seen in o, then the joint rate about z
-    bx, by = ce * rate[0] + se * rate[1], ce * rate[1] - se * rate[0]
-    ox, oy, oz = bx, by, rate[2] + v[0]
-    aox = ce * acceleration[0] + se * acceleration[1] + v[0] * by
-    aoy = ce * acceleration[1] - se * acceleration[0] - v[0] * bx
-    aoz = acceleration[2]
-    gox, goy, goz = ce * gravity[0] + se * gravity[1], ce * gravity[1] - se * gravity[0], gravity[2]
-    # inner body: outer quantities seen in i, then the joint rate about y
-    px, pz = ci * ox - si * oz, si * ox + ci * oz
-    ix, iy, iz = px, oy + v[1], pz
-    aix = ci * aox - si * aoz - v[1] * pz
-    aiy = aoy
-    aiz = si * aox + ci * aoz + v[1] * px
-    gix, giy, giz = ci * gox - si * goz, goy, si * gox + ci * goz
-    # rate of change of the inner body's angular momentum at q'' = 0, in i
-    hx, hy, hz = symmetric_times(P, INERTIA_INNER, ix, iy, iz)
-    nx, ny, nz = symmetric_times(P, INERTIA_INNER, aix, aiy, aiz)
-    dix, diy, diz = nx + iy * hz - iz * hy, ny + iz * hx - ix * hz, nz + ix * hy - iy * hx
-    mi = P[MASS_INNER]
-    wix = mi * (P[COG_INNER + 1] * giz - P[COG_INNER + 2] * giy)
-    wiy = mi * (P[COG_INNER + 2] * gix - P[COG_INNER] * giz)
-    wiz = mi * (P[COG_INNER] * giy - P[COG_INNER + 1] * gix)
-    # the outer body's own, in o; nothing where the base does not turn
-    doz = 0.0
-    if ox != 0.0 or oy != 0.0 or aox != 0.0 or aoy != 0.0 or aoz != 0.0:
-        hx, hy, _ = symmetric_times(P, INERTIA_OUTER, ox, oy, oz)
-        _, _, nz = symmetric_times(P, INERTIA_OUTER, aox, aoy, aoz)
-        doz = nz + ox * hy - oy * hx
-    lever_z = P[COG_OUTER] * goy - P[COG_OUTER + 1] * gox
-    if K[GRAVITY_READING] == _TOTAL_MASS:
-        woz = (P[MASS_OUTER] + mi) * lever_z
-    else:
-        woz = P[MASS_OUTER] * lever_z - si * wix + ci * wiz
-    m11 = P[INERTIA_OUTER + ZZ] + si * si * P[INERTIA_INNER + XX] - 2.0 * si * ci * P[INERTIA_INNER + XZ] + ci * ci * P[INERTIA_INNER + ZZ]
-    m12 = ci * P[INERTIA_INNER + YZ] - si * P[INERTIA_INNER + XY]
-    h1 = woz - doz - (ci * diz - si * dix)
-    h2 = wiy - diy
-    return (m11, m12, P[INERTIA_INNER + YY]), (h1, h2), (ox, oy, oz), (ix, iy, iz), (aoz, aiy)
+    (a, b, c), (yz, xy, m22), (mx, _, mz), (ox, oy, share) = body
+    # kinetic energy (M11 oz^2 + 2 M12 oz v + M22 v^2) / 2 of two bodies that share the rate oz about z
+    sine2, cosine2 = (si + si) * ci, 1.0 - (si + si) * si
+    oz = rate[2] + v[0]
+    half_slope = c * cosine2 - b * sine2
+    mass = (a + (b * cosine2 + c * sine2), ci * yz - si * xy, m22)
+    h1 = ((ci * xy + si * yz) * v[1] - (half_slope + half_slope) * oz) * v[1]
+    # first moment of the inner body in outer axes; its y part stays
+    h2 = half_slope * (oz * oz) - (ci * mx + si * mz) * gravity[2]
+    if gravity[0] != 0.0 or gravity[1] != 0.0:
+        gx, gy = ce * gravity[0] + se * gravity[1], ce * gravity[1] - se * gravity[0]
+        h1 += (ox + share * (ci * mx + si * mz)) * gy - oy * gx
+        h2 += (ci * mz - si * mx) * gx
+    if not turning:
+        return mass, (h1, h2), (0.0, 0.0, oz), (-si * oz, v[1], ci * oz), (0.0, 0.0)
+    wx, wy = ce * rate[0] + se * rate[1], ce * rate[1] - se * rate[0]
+    ao = (
+        ce * acceleration[0] + se * acceleration[1] + v[0] * wy,
+        ce * acceleration[1] - se * acceleration[0] - v[0] * wx,
+        acceleration[2],
+    )
+    extra = _turning_torque(P, body, (si, ci), (wx, wy, oz), v[1], ao)
+    inner = (ci * wx - si * oz, wy + v[1], si * wx + ci * oz)
+    return mass, (h1 - extra[0], h2 - extra[1]), (wx, wy, oz), inner, (ao[2], ao[1])
+
+
+@compiled
+def outer_turn_counts(gravity: Vector, gimbal: bool, turning: bool) -> bool:
+    """Whether the outer position enters the equations: not on a level base that does not turn."""
+    return bool(turning or gravity[0] != 0.0 or gravity[1] != 0.0 or not gimbal)
+
+
+@compiled
+def _turning_torque(P: np.ndarray, body: tuple[Vector, Vector, Vector, Vector], turn: Pair, outer: Vector, v: float, ao: Vector) -> Pair:
+    """What a turning base takes from both joints beside oz: rates of change of angular momentum with the outer body's rates ox, oy in
+    them, and all that its acceleration `ao` brings. The inner body's rate is w + u, with u what it has at ox = oy = 0."""
+    si, ci = turn
+    ox, oy, oz = outer
+    wx, wy, wz = ci * ox, oy, si * ox
+    ux, uy, uz = -si * oz, v, ci * oz
+    (a, b, c), (yz, xy, yy), _, _ = body
+    mean = a - P[INERTIA_OUTER + ZZ]
+    inner = (mean - b, yy, mean + b, xy, -c, yz)
+    hx, hy, hz = _tensor_times(inner, wx, wy, wz)
+    kx, ky, kz = _tensor_times(inner, wx + ux, wy + uy, wz + uz)
+    nx, ny, nz = _tensor_times(inner, ci * ao[0] - si * ao[2] - v * wz, ao[1], si * ao[0] + ci * ao[2] + v * wx)
+    dx = nx + (wy * kz - wz * ky) + (uy * hz - uz * hy)
+    dy = ny + (wz * kx - wx * kz) + (uz * hx - ux * hz)
+    dz = nz + (wx * ky - wy * kx) + (ux * hy - uy * hx)
+    o = INERTIA_OUTER
+    gx = P[o + XX] * ox + P[o + XY] * oy + P[o + XZ] * oz
+    gy = P[o + XY] * ox + P[o + YY] * oy + P[o + YZ] * oz
+    gz = P[o + XZ] * ao[0] + P[o + YZ] * ao[1] + P[o + ZZ] * ao[2]
+    return gz + ox * gy - oy * gx + ci * dz - si * dx, dy
+
+
+@compiled
+def _tensor_times(tensor: tuple[float, float, float, float, float, float], x: float, y: float, z: float) -> Vector:
+    """Inertia tensor (xx, yy, zz, xy, xz, yz) times a vector."""
+    xx, yy, zz, xy, xz, yz = tensor
+    return xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
 
 
 @compiled
@@ -128,20 +172,33 @@ def _single_axis(P: np.ndarray, K: np.ndarray, sine: float, cosine: float, v: fl
 
 @compiled
 def expand_turns(X: np.ndarray) -> None:
-    """Once a tick: the joint positions about which `turns_near` expands, with their sine and cosine."""
+    """Once a tick: the joint positions that steps count from, with their sine and cosine, where they are not there already."""
     for axis in range(2):
         e = EXPANSION + axis * EXPANSION_SIZE
-        X[e], X[e + 1], X[e + 2] = X[POSITION + axis], math.sin(X[POSITION + axis]), math.cos(X[POSITION + axis])
+        if X[e] != X[POSITION + axis]:
+            X[e] = X[POSITION + axis]
+            X[e + 1], X[e + 2] = sine_cosine(X[e])
 
 
 @compiled
-def turns_near(X: np.ndarray, axis: int, q: float) -> Pair:
-    """(sine, cosine) of a position near that of the tick's start, to double precision at a tenth of the cost."""
+def turn_centre(X: np.ndarray, axis: int) -> Vector:
+    """Position (rad) about which an axis is expanded, with its sine and cosine."""
     e = EXPANSION + axis * EXPANSION_SIZE
-    d = q - X[e]
-    if abs(d) > 0.02:
-        return math.sin(q), math.cos(q)
+    return X[e], X[e + 1], X[e + 2]
+
+
+@compiled
+def turn_by(d: float) -> Pair:
+    """(sine, cosine) of the small angles that a joint turns within a tick, to double precision at a third of the cost."""
+    if not abs(d) <= 0.02:
+        return sine_cosine(d)
     d2 = d * d
-    sine = d * (1.0 - d2 * (1 / 6 - d2 * (1 / 120 - d2 * (1 / 5040))))
-    cosine = 1.0 - d2 * (1 / 2 - d2 * (1 / 24 - d2 * (1 / 720)))
-    return X[e + 1] * cosine + X[e + 2] * sine, X[e + 2] * cosine - X[e + 1] * sine
+    d4 = d2 * d2
+    return d - (d * d2) * (((1 / 6) - d2 * (1 / 120)) + d4 * (1 / 5040)), 1.0 - d2 * (((1 / 2) - d2 * (1 / 24)) + d4 * (1 / 720))
+
+
+@compiled
+def turned_from(centre: Vector, d: float) -> Pair:
+    """(sine, cosine) at an angle d from `centre` (position, sine, cosine)."""
+    s, c = turn_by(d)
+    return centre[1] * c + centre[2] * s, centre[2] * c - centre[1] * s

@@ -37,13 +37,15 @@ def encoder_reading(P: np.ndarray, block: int, seed: int, tick: int, axis: int, 
 
 
 @compiled
-def gyro_step(P: np.ndarray, block: int, X: np.ndarray, axis: int, rate: float) -> None:
-    """Advance the gyro's second-order lag by one plant step at inertial rate `rate` (rad/s); nothing when it is ideal."""
+def gyro_step(P: np.ndarray, block: int, state: tuple[float, float], rate: float) -> tuple[float, float]:
+    """State of the gyro's second-order lag one plant step later, at inertial rate `rate` (rad/s); the same when it is ideal."""
     if P[block + GYRO_FILTER] > 0.0:
-        s = GYRO_STATE + 2 * axis
-        x1, x2 = X[s], X[s + 1]
-        X[s] = P[block + GYRO_A11] * x1 + P[block + GYRO_A12] * x2 + P[block + GYRO_B1] * rate
-        X[s + 1] = P[block + GYRO_A21] * x1 + P[block + GYRO_A22] * x2 + P[block + GYRO_B2] * rate
+        x1, x2 = state
+        return (
+            P[block + GYRO_A11] * x1 + P[block + GYRO_A12] * x2 + P[block + GYRO_B1] * rate,
+            P[block + GYRO_A21] * x1 + P[block + GYRO_A22] * x2 + P[block + GYRO_B2] * rate,
+        )
+    return state
 
 
 @compiled

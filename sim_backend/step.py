@@ -1,4 +1,4 @@
-"""One plant step: from the commanded torques to the motion one step later.
+"""Plant steps: from the commanded torques to the motion some steps later.
 
 Second order in the step: leapfrog in position with the velocity-dependent torques taken at the rate predicted for the
 middle of the step. Everything is a function of (P, K, X); nothing is allocated.
@@ -10,10 +10,10 @@ import numpy as np
 
 from firmware_protocol.compiling import compiled
 from sim_backend.actuator import actuate
-from sim_backend.base_motion import base_state
+from sim_backend.base_motion import base_at_rest, base_state
 from sim_backend.effects.dispatch import command_law, encoder_law, friction_law, gyro_law, structure_advance, structure_law, torque_law
 from sim_backend.effects.effect import Hook
-from sim_backend.friction import BUMP_GONE, lugre_step, stribeck_level
+from sim_backend.friction import BUMP_GONE, bristle_step, stribeck_share, without_bristles
 from sim_backend.layout import (
     ACCELERATION,
     AMBIENT,
@@ -22,12 +22,15 @@ from sim_backend.layout import (
     AXIS,
     AXIS_BLOCK,
     AXIS_SIZE,
+    BASE_KIND,
     BODY_RATE,
     BRISTLE,
     BUMP_GONE_SPEED,
+    BUMP_REACH,
     CODE,
     DELTA,
     FRICTION,
+    GYRO_STATE,
     HEATING,
     HOOK_COUNT,
     HOOK_FIRST,
@@ -39,8 +42,10 @@ from sim_backend.layout import (
     KIND,
     KNOT_SIZE,
     KNOTS,
+    LAGGED,
     MAX_KNOTS,
     PARAMETERS,
+    PER_CENTRE,
     POSITION,
     RATE,
     SEED,
@@ -62,50 +67,171 @@ from sim_backend.layout import (
     THERMAL_TIME_S,
     TS,
     VS,
+    BaseKind,
     PlantKind,
 )
-from sim_backend.rigid_body import equations_at, equations_of_motion, expand_turns, turns_near
+from sim_backend.rigid_body import body_numbers, equations_at, expand_turns, outer_turn_counts, turn_by, turn_centre, turned_from
 from sim_backend.sensors import encoder_reading, gyro_reading, gyro_step
+from sim_backend.stribeck_expansion import Series, bump_series, centre_bump, forget_bump, share_near
 from sim_backend.thesis_slips import slip_torque
 
 _COMMAND, _FRICTION, _TORQUE, _STRUCTURE = int(Hook.COMMAND), int(Hook.FRICTION), int(Hook.TORQUE), int(Hook.STRUCTURE)
 _ENCODER, _GYRO = int(Hook.ENCODER), int(Hook.GYRO)
-_GIMBAL = int(PlantKind.GIMBAL)
+_GIMBAL, _FIXED = int(PlantKind.GIMBAL), int(BaseKind.FIXED)
+#: place of the applied torque in `joint_state`
+_TORQUE_NOW = 2
+Pair = tuple[float, float]
 
 
 @compiled
-def plant_step(P: np.ndarray, K: np.ndarray, X: np.ndarray, command: tuple[float, float]) -> None:
-    """Advance the plant by one step of P[STEP_S] seconds under commanded torques (N m) held over it."""
-    h = P[STEP_S]
-    q = (X[POSITION] + 0.5 * h * X[RATE], X[POSITION + 1] + 0.5 * h * X[RATE + 1])
-    v = (X[RATE] + 0.5 * h * X[ACCELERATION], X[RATE + 1] + 0.5 * h * X[ACCELERATION + 1])
-    base = base_state(P, K, (X[STEPS] + 0.5) * h)
-    turns = (turns_near(X, 0, q[0]), turns_near(X, 1, q[1]))
-    mass, bias, outer_rate, inner_rate, axis_acceleration = equations_at(P, K, turns, v, base)
-    if K[SLIPS] != 0:
-        extra = slip_torque(P, K, q, v, base)
-        bias = (bias[0] + extra[0], bias[1] + extra[1])
-    net0, own0 = joint_torque(P, K, X, 0, h, command[0], q[0], v[0], mass[0], axis_acceleration[0])
-    if K[AXES] > 1:
-        net1, own1 = joint_torque(P, K, X, 1, h, command[1], q[1], v[1], mass[2], axis_acceleration[1])
-        m11, m12, m22 = mass[0] - own0, mass[1], mass[2] - own1
-        b0, b1 = net0 + bias[0], net1 + bias[1]
-        inverse = 1.0 / (m11 * m22 - m12 * m12)
-        a0, a1 = (m22 * b0 - m12 * b1) * inverse, (m11 * b1 - m12 * b0) * inverse
+def advance(P: np.ndarray, K: np.ndarray, X: np.ndarray, command: Pair, steps: int) -> None:
+    """Advance the plant by steps of P[STEP_S] seconds under commanded torques (N m) held over them; `begin_tick` comes before."""
+    if K[KIND] == _GIMBAL and K[BASE_KIND] == _FIXED and K[INSTANCES] == 0 and K[SLIPS] == 0:
+        _advance(P, K, X, command, steps, True)
     else:
-        a0, a1 = (net0 + bias[0]) / (mass[0] - own0), 0.0
-    if K[HOOK_COUNT + _STRUCTURE] > 0:
-        advance_structures(P, K, X, h, (mass[0], mass[2]), (a0 + axis_acceleration[0], a1 + axis_acceleration[1]))
-    X[POSITION] += h * (X[RATE] + 0.5 * h * a0)
-    X[POSITION + 1] += h * (X[RATE + 1] + 0.5 * h * a1)
-    X[RATE] += h * a0
-    X[RATE + 1] += h * a1
-    X[ACCELERATION], X[ACCELERATION + 1] = a0, a1
-    X[STEPS] += 1.0
+        _advance(P, K, X, command, steps, False)
+
+
+@compiled
+def _advance(P: np.ndarray, K: np.ndarray, X: np.ndarray, command: Pair, steps: int, plain: bool) -> None:
+    """The steps themselves; `plain` is a literal, so that the compiler leaves out what a gimbal without effects, slips or a moving
+    base does not have. The state is in locals from step to step: through X each step would wait for the stores of the one before."""
+    effects, slips, turning = not plain and K[INSTANCES] > 0, not plain and K[SLIPS] != 0, not plain and K[BASE_KIND] != _FIXED
+    gimbal, two = plain or K[KIND] == _GIMBAL, plain or K[AXES] > 1
+    h = P[STEP_S]
     half = 0.5 * h
-    gyro_step(P, AXIS_BLOCK, X, 0, outer_rate[2] + half * a0)
-    if K[AXES] > 1:
-        gyro_step(P, AXIS_BLOCK + AXIS_SIZE, X, 1, inner_rate[1] + half * a1)
+    v0, v1, a0, a1 = X[RATE], X[RATE + 1], X[ACCELERATION], X[ACCELERATION + 1]
+    joint0, joint1 = joint_state(X, 0), joint_state(X, 1)
+    in_force0, in_force1 = friction_in_force(X, 0, h), friction_in_force(X, 1, h)
+    bump0, bump1 = bump_series(X, 0), bump_series(X, 1)
+    gyro0, gyro1 = gyro_state(X, 0), gyro_state(X, 1)
+    # positions count from where the tick began; d0, d1 are those in the middle of a step, which advance by the rate after it
+    centre0, centre1 = turn_centre(X, 0), turn_centre(X, 1)
+    d0, d1 = (X[POSITION] - centre0[0]) + half * v0, (X[POSITION + 1] - centre1[0]) + half * v1
+    body = body_numbers(P, K, centre1[1:])
+    base = base_at_rest(P)
+    done = X[STEPS]
+    for _ in range(steps):
+        q = (centre0[0] + d0, centre1[0] + d1)
+        v = (v0 + half * a0, v1 + half * a1)
+        if turning:
+            base = base_state(P, K, (done + 0.5) * h)
+        turns = ((0.0, 1.0), turn_by(d1))
+        if outer_turn_counts(base[0], gimbal, turning):
+            turns = (turned_from(centre0, d0), turns[1])
+        mass, bias, outer_rate, inner_rate, carried = equations_at(P, K, body, turns, v, base, gimbal, turning)
+        if slips:
+            extra = slip_torque(P, K, q, v, base)
+            bias = (bias[0] + extra[0], bias[1] + extra[1])
+        net0, own0, joint0 = joint_law(P, K, X, 0, effects, h, command[0], q[0], v[0], mass[0], carried[0], joint0, in_force0, bump0)
+        if two:
+            net1, own1, joint1 = joint_law(P, K, X, 1, effects, h, command[1], q[1], v[1], mass[2], carried[1], joint1, in_force1, bump1)
+            m11, m12, m22 = mass[0] - own0, mass[1], mass[2] - own1
+            b0, b1 = net0 + bias[0], net1 + bias[1]
+            inverse = 1.0 / (m11 * m22 - m12 * m12)
+            a0, a1 = (m22 * b0 - m12 * b1) * inverse, (m11 * b1 - m12 * b0) * inverse
+        else:
+            a0 = (net0 + bias[0]) / (mass[0] - own0)
+        if effects:
+            torques = (joint0[_TORQUE_NOW], joint1[_TORQUE_NOW])
+            advance_structures(P, K, X, h, torques, (mass[0], mass[2]), (a0 + carried[0], a1 + carried[1]))
+        d0, d1 = (d0 + h * v0) + (h * h) * a0, (d1 + h * v1) + (h * h) * a1
+        v0, v1 = v0 + h * a0, v1 + h * a1
+        done += 1.0
+        if effects:
+            X[STEPS] = done
+        gyro0 = gyro_step(P, AXIS_BLOCK, gyro0, outer_rate[2] + half * a0)
+        if two:
+            gyro1 = gyro_step(P, AXIS_BLOCK + AXIS_SIZE, gyro1, inner_rate[1] + half * a1)
+    X[POSITION], X[POSITION + 1] = centre0[0] + (d0 - half * v0), centre1[0] + (d1 - half * v1)
+    X[RATE], X[RATE + 1], X[ACCELERATION], X[ACCELERATION + 1] = v0, v1, a0, a1
+    X[STEPS] = done
+    put_joint_state(X, 0, joint0)
+    put_joint_state(X, 1, joint1)
+    X[GYRO_STATE], X[GYRO_STATE + 1] = gyro0
+    X[GYRO_STATE + 2], X[GYRO_STATE + 3] = gyro1
+
+
+@compiled
+def joint_state(X: np.ndarray, axis: int) -> tuple[float, float, float, float]:
+    """Of one joint: bristle deflection, state of the actuator's lag, applied torque and friction over the last step."""
+    return X[BRISTLE + axis], X[LAGGED + axis], X[APPLIED + axis], X[FRICTION + axis]
+
+
+@compiled
+def put_joint_state(X: np.ndarray, axis: int, joint: tuple[float, float, float, float]) -> None:
+    """The reverse of `joint_state`."""
+    X[BRISTLE + axis], X[LAGGED + axis], X[APPLIED + axis], X[FRICTION + axis] = joint
+
+
+@compiled
+def joint_law(
+    P: np.ndarray,
+    K: np.ndarray,
+    X: np.ndarray,
+    axis: int,
+    effects: bool,
+    h: float,
+    command: float,
+    q: float,
+    v: float,
+    inertia: float,
+    inertial_acceleration: float,
+    joint: tuple[float, float, float, float],
+    in_force: tuple[float, float, float, float, float, float, float, float, float],
+    bump: Series,
+) -> tuple[float, float, tuple[float, float, float, float]]:
+    """Net torque of actuator, effects and friction at one joint (N m), the inertia that does not move with it (kg m^2), and its
+    `joint_state` after the step. `effects` False leaves them out at no cost; `in_force` is what `friction_in_force` answers, `bump` what
+    `bump_series` does."""
+    block = AXIS_BLOCK + axis * AXIS_SIZE
+    if effects and K[HOOK_COUNT + _COMMAND] > 0:
+        for i in range(K[HOOK_FIRST + _COMMAND], K[HOOK_FIRST + _COMMAND] + K[HOOK_COUNT + _COMMAND]):
+            k = INSTANCE + INSTANCE_SIZE * K[i]
+            if K[k + AXIS] == axis:
+                command = command_law(K[k + CODE], P, K[k + PARAMETERS], X, K[k + STATES], K, command, q, v)
+    torque, lagged = actuate(P, block, joint[1], command)
+    ts, tc, sigma2, relaxation, per_vs, delta, gone, sigma0, sigma1_per_step = in_force
+    if effects and K[HOOK_COUNT + _FRICTION] > 0:
+        for i in range(K[HOOK_FIRST + _FRICTION], K[HOOK_FIRST + _FRICTION] + K[HOOK_COUNT + _FRICTION]):
+            k = INSTANCE + INSTANCE_SIZE * K[i]
+            if K[k + AXIS] == axis:
+                ts, tc, sigma2 = friction_law(
+                    K[k + CODE], P, K[k + PARAMETERS], X, K[k + STATES], q, v, torque, X[TEMPERATURE + axis], ts, tc, sigma2
+                )
+        relaxation = sigma0 * h / tc if tc > 0.0 else 0.0
+    speed = abs(v)
+    level = tc
+    if speed <= gone:
+        w = speed * bump[PER_CENTRE] - 1.0
+        share = share_near(w, bump) if abs(w) <= bump[BUMP_REACH] else stribeck_share(speed * per_vs, delta)
+        level = tc + (ts - tc) * share
+        if sigma0 > 0.0:
+            relaxation = sigma0 * h / level
+    if sigma0 > 0.0:
+        z, friction = bristle_step(joint[0], v, h, relaxation, sigma0, sigma1_per_step, sigma2)
+    else:
+        z, friction = 0.0, without_bristles(v, level, sigma2)
+    after = (z, lagged, torque, friction)
+    # friction, stops and joint-side effects act on the joint; what a structure passes on of the motor's torque comes last
+    net = -friction
+    if P[block + STOP_STIFFNESS] > 0.0:
+        net += _stop_torque(P, block, q, v)
+    taken_off = 0.0
+    if effects and K[HOOK_COUNT + _TORQUE] > 0:
+        for i in range(K[HOOK_FIRST + _TORQUE], K[HOOK_FIRST + _TORQUE] + K[HOOK_COUNT + _TORQUE]):
+            k = INSTANCE + INSTANCE_SIZE * K[i]
+            if K[k + AXIS] == axis:
+                net += torque_law(K[k + CODE], P, K[k + PARAMETERS], X, K[k + STATES], q, v, h)
+    if effects and K[HOOK_COUNT + _STRUCTURE] > 0:
+        for i in range(K[HOOK_FIRST + _STRUCTURE], K[HOOK_FIRST + _STRUCTURE] + K[HOOK_COUNT + _STRUCTURE]):
+            k = INSTANCE + INSTANCE_SIZE * K[i]
+            if K[k + AXIS] == axis:
+                torque, inertia_off = structure_law(
+                    K[k + CODE], P, K[k + PARAMETERS], X, K[k + STATES], torque, inertia, inertial_acceleration
+                )
+                taken_off += inertia_off
+    return torque + net, taken_off, after
 
 
 @compiled
@@ -121,58 +247,38 @@ def joint_torque(
     inertia: float,
     inertial_acceleration: float,
 ) -> tuple[float, float]:
-    """Net torque of actuator, effects and friction at one joint (N m), and the inertia that does not move with it (kg m^2)."""
-    block = AXIS_BLOCK + axis * AXIS_SIZE
-    f = IN_FORCE + axis * IN_FORCE_SIZE
-    effects = K[INSTANCES] > 0
-    if effects and K[HOOK_COUNT + _COMMAND] > 0:
-        for i in range(K[HOOK_FIRST + _COMMAND], K[HOOK_FIRST + _COMMAND] + K[HOOK_COUNT + _COMMAND]):
-            k = INSTANCE + INSTANCE_SIZE * K[i]
-            if K[k + AXIS] == axis:
-                command = command_law(K[k + CODE], P, K[k + PARAMETERS], X, K[k + STATES], K, command, q, v)
-    torque = actuate(P, block, X, axis, command)
-    ts, tc, sigma2 = X[f + TS], X[f + TC], X[f + SIGMA2]
-    if effects and K[HOOK_COUNT + _FRICTION] > 0:
-        for i in range(K[HOOK_FIRST + _FRICTION], K[HOOK_FIRST + _FRICTION] + K[HOOK_COUNT + _FRICTION]):
-            k = INSTANCE + INSTANCE_SIZE * K[i]
-            if K[k + AXIS] == axis:
-                ts, tc, sigma2 = friction_law(
-                    K[k + CODE], P, K[k + PARAMETERS], X, K[k + STATES], q, v, torque, X[TEMPERATURE + axis], ts, tc, sigma2
-                )
-    X[APPLIED + axis] = torque
-    speed = abs(v)
-    level = tc if speed > X[f + BUMP_GONE_SPEED] else stribeck_level(speed, ts, tc, X[f + VS], X[f + DELTA])
-    X[BRISTLE + axis], friction = lugre_step(X[BRISTLE + axis], v, h, level, X[f + SIGMA0], X[f + SIGMA1], sigma2)
-    X[FRICTION + axis] = friction
-    # friction, stops and joint-side effects act on the joint; what a structure passes on of the motor's torque comes last
-    joint = -friction
-    if P[block + STOP_STIFFNESS] > 0.0:
-        joint += _stop_torque(P, block, q, v)
-    if effects and K[HOOK_COUNT + _TORQUE] > 0:
-        for i in range(K[HOOK_FIRST + _TORQUE], K[HOOK_FIRST + _TORQUE] + K[HOOK_COUNT + _TORQUE]):
-            k = INSTANCE + INSTANCE_SIZE * K[i]
-            if K[k + AXIS] == axis:
-                joint += torque_law(K[k + CODE], P, K[k + PARAMETERS], X, K[k + STATES], q, v, h)
-    taken_off = 0.0
-    if effects and K[HOOK_COUNT + _STRUCTURE] > 0:
-        for i in range(K[HOOK_FIRST + _STRUCTURE], K[HOOK_FIRST + _STRUCTURE] + K[HOOK_COUNT + _STRUCTURE]):
-            k = INSTANCE + INSTANCE_SIZE * K[i]
-            if K[k + AXIS] == axis:
-                torque, inertia_off = structure_law(
-                    K[k + CODE], P, K[k + PARAMETERS], X, K[k + STATES], torque, inertia, inertial_acceleration
-                )
-                taken_off += inertia_off
-    return torque + joint, taken_off
+    """`joint_law` of a joint whose state is in X."""
+    in_force = friction_in_force(X, axis, h)
+    joint, bump, effects = joint_state(X, axis), bump_series(X, axis), K[INSTANCES] > 0
+    net, own, joint = joint_law(P, K, X, axis, effects, h, command, q, v, inertia, inertial_acceleration, joint, in_force, bump)
+    put_joint_state(X, axis, joint)
+    return net, own
 
 
 @compiled
-def advance_structures(
-    P: np.ndarray, K: np.ndarray, X: np.ndarray, h: float, inertia: tuple[float, float], acceleration: tuple[float, float]
-) -> None:
+def friction_in_force(X: np.ndarray, axis: int, h: float) -> tuple[float, float, float, float, float, float, float, float, float]:
+    """Friction's numbers as a step of h seconds wants them: Ts, Tc, sigma2, sigma0 h / Tc, 1 / vs, delta, the speed beyond which the
+    bump is gone, sigma0, sigma1 / h."""
+    f = IN_FORCE + axis * IN_FORCE_SIZE
+    tc, sigma0 = X[f + TC], X[f + SIGMA0]
+    relaxation = sigma0 * h / tc if tc > 0.0 else 0.0
+    per_vs = 1.0 / X[f + VS] if X[f + VS] > 0.0 else 0.0
+    return X[f + TS], tc, X[f + SIGMA2], relaxation, per_vs, X[f + DELTA], X[f + BUMP_GONE_SPEED], sigma0, X[f + SIGMA1] / h
+
+
+@compiled
+def gyro_state(X: np.ndarray, axis: int) -> tuple[float, float]:
+    """State of an axis' gyro."""
+    return X[GYRO_STATE + 2 * axis], X[GYRO_STATE + 2 * axis + 1]
+
+
+@compiled
+def advance_structures(P: np.ndarray, K: np.ndarray, X: np.ndarray, h: float, torque: Pair, inertia: Pair, acceleration: Pair) -> None:
+    """Hidden states of the structure effects after a step with these torques (N m), inertias (kg m^2) and accelerations (rad/s^2)."""
     for i in range(K[HOOK_FIRST + _STRUCTURE], K[HOOK_FIRST + _STRUCTURE] + K[HOOK_COUNT + _STRUCTURE]):
         k = INSTANCE + INSTANCE_SIZE * K[i]
         axis = K[k + AXIS]
-        structure_advance(K[k + CODE], P, K[k + PARAMETERS], X, K[k + STATES], X[APPLIED + axis], inertia[axis], acceleration[axis], h)
+        structure_advance(K[k + CODE], P, K[k + PARAMETERS], X, K[k + STATES], torque[axis], inertia[axis], acceleration[axis], h)
 
 
 @compiled
@@ -188,14 +294,16 @@ def _stop_torque(P: np.ndarray, block: int, q: float, v: float) -> float:
 def begin_tick(P: np.ndarray, K: np.ndarray, X: np.ndarray) -> None:
     """Once a tick: sine and cosine expand about the present position, temperatures advance, friction in force follows its table."""
     expand_turns(X)
+    tick_s = P[STEP_S] * K[STEPS_PER_TICK]
     for axis in range(K[AXES]):
         block = AXIS_BLOCK + axis * AXIS_SIZE
         if P[block + THERMAL_TIME_S] > 0.0:
-            share = min(1.0, P[STEP_S] * K[STEPS_PER_TICK] / P[block + THERMAL_TIME_S])
+            share = min(1.0, tick_s / P[block + THERMAL_TIME_S])
             settled = P[block + AMBIENT] + P[block + HEATING] * P[block + THERMAL_TIME_S] * X[APPLIED + axis] * X[APPLIED + axis]
             X[TEMPERATURE + axis] += share * (settled - X[TEMPERATURE + axis])
         if K[TEMPERATURE_KNOTS] > 0:
             friction_at(P, K, axis, X[TEMPERATURE + axis], X)
+        centre_bump(X, axis, tick_s)
 
 
 @compiled
@@ -212,6 +320,7 @@ def friction_at(P: np.ndarray, K: np.ndarray, axis: int, temperature: float, X: 
     for i in range(KNOT_SIZE - 1):
         X[IN_FORCE + axis * IN_FORCE_SIZE + i] = P[knot + 1 + i] + share * (P[after + 1 + i] - P[knot + 1 + i])
     put_bump_gone(X, axis)
+    forget_bump(X, axis)
 
 
 @compiled
@@ -225,15 +334,17 @@ def put_bump_gone(X: np.ndarray, axis: int) -> None:
 def plant_tick(P: np.ndarray, K: np.ndarray, X: np.ndarray, command: tuple[float, float]) -> None:
     """Advance by one tick: K[STEPS_PER_TICK] steps under the same command."""
     begin_tick(P, K, X)
-    for _ in range(K[STEPS_PER_TICK]):
-        plant_step(P, K, X, command)
+    advance(P, K, X, command, K[STEPS_PER_TICK])
 
 
 @compiled
 def true_rates(P: np.ndarray, K: np.ndarray, X: np.ndarray) -> None:
     """Inertial body rates at this instant into X[BODY_RATE:BODY_RATE + 6]."""
     base = base_state(P, K, X[STEPS] * P[STEP_S])
-    _, _, outer, inner, _ = equations_of_motion(P, K, (X[POSITION], X[POSITION + 1]), (X[RATE], X[RATE + 1]), base)
+    expand_turns(X)
+    turns = (turn_centre(X, 0)[1:], turn_centre(X, 1)[1:])
+    body, gimbal, turning = body_numbers(P, K, (0.0, 1.0)), K[KIND] == _GIMBAL, K[BASE_KIND] != _FIXED
+    _, _, outer, inner, _ = equations_at(P, K, body, turns, (X[RATE], X[RATE + 1]), base, gimbal, turning)
     X[BODY_RATE], X[BODY_RATE + 1], X[BODY_RATE + 2] = outer
     X[BODY_RATE + 3], X[BODY_RATE + 4], X[BODY_RATE + 5] = inner
 

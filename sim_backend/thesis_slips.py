@@ -6,12 +6,12 @@ printed form minus the corrected one, with everything else left right, so that t
 
 from __future__ import annotations
 
-import math
 from enum import IntFlag
 
 import numpy as np
 
 from firmware_protocol.compiling import compiled
+from firmware_protocol.elementary import sine_cosine
 from sim_backend.friction import stribeck_level
 from sim_backend.layout import (
     AXIS_BLOCK,
@@ -64,7 +64,7 @@ def slip_torque(
 ) -> tuple[float, float]:
     """Bias torque that the slips in K[SLIPS] add on the two axes, N m."""
     slips = K[SLIPS]
-    se, ce, si, ci = math.sin(q[0]), math.cos(q[0]), math.sin(q[1]), math.cos(q[1])
+    (se, ce), (si, ci) = sine_cosine(q[0]), sine_cosine(q[1])
     gravity, rate, _ = base
     # rates of the outer body in o (joint rate added), of the inner body in i
     bx, by = ce * rate[0] + se * rate[1], ce * rate[1] - se * rate[0]

@@ -30,9 +30,12 @@ class Figure:
 
 
 def paired(
-    work: Callable[[], object], reference: Callable[[], object], repeats: int = 9, clock: Callable[[], float] = time.perf_counter
+    work: Callable[[], object], reference: Callable[[], object], repeats: int = 9, clock: Callable[[], float] = time.process_time
 ) -> tuple[list[float], list[float]]:
-    """Times of `work` and `reference` in turn (s), one call of each first that is not counted."""
+    """Times of `work` and `reference` in turn (s), one call of each first that is not counted.
+
+    By default processor time of this process: what others do on the machine is no part of it, on a free one it is the same.
+    """
     work()
     reference()
     ours: list[float] = []
@@ -63,7 +66,7 @@ def times_real_time(name: str, simulated_s: float, ours: list[float], theirs: li
     return Figure(
         name,
         statistics.median(speed),
-        "times real time",
+        "x real time",
         reference,
         statistics.median(ratios),
         min(ratios),

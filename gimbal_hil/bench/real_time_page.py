@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from plotly.graph_objects import Figure as PlotlyFigure
 
 #: times in microseconds
-HEADER = ("Link", "Ticks", "Late p50 / p99 / most", "C loop", "p99 ratio", "Turns", "Computing p50 / p99", "Missed", "Own", "C missed")
+HEADER = ("Link", "Ticks", "Late p50 / p99 / most", "C loop", "p99 ratio", "Turns", "Computing p50 / p99", "Missed", "C missed", "Own")
 ASKED_RATIO, ASKED_COMPUTING_US = 1.5, 100.0
 _PERCENT = (1.0, 5.0, 10.0, 25.0, 50.0, 75.0, 90.0, 95.0, 99.0, 99.5, 99.9, 99.99)
 
@@ -34,9 +34,9 @@ def rows_of(found: Sequence[RealTime]) -> list[list[str]]:
                 f"{one.ratio:.2f}",
                 f"{turns[0]:.2f} to {turns[-1]:.2f}",
                 f"{computing['p50']:.0f} / {computing['p99']:.0f}",
-                str(sum(one.missed.values())),
+                f"{_share(sum(one.missed.values()), one.latency.count)}",
+                f"{_share(one.reference_missed, one.reference.count)}",
                 str(one.own_misses),
-                str(one.reference_missed),
             ]
         )
     return rows
@@ -50,7 +50,7 @@ def cause_rows(found: Sequence[RealTime]) -> list[list[str]]:
 def real_time_text(found: Sequence[RealTime]) -> str:
     """The figures as aligned tables."""
     causes = [["missed, by cause", *(f"{one.link} {one.rate_hz:g} Hz" for one in found)], *cause_rows(found)]
-    return f"{_aligned([list(HEADER), *rows_of(found)])}\n\n{_aligned(causes)}"
+    return f"{_aligned([list(HEADER), *rows_of(found)])}\n\n{_aligned(causes)}\n\nfirst tick after {_ready(found)}"
 
 
 def real_time_blocks(found: Sequence[RealTime]) -> list[Block]:
@@ -66,6 +66,7 @@ def real_time_blocks(found: Sequence[RealTime]) -> list[Block]:
             f" {ASKED_COMPUTING_US:.0f} us at 1 kHz, no own miss."
         ),
         Table(HEADER, rows_of(found), "microseconds; late: from deadline to wake-up; computing: from wake-up until all is sent"),
+        Text(f"First tick after the start of the daemon's process: {_ready(found)}."),
         Table(
             ("Missed ticks by cause", *(f"{one.link}, {one.rate_hz:g} Hz" for one in found)),
             cause_rows(found),
@@ -78,6 +79,17 @@ def real_time_blocks(found: Sequence[RealTime]) -> list[Block]:
     return blocks
 
 
+def _share(missed: int, ticks: int) -> str:
+    return f"{100.0 * missed / max(1, missed + ticks):.3f} %"
+
+
+def _ready(found: Sequence[RealTime]) -> str:
+    seconds = sorted(s for one in found for s in one.ready_s)
+    return (
+        f"{seconds[0]:.1f} s at best, {seconds[len(seconds) // 2]:.1f} s in the middle of {len(seconds)} starts" if seconds else "not seen"
+    )
+
+
 def _latencies(found: Sequence[RealTime]) -> PlotlyFigure:
     from gimbal_hil.report.figures import figure
 
@@ -88,8 +100,8 @@ def _latencies(found: Sequence[RealTime]) -> PlotlyFigure:
             x, y = _tail(histogram)
             name = f"{what}, {one.link} {one.rate_hz:g} Hz"
             drawn.add_scatter(x=x, y=y, mode="lines", name=name, line=dict(color=colours[index % len(colours)], dash=dash))
-    drawn.update_xaxes(type="log")
-    drawn.update_yaxes(type="log", tickformat=".0e")
+    drawn.update_xaxes(type="log", dtick=1)
+    drawn.update_yaxes(type="log", tickformat=".3~%", dtick=1)
     drawn.update_layout(height=460, legend=dict(orientation="v", yanchor="top", y=1.0, xanchor="right", x=1.0))
     return drawn
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 import time
 from collections.abc import Callable
@@ -35,10 +36,14 @@ _HIDDEN = {"amplitude": 0.03, "order": 12.0, "phase": 0.7}
 
 @dataclass(frozen=True)
 class Cost:
-    """One point: how much there was (s of data, or candidates), wall time (s), and the same in sines computed at that moment."""
+    """One point: how much there was (s of data, or candidates), wall time (s), processor time of all processes (s), and that in sines.
+
+    Processor time, because on a machine that others use wall time tells of them; sines of the same moments, because it has no fixed speed.
+    """
 
     amount: float
     wall_s: float
+    processor_s: float
     million_sines: float
     verdict: str = ""
 
@@ -74,11 +79,11 @@ def _whole(folder: Path, seconds: float, workers: int) -> Cost:
     """A whole diagnosis: search on `seconds` of data with the whole catalogue, judged on half as much of another motion."""
     measured, judged = _surveyed(folder, seconds, 0), _surveyed(folder, max(LENGTHS_S[0], seconds / 2.0), 1)
     before = _sines_s()
-    began = time.perf_counter()
+    began, spent = time.perf_counter(), _processor_s()
     verdict = verdict_of(diagnose(shipped_model(), (measured,), (judged,), workers=workers))
-    wall_s = time.perf_counter() - began
+    wall_s, processor_s = time.perf_counter() - began, _processor_s() - spent
     named = ", ".join(f"{effect['name']} on {effect['axis']}" for effect in verdict["effects"])
-    return _cost(seconds, wall_s, before, named or str(verdict["verdict"]))
+    return _cost(seconds, wall_s, processor_s, before, named or str(verdict["verdict"]))
 
 
 def _candidates(folder: Path, repeats: int) -> tuple[Cost, ...]:
@@ -96,10 +101,10 @@ def _candidates(folder: Path, repeats: int) -> tuple[Cost, ...]:
         costs = []
         for _ in range(repeats):
             before = _sines_s()
-            began = time.perf_counter()
+            began, spent = time.perf_counter(), _processor_s()
             for family in chosen:
                 respond(twin, fit, floor, family)
-            costs.append(_cost(len(chosen), time.perf_counter() - began, before))
+            costs.append(_cost(len(chosen), time.perf_counter() - began, _processor_s() - spent, before))
         found.append(min(costs, key=lambda cost: cost.million_sines))
     return tuple(found)
 
@@ -117,18 +122,23 @@ def _surveyed(folder: Path, seconds: float, number: int) -> SignalsTable:
 
 
 def _sines_s() -> float:
-    """Seconds of a million sines now, the best of three."""
+    """Processor seconds of a million sines now, the best of three."""
     times = []
     for _ in range(3):
-        began = time.perf_counter()
-        for _ in range(1_000_000 // SINES):
+        began = _processor_s()
+        for _ in range(20_000_000 // SINES):
             sines()
-        times.append(time.perf_counter() - began)
+        times.append((_processor_s() - began) / 20.0)
     return min(times)
 
 
-def _cost(amount: float, wall_s: float, before_s: float, verdict: str = "") -> Cost:
-    return Cost(amount, wall_s, wall_s / (0.5 * (before_s + _sines_s())), verdict)
+def _processor_s() -> float:
+    """Processor time of this process and of its children that have ended."""
+    return sum(os.times()[:4])
+
+
+def _cost(amount: float, wall_s: float, processor_s: float, sines_before_s: float, verdict: str = "") -> Cost:
+    return Cost(amount, wall_s, processor_s, processor_s / (0.5 * (sines_before_s + _sines_s())), verdict)
 
 
 def _slope(costs: tuple[Cost, ...]) -> float:

@@ -11,19 +11,16 @@ if TYPE_CHECKING:
     from plotly.graph_objects import Figure as PlotlyFigure
 
 ASKED_S = 90.0
-_HEADER = ("Amount", "Wall time, s", "Million sines", "Named")
+_HEADER = ("Amount", "Wall time, s", "Processor time, s", "Million sines", "Named")
 
 
 def search_text(found: SearchFigures) -> str:
     """Both series and their exponents."""
     lines = [f"whole catalogue, {found.workers} processes; search on the data, judged on half as much of another motion"]
-    lines += [
-        f"  {cost.amount:>5g} s of data: {cost.wall_s:7.2f} s ({cost.million_sines:.0f} million sines)  {cost.verdict}"
-        for cost in found.by_length
-    ]
-    lines += [
-        f"  {cost.amount:>5g} candidates: {cost.wall_s:6.2f} s ({cost.million_sines:.0f} million sines)" for cost in found.by_candidates
-    ]
+    for unit, costs in (("s of data", found.by_length), ("candidates", found.by_candidates)):
+        for c in costs:
+            spent = f"{c.wall_s:7.2f} s, {c.processor_s:7.2f} s of processors, {c.million_sines:4.0f} million sines"
+            lines.append(f"  {c.amount:>5g} {unit}: {spent}  {c.verdict}".rstrip())
     length, candidates = found.exponents
     return "\n".join([*lines, f"cost grows as length to the power {length:.2f}, as candidates to the power {candidates:.2f}"])
 
@@ -37,7 +34,7 @@ def search_blocks(found: SearchFigures) -> list[Block]:
         Text(
             f"A ripple is hidden in the virtual antenna; the search on {longest.amount:g} s of both axes at 1 kHz with the whole"
             f" catalogue took {longest.wall_s:.0f} s on {found.workers} processes (asked: under {ASKED_S:.0f} s for two minutes)."
-            " Cost in sines computed in the same moments, so that a busy machine does not bend the line."
+            " Cost: processor time of all processes, in sines of the same moments; other users of the machine hardly bend it."
         ),
         Plot(_drawn("Whole search over length of data", "data (s)", found.by_length), f"power of the length: {length:.2f}"),
         Plot(
@@ -51,7 +48,7 @@ def search_blocks(found: SearchFigures) -> list[Block]:
 
 
 def _row(cost: Cost, unit: str) -> list[str]:
-    return [f"{cost.amount:g} {unit}", f"{cost.wall_s:.2f}", f"{cost.million_sines:.0f}", cost.verdict]
+    return [f"{cost.amount:g} {unit}", f"{cost.wall_s:.2f}", f"{cost.processor_s:.2f}", f"{cost.million_sines:.0f}", cost.verdict]
 
 
 def _drawn(title: str, x_title: str, costs: tuple[Cost, ...]) -> PlotlyFigure:

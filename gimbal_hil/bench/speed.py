@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -20,9 +21,11 @@ from sim_backend.effects import CATALOGUE
 from sim_backend.model import AntennaModel, plant_arrays, shipped_model
 from sim_backend.plant import run_steps
 
-PLANT_STEPS = 20_000
+PLANT_STEPS, STRETCHES = 20_000, 20
 SINES = 100_000
 LOCKSTEP_S = 5.0
+#: how the figures of the effects begin
+STEP_WITH = "step with "
 
 
 @entry_point
@@ -59,9 +62,11 @@ def moving_plant(model: AntennaModel) -> Callable[[], object]:
     start = arrays.X.copy()
     start[layout.RATE : layout.RATE + 2] = 0.05
 
+    # friction alone on the outer axis, friction less gravity on the inner one; started anew before the motion is another one
     def steps() -> None:
-        arrays.X[:] = start
-        run_steps(arrays.P, arrays.K, arrays.X, 0.24, 1.15, PLANT_STEPS)
+        for _ in range(STRETCHES):
+            arrays.X[:] = start
+            run_steps(arrays.P, arrays.K, arrays.X, 0.244, -0.899, PLANT_STEPS // STRETCHES)
 
     return steps
 
@@ -90,7 +95,7 @@ def effect_figures(repeats: int) -> Iterator[Figure]:
             ratios = sorted(a / b for a, b in zip(ours, theirs, strict=True))
             value = 1e9 * sorted(ours)[len(ours) // 2] / PLANT_STEPS
             middle = ratios[len(ratios) // 2]
-            yield Figure(f"step with {name}", value, "ns", "step without", middle, ratios[0], ratios[-1], repeats, "below 1.3")
+            yield Figure(f"{STEP_WITH}{name}", value, "ns", "step without", middle, ratios[0], ratios[-1], repeats, "< 1.3")
 
 
 def work_program(settings: DaemonSettings) -> Program:
@@ -137,7 +142,9 @@ def start_figures(repeats: int) -> Iterator[Figure]:
     def started(*words: str) -> Callable[[], object]:
         return lambda: subprocess.run([sys.executable, *words], check=True, capture_output=True)
 
-    ours, theirs = paired(started("-c", "from gimbal_hil.cli import main; main()", "--help"), started("-c", "pass"), repeats)
+    ours, theirs = paired(
+        started("-c", "from gimbal_hil.cli import main; main()", "--help"), started("-c", "pass"), repeats, time.perf_counter
+    )
     ratios = sorted(a / b for a, b in zip(ours, theirs, strict=True))
     yield Figure(
         "--help", float(np.median(ours)), "s", "bare interpreter", ratios[len(ratios) // 2], ratios[0], ratios[-1], repeats, "0.5 s"

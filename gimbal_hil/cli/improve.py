@@ -32,7 +32,7 @@ def command(
 ) -> int:
     """Run experiments on the antenna itself until the model is at the noise floor (0), or say what is left (1).
 
-    Ctrl-C brings the joints back, switches torque off and ends with 130; --resume goes on from there with the finished runs kept.
+    Ctrl-C or SIGTERM brings the joints back, switches torque off, ends with 130; --resume goes on with the finished runs kept.
     """
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
     from gimbal_hil.cli.progress import ProgressBar
@@ -50,6 +50,7 @@ def command(
     budgets = budgets_of(settings, budget, rounds, torques_of(torque or []), travels_of(travel or []))
     task = Task(settings, start, out, budgets, SHORT_S if short else survey, workers, dask)
     journal = Journal(out / JOURNAL_FILE, resume=resume)
+    _end_like_ctrl_c()
     try:
         _open_session(journal, task, resume)
         with ProgressBar(not as_json) as progress, site_of(settings, config, out, run, resume) as site:
@@ -62,6 +63,19 @@ def command(
         journal.close()
     _write_results(task, journal, done, as_json)
     return EXIT_DONE if done.ending is Ending.AT_THE_FLOOR else EXIT_NO
+
+
+def _end_like_ctrl_c() -> None:
+    """SIGTERM and SIGHUP bring the joints back as Ctrl-C does; they would otherwise leave a daemon behind that goes on."""
+    import signal
+    import threading
+
+    def interrupt(_number: int, _frame: object) -> None:
+        raise KeyboardInterrupt
+
+    if threading.current_thread() is threading.main_thread():
+        for number in (signal.SIGTERM, signal.SIGHUP):
+            signal.signal(number, interrupt)
 
 
 def _improve(task: Task, site: Any, journal: Journal, progress: Any, as_json: bool) -> Improvement:

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from firmware_protocol.compiling import compiled
+from firmware_protocol.elementary import sine_cosine
 from gimbal_hil.control.layout import COULOMB, MOMENT_X, MOMENT_Y, MOMENT_Z, SIGN_WIDTH, VISCOUS
 
 GRAVITY_M_S2 = 9.81
@@ -21,7 +22,8 @@ def base_rates(azimuth: float, p: float, q: float, r: float) -> tuple[float, flo
     """Inertial rates (rad/s) of the two axes when the joints rest: r about z_o, and the base rate's part along y_o."""
     if p == 0.0 and q == 0.0:
         return r, 0.0
-    return r, math.cos(azimuth) * q - math.sin(azimuth) * p
+    sine, cosine = sine_cosine(azimuth)
+    return r, cosine * q - sine * p
 
 
 @compiled
@@ -46,11 +48,9 @@ def gravity_torques(
     azimuth: float, elevation: float, roll: float, pitch: float, C: np.ndarray, outer: int, inner: int
 ) -> tuple[float, float]:
     """Torques (N m) that hold both bodies' unbalance; the moments (kg m, mass times centre of gravity) are in each body's axes."""
-    ca, sa = math.cos(azimuth), math.sin(azimuth)
-    ce, se = math.cos(elevation), math.sin(elevation)
-    bx = GRAVITY_M_S2 * math.sin(pitch)
-    by = -GRAVITY_M_S2 * math.cos(pitch) * math.sin(roll)
-    gz = -GRAVITY_M_S2 * math.cos(pitch) * math.cos(roll)
+    (sa, ca), (se, ce) = sine_cosine(azimuth), sine_cosine(elevation)
+    (sr, cr), (sp, cp) = sine_cosine(roll), sine_cosine(pitch)
+    bx, by, gz = GRAVITY_M_S2 * sp, -GRAVITY_M_S2 * cp * sr, -GRAVITY_M_S2 * cp * cr
     gx, gy = ca * bx + sa * by, ca * by - sa * bx
     # inner moment turned into the outer axes
     ix, iy, iz = C[inner + MOMENT_X], C[inner + MOMENT_Y], C[inner + MOMENT_Z]

@@ -102,10 +102,10 @@ def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport
     service = ServiceProcess(options.run, _header(settings, period, options), _service_settings(settings, options))
     with contextlib.ExitStack() as stack:
         stack.callback(service.close)
-        _compile(settings, embedded)
-        service.wait_ready()
         control_core, witness_core = control_and_witness_cores()
         witness = None if options.lockstep else stack.enter_context(WitnessProcess(witness_core))
+        _compile(settings, embedded)
+        service.wait_ready()
         clock: Clock = LockstepClock() if options.lockstep else MonotonicClock(Duration(round(options.spin_us * 1000)))
         usage = ThreadUsage()
         stack.callback(usage.close)

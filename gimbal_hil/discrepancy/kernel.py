@@ -13,6 +13,7 @@ from firmware_protocol.compiling import compiled, entry_point
 from sim_backend.effects.dispatch import encoder_law, gyro_law
 from sim_backend.effects.effect import Hook
 from sim_backend.layout import (
+    APPLIED,
     AXES,
     AXIS,
     BODY_RATE,
@@ -88,7 +89,7 @@ def _gyro(P: np.ndarray, K: np.ndarray, X: np.ndarray, axis: int, steps: int) ->
     state = GYRO_STATE + 2 * axis
     before = X[state]
     for _ in range(steps):
-        gyro_step(P, block, X, axis, rate)
+        X[state], X[state + 1] = gyro_step(P, block, (X[state], X[state + 1]), rate)
     after = X[state]
     if P[block + GYRO_FILTER] > 0.0:
         X[state] = 0.5 * (before + after)
@@ -151,7 +152,8 @@ def balance(
                 net, own = joint_torque(P, K, X, 1, h, torque[k, 1], q1 + v1 * t, v1 + a1 * t, mass[2], carried[1])
                 left1 += net + bias[1] - (mass[2] - own) * a1 - mass[1] * a0
             if K[HOOK_COUNT + _STRUCTURE] > 0:
-                advance_structures(P, K, X, h, (mass[0], mass[2]), (a0 + carried[0], a1 + carried[1]))
+                torques = (X[APPLIED], X[APPLIED + 1])
+                advance_structures(P, K, X, h, torques, (mass[0], mass[2]), (a0 + carried[0], a1 + carried[1]))
             X[STEPS] += 1.0
         out[k, 0], out[k, 1] = left0 / steps, left1 / steps
         for axis in range(K[AXES]):

@@ -71,6 +71,29 @@ def run_ticks(
     int64 (m, FRAME_WORDS) all frames unless it has no room for one tick; `counts` int64 (2,) says how many of each. With `until_done`
     the run ends with the tick in which no segment runs or is due any more. Stops early when `rows`, `frames` or the event ring is full.
     """
+    return _run_ticks(words, plan, P, K, X, J, device_counters, rows, frames, octets, counts, tick, ticks, step_ns, every, until_done)
+
+
+@compiled
+def _run_ticks(
+    words: np.ndarray,
+    plan: np.ndarray,
+    P: np.ndarray,
+    K: np.ndarray,
+    X: np.ndarray,
+    J: np.ndarray,
+    device_counters: np.ndarray,
+    rows: np.ndarray,
+    frames: np.ndarray,
+    octets: np.ndarray,
+    counts: np.ndarray,
+    tick: int,
+    ticks: int,
+    step_ns: int,
+    every: int,
+    until_done: bool,
+) -> int:
+    # here and not in the entry point, because there every view would be counted
     G, mail, counters = words[:MAIL_AT], words[MAIL_AT:COUNTERS_AT], words[COUNTERS_AT:RECEIVERS_AT]
     H, C = words[H_AT:C_AT].view(np.float64), words[C_AT:OCTETS_AT].view(np.float64)
     row_floats = rows.view(np.float64)

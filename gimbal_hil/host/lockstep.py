@@ -142,7 +142,8 @@ class FramePath(_Engine):
 
     def advance(self, ticks: int, *, until_done: bool = False, every: int = 1) -> Recorded:
         """See `Lockstep`."""
-        host, device, link, far, exchange = self.host, self.device, self._link, self._far, self._exchange
+        host, link, far, exchange = self.host, self._link, self._far, self._exchange
+        host_tick, device_tick = host.tick, self.device.tick
         host.take_log()
         logs: list[NDArray[np.int64]] = []
         events: list[HostEvent] = []
@@ -150,12 +151,12 @@ class FramePath(_Engine):
         step_ns = self.step_ns
         for tick in range(first, first + ticks):
             received = self._answer if link is None else link.receive()
-            sent = host.tick(tick, tick * step_ns, received)
+            sent = host_tick(tick, tick * step_ns, received)
             if link is None:
-                self._answer = device.tick(sent)
+                self._answer = device_tick(sent)
             else:
                 link.send(sent)
-                far.send(device.tick(far.receive()))
+                far.send(device_tick(far.receive()))
             if exchange is not None:
                 exchange(tick, received, sent)
             if tick % 32 == 31:
@@ -167,17 +168,17 @@ class FramePath(_Engine):
                 break
         logs.append(self._decimated(host.take_log(), every))
         events += host.events()
-        return Recorded(np.concatenate(logs), self.tick - first, 1.0 / self.settings.rate_hz, events=tuple(events))
+        return Recorded(_stacked(logs, LOG_WORDS), self.tick - first, 1.0 / self.settings.rate_hz, events=tuple(events))
 
     def _decimated(self, log: NDArray[np.int64], every: int) -> NDArray[np.int64]:
         """Rows that the decimation keeps: that of the segment where it says so."""
-        rows = Recorded(log, len(log), 0.0)
-        labels, wanted = rows.segment, np.full(len(log), every)
         plan, length = self.host.plan, int(self.host.memory.G[layout.PLAN_LENGTH])
-        for place in range(length):
-            at = place * layout.SEGMENT_SIZE
-            if plan[at + layout.RECORD_EVERY] > 0:
-                wanted[labels == plan[at + layout.SEGMENT_ID]] = int(plan[at + layout.RECORD_EVERY])
+        asking = [at for at in range(0, length * layout.SEGMENT_SIZE, layout.SEGMENT_SIZE) if plan[at + layout.RECORD_EVERY] > 0]
+        if every == 1 and not asking:
+            return log
+        labels, wanted = Recorded(log, len(log), 0.0).segment, np.full(len(log), every)
+        for at in asking:
+            wanted[labels == plan[at + layout.SEGMENT_ID]] = int(plan[at + layout.RECORD_EVERY])
         return log[log[:, 0] % wanted == 0]
 
 
@@ -242,6 +243,7 @@ def joined(parts: list[Recorded]) -> Recorded:
 
 
 def _stacked(arrays: list[NDArray[np.int64]], words: int) -> NDArray[np.int64]:
-    if len(arrays) == 1:
+    # a view is copied, so that it does not keep a whole buffer alive
+    if len(arrays) == 1 and arrays[0].base is None:
         return arrays[0]
     return np.concatenate(arrays) if arrays else np.zeros((0, words), dtype=np.int64)

@@ -21,6 +21,7 @@ import math
 import numpy as np
 
 from firmware_protocol.compiling import compiled
+from firmware_protocol.elementary import sine_cosine
 from gimbal_hil.host.states import Shape, number
 
 _HOLD, _RAMP, _SINE, _CHIRP = number(Shape.HOLD), number(Shape.RAMP), number(Shape.SINE), number(Shape.CHIRP)
@@ -40,7 +41,8 @@ def reference_at(shape: int, plan: np.ndarray, p: int, origin: float, start: flo
         return _ramp(origin + plan[p], plan[p + 1], plan[p + 2], time_s)
     if shape == _SINE:
         angle = _TWO_PI * plan[p + 2] * time_s + plan[p + 3]
-        return origin + plan[p] + plan[p + 1] * math.sin(angle), plan[p + 1] * _TWO_PI * plan[p + 2] * math.cos(angle)
+        sine, cosine = sine_cosine(angle)
+        return origin + plan[p] + plan[p + 1] * sine, plan[p + 1] * _TWO_PI * plan[p + 2] * cosine
     if shape == _CHIRP:
         return _chirp(origin + plan[p], plan[p + 1], plan[p + 2], plan[p + 3], min(time_s, plan[p + 4]))
     if shape == _TRAPEZOID:
@@ -65,8 +67,8 @@ def _chirp(value: float, amplitude: float, first_hz: float, growth: float, time_
     frequency = first_hz * math.exp(growth * time_s)
     # expm1, because a growth of next to nothing must not lose the cycles in rounding
     cycles = first_hz * math.expm1(growth * time_s) / growth if growth != 0.0 else first_hz * time_s
-    angle = _TWO_PI * cycles
-    return value + amplitude * math.sin(angle), amplitude * _TWO_PI * frequency * math.cos(angle)
+    sine, cosine = sine_cosine(_TWO_PI * cycles)
+    return value + amplitude * sine, amplitude * _TWO_PI * frequency * cosine
 
 
 @compiled

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from gimbal_hil.discrepancy.search import COMPLETE_FLOORS
 from gimbal_hil.experiments.experiment import AXES
+from gimbal_hil.improvement.choosing import WORTH
 from gimbal_hil.improvement.journal import Chosen, Diagnosed, Ended, Entry, Measured, Measuring, Refused, Resumed, Stopped
 from gimbal_hil.report import Block, Callout, Details, Heading, Listing, Page, Plot, Table, Text, Tiles
 from sim_backend.model import AntennaModel, load_model
@@ -31,7 +32,7 @@ def improvement_page(task: Task, entries: Sequence[Entry]) -> Page:
     blocks: list[Block] = [_conclusion(end), _tiles(task, rounds, measured, used_s, end)]
     if rounds:
         blocks += [Heading("How the gap shrank"), Plot(_gap_figure(rounds), _GAP_CAPTION), _round_table(rounds)]
-    blocks += [Heading("Experiments"), _experiment_table(entries), *_menu(entries)]
+    blocks += [Heading("Experiments"), _experiment_table(entries), *_menu(rounds)]
     blocks += [Heading("What the model gained"), *_gained(task.start, model, rounds)]
     if rounds:
         blocks += [Heading("What is left"), *_left(rounds[-1], end)]
@@ -132,21 +133,18 @@ def _experiment_table(entries: Sequence[Entry]) -> Table:
     return Table(header, rows, "In the order in which they were run; torque as rehearsed on the model before anything moved.")
 
 
-def _menu(entries: Sequence[Entry]) -> list[Block]:
-    rows = [
-        (
-            str(e.round),
-            f"{c['sequence']} on {c['axis']}",
-            f"{c['expected']:.0f}",
-            "run" if c["sequence"] == e.sequence and c["axis"] in e.axes else "",
-        )
-        for e in entries
-        if isinstance(e, Chosen)
-        for c in e.considered
-    ]
+def _menu(rounds: Sequence[Diagnosed]) -> list[Block]:
+    rows = []
+    for one in rounds:
+        for entry in one.considered:
+            run = one.choice is not None and entry["sequence"] == one.choice["sequence"] and entry["axis"] in one.choice["axes"]
+            rows.append((str(one.round), f"{entry['sequence']} on {entry['axis']}", f"{entry['expected']:,.0f}", "run" if run else ""))
     if not rows:
         return []
-    caption = "Squared floors that the rival would leave beyond the best explanation, refitted as far as the data so far allows."
+    caption = (
+        "The menu of separating runs as it was weighed: squared floors that the rival would leave beyond the best explanation, "
+        f"refitted as far as the data so far allow. Nothing is run for less than {WORTH:g}."
+    )
     return [Table(("round", "entry of the menu", "expected difference", ""), rows, caption)]
 
 
@@ -184,6 +182,8 @@ def _left(last: Diagnosed, end: Ended | Stopped | None) -> list[Block]:
     blocks: list[Block] = [Table(header, rows, f"Round {last.round}, on data that neither selected nor tuned anything.")]
     if not (isinstance(end, Ended) and end.ending == "at_the_floor"):
         blocks.append(Text(last.text))
+    if last.remark:
+        blocks.append(Callout(last.remark, "warning"))
     if last.alternatives:
         also = [(a["name"], a["axis"], a["instead_of"], a["reason"]) for a in last.alternatives]
         blocks.append(Table(("could also be", "axis", "instead of", "why"), also))

@@ -6,12 +6,11 @@ reversal to the next. Its bristle equation at constant rate is linear, so each s
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from firmware_protocol.compiling import compiled
 from sim_backend.effects.effect import Domain, Effect, Hook, Parameter
+from sim_backend.friction import decay_half
 
 STIFFNESS, REST_POSITION, HYSTERESIS, HYSTERESIS_ANGLE = range(4)
 INTERNAL_FRICTION = 0
@@ -26,9 +25,9 @@ def cable_torque(P: np.ndarray, o: int, X: np.ndarray, s: int, q: float, v: floa
     settled = P[o + HYSTERESIS] if v > 0.0 else -P[o + HYSTERESIS]
     turned = abs(v) * h / P[o + HYSTERESIS_ANGLE]
     left = X[s + INTERNAL_FRICTION] - settled
-    built = -math.expm1(-turned)
-    X[s + INTERNAL_FRICTION] = settled + left * (1.0 - built)
-    return spring - settled - left * (built / turned)
+    share = 1.0 - turned * decay_half(turned)
+    X[s + INTERNAL_FRICTION] = settled + left * (1.0 - turned * share)
+    return spring - settled - left * share
 
 
 EFFECT = Effect(

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from firmware_protocol.compiling import compiled
+from firmware_protocol.elementary import sine_cosine
 from sim_backend.effects.effect import Domain, Effect, Hook, Parameter
 
 AMPLITUDE, ORDER, PHASE = range(3)
@@ -15,7 +16,7 @@ AMPLITUDE, ORDER, PHASE = range(3)
 @compiled
 def cogging_torque(P: np.ndarray, o: int, X: np.ndarray, s: int, q: float, v: float, h: float) -> float:
     """A sin(n q + phase), N m."""
-    return P[o + AMPLITUDE] * math.sin(P[o + ORDER] * q + P[o + PHASE])
+    return P[o + AMPLITUDE] * sine_cosine(P[o + ORDER] * q + P[o + PHASE])[0]
 
 
 EFFECT = Effect(

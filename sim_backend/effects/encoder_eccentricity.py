@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from firmware_protocol.compiling import compiled
+from firmware_protocol.elementary import sine_cosine
 from sim_backend.effects.effect import Domain, Effect, Hook, Parameter
 
 AMPLITUDE, PHASE = range(2)
@@ -15,7 +16,7 @@ AMPLITUDE, PHASE = range(2)
 @compiled
 def eccentric_reading(P: np.ndarray, o: int, X: np.ndarray, s: int, position: float) -> float:
     """e sin(q + phase), rad, added to the encoder's position."""
-    return P[o + AMPLITUDE] * math.sin(position + P[o + PHASE])
+    return P[o + AMPLITUDE] * sine_cosine(position + P[o + PHASE])[0]
 
 
 EFFECT = Effect(

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from firmware_protocol.compiling import compiled
+from firmware_protocol.elementary import sine_cosine
 from sim_backend.effects.effect import Domain, Effect, Hook, Parameter
 
 RELATIVE_AMPLITUDE, ORDER, PHASE = range(3)
@@ -17,7 +18,7 @@ def levels_over_position(
     P: np.ndarray, o: int, X: np.ndarray, s: int, q: float, v: float, torque: float, temperature: float, ts: float, tc: float, sigma2: float
 ) -> tuple[float, float, float]:
     """Ts and Tc times 1 + a cos(n q + phase), N m."""
-    factor = 1.0 + P[o + RELATIVE_AMPLITUDE] * math.cos(P[o + ORDER] * q + P[o + PHASE])
+    factor = 1.0 + P[o + RELATIVE_AMPLITUDE] * sine_cosine(P[o + ORDER] * q + P[o + PHASE])[1]
     return ts * factor, tc * factor, sigma2
 
 

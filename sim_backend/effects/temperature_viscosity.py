@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from firmware_protocol.compiling import compiled
+from firmware_protocol.elementary import exponential
 from sim_backend.effects.effect import Domain, Effect, Hook, Parameter
 
 TEMPERATURE_COEFFICIENT = 0
@@ -18,7 +17,7 @@ def viscosity_at(
     P: np.ndarray, o: int, X: np.ndarray, s: int, q: float, v: float, torque: float, temperature: float, ts: float, tc: float, sigma2: float
 ) -> tuple[float, float, float]:
     """sigma2 exp(-b (temperature - 20 degC)), N m s/rad."""
-    return ts, tc, sigma2 * math.exp(-P[o + TEMPERATURE_COEFFICIENT] * (temperature - _REFERENCE_DEGC))
+    return ts, tc, sigma2 * exponential(-P[o + TEMPERATURE_COEFFICIENT] * (temperature - _REFERENCE_DEGC))
 
 
 EFFECT = Effect(

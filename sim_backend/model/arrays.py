@@ -9,9 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
+from firmware_protocol.elementary import sine_cosine
 from firmware_protocol.errors import BadInputError
 from sim_backend import layout
-from sim_backend.base_motion import gravity_in_base
+from sim_backend.base_motion import gravity_at
 from sim_backend.effects import Hook
 from sim_backend.effects.registry import effects_at
 from sim_backend.friction import BUMP_GONE
@@ -65,6 +66,8 @@ def plant_arrays(model: AntennaModel, rate_hz: float = 1000.0, seed: int = 0) ->
     states = _place_effects(P, K, model)
     P = _place_base(P, K, model.file.base, model.where)
     X = np.zeros(layout.EFFECT_STATES + states)
+    # cosines of the positions zero that stand there
+    X[layout.EXPANSION + 2 : layout.EXPANSION + layout.MAX_AXES * layout.EXPANSION_SIZE : layout.EXPANSION_SIZE] = 1.0
     for index in range(len(model.axes)):
         _start_axis(P, K, X, index)
     return PlantArrays(P, K, X)
@@ -146,9 +149,10 @@ def _place_base(P: np.ndarray, K: np.ndarray, base: BaseSection, where: str) -> 
         return angles.roll, angles.pitch, angles.yaw
 
     P[layout.BASE_ATTITUDE : layout.BASE_ATTITUDE + 3] = three(base.attitude_rad)
-    # interpreted: compiling it for one call would cost a third of a second
-    P[layout.FIXED_GRAVITY : layout.FIXED_GRAVITY + 3] = getattr(gravity_in_base, "py_func", gravity_in_base)(
-        P[layout.GRAVITY_M_S2], base.attitude_rad.roll, base.attitude_rad.pitch
+    # interpreted: compiling them for one call would cost a third of a second
+    turn = getattr(sine_cosine, "py_func", sine_cosine)
+    P[layout.FIXED_GRAVITY : layout.FIXED_GRAVITY + 3] = getattr(gravity_at, "py_func", gravity_at)(
+        P[layout.GRAVITY_M_S2], turn(base.attitude_rad.roll), turn(base.attitude_rad.pitch)
     )
     if base.motion is Motion.CONSTANT_RATE:
         K[layout.BASE_KIND] = BaseKind.CONSTANT_RATE

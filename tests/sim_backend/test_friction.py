@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 
 from firmware_protocol.compiling import entry_point
-from sim_backend.friction import lugre_step, stribeck_level
+from sim_backend.friction import BUMP_GONE, decay_half, lugre_step, stribeck_level, stribeck_share
+from sim_backend.layout import BUMP_REACH, EFFECT_STATES, IN_FORCE
+from sim_backend.layout import DELTA as DELTA_SLOT
+from sim_backend.layout import VS as VS_SLOT
+from sim_backend.stribeck_expansion import bump_series, expand_bump, share_near
+
+mpmath = pytest.importorskip("mpmath")
 
 TS, TC, VS, SIGMA0, SIGMA1, SIGMA2, DELTA = 0.2585, 0.2412, 0.0054, 238.88, 16.02, 0.0609, 1.0459
 H = 1e-4
@@ -172,3 +178,25 @@ def test_friction_is_odd_in_the_motion() -> None:
 def test_without_bristles_friction_is_the_static_curve() -> None:
     for rate, sign in ((0.3, 1.0), (-0.3, -1.0), (0.0, 0.0)):
         assert lugre_step(0.0, rate, H, level(rate), 0.0, 0.0, SIGMA2)[1] == pytest.approx(sign * level(rate) + SIGMA2 * rate)
+
+
+@pytest.mark.parametrize("delta", [0.5, 1.0, 1.0459, 1.4628, 2.0, 3.5])
+def test_the_series_of_the_bump_is_the_bump_to_double_precision(delta: float) -> None:
+    X = np.zeros(EFFECT_STATES)
+    X[IN_FORCE + VS_SLOT], X[IN_FORCE + DELTA_SLOT] = VS, delta
+    for centre in VS * np.geomspace(1e-6, BUMP_GONE ** (1.0 / delta), 60):
+        expand_bump(X, 0, centre)
+        series = bump_series(X, 0)
+        for w in np.linspace(-series[BUMP_REACH], series[BUMP_REACH], 11):
+            exact = math.exp(-((centre * (1.0 + w) / VS) ** delta))
+            # the library's own power has an error of 1e-16 times its exponent
+            assert share_near(w, series) == pytest.approx(exact, rel=0.0, abs=1e-15)
+            assert stribeck_share(centre * (1.0 + w) / VS, delta) == pytest.approx(exact, rel=0.0, abs=1e-15)
+
+
+def test_the_mean_of_a_decay_is_exact_on_both_sides_of_its_polynomial() -> None:
+    with mpmath.workprec(120):
+        for x in [*np.geomspace(1e-12, 0.2499, 300), *np.geomspace(0.25, 60.0, 300)]:
+            exact = (1 - (1 - mpmath.exp(-mpmath.mpf(x))) / mpmath.mpf(x)) / mpmath.mpf(x)
+            assert decay_half(x) == pytest.approx(float(exact), rel=3e-15)
+    assert decay_half(0.0) == 0.5
