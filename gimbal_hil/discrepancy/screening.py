@@ -102,6 +102,8 @@ def ripple_starts(twin: Twin, fit: Fit, family: Family) -> list[Start]:
     y = fit.residual[:, channel]
     travel = max(float(np.ptp(position)), 1e-9)
     moving = np.abs(rate)[np.abs(rate) > 0.05 * np.abs(rate).max()]
+    if not len(moving):
+        return []
     step = float(np.clip(0.35 * np.pi / travel, 0.0, np.inf)) if twin.model.is_linear else float(np.clip(0.35 * np.pi / travel, 0.1, 1.0))
     top = min(2.0 * np.pi * twin.records[0].bands.scored_hz / max(float(np.quantile(moving, 0.2)), 1e-9), _MOST_ORDERS * step)
     # along a straight way nothing repeats by itself: less than a few periods are no ripple

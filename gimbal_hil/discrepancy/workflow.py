@@ -69,7 +69,7 @@ class Diagnosis:
 
 def scored_band(tables: tuple[SignalsTable, ...]) -> float:
     """End of the scored band for these logs, Hz."""
-    return min(BAND_HZ, 0.08 / max(table.period_s for table in tables))
+    return min(BAND_HZ, 0.05 / max(table.period_s for table in tables))
 
 
 def diagnose(
