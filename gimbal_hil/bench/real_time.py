@@ -39,6 +39,8 @@ SLICE_S, REFERENCE_SLICE_S = 30.0, 15.0
 OWN = (MissCause.OWN_COMPUTING, MissCause.GARBAGE_COLLECTION, MissCause.PAGE_FAULT)
 LINKS = ("unix", "serial", "slcan")
 _START_S = 300.0
+#: a line that carries 2 kHz
+_BAUDRATE = 2_000_000
 _LOOK_S = 1.0
 _COMMAND = (sys.executable, "-c", "from gimbal_hil.cli import main; main()")
 _SINE = {"mode": "position", "shape": "sine", "parameters": [0.0, 0.5, 0.3, 0.0]}
@@ -193,7 +195,7 @@ def _configuration(folder: Path, link: str, rate_hz: float) -> Path:
     port = str(folder / "antenna")
     places: dict[str, Json] = {
         "unix": {"kind": "unix", "path": port},
-        "serial": {"kind": "serial", "port": port},
+        "serial": {"kind": "serial", "port": port, "baudrate": _BAUDRATE},
         "slcan": {"kind": "can", "interface": "slcan", "channel": port},
     }
     if link not in places:

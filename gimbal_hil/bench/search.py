@@ -87,17 +87,18 @@ def _whole(folder: Path, seconds: float, workers: int) -> Cost:
 
 
 def _candidates(folder: Path, repeats: int) -> tuple[Cost, ...]:
-    """Responses of a growing share of the catalogue, in an order that mixes cheap and dear ones; the best of some repeats."""
+    """Responses of a growing share of the catalogue, cheap and dear ones in the same mixture; the best of some repeats."""
     model = shipped_model()
     table = _surveyed(folder, COUNTED_S, 0)
     twin = Twin(model, (record_of(table, model, scored_band((table,)), "measured"),))
     floor = np.full(len(twin.channels), 1e-3)
     fit = refit(twin, Hypothesis(), floor)
     catalogue = [family for axis in model.axes for family in families(model, axis, twin.records)]
-    order = [catalogue[i] for i in np.random.default_rng(1).permutation(len(catalogue))]
+    catalogue.sort(key=lambda family: (family.ripple is not None, len(family.starts)))
     found = []
     for share in SHARES:
-        chosen = order[: round(share * len(order))]
+        places = np.linspace(0, len(catalogue) - 1, round(share * len(catalogue))).round().astype(int)
+        chosen = [catalogue[i] for i in places]
         costs = []
         for _ in range(repeats):
             before = _sines_s()

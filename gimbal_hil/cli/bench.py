@@ -56,11 +56,11 @@ def command(
     else:
         text, figures, blocks = _speed(repeats, say)
         words = f"--repeats {repeats}"
+    print(json.dumps(figures) if as_json else text, flush=True)
     if page is not None:
         from gimbal_hil.bench.results import bench_page
 
         bench_page(blocks, f"gimbal-hil bench {words}").write(page)
-    print(json.dumps(figures) if as_json else text)
     return 0
 
 

@@ -152,6 +152,7 @@ class ControlLoop:
             "queued_ms": used.queued_ns / 1e6,
             "collecting_ms": used.collecting_ns / 1e6,
             "bus_ms": used.bus_wait_ns / 1e6,
+            "waits": used.waits,
             "page_faults": used.minor_faults + used.major_faults,
         }
         self._event("timing", f"{miss.periods} ticks missed ({cause.value})", data, tick)

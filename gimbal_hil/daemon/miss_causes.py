@@ -40,6 +40,7 @@ class Usage:
     major_faults: int
     yields: int  # voluntary context switches
     preemptions: int  # involuntary context switches
+    waits: int = 1  # how often the thread was put back on a core beyond once a wake-up: it had waited for something, or been preempted
 
 
 NOTHING_USED = Usage(*[0] * 8)
@@ -89,9 +90,9 @@ def cause_of(miss: Miss, gaps: list[Gap], core_gaps: Sequence[Gap] = ()) -> Miss
 
     A gap that an idle process on another core saw too comes first: during it nothing else that was measured means anything
     (a stopped virtual core goes on charging CPU time to whom it ran). A step that was done before the deadline, or next to it, is not
-    the cause: the time was lost in the wait. Otherwise the largest of collection, link, queue, computing,
-    and computing during which the core did not answer; when these explain less than a quarter, a page fault if there was one, else
-    the timer.
+    the cause: the time was lost in the wait. Otherwise the largest of collection, link, queue, computing outside the link, and
+    computing during which the core did not answer; when these explain less than a quarter, a page fault if there was one, else the
+    timer.
     """
     lost = miss.woke_ns - miss.deadline_ns
     if 2 * _overlap_ns(miss, gaps) >= lost:
@@ -102,13 +103,17 @@ def cause_of(miss: Miss, gaps: list[Gap], core_gaps: Sequence[Gap] = ()) -> Miss
         waiting_ns = usage.computing_ns - (miss.ended_ns - miss.began_ns)
         known = {MissCause.PREEMPTION: usage.queued_ns, MissCause.CORE_TAKEN: waiting_ns}
         return _largest(known, lost, MissCause.LATE_TIMER)
+    in_link_ns = usage.bus_wait_ns
     gone_ns = min(_overlap_ns(miss, core_gaps), usage.computing_ns)
+    if usage.waits <= 0:
+        # never off its core and yet not charged with the time: a kernel that is told of stolen time leaves it out
+        gone_ns = max(gone_ns, miss.ended_ns - miss.began_ns - usage.computing_ns)
     known = {
         MissCause.GARBAGE_COLLECTION: usage.collecting_ns,
-        # what a link call spends on a core or queued for one is not waiting for the bus
-        MissCause.BUS_WAIT: usage.bus_wait_ns - usage.queued_ns - usage.computing_ns,
+        # a driver that computes in a link call is the link's as well; what the call spends queued for a core is not
+        MissCause.BUS_WAIT: in_link_ns - usage.queued_ns,
         MissCause.PREEMPTION: usage.queued_ns,
-        MissCause.OWN_COMPUTING: max(0, usage.computing_ns - usage.collecting_ns - gone_ns),
+        MissCause.OWN_COMPUTING: usage.computing_ns - usage.collecting_ns - max(gone_ns, in_link_ns),
         MissCause.CORE_TAKEN: gone_ns,
     }
     return _largest(known, lost, MissCause.PAGE_FAULT if usage.major_faults else MissCause.LATE_TIMER)
@@ -150,7 +155,10 @@ class ThreadUsage:
         self._until_read -= 1
         if self._until_read <= 0:
             self._until_read = _READ_EVERY
-            self._marked_queued_ns = self._queued_ns()
+            self._marked_queued_ns, self._marked_runs = self._scheduled()
+            self._wakes = 0
+        else:
+            self._wakes += 1
         self._marked_computing_ns = time.thread_time_ns()
         self._marked_collecting_ns = self._collecting_ns
         self._marked_bus_wait_ns = self._bus_wait_ns
@@ -158,7 +166,8 @@ class ThreadUsage:
     def since_mark(self) -> Usage:
         """What was used since the last mark; of the queue, since a few marks before it: in those next to nothing was queued."""
         computing_ns = time.thread_time_ns() - self._marked_computing_ns
-        queued_ns = self._queued_ns() - self._marked_queued_ns
+        queued_ns, runs = self._scheduled()
+        queued_ns -= self._marked_queued_ns
         before, now = self._switches, resource.getrusage(_OF_THREAD)
         self._switches = now
         return Usage(
@@ -170,6 +179,7 @@ class ThreadUsage:
             major_faults=now.ru_majflt - before.ru_majflt,
             yields=now.ru_nvcsw - before.ru_nvcsw,
             preemptions=now.ru_nivcsw - before.ru_nivcsw,
+            waits=runs - self._marked_runs - self._wakes if runs else 1,
         )
 
     def close(self) -> None:
@@ -178,9 +188,12 @@ class ThreadUsage:
         if self._schedstat >= 0:
             os.close(self._schedstat)
 
-    def _queued_ns(self) -> int:
-        """Time able to run without a core, as the kernel keeps it; 0 where it does not."""
-        return int(os.pread(self._schedstat, 80, 0).split()[1]) if self._schedstat >= 0 else 0
+    def _scheduled(self) -> tuple[int, int]:
+        """Time able to run without a core (ns), and how often the thread was put on one, as the kernel keeps them; 0 where it does not."""
+        if self._schedstat < 0:
+            return 0, 0
+        words = os.pread(self._schedstat, 80, 0).split()
+        return int(words[1]), int(words[2])
 
     def _on_collection(self, phase: str, _info: dict[str, int]) -> None:
         now = time.monotonic_ns()

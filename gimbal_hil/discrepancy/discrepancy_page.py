@@ -100,7 +100,7 @@ def _effects_table(verdict: dict[str, Any]) -> Table:
     for e in verdict["effects"]:
         for name, p in e["parameters"].items():
             nominal = "" if p["nominal"] is None else f"{p['nominal']:.4g}"
-            value, interval = f"{p['value']:.4g} {p['unit']}", f"{p['low']:.4g} .. {p['high']:.4g}"
+            value, interval = f"{p['value']:.4g} {p['unit'] if p['unit'] != '1' else ''}".rstrip(), f"{p['low']:.4g} .. {p['high']:.4g}"
             rows.append((f"{e['name']} ({e['axis']})", e["status"], name, value, interval, nominal,
                          f"{e['held_out_gain']:.1%}", f"{e['best_control_gain']:.1%}", f"{e['confidence']:.2f}"))  # fmt: skip
     header = ("effect", "status", "parameter", "value", "interval", "model had", "held-out gain", "best control", "confidence")

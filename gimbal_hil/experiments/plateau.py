@@ -13,6 +13,8 @@ from gimbal_hil.experiments.experiment import Row, Signals
 Vector = NDArray[np.float64]
 #: the speed has to be steady over this share of the stretch
 STEADY_SHARE = 0.8
+#: a sine over 75 degrees is such a polynomial to a millionth
+_SMOOTH_DEGREE = 6
 
 
 @dataclass(frozen=True)
@@ -64,10 +66,10 @@ def plateau_mean(signals: Signals, axis: str, low_rad: float, high_rad: float) -
 
 
 def _smooth(position: Vector, torque: Vector) -> Vector:
-    """The part of the torque that a parabola over position explains: gravity over a short or long stretch."""
+    """The part of the torque that a polynomial over position explains: gravity over a short or long stretch."""
     x = position - float(np.mean(position))
     scale = float(np.max(np.abs(x))) or 1.0
-    design = np.stack([np.ones_like(x), x / scale, (x / scale) ** 2, (x / scale) ** 3], axis=1)
+    design = np.polynomial.legendre.legvander(x / scale, _SMOOTH_DEGREE)
     return np.asarray(design @ np.linalg.lstsq(design, torque, rcond=None)[0])
 
 
@@ -82,6 +84,26 @@ class Pair:
     positional_error_nm: float
     steady: bool
     passes: int
+
+
+def pooled(pairs: Sequence[Pair]) -> Pair:
+    """Pairs of one speed, each over a stretch of its own, as one: gravity differs between stretches, friction should not.
+
+    The scatter of friction between pairs counts where it is larger than their own errors.
+    """
+    count = len(pairs)
+    frictions = [pair.friction_nm for pair in pairs]
+    own = float(np.sqrt(np.sum([pair.friction_error_nm**2 for pair in pairs]))) / count
+    between = float(np.std(frictions, ddof=1) / np.sqrt(count)) if count > 2 else 0.0
+    return Pair(
+        float(np.mean([pair.speed_rad_s for pair in pairs])),
+        float(np.mean(frictions)),
+        max(own, between),
+        float(np.mean([pair.positional_nm for pair in pairs])),
+        own,
+        all(pair.steady for pair in pairs),
+        sum(pair.passes for pair in pairs),
+    )
 
 
 def pair_of(forward: Sequence[Row], backward: Sequence[Row]) -> Pair | None:

@@ -46,12 +46,16 @@ def velocity_map_figure(velocity_map: VelocityMap, fits: tuple[StaticFit, ...], 
 
 
 def residual_figure(fit: StaticFit, torque_unit: str = "N m") -> Figure:
-    """Measured minus fitted torque of every point over signed rate, with 95 % bars of the points' own errors."""
-    drawn = figure("Residuals of the velocity map", "joint rate [rad/s]", f"measured - fitted [{torque_unit}]", 300)
-    drawn.add_scatter(
-        x=[p.rate for p in fit.points], y=fit.residuals, mode="markers", marker={"color": MEASURED, "size": 7}, name="points",
-        error_y={"type": "data", "array": [1.96 * p.standard_error for p in fit.points], "thickness": 1},
-    )  # fmt: skip
+    """Measured minus fitted size of the torque of every point over speed, with 95 % bars of the points' own errors."""
+    drawn = figure("Residuals of the velocity map", "joint rate, size [rad/s]", f"measured - fitted [{torque_unit}]", 320)
+    for side, name, symbol in ((1.0, "positive", "circle"), (-1.0, "negative", "diamond-open")):
+        places = [number for number, point in enumerate(fit.points) if point.rate * side > 0.0]
+        drawn.add_scatter(
+            x=[abs(fit.points[n].rate) for n in places], y=[side * fit.residuals[n] for n in places], mode="markers", name=name,
+            marker={"color": MEASURED if side > 0.0 else SECOND, "symbol": symbol, "size": 7},
+            error_y={"type": "data", "array": [1.96 * fit.points[n].standard_error for n in places], "thickness": 1},
+        )  # fmt: skip
+    drawn.update_xaxes(type="log")
     return drawn
 
 

@@ -11,6 +11,7 @@ from gimbal_hil.identification.estimate import Estimate, Verdict
 from gimbal_hil.identification.figures import hysteresis_figure, interval_figure, output_error_figure, residual_figure, velocity_map_figure
 from gimbal_hil.identification.output_error import OutputErrorFit
 from gimbal_hil.identification.stribeck import LUGRE_NAMES
+from gimbal_hil.identification.velocity_map import VelocityMap
 from gimbal_hil.report import Block, Callout, Details, Heading, Page, Plot, Table, Text, Tiles
 from sim_backend.model import AntennaModel
 
@@ -42,7 +43,7 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
     tone = "good" if count == len(result.estimates) and not result.findings else "warning" if result.findings else "neutral"
     blocks.append(
         Callout(
-            f"{count} of {len(result.estimates)} parameters identified; {len(result.findings)} findings speak against data or model.",
+            f"{count} of {len(result.estimates)} parameters identified; {_findings(len(result.findings))} against data or model.",
             tone,
         )
     )
@@ -60,7 +61,7 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
         blocks.append(
             Plot(
                 velocity_map_figure(result.velocity_map, fits, prior.static, unit),
-                "Mean friction torque in steady windows, position-dependent torque taken out; bars are 95 %.",
+                _map_caption(result.velocity_map, "m/s" if model.is_linear else "rad/s"),
             )
         )
         blocks += [Plot(residual_figure(fit, unit), f"{fit.direction.value}: rms {fit.rms:.4g} {unit}") for fit in fits[:1]]
@@ -78,7 +79,7 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
     if result.dynamic is not None:
         blocks.append(
             Plot(
-                output_error_figure(result.dynamic, len(result.dynamic.records) - 1),
+                output_error_figure(result.dynamic, _liveliest(result.dynamic)),
                 f"Output error: rms {result.dynamic.rms:.3g} rad per 10 ms; {result.dynamic.agreeing_starts} starts agree; "
                 f"torque offset {result.dynamic.offset:.3g} {unit}.",
             )
@@ -87,21 +88,40 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
     return blocks
 
 
+def _findings(count: int) -> str:
+    return "1 finding speaks" if count == 1 else f"{count or 'no'} findings speak"
+
+
+def _liveliest(fit: OutputErrorFit) -> int:
+    """The record whose torque changes fastest: there the bristles' damping shows, and the joint is faster than its encoder's step."""
+    return int(np.argmax([float(np.max(np.abs(np.diff(record.torque)))) for record in fit.records]))
+
+
+def _map_caption(found: VelocityMap, rate_unit: str) -> str:
+    jitter = max(point.jitter for point in found.points)
+    text = "Mean friction torque in steady windows, position-dependent torque taken out; bars are 95 %."
+    if jitter > 0.0:
+        text += f" The rate fluctuated by up to {jitter:.2g} {rate_unit} rms, which the fit allows for."
+    return text
+
+
 def _estimate_table(result: AxisIdentification) -> Table:
     from gimbal_hil.experiments.printed_in_thesis import FRICTION, FRICTION_RECOVERED
 
     thesis = (FRICTION[result.axis], FRICTION_RECOVERED[result.axis]) if result.axis in FRICTION else None
     header = ["parameter", "value", "low", "high", "unit", "verdict", "model given"]
     header += ["thesis, measured", "thesis, recovered"] if thesis else []
-    header += ["why, and what would settle it"]
+    reasons = [". ".join(part for part in (e.reason, e.experiment) if part) for e in result.estimates]
+    header += ["why, and what would settle it"] if any(reasons) else []
     rows = []
-    for e in result.estimates:
-        row = [e.name, _number(e.value), _bound(e.interval.low, e.interval.open_low), _bound(e.interval.high, e.interval.open_high), e.unit,
-               _WORDS[e.verdict], _number(e.prior)]  # fmt: skip
+    for e, reason in zip(result.estimates, reasons, strict=True):
+        digits = _digits(e)
+        low, high = _bound(e.interval.low, e.interval.open_low, digits), _bound(e.interval.high, e.interval.open_high, digits)
+        row = [e.name, _number(e.value, digits), low, high, e.unit, _WORDS[e.verdict], _number(e.prior)]
         if thesis:
             place = LUGRE_NAMES.index(e.name) if e.name in LUGRE_NAMES else None
             row += [_number(thesis[k][place]) if place is not None else "" for k in (0, 1)]
-        rows.append([*row, ". ".join(part for part in (e.reason, e.experiment) if part)])
+        rows.append([*row, reason] if any(reasons) else row)
     caption = (
         "Thesis: tables 4.1 to 4.6, and what its own output-error fit recovered of them in simulation, tables 4.7 to 4.10."
         if thesis
@@ -144,7 +164,7 @@ def _axis_record(result: AxisIdentification) -> dict[str, object]:
     if result.velocity_map is not None:
         record["velocity_map"] = {
             "points": [
-                {"rate": p.rate, "torque": p.torque, "standard_error": p.standard_error, "passes": p.passes}
+                {"rate": p.rate, "torque": p.torque, "standard_error": p.standard_error, "jitter": p.jitter, "passes": p.passes}
                 for p in result.velocity_map.points
             ],
             "rejected": [{"stretch": r.label, "reason": r.reason} for r in result.velocity_map.rejected],
@@ -177,13 +197,23 @@ def _finite(record: dict[str, object]) -> dict[str, object]:
     return {key: None if isinstance(value, float) and not np.isfinite(value) else value for key, value in record.items()}
 
 
-def _number(value: float | None) -> str:
-    return "–" if value is None or not np.isfinite(value) else f"{value:.5g}"
+def _number(value: float | None, digits: int = 5) -> str:
+    return "–" if value is None or not np.isfinite(value) else f"{value:.{digits}g}"
 
 
-def _bound(value: float, is_open: bool) -> str:
-    return f"({_number(value)})" if is_open else _number(value)
+def _bound(value: float, is_open: bool, digits: int) -> str:
+    return f"({_number(value, digits)})" if is_open else _number(value, digits)
+
+
+def _digits(estimate: Estimate) -> int:
+    """Digits at which the interval shows with two of its own, five at least."""
+    width = estimate.interval.high - estimate.interval.low
+    if not (np.isfinite(width) and width > 0.0 and np.isfinite(estimate.fitted) and estimate.fitted != 0.0):
+        return 5
+    return int(np.clip(np.ceil(np.log10(abs(estimate.fitted) / width)) + 2, 5, 9))
 
 
 def _with_interval(estimate: Estimate) -> str:
-    return f"{_number(estimate.fitted)} ({_number(estimate.interval.low)} to {_number(estimate.interval.high)})"
+    low, high = estimate.interval.low, estimate.interval.high
+    value, low_text, high_text = (_number(number, _digits(estimate)) for number in (estimate.fitted, low, high))
+    return f"{value} ({low_text} to {high_text})"

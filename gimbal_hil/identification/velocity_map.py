@@ -16,6 +16,8 @@ from gimbal_hil.identification.steadiness import SteadyRule, SteadyWindow, find_
 _SAME_SPEED = 0.03
 #: bristles have settled to a hundred-thousandth after so many lengths Ts / sigma0 of travel; more than this share of a plateau never goes
 _SETTLING_LENGTHS, _MOST_SETTLING = 12.0, 0.5
+#: and a loop has settled after this time, s
+_LOOP_SETTLING_S = 0.5
 #: the rate's fluctuation is taken at steps of this time, s, about straight lines over so many of them: a rate loop is faster than those
 _JITTER_S, _JITTER_STEPS = 0.01, 50
 #: a fluctuation beyond this share of the speed is no small one, and is not believed
@@ -125,10 +127,12 @@ def _position_curves(windows: Sequence[tuple[Plateau, SteadyWindow]], bristle_le
 
 
 def _settled_row(plateau: Plateau, window: SteadyWindow, bristle_length: float) -> int:
-    """First row of the window before which the joint has travelled far enough for bristles of a length `Ts / sigma0` to settle."""
+    """First row of the window by which the bristles, of a length `Ts / sigma0`, and the loop have had time to settle."""
     travelled = np.abs(plateau.position[: window.stop] - plateau.position[0])
+    since = plateau.time_s[: window.stop] - plateau.time_s[0]
     enough = min(_SETTLING_LENGTHS * bristle_length, _MOST_SETTLING * float(travelled[-1]))
-    return max(window.start, int(np.argmax(travelled >= enough)))
+    long_enough = min(_LOOP_SETTLING_S, _MOST_SETTLING * float(since[-1]))
+    return max(window.start, int(np.argmax(travelled >= enough)), int(np.argmax(since >= long_enough)))
 
 
 def _measure(

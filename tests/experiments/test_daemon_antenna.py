@@ -84,7 +84,8 @@ def test_a_small_sequence_through_the_daemon_measures_what_it_measures_in_lockst
 
 @pytest.mark.realtime
 @pytest.mark.heavy
-def test_short_sliding_and_presliding_through_daemon_and_plant_give_the_parameters_of_the_model(tmp_path: Path) -> None:
+@pytest.mark.parametrize("axis", ["outer", "inner"])
+def test_short_sliding_and_presliding_through_daemon_and_plant_give_the_parameters_of_the_model(tmp_path: Path, axis: str) -> None:
     from gimbal_hil.identification import Log, friction_of, identify_axis
     from gimbal_hil.identification.reading import read_logs
 
@@ -93,12 +94,13 @@ def test_short_sliding_and_presliding_through_daemon_and_plant_give_the_paramete
     for name in ("sliding", "presliding"):
         folder = tmp_path / name
         folder.mkdir()
-        outcome = through_daemon(folder, build_experiment(name, SequenceOptions(1000.0, ("inner",), short=True)))
+        outcome = through_daemon(folder, build_experiment(name, SequenceOptions(1000.0, (axis,), short=True)))
         logs += read_logs(outcome.folder, model.axes)
-    found = identify_axis(logs, model, "inner")
-    truth = dict(zip((e.name for e in found.estimates), friction_of(model, "inner").values().tolist(), strict=True))
+    found = identify_axis(logs, model, axis)
+    truth = dict(zip((e.name for e in found.estimates), friction_of(model, axis).values().tolist(), strict=True))
     for estimate in found.estimates:
         low, high = estimate.interval.low, estimate.interval.high
-        print(f"{estimate.name:<18} {estimate.value:.6g} ({low:.6g} to {high:.6g}), true {truth[estimate.name]:.6g}")
+        held = estimate.interval.covers(truth[estimate.name])
+        print(f"{estimate.name:<18} {estimate.value:.6g} ({low:.6g} to {high:.6g}), true {truth[estimate.name]:.6g}, held: {held}")
         assert np.isfinite(high - low)
         assert abs(estimate.value - truth[estimate.name]) < max(high - low, 0.02 * truth[estimate.name])

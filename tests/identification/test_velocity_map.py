@@ -109,3 +109,16 @@ def test_settling_of_the_bristles_is_left_out_although_no_test_sees_it_in_the_no
     (told,) = measure_velocity_map([Plateau("slow", time, position, friction, 0.5)], bristle_length=length).points
     assert abs(told.torque - 0.25) < 3.0 * told.standard_error
     assert told.effective_samples < 30_000
+
+
+def test_what_a_loop_does_while_it_settles_is_no_torque_of_that_position() -> None:
+    plateaus = []
+    for number, (sign, speed) in enumerate((s, v) for v in (0.02, 0.04, 0.08) for s in (1.0, -1.0)):
+        time = np.arange(int(0.8 / speed / 1e-3)) * 1e-3
+        position = 0.4 - sign * 0.4 + sign * speed * time
+        noise = np.random.default_rng(number).normal(0.0, 1e-3, len(time))
+        friction = sign * (0.25 + 0.3 * np.exp(-time / 0.03)) + noise
+        plateaus.append(Plateau(f"{speed} {sign}", time, position, friction, 0.5))
+    found = measure_velocity_map(plateaus, bristle_length=5e-4)
+    assert found.curve_positive is None
+    assert all(abs(abs(point.torque) - 0.25) < 4.0 * point.standard_error for point in found.points)

@@ -157,27 +157,41 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
         blocks += [Heading(f"Presliding of the {axis} axis"), _said(own), _table(own)]
         for kind, caption in (
             ("loop", "Loops below break-away: torque from the hold over displacement. The slope at zero friction is the stiffness."),
-            ("ramp", "Ramps through break-away, both signs and all rates; the slide itself is cut off."),
+            (
+                "ramp",
+                "Ramps through break-away, both signs and all rates; the slide is cut off. Torque counts from the load in the middle "
+                "between break-away up and down: a ramp begins with whatever its bristles held.",
+            ),
             ("pulses", "Pulses below break-away over time: how the joint comes to rest on its bristles holds the damping."),
         ):
             names = [row["step"] for row in own if row["kind"] == kind and row["step"] in drawn]
             if names:
-                blocks.append(Plot(_figure(axis, kind, {name: drawn[name] for name in names}), caption))
+                blocks.append(
+                    Plot(_figure(axis, kind, {name: drawn[name] for name in names}, _load_of(own) if kind == "ramp" else None), caption)
+                )
     blocks.append(
         Text("`gimbal-hil identify` fits sigma0 with the exact LuGre curve and sigma1 from the simulated motion, with intervals.")
     )
     return blocks
 
 
+def _load_of(own: Sequence[Row]) -> float | None:
+    """Torque in the middle between break-away up and down, N m; None unless ramps of both signs broke away."""
+    broken = [
+        [row["breakaway_nm"] for row in own if row["kind"] == "ramp" and row["direction"] == sign and row["broke_away"]] for sign in (1, -1)
+    ]
+    return 0.5 * sum(float(np.mean(torques)) for torques in broken) if all(broken) else None
+
+
 def _said(own: Sequence[Row]) -> Callout:
     ramps = [row for row in own if row["kind"] == "ramp"]
-    ups = [row["breakaway_nm"] for row in ramps if row["direction"] > 0 and row["broke_away"]]
-    downs = [row["breakaway_nm"] for row in ramps if row["direction"] < 0 and row["broke_away"]]
-    if len(ups) + len(downs) < len(ramps) or not ups or not downs:
+    load = _load_of(own)
+    if load is None or not all(row["broke_away"] for row in ramps):
         return Callout("Not every ramp broke the joint away: break-away is higher than the sequence reckons with.", "warning")
-    level, middle = 0.5 * (float(np.mean(ups)) - float(np.mean(downs))), 0.5 * (float(np.mean(ups)) + float(np.mean(downs)))
+    up = float(np.mean([row["breakaway_nm"] for row in ramps if row["direction"] > 0]))
     return Callout(
-        f"Break-away {1e3 * level:.1f} mN m about a holding torque of {1e3 * middle:+.1f} mN m (both signs, {len(ramps)} ramps).", "good"
+        f"Break-away {1e3 * (up - load):.1f} mN m about a holding torque of {1e3 * load:+.1f} mN m (both signs, {len(ramps)} ramps).",
+        "good",
     )
 
 
@@ -201,15 +215,17 @@ def _number(value: float | None, scale: float, form: str) -> str:
     return "–" if value is None else format(scale * value, form)
 
 
-def _figure(axis: str, kind: str, drawn: Mapping[str, Signals]) -> object:
+def _figure(axis: str, kind: str, drawn: Mapping[str, Signals], load: float | None) -> object:
     from gimbal_hil.report.figures import figure, thinned
 
     over_time = kind == "pulses"
     x_title = "time [s]" if over_time else "displacement [mrad]"
-    picture = figure(f"{axis}: {kind}", x_title, "displacement [mrad]" if over_time else "torque from the hold [mN m]")
+    picture = figure(
+        f"{axis}: {kind}", x_title, "displacement [mrad]" if over_time else f"torque from the {'hold' if load is None else 'load'} [mN m]"
+    )
     for name, signals in drawn.items():
         position = 1e3 * (signals[f"{axis}.position"] - signals[f"{axis}.position"][0])
-        torque = 1e3 * (signals[f"{axis}.torque"] - signals[f"{axis}.torque"][0])
+        torque = 1e3 * (signals[f"{axis}.torque"] - (signals[f"{axis}.torque"][0] if load is None else load))
         few = thinned(len(position), 2000)
         x, y = (signals["time_s"] - signals["time_s"][0], position) if over_time else (position, torque)
         picture.add_scatter(x=x[few], y=y[few], mode="lines", name=name)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gimbal_hil.experiments.experiment import Experiment, Row, Signals, Step, move_to, on_axis, position_hold, step_of
-from gimbal_hil.experiments.plateau import Pair, pair_of, plateau_mean
+from gimbal_hil.experiments.plateau import Pair, pair_of, plateau_mean, pooled
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.host import AxisCommand, Mode, Shape
 from gimbal_hil.report import Block, Callout, Heading, Plot, Table, Text
@@ -125,14 +125,19 @@ def measure(step: Step, signals: Signals) -> Row | None:
 
 
 def pairs_of(rows: Sequence[Row], axis: str) -> list[Pair]:
-    """Both directions of each speed together, in order of speed."""
+    """Both directions of each speed together, in order of speed; each pass is paired over its own stretch."""
     found = []
     for speed in dict.fromkeys(row["speed_rad_s"] for row in rows if row["axis"] == axis):
         same = [row for row in rows if row["axis"] == axis and row["speed_rad_s"] == speed]
-        pair = pair_of([row for row in same if row["direction"] > 0], [row for row in same if row["direction"] < 0])
-        if pair is not None:
-            found.append(pair)
+        pairs = [pair for number in sorted({row["pass"] for row in same}) if (pair := _pair_of_pass(same, number)) is not None]
+        if pairs:
+            found.append(pooled(pairs))
     return found
+
+
+def _pair_of_pass(rows: Sequence[Row], number: int) -> Pair | None:
+    ways = ([row for row in rows if row["pass"] == number and row["direction"] == sign] for sign in (1, -1))
+    return pair_of(*ways)
 
 
 def fitted_curve(pairs: Sequence[Pair]) -> StaticFit | None:
@@ -162,7 +167,7 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
             Plot(
                 _figure(axis, rows, pairs, curve),
                 "Half the difference of both directions, in which all that depends on position alone cancels. The fainter points are the "
-                "directions one by one, less the torque that depends on position (half their sum, mean over all speeds).",
+                "directions one by one, less the mean torque of both of that speed and stretch.",
             )
         )
         if curve is not None:
@@ -181,35 +186,42 @@ def _numbers(curve: StaticFit) -> Table:
         (e.name, f"{e.fitted:.5g}", f"{e.interval.low:.5g} to {e.interval.high:.5g}", e.unit, e.verdict.value.replace("_", " "))
         for e in curve.estimates
     ]
-    return Table(("Parameter", "Value", "95 %", "Unit", "Verdict"), rows, f"Steady LuGre curve; residual {1e3 * curve.rms:.2f} mN m rms.")
+    return Table(("Parameter", "Value", "95 %", "Unit", "Verdict"), rows, f"Steady LuGre curve; residual {1e6 * curve.rms:.3g} µN m rms.")
 
 
 def _table(axis: str, pairs: Sequence[Pair]) -> Table:
-    header = ("Speed [rad/s]", "Friction [mN m]", "± [mN m]", "Positional [mN m]", "Passes", "Steady")
+    header = ("Speed [rad/s]", "Friction [mN m]", "± [µN m]", "Positional [mN m]", "Passes", "Steady")
     rows = [
         (
             f"{pair.speed_rad_s:.5f}",
-            f"{1e3 * pair.friction_nm:.2f}",
-            f"{1e3 * pair.friction_error_nm:.2f}",
+            f"{1e3 * pair.friction_nm:.3f}",
+            f"{1e6 * pair.friction_error_nm:.1f}",
             f"{1e3 * pair.positional_nm:+.2f}",
             str(pair.passes),
             "yes" if pair.steady else "no",
         )
         for pair in pairs
     ]
-    return Table(header, rows, f"The {axis} axis; errors are standard errors with autocorrelation counted.")
+    return Table(
+        header,
+        rows,
+        f"The {axis} axis; ± is one standard error with autocorrelation counted; positional: half the sum of both directions.",
+    )
 
 
 def _figure(axis: str, rows: Sequence[Row], pairs: Sequence[Pair], curve: StaticFit | None) -> object:
     from gimbal_hil.report.figures import AXIS_COLOURS, MODEL, REFERENCE, figure
 
     drawn = figure(f"Friction of the {axis} axis over speed", "speed [rad/s]", "friction [N m]", 460)
-    level = float(np.mean([pair.positional_nm for pair in pairs]))
+    both: dict[tuple[float, int], list[float]] = {}
+    for row in rows:
+        if row["axis"] == axis:
+            both.setdefault((row["speed_rad_s"], row["pass"]), []).append(row["torque_nm"])
     for direction, symbol, name in ((1, "triangle-up-open", "forward"), (-1, "triangle-down-open", "back")):
         own = [row for row in rows if row["axis"] == axis and row["direction"] == direction]
         drawn.add_scatter(
             x=[abs(row["rate_rad_s"]) for row in own],
-            y=[direction * (row["torque_nm"] - level) for row in own],
+            y=[direction * (row["torque_nm"] - float(np.mean(both[row["speed_rad_s"], row["pass"]]))) for row in own],
             error_y=dict(array=[2.0 * row["standard_error_nm"] for row in own], thickness=1),
             mode="markers",
             name=name,
