@@ -135,12 +135,13 @@ def families(model: AntennaModel, axis: str, records: tuple[Record, ...]) -> lis
         one("temperature_viscosity", "temperature_coefficient", 0.01, -20.0, 20.0),
         _spring(axis, torque),
         _stribeck(axis, number),
-        _saturation(model, axis, records, i, peak),
         _resonance(axis),
         _backlash(axis, inertia),
         Family("cogging", axis, _ripple_knobs("amplitude", 0.02 * torque), (), ripple="torque"),
         Family("position_dependent_friction", axis, _ripple_knobs("relative_amplitude", 0.05), (), ripple="friction"),
     ]
+    if peak > 0.0:
+        found.append(_saturation(model, axis, records, i, peak))
     if number["friction.sigma0"] > 0.0:
         knobs = (Knob(("sigma0",), Move.FACTOR, 1.0, -4.0, 4.0), Knob(("sigma1",), Move.FACTOR, 1.0, -4.0, 4.0))
         found.append(Family("presliding", axis, knobs, (_plane(2, 0.1), _bent((1.0, 0.5)), _bent((-1.0, -0.5)))))
@@ -199,8 +200,7 @@ def _stribeck(axis: str, number: dict[str, float]) -> Family:
 
 def _saturation(model: AntennaModel, axis: str, records: tuple[Record, ...], i: int, peak: float) -> Family:
     limit = model.number(axis, "actuator.limit")
-    # an axis that is not driven has no peak: any scale does, since nothing can be cut off there
-    reference = limit if 0.0 < limit < 1.2 * peak else (1.2 * peak or 1.0)
+    reference = limit if 0.0 < limit < 1.2 * peak else 1.2 * peak
     levels = [
         float(np.quantile(np.concatenate([np.abs(r.torque[:, i]) for r in records]), p)) for p in (0.9, 0.96, 0.985, 0.994, 0.998, 0.9995)
     ]

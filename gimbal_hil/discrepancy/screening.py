@@ -100,10 +100,10 @@ def ripple_starts(twin: Twin, fit: Fit, family: Family) -> list[Start]:
     position = np.concatenate([r.at_scored(r.motion[:, i]) for r in twin.records])
     rate = np.concatenate([r.at_scored(r.motion[:, 2 + i]) for r in twin.records])
     y = fit.residual[:, channel]
-    if float(np.abs(rate).max(initial=0.0)) == 0.0:
-        return []
     travel = max(float(np.ptp(position)), 1e-9)
     moving = np.abs(rate)[np.abs(rate) > 0.05 * np.abs(rate).max()]
+    if not len(moving):
+        return []
     step = float(np.clip(0.35 * np.pi / travel, 0.0, np.inf)) if twin.model.is_linear else float(np.clip(0.35 * np.pi / travel, 0.1, 1.0))
     top = min(2.0 * np.pi * twin.records[0].bands.scored_hz / max(float(np.quantile(moving, 0.2)), 1e-9), _MOST_ORDERS * step)
     # along a straight way nothing repeats by itself: less than a few periods are no ripple

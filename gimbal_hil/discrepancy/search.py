@@ -63,6 +63,11 @@ class Scored:
         """Mean square per row on the hold-out, summed over channels, in squared floors."""
         return float(np.sum(np.mean(self.holdout**2, axis=0)))
 
+    @property
+    def cost(self) -> float:
+        """The same with the fitted rows beside it: a hold-out that hardly excites a cause must not rank by noise what the other log decides."""
+        return self.held_out_cost + float(np.sum(np.mean(self.fit.residual**2, axis=0)))
+
 
 @dataclass(frozen=True)
 class Round:
@@ -137,7 +142,7 @@ class Search:
             label = fit.hypothesis.labels[-1]
             if label not in best_fit or fit.cost < best_fit[label].cost:
                 best_fit[label] = fit
-        tried = sorted((self.scored(fit) for fit in best_fit.values()), key=lambda s: s.held_out_cost)
+        tried = sorted((self.scored(fit) for fit in best_fit.values()), key=lambda s: s.cost)
         rows = len(state.fit.residual)
         return Round(state, tuple(tried), {label: found[0].gain / rows for label, found in best.items()})
 

@@ -41,6 +41,8 @@ _FAR = 0.22
 _IN_THE_RACE = 5.0
 #: causes that are looked for before the known numbers float
 _FEW = 2
+#: floors that fell below this share of what they were are worth another search
+_FALLEN = 0.8
 #: share of the gap that they must have closed for more to be looked for
 _PROMISING = 0.7
 
@@ -69,7 +71,7 @@ class Diagnosis:
 
 def scored_band(tables: tuple[SignalsTable, ...]) -> float:
     """End of the scored band for these logs, Hz."""
-    return min(BAND_HZ, 0.08 / max(table.period_s for table in tables))
+    return min(BAND_HZ, 0.05 / max(table.period_s for table in tables))
 
 
 def diagnose(
@@ -172,13 +174,20 @@ def _decide(
         best, rounds = search.forward(null)
         return best, null, None, rounds, found
     sparse, rounds = search.forward(null, most=_FEW)
-    if sparse.hypothesis.causes:
-        # a cause that is named no longer hides noise: floors may only fall
-        structure, P = parameters_of(wide, sparse.hypothesis)
+    leading = sparse if sparse.hypothesis.causes else min((s for r in rounds for s in r.tried), key=lambda s: s.fit.cost, default=null)
+    if leading.hypothesis.causes:
+        # a cause reaches beyond the scored band and passes for noise there until it is taken out: floors may only fall
+        before = search.floor
+        structure, P = parameters_of(wide, leading.hypothesis)
         found = smaller(found, floors(search.twin, wide, structure, P))
         search.floor = _effective(model, search.twin, found, processing)
-        null, sparse = search.again(null), search.again(sparse)
-        if search.complete(sparse, null):
+        null = search.again(null)
+        if sparse.hypothesis.causes:
+            sparse = search.again(sparse)
+        elif float(np.min(search.floor / before)) < _FALLEN:
+            sparse, more = search.forward(null, most=_FEW)
+            rounds += more
+        if sparse.hypothesis.causes and search.complete(sparse, null):
             return sparse, null, None, rounds, found
     search.progress("letting the known numbers float")
     known = known_numbers(model, TRUST)

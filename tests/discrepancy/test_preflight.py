@@ -13,25 +13,59 @@ from sim_backend.model import shipped_model
 T = np.arange(6000) * 1e-3
 
 
-def table(scale: float = 1.0, seconds: float = 6.0, torque: float = 1.0) -> SignalsTable:
-    n = int(seconds * 1000)
-    columns = {f"{axis}.torque": torque * np.sin(T[:n]) for axis in ("outer", "inner")}
-    columns |= {f"{axis}.position": scale * 0.3 * np.sin(3.0 * T[:n]) for axis in ("outer", "inner")}
-    return SignalsTable.of(("outer", "inner"), T[:n], columns, source="log.csv")
+#: motion of several frequencies, so that position, rate and acceleration are three things
+TONES = ((0.3, 3.0), (0.1, 7.1), (0.05, 11.3))
+
+
+def table(scale: float = 1.0, seconds: float = 6.0, torque: float = 1.0, rate: float = 1.0, time: float = 1.0) -> SignalsTable:
+    """Frictionless motion of the shipped antenna's inertias, each column times a factor that is 1 in sound data."""
+    t = T[: int(seconds * 1000)]
+    model = shipped_model()
+    position = sum(a * np.sin(w * t) for a, w in TONES)
+    columns: dict[str, np.ndarray] = {}
+    for axis in model.axes:
+        inertia = model.number(axis, model.own_inertia_path(axis))
+        columns[f"{axis}.torque"] = torque * inertia * -sum(a * w**2 * np.sin(w * t) for a, w in TONES) + 0.01 * np.sin(31.0 * t)
+        columns[f"{axis}.position"] = scale * position
+        columns[f"{axis}.rate"] = rate * sum(a * w * np.cos(w * t) for a, w in TONES)
+    return SignalsTable.of(model.axes, time * t, columns, source="log.csv")
 
 
 def test_sound_logs_pass() -> None:
     check_logs(shipped_model(), (table(), table()))
 
 
-def test_degrees_in_the_place_of_radians_are_refused() -> None:
-    with pytest.raises(BadInputError, match=r"outer\.position"):
-        check_logs(shipped_model(), (table(scale=180.0 / np.pi),))
+DEGREES = 180.0 / np.pi
 
 
-def test_torque_in_millinewton_metres_is_refused() -> None:
-    with pytest.raises(BadInputError, match=r"outer\.torque"):
-        check_logs(shipped_model(), (table(torque=2000.0),))
+@pytest.mark.parametrize(
+    ("wrong", "column"),
+    [
+        ({"scale": DEGREES, "rate": DEGREES}, r"outer\.torque and outer\.position"),
+        ({"scale": DEGREES}, r"outer\.rate"),
+        ({"rate": DEGREES}, r"outer\.rate"),
+        ({"rate": -1.0}, r"outer\.rate"),
+        ({"torque": 1000.0}, r"outer\.torque"),
+        ({"torque": -1.0}, r"outer\.torque"),
+        ({"time": 1000.0}, r"time_s"),
+    ],
+)
+def test_other_units_or_signs_are_refused(wrong: dict[str, float], column: str) -> None:
+    with pytest.raises(BadInputError, match=column):
+        check_logs(shipped_model(), (table(**wrong),))
+
+
+@pytest.mark.parametrize("factor", [0.5, 0.8, 1.3, 2.5])
+def test_a_model_that_is_merely_wrong_is_not_taken_for_other_units(factor: float) -> None:
+    check_logs(shipped_model(), (table(torque=factor),))
+    check_logs(shipped_model(), (table(rate=factor),))
+
+
+def test_an_axis_that_is_locked_or_not_driven_is_no_reason_to_refuse() -> None:
+    sound = table()
+    for column in ("outer.torque", "outer.position", "outer.rate"):
+        columns = dict(sound.columns) | {column: np.zeros(len(sound))}
+        check_logs(shipped_model(), (SignalsTable.of(sound.axes, sound.time_s, columns, source="log.csv"),))
 
 
 def test_a_log_without_motion_or_of_no_length_is_refused() -> None:
