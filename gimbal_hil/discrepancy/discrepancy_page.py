@@ -90,8 +90,10 @@ def _gap_figure(verdict: dict[str, Any]) -> Any:
             name="processing floor", x=labels, y=[g["processing_floor"] / g["noise_floor"] for g in verdict["gaps"]], marker_color=SECOND
         )
     )
-    drawn.add_hline(y=1.0, line_color=ALERT, annotation_text="noise floor")
-    drawn.update_yaxes(type="log")
+    drawn.add_hline(y=1.0, line_color=ALERT)
+    # on a logarithmic axis annotations stand at the logarithm
+    drawn.add_annotation(x=1.0, xref="paper", xanchor="right", y=0.0, yanchor="bottom", text="noise floor", showarrow=False)
+    drawn.update_yaxes(type="log", dtick=1)
     return drawn
 
 
@@ -156,17 +158,25 @@ def _ranking(diagnosis: Diagnosis) -> Table:
         before = float(np.sum(np.mean(one.before.holdout**2, axis=0)))
         for tried in one.tried[:6]:
             effect, axis = tried.hypothesis.labels[-1]
-            rows.append(
-                (str(number), effect, axis, f"{one.screened.get((effect, axis), 0.0):.3g}", f"{before:.4g}", f"{tried.held_out_cost:.4g}")
-            )
+            fitted = len(tried.fit.residual)
+            control = one.controls.get((effect, axis))
+            rows.append((
+                str(number), effect, axis, f"{one.taken(tried) / fitted:.4g}", "" if control is None else f"{control / fitted:.3g}",
+                f"{before:.4g}", f"{tried.held_out_cost:.4g}",
+            ))  # fmt: skip
     for index, rivals in enumerate(diagnosis.rivals):
         label = diagnosis.best.hypothesis.labels[index]
         for rival in rivals[:4]:
             effect, axis = rival.hypothesis.labels[-1]
             told = compare(diagnosis, rival)
-            rows.append((f"instead of {label[0]}", effect, axis, "", f"{told.told_apart:.1f} s.e. worse", f"{rival.held_out_cost:.4g}"))
-    header = ("round", "candidate", "axis", "screening gain", "before", "left on hold-out")
-    return Table(header, rows, "Squared floors per row, summed over channels; the best possible is the number of channels.")
+            rows.append((f"instead of {label[0]}", effect, axis, "", "", f"{told.told_apart:.1f} s.e. worse", f"{rival.held_out_cost:.4g}"))
+    header = ("round", "candidate", "axis", "takes", "its control takes", "hold-out before", "left on hold-out")
+    return Table(
+        header,
+        rows,
+        "Squared floors per row, summed over channels; the best possible left over is the number of channels. A control is the candidate's "
+        "own response, reversed and shifted in time: a name must take twice what that nonsense takes.",
+    )
 
 
 def _time_figure(diagnosis: Diagnosis) -> Any:

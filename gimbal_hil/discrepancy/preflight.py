@@ -22,7 +22,9 @@ def check_logs(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> None:
     for table in tables:
         where = table.source or "log"
         if table.period_s > _LONGEST_PERIOD_S:
-            raise BadInputError(f"{where}: time_s", f"has a period of {table.period_s:.4g}", f"seconds, at most {_LONGEST_PERIOD_S:g} a row")
+            raise BadInputError(
+                f"{where}: time_s", f"has a period of {table.period_s:.4g}", f"seconds, at most {_LONGEST_PERIOD_S:g} a row"
+            )
         if abs(table.period_s - period) > 0.01 * period:
             raise BadInputError(where, f"has a period of {table.period_s:.6g} s", f"{period:.6g} s like the first log")
         if len(table) * table.period_s < _LEAST_S:

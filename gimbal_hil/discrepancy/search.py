@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,8 @@ from gimbal_hil.discrepancy.twin import Twin
 
 #: families refined per round, after screening
 _REFINED = 6
+#: and how many of them may be taken, each beside its negative control
+_IN_QUESTION = 4
 #: most effects that one verdict may name
 MOST_CAUSES = 4
 #: a channel is explained below this many floors ...
@@ -65,7 +67,7 @@ class Scored:
 
     @property
     def cost(self) -> float:
-        """The same with the fitted rows beside it: a hold-out that hardly excites a cause must not rank by noise what the other log decides."""
+        """The same with the fitted rows beside it: a hold-out that hardly excites a cause ranks by noise what the other log decides."""
         return self.held_out_cost + float(np.sum(np.mean(self.fit.residual**2, axis=0)))
 
 
@@ -77,6 +79,17 @@ class Round:
     tried: tuple[Scored, ...]
     #: (effect, axis) -> screening gain per row
     screened: dict[tuple[str, str], float]
+    #: (effect, axis) -> what matched nonsense of that candidate takes, squared floors over the fitted rows
+    controls: dict[tuple[str, str], float] = field(default_factory=dict)
+
+    def taken(self, tried: Scored) -> float:
+        """Squared floors over the fitted rows that a candidate takes."""
+        return self.before.fit.cost - tried.fit.cost
+
+    def beats_nonsense(self, tried: Scored) -> bool:
+        """Whether a candidate takes twice what its own response takes when it is reversed and shifted in time."""
+        taken = self.taken(tried)
+        return taken > 0.0 and self.controls[tried.hypothesis.labels[-1]] < _NONSENSE * taken
 
 
 Progress = Callable[[str], None]
@@ -195,11 +208,6 @@ class Search:
         least = _LEAST_SHARE if self.exact else _COARSE_EACH
         return float(taken.max()) > _LEAST_SQUARES and float(taken.sum()) > least * max(gap, 0.0)
 
-    def beats_nonsense(self, before: Scored, after: Scored) -> bool:
-        """Whether the last cause takes twice what its own response takes when it is reversed and shifted in time."""
-        taken = before.fit.cost - after.fit.cost
-        return taken > 0.0 and self.nonsense(before, after.hypothesis.causes[-1]) < _NONSENSE * taken
-
     def nonsense(self, without: Scored, cause: Cause) -> float:
         """Squares that matched nonsense of one cause takes beside a state, in squared floors over the fitted rows."""
         columns = responses(self.twin, without.fit, self.floor, cause.family, Start((cause.x,), cause.x))
@@ -222,8 +230,11 @@ class Search:
         while len(state.hypothesis.causes) < most and float(np.max(self.gaps(state))) > until:
             self.progress(f"searching for cause {len(state.hypothesis.causes) + 1}")
             tried = self.one_round(state)
+            leading = tried.tried[:_IN_QUESTION]
+            controls = {s.hypothesis.labels[-1]: self.nonsense(state, s.hypothesis.causes[-1]) for s in leading}
+            tried = replace(tried, controls=controls)
             rounds.append(tried)
-            found = next((s for s in tried.tried[:4] if self.worth(state, s) and self.beats_nonsense(state, s)), None)
+            found = next((s for s in leading if self.worth(state, s) and tried.beats_nonsense(s)), None)
             if found is None:
                 break
             state = found

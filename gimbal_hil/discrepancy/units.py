@@ -78,7 +78,9 @@ def _check_inertia(found: Slope | None, inertia: float, axis: str, where: str) -
         return
     if found.value < 0.0:
         raise BadInputError(
-            f"{where}: {axis}.torque", f"pushes against the acceleration of {axis}.position", "torque that is positive towards growing position"
+            f"{where}: {axis}.torque",
+            f"pushes against the acceleration of {axis}.position",
+            "torque that is positive towards growing position",
         )
     if not inertia / _MOST_INERTIA < found.value < inertia * _MOST_INERTIA:
         raise BadInputError(
