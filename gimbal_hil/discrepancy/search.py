@@ -30,7 +30,7 @@ COMPLETE_SHARE = 0.97
 _CLOSED_WHEN_NEAR, _AT_FLOOR = 0.85, 1.25
 #: a gap that changes by less than this share is not touched by the causes; it stands aside below this share of the largest one
 _UNTOUCHED, _ASIDE = 0.02, 0.4
-#: a search ends once it is complete and no channel is above this
+#: a search ends once it is complete and no channel is above this; under it, what a cause leaves alone does not speak against it
 _CALM = 2.0
 #: a gap of hundreds of floors is not explained while this many are left, whatever the share
 _STILL_FAR = 5.0
@@ -195,7 +195,9 @@ class Search:
             # what causes do not touch, on a channel whose gap is not the largest, does not speak against them: a remainder of its own
             aside = (np.abs(after - before) <= _UNTOUCHED * before) & (before < _ASIDE * float(np.max(before)))
             aside &= bool(state.hypothesis.causes)
-            quiet = (before <= COMPLETE_FLOORS) & (after <= np.maximum(1.02 * before, _AT_FLOOR))
+            # beside a cause, what is under twice its floor and does not grow is the floor's own uncertainty
+            calm = _CALM if state.hypothesis.causes else COMPLETE_FLOORS
+            quiet = (before <= calm) & (after <= np.maximum(1.02 * before, _AT_FLOOR))
             if not np.all(explained | quiet | aside):
                 return False
             closing |= bool(np.any(explained & (before > COMPLETE_FLOORS)))

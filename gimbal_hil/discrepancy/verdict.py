@@ -27,6 +27,8 @@ from sim_backend.model import AntennaModel
 _TOLD_APART = 3.0
 #: a rival that leaves this many squared floors a row more, relative to the best, is no rival
 _CLOSE = 0.03
+#: and one that leaves no more than this share more is never told apart, however sure the blocks are: no twin is that exact
+_SAME = 0.003
 _BLOCK_S = 1.0
 #: a response below this many floors at a generous size leaves no trace
 _NO_TRACE = 0.15
@@ -41,7 +43,13 @@ class Comparison:
     rival: Scored
     #: blockwise mean of the rival's extra squares over its standard error
     told_apart: float
+    #: the same extra squares as a share of what the cause leaves
     extra: float
+
+    @property
+    def close(self) -> bool:
+        """Whether it could stand there: no worse by blocks, or by so little that the twin's own inexactness would do it."""
+        return self.extra < _SAME or (self.told_apart < _TOLD_APART and self.extra < _CLOSE)
 
 
 def compare(diagnosis: Diagnosis, rival: Scored) -> Comparison:
@@ -159,7 +167,7 @@ def _effect_entry(diagnosis: Diagnosis, index: int) -> tuple[dict[str, Any], lis
     model, best, search = diagnosis.model, diagnosis.best, diagnosis.search
     effect, axis = best.hypothesis.labels[index]
     comparisons = sorted((compare(diagnosis, rival) for rival in diagnosis.rivals[index]), key=lambda c: c.extra)
-    close = [c for c in comparisons if c.told_apart < _TOLD_APART and c.extra < _CLOSE and search.complete(c.rival, diagnosis.null)]
+    close = [c for c in comparisons if c.close and search.complete(c.rival, diagnosis.null)]
     twins = {effect, *(c.rival.hypothesis.labels[-1][0] for c in close)} == _TWINS
     status = "named" if (not close or twins) and not diagnosis.suspected_only else "ambiguous"
     linear = model.is_linear
