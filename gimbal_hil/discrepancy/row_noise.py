@@ -45,10 +45,8 @@ def seen_step(position: Floats) -> float:
     return least if float(np.mean(regular[multiple < 5.0])) > 0.9 and float(np.mean(multiple < 5.0)) > 0.01 else 0.0
 
 
-def row_scales(twin: Twin, tables: tuple[SignalsTable, ...], floor: Floats, seed: int = 5) -> tuple[Floats, ...]:
-    """Noise of every scored row over the channel's floor, per record (rows that count, channels); at least one."""
-    from scipy.ndimage import gaussian_filter1d
-
+def encoder_noise(twin: Twin, tables: tuple[SignalsTable, ...], seed: int = 5) -> tuple[Floats, ...]:
+    """Mean square that the encoder's error makes of every scored row, per record (rows that count, channels)."""
     rng = np.random.default_rng(seed)
     structure = twin.structure(())
     found = []
@@ -59,6 +57,16 @@ def row_scales(twin: Twin, tables: tuple[SignalsTable, ...], floor: Floats, seed
             other = record_of(jittered(table, twin, rng), twin.model, record.bands.scored_hz, "jittered", record.keep)
             moved = Twin(twin.model, (other,), twin.gyro_everywhere).unscaled(structure, structure.P, 0)
             square += (moved - here) ** 2 / _DRAWS
+        found.append(square)
+    return tuple(found)
+
+
+def row_scales(twin: Twin, noise: tuple[Floats, ...], floor: Floats) -> tuple[Floats, ...]:
+    """Noise of every scored row over the channel's floor, per record (rows that count, channels); at least one."""
+    from scipy.ndimage import gaussian_filter1d
+
+    found = []
+    for record, square in zip(twin.records, noise, strict=True):
         rows = max(1.0, _AVERAGED_S / (record.bands.stride * record.bands.period_s))
         spread = gaussian_filter1d(square, 0.5 * rows, axis=0)
         excess = np.maximum(spread - np.quantile(spread, _QUIET_ROWS, axis=0), 0.0)

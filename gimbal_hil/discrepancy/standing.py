@@ -12,7 +12,7 @@ from gimbal_hil.discrepancy.hypothesis import Hypothesis
 from gimbal_hil.discrepancy.processing import processing_floors
 from gimbal_hil.discrepancy.record import RATE_ERROR, record_of
 from gimbal_hil.discrepancy.twin import Twin
-from gimbal_hil.discrepancy.workflow import _effective, scored_band
+from gimbal_hil.discrepancy.workflow import effective_floors, scored_band
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel
 
@@ -24,7 +24,7 @@ def standing(model: AntennaModel, table: SignalsTable) -> list[dict[str, Any]]:
     structure = twin.structure(())
     noise = floors(twin, wide_twin(twin, (table,)), structure, structure.P)
     processing = processing_floors(twin, (table,))
-    floor = _effective(model, twin, noise, processing)
+    floor = effective_floors(model, twin, noise, processing)
     rms = np.sqrt(np.mean(residual_of(twin, Hypothesis(), floor) ** 2, axis=0)) * floor
     linear = model.is_linear
     return [

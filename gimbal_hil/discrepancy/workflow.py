@@ -15,7 +15,7 @@ from gimbal_hil.discrepancy.floors import Floor, floors, smaller, wide_twin
 from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis, known_numbers, known_offsets, parameters_of
 from gimbal_hil.discrepancy.processing import processing_floors
 from gimbal_hil.discrepancy.record import TORQUE, record_of
-from gimbal_hil.discrepancy.row_noise import row_scales
+from gimbal_hil.discrepancy.row_noise import encoder_noise, row_scales
 from gimbal_hil.discrepancy.screening import Response, respond
 from gimbal_hil.discrepancy.search import Round, Scored, Search
 from gimbal_hil.discrepancy.smoothing import Floats
@@ -41,6 +41,8 @@ _FAR = 0.22
 _IN_THE_RACE = 5.0
 #: causes that are looked for before the known numbers float
 _FEW = 2
+#: a torque floor this far above the encoder's noise may hide a cause; it does when a candidate brings it below this share of itself
+_ABOVE_ENCODER, _HIDDEN = 3.0, 0.5
 #: floors that fell below this share of what they were are worth another search
 _FALLEN = 0.8
 #: share of the gap that they must have closed for more to be looked for
@@ -98,13 +100,15 @@ def diagnose(
     structure = twin.structure(())
     found = floors(twin, wide, structure, structure.P)
     noise = np.array([f.rms for f in found])
-    twin.scales, held.scales = row_scales(twin, measured, noise), row_scales(held, holdout, noise)
+    drawn = encoder_noise(twin, measured)
+    twin.scales, held.scales = row_scales(twin, drawn, noise), row_scales(held, encoder_noise(held, holdout), noise)
     found = smaller(found, floors(twin, wide, structure, structure.P))
     processing = processing_floors(twin, measured)
     catalogue = [family for axis in model.axes for family in families(model, axis, twin.records)]
     with open_executor(workers, dask) as executor:
-        search = _search(twin, held, _effective(model, twin, found, processing), catalogue, executor, progress)
-        result = _decide(search, wide, found, model, processing)
+        search = _search(twin, held, effective_floors(model, twin, found, processing), catalogue, executor, progress)
+        encoder = np.sqrt(np.mean(np.concatenate(drawn), axis=0))
+        result = _decide(search, wide, found, model, processing, encoder)
         best, null, floated, rounds, found = result
         complete = search.complete(best, null)
         progress("what else could it be")
@@ -115,7 +119,7 @@ def diagnose(
     )  # fmt: skip
 
 
-def _effective(model: AntennaModel, twin: Twin, found: list[Floor], processing: Floats) -> Floats:
+def effective_floors(model: AntennaModel, twin: Twin, found: list[Floor], processing: Floats) -> Floats:
     """Noise and what no twin can follow, per channel."""
     out = []
     for floor, channel, process in zip(found, twin.channels, processing, strict=True):
@@ -159,14 +163,44 @@ def _search(
     return search
 
 
+def _lower_floors(
+    search: Search, wide: Twin, found: list[Floor], model: AntennaModel, processing: Floats, hypothesis: Hypothesis
+) -> list[Floor]:
+    """Floors once a hypothesis is taken out; they may only fall. The search goes on under them."""
+    structure, P = parameters_of(wide, hypothesis)
+    found = smaller(found, floors(search.twin, wide, structure, P))
+    search.floor = effective_floors(model, search.twin, found, processing)
+    return found
+
+
+def _hidden_in_its_floor(
+    search: Search, wide: Twin, found: list[Floor], model: AntennaModel, processing: Floats, encoder: Floats, null: Scored
+) -> Hypothesis | None:
+    """The candidate under which a floor far above the encoder's own noise falls: what seemed noise above the band was its doing."""
+    torque = np.array([channel.signal == TORQUE for channel in search.twin.channels])
+    if not search.exact or not np.any(torque & (search.floor > _ABOVE_ENCODER * encoder)):
+        return None
+    fallen: list[tuple[float, Hypothesis]] = []
+    for tried in search.one_round(null).tried[:3]:
+        structure, P = parameters_of(wide, tried.hypothesis)
+        lower = effective_floors(model, search.twin, smaller(found, floors(search.twin, wide, structure, P)), processing)
+        fallen.append((float(np.min(lower / search.floor)), tried.hypothesis))
+    ratio, hypothesis = min(fallen, key=lambda item: item[0], default=(1.0, null.hypothesis))
+    return hypothesis if ratio < _HIDDEN else None
+
+
 def _decide(
-    search: Search, wide: Twin, found: list[Floor], model: AntennaModel, processing: Floats
+    search: Search, wide: Twin, found: list[Floor], model: AntennaModel, processing: Floats, encoder: Floats
 ) -> tuple[Scored, Scored, Scored | None, list[Round], list[Floor]]:
     """Sparse explanation first; when that fails, let the known numbers float and try again."""
     search.progress("the model as it stands")
     null = search.null()
     if float(np.max(search.gaps(null))) <= _QUIET:
-        return null, null, None, [], found
+        hidden = _hidden_in_its_floor(search, wide, found, model, processing, encoder, null)
+        if hidden is None:
+            return null, null, None, [], found
+        found = _lower_floors(search, wide, found, model, processing, hidden)
+        null = search.again(null)
     if not search.exact:
         # a model without bristles is refitted first: what it lacks shows beside the best that it can do
         known = known_numbers(model, TRUST) + known_offsets(model)
@@ -178,9 +212,7 @@ def _decide(
     if leading.hypothesis.causes:
         # a cause reaches beyond the scored band and passes for noise there until it is taken out: floors may only fall
         before = search.floor
-        structure, P = parameters_of(wide, leading.hypothesis)
-        found = smaller(found, floors(search.twin, wide, structure, P))
-        search.floor = _effective(model, search.twin, found, processing)
+        found = _lower_floors(search, wide, found, model, processing, leading.hypothesis)
         null = search.again(null)
         if sparse.hypothesis.causes:
             sparse = search.again(sparse)
@@ -192,9 +224,7 @@ def _decide(
     search.progress("letting the known numbers float")
     known = known_numbers(model, TRUST)
     floated = search.null(Hypothesis(floating=known, y=(0.0,) * len(known)))
-    structure, P = parameters_of(wide, floated.hypothesis)
-    found = smaller(found, floors(search.twin, wide, structure, P))
-    search.floor = _effective(model, search.twin, found, processing)
+    found = _lower_floors(search, wide, found, model, processing, floated.hypothesis)
     null, sparse, floated = search.again(null), search.again(sparse), search.again(floated)
     if search.complete(floated, null) and float(np.max(search.gaps(floated))) < _QUIET:
         return _too_far(search, floated, null), null, floated, rounds, found
@@ -257,4 +287,4 @@ def with_hold_out(
     return (first,), (last,), True
 
 
-__all__ = ["Diagnosis", "diagnose", "replace", "scored_band", "with_hold_out"]
+__all__ = ["Diagnosis", "diagnose", "effective_floors", "scored_band", "with_hold_out"]
