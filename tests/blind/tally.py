@@ -53,7 +53,8 @@ def kind_of(case: dict[str, Any]) -> str:
 def magnitude_class(case: dict[str, Any]) -> str:
     """Class of the weakest hidden cause."""
     least = min((h[2] for h in case["hidden"]), default=0.0)
-    return [name for name, start in CLASSES if least >= start][-1]
+    # a draw so small that its own magnitude could not be read counts as nothing
+    return [name for name, start in CLASSES if start == 0.0 or least >= start][-1]
 
 
 def _share(part: int, whole: int) -> str:
