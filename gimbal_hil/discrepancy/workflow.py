@@ -27,6 +27,8 @@ from sim_backend.model import AntennaModel
 
 #: end of the scored band, Hz, at 1 kHz; slower logs score a smaller part
 BAND_HZ = 25.0
+#: and which part: the band's end times the sample period, with a gyro in the logs and without
+_GYRO_SHARE, _ENCODER_SHARE = 0.05, 0.08
 #: a model's numbers are trusted to this share once they have to float
 TRUST = 0.08
 #: how exactly a twin can follow another integrator: share of the Coulomb level
@@ -73,7 +75,9 @@ class Diagnosis:
 
 def scored_band(tables: tuple[SignalsTable, ...]) -> float:
     """End of the scored band for these logs, Hz."""
-    return min(BAND_HZ, 0.05 / max(table.period_s for table in tables))
+    # a gyro reads points of a rate that the held torque bends between samples; encoder positions are means and reach further
+    gyro = any(table.signal(axis, "rate") is not None for table in tables for axis in table.axes)
+    return min(BAND_HZ, (_GYRO_SHARE if gyro else _ENCODER_SHARE) / max(table.period_s for table in tables))
 
 
 def diagnose(
