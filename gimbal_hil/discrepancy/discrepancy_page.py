@@ -44,7 +44,7 @@ def discrepancy_page(diagnosis: Diagnosis, verdict: dict[str, Any], corrected: A
     blocks += [
         Heading("Where it sits"),
         Plot(
-            _where_figure(diagnosis),
+            _where_figure(diagnosis, verdict),
             "Share of the squared gap by regime with 90 % block-bootstrap intervals; the mark is the share of time.",
         ),
     ]
@@ -116,13 +116,15 @@ def _alternatives(verdict: dict[str, Any]) -> Table:
     )
 
 
-def _where_figure(diagnosis: Diagnosis) -> Any:
+def _where_figure(diagnosis: Diagnosis, verdict: dict[str, Any]) -> Any:
     import plotly.graph_objects as go
 
     from gimbal_hil.report.figures import ALERT, MEASURED, figure
 
     residual = diagnosis.null.fit.residual
-    j = int(np.argmax(np.mean(residual**2, axis=0)))
+    # the channel that the text speaks of
+    gap = verdict["gap"]
+    j = next(j for j, c in enumerate(diagnosis.search.twin.channels) if (c.axis, c.signal) == (gap["axis"], gap["signal"]))
     found = regimes(diagnosis.search.twin, residual, diagnosis.search.twin.channels[j], j)
     labels = [f"{r.group}: {r.regime}" for r in found]
     drawn = figure(
