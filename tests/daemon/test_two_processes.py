@@ -25,6 +25,8 @@ from gimbal_hil.settings import shipped_settings_path
 from tests.daemon.daemons import Json, RunningDaemon
 
 HALF_S = float(os.environ.get("GIMBAL_HIL_SCENARIO_S", "3"))
+LONGEST_HALF_S = HALF_S + 60.0
+AT_PLACE_RAD = 0.02
 PORT = "antenna"
 LINKS: dict[str, Json] = {
     "serial": {"kind": "serial", "port": PORT},
@@ -105,9 +107,12 @@ def test_a_step_over_a_real_driver_stack_and_an_antenna_that_goes_away_and_comes
 
 
 def step(daemon: RunningDaemon, client: OperatorClient, outer: float, inner: float) -> None:
-    """Both axes to a position for HALF_S altogether; a stall beyond the limits above interrupts that, and it is taken up again."""
-    held_s, interruptions = 0.0, 0
-    while held_s < HALF_S and interruptions < 50:
+    """Both axes to a position, for HALF_S altogether and until they are there.
+
+    A stall beyond the limits above interrupts the step, and it is taken up again: how long the way takes then depends on the machine.
+    """
+    held_s, interruptions, off_rad = 0.0, 0, float("inf")
+    while (held_s < HALF_S or off_rad > AT_PLACE_RAD) and held_s < LONGEST_HALF_S and interruptions < 50:
         status = daemon.until_state(client, "idle", "fault")
         if status["host_state"] == "fault":
             interruptions += 1
@@ -117,13 +122,14 @@ def step(daemon: RunningDaemon, client: OperatorClient, outer: float, inner: flo
             continue
         client.request("set_point", mode="position", outer=outer, inner=inner)
         began = time.monotonic()
-        while held_s + time.monotonic() - began < HALF_S and status["host_state"] in ("active", "idle"):
+        while time.monotonic() - began < HALF_S and status["host_state"] in ("active", "idle"):
             time.sleep(0.02)
             status = client.request("status")["status"]
         held_s += time.monotonic() - began
-    place = status["position_rad"]
-    print(f"step to {outer}, {inner}: at {place} after {held_s:.1f} s, interrupted {interruptions} times")
-    assert abs(place["outer"] - outer) < 0.02 and abs(place["inner"] - inner) < 0.02
+        place = status["position_rad"]
+        off_rad = max(abs(place["outer"] - outer), abs(place["inner"] - inner))
+    print(f"step to {outer}, {inner}: {off_rad} rad off after {held_s:.1f} s, interrupted {interruptions} times")
+    assert off_rad < AT_PLACE_RAD
 
 
 def assert_stopped_while_the_antenna_was_away(run: Path) -> None:
