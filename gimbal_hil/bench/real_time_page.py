@@ -43,8 +43,11 @@ def rows_of(found: Sequence[RealTime]) -> list[list[str]]:
 
 
 def cause_rows(found: Sequence[RealTime]) -> list[list[str]]:
-    """Missed ticks by cause, a column for each link and rate."""
-    return [[cause.value.replace("_", " "), *(str(one.missed[cause]) for one in found)] for cause in MissCause]
+    """Missed ticks by cause, a column for each link and rate; last what a C loop misses of work that never changes."""
+    rows = [[cause.value.replace("_", " "), *(str(one.missed[cause]) for one in found)] for cause in MissCause]
+    # in as many ticks as the daemon made
+    stretched = (one.stretched * one.latency.count / max(1, one.working_ticks) for one in found)
+    return [*rows, ["C loop with the same work every tick: missed at it", *(f"{count:.0f}" for count in stretched)]]
 
 
 def real_time_text(found: Sequence[RealTime]) -> str:
@@ -72,7 +75,8 @@ def real_time_blocks(found: Sequence[RealTime]) -> list[Block]:
             cause_rows(found),
             "own: "
             + ", ".join(cause.value.replace("_", " ") for cause in OWN)
-            + "; a bus wait is the driver's; the others are the machine's",
+            + "; a bus wait is the driver's; the others are the machine's. The C loop in the last line adds numbers for as long as the"
+            " daemon computes, the same in every tick; its misses are counted for as many ticks as the daemon made",
         ),
         Plot(_latencies(found), "share of wake-ups that were later than this; the daemon beside the C loop of the same minutes"),
     ]

@@ -16,7 +16,8 @@ from typing import Self
 from gimbal_hil.daemon.clock import Duration
 from gimbal_hil.daemon.histogram import Histogram
 
-#: absolute deadlines on CLOCK_MONOTONIC, whole periods skipped, as in `tick_engine`; writes each wake-up's lateness as int64 nanoseconds
+#: absolute deadlines on CLOCK_MONOTONIC, whole periods skipped, as in `tick_engine`; for each wake-up it writes its lateness and how long
+#: the work after it took, int64 nanoseconds. Work is a fixed number of additions, measured at the start to last as asked when undisturbed.
 _SOURCE = r"""
 #define _GNU_SOURCE
 #include <sched.h>
@@ -33,8 +34,26 @@ static int64_t now_ns(void) {
     return t.tv_sec * 1000000000LL + t.tv_nsec;
 }
 
+static volatile uint64_t sum;
+
+static void work(int64_t rounds) {
+    for (int64_t i = 0; i < rounds; i++) sum += (uint64_t)i;
+}
+
+static int64_t rounds_lasting(int64_t wanted) {
+    int64_t least = INT64_MAX;
+    if (wanted <= 0) return 0;
+    for (int n = 0; n < 2000; n++) {
+        int64_t began = now_ns();
+        work(10000);
+        int64_t took = now_ns() - began;
+        if (took < least) least = took;
+    }
+    return wanted * 10000 / (least > 0 ? least : 1);
+}
+
 int main(int argc, char **argv) {
-    if (argc != 5) return 2;
+    if (argc != 6) return 2;
     int64_t period = atoll(argv[1]);
     long ticks = atol(argv[2]);
     int priority = atoi(argv[3]), core = atoi(argv[4]);
@@ -50,29 +69,36 @@ int main(int argc, char **argv) {
         if (sched_setaffinity(0, sizeof set, &set)) return 4;
     }
     mlockall(MCL_CURRENT | MCL_FUTURE);
-    int64_t *late = calloc(ticks, sizeof *late);
+    int64_t rounds = rounds_lasting(atoll(argv[5]));
+    int64_t (*seen)[2] = calloc(ticks, sizeof *seen);
     int64_t deadline = now_ns() + period;
     long count = 0;
     for (long n = 0; n < ticks; n++) {
         struct timespec until = {deadline / 1000000000LL, deadline % 1000000000LL};
         while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, NULL)) {}
-        int64_t lateness = now_ns() - deadline;
-        late[count++] = lateness;
+        int64_t woke = now_ns(), lateness = woke - deadline;
+        work(rounds);
+        seen[count][0] = lateness;
+        seen[count++][1] = rounds ? now_ns() - woke : 0;
         int64_t skipped = lateness / period;
         n += skipped;
         deadline += (1 + skipped) * period;
     }
-    return fwrite(late, sizeof *late, count, stdout) == (size_t)count ? 0 : 5;
+    return fwrite(seen, sizeof *seen, count, stdout) == (size_t)count ? 0 : 5;
 }
 """
 
 
 @dataclass(frozen=True, slots=True)
 class LoopLatency:
-    """Wake-up latencies of a loop without any work in it."""
+    """Wake-up latencies of a loop without any work in it, or with work that is the same in every tick.
+
+    `stretched` are ticks missed because that work was not done when the next one was due: what it took beyond its time, the machine took.
+    """
 
     latency: Histogram
     missed: int
+    stretched: int = 0
 
 
 class ReferenceLoop:
@@ -85,16 +111,17 @@ class ReferenceLoop:
         source.write_text(_SOURCE)
         subprocess.run([compiler() or "cc", "-O2", "-o", str(self._program), str(source)], check=True, capture_output=True)
 
-    def run(self, period: Duration, ticks: int, priority: int | None, core: int | None) -> LoopLatency:
-        """Run it under the same policy and on the same core as the loop that it is compared with."""
-        words = [str(self._program), str(period.ns), str(ticks), str(priority or 0), str(-1 if core is None else core)]
-        output = subprocess.run(words, check=True, capture_output=True).stdout
+    def run(self, period: Duration, ticks: int, priority: int | None, core: int | None, work: Duration | None = None) -> LoopLatency:
+        """Run it under the same policy and on the same core as the loop that it is compared with; `work` is done after each wake-up."""
+        words = [period.ns, ticks, priority or 0, -1 if core is None else core, work.ns if work else 0]
+        output = subprocess.run([str(self._program), *map(str, words)], check=True, capture_output=True).stdout
         histogram = Histogram()
-        missed = 0
-        for (late,) in struct.iter_unpack("=q", output):
+        missed = stretched = 0
+        for late, worked in struct.iter_unpack("=qq", output):
             histogram.add(late)
             missed += late // period.ns
-        return LoopLatency(histogram, missed)
+            stretched += (late + worked) // period.ns - late // period.ns
+        return LoopLatency(histogram, missed, stretched)
 
     def __enter__(self) -> Self:
         return self
