@@ -58,6 +58,10 @@ def command(
     for name, torque in torques_by_axis(breakaway, given.axes).items():
         given = given.with_numbers(name, {"friction.breakaway": torque})
     axes, reading = tuple(axis or given.axes), (torque_driven, resample, drop_invalid)
+    for name in axes:
+        if name in given.friction_over_temperature:
+            where = f"{given.where}: axes.{name}.friction.over_temperature"
+            raise BadInputError(where, "would hide the numbers identified", "a model whose friction does not follow a table")
     results = _identify(runs, given, axes, reading, workers, seed, ramps_at_rest, as_json)
     sources = [str(path) for path in runs]
     record = identification_record(results, sources)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gimbal_hil.discrepancy.hypothesis import parameters_of, values_of
+from gimbal_hil.discrepancy.hypothesis import has_no_bump, parameters_of, values_of
 from gimbal_hil.discrepancy.twin import number_slot
 from gimbal_hil.discrepancy.workflow import Diagnosis
 from sim_backend.effects import CATALOGUE
@@ -36,16 +36,21 @@ def recalibrated_model(diagnosis: Diagnosis) -> AntennaModel:
     best = diagnosis.best.hypothesis
     at = zip(best.floating, best.y, strict=True)
     moved = {(k.axis, k.path): k.moved(diagnosis.model.number(k.axis, k.path), y) for k, y in at}
+    for axis, path in list(moved):
+        if path == "friction.coulomb" and has_no_bump(diagnosis.model, axis):
+            # as in the twin: Coulomb friction that is off does not become a bump
+            moved[axis, "friction.breakaway"] = moved[axis, path]
     return with_numbers(diagnosis.model, moved)
 
 
 def with_numbers(model: AntennaModel, numbers: dict[tuple[str, str], float]) -> AntennaModel:
-    """Several numbers at once, in an order in which break-away never falls below Coulomb, where the twin too holds it."""
+    """Several numbers at once; with bristles in an order in which break-away never falls below Coulomb, where the twin too holds it."""
     numbers = dict(numbers)
     for axis in {axis for axis, _ in numbers}:
         low, high = "friction.coulomb", "friction.breakaway"
         coulomb = numbers.get((axis, low), model.number(axis, low))
-        if numbers.get((axis, high), model.number(axis, high)) < coulomb:
+        has_bristles = numbers.get((axis, "friction.sigma0"), model.number(axis, "friction.sigma0")) > 0.0
+        if has_bristles and numbers.get((axis, high), model.number(axis, high)) < coulomb:
             numbers[axis, high] = coulomb
 
     def order(item: tuple[tuple[str, str], float]) -> int:

@@ -19,7 +19,7 @@ from gimbal_hil.daemon.operator_client import Json, OperatorClient
 from gimbal_hil.experiments.antenna import Followed
 from gimbal_hil.experiments.experiment import AXES, Signals, Step, move_to
 from gimbal_hil.host import AxisCommand, Mode, Origin, Segment, Shape, program_of
-from gimbal_hil.runs import FRAME_ROW, TICK_ROW, Run, open_run, read_header
+from gimbal_hil.runs import FRAME_ROW, TICK_ROW, GrowingLog, Run
 
 #: a batch has at least so many steps (fewer only at the end)
 BATCH = 12
@@ -46,7 +46,8 @@ class DaemonAntenna:
 
     def __init__(self, run: Path, steps: Sequence[Step], patience_s: float = PATIENCE_S) -> None:
         self.run = Path(run)
-        self.record = read_header(self.run)
+        self._log = GrowingLog(self.run)
+        self.record = self._log.record
         self.rate_hz = 1e9 / self.record.header.period_ns
         self._steps = tuple(steps)
         self._patience_s = patience_s
@@ -152,15 +153,15 @@ class DaemonAntenna:
         """The part of the daemon's log that belongs to a step, once it is written."""
         end = time.monotonic() + self._patience_s
         while True:
-            run = open_run(self.run)
+            run = self._log.look(span.first)
             if len(run.ticks) and int(run.ticks["tick"][-1]) >= span.last + _AFTER_TICKS:
                 break
             if time.monotonic() > end:
                 raise LinkError(f"{self.run}: the log does not reach tick {span.last}: is the recording switched off?")
             time.sleep(0.1)
         signals = signals_between(run, span.first, span.last)
-        rows = run.ticks[(run.ticks["tick"] >= span.first) & (run.ticks["tick"] <= span.last)]
-        frames = run.frames[(run.frames["tick"] >= span.first) & (run.frames["tick"] <= span.last)]
+        rows = run.ticks[run.ticks["tick"] <= span.last]
+        frames = run.frames[run.frames["tick"] <= span.last]
         return Followed(signals, rows, frames, (), span.first, span.last - span.first + 1, program_of([step.segment]))
 
 

@@ -17,7 +17,7 @@ from gimbal_hil.identification.consistency import (
     points_at_rest,
     repeatability_findings,
 )
-from gimbal_hil.identification.estimate import Estimate, Finding, Verdict, withheld
+from gimbal_hil.identification.estimate import Estimate, Finding, Verdict, straight, withheld
 from gimbal_hil.identification.evidence import Evidence, Log, collect
 from gimbal_hil.identification.output_error import EXPERIMENTS, OutputErrorFit, OutputErrorRule, fit_output_error
 from gimbal_hil.identification.presliding import STEPS_FOR_SIGMA1, PreslidingFit, fit_presliding
@@ -99,7 +99,7 @@ def identify_axis(
     decided = {e.name for e in estimates if e.verdict is not Verdict.NOT_IDENTIFIED}
     findings += [finding for finding in physical_findings(friction, axis) if decided & finding.concerns]
     findings += _disagreement(presliding, dynamic, axis)
-    return AxisIdentification(
+    found = AxisIdentification(
         axis=axis,
         evidence=evidence,
         velocity_map=velocity_map,
@@ -115,6 +115,17 @@ def identify_axis(
         friction=friction,
         findings=tuple(findings),
     )
+    return _in_straight_units(found) if model.is_linear else found
+
+
+def _in_straight_units(found: AxisIdentification) -> AxisIdentification:
+    """The same with the units of a linear axis: the fits know numbers only."""
+    fits = {name: fit for name in ("both", "positive", "negative", "dynamic") if (fit := getattr(found, name)) is not None}
+    converted = {name: replace(fit, estimates=tuple(map(straight, fit.estimates))) for name, fit in fits.items()}
+    if found.presliding is not None:
+        sigma0, breakaway = straight(found.presliding.sigma0), straight(found.presliding.breakaway)
+        converted["presliding"] = replace(found.presliding, sigma0=sigma0, breakaway=breakaway)
+    return replace(found, estimates=tuple(map(straight, found.estimates)), **converted)
 
 
 def _bristles(

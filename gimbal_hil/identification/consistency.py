@@ -116,7 +116,8 @@ def physical_findings(friction: LugreFriction, axis: str = "") -> tuple[Finding,
     static = friction.static
     findings = []
     if static.breakaway < static.coulomb:
-        text = f"break-away {static.breakaway:.4g} is below Coulomb {static.coulomb:.4g}: no Stribeck bump, the model takes Ts = Tc"
+        taken = "the model takes Ts = Tc" if friction.sigma0 > 0.0 else "friction falls towards standstill"
+        text = f"break-away {static.breakaway:.4g} is below Coulomb {static.coulomb:.4g}: no Stribeck bump, {taken}"
         findings.append(Finding("breakaway_below_coulomb_in_fit", text, axis, frozenset({"breakaway"})))
     limit = static.largest_sigma1()
     if friction.sigma1 > limit:

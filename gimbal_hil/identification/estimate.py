@@ -63,6 +63,15 @@ class Estimate:
                 "open_low": interval["open_low"], "open_high": interval["open_high"]}  # fmt: skip
 
 
+#: units of a linear axis for those of a rotary one
+_STRAIGHT = {"N m": "N", "rad/s": "m/s", "N m s/rad": "N s/m", "N m/rad": "N/m"}
+
+
+def straight(estimate: Estimate) -> Estimate:
+    """The estimate in the units of a linear axis."""
+    return replace(estimate, unit=_STRAIGHT.get(estimate.unit, estimate.unit))
+
+
 @dataclass(frozen=True)
 class Finding:
     """A contradiction in the data or a violated physical bound: `rule` is its short name, `text` the sentence a person reads.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,15 +18,31 @@ from gimbal_hil.report.figures import ALERT, MEASURED, MODEL, REFERENCE, SECOND,
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
+
+@dataclass(frozen=True)
+class Units:
+    """What an axis is measured in: `torque` and `angle`, and the word for the torque."""
+
+    torque: str
+    angle: str
+    word: str
+
+    @property
+    def rate(self) -> str:
+        """Unit of the joint rate."""
+        return f"{self.angle}/s"
+
+
+ROTARY, LINEAR = Units("N m", "rad", "torque"), Units("N", "m", "force")
 _COLOURS = {Verdict.IDENTIFIED: MEASURED, Verdict.WEAKLY_IDENTIFIED: SECOND, Verdict.NOT_IDENTIFIED: ALERT}
 
 
-def velocity_map_figure(velocity_map: VelocityMap, fits: tuple[StaticFit, ...], prior: StaticFriction, torque_unit: str = "N m") -> Figure:
+def velocity_map_figure(velocity_map: VelocityMap, fits: tuple[StaticFit, ...], prior: StaticFriction, units: Units = ROTARY) -> Figure:
     """Friction torque over joint rate: measured points with 95 % bars, fitted curves, and the curve of the model one came with.
 
     The rate axis is logarithmic; both directions are shown at positive rate and torque.
     """
-    drawn = figure("Friction over speed", "joint rate, size [rad/s]", f"friction torque, size [{torque_unit}]", 460)
+    drawn = figure("Friction over speed", f"joint rate, size [{units.rate}]", f"friction {units.word}, size [{units.torque}]", 460)
     drawn.update_xaxes(type="log")
     for side, name, symbol in ((1.0, "measured, positive", "circle"), (-1.0, "measured, negative", "diamond-open")):
         points = [p for p in velocity_map.points if p.rate * side > 0.0]
@@ -45,9 +62,9 @@ def velocity_map_figure(velocity_map: VelocityMap, fits: tuple[StaticFit, ...], 
     return drawn
 
 
-def residual_figure(fit: StaticFit, torque_unit: str = "N m") -> Figure:
+def residual_figure(fit: StaticFit, units: Units = ROTARY) -> Figure:
     """Measured minus fitted size of the torque of every point over speed, with 95 % bars of the points' own errors."""
-    drawn = figure("Residuals of the velocity map", "joint rate, size [rad/s]", f"measured - fitted [{torque_unit}]", 320)
+    drawn = figure("Residuals of the velocity map", f"joint rate, size [{units.rate}]", f"measured - fitted [{units.torque}]", 320)
     for side, name, symbol in ((1.0, "positive", "circle"), (-1.0, "negative", "diamond-open")):
         places = [number for number, point in enumerate(fit.points) if point.rate * side > 0.0]
         drawn.add_scatter(
@@ -59,9 +76,9 @@ def residual_figure(fit: StaticFit, torque_unit: str = "N m") -> Figure:
     return drawn
 
 
-def hysteresis_figure(fit: PreslidingFit, torque_unit: str = "N m") -> Figure:
+def hysteresis_figure(fit: PreslidingFit, units: Units = ROTARY) -> Figure:
     """Presliding loops: friction torque over displacement, measured and as the exact LuGre curve predicts it."""
-    drawn = figure("Presliding", "displacement [urad]", f"friction torque [{torque_unit}]", 460)
+    drawn = figure("Presliding", f"displacement [µ{units.angle}]", f"friction {units.word} [{units.torque}]", 460)
     for number, (run, predicted) in enumerate(zip(fit.runs, fit.predicted, strict=True)):
         rows = thinned(len(run.position), 1500)
         zero = run.position[0]
@@ -78,7 +95,7 @@ def hysteresis_figure(fit: PreslidingFit, torque_unit: str = "N m") -> Figure:
     return drawn
 
 
-def output_error_figure(fit: OutputErrorFit, number: int = 0) -> Figure:
+def output_error_figure(fit: OutputErrorFit, number: int = 0, units: Units = ROTARY) -> Figure:
     """One record of the output-error fit: torque, joint rate measured and simulated, and their difference."""
     record, simulated = fit.records[number], fit.simulated[number]
     time = np.arange(len(record.position)) * record.step_s
@@ -86,9 +103,10 @@ def output_error_figure(fit: OutputErrorFit, number: int = 0) -> Figure:
     stride = max(1, int(round(compare / record.step_s)))
     measured = displacements(record.position, record.step_s, compare) / (stride * record.step_s)
     modelled = displacements(simulated, record.step_s, compare) / (stride * record.step_s)
-    drawn = stacked(("torque that drives inertia and friction", "joint rate", "difference"), "time [s]", ("[N m]", "[rad/s]", "[rad/s]"))
+    titles = (f"{units.word} that drives inertia and friction", "joint rate", "difference")
+    drawn = stacked(titles, "time [s]", (f"[{units.torque}]", f"[{units.rate}]", f"[{units.rate}]"))
     rows, coarse = thinned(len(time)), thinned(len(measured))
-    drawn.add_scatter(x=time[rows], y=record.torque[rows], line={"color": REFERENCE, "width": 1}, name="torque", row=1, col=1)
+    drawn.add_scatter(x=time[rows], y=record.torque[rows], line={"color": REFERENCE, "width": 1}, name=units.word, row=1, col=1)
     moments = time[::stride][: len(measured)]
     drawn.add_scatter(x=moments[coarse], y=measured[coarse], line={"color": MEASURED, "width": 1}, name="measured", row=2, col=1)
     drawn.add_scatter(

@@ -8,7 +8,16 @@ import numpy as np
 
 from gimbal_hil.identification.axis_identification import AxisIdentification, friction_of
 from gimbal_hil.identification.estimate import Estimate, Verdict
-from gimbal_hil.identification.figures import hysteresis_figure, interval_figure, output_error_figure, residual_figure, velocity_map_figure
+from gimbal_hil.identification.figures import (
+    LINEAR,
+    ROTARY,
+    Units,
+    hysteresis_figure,
+    interval_figure,
+    output_error_figure,
+    residual_figure,
+    velocity_map_figure,
+)
 from gimbal_hil.identification.output_error import OutputErrorFit
 from gimbal_hil.identification.stribeck import LUGRE_NAMES
 from gimbal_hil.identification.velocity_map import VelocityMap
@@ -37,7 +46,7 @@ def identification_record(results: Sequence[AxisIdentification], sources: Sequen
 
 def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]:
     prior = friction_of(model, result.axis)
-    unit = "N" if model.is_linear else "N m"
+    units = LINEAR if model.is_linear else ROTARY
     count = sum(e.verdict is Verdict.IDENTIFIED for e in result.estimates)
     blocks: list[Block] = [Heading(result.axis)]
     tone = "good" if count == len(result.estimates) and not result.findings else "warning" if result.findings else "neutral"
@@ -60,18 +69,18 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
     if result.velocity_map is not None and result.velocity_map.points:
         blocks.append(
             Plot(
-                velocity_map_figure(result.velocity_map, fits, prior.static, unit),
-                _map_caption(result.velocity_map, "m/s" if model.is_linear else "rad/s"),
+                velocity_map_figure(result.velocity_map, fits, prior.static, units),
+                _map_caption(result.velocity_map, units),
             )
         )
-        blocks += [Plot(residual_figure(fit, unit), f"{fit.direction.value}: rms {fit.rms:.4g} {unit}") for fit in fits[:1]]
-        blocks += _per_direction(result, unit)
+        blocks += [Plot(residual_figure(fit, units), f"{fit.direction.value}: rms {fit.rms:.4g} {units.torque}") for fit in fits[:1]]
+        blocks += _per_direction(result, units.torque)
         blocks += _rejected(result)
     if result.presliding is not None and np.isfinite(result.presliding.rms):
         p = result.presliding
         blocks.append(
             Plot(
-                hysteresis_figure(p, unit),
+                hysteresis_figure(p, units),
                 f"{p.travel_steps:.0f} encoder steps of travel; stiffness {p.sigma0.fitted:.5g} by the exact curve, "
                 f"{p.secant:.5g} by the secant of thesis eq. 4.11.",
             )
@@ -79,9 +88,9 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
     if result.dynamic is not None:
         blocks.append(
             Plot(
-                output_error_figure(result.dynamic, _liveliest(result.dynamic)),
-                f"Output error: rms {result.dynamic.rms:.3g} rad per 10 ms; {result.dynamic.agreeing_starts} starts agree; "
-                f"torque offset {result.dynamic.offset:.3g} {unit}.",
+                output_error_figure(result.dynamic, _liveliest(result.dynamic), units),
+                f"Output error: rms {result.dynamic.rms:.3g} {units.angle} per 10 ms; {result.dynamic.agreeing_starts} starts agree; "
+                f"{units.word} offset {result.dynamic.offset:.3g} {units.torque}.",
             )
         )
         blocks.append(_sensitivity_table(result.dynamic))
@@ -97,11 +106,11 @@ def _liveliest(fit: OutputErrorFit) -> int:
     return int(np.argmax([float(np.max(np.abs(np.diff(record.torque)))) for record in fit.records]))
 
 
-def _map_caption(found: VelocityMap, rate_unit: str) -> str:
+def _map_caption(found: VelocityMap, units: Units) -> str:
     jitter = max(point.jitter for point in found.points)
-    text = "Mean friction torque in steady windows, position-dependent torque taken out; bars are 95 %."
+    text = f"Mean friction {units.word} in steady windows, what depends on position taken out; bars are 95 %."
     if jitter > 0.0:
-        text += f" The rate fluctuated by up to {jitter:.2g} {rate_unit} rms, which the fit allows for."
+        text += f" The rate fluctuated by up to {jitter:.2g} {units.rate} rms, which the fit allows for."
     return text
 
 

@@ -13,7 +13,8 @@ from sim_backend.model import AntennaModel
 def updated_model(model: AntennaModel, results: Sequence[AxisIdentification]) -> AntennaModel:
     """The model with every identified and weakly identified number replaced; what is not identified keeps value and source.
 
-    A model cannot hold a break-away below Coulomb: then both are the Coulomb level, and the source says so.
+    A model with bristles cannot hold a break-away below Coulomb: then both are the Coulomb level, and the source says so. Without
+    bristles (sigma0 is zero) the dip stays as it was found.
     """
     for result in results:
         by_name = {e.name: e for e in result.estimates if e.verdict is not Verdict.NOT_IDENTIFIED}
@@ -21,7 +22,8 @@ def updated_model(model: AntennaModel, results: Sequence[AxisIdentification]) ->
         values = {name: (by_name[name].value, _source(by_name[name])) for name in LUGRE_NAMES if name in by_name}
         coulomb = values["coulomb"][0] if "coulomb" in values else model.number(axis, "friction.coulomb")
         breakaway = values["breakaway"][0] if "breakaway" in values else model.number(axis, "friction.breakaway")
-        if breakaway < coulomb:
+        has_bristles = "sigma0" in values or model.number(axis, "friction.sigma0") > 0.0
+        if breakaway < coulomb and has_bristles:
             values["breakaway"] = (coulomb, f"set to Coulomb: the data gave {breakaway:.6g}, below it")
         # Coulomb first only where it falls: at no moment may break-away stand below it
         order = ("coulomb", "breakaway") if coulomb <= model.number(axis, "friction.breakaway") else ("breakaway", "coulomb")

@@ -1,5 +1,6 @@
 """Run folders: write while running, read in any state, replay, export."""
 
+from gimbal_hil.runs.growing import GrowingLog
 from gimbal_hil.runs.header import RunEnd, RunHeader, RunRecord, read_header
 from gimbal_hil.runs.integrity import content_hash
 from gimbal_hil.runs.reader import Run, is_run_folder, open_run
@@ -20,6 +21,7 @@ __all__ = [
     "Event",
     "EventKind",
     "FrameDirection",
+    "GrowingLog",
     "Run",
     "RunEnd",
     "RunHeader",

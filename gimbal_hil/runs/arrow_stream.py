@@ -8,6 +8,7 @@ Format: Apache Arrow columnar specification, "Encapsulated message format" and "
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -22,6 +23,8 @@ from gimbal_hil.runs.schema import FRAME_ROW, TICK_ROW
 END_OF_STREAM = b"\xff\xff\xff\xff\0\0\0\0"
 _CONTINUATION = b"\xff\xff\xff\xff"
 _LONGEST_METADATA = 1 << 20
+#: so much of a growing stream is read at once
+_PIECE_BYTES = 1 << 24
 _KINDS = {TICK_ROW: b"ticks", FRAME_ROW: b"frames"}
 
 
@@ -96,6 +99,49 @@ def _read_batches(data: bytes, at: int, row_type: np.dtype) -> StreamContent:
         ends.append(total)
     rows = np.concatenate(pieces) if pieces else np.zeros(0, row_type)
     return StreamContent(rows, tuple(ends), tuple(skipped), ended)
+
+
+class GrowingStream:
+    """A stream that a writer appends to: each call of `new_batches` reads on where the last one ended.
+
+    Raises BadInputError when the file is not a log of this kind.
+    """
+
+    def __init__(self, path: Path, row_type: np.dtype) -> None:
+        self.row_type = row_type
+        self._path = path
+        self._header = header_bytes(row_type)
+        self._at = 0
+
+    def new_batches(self) -> Iterator[NDArray[np.void]]:
+        """Rows of every whole batch that is new; a batch that is half written, or does not read, ends the look."""
+        import pyarrow as pa
+
+        expected = f"a log stream of {_KINDS[self.row_type].decode()} that gimbal-hil wrote"
+        wanted = least = _PIECE_BYTES + len(self._header)
+        while True:
+            try:
+                with self._path.open("rb") as file:
+                    file.seek(self._at)
+                    data = file.read(wanted)
+            except OSError as error:
+                raise BadInputError(str(self._path), error.strerror or "cannot be read", expected) from error
+            at = 0
+            if self._at == 0:
+                if data[: len(self._header)] != self._header[: len(data)]:
+                    raise BadInputError(str(self._path), "is not such a log, or its header is damaged", expected)
+                if len(data) < len(self._header):
+                    return
+                at = len(self._header)
+            buffer = pa.py_buffer(data)
+            while (found := _batch_at(buffer, data, at, self.row_type)) is not None:
+                rows, at = found
+                yield rows
+            self._at += at
+            if len(data) < wanted:
+                return
+            # the piece ends inside a batch: read on from that one's start, with more room where it did not fit at all
+            wanted = least if at else 2 * wanted
 
 
 def _batch_at(buffer: Any, data: bytes, at: int, row_type: np.dtype) -> tuple[NDArray[np.void], int] | None:

@@ -246,12 +246,20 @@ def _check_body(numbers: Mapping[tuple[str, str], Quantity], axis: str, file: Mo
 
 
 def _check_friction(numbers: Mapping[tuple[str, str], Quantity], axis: str, where: str) -> None:
-    ts, tc = numbers[axis, "friction.breakaway"].value, numbers[axis, "friction.coulomb"].value
-    # without a bristle the map may dip towards standstill, as measured rigs do; with one there must be something to break away from
-    if ts < tc and numbers[axis, "friction.sigma0"].value > 0.0:
-        raise BadInputError(f"{where}: axes.{axis}.friction.breakaway", f"{ts:g} is below coulomb {tc:g}", "break-away at or above Coulomb")
-    if numbers[axis, "friction.sigma0"].value > 0.0 and tc <= 0.0:
-        raise BadInputError(f"{where}: axes.{axis}.friction.coulomb", "must be positive where sigma0 is given", "Tc above 0")
+    values = (numbers[axis, f"friction.{name}"].value for name in ("breakaway", "coulomb", "sigma0"))
+    _check_bristle(*values, f"{where}: axes.{axis}.friction")
+
+
+def _check_bristle(breakaway: float, coulomb: float, sigma0: float, place: str) -> None:
+    """Without a bristle the map may dip towards standstill, as measured rigs do; with one there must be something to break away from."""
+    if sigma0 <= 0.0:
+        return
+    if coulomb <= 0.0:
+        raise BadInputError(f"{place}.coulomb", "must be positive where sigma0 is given", "Tc above 0")
+    if breakaway < coulomb:
+        raise BadInputError(
+            f"{place}.breakaway", f"{breakaway:g} is below coulomb {coulomb:g}", "break-away at or above Coulomb where sigma0 is given"
+        )
 
 
 def _temperature_table(raw: Any, place: str) -> tuple[tuple[float, ...], ...]:
@@ -270,6 +278,7 @@ def _temperature_table(raw: Any, place: str) -> tuple[tuple[float, ...], ...]:
                 raise BadInputError(
                     f"{place}.{i}.{key}", f"{row[key]:g} is out of bounds", f"{number.low:g} to {number.high:g} {number.unit}"
                 )
+        _check_bristle(row["breakaway"], row["coulomb"], row["sigma0"], f"{place}.{i}")
         rows.append((float(row["temperature"]), *(float(row[key]) for key in FRICTION_ROW)))
     if any(after[0] <= before[0] for before, after in itertools.pairwise(rows)):
         raise BadInputError(place, "temperatures do not rise", expected)

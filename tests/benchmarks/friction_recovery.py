@@ -15,7 +15,7 @@ import json
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
-from concurrent.futures import as_completed
+from concurrent.futures import FIRST_COMPLETED, Future, as_completed, wait
 from pathlib import Path
 from typing import Any
 
@@ -70,10 +70,15 @@ def repeat(seed: int, short: bool) -> dict[str, Any]:
     return result
 
 
-def repeats(executor: WorkExecutor, seeds: Sequence[int], short: bool) -> Iterator[dict[str, Any]]:
-    """The repeats of all seeds, as they get done."""
-    for done in as_completed([executor.submit(repeat, seed, short) for seed in seeds]):
-        yield done.result()
+def repeats(executor: WorkExecutor, seeds: Sequence[int], short: bool, at_once: int) -> Iterator[dict[str, Any]]:
+    """The repeats of all seeds, as they get done; no more than `at_once` are asked for, or one process would do all before it answers."""
+    under_way: set[Future[dict[str, Any]]] = set()
+    for seed in seeds:
+        under_way.add(executor.submit(repeat, seed, short))
+        if len(under_way) == at_once:
+            done, under_way = wait(under_way, return_when=FIRST_COMPLETED)
+            yield from (one.result() for one in done)
+    yield from (one.result() for one in as_completed(under_way))
 
 
 def report(results: list[dict[str, Any]]) -> str:
@@ -118,7 +123,8 @@ def main() -> None:
     results = [r for r in known if r["short"] == asked.short and r["seed"] < FIRST_SEED + asked.repeats]
     open_seeds = sorted(set(range(FIRST_SEED, FIRST_SEED + asked.repeats)) - {r["seed"] for r in results})
     with open_executor(asked.workers, asked.dask) as executor, asked.out.open("a") as file:
-        for result in repeats(executor, open_seeds, asked.short):
+        at_once = len(open_seeds) if asked.dask else asked.workers
+        for result in repeats(executor, open_seeds, asked.short, at_once):
             results.append(result)
             file.write(json.dumps(result) + "\n")
             file.flush()

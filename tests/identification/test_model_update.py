@@ -1,0 +1,34 @@
+"""Identified numbers in a model file."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import cast
+
+from gimbal_hil.identification import AxisIdentification, Estimate, Interval, Verdict, updated_model
+from sim_backend.model import AntennaModel, model_from_document
+
+
+def arm(**friction: float) -> AntennaModel:
+    numbers = {"coulomb": 2.0, "breakaway": 2.5, "stribeck_velocity": 0.1, "viscous": 1.0} | friction
+    axis = {"body": {"inertia": {"zz": 0.5}}, "friction": numbers}
+    return model_from_document({"schema": 1, "name": "arm", "kind": "rotary", "axes": {"arm": axis}}, "arm")
+
+
+def found(**values: float) -> AxisIdentification:
+    estimates = tuple(Estimate(n, v, Interval(0.9 * v, 1.1 * v), "", Verdict.IDENTIFIED, v) for n, v in values.items())
+    return cast(AxisIdentification, SimpleNamespace(axis="arm", estimates=estimates))
+
+
+def test_a_break_away_below_coulomb_stays_where_there_are_no_bristles() -> None:
+    model = updated_model(arm(), [found(breakaway=1.5, coulomb=2.2)])
+    assert (model.number("arm", "friction.breakaway"), model.number("arm", "friction.coulomb")) == (1.5, 2.2)
+
+
+def test_with_bristles_it_is_put_at_coulomb_and_the_source_says_so() -> None:
+    for model in (
+        updated_model(arm(sigma0=1e4), [found(breakaway=1.5, coulomb=2.2)]),
+        updated_model(arm(), [found(breakaway=1.5, sigma0=1e4)]),
+    ):
+        assert model.number("arm", "friction.breakaway") == model.number("arm", "friction.coulomb")
+        assert "below it" in str(model.numbers["arm", "friction.breakaway"].source)
