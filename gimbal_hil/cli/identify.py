@@ -51,6 +51,8 @@ def command(
     for name in (MODEL_FILE, ANSWER_FILE, REPORT_FILE):
         if (out / name).exists() and not force:
             raise BadInputError(str(out / name), "already exists", "a new folder, or --force to overwrite it")
+    if out.exists() and not out.is_dir():
+        raise BadInputError(str(out), "is a file", "a folder")
     given = load_model(model) if model else shipped_model()
     for name in axis or ():
         if name not in given.axes:
@@ -65,13 +67,22 @@ def command(
     results = _identify(runs, given, axes, reading, workers, seed, ramps_at_rest, as_json)
     sources = [str(path) for path in runs]
     record = identification_record(results, sources)
-    out.mkdir(parents=True, exist_ok=True)
+    _make_folder(out)
     (out / MODEL_FILE).write_text(updated_model(given, results).to_yaml(), encoding="utf-8")
     (out / ANSWER_FILE).write_text(json.dumps(record, indent=2, allow_nan=False) + "\n", encoding="utf-8")
     identification_page(given, results, sources).write(out / REPORT_FILE)
     print(json.dumps(record, allow_nan=False) if as_json else "\n".join(_lines(results, out)))
     found = any(e.verdict is Verdict.IDENTIFIED for result in results for e in result.estimates)
     return EXIT_DONE if found else EXIT_NO
+
+
+def _make_folder(out: Path) -> None:
+    from firmware_protocol.errors import BadInputError
+
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadInputError(str(out), error.strerror or "cannot be made", "a folder that can be written to") from error
 
 
 def _identify(

@@ -187,14 +187,16 @@ def _final(
 ) -> tuple[Estimate, ...]:
     """One estimate per parameter: static ones from the map, bristles from simulated motion or the presliding curve, else the prior."""
     from_map = {e.name: e for e in static.estimates} if static else {}
-    from_motion = {e.name: e for e in dynamic.estimates} if dynamic else {}
+    # where these fits began is not where the model stood: the map and the slow ramps have spoken before them
+    given = dict(zip(LUGRE_NAMES, prior.values().tolist(), strict=True))
+    from_motion = {e.name: replace(e, prior=given[e.name]) for e in dynamic.estimates} if dynamic else {}
     from_regression = {e.name: e for e in rigid.estimates} if rigid else {}
     final = []
     for name, unit, value in zip(LUGRE_NAMES, LUGRE_UNITS, prior.values().tolist(), strict=True):
         candidates = [source[name] for source in (from_map, from_regression, from_motion) if name in source]
         if name == "sigma0" and presliding is not None and not any(c.verdict is Verdict.IDENTIFIED for c in candidates):
             # simulated motion makes no approximation; the curve stands in where there is none
-            candidates.append(presliding.sigma0)
+            candidates.append(replace(presliding.sigma0, prior=value))
         if name == "sigma1" and presliding is not None and presliding.travel_steps < STEPS_FOR_SIGMA1:
             reason = f"presliding travel is only {presliding.travel_steps:.1f} encoder steps, {STEPS_FOR_SIGMA1:.0f} are needed"
             candidates = [withheld(name, unit, value, reason, EXPERIMENTS[name])]

@@ -44,6 +44,8 @@ def velocity_map_figure(velocity_map: VelocityMap, fits: tuple[StaticFit, ...], 
     """
     drawn = figure("Friction over speed", f"joint rate, size [{units.rate}]", f"friction {units.word}, size [{units.torque}]", 460)
     drawn.update_xaxes(type="log")
+    # six entries do not fit beside the title
+    drawn.update_layout(legend={"y": -0.2, "yanchor": "top", "x": 0.0, "xanchor": "left"}, margin={"b": 90})
     for side, name, symbol in ((1.0, "measured, positive", "circle"), (-1.0, "measured, negative", "diamond-open")):
         points = [p for p in velocity_map.points if p.rate * side > 0.0]
         drawn.add_scatter(

@@ -19,11 +19,13 @@ from gimbal_hil.identification.figures import (
     velocity_map_figure,
 )
 from gimbal_hil.identification.output_error import OutputErrorFit
+from gimbal_hil.identification.sliding import Direction
 from gimbal_hil.identification.stribeck import LUGRE_NAMES
 from gimbal_hil.identification.velocity_map import VelocityMap
 from gimbal_hil.report import Block, Callout, Details, Heading, Page, Plot, Table, Text, Tiles
 from sim_backend.model import AntennaModel
 
+_DIRECTIONS = {Direction.BOTH: "Both directions", Direction.POSITIVE: "Positive direction", Direction.NEGATIVE: "Negative direction"}
 _WORDS = {
     Verdict.IDENTIFIED: "identified",
     Verdict.WEAKLY_IDENTIFIED: "weakly identified",
@@ -57,7 +59,7 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
         )
     )
     blocks.append(Tiles([(_number(e.value), f"{e.name} [{e.unit}]") for e in result.estimates]))
-    blocks += [Callout(finding.text, "warning") for finding in result.findings]
+    blocks += [Callout(finding.text[:1].upper() + finding.text[1:], "warning") for finding in result.findings]
     blocks.append(_estimate_table(result))
     blocks.append(
         Plot(
@@ -73,7 +75,13 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
                 _map_caption(result.velocity_map, units),
             )
         )
-        blocks += [Plot(residual_figure(fit, units), f"{fit.direction.value}: rms {fit.rms:.4g} {units.torque}") for fit in fits[:1]]
+        blocks += [
+            Plot(
+                residual_figure(fit, units),
+                f"{_DIRECTIONS[fit.direction]}: {_scaled(fit.rms, units.torque)} rms; bars are the points' own 95 %.",
+            )
+            for fit in fits[:1]
+        ]
         blocks += _per_direction(result, units.torque)
         blocks += _rejected(result)
     if result.presliding is not None and np.isfinite(result.presliding.rms):
@@ -95,6 +103,12 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
         )
         blocks.append(_sensitivity_table(result.dynamic))
     return blocks
+
+
+def _scaled(value: float, unit: str) -> str:
+    """A size with the prefix that puts it at 1 or above."""
+    factor, prefix = next(((f, p) for f, p in ((1.0, ""), (1e3, "m")) if value * f >= 1.0), (1e6, "µ"))
+    return f"{value * factor:.3g} {prefix}{unit}"
 
 
 def _findings(count: int) -> str:

@@ -17,6 +17,7 @@ _LAYOUT = dict(
     margin=dict(l=70, r=24, t=44, b=52),
     legend=dict(orientation="h", yanchor="bottom", y=1.02, xanchor="right", x=1.0),
     hovermode="x unified",
+    colorway=(MEASURED, MODEL, SECOND, "#4a8c5c", "#b8860b", REFERENCE),
 )
 
 

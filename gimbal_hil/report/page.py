@@ -180,7 +180,7 @@ h2{font-size:20px;margin:34px 0 8px;padding-top:6px;scroll-margin-top:48px}p{max
 figure{margin:14px 0 22px}figcaption{color:var(--soft);font-size:14px;max-width:84ch;margin-top:6px}
 .callout{border-left:4px solid var(--accent);background:var(--neutral);padding:12px 16px;margin:16px 0;border-radius:0 6px 6px 0;font-size:17px}
 .callout.good{background:var(--good);border-color:#2f8f57}.callout.warning{background:var(--warning);border-color:#c9861a}
-.tiles{display:flex;flex-wrap:wrap;gap:12px;margin:16px 0}.tile{flex:1 1 150px;border:1px solid var(--line);border-radius:6px;padding:10px 14px}
+.tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(150px,1fr));gap:12px;margin:16px 0}.tile{border:1px solid var(--line);border-radius:6px;padding:10px 14px}
 .tile b{display:block;font-size:21px;font-weight:640}.tile span{color:var(--soft);font-size:14px}
 .scroll{overflow-x:auto}table{border-collapse:collapse;font-size:14px;min-width:50%}th{text-align:left;font-weight:640;border-bottom:2px solid var(--line);padding:5px 12px 5px 0;white-space:nowrap}
 td{border-bottom:1px solid var(--line);padding:4px 12px 4px 0;vertical-align:top}.n{text-align:right;font-variant-numeric:tabular-nums}

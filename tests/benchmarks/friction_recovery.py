@@ -114,14 +114,15 @@ def main() -> None:
     """See the module."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--repeats", type=int, default=40)
+    parser.add_argument("--first", type=int, default=FIRST_SEED, help="seed of the first repeat, to share the repeats out by hand")
     parser.add_argument("--short", action="store_true", help="the short variants of both sequences")
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--dask", metavar="ADDRESS", help="repeat on a Dask cluster instead")
     parser.add_argument("--out", type=Path, default=Path("friction_recovery.jsonl"))
     asked = parser.parse_args()
     known = [json.loads(line) for line in asked.out.read_text().splitlines()] if asked.out.exists() else []
-    results = [r for r in known if r["short"] == asked.short and r["seed"] < FIRST_SEED + asked.repeats]
-    open_seeds = sorted(set(range(FIRST_SEED, FIRST_SEED + asked.repeats)) - {r["seed"] for r in results})
+    results = [r for r in known if r["short"] == asked.short and r["seed"] in range(asked.first, asked.first + asked.repeats)]
+    open_seeds = sorted(set(range(asked.first, asked.first + asked.repeats)) - {r["seed"] for r in results})
     with open_executor(asked.workers, asked.dask) as executor, asked.out.open("a") as file:
         at_once = len(open_seeds) if asked.dask else asked.workers
         for result in repeats(executor, open_seeds, asked.short, at_once):

@@ -169,9 +169,7 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
                 blocks.append(
                     Plot(_figure(axis, kind, {name: drawn[name] for name in names}, _load_of(own) if kind == "ramp" else None), caption)
                 )
-    blocks.append(
-        Text("`gimbal-hil identify` fits sigma0 with the exact LuGre curve and sigma1 from the simulated motion, with intervals.")
-    )
+    blocks.append(Text("gimbal-hil identify fits sigma0 with the exact LuGre curve and sigma1 from the simulated motion, with intervals."))
     return blocks
 
 

@@ -161,7 +161,7 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
             continue
         curve = fitted_curve(pairs)
         unsteady = sum(not pair.steady for pair in pairs)
-        said = f"{len(pairs)} speeds from {pairs[0].speed_rad_s:.4g} to {pairs[-1].speed_rad_s:.4g} rad/s; {unsteady} without steady speed."
+        said = f"{len(pairs)} speeds from {pairs[0].speed_rad_s:.3g} to {pairs[-1].speed_rad_s:.3g} rad/s; {unsteady} without steady speed."
         blocks += [Heading(f"Friction of the {axis} axis"), Callout(said, "warning" if unsteady else "good")]
         blocks.append(
             Plot(
@@ -174,9 +174,7 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
             blocks.append(_numbers(curve))
         blocks.append(_table(axis, pairs))
     blocks.append(
-        Text(
-            "`gimbal-hil identify` on this folder fits all seven numbers with intervals, the model's gravity and presliding runs included."
-        )
+        Text("gimbal-hil identify on this folder fits all seven numbers with intervals, the model's gravity and presliding runs included.")
     )
     return blocks
 
@@ -196,7 +194,8 @@ def _table(axis: str, pairs: Sequence[Pair]) -> Table:
             f"{pair.speed_rad_s:.5f}",
             f"{1e3 * pair.friction_nm:.3f}",
             f"{1e6 * pair.friction_error_nm:.1f}",
-            f"{1e3 * pair.positional_nm:+.2f}",
+            # no minus before a zero
+            f"{round(1e3 * pair.positional_nm, 2) + 0.0:+.2f}",
             str(pair.passes),
             "yes" if pair.steady else "no",
         )
