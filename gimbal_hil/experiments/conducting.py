@@ -18,7 +18,7 @@ from gimbal_hil.report import Details, Listing, Page
 from gimbal_hil.runs.header import RunHeader
 from gimbal_hil.settings import DaemonSettings
 from gimbal_hil.settings.link import EmbeddedAntenna as EmbeddedLink
-from sim_backend.model import AntennaModel, load_model, shipped_model
+from sim_backend.model import AntennaModel, Kind, load_model, shipped_model
 
 TABLE_FILE, REPORT_FILE = "table.csv", "report.html"
 
@@ -60,6 +60,8 @@ def conduct(
     progress: ProgressSink | None = None,
 ) -> Outcome:
     """Run an experiment on the virtual antenna in lockstep and leave log, table and report in `folder`."""
+    if model.kind is not Kind.GIMBAL:
+        raise BadInputError(f"{model.where}: kind", f"is {model.kind.value}, a single axis", "gimbal: experiments move two axes")
     if experiment.base is not None:
         model = model.with_base(experiment.base)
     antenna = partial(EmbeddedAntenna, settings, model, seed, experiment.every)

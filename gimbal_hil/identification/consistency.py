@@ -124,8 +124,7 @@ def physical_findings(friction: LugreFriction, axis: str = "") -> tuple[Finding,
         text = (
             f"with sigma1 = {friction.sigma1:.4g} the model is not passive: sigma2 = {static.viscous:.4g} would have to exceed "
             f"sigma1 (Ts - Tc) / Tc = {friction.sigma1 * (static.breakaway - static.coulomb) / static.coulomb:.4g}"
-            f" (sigma1 up to {limit:.4g} is passive). "
-            "A sigma1 that falls with speed would be passive"
+            f" (sigma1 up to {limit:.4g} is passive, and so is one that falls with speed)"
         )
         findings.append(Finding("not_passive", text, axis, frozenset({"sigma1", "viscous"})))
     return tuple(findings)

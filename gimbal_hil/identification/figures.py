@@ -123,18 +123,22 @@ def output_error_figure(fit: OutputErrorFit, number: int = 0, units: Units = ROT
 def interval_figure(estimates: tuple[Estimate, ...], reference: LugreFriction, names: tuple[str, ...]) -> Figure:
     """Every parameter relative to the model given: value and 95 % interval, coloured by verdict, on a logarithmic scale."""
     drawn = figure("Intervals, relative to the model given", "value / value in the model given", "", 340)
-    drawn.update_xaxes(type="log")
     known = dict(zip(names, reference.values().tolist(), strict=True))
+    ends = [1.0]
     for estimate in estimates:
         base = known.get(estimate.name, 0.0)
         if base <= 0.0 or not np.isfinite(estimate.value):
             continue
         low, high = max(estimate.interval.low / base, 1e-2), min(estimate.interval.high / base, 1e2)
+        ends += [low, high, estimate.value / base]
         colour = _COLOURS[estimate.verdict]
         drawn.add_scatter(x=[low, high], y=[estimate.name] * 2, mode="lines", line={"color": colour, "width": 5}, showlegend=False)
         drawn.add_scatter(
             x=[estimate.value / base], y=[estimate.name], mode="markers", marker={"color": colour, "size": 11}, showlegend=False
         )
+    margin = 0.04 * (np.log10(max(ends)) - np.log10(min(ends)))
+    drawn.update_xaxes(type="log", range=[np.log10(min(ends)) - margin, np.log10(max(ends)) + margin])
+    drawn.update_yaxes(autorange="reversed")
     drawn.add_vline(x=1.0, line={"color": REFERENCE, "width": 1})
     drawn.update_layout(hovermode="closest")
     return drawn

@@ -14,7 +14,7 @@ def updated_model(model: AntennaModel, results: Sequence[AxisIdentification]) ->
     """The model with every identified and weakly identified number replaced; what is not identified keeps value and source.
 
     A model with bristles cannot hold a break-away below Coulomb: then both are the Coulomb level, and the source says so. Without
-    bristles (sigma0 is zero) the dip stays as it was found.
+    bristles (sigma0 is zero) a dip that was found stays. A break-away that was not identified follows Coulomb where it stood there.
     """
     for result in results:
         by_name = {e.name: e for e in result.estimates if e.verdict is not Verdict.NOT_IDENTIFIED}
@@ -23,7 +23,11 @@ def updated_model(model: AntennaModel, results: Sequence[AxisIdentification]) ->
         coulomb = values["coulomb"][0] if "coulomb" in values else model.number(axis, "friction.coulomb")
         breakaway = values["breakaway"][0] if "breakaway" in values else model.number(axis, "friction.breakaway")
         has_bristles = "sigma0" in values or model.number(axis, "friction.sigma0") > 0.0
-        if breakaway < coulomb and has_bristles:
+        has_no_bump = model.number(axis, "friction.breakaway") == model.number(axis, "friction.coulomb")
+        if "breakaway" not in values and (has_no_bump or breakaway < coulomb):
+            # a level that moved makes neither a bump nor a dip that nobody has seen
+            values["breakaway"] = (coulomb, "at Coulomb, not identified by itself")
+        elif breakaway < coulomb and has_bristles:
             values["breakaway"] = (coulomb, f"set to Coulomb: the data gave {breakaway:.6g}, below it")
         # Coulomb first only where it falls: at no moment may break-away stand below it
         order = ("coulomb", "breakaway") if coulomb <= model.number(axis, "friction.breakaway") else ("breakaway", "coulomb")

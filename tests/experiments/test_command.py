@@ -10,6 +10,8 @@ import pytest
 from gimbal_hil.cli.app import run as run_command
 from gimbal_hil.runs import open_run
 
+ONE_AXIS = "schema: 1\nname: arm\nkind: rotary\naxes: {arm: {body: {inertia: {zz: 0.5}}}}\n"
+
 
 def exit_code(words: list[str]) -> int:
     try:
@@ -55,3 +57,10 @@ def test_wrong_use_is_one_line_and_exit_code_2(words: list[str], said: str, tmp_
     folder = [] if "--resume" in words else ["--out", str(tmp_path / "run")]
     assert exit_code([*words, *folder]) == 2
     assert said in capsys.readouterr().err.replace("\n", " ")
+
+
+def test_a_model_of_one_axis_is_refused_and_nothing_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "arm.yaml").write_text(ONE_AXIS)
+    assert exit_code(["sliding", "--short", "--model", str(tmp_path / "arm.yaml"), "--out", str(tmp_path / "run")]) == 2
+    assert "arm.yaml: kind: is rotary" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()

@@ -106,6 +106,12 @@ def test_the_new_model_holds_the_numbers_and_says_where_they_come_from(answer: P
     assert model.number("arm", "body.inertia.zz") == 0.5
 
 
+def test_the_prior_beside_each_number_is_that_of_the_model_given(folder: Path, answer: Path) -> None:
+    estimates = json.loads((answer / "identification.json").read_text())["axes"][0]["estimates"]
+    given = load_model(folder / "prior.yaml")
+    assert [e["prior"] for e in estimates] == [given.number("arm", f"friction.{e['name']}") for e in estimates]
+
+
 def test_the_page_stands_alone_and_shows_curve_loops_and_intervals(answer: Path) -> None:
     page = (answer / "report.html").read_text()
     assert "Friction over speed" in page and "Presliding" in page and "Intervals" in page

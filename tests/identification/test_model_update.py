@@ -5,6 +5,8 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import cast
 
+import pytest
+
 from gimbal_hil.identification import AxisIdentification, Estimate, Interval, Verdict, updated_model
 from sim_backend.model import AntennaModel, model_from_document
 
@@ -23,6 +25,18 @@ def found(**values: float) -> AxisIdentification:
 def test_a_break_away_below_coulomb_stays_where_there_are_no_bristles() -> None:
     model = updated_model(arm(), [found(breakaway=1.5, coulomb=2.2)])
     assert (model.number("arm", "friction.breakaway"), model.number("arm", "friction.coulomb")) == (1.5, 2.2)
+
+
+@pytest.mark.parametrize("coulomb", [1.8, 2.2])
+def test_coulomb_alone_makes_neither_a_bump_nor_a_dip(coulomb: float) -> None:
+    model = updated_model(arm(breakaway=2.0), [found(coulomb=coulomb)])
+    assert model.number("arm", "friction.breakaway") == model.number("arm", "friction.coulomb") == coulomb
+    assert "not identified" in str(model.numbers["arm", "friction.breakaway"].source)
+
+
+def test_a_break_away_that_was_not_identified_stays_where_it_stood_above_coulomb() -> None:
+    model = updated_model(arm(breakaway=2.5), [found(coulomb=2.2)])
+    assert (model.number("arm", "friction.breakaway"), model.number("arm", "friction.coulomb")) == (2.5, 2.2)
 
 
 def test_with_bristles_it_is_put_at_coulomb_and_the_source_says_so() -> None:

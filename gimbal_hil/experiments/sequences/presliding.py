@@ -206,7 +206,11 @@ def _table(own: Sequence[Row]) -> Table:
         )
         for row in own
     ]
-    return Table(header, rows, f"Break-away is read where the joint becomes faster than {1e3 * CREEP_RAD_S:g} mrad/s for good.")
+    caption = (
+        f"Break-away is read where the joint becomes faster than {1e3 * CREEP_RAD_S:g} mrad/s for good. With a Stribeck effect friction has "
+        "begun to fall by then: Ts at rest is a little higher, and identify works it out."
+    )
+    return Table(header, rows, caption)
 
 
 def _number(value: float | None, scale: float, form: str) -> str:
