@@ -207,8 +207,8 @@ def _table(own: Sequence[Row]) -> Table:
         for row in own
     ]
     caption = (
-        f"Break-away is read where the joint becomes faster than {1e3 * CREEP_RAD_S:g} mrad/s for good. With a Stribeck effect friction has "
-        "begun to fall by then: Ts at rest is a little higher, and identify works it out."
+        f"Break-away is read where the joint becomes faster than {1e3 * CREEP_RAD_S:g} mrad/s for good. With a Stribeck effect "
+        "friction has begun to fall by then: Ts at rest is a little higher, and identify works it out."
     )
     return Table(header, rows, caption)
 
