@@ -20,6 +20,7 @@ from sim_backend.layout import BaseKind, GravityReading, PlantKind
 from sim_backend.model.file import Angles, BaseSection, Kind, Motion
 from sim_backend.model.model import AntennaModel
 from sim_backend.model.numbers import AXIS_NUMBERS, Block, gyro_filter
+from sim_backend.stribeck_expansion import put_bump_table
 from sim_backend.thesis_slips import Slip
 
 _KINDS = {Kind.GIMBAL: PlantKind.GIMBAL, Kind.ROTARY: PlantKind.ROTARY, Kind.LINEAR: PlantKind.LINEAR}
@@ -103,6 +104,7 @@ def _fill_axis(P: np.ndarray, model: AntennaModel, index: int, axis: str) -> Non
     for number in AXIS_NUMBERS:
         if number.block is not Block.BUILD:
             P[first[number.block] + number.slot] = model.number(axis, number.path)
+    put_bump_table(P, index, model.number(axis, "friction.shape"))
     time_constant = model.number(axis, "actuator.time_constant")
     P[block + layout.LAG_DECAY], P[block + layout.LAG_MEAN] = lag_decay(time_constant, P[layout.STEP_S])
     bandwidth = model.number(axis, "gyro.bandwidth")
