@@ -101,16 +101,17 @@ POSITION, RATE, ACCELERATION, BRISTLE = 2, 4, 6, 8
 APPLIED, FRICTION, LAGGED = 10, 12, 14
 GYRO_STATE = 16
 TEMPERATURE = 20
-#: friction in force (Ts .. delta, and the speed beyond which the Stribeck bump is nothing) per axis, follows temperature once a tick
+#: friction in force per axis: Ts .. delta, which follow temperature once a tick, then what `derive_friction` makes of them: the speed
+#: beyond which the Stribeck bump is nothing, 1 / vs, and for one step sigma0 h / Tc and sigma1 / h
 IN_FORCE = 22
-IN_FORCE_SIZE = 8
-BUMP_GONE_SPEED = 7
+BUMP_GONE_SPEED, PER_VS, RELAXATION, SIGMA1_PER_STEP = range(7, 11)
+IN_FORCE_SIZE = 11
 #: inertial body rates at the last step (outer x, y, z, inner x, y, z), for the gyros
-BODY_RATE = 38
+BODY_RATE = 44
 #: about which joint positions sine and cosine are expanded during a tick: position, sine, cosine of each axis
-EXPANSION = 44
+EXPANSION = 50
 EXPANSION_SIZE = 3
-EFFECT_STATES = 50
+EFFECT_STATES = 56
 
 
 def axis_block(axis: int) -> int:

@@ -44,11 +44,14 @@ from sim_backend.layout import (
     LAGGED,
     MAX_KNOTS,
     PARAMETERS,
+    PER_VS,
     POSITION,
     RATE,
+    RELAXATION,
     SEED,
     SIGMA0,
     SIGMA1,
+    SIGMA1_PER_STEP,
     SIGMA2,
     SLIPS,
     STATES,
@@ -101,7 +104,7 @@ def _advance(P: np.ndarray, K: np.ndarray, X: np.ndarray, command: Pair, steps: 
     half = 0.5 * h
     v0, v1, a0, a1 = X[RATE], X[RATE + 1], X[ACCELERATION], X[ACCELERATION + 1]
     joint0, joint1 = joint_state(X, 0), joint_state(X, 1)
-    in_force0, in_force1 = friction_in_force(P, X, 0, h), friction_in_force(P, X, 1, h)
+    in_force0, in_force1 = friction_in_force(P, X, 0), friction_in_force(P, X, 1)
     gyro0, gyro1 = gyro_state(X, 0), gyro_state(X, 1)
     # positions count from where the tick began; d0, d1 are those in the middle of a step, which advance by the rate after it
     centre0, centre1 = turn_centre(X, 0), turn_centre(X, 1)
@@ -242,22 +245,20 @@ def joint_torque(
     inertial_acceleration: float,
 ) -> tuple[float, float]:
     """`joint_law` of a joint whose state is in X."""
-    joint, in_force, effects = joint_state(X, axis), friction_in_force(P, X, axis, h), K[INSTANCES] > 0
+    joint, in_force, effects = joint_state(X, axis), friction_in_force(P, X, axis), K[INSTANCES] > 0
     net, own, joint = joint_law(P, K, X, axis, effects, h, command, q, v, inertia, inertial_acceleration, joint, in_force)
     put_joint_state(X, axis, joint)
     return net, own
 
 
 @compiled
-def friction_in_force(P: np.ndarray, X: np.ndarray, axis: int, h: float) -> Friction:
-    """Friction's numbers as a step of h seconds wants them: Ts, Tc, sigma2, sigma0 h / Tc, 1 / vs, delta, the speed beyond which the
-    bump is gone, sigma0, sigma1 / h, and whether the bump has a table."""
+def friction_in_force(P: np.ndarray, X: np.ndarray, axis: int) -> Friction:
+    """Friction's numbers as a step wants them: Ts, Tc, sigma2, sigma0 h / Tc, 1 / vs, delta, the speed beyond which the bump is gone,
+    sigma0, sigma1 / h, and whether the bump has a table."""
     f = IN_FORCE + axis * IN_FORCE_SIZE
-    tc, sigma0 = X[f + TC], X[f + SIGMA0]
-    relaxation = sigma0 * h / tc if tc > 0.0 else 0.0
-    per_vs = 1.0 / X[f + VS] if X[f + VS] > 0.0 else 0.0
     delta, tabled = X[f + DELTA], has_bump_table(P, axis, X[f + DELTA])
-    return X[f + TS], tc, X[f + SIGMA2], relaxation, per_vs, delta, X[f + BUMP_GONE_SPEED], sigma0, X[f + SIGMA1] / h, tabled
+    relaxation, per_vs, gone, sigma1_per_step = X[f + RELAXATION], X[f + PER_VS], X[f + BUMP_GONE_SPEED], X[f + SIGMA1_PER_STEP]
+    return X[f + TS], X[f + TC], X[f + SIGMA2], relaxation, per_vs, delta, gone, X[f + SIGMA0], sigma1_per_step, tabled
 
 
 @compiled
@@ -287,7 +288,7 @@ def _stop_torque(P: np.ndarray, block: int, q: float, v: float) -> float:
 @compiled
 def begin_tick(P: np.ndarray, K: np.ndarray, X: np.ndarray) -> None:
     """Once a tick: sine and cosine expand about the present position, temperatures advance, friction in force follows its table."""
-    expand_turns(X)
+    expand_turns(X, _outer_counts(P, K))
     tick_s = P[STEP_S] * K[STEPS_PER_TICK]
     for axis in range(K[AXES]):
         block = AXIS_BLOCK + axis * AXIS_SIZE
@@ -297,6 +298,12 @@ def begin_tick(P: np.ndarray, K: np.ndarray, X: np.ndarray) -> None:
             X[TEMPERATURE + axis] += share * (settled - X[TEMPERATURE + axis])
         if K[TEMPERATURE_KNOTS] > 0:
             friction_at(P, K, axis, X[TEMPERATURE + axis], X)
+
+
+@compiled
+def _outer_counts(P: np.ndarray, K: np.ndarray) -> bool:
+    """Whether the equations will ask for sine and cosine of the outer position at any time."""
+    return outer_turn_counts(base_at_rest(P)[0], K[KIND] == _GIMBAL, K[BASE_KIND] != _FIXED)
 
 
 @compiled
@@ -312,14 +319,18 @@ def friction_at(P: np.ndarray, K: np.ndarray, axis: int, temperature: float, X: 
     share = min(1.0, max(0.0, (temperature - P[knot]) / width)) if width > 0.0 else 0.0
     for i in range(KNOT_SIZE - 1):
         X[IN_FORCE + axis * IN_FORCE_SIZE + i] = P[knot + 1 + i] + share * (P[after + 1 + i] - P[knot + 1 + i])
-    put_bump_gone(X, axis)
+    derive_friction(X, axis, P[STEP_S])
 
 
 @compiled
-def put_bump_gone(X: np.ndarray, axis: int) -> None:
-    """Speed beyond which the Stribeck bump of the friction in force is nothing, so that its power need not be computed."""
+def derive_friction(X: np.ndarray, axis: int, h: float) -> None:
+    """Put what steps of h seconds want of the friction in force behind it, so that they need not divide."""
     f = IN_FORCE + axis * IN_FORCE_SIZE
+    # beyond this speed the power need not be computed
     X[f + BUMP_GONE_SPEED] = X[f + VS] * BUMP_GONE ** (1.0 / X[f + DELTA])
+    X[f + PER_VS] = 1.0 / X[f + VS] if X[f + VS] > 0.0 else 0.0
+    X[f + RELAXATION] = X[f + SIGMA0] * h / X[f + TC] if X[f + TC] > 0.0 else 0.0
+    X[f + SIGMA1_PER_STEP] = X[f + SIGMA1] / h
 
 
 @compiled
@@ -333,7 +344,7 @@ def plant_tick(P: np.ndarray, K: np.ndarray, X: np.ndarray, command: tuple[float
 def true_rates(P: np.ndarray, K: np.ndarray, X: np.ndarray) -> None:
     """Inertial body rates at this instant into X[BODY_RATE:BODY_RATE + 6]."""
     base = base_state(P, K, X[STEPS] * P[STEP_S])
-    expand_turns(X)
+    expand_turns(X, _outer_counts(P, K))
     turns = (turn_centre(X, 0)[1:], turn_centre(X, 1)[1:])
     body, gimbal, turning = body_numbers(P, K, (0.0, 1.0)), K[KIND] == _GIMBAL, K[BASE_KIND] != _FIXED
     _, _, outer, inner, _ = equations_at(P, K, body, turns, (X[RATE], X[RATE + 1]), base, gimbal, turning)
