@@ -25,7 +25,7 @@ MOST_DELTA = 2.0
 _CELL_BITS = 52 - (BUMP_CELLS // BUMP_OCTAVES).bit_length() + 1
 _MIDDLE = 1 << (_CELL_BITS - 1)
 _TO_MIDDLE = ~((1 << _CELL_BITS) - 1)
-#: the lowest ratio of the table is 2^-12, a few rad/s a million times too slow for any encoder
+#: the lowest ratio of the table is 2^-12: a joint held by a loop is seldom slower
 _FIRST_CELL = (1023 - 12) << (52 - _CELL_BITS)
 
 
