@@ -36,10 +36,9 @@ def recalibrated_model(diagnosis: Diagnosis) -> AntennaModel:
     best = diagnosis.best.hypothesis
     at = zip(best.floating, best.y, strict=True)
     moved = {(k.axis, k.path): k.moved(diagnosis.model.number(k.axis, k.path), y) for k, y in at}
-    for axis, path in list(moved):
-        if path == "friction.coulomb" and has_no_bump(diagnosis.model, axis):
-            # as in the twin: Coulomb friction that is off does not become a bump
-            moved[axis, "friction.breakaway"] = moved[axis, path]
+    for axis in diagnosis.model.axes:
+        if (axis, "friction.coulomb") in moved and has_no_bump(diagnosis.model, axis):
+            moved[axis, "friction.breakaway"] = moved[axis, "friction.coulomb"]
     return with_numbers(diagnosis.model, moved)
 
 
