@@ -246,8 +246,8 @@ def _check_body(numbers: Mapping[tuple[str, str], Quantity], axis: str, file: Mo
 
 
 def _check_friction(numbers: Mapping[tuple[str, str], Quantity], axis: str, where: str) -> None:
-    values = (numbers[axis, f"friction.{name}"].value for name in ("breakaway", "coulomb", "sigma0"))
-    _check_bristle(*values, f"{where}: axes.{axis}.friction")
+    breakaway, coulomb, sigma0 = (numbers[axis, f"friction.{name}"].value for name in ("breakaway", "coulomb", "sigma0"))
+    _check_bristle(breakaway, coulomb, sigma0, f"{where}: axes.{axis}.friction")
 
 
 def _check_bristle(breakaway: float, coulomb: float, sigma0: float, place: str) -> None:
