@@ -11,6 +11,8 @@ import hashlib
 import importlib
 import importlib.metadata
 import multiprocessing
+import os
+import signal
 import sys
 from abc import abstractmethod
 from collections.abc import Callable
@@ -23,6 +25,7 @@ from typing import Any, TypeVar, cast
 
 from firmware_protocol.compiling import ROOMS
 from firmware_protocol.errors import BadInputError
+from gimbal_hil.parentage import end_with_parent
 
 Value = TypeVar("Value")
 Answer = TypeVar("Answer")
@@ -80,7 +83,9 @@ class _Shared:
 _values_here: dict[int, Any] = {}
 
 
-def _install(values: dict[int, Any]) -> None:
+def _install(values: dict[int, Any], parent: int) -> None:
+    """In a worker, before its first work. It waits on a queue whose other end it holds as well: nothing else would tell it to end."""
+    end_with_parent(parent, signal.SIGKILL)
     _values_here.update(values)
 
 
@@ -106,7 +111,8 @@ class LocalProcesses(WorkExecutor):
         """Queue one call; function and arguments must pickle."""
         if self._pool is None:
             context = multiprocessing.get_context("fork" if "fork" in multiprocessing.get_all_start_methods() else "spawn")
-            self._pool = ProcessPoolExecutor(self._workers, mp_context=context, initializer=_install, initargs=(self._values,))
+            orders = self._values, os.getpid()
+            self._pool = ProcessPoolExecutor(self._workers, mp_context=context, initializer=_install, initargs=orders)
         return self._pool.submit(_with_values, function, *arguments, **named)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:

@@ -18,6 +18,9 @@ def command(
     wait: Annotated[
         bool, typer.Option("--wait", help="Wait for the link even where it looks wrong, as a device that is not there.")
     ] = False,
+    end_with: Annotated[
+        int | None, typer.Option(metavar="PID", help="End as by SIGTERM when this process, which started the daemon, is gone.")
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite a run folder.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
     send: Annotated[
@@ -41,6 +44,10 @@ def command(
     from gimbal_hil.runs.header import wall_clock_utc
     from gimbal_hil.settings import load_settings, shipped_settings
 
+    if end_with is not None:
+        from gimbal_hil.parentage import end_with_parent
+
+        end_with_parent(end_with)
     settings = load_settings(config) if config else shipped_settings()
     folder = out or Path("runs") / f"daemon-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
     report = run_daemon(settings, DaemonOptions(folder, force, duration, lockstep, spin_us, page, wait=wait))

@@ -23,6 +23,9 @@ def command(
     model: Annotated[Path | None, typer.Option(help="Model file; without it the shipped thesis model.")] = None,
     resample: Annotated[bool, typer.Option("--resample", help="Accept tables with uneven time and resample them.")] = False,
     drop_invalid: Annotated[bool, typer.Option("--drop-invalid", help="Accept tables with invalid rows and drop those.")] = False,
+    band: Annotated[
+        float | None, typer.Option(metavar="HZ", help="End of the scored band; without it 25 Hz at 1 kHz, less when slower.")
+    ] = None,
     workers: Annotated[int, typer.Option(help="Processes that score candidates.", min=1)] = 2,
     dask: Annotated[str | None, typer.Option(metavar="ADDRESS", help="Score candidates on a Dask cluster instead.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the verdict as JSON.")] = False,
@@ -32,7 +35,15 @@ def command(
     import json
 
     from firmware_protocol.errors import EXIT_DONE, BadInputError
-    from gimbal_hil.discrepancy import corrected_model, diagnose, discrepancy_page, recalibrated_model, verdict_of, with_hold_out
+    from gimbal_hil.discrepancy import (
+        corrected_model,
+        diagnose,
+        discrepancy_page,
+        recalibrated_model,
+        verdict_of,
+        with_hold_out,
+        with_measured_torque,
+    )
     from gimbal_hil.discrepancy.preflight import check_logs
     from sim_backend.model import load_model, shipped_model
 
@@ -43,15 +54,16 @@ def command(
     sources = [str(path) for path in (*measured, *(holdout or ()))]
     try:
         fitted, judged = _read(measured, given, resample, drop_invalid), _read(holdout or [], given, resample, drop_invalid)
-        check_logs(given, (*fitted, *judged))
+        check_logs(given, (*fitted, *judged), band)
     except BadInputError as error:
         _unusable(out, str(error), force)
         raise
     fitted, judged, suspected = with_hold_out(fitted, judged)
     with _progress(as_json) as tell:
-        diagnosis = diagnose(given, fitted, judged, workers=workers, dask=dask, suspected_only=suspected, progress=tell)
+        diagnosis = diagnose(given, fitted, judged, workers=workers, dask=dask, suspected_only=suspected, band_hz=band, progress=tell)
+        diagnosis = with_measured_torque(diagnosis, fitted)
         tell("writing the report")
-        verdict = verdict_of(diagnosis)
+        verdict = verdict_of(diagnosis, (*fitted, *judged))
     verdict["notes"] = [f"{table.source}: {note}" for table in (*fitted, *judged) for note in table.notes]
     corrected = corrected_model(diagnosis)
     out.mkdir(parents=True, exist_ok=True)
@@ -98,7 +110,7 @@ def _unusable(out: Path, reason: str, force: bool) -> None:
 
     nothing: dict[str, Any] = {
         "schema": 1, "verdict": "unusable_data", "text": reason, "where": [], "effects": [], "alternatives": [], "next_experiment": None,
-        "not_testable": [], "gap": None, "gaps": [],
+        "not_testable": [], "gap": None, "gaps": [], "contradictions": [],
     }  # fmt: skip
     out.mkdir(parents=True, exist_ok=True)
     if force or not (out / VERDICT_FILE).exists():
@@ -129,6 +141,7 @@ def _summary(verdict: dict[str, Any], out: Path) -> str:
     for effect in verdict["effects"]:
         values = ", ".join(f"{name} {p['value']:.4g} {p['unit']}" for name, p in effect["parameters"].items())
         lines.append(f"  {effect['name']} on {effect['axis']} ({effect['status']}): {values}")
+    lines += [f"  ! {found['axis']}: {found['text']}" for found in verdict["contradictions"]]
     if verdict["next_experiment"]:
         lines.append(f"  next: {verdict['next_experiment']['plan']}")
     return "\n".join([*lines, f"report: {out / REPORT_FILE}"])

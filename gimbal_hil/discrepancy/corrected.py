@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gimbal_hil.discrepancy.hypothesis import parameters_of, values_of
+from gimbal_hil.discrepancy.hypothesis import has_no_bump, parameters_of, values_of
 from gimbal_hil.discrepancy.twin import number_slot
 from gimbal_hil.discrepancy.workflow import Diagnosis
 from sim_backend.effects import CATALOGUE
@@ -36,6 +36,9 @@ def recalibrated_model(diagnosis: Diagnosis) -> AntennaModel:
     best = diagnosis.best.hypothesis
     at = zip(best.floating, best.y, strict=True)
     moved = {(k.axis, k.path): k.moved(diagnosis.model.number(k.axis, k.path), y) for k, y in at}
+    for axis in diagnosis.model.axes:
+        if (axis, "friction.coulomb") in moved and has_no_bump(diagnosis.model, axis):
+            moved[axis, "friction.breakaway"] = moved[axis, "friction.coulomb"]
     return with_numbers(diagnosis.model, moved)
 
 

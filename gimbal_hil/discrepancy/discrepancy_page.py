@@ -23,6 +23,7 @@ def discrepancy_page(diagnosis: Diagnosis, verdict: dict[str, Any], corrected: A
     gap = verdict["gap"]
     blocks: list[Block] = [
         Callout(verdict["text"], _TONE[verdict["verdict"]]),
+        *(Callout(f"{found['axis']}: {found['text']}.", "warning") for found in verdict["contradictions"]),
         Tiles((
             (verdict["verdict"].replace("_", " "), "verdict"),
             (

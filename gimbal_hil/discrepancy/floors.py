@@ -13,12 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimbal_hil.discrepancy.record import TORQUE, Channel, Record, record_of
-from gimbal_hil.discrepancy.smoothing import Bands, Floats, scoring_gain
+from gimbal_hil.discrepancy.row_noise import jittered
+from gimbal_hil.discrepancy.smoothing import Bands, Floats, scored, scoring_gain, scoring_reach
 from gimbal_hil.discrepancy.twin import Structure, Twin
 from gimbal_hil.signals import SignalsTable
 
 #: the spectrum is read from here to there, in units of the scored band
 _FROM, _TO = 1.45, 2.6
+#: blocks in which what a resonance rings up is read, s
+_BLOCK_S = 2.0
 
 
 @dataclass(frozen=True)
@@ -29,15 +32,55 @@ class Floor:
     #: from laps; None where nothing repeats
     from_repeats: float | None
     from_spectrum: float
+    #: the part of it that a resonance rings up from the encoder's error: while that resonance is there, no reading goes below
+    rung_up: float = 0.0
 
 
 def wide_twin(twin: Twin, tables: tuple[SignalsTable, ...]) -> Twin:
     """The same logs with smoothing wide enough to see the spectrum above the scored band."""
     hz = min(_TO * twin.records[0].bands.scored_hz, 0.2 / twin.records[0].bands.period_s)
-    return Twin(twin.model, tuple(record_of(table, twin.model, hz, f"{i}") for i, table in enumerate(tables)))
+    rng = np.random.default_rng(7)
+    redrawn = [jittered(table, twin, rng) for table in tables]
+    found = Twin(twin.model, tuple(record_of(table, twin.model, hz, f"{i}") for i, table in enumerate(tables)))
+    found.redrawn = tuple(record_of(table, twin.model, hz, f"{i} redrawn") for i, table in enumerate(redrawn))
+    return found
 
 
 def spectral_floor(wide: Twin, structure: Structure, P: NDArray[np.float64], channel: Channel, bands: Bands) -> float:
+    """Rms in the scored band of the noise law that fits the spectrum above it, and of what a resonance rings up."""
+    return float(np.hypot(*_law_and_rung_up(wide, structure, P, channel, bands)))
+
+
+def _law_and_rung_up(wide: Twin, structure: Structure, P: NDArray[np.float64], channel: Channel, bands: Bands) -> tuple[float, float]:
+    left = [wide.leftover(structure, P, which)[:, channel.column] for which in range(len(wide.records))]
+    law = _law_in_band(wide, left, channel, bands)
+    if channel.signal != TORQUE or channel.axis not in structure.ringing:
+        return law, 0.0
+    return law, _rung_up(wide, left, structure, P, channel, bands, law)
+
+
+def _rung_up(
+    wide: Twin, left: list[Floats], structure: Structure, P: NDArray[np.float64], channel: Channel, bands: Bands, law: float
+) -> float:
+    """Rms that a resonance in the model makes of the encoder's error around its frequency, where the law from above the band has no peak.
+
+    Read from another draw of that error. Where the spectrum says that the encoder is finer than the model's step, so is this.
+    """
+    redrawn = [wide.leftover(structure, P, which, wide.redrawn)[:, channel.column] for which in range(len(wide.records))]
+    if not any(np.any(a != b) for a, b in zip(redrawn, left, strict=True)):
+        return 0.0
+    drawn = [a - b for a, b in zip(redrawn, left, strict=True)]
+    smooth = _law_in_band(wide, drawn, channel, bands)
+    length = max(1, round(_BLOCK_S / (bands.stride * bands.period_s)))
+    edge = scoring_reach(bands) // bands.stride + 1
+    squares = [scored(part[:, None], bands)[edge:-edge, 0] ** 2 for part in drawn]
+    # the median over blocks: rows in creep, which are weighed by themselves, are not in it
+    whole = np.median(np.concatenate([s[: len(s) // length * length].reshape(-1, length).mean(axis=1) for s in squares]))
+    finer = min(1.0, law / max(smooth, 1e-300))
+    return finer * float(np.sqrt(max(0.0, float(whole) - smooth**2)))
+
+
+def _law_in_band(wide: Twin, left: list[Floats], channel: Channel, bands: Bands) -> float:
     """Rms in the scored band of the noise law that fits the spectrum above it."""
     from scipy.optimize import nnls
     from scipy.signal import welch
@@ -46,8 +89,7 @@ def spectral_floor(wide: Twin, structure: Structure, P: NDArray[np.float64], cha
     power: list[Floats] = []
     f = np.zeros(1)
     inside = []
-    for which, record in enumerate(wide.records):
-        column = wide.leftover(structure, P, which)[:, channel.column]
+    for record, column in zip(wide.records, left, strict=True):
         inside.append(column[record.bands.stride * int(np.argmax(record.keep)) : len(column) - 200])
     # logs of one call may differ in length, their spectra not
     segment = min(512, *(len(part) // 4 for part in inside))
@@ -105,16 +147,17 @@ def floors(twin: Twin, wide: Twin, structure: Structure, P: NDArray[np.float64])
     repeats = [repeat_floor(twin.scored(structure, P, i), record) for i, record in enumerate(twin.records)]
     known = [r for r in repeats if r is not None]
     for j, channel in enumerate(twin.channels):
-        spectrum = spectral_floor(wide, structure, P, channel, twin.records[0].bands)
+        law, rung_up = _law_and_rung_up(wide, structure, P, channel, twin.records[0].bands)
+        spectrum = float(np.hypot(law, rung_up))
         laps = float(np.sqrt(np.mean([r[j] ** 2 for r in known]))) if known else None
         rms = spectrum if laps is None or laps > 2.0 * spectrum else laps
-        found.append(Floor(max(rms, 1e-12), laps, spectrum))
+        found.append(Floor(max(rms, 1e-12), laps, spectrum, rung_up))
     return found
 
 
 def smaller(one: list[Floor], other: list[Floor]) -> list[Floor]:
-    """Channel by channel the smaller floor."""
-    return [replace(a, rms=min(a.rms, b.rms)) for a, b in zip(one, other, strict=True)]
+    """Channel by channel the smaller floor, where `other` was read last: nothing takes out what rings on the encoder's error there."""
+    return [replace(a, rms=max(min(a.rms, b.rms), b.rung_up), rung_up=b.rung_up) for a, b in zip(one, other, strict=True)]
 
 
 __all__ = ["Floor", "floors", "repeat_floor", "smaller", "spectral_floor", "wide_twin"]

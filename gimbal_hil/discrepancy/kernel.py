@@ -128,8 +128,9 @@ def balance(
 
     torque (n, 2) commanded, N m; motion (n, 8) interval means of q, q, v, v, a, a and how far a
     standing bristle is led per axis; base (n, 9) gravity, rate and angular
-    acceleration of the base in base axes; heat (n, 2) degC. Fills out (n, 4): torque given minus torque needed
-    per axis (N m), gyro rate predicted per axis (rad/s). P[STEP_S] times `steps` is the interval.
+    acceleration of the base in base axes; heat (n, 2) degC. Fills out (n, 6): torque given minus torque needed
+    per axis (N m), gyro rate predicted per axis (rad/s), torque that the actuator gives per axis (N m). P[STEP_S] times `steps` is the
+    interval.
     """
     h = P[STEP_S]
     for k in range(torque.shape[0]):
@@ -143,19 +144,21 @@ def balance(
             X[TEMPERATURE + axis] = heat[k, axis]
             if K[TEMPERATURE_KNOTS] > 0:
                 friction_at(P, K, axis, heat[k, axis], X)
-        left0, left1 = 0.0, 0.0
+        left0, left1, given0, given1 = 0.0, 0.0, 0.0, 0.0
         for s in range(steps):
             t = (s + 0.5 - 0.5 * steps) * h
             net, own = joint_torque(P, K, X, 0, h, torque[k, 0], q0 + v0 * t, v0 + a0 * t, mass[0], carried[0])
+            given0 += X[APPLIED]
             left0 += net + bias[0] - (mass[0] - own) * a0 - mass[1] * a1
             if K[AXES] > 1:
                 net, own = joint_torque(P, K, X, 1, h, torque[k, 1], q1 + v1 * t, v1 + a1 * t, mass[2], carried[1])
+                given1 += X[APPLIED + 1]
                 left1 += net + bias[1] - (mass[2] - own) * a1 - mass[1] * a0
             if K[HOOK_COUNT + _STRUCTURE] > 0:
                 torques = (X[APPLIED], X[APPLIED + 1])
                 advance_structures(P, K, X, h, torques, (mass[0], mass[2]), (a0 + carried[0], a1 + carried[1]))
             X[STEPS] += 1.0
-        out[k, 0], out[k, 1] = left0 / steps, left1 / steps
+        out[k, 0], out[k, 1], out[k, 4], out[k, 5] = left0 / steps, left1 / steps, given0 / steps, given1 / steps
         for axis in range(K[AXES]):
             if motion[k, 6 + axis] > 0.0:
                 _lead_bristle(X, axis, motion[k, 6 + axis] * out[k, axis])

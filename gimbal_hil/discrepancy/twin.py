@@ -18,6 +18,7 @@ from sim_backend.model.numbers import NUMBER_AT, Block
 
 #: effects whose states move faster than a sample, and into how many steps the twin then divides it
 _FINE_STEPS = {"backlash": 5, "structural_resonance": 2}
+_RINGING = "structural_resonance"
 _FRICTION_SLOTS = 7
 #: slower logs are carried in several steps a sample
 _LONGEST_STEP_S = 1e-3
@@ -33,6 +34,8 @@ class Structure:
     steps: int
     #: slot in P of parameter j of appended effect i is offsets[i] + j
     offsets: tuple[int, ...]
+    #: axes in which a share of the inertia hangs on a spring: there the encoder's own error rings
+    ringing: frozenset[str] = frozenset()
 
 
 def number_slot(model: AntennaModel, axis: str, path: str) -> int:
@@ -61,6 +64,8 @@ class Twin:
     gyro_everywhere: tuple[bool, ...] | None = None
     #: noise of every row over its channel's floor, per record (rows that count, channels); None: all alike
     scales: tuple[Floats, ...] | None = None
+    #: the same records with another draw of the encoder's error, where a floor is read from them
+    redrawn: tuple[Record, ...] = ()
     _structures: dict[tuple[tuple[str, str], ...], Structure] = field(default_factory=dict)
 
     @property
@@ -91,12 +96,22 @@ class Twin:
                 P[block + layout.GYRO_NOISE] = P[block + layout.GYRO_STEP] = P[block + layout.STOP_STIFFNESS] = 0.0
             offsets = iter(range(layout.EFFECT_PARAMETERS + own * layout.PARAMETERS_PER_INSTANCE, len(P), layout.PARAMETERS_PER_INSTANCE))
             places = tuple(-1 if CATALOGUE[name].is_number else next(offsets) for name, _ in key)
-            self._structures[key] = Structure(P, K, arrays.X, steps, places)
+            ringing = frozenset(entry.axis for entry in model.effects if entry.effect.name == _RINGING)
+            self._structures[key] = Structure(P, K, arrays.X, steps, places, ringing)
         return self._structures[key]
 
-    def leftover(self, structure: Structure, P: np.ndarray, which: int) -> Floats:
+    def leftover(self, structure: Structure, P: np.ndarray, which: int, records: tuple[Record, ...] | None = None) -> Floats:
         """Unscored residual of one record, (n, 4): torque given minus needed per axis, gyro minus predicted rate per axis."""
-        record = self.records[which]
+        record = (records or self.records)[which]
+        out = self._balanced(structure, P, record)[:, :4]
+        out[:, 2:] = record.gyro - out[:, 2:]
+        return out
+
+    def applied(self, structure: Structure, P: np.ndarray, which: int) -> Floats:
+        """Torque that the actuator gives over the intervals of one record, (n, 2)."""
+        return self._balanced(structure, P, self.records[which])[:, 4:]
+
+    def _balanced(self, structure: Structure, P: np.ndarray, record: Record) -> Floats:
         X = structure.X.copy()
         for i in range(len(self.model.axes)):
             block, force = layout.axis_block(i), layout.IN_FORCE + i * layout.IN_FORCE_SIZE
@@ -104,9 +119,8 @@ class Twin:
             X[force + layout.BUMP_GONE_SPEED] = X[force + layout.VS] * BUMP_GONE ** (1.0 / X[force + layout.DELTA])
             X[layout.GYRO_STATE + 2 * i] = record.gyro[0, i]
             X[layout.LAGGED + i] = record.torque[0, i]
-        out = np.empty((len(record.torque), 4))
+        out = np.empty((len(record.torque), 6))
         balance(P, structure.K, X, structure.steps, record.torque, record.motion, record.base, record.heat, out)
-        out[:, 2:] = record.gyro - out[:, 2:]
         return out
 
     def scored(self, structure: Structure, P: np.ndarray, which: int) -> Floats:
@@ -118,8 +132,11 @@ class Twin:
         """Scored residual of one record as it is, (rows that count, channels)."""
         record = self.records[which]
         columns = [channel.column for channel in self.channels]
-        rows = scored(self.leftover(structure, P, which)[:, columns], record.bands)
-        return np.asarray(rows[record.keep])
+        left = self.leftover(structure, P, which)[:, columns]
+        if not np.isfinite(left).all():
+            # a candidate that the twin cannot carry: no row of it means anything
+            return np.full((int(record.keep.sum()), len(columns)), np.nan)
+        return np.asarray(scored(left, record.bands)[record.keep])
 
     def residual(self, structure: Structure, P: np.ndarray) -> Floats:
         """Scored residuals of all records, one under the other, (rows, channels)."""

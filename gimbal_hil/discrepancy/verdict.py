@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from gimbal_hil.discrepancy.contradictions import contradictions
+from gimbal_hil.discrepancy.corrected import corrected_model, recalibrated_model
 from gimbal_hil.discrepancy.families import Family
 from gimbal_hil.discrepancy.fit import residual_of
 from gimbal_hil.discrepancy.forms import undetermined_form
@@ -20,6 +23,7 @@ from gimbal_hil.discrepancy.separating import separating_run, why_not_testable
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.where import Regime, most_telling, regimes
 from gimbal_hil.discrepancy.workflow import Diagnosis
+from gimbal_hil.signals import SignalsTable
 from sim_backend.effects import CATALOGUE
 from sim_backend.model import AntennaModel
 
@@ -32,6 +36,8 @@ _SAME = 0.003
 _BLOCK_S = 1.0
 #: a response below this many floors at a generous size leaves no trace
 _NO_TRACE = 0.15
+#: floors above which a second channel is worth a place
+_HAS_A_GAP = 1.3
 #: commanded torque alone cannot tell these two apart: either name is right
 _TWINS = frozenset({"viscous", "back_emf"})
 
@@ -70,8 +76,8 @@ def compare(diagnosis: Diagnosis, rival: Scored) -> Comparison:
     return Comparison(rival, mean / max(error, 1e-12), mean / level)
 
 
-def verdict_of(diagnosis: Diagnosis) -> dict[str, Any]:
-    """The content of verdict.json."""
+def verdict_of(diagnosis: Diagnosis, logs: Sequence[SignalsTable] = ()) -> dict[str, Any]:
+    """The content of verdict.json; with the `logs` themselves it also says where they contradict one another."""
     best, null = diagnosis.best, diagnosis.null
     gaps = gap_entries(diagnosis)
     worst = int(np.argmax([g["before"] / g["noise_floor"] for g in gaps]))
@@ -92,12 +98,13 @@ def verdict_of(diagnosis: Diagnosis) -> dict[str, Any]:
     if not causes:
         effects, alternatives = [], []
     shown = best if causes or diagnosis.floated is not None else null
-    where = [_where_entry(r) for r in where_of(diagnosis)] if verdict != "no_discrepancy" else []
+    where = [_where_entry(r) for r in where_of(diagnosis, worst)] if verdict != "no_discrepancy" else []
     gap = gaps[worst]
+    against = contradictions(corrected_model(diagnosis) or recalibrated_model(diagnosis), logs)
     return {
         "schema": 1,
         "verdict": verdict,
-        "text": _text(diagnosis, verdict, effects, gap, shown),
+        "text": _text(diagnosis, verdict, effects, gap, shown) + "".join(_against_text(found) for found in against),
         "where": where,
         "effects": effects,
         "alternatives": alternatives,
@@ -106,6 +113,7 @@ def verdict_of(diagnosis: Diagnosis) -> dict[str, Any]:
         "gap": gap,
         "gaps": gaps,
         "recalibrated": recalibrated(diagnosis),
+        "contradictions": against,
     }
 
 
@@ -212,14 +220,17 @@ def _gains(diagnosis: Diagnosis, index: int) -> tuple[float, float]:
     return min(gain, 1.0), search.nonsense(without, best.hypothesis.causes[index]) / fitted
 
 
-def where_of(diagnosis: Diagnosis) -> list[Regime]:
-    """The most telling regimes of the worst channels, judged on the fitted data of the model as it stands."""
+def where_of(diagnosis: Diagnosis, worst: int) -> list[Regime]:
+    """The most telling regimes of the channel `worst`, which the verdict speaks of, and of the next one that has a gap.
+
+    Judged on the fitted data of the model as it stands.
+    """
     rms = np.sqrt(np.mean(diagnosis.null.fit.residual**2, axis=0))
+    others = [int(j) for j in np.argsort(-rms) if j != worst and rms[j] > _HAS_A_GAP]
     found = []
-    for j in np.argsort(-rms)[:2]:
-        if rms[j] > 1.3:
-            channel = diagnosis.search.twin.channels[int(j)]
-            found += most_telling(regimes(diagnosis.search.twin, diagnosis.null.fit.residual, channel, int(j)), 3)
+    for j in (worst, *others[:1]):
+        channel = diagnosis.search.twin.channels[j]
+        found += most_telling(regimes(diagnosis.search.twin, diagnosis.null.fit.residual, channel, j), 3)
     return found
 
 
@@ -303,6 +314,10 @@ def _form_text(effect: dict[str, Any]) -> str:
         f" The form of {name} on {effect['axis']} is undetermined on this data: {alike} have a canonical correlation"
         f" of {form['canonical_correlation']:.2f}."
     )
+
+
+def _against_text(found: dict[str, str]) -> str:
+    return f" The data contradict themselves on {found['axis']} ({found['rule'].replace('_', ' ')}, {found['text'].split(':')[0]})."
 
 
 def _remainder(diagnosis: Diagnosis) -> str:

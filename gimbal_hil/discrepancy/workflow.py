@@ -88,10 +88,14 @@ def diagnose(
     workers: int = 1,
     dask: str | None = None,
     suspected_only: bool = False,
+    band_hz: float | None = None,
     progress: Callable[[str], None] = lambda text: None,
 ) -> Diagnosis:
-    """Search for what the model lacks. The hold-out must be another trajectory; half of it selects, half is only ever looked at."""
-    hz = scored_band((*measured, *holdout))
+    """Search for what the model lacks. The hold-out must be another trajectory; half of it selects, half is only ever looked at.
+
+    `band_hz` ends the scored band in place of what `scored_band` chooses.
+    """
+    hz = band_hz or scored_band((*measured, *holdout))
     progress("smoothing the logs")
     twin = Twin(model, tuple(record_of(table, model, hz, f"measured {i}") for i, table in enumerate(measured)))
     held = Twin(model, tuple(record_of(table, model, hz, f"hold-out {i}") for i, table in enumerate(holdout)))

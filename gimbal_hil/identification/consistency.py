@@ -19,6 +19,8 @@ from gimbal_hil.identification.velocity_map import VelocityPoint
 _STIFFNESS_LEFT = 0.05
 #: neighbouring speeds within this factor must agree within this many joint errors and this share of the torque
 _NEAR_SPEED, _FAR_ERRORS, _FAR_SHARE = 1.25, 5.0, 0.12
+#: speeds of a direction from which on the lowest sliding torque says where its curve has its lowest place
+_FEWEST_SPEEDS = 4
 
 
 @dataclass(frozen=True)
@@ -81,9 +83,7 @@ def break_away_findings(found: Sequence[BreakAway], static: StaticFit, axis: str
         torques = np.array([abs(b.torque) for b in found if b.torque * side > 0.0])
         if len(torques) == 0:
             continue
-        spread = float(np.std(torques, ddof=1)) if len(torques) > 1 else 0.1 * float(torques[0])
-        high = float(np.mean(torques)) + 2.0 * spread / np.sqrt(len(torques))
-        if high < coulomb.interval.low:
+        if _highest_mean(torques) < coulomb.interval.low:
             way = "positive" if side > 0.0 else "negative"
             text = (
                 f"{way} direction: {len(torques)} ramps break away at {np.mean(torques):.4g} on average "
@@ -93,6 +93,34 @@ def break_away_findings(found: Sequence[BreakAway], static: StaticFit, axis: str
             )
             findings.append(Finding("break_away_below_coulomb", text, axis))
     return tuple(findings)
+
+
+def break_away_below_sliding(found: Sequence[BreakAway], points: Sequence[VelocityPoint], axis: str = "") -> tuple[Finding, ...]:
+    """A contradiction for each direction whose ramps break away below every torque at which it slid, however slow or fast.
+
+    Every Stribeck curve begins at Ts, so its lowest torque is at most Ts. This needs no fit, and says something where the plateaus do not
+    hold one.
+    """
+    findings = []
+    for side, way in ((1.0, "positive"), (-1.0, "negative")):
+        torques = np.array([abs(b.torque) for b in found if b.torque * side > 0.0])
+        sliding = [abs(p.torque) - 2.0 * p.standard_error for p in points if p.rate * side > 0.0 and p.torque * side > 0.0]
+        if len(torques) == 0 or len(sliding) < _FEWEST_SPEEDS:
+            continue
+        if _highest_mean(torques) < min(sliding):
+            text = (
+                f"{way} direction: {len(torques)} ramps break away at {np.mean(torques):.4g} on average "
+                f"({torques.min():.4g} to {torques.max():.4g}), but sliding needs at least {min(sliding):.4g} at each of {len(sliding)} "
+                "speeds: the two experiments contradict each other, and no friction curve is fitted through both"
+            )
+            findings.append(Finding("break_away_below_sliding", text, axis))
+    return tuple(findings)
+
+
+def _highest_mean(torques: np.ndarray) -> float:
+    """Upper end of the mean break-away torque; a single ramp is believed to a fifth."""
+    spread = float(np.std(torques, ddof=1)) if len(torques) > 1 else 0.1 * float(torques[0])
+    return float(np.mean(torques)) + 2.0 * spread / float(np.sqrt(len(torques)))
 
 
 def repeatability_findings(points: Sequence[VelocityPoint], axis: str = "") -> tuple[Finding, ...]:

@@ -59,7 +59,11 @@ def open_pair(diagnosis: Diagnosis, separates: Sequence[str]) -> Pair | None:
 
 def unexplained_pair(diagnosis: Diagnosis) -> Pair | None:
     """Of an unexplained gap: the two attempts that come closest and differ in a cause."""
-    attempts = sorted((tried for one in diagnosis.rounds for tried in one.tried), key=lambda s: s.held_out_cost)
+    search = diagnosis.search
+    tried = [one for made in diagnosis.rounds for one in made.tried]
+    # floors fall while a search goes on: attempts of different rounds are put beside one another under those that hold in the end
+    again = [search.scored(replace(one.fit, residual=residual_of(search.twin, one.hypothesis, search.floor))) for one in tried]
+    attempts = sorted((one for one in again if np.isfinite(one.cost)), key=lambda one: one.cost)
     for rival in attempts[1:]:
         here, there = set(attempts[0].hypothesis.labels), set(rival.hypothesis.labels)
         if here != there and here - there and there - here:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import time
@@ -104,6 +105,9 @@ def _own_daemon(config: Path | None, out: Path) -> Iterator[Path]:
         str(config),
         "--out",
         str(run),
+        # where this process is killed, the daemon switches torque off and ends as well
+        "--end-with",
+        str(os.getpid()),
         "--json",
     ]
     with log.open("wb") as said:

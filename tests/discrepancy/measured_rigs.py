@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from gimbal_hil.discrepancy.fit import refit, residual_of
+from gimbal_hil.discrepancy.hypothesis import Hypothesis
+from gimbal_hil.discrepancy.record import record_of
+from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel, model_from_document
 from tests.identification.measured_data import DD2DOF_GRAVITY, DD2DOF_INERTIA, data_folder, emps
@@ -35,6 +41,27 @@ def emps_logs(name: str) -> tuple[SignalsTable, SignalsTable]:
     return one, other
 
 
+def left_over(
+    model: AntennaModel, hypothesis: Hypothesis, fitted: Sequence[SignalsTable], judged: Sequence[SignalsTable], hz: float, floor: float
+) -> float:
+    """Rms that a hypothesis, refitted to some logs, leaves of the first axis' torque in others, N or N m, in a band that ends at `hz`."""
+    here, there = (Twin(model, tuple(record_of(one, model, hz, one.source) for one in logs)) for logs in (fitted, judged))
+    refitted = refit(here, hypothesis, np.array([floor]), rounds=8, spread=2.0).hypothesis
+    return float(np.sqrt(np.mean(residual_of(there, refitted, np.ones(1)) ** 2)))
+
+
+def with_free(hypothesis: Hypothesis, parameter: str) -> Hypothesis:
+    """The same with one parameter of its causes left free and all others held where they are."""
+    causes = []
+    for cause in hypothesis.causes:
+        knobs = tuple(
+            knob if parameter in knob.parameters else replace(knob, low=x, high=x)
+            for knob, x in zip(cause.family.knobs, cause.x, strict=True)
+        )
+        causes.append(replace(cause, family=replace(cause.family, knobs=knobs)))
+    return replace(hypothesis, causes=tuple(causes))
+
+
 def arm_model() -> AntennaModel:
     """The arm's first axis with symmetric Coulomb and viscous friction, the mean of the published directions."""
     friction = {"coulomb": 11.69, "breakaway": 11.69, "stribeck_velocity": 0.01, "viscous": 3.12}
@@ -48,11 +75,26 @@ def arm_logs(speeds: tuple[str, ...]) -> tuple[SignalsTable, ...]:
     return tuple(_arm_log(folder / f"cin_pos1_{speed}_exp_gan.t") for speed in speeds)
 
 
-def _arm_log(file: Path) -> SignalsTable:
+def arm_ramps() -> tuple[SignalsTable, ...]:
+    """Break-away ramps of both signs."""
+    return tuple(_arm_log(file, whole=True) for file in sorted((data_folder("dd2dof") / "test_1").glob("est_pos1_*exp*.t")))
+
+
+def emps_laps() -> tuple[SignalsTable, ...]:
+    """The three whole laps of the first file and the last, which is cut short, each as a log of its own."""
+    time, position, force = emps("DATA_EMPS")
+    parts = [slice(k * EMPS_LAP, min((k + 1) * EMPS_LAP, len(time))) for k in range(4)]
+    return tuple(
+        SignalsTable.of(("carriage",), time[p], {"carriage.torque": force[p], "carriage.position": position[p]}, source=f"lap {k + 1}")
+        for k, p in enumerate(parts)
+    )
+
+
+def _arm_log(file: Path, whole: bool = False) -> SignalsTable:
     position, torque = np.loadtxt(file), np.loadtxt(file.with_name(file.name.replace("pos1", "tau1")))
     rows = min(len(position), len(torque))
     angle = np.deg2rad(position[:rows, 1])
-    stop = int(np.argmax(np.abs(angle) > np.abs(angle).max() - 1e-3)) + 1
+    stop = rows if whole else int(np.argmax(np.abs(angle) > np.abs(angle).max() - 1e-3)) + 1
     time = 0.015 * np.arange(stop)
     return SignalsTable.of(("shoulder",), time, {"shoulder.torque": torque[:stop, 1], "shoulder.position": angle[:stop]}, source=file.name)
 

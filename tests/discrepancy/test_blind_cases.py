@@ -15,6 +15,7 @@ def test_a_hidden_ripple_is_named_with_its_numbers_and_the_model_gains_it() -> N
     assert outcome(case.truth, verdict) is Outcome.EXACT
     assert all(error < 0.1 for _, error, _ in parameter_errors(case.truth, verdict))
     assert verdict["gap"]["closed_fraction"] > 0.95
+    assert all(verdict["where"][0][key] == verdict["gap"][key] for key in ("axis", "signal"))
     corrected = corrected_model(diagnosis)
     assert corrected is not None and corrected.effects[-1].effect.name == "cogging"
 

@@ -15,6 +15,7 @@ import yaml
 
 from gimbal_hil.improvement import Measured, Stopped, read_journal
 from gimbal_hil.runs import open_run
+from gimbal_hil.runs.frame_columns import columns_of
 from gimbal_hil.settings import shipped_settings_path
 from sim_backend.model import shipped_model
 
@@ -79,3 +80,27 @@ def test_an_improvement_in_real_time_survives_ctrl_c_and_finds_the_effect_hidden
     assert [(e["name"], e["axis"]) for one in answer["rounds"] for e in one["effects"]] == [("cogging", "outer")]
     runs = [entry.run for entry in read_journal(journal) if isinstance(entry, Measured)]
     assert len(runs) == len(set(runs)) >= 3
+
+
+@pytest.mark.heavy
+@pytest.mark.realtime
+def test_a_killed_improvement_leaves_no_daemon_that_goes_on(tmp_path: Path) -> None:
+    config, out = configuration(tmp_path), tmp_path / "out"
+    antenna = plant(tmp_path)
+    words = [sys.executable, "-c", _MAIN, "improve", "--config", str(config), "--out", str(out), "--survey", "12", "--json"]
+    try:
+        first = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        while first.poll() is None and not (out / "round_1" / "survey" / "checkpoint.json").exists():
+            time.sleep(0.1)
+        assert first.poll() is None
+        first.kill()
+        first.wait()
+        end = time.monotonic() + 60.0
+        while (ended := open_run(out / "daemon_1").record.end) is None and time.monotonic() < end:
+            time.sleep(0.2)
+    finally:
+        antenna.terminate()
+        antenna.communicate(timeout=60)
+    assert ended is not None and ended.exit_code == 130
+    sent = columns_of(open_run(out / "daemon_1").frames, "set_point")
+    assert all(sent.raw[f"enable_{axis}"][-1] == 0 and sent.raw[f"torque_{axis}"][-1] == 0 for axis in ("outer", "inner"))

@@ -1,0 +1,94 @@
+"""Where the data contradict themselves: slow ramps that break away below the torque that sliding needs however slow.
+
+No friction curve of the model's kind describes both, whatever its numbers and whatever is added beside it. Such a finding stands beside
+the verdict and changes nothing in it: it says which of the data one should not fit through.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gimbal_hil.signals import SignalsTable
+from sim_backend.model import AntennaModel
+
+if TYPE_CHECKING:
+    from gimbal_hil.identification import PreslidingRun
+
+#: effects that pull by position: a ramp stands at one place of them, plateaus pass over them all
+_BY_POSITION = frozenset({"cogging", "cable_spring", "position_dependent_friction", "encoder_eccentricity"})
+#: slow ramps: the torque changes by less than this share of break-away a row, as identification takes it
+_SLOW_SHARE = 0.02
+#: and it goes one way, up to this share of its range, until it is at its largest
+_BACK_SHARE = 0.05
+
+
+def contradictions(model: AntennaModel, tables: Sequence[SignalsTable]) -> list[dict[str, str]]:
+    """Findings as `rule`, `axis` and `text`; empty where ramps or plateaus are missing, or where they agree.
+
+    `model` is the one that explains the data best: its rigid body and actuator are taken out of the torque. An axis to which it adds
+    torque by position is not judged.
+    """
+    found = []
+    for axis in model.axes:
+        if any(entry.axis == axis and entry.effect.name in _BY_POSITION for entry in model.effects):
+            continue
+        if any(_is_ramp(table, model, axis) for table in tables):
+            found += _of_axis(model, axis, tables)
+    return found
+
+
+def _is_ramp(table: SignalsTable, model: AntennaModel, axis: str) -> bool:
+    """Whether nobody knows of a loop, and the torque rises one way and slowly from its first value to its largest."""
+    if any(table.signal(axis, name) is not None for name in ("rate_ref", "position_ref")):
+        return False
+    torque = table.torque(axis)
+    away = torque - torque[0]
+    peak = int(np.argmax(np.abs(away)))
+    rising = np.sign(away[peak]) * away[: peak + 1]
+    steps = np.diff(rising)
+    slow = _SLOW_SHARE * model.number(axis, "friction.breakaway")
+    back = np.maximum.accumulate(rising) - rising
+    return bool(peak > 0 and np.abs(steps).max() < slow and back.max() <= _BACK_SHARE * rising[-1])
+
+
+def _stiffness(model: AntennaModel, axis: str, runs: Sequence[PreslidingRun]) -> float:
+    """The model's bristle stiffness, or for one without a bristle that which the ramps show; zero where neither is there."""
+    from gimbal_hil.identification import fit_presliding
+
+    stated = model.number(axis, "friction.sigma0")
+    if stated > 0.0 or not runs:
+        return stated
+    shown = fit_presliding(runs, max(model.number(axis, "friction.breakaway"), 1e-9), model.number(axis, "encoder.step"))
+    return 0.0 if shown is None or not np.isfinite(shown.sigma0.fitted) else shown.sigma0.fitted
+
+
+def _of_axis(model: AntennaModel, axis: str, tables: Sequence[SignalsTable]) -> list[dict[str, str]]:
+    from gimbal_hil.identification import Direction, Drive, Log, Stretch, fit_static, friction_of, measure_velocity_map, stretches_of_table
+    from gimbal_hil.identification.consistency import break_away, break_away_below_sliding, break_away_findings
+    from gimbal_hil.identification.evidence import collect
+
+    logs = []
+    for table in tables:
+        ramp = _is_ramp(table, model, axis)
+        stretches = (Stretch("ramp", 0, len(table), Drive.TORQUE),) if ramp else stretches_of_table(table, axis)
+        logs.append(Log(table.source, table, {axis: tuple(replace(s, drive=Drive.TORQUE if ramp else Drive.LOOP) for s in stretches)}))
+    evidence = collect(logs, model, axis)
+    step = model.number(axis, "encoder.step")
+    stiffness = _stiffness(model, axis, evidence.presliding)
+    if stiffness <= 0.0 or not evidence.plateaus:
+        return []
+    ramps = [one for run in evidence.presliding if (one := break_away(run, stiffness, step)) is not None]
+    if not ramps:
+        return []
+    prior = friction_of(model, axis)
+    points = measure_velocity_map(evidence.plateaus, None, step or None, prior.static.breakaway / stiffness).points
+    sides = [fit_static(points, direction, prior.static) for direction in (Direction.POSITIVE, Direction.NEGATIVE)]
+    fitted = [finding for side in sides if side is not None for finding in break_away_findings(ramps, side, axis)]
+    told = {finding.text.split()[0] for finding in fitted}
+    seen = [finding for finding in break_away_below_sliding(ramps, points, axis) if finding.text.split()[0] not in told]
+    findings = sorted((*fitted, *seen), key=lambda finding: finding.text, reverse=True)
+    return [{"rule": finding.rule, "axis": axis, "text": finding.text} for finding in findings]

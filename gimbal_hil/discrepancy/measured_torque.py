@@ -1,0 +1,94 @@
+"""What the actuator really gave, where a log says so: it tells causes in the actuator from causes in the joint.
+
+`torque_measured` takes no part in the search: the contract does not say at which instant of a row the current was read, and half a row
+would pass for a delay. It is asked at the end, where a cause could as well be another one, since each of them predicts what the actuator
+gave. Prediction and measurement are compared below a few hertz, with a shift in time fitted to each; who is clearly worse is ruled out.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from gimbal_hil.discrepancy.hypothesis import Hypothesis, parameters_of
+from gimbal_hil.discrepancy.search import Scored
+from gimbal_hil.discrepancy.smoothing import Bands, Floats, scored, scoring_reach
+from gimbal_hil.discrepancy.twin import Twin
+from gimbal_hil.discrepancy.verdict import compare
+from gimbal_hil.discrepancy.workflow import Diagnosis
+from gimbal_hil.signals import SignalsTable
+
+#: end of the band in which torques are compared, Hz
+_BAND_HZ = 3.0
+_BLOCK_S = 1.0
+#: standard errors of the blockwise difference beyond which a prediction is clearly worse
+_CLEARLY = 4.0
+#: and it must leave this many times the squares of the better one
+_WORSE = 1.5
+
+
+def with_measured_torque(diagnosis: Diagnosis, measured: tuple[SignalsTable, ...]) -> Diagnosis:
+    """The diagnosis with every explanation left out that the measured torque of the searched logs rules out.
+
+    Where the only cause that was found is ruled out and another would do as well, that one takes its place.
+    """
+    if not any(_given(table, axis) is not None for table in measured for axis in diagnosis.model.axes):
+        return diagnosis
+    for index in range(len(diagnosis.rivals)):
+        close = [rival for rival in diagnosis.rivals[index] if _could_be(diagnosis, rival)]
+        left = {id(state): _squares(diagnosis, state, measured) for state in (diagnosis.best, *close)}
+        if not close:
+            continue
+        best = min((diagnosis.best, *close), key=lambda state: float(np.mean(left[id(state)])))
+        out = {id(state) for state in (diagnosis.best, *close) if _clearly_worse(left[id(state)], left[id(best)])}
+        if id(diagnosis.best) in out and len(diagnosis.rivals) == 1:
+            others = tuple(rival for rival in diagnosis.rivals[0] if rival is not best and id(rival) not in out)
+            return replace(diagnosis, best=best, rivals=(others,))
+        kept = tuple(rival for rival in diagnosis.rivals[index] if id(rival) not in out)
+        diagnosis = replace(diagnosis, rivals=(*diagnosis.rivals[:index], kept, *diagnosis.rivals[index + 1 :]))
+    return diagnosis
+
+
+def _could_be(diagnosis: Diagnosis, rival: Scored) -> bool:
+    return compare(diagnosis, rival).close and diagnosis.search.complete(rival, diagnosis.null)
+
+
+def _given(table: SignalsTable, axis: str) -> Floats | None:
+    """The measured torque of an axis, (n,); None where it was not measured, or only zeros were written."""
+    torque = table.signal(axis, "torque_measured")
+    return torque if torque is not None and np.any(torque != 0.0) else None
+
+
+def _squares(diagnosis: Diagnosis, state: Scored, tables: tuple[SignalsTable, ...]) -> Floats:
+    """Mean squares, block by block, of what a state's prediction leaves of the measured torques."""
+    twin, blocks = diagnosis.search.twin, []
+    for which, table in enumerate(tables):
+        for i, axis in enumerate(twin.model.axes):
+            torque = _given(table, axis)
+            if torque is not None:
+                blocks.append(_left_of(twin, state.hypothesis, which, i, torque))
+    return np.concatenate(blocks)
+
+
+def _left_of(twin: Twin, hypothesis: Hypothesis, which: int, i: int, measured: Floats) -> Floats:
+    record = twin.records[which]
+    given = twin.applied(*parameters_of(twin, hypothesis), which)[:, i]
+    bands = Bands(min(_BAND_HZ, record.bands.scored_hz), record.bands.period_s)
+    rows = np.column_stack([measured[: len(given)], given, np.gradient(given) / bands.period_s])
+    edge = scoring_reach(bands) // bands.stride + 1
+    seen, predicted, slope = scored(rows, bands)[edge:-edge].T
+    left = seen - predicted
+    power = float(slope @ slope)
+    left = left - slope * (float(slope @ left) / power if power > 0.0 else 0.0)
+    length = max(2, round(_BLOCK_S / (bands.stride * bands.period_s)))
+    return np.asarray((left[: len(left) // length * length] ** 2).reshape(-1, length).mean(axis=1))
+
+
+def _clearly_worse(one: Floats, other: Floats) -> bool:
+    difference = one - other
+    if len(difference) < 3 or float(np.mean(one)) < _WORSE * float(np.mean(other)):
+        return False
+    error = float(difference.std(ddof=1)) / math.sqrt(len(difference))
+    return float(difference.mean()) > _CLEARLY * error

@@ -1,0 +1,60 @@
+"""Ramps that break away below what sliding needs are said to contradict the plateaus; ramps that agree with them are not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gimbal_hil.discrepancy.contradictions import contradictions
+from gimbal_hil.identification import LugreFriction, StaticFriction
+from gimbal_hil.signals import SignalsTable
+from sim_backend.model import AntennaModel, model_from_document
+from tests.discrepancy.measured_rigs import ARM_FITTED, ARM_JUDGED, arm_logs, arm_model, arm_ramps
+from tests.identification.one_axis_rig import ENCODER_STEP, OUTER, Recorded, Rig, apply_torque, follow_rate, slow_ramp, there_and_back
+
+STICKIER = LugreFriction(StaticFriction(0.36, 0.34, 0.0054, 0.0609, 1.0459), 238.88, 16.02)
+
+
+def model() -> AntennaModel:
+    friction = {"breakaway": 0.3, "coulomb": 0.28, "stribeck_velocity": 0.01, "viscous": 0.1, "shape": 1.3, "sigma0": 240.0, "sigma1": 10.0}
+    axis = {"body": {"mass": 1.0, "inertia": {"zz": 0.5}}, "friction": friction, "encoder": {"step": ENCODER_STEP}}
+    return model_from_document({"schema": 1, "name": "rig", "kind": "rotary", "axes": {"arm": axis}}, "rig")
+
+
+def table(recorded: Recorded, name: str) -> SignalsTable:
+    return SignalsTable.of(("arm",), recorded.time_s, {"arm.torque": recorded.torque, "arm.position": recorded.position}, source=name)
+
+
+def sliding(friction: LugreFriction) -> list[SignalsTable]:
+    speeds = np.geomspace(0.001, 0.1, 10)
+    recorded = follow_rate(Rig(friction), there_and_back(speeds), 7)
+    columns = {"arm.torque": recorded.torque, "arm.position": recorded.position, "arm.rate_ref": recorded.rate_ref}
+    return [SignalsTable.of(("arm",), recorded.time_s, columns, source="plateaus")]
+
+
+def ramps() -> list[SignalsTable]:
+    peak = 1.3 * OUTER.static.breakaway
+    return [table(apply_torque(Rig(), sign * slow_ramp(peak, 20.0, (0.0, 1.0))), f"ramp {sign:+g}") for sign in (1.0, -1.0)]
+
+
+def test_ramps_of_one_rig_and_plateaus_of_a_stickier_one_contradict_each_other() -> None:
+    found = contradictions(model(), [*sliding(STICKIER), *ramps()])
+    assert [(one["rule"], one["axis"]) for one in found] == [("break_away_below_coulomb", "arm")] * 2
+    assert [one["text"].split()[0] for one in found] == ["positive", "negative"]
+
+
+def test_ramps_and_plateaus_of_one_rig_agree() -> None:
+    assert contradictions(model(), [*sliding(OUTER), *ramps()]) == []
+
+
+def test_nothing_is_said_without_ramps_or_where_the_model_pulls_by_position() -> None:
+    assert contradictions(model(), sliding(STICKIER)) == []
+    pulling = model().with_effect("cogging", "arm", {"amplitude": 0.05, "order": 3.0, "phase": 0.0})
+    assert contradictions(pulling, [*sliding(STICKIER), *ramps()]) == []
+
+
+@pytest.mark.heavy
+def test_the_measured_arm_breaks_away_below_its_coulomb_torque() -> None:
+    found = contradictions(arm_model(), [*arm_logs(ARM_FITTED), *arm_logs(ARM_JUDGED), *arm_ramps()])
+    print("\n".join(one["text"] for one in found))
+    assert [one["text"].split()[0] for one in found] == ["positive", "negative"]
