@@ -78,6 +78,8 @@ class Family:
     starts: tuple[Start, ...]
     #: position ripples: which regressor finds the order, sin/cos of n q times one, or times the sign of the rate
     ripple: str | None = None
+    #: a step along which its numbers trade against each other, in a valley too bent for the steps of a refit
+    valley: Vector = ()
 
     @property
     def label(self) -> tuple[str, str]:
@@ -239,4 +241,5 @@ def _backlash(axis: str, inertia: float) -> Family:
         for gap in (5e-4, 2e-3, 8e-3)
         for share, counted in rotors
     )
-    return Family("backlash", axis, knobs, starts)
+    # what a crossing takes is the gap times the rotor: each alone shows in its timing only
+    return Family("backlash", axis, knobs, starts, valley=(0.15, -0.15, 0.0, 0.0, 0.0))

@@ -17,6 +17,8 @@ from gimbal_hil.discrepancy.twin import Twin
 
 #: most steps of a refit; nearly linear causes need two or three of them, a rattling gap all
 _ROUNDS, _POLISHING = 6, 30
+#: most steps along a valley, each with a refit
+_ALONG_VALLEY = 8
 #: families refined per round, after screening
 _REFINED = 6
 #: a family of more coordinates than this is refined from more than two of its starts
@@ -138,9 +140,17 @@ class Search:
         return self.refitted(state.hypothesis)
 
     def polished(self, state: Scored) -> Scored:
-        """The same at the bottom of its valley: numbers that act together (a gap and its rotor) get there in small steps."""
+        """The same at the bottom of its valley: numbers that act together (a gap and its rotor) get there in small steps only."""
         known = self._known_columns(state.hypothesis)
-        return self.scored(refit(self.twin, state.hypothesis, self.floor, _POLISHING, known, self.spread, enough=1e-6))
+        best = refit(self.twin, state.hypothesis, self.floor, _POLISHING, known, self.spread, enough=1e-6)
+        for index, cause in enumerate(state.hypothesis.causes):
+            for side in (1.0, -1.0) if cause.family.valley else ():
+                for _ in range(_ALONG_VALLEY):
+                    further = refit(self.twin, _along(best.hypothesis, index, side), self.floor, _ROUNDS, known, self.spread)
+                    if further.cost >= best.cost:
+                        break
+                    best = further
+        return self.scored(best)
 
     def gaps(self, state: Scored) -> Floats:
         """Rms per channel in floors, the larger of fitted data and hold-out."""
@@ -293,6 +303,14 @@ class Search:
             if not self.worth(without, state):
                 state = without
         return state
+
+
+def _along(hypothesis: Hypothesis, index: int, side: float) -> Hypothesis:
+    """A hypothesis with one cause a step further along its valley."""
+    vector, first = hypothesis.vector(), sum(len(cause.x) for cause in hypothesis.causes[:index])
+    valley = hypothesis.causes[index].family.valley
+    vector[first : first + len(valley)] += side * np.array(valley)
+    return hypothesis.at(vector)
 
 
 def _starts_refined(family: Family) -> int:
