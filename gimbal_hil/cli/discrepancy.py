@@ -44,6 +44,7 @@ def command(
         with_hold_out,
         with_measured_torque,
     )
+    from gimbal_hil.discrepancy.contradictions import ramps_apart
     from gimbal_hil.discrepancy.preflight import check_logs
     from sim_backend.model import load_model, shipped_model
 
@@ -58,13 +59,14 @@ def command(
     except BadInputError as error:
         _unusable(out, str(error), force)
         raise
+    fitted, ramps, notes = ramps_apart(given, fitted)
     fitted, judged, suspected = with_hold_out(fitted, judged)
     with _progress(as_json) as tell:
         diagnosis = diagnose(given, fitted, judged, workers=workers, dask=dask, suspected_only=suspected, band_hz=band, progress=tell)
         diagnosis = with_measured_torque(diagnosis, fitted)
         tell("writing the report")
-        verdict = verdict_of(diagnosis, (*fitted, *judged))
-    verdict["notes"] = [f"{table.source}: {note}" for table in (*fitted, *judged) for note in table.notes]
+        verdict = verdict_of(diagnosis, (*fitted, *judged, *ramps))
+    verdict["notes"] = notes + [f"{table.source}: {note}" for table in (*fitted, *judged, *ramps) for note in table.notes]
     corrected = corrected_model(diagnosis)
     out.mkdir(parents=True, exist_ok=True)
     for stale in (MODEL_FILE, RECALIBRATED_FILE):

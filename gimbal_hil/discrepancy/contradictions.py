@@ -6,6 +6,7 @@ the verdict and changes nothing in it: it says which of the data one should not 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -16,29 +17,54 @@ from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel
 
 if TYPE_CHECKING:
-    from gimbal_hil.identification import PreslidingRun
+    from gimbal_hil.identification import Finding, PreslidingRun, StaticFit, VelocityPoint
+    from gimbal_hil.identification.consistency import BreakAway
 
-#: effects that pull by position: a ramp stands at one place of them, plateaus pass over them all
-_BY_POSITION = frozenset({"cogging", "cable_spring", "position_dependent_friction", "encoder_eccentricity"})
 #: slow ramps: the torque changes by less than this share of break-away a row, as identification takes it
 _SLOW_SHARE = 0.02
 #: and it goes one way, up to this share of its range, until it is at its largest
 _BACK_SHARE = 0.05
+_WITHOUT_BRISTLE = "is a slow ramp of torque, about which a model without bristles says nothing: looked at for contradictions alone"
 
 
 def contradictions(model: AntennaModel, tables: Sequence[SignalsTable]) -> list[dict[str, str]]:
     """Findings as `rule`, `axis` and `text`; empty where ramps or plateaus are missing, or where they agree.
 
-    `model` is the one that explains the data best: its rigid body and actuator are taken out of the torque. An axis to which it adds
-    torque by position is not judged.
+    `model` is the one that explains the data best: its rigid body and actuator are taken out of the torque. What it adds by position is
+    granted to the ramps in full: each stands at one place of that, while plateaus pass over it all.
     """
     found = []
     for axis in model.axes:
-        if any(entry.axis == axis and entry.effect.name in _BY_POSITION for entry in model.effects):
-            continue
         if any(_is_ramp(table, model, axis) for table in tables):
             found += _of_axis(model, axis, tables)
     return found
+
+
+def ramps_apart(
+    model: AntennaModel, tables: tuple[SignalsTable, ...]
+) -> tuple[tuple[SignalsTable, ...], tuple[SignalsTable, ...], list[str]]:
+    """Logs that a search can use, slow ramps that it cannot (for a model without bristles), and notes that say so."""
+    without = [axis for axis in model.axes if model.number(axis, "friction.sigma0") <= 0.0]
+    ramps = tuple(table for table in tables if any(_is_ramp(table, model, axis) for axis in without))
+    if len(ramps) == len(tables):
+        return tables, (), []
+    rest = tuple(table for table in tables if not any(table is ramp for ramp in ramps))
+    return rest, ramps, [f"{table.source}: {_WITHOUT_BRISTLE}" for table in ramps]
+
+
+def _by_position(model: AntennaModel, axis: str, tables: Sequence[SignalsTable]) -> float:
+    """Largest torque that the model's effects add on an axis from one place to another, N m or N."""
+    most = 0.0
+    for entry in model.effects:
+        if entry.axis != axis:
+            continue
+        if entry.effect.name == "cogging":
+            most += abs(entry.value("amplitude"))
+        elif entry.effect.name == "position_dependent_friction":
+            most += abs(entry.value("relative_amplitude")) * model.number(axis, "friction.coulomb")
+        elif entry.effect.name == "cable_spring":
+            most += abs(entry.value("stiffness")) * max(float(np.ptp(table.position(axis))) for table in tables)
+    return most
 
 
 def _is_ramp(table: SignalsTable, model: AntennaModel, axis: str) -> bool:
@@ -68,7 +94,7 @@ def _stiffness(model: AntennaModel, axis: str, runs: Sequence[PreslidingRun]) ->
 
 def _of_axis(model: AntennaModel, axis: str, tables: Sequence[SignalsTable]) -> list[dict[str, str]]:
     from gimbal_hil.identification import Direction, Drive, Log, Stretch, fit_static, friction_of, measure_velocity_map, stretches_of_table
-    from gimbal_hil.identification.consistency import break_away, break_away_below_sliding, break_away_findings
+    from gimbal_hil.identification.consistency import break_away
     from gimbal_hil.identification.evidence import collect
 
     logs = []
@@ -87,8 +113,24 @@ def _of_axis(model: AntennaModel, axis: str, tables: Sequence[SignalsTable]) -> 
     prior = friction_of(model, axis)
     points = measure_velocity_map(evidence.plateaus, None, step or None, prior.static.breakaway / stiffness).points
     sides = [fit_static(points, direction, prior.static) for direction in (Direction.POSITIVE, Direction.NEGATIVE)]
+    found, generous = (_findings(at, sides, points, axis) for at in (ramps, _raised(ramps, _by_position(model, axis, tables))))
+    sure = {_direction(finding) for finding in generous}
+    return [{"rule": f.rule, "axis": axis, "text": f.text} for f in found if _direction(f) in sure]
+
+
+def _findings(ramps: Sequence[BreakAway], sides: Sequence[StaticFit | None], points: Sequence[VelocityPoint], axis: str) -> list[Finding]:
+    """One finding a direction at most, the positive one first: by the fitted Coulomb torque, else by the lowest sliding torque."""
+    from gimbal_hil.identification.consistency import break_away_below_sliding, break_away_findings
+
     fitted = [finding for side in sides if side is not None for finding in break_away_findings(ramps, side, axis)]
-    told = {finding.text.split()[0] for finding in fitted}
-    seen = [finding for finding in break_away_below_sliding(ramps, points, axis) if finding.text.split()[0] not in told]
-    findings = sorted((*fitted, *seen), key=lambda finding: finding.text, reverse=True)
-    return [{"rule": finding.rule, "axis": axis, "text": finding.text} for finding in findings]
+    told = {_direction(finding) for finding in fitted}
+    seen = [finding for finding in break_away_below_sliding(ramps, points, axis) if _direction(finding) not in told]
+    return sorted((*fitted, *seen), key=_direction, reverse=True)
+
+
+def _direction(finding: Finding) -> str:
+    return finding.text.split()[0]
+
+
+def _raised(ramps: Sequence[BreakAway], by: float) -> list[BreakAway]:
+    return [replace(one, torque=one.torque + math.copysign(by, one.torque)) for one in ramps]

@@ -32,8 +32,6 @@ class Floor:
     #: from laps; None where nothing repeats
     from_repeats: float | None
     from_spectrum: float
-    #: the part of it that a resonance rings up from the encoder's error: while that resonance is there, no reading goes below
-    rung_up: float = 0.0
 
 
 def wide_twin(twin: Twin, tables: tuple[SignalsTable, ...]) -> Twin:
@@ -48,15 +46,11 @@ def wide_twin(twin: Twin, tables: tuple[SignalsTable, ...]) -> Twin:
 
 def spectral_floor(wide: Twin, structure: Structure, P: NDArray[np.float64], channel: Channel, bands: Bands) -> float:
     """Rms in the scored band of the noise law that fits the spectrum above it, and of what a resonance rings up."""
-    return float(np.hypot(*_law_and_rung_up(wide, structure, P, channel, bands)))
-
-
-def _law_and_rung_up(wide: Twin, structure: Structure, P: NDArray[np.float64], channel: Channel, bands: Bands) -> tuple[float, float]:
     left = [wide.leftover(structure, P, which)[:, channel.column] for which in range(len(wide.records))]
     law = _law_in_band(wide, left, channel, bands)
     if channel.signal != TORQUE or channel.axis not in structure.ringing:
-        return law, 0.0
-    return law, _rung_up(wide, left, structure, P, channel, bands, law)
+        return law
+    return float(np.hypot(law, _rung_up(wide, left, structure, P, channel, bands, law)))
 
 
 def _rung_up(
@@ -147,17 +141,16 @@ def floors(twin: Twin, wide: Twin, structure: Structure, P: NDArray[np.float64])
     repeats = [repeat_floor(twin.scored(structure, P, i), record) for i, record in enumerate(twin.records)]
     known = [r for r in repeats if r is not None]
     for j, channel in enumerate(twin.channels):
-        law, rung_up = _law_and_rung_up(wide, structure, P, channel, twin.records[0].bands)
-        spectrum = float(np.hypot(law, rung_up))
+        spectrum = spectral_floor(wide, structure, P, channel, twin.records[0].bands)
         laps = float(np.sqrt(np.mean([r[j] ** 2 for r in known]))) if known else None
         rms = spectrum if laps is None or laps > 2.0 * spectrum else laps
-        found.append(Floor(max(rms, 1e-12), laps, spectrum, rung_up))
+        found.append(Floor(max(rms, 1e-12), laps, spectrum))
     return found
 
 
 def smaller(one: list[Floor], other: list[Floor]) -> list[Floor]:
-    """Channel by channel the smaller floor, where `other` was read last: nothing takes out what rings on the encoder's error there."""
-    return [replace(a, rms=max(min(a.rms, b.rms), b.rung_up), rung_up=b.rung_up) for a, b in zip(one, other, strict=True)]
+    """Channel by channel the smaller floor."""
+    return [replace(a, rms=min(a.rms, b.rms)) for a, b in zip(one, other, strict=True)]
 
 
 __all__ = ["Floor", "floors", "repeat_floor", "smaller", "spectral_floor", "wide_twin"]

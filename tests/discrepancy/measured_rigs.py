@@ -21,6 +21,7 @@ from tests.identification.measured_data import DD2DOF_GRAVITY, DD2DOF_INERTIA, d
 EMPS_LAP = 6240
 #: a plateau of the arm: commanded speeds (deg/s) that are fitted, and those that judge
 ARM_FITTED = ("1", "3", "5", "15", "30", "n1", "n3", "n5", "n15", "n30")
+ARM_RAMPS = ("05_exp", "05_exp1", "05_exp2", "05_exp3", "n05_exp1", "n05_exp4")
 ARM_JUDGED = ("2", "4", "10", "20", "35", "n2", "n4", "n10", "n20", "n35")
 
 
@@ -76,8 +77,9 @@ def arm_logs(speeds: tuple[str, ...]) -> tuple[SignalsTable, ...]:
 
 
 def arm_ramps() -> tuple[SignalsTable, ...]:
-    """Break-away ramps of both signs."""
-    return tuple(_arm_log(file, whole=True) for file in sorted((data_folder("dd2dof") / "test_1").glob("est_pos1_*exp*.t")))
+    """Break-away ramps of both signs; the other files go on with something else after the ramp."""
+    folder = data_folder("dd2dof") / "test_1"
+    return tuple(_arm_log(folder / f"est_pos1_{name}_gan.t", whole=True) for name in ARM_RAMPS)
 
 
 def emps_laps() -> tuple[SignalsTable, ...]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy.contradictions import contradictions
+from gimbal_hil.discrepancy import diagnose, verdict_of
+from gimbal_hil.discrepancy.contradictions import contradictions, ramps_apart
 from gimbal_hil.identification import LugreFriction, StaticFriction
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel, model_from_document
@@ -47,14 +48,25 @@ def test_ramps_and_plateaus_of_one_rig_agree() -> None:
     assert contradictions(model(), [*sliding(OUTER), *ramps()]) == []
 
 
-def test_nothing_is_said_without_ramps_or_where_the_model_pulls_by_position() -> None:
+def test_nothing_is_said_without_ramps_or_where_what_the_model_adds_by_position_may_be_why() -> None:
     assert contradictions(model(), sliding(STICKIER)) == []
-    pulling = model().with_effect("cogging", "arm", {"amplitude": 0.05, "order": 3.0, "phase": 0.0})
-    assert contradictions(pulling, [*sliding(STICKIER), *ramps()]) == []
+    weakly, strongly = (model().with_effect("cogging", "arm", {"amplitude": a, "order": 3.0, "phase": 0.0}) for a in (0.01, 0.1))
+    assert len(contradictions(weakly, [*sliding(STICKIER), *ramps()])) == 2
+    assert contradictions(strongly, [*sliding(STICKIER), *ramps()]) == []
+
+
+def test_ramps_are_kept_from_the_search_for_a_model_without_bristles_alone() -> None:
+    logs = (*sliding(OUTER), *ramps())
+    assert ramps_apart(model(), logs) == (logs, (), [])
+    rest, apart, notes = ramps_apart(model().with_number("arm", "friction.sigma0", 0.0, "none"), logs)
+    assert [table.source for table in rest] == ["plateaus"] and len(apart) == len(notes) == 2
 
 
 @pytest.mark.heavy
 def test_the_measured_arm_breaks_away_below_its_coulomb_torque() -> None:
-    found = contradictions(arm_model(), [*arm_logs(ARM_FITTED), *arm_logs(ARM_JUDGED), *arm_ramps()])
-    print("\n".join(one["text"] for one in found))
-    assert [one["text"].split()[0] for one in found] == ["positive", "negative"]
+    judged = arm_logs(ARM_JUDGED)
+    fitted, apart, _ = ramps_apart(arm_model(), (*arm_logs(ARM_FITTED), *arm_ramps()))
+    verdict = verdict_of(diagnose(arm_model(), fitted, judged), (*fitted, *judged, *apart))
+    print(verdict["text"], *(one["text"] for one in verdict["contradictions"]), sep="\n")
+    assert verdict["effects"][0]["name"] == "coulomb_asymmetry" and "contradict themselves on shoulder" in verdict["text"]
+    assert verdict["contradictions"][0]["text"].startswith("positive direction: 4 ramps break away at 9.5")

@@ -68,6 +68,13 @@ def test_an_axis_that_is_locked_or_not_driven_is_no_reason_to_refuse() -> None:
         check_logs(shipped_model(), (SignalsTable.of(sound.axes, sound.time_s, columns, source="log.csv"),))
 
 
+@pytest.mark.parametrize("band_hz", [0.5, 150.0])
+def test_a_band_that_the_rows_do_not_hold_is_refused(band_hz: float) -> None:
+    check_logs(shipped_model(), (table(),), 100.0)
+    with pytest.raises(BadInputError, match="--band"):
+        check_logs(shipped_model(), (table(),), band_hz)
+
+
 def test_a_log_without_motion_or_of_no_length_is_refused() -> None:
     with pytest.raises(BadInputError, match="never changes"):
         check_logs(shipped_model(), (table(scale=0.0),))
