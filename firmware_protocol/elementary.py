@@ -106,7 +106,7 @@ def sine_cosine(x: float) -> tuple[float, float]:
     k = x * _PER_TURN + _ROUNDER
     whole = k - _ROUNDER
     r = (x - whole * _TURN_UPPER) - whole * _TURN_LOWER
-    place = int(whole) & 255
+    place = bits_of(k) & 255
     r2 = r * r
     # sine and one less than cosine of the rest, at most pi / 256
     s = r - r * r2 * ((1 / 6 - r2 * (1 / 120)) + r2 * r2 * (1 / 5040))

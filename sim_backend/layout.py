@@ -76,13 +76,20 @@ STOP_LOW, STOP_HIGH, STOP_STIFFNESS, STOP_DAMPING = 28, 29, 30, 31
 AMBIENT, THERMAL_TIME_S, HEATING = 32, 33, 34
 #: start of the motion
 START_POSITION, START_RATE = 36, 37
+#: delta of the Stribeck curve that the axis' table is made for; 0 means none
+BUMP_DELTA = 38
 #: friction over temperature: knots of (temperature, Ts, Tc, vs, sigma0, sigma1, sigma2, delta) per axis
 MAX_KNOTS = 8
 KNOT_SIZE = 8
 KNOTS = AXIS_BLOCK + MAX_AXES * AXIS_SIZE
 EFFECT_PARAMETERS = KNOTS + MAX_AXES * MAX_KNOTS * KNOT_SIZE
 PARAMETERS_PER_INSTANCE = 8
-P_SIZE = EFFECT_PARAMETERS + PARAMETERS_PER_INSTANCE * MAX_INSTANCES
+#: series of the Stribeck bump about a grid of ratios |v| / v_s, per axis (`stribeck_expansion`)
+BUMP_TABLE = EFFECT_PARAMETERS + PARAMETERS_PER_INSTANCE * MAX_INSTANCES
+BUMP_OCTAVES, BUMP_TERMS = 18, 8
+BUMP_CELLS = 64 * BUMP_OCTAVES
+BUMP_TABLE_SIZE = BUMP_CELLS * BUMP_TERMS
+P_SIZE = BUMP_TABLE + MAX_AXES * BUMP_TABLE_SIZE
 #: a recorded base motion follows at P_SIZE: rows of roll, pitch, yaw, p, q, r, p', q', r'
 BASE_COLUMNS = 9
 
@@ -94,20 +101,17 @@ POSITION, RATE, ACCELERATION, BRISTLE = 2, 4, 6, 8
 APPLIED, FRICTION, LAGGED = 10, 12, 14
 GYRO_STATE = 16
 TEMPERATURE = 20
-#: friction in force (Ts .. delta, and the speed beyond which the Stribeck bump is nothing) per axis, follows temperature once a tick
+#: friction in force per axis: Ts .. delta, which follow temperature once a tick, then what `derive_friction` makes of them: the speed
+#: beyond which the Stribeck bump is nothing, 1 / vs, and for one step sigma0 h / Tc and sigma1 / h
 IN_FORCE = 22
-IN_FORCE_SIZE = 8
-BUMP_GONE_SPEED = 7
+BUMP_GONE_SPEED, PER_VS, RELAXATION, SIGMA1_PER_STEP = range(7, 11)
+IN_FORCE_SIZE = 11
 #: inertial body rates at the last step (outer x, y, z, inner x, y, z), for the gyros
-BODY_RATE = 38
+BODY_RATE = 44
 #: about which joint positions sine and cosine are expanded during a tick: position, sine, cosine of each axis
-EXPANSION = 44
+EXPANSION = 50
 EXPANSION_SIZE = 3
-#: series of the Stribeck bump about a speed, per axis: 1 / centre, reach, nine coefficients (`stribeck_expansion`)
-BUMP = 50
-BUMP_SIZE = 11
-PER_CENTRE, BUMP_REACH, BUMP_SERIES = range(3)
-EFFECT_STATES = BUMP + MAX_AXES * BUMP_SIZE
+EFFECT_STATES = 56
 
 
 def axis_block(axis: int) -> int:

@@ -171,13 +171,15 @@ def _single_axis(P: np.ndarray, K: np.ndarray, sine: float, cosine: float, v: fl
 
 
 @compiled
-def expand_turns(X: np.ndarray) -> None:
-    """Once a tick: the joint positions that steps count from, with their sine and cosine, where they are not there already."""
+def expand_turns(X: np.ndarray, outer_counts: bool) -> None:
+    """Once a tick: the joint positions that steps count from, with their sine and cosine, where they are not there already; without
+    those of the outer one where it does not count."""
     for axis in range(2):
         e = EXPANSION + axis * EXPANSION_SIZE
         if X[e] != X[POSITION + axis]:
             X[e] = X[POSITION + axis]
-            X[e + 1], X[e + 2] = sine_cosine(X[e])
+            if outer_counts or axis == 1:
+                X[e + 1], X[e + 2] = sine_cosine(X[e])
 
 
 @compiled

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from firmware_protocol.compiling import compiled
@@ -63,5 +61,5 @@ def gyro_reading(P: np.ndarray, block: int, X: np.ndarray, seed: int, tick: int,
 def quantised(value: float, step: float) -> float:
     """The nearest multiple of step; the value itself where step is 0."""
     if step > 0.0:
-        return math.floor(value / step + 0.5) * step
+        return float(np.floor(value / step + 0.5) * step)
     return value

@@ -13,7 +13,7 @@ from sim_backend.actuator import actuate
 from sim_backend.base_motion import base_at_rest, base_state
 from sim_backend.effects.dispatch import command_law, encoder_law, friction_law, gyro_law, structure_advance, structure_law, torque_law
 from sim_backend.effects.effect import Hook
-from sim_backend.friction import BUMP_GONE, bristle_step, stribeck_share, without_bristles
+from sim_backend.friction import BUMP_GONE, bristle_step, without_bristles
 from sim_backend.layout import (
     ACCELERATION,
     AMBIENT,
@@ -26,7 +26,6 @@ from sim_backend.layout import (
     BODY_RATE,
     BRISTLE,
     BUMP_GONE_SPEED,
-    BUMP_REACH,
     CODE,
     DELTA,
     FRICTION,
@@ -45,12 +44,14 @@ from sim_backend.layout import (
     LAGGED,
     MAX_KNOTS,
     PARAMETERS,
-    PER_CENTRE,
+    PER_VS,
     POSITION,
     RATE,
+    RELAXATION,
     SEED,
     SIGMA0,
     SIGMA1,
+    SIGMA1_PER_STEP,
     SIGMA2,
     SLIPS,
     STATES,
@@ -72,7 +73,7 @@ from sim_backend.layout import (
 )
 from sim_backend.rigid_body import body_numbers, equations_at, expand_turns, outer_turn_counts, turn_by, turn_centre, turned_from
 from sim_backend.sensors import encoder_reading, gyro_reading, gyro_step
-from sim_backend.stribeck_expansion import Series, bump_series, centre_bump, forget_bump, share_near
+from sim_backend.stribeck_expansion import bump_share, has_bump_table
 from sim_backend.thesis_slips import slip_torque
 
 _COMMAND, _FRICTION, _TORQUE, _STRUCTURE = int(Hook.COMMAND), int(Hook.FRICTION), int(Hook.TORQUE), int(Hook.STRUCTURE)
@@ -81,6 +82,7 @@ _GIMBAL, _FIXED = int(PlantKind.GIMBAL), int(BaseKind.FIXED)
 #: place of the applied torque in `joint_state`
 _TORQUE_NOW = 2
 Pair = tuple[float, float]
+Friction = tuple[float, float, float, float, float, float, float, float, float, bool]
 
 
 @compiled
@@ -102,8 +104,7 @@ def _advance(P: np.ndarray, K: np.ndarray, X: np.ndarray, command: Pair, steps: 
     half = 0.5 * h
     v0, v1, a0, a1 = X[RATE], X[RATE + 1], X[ACCELERATION], X[ACCELERATION + 1]
     joint0, joint1 = joint_state(X, 0), joint_state(X, 1)
-    in_force0, in_force1 = friction_in_force(X, 0, h), friction_in_force(X, 1, h)
-    bump0, bump1 = bump_series(X, 0), bump_series(X, 1)
+    in_force0, in_force1 = friction_in_force(P, X, 0), friction_in_force(P, X, 1)
     gyro0, gyro1 = gyro_state(X, 0), gyro_state(X, 1)
     # positions count from where the tick began; d0, d1 are those in the middle of a step, which advance by the rate after it
     centre0, centre1 = turn_centre(X, 0), turn_centre(X, 1)
@@ -123,9 +124,9 @@ def _advance(P: np.ndarray, K: np.ndarray, X: np.ndarray, command: Pair, steps: 
         if slips:
             extra = slip_torque(P, K, q, v, base)
             bias = (bias[0] + extra[0], bias[1] + extra[1])
-        net0, own0, joint0 = joint_law(P, K, X, 0, effects, h, command[0], q[0], v[0], mass[0], carried[0], joint0, in_force0, bump0)
+        net0, own0, joint0 = joint_law(P, K, X, 0, effects, h, command[0], q[0], v[0], mass[0], carried[0], joint0, in_force0)
         if two:
-            net1, own1, joint1 = joint_law(P, K, X, 1, effects, h, command[1], q[1], v[1], mass[2], carried[1], joint1, in_force1, bump1)
+            net1, own1, joint1 = joint_law(P, K, X, 1, effects, h, command[1], q[1], v[1], mass[2], carried[1], joint1, in_force1)
             m11, m12, m22 = mass[0] - own0, mass[1], mass[2] - own1
             b0, b1 = net0 + bias[0], net1 + bias[1]
             inverse = 1.0 / (m11 * m22 - m12 * m12)
@@ -178,12 +179,10 @@ def joint_law(
     inertia: float,
     inertial_acceleration: float,
     joint: tuple[float, float, float, float],
-    in_force: tuple[float, float, float, float, float, float, float, float, float],
-    bump: Series,
+    in_force: Friction,
 ) -> tuple[float, float, tuple[float, float, float, float]]:
     """Net torque of actuator, effects and friction at one joint (N m), the inertia that does not move with it (kg m^2), and its
-    `joint_state` after the step. `effects` False leaves them out at no cost; `in_force` is what `friction_in_force` answers, `bump` what
-    `bump_series` does."""
+    `joint_state` after the step. `effects` False leaves them out at no cost; `in_force` is what `friction_in_force` answers."""
     block = AXIS_BLOCK + axis * AXIS_SIZE
     if effects and K[HOOK_COUNT + _COMMAND] > 0:
         for i in range(K[HOOK_FIRST + _COMMAND], K[HOOK_FIRST + _COMMAND] + K[HOOK_COUNT + _COMMAND]):
@@ -191,7 +190,7 @@ def joint_law(
             if K[k + AXIS] == axis:
                 command = command_law(K[k + CODE], P, K[k + PARAMETERS], X, K[k + STATES], K, command, q, v)
     torque, lagged = actuate(P, block, joint[1], command)
-    ts, tc, sigma2, relaxation, per_vs, delta, gone, sigma0, sigma1_per_step = in_force
+    ts, tc, sigma2, relaxation, per_vs, delta, gone, sigma0, sigma1_per_step, tabled = in_force
     if effects and K[HOOK_COUNT + _FRICTION] > 0:
         for i in range(K[HOOK_FIRST + _FRICTION], K[HOOK_FIRST + _FRICTION] + K[HOOK_COUNT + _FRICTION]):
             k = INSTANCE + INSTANCE_SIZE * K[i]
@@ -203,9 +202,7 @@ def joint_law(
     speed = abs(v)
     level = tc
     if speed <= gone:
-        w = speed * bump[PER_CENTRE] - 1.0
-        share = share_near(w, bump) if abs(w) <= bump[BUMP_REACH] else stribeck_share(speed * per_vs, delta)
-        level = tc + (ts - tc) * share
+        level = tc + (ts - tc) * bump_share(P, axis, tabled, speed * per_vs, delta)
         if sigma0 > 0.0:
             relaxation = sigma0 * h / level
     if sigma0 > 0.0:
@@ -248,22 +245,20 @@ def joint_torque(
     inertial_acceleration: float,
 ) -> tuple[float, float]:
     """`joint_law` of a joint whose state is in X."""
-    in_force = friction_in_force(X, axis, h)
-    joint, bump, effects = joint_state(X, axis), bump_series(X, axis), K[INSTANCES] > 0
-    net, own, joint = joint_law(P, K, X, axis, effects, h, command, q, v, inertia, inertial_acceleration, joint, in_force, bump)
+    joint, in_force, effects = joint_state(X, axis), friction_in_force(P, X, axis), K[INSTANCES] > 0
+    net, own, joint = joint_law(P, K, X, axis, effects, h, command, q, v, inertia, inertial_acceleration, joint, in_force)
     put_joint_state(X, axis, joint)
     return net, own
 
 
 @compiled
-def friction_in_force(X: np.ndarray, axis: int, h: float) -> tuple[float, float, float, float, float, float, float, float, float]:
-    """Friction's numbers as a step of h seconds wants them: Ts, Tc, sigma2, sigma0 h / Tc, 1 / vs, delta, the speed beyond which the
-    bump is gone, sigma0, sigma1 / h."""
+def friction_in_force(P: np.ndarray, X: np.ndarray, axis: int) -> Friction:
+    """Friction's numbers as a step wants them: Ts, Tc, sigma2, sigma0 h / Tc, 1 / vs, delta, the speed beyond which the bump is gone,
+    sigma0, sigma1 / h, and whether the bump has a table."""
     f = IN_FORCE + axis * IN_FORCE_SIZE
-    tc, sigma0 = X[f + TC], X[f + SIGMA0]
-    relaxation = sigma0 * h / tc if tc > 0.0 else 0.0
-    per_vs = 1.0 / X[f + VS] if X[f + VS] > 0.0 else 0.0
-    return X[f + TS], tc, X[f + SIGMA2], relaxation, per_vs, X[f + DELTA], X[f + BUMP_GONE_SPEED], sigma0, X[f + SIGMA1] / h
+    delta, tabled = X[f + DELTA], has_bump_table(P, axis, X[f + DELTA])
+    relaxation, per_vs, gone, sigma1_per_step = X[f + RELAXATION], X[f + PER_VS], X[f + BUMP_GONE_SPEED], X[f + SIGMA1_PER_STEP]
+    return X[f + TS], X[f + TC], X[f + SIGMA2], relaxation, per_vs, delta, gone, X[f + SIGMA0], sigma1_per_step, tabled
 
 
 @compiled
@@ -293,7 +288,7 @@ def _stop_torque(P: np.ndarray, block: int, q: float, v: float) -> float:
 @compiled
 def begin_tick(P: np.ndarray, K: np.ndarray, X: np.ndarray) -> None:
     """Once a tick: sine and cosine expand about the present position, temperatures advance, friction in force follows its table."""
-    expand_turns(X)
+    expand_turns(X, _outer_counts(P, K))
     tick_s = P[STEP_S] * K[STEPS_PER_TICK]
     for axis in range(K[AXES]):
         block = AXIS_BLOCK + axis * AXIS_SIZE
@@ -303,7 +298,12 @@ def begin_tick(P: np.ndarray, K: np.ndarray, X: np.ndarray) -> None:
             X[TEMPERATURE + axis] += share * (settled - X[TEMPERATURE + axis])
         if K[TEMPERATURE_KNOTS] > 0:
             friction_at(P, K, axis, X[TEMPERATURE + axis], X)
-        centre_bump(X, axis, tick_s)
+
+
+@compiled
+def _outer_counts(P: np.ndarray, K: np.ndarray) -> bool:
+    """Whether the equations will ask for sine and cosine of the outer position at any time."""
+    return outer_turn_counts(base_at_rest(P)[0], K[KIND] == _GIMBAL, K[BASE_KIND] != _FIXED)
 
 
 @compiled
@@ -319,15 +319,18 @@ def friction_at(P: np.ndarray, K: np.ndarray, axis: int, temperature: float, X: 
     share = min(1.0, max(0.0, (temperature - P[knot]) / width)) if width > 0.0 else 0.0
     for i in range(KNOT_SIZE - 1):
         X[IN_FORCE + axis * IN_FORCE_SIZE + i] = P[knot + 1 + i] + share * (P[after + 1 + i] - P[knot + 1 + i])
-    put_bump_gone(X, axis)
-    forget_bump(X, axis)
+    derive_friction(X, axis, P[STEP_S])
 
 
 @compiled
-def put_bump_gone(X: np.ndarray, axis: int) -> None:
-    """Speed beyond which the Stribeck bump of the friction in force is nothing, so that its power need not be computed."""
+def derive_friction(X: np.ndarray, axis: int, h: float) -> None:
+    """Put what steps of h seconds want of the friction in force behind it, so that they need not divide."""
     f = IN_FORCE + axis * IN_FORCE_SIZE
+    # beyond this speed the power need not be computed
     X[f + BUMP_GONE_SPEED] = X[f + VS] * BUMP_GONE ** (1.0 / X[f + DELTA])
+    X[f + PER_VS] = 1.0 / X[f + VS] if X[f + VS] > 0.0 else 0.0
+    X[f + RELAXATION] = X[f + SIGMA0] * h / X[f + TC] if X[f + TC] > 0.0 else 0.0
+    X[f + SIGMA1_PER_STEP] = X[f + SIGMA1] / h
 
 
 @compiled
@@ -341,7 +344,7 @@ def plant_tick(P: np.ndarray, K: np.ndarray, X: np.ndarray, command: tuple[float
 def true_rates(P: np.ndarray, K: np.ndarray, X: np.ndarray) -> None:
     """Inertial body rates at this instant into X[BODY_RATE:BODY_RATE + 6]."""
     base = base_state(P, K, X[STEPS] * P[STEP_S])
-    expand_turns(X)
+    expand_turns(X, _outer_counts(P, K))
     turns = (turn_centre(X, 0)[1:], turn_centre(X, 1)[1:])
     body, gimbal, turning = body_numbers(P, K, (0.0, 1.0)), K[KIND] == _GIMBAL, K[BASE_KIND] != _FIXED
     _, _, outer, inner, _ = equations_at(P, K, body, turns, (X[RATE], X[RATE + 1]), base, gimbal, turning)

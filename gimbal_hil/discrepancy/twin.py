@@ -12,8 +12,8 @@ from gimbal_hil.discrepancy.record import RATE_ERROR, TORQUE, Channel, Record
 from gimbal_hil.discrepancy.smoothing import Floats, scored
 from sim_backend import layout
 from sim_backend.effects import CATALOGUE
-from sim_backend.friction import BUMP_GONE
 from sim_backend.model import AntennaModel, plant_arrays
+from sim_backend.model.arrays import put_friction
 from sim_backend.model.numbers import NUMBER_AT, Block
 
 #: effects whose states move faster than a sample, and into how many steps the twin then divides it
@@ -114,9 +114,8 @@ class Twin:
     def _balanced(self, structure: Structure, P: np.ndarray, record: Record) -> Floats:
         X = structure.X.copy()
         for i in range(len(self.model.axes)):
-            block, force = layout.axis_block(i), layout.IN_FORCE + i * layout.IN_FORCE_SIZE
-            X[force : force + _FRICTION_SLOTS] = P[block : block + _FRICTION_SLOTS]
-            X[force + layout.BUMP_GONE_SPEED] = X[force + layout.VS] * BUMP_GONE ** (1.0 / X[force + layout.DELTA])
+            block = layout.axis_block(i)
+            put_friction(P, X, i, P[block : block + _FRICTION_SLOTS])
             X[layout.GYRO_STATE + 2 * i] = record.gyro[0, i]
             X[layout.LAGGED + i] = record.torque[0, i]
         out = np.empty((len(record.torque), 6))

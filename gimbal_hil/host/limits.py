@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from firmware_protocol.compiling import compiled
-from gimbal_hil.control.layout import LOOP_ERROR, Mode
+from gimbal_hil.control.layout import LOOP_ERROR, RATE_REFERENCE_LIMIT, Mode
 from gimbal_hil.host.event_ring import report
 from gimbal_hil.host.layout import (
     AXES,
@@ -104,10 +104,19 @@ def stop_cause(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> int:
 
 @compiled
 def rates_towards_limits(position: float, C: np.ndarray, c: int) -> tuple[float, float]:
-    """Joint rates (rad/s) down and up from which an axis can still brake before its limits, with half the deceleration kept back."""
+    """Joint rates (rad/s) down and up from which an axis can still brake before its limits, with half the deceleration kept back,
+    and within what the position loop may ask for at all."""
     below = position - max(C[c + POSITION_LOW], C[c + WRAP_LOW])
     above = min(C[c + POSITION_HIGH], C[c + WRAP_HIGH]) - position
-    return -math.sqrt(C[c + BRAKING_RAD_S2] * max(below, 0.0)), math.sqrt(C[c + BRAKING_RAD_S2] * max(above, 0.0))
+    return -_rate_before(below, C, c), _rate_before(above, C, c)
+
+
+@compiled
+def _rate_before(distance: float, C: np.ndarray, c: int) -> float:
+    """Least of the loop's own limit and the rate that half the deceleration brings to rest within a distance."""
+    square, limit = C[c + BRAKING_RAD_S2] * max(distance, 0.0), C[c + RATE_REFERENCE_LIMIT]
+    # far from the limit no root has to be waited for
+    return float(math.sqrt(square) if square < limit * limit else limit)
 
 
 @compiled

@@ -15,11 +15,12 @@ from sim_backend import layout
 from sim_backend.base_motion import gravity_at
 from sim_backend.effects import Hook
 from sim_backend.effects.registry import effects_at
-from sim_backend.friction import BUMP_GONE
 from sim_backend.layout import BaseKind, GravityReading, PlantKind
 from sim_backend.model.file import Angles, BaseSection, Kind, Motion
 from sim_backend.model.model import AntennaModel
 from sim_backend.model.numbers import AXIS_NUMBERS, Block, gyro_filter
+from sim_backend.step import derive_friction
+from sim_backend.stribeck_expansion import put_bump_table
 from sim_backend.thesis_slips import Slip
 
 _KINDS = {Kind.GIMBAL: PlantKind.GIMBAL, Kind.ROTARY: PlantKind.ROTARY, Kind.LINEAR: PlantKind.LINEAR}
@@ -103,6 +104,7 @@ def _fill_axis(P: np.ndarray, model: AntennaModel, index: int, axis: str) -> Non
     for number in AXIS_NUMBERS:
         if number.block is not Block.BUILD:
             P[first[number.block] + number.slot] = model.number(axis, number.path)
+    put_bump_table(P, index, model.number(axis, "friction.shape"))
     time_constant = model.number(axis, "actuator.time_constant")
     P[block + layout.LAG_DECAY], P[block + layout.LAG_MEAN] = lag_decay(time_constant, P[layout.STEP_S])
     bandwidth = model.number(axis, "gyro.bandwidth")
@@ -215,11 +217,18 @@ def _start_axis(P: np.ndarray, K: np.ndarray, X: np.ndarray, index: int) -> None
     block = layout.axis_block(index)
     X[layout.POSITION + index], X[layout.RATE + index] = P[block + layout.START_POSITION], P[block + layout.START_RATE]
     X[layout.TEMPERATURE + index] = P[block + layout.AMBIENT]
-    force = layout.IN_FORCE + index * layout.IN_FORCE_SIZE
-    X[force : force + len(_FRICTION_SLOTS)] = P[block : block + len(_FRICTION_SLOTS)]
+    numbers = P[block : block + len(_FRICTION_SLOTS)]
     if K[layout.TEMPERATURE_KNOTS] > 0:
         knots = P[layout.KNOTS :].reshape(-1)[index * layout.MAX_KNOTS * layout.KNOT_SIZE :]
         table = knots[: K[layout.TEMPERATURE_KNOTS] * layout.KNOT_SIZE].reshape(-1, layout.KNOT_SIZE)
-        for slot in range(len(_FRICTION_SLOTS)):
-            X[force + slot] = np.interp(X[layout.TEMPERATURE + index], table[:, 0], table[:, 1 + slot])
-    X[force + layout.BUMP_GONE_SPEED] = X[force + layout.VS] * BUMP_GONE ** (1.0 / X[force + layout.DELTA])
+        temperature = X[layout.TEMPERATURE + index]
+        numbers = np.array([np.interp(temperature, table[:, 0], table[:, 1 + slot]) for slot in range(len(_FRICTION_SLOTS))])
+    put_friction(P, X, index, numbers)
+
+
+def put_friction(P: np.ndarray, X: np.ndarray, index: int, numbers: np.ndarray) -> None:
+    """Put friction's numbers (7,), in the order of an axis block, in force for an axis, with what steps want of them."""
+    force = layout.IN_FORCE + index * layout.IN_FORCE_SIZE
+    X[force : force + len(numbers)] = numbers
+    # interpreted: compiling it for one call would cost a third of a second
+    getattr(derive_friction, "py_func", derive_friction)(X, index, P[layout.STEP_S])

@@ -9,10 +9,8 @@ import pytest
 
 from firmware_protocol.compiling import entry_point
 from sim_backend.friction import BUMP_GONE, decay_half, lugre_step, stribeck_level, stribeck_share
-from sim_backend.layout import BUMP_REACH, EFFECT_STATES, IN_FORCE
-from sim_backend.layout import DELTA as DELTA_SLOT
-from sim_backend.layout import VS as VS_SLOT
-from sim_backend.stribeck_expansion import bump_series, expand_bump, share_near
+from sim_backend.layout import P_SIZE
+from sim_backend.stribeck_expansion import bump_share, has_bump_table, put_bump_table
 
 mpmath = pytest.importorskip("mpmath")
 
@@ -180,18 +178,29 @@ def test_without_bristles_friction_is_the_static_curve() -> None:
         assert lugre_step(0.0, rate, H, level(rate), 0.0, 0.0, SIGMA2)[1] == pytest.approx(sign * level(rate) + SIGMA2 * rate)
 
 
-@pytest.mark.parametrize("delta", [0.5, 1.0, 1.0459, 1.4628, 2.0, 3.5])
-def test_the_series_of_the_bump_is_the_bump_to_double_precision(delta: float) -> None:
-    X = np.zeros(EFFECT_STATES)
-    X[IN_FORCE + VS_SLOT], X[IN_FORCE + DELTA_SLOT] = VS, delta
-    for centre in VS * np.geomspace(1e-6, BUMP_GONE ** (1.0 / delta), 60):
-        expand_bump(X, 0, centre)
-        series = bump_series(X, 0)
-        for w in np.linspace(-series[BUMP_REACH], series[BUMP_REACH], 11):
-            exact = math.exp(-((centre * (1.0 + w) / VS) ** delta))
-            # the library's own power has an error of 1e-16 times its exponent
-            assert share_near(w, series) == pytest.approx(exact, rel=0.0, abs=1e-15)
-            assert stribeck_share(centre * (1.0 + w) / VS, delta) == pytest.approx(exact, rel=0.0, abs=1e-15)
+@entry_point
+def shares(P: np.ndarray, ratios: np.ndarray, delta: float, out: np.ndarray) -> None:
+    """The share at each ratio, (n,), by the second axis' table and by the law itself into out (2, n)."""
+    for k in range(ratios.shape[0]):
+        out[0, k] = bump_share(P, 1, has_bump_table(P, 1, delta), ratios[k], delta)
+        out[1, k] = stribeck_share(ratios[k], delta)
+
+
+@pytest.mark.parametrize("delta", [0.1, 0.5, 1.0, 1.0459, 1.4628, 2.0, 3.5])
+def test_the_table_of_the_bump_is_the_bump_to_double_precision(delta: float) -> None:
+    P = np.zeros(P_SIZE)
+    put_bump_table(P, 1, delta)
+    assert has_bump_table(P, 1, delta) == (delta <= 2.0) and not has_bump_table(P, 0, delta)
+    # inside cells, on their borders and beside them, and beyond both ends of the table
+    borders = np.exp2(np.arange(-14, 8))[:, None] * (1.0 + np.arange(64) / 64)
+    last = BUMP_GONE ** (1.0 / delta)
+    ratios = np.concatenate([[0.0], np.geomspace(1e-6, last, 5000), borders.ravel(), np.nextafter(borders.ravel(), 0.0)])
+    ratios = ratios[ratios <= last]
+    exact = [math.exp(-(ratio**delta)) for ratio in ratios.tolist()]
+    found = np.zeros((2, len(ratios)))
+    shares(P, ratios, delta, found)
+    # the library's own power has an error of 1e-16 times its exponent
+    np.testing.assert_allclose(found, [exact, exact], rtol=0.0, atol=1e-15)
 
 
 def test_the_mean_of_a_decay_is_exact_on_both_sides_of_its_polynomial() -> None:

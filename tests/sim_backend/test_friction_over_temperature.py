@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim_backend.layout import IN_FORCE, IN_FORCE_SIZE, SIGMA2, TC, TEMPERATURE, TS
+from sim_backend.layout import IN_FORCE, KNOT_SIZE, SIGMA2, TC, TEMPERATURE, TS
 from sim_backend.model import shipped_model
 from sim_backend.plant import Plant
 
@@ -16,7 +16,7 @@ def in_force(degc: float) -> np.ndarray:
     """Friction of the outer axis after a tick at a temperature: Ts, Tc, vs, sigma0, sigma1, sigma2, delta."""
     plant = Plant(MODEL.with_number("outer", "thermal.ambient", degc))
     plant.run(np.zeros((2, 2)))
-    return plant.X[IN_FORCE : IN_FORCE + IN_FORCE_SIZE - 1]
+    return plant.X[IN_FORCE : IN_FORCE + KNOT_SIZE - 1]
 
 
 @pytest.mark.parametrize("row", MODEL.friction_over_temperature["outer"], ids=lambda row: f"{row[0]:g} degC")
