@@ -78,6 +78,8 @@ class Family:
     starts: tuple[Start, ...]
     #: position ripples: which regressor finds the order, sin/cos of n q times one, or times the sign of the rate
     ripple: str | None = None
+    #: a step along which its numbers trade against each other, in a valley too bent for the steps of a refit
+    valley: Vector = ()
 
     @property
     def label(self) -> tuple[str, str]:
@@ -204,6 +206,8 @@ def _saturation(model: AntennaModel, axis: str, records: tuple[Record, ...], i: 
     levels = [
         float(np.quantile(np.concatenate([np.abs(r.torque[:, i]) for r in records]), p)) for p in (0.9, 0.96, 0.985, 0.994, 0.998, 0.9995)
     ]
+    # short peaks: of a log that hardly ever asks for much, quantiles see the ordinary torque only
+    levels += [share * peak for share in (0.5, 0.65, 0.8, 0.95)]
     knob = Knob(("limit",), Move.FACTOR, reference, -4.0, math.log(1.0))
     return Family("saturation", axis, (knob,), tuple(_bent((math.log(max(level, 1e-9) / reference),)) for level in levels))
 
@@ -224,14 +228,18 @@ def _resonance(axis: str) -> Family:
 def _backlash(axis: str, inertia: float) -> Family:
     knobs = (
         Knob(("gap",), Move.FACTOR, 1e-3, -5.0, 5.0),
-        Knob(("rotor_inertia",), Move.FACTOR, 0.2 * inertia, -5.0, 2.0),
+        Knob(("rotor_inertia",), Move.FACTOR, 0.2 * inertia, -7.0, 2.0),
         Knob(("inertia",), Move.ADD, 0.05 * inertia),
+        # how it bounces decides when the next flank is met; bounds keep the contact stable in the twin's steps
+        Knob(("contact_frequency",), Move.FACTOR, 90.0, -1.2, 0.8),
+        Knob(("contact_damping",), Move.FACTOR, 0.3, -2.0, 1.0),
     )
     # rotors that the model's inertia counts already, and rotors that come on top of it
-    rotors = ((0.08, 1.0), (0.25, 1.0), (0.01, 0.0), (0.08, 0.0))
+    rotors = ((0.08, 1.0), (0.25, 1.0), (0.001, 0.0), (0.01, 0.0), (0.08, 0.0))
     starts = tuple(
-        _bent((math.log(gap / 1e-3), math.log(share / 0.2), -counted * share / 0.05))
+        _bent((math.log(gap / 1e-3), math.log(share / 0.2), -counted * share / 0.05, 0.0, 0.0))
         for gap in (5e-4, 2e-3, 8e-3)
         for share, counted in rotors
     )
-    return Family("backlash", axis, knobs, starts)
+    # what a crossing takes is the gap times the rotor: each alone shows in its timing only
+    return Family("backlash", axis, knobs, starts, valley=(0.15, -0.15, 0.0, 0.0, 0.0))

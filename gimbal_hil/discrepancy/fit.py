@@ -41,10 +41,19 @@ def prior_weights(hypothesis: Hypothesis) -> Floats:
     return np.array([_RIDGE] * causes + [1.0 / known.trust for known in hypothesis.floating])
 
 
-def refit(twin: Twin, hypothesis: Hypothesis, floor: Floats, rounds: int = 3, known: Floats | None = None, spread: float = 1.0) -> Fit:
+def refit(
+    twin: Twin,
+    hypothesis: Hypothesis,
+    floor: Floats,
+    rounds: int = 3,
+    known: Floats | None = None,
+    spread: float = 1.0,
+    enough: float = 1e-4,
+) -> Fit:
     """Gauss-Newton with step halving. `spread` multiplies the noise against which priors are weighed (correlated rows count less).
 
-    `known` are the columns of the known numbers' Jacobian where they have been computed before: they hardly change.
+    `known` are the columns of the known numbers' Jacobian where they have been computed before: they hardly change. A step that takes less
+    than the share `enough` of the cost is the last.
     """
     weights = prior_weights(hypothesis) * spread
     x = hypothesis.vector()
@@ -73,7 +82,7 @@ def refit(twin: Twin, hypothesis: Hypothesis, floor: Floats, rounds: int = 3, kn
         if not better:
             break
         hypothesis, x, residual = trial, trial.vector(), tried
-        if cost - new < 1e-4 * cost:
+        if cost - new < enough * cost:
             break
     return Fit(hypothesis, residual, jacobian)
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from gimbal_hil.discrepancy.families import Move
 from gimbal_hil.discrepancy.fit import prior_weights, refit
 from gimbal_hil.discrepancy.hypothesis import values_of
 from gimbal_hil.discrepancy.search import Scored, Search
 from gimbal_hil.discrepancy.smoothing import Floats
+from sim_backend.effects import CATALOGUE
 
 _BLOCK_S = 2.0
 #: nominal 95 % and a margin for what blocks do not see (twin and plant differ in the integrator)
@@ -31,25 +33,36 @@ def covariance(search: Search, state: Scored) -> Floats:
 
 
 def parameter_intervals(search: Search, state: Scored, index: int) -> dict[str, tuple[float, float]]:
-    """Low and high of every parameter of one cause."""
+    """Low and high of every parameter of one cause, within the catalogue's bounds. A number that moves by factors has a skewed interval."""
     spread = np.sqrt(np.maximum(np.diag(covariance(search, state)), 0.0))
     first = sum(len(cause.x) for cause in state.hypothesis.causes[:index])
     cause = state.hypothesis.causes[index]
     model = search.twin.model
     centre = values_of(model, search.twin, state.hypothesis, index)
-    half = dict.fromkeys(centre, 0.0)
+    below, above = dict.fromkeys(centre, 0.0), dict.fromkeys(centre, 0.0)
     x = state.hypothesis.vector()
-    for j in range(len(cause.x)):
-        moved = x.copy()
-        moved[first + j] += max(spread[first + j], 1e-9)
-        shifted = values_of(model, search.twin, state.hypothesis.at(moved), index)
-        for name in centre:
-            change = shifted[name][0] - centre[name][0]
-            if name == "phase":
-                change = (change + np.pi) % (2.0 * np.pi) - np.pi
-            half[name] = float(np.hypot(half[name], change))
+    for j, knob in enumerate(cause.family.knobs):
+        # along a factor the whole reach is walked; a size is linear, and a phase must not come round
+        walked, stretched = (_REACH, 1.0) if knob.move is Move.FACTOR else (1.0, _REACH)
+        for side in (-1.0, 1.0):
+            moved = x.copy()
+            moved[first + j] += side * walked * max(spread[first + j], 1e-9)
+            shifted = values_of(model, search.twin, state.hypothesis.at(moved), index)
+            for name in centre:
+                change = shifted[name][0] - centre[name][0]
+                if name == "phase":
+                    change = (change + np.pi) % (2.0 * np.pi) - np.pi
+                half = above if change > 0.0 else below
+                half[name] = float(np.hypot(half[name], stretched * change))
     out = {}
     for name, (value, _) in centre.items():
-        reach = _REACH * half[name] + (_LEAST_SHARE * abs(value) if half[name] > 0.0 else 0.0)
-        out[name] = (value - reach, value + reach)
-    return out
+        least = _LEAST_SHARE * abs(value) if below[name] + above[name] > 0.0 else 0.0
+        out[name] = (value - below[name] - least, value + above[name] + least)
+    return _within_bounds(cause.family.effect, out)
+
+
+def _within_bounds(effect: str, found: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
+    """Intervals cut off where a parameter ends by definition."""
+    ends = {p.name: (p.low, p.high) for p in CATALOGUE[effect].parameters if not p.periodic}
+    unbounded = (-np.inf, np.inf)
+    return {name: (max(low, ends.get(name, unbounded)[0]), min(high, ends.get(name, unbounded)[1])) for name, (low, high) in found.items()}

@@ -15,9 +15,15 @@ from gimbal_hil.discrepancy.screening import Proposal, Response, basis_of, contr
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
 
+#: most steps of a refit; nearly linear causes need two or three of them, a rattling gap all
+_ROUNDS, _POLISHING = 6, 30
+#: most steps along a valley, each with a refit
+_ALONG_VALLEY = 8
 #: families refined per round, after screening
 _REFINED = 6
-#: and how many of them may be taken, each beside its negative control
+#: a family of more coordinates than this is refined from more than two of its starts
+_VALLEYS = 3
+#: and how many of the refined may be taken, each beside its negative control
 _IN_QUESTION = 4
 #: most effects that one verdict may name
 MOST_CAUSES = 4
@@ -32,8 +38,10 @@ _CLOSED_WHEN_NEAR, _AT_FLOOR = 0.85, 1.25
 _UNTOUCHED, _ASIDE = 0.02, 0.4
 #: a search ends once it is complete and no channel is above this; under it, what a cause leaves alone does not speak against it
 _CALM = 2.0
-#: a gap of hundreds of floors is not explained while this many are left, whatever the share
+#: a gap of hundreds of floors is not explained while this many are left, whatever the share, or this often what a rattling twin is sure to
 _STILL_FAR = 5.0
+#: change of a gap (log) by which a rattling twin is asked how well it repeats itself
+_NUDGE = 2e-3
 #: what matched nonsense may take of what a cause takes
 _NONSENSE = 0.5
 #: length of the blocks whose signs nonsense draws, s
@@ -123,11 +131,26 @@ class Search:
 
     def refitted(self, hypothesis: Hypothesis) -> Scored:
         """A hypothesis at its best coordinates, put on the hold-out."""
-        return self.scored(refit(self.twin, hypothesis, self.floor, rounds=3, spread=self.spread, known=self._known_columns(hypothesis)))
+        return self.scored(
+            refit(self.twin, hypothesis, self.floor, rounds=_ROUNDS, spread=self.spread, known=self._known_columns(hypothesis))
+        )
 
     def again(self, state: Scored) -> Scored:
         """The same under the present floors."""
         return self.refitted(state.hypothesis)
+
+    def polished(self, state: Scored) -> Scored:
+        """The same at the bottom of its valley: numbers that act together (a gap and its rotor) get there in small steps only."""
+        known = self._known_columns(state.hypothesis)
+        best = refit(self.twin, state.hypothesis, self.floor, _POLISHING, known, self.spread, enough=1e-6)
+        for index, cause in enumerate(state.hypothesis.causes):
+            for side in (1.0, -1.0) if cause.family.valley else ():
+                for _ in range(_ALONG_VALLEY):
+                    further = refit(self.twin, _along(best.hypothesis, index, side), self.floor, _ROUNDS, known, self.spread)
+                    if further.cost >= best.cost:
+                        break
+                    best = further
+        return self.scored(best)
 
     def gaps(self, state: Scored) -> Floats:
         """Rms per channel in floors, the larger of fitted data and hold-out."""
@@ -148,7 +171,7 @@ class Search:
         for proposal in sorted(proposals, key=lambda p: -p.gain):
             best.setdefault(proposal.family.label, []).append(proposal)
         ranked = sorted(best.values(), key=lambda found: -found[0].gain)
-        chosen = [p for found in ranked[:least] for p in found[: 2 if found[0].family.ripple or len(found[0].x) > 1 else 1]]
+        chosen = [p for found in ranked[:least] for p in found[: _starts_refined(found[0].family)]]
         fits = self.refine([state.hypothesis.plus(Cause(p.family, p.x)) for p in chosen], self._known_columns(state.hypothesis))
         best_fit: dict[tuple[str, str], Fit] = {}
         for fit in fits:
@@ -186,12 +209,15 @@ class Search:
         Causes must have closed a gap: what had none before they came cannot prove them.
         """
         closing = not self.exact
-        for after, before in ((_rms(state.holdout), _rms(null.holdout)), (_rms(state.fit.residual), _rms(null.fit.residual))):
+        halves = ((self.holdout, state.holdout, null.holdout), (self.twin, state.fit.residual, null.fit.residual))
+        for twin, left, gap in halves:
+            after, before = _rms(left), _rms(gap)
             closed = 1.0 - (after**2 - 1.0) / np.maximum(before**2 - 1.0, 1e-9)
             if not self.exact and float(np.max(closed)) >= _COARSE_SHARE:
                 continue
             near = (after <= COMPLETE_FLOORS) & ((closed >= _CLOSED_WHEN_NEAR) | (after <= _AT_FLOOR))
-            explained = near | ((closed >= COMPLETE_SHARE) & (before > 2.0) & (after <= _STILL_FAR))
+            most = _STILL_FAR * np.hypot(1.0, self._unsteadiness(twin, state.hypothesis)) if np.any(after > _STILL_FAR) else _STILL_FAR
+            explained = near | ((closed >= COMPLETE_SHARE) & (before > 2.0) & (after <= most))
             # what causes do not touch, on a channel whose gap is not the largest, does not speak against them: a remainder of its own
             aside = (np.abs(after - before) <= _UNTOUCHED * before) & (before < _ASIDE * float(np.max(before)))
             aside &= bool(state.hypothesis.causes)
@@ -202,6 +228,17 @@ class Search:
                 return False
             closing |= bool(np.any(explained & (before > COMPLETE_FLOORS)))
         return closing or not state.hypothesis.causes
+
+    def _unsteadiness(self, twin: Twin, hypothesis: Hypothesis) -> Floats:
+        """Rms per channel, in floors, by which a twin with a gap changes when the gap hardly does: impacts forget where they came from."""
+        nudged = tuple(
+            replace(cause, x=(cause.x[0] + _NUDGE, *cause.x[1:])) if cause.family.effect == "backlash" else cause
+            for cause in hypothesis.causes
+        )
+        if nudged == hypothesis.causes:
+            return np.zeros(len(twin.channels))
+        change = residual_of(twin, replace(hypothesis, causes=nudged), self.floor) - residual_of(twin, hypothesis, self.floor)
+        return _rms(change) if np.all(np.isfinite(change)) else np.zeros(len(twin.channels))
 
     def worth(self, before: Scored, after: Scored) -> bool:
         """Whether an addition earns its place on the hold-out: a share of what is left without it; small causes follow huge ones."""
@@ -266,6 +303,19 @@ class Search:
             if not self.worth(without, state):
                 state = without
         return state
+
+
+def _along(hypothesis: Hypothesis, index: int, side: float) -> Hypothesis:
+    """A hypothesis with one cause a step further along its valley."""
+    vector, first = hypothesis.vector(), sum(len(cause.x) for cause in hypothesis.causes[:index])
+    valley = hypothesis.causes[index].family.valley
+    vector[first : first + len(valley)] += side * np.array(valley)
+    return hypothesis.at(vector)
+
+
+def _starts_refined(family: Family) -> int:
+    """From how many of its starts a family is refined: one number has one valley, a gap and its rotor have several."""
+    return 2 if family.ripple or 1 < len(family.knobs) <= _VALLEYS else len(family.knobs) // 2 + 1
 
 
 def _rms(residual: Floats) -> Floats:

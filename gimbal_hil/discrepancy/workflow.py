@@ -118,6 +118,8 @@ def diagnose(
         encoder = np.sqrt(np.mean(np.concatenate(drawn), axis=0))
         result = _decide(search, wide, found, model, processing, encoder)
         best, null, floated, rounds, found = result
+        if best.hypothesis.causes:
+            best = search.polished(best)
         complete = search.complete(best, null)
         progress("what else could it be")
         rivals = tuple(_rivals(search, best, index, rounds) for index in range(len(best.hypothesis.causes) if complete else 0))
@@ -154,7 +156,7 @@ def _search(
         return [response for family in found for response in family]
 
     def refine(hypotheses: list[Hypothesis], known: Floats | None) -> list[Fit]:
-        """One round for all, two more for those that are still in the race."""
+        """One round for all, more for those that are still in the race."""
         if not hypotheses:
             return []
         fits = list(executor.map(refit, there, hypotheses, repeat(search.floor), repeat(1), repeat(known), repeat(_SPREAD)))
@@ -162,7 +164,7 @@ def _search(
         limit = _IN_THE_RACE * max(min(fit.cost for fit in fits) - size, 0.0) + 2.0 * size
         racing = [i for i, fit in enumerate(fits) if fit.cost <= limit]
         still = [fits[i].hypothesis for i in racing]
-        better = executor.map(refit, there, still, repeat(search.floor), repeat(2), repeat(known), repeat(_SPREAD))
+        better = executor.map(refit, there, still, repeat(search.floor), repeat(4), repeat(known), repeat(_SPREAD))
         for i, fit in zip(racing, better, strict=True):
             fits[i] = fit
         return fits

@@ -221,7 +221,8 @@ class CompiledPath(_Engine):
                 every,
                 until_done,
             )
-            logs.append(rows[: counts[0]])
+            # a full buffer is handed on as it is, without a copy
+            logs.append(rows if counts[0] == len(rows) else rows[: counts[0]])
             kept.append(frames[: counts[1]])
             events += host.events()
             if until_done and not host.following:

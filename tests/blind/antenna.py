@@ -207,10 +207,13 @@ def derivative(kind, AX, BO, BI, base, x, cmd, t, temperature, out):
                 contact = kc * over + A[ROTOR] * 250.0 * (x[14 + a] - v)
                 if contact * over < 0.0:
                     contact = 0.0
+            # the rotor turns about the joint's axis and is carried by the base like the joint; of the joint's inertia its share is not
+            carried = c0 if a == 0 else c1
             out[12 + a] = x[14 + a]
-            out[14 + a] = (u - contact) / A[ROTOR]
+            out[14 + a] = (u - contact) / A[ROTOR] - carried
             drive = contact
             dm[a] -= A[PLAY_SHARE] * A[ROTOR]
+            rhs[a] += A[PLAY_SHARE] * A[ROTOR] * carried
         F, zd = friction(A, q, v, x[4 + a], u, t, temperature[a], other)
         out[4 + a] = zd
         if A[HYST_A] > 0.0:  # an elastic-plastic torque of fixed width
@@ -218,7 +221,7 @@ def derivative(kind, AX, BO, BI, base, x, cmd, t, temperature, out):
             F += A[HYST_A] * x[16 + a]
         else:
             out[16 + a] = 0.0
-        rhs[a] = _joint_torque(A, q, v, t, drive) - F - (n0 if a == 0 else n1)
+        rhs[a] += _joint_torque(A, q, v, t, drive) - F - (n0 if a == 0 else n1)
         out[8 + a] = 0.0
         out[10 + a] = 0.0
         if A[RES_SHARE] > 0.0:

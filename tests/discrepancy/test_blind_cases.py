@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import pytest
-
 from gimbal_hil.discrepancy import corrected_model, diagnose, verdict_of
 from tests.blind.cases import model_of, tables_of
 from tests.blind.draw import draw
 from tests.blind.score import Outcome, outcome, parameter_errors
-
-pytestmark = pytest.mark.heavy
 
 
 def test_a_hidden_ripple_is_named_with_its_numbers_and_the_model_gains_it() -> None:
