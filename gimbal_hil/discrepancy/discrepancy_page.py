@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gimbal_hil.discrepancy.fit import residual_of
-from gimbal_hil.discrepancy.verdict import compare
+from gimbal_hil.discrepancy.rivals import compare
 from gimbal_hil.discrepancy.where import regimes
 from gimbal_hil.discrepancy.workflow import Diagnosis
 from gimbal_hil.report import Block, Callout, Details, Heading, Listing, Page, Plot, Table, Text, Tiles
@@ -94,7 +94,7 @@ def _gap_figure(verdict: dict[str, Any]) -> Any:
     drawn.add_hline(y=1.0, line_color=ALERT)
     # on a logarithmic axis annotations stand at the logarithm
     drawn.add_annotation(x=1.0, xref="paper", xanchor="right", y=0.0, yanchor="bottom", text="noise floor", showarrow=False)
-    drawn.update_yaxes(type="log", dtick=1)
+    drawn.update_yaxes(type="log", dtick="D2")
     return drawn
 
 
@@ -171,7 +171,7 @@ def _ranking(diagnosis: Diagnosis) -> Table:
         label = diagnosis.best.hypothesis.labels[index]
         for rival in rivals[:4]:
             effect, axis = rival.hypothesis.labels[-1]
-            told = compare(diagnosis, rival)
+            told = compare(diagnosis.search, diagnosis.best, rival)
             rows.append((f"instead of {label[0]}", effect, axis, "", "", f"{told.told_apart:.1f} s.e. worse", f"{rival.held_out_cost:.4g}"))
     header = ("round", "candidate", "axis", "takes", "its control takes", "hold-out before", "left on hold-out")
     return Table(

@@ -13,10 +13,10 @@ from dataclasses import replace
 import numpy as np
 
 from gimbal_hil.discrepancy.hypothesis import Hypothesis, parameters_of
+from gimbal_hil.discrepancy.rivals import compare
 from gimbal_hil.discrepancy.search import Scored
 from gimbal_hil.discrepancy.smoothing import Bands, Floats, scored, scoring_reach
 from gimbal_hil.discrepancy.twin import Twin
-from gimbal_hil.discrepancy.verdict import compare
 from gimbal_hil.discrepancy.workflow import Diagnosis
 from gimbal_hil.signals import SignalsTable
 
@@ -52,7 +52,7 @@ def with_measured_torque(diagnosis: Diagnosis, measured: tuple[SignalsTable, ...
 
 
 def _could_be(diagnosis: Diagnosis, rival: Scored) -> bool:
-    return compare(diagnosis, rival).close and diagnosis.search.complete(rival, diagnosis.null)
+    return compare(diagnosis.search, diagnosis.best, rival).close and diagnosis.search.complete(rival, diagnosis.null)
 
 
 def _given(table: SignalsTable, axis: str) -> Floats | None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from gimbal_hil.discrepancy.forms import undetermined_form
 from gimbal_hil.discrepancy.hypothesis import values_of
 from gimbal_hil.discrepancy.intervals import parameter_intervals
 from gimbal_hil.discrepancy.record import RATE_ERROR, Channel
+from gimbal_hil.discrepancy.rivals import compare
 from gimbal_hil.discrepancy.screening import responses
 from gimbal_hil.discrepancy.search import COMPLETE_FLOORS, Scored
 from gimbal_hil.discrepancy.separating import separating_run, why_not_testable
@@ -27,12 +27,7 @@ from gimbal_hil.signals import SignalsTable
 from sim_backend.effects import CATALOGUE
 from sim_backend.model import AntennaModel
 
-#: standard errors of the blockwise difference beyond which two explanations are told apart
-_TOLD_APART = 3.0
-#: a rival that leaves this many squared floors a row more, relative to the best, is no rival
-_CLOSE = 0.03
-#: and one that leaves no more than this share more is never told apart, however sure the blocks are: no twin is that exact
-_SAME = 0.003
+#: length of the blocks that a closed share is drawn from, s
 _BLOCK_S = 1.0
 #: a response below this many floors at a generous size leaves no trace
 _NO_TRACE = 0.15
@@ -40,40 +35,6 @@ _NO_TRACE = 0.15
 _HAS_A_GAP = 1.3
 #: commanded torque alone cannot tell these two apart: either name is right
 _TWINS = frozenset({"viscous", "back_emf"})
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """A cause against what could stand in its place."""
-
-    rival: Scored
-    #: blockwise mean of the rival's extra squares over its standard error
-    told_apart: float
-    #: the same extra squares as a share of what the cause leaves
-    extra: float
-
-    @property
-    def close(self) -> bool:
-        """Whether it could stand there: no worse by blocks, or by so little that the twin's own inexactness would do it."""
-        return self.extra < _SAME or (self.told_apart < _TOLD_APART and self.extra < _CLOSE)
-
-
-def compare(diagnosis: Diagnosis, rival: Scored) -> Comparison:
-    """Paired over blocks of the hold-out that may select and of the fitted data."""
-    best, search = diagnosis.best, diagnosis.search
-    difference = np.concatenate(
-        [
-            np.sum(rival.fit.residual**2 - best.fit.residual**2, axis=1),
-            np.sum(rival.holdout**2 - best.holdout**2, axis=1),
-        ]
-    )
-    row_s = search.twin.records[0].bands.stride * search.twin.records[0].bands.period_s
-    length = max(2, int(_BLOCK_S / row_s))
-    blocks = difference[: len(difference) // length * length].reshape(-1, length).mean(axis=1)
-    error = float(blocks.std(ddof=1) / math.sqrt(len(blocks))) if len(blocks) > 2 else math.inf
-    mean = float(blocks.mean())
-    level = float(np.sum(np.mean(best.holdout**2, axis=0)))
-    return Comparison(rival, mean / max(error, 1e-12), mean / level)
 
 
 def verdict_of(diagnosis: Diagnosis, logs: Sequence[SignalsTable] = ()) -> dict[str, Any]:
@@ -174,7 +135,7 @@ def _floor_source(diagnosis: Diagnosis, j: int) -> str:
 def _effect_entry(diagnosis: Diagnosis, index: int) -> tuple[dict[str, Any], list[dict[str, Any]], dict[str, Any] | None]:
     model, best, search = diagnosis.model, diagnosis.best, diagnosis.search
     effect, axis = best.hypothesis.labels[index]
-    comparisons = sorted((compare(diagnosis, rival) for rival in diagnosis.rivals[index]), key=lambda c: c.extra)
+    comparisons = sorted((compare(diagnosis.search, diagnosis.best, rival) for rival in diagnosis.rivals[index]), key=lambda c: c.extra)
     close = [c for c in comparisons if c.close and search.complete(c.rival, diagnosis.null)]
     twins = {effect, *(c.rival.hypothesis.labels[-1][0] for c in close)} == _TWINS
     status = "named" if (not close or twins) and not diagnosis.suspected_only else "ambiguous"

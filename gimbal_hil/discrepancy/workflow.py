@@ -15,6 +15,7 @@ from gimbal_hil.discrepancy.floors import Floor, floors, smaller, wide_twin
 from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis, known_numbers, known_offsets, parameters_of
 from gimbal_hil.discrepancy.processing import processing_floors
 from gimbal_hil.discrepancy.record import TORQUE, record_of
+from gimbal_hil.discrepancy.rivals import with_rivals
 from gimbal_hil.discrepancy.row_noise import encoder_noise, row_scales
 from gimbal_hil.discrepancy.screening import Response, respond
 from gimbal_hil.discrepancy.search import Round, Scored, Search
@@ -121,8 +122,10 @@ def diagnose(
         if best.hypothesis.causes:
             best = search.polished(best)
         complete = search.complete(best, null)
+        rivals: tuple[tuple[Scored, ...], ...] = ()
         progress("what else could it be")
-        rivals = tuple(_rivals(search, best, index, rounds) for index in range(len(best.hypothesis.causes) if complete else 0))
+        if complete:
+            best, rivals = with_rivals(search, best, null, rounds)
     return Diagnosis(
         model, search, null, best, floated, found, processing, tuple(rounds), complete, ~search.selecting, rivals, suspected_only,
         twin.gyro_everywhere,
@@ -270,18 +273,6 @@ def _too_far(search: Search, floated: Scored, null: Scored) -> Scored:
             if search.complete(named, null) and left < 0.5 * _FAR:
                 return named
     return floated
-
-
-def _rivals(search: Search, best: Scored, index: int, rounds: list[Round]) -> tuple[Scored, ...]:
-    """What could stand in the place of one cause, refitted beside the others, best first."""
-    label = best.hypothesis.labels[index]
-    if len(best.hypothesis.causes) == 1:
-        for one in rounds:
-            if not one.before.hypothesis.causes and one.before.hypothesis.floating == best.hypothesis.floating:
-                return tuple(search.again(s) for s in one.tried if s.hypothesis.labels[-1] != label)
-    without = search.refitted(best.hypothesis.minus(index))
-    tried = search.one_round(without, least=5)
-    return tuple(s for s in tried.tried if s.hypothesis.labels[-1] != label)
 
 
 def with_hold_out(

@@ -1,0 +1,89 @@
+"""What could stand in the place of a cause: found, compared block by block, and put there where it explains clearly more."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from gimbal_hil.discrepancy.search import Round, Scored, Search
+
+#: standard errors of the blockwise difference beyond which two explanations are told apart
+_TOLD_APART = 3.0
+#: a rival that leaves this many squared floors a row more, relative to the best, is no rival
+_CLOSE = 0.03
+#: and one that leaves no more than this share more is never told apart, however sure the blocks are: no twin is that exact
+_SAME = 0.003
+#: one that leaves this share less, beyond the errors, is the better explanation
+_LESS = 0.01
+_BLOCK_S = 1.0
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A cause against what could stand in its place."""
+
+    rival: Scored
+    #: blockwise mean of the rival's extra squares over its standard error
+    told_apart: float
+    #: the same extra squares as a share of what the cause leaves
+    extra: float
+
+    @property
+    def close(self) -> bool:
+        """Whether it could stand there: no worse by blocks, or by so little that the twin's own inexactness would do it."""
+        return self.extra < _SAME or (self.told_apart < _TOLD_APART and self.extra < _CLOSE)
+
+    @property
+    def better(self) -> bool:
+        """Whether the rival explains clearly more."""
+        return self.extra < -_LESS and self.told_apart < -_TOLD_APART
+
+
+def compare(search: Search, best: Scored, rival: Scored) -> Comparison:
+    """Paired over blocks of the hold-out that may select and of the fitted data."""
+    difference = np.concatenate(
+        [
+            np.sum(rival.fit.residual**2 - best.fit.residual**2, axis=1),
+            np.sum(rival.holdout**2 - best.holdout**2, axis=1),
+        ]
+    )
+    row_s = search.twin.records[0].bands.stride * search.twin.records[0].bands.period_s
+    length = max(2, int(_BLOCK_S / row_s))
+    blocks = difference[: len(difference) // length * length].reshape(-1, length).mean(axis=1)
+    error = float(blocks.std(ddof=1) / math.sqrt(len(blocks))) if len(blocks) > 2 else math.inf
+    mean = float(blocks.mean())
+    level = float(np.sum(np.mean(best.holdout**2, axis=0)))
+    return Comparison(rival, mean / max(error, 1e-12), mean / level)
+
+
+def with_rivals(search: Search, best: Scored, null: Scored, rounds: list[Round]) -> tuple[Scored, tuple[tuple[Scored, ...], ...]]:
+    """An explanation and, for each of its causes, what could stand in its place, best first.
+
+    A rival that completes the explanation and leaves clearly less takes the cause's place: the search adds what helps most before it
+    is refined, and a cause with several numbers (a gap and its rotor) shows what it can do only afterwards.
+    """
+    rivals = tuple(_rivals(search, best, index, rounds) for index in range(len(best.hypothesis.causes)))
+    better = [rival for found in rivals for rival in found[:1] if compare(search, best, rival).better and search.complete(rival, null)]
+    if not better:
+        return best, rivals
+    best = search.polished(min(better, key=lambda rival: rival.cost))
+    return best, tuple(_rivals(search, best, index, rounds) for index in range(len(best.hypothesis.causes)))
+
+
+def _rivals(search: Search, best: Scored, index: int, rounds: list[Round]) -> tuple[Scored, ...]:
+    """What could stand in the place of one cause, refitted beside the others, best first."""
+    label = best.hypothesis.labels[index]
+    if len(best.hypothesis.causes) == 1:
+        for one in rounds:
+            if not one.before.hypothesis.causes and one.before.hypothesis.floating == best.hypothesis.floating:
+                return _ranked(search.again(s) for s in one.tried if s.hypothesis.labels[-1] != label)
+    without = search.refitted(best.hypothesis.minus(index))
+    tried = search.one_round(without, least=5)
+    return _ranked(s for s in tried.tried if s.hypothesis.labels[-1] != label)
+
+
+def _ranked(found: Iterable[Scored]) -> tuple[Scored, ...]:
+    return tuple(sorted(found, key=lambda s: s.cost))
