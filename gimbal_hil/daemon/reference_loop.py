@@ -93,7 +93,8 @@ int main(int argc, char **argv) {
 class LoopLatency:
     """Wake-up latencies of a loop without any work in it, or with work that is the same in every tick.
 
-    `stretched` are ticks missed because that work was not done when the next one was due: what it took beyond its time, the machine took.
+    `stretched` are ticks missed because that work was not done a whole period after the next one was due: what it took beyond its time,
+    the machine took.
     """
 
     latency: Histogram
@@ -120,7 +121,8 @@ class ReferenceLoop:
         for late, worked in struct.iter_unpack("=qq", output):
             histogram.add(late)
             missed += late // period.ns
-            stretched += (late + worked) // period.ns - late // period.ns
+            # as in `tick_engine`: a deadline that passes during the work is met late, and only a whole period more is a tick lost
+            stretched += max(0, (late % period.ns + worked) // period.ns - 1)
         return LoopLatency(histogram, missed, stretched)
 
     def __enter__(self) -> Self:

@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 
 #: slow ramps: the torque changes by less than this share of break-away a row, as identification takes it
 _SLOW_SHARE = 0.02
+#: and takes this long at least to its largest value, s
+_LEAST_RISE_S = 2.0
+#: and up to half of that the joint moves by no more than this share of the log's travel
+_STANDING_SHARE = 0.02
 #: and it goes one way, up to this share of its range, until it is at its largest
 _BACK_SHARE = 0.05
 _WITHOUT_BRISTLE = "is a slow ramp of torque, about which a model without bristles says nothing: looked at for contradictions alone"
@@ -61,14 +65,14 @@ def _by_position(model: AntennaModel, axis: str, tables: Sequence[SignalsTable])
         if entry.effect.name == "cogging":
             most += abs(entry.value("amplitude"))
         elif entry.effect.name == "position_dependent_friction":
-            most += abs(entry.value("relative_amplitude")) * model.number(axis, "friction.coulomb")
+            most += abs(entry.value("relative_amplitude")) * model.number(axis, "friction.breakaway")
         elif entry.effect.name == "cable_spring":
             most += abs(entry.value("stiffness")) * max(float(np.ptp(table.position(axis))) for table in tables)
     return most
 
 
 def _is_ramp(table: SignalsTable, model: AntennaModel, axis: str) -> bool:
-    """Whether nobody knows of a loop, and the torque rises one way and slowly from its first value to its largest."""
+    """Whether nobody knows of a loop, the torque rises one way and slowly until it is at its largest, and the joint stands at first."""
     if any(table.signal(axis, name) is not None for name in ("rate_ref", "position_ref")):
         return False
     torque = table.torque(axis)
@@ -78,7 +82,11 @@ def _is_ramp(table: SignalsTable, model: AntennaModel, axis: str) -> bool:
     steps = np.diff(rising)
     slow = _SLOW_SHARE * model.number(axis, "friction.breakaway")
     back = np.maximum.accumulate(rising) - rising
-    return bool(peak > 0 and np.abs(steps).max() < slow and back.max() <= _BACK_SHARE * rising[-1])
+    if peak * table.period_s < _LEAST_RISE_S or np.abs(steps).max() >= slow or back.max() > _BACK_SHARE * rising[-1]:
+        return False
+    position = table.position(axis)
+    half = int(np.argmax(rising >= 0.5 * rising[-1]))
+    return bool(np.ptp(position[: half + 1]) <= _STANDING_SHARE * np.ptp(position))
 
 
 def _stiffness(model: AntennaModel, axis: str, runs: Sequence[PreslidingRun]) -> float:

@@ -37,11 +37,16 @@ class Floor:
 def wide_twin(twin: Twin, tables: tuple[SignalsTable, ...]) -> Twin:
     """The same logs with smoothing wide enough to see the spectrum above the scored band."""
     hz = min(_TO * twin.records[0].bands.scored_hz, 0.2 / twin.records[0].bands.period_s)
-    rng = np.random.default_rng(7)
-    redrawn = [jittered(table, twin, rng) for table in tables]
-    found = Twin(twin.model, tuple(record_of(table, twin.model, hz, f"{i}") for i, table in enumerate(tables)))
-    found.redrawn = tuple(record_of(table, twin.model, hz, f"{i} redrawn") for i, table in enumerate(redrawn))
-    return found
+    return Twin(twin.model, tuple(record_of(table, twin.model, hz, f"{i}") for i, table in enumerate(tables)), tables=tables)
+
+
+def _redrawn(wide: Twin) -> tuple[Record, ...]:
+    """The same logs with another draw of the encoder's error; made when they are first asked for."""
+    if not wide.redrawn:
+        rng, hz = np.random.default_rng(7), wide.records[0].bands.scored_hz
+        drawn = [jittered(table, wide, rng) for table in wide.tables]
+        wide.redrawn = tuple(record_of(table, wide.model, hz, f"{i} redrawn") for i, table in enumerate(drawn))
+    return wide.redrawn
 
 
 def spectral_floor(wide: Twin, structure: Structure, P: NDArray[np.float64], channel: Channel, bands: Bands) -> float:
@@ -60,7 +65,8 @@ def _rung_up(
 
     Read from another draw of that error. Where the spectrum says that the encoder is finer than the model's step, so is this.
     """
-    redrawn = [wide.leftover(structure, P, which, wide.redrawn)[:, channel.column] for which in range(len(wide.records))]
+    others = _redrawn(wide)
+    redrawn = [wide.leftover(structure, P, which, others)[:, channel.column] for which in range(len(wide.records))]
     if not any(np.any(a != b) for a, b in zip(redrawn, left, strict=True)):
         return 0.0
     drawn = [a - b for a, b in zip(redrawn, left, strict=True)]

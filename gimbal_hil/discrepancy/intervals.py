@@ -62,7 +62,10 @@ def parameter_intervals(search: Search, state: Scored, index: int) -> dict[str, 
 
 
 def _within_bounds(effect: str, found: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
-    """Intervals cut off where a parameter ends by definition."""
+    """Intervals cut off where a parameter ends by definition, never short of the value itself."""
     ends = {p.name: (p.low, p.high) for p in CATALOGUE[effect].parameters if not p.periodic}
-    unbounded = (-np.inf, np.inf)
-    return {name: (max(low, ends.get(name, unbounded)[0]), min(high, ends.get(name, unbounded)[1])) for name, (low, high) in found.items()}
+    cut = {}
+    for name, (low, high) in found.items():
+        first, last = ends.get(name, (-np.inf, np.inf))
+        cut[name] = (max(low, min(first, high)), min(high, max(last, low)))
+    return cut

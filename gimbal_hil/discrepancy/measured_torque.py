@@ -56,9 +56,11 @@ def _could_be(diagnosis: Diagnosis, rival: Scored) -> bool:
 
 
 def _given(table: SignalsTable, axis: str) -> Floats | None:
-    """The measured torque of an axis, (n,); None where it was not measured, or only zeros were written."""
+    """The measured torque of an axis, (n,); None where it was not measured: only zeros were written, or the command once more."""
     torque = table.signal(axis, "torque_measured")
-    return torque if torque is not None and np.any(torque != 0.0) else None
+    if torque is None or not np.any(torque != 0.0) or np.allclose(torque, table.torque(axis), rtol=1e-6, atol=0.0):
+        return None
+    return torque
 
 
 def _squares(diagnosis: Diagnosis, state: Scored, tables: tuple[SignalsTable, ...]) -> Floats:

@@ -12,8 +12,8 @@ from sim_backend.model import AntennaModel
 _LEAST_S = 4.0
 #: slower logs hold nothing of what friction and joints do; a period in milliseconds looks like one
 _LONGEST_PERIOD_S = 0.1
-#: scored bands end no lower, Hz, and no higher than this over the period: noise is read above them
-_LOWEST_BAND_HZ, _WIDEST_BAND = 1.0, 0.1
+#: scored bands end no lower, Hz, and no lower and no higher than these over the period: noise is read above them, in bins of a spectrum
+_LOWEST_BAND_HZ, _NARROWEST_BAND, _WIDEST_BAND = 1.0, 0.005, 0.1
 #: torque that was commanded against what the model's actuator gives
 _MOST_TORQUE = 60.0
 
@@ -21,8 +21,9 @@ _MOST_TORQUE = 60.0
 def check_logs(model: AntennaModel, tables: tuple[SignalsTable, ...], band_hz: float | None = None) -> None:
     """Raise BadInputError that names log, column and expectation when a log cannot be used, or not in a band that ends at `band_hz`."""
     period = tables[0].period_s
-    if band_hz is not None and not _LOWEST_BAND_HZ <= band_hz <= _WIDEST_BAND / period:
-        expected = f"{_LOWEST_BAND_HZ:g} to {_WIDEST_BAND / period:g} Hz for rows every {period:g} s"
+    lowest = max(_LOWEST_BAND_HZ, _NARROWEST_BAND / period)
+    if band_hz is not None and not lowest <= band_hz <= _WIDEST_BAND / period:
+        expected = f"{lowest:g} to {_WIDEST_BAND / period:g} Hz for rows every {period:g} s"
         raise BadInputError(f"--band {band_hz:g}", "is a band that these logs do not hold", expected)
     for table in tables:
         where = table.source or "log"

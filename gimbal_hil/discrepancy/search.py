@@ -38,8 +38,12 @@ _CLOSED_WHEN_NEAR, _AT_FLOOR = 0.85, 1.25
 _UNTOUCHED, _ASIDE = 0.02, 0.4
 #: a search ends once it is complete and no channel is above this; under it, what a cause leaves alone does not speak against it
 _CALM = 2.0
-#: a gap of hundreds of floors is not explained while this many are left, whatever the share, or this often what a rattling twin is sure to
+#: a gap of hundreds of floors is not explained while this many are left, whatever the share
 _STILL_FAR = 5.0
+#: and what it leaves may be this many times what it is not sure of
+_UNSTEADY = 1.5
+#: blocks (s) and standard errors by which a gain is known to be there all along
+_BLOCK_S, _SURE = 1.0, 3.0
 #: change of a gap (log) by which a rattling twin is asked how well it repeats itself
 _NUDGE = 2e-3
 #: what matched nonsense may take of what a cause takes
@@ -213,10 +217,14 @@ class Search:
         for twin, left, gap in halves:
             after, before = _rms(left), _rms(gap)
             closed = 1.0 - (after**2 - 1.0) / np.maximum(before**2 - 1.0, 1e-9)
+            if not self.exact and state.hypothesis.causes and not self._throughout(gap, left):
+                return False
             if not self.exact and float(np.max(closed)) >= _COARSE_SHARE:
                 continue
             near = (after <= COMPLETE_FLOORS) & ((closed >= _CLOSED_WHEN_NEAR) | (after <= _AT_FLOOR))
-            most = _STILL_FAR * np.hypot(1.0, self._unsteadiness(twin, state.hypothesis)) if np.any(after > _STILL_FAR) else _STILL_FAR
+            most = (
+                np.hypot(_STILL_FAR, _UNSTEADY * self._unsteadiness(twin, state.hypothesis)) if np.any(after > _STILL_FAR) else _STILL_FAR
+            )
             explained = near | ((closed >= COMPLETE_SHARE) & (before > 2.0) & (after <= most))
             # what causes do not touch, on a channel whose gap is not the largest, does not speak against them: a remainder of its own
             aside = (np.abs(after - before) <= _UNTOUCHED * before) & (before < _ASIDE * float(np.max(before)))
@@ -228,6 +236,14 @@ class Search:
                 return False
             closing |= bool(np.any(explained & (before > COMPLETE_FLOORS)))
         return closing or not state.hypothesis.causes
+
+    def _throughout(self, gap: Floats, left: Floats) -> bool:
+        """Whether what causes take is taken all along, and not in the few rows in which a model without a bristle sets off."""
+        gain = np.sum(gap**2 - left**2, axis=1)
+        bands = self.twin.records[0].bands
+        length = max(2, int(_BLOCK_S / (bands.stride * bands.period_s)))
+        blocks = gain[: len(gain) // length * length].reshape(-1, length).mean(axis=1)
+        return len(blocks) > 2 and float(blocks.mean()) > _SURE * float(blocks.std(ddof=1)) / np.sqrt(len(blocks))
 
     def _unsteadiness(self, twin: Twin, hypothesis: Hypothesis) -> Floats:
         """Rms per channel, in floors, by which a twin with a gap changes when the gap hardly does: impacts forget where they came from."""

@@ -217,8 +217,12 @@ def _decide(
     if not search.exact:
         # a model without bristles is refitted first: what it lacks shows beside the best that it can do
         known = known_numbers(model, TRUST) + known_offsets(model)
-        null = search.null(Hypothesis(floating=known, y=(0.0,) * len(known)))
+        as_stated, null = null, search.null(Hypothesis(floating=known, y=(0.0,) * len(known)))
         best, rounds = search.forward(null)
+        if not search.complete(best, null) or not best.hypothesis.causes:
+            named = _too_far(search, null, as_stated)
+            if named.hypothesis.causes:
+                return named, as_stated, null, rounds, found
         return best, null, None, rounds, found
     sparse, rounds = search.forward(null, most=_FEW)
     leading = sparse if sparse.hypothesis.causes else min((s for r in rounds for s in r.tried), key=lambda s: s.fit.cost, default=null)

@@ -25,8 +25,8 @@ EFFECT = Effect(
     hook=Hook.TORQUE,
     law=cogging_torque,
     parameters=(
-        Parameter("amplitude", "N m", 0.0, 10.0, 0.0, "peak ripple torque", linear_unit="N"),
-        Parameter("order", "1/turn", 1.0, 10000.0, 1.0, "ripples per turn (per 2 pi m on a linear axis)"),
+        Parameter("amplitude", "N m", 0.0, 1e5, 0.0, "peak ripple torque", linear_unit="N"),
+        Parameter("order", "1/turn", 1.0, 1e6, 1.0, "ripples per turn (per 2 pi m on a linear axis)"),
         Parameter("phase", "rad", -math.pi, math.pi, 0.0, "phase at zero position", periodic=True),
     ),
     text="torque ripple over position",

@@ -29,7 +29,7 @@ EFFECT = Effect(
     law=levels_over_position,
     parameters=(
         Parameter("relative_amplitude", "1", 0.0, 0.9, 0.0, "swing as a share of the mean friction"),
-        Parameter("order", "1/turn", 1.0, 10000.0, 1.0, "swings per turn (per 2 pi m on a linear axis)"),
+        Parameter("order", "1/turn", 1.0, 1e6, 1.0, "swings per turn (per 2 pi m on a linear axis)"),
         Parameter("phase", "rad", -math.pi, math.pi, 0.0, "phase at zero position", periodic=True),
     ),
     text="dry friction changes along the travel",

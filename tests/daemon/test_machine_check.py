@@ -32,11 +32,13 @@ def test_the_c_loop_counts_every_period_once() -> None:
 @pytest.mark.skipif(compiler() is None, reason="no C compiler")
 def test_the_c_loop_at_work_counts_what_its_work_cost() -> None:
     with ReferenceLoop() as loop:
-        too_much = loop.run(PERIOD, 200, None, None, Duration(3 * PERIOD.ns))
+        too_much = loop.run(PERIOD, 200, None, None, Duration(4 * PERIOD.ns))
+        late_only = loop.run(PERIOD, 200, None, None, Duration(round(0.3 * PERIOD.ns)))
         idle = loop.run(PERIOD, 50, None, None)
-    # work that lasts three periods loses at least two ticks (calibration leaves some of the third) each time
+    # work that lasts four periods loses at least two ticks (calibration leaves some of the fourth) each time; less than one period, none
     assert too_much.stretched >= 2 * (too_much.latency.count - 1)
     assert idle.stretched == 0
+    assert late_only.stretched < 0.2 * late_only.latency.count
 
 
 def test_the_check_gives_a_verdict_with_reasons_and_measures_both_loops() -> None:

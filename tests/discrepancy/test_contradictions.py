@@ -62,6 +62,15 @@ def test_ramps_are_kept_from_the_search_for_a_model_without_bristles_alone() -> 
     assert [table.source for table in rest] == ["plateaus"] and len(apart) == len(notes) == 2
 
 
+def test_a_log_that_moves_from_the_start_is_no_ramp() -> None:
+    """An open-loop swing, and one that gets going within a third of a second: both belong to the search."""
+    time_s = np.arange(8000) * 1e-3
+    without = model().with_number("arm", "friction.sigma0", 0.0, "none")
+    swing, start = 0.9 * np.sin(np.pi * time_s), 0.9 * np.minimum(time_s / 0.3, 1.0)
+    logs = tuple(table(apply_torque(Rig(), torque), f"log {i}") for i, torque in enumerate((swing, start)))
+    assert ramps_apart(without, (*logs, *sliding(OUTER)))[1] == ()
+
+
 @pytest.mark.heavy
 def test_the_measured_arm_breaks_away_below_its_coulomb_torque() -> None:
     judged = arm_logs(ARM_JUDGED)
