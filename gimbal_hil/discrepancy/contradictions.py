@@ -25,7 +25,7 @@ _SLOW_SHARE = 0.02
 #: and takes this long at least to its largest value, s
 _LEAST_RISE_S = 2.0
 #: and up to half of that the joint moves by no more than this share of the log's travel
-_STANDING_SHARE = 0.02
+_STANDING_SHARE = 0.15
 #: and it goes one way, up to this share of its range, until it is at its largest
 _BACK_SHARE = 0.05
 _WITHOUT_BRISTLE = "is a slow ramp of torque, about which a model without bristles says nothing: looked at for contradictions alone"
