@@ -6,11 +6,14 @@ import difflib
 import importlib
 import os
 import sys
-from typing import NoReturn
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, NoReturn
 
 from firmware_protocol.errors import EXIT_BAD_INPUT, EXIT_DONE, EXIT_INTERRUPTED, GimbalHilError
 from gimbal_hil import __version__
 
+INTERRUPTED = "interrupted"
 #: command -> (module in gimbal_hil.cli, one line for --help); a module defines `command`, a function with typer's annotations
 COMMANDS: dict[str, tuple[str, str]] = {
     "demo": ("demo", "The whole story on the virtual antenna in under two minutes."),
@@ -52,13 +55,13 @@ def run(name: str, arguments: list[str]) -> int:
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
     try:
         loaded = importlib.import_module(f"gimbal_hil.cli.{module}")
-        app.command(name=name, help=line)(loaded.command)
+        app.command(name=name, help=line)(_said_when_interrupted(loaded.command))
         arguments = _repeated(arguments, getattr(loaded, "MANY_VALUED", ()))
         code = app(arguments, prog_name=f"gimbal-hil {name}", standalone_mode=False)
     except GimbalHilError as error:
         _fail(f"error: {error}", error.exit_code)
     except (KeyboardInterrupt, typer.Abort):
-        _fail("interrupted", EXIT_INTERRUPTED)
+        _fail(INTERRUPTED, EXIT_INTERRUPTED)
     except typer.Exit as done:
         return int(done.exit_code)
     except BrokenPipeError:
@@ -69,6 +72,20 @@ def run(name: str, arguments: list[str]) -> int:
             raise
         _fail(f"error: {error.format_message()}", EXIT_BAD_INPUT)
     return code if isinstance(code, int) else EXIT_DONE
+
+
+def _said_when_interrupted(command: Callable[..., int]) -> Callable[..., int]:
+    """The command with a line for Ctrl-C: typer would end it without a word."""
+
+    @wraps(command)
+    def saying(*arguments: Any, **named: Any) -> int:
+        try:
+            return command(*arguments, **named)
+        except KeyboardInterrupt:
+            print(INTERRUPTED, file=sys.stderr)
+            return EXIT_INTERRUPTED
+
+    return saying
 
 
 def _repeated(arguments: list[str], options: tuple[str, ...]) -> list[str]:

@@ -35,9 +35,12 @@ def command(
 ) -> int:
     """Run a sequence; leaves a run folder with log, table.csv and report.html."""
     import json
+    import sys
 
-    from firmware_protocol.errors import BadInputError
+    from firmware_protocol.errors import EXIT_INTERRUPTED, BadInputError
     from gimbal_hil.cli.progress import ProgressBar
+    from gimbal_hil.experiments.checkpoint import CHECKPOINT_FILE
+    from gimbal_hil.experiments.side_by_side import PARTS_FOLDER
     from gimbal_hil.runs.header import wall_clock_utc
 
     if not lockstep and run is None:
@@ -47,12 +50,18 @@ def command(
     folder = out or Path("runs") / f"{Path(name).stem}-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
     if name == "thesis":
         return _thesis(folder, force, as_json)
-    with ProgressBar(not as_json) as progress:
-        outcome = (
-            _conduct(name, config, model, folder, axis, short, every, base, breakaway, seed, resume, force, progress)
-            if run is None
-            else _conduct_through_daemon(name, run, folder, axis, short, breakaway, resume, force, progress)
-        )
+    try:
+        with ProgressBar(not as_json) as progress:
+            outcome = (
+                _conduct(name, config, model, folder, axis, short, every, base, breakaway, seed, resume, force, progress)
+                if run is None
+                else _conduct_through_daemon(name, run, folder, axis, short, breakaway, resume, force, progress)
+            )
+    except KeyboardInterrupt:
+        begun = (folder / CHECKPOINT_FILE).exists() or (folder / PARTS_FOLDER).is_dir()
+        how = f"; the same command with --out {folder} --resume goes on after the last whole step" if begun else ""
+        print(f"interrupted{how}", file=sys.stderr)
+        return EXIT_INTERRUPTED
     if as_json:
         print(json.dumps({"experiment": outcome.experiment.name, "run": str(folder), "rows": list(outcome.rows)}, allow_nan=False))
     else:

@@ -64,3 +64,19 @@ def test_a_model_of_one_axis_is_refused_and_nothing_is_written(tmp_path: Path, c
     assert exit_code(["sliding", "--short", "--model", str(tmp_path / "arm.yaml"), "--out", str(tmp_path / "run")]) == 2
     assert "arm.yaml: kind: is rotary" in capsys.readouterr().err
     assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("begun", [True, False])
+def test_ctrl_c_says_how_to_go_on_where_there_is_something_to_go_on_with(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, begun: bool
+) -> None:
+    def stop(*_: object, **__: object) -> None:
+        (tmp_path / "run").mkdir()
+        if begun:
+            (tmp_path / "run" / "checkpoint.json").write_text("{}")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("gimbal_hil.experiments.conducting.conduct", stop)
+    assert exit_code(["sliding", "--short", "--out", str(tmp_path / "run")]) == 130
+    said = capsys.readouterr().err
+    assert said.startswith("interrupted") and (f"--out {tmp_path / 'run'} --resume" in said) == begun

@@ -35,3 +35,14 @@ def test_a_model_whose_friction_follows_a_table_is_refused(tmp_path: Path, capsy
     assert ended.value.code == 2
     assert "axes.outer.friction.over_temperature" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_ctrl_c_ends_in_one_word_and_nothing_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("gimbal_hil.identification.reading.read_logs", stop)
+    assert run("identify", ["nothing.csv", "--out", str(tmp_path / "out")]) == 130
+    assert capsys.readouterr().err.strip() == "interrupted" and not (tmp_path / "out").exists()
