@@ -120,7 +120,7 @@ def test_a_verdict_is_the_same_to_the_last_bit_on_a_cluster(cluster: str) -> Non
 def test_a_campaign_is_the_same_to_the_last_bit_on_a_cluster(cluster: str) -> None:
     def campaign(workers: int, dask: str | None) -> list[str]:
         with open_executor(workers, dask) as executor:
-            found = sorted(friction_recovery.repeats(executor, (1000, 1001), short=True), key=lambda r: r["seed"])
+            found = sorted(friction_recovery.repeats(executor, (1000, 1001), at_once=2, short=True), key=lambda r: r["seed"])
         return [repr({key: value for key, value in result.items() if not key.endswith("_s")}) for result in found]
 
     assert campaign(1, cluster) == campaign(2, None)
