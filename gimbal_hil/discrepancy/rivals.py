@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimbal_hil.discrepancy.search import Round, Scored, Search
+from gimbal_hil.discrepancy.smoothing import block_means
 
 #: standard errors of the blockwise difference beyond which two explanations are told apart
 _TOLD_APART = 3.0
@@ -50,9 +51,7 @@ def compare(search: Search, best: Scored, rival: Scored) -> Comparison:
             np.sum(rival.holdout**2 - best.holdout**2, axis=1),
         ]
     )
-    row_s = search.twin.records[0].bands.stride * search.twin.records[0].bands.period_s
-    length = max(2, int(_BLOCK_S / row_s))
-    blocks = difference[: len(difference) // length * length].reshape(-1, length).mean(axis=1)
+    blocks = block_means(difference, search.twin.records[0].bands, _BLOCK_S)
     error = float(blocks.std(ddof=1) / math.sqrt(len(blocks))) if len(blocks) > 2 else math.inf
     mean = float(blocks.mean())
     level = float(np.sum(np.mean(best.holdout**2, axis=0)))

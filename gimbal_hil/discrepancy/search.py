@@ -12,7 +12,7 @@ from gimbal_hil.discrepancy.families import Family, Start
 from gimbal_hil.discrepancy.fit import Fit, refit, residual_of
 from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis
 from gimbal_hil.discrepancy.screening import Proposal, Response, basis_of, control_gain, family_table, propose, responses
-from gimbal_hil.discrepancy.smoothing import Floats
+from gimbal_hil.discrepancy.smoothing import Floats, block_means
 from gimbal_hil.discrepancy.twin import Twin
 
 #: most steps of a refit; nearly linear causes need two or three of them, a rattling gap all
@@ -239,10 +239,7 @@ class Search:
 
     def _throughout(self, gap: Floats, left: Floats) -> bool:
         """Whether what causes take is taken all along, and not in the few rows in which a model without a bristle sets off."""
-        gain = np.sum(gap**2 - left**2, axis=1)
-        bands = self.twin.records[0].bands
-        length = max(2, int(_BLOCK_S / (bands.stride * bands.period_s)))
-        blocks = gain[: len(gain) // length * length].reshape(-1, length).mean(axis=1)
+        blocks = block_means(np.sum(gap**2 - left**2, axis=1), self.twin.records[0].bands, _BLOCK_S)
         return len(blocks) > 2 and float(blocks.mean()) > _SURE * float(blocks.std(ddof=1)) / np.sqrt(len(blocks))
 
     def _unsteadiness(self, twin: Twin, hypothesis: Hypothesis) -> Floats:

@@ -158,6 +158,12 @@ def scored(rows: Floats, bands: Bands) -> Floats:
     return np.ascontiguousarray(thin[: scored_length(n, bands)])
 
 
+def block_means(scored_rows: Floats, bands: Bands, seconds: float) -> Floats:
+    """Means over blocks of so many seconds of one number a scored row, (n,) -> (blocks,); what does not fill a block is left out."""
+    length = max(2, int(seconds / (bands.stride * bands.period_s)))
+    return np.asarray(scored_rows[: len(scored_rows) // length * length].reshape(-1, length).mean(axis=1))
+
+
 def scoring_reach(bands: Bands) -> int:
     """Rows on either side that a scored row depends on."""
     return int(2.0 / ((bands.scoring[1] - bands.scoring[0]) * bands.period_s)) * 2
