@@ -16,6 +16,9 @@ from sim_backend.model import AntennaModel
 from sim_backend.model.arrays import lag_decay
 from sim_backend.model.numbers import NUMBER_AT
 
+#: a known number that floats this far (log) is not what a rig is off by
+FAR = 0.22
+
 
 @dataclass(frozen=True)
 class Cause:
@@ -54,6 +57,12 @@ class Hypothesis:
     def labels(self) -> tuple[tuple[str, str], ...]:
         """(effect, axis) of every cause."""
         return tuple(cause.family.label for cause in self.causes)
+
+    @property
+    def far(self) -> dict[KnownNumber, float]:
+        """Known numbers that had to move farther than a rig is off by, and how far (log)."""
+        moved = zip(self.floating, self.y, strict=True)
+        return {known: abs(y) for known, y in moved if known.size == 0.0 and abs(y) > FAR}
 
     def vector(self) -> np.ndarray:
         """All coordinates: causes in order, then known numbers."""

@@ -78,11 +78,12 @@ def _rivals(search: Search, best: Scored, index: int, rounds: list[Round]) -> tu
     if len(best.hypothesis.causes) == 1:
         for one in rounds:
             if not one.before.hypothesis.causes and one.before.hypothesis.floating == best.hypothesis.floating:
-                return _ranked(search.again(s) for s in one.tried if s.hypothesis.labels[-1] != label)
+                return _ranked(best, (search.again(s) for s in one.tried if s.hypothesis.labels[-1] != label))
     without = search.refitted(best.hypothesis.minus(index))
     tried = search.one_round(without, least=5)
-    return _ranked(s for s in tried.tried if s.hypothesis.labels[-1] != label)
+    return _ranked(best, (s for s in tried.tried if s.hypothesis.labels[-1] != label))
 
 
-def _ranked(found: Iterable[Scored]) -> tuple[Scored, ...]:
-    return tuple(sorted(found, key=lambda s: s.cost))
+def _ranked(best: Scored, found: Iterable[Scored]) -> tuple[Scored, ...]:
+    """Best first, without those that stand only because a known number does the cause's work far beyond what a rig is off by."""
+    return tuple(sorted((s for s in found if s.hypothesis.far.keys() <= best.hypothesis.far.keys()), key=lambda s: s.cost))

@@ -37,7 +37,7 @@ _CLOSED_WHEN_NEAR, _AT_FLOOR = 0.85, 1.25
 #: a gap that changes by less than this share is not touched by the causes; it stands aside below this share of the largest one
 _UNTOUCHED, _ASIDE = 0.02, 0.4
 #: a search ends once it is complete and no channel is above this; under it, what a cause leaves alone does not speak against it
-_CALM = 2.0
+CALM_FLOORS = 2.0
 #: a gap of hundreds of floors is not explained while this many are left, whatever the share
 _STILL_FAR = 5.0
 #: and what it leaves may be this many times what it is not sure of
@@ -230,7 +230,7 @@ class Search:
             aside = (np.abs(after - before) <= _UNTOUCHED * before) & (before < _ASIDE * float(np.max(before)))
             aside &= bool(state.hypothesis.causes)
             # beside a cause, what is under twice its floor and does not grow is the floor's own uncertainty
-            calm = _CALM if state.hypothesis.causes else COMPLETE_FLOORS
+            calm = CALM_FLOORS if state.hypothesis.causes else COMPLETE_FLOORS
             quiet = (before <= calm) & (after <= np.maximum(1.02 * before, _AT_FLOOR))
             if not np.all(explained | quiet | aside):
                 return False
@@ -293,7 +293,7 @@ class Search:
             if self.exact and len(state.hypothesis.causes) > 1 and not self.complete(state, null):
                 state = self.slots_again(state, rounds)
             left = float(np.max(self.gaps(state)))
-            if left <= COMPLETE_FLOORS or (left <= _CALM and self.complete(state, null)):
+            if left <= COMPLETE_FLOORS or (left <= CALM_FLOORS and self.complete(state, null)):
                 break
         return self.prune(state), rounds
 

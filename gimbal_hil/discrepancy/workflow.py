@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import repeat
@@ -12,13 +13,13 @@ from numpy.typing import NDArray
 from gimbal_hil.discrepancy.families import Family, families
 from gimbal_hil.discrepancy.fit import Fit, refit
 from gimbal_hil.discrepancy.floors import Floor, floors, smaller, wide_twin
-from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis, known_numbers, known_offsets, parameters_of
+from gimbal_hil.discrepancy.hypothesis import FAR, Cause, Hypothesis, known_numbers, known_offsets, parameters_of
 from gimbal_hil.discrepancy.processing import processing_floors
 from gimbal_hil.discrepancy.record import TORQUE, record_of
 from gimbal_hil.discrepancy.rivals import with_rivals
 from gimbal_hil.discrepancy.row_noise import encoder_noise, row_scales
 from gimbal_hil.discrepancy.screening import Response, respond
-from gimbal_hil.discrepancy.search import Round, Scored, Search
+from gimbal_hil.discrepancy.search import CALM_FLOORS, Round, Scored, Search
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.executor import WorkExecutor, open_executor
@@ -38,8 +39,6 @@ _EXACTNESS = 0.0012
 _SPREAD = 2.0
 #: gap, in floors, below which nothing is searched for
 _QUIET = 1.3
-#: a known number that floats this far (log) is not what a rig is off by
-_FAR = 0.22
 #: a hypothesis is refined further while it leaves at most this many times what the best leaves beyond noise
 _IN_THE_RACE = 5.0
 #: causes that are looked for before the known numbers float
@@ -48,6 +47,8 @@ _FEW = 2
 _ABOVE_ENCODER, _HIDDEN = 3.0, 0.5
 #: floors that fell below this share of what they were are worth another search
 _FALLEN = 0.8
+#: what known numbers that are off leave, as a share of what causes beside the model as it stands do, to be the better story
+_CLEARLY_LESS = 0.5
 #: share of the gap that they must have closed for more to be looked for
 _PROMISING = 0.7
 
@@ -208,7 +209,7 @@ def _decide(
     """Sparse explanation first; when that fails, let the known numbers float and try again."""
     search.progress("the model as it stands")
     null = search.null()
-    if float(np.max(search.gaps(null))) <= _QUIET:
+    if _left(search, null) <= _QUIET:
         hidden = _hidden_in_its_floor(search, wide, found, model, processing, encoder, null)
         if hidden is None:
             return null, null, None, [], found
@@ -225,30 +226,37 @@ def _decide(
                 return named, as_stated, null, rounds, found
         return best, null, None, rounds, found
     sparse, rounds = search.forward(null, most=_FEW)
-    leading = sparse if sparse.hypothesis.causes else min((s for r in rounds for s in r.tried), key=lambda s: s.fit.cost, default=null)
-    if leading.hypothesis.causes:
+    for _ in range(_FEW):
+        leading = sparse if sparse.hypothesis.causes else min((s for r in rounds for s in r.tried), key=lambda s: s.fit.cost, default=null)
+        if not leading.hypothesis.causes:
+            break
         # a cause reaches beyond the scored band and passes for noise there until it is taken out: floors may only fall
         before = search.floor
         found = _lower_floors(search, wide, found, model, processing, leading.hypothesis)
-        null = search.again(null)
-        if sparse.hypothesis.causes:
-            sparse = search.again(sparse)
-        elif float(np.min(search.floor / before)) < _FALLEN:
-            sparse, more = search.forward(null, most=_FEW)
-            rounds += more
-        if sparse.hypothesis.causes and search.complete(sparse, null):
-            return sparse, null, None, rounds, found
+        null, sparse = search.again(null), search.again(sparse)
+        if float(np.min(search.floor / before)) >= _FALLEN or (sparse.hypothesis.causes and search.complete(sparse, null)):
+            break
+        # what seemed explained under the old floors may hide another cause under the new ones
+        sparse, more = search.forward(sparse, most=_FEW, null=null)
+        rounds += more
+    stands = bool(sparse.hypothesis.causes) and search.complete(sparse, null)
+    if stands and _left(search, sparse) <= CALM_FLOORS:
+        return sparse, null, None, rounds, found
     search.progress("letting the known numbers float")
     known = known_numbers(model, TRUST)
     floated = search.null(Hypothesis(floating=known, y=(0.0,) * len(known)))
     found = _lower_floors(search, wide, found, model, processing, floated.hypothesis)
     null, sparse, floated = search.again(null), search.again(sparse), search.again(floated)
-    if search.complete(floated, null) and float(np.max(search.gaps(floated))) < _QUIET:
+    # where causes alone explain nearly all, known numbers that are off must explain clearly more to be the better story
+    most = _CLEARLY_LESS * _left(search, sparse) if stands else math.inf
+    if search.complete(floated, null) and _left(search, floated) < min(_QUIET, most):
         return _too_far(search, floated, null), null, floated, rounds, found
     again, more = search.forward(floated, most=_FEW)
     rounds += more
-    if again.hypothesis.causes and search.complete(again, null):
+    if again.hypothesis.causes and search.complete(again, null) and _left(search, again) < most:
         return again, null, floated, rounds, found
+    if stands:
+        return sparse, null, None, rounds, found
     if len(sparse.hypothesis.causes) == _FEW and search.closed(sparse, null) > _PROMISING:
         search.progress("looking for more causes")
         sparse, more = search.forward(sparse, null=null)
@@ -256,11 +264,15 @@ def _decide(
     return sparse, null, None, rounds, found
 
 
+def _left(search: Search, state: Scored) -> float:
+    """The largest gap that a state leaves on any channel, in floors."""
+    return float(np.max(search.gaps(state)))
+
+
 def _too_far(search: Search, floated: Scored, null: Scored) -> Scored:
     """A known number that had to move far beyond what a rig is off by is a cause: its effect is named in its place."""
     hypothesis = floated.hypothesis
-    far = [(abs(y), known) for known, y in zip(hypothesis.floating, hypothesis.y, strict=True) if known.size == 0.0 and abs(y) > _FAR]
-    for _, known in sorted(far, key=lambda item: -item[0]):
+    for known, _ in sorted(hypothesis.far.items(), key=lambda item: -item[1]):
         for family in search.families:
             paths = {search.twin.model.number_path(family.axis, p.path) for p in CATALOGUE[family.effect].parameters if p.path}
             if family.axis != known.axis or known.path not in paths or not CATALOGUE[family.effect].is_number:
@@ -274,7 +286,7 @@ def _too_far(search: Search, floated: Scored, null: Scored) -> Scored:
                 for k, y in zip(named.hypothesis.floating, named.hypothesis.y, strict=True)
                 if k.path in paths and k.axis == known.axis
             )
-            if search.complete(named, null) and left < 0.5 * _FAR:
+            if search.complete(named, null) and left < 0.5 * FAR:
                 return named
     return floated
 
