@@ -51,11 +51,19 @@ def _redrawn(wide: Twin) -> tuple[Record, ...]:
 
 def spectral_floor(wide: Twin, structure: Structure, P: NDArray[np.float64], channel: Channel, bands: Bands) -> float:
     """Rms in the scored band of the noise law that fits the spectrum above it, and of what a resonance rings up."""
-    left = [wide.leftover(structure, P, which)[:, channel.column] for which in range(len(wide.records))]
+    left = _away_from_ends(wide, [wide.leftover(structure, P, which)[:, channel.column] for which in range(len(wide.records))])
     law = _law_in_band(wide, left, channel, bands)
     if channel.signal != TORQUE or channel.axis not in structure.ringing:
         return law
     return float(np.hypot(law, _rung_up(wide, left, structure, P, channel, bands, law)))
+
+
+def _away_from_ends(wide: Twin, left: list[Floats]) -> list[Floats]:
+    """One channel's leftovers without the rows at the logs' ends."""
+    return [
+        column[record.bands.stride * int(np.argmax(record.keep)) : len(column) - 200]
+        for record, column in zip(wide.records, left, strict=True)
+    ]
 
 
 def _rung_up(
@@ -66,7 +74,7 @@ def _rung_up(
     Read from another draw of that error. Where the spectrum says that the encoder is finer than the model's step, so is this.
     """
     others = _redrawn(wide)
-    redrawn = [wide.leftover(structure, P, which, others)[:, channel.column] for which in range(len(wide.records))]
+    redrawn = _away_from_ends(wide, [wide.leftover(structure, P, which, others)[:, channel.column] for which in range(len(wide.records))])
     if not any(np.any(a != b) for a, b in zip(redrawn, left, strict=True)):
         return 0.0
     drawn = [a - b for a, b in zip(redrawn, left, strict=True)]
@@ -80,7 +88,25 @@ def _rung_up(
     return finer * float(np.sqrt(max(0.0, float(whole) - smooth**2)))
 
 
-def _law_in_band(wide: Twin, left: list[Floats], channel: Channel, bands: Bands) -> float:
+def over_own_noise(twin: Twin, tables: tuple[SignalsTable, ...], structure: Structure, P: NDArray[np.float64], floor: Floats) -> float:
+    """Largest rms, over logs, halves and channels, in units of the noise that the same rows have above the band, at least the floor.
+
+    A floor is one number, read from medians. Noise whose level changes (an encoder turned evenly by nearly a simple fraction of steps
+    a sample aliases its rounding error) stands above it here and there, and has its own shape above the band there, too.
+    """
+    wide, bands, ratios = wide_twin(twin, tables), twin.records[0].bands, []
+    for which, record in enumerate(twin.records):
+        left, inside = wide.leftover(structure, P, which), twin.unscaled(structure, P, which)
+        halves = np.array_split(np.arange(len(inside)), 2)
+        for j, channel in enumerate(twin.channels):
+            for half in halves:
+                first, last = (int(record.rows[half[k]]) for k in (0, -1))
+                law = _law_in_band(wide, [left[first:last, channel.column]], channel, bands, "mean")
+                ratios.append(float(np.sqrt(np.mean(inside[half, j] ** 2))) / max(law, float(floor[j])))
+    return max(ratios)
+
+
+def _law_in_band(wide: Twin, left: list[Floats], channel: Channel, bands: Bands, average: str = "median") -> float:
     """Rms in the scored band of the noise law that fits the spectrum above it."""
     from scipy.optimize import nnls
     from scipy.signal import welch
@@ -88,29 +114,40 @@ def _law_in_band(wide: Twin, left: list[Floats], channel: Channel, bands: Bands)
     dt = bands.period_s
     power: list[Floats] = []
     f = np.zeros(1)
-    inside = []
-    for record, column in zip(wide.records, left, strict=True):
-        inside.append(column[record.bands.stride * int(np.argmax(record.keep)) : len(column) - 200])
     # logs of one call may differ in length, their spectra not
-    segment = min(512, *(len(part) // 4 for part in inside))
-    for part in inside:
-        f, p = welch(part, 1.0 / dt, nperseg=segment, average="median", detrend="linear")
+    segment = min(512, *(len(part) // 4 for part in left))
+    for part in left:
+        f, p = welch(part, 1.0 / dt, nperseg=segment, average=average, detrend="linear")
         power.append(p * len(part))
-    psd = np.sum(power, axis=0) / sum(len(part) for part in inside)
+    psd = np.sum(power, axis=0) / sum(len(part) for part in left)
     top = wide.records[0].bands.scored_hz
     use = (f > _FROM / _TO * top) & (f < 1.25 * top)
-    growth = 4 if channel.signal == TORQUE else 2
-    # smoothing and the interval mean shape white noise; both laws carry the same gain up to the edge of the wide band
-    laws = np.column_stack([np.ones(use.sum()), (f[use] / top) ** growth])
+    laws = _noise_laws(f[use], top, channel, dt)
     weight = 1.0 / psd[use]
     for _ in range(4):
         # weighing by the scattered spectrum itself would favour its dips; the fitted law is the better weight
         share, _ = nnls(laws * weight[:, None], psd[use] * weight)
         weight = 1.0 / np.maximum(laws @ share, 1e-3 * float(np.median(psd[use])))
+    # under much encoder noise white noise hardly shows; a floor is an upper bound, so its standard error is added
+    ratio = weight[:, None] * laws
+    scatter = float(np.std(weight * psd[use]))
+    share[0] += scatter * float(np.sqrt(np.linalg.pinv(ratio.T @ ratio)[0, 0]))
     grid = np.linspace(0.0, bands.scoring[1], 400)
     gain = scoring_gain(grid, bands) ** 2
-    noise = share[0] + share[1] * (grid / top) ** growth
+    noise = _noise_laws(grid, top, channel, dt) @ share
     return float(np.sqrt(np.trapezoid(noise * gain, grid)))
+
+
+def _noise_laws(f: Floats, top: float, channel: Channel, period_s: float) -> Floats:
+    """Power of white torque (or gyro) noise and of white encoder noise over frequency behind `smoothing`'s differences, (f, 2).
+
+    Second differences that average neighbours carry the encoder's noise into torque, first differences into rate; the encoder's law is one
+    at `top`. Powers of frequency instead would be a few per cent off there, and what white noise lies under them wrong by half.
+    """
+    x, end = np.pi * f * period_s, np.pi * top * period_s
+    if channel.signal == TORQUE:
+        return np.column_stack([np.ones(len(f)), (np.sin(x) * np.tan(x) / (np.sin(end) * np.tan(end))) ** 2])
+    return np.column_stack([np.cos(x) ** 2, (np.sin(x) / np.sin(end)) ** 2])
 
 
 def repeat_floor(residual: Floats, record: Record) -> Floats | None:
@@ -159,4 +196,4 @@ def smaller(one: list[Floor], other: list[Floor]) -> list[Floor]:
     return [replace(a, rms=min(a.rms, b.rms)) for a, b in zip(one, other, strict=True)]
 
 
-__all__ = ["Floor", "floors", "repeat_floor", "smaller", "spectral_floor", "wide_twin"]
+__all__ = ["Floor", "floors", "over_own_noise", "repeat_floor", "smaller", "spectral_floor", "wide_twin"]

@@ -25,6 +25,7 @@ def check_logs(model: AntennaModel, tables: tuple[SignalsTable, ...], band_hz: f
     if band_hz is not None and not lowest <= band_hz <= _WIDEST_BAND / period:
         expected = f"{lowest:g} to {_WIDEST_BAND / period:g} Hz for rows every {period:g} s"
         raise BadInputError(f"--band {band_hz:g}", "is a band that these logs do not hold", expected)
+    check_alike(tables)
     for table in tables:
         where = table.source or "log"
         if table.period_s > _LONGEST_PERIOD_S:
@@ -40,6 +41,17 @@ def check_logs(model: AntennaModel, tables: tuple[SignalsTable, ...], band_hz: f
         for axis in model.axes:
             check_actuator(model, table, axis, where)
             check_units(model, table, axis, where)
+
+
+def check_alike(tables: tuple[SignalsTable, ...]) -> None:
+    """Raise BadInputError where the same log is given twice: a copy judges nothing."""
+    for i, table in enumerate(tables):
+        for other in tables[:i]:
+            axes = [a for a in table.axes if len(table) == len(other) and np.array_equal(table.position(a), other.position(a))]
+            if len(axes) == len(table.axes) and all(np.array_equal(table.torque(a), other.torque(a)) for a in axes):
+                raise BadInputError(
+                    table.source or "log", f"holds the same rows as {other.source or 'another log'}", "another log, of another trajectory"
+                )
 
 
 def check_actuator(model: AntennaModel, table: SignalsTable, axis: str, where: str) -> None:

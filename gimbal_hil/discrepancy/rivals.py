@@ -10,6 +10,7 @@ import numpy as np
 
 from gimbal_hil.discrepancy.search import Round, Scored, Search
 from gimbal_hil.discrepancy.smoothing import block_means
+from gimbal_hil.discrepancy.valleys import polished
 
 #: standard errors of the blockwise difference beyond which two explanations are told apart
 _TOLD_APART = 3.0
@@ -20,6 +21,8 @@ _SAME = 0.003
 #: one that leaves this share less, beyond the errors, is the better explanation
 _LESS = 0.01
 _BLOCK_S = 1.0
+#: what stands for the same with fewer numbers: a rotor whose gap leaves no trace, a ripple of one period a turn beside gravity
+_PLAINER = {"backlash": "inertia", "cogging": "static_unbalance"}
 
 
 @dataclass(frozen=True)
@@ -54,7 +57,7 @@ def compare(search: Search, best: Scored, rival: Scored) -> Comparison:
     blocks = block_means(difference, search.twin.records[0].bands, _BLOCK_S)
     error = float(blocks.std(ddof=1) / math.sqrt(len(blocks))) if len(blocks) > 2 else math.inf
     mean = float(blocks.mean())
-    level = float(np.sum(np.mean(best.holdout**2, axis=0)))
+    level = float(np.mean(np.concatenate([np.sum(best.fit.residual**2, axis=1), np.sum(best.holdout**2, axis=1)])))
     return Comparison(rival, mean / max(error, 1e-12), mean / level)
 
 
@@ -62,14 +65,23 @@ def with_rivals(search: Search, best: Scored, null: Scored, rounds: list[Round])
     """An explanation and, for each of its causes, what could stand in its place, best first.
 
     A rival that completes the explanation and leaves clearly less takes the cause's place: the search adds what helps most before it
-    is refined, and a cause with several numbers (a gap and its rotor) shows what it can do only afterwards.
+    is refined, and a cause with several numbers (a gap and its rotor) shows what it can do only afterwards. So does a plainer one that
+    explains as much.
     """
     rivals = tuple(_rivals(search, best, index, rounds) for index in range(len(best.hypothesis.causes)))
     better = [rival for found in rivals for rival in found[:1] if compare(search, best, rival).better and search.complete(rival, null)]
+    better = better or [rival for label, found in zip(best.hypothesis.labels, rivals, strict=True) for rival in found
+                        if _plainer(rival.hypothesis.labels[-1], label) and compare(search, best, rival).close
+                        and search.complete(rival, null)]  # fmt: skip
     if not better:
         return best, rivals
-    best = search.polished(min(better, key=lambda rival: rival.cost))
+    best = polished(search, min(better, key=lambda rival: rival.cost))
     return best, tuple(_rivals(search, best, index, rounds) for index in range(len(best.hypothesis.causes)))
+
+
+def _plainer(one: tuple[str, str], other: tuple[str, str]) -> bool:
+    """Whether one (effect, axis) says the same as the other with fewer numbers."""
+    return _PLAINER.get(other[0]) == one[0] and one[1] == other[1]
 
 
 def _rivals(search: Search, best: Scored, index: int, rounds: list[Round]) -> tuple[Scored, ...]:

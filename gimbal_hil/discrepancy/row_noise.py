@@ -1,20 +1,23 @@
 """What a row is worth: the encoder's own error, carried through the whole pipeline, makes some rows noisier than others.
 
 Where a joint creeps or stands, friction follows the modulus of a rate that is mostly the encoder's step, and the carried bristle leaks. No
-spectrum and no lap shows that. So the logs are read again with another draw of the encoder's error, and the local spread of what the
-pipeline leaves, beyond what it leaves in quiet rows, is added to the floor row by row.
+spectrum and no lap shows that. And where a joint crawls over single steps, or turns evenly by nearly a simple fraction of steps a sample,
+the rounding error is no white noise but a sawtooth with harmonics inside the scored band. So the logs are read again with other draws of
+the encoder's error, and the local spread of what the pipeline leaves, beyond that of quiet rows, is added to the floor row by row.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from gimbal_hil.discrepancy.record import TORQUE, record_of
+from gimbal_hil.discrepancy.record import record_of
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.signals import SignalsTable
 
-_DRAWS = 2
+_DRAWS = 3
+#: motion is even when it follows a cubic over this long, s, to within so many steps of the encoder
+_EVEN_S, _QUICK_STEPS = 0.25, 1.5
 #: rows over which the spread is averaged, s
 _AVERAGED_S = 0.5
 #: spread that every row has: this quantile of the rows is in the floor already
@@ -22,12 +25,30 @@ _QUIET_ROWS = 0.3
 
 
 def jittered(table: SignalsTable, twin: Twin, rng: np.random.Generator) -> SignalsTable:
-    """The same log with another draw of the encoder's rounding error."""
+    """The same log with another draw of the encoder's rounding error: that of marks which stand elsewhere; white where motion is quick."""
     columns = dict(table.columns)
     for axis in twin.model.axes:
-        step = max(twin.model.number(axis, "encoder.step"), seen_step(table.position(axis)))
-        columns[f"{axis}.position"] = table.position(axis) + step * (rng.random(len(table)) - 0.5)
+        position = table.position(axis)
+        step = max(twin.model.number(axis, "encoder.step"), seen_step(position))
+        if step > 0.0:
+            even = _even_motion(position, table.period_s)
+            shifted = even + step * rng.random()
+            rounding = np.round(shifted / step) * step - shifted
+            white = step * (rng.random(len(position)) - 0.5)
+            columns[f"{axis}.position"] = position + np.where(np.abs(position - even) > _QUICK_STEPS * step, white, rounding)
     return SignalsTable.of(twin.model.axes, table.time_s, columns, table.repeat, "jittered")
+
+
+def _even_motion(position: Floats, period_s: float) -> Floats:
+    """Where a joint is between an encoder's marks: straight lines through the middle of every change, cubic over a quarter of a second."""
+    from scipy.signal import savgol_filter
+
+    at = np.flatnonzero(np.diff(position) != 0.0)
+    if len(at) == 0:
+        return position
+    between = np.interp(np.arange(len(position)), at + 0.5, 0.5 * (position[at] + position[at + 1]))
+    window = min(2 * int(0.5 * _EVEN_S / period_s) + 1, (len(position) - 1) // 2 * 2 + 1)
+    return np.asarray(savgol_filter(between, window, 3)) if window > 3 else np.asarray(between)
 
 
 def seen_step(position: Floats) -> float:
@@ -46,30 +67,24 @@ def seen_step(position: Floats) -> float:
 
 
 def encoder_noise(twin: Twin, tables: tuple[SignalsTable, ...], seed: int = 5) -> tuple[Floats, ...]:
-    """Mean square that the encoder's error makes of every scored row, per record (rows that count, channels)."""
+    """Mean square that the encoder's error makes around every scored row, per record (rows that count, channels)."""
     rng = np.random.default_rng(seed)
-    structure = twin.structure(())
-    found = []
-    for which, (record, table) in enumerate(zip(twin.records, tables, strict=True)):
-        here = twin.unscaled(structure, structure.P, which)
-        square = np.zeros_like(here)
-        for _ in range(_DRAWS):
-            other = record_of(jittered(table, twin, rng), twin.model, record.bands.scored_hz, "jittered", record.keep)
-            moved = Twin(twin.model, (other,), twin.gyro_everywhere).unscaled(structure, structure.P, 0)
-            square += (moved - here) ** 2 / _DRAWS
-        found.append(square)
-    return tuple(found)
+    draws = [[_drawn(twin, which, jittered(table, twin, rng)) for _ in range(_DRAWS)] for which, table in enumerate(tables)]
+    return tuple(np.asarray(np.mean(squares, axis=0)) for squares in draws)
+
+
+def _drawn(twin: Twin, which: int, table: SignalsTable) -> Floats:
+    """Squares by which a record's scored rows differ when its log is read with another draw, averaged over neighbouring rows."""
+    from scipy.ndimage import gaussian_filter1d
+
+    record, structure = twin.records[which], twin.structure(())
+    other = record_of(table, twin.model, record.bands.scored_hz, "another draw", record.keep)
+    moved = Twin(twin.model, (other,), twin.gyro_everywhere).unscaled(structure, structure.P, 0)
+    rows = max(1.0, _AVERAGED_S / (record.bands.stride * record.bands.period_s))
+    return np.asarray(gaussian_filter1d((moved - twin.unscaled(structure, structure.P, which)) ** 2, 0.5 * rows, axis=0))
 
 
 def row_scales(twin: Twin, noise: tuple[Floats, ...], floor: Floats) -> tuple[Floats, ...]:
     """Noise of every scored row over the channel's floor, per record (rows that count, channels); at least one."""
-    from scipy.ndimage import gaussian_filter1d
-
-    found = []
-    for record, square in zip(twin.records, noise, strict=True):
-        rows = max(1.0, _AVERAGED_S / (record.bands.stride * record.bands.period_s))
-        spread = gaussian_filter1d(square, 0.5 * rows, axis=0)
-        excess = np.maximum(spread - np.quantile(spread, _QUIET_ROWS, axis=0), 0.0)
-        excess[:, [channel.signal != TORQUE for channel in twin.channels]] = 0.0
-        found.append(np.asarray(np.sqrt(1.0 + excess / floor**2)))
-    return tuple(found)
+    quiet = (np.quantile(spread, _QUIET_ROWS, axis=0) for spread in noise)
+    return tuple(np.sqrt(1.0 + np.maximum(spread - least, 0.0) / floor**2) for spread, least in zip(noise, quiet, strict=True))

@@ -19,7 +19,9 @@ from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
 
 _ORDERS_TRIED = 3
-_MOST_ORDERS = 600
+_MOST_ORDERS = 4000
+#: orders of a turning axis are tried no closer and no wider than this
+_LEAST_STEP, _MOST_STEP = 0.02, 1.0
 #: periods within the travel of a linear axis from which on a position effect is a ripple
 _LEAST_PERIODS = 3.0
 #: share of a scrambled response that may lie along the response itself, and how many are drawn for one that is kept
@@ -104,7 +106,8 @@ def ripple_starts(twin: Twin, fit: Fit, family: Family) -> list[Start]:
     moving = np.abs(rate)[np.abs(rate) > 0.05 * np.abs(rate).max()]
     if not len(moving):
         return []
-    step = float(np.clip(0.35 * np.pi / travel, 0.0, np.inf)) if twin.model.is_linear else float(np.clip(0.35 * np.pi / travel, 0.1, 1.0))
+    step = 0.35 * np.pi / travel
+    step = step if twin.model.is_linear else float(np.clip(step, _LEAST_STEP, _MOST_STEP))
     top = min(2.0 * np.pi * twin.records[0].bands.scored_hz / max(float(np.quantile(moving, 0.2)), 1e-9), _MOST_ORDERS * step)
     # along a straight way nothing repeats by itself: less than a few periods are no ripple
     least = _LEAST_PERIODS * 2.0 * np.pi / travel if twin.model.is_linear else 1.0

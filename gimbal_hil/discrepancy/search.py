@@ -15,10 +15,8 @@ from gimbal_hil.discrepancy.screening import Proposal, Response, basis_of, contr
 from gimbal_hil.discrepancy.smoothing import Floats, block_means
 from gimbal_hil.discrepancy.twin import Twin
 
-#: most steps of a refit; nearly linear causes need two or three of them, a rattling gap all
-_ROUNDS, _POLISHING = 6, 30
-#: most steps along a valley, each with a refit
-_ALONG_VALLEY = 8
+#: most steps of a refit; nearly linear causes need two or three of them, a rattling gap more
+_ROUNDS = 6
 #: families refined per round, after screening
 _REFINED = 6
 #: a family of more coordinates than this is refined from more than two of its starts
@@ -42,8 +40,8 @@ CALM_FLOORS = 2.0
 _STILL_FAR = 5.0
 #: and what it leaves may be this many times what it is not sure of
 _UNSTEADY = 1.5
-#: blocks (s) and standard errors by which a gain is known to be there all along
-_BLOCK_S, _SURE = 1.0, 3.0
+#: blocks (s) and standard errors of their mean by which a gain is there all along; or the share of them that gain, and how far from half
+_BLOCK_S, _SURE, _MOST_BLOCKS, _SURE_SIGN = 1.0, 3.0, 0.8, 2.0
 #: change of a gap (log) by which a rattling twin is asked how well it repeats itself
 _NUDGE = 2e-3
 #: what matched nonsense may take of what a cause takes
@@ -52,9 +50,15 @@ _NONSENSE = 0.5
 _SIGN_S = 0.7
 #: an addition must take this share of the gap on the hold-out, and this many squared floors a row on some channel
 _LEAST_SHARE, _LEAST_SQUARES = 0.02, 0.12
+#: an addition that changes the hold-out by fewer floors than this is not heard there; it must then take this share of the fitted gap
+_NO_CHANGE, _NEARLY_ALL = 0.1, 0.85
+#: where no gap is larger than this many floors, names must close this share of all of them together
+_HARDLY_A_GAP, _CLOSED_OF_LITTLE = 3.0, 0.75
 #: a model without bristles is never followed to the noise: there the causes together must close this share of the gap, and each take
 #: this share of what is left without it
 _COARSE_SHARE, _COARSE_EACH = 0.12, 0.06
+#: and where no gap is larger than a few floors, this share
+_COARSE_OF_LITTLE = 0.4
 
 
 @dataclass(frozen=True)
@@ -113,6 +117,8 @@ class Search:
 
     twin: Twin
     holdout: Twin
+    #: the fitted logs and the rows of the hold-out that may select, as one
+    selectable: Twin
     floor: Floats
     families: list[Family]
     #: run `respond` for families and `refit` for hypotheses, in parallel where it can
@@ -133,28 +139,30 @@ class Search:
         rows = np.nan_to_num(residual_of(self.holdout, fit.hypothesis, self.floor), nan=1e6, posinf=1e6, neginf=-1e6)
         return Scored(fit, rows[self.selecting], rows[~self.selecting])
 
-    def refitted(self, hypothesis: Hypothesis) -> Scored:
+    def refitted(self, hypothesis: Hypothesis, rounds: int = _ROUNDS, enough: float = 1e-4) -> Scored:
         """A hypothesis at its best coordinates, put on the hold-out."""
-        return self.scored(
-            refit(self.twin, hypothesis, self.floor, rounds=_ROUNDS, spread=self.spread, known=self._known_columns(hypothesis))
-        )
+        return self.scored(self._fitted(hypothesis, rounds, enough))
+
+    def _fitted(self, hypothesis: Hypothesis, rounds: int, enough: float = 1e-4) -> Fit:
+        known = self._known_columns(hypothesis)
+        return self.cut(refit(self.home(hypothesis), hypothesis, self.floor, rounds, known, self.spread, enough))
+
+    def home(self, hypothesis: Hypothesis) -> Twin:
+        """The logs that a hypothesis is fitted to: a gap also to the rows of the hold-out that may select.
+
+        What one log hardly says of its numbers another may say clearly.
+        """
+        gap = any(cause.family.valley for cause in hypothesis.causes) and not hypothesis.floating
+        return self.selectable if gap else self.twin
+
+    def cut(self, fit: Fit) -> Fit:
+        """The part of a fit that stands for the fitted logs."""
+        rows = sum(int(record.keep.sum()) for record in self.twin.records)
+        return Fit(fit.hypothesis, fit.residual[:rows], fit.jacobian[: rows * fit.residual.shape[1]])
 
     def again(self, state: Scored) -> Scored:
         """The same under the present floors."""
         return self.refitted(state.hypothesis)
-
-    def polished(self, state: Scored) -> Scored:
-        """The same at the bottom of its valley: numbers that act together (a gap and its rotor) get there in small steps only."""
-        known = self._known_columns(state.hypothesis)
-        best = refit(self.twin, state.hypothesis, self.floor, _POLISHING, known, self.spread, enough=1e-6)
-        for index, cause in enumerate(state.hypothesis.causes):
-            for side in (1.0, -1.0) if cause.family.valley else ():
-                for _ in range(_ALONG_VALLEY):
-                    further = refit(self.twin, _along(best.hypothesis, index, side), self.floor, _ROUNDS, known, self.spread)
-                    if further.cost >= best.cost:
-                        break
-                    best = further
-        return self.scored(best)
 
     def gaps(self, state: Scored) -> Floats:
         """Rms per channel in floors, the larger of fitted data and hold-out."""
@@ -212,35 +220,48 @@ class Search:
 
         Causes must have closed a gap: what had none before they came cannot prove them.
         """
+        caused = bool(state.hypothesis.causes)
         closing = not self.exact
         halves = ((self.holdout, state.holdout, null.holdout), (self.twin, state.fit.residual, null.fit.residual))
+        if caused and not self.exact and not self._throughout([(gap, left) for _, left, gap in halves]):
+            return False
+        largest = max(float(np.max(_rms(gap))) for _, _, gap in halves)
+        whole = [np.sum([_rms(rows) ** 2 - 1.0 for rows in both], axis=0) for both in zip(*(half[1:] for half in halves), strict=True)]
+        in_all = 1.0 - whole[0] / np.maximum(whole[1], 1e-9)
         for twin, left, gap in halves:
             after, before = _rms(left), _rms(gap)
             closed = 1.0 - (after**2 - 1.0) / np.maximum(before**2 - 1.0, 1e-9)
-            if not self.exact and state.hypothesis.causes and not self._throughout(gap, left):
-                return False
             if not self.exact and float(np.max(closed)) >= _COARSE_SHARE:
                 continue
-            near = (after <= COMPLETE_FLOORS) & ((closed >= _CLOSED_WHEN_NEAR) | (after <= _AT_FLOOR))
+            near = (after <= COMPLETE_FLOORS) & ((closed >= _CLOSED_WHEN_NEAR) | (in_all >= COMPLETE_SHARE) | (after <= _AT_FLOOR))
             most = (
                 np.hypot(_STILL_FAR, _UNSTEADY * self._unsteadiness(twin, state.hypothesis)) if np.any(after > _STILL_FAR) else _STILL_FAR
             )
             explained = near | ((closed >= COMPLETE_SHARE) & (before > 2.0) & (after <= most))
             # what causes do not touch, on a channel whose gap is not the largest, does not speak against them: a remainder of its own
-            aside = (np.abs(after - before) <= _UNTOUCHED * before) & (before < _ASIDE * float(np.max(before)))
-            aside &= bool(state.hypothesis.causes)
+            aside = caused & (np.abs(after - before) <= _UNTOUCHED * before) & (before < _ASIDE * largest)
             # beside a cause, what is under twice its floor and does not grow is the floor's own uncertainty
-            calm = CALM_FLOORS if state.hypothesis.causes else COMPLETE_FLOORS
+            calm = CALM_FLOORS if caused else COMPLETE_FLOORS
             quiet = (before <= calm) & (after <= np.maximum(1.02 * before, _AT_FLOOR))
             if not np.all(explained | quiet | aside):
                 return False
             closing |= bool(np.any(explained & (before > COMPLETE_FLOORS)))
-        return closing or not state.hypothesis.causes
+        least = _CLOSED_OF_LITTLE if self.exact else _COARSE_OF_LITTLE
+        if caused and largest < _HARDLY_A_GAP and _share_closed(halves) < least:
+            return False
+        return closing or not caused
 
-    def _throughout(self, gap: Floats, left: Floats) -> bool:
-        """Whether what causes take is taken all along, and not in the few rows in which a model without a bristle sets off."""
-        blocks = block_means(np.sum(gap**2 - left**2, axis=1), self.twin.records[0].bands, _BLOCK_S)
-        return len(blocks) > 2 and float(blocks.mean()) > _SURE * float(blocks.std(ddof=1)) / np.sqrt(len(blocks))
+    def _throughout(self, logs: list[tuple[Floats, Floats]]) -> bool:
+        """Whether what causes take of (gap, left) is taken all along, not in the few rows in which a model without a bristle sets off."""
+        bands = self.twin.records[0].bands
+        blocks = np.concatenate([block_means(np.sum(gap**2 - left**2, axis=1), bands, _BLOCK_S) for gap, left in logs])
+        n = len(blocks)
+        if n < 3:
+            return False
+        # either nearly every block gains, however unlike they are, or on average they surely do
+        taken = int(np.sum(blocks > 0.0))
+        everywhere = taken >= _MOST_BLOCKS * n and taken - 0.5 * n > _SURE_SIGN * 0.5 * np.sqrt(n)
+        return bool(everywhere or float(blocks.mean()) > _SURE * float(blocks.std(ddof=1)) / np.sqrt(n))
 
     def _unsteadiness(self, twin: Twin, hypothesis: Hypothesis) -> Floats:
         """Rms per channel, in floors, by which a twin with a gap changes when the gap hardly does: impacts forget where they came from."""
@@ -254,11 +275,22 @@ class Search:
         return _rms(change) if np.all(np.isfinite(change)) else np.zeros(len(twin.channels))
 
     def worth(self, before: Scored, after: Scored) -> bool:
-        """Whether an addition earns its place on the hold-out: a share of what is left without it; small causes follow huge ones."""
-        taken = np.mean(before.holdout**2, axis=0) - np.mean(after.holdout**2, axis=0)
-        gap = float(np.sum(np.mean(before.holdout**2, axis=0) - 1.0))
+        """Whether an addition earns its place on the hold-out: a share of what is left without it; small causes follow huge ones.
+
+        One that the hold-out has no trace of earns it where it takes nearly all of what is left of the fitted data.
+        """
+        if not self.exact and not self._throughout([(before.fit.residual, after.fit.residual)]):
+            return False
+        if self.exact and not _differ(before.holdout, after.holdout):
+            taken, gap = _taken(before.fit.residual, after.fit.residual)
+            return float(taken.sum()) > _NEARLY_ALL * max(gap, 0.0) and float(taken.max()) > _LEAST_SQUARES
+        taken, gap = _taken(before.holdout, after.holdout)
         least = _LEAST_SHARE if self.exact else _COARSE_EACH
         return float(taken.max()) > _LEAST_SQUARES and float(taken.sum()) > least * max(gap, 0.0)
+
+    def heard_on_holdout(self, state: Scored, index: int) -> bool:
+        """Whether the hold-out has any trace of one cause of a state, everything else left as it is."""
+        return _differ(self.scored(refit(self.twin, state.hypothesis.minus(index), self.floor, 0)).holdout, state.holdout)
 
     def nonsense(self, without: Scored, cause: Cause) -> float:
         """Squares that matched nonsense of one cause takes beside a state, in squared floors over the fitted rows."""
@@ -318,17 +350,42 @@ class Search:
         return state
 
 
-def _along(hypothesis: Hypothesis, index: int, side: float) -> Hypothesis:
-    """A hypothesis with one cause a step further along its valley."""
-    vector, first = hypothesis.vector(), sum(len(cause.x) for cause in hypothesis.causes[:index])
-    valley = hypothesis.causes[index].family.valley
-    vector[first : first + len(valley)] += side * np.array(valley)
-    return hypothesis.at(vector)
+def selectable(twin: Twin, holdout: Twin, selecting: NDArray[np.bool_]) -> Twin:
+    """The fitted logs and the rows of the hold-out that may select, as one."""
+    records, scales, first = list(twin.records), list(twin.scales or ()), 0
+    for which, record in enumerate(holdout.records):
+        keep = record.keep.copy()
+        mine = selecting[first : first + int(keep.sum())]
+        first += len(mine)
+        keep[keep] = mine
+        records.append(replace(record, keep=keep))
+        if holdout.scales is not None:
+            scales.append(holdout.scales[which][mine])
+    return replace(twin, records=tuple(records), scales=tuple(scales) if scales else None)
 
 
 def _starts_refined(family: Family) -> int:
     """From how many of its starts a family is refined: one number has one valley, a gap and its rotor have several."""
     return 2 if family.ripple or 1 < len(family.knobs) <= _VALLEYS else len(family.knobs) // 2 + 1
+
+
+def _differ(one: Floats, other: Floats) -> bool:
+    """Whether residuals differ by more than nothing, in floors."""
+    return bool(np.any(_rms(one - other) > _NO_CHANGE))
+
+
+def _taken(before: Floats, after: Floats) -> tuple[Floats, float]:
+    """Squares per row that an addition takes, by channel, and how much there was above the floors."""
+    squares = np.mean(before**2, axis=0)
+    return np.asarray(squares - np.mean(after**2, axis=0)), float(np.sum(squares - 1.0))
+
+
+def _share_closed(halves: tuple[tuple[Twin, Floats, Floats], ...]) -> float:
+    """Share of the squared gap that is closed, over the channels of both halves that have one."""
+    before = np.concatenate([_rms(gap) ** 2 - 1.0 for _, _, gap in halves])
+    after = np.concatenate([_rms(left) ** 2 - 1.0 for _, left, _ in halves])
+    there = before > COMPLETE_FLOORS**2 - 1.0
+    return 1.0 - float(np.sum(np.maximum(after[there], 0.0))) / max(float(np.sum(before[there])), 1e-9)
 
 
 def _rms(residual: Floats) -> Floats:

@@ -20,6 +20,8 @@ _EXPLAINED = 0.5
 _OWN_SHARE = 0.05
 #: no rig differs from its model by such a factor; degrees are 57, millinewton metres 1,000
 _MOST_INERTIA, _MOST_RATE = 20.0, 5.0
+#: share of the model's Coulomb friction that its inertia must have taken, rms, for torque to speak of an inertia
+_FAIR_SHARE = 0.2
 #: rows slower than this share of the top speed are left out: there friction holds
 _MOVING = 0.1
 
@@ -45,11 +47,13 @@ def check_units(model: AntennaModel, table: SignalsTable, axis: str, where: str)
         _check_gyro(slope(np.asarray(gaussian_filter1d(gyro, width)), rate, np.ones((len(rate), 1))), axis, where)
     acceleration = np.asarray(gaussian_filter1d(position, width, order=2)) / table.period_s**2
     torque = np.asarray(gaussian_filter1d(table.torque(axis), width))
+    inertia, coulomb = model.number(axis, model.own_inertia_path(axis)), model.number(axis, "friction.coulomb")
+    if inertia * float(np.sqrt(np.mean(acceleration[moving] ** 2))) < _FAIR_SHARE * coulomb:
+        # a bristle is a spring: where friction is all that torque works against, it goes with position and against acceleration
+        return
     place = (position - position.mean()) / float(np.ptp(position))
     beside = np.column_stack([np.ones_like(rate), rate, np.sign(rate), place, place**2, place**3])
-    _check_inertia(
-        slope(torque[moving], acceleration[moving], beside[moving]), model.number(axis, model.own_inertia_path(axis)), axis, where
-    )
+    _check_inertia(slope(torque[moving], acceleration[moving], beside[moving]), inertia, axis, where)
 
 
 def slope(of: NDArray[np.float64], on: NDArray[np.float64], beside: NDArray[np.float64]) -> Slope | None:

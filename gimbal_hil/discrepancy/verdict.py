@@ -18,7 +18,7 @@ from gimbal_hil.discrepancy.intervals import parameter_intervals
 from gimbal_hil.discrepancy.record import RATE_ERROR, Channel
 from gimbal_hil.discrepancy.rivals import compare
 from gimbal_hil.discrepancy.screening import responses
-from gimbal_hil.discrepancy.search import COMPLETE_FLOORS, Scored
+from gimbal_hil.discrepancy.search import COMPLETE_FLOORS
 from gimbal_hil.discrepancy.separating import separating_run, why_not_testable
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.where import Regime, most_telling, regimes
@@ -52,20 +52,23 @@ def verdict_of(diagnosis: Diagnosis, logs: Sequence[SignalsTable] = ()) -> dict[
     effects.sort(key=lambda e: -e["held_out_gain"])
     if causes:
         verdict = "named" if all(e["status"] == "named" for e in effects) else "ambiguous"
-    elif float(np.max(diagnosis.search.gaps(null))) <= COMPLETE_FLOORS or (diagnosis.complete and diagnosis.floated is not None):
+    elif (
+        float(np.max(diagnosis.search.gaps(null))) <= COMPLETE_FLOORS
+        or diagnosis.only_noise
+        or (diagnosis.complete and diagnosis.floated is not None)
+    ):
         verdict = "no_discrepancy"
     else:
         verdict = "unexplained"
     if not causes:
         effects, alternatives = [], []
-    shown = best if causes or diagnosis.floated is not None else null
     where = [_where_entry(r) for r in where_of(diagnosis, worst)] if verdict != "no_discrepancy" else []
     gap = gaps[worst]
     against = contradictions(corrected_model(diagnosis) or recalibrated_model(diagnosis), logs)
     return {
         "schema": 1,
         "verdict": verdict,
-        "text": _text(diagnosis, verdict, effects, gap, shown) + "".join(_against_text(found) for found in against),
+        "text": _text(diagnosis, verdict, effects, gap, gaps) + "".join(_against_text(found) for found in against),
         "where": where,
         "effects": effects,
         "alternatives": alternatives,
@@ -138,7 +141,8 @@ def _effect_entry(diagnosis: Diagnosis, index: int) -> tuple[dict[str, Any], lis
     comparisons = sorted((compare(diagnosis.search, diagnosis.best, rival) for rival in diagnosis.rivals[index]), key=lambda c: c.extra)
     close = [c for c in comparisons if c.close and search.complete(c.rival, diagnosis.null)]
     twins = {effect, *(c.rival.hypothesis.labels[-1][0] for c in close)} == _TWINS
-    status = "named" if (not close or twins) and not diagnosis.suspected_only else "ambiguous"
+    silent = search.exact and not search.heard_on_holdout(best, index)
+    status = "named" if (not close or twins) and not diagnosis.suspected_only and not silent else "ambiguous"
     linear = model.is_linear
     intervals = parameter_intervals(search, best, index)
     parameters = {}
@@ -166,6 +170,8 @@ def _effect_entry(diagnosis: Diagnosis, index: int) -> tuple[dict[str, Any], lis
     if close and not twins:
         other = close[0].rival.hypothesis.labels[-1][0]
         run = {"plan": separating_run(effect, other, {n: e.excited_by for n, e in CATALOGUE.items()}), "separates": [effect, other]}
+    elif silent:
+        run = {"plan": f"the hold-out has no trace of it; as a hold-out, {CATALOGUE[effect].excited_by}", "separates": [effect, "chance"]}
     elif diagnosis.suspected_only:
         run = {"plan": "the same causes on another trajectory, given as --holdout", "separates": [effect, "chance"]}
     return entry, others, run
@@ -242,17 +248,17 @@ def recalibrated(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     ]  # fmt: skip
 
 
-def _text(diagnosis: Diagnosis, verdict: str, effects: list[dict[str, Any]], gap: dict[str, Any], shown: Scored) -> str:
-    times = gap["before"] / gap["noise_floor"]
-    size = f"{gap['before']:.3g} {gap['unit']}, {times:.1f} times its floor"
-    open_part = f"The largest gap is in the {gap['signal'].replace('_', ' ')} of {gap['axis']}: {size}"
+def _text(diagnosis: Diagnosis, verdict: str, effects: list[dict[str, Any]], gap: dict[str, Any], gaps: list[dict[str, Any]]) -> str:
+    largest = _size_text("The largest gap is", gap)
     names = ", ".join(f"{e['name'].replace('_', ' ')} on {e['axis']}" for e in effects)
     if verdict in ("named", "ambiguous"):
-        closed = (
-            ""
-            if gap["closed_fraction"] is None
-            else f", which closes {gap['closed_fraction']:.0%} of it on data that had no part in the search"
-        )
+        # causes are told by the gap that they close, which need not be the largest
+        told = max(gaps, key=lambda g: (g["before"] - g["after"]) / g["noise_floor"])
+        if told is not gap and (told["before"] - told["after"]) <= 0.1 * told["noise_floor"]:
+            told = gap
+        open_part = largest if told is gap else _size_text("A gap is", told)
+        share = told["closed_fraction"]
+        closed = "" if share is None else f", which closes {share:.0%} of it on data that had no part in the search"
         doubt = (
             ""
             if verdict == "named"
@@ -265,7 +271,12 @@ def _text(diagnosis: Diagnosis, verdict: str, effects: list[dict[str, Any]], gap
         moved = " once the known numbers were refitted within a few per cent" if diagnosis.floated is not None else ""
         return f"The model explains this data to its noise{moved}; nothing is missing that it could show."
     least = float(np.max(diagnosis.search.gaps(diagnosis.best)))
-    return f"{open_part}. Nothing in the catalogue explains it: the best attempt leaves {least:.1f} floors."
+    return f"{largest}. Nothing in the catalogue explains what is there: the best attempt leaves {least:.1f} floors on some log."
+
+
+def _size_text(start: str, gap: dict[str, Any]) -> str:
+    size = f"{gap['before']:.3g} {gap['unit']}, {gap['before'] / gap['noise_floor']:.1f} times its floor"
+    return f"{start} in the {gap['signal'].replace('_', ' ')} of {gap['axis']}: {size}"
 
 
 def _form_text(effect: dict[str, Any]) -> str:

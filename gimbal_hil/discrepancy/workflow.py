@@ -12,16 +12,17 @@ from numpy.typing import NDArray
 
 from gimbal_hil.discrepancy.families import Family, families
 from gimbal_hil.discrepancy.fit import Fit, refit
-from gimbal_hil.discrepancy.floors import Floor, floors, smaller, wide_twin
+from gimbal_hil.discrepancy.floors import Floor, floors, over_own_noise, smaller, wide_twin
 from gimbal_hil.discrepancy.hypothesis import FAR, Cause, Hypothesis, known_numbers, known_offsets, parameters_of
 from gimbal_hil.discrepancy.processing import processing_floors
 from gimbal_hil.discrepancy.record import TORQUE, record_of
-from gimbal_hil.discrepancy.rivals import with_rivals
+from gimbal_hil.discrepancy.rivals import compare, with_rivals
 from gimbal_hil.discrepancy.row_noise import encoder_noise, row_scales
 from gimbal_hil.discrepancy.screening import Response, respond
-from gimbal_hil.discrepancy.search import CALM_FLOORS, Round, Scored, Search
+from gimbal_hil.discrepancy.search import CALM_FLOORS, COMPLETE_FLOORS, Round, Scored, Search, selectable
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
+from gimbal_hil.discrepancy.valleys import polished
 from gimbal_hil.executor import WorkExecutor, open_executor
 from gimbal_hil.signals import SignalsTable
 from sim_backend.effects import CATALOGUE
@@ -41,6 +42,8 @@ _SPREAD = 2.0
 _QUIET = 1.3
 #: a hypothesis is refined further while it leaves at most this many times what the best leaves beyond noise
 _IN_THE_RACE = 5.0
+#: a gap up to this many floors may be noise whose level changes
+_NOISE_CHANGES = 3.0
 #: causes that are looked for before the known numbers float
 _FEW = 2
 #: a torque floor this far above the encoder's noise may hide a cause; it does when a candidate brings it below this share of itself
@@ -67,6 +70,8 @@ class Diagnosis:
     processing: Floats
     rounds: tuple[Round, ...]
     complete: bool
+    #: nothing was found, and nothing stands above the noise that the same rows have beyond the band
+    only_noise: bool
     #: rows of the hold-out that neither selected nor tuned anything
     untouched: NDArray[np.bool_]
     #: for every cause of `best`: what could stand in its place, best first
@@ -121,15 +126,16 @@ def diagnose(
         result = _decide(search, wide, found, model, processing, encoder)
         best, null, floated, rounds, found = result
         if best.hypothesis.causes:
-            best = search.polished(best)
+            best = polished(search, best)
         complete = search.complete(best, null)
+        only_noise = not best.hypothesis.causes and _only_noise(search, measured, holdout, null, processing)
         rivals: tuple[tuple[Scored, ...], ...] = ()
         progress("what else could it be")
         if complete:
             best, rivals = with_rivals(search, best, null, rounds)
     return Diagnosis(
-        model, search, null, best, floated, found, processing, tuple(rounds), complete, ~search.selecting, rivals, suspected_only,
-        twin.gyro_everywhere,
+        model, search, null, best, floated, found, processing, tuple(rounds), complete, only_noise, ~search.selecting, rivals,
+        suspected_only, twin.gyro_everywhere,
     )  # fmt: skip
 
 
@@ -147,29 +153,36 @@ def _search(
 ) -> Search:
     rows = [int(r.keep.sum()) for r in held.records]
     selecting = np.concatenate([np.arange(n) < n // 2 for n in rows])
-    search = Search(twin, held, floor, catalogue, lambda fit, fs: [], lambda hs, known: [], _SPREAD, selecting, progress)
+    search = Search(
+        twin, held, selectable(twin, held, selecting), floor, catalogue,
+        lambda fit, fs: [], lambda hs, known: [], _SPREAD, selecting, progress,
+    )  # fmt: skip
     search.exact = all(twin.model.number(axis, "friction.sigma0") > 0.0 for axis in twin.model.axes)
 
-    there = repeat(executor.share(twin))
+    there, gaps_there = executor.share(twin), executor.share(search.selectable)
 
     def listen(fit: Fit, chosen: list[Family]) -> list[Response]:
         # ripples and grids first: they take longest
         order = sorted(chosen, key=lambda f: -len(f.starts) * (5 if f.effect == "backlash" else 1) - (50 if f.ripple else 0))
         bare = replace(fit, jacobian=np.zeros((0, 0)))
-        found = executor.map(respond, there, repeat(bare), repeat(search.floor), order)
+        found = executor.map(respond, repeat(there), repeat(bare), repeat(search.floor), order)
         return [response for family in found for response in family]
 
     def refine(hypotheses: list[Hypothesis], known: Floats | None) -> list[Fit]:
         """One round for all, more for those that are still in the race."""
         if not hypotheses:
             return []
-        fits = list(executor.map(refit, there, hypotheses, repeat(search.floor), repeat(1), repeat(known), repeat(_SPREAD)))
+
+        def fitted(chosen: list[Hypothesis], rounds: int) -> list[Fit]:
+            homes = [gaps_there if search.home(h) is search.selectable else there for h in chosen]
+            floors = repeat(search.floor)
+            return [search.cut(f) for f in executor.map(refit, homes, chosen, floors, repeat(rounds), repeat(known), repeat(_SPREAD))]
+
+        fits = fitted(hypotheses, 1)
         size = fits[0].residual.size
         limit = _IN_THE_RACE * max(min(fit.cost for fit in fits) - size, 0.0) + 2.0 * size
         racing = [i for i, fit in enumerate(fits) if fit.cost <= limit]
-        still = [fits[i].hypothesis for i in racing]
-        better = executor.map(refit, there, still, repeat(search.floor), repeat(4), repeat(known), repeat(_SPREAD))
-        for i, fit in zip(racing, better, strict=True):
+        for i, fit in zip(racing, fitted([fits[i].hypothesis for i in racing], 4), strict=True):
             fits[i] = fit
         return fits
 
@@ -219,11 +232,11 @@ def _decide(
         # a model without bristles is refitted first: what it lacks shows beside the best that it can do
         known = known_numbers(model, TRUST) + known_offsets(model)
         as_stated, null = null, search.null(Hypothesis(floating=known, y=(0.0,) * len(known)))
+        named = _too_far(search, null, as_stated)
+        if named.hypothesis.causes:
+            best, rounds = search.forward(named, null=as_stated)
+            return best if search.complete(best, as_stated) else named, as_stated, null, rounds, found
         best, rounds = search.forward(null)
-        if not search.complete(best, null) or not best.hypothesis.causes:
-            named = _too_far(search, null, as_stated)
-            if named.hypothesis.causes:
-                return named, as_stated, null, rounds, found
         return best, null, None, rounds, found
     sparse, rounds = search.forward(null, most=_FEW)
     for _ in range(_FEW):
@@ -240,11 +253,16 @@ def _decide(
         sparse, more = search.forward(sparse, most=_FEW, null=null)
         rounds += more
     stands = bool(sparse.hypothesis.causes) and search.complete(sparse, null)
-    if stands and _left(search, sparse) <= CALM_FLOORS:
+    quiet = stands and _left(search, sparse) <= CALM_FLOORS
+    if quiet and len(sparse.hypothesis.causes) == 1:
         return sparse, null, None, rounds, found
     search.progress("letting the known numbers float")
     known = known_numbers(model, TRUST)
     floated = search.null(Hypothesis(floating=known, y=(0.0,) * len(known)))
+    if quiet:
+        # several numbers that are off by a few per cent each can look like two causes, but not as closely as they are themselves
+        off = _left(search, floated) < _QUIET and not floated.hypothesis.far and compare(search, sparse, floated).better
+        return floated if off else sparse, null, floated if off else None, rounds, found
     found = _lower_floors(search, wide, found, model, processing, floated.hypothesis)
     null, sparse, floated = search.again(null), search.again(sparse), search.again(floated)
     # where causes alone explain nearly all, known numbers that are off must explain clearly more to be the better story
@@ -255,6 +273,8 @@ def _decide(
     rounds += more
     if again.hypothesis.causes and search.complete(again, null) and _left(search, again) < most:
         return again, null, floated, rounds, found
+    if search.complete(floated, null) and _left(search, floated) <= min(COMPLETE_FLOORS, most):
+        return floated, null, floated, rounds, found
     if stands:
         return sparse, null, None, rounds, found
     if len(sparse.hypothesis.causes) == _FEW and search.closed(sparse, null) > _PROMISING:
@@ -267,6 +287,19 @@ def _decide(
 def _left(search: Search, state: Scored) -> float:
     """The largest gap that a state leaves on any channel, in floors."""
     return float(np.max(search.gaps(state)))
+
+
+def _only_noise(
+    search: Search, measured: tuple[SignalsTable, ...], holdout: tuple[SignalsTable, ...], state: Scored, processing: Floats
+) -> bool:
+    """Whether what a state leaves is the noise of its own rows, whose level changes, or what the pipeline leaves of the model itself."""
+    if not search.exact:
+        return bool(np.all(search.gaps(state) <= COMPLETE_FLOORS * np.hypot(1.0, processing / search.floor)))
+    if _left(search, state) > _NOISE_CHANGES:
+        return False
+    at = parameters_of(search.twin, state.hypothesis)
+    logs = ((search.twin, measured), (search.holdout, holdout))
+    return all(over_own_noise(twin, tables, *at, search.floor) <= COMPLETE_FLOORS for twin, tables in logs)
 
 
 def _too_far(search: Search, floated: Scored, null: Scored) -> Scored:
