@@ -128,10 +128,6 @@ def _law_in_band(wide: Twin, left: list[Floats], channel: Channel, bands: Bands,
         # weighing by the scattered spectrum itself would favour its dips; the fitted law is the better weight
         share, _ = nnls(laws * weight[:, None], psd[use] * weight)
         weight = 1.0 / np.maximum(laws @ share, 1e-3 * float(np.median(psd[use])))
-    # under much encoder noise white noise hardly shows; a floor is an upper bound, so its standard error is added
-    ratio = weight[:, None] * laws
-    scatter = float(np.std(weight * psd[use]))
-    share[0] += scatter * float(np.sqrt(np.linalg.pinv(ratio.T @ ratio)[0, 0]))
     grid = np.linspace(0.0, bands.scoring[1], 400)
     gain = scoring_gain(grid, bands) ** 2
     noise = _noise_laws(grid, top, channel, dt) @ share

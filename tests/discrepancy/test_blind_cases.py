@@ -51,5 +51,19 @@ def test_a_second_cause_under_the_first_ones_floor_is_looked_for() -> None:
     assert outcome(case.truth, verdict) is Outcome.EXACT
 
 
+def test_a_cause_that_the_hold_out_has_no_trace_of_is_suspected_with_the_run_that_would_show_it() -> None:
+    # the fitted logs run into the actuator's limit all the time, the hold-out never comes near it
+    case = draw(10038, ["saturation"], axis="outer")
+    verdict = _verdict_on(case)
+    assert verdict["verdict"] == "ambiguous" and [e["name"] for e in verdict["effects"]] == ["saturation"]
+    assert "hold-out has no trace" in verdict["next_experiment"]["plan"]
+    assert all(error < 0.01 and covered for _, error, covered in parameter_errors(case.truth, verdict))
+
+
+def test_a_field_that_a_ripple_half_resembles_is_not_given_its_name() -> None:
+    case = draw(20001, [], field_on_null=True)
+    assert not _verdict_on(case)["effects"]
+
+
 def _verdict_on(case: Case) -> dict[str, Any]:
     return verdict_of(diagnose(model_of(case), tables_of(case.measured, case.axes), tables_of(case.holdout, case.axes)))

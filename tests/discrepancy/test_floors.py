@@ -6,7 +6,9 @@ import warnings
 
 import numpy as np
 
+from gimbal_hil.discrepancy.floors import spectral_floor, wide_twin
 from gimbal_hil.discrepancy.record import record_of
+from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.standing import standing
 from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.experiments.sequences import SequenceOptions
@@ -14,7 +16,7 @@ from gimbal_hil.experiments.sequences.survey import survey
 from gimbal_hil.improvement.rehearsal import rehearse
 from gimbal_hil.settings import shipped_settings
 from gimbal_hil.signals import SignalsTable
-from sim_backend.model import AntennaModel, shipped_model
+from sim_backend.model import AntennaModel, model_from_document, shipped_model
 
 #: just above the scored band, lightly damped
 RESONANCE = {"antiresonance_frequency": 28.0, "damping_ratio": 0.03, "inertia_share": 0.4}
@@ -48,3 +50,24 @@ def test_a_candidate_that_the_twin_cannot_carry_gives_no_numbers_and_no_warnings
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert np.isnan(twin.unscaled(structure, broken, 0)).all()
+
+
+def test_white_noise_under_much_more_encoder_noise_is_not_read_too_low() -> None:
+    # at 500 Hz the encoder's noise of a heavy turret is ten times the torque's where the floor is read from
+    step, t = 2.0 * np.pi / 2**22, np.arange(20000) * 2e-3
+    friction = {"coulomb": 14.0, "breakaway": 17.5, "stribeck_velocity": 0.012, "sigma0": 24000.0, "sigma1": 420.0, "viscous": 22.0}
+    axis = {"body": {"mass": 400.0, "inertia": {"zz": 30.0}}, "friction": friction, "encoder": {"step": step}}
+    model = model_from_document({"schema": 1, "name": "turret", "kind": "rotary", "axes": {"azimuth": axis}}, "turret")
+    position = 0.3 * np.sin(1.7 * t) + 0.1 * np.sin(5.3 * t)
+
+    def logged(position: Floats, torque: Floats) -> tuple[Twin, SignalsTable]:
+        table = SignalsTable.of(model.axes, t, {"azimuth.position": position, "azimuth.torque": torque})
+        return Twin(model, (record_of(table, model, 25.0, "log"),)), table
+
+    exact, _ = logged(position, np.zeros(len(t)))
+    structure = exact.structure(())
+    needed = np.append(-exact.leftover(structure, structure.P, 0)[:, 0], 0.0)
+    twin, table = logged(np.round(position / step) * step, needed + np.random.default_rng(1).normal(0.0, 0.3, len(t)))
+    inside = float(np.sqrt(np.mean(twin.scored(structure, structure.P, 0) ** 2)))
+    floor = spectral_floor(wide_twin(twin, (table,)), structure, structure.P, twin.channels[0], twin.records[0].bands)
+    assert 0.85 < floor / inside < 1.2

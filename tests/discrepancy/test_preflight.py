@@ -32,7 +32,23 @@ def table(scale: float = 1.0, seconds: float = 6.0, torque: float = 1.0, rate: f
 
 
 def test_sound_logs_pass() -> None:
-    check_logs(shipped_model(), (table(), table()))
+    check_logs(shipped_model(), (table(), table(seconds=5.5)))
+
+
+def test_a_log_that_is_given_twice_is_refused_since_a_copy_judges_nothing() -> None:
+    with pytest.raises(BadInputError, match="the same rows"):
+        check_logs(shipped_model(), (table(), table()))
+
+
+def test_a_bristle_pushes_against_the_acceleration_and_is_no_wrong_sign() -> None:
+    # below break-away the joint is a spring: torque goes with position, and inertia has no say
+    model = shipped_model()
+    columns: dict[str, np.ndarray] = {}
+    for axis in model.axes:
+        deflection = 0.5 * model.number(axis, "friction.breakaway") / model.number(axis, "friction.sigma0")
+        columns[f"{axis}.position"] = deflection * (np.sin(9.0 * T) + 0.4 * np.sin(23.0 * T))
+        columns[f"{axis}.torque"] = model.number(axis, "friction.sigma0") * columns[f"{axis}.position"]
+    check_logs(model, (SignalsTable.of(model.axes, T, columns, source="log.csv"),))
 
 
 DEGREES = 180.0 / np.pi

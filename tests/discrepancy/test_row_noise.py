@@ -33,3 +33,19 @@ def test_rows_in_creep_are_noisier_than_rows_in_motion() -> None:
     time = twin.records[0].time_s[twin.records[0].keep]
     assert np.all(scale >= 1.0)
     assert np.median(scale[time > 7.0, 0]) > 1.5 * np.median(scale[(time > 1.0) & (time < 5.0), 0])
+
+
+def test_an_encoder_turned_evenly_by_nearly_whole_steps_a_sample_is_noisier_in_rate_and_torque() -> None:
+    model = shipped_model()
+    # the rounding error of 64 and a hundredth of a step a sample is a sawtooth of 10 Hz
+    even = 64.01 * STEP * np.arange(len(T))
+    moving = np.where(T < 6.0, even, even[6000] + 0.3 * np.sin(2.1 * (T - 6.0)) + 0.05 * np.sin(17.0 * (T - 6.0)))
+    columns = {f"{axis}.torque": np.sin(T) for axis in model.axes}
+    columns |= {f"{axis}.position": np.round(moving / STEP) * STEP for axis in model.axes}
+    columns |= {f"{axis}.rate": np.gradient(moving, T) for axis in model.axes}
+    table = SignalsTable.of(model.axes, T, columns)
+    twin = Twin(model, (record_of(table, model, 25.0, "log"),))
+    squares = encoder_noise(twin, (table,))[0]
+    time = twin.records[0].time_s[twin.records[0].keep]
+    for column in (0, 2):
+        assert np.median(squares[(time > 2.0) & (time < 5.0), column]) > 2.0 * np.median(squares[time > 7.0, column])
