@@ -258,12 +258,9 @@ def _text(diagnosis: Diagnosis, verdict: str, effects: list[dict[str, Any]], gap
             told = gap
         open_part = largest if told is gap else _size_text("A gap is", told)
         share = told["closed_fraction"]
-        closed = "" if share is None else f", which closes {share:.0%} of it on data that had no part in the search"
-        doubt = (
-            ""
-            if verdict == "named"
-            else " At least one of these cannot be told from another cause on this data; the run that would tell is proposed."
-        )
+        untouched = "the last part of the same log" if diagnosis.suspected_only else "data that had no part in the search"
+        closed = "" if share is None else f", which closes {share:.0%} of it on {untouched}"
+        doubt = "" if verdict == "named" else _doubt_text(diagnosis, effects)
         against = "".join(f" {e['contradiction']}" for e in effects if "contradiction" in e)
         forms = "".join(_form_text(e) for e in effects if "form_undetermined" in e)
         return f"{open_part}. It is explained by {names}{closed}.{doubt}{forms}{against}{_remainder(diagnosis)}"
@@ -271,7 +268,20 @@ def _text(diagnosis: Diagnosis, verdict: str, effects: list[dict[str, Any]], gap
         moved = " once the known numbers were refitted within a few per cent" if diagnosis.floated is not None else ""
         return f"The model explains this data to its noise{moved}; nothing is missing that it could show."
     least = float(np.max(diagnosis.search.gaps(diagnosis.best)))
-    return f"{largest}. Nothing in the catalogue explains what is there: the best attempt leaves {least:.1f} floors on some log."
+    tried = ", ".join(f"{effect.replace('_', ' ')} on {axis}" for effect, axis in diagnosis.best.hypothesis.labels)
+    attempt = f"the best attempt ({tried})" if tried else "the best attempt"
+    return f"{largest}. Nothing in the catalogue explains what is there: {attempt} leaves {least:.1f} floors on some log."
+
+
+def _doubt_text(diagnosis: Diagnosis, effects: list[dict[str, Any]]) -> str:
+    """Why a name is not sure."""
+    if diagnosis.suspected_only:
+        return " There is no log of another trajectory to judge it on: it is suspected, not shown."
+    silent = [label for i, label in enumerate(diagnosis.best.hypothesis.labels) if not diagnosis.search.heard_on_holdout(diagnosis.best, i)]
+    if silent and diagnosis.search.exact:
+        names = ", ".join(f"{effect.replace('_', ' ')} on {axis}" for effect, axis in silent)
+        return f" The hold-out has no trace of {names}, which is therefore suspected; the hold-out that would show it is proposed."
+    return " At least one of these cannot be told from another cause on this data; the run that would tell is proposed."
 
 
 def _size_text(start: str, gap: dict[str, Any]) -> str:
