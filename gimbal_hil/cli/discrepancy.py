@@ -116,8 +116,6 @@ def _unusable(out: Path, reason: str, force: bool) -> None:
     }  # fmt: skip
     out.mkdir(parents=True, exist_ok=True)
     if force or not (out / VERDICT_FILE).exists():
-        for stale in (MODEL_FILE, RECALIBRATED_FILE, REPORT_FILE):
-            (out / stale).unlink(missing_ok=True)
         (out / VERDICT_FILE).write_text(json.dumps(nothing, indent=2) + "\n", encoding="utf-8")
 
 

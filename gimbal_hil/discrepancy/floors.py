@@ -96,7 +96,7 @@ def over_own_noise(twin: Twin, tables: tuple[SignalsTable, ...], structure: Stru
     """
     wide, bands, ratios = wide_twin(twin, tables), twin.records[0].bands, []
     for which, record in enumerate(twin.records):
-        left, inside = wide.leftover(structure, P, which), twin.unscaled(structure, P, which)
+        left, inside = wide.leftover(structure, P, which), twin.scored(structure, P, which)
         halves = np.array_split(np.arange(len(inside)), 2)
         for j, channel in enumerate(twin.channels):
             for half in halves:

@@ -22,6 +22,7 @@ _SAME = 0.003
 _LESS = 0.01
 _BLOCK_S = 1.0
 #: what stands for the same with fewer numbers: a rotor whose gap leaves no trace, a ripple of one period a turn beside gravity
+_ONE_A_TURN = 0.1
 _PLAINER = {"backlash": "inertia", "cogging": "static_unbalance"}
 
 
@@ -71,7 +72,7 @@ def with_rivals(search: Search, best: Scored, null: Scored, rounds: list[Round])
     rivals = tuple(_rivals(search, best, index, rounds) for index in range(len(best.hypothesis.causes)))
     better = [rival for found in rivals for rival in found[:1] if compare(search, best, rival).better and search.complete(rival, null)]
     better = better or [rival for label, found in zip(best.hypothesis.labels, rivals, strict=True) for rival in found
-                        if _plainer(rival.hypothesis.labels[-1], label) and compare(search, best, rival).close
+                        if _plainer(rival.hypothesis.labels[-1], label, _order(best, label)) and compare(search, best, rival).close
                         and search.complete(rival, null)]  # fmt: skip
     if not better:
         return best, rivals
@@ -79,16 +80,23 @@ def with_rivals(search: Search, best: Scored, null: Scored, rounds: list[Round])
     return best, tuple(_rivals(search, best, index, rounds) for index in range(len(best.hypothesis.causes)))
 
 
-def _plainer(one: tuple[str, str], other: tuple[str, str]) -> bool:
-    """Whether one (effect, axis) says the same as the other with fewer numbers."""
-    return _PLAINER.get(other[0]) == one[0] and one[1] == other[1]
+def _plainer(one: tuple[str, str], other: tuple[str, str], order: float) -> bool:
+    """Whether one (effect, axis) says the same as the other, a ripple of that order, with fewer numbers."""
+    return _PLAINER.get(other[0]) == one[0] and one[1] == other[1] and abs(order - 1.0) < _ONE_A_TURN
+
+
+def _order(state: Scored, label: tuple[str, str]) -> float:
+    """Order of a state's ripple; one for what has none."""
+    cause = next(cause for cause in state.hypothesis.causes if cause.family.label == label)
+    return next((x for knob, x in zip(cause.family.knobs, cause.x, strict=True) if "order" in knob.parameters), 1.0)
 
 
 def _rivals(search: Search, best: Scored, index: int, rounds: list[Round]) -> tuple[Scored, ...]:
     """What could stand in the place of one cause, refitted beside the others, best first."""
     label = best.hypothesis.labels[index]
     if len(best.hypothesis.causes) == 1:
-        for one in rounds:
+        # the last one that began there: earlier ones were screened under other floors
+        for one in reversed(rounds):
             if not one.before.hypothesis.causes and one.before.hypothesis.floating == best.hypothesis.floating:
                 return _ranked(best, (search.again(s) for s in one.tried if s.hypothesis.labels[-1] != label))
     without = search.refitted(best.hypothesis.minus(index))

@@ -227,7 +227,7 @@ class Search:
             return False
         largest = max(float(np.max(_rms(gap))) for _, _, gap in halves)
         whole = [np.sum([_rms(rows) ** 2 - 1.0 for rows in both], axis=0) for both in zip(*(half[1:] for half in halves), strict=True)]
-        in_all = 1.0 - whole[0] / np.maximum(whole[1], 1e-9)
+        in_all = np.where(whole[1] > 0.0, 1.0 - whole[0] / np.maximum(whole[1], 1e-9), 0.0)
         for twin, left, gap in halves:
             after, before = _rms(left), _rms(gap)
             closed = 1.0 - (after**2 - 1.0) / np.maximum(before**2 - 1.0, 1e-9)

@@ -68,7 +68,7 @@ def verdict_of(diagnosis: Diagnosis, logs: Sequence[SignalsTable] = ()) -> dict[
     return {
         "schema": 1,
         "verdict": verdict,
-        "text": _text(diagnosis, verdict, effects, gap, gaps) + "".join(_against_text(found) for found in against),
+        "text": _text(diagnosis, verdict, effects, alternatives, gaps) + "".join(_against_text(found) for found in against),
         "where": where,
         "effects": effects,
         "alternatives": alternatives,
@@ -248,7 +248,11 @@ def recalibrated(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     ]  # fmt: skip
 
 
-def _text(diagnosis: Diagnosis, verdict: str, effects: list[dict[str, Any]], gap: dict[str, Any], gaps: list[dict[str, Any]]) -> str:
+def _text(
+    diagnosis: Diagnosis, verdict: str, effects: list[dict[str, Any]], alternatives: list[dict[str, Any]], gaps: list[dict[str, Any]]
+) -> str:
+    gap = max(gaps, key=lambda g: g["before"] / g["noise_floor"])
+    times = gap["before"] / gap["noise_floor"]
     largest = _size_text("The largest gap is", gap)
     names = ", ".join(f"{e['name'].replace('_', ' ')} on {e['axis']}" for e in effects)
     if verdict in ("named", "ambiguous"):
@@ -260,28 +264,35 @@ def _text(diagnosis: Diagnosis, verdict: str, effects: list[dict[str, Any]], gap
         share = told["closed_fraction"]
         untouched = "the last part of the same log" if diagnosis.suspected_only else "data that had no part in the search"
         closed = "" if share is None else f", which closes {share:.0%} of it on {untouched}"
-        doubt = "" if verdict == "named" else _doubt_text(diagnosis, effects)
+        doubt = "" if verdict == "named" else _doubt_text(diagnosis, effects, alternatives)
         against = "".join(f" {e['contradiction']}" for e in effects if "contradiction" in e)
         forms = "".join(_form_text(e) for e in effects if "form_undetermined" in e)
         return f"{open_part}. It is explained by {names}{closed}.{doubt}{forms}{against}{_remainder(diagnosis)}"
     if verdict == "no_discrepancy":
         moved = " once the known numbers were refitted within a few per cent" if diagnosis.floated is not None else ""
-        return f"The model explains this data to its noise{moved}; nothing is missing that it could show."
+        level = " whose level changes from row to row" if diagnosis.only_noise and times > COMPLETE_FLOORS else ""
+        return f"The model explains this data to its noise{level}{moved}; nothing is missing that it could show."
     least = float(np.max(diagnosis.search.gaps(diagnosis.best)))
     tried = ", ".join(f"{effect.replace('_', ' ')} on {axis}" for effect, axis in diagnosis.best.hypothesis.labels)
+    if tried and least <= COMPLETE_FLOORS:
+        return (
+            f"{largest}. That is too little to name a cause for: {tried} would take it to {least:.1f} floors, but so may what is no cause."
+        )
     attempt = f"the best attempt ({tried})" if tried else "the best attempt"
-    return f"{largest}. Nothing in the catalogue explains what is there: {attempt} leaves {least:.1f} floors on some log."
+    return f"{largest}. Nothing in the catalogue explains what is there: {attempt} leaves {least:.1f} floors on the logs or the hold-out."
 
 
-def _doubt_text(diagnosis: Diagnosis, effects: list[dict[str, Any]]) -> str:
+def _doubt_text(diagnosis: Diagnosis, effects: list[dict[str, Any]], alternatives: list[dict[str, Any]]) -> str:
     """Why a name is not sure."""
     if diagnosis.suspected_only:
         return " There is no log of another trajectory to judge it on: it is suspected, not shown."
-    silent = [label for i, label in enumerate(diagnosis.best.hypothesis.labels) if not diagnosis.search.heard_on_holdout(diagnosis.best, i)]
-    if silent and diagnosis.search.exact:
-        names = ", ".join(f"{effect.replace('_', ' ')} on {axis}" for effect, axis in silent)
-        return f" The hold-out has no trace of {names}, which is therefore suspected; the hold-out that would show it is proposed."
-    return " At least one of these cannot be told from another cause on this data; the run that would tell is proposed."
+    rivals = {other["instead_of"] for other in alternatives}
+    silent = [e for e in effects if e["status"] == "ambiguous" and e["name"] not in rivals]
+    names = ", ".join(f"{e['name'].replace('_', ' ')} on {e['axis']}" for e in silent)
+    unheard = f" The hold-out has no trace of {names}, which is therefore suspected, not shown." if silent else ""
+    if len(silent) == sum(e["status"] == "ambiguous" for e in effects):
+        return unheard
+    return f" At least one of these cannot be told from another cause on this data; the run that would tell is proposed.{unheard}"
 
 
 def _size_text(start: str, gap: dict[str, Any]) -> str:

@@ -43,7 +43,7 @@ _QUIET = 1.3
 #: a hypothesis is refined further while it leaves at most this many times what the best leaves beyond noise
 _IN_THE_RACE = 5.0
 #: a gap up to this many floors may be noise whose level changes
-_NOISE_CHANGES = 3.0
+_NOISE_CHANGES = 2.0
 #: causes that are looked for before the known numbers float
 _FEW = 2
 #: a torque floor this far above the encoder's noise may hide a cause; it does when a candidate brings it below this share of itself
@@ -70,7 +70,7 @@ class Diagnosis:
     processing: Floats
     rounds: tuple[Round, ...]
     complete: bool
-    #: nothing was found, and nothing stands above the noise that the same rows have beyond the band
+    #: nothing explains it all, and nothing stands above the noise that the same rows have beyond the band
     only_noise: bool
     #: rows of the hold-out that neither selected nor tuned anything
     untouched: NDArray[np.bool_]
@@ -128,7 +128,8 @@ def diagnose(
         if best.hypothesis.causes:
             best = polished(search, best)
         complete = search.complete(best, null)
-        only_noise = not best.hypothesis.causes and _only_noise(search, measured, holdout, null, processing)
+        named = complete and bool(best.hypothesis.causes)
+        only_noise = not named and _only_noise(search, measured, holdout, null, processing)
         rivals: tuple[tuple[Scored, ...], ...] = ()
         progress("what else could it be")
         if complete:
@@ -239,8 +240,9 @@ def _decide(
         best, rounds = search.forward(null)
         return best, null, None, rounds, found
     sparse, rounds = search.forward(null, most=_FEW)
+    tried = rounds
     for _ in range(_FEW):
-        leading = sparse if sparse.hypothesis.causes else min((s for r in rounds for s in r.tried), key=lambda s: s.fit.cost, default=null)
+        leading = sparse if sparse.hypothesis.causes else min((s for r in tried for s in r.tried), key=lambda s: s.fit.cost, default=null)
         if not leading.hypothesis.causes:
             break
         # a cause reaches beyond the scored band and passes for noise there until it is taken out: floors may only fall
@@ -250,8 +252,8 @@ def _decide(
         if float(np.min(search.floor / before)) >= _FALLEN or (sparse.hypothesis.causes and search.complete(sparse, null)):
             break
         # what seemed explained under the old floors may hide another cause under the new ones
-        sparse, more = search.forward(sparse, most=_FEW, null=null)
-        rounds += more
+        sparse, tried = search.forward(sparse, most=_FEW, null=null)
+        rounds = rounds + tried
     stands = bool(sparse.hypothesis.causes) and search.complete(sparse, null)
     quiet = stands and _left(search, sparse) <= CALM_FLOORS
     if quiet and len(sparse.hypothesis.causes) == 1:
@@ -261,10 +263,12 @@ def _decide(
     floated = search.null(Hypothesis(floating=known, y=(0.0,) * len(known)))
     if quiet:
         # several numbers that are off by a few per cent each can look like two causes, but not as closely as they are themselves
-        off = _left(search, floated) < _QUIET and not floated.hypothesis.far and compare(search, sparse, floated).better
+        off = _left(search, floated) < _QUIET and search.complete(floated, null) and not floated.hypothesis.far
+        off = off and compare(search, sparse, floated).better
         return floated if off else sparse, null, floated if off else None, rounds, found
     found = _lower_floors(search, wide, found, model, processing, floated.hypothesis)
     null, sparse, floated = search.again(null), search.again(sparse), search.again(floated)
+    stands = bool(sparse.hypothesis.causes) and search.complete(sparse, null)
     # where causes alone explain nearly all, known numbers that are off must explain clearly more to be the better story
     most = _CLEARLY_LESS * _left(search, sparse) if stands else math.inf
     if search.complete(floated, null) and _left(search, floated) < min(_QUIET, most):
@@ -274,7 +278,7 @@ def _decide(
     if again.hypothesis.causes and search.complete(again, null) and _left(search, again) < most:
         return again, null, floated, rounds, found
     if search.complete(floated, null) and _left(search, floated) <= min(COMPLETE_FLOORS, most):
-        return floated, null, floated, rounds, found
+        return _too_far(search, floated, null), null, floated, rounds, found
     if stands:
         return sparse, null, None, rounds, found
     if len(sparse.hypothesis.causes) == _FEW and search.closed(sparse, null) > _PROMISING:

@@ -41,14 +41,19 @@ def test_a_log_that_is_given_twice_is_refused_since_a_copy_judges_nothing() -> N
 
 
 def test_a_bristle_pushes_against_the_acceleration_and_is_no_wrong_sign() -> None:
-    # below break-away the joint is a spring: torque goes with position, and inertia has no say
+    # below break-away the joint is a spring with a loss: torque goes with position, and inertia has no say
     model = shipped_model()
     columns: dict[str, np.ndarray] = {}
     for axis in model.axes:
-        deflection = 0.5 * model.number(axis, "friction.breakaway") / model.number(axis, "friction.sigma0")
-        columns[f"{axis}.position"] = deflection * (np.sin(9.0 * T) + 0.4 * np.sin(23.0 * T))
-        columns[f"{axis}.torque"] = model.number(axis, "friction.sigma0") * columns[f"{axis}.position"]
+        stiffness = model.number(axis, "friction.sigma0")
+        reach = 0.5 * model.number(axis, "friction.breakaway") / stiffness
+        columns[f"{axis}.position"] = reach * (np.sin(3.0 * T) + 0.1 * np.sin(23.0 * T))
+        columns[f"{axis}.torque"] = stiffness * reach * (np.sin(3.0 * T) + 0.5 * np.sin(23.0 * T))
     check_logs(model, (SignalsTable.of(model.axes, T, columns, source="log.csv"),))
+    # the same torque on ten thousand times the motion is inertia's business, and of the wrong sign
+    quick = columns | {f"{axis}.position": 1e4 * columns[f"{axis}.position"] for axis in model.axes}
+    with pytest.raises(BadInputError, match="against the acceleration"):
+        check_logs(model, (SignalsTable.of(model.axes, T, quick, source="log.csv"),))
 
 
 DEGREES = 180.0 / np.pi
