@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 from gimbal_hil.discrepancy import corrected_model, diagnose, verdict_of
 from tests.blind.cases import model_of, tables_of
 from tests.blind.draw import Case, draw
@@ -37,6 +39,7 @@ def test_a_cause_outside_the_catalogue_is_not_given_a_name() -> None:
     assert verdict["verdict"] == "unexplained" and verdict["where"]
 
 
+@pytest.mark.heavy
 def test_causes_that_leave_several_floors_yield_to_known_numbers_that_are_off() -> None:
     # two wrong names close 97 % of this gap beside the model as it stands; with its numbers floating, the one right name closes it all
     verdict = _verdict_on(draw(51003, off=0.08))
@@ -60,6 +63,7 @@ def test_a_cause_that_the_hold_out_has_no_trace_of_is_suspected_with_the_run_tha
     assert all(error < 0.01 and covered for _, error, covered in parameter_errors(case.truth, verdict))
 
 
+@pytest.mark.heavy
 def test_a_field_that_a_ripple_half_resembles_is_not_given_its_name() -> None:
     case = draw(20001, [], field_on_null=True)
     assert not _verdict_on(case)["effects"]
