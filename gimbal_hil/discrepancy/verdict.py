@@ -264,6 +264,10 @@ def _text(
         share = told["closed_fraction"]
         untouched = "the last part of the same log" if diagnosis.suspected_only else "data that had no part in the search"
         closed = "" if share is None else f", which closes {share:.0%} of it on {untouched}"
+        if told is gap and gap["before"] - gap["after"] <= 0.02 * gap["before"]:
+            # nothing of it shows on the hold-out: what was closed is a gap of the fitted logs
+            rms = [float(np.max(np.sqrt(np.mean(state.fit.residual**2, axis=0)))) for state in (diagnosis.null, diagnosis.best)]
+            closed = f", which takes the fitted logs from {rms[0]:.1f} to {rms[1]:.1f} floors"
         doubt = "" if verdict == "named" else _doubt_text(diagnosis, effects, alternatives)
         against = "".join(f" {e['contradiction']}" for e in effects if "contradiction" in e)
         forms = "".join(_form_text(e) for e in effects if "form_undetermined" in e)
