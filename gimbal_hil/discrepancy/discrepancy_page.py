@@ -38,10 +38,10 @@ def discrepancy_page(diagnosis: Diagnosis, verdict: dict[str, Any], corrected: A
     ]  # fmt: skip
     if verdict["effects"]:
         blocks += [Heading("What was named"), _effects_table(verdict)]
-    if verdict["alternatives"] or verdict["next_experiment"]:
+    if verdict["alternatives"]:
         blocks += [Heading("What it could also be"), _alternatives(verdict)]
-        if verdict["next_experiment"]:
-            blocks.append(Callout(f"Run this next: {verdict['next_experiment']['plan']}", "neutral"))
+    if verdict["next_experiment"]:
+        blocks.append(Callout(f"Run this next: {verdict['next_experiment']['plan']}", "neutral"))
     blocks += [
         Heading("Where it sits"),
         Plot(

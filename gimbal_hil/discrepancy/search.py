@@ -53,7 +53,7 @@ _LEAST_SHARE, _LEAST_SQUARES = 0.02, 0.12
 #: an addition that changes the hold-out by fewer floors than this is not heard there; it must then take this share of the fitted gap
 _NO_CHANGE, _NEARLY_ALL = 0.1, 0.85
 #: nothing is named where no gap is larger than this many floors; up to the next, names must close this share of all of them together
-_LEAST_GAP, _HARDLY_A_GAP, _CLOSED_OF_LITTLE = 1.7, 3.0, 0.75
+_LEAST_GAP, HARDLY_A_GAP, _CLOSED_OF_LITTLE = 1.7, 3.0, 0.75
 #: a model without bristles is never followed to the noise: there the causes together must close this share of the gap, and each take
 #: this share of what is left without it
 _COARSE_SHARE, _COARSE_EACH = 0.12, 0.06
@@ -247,7 +247,7 @@ class Search:
                 return False
             closing |= bool(np.any(explained & (before > COMPLETE_FLOORS)))
         least = _CLOSED_OF_LITTLE if self.exact else _COARSE_OF_LITTLE
-        if caused and (largest < _LEAST_GAP or (largest < _HARDLY_A_GAP and _share_closed(halves) < least)):
+        if caused and (largest < _LEAST_GAP or (largest < HARDLY_A_GAP and _share_closed(halves) < least)):
             return False
         return closing or not caused
 

@@ -18,7 +18,7 @@ from gimbal_hil.discrepancy.intervals import parameter_intervals
 from gimbal_hil.discrepancy.record import RATE_ERROR, Channel
 from gimbal_hil.discrepancy.rivals import compare
 from gimbal_hil.discrepancy.screening import responses
-from gimbal_hil.discrepancy.search import COMPLETE_FLOORS
+from gimbal_hil.discrepancy.search import COMPLETE_FLOORS, HARDLY_A_GAP
 from gimbal_hil.discrepancy.separating import separating_run, why_not_testable
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.where import Regime, most_telling, regimes
@@ -276,9 +276,9 @@ def _text(
         moved = " once the known numbers were refitted within a few per cent" if diagnosis.floated is not None else ""
         level = " whose level changes from row to row" if diagnosis.only_noise and times > COMPLETE_FLOORS else ""
         return f"The model explains this data to its noise{level}{moved}; nothing is missing that it could show."
-    least = float(np.max(diagnosis.search.gaps(diagnosis.best)))
+    least, null = float(np.max(diagnosis.search.gaps(diagnosis.best))), diagnosis.null
     tried = ", ".join(f"{effect.replace('_', ' ')} on {axis}" for effect, axis in diagnosis.best.hypothesis.labels)
-    if tried and least <= COMPLETE_FLOORS:
+    if tried and least <= COMPLETE_FLOORS and float(np.max(diagnosis.search.gaps(null))) < HARDLY_A_GAP:
         return (
             f"{largest}. That is too little to name a cause for: {tried} would take it to {least:.1f} floors, but so may what is no cause."
         )

@@ -297,6 +297,8 @@ def _only_noise(
     search: Search, measured: tuple[SignalsTable, ...], holdout: tuple[SignalsTable, ...], state: Scored, processing: Floats
 ) -> bool:
     """Whether what a state leaves is the noise of its own rows, whose level changes, or what the pipeline leaves of the model itself."""
+    if _left(search, state) <= COMPLETE_FLOORS:
+        return True
     if not search.exact:
         return bool(np.all(search.gaps(state) <= COMPLETE_FLOORS * np.hypot(1.0, processing / search.floor)))
     if _left(search, state) > _NOISE_CHANGES:
