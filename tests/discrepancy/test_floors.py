@@ -6,7 +6,7 @@ import warnings
 
 import numpy as np
 
-from gimbal_hil.discrepancy.floors import spectral_floor, wide_twin
+from gimbal_hil.discrepancy.floors import over_own_noise, spectral_floor, wide_twin
 from gimbal_hil.discrepancy.record import record_of
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.standing import standing
@@ -71,3 +71,31 @@ def test_white_noise_under_much_more_encoder_noise_is_not_read_too_low() -> None
     inside = float(np.sqrt(np.mean(twin.scored(structure, structure.P, 0) ** 2)))
     floor = spectral_floor(wide_twin(twin, (table,)), structure, structure.P, twin.channels[0], twin.records[0].bands)
     assert 0.85 < floor / inside < 1.2
+
+
+def test_noise_whose_level_changes_is_its_own_measure_and_a_ripple_under_it_is_not() -> None:
+    model, t = shipped_model(), np.arange(24000) * 1e-3
+    motion = {f"{axis}.position": 0.3 * np.sin(1.7 * t) + 0.1 * np.sin(5.3 * t) for axis in model.axes}
+
+    def logged(torque: dict[str, Floats]) -> tuple[Twin, SignalsTable]:
+        table = SignalsTable.of(model.axes, t, motion | torque)
+        return Twin(model, (record_of(table, model, 25.0, "log"),)), table
+
+    exact, _ = logged({f"{axis}.torque": np.zeros(len(t)) for axis in model.axes})
+    structure = exact.structure(())
+    needed = exact.leftover(structure, structure.P, 0)
+    noise = np.random.default_rng(5).normal(0.0, np.where(t < 14.0, 0.01, 0.05), (2, len(t)))
+
+    def over(ripple: float) -> tuple[float, float]:
+        torque = {
+            f"{axis}.torque": np.append(-needed[:, i], 0.0) + noise[i] + ripple * np.sin(20.0 * t) for i, axis in enumerate(model.axes)
+        }
+        twin, table = logged(torque)
+        wide = wide_twin(twin, (table,))
+        floor = np.array([spectral_floor(wide, structure, structure.P, c, twin.records[0].bands) for c in twin.channels])
+        gap = np.sqrt(np.mean(twin.scored(structure, structure.P, 0) ** 2, axis=0)) / floor
+        return float(gap.max()), over_own_noise(twin, (table,), structure, structure.P, floor)
+
+    gap, own = over(0.0)
+    assert gap > 1.5 and own < 1.3
+    assert over(0.03)[1] > 2.0
