@@ -8,6 +8,7 @@ beyond the scored band and carried down into it. Both see only what does not rep
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,22 +35,28 @@ class Floor:
     from_spectrum: float
 
 
-def wide_twin(twin: Twin, tables: tuple[SignalsTable, ...]) -> Twin:
+@dataclass
+class WideTwin(Twin):
     """The same logs with smoothing wide enough to see the spectrum above the scored band."""
+
+    tables: tuple[SignalsTable, ...] = ()
+
+    @cached_property
+    def redrawn(self) -> tuple[Record, ...]:
+        """The records with another draw of the encoder's error; made when they are first asked for."""
+        rng, hz = np.random.default_rng(7), self.records[0].bands.scored_hz
+        drawn = [jittered(table, self, rng) for table in self.tables]
+        return tuple(record_of(table, self.model, hz, f"{i} redrawn") for i, table in enumerate(drawn))
+
+
+def wide_twin(twin: Twin, tables: tuple[SignalsTable, ...]) -> WideTwin:
+    """The logs of a twin again, to beyond its scored band."""
     hz = min(_TO * twin.records[0].bands.scored_hz, 0.2 / twin.records[0].bands.period_s)
-    return Twin(twin.model, tuple(record_of(table, twin.model, hz, f"{i}") for i, table in enumerate(tables)), tables=tables)
+    records = tuple(record_of(table, twin.model, hz, f"{i}") for i, table in enumerate(tables))
+    return WideTwin(twin.model, records, twin.gyro_everywhere, tables=tables)
 
 
-def _redrawn(wide: Twin) -> tuple[Record, ...]:
-    """The same logs with another draw of the encoder's error; made when they are first asked for."""
-    if not wide.redrawn:
-        rng, hz = np.random.default_rng(7), wide.records[0].bands.scored_hz
-        drawn = [jittered(table, wide, rng) for table in wide.tables]
-        wide.redrawn = tuple(record_of(table, wide.model, hz, f"{i} redrawn") for i, table in enumerate(drawn))
-    return wide.redrawn
-
-
-def spectral_floor(wide: Twin, structure: Structure, P: NDArray[np.float64], channel: Channel, bands: Bands) -> float:
+def spectral_floor(wide: WideTwin, structure: Structure, P: NDArray[np.float64], channel: Channel, bands: Bands) -> float:
     """Rms in the scored band of the noise law that fits the spectrum above it, and of what a resonance rings up."""
     left = _away_from_ends(wide, [wide.leftover(structure, P, which)[:, channel.column] for which in range(len(wide.records))])
     law = _law_in_band(wide, left, channel, bands)
@@ -58,7 +65,7 @@ def spectral_floor(wide: Twin, structure: Structure, P: NDArray[np.float64], cha
     return float(np.hypot(law, _rung_up(wide, left, structure, P, channel, bands, law)))
 
 
-def _away_from_ends(wide: Twin, left: list[Floats]) -> list[Floats]:
+def _away_from_ends(wide: WideTwin, left: list[Floats]) -> list[Floats]:
     """One channel's leftovers without the rows at the logs' ends."""
     return [
         column[record.bands.stride * int(np.argmax(record.keep)) : len(column) - 200]
@@ -67,14 +74,14 @@ def _away_from_ends(wide: Twin, left: list[Floats]) -> list[Floats]:
 
 
 def _rung_up(
-    wide: Twin, left: list[Floats], structure: Structure, P: NDArray[np.float64], channel: Channel, bands: Bands, law: float
+    wide: WideTwin, left: list[Floats], structure: Structure, P: NDArray[np.float64], channel: Channel, bands: Bands, law: float
 ) -> float:
     """Rms that a resonance in the model makes of the encoder's error around its frequency, where the law from above the band has no peak.
 
     Read from another draw of that error. Where the spectrum says that the encoder is finer than the model's step, so is this.
     """
-    others = _redrawn(wide)
-    redrawn = _away_from_ends(wide, [wide.leftover(structure, P, which, others)[:, channel.column] for which in range(len(wide.records))])
+    each = range(len(wide.records))
+    redrawn = _away_from_ends(wide, [wide.leftover(structure, P, which, wide.redrawn)[:, channel.column] for which in each])
     if not any(np.any(a != b) for a, b in zip(redrawn, left, strict=True)):
         return 0.0
     drawn = [a - b for a, b in zip(redrawn, left, strict=True)]
@@ -106,7 +113,7 @@ def over_own_noise(twin: Twin, tables: tuple[SignalsTable, ...], structure: Stru
     return max(ratios)
 
 
-def _law_in_band(wide: Twin, left: list[Floats], channel: Channel, bands: Bands, average: str = "median") -> float:
+def _law_in_band(wide: WideTwin, left: list[Floats], channel: Channel, bands: Bands, average: str = "median") -> float:
     """Rms in the scored band of the noise law that fits the spectrum above it."""
     from scipy.optimize import nnls
     from scipy.signal import welch
@@ -174,7 +181,7 @@ def repeat_floor(residual: Floats, record: Record) -> Floats | None:
     return np.asarray(np.sqrt(np.mean(variance, axis=0)))
 
 
-def floors(twin: Twin, wide: Twin, structure: Structure, P: NDArray[np.float64]) -> list[Floor]:
+def floors(twin: Twin, wide: WideTwin, structure: Structure, P: NDArray[np.float64]) -> list[Floor]:
     """One floor per channel of the twin, given the structure and parameters that explain the data best so far."""
     found = []
     repeats = [repeat_floor(twin.scored(structure, P, i), record) for i, record in enumerate(twin.records)]
@@ -192,4 +199,4 @@ def smaller(one: list[Floor], other: list[Floor]) -> list[Floor]:
     return [replace(a, rms=min(a.rms, b.rms)) for a, b in zip(one, other, strict=True)]
 
 
-__all__ = ["Floor", "floors", "over_own_noise", "repeat_floor", "smaller", "spectral_floor", "wide_twin"]
+__all__ = ["Floor", "WideTwin", "floors", "over_own_noise", "repeat_floor", "smaller", "spectral_floor", "wide_twin"]

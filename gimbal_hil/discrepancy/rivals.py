@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,7 +62,7 @@ def compare(search: Search, best: Scored, rival: Scored) -> Comparison:
     return Comparison(rival, mean / max(error, 1e-12), mean / level)
 
 
-def with_rivals(search: Search, best: Scored, null: Scored, rounds: list[Round]) -> tuple[Scored, tuple[tuple[Scored, ...], ...]]:
+def with_rivals(search: Search, best: Scored, null: Scored, rounds: Sequence[Round]) -> tuple[Scored, tuple[tuple[Scored, ...], ...]]:
     """An explanation and, for each of its causes, what could stand in its place, best first.
 
     A rival that completes the explanation and leaves clearly less takes the cause's place: the search adds what helps most before it
@@ -91,7 +91,7 @@ def _order(state: Scored, label: tuple[str, str]) -> float:
     return next((x for knob, x in zip(cause.family.knobs, cause.x, strict=True) if "order" in knob.parameters), 1.0)
 
 
-def _rivals(search: Search, best: Scored, index: int, rounds: list[Round]) -> tuple[Scored, ...]:
+def _rivals(search: Search, best: Scored, index: int, rounds: Sequence[Round]) -> tuple[Scored, ...]:
     """What could stand in the place of one cause, refitted beside the others, best first."""
     label = best.hypothesis.labels[index]
     if len(best.hypothesis.causes) == 1:

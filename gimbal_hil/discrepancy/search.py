@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gimbal_hil.discrepancy.completeness import CALM_FLOORS, COMPLETE_FLOORS, Half, explains, rms, throughout
 from gimbal_hil.discrepancy.families import Family, Start
 from gimbal_hil.discrepancy.fit import Fit, refit, residual_of
 from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis
 from gimbal_hil.discrepancy.screening import Proposal, Response, basis_of, control_gain, family_table, propose, responses
-from gimbal_hil.discrepancy.smoothing import Floats, block_means
+from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
 
 #: most steps of a refit; nearly linear causes need two or three of them, a rattling gap more
@@ -25,23 +27,6 @@ _VALLEYS = 3
 _IN_QUESTION = 4
 #: most effects that one verdict may name
 MOST_CAUSES = 4
-#: a channel is explained below this many floors ...
-COMPLETE_FLOORS = 1.5
-#: ... or when this share of its gap is closed
-COMPLETE_SHARE = 0.97
-#: a small gap that is only half closed is a field that a name happens to resemble: near the floor, this share must be closed too,
-#: unless what is left is hardly above the floor
-_CLOSED_WHEN_NEAR, _AT_FLOOR = 0.85, 1.25
-#: a gap that changes by less than this share is not touched by the causes; it stands aside below this share of the largest one
-_UNTOUCHED, _ASIDE = 0.02, 0.4
-#: a search ends once it is complete and no channel is above this; under it, what a cause leaves alone does not speak against it
-CALM_FLOORS = 2.0
-#: a gap of hundreds of floors is not explained while this many are left, whatever the share
-_STILL_FAR = 5.0
-#: and what it leaves may be this many times what it is not sure of
-_UNSTEADY = 1.5
-#: blocks (s) and standard errors of their mean by which a gain is there all along; or the share of them that gain, and how far from half
-_BLOCK_S, _SURE, _MOST_BLOCKS, _SURE_SIGN = 1.0, 3.0, 0.8, 2.0
 #: change of a gap (log) by which a rattling twin is asked how well it repeats itself
 _NUDGE = 2e-3
 #: what matched nonsense may take of what a cause takes
@@ -50,15 +35,10 @@ _NONSENSE = 0.5
 _SIGN_S = 0.7
 #: an addition must take this share of the gap on the hold-out, and this many squared floors a row on some channel
 _LEAST_SHARE, _LEAST_SQUARES = 0.02, 0.12
+#: the share where the model carries no bristle and is never followed to the noise
+_COARSE_LEAST_SHARE = 0.06
 #: an addition that changes the hold-out by fewer floors than this is not heard there; it must then take this share of the fitted gap
 _NO_CHANGE, _NEARLY_ALL = 0.1, 0.85
-#: nothing is named where no gap is larger than this many floors; up to the next, names must close this share of all of them together
-_LEAST_GAP, HARDLY_A_GAP, _CLOSED_OF_LITTLE = 1.7, 3.0, 0.75
-#: a model without bristles is never followed to the noise: there the causes together must close this share of the gap, and each take
-#: this share of what is left without it
-_COARSE_SHARE, _COARSE_EACH = 0.12, 0.06
-#: and where no gap is larger than a few floors, this share
-_COARSE_OF_LITTLE = 0.4
 
 
 @dataclass(frozen=True)
@@ -166,7 +146,7 @@ class Search:
 
     def gaps(self, state: Scored) -> Floats:
         """Rms per channel in floors, the larger of fitted data and hold-out."""
-        return np.maximum(_rms(state.fit.residual), _rms(state.holdout))
+        return np.maximum(rms(state.fit.residual), rms(state.holdout))
 
     def null(self, hypothesis: Hypothesis | None = None) -> Scored:
         """The model as it stands (or with known numbers refitted)."""
@@ -216,52 +196,13 @@ class Search:
         return np.asarray(columns * np.tile(floor / self.floor, len(columns) // len(floor))[:, None])
 
     def complete(self, state: Scored, null: Scored) -> bool:
-        """Whether every channel is explained: near its floor, or nearly all of its gap closed, on both halves of the data.
-
-        Causes must have closed a gap: what had none before they came cannot prove them.
-        """
-        caused = bool(state.hypothesis.causes)
-        closing = not self.exact
-        halves = ((self.holdout, state.holdout, null.holdout), (self.twin, state.fit.residual, null.fit.residual))
-        if caused and not self.exact and not self._throughout([(gap, left) for _, left, gap in halves]):
-            return False
-        largest = max(float(np.max(_rms(gap))) for _, _, gap in halves)
-        whole = [np.sum([_rms(rows) ** 2 - 1.0 for rows in both], axis=0) for both in zip(*(half[1:] for half in halves), strict=True)]
-        in_all = np.where(whole[1] > 0.0, 1.0 - whole[0] / np.maximum(whole[1], 1e-9), 0.0)
-        for twin, left, gap in halves:
-            after, before = _rms(left), _rms(gap)
-            closed = 1.0 - (after**2 - 1.0) / np.maximum(before**2 - 1.0, 1e-9)
-            if not self.exact and float(np.max(closed)) >= _COARSE_SHARE:
-                continue
-            near = (after <= COMPLETE_FLOORS) & ((closed >= _CLOSED_WHEN_NEAR) | (in_all >= COMPLETE_SHARE) | (after <= _AT_FLOOR))
-            most = (
-                np.hypot(_STILL_FAR, _UNSTEADY * self._unsteadiness(twin, state.hypothesis)) if np.any(after > _STILL_FAR) else _STILL_FAR
-            )
-            explained = near | ((closed >= COMPLETE_SHARE) & (before > 2.0) & (after <= most))
-            # what causes do not touch, on a channel whose gap is not the largest, does not speak against them: a remainder of its own
-            aside = caused & (np.abs(after - before) <= _UNTOUCHED * before) & (before < _ASIDE * largest)
-            # beside a cause, what is under twice its floor and does not grow is the floor's own uncertainty
-            calm = CALM_FLOORS if caused else COMPLETE_FLOORS
-            quiet = (before <= calm) & (after <= np.maximum(1.02 * before, _AT_FLOOR))
-            if not np.all(explained | quiet | aside):
-                return False
-            closing |= bool(np.any(explained & (before > COMPLETE_FLOORS)))
-        least = _CLOSED_OF_LITTLE if self.exact else _COARSE_OF_LITTLE
-        if caused and (largest < _LEAST_GAP or (largest < HARDLY_A_GAP and _share_closed(halves) < least)):
-            return False
-        return closing or not caused
-
-    def _throughout(self, logs: list[tuple[Floats, Floats]]) -> bool:
-        """Whether what causes take of (gap, left) is taken all along, not in the few rows in which a model without a bristle sets off."""
+        """Whether every channel is explained: near its floor, or nearly all of its gap closed, on both halves of the data."""
         bands = self.twin.records[0].bands
-        blocks = np.concatenate([block_means(np.sum(gap**2 - left**2, axis=1), bands, _BLOCK_S) for gap, left in logs])
-        n = len(blocks)
-        if n < 3:
-            return False
-        # either nearly every block gains, however unlike they are, or on average they surely do
-        taken = int(np.sum(blocks > 0.0))
-        everywhere = taken >= _MOST_BLOCKS * n and taken - 0.5 * n > _SURE_SIGN * 0.5 * np.sqrt(n)
-        return bool(everywhere or float(blocks.mean()) > _SURE * float(blocks.std(ddof=1)) / np.sqrt(n))
+        halves = (
+            Half(null.holdout, state.holdout, partial(self._unsteadiness, self.holdout, state.hypothesis)),
+            Half(null.fit.residual, state.fit.residual, partial(self._unsteadiness, self.twin, state.hypothesis)),
+        )
+        return explains(halves, bool(state.hypothesis.causes), self.exact, bands)
 
     def _unsteadiness(self, twin: Twin, hypothesis: Hypothesis) -> Floats:
         """Rms per channel, in floors, by which a twin with a gap changes when the gap hardly does: impacts forget where they came from."""
@@ -272,20 +213,20 @@ class Search:
         if nudged == hypothesis.causes:
             return np.zeros(len(twin.channels))
         change = residual_of(twin, replace(hypothesis, causes=nudged), self.floor) - residual_of(twin, hypothesis, self.floor)
-        return _rms(change) if np.all(np.isfinite(change)) else np.zeros(len(twin.channels))
+        return rms(change) if np.all(np.isfinite(change)) else np.zeros(len(twin.channels))
 
     def worth(self, before: Scored, after: Scored) -> bool:
         """Whether an addition earns its place on the hold-out: a share of what is left without it; small causes follow huge ones.
 
         One that the hold-out has no trace of earns it where it takes nearly all of what is left of the fitted data.
         """
-        if not self.exact and not self._throughout([(before.fit.residual, after.fit.residual)]):
+        if not self.exact and not throughout([(before.fit.residual, after.fit.residual)], self.twin.records[0].bands):
             return False
         if self.exact and not _differ(before.holdout, after.holdout):
             taken, gap = _taken(before.fit.residual, after.fit.residual)
             return float(taken.sum()) > _NEARLY_ALL * max(gap, 0.0) and float(taken.max()) > _LEAST_SQUARES
         taken, gap = _taken(before.holdout, after.holdout)
-        least = _LEAST_SHARE if self.exact else _COARSE_EACH
+        least = _LEAST_SHARE if self.exact else _COARSE_LEAST_SHARE
         return float(taken.max()) > _LEAST_SQUARES and float(taken.sum()) > least * max(gap, 0.0)
 
     def heard_on_holdout(self, state: Scored, index: int) -> bool:
@@ -371,27 +312,10 @@ def _starts_refined(family: Family) -> int:
 
 def _differ(one: Floats, other: Floats) -> bool:
     """Whether residuals differ by more than nothing, in floors."""
-    return bool(np.any(_rms(one - other) > _NO_CHANGE))
+    return bool(np.any(rms(one - other) > _NO_CHANGE))
 
 
 def _taken(before: Floats, after: Floats) -> tuple[Floats, float]:
     """Squares per row that an addition takes, by channel, and how much there was above the floors."""
     squares = np.mean(before**2, axis=0)
     return np.asarray(squares - np.mean(after**2, axis=0)), float(np.sum(squares - 1.0))
-
-
-def _share_closed(halves: tuple[tuple[Twin, Floats, Floats], ...]) -> float:
-    """Share of the squared gap that is closed, over the channels of both halves that have one."""
-    before = np.concatenate([_rms(gap) ** 2 - 1.0 for _, _, gap in halves])
-    after = np.concatenate([_rms(left) ** 2 - 1.0 for _, left, _ in halves])
-    there = before > COMPLETE_FLOORS**2 - 1.0
-    return 1.0 - float(np.sum(np.maximum(after[there], 0.0))) / max(float(np.sum(before[there])), 1e-9)
-
-
-def _rms(residual: Floats) -> Floats:
-    return np.asarray(np.sqrt(np.mean(residual**2, axis=0)))
-
-
-def without_floating(hypothesis: Hypothesis) -> Hypothesis:
-    """The same causes beside the model as it stands."""
-    return replace(hypothesis, floating=(), y=())

@@ -6,13 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from gimbal_hil.discrepancy.falling_floors import effective_floors
 from gimbal_hil.discrepancy.fit import residual_of
 from gimbal_hil.discrepancy.floors import floors, wide_twin
 from gimbal_hil.discrepancy.hypothesis import Hypothesis
 from gimbal_hil.discrepancy.processing import processing_floors
 from gimbal_hil.discrepancy.record import RATE_ERROR, record_of
 from gimbal_hil.discrepancy.twin import Twin
-from gimbal_hil.discrepancy.workflow import effective_floors, scored_band
+from gimbal_hil.discrepancy.workflow import scored_band
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel
 

@@ -10,7 +10,6 @@ import numpy as np
 from gimbal_hil.discrepancy.kernel import balance
 from gimbal_hil.discrepancy.record import RATE_ERROR, TORQUE, Channel, Record
 from gimbal_hil.discrepancy.smoothing import Floats, scored
-from gimbal_hil.signals import SignalsTable
 from sim_backend import layout
 from sim_backend.effects import CATALOGUE
 from sim_backend.model import AntennaModel, plant_arrays
@@ -65,10 +64,6 @@ class Twin:
     gyro_everywhere: tuple[bool, ...] | None = None
     #: noise of every row over its channel's floor, per record (rows that count, channels); None: all alike
     scales: tuple[Floats, ...] | None = None
-    #: the same records with another draw of the encoder's error, where a floor is read from them
-    redrawn: tuple[Record, ...] = ()
-    #: and the logs that they are drawn from
-    tables: tuple[SignalsTable, ...] = ()
     _structures: dict[tuple[tuple[str, str], ...], Structure] = field(default_factory=dict)
 
     @property

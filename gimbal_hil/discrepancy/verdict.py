@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from gimbal_hil.discrepancy.completeness import COMPLETE_FLOORS
 from gimbal_hil.discrepancy.contradictions import contradictions
 from gimbal_hil.discrepancy.corrected import corrected_model, recalibrated_model
 from gimbal_hil.discrepancy.families import Family
@@ -18,10 +19,10 @@ from gimbal_hil.discrepancy.intervals import parameter_intervals
 from gimbal_hil.discrepancy.record import RATE_ERROR, Channel
 from gimbal_hil.discrepancy.rivals import compare
 from gimbal_hil.discrepancy.screening import responses
-from gimbal_hil.discrepancy.search import COMPLETE_FLOORS, HARDLY_A_GAP
 from gimbal_hil.discrepancy.separating import separating_run, why_not_testable
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.where import Regime, most_telling, regimes
+from gimbal_hil.discrepancy.wording import contradiction_of, told, told_against
 from gimbal_hil.discrepancy.workflow import Diagnosis
 from gimbal_hil.signals import SignalsTable
 from sim_backend.effects import CATALOGUE
@@ -68,7 +69,7 @@ def verdict_of(diagnosis: Diagnosis, logs: Sequence[SignalsTable] = ()) -> dict[
     return {
         "schema": 1,
         "verdict": verdict,
-        "text": _text(diagnosis, verdict, effects, alternatives, gaps) + "".join(_against_text(found) for found in against),
+        "text": told(diagnosis, verdict, effects, alternatives, gaps) + "".join(told_against(found) for found in against),
         "where": where,
         "effects": effects,
         "alternatives": alternatives,
@@ -156,7 +157,7 @@ def _effect_entry(diagnosis: Diagnosis, index: int) -> tuple[dict[str, Any], lis
     confidence = 0.5 * (1.0 + math.erf(min(nearest, 8.0) / 2.83)) if not close else 1.0 / (1.0 + len(close))
     entry = {"name": effect, "axis": axis, "status": status, "parameters": parameters, "held_out_gain": gain, "best_control_gain": control,
              "confidence": round(min(confidence, 0.999), 3)}  # fmt: skip
-    contradiction = _contradiction(entry)
+    contradiction = contradiction_of(entry)
     if contradiction:
         entry["contradiction"] = contradiction
     form = undetermined_form(search, best.fit, index)
@@ -246,95 +247,3 @@ def recalibrated(diagnosis: Diagnosis) -> list[dict[str, Any]]:
         for k, y in zip(chosen.floating, chosen.y, strict=True)
         for nominal in (diagnosis.model.number(k.axis, k.path),) if abs(y) > 1e-3
     ]  # fmt: skip
-
-
-def _text(
-    diagnosis: Diagnosis, verdict: str, effects: list[dict[str, Any]], alternatives: list[dict[str, Any]], gaps: list[dict[str, Any]]
-) -> str:
-    gap = max(gaps, key=lambda g: g["before"] / g["noise_floor"])
-    times = gap["before"] / gap["noise_floor"]
-    largest = _size_text("The largest gap is", gap)
-    names = ", ".join(f"{e['name'].replace('_', ' ')} on {e['axis']}" for e in effects)
-    if verdict in ("named", "ambiguous"):
-        # causes are told by the gap that they close, which need not be the largest
-        told = max(gaps, key=lambda g: (g["before"] - g["after"]) / g["noise_floor"])
-        if told is not gap and (told["before"] - told["after"]) <= 0.1 * told["noise_floor"]:
-            told = gap
-        open_part = largest if told is gap else _size_text("A gap is", told)
-        share = told["closed_fraction"]
-        untouched = "the last part of the same log" if diagnosis.suspected_only else "data that had no part in the search"
-        closed = "" if share is None else f", which closes {share:.0%} of it on {untouched}"
-        if told is gap and gap["before"] - gap["after"] <= 0.02 * gap["before"]:
-            # nothing of it shows on the hold-out: what was closed is a gap of the fitted logs
-            rms = [float(np.max(np.sqrt(np.mean(state.fit.residual**2, axis=0)))) for state in (diagnosis.null, diagnosis.best)]
-            closed = f", which takes the fitted logs from {rms[0]:.1f} to {rms[1]:.1f} floors"
-        doubt = "" if verdict == "named" else _doubt_text(diagnosis, effects, alternatives)
-        against = "".join(f" {e['contradiction']}" for e in effects if "contradiction" in e)
-        forms = "".join(_form_text(e) for e in effects if "form_undetermined" in e)
-        return f"{open_part}. It is explained by {names}{closed}.{doubt}{forms}{against}{_remainder(diagnosis)}"
-    if verdict == "no_discrepancy":
-        moved = " once the known numbers were refitted within a few per cent" if diagnosis.floated is not None else ""
-        level = " whose level changes from row to row" if diagnosis.only_noise and times > COMPLETE_FLOORS else ""
-        return f"The model explains this data to its noise{level}{moved}; nothing is missing that it could show."
-    least, null = float(np.max(diagnosis.search.gaps(diagnosis.best))), diagnosis.null
-    tried = ", ".join(f"{effect.replace('_', ' ')} on {axis}" for effect, axis in diagnosis.best.hypothesis.labels)
-    if tried and least <= COMPLETE_FLOORS and float(np.max(diagnosis.search.gaps(null))) < HARDLY_A_GAP:
-        return (
-            f"{largest}. That is too little to name a cause for: {tried} would take it to {least:.1f} floors, but so may what is no cause."
-        )
-    attempt = f"the best attempt ({tried})" if tried else "the best attempt"
-    return f"{largest}. Nothing in the catalogue explains what is there: {attempt} leaves {least:.1f} floors on the logs or the hold-out."
-
-
-def _doubt_text(diagnosis: Diagnosis, effects: list[dict[str, Any]], alternatives: list[dict[str, Any]]) -> str:
-    """Why a name is not sure."""
-    if diagnosis.suspected_only:
-        return " There is no log of another trajectory to judge it on: it is suspected, not shown."
-    rivals = {other["instead_of"] for other in alternatives}
-    silent = [e for e in effects if e["status"] == "ambiguous" and e["name"] not in rivals]
-    names = ", ".join(f"{e['name'].replace('_', ' ')} on {e['axis']}" for e in silent)
-    unheard = f" The hold-out has no trace of {names}, which is therefore suspected, not shown." if silent else ""
-    if len(silent) == sum(e["status"] == "ambiguous" for e in effects):
-        return unheard
-    return f" At least one of these cannot be told from another cause on this data; the run that would tell is proposed.{unheard}"
-
-
-def _size_text(start: str, gap: dict[str, Any]) -> str:
-    size = f"{gap['before']:.3g} {gap['unit']}, {gap['before'] / gap['noise_floor']:.1f} times its floor"
-    return f"{start} in the {gap['signal'].replace('_', ' ')} of {gap['axis']}: {size}"
-
-
-def _form_text(effect: dict[str, Any]) -> str:
-    form = effect["form_undetermined"]
-    name, alike = effect["name"].replace("_", " "), " and ".join(form["between"])
-    return (
-        f" The form of {name} on {effect['axis']} is undetermined on this data: {alike} have a canonical correlation"
-        f" of {form['canonical_correlation']:.2f}."
-    )
-
-
-def _against_text(found: dict[str, str]) -> str:
-    return f" The data contradict themselves on {found['axis']} ({found['rule'].replace('_', ' ')}, {found['text'].split(':')[0]})."
-
-
-def _remainder(diagnosis: Diagnosis) -> str:
-    """What the named causes leave untouched on other channels."""
-    if not diagnosis.search.exact:
-        return ""
-    left = [g for g in gap_entries(diagnosis) if g["after"] > COMPLETE_FLOORS * g["noise_floor"]]
-    told = ", ".join(f"{g['signal'].replace('_', ' ')} of {g['axis']} {g['after'] / g['noise_floor']:.1f} floors" for g in left)
-    return f" Still unexplained beside it: {told}." if told else ""
-
-
-def _contradiction(effect: dict[str, Any]) -> str:
-    """What a fitted number says against the law that it belongs to; empty where there is nothing."""
-    breakaway, coulomb = effect["parameters"].get("breakaway"), effect["parameters"].get("coulomb")
-    if effect["name"] != "stribeck" or breakaway is None:
-        return ""
-    level = coulomb["value"] if coulomb else breakaway["nominal"]
-    if level is None or breakaway["high"] >= level:
-        return ""
-    return (
-        f"The data contradict a Stribeck bump: friction falls towards standstill, break-away {breakaway['value']:.3g}"
-        f" {breakaway['unit']} lies below Coulomb friction {level:.3g}; do not read the number as a break-away torque."
-    )

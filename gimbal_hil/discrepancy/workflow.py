@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import repeat
@@ -10,50 +9,36 @@ from itertools import repeat
 import numpy as np
 from numpy.typing import NDArray
 
+from gimbal_hil.discrepancy.completeness import COMPLETE_FLOORS
+from gimbal_hil.discrepancy.deciding import decide, largest_left
+from gimbal_hil.discrepancy.falling_floors import FallingFloors
 from gimbal_hil.discrepancy.families import Family, families
 from gimbal_hil.discrepancy.fit import Fit, refit
 from gimbal_hil.discrepancy.floors import Floor, floors, over_own_noise, smaller, wide_twin
-from gimbal_hil.discrepancy.hypothesis import FAR, Cause, Hypothesis, known_numbers, known_offsets, parameters_of
+from gimbal_hil.discrepancy.hypothesis import Hypothesis, parameters_of
 from gimbal_hil.discrepancy.processing import processing_floors
-from gimbal_hil.discrepancy.record import TORQUE, record_of
-from gimbal_hil.discrepancy.rivals import compare, with_rivals
+from gimbal_hil.discrepancy.record import record_of
+from gimbal_hil.discrepancy.rivals import with_rivals
 from gimbal_hil.discrepancy.row_noise import encoder_noise, row_scales
 from gimbal_hil.discrepancy.screening import Response, respond
-from gimbal_hil.discrepancy.search import CALM_FLOORS, COMPLETE_FLOORS, Round, Scored, Search, selectable
+from gimbal_hil.discrepancy.search import Round, Scored, Search, selectable
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.discrepancy.valleys import polished
 from gimbal_hil.executor import WorkExecutor, open_executor
 from gimbal_hil.signals import SignalsTable
-from sim_backend.effects import CATALOGUE
 from sim_backend.model import AntennaModel
 
 #: end of the scored band, Hz, at 1 kHz; slower logs score a smaller part
 BAND_HZ = 25.0
 #: and which part: the band's end times the sample period, with a gyro in the logs and without
 _GYRO_SHARE, _ENCODER_SHARE = 0.05, 0.08
-#: a model's numbers are trusted to this share once they have to float
-TRUST = 0.08
-#: how exactly a twin can follow another integrator: share of the Coulomb level
-_EXACTNESS = 0.0012
 #: rows of the scored residual are correlated: what one row counts for in a prior's weight
 _SPREAD = 2.0
-#: gap, in floors, below which nothing is searched for
-_QUIET = 1.3
 #: a hypothesis is refined further while it leaves at most this many times what the best leaves beyond noise
 _IN_THE_RACE = 5.0
 #: a gap up to this many floors may be noise whose level changes
 _NOISE_CHANGES = 2.0
-#: causes that are looked for before the known numbers float
-_FEW = 2
-#: a torque floor this far above the encoder's noise may hide a cause; it does when a candidate brings it below this share of itself
-_ABOVE_ENCODER, _HIDDEN = 3.0, 0.5
-#: floors that fell below this share of what they were are worth another search
-_FALLEN = 0.8
-#: what known numbers that are off leave, as a share of what causes beside the model as it stands do, to be the better story
-_CLEARLY_LESS = 0.5
-#: share of the gap that they must have closed for more to be looked for
-_PROMISING = 0.7
 
 
 @dataclass(frozen=True)
@@ -111,42 +96,29 @@ def diagnose(
     )
     progress("floors")
     wide = wide_twin(twin, measured)
-    wide.gyro_everywhere = twin.gyro_everywhere
     structure = twin.structure(())
-    found = floors(twin, wide, structure, structure.P)
-    noise = np.array([f.rms for f in found])
-    drawn = encoder_noise(twin, measured)
-    twin.scales, held.scales = row_scales(twin, drawn, noise), row_scales(held, encoder_noise(held, holdout), noise)
-    found = smaller(found, floors(twin, wide, structure, structure.P))
-    processing = processing_floors(twin, measured)
+    noise = floors(twin, wide, structure, structure.P)
+    drawn, rms = encoder_noise(twin, measured), np.array([floor.rms for floor in noise])
+    twin.scales, held.scales = row_scales(twin, drawn, rms), row_scales(held, encoder_noise(held, holdout), rms)
+    noise = smaller(noise, floors(twin, wide, structure, structure.P))
+    falling = FallingFloors(twin, wide, noise, processing_floors(twin, measured))
     catalogue = [family for axis in model.axes for family in families(model, axis, twin.records)]
     with open_executor(workers, dask) as executor:
-        search = _search(twin, held, effective_floors(model, twin, found, processing), catalogue, executor, progress)
-        encoder = np.sqrt(np.mean(np.concatenate(drawn), axis=0))
-        result = _decide(search, wide, found, model, processing, encoder)
-        best, null, floated, rounds, found = result
+        search = _search(twin, held, falling.effective(), catalogue, executor, progress)
+        decision = decide(search, falling, np.sqrt(np.mean(np.concatenate(drawn), axis=0)))
+        best, null = decision.best, decision.null
         if best.hypothesis.causes:
             best = polished(search, best)
         complete = search.complete(best, null)
-        named = complete and bool(best.hypothesis.causes)
-        only_noise = not named and _only_noise(search, measured, holdout, null, processing)
+        only_noise = not (complete and best.hypothesis.causes) and _only_noise(search, measured, holdout, null, falling.processing)
         rivals: tuple[tuple[Scored, ...], ...] = ()
         progress("what else could it be")
         if complete:
-            best, rivals = with_rivals(search, best, null, rounds)
+            best, rivals = with_rivals(search, best, null, decision.rounds)
     return Diagnosis(
-        model, search, null, best, floated, found, processing, tuple(rounds), complete, only_noise, ~search.selecting, rivals,
-        suspected_only, twin.gyro_everywhere,
+        model, search, null, best, decision.floated, falling.noise, falling.processing, decision.rounds, complete, only_noise,
+        ~search.selecting, rivals, suspected_only, twin.gyro_everywhere,
     )  # fmt: skip
-
-
-def effective_floors(model: AntennaModel, twin: Twin, found: list[Floor], processing: Floats) -> Floats:
-    """Noise and what no twin can follow, per channel."""
-    out = []
-    for floor, channel, process in zip(found, twin.channels, processing, strict=True):
-        exactness = _EXACTNESS * model.number(channel.axis, "friction.coulomb") if channel.signal == TORQUE else 0.05 * floor.rms
-        out.append(float(np.sqrt(floor.rms**2 + max(exactness, min(process, floor.rms)) ** 2)))
-    return np.array(out)
 
 
 def _search(
@@ -191,143 +163,19 @@ def _search(
     return search
 
 
-def _lower_floors(
-    search: Search, wide: Twin, found: list[Floor], model: AntennaModel, processing: Floats, hypothesis: Hypothesis
-) -> list[Floor]:
-    """Floors once a hypothesis is taken out; they may only fall. The search goes on under them."""
-    structure, P = parameters_of(wide, hypothesis)
-    found = smaller(found, floors(search.twin, wide, structure, P))
-    search.floor = effective_floors(model, search.twin, found, processing)
-    return found
-
-
-def _hidden_in_its_floor(
-    search: Search, wide: Twin, found: list[Floor], model: AntennaModel, processing: Floats, encoder: Floats, null: Scored
-) -> Hypothesis | None:
-    """The candidate under which a floor far above the encoder's own noise falls: what seemed noise above the band was its doing."""
-    torque = np.array([channel.signal == TORQUE for channel in search.twin.channels])
-    if not search.exact or not np.any(torque & (search.floor > _ABOVE_ENCODER * encoder)):
-        return None
-    fallen: list[tuple[float, Hypothesis]] = []
-    for tried in search.one_round(null).tried[:3]:
-        structure, P = parameters_of(wide, tried.hypothesis)
-        lower = effective_floors(model, search.twin, smaller(found, floors(search.twin, wide, structure, P)), processing)
-        fallen.append((float(np.min(lower / search.floor)), tried.hypothesis))
-    ratio, hypothesis = min(fallen, key=lambda item: item[0], default=(1.0, null.hypothesis))
-    return hypothesis if ratio < _HIDDEN else None
-
-
-def _decide(
-    search: Search, wide: Twin, found: list[Floor], model: AntennaModel, processing: Floats, encoder: Floats
-) -> tuple[Scored, Scored, Scored | None, list[Round], list[Floor]]:
-    """Sparse explanation first; when that fails, let the known numbers float and try again."""
-    search.progress("the model as it stands")
-    null = search.null()
-    if _left(search, null) <= _QUIET:
-        hidden = _hidden_in_its_floor(search, wide, found, model, processing, encoder, null)
-        if hidden is None:
-            return null, null, None, [], found
-        found = _lower_floors(search, wide, found, model, processing, hidden)
-        null = search.again(null)
-    if not search.exact:
-        # a model without bristles is refitted first: what it lacks shows beside the best that it can do
-        known = known_numbers(model, TRUST) + known_offsets(model)
-        as_stated, null = null, search.null(Hypothesis(floating=known, y=(0.0,) * len(known)))
-        named = _too_far(search, null, as_stated)
-        if named.hypothesis.causes:
-            best, rounds = search.forward(named, null=as_stated)
-            return best if search.complete(best, as_stated) else named, as_stated, null, rounds, found
-        best, rounds = search.forward(null)
-        return best, null, None, rounds, found
-    sparse, rounds = search.forward(null, most=_FEW)
-    tried = rounds
-    for _ in range(_FEW):
-        leading = sparse if sparse.hypothesis.causes else min((s for r in tried for s in r.tried), key=lambda s: s.fit.cost, default=null)
-        if not leading.hypothesis.causes:
-            break
-        # a cause reaches beyond the scored band and passes for noise there until it is taken out: floors may only fall
-        before = search.floor
-        found = _lower_floors(search, wide, found, model, processing, leading.hypothesis)
-        null, sparse = search.again(null), search.again(sparse)
-        if float(np.min(search.floor / before)) >= _FALLEN or (sparse.hypothesis.causes and search.complete(sparse, null)):
-            break
-        # what seemed explained under the old floors may hide another cause under the new ones
-        sparse, tried = search.forward(sparse, most=_FEW, null=null)
-        rounds = rounds + tried
-    stands = bool(sparse.hypothesis.causes) and search.complete(sparse, null)
-    quiet = stands and _left(search, sparse) <= CALM_FLOORS
-    if quiet and len(sparse.hypothesis.causes) == 1:
-        return sparse, null, None, rounds, found
-    search.progress("letting the known numbers float")
-    known = known_numbers(model, TRUST)
-    floated = search.null(Hypothesis(floating=known, y=(0.0,) * len(known)))
-    if quiet:
-        # several numbers that are off by a few per cent each can look like two causes, but not as closely as they are themselves
-        off = _left(search, floated) < _QUIET and search.complete(floated, null) and not floated.hypothesis.far
-        off = off and compare(search, sparse, floated).better
-        return floated if off else sparse, null, floated if off else None, rounds, found
-    found = _lower_floors(search, wide, found, model, processing, floated.hypothesis)
-    null, sparse, floated = search.again(null), search.again(sparse), search.again(floated)
-    stands = bool(sparse.hypothesis.causes) and search.complete(sparse, null)
-    # where causes alone explain nearly all, known numbers that are off must explain clearly more to be the better story
-    most = _CLEARLY_LESS * _left(search, sparse) if stands else math.inf
-    if search.complete(floated, null) and _left(search, floated) < min(_QUIET, most):
-        return _too_far(search, floated, null), null, floated, rounds, found
-    again, more = search.forward(floated, most=_FEW)
-    rounds += more
-    if again.hypothesis.causes and search.complete(again, null) and _left(search, again) < most:
-        return again, null, floated, rounds, found
-    if search.complete(floated, null) and _left(search, floated) <= min(COMPLETE_FLOORS, most):
-        return _too_far(search, floated, null), null, floated, rounds, found
-    if stands:
-        return sparse, null, None, rounds, found
-    if len(sparse.hypothesis.causes) == _FEW and search.closed(sparse, null) > _PROMISING:
-        search.progress("looking for more causes")
-        sparse, more = search.forward(sparse, null=null)
-        rounds += more
-    return sparse, null, None, rounds, found
-
-
-def _left(search: Search, state: Scored) -> float:
-    """The largest gap that a state leaves on any channel, in floors."""
-    return float(np.max(search.gaps(state)))
-
-
 def _only_noise(
     search: Search, measured: tuple[SignalsTable, ...], holdout: tuple[SignalsTable, ...], state: Scored, processing: Floats
 ) -> bool:
     """Whether what a state leaves is the noise of its own rows, whose level changes, or what the pipeline leaves of the model itself."""
-    if _left(search, state) <= COMPLETE_FLOORS:
+    if largest_left(search, state) <= COMPLETE_FLOORS:
         return True
     if not search.exact:
         return bool(np.all(search.gaps(state) <= COMPLETE_FLOORS * np.hypot(1.0, processing / search.floor)))
-    if _left(search, state) > _NOISE_CHANGES:
+    if largest_left(search, state) > _NOISE_CHANGES:
         return False
     at = parameters_of(search.twin, state.hypothesis)
     logs = ((search.twin, measured), (search.holdout, holdout))
     return all(over_own_noise(twin, tables, *at, search.floor) <= COMPLETE_FLOORS for twin, tables in logs)
-
-
-def _too_far(search: Search, floated: Scored, null: Scored) -> Scored:
-    """A known number that had to move far beyond what a rig is off by is a cause: its effect is named in its place."""
-    hypothesis = floated.hypothesis
-    for known, _ in sorted(hypothesis.far.items(), key=lambda item: -item[1]):
-        for family in search.families:
-            paths = {search.twin.model.number_path(family.axis, p.path) for p in CATALOGUE[family.effect].parameters if p.path}
-            if family.axis != known.axis or known.path not in paths or not CATALOGUE[family.effect].is_number:
-                continue
-            # the cause starts where the number was in the model, so that it and not the floating number does the way
-            mine = [k.axis == known.axis and k.path in paths for k in hypothesis.floating]
-            home = replace(hypothesis, y=tuple(0.0 if here else y for here, y in zip(mine, hypothesis.y, strict=True)))
-            named = search.refitted(home.plus(Cause(family, (0.0,) * len(family.knobs))))
-            left = max(
-                abs(y)
-                for k, y in zip(named.hypothesis.floating, named.hypothesis.y, strict=True)
-                if k.path in paths and k.axis == known.axis
-            )
-            if search.complete(named, null) and left < 0.5 * FAR:
-                return named
-    return floated
 
 
 def with_hold_out(
@@ -343,4 +191,4 @@ def with_hold_out(
     return (first,), (last,), True
 
 
-__all__ = ["Diagnosis", "diagnose", "effective_floors", "scored_band", "with_hold_out"]
+__all__ = ["Diagnosis", "diagnose", "scored_band", "with_hold_out"]

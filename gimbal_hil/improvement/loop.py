@@ -17,7 +17,7 @@ import numpy as np
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.discrepancy import Diagnosis, corrected_model, diagnose, discrepancy_page, recalibrated_model, verdict_of
-from gimbal_hil.discrepancy.search import COMPLETE_FLOORS
+from gimbal_hil.discrepancy.completeness import COMPLETE_FLOORS
 from gimbal_hil.discrepancy.standing import standing
 from gimbal_hil.experiments.experiment import AXES, Experiment
 from gimbal_hil.experiments.runner import ProgressSink, Silent

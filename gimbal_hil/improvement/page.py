@@ -6,7 +6,7 @@ import difflib
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from gimbal_hil.discrepancy.search import COMPLETE_FLOORS
+from gimbal_hil.discrepancy.completeness import COMPLETE_FLOORS
 from gimbal_hil.experiments.experiment import AXES
 from gimbal_hil.improvement.choosing import WORTH
 from gimbal_hil.improvement.journal import Chosen, Diagnosed, Ended, Entry, Measured, Measuring, Refused, Resumed, Stopped
