@@ -37,6 +37,10 @@ _CLASSES: tuple[tuple[str, str, str], ...] = (
 )
 
 
+#: what a cause is separated from that no hold-out has shown yet
+CHANCE = "chance"
+
+
 @dataclass(frozen=True)
 class SeparatingRun:
     """A run in words, and the sequence of that name that makes it; None where it needs a person."""
@@ -55,6 +59,11 @@ def showing_sequences(*effects: str) -> tuple[str, ...]:
     """Sequences made for a class that holds at least one of these effects, in the order of the table."""
     found = [sequence for members, _, sequence in _CLASSES if sequence and set(effects) & set(members.split())]
     return tuple(dict.fromkeys(found))
+
+
+def all_sequences() -> tuple[str, ...]:
+    """Every sequence of the table, in its order."""
+    return tuple(dict.fromkeys(sequence for _, _, sequence in _CLASSES if sequence))
 
 
 def separating_run(one: str, other: str, excited_by: dict[str, str]) -> str:

@@ -19,7 +19,7 @@ from gimbal_hil.discrepancy.intervals import parameter_intervals
 from gimbal_hil.discrepancy.record import RATE_ERROR, Channel
 from gimbal_hil.discrepancy.rivals import compare
 from gimbal_hil.discrepancy.screening import responses
-from gimbal_hil.discrepancy.separating import separating_run, why_not_testable
+from gimbal_hil.discrepancy.separating import CHANCE, separating_run, why_not_testable
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.where import Regime, most_telling, regimes
 from gimbal_hil.discrepancy.wording import contradiction_of, told, told_against
@@ -172,9 +172,9 @@ def _effect_entry(diagnosis: Diagnosis, index: int) -> tuple[dict[str, Any], lis
         other = close[0].rival.hypothesis.labels[-1][0]
         run = {"plan": separating_run(effect, other, {n: e.excited_by for n, e in CATALOGUE.items()}), "separates": [effect, other]}
     elif silent:
-        run = {"plan": f"the hold-out has no trace of it; as a hold-out, {CATALOGUE[effect].excited_by}", "separates": [effect, "chance"]}
+        run = {"plan": f"the hold-out has no trace of it; as a hold-out, {CATALOGUE[effect].excited_by}", "separates": [effect, CHANCE]}
     elif diagnosis.suspected_only:
-        run = {"plan": "the same causes on another trajectory, given as --holdout", "separates": [effect, "chance"]}
+        run = {"plan": "the same causes on another trajectory, given as --holdout", "separates": [effect, CHANCE]}
     return entry, others, run
 
 

@@ -16,7 +16,7 @@ from gimbal_hil.discrepancy.fit import prior_weights, residual_of
 from gimbal_hil.discrepancy.hypothesis import Hypothesis
 from gimbal_hil.discrepancy.record import record_of
 from gimbal_hil.discrepancy.search import Scored
-from gimbal_hil.discrepancy.separating import separating_runs, showing_sequences
+from gimbal_hil.discrepancy.separating import CHANCE, all_sequences, separating_runs, showing_sequences
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.signals import SignalsTable
@@ -45,15 +45,23 @@ class Pair:
     rival: Scored
     names: tuple[tuple[str, str], tuple[str, str]]
 
+    @property
+    def against_chance(self) -> bool:
+        """Whether it is a cause that the searched runs alone have shown, beside the same without it."""
+        return self.names[1][0] == CHANCE
+
 
 def open_pair(diagnosis: Diagnosis, separates: Sequence[str]) -> Pair | None:
     """The pair of an ambiguous verdict: the cause and the rival that its `next_experiment` separates."""
-    for index, label in enumerate(diagnosis.best.hypothesis.labels):
+    best, search = diagnosis.best, diagnosis.search
+    for index, label in enumerate(best.hypothesis.labels):
+        if list(separates) == [label[0], CHANCE] and not search.heard_on_holdout(best, index):
+            return Pair(best, search.refitted(best.hypothesis.minus(index)), (label, (CHANCE, label[1])))
         if separates and label[0] == separates[0] and index < len(diagnosis.rivals):
             for rival in diagnosis.rivals[index]:
                 other = rival.hypothesis.labels[-1]
                 if other[0] == separates[-1] and other != label:
-                    return Pair(diagnosis.best, rival, (label, other))
+                    return Pair(best, rival, (label, other))
     return None
 
 
@@ -72,10 +80,15 @@ def unexplained_pair(diagnosis: Diagnosis) -> Pair | None:
 
 
 def menu_of(pair: Pair, done: Sequence[tuple[str, str]]) -> list[Option]:
-    """Entries made for the pair, those that fit both first, then those that show one of them. What was run already is left out."""
+    """Entries made for the pair, those that fit both first, then those that show one of them. What was run already is left out.
+
+    Against chance, whatever shows the cause will do: where it has no entry of its own, all of them.
+    """
     (one, axis), (other, other_axis) = pair.names
     both = [run.sequence for run in separating_runs(one, other) if run.sequence is not None]
     names = tuple(dict.fromkeys([*both, *showing_sequences(one, other)]))
+    if pair.against_chance:
+        names = names or all_sequences()
     axes = [axis] if axis == other_axis else [axis, other_axis]
     return [Option(name, where, None) for name in names for where in axes if (name, where) not in done]
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -29,14 +29,12 @@ from gimbal_hil.improvement.journal import Chosen, Diagnosed, Ended, Entry, Jour
 from gimbal_hil.improvement.measured import measured_table
 from gimbal_hil.improvement.rehearsal import Rehearsal, rehearse
 from gimbal_hil.improvement.site import Site
+from gimbal_hil.improvement.tables import Role, Tables
 from gimbal_hil.settings import DaemonSettings
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel, load_model
 
-#: tables that one diagnosis searches on at most: the newest, and the first
-_MOST_TABLES = 5
 _MODEL_FILE, _BASE_FILE = "model.yaml", "base.yaml"
-_SEPARATING, _SEARCH, _JUDGE = "separating", "search", "judge"
 
 
 class Ending(Enum):
@@ -55,6 +53,7 @@ class Decision(Enum):
     AT_THE_FLOOR = "at the floor"
     CHECK = "take the model over and check it on another motion"
     SEPARATE = "run what separates the explanations"
+    SHOW = "run a hold-out that shows what only the searched runs have shown"
     GIVE_UP = "nothing more can be done"
 
 
@@ -94,19 +93,6 @@ def session_of(task: Task) -> dict[str, Any]:
     }
 
 
-@dataclass
-class _Data:
-    """Measured tables by role; the newest judge is the one that no model has seen."""
-
-    search: list[SignalsTable] = field(default_factory=list)
-    judge: list[SignalsTable] = field(default_factory=list)
-
-    def searched(self) -> tuple[SignalsTable, ...]:
-        """Tables for a search: all that are not the newest judge, older ones left out beyond a number."""
-        tables = [*self.search, *self.judge[:-1]]
-        return tuple(tables if len(tables) <= _MOST_TABLES else [tables[0], *tables[1 - _MOST_TABLES :]])
-
-
 def improve(
     task: Task, site: Site, journal: Journal, *, progress: ProgressSink | None = None, say: Callable[[str], None] = lambda line: None
 ) -> Improvement:
@@ -124,7 +110,7 @@ class _Loop:
         self.past: list[Entry] = list(journal.entries)
         #: the first model with its known numbers as they were refitted, without the effects that were added
         self.base = task.start
-        self.model, self.data, self.used_s, self.runs = task.start, _Data(), 0.0, 0
+        self.model, self.data, self.used_s, self.runs = task.start, Tables(), 0.0, 0
         self.diagnoses: list[Diagnosed] = []
         self.separated: list[tuple[str, str]] = []
         #: whether the newest judge is a motion that the present model has not been made with
@@ -159,7 +145,7 @@ class _Loop:
         return Improvement(self.model, ending, text, tuple(self.diagnoses), self.used_s)
 
     def _first_surveys(self) -> Ending | None:
-        for number, role in ((0, _SEARCH), (1, _JUDGE)):
+        for number, role in ((0, Role.SEARCH), (1, Role.JUDGE)):
             refusal = self._measure(1, self._survey(number), role, AXES, "rich motion of both axes, to search on and to judge on")
             if refusal is not None and number == 0:
                 raise BadInputError(
@@ -171,14 +157,15 @@ class _Loop:
 
     def _next_run(self, round_number: int, decision: Decision, choice: Chosen | None) -> Ending | None:
         if decision is Decision.CHECK:
-            experiment, role, axes = self._survey(len(self.data.judge) + 1), _JUDGE, list(AXES)
+            experiment, role, axes = self._survey(len(self.data.judge) + 1), Role.JUDGE, list(AXES)
             why = "a motion that no model has seen, to check what was taken over"
             refusal = self._measure(round_number, experiment, role, axes, why)
         else:
             assert choice is not None
             experiment = self._separating(choice.sequence, choice.axes)
             self.separated += [(choice.sequence, axis) for axis in choice.axes]
-            refusal = self._measure(round_number, experiment, _SEPARATING, choice.axes, choice.why, choice.considered)
+            role = Role.SHOWN if decision is Decision.SHOW else Role.SEPARATING
+            refusal = self._measure(round_number, experiment, role, choice.axes, choice.why, choice.considered)
         if refusal is None:
             self.unseen = decision is Decision.CHECK
             return None
@@ -194,7 +181,7 @@ class _Loop:
         return build_experiment(sequence, SequenceOptions(self.task.settings.rate_hz, tuple(axes), short=True, every=1))
 
     def _measure(
-        self, number: int, experiment: Experiment, role: str, axes: Sequence[str], why: str, considered: Sequence[Any] = ()
+        self, number: int, experiment: Experiment, role: Role, axes: Sequence[str], why: str, considered: Sequence[Any] = ()
     ) -> str | None:
         """Run an experiment, or take it from the folder; answers why it was refused, if it was."""
         self.runs += 1
@@ -211,11 +198,10 @@ class _Loop:
                 number, experiment, role, rehearsal, Chosen(number, place, experiment.name, list(axes), why, list(considered))
             )
         self.used_s = done.antenna_s
-        table = measured_table(folder, self.task.start.axes)
-        (self.data.judge if role == _JUDGE else self.data.search).append(table)
+        self.data.add(role, measured_table(folder, self.task.start.axes))
         return None
 
-    def _conduct(self, number: int, experiment: Experiment, role: str, rehearsal: Rehearsal, chosen: Chosen) -> Measured:
+    def _conduct(self, number: int, experiment: Experiment, role: Role, rehearsal: Rehearsal, chosen: Chosen) -> Measured:
         rate, began = self.task.settings.rate_hz, time.monotonic()
         self.journal.write(chosen)
         self.say(f"round {number}: {experiment.name} on {' and '.join(chosen.axes)}: {chosen.why}")
@@ -224,7 +210,7 @@ class _Loop:
         self.journal.write(Measuring(number, chosen.run, experiment.name, duration_s, dict(rehearsal.torque_nm), travel))
         self.site.run(self.task.budgets.guarded(experiment), self.task.out / chosen.run, self.runs, self.progress)
         used = self.used_s + duration_s + AFTERWARDS_S
-        done = Measured(number, chosen.run, experiment.name, role, used, time.monotonic() - began)
+        done = Measured(number, chosen.run, experiment.name, role.value, used, time.monotonic() - began)
         self.journal.write(done)
         return done
 
@@ -282,7 +268,7 @@ class _Loop:
         def from_model(model: AntennaModel) -> Diagnosis:
             self.progress.begin(f"round {number}: diagnosis", 1.0, 0.0)
             return diagnose(
-                model, self.data.searched(), (self.data.judge[-1],), workers=self.task.workers, dask=self.task.dask,
+                model, self.data.searched(), self.data.held_out(), workers=self.task.workers, dask=self.task.dask,
                 progress=lambda text: self.progress.at(text, 0.0),
             )  # fmt: skip
 
@@ -309,10 +295,10 @@ class _Loop:
         # a gap that nothing explains gets one more kind of motion to show itself in, not the whole menu
         tried = not ambiguous and any(d.verdict == "unexplained" and d.choice is not None for d in self.diagnoses)
         choice = None if pair is None or tried else self._choice(number, diagnosis, pair)
-        if choice is not None:
-            return Decision.SEPARATE, None, choice
+        if pair is not None and choice is not None:
+            return Decision.SHOW if pair.against_chance else Decision.SEPARATE, None, choice
         # where neither a run of the antenna's own nor a person could tell, the two are the same for every purpose
-        same = ambiguous and pair is not None and bool(self.weighed) and person_needed(pair) is None
+        same = ambiguous and pair is not None and not pair.against_chance and bool(self.weighed) and person_needed(pair) is None
         return (Decision.CHECK if same else Decision.GIVE_UP), corrected, None
 
     def _choice(self, number: int, diagnosis: Diagnosis, pair: Pair) -> Chosen | None:
@@ -336,8 +322,10 @@ class _Loop:
         if not found or (found[0].expected or 0.0) < WORTH:
             return None
         (one, axis), (other, other_axis) = pair.names
-        why = f"separates {_words(one)} on {axis} from {_words(other)} on {other_axis}: largest expected difference of the menu"
-        best = found[0]
+        purpose = f"separates {_words(one)} on {axis} from {_words(other)} on {other_axis}"
+        if pair.against_chance:
+            purpose = f"a hold-out that shows {_words(one)} on {axis}, which only the searched runs have shown"
+        best, why = found[0], f"{purpose}: largest expected difference of the menu"
         return Chosen(number + 1, "", best.sequence, [best.axis], why, self.weighed)
 
     def _open_end(self, verdict: dict[str, Any], pair: Pair) -> str:
@@ -353,6 +341,8 @@ class _Loop:
             place = f"{_words(most['sequence'])} on {most['axis']}"
             why = f"of the runs left, {place} would show most, {most['expected']:.2g} squared floors, where {WORTH:g} are needed"
         model = f" The model with {_words(one)} leaves {left:.2f} floors, as it would with the other."
+        if pair.against_chance:
+            return f"{_words(one).capitalize()} on {axis} is suspected, not shown: the searched runs alone have it, and {why}."
         return f"{_words(one).capitalize()} on {axis} or {_words(other)} on {other_axis}: {why}.{model}" + (
             f" A person could tell: {person}." if person else ""
         )
@@ -361,7 +351,7 @@ class _Loop:
         folder = self.task.out / f"round_{number}"
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "verdict.json").write_text(json.dumps(verdict, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-        sources = [table.source for table in (*self.data.searched(), self.data.judge[-1])]
+        sources = [table.source for table in (*self.data.searched(), *self.data.held_out())]
         discrepancy_page(diagnosis, verdict, corrected_model(diagnosis), sources).write(folder / "report.html")
         if model is None:
             return None

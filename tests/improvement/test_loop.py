@@ -66,6 +66,22 @@ def test_time_for_one_survey_alone_ends_with_the_time_used_up(tmp_path: Path) ->
     assert site.runs == ["survey"]
 
 
+def test_a_cause_that_the_judging_motion_does_not_show_gets_a_hold_out_that_does(tmp_path: Path) -> None:
+    # the first survey asks for 2.6 N m on the inner axis, the second one for 2.0: it never reaches this limit
+    limited = shipped_model().with_number("inner", "actuator.limit", 2.2, "hidden")
+    site = virtual(limited)
+    done = improved(task_of(tmp_path), site)
+    assert done.ending is Ending.AT_THE_FLOOR
+    assert done.model.number("inner", "actuator.limit") == pytest.approx(2.2, rel=0.02)
+    roles = [entry.role for entry in read_journal(tmp_path / "journal.jsonl") if isinstance(entry, Measured)]
+    assert roles == ["search", "judge", "shown", "judge"]
+    assert [one.verdict for one in done.diagnoses] == ["ambiguous", "named", "no_discrepancy"]
+    # what was shown stays held out when a stopped improvement goes on
+    again = virtual(limited)
+    assert improved(task_of(tmp_path), again, resume=True).model.document == done.model.document
+    assert again.runs == []
+
+
 HIDDEN = (
     (("cogging", "outer", COGGING), ("coulomb_asymmetry", "inner", {"asymmetry": 0.15})),
     (("cogging", "outer", COGGING), ("cable_spring", "inner", {"stiffness": 0.4, "rest_position": 0.0})),
