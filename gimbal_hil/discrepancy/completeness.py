@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,8 +32,8 @@ _STILL_FAR = 5.0
 _UNSTEADY = 1.5
 #: nothing is named where no gap is larger than this many floors; up to the next, names must close this share of all of them together
 _LEAST_GAP, HARDLY_A_GAP, _CLOSED_OF_LITTLE = 1.7, 3.0, 0.75
-#: a model without bristles is never followed to the noise: there the causes together must close this share of a half's gap, or this
-#: share of little
+#: a model without bristles is never followed to the noise: there the causes together must close this share of the gap of some channel
+#: of a half, or this share of little
 _COARSE_SHARE, _COARSE_OF_LITTLE = 0.12, 0.4
 #: blocks (s) and standard errors of their mean by which a gain is there all along; or the share of them that gain, and how far from half
 _BLOCK_S, _SURE, _MOST_BLOCKS, _SURE_SIGN = 1.0, 3.0, 0.8, 2.0
@@ -47,17 +48,17 @@ class Half:
     #: rms per channel by which the twin does not repeat itself; asked for only where much is left
     unsteadiness: Callable[[], Floats]
 
-    @property
+    @cached_property
     def before(self) -> Floats:
         """Rms of the gap per channel."""
         return rms(self.gap)
 
-    @property
+    @cached_property
     def after(self) -> Floats:
         """Rms of what is left per channel."""
         return rms(self.left)
 
-    @property
+    @cached_property
     def closed(self) -> Floats:
         """Share of the squared gap that is closed, per channel."""
         return np.asarray(1.0 - (self.after**2 - 1.0) / np.maximum(self.before**2 - 1.0, 1e-9))

@@ -35,25 +35,25 @@ _PROMISING = 0.7
 
 
 @dataclass(frozen=True)
-class Decision:
+class Story:
     """The explanation that is taken, under the floors that stand at the end."""
 
     best: Scored
-    #: the model as it stands
+    #: the model as it stands; as it was refitted where it carries no bristle and no number of it had to move far
     null: Scored
     #: refitted without causes where known numbers had to float
     floated: Scored | None = None
     rounds: tuple[Round, ...] = ()
 
 
-def decide(search: Search, floors: FallingFloors, encoder: Floats) -> Decision:
+def decide(search: Search, floors: FallingFloors, encoder: Floats) -> Story:
     """The explanation of a search's data. `encoder`: rms that the encoder's error alone makes, per channel; floors fall on the way."""
     search.progress("the model as it stands")
     null = search.null()
     if largest_left(search, null) <= _QUIET:
         hidden = _hidden_in_its_floor(search, floors, encoder, null)
         if hidden is None:
-            return Decision(null, null)
+            return Story(null, null)
         search.floor = floors.fall(hidden)
         null = search.again(null)
     return _with_bristles(search, floors, null) if search.exact else _without_bristles(search, null)
@@ -64,49 +64,49 @@ def largest_left(search: Search, state: Scored) -> float:
     return float(np.max(search.gaps(state)))
 
 
-def _with_bristles(search: Search, floors: FallingFloors, null: Scored) -> Decision:
+def _with_bristles(search: Search, floors: FallingFloors, null: Scored) -> Story:
     """Sparse explanation first; when that fails, let the known numbers float and try again."""
     sparse, null, rounds = _few_causes(search, floors, null)
     quiet = _stands(search, sparse, null) and largest_left(search, sparse) <= CALM_FLOORS
     if quiet and len(sparse.hypothesis.causes) == 1:
-        return Decision(sparse, null, None, rounds)
+        return Story(sparse, null, None, rounds)
     search.progress("letting the known numbers float")
     floated = search.null(_floating(known_numbers(search.twin.model, TRUST)))
     if quiet:
         # several numbers that are off by a few per cent each can look like two causes, but not as closely as they are themselves
         off = largest_left(search, floated) < _QUIET and search.complete(floated, null) and not floated.hypothesis.far
         off = off and compare(search, sparse, floated).better
-        return Decision(floated, null, floated, rounds) if off else Decision(sparse, null, None, rounds)
+        return Story(floated, null, floated, rounds) if off else Story(sparse, null, None, rounds)
     search.floor = floors.fall(floated.hypothesis)
     null, sparse, floated = search.again(null), search.again(sparse), search.again(floated)
     # where causes alone explain nearly all, known numbers that are off must explain clearly more to be the better story
     stands = _stands(search, sparse, null)
     most = _CLEARLY_LESS * largest_left(search, sparse) if stands else math.inf
     if search.complete(floated, null) and largest_left(search, floated) < min(_QUIET, most):
-        return Decision(_far_numbers_named(search, floated, null), null, floated, rounds)
+        return Story(_far_numbers_named(search, floated, null), null, floated, rounds)
     again, more = search.forward(floated, most=_FEW)
     rounds += tuple(more)
     if _stands(search, again, null) and largest_left(search, again) < most:
-        return Decision(again, null, floated, rounds)
+        return Story(again, null, floated, rounds)
     if search.complete(floated, null) and largest_left(search, floated) <= min(COMPLETE_FLOORS, most):
-        return Decision(_far_numbers_named(search, floated, null), null, floated, rounds)
+        return Story(_far_numbers_named(search, floated, null), null, floated, rounds)
     if not stands and len(sparse.hypothesis.causes) == _FEW and search.closed(sparse, null) > _PROMISING:
         search.progress("looking for more causes")
         sparse, more = search.forward(sparse, null=null)
         rounds += tuple(more)
-    return Decision(sparse, null, None, rounds)
+    return Story(sparse, null, None, rounds)
 
 
-def _without_bristles(search: Search, as_stated: Scored) -> Decision:
+def _without_bristles(search: Search, as_stated: Scored) -> Story:
     """Known numbers float first: what such a model lacks shows beside the best that it can do."""
     model = search.twin.model
     floated = search.null(_floating(known_numbers(model, TRUST) + known_offsets(model)))
     named = _far_numbers_named(search, floated, as_stated)
     if named.hypothesis.causes:
         best, rounds = search.forward(named, null=as_stated)
-        return Decision(best if search.complete(best, as_stated) else named, as_stated, floated, tuple(rounds))
+        return Story(best if search.complete(best, as_stated) else named, as_stated, floated, tuple(rounds))
     best, rounds = search.forward(floated)
-    return Decision(best, floated, None, tuple(rounds))
+    return Story(best, floated, None, tuple(rounds))
 
 
 def _few_causes(search: Search, floors: FallingFloors, null: Scored) -> tuple[Scored, Scored, tuple[Round, ...]]:
@@ -140,7 +140,7 @@ def _hidden_in_its_floor(search: Search, floors: FallingFloors, encoder: Floats,
         return None
     fallen: list[tuple[float, Hypothesis]] = []
     for tried in search.one_round(null).tried[:_ASKED]:
-        lower = floors.under(tried.hypothesis).effective()
+        lower = floors.under(tried.hypothesis)
         fallen.append((float(np.min(lower / search.floor)), tried.hypothesis))
     ratio, hypothesis = min(fallen, key=lambda item: item[0], default=(1.0, null.hypothesis))
     return hypothesis if ratio < _HIDDEN else None

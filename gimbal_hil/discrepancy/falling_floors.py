@@ -11,7 +11,6 @@ from gimbal_hil.discrepancy.hypothesis import Hypothesis, parameters_of
 from gimbal_hil.discrepancy.record import TORQUE
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
-from sim_backend.model import AntennaModel
 
 #: how exactly a twin can follow another integrator: share of the Coulomb level
 _EXACTNESS = 0.0012
@@ -30,23 +29,28 @@ class FallingFloors:
 
     def effective(self) -> Floats:
         """Floors per channel as they are."""
-        return effective_floors(self.twin.model, self.twin, self.noise, self.processing)
+        return effective_floors(self.twin, self.noise, self.processing)
 
-    def under(self, hypothesis: Hypothesis) -> FallingFloors:
-        """The same once a hypothesis is taken out: a cause reaches beyond the scored band and passes for noise there."""
-        structure, P = parameters_of(self.wide, hypothesis)
-        return FallingFloors(self.twin, self.wide, smaller(self.noise, floors(self.twin, self.wide, structure, P)), self.processing)
+    def under(self, hypothesis: Hypothesis) -> Floats:
+        """Floors per channel once a hypothesis is taken out: a cause reaches beyond the scored band and passes for noise there."""
+        return effective_floors(self.twin, self._noise_under(hypothesis), self.processing)
 
     def fall(self, hypothesis: Hypothesis) -> Floats:
         """Take a hypothesis out for good; answers the new floors per channel."""
-        self.noise = self.under(hypothesis).noise
+        self.noise = self._noise_under(hypothesis)
         return self.effective()
 
+    def _noise_under(self, hypothesis: Hypothesis) -> list[Floor]:
+        structure, P = parameters_of(self.wide, hypothesis)
+        return smaller(self.noise, floors(self.twin, self.wide, structure, P))
 
-def effective_floors(model: AntennaModel, twin: Twin, found: list[Floor], processing: Floats) -> Floats:
+
+def effective_floors(twin: Twin, found: list[Floor], processing: Floats) -> Floats:
     """Noise and what no twin can follow, per channel."""
     out = []
     for floor, channel, process in zip(found, twin.channels, processing, strict=True):
-        exactness = _EXACTNESS * model.number(channel.axis, "friction.coulomb") if channel.signal == TORQUE else _RATE_EXACTNESS * floor.rms
+        exactness = _RATE_EXACTNESS * floor.rms
+        if channel.signal == TORQUE:
+            exactness = _EXACTNESS * twin.model.number(channel.axis, "friction.coulomb")
         out.append(float(np.sqrt(floor.rms**2 + max(exactness, min(process, floor.rms)) ** 2)))
     return np.array(out)

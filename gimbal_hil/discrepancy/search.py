@@ -110,7 +110,8 @@ class Search:
     progress: Progress = lambda text: None
     #: the model carries a bristle on every axis, so that its twin can be followed to the noise; without one no twin is exact
     exact: bool = True
-    #: responses of the families that do not depend on the residual, heard once beside the model as it stands, and their floors
+    #: Jacobian of the known numbers where they first floated; responses of the families that do not depend on the residual, heard once
+    #: beside the model as it stands; each with its floors
     _floating: tuple[Floats, Floats] | None = None
     _heard: tuple[list[Response], Floats] | None = None
 
@@ -230,8 +231,15 @@ class Search:
         return float(taken.max()) > _LEAST_SQUARES and float(taken.sum()) > least * max(gap, 0.0)
 
     def heard_on_holdout(self, state: Scored, index: int) -> bool:
-        """Whether the hold-out has any trace of one cause of a state, everything else left as it is."""
-        return _differ(self.scored(refit(self.twin, state.hypothesis.minus(index), self.floor, 0)).holdout, state.holdout)
+        """Whether the hold-out has a trace of one cause of a state, everything else left as it is.
+
+        Rows that select nothing bear witness too, where the cause takes nearly all that is there without it.
+        """
+        without = self.scored(refit(self.twin, state.hypothesis.minus(index), self.floor, 0))
+        if _differ(without.holdout, state.holdout):
+            return True
+        taken, gap = _taken(without.untouched, state.untouched)
+        return float(taken.max()) > _LEAST_SQUARES and float(taken.sum()) > _NEARLY_ALL * max(gap, 0.0)
 
     def nonsense(self, without: Scored, cause: Cause) -> float:
         """Squares that matched nonsense of one cause takes beside a state, in squared floors over the fitted rows."""

@@ -25,7 +25,7 @@ def standing(model: AntennaModel, table: SignalsTable) -> list[dict[str, Any]]:
     structure = twin.structure(())
     noise = floors(twin, wide_twin(twin, (table,)), structure, structure.P)
     processing = processing_floors(twin, (table,))
-    floor = effective_floors(model, twin, noise, processing)
+    floor = effective_floors(twin, noise, processing)
     rms = np.sqrt(np.mean(residual_of(twin, Hypothesis(), floor) ** 2, axis=0)) * floor
     linear = model.is_linear
     return [

@@ -57,8 +57,10 @@ def _unexplained(diagnosis: Diagnosis, gaps: list[Entry]) -> str:
     tried = ", ".join(_name(*label) for label in diagnosis.best.hypothesis.labels)
     if tried and least <= COMPLETE_FLOORS and before < HARDLY_A_GAP:
         return f"{size}. That is too little to name a cause for: {tried} would take it to {least:.1f} floors, but so may what is no cause."
-    attempt = f"the best attempt ({tried})" if tried else "the best attempt"
-    return f"{size}. Nothing in the catalogue explains what is there: {attempt} leaves {least:.1f} floors on the logs or the hold-out."
+    nothing = f"{size}. Nothing in the catalogue explains what is there"
+    if not tried:
+        return f"{nothing}: no candidate earned its place on the hold-out."
+    return f"{nothing}: the best attempt ({tried}) leaves {least:.1f} floors on the logs or the hold-out."
 
 
 def _doubt(diagnosis: Diagnosis, effects: list[Entry], alternatives: list[Entry]) -> str:
@@ -71,7 +73,13 @@ def _doubt(diagnosis: Diagnosis, effects: list[Entry], alternatives: list[Entry]
     unheard = f" The hold-out has no trace of {names}, which is therefore suspected, not shown." if silent else ""
     if len(silent) == sum(e["status"] == "ambiguous" for e in effects):
         return unheard
-    return f" At least one of these cannot be told from another cause on this data; the run that would tell is proposed.{unheard}"
+    open_ones = "; ".join(_cannot_tell(e, alternatives) for e in effects if e["status"] == "ambiguous" and e["name"] in rivals)
+    return f" {open_ones}. The run that would tell is proposed.{unheard}"
+
+
+def _cannot_tell(effect: Entry, alternatives: list[Entry]) -> str:
+    others = [_name(other["name"], other["axis"]) for other in alternatives if other["instead_of"] == effect["name"]]
+    return f"{_name(effect['name'], effect['axis']).capitalize()} cannot be told from {' or '.join(dict.fromkeys(others))} on this data"
 
 
 def _name(effect: str, axis: str) -> str:
@@ -103,8 +111,8 @@ def _remainder(diagnosis: Diagnosis, gaps: list[Entry]) -> str:
     if not diagnosis.search.exact:
         return ""
     left = [g for g in gaps if g["after"] > COMPLETE_FLOORS * g["noise_floor"]]
-    told = ", ".join(f"{g['signal'].replace('_', ' ')} of {g['axis']} {g['after'] / g['noise_floor']:.1f} floors" for g in left)
-    return f" Still unexplained beside it: {told}." if told else ""
+    places = ", ".join(f"{g['signal'].replace('_', ' ')} of {g['axis']} {g['after'] / g['noise_floor']:.1f} floors" for g in left)
+    return f" Still unexplained beside it: {places}." if places else ""
 
 
 def contradiction_of(effect: Entry) -> str:

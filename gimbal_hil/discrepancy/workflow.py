@@ -105,8 +105,8 @@ def diagnose(
     catalogue = [family for axis in model.axes for family in families(model, axis, twin.records)]
     with open_executor(workers, dask) as executor:
         search = _search(twin, held, falling.effective(), catalogue, executor, progress)
-        decision = decide(search, falling, np.sqrt(np.mean(np.concatenate(drawn), axis=0)))
-        best, null = decision.best, decision.null
+        story = decide(search, falling, np.sqrt(np.mean(np.concatenate(drawn), axis=0)))
+        best, null = story.best, story.null
         if best.hypothesis.causes:
             best = polished(search, best)
         complete = search.complete(best, null)
@@ -114,9 +114,9 @@ def diagnose(
         rivals: tuple[tuple[Scored, ...], ...] = ()
         progress("what else could it be")
         if complete:
-            best, rivals = with_rivals(search, best, null, decision.rounds)
+            best, rivals = with_rivals(search, best, null, story.rounds)
     return Diagnosis(
-        model, search, null, best, decision.floated, falling.noise, falling.processing, decision.rounds, complete, only_noise,
+        model, search, null, best, story.floated, falling.noise, falling.processing, story.rounds, complete, only_noise,
         ~search.selecting, rivals, suspected_only, twin.gyro_everywhere,
     )  # fmt: skip
 

@@ -6,8 +6,9 @@ refit itself within what the data so far allows it (its Jacobian there). What B 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -24,17 +25,20 @@ from sim_backend.model import AntennaModel
 
 #: an entry is worth its time when B would leave so many squared floors beyond A over all its rows, after correlation
 WORTH = 12.0
+#: and shows a cause plainly at so many times that: of those the shortest will do against chance
+_PLAINLY = 10.0
 #: rows of the scored residual are correlated: what one row counts for
 _SPREAD = 2.0
 
 
 @dataclass(frozen=True)
 class Option:
-    """An entry of the menu for an axis, and the expected difference in squared floors; None where it could not be worked out."""
+    """An entry of the menu for an axis; once it is weighed, the expected difference in squared floors and how long it takes."""
 
     sequence: str
     axis: str
-    expected: float | None
+    expected: float | None = None
+    duration_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -51,18 +55,23 @@ class Pair:
         return self.names[1][0] == CHANCE
 
 
-def open_pair(diagnosis: Diagnosis, separates: Sequence[str]) -> Pair | None:
-    """The pair of an ambiguous verdict: the cause and the rival that its `next_experiment` separates."""
-    best, search = diagnosis.best, diagnosis.search
+def open_pairs(diagnosis: Diagnosis, verdict: dict[str, Any], shown: Collection[tuple[str, str]]) -> list[Pair]:
+    """What an ambiguous verdict leaves open: a cause and the rival that does as well, or a cause and the same without it.
+
+    The latter where the hold-out has no trace of the cause; not for those that an earlier hold-out has shown.
+    """
+    best, search, found = diagnosis.best, diagnosis.search, []
+    status = {(entry["name"], entry["axis"]): entry["status"] for entry in verdict["effects"]}
     for index, label in enumerate(best.hypothesis.labels):
-        if list(separates) == [label[0], CHANCE] and not search.heard_on_holdout(best, index):
-            return Pair(best, search.refitted(best.hypothesis.minus(index)), (label, (CHANCE, label[1])))
-        if separates and label[0] == separates[0] and index < len(diagnosis.rivals):
-            for rival in diagnosis.rivals[index]:
-                other = rival.hypothesis.labels[-1]
-                if other[0] == separates[-1] and other != label:
-                    return Pair(best, rival, (label, other))
-    return None
+        if status[label] != "ambiguous":
+            continue
+        others = [(other["name"], other["axis"]) for other in verdict["alternatives"] if other["instead_of"] == label[0]]
+        rival = next((one for one in diagnosis.rivals[index] if one.hypothesis.labels[-1] in others), None)
+        if rival is not None:
+            found.append(Pair(best, rival, (label, rival.hypothesis.labels[-1])))
+        elif label not in shown:
+            found.append(Pair(best, search.refitted(best.hypothesis.minus(index)), (label, (CHANCE, label[1]))))
+    return found
 
 
 def unexplained_pair(diagnosis: Diagnosis) -> Pair | None:
@@ -82,15 +91,17 @@ def unexplained_pair(diagnosis: Diagnosis) -> Pair | None:
 def menu_of(pair: Pair, done: Sequence[tuple[str, str]]) -> list[Option]:
     """Entries made for the pair, those that fit both first, then those that show one of them. What was run already is left out.
 
-    Against chance, whatever shows the cause will do: where it has no entry of its own, all of them.
+    Against chance, whatever shows the cause will do: where no entry of its own is left, all of them.
     """
     (one, axis), (other, other_axis) = pair.names
     both = [run.sequence for run in separating_runs(one, other) if run.sequence is not None]
-    names = tuple(dict.fromkeys([*both, *showing_sequences(one, other)]))
-    if pair.against_chance:
-        names = names or all_sequences()
     axes = [axis] if axis == other_axis else [axis, other_axis]
-    return [Option(name, where, None) for name in names for where in axes if (name, where) not in done]
+
+    def left(names: Iterable[str]) -> list[Option]:
+        return [Option(name, where) for name in dict.fromkeys(names) for where in axes if (name, where) not in done]
+
+    own = left([*both, *showing_sequences(one, other)])
+    return own or left(all_sequences()) if pair.against_chance else own
 
 
 def person_needed(pair: Pair) -> str | None:
@@ -104,11 +115,44 @@ def weighed(
 ) -> list[Option]:
     """The options with their expected differences, largest first. `rehearsed` gives what an option would measure on a model."""
     model = corrected_model(replace(diagnosis, best=pair.best, complete=True)) or diagnosis.model
-    found = []
+    found: list[Option] = []
     for option in options:
         table = rehearsed(option, model)
-        found.append(option if table is None else replace(option, expected=expected_difference(diagnosis, pair, table)))
-    return sorted(found, key=lambda o: -1.0 if o.expected is None else -o.expected)
+        if table is not None:
+            expected = expected_difference(diagnosis, pair, table)
+            found.append(replace(option, expected=expected, duration_s=len(table) * table.period_s))
+    return sorted(found, key=lambda option: -(option.expected or 0.0))
+
+
+def chosen(pair: Pair, options: Sequence[Option]) -> Option | None:
+    """Which of the weighed options is run: where they differ most, or the shortest that plainly shows a cause. None is worth its time?"""
+    worth = [option for option in options if (option.expected or 0.0) >= WORTH]
+    plain = [option for option in worth if (option.expected or 0.0) >= _PLAINLY * WORTH]
+    if pair.against_chance and plain:
+        return min(plain, key=lambda option: option.duration_s)
+    return worth[0] if worth else None
+
+
+def open_end(pair: Pair, options: Sequence[Option], refused: Sequence[str], left_floors: float) -> str:
+    """What stays open, why no run of the antenna's own would close it, what the model is then, and what a person could do."""
+    (one, axis), (other, other_axis) = ((name.replace("_", " "), axis) for name, axis in pair.names)
+    person = person_needed(pair)
+    if options:
+        most = options[0]
+        place = f"{most.sequence.replace('_', ' ')} on {most.axis}"
+        why = f"of the runs left, {place} would show most, {most.expected:.2g} squared floors, where {WORTH:g} are needed"
+    elif refused:
+        why = f"no run fits the budgets ({'; '.join(refused)})"
+    else:
+        why = "no run that the antenna can make by itself is left"
+    if pair.against_chance:
+        return (
+            f"{one.capitalize()} on {axis} is suspected, not shown: the searched runs alone have it, and {why}."
+            f" The model has it, since they need it: it leaves {left_floors:.2f} floors."
+        )
+    text = f"{one.capitalize()} on {axis} or {other} on {other_axis}: {why}."
+    text += f" The model with {one} leaves {left_floors:.2f} floors, as it would with the other."
+    return text + (f" A person could tell: {person}." if person else "")
 
 
 def expected_difference(diagnosis: Diagnosis, pair: Pair, table: SignalsTable) -> float:

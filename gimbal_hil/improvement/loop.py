@@ -24,7 +24,7 @@ from gimbal_hil.experiments.runner import ProgressSink, Silent
 from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
 from gimbal_hil.experiments.sequences.survey import WHOLE_S, survey
 from gimbal_hil.improvement.budgets import AFTERWARDS_S, Budgets
-from gimbal_hil.improvement.choosing import WORTH, Option, Pair, menu_of, open_pair, person_needed, unexplained_pair, weighed
+from gimbal_hil.improvement.choosing import Option, Pair, chosen, menu_of, open_end, open_pairs, person_needed, unexplained_pair, weighed
 from gimbal_hil.improvement.journal import Chosen, Diagnosed, Ended, Entry, Journal, Measured, Measuring, Refused
 from gimbal_hil.improvement.measured import measured_table
 from gimbal_hil.improvement.rehearsal import Rehearsal, rehearse
@@ -42,6 +42,7 @@ class Ending(Enum):
 
     AT_THE_FLOOR = "the model is at the noise floor"
     AMBIGUOUS = "two explanations cannot be told apart by what the antenna can do by itself"
+    SUSPECTED = "a cause is suspected that no run which is left would show again"
     UNEXPLAINED = "something is left that nothing in the catalogue explains"
     ROUNDS_USED_UP = "the rounds allowed are used up"
     TIME_USED_UP = "the antenna time allowed is used up"
@@ -54,6 +55,7 @@ class Decision(Enum):
     CHECK = "take the model over and check it on another motion"
     SEPARATE = "run what separates the explanations"
     SHOW = "run a hold-out that shows what only the searched runs have shown"
+    SUSPECT = "nothing more can be done, and a cause is suspected only"
     GIVE_UP = "nothing more can be done"
 
 
@@ -117,9 +119,10 @@ class _Loop:
         self.unseen = False
         #: what the budgets left no room for
         self.left = ""
-        #: what the last diagnosis could not tell apart, and the menu as it was weighed for that
-        self.pair: Pair | None = None
-        self.weighed: list[dict[str, Any]] = []
+        #: of the last diagnosis: the menu as it was weighed, what stays open and why, and whether neither run nor person could tell
+        self.considered: list[dict[str, Any]] = []
+        self.remarks: list[str] = []
+        self.same = True
 
     # --- the loop itself -------------------------------------------------------------------------------------------------------
 
@@ -132,6 +135,8 @@ class _Loop:
             decision = Decision(diagnosed.decision)
             if decision is Decision.AT_THE_FLOOR:
                 ending = Ending.AT_THE_FLOOR
+            elif decision is Decision.SUSPECT:
+                ending = Ending.SUSPECTED
             elif decision is Decision.GIVE_UP:
                 ending = Ending.AMBIGUOUS if diagnosed.verdict == "ambiguous" else Ending.UNEXPLAINED
             elif round_number >= self.task.budgets.rounds:
@@ -225,7 +230,7 @@ class _Loop:
                 self.model = load_model(self.task.out / known.model)
                 self.base = load_model(self.task.out / known.model.replace(_MODEL_FILE, _BASE_FILE))
             return known, None if known.choice is None else Chosen(number + 1, "", **known.choice)
-        began, self.pair, self.weighed = time.monotonic(), None, []
+        began, self.considered, self.remarks, self.same = time.monotonic(), [], [], True
         if self.unseen:
             self.unseen, gaps = False, standing(self.model, self.data.judge[-1])
             if max(gap["before"] / gap["noise_floor"] for gap in gaps) <= COMPLETE_FLOORS:
@@ -239,12 +244,12 @@ class _Loop:
         diagnosis = self._searched(number)
         verdict = verdict_of(diagnosis)
         decision, model, choice = self._decide(number, diagnosis, verdict)
-        remark = "" if self.pair is None or choice is not None else self._open_end(verdict, self.pair)
+        remark = "" if choice is not None else " ".join(self.remarks)
         place = self._keep(number, diagnosis, verdict, model)
-        chosen = None if choice is None else {key: getattr(choice, key) for key in ("sequence", "axes", "why", "considered")}
+        run = None if choice is None else {key: getattr(choice, key) for key in ("sequence", "axes", "why", "considered")}
         one = Diagnosed(
             number, verdict["verdict"], verdict["text"], verdict["gaps"], verdict["effects"], verdict["alternatives"], decision.value,
-            chosen, self.weighed, remark, place, time.monotonic() - began,
+            run, self.considered, remark, place, time.monotonic() - began,
         )  # fmt: skip
         if model is not None:
             self.model = model
@@ -289,63 +294,61 @@ class _Loop:
         corrected = corrected_model(diagnosis)
         if verdict["verdict"] == "named":
             return Decision.CHECK, corrected, None
-        separates = (verdict["next_experiment"] or {}).get("separates", [])
         ambiguous = verdict["verdict"] == "ambiguous"
-        self.pair = pair = open_pair(diagnosis, separates) if ambiguous else unexplained_pair(diagnosis)
-        # a gap that nothing explains gets one more kind of motion to show itself in, not the whole menu
-        tried = not ambiguous and any(d.verdict == "unexplained" and d.choice is not None for d in self.diagnoses)
-        choice = None if pair is None or tried else self._choice(number, diagnosis, pair)
-        if pair is not None and choice is not None:
-            return Decision.SHOW if pair.against_chance else Decision.SEPARATE, None, choice
+        pairs = open_pairs(diagnosis, verdict, self._shown()) if ambiguous else self._unexplained(diagnosis)
+        for pair in pairs:
+            choice = self._choice(number, diagnosis, pair, verdict)
+            if choice is not None:
+                return Decision.SHOW if pair.against_chance else Decision.SEPARATE, None, choice
+        if any(pair.against_chance for pair in pairs):
+            return Decision.SUSPECT, corrected, None
         # where neither a run of the antenna's own nor a person could tell, the two are the same for every purpose
-        same = ambiguous and pair is not None and not pair.against_chance and bool(self.weighed) and person_needed(pair) is None
-        return (Decision.CHECK if same else Decision.GIVE_UP), corrected, None
+        return (Decision.CHECK if ambiguous and self.same else Decision.GIVE_UP), corrected, None
 
-    def _choice(self, number: int, diagnosis: Diagnosis, pair: Pair) -> Chosen | None:
-        """The menu's entry on which the pair differs most, among those that the budgets allow; None where none is worth its time."""
+    def _shown(self) -> set[tuple[str, str]]:
+        """Effects that an earlier diagnosis named: a hold-out has shown them."""
+        return {(effect["name"], effect["axis"]) for one in self.diagnoses for effect in one.effects if effect["status"] == "named"}
+
+    def _unexplained(self, diagnosis: Diagnosis) -> list[Pair]:
+        """A gap that nothing explains gets one more kind of motion to show itself in, not the whole menu."""
+        tried = any(one.verdict == "unexplained" and one.choice is not None for one in self.diagnoses)
+        pair = None if tried else unexplained_pair(diagnosis)
+        return [] if pair is None else [pair]
+
+    def _choice(self, number: int, diagnosis: Diagnosis, pair: Pair, verdict: dict[str, Any]) -> Chosen | None:
+        """The run that a pair asks for, among those that the budgets allow; None, with a remark, where none is worth its time."""
         self.progress.begin(f"round {number}: which run separates", 1.0, 0.0)
-        options = menu_of(pair, self.separated)
-        if not options:
-            return None
+        refused: list[str] = []
 
         def rehearsed(option: Option, model: AntennaModel) -> SignalsTable | None:
             self.progress.at(f"{option.sequence} on {option.axis}, rehearsed", 0.0)
             experiment = self._separating(option.sequence, [option.axis])
-            rehearsal = rehearse(experiment, self.task.settings, model)
-            refusal = self.task.budgets.refusal(experiment, rehearsal, self.task.settings.rate_hz, self.used_s)
-            if refusal is not None:
-                self.journal.write(Refused(number, option.sequence, refusal))
-            return None if refusal is not None else rehearsal.table
+            table = None
+            # it will be run on the model as it is: that must be allowed as well
+            for one in (self.model, model):
+                rehearsal = rehearse(experiment, self.task.settings, one)
+                refusal = self.task.budgets.refusal(experiment, rehearsal, self.task.settings.rate_hz, self.used_s)
+                if refusal is not None:
+                    self.journal.write(Refused(number, option.sequence, refusal))
+                    refused.append(f"{option.sequence} on {option.axis} {refusal}")
+                    return None
+                table = rehearsal.table
+            return table
 
-        found = [option for option in weighed(diagnosis, pair, options, rehearsed) if option.expected is not None]
-        self.weighed = [{"sequence": o.sequence, "axis": o.axis, "expected": round(o.expected or 0.0, 1)} for o in found]
-        if not found or (found[0].expected or 0.0) < WORTH:
+        options = weighed(diagnosis, pair, menu_of(pair, self.separated), rehearsed)
+        considered = [{"sequence": o.sequence, "axis": o.axis, "expected": round(o.expected or 0.0, 1)} for o in options]
+        self.considered = considered or self.considered
+        best = chosen(pair, options)
+        if best is None:
+            if verdict["verdict"] == "ambiguous":
+                self.same = self.same and bool(options) and person_needed(pair) is None
+                self.remarks.append(open_end(pair, options, refused, max(gap["after"] / gap["noise_floor"] for gap in verdict["gaps"])))
             return None
         (one, axis), (other, other_axis) = pair.names
-        purpose = f"separates {_words(one)} on {axis} from {_words(other)} on {other_axis}"
+        why = f"separates {_words(one)} on {axis} from {_words(other)} on {other_axis}: largest expected difference of the menu"
         if pair.against_chance:
-            purpose = f"a hold-out that shows {_words(one)} on {axis}, which only the searched runs have shown"
-        best, why = found[0], f"{purpose}: largest expected difference of the menu"
-        return Chosen(number + 1, "", best.sequence, [best.axis], why, self.weighed)
-
-    def _open_end(self, verdict: dict[str, Any], pair: Pair) -> str:
-        """What stays open, why no run of the antenna's own would close it, and what a person could do."""
-        if verdict["verdict"] != "ambiguous":
-            return ""
-        person = person_needed(pair)
-        (one, axis), (other, other_axis) = pair.names
-        left = max(gap["after"] / gap["noise_floor"] for gap in verdict["gaps"])
-        why = "no run that the antenna can make by itself is left"
-        if self.weighed:
-            most = self.weighed[0]
-            place = f"{_words(most['sequence'])} on {most['axis']}"
-            why = f"of the runs left, {place} would show most, {most['expected']:.2g} squared floors, where {WORTH:g} are needed"
-        model = f" The model with {_words(one)} leaves {left:.2f} floors, as it would with the other."
-        if pair.against_chance:
-            return f"{_words(one).capitalize()} on {axis} is suspected, not shown: the searched runs alone have it, and {why}."
-        return f"{_words(one).capitalize()} on {axis} or {_words(other)} on {other_axis}: {why}.{model}" + (
-            f" A person could tell: {person}." if person else ""
-        )
+            why = f"a hold-out that shows {_words(one)} on {axis}, which only the searched runs have shown"
+        return Chosen(number + 1, "", best.sequence, [best.axis], why, considered)
 
     def _keep(self, number: int, diagnosis: Diagnosis, verdict: dict[str, Any], model: AntennaModel | None) -> str | None:
         folder = self.task.out / f"round_{number}"

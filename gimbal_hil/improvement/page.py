@@ -142,8 +142,8 @@ def _menu(rounds: Sequence[Diagnosed]) -> list[Block]:
     if not rows:
         return []
     caption = (
-        "The menu of separating runs as it was weighed: squared floors that the rival would leave beyond the best explanation, "
-        f"refitted as far as the data so far allow. Nothing is run for less than {WORTH:g}."
+        "The menu as it was weighed: squared floors that the other explanation, or the model without a cause that no hold-out has shown, "
+        f"would leave beyond the best one, refitted as far as the data so far allow. Nothing is run for less than {WORTH:g}."
     )
     return [Table(("round", "entry of the menu", "expected difference", ""), rows, caption)]
 

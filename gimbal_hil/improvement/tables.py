@@ -20,13 +20,13 @@ class Role(Enum):
     JUDGE = "judge"
     #: tells two explanations apart
     SEPARATING = "separating"
-    #: shows a cause that no judge shows; always hold-out
+    #: shows a cause that the judge does not show: held out beside it until the next run, searched on from then on
     SHOWN = "shown"
 
 
 @dataclass
 class Tables:
-    """Measured tables by role, in the order in which they were measured."""
+    """Measured tables by role, each in the order in which they were measured."""
 
     search: list[SignalsTable] = field(default_factory=list)
     judge: list[SignalsTable] = field(default_factory=list)
@@ -34,6 +34,9 @@ class Tables:
 
     def add(self, role: Role, table: SignalsTable) -> None:
         """One more run."""
+        # a run on one axis has said what it was made for: as a hold-out it would only thin out the others
+        self.search += self.shown
+        self.shown.clear()
         {Role.JUDGE: self.judge, Role.SHOWN: self.shown}.get(role, self.search).append(table)
 
     def searched(self) -> tuple[SignalsTable, ...]:

@@ -183,7 +183,7 @@ figure{margin:14px 0 22px}figcaption{color:var(--soft);font-size:14px;max-width:
 .tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(150px,1fr));gap:12px;margin:16px 0}.tile{border:1px solid var(--line);border-radius:6px;padding:10px 14px}
 .tile b{display:block;font-size:21px;font-weight:640}.tile span{color:var(--soft);font-size:14px}
 .scroll{overflow-x:auto}table{border-collapse:collapse;font-size:14px;min-width:50%}th{text-align:left;font-weight:640;border-bottom:2px solid var(--line);padding:5px 12px 5px 0;white-space:nowrap}
-td{border-bottom:1px solid var(--line);padding:4px 12px 4px 0;vertical-align:top}.n{text-align:right;font-variant-numeric:tabular-nums}
+td{border-bottom:1px solid var(--line);padding:4px 12px 4px 0;vertical-align:top}.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}
 pre{background:#f3f5f8;border:1px solid var(--line);border-radius:6px;padding:12px 14px;overflow-x:auto;font:13px/1.45 ui-monospace,"DejaVu Sans Mono",monospace}
 details{border:1px solid var(--line);border-radius:6px;padding:8px 14px;margin:12px 0}summary{cursor:pointer;font-weight:600}
 """

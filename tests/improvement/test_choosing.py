@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import pytest
 
 from gimbal_hil.discrepancy import Diagnosis, diagnose
+from gimbal_hil.discrepancy.search import Scored
+from gimbal_hil.discrepancy.separating import CHANCE, all_sequences
 from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
 from gimbal_hil.experiments.sequences.survey import SHORT_S, survey
-from gimbal_hil.improvement.choosing import WORTH, Option, Pair, menu_of, person_needed, weighed
+from gimbal_hil.improvement.choosing import WORTH, Option, Pair, chosen, menu_of, open_end, person_needed, weighed
 from gimbal_hil.improvement.rehearsal import rehearse
 from gimbal_hil.settings import shipped_settings
 from gimbal_hil.signals import SignalsTable
@@ -33,6 +37,43 @@ def on_model(option: Option, model: AntennaModel) -> SignalsTable | None:
     """What an option would measure."""
     experiment = build_experiment(option.sequence, SequenceOptions(1000.0, (option.axis,), short=True, every=1))
     return rehearse(experiment, shipped_settings(), model).table
+
+
+def named(*names: tuple[str, str]) -> Pair:
+    """A pair of which only the names are asked."""
+    one, other = names
+    nobody = cast(Scored, None)
+    return Pair(nobody, nobody, (one, other))
+
+
+def test_against_chance_the_own_entries_of_a_cause_come_first_and_all_others_once_they_are_used_up() -> None:
+    pair = named(("structural_resonance", "inner"), (CHANCE, "inner"))
+    assert pair.against_chance
+    assert [(option.sequence, option.axis) for option in menu_of(pair, done=[])] == [("sweep", "inner"), ("reversals", "inner")]
+    rest = menu_of(pair, done=[("sweep", "inner"), ("reversals", "inner")])
+    assert {option.sequence for option in rest} == set(all_sequences()) - {"sweep", "reversals"}
+    # a cause without an entry, and a pair that is not against chance
+    assert len(menu_of(named(("saturation", "inner"), (CHANCE, "inner")), done=[])) == len(all_sequences())
+    assert menu_of(named(("viscous", "outer"), ("back_emf", "outer")), done=[("plateaus", "outer"), ("warm_and_cool", "outer")]) == []
+
+
+def test_against_chance_the_shortest_run_that_plainly_shows_it_is_made() -> None:
+    long, short, faint = (
+        Option(name, "inner", expected * WORTH, seconds)
+        for name, expected, seconds in (("warm_and_cool", 900.0, 103.0), ("one_locked", 40.0, 23.0), ("sweep", 2.0, 5.0))
+    )
+    chance, rivals = named(("saturation", "inner"), (CHANCE, "inner")), named(("stribeck", "inner"), ("presliding", "inner"))
+    assert chosen(chance, [long, short, faint]) is short
+    assert chosen(rivals, [long, short, faint]) is long
+    assert chosen(chance, [faint]) is faint
+    assert chosen(chance, [Option("sweep", "inner", 0.5 * WORTH, 5.0)]) is None
+
+
+def test_what_stays_open_says_why() -> None:
+    pair = named(("saturation", "inner"), (CHANCE, "inner"))
+    assert "no run fits the budgets (sweep on inner needs 60 s" in open_end(pair, [], ["sweep on inner needs 60 s of antenna time"], 1.2)
+    assert "suspected, not shown" in open_end(pair, [], [], 1.2)
+    assert "A person could tell" in open_end(named(("viscous", "outer"), ("back_emf", "outer")), [], [], 1.0)
 
 
 @pytest.mark.heavy

@@ -8,7 +8,7 @@ import pytest
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.improvement import Ending, Measured, read_journal
-from sim_backend.model import shipped_model
+from sim_backend.model import AntennaModel, shipped_model
 from tests.improvement.antennas import with_a_bump
 from tests.improvement.sessions import improved, task_of, virtual
 
@@ -66,20 +66,37 @@ def test_time_for_one_survey_alone_ends_with_the_time_used_up(tmp_path: Path) ->
     assert site.runs == ["survey"]
 
 
+def limited(limit: float) -> AntennaModel:
+    """The first survey asks for 2.6 N m on the inner axis, the second one for 2.0."""
+    return shipped_model().with_number("inner", "actuator.limit", limit, "hidden")
+
+
+def roles(folder: Path) -> list[str]:
+    return [entry.role for entry in read_journal(folder / "journal.jsonl") if isinstance(entry, Measured)]
+
+
 def test_a_cause_that_the_judging_motion_does_not_show_gets_a_hold_out_that_does(tmp_path: Path) -> None:
-    # the first survey asks for 2.6 N m on the inner axis, the second one for 2.0: it never reaches this limit
-    limited = shipped_model().with_number("inner", "actuator.limit", 2.2, "hidden")
-    site = virtual(limited)
-    done = improved(task_of(tmp_path), site)
+    site = virtual(limited(2.2))
+    site.interrupted_before = 4
+    with pytest.raises(KeyboardInterrupt):
+        improved(task_of(tmp_path), site)
+    assert roles(tmp_path) == ["search", "judge", "shown"]
+    # a stopped improvement knows what was shown already, and judges on a motion that no model has seen
+    site = virtual(limited(2.2))
+    done = improved(task_of(tmp_path), site, resume=True)
     assert done.ending is Ending.AT_THE_FLOOR
     assert done.model.number("inner", "actuator.limit") == pytest.approx(2.2, rel=0.02)
-    roles = [entry.role for entry in read_journal(tmp_path / "journal.jsonl") if isinstance(entry, Measured)]
-    assert roles == ["search", "judge", "shown", "judge"]
+    assert roles(tmp_path) == ["search", "judge", "shown", "judge"]
     assert [one.verdict for one in done.diagnoses] == ["ambiguous", "named", "no_discrepancy"]
-    # what was shown stays held out when a stopped improvement goes on
-    again = virtual(limited)
-    assert improved(task_of(tmp_path), again, resume=True).model.document == done.model.document
-    assert again.runs == []
+
+
+def test_a_cause_that_no_run_within_the_budgets_shows_again_stays_suspected(tmp_path: Path) -> None:
+    # time for the two surveys and for nothing else
+    done = improved(task_of(tmp_path, antenna_s=75.0), virtual(limited(2.2)))
+    assert done.ending is Ending.SUSPECTED
+    assert "Saturation on inner is suspected, not shown" in done.text
+    assert "s of antenna time" in done.text
+    assert roles(tmp_path) == ["search", "judge"]
 
 
 HIDDEN = (
