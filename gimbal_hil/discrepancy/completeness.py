@@ -28,8 +28,6 @@ CALM_FLOORS = 2.0
 _NO_LARGER = 1.02
 #: a gap of hundreds of floors is not explained while this many are left, whatever the share
 _STILL_FAR = 5.0
-#: and what it leaves may be this many times what it is not sure of
-_UNSTEADY = 1.5
 #: nothing is named where no gap is larger than this many floors; up to the next, names must close this share of all of them together
 _LEAST_GAP, HARDLY_A_GAP, _CLOSED_OF_LITTLE = 1.7, 3.0, 0.75
 #: a model without bristles is never followed to the noise: there the causes together must close this share of the gap of some channel
@@ -45,7 +43,7 @@ class Half:
 
     gap: Floats
     left: Floats
-    #: rms per channel by which the twin does not repeat itself; asked for only where much is left
+    #: rms per channel, in floors, by which the twin does not repeat itself; asked for only where something is left
     unsteadiness: Callable[[], Floats]
 
     @cached_property
@@ -65,10 +63,12 @@ class Half:
 
     def explained(self, closed_in_all: Floats) -> NDArray[np.bool_]:
         """Channels that end near their floor, or of whose gap nearly all is closed."""
-        near = self.after <= COMPLETE_FLOORS
+        # what a twin does not repeat is noise of its own
+        unsteady = self.unsteadiness() if np.any(self.after > COMPLETE_FLOORS) else np.zeros(len(self.after))
+        near = self.after <= COMPLETE_FLOORS * np.hypot(1.0, unsteady)
         near &= (self.closed >= _CLOSED_WHEN_NEAR) | (closed_in_all >= _COMPLETE_SHARE) | (self.after <= _AT_FLOOR)
-        most = np.hypot(_STILL_FAR, _UNSTEADY * self.unsteadiness()) if np.any(self.after > _STILL_FAR) else _STILL_FAR
-        return np.asarray(near | ((self.closed >= _COMPLETE_SHARE) & (self.before > _A_GAP) & (self.after <= most)))
+        far = self.after > np.hypot(_STILL_FAR, COMPLETE_FLOORS * unsteady)
+        return np.asarray(near | ((self.closed >= _COMPLETE_SHARE) & (self.before > _A_GAP) & ~far))
 
     def aside(self, largest: float) -> NDArray[np.bool_]:
         """Channels that causes do not touch and whose gap is not the largest: a remainder of their own, which does not speak against."""

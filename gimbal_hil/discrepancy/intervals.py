@@ -88,13 +88,16 @@ def parameter_intervals(search: Search, state: Scored, index: int) -> dict[str, 
 
 
 def _as_good(search: Search, state: Scored, index: int) -> list[Hypothesis]:
-    """Places along the valley of one cause, on both sides, that explain the data as well."""
+    """Places along the valley of one cause, on both sides, that explain the data as well, or no worse than the twin repeats itself."""
     found: list[Hypothesis] = []
-    for step in (_STEP, -_STEP) if state.hypothesis.causes[index].family.valley else ():
+    if not state.hypothesis.causes[index].family.valley:
+        return found
+    unrepeated = search.unrepeated(state)
+    for step in (_STEP, -_STEP):
         here = state
         for _ in range(_STEPS):
             here = further(search, here, index, step)
-            if not compare(search, state, here).close:
+            if not compare(search, state, here).close and here.cost - state.cost > unrepeated:
                 break
             found.append(here.hypothesis)
     return found

@@ -73,6 +73,14 @@ def encoder_noise(twin: Twin, tables: tuple[SignalsTable, ...], seed: int = 5) -
     return tuple(np.asarray(np.mean(squares, axis=0)) for squares in draws)
 
 
+def other_readings(twin: Twin, tables: tuple[SignalsTable, ...], seed: int = 11) -> tuple[Twin, ...]:
+    """Twins of the same logs, the same rows counting, with other draws of the encoder's error."""
+    rng, hz = np.random.default_rng(seed), twin.records[0].bands.scored_hz
+    logs = list(zip(tables, twin.records, strict=True))
+    drawn = [tuple(record_of(jittered(t, twin, rng), twin.model, hz, "another draw", r.keep) for t, r in logs) for _ in range(_DRAWS)]
+    return tuple(Twin(twin.model, records, twin.gyro_everywhere, twin.scales) for records in drawn)
+
+
 def _drawn(twin: Twin, which: int, table: SignalsTable) -> Floats:
     """Squares by which a record's scored rows differ when its log is read with another draw, averaged over neighbouring rows."""
     from scipy.ndimage import gaussian_filter1d

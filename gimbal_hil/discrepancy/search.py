@@ -108,6 +108,8 @@ class Search:
     #: rows of the hold-out's residual that may select; the others are only looked at
     selecting: NDArray[np.bool_]
     progress: Progress = lambda text: None
+    #: a twin's logs with other draws of the encoder's error
+    read_again: Callable[[Twin], tuple[Twin, ...]] = lambda twin: ()
     #: the model carries a bristle on every axis, so that its twin can be followed to the noise; without one no twin is exact
     exact: bool = True
     #: Jacobian of the known numbers where they first floated; responses of the families that do not depend on the residual, heard once
@@ -206,20 +208,32 @@ class Search:
         return explains(halves, bool(state.hypothesis.causes), self.exact, bands)
 
     def _unsteadiness(self, twin: Twin, hypothesis: Hypothesis) -> Floats:
-        """Rms per channel, in floors, by which a twin with a gap changes when the gap hardly does: impacts forget where they came from."""
+        """Rms per channel, in floors, by which a twin with a gap changes when the gap hardly does, or when the encoder errs otherwise.
+
+        Impacts forget where they came from: what a rattling twin does not repeat it cannot be asked to explain.
+        """
         nudged = tuple(
             replace(cause, x=(cause.x[0] + _NUDGE, *cause.x[1:])) if cause.family.effect == "backlash" else cause
             for cause in hypothesis.causes
         )
         if nudged == hypothesis.causes:
             return np.zeros(len(twin.channels))
-        change = residual_of(twin, replace(hypothesis, causes=nudged), self.floor) - residual_of(twin, hypothesis, self.floor)
-        return rms(change) if np.all(np.isfinite(change)) else np.zeros(len(twin.channels))
+        here = residual_of(twin, hypothesis, self.floor)
+        nudge = residual_of(twin, replace(hypothesis, causes=nudged), self.floor) - here
+        others = [residual_of(other, hypothesis, self.floor) - here for other in self.read_again(twin)]
+        if not all(np.all(np.isfinite(change)) for change in (nudge, *others)):
+            return np.zeros(len(twin.channels))
+        return np.maximum(rms(nudge), rms(np.concatenate(others)) if others else 0.0)
+
+    def unrepeated(self, state: Scored) -> float:
+        """Squared floors a row that the twins of fitted data and hold-out together do not repeat: no more tells two states apart."""
+        return float(sum(np.sum(self._unsteadiness(twin, state.hypothesis) ** 2) for twin in (self.twin, self.holdout)))
 
     def worth(self, before: Scored, after: Scored) -> bool:
         """Whether an addition earns its place on the hold-out: a share of what is left without it; small causes follow huge ones.
 
-        One that the hold-out has no trace of earns it where it takes nearly all of what is left of the fitted data.
+        One that the hold-out has no trace of earns it where it takes nearly all of what is left of the fitted data. Beside a rattling gap
+        it must take more than the twin does not repeat.
         """
         if not self.exact and not throughout([(before.fit.residual, after.fit.residual)], self.twin.records[0].bands):
             return False
@@ -228,7 +242,9 @@ class Search:
             return float(taken.sum()) > _NEARLY_ALL * max(gap, 0.0) and float(taken.max()) > _LEAST_SQUARES
         taken, gap = _taken(before.holdout, after.holdout)
         least = _LEAST_SHARE if self.exact else _COARSE_LEAST_SHARE
-        return float(taken.max()) > _LEAST_SQUARES and float(taken.sum()) > least * max(gap, 0.0)
+        if float(taken.max()) <= _LEAST_SQUARES or float(taken.sum()) <= least * max(gap, 0.0):
+            return False
+        return float(taken.sum()) > float(np.sum(self._unsteadiness(self.holdout, before.hypothesis) ** 2))
 
     def heard_on_holdout(self, state: Scored, index: int) -> bool:
         """Whether the hold-out has a trace of one cause of a state, everything else left as it is.

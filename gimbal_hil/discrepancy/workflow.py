@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import repeat
 
 import numpy as np
@@ -19,7 +20,7 @@ from gimbal_hil.discrepancy.hypothesis import Hypothesis, parameters_of
 from gimbal_hil.discrepancy.processing import processing_floors
 from gimbal_hil.discrepancy.record import record_of
 from gimbal_hil.discrepancy.rivals import with_rivals
-from gimbal_hil.discrepancy.row_noise import encoder_noise, row_scales
+from gimbal_hil.discrepancy.row_noise import encoder_noise, other_readings, row_scales
 from gimbal_hil.discrepancy.screening import Response, respond
 from gimbal_hil.discrepancy.search import Round, Scored, Search, selectable
 from gimbal_hil.discrepancy.smoothing import Floats
@@ -105,6 +106,7 @@ def diagnose(
     catalogue = [family for axis in model.axes for family in families(model, axis, twin.records)]
     with open_executor(workers, dask) as executor:
         search = _search(twin, held, falling.effective(), catalogue, executor, progress)
+        search.read_again = _readings(((twin, measured), (held, holdout)))
         story = decide(search, falling, np.sqrt(np.mean(np.concatenate(drawn), axis=0)))
         best, null = story.best, story.null
         if best.hypothesis.causes:
@@ -161,6 +163,16 @@ def _search(
 
     search.listen, search.refine = listen, refine
     return search
+
+
+def _readings(logs: tuple[tuple[Twin, tuple[SignalsTable, ...]], ...]) -> Callable[[Twin], tuple[Twin, ...]]:
+    """Other readings of each twin's logs, made when they are first asked for."""
+
+    @cache
+    def made(which: int) -> tuple[Twin, ...]:
+        return other_readings(*logs[which])
+
+    return lambda twin: made(next(i for i, (one, _) in enumerate(logs) if one is twin))
 
 
 def _only_noise(

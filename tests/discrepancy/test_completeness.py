@@ -53,6 +53,10 @@ def test_what_causes_leave_decides(before: tuple[float, ...], after: tuple[float
 def test_a_twin_that_does_not_repeat_itself_may_leave_more() -> None:
     assert not explains(halves((100.0,), (8.0,)), True, True, BANDS)
     assert explains(halves((100.0,), (8.0,), unsteady=7.0), True, True, BANDS)
+    # near the floor as well: what it does not repeat is noise of its own, though not instead of a gap that is closed
+    assert not explains(halves((7.0,), (1.9,)), True, True, BANDS)
+    assert explains(halves((7.0,), (1.9,), unsteady=1.0), True, True, BANDS)
+    assert not explains(halves((3.0,), (1.9,), unsteady=1.0), True, True, BANDS)
 
 
 @pytest.mark.parametrize(("gap", "quiet"), [(1.0, True), (1.45, True), (1.6, False), (40.0, False)])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gimbal_hil.discrepancy.record import record_of
-from gimbal_hil.discrepancy.row_noise import encoder_noise, row_scales, seen_step
+from gimbal_hil.discrepancy.row_noise import encoder_noise, other_readings, row_scales, seen_step
 from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import shipped_model
@@ -49,3 +49,17 @@ def test_an_encoder_turned_evenly_by_nearly_whole_steps_a_sample_is_noisier_in_r
     time = twin.records[0].time_s[twin.records[0].keep]
     for column in (0, 2):
         assert np.median(squares[(time > 2.0) & (time < 5.0), column]) > 2.0 * np.median(squares[time > 7.0, column])
+
+
+def test_other_readings_of_a_log_differ_by_its_rounding_alone() -> None:
+    model = shipped_model()
+    columns = {f"{axis}.{signal}": np.sin(2.0 * T) for axis in model.axes for signal in ("torque", "position")}
+    columns |= {f"{axis}.position": np.round(0.3 * np.sin(2.0 * T) / STEP) * STEP for axis in model.axes}
+    table = SignalsTable.of(model.axes, T, columns)
+    twin = Twin(model, (record_of(table, model, 25.0, "log"),))
+    readings = other_readings(twin, (table,))
+    assert len(readings) > 1
+    for reading in readings:
+        assert np.array_equal(reading.records[0].keep, twin.records[0].keep)
+        moved = np.abs(reading.records[0].motion[:, 0] - twin.records[0].motion[:, 0])
+        assert 0.0 < moved.max() < 2.0 * STEP
