@@ -37,7 +37,7 @@ class Option:
 
     sequence: str
     axis: str
-    expected: float | None = None
+    expected: float = 0.0
     duration_s: float = 0.0
 
 
@@ -121,13 +121,13 @@ def weighed(
         if table is not None:
             expected = expected_difference(diagnosis, pair, table)
             found.append(replace(option, expected=expected, duration_s=len(table) * table.period_s))
-    return sorted(found, key=lambda option: -(option.expected or 0.0))
+    return sorted(found, key=lambda option: -option.expected)
 
 
-def chosen(pair: Pair, options: Sequence[Option]) -> Option | None:
-    """Which of the weighed options is run: where they differ most, or the shortest that plainly shows a cause. None is worth its time?"""
-    worth = [option for option in options if (option.expected or 0.0) >= WORTH]
-    plain = [option for option in worth if (option.expected or 0.0) >= _PLAINLY * WORTH]
+def worth_running(pair: Pair, options: Sequence[Option]) -> Option | None:
+    """The option to run: where the pair differs most, or the shortest that plainly shows a cause; None where none is worth its time."""
+    worth = [option for option in options if option.expected >= WORTH]
+    plain = [option for option in worth if option.expected >= _PLAINLY * WORTH]
     if pair.against_chance and plain:
         return min(plain, key=lambda option: option.duration_s)
     return worth[0] if worth else None

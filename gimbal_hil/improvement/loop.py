@@ -24,7 +24,17 @@ from gimbal_hil.experiments.runner import ProgressSink, Silent
 from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
 from gimbal_hil.experiments.sequences.survey import WHOLE_S, survey
 from gimbal_hil.improvement.budgets import AFTERWARDS_S, Budgets
-from gimbal_hil.improvement.choosing import Option, Pair, chosen, menu_of, open_end, open_pairs, person_needed, unexplained_pair, weighed
+from gimbal_hil.improvement.choosing import (
+    Option,
+    Pair,
+    menu_of,
+    open_end,
+    open_pairs,
+    person_needed,
+    unexplained_pair,
+    weighed,
+    worth_running,
+)
 from gimbal_hil.improvement.journal import Chosen, Diagnosed, Ended, Entry, Journal, Measured, Measuring, Refused
 from gimbal_hil.improvement.measured import measured_table
 from gimbal_hil.improvement.rehearsal import Rehearsal, rehearse
@@ -336,9 +346,9 @@ class _Loop:
             return table
 
         options = weighed(diagnosis, pair, menu_of(pair, self.separated), rehearsed)
-        considered = [{"sequence": o.sequence, "axis": o.axis, "expected": round(o.expected or 0.0, 1)} for o in options]
+        considered = [{"sequence": o.sequence, "axis": o.axis, "expected": round(o.expected, 1)} for o in options]
         self.considered = considered or self.considered
-        best = chosen(pair, options)
+        best = worth_running(pair, options)
         if best is None:
             if verdict["verdict"] == "ambiguous":
                 self.same = self.same and bool(options) and person_needed(pair) is None

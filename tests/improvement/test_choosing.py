@@ -11,7 +11,7 @@ from gimbal_hil.discrepancy.search import Scored
 from gimbal_hil.discrepancy.separating import CHANCE, all_sequences
 from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
 from gimbal_hil.experiments.sequences.survey import SHORT_S, survey
-from gimbal_hil.improvement.choosing import WORTH, Option, Pair, chosen, menu_of, open_end, person_needed, weighed
+from gimbal_hil.improvement.choosing import WORTH, Option, Pair, menu_of, open_end, person_needed, weighed, worth_running
 from gimbal_hil.improvement.rehearsal import rehearse
 from gimbal_hil.settings import shipped_settings
 from gimbal_hil.signals import SignalsTable
@@ -63,10 +63,10 @@ def test_against_chance_the_shortest_run_that_plainly_shows_it_is_made() -> None
         for name, expected, seconds in (("warm_and_cool", 900.0, 103.0), ("one_locked", 40.0, 23.0), ("sweep", 2.0, 5.0))
     )
     chance, rivals = named(("saturation", "inner"), (CHANCE, "inner")), named(("stribeck", "inner"), ("presliding", "inner"))
-    assert chosen(chance, [long, short, faint]) is short
-    assert chosen(rivals, [long, short, faint]) is long
-    assert chosen(chance, [faint]) is faint
-    assert chosen(chance, [Option("sweep", "inner", 0.5 * WORTH, 5.0)]) is None
+    assert worth_running(chance, [long, short, faint]) is short
+    assert worth_running(rivals, [long, short, faint]) is long
+    assert worth_running(chance, [faint]) is faint
+    assert worth_running(chance, [Option("sweep", "inner", 0.5 * WORTH, 5.0)]) is None
 
 
 def test_what_stays_open_says_why() -> None:
@@ -88,7 +88,7 @@ def test_a_spring_is_told_from_an_unbalance_by_the_whole_travel() -> None:
     found = weighed(diagnosis, pair, menu, on_model)
     expected = {option.sequence: option.expected for option in found}
     assert found[0].sequence == "full_turn"
-    assert (expected["full_turn"] or 0.0) > 10.0 * WORTH
+    assert expected["full_turn"] > 10.0 * WORTH
     assert "full_turn" not in [option.sequence for option in menu_of(pair, done=[("full_turn", "inner")])]
 
 
@@ -97,5 +97,5 @@ def test_a_delay_and_a_lag_far_below_a_sample_are_the_same_in_every_run() -> Non
     diagnosis = diagnosed(shipped_model().with_effect("actuator_lag", "outer", {"time_constant": 7e-5}))
     pair = pair_of(diagnosis, "transport_delay", "actuator_lag")
     found = weighed(diagnosis, pair, menu_of(pair, done=()), on_model)
-    assert all((option.expected or 0.0) < WORTH for option in found)
+    assert all(option.expected < WORTH for option in found)
     assert person_needed(pair) is None
