@@ -15,10 +15,11 @@ from gimbal_hil.discrepancy.record import record_of
 from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel, model_from_document
-from tests.identification.measured_data import DD2DOF_GRAVITY, DD2DOF_INERTIA, data_folder, emps
+from tests.identification.measured_data import emps
+from tests.rigs.data import data_folder
+from tests.rigs.dd2dof import GRAVITY, INERTIA, STEP, sliding_rows
+from tests.rigs.emps import LAP as EMPS_LAP
 
-#: samples of one lap of the first EMPS file
-EMPS_LAP = 6240
 #: a plateau of the arm: commanded speeds (deg/s) that are fitted, and those that judge
 ARM_FITTED = ("1", "3", "5", "15", "30", "n1", "n3", "n5", "n15", "n30")
 ARM_RAMPS = ("05_exp", "05_exp1", "05_exp2", "05_exp3", "n05_exp1", "n05_exp4")
@@ -66,8 +67,8 @@ def with_free(hypothesis: Hypothesis, parameter: str) -> Hypothesis:
 def arm_model() -> AntennaModel:
     """The arm's first axis with symmetric Coulomb and viscous friction, the mean of the published directions."""
     friction = {"coulomb": 11.69, "breakaway": 11.69, "stribeck_velocity": 0.01, "viscous": 3.12}
-    body = {"mass": 1.0, "cog": {"x": 0.0, "y": -DD2DOF_GRAVITY / 9.81}, "inertia": {"zz": DD2DOF_INERTIA}}
-    return _model("arm", "rotary", "shoulder", {"body": body, "friction": friction, "encoder": {"step": float(np.deg2rad(3.515e-4))}})
+    body = {"mass": 1.0, "cog": {"x": 0.0, "y": -GRAVITY / 9.81}, "inertia": {"zz": INERTIA}}
+    return _model("arm", "rotary", "shoulder", {"body": body, "friction": friction, "encoder": {"step": STEP}})
 
 
 def arm_logs(speeds: tuple[str, ...]) -> tuple[SignalsTable, ...]:
@@ -96,7 +97,7 @@ def _arm_log(file: Path, whole: bool = False) -> SignalsTable:
     position, torque = np.loadtxt(file), np.loadtxt(file.with_name(file.name.replace("pos1", "tau1")))
     rows = min(len(position), len(torque))
     angle = np.deg2rad(position[:rows, 1])
-    stop = rows if whole else int(np.argmax(np.abs(angle) > np.abs(angle).max() - 1e-3)) + 1
+    stop = rows if whole else sliding_rows(angle)
     time = 0.015 * np.arange(stop)
     return SignalsTable.of(("shoulder",), time, {"shoulder.torque": torque[:stop, 1], "shoulder.position": angle[:stop]}, source=file.name)
 

@@ -2,54 +2,29 @@
 
 from __future__ import annotations
 
-import os
-from pathlib import Path
-
 import numpy as np
-import pytest
 
 from gimbal_hil.identification import Plateau, PreslidingRun, find_steady_window
 from gimbal_hil.identification.rigid_axis import centred_torque
-
-DATA = Path(os.environ.get("GIMBAL_HIL_DATA") or Path(__file__).parents[3] / "shared" / "data")
-#: dd2dof, first axis: encoder step (rad), gravity torque amplitude (N m) and inertia (kg m2) of the published model, second axis straight
-DD2DOF_STEP = np.deg2rad(3.515e-4)
-DD2DOF_GRAVITY = 9.81 * (3.921 + 0.186)
-DD2DOF_INERTIA = 2.351 + 0.168
-
-
-def data_folder(name: str) -> Path:
-    """Folder of a data set; skips the test with the reason when it is not there."""
-    folder = DATA / name
-    if not folder.is_dir():
-        pytest.skip(f"measured data {name!r} is not at {DATA} (set GIMBAL_HIL_DATA to the folder that holds it)")
-    return folder
-
-
-def _columns(position_file: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Time (s), position (rad) and commanded torque (N m) of one dd2dof run."""
-    torque_file = position_file.with_name(position_file.name.replace("pos1", "tau1"))
-    if not torque_file.exists():
-        torque_file = torque_file.with_name(torque_file.name.replace("GAN", "gan"))
-    position, torque = np.loadtxt(position_file), np.loadtxt(torque_file)
-    rows = min(len(position), len(torque))
-    return position[:rows, 0], np.deg2rad(position[:rows, 1]), torque[:rows, 1]
+from tests.rigs.data import data_folder
+from tests.rigs.dd2dof import GRAVITY, INERTIA, arm_signals, sliding_rows
+from tests.rigs.emps import emps_signals
 
 
 def dd2dof_plateaus(fastest_deg_s: float = 100.0) -> list[Plateau]:
     """Constant-speed runs up to the row where the axis stops or turns back, each run once (some files are copies of others)."""
     plateaus, seen = [], set()
     for file in sorted((data_folder("dd2dof") / "test_2").glob("cin_pos1_*.t")):
-        time, position, torque = _columns(file)
+        time, position, torque = arm_signals(file)
         key = position.tobytes()
         digits = file.name.split("pos1_")[1].split("_exp")[0].lstrip("n")
         commanded = float(digits) / 10.0 if digits.startswith("0") else float(digits)
         if key in seen or commanded > fastest_deg_s:
             continue
         seen.add(key)
-        stop = int(np.argmax(np.abs(position) > np.abs(position).max() - 1e-3)) + 1
-        friction = centred_torque(torque) - DD2DOF_GRAVITY * np.sin(position)
-        plateaus.append(Plateau(file.name, time[:stop], position[:stop], friction[:stop], DD2DOF_INERTIA))
+        stop = sliding_rows(position)
+        friction = centred_torque(torque) - GRAVITY * np.sin(position)
+        plateaus.append(Plateau(file.name, time[:stop], position[:stop], friction[:stop], INERTIA))
     return plateaus
 
 
@@ -63,7 +38,7 @@ def dd2dof_gravity(fastest_deg_s: float = 65.0) -> tuple[float, float]:
         rows = np.linspace(window.start, window.stop - 1, 200).astype(np.int64)
         angle = plateau.position[rows]
         columns.append(np.stack([np.sin(angle), np.cos(angle)]) - np.array([[np.sin(angle).mean()], [np.cos(angle).mean()]]))
-        torque = plateau.friction[rows] + DD2DOF_GRAVITY * np.sin(angle)
+        torque = plateau.friction[rows] + GRAVITY * np.sin(angle)
         torques.append(torque - torque.mean())
     design, target = np.concatenate(columns, axis=1).T, np.concatenate(torques)
     found = np.linalg.lstsq(design, target, rcond=None)[0]
@@ -77,9 +52,9 @@ def dd2dof_ramps() -> list[PreslidingRun]:
     """Break-away ramps of both signs, up to the largest torque."""
     ramps = []
     for file in sorted((data_folder("dd2dof") / "test_1").glob("est_pos1_*.t")):
-        time, position, torque = _columns(file)
+        time, position, torque = arm_signals(file)
         stop = int(np.argmax(np.abs(torque) >= np.abs(torque).max() - 1e-9))
-        friction = torque - DD2DOF_GRAVITY * np.sin(position)
+        friction = torque - GRAVITY * np.sin(position)
         ramps.append(PreslidingRun(file.name, time[:stop], position[:stop], friction[:stop]))
     return ramps
 
@@ -88,18 +63,14 @@ def dd2dof_presliding() -> list[PreslidingRun]:
     """Slow sinusoidal torque of 6 N m."""
     runs = []
     for file in sorted((data_folder("dd2dof") / "test_3").glob("sig0_pos1_*.t")):
-        time, position, torque = _columns(file)
-        runs.append(PreslidingRun(file.name, time, position, torque - DD2DOF_GRAVITY * np.sin(position)))
+        time, position, torque = arm_signals(file)
+        runs.append(PreslidingRun(file.name, time, position, torque - GRAVITY * np.sin(position)))
     return runs
 
 
 def emps(name: str = "DATA_EMPS") -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Time (s), position (m) and commanded force (N) of the EMPS axis."""
-    from scipy.io import loadmat
-
-    data = loadmat(data_folder("emps") / f"{name}.mat")
-    time, position, volts = (data[key].ravel().astype(np.float64) for key in ("t", "qm", "vir"))
-    return time, position, volts * float(data["gtau"].item())
+    return emps_signals(name)[:3]
 
 
 def dd2dof_validation() -> tuple[np.ndarray, np.ndarray]:

@@ -26,7 +26,6 @@ from gimbal_hil.identification import (
 from gimbal_hil.identification.consistency import break_away, break_away_findings, repeatability_findings
 from gimbal_hil.signals import SignalsTable, write_signals
 from tests.identification.measured_data import (
-    DD2DOF_STEP,
     dd2dof_gravity,
     dd2dof_plateaus,
     dd2dof_presliding,
@@ -35,6 +34,7 @@ from tests.identification.measured_data import (
     emps,
 )
 from tests.identification.two_sided_arm import swing
+from tests.rigs.dd2dof import STEP
 
 PUBLISHED_EMPS = {"inertia": 95.1089, "viscous": 203.5034, "coulomb": 20.3935, "offset": -3.1648}
 
@@ -106,7 +106,7 @@ def test_dd2dof_plateaus_too_short_to_average_scatter_more_but_do_not_move_the_c
 
 def test_dd2dof_break_away_below_coulomb_is_flagged_in_both_directions() -> None:
     found = measure_velocity_map(dd2dof_plateaus(fastest_deg_s=65.0))
-    ramps = [one for run in dd2dof_ramps() if (one := break_away(run, 21418.98, DD2DOF_STEP)) is not None]
+    ramps = [one for run in dd2dof_ramps() if (one := break_away(run, 21418.98, STEP)) is not None]
     flagged = []
     for direction in (Direction.POSITIVE, Direction.NEGATIVE):
         side = fit_static(found.points, direction)
@@ -118,7 +118,7 @@ def test_dd2dof_break_away_below_coulomb_is_flagged_in_both_directions() -> None
 
 
 def test_dd2dof_presliding_stiffness_comes_with_its_encoder_limit_and_not_from_the_secant() -> None:
-    fit = fit_presliding(dd2dof_presliding(), breakaway=10.75, encoder_step=DD2DOF_STEP)
+    fit = fit_presliding(dd2dof_presliding(), breakaway=10.75, encoder_step=STEP)
     assert fit is not None
     print(
         f"dd2dof sigma0 {fit.sigma0.fitted:.0f} ({fit.sigma0.interval.low:.0f} to {fit.sigma0.interval.high:.0f}), "
@@ -127,7 +127,7 @@ def test_dd2dof_presliding_stiffness_comes_with_its_encoder_limit_and_not_from_t
     assert 40 < fit.travel_steps < 80
     assert fit.sigma0.verdict is Verdict.IDENTIFIED
     assert fit.sigma0.fitted > 2.0 * 21418.98
-    first = fit_presliding(dd2dof_presliding()[:1], breakaway=10.75, encoder_step=DD2DOF_STEP)
+    first = fit_presliding(dd2dof_presliding()[:1], breakaway=10.75, encoder_step=STEP)
     assert first is not None
     print(f"secant of the first run {first.secant:.0f}; published 21419")
     assert first.secant == pytest.approx(21418.98, rel=0.10)
@@ -146,7 +146,7 @@ def test_dd2dof_open_loop_is_predicted_better_than_by_the_published_parameters_i
         _within(plateau, np.deg2rad(20.0)) for plateau in dd2dof_plateaus(65.0) if not any(word in plateau.label for word in contradicted)
     ]
     points = list(measure_velocity_map([plateau for plateau in near if len(plateau.time_s) > 40]).points)
-    ramps = [one.torque for run in dd2dof_ramps() if (one := break_away(run, 21418.98, DD2DOF_STEP)) is not None]
+    ramps = [one.torque for run in dd2dof_ramps() if (one := break_away(run, 21418.98, STEP)) is not None]
     sides = []
     for sign, direction in ((1.0, Direction.POSITIVE), (-1.0, Direction.NEGATIVE)):
         torques = np.array([torque for torque in ramps if torque * sign > 0.0])
