@@ -35,8 +35,8 @@ def sliding_rows(position: np.ndarray) -> int:
 def write_dd2dof(folder: Path, scaled: Mapping[str, float] | None = None) -> Rig:
     """The runs of three experiments and the published model with one Coulomb and one viscous number for both directions.
 
-    Keys are the names of the position files without `pos1_`, `_gan` and ending: `est_05_exp` (ramps), `cin_n10_exp` (constant speeds, deg/s,
-    up to where the axis stops), `sig0_6_exp1` (presliding).
+    Keys are the names of the position files without `pos1_`, `_gan` and ending: `est_05_exp` (ramps), `cin_n10_exp` (constant speeds,
+    deg/s, up to where the axis stops), `sig0_6_exp1` (presliding).
     """
     folder.mkdir(parents=True, exist_ok=True)
     logs = {}

@@ -21,7 +21,7 @@ FOLDERS = ("slow2", "slow2_slower", "slow_goodgains_2")
 
 
 def write_odrive(folder: Path, scaled: Mapping[str, float] | None = None) -> Rig:
-    """The runs as `FOLDER/RUN.csv` (keys `slow2/nocomp_0`), times as polled, and the model of one who knows inertia and a little friction."""
+    """The runs as `FOLDER/RUN.csv` (keys `slow2/nocomp_0`), times as polled, and a model of inertia and a little friction."""
     logs = {}
     for name in FOLDERS:
         (folder / name).mkdir(parents=True, exist_ok=True)
