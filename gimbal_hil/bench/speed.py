@@ -14,7 +14,7 @@ from firmware_protocol.compiling import entry_point
 from gimbal_hil.bench.figures import Figure, paired, times_faster, times_real_time
 from gimbal_hil.bench.references import mujoco_steps, pinocchio_accelerations
 from gimbal_hil.host import AxisCommand, Mode, Program, Segment, Shape, program_of
-from gimbal_hil.host.lockstep import CompiledPath, FramePath
+from gimbal_hil.lockstep import CompiledPath, FramePath
 from gimbal_hil.settings import DaemonSettings, shipped_settings
 from sim_backend import layout
 from sim_backend.effects import CATALOGUE

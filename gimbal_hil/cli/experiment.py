@@ -14,7 +14,9 @@ if TYPE_CHECKING:
 def command(
     name: Annotated[str, typer.Argument(help="A sequence (step, sliding, presliding, ...), thesis, or a plan file.")],
     config: Annotated[Path | None, typer.Option(help="Configuration file; without it the shipped virtual antenna.")] = None,
-    model: Annotated[Path | None, typer.Option(help="Model of the embedded antenna, not the configuration's.")] = None,
+    model: Annotated[
+        Path | None, typer.Option(help="Model of the embedded antenna, not the configuration's; with --run where torques come from.")
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Run folder; without it a new one below ./runs.")] = None,
     axis: Annotated[list[str] | None, typer.Option(help="Only this axis; may be repeated.")] = None,
     short: Annotated[bool, typer.Option("--short", help="The short variant of the sequence.")] = False,
@@ -55,7 +57,7 @@ def command(
             outcome = (
                 _conduct(name, config, model, folder, axis, short, every, base, breakaway, seed, resume, force, progress)
                 if run is None
-                else _conduct_through_daemon(name, run, folder, axis, short, breakaway, resume, force, progress)
+                else _conduct_through_daemon(name, run, model, folder, axis, short, breakaway, resume, force, progress)
             )
     except KeyboardInterrupt:
         begun = (folder / CHECKPOINT_FILE).exists() or (folder / PARTS_FOLDER).is_dir()
@@ -85,17 +87,19 @@ def _conduct(
     force: bool,
     progress: object,
 ) -> Outcome:
+    from gimbal_hil.cli.torques import torques_by_axis
     from gimbal_hil.experiments.conducting import conduct, embedded_model_of
-    from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
+    from gimbal_hil.experiments.experiment import AXES
+    from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
     from gimbal_hil.settings import load_settings, shipped_settings
     from sim_backend.model import load_model
 
     settings = load_settings(config) if config else shipped_settings()
-    options = SequenceOptions(settings.rate_hz, _axes(axis), short, every, _breakaways(breakaway), base)
-    experiment = build_experiment(name, options)
     antenna, own_seed = embedded_model_of(settings)
     if model is not None:
         antenna = load_model(model)
+    known = breakaway_torques(antenna) | torques_by_axis(breakaway, AXES)
+    experiment = build_experiment(name, SequenceOptions(settings.rate_hz, _axes(axis), short, every, known, base))
     return conduct(
         experiment,
         settings,
@@ -111,6 +115,7 @@ def _conduct(
 def _conduct_through_daemon(
     name: str,
     run: Path,
+    model: Path | None,
     folder: Path,
     axis: list[str] | None,
     short: bool,
@@ -119,13 +124,17 @@ def _conduct_through_daemon(
     force: bool,
     progress: object,
 ) -> Outcome:
+    from gimbal_hil.cli.torques import torques_by_axis
     from gimbal_hil.experiments.conducting import conduct_through_daemon
-    from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
+    from gimbal_hil.experiments.experiment import AXES
+    from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
     from gimbal_hil.runs import read_header
+    from sim_backend.model import load_model
 
     rate_hz = 1e9 / read_header(run).header.period_ns
+    known = (breakaway_torques(load_model(model)) if model else {}) | torques_by_axis(breakaway, AXES)
     # a real antenna's log is not thinned: it cannot be made again
-    experiment = build_experiment(name, SequenceOptions(rate_hz, _axes(axis), short, 1, _breakaways(breakaway)))
+    experiment = build_experiment(name, SequenceOptions(rate_hz, _axes(axis), short, 1, known))
     return conduct_through_daemon(experiment, run, folder, resume=resume, force=force, progress=progress)  # type: ignore[arg-type]
 
 
@@ -139,19 +148,11 @@ def _axes(names: list[str] | None) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names)) if names else AXES
 
 
-def _breakaways(words: list[str] | None) -> dict[str, float]:
-    from gimbal_hil.cli.torques import torques_by_axis
-    from gimbal_hil.experiments.experiment import AXES
-    from gimbal_hil.experiments.sequences.options import thesis_breakaway_nm
-
-    return thesis_breakaway_nm() | torques_by_axis(words, AXES)
-
-
 def _thesis(folder: Path, force: bool, as_json: bool) -> int:
     import json
 
     from gimbal_hil.cli.progress import ProgressBar
-    from gimbal_hil.experiments.thesis import as_document, as_text, run_thesis
+    from gimbal_hil.thesis import as_document, as_text, run_thesis
 
     with ProgressBar(not as_json) as bar:
         bar.begin("thesis", 1.0, 0.0)

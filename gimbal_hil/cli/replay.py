@@ -44,7 +44,7 @@ def _replay(log: Run, *, quiet: bool) -> ReplayResult:
     from rich.console import Console
     from rich.progress import Progress
 
-    from gimbal_hil.runs.recorded_host import give_again, host_of
+    from gimbal_hil.lockstep import give_again, host_of
     from gimbal_hil.runs.replay import replay
 
     host = host_of(log)

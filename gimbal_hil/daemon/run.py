@@ -29,7 +29,7 @@ from gimbal_hil.daemon.tick_engine import TickEngine, TickStatistics
 from gimbal_hil.daemon.witness import WitnessProcess
 from gimbal_hil.host import Host
 from gimbal_hil.runs import RunHeader
-from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna
+from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna, host_configuration
 from sim_backend.device import Device
 
 Json = dict[str, Any]
@@ -110,7 +110,7 @@ def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport
         usage = ThreadUsage()
         stack.callback(usage.close)
         telemetry = Telemetry(service.telemetry, options.lockstep)
-        host = Host.from_configuration(settings)
+        host = Host(host_configuration(settings))
         link = LinkKeeper(clock, opener, lambda opened, text: loop.tell_link(opened, text), usage.add_bus_wait)
         stack.callback(link.close)
         ticks = None if options.duration_s is None else max(1, Duration.of_seconds(options.duration_s) // period)
@@ -179,7 +179,7 @@ def _compile(settings: DaemonSettings, embedded: EmbeddedLink | None) -> None:
     """Load what is compiled (meanwhile the service starts) before time counts; throwaway copies, so that nothing has happened yet."""
     if embedded is not None:
         Device(embedded.device.model, rate_hz=settings.rate_hz).tick()
-    host = Host.from_configuration(settings)
+    host = Host(host_configuration(settings))
     for tick in range(2):
         host.tick(tick, 0, b"")
     host.events()

@@ -9,13 +9,13 @@ from pathlib import Path
 from gimbal_hil.discrepancy import corrected_model, diagnose, discrepancy_page, verdict_of
 from gimbal_hil.experiments.conducting import conduct, embedded_model_of
 from gimbal_hil.experiments.runner import ProgressSink
-from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
+from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
 from gimbal_hil.identification import Log, identify_axis
 from gimbal_hil.identification.identification_page import identification_page
 from gimbal_hil.identification.reading import read_logs
+from gimbal_hil.lockstep import give_again, host_of
 from gimbal_hil.report import Block, Page, Text
 from gimbal_hil.runs import open_run
-from gimbal_hil.runs.recorded_host import give_again, host_of
 from gimbal_hil.runs.replay import replay
 from gimbal_hil.settings import DaemonSettings
 from gimbal_hil.signals import read_signals
@@ -65,7 +65,9 @@ def _friction(settings: DaemonSettings, out: Path, progress: ProgressSink) -> To
     blocks: list[Block] = []
     logs: list[Log] = []
     for name in ("sliding", "presliding"):
-        experiment = build_experiment(name, SequenceOptions(settings.rate_hz, ("outer",), short=True))
+        experiment = build_experiment(
+            name, SequenceOptions(settings.rate_hz, ("outer",), short=True, breakaway_nm=breakaway_torques(model))
+        )
         outcome = conduct(experiment, settings, model, seed, out / name, force=True, progress=progress)
         blocks += experiment.conclude(outcome.rows, outcome.drawn)
         logs += read_logs(out / name, model.axes)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from firmware_protocol.errors import SafetyStopError
 from gimbal_hil.experiments.experiment import AXES, Signals, Step
 from gimbal_hil.host import HostEvent, HostState, Program, program_of
-from gimbal_hil.host.lockstep import CompiledPath, Recorded
+from gimbal_hil.lockstep import CompiledPath, Recorded
 from gimbal_hil.runs import TICK_ROW
 from gimbal_hil.settings import DaemonSettings
 from sim_backend.model import AntennaModel

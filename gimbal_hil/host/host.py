@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,6 @@ from gimbal_hil.host.program import AxisCommand, Program, Segment, program_of
 from gimbal_hil.host.states import Cause, HostState, LinkStatus
 from gimbal_hil.host.tick_row import LOG_WORDS, ROW_WORDS
 
-if TYPE_CHECKING:
-    from gimbal_hil.settings import DaemonSettings
-
 _RECORD_SIZE = 10
 #: for each number of bytes what cuts them out of a buffer, in half the time of a slice of a memoryview
 _CUTS = tuple(struct.Struct(f"{size}s").unpack_from for size in range(257))
@@ -32,7 +29,7 @@ class Host:
     """
 
     def __init__(self, configuration: NDArray[np.float64]) -> None:
-        """`configuration` is the array `C`, shape (C_SIZE,); see `from_configuration`."""
+        """`configuration` is the array `C`, shape (C_SIZE,); see `settings.host_configuration`."""
         self.memory = new_memory(configuration)
         self.plan = program_of([Segment(outer=AxisCommand(), inner=AxisCommand())]).values
         self._rows_taken = 0
@@ -41,13 +38,6 @@ class Host:
         self._integers = self.memory.integers.data
         self._log = self.memory.log.data.cast("B")
         self._events_taken = 0
-
-    @classmethod
-    def from_configuration(cls, settings: DaemonSettings) -> Host:
-        """A host for validated settings."""
-        from gimbal_hil.settings import host_configuration
-
-        return cls(host_configuration(settings))
 
     def command(self, program: Program) -> None:
         """Follow a program from the next tick on, in place of what is followed now. Refused, with an event, unless IDLE or ACTIVE."""

@@ -60,7 +60,7 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
     )
     blocks.append(Tiles([(_number(e.value), f"{e.name} [{e.unit}]") for e in result.estimates]))
     blocks += [Callout(finding.text[:1].upper() + finding.text[1:], "warning") for finding in result.findings]
-    blocks.append(_estimate_table(result))
+    blocks.append(_estimate_table(model, result))
     blocks.append(
         Plot(
             interval_figure(result.estimates, prior, LUGRE_NAMES),
@@ -128,12 +128,10 @@ def _map_caption(found: VelocityMap, units: Units) -> str:
     return text
 
 
-def _estimate_table(result: AxisIdentification) -> Table:
-    from gimbal_hil.experiments.printed_in_thesis import FRICTION, FRICTION_RECOVERED
-
-    thesis = (FRICTION[result.axis], FRICTION_RECOVERED[result.axis]) if result.axis in FRICTION else None
+def _estimate_table(model: AntennaModel, result: AxisIdentification) -> Table:
+    sources = {e.name: _source_of(model, result.axis, e.name) for e in result.estimates}
     header = ["parameter", "value", "low", "high", "unit", "verdict", "model given"]
-    header += ["thesis, measured", "thesis, recovered"] if thesis else []
+    header += ["where the model has it from"] if any(sources.values()) else []
     reasons = [". ".join(part for part in (e.reason, e.experiment) if part) for e in result.estimates]
     header += ["why, and what would settle it"] if any(reasons) else []
     rows = []
@@ -141,16 +139,15 @@ def _estimate_table(result: AxisIdentification) -> Table:
         digits = _digits(e)
         low, high = _bound(e.interval.low, e.interval.open_low, digits), _bound(e.interval.high, e.interval.open_high, digits)
         row = [e.name, _number(e.value, digits), low, high, e.unit, _WORDS[e.verdict], _number(e.prior)]
-        if thesis:
-            place = LUGRE_NAMES.index(e.name) if e.name in LUGRE_NAMES else None
-            row += [_number(thesis[k][place]) if place is not None else "" for k in (0, 1)]
+        row += [sources[e.name]] if any(sources.values()) else []
         rows.append([*row, reason] if any(reasons) else row)
-    caption = (
-        "Thesis: tables 4.1 to 4.6, and what its own output-error fit recovered of them in simulation, tables 4.7 to 4.10."
-        if thesis
-        else ""
-    )
-    return Table(header, rows, caption)
+    return Table(header, rows)
+
+
+def _source_of(model: AntennaModel, axis: str, name: str) -> str:
+    """What the model file says about where a number comes from; empty where it says nothing."""
+    found = model.numbers.get((axis, f"friction.{name}"))
+    return found.source or "" if found is not None and found.source != "default" else ""
 
 
 def _per_direction(result: AxisIdentification, unit: str) -> list[Block]:

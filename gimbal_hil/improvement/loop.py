@@ -21,7 +21,7 @@ from gimbal_hil.discrepancy.completeness import COMPLETE_FLOORS
 from gimbal_hil.discrepancy.standing import standing
 from gimbal_hil.experiments.experiment import AXES, Experiment
 from gimbal_hil.experiments.runner import ProgressSink, Silent
-from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
+from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
 from gimbal_hil.experiments.sequences.survey import WHOLE_S, survey
 from gimbal_hil.improvement.budgets import AFTERWARDS_S, Budgets
 from gimbal_hil.improvement.choosing import (
@@ -193,7 +193,9 @@ class _Loop:
         return survey(SequenceOptions(self.task.settings.rate_hz, every=1), number, self.task.survey_s)
 
     def _separating(self, sequence: str, axes: Sequence[str]) -> Experiment:
-        return build_experiment(sequence, SequenceOptions(self.task.settings.rate_hz, tuple(axes), short=True, every=1))
+        known = breakaway_torques(self.model)
+        options = SequenceOptions(self.task.settings.rate_hz, tuple(axes), short=True, every=1, breakaway_nm=known)
+        return build_experiment(sequence, options)
 
     def _measure(
         self, number: int, experiment: Experiment, role: Role, axes: Sequence[str], why: str, considered: Sequence[Any] = ()

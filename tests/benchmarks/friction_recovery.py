@@ -32,7 +32,7 @@ FIRST_SEED = 1000
 def repeat(seed: int, short: bool) -> dict[str, Any]:
     """One repeat: experiments, identification, and what came out of it."""
     from gimbal_hil.experiments.conducting import conduct
-    from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
+    from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
     from gimbal_hil.identification import Log, friction_of, identify_axis
     from gimbal_hil.identification.reading import read_logs
     from gimbal_hil.settings import shipped_settings
@@ -53,7 +53,7 @@ def repeat(seed: int, short: bool) -> dict[str, Any]:
     result: dict[str, Any] = {"seed": seed, "short": short, "experiments_s": 0.0, "identify_s": 0.0}
     for number, axis in enumerate(AXES):
         # one axis after the other in this process: with both at once `conduct` would start one of its own
-        options = SequenceOptions(settings.rate_hz, (axis,), short=short)
+        options = SequenceOptions(settings.rate_hz, (axis,), short=short, breakaway_nm=breakaway_torques(truth))
         begun = time.process_time()
         with tempfile.TemporaryDirectory() as folder:
             logs: list[Log] = []
@@ -83,8 +83,8 @@ def repeats(executor: WorkExecutor, seeds: Sequence[int], short: bool, at_once: 
 
 def report(results: list[dict[str, Any]]) -> str:
     """The figures as text."""
-    from gimbal_hil.experiments.printed_in_thesis import FRICTION_RECOVERED
     from gimbal_hil.identification import friction_of
+    from gimbal_hil.thesis.printed import FRICTION_RECOVERED
     from sim_backend.model import shipped_model
 
     run_s, identify_s = (float(np.median([r[part] for r in results])) for part in ("experiments_s", "identify_s"))

@@ -25,8 +25,8 @@ from gimbal_hil.daemon.mailbox import RingReader, RingWriter, create_ring
 from gimbal_hil.daemon.telemetry import COMMAND_BYTES, TELEMETRY_BYTES, Telemetry
 from gimbal_hil.daemon.tick_engine import TickEngine
 from gimbal_hil.host import Host
-from gimbal_hil.host.lockstep import CompiledPath, FramePath
-from gimbal_hil.settings import shipped_settings
+from gimbal_hil.lockstep import CompiledPath, FramePath
+from gimbal_hil.settings import host_configuration, shipped_settings
 from sim_backend.model import shipped_model
 
 #: asked: the compiled path 1500 times real time, the frame path 300; here they are held apart by half of that at least
@@ -56,7 +56,7 @@ def daemon_engine() -> TickEngine:
     antenna = embedded_antenna(settings, settings.link)  # type: ignore[arg-type]
     link = LinkKeeper(clock, lambda: antenna, lambda opened, text: None)
     telemetry = Telemetry(RingWriter(create_ring(TELEMETRY_BYTES)), lockstep=False)
-    host = Host.from_configuration(settings)
+    host = Host(host_configuration(settings))
     loop = ControlLoop(host, link, telemetry, RingReader(create_ring(COMMAND_BYTES)), lambda: True, clock, period)
     return TickEngine(clock, period, loop.step)
 

@@ -15,7 +15,7 @@ from gimbal_hil.experiments.conducting import conduct, conduct_through_daemon
 from gimbal_hil.experiments.daemon_antenna import DaemonAntenna
 from gimbal_hil.experiments.experiment import Experiment
 from gimbal_hil.experiments.runner import Outcome
-from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
+from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
 from gimbal_hil.settings import shipped_settings
 from sim_backend.model import shipped_model
 from tests.daemon.daemons import RunningDaemon
@@ -94,7 +94,8 @@ def test_short_sliding_and_presliding_through_daemon_and_plant_give_the_paramete
     for name in ("sliding", "presliding"):
         folder = tmp_path / name
         folder.mkdir()
-        outcome = through_daemon(folder, build_experiment(name, SequenceOptions(1000.0, (axis,), short=True)))
+        options = SequenceOptions(1000.0, (axis,), short=True, breakaway_nm=breakaway_torques(model))
+        outcome = through_daemon(folder, build_experiment(name, options))
         logs += read_logs(outcome.folder, model.axes)
     found = identify_axis(logs, model, axis)
     truth = dict(zip((e.name for e in found.estimates), friction_of(model, axis).values().tolist(), strict=True))

@@ -14,7 +14,7 @@ import yaml
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.experiments.plan import Plan, load_plan, plan_from_document
 from gimbal_hil.host import AxisCommand, EndCondition, EndKind, HostState, Mode, Origin, Shape
-from gimbal_hil.host.lockstep import CompiledPath
+from gimbal_hil.lockstep import CompiledPath
 from gimbal_hil.settings import shipped_settings
 from sim_backend.model import shipped_model
 

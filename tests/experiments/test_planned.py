@@ -10,7 +10,7 @@ import pytest
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.experiments.planned import conclude, experiment_of_file
 from gimbal_hil.host import HostState, program_of
-from gimbal_hil.host.lockstep import CompiledPath
+from gimbal_hil.lockstep import CompiledPath
 from gimbal_hil.settings import shipped_settings
 from sim_backend.model import shipped_model
 from sim_backend.shipped import shipped_file

@@ -18,7 +18,7 @@ from gimbal_hil.experiments.antenna import EmbeddedAntenna
 from gimbal_hil.experiments.conducting import run_header, write_results
 from gimbal_hil.experiments.experiment import Experiment
 from gimbal_hil.experiments.runner import Outcome, Silent, run_experiment, table_csv
-from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
+from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
 from gimbal_hil.host import Guard
 from gimbal_hil.runs import EventKind, open_run
 from gimbal_hil.runs.header import RunHeader
@@ -162,7 +162,7 @@ def run_until_killed(folder: Path, experiment: Experiment) -> None:
 @pytest.mark.heavy
 @pytest.mark.parametrize("name", ["sliding", "presliding"])
 def test_a_short_sequence_killed_in_every_one_of_its_steps_comes_to_the_same_end(tmp_path: Path, name: str) -> None:
-    experiment = build_experiment(name, SequenceOptions(1000.0, short=True))
+    experiment = build_experiment(name, SequenceOptions(1000.0, short=True, breakaway_nm=breakaway_torques(shipped_model())))
     whole = run_experiment(experiment, embedded(), tmp_path / "whole", header())
     folder = tmp_path / "killed"
     for number, step in enumerate(experiment.steps):

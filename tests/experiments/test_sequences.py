@@ -15,7 +15,7 @@ from gimbal_hil.experiments.conducting import conduct
 from gimbal_hil.experiments.experiment import Experiment, constant_speed, on_axis, position_hold, step_of
 from gimbal_hil.experiments.frequency_response import margins_of
 from gimbal_hil.experiments.runner import Outcome
-from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment, gravity_map, sliding, sweep
+from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment, gravity_map, sliding, sweep
 from gimbal_hil.experiments.step_signals import STEPS_FOLDER
 from gimbal_hil.identification import friction_of, identify_axis
 from gimbal_hil.identification.reading import read_logs
@@ -35,7 +35,7 @@ def conducted(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, str], 
 
     def outcome(name: str, axis: str) -> Outcome:
         if (name, axis) not in known:
-            experiment = build_experiment(name, SequenceOptions(RATE_HZ, (axis,), short=True))
+            experiment = build_experiment(name, SequenceOptions(RATE_HZ, (axis,), short=True, breakaway_nm=breakaway_torques(MODEL)))
             known[name, axis] = conduct(experiment, shipped_settings(), MODEL, SEED, tmp_path_factory.mktemp(f"{name}-{axis}"))
         return known[name, axis]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 
 from gimbal_hil.host import AxisCommand, Mode, Origin, Segment, Shape, program_of
-from gimbal_hil.host.lockstep import CompiledPath, joined
+from gimbal_hil.lockstep import CompiledPath, joined
 from gimbal_hil.settings import shipped_settings
 from sim_backend.model import shipped_model
 

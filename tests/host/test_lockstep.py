@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from firmware_protocol.links import Cut, DirectionFaults, FaultsConfig
 from firmware_protocol.schema import RECORD_SIZE
 from gimbal_hil.host import AxisCommand, HostState, Mode, Origin, Segment, Shape, program_of
-from gimbal_hil.host.lockstep import CompiledPath, FramePath
+from gimbal_hil.lockstep import CompiledPath, FramePath
 from gimbal_hil.runs.schema import FrameDirection, frames_of_blocks
 from gimbal_hil.settings import shipped_settings
 from sim_backend.model import AntennaModel, shipped_model

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from firmware_protocol.links import DirectionFaults, FaultsConfig
 from gimbal_hil.host import AxisCommand, Mode, Segment, Shape, program_of
-from gimbal_hil.host.lockstep import CompiledPath, FramePath, Recorded
+from gimbal_hil.lockstep import CompiledPath, FramePath, Recorded
 from gimbal_hil.settings import shipped_settings
 from sim_backend.model import shipped_model
 

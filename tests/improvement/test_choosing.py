@@ -9,7 +9,7 @@ import pytest
 from gimbal_hil.discrepancy import Diagnosis, diagnose
 from gimbal_hil.discrepancy.search import Scored
 from gimbal_hil.discrepancy.separating import CHANCE, all_sequences
-from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
+from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
 from gimbal_hil.experiments.sequences.survey import SHORT_S, survey
 from gimbal_hil.improvement.choosing import WORTH, Option, Pair, menu_of, open_end, person_needed, weighed, worth_running
 from gimbal_hil.improvement.rehearsal import rehearse
@@ -35,7 +35,8 @@ def pair_of(diagnosis: Diagnosis, *names: str) -> Pair:
 
 def on_model(option: Option, model: AntennaModel) -> SignalsTable | None:
     """What an option would measure."""
-    experiment = build_experiment(option.sequence, SequenceOptions(1000.0, (option.axis,), short=True, every=1))
+    options = SequenceOptions(1000.0, (option.axis,), short=True, every=1, breakaway_nm=breakaway_torques(model))
+    experiment = build_experiment(option.sequence, options)
     return rehearse(experiment, shipped_settings(), model).table
 
 

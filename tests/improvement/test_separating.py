@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from gimbal_hil.discrepancy.separating import separating_run, separating_runs, showing_sequences
-from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
+from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
 from gimbal_hil.experiments.sequences.registry import SEQUENCES
 from gimbal_hil.improvement import budgets_of
 from gimbal_hil.improvement.rehearsal import rehearse
@@ -25,7 +25,9 @@ def test_the_menu_names_sequences_that_there_are() -> None:
 @pytest.mark.parametrize("name", MENU)
 def test_a_separating_sequence_stays_within_the_limits_of_the_antenna(name: str, axis: str) -> None:
     settings = shipped_settings()
-    experiment = build_experiment(name, SequenceOptions(1000.0, (axis,), short=True, every=1))
+    experiment = build_experiment(
+        name, SequenceOptions(1000.0, (axis,), short=True, every=1, breakaway_nm=breakaway_torques(shipped_model()))
+    )
     rehearsal = rehearse(experiment, settings, shipped_model())
     assert budgets_of(settings, 1000.0, 1, {}, {}).refusal(experiment, rehearsal, 1000.0, 0.0) is None
     low, high = rehearsal.travel_rad[axis]

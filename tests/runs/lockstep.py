@@ -8,7 +8,7 @@ import numpy as np
 
 from gimbal_hil.host import AxisCommand, Host, HostState, Mode, Segment, Shape, program_of
 from gimbal_hil.runs import TICK_ROW, EventKind, RunHeader, RunWriter
-from gimbal_hil.settings import shipped_settings
+from gimbal_hil.settings import host_configuration, shipped_settings
 from sim_backend.device import Device
 from sim_backend.model import shipped_model
 
@@ -46,7 +46,7 @@ def record_lockstep(
 ) -> Host:
     """Position steps, a rate sine and a torque on both axes; at `stalls` the host loses whole periods while the device goes on."""
     settings = shipped_settings()
-    host, device = Host.from_configuration(settings), Device(shipped_model(), seed=SEED)
+    host, device = Host(host_configuration(settings)), Device(shipped_model(), seed=SEED)
     header = RunHeader(settings.model_dump(mode="json", by_alias=True), {"name": "thesis"}, SEED, PERIOD_NS, lockstep=True)
     writer = RunWriter(folder, header, force=force)
     wire = faults or WireFaults(0, 0.0)

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.schema import BY_NAME
 from gimbal_hil.cli import app
+from gimbal_hil.lockstep import give_again, host_of
 from gimbal_hil.runs import FRAME_ROW, TICK_ROW, FrameDirection, open_run
 from gimbal_hil.runs.arrow_stream import END_OF_STREAM, batch_bytes, header_bytes
 from gimbal_hil.runs.integrity import seal
-from gimbal_hil.runs.recorded_host import give_again, host_of
 from gimbal_hil.runs.replay import ReplayResult, replay
 from tests.runs.lockstep import WireFaults, record_lockstep
 

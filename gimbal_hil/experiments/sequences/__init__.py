@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gimbal_hil.experiments.sequences.options import SequenceOptions
+from gimbal_hil.experiments.sequences.options import SequenceOptions, breakaway_torques
 from gimbal_hil.experiments.sequences.registry import SEQUENCES, build_experiment
 
-__all__ = ["SEQUENCES", "SequenceOptions", "build_experiment"]
+__all__ = ["SEQUENCES", "SequenceOptions", "breakaway_torques", "build_experiment"]

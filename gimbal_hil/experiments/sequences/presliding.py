@@ -43,7 +43,7 @@ def build(options: SequenceOptions) -> Experiment:
     steps: list[Step] = []
     for axis in options.axes:
         steps.append(step_of(f"{axis} to its start", options.rate_hz, 4.0, on_axis(axis, move_to(0.0, 3.0), move_to(0.0, 3.0))))
-        level = options.breakaway_nm[axis]
+        level = options.breakaway_of(axis)
         for number in range(SHORT_LOOPS if options.short else LOOPS):
             steps += [_relax(axis, f"loop {number + 1}", options), _loop(axis, level, number, options)]
         steps += [_relax(axis, "the pulses", options), _pulses(axis, level, options)]

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimbal_hil.control import Mode
-from gimbal_hil.experiments.printed_in_thesis import RATE_GAINS
-from gimbal_hil.experiments.thesis.closed_loop import AxisLoop, Gains, run_closed_loop
-from gimbal_hil.experiments.thesis.friction_curves import sliding_speeds
-from gimbal_hil.experiments.thesis.inferred import LEVEL, ideal_sensors
+from gimbal_hil.thesis.closed_loop import AxisLoop, Gains, run_closed_loop
+from gimbal_hil.thesis.friction_curves import sliding_speeds
+from gimbal_hil.thesis.inferred import LEVEL, ideal_sensors
+from gimbal_hil.thesis.printed import RATE_GAINS
 from sim_backend.model import AntennaModel, shipped_model
 
 TEMPERATURES_DEGC = (-40.0, -15.0, 20.0, 55.0, 85.0)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from gimbal_hil.experiments.printed_in_thesis import Loop
-from gimbal_hil.experiments.thesis.controller_tables import TableResult
-from gimbal_hil.experiments.thesis.friction_curves import FrictionCurves
-from gimbal_hil.experiments.thesis.sliding import SlidingSweep
-from gimbal_hil.experiments.thesis.step_size import Convergence
-from gimbal_hil.experiments.thesis.unbalance import Unbalance, UnbalanceRun
 from gimbal_hil.report.figures import ALERT, MEASURED, MODEL, REFERENCE, figure, thinned
+from gimbal_hil.thesis.controller_tables import TableResult
+from gimbal_hil.thesis.friction_curves import FrictionCurves
+from gimbal_hil.thesis.printed import Loop
+from gimbal_hil.thesis.sliding import SlidingSweep
+from gimbal_hil.thesis.step_size import Convergence
+from gimbal_hil.thesis.unbalance import Unbalance, UnbalanceRun
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure

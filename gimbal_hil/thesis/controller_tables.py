@@ -10,7 +10,9 @@ from enum import Enum
 import numpy as np
 
 from gimbal_hil.control import Mode
-from gimbal_hil.experiments.printed_in_thesis import (
+from gimbal_hil.thesis.closed_loop import LOOP_RATE_HZ, AxisLoop, Gains, Response, run_closed_loop
+from gimbal_hil.thesis.inferred import SETTLING_BAND, STEP_TIME_S, Configuration
+from gimbal_hil.thesis.printed import (
     POSITION_GAINS,
     PREFILTER_POSITION_GAINS,
     PREFILTER_RATE_GAINS,
@@ -20,8 +22,6 @@ from gimbal_hil.experiments.printed_in_thesis import (
     PrintedRow,
     StepTable,
 )
-from gimbal_hil.experiments.thesis.closed_loop import LOOP_RATE_HZ, AxisLoop, Gains, Response, run_closed_loop
-from gimbal_hil.experiments.thesis.inferred import SETTLING_BAND, STEP_TIME_S, Configuration
 from sim_backend.model import AntennaModel
 
 _DURATION_S = {Loop.RATE: 2.0, Loop.POSITION: 4.0}

@@ -7,16 +7,16 @@ from collections.abc import Callable
 from pathlib import Path
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.experiments.printed_in_thesis import GAIN_TABLES, PREFILTER_TABLES
-from gimbal_hil.experiments.thesis.controller_tables import run_table
-from gimbal_hil.experiments.thesis.friction_curves import friction_curves
-from gimbal_hil.experiments.thesis.inferred import LEVEL, TILTED
-from gimbal_hil.experiments.thesis.page import write_report
-from gimbal_hil.experiments.thesis.sliding import TEMPERATURES_DEGC, sliding_sweep, warm_antenna
-from gimbal_hil.experiments.thesis.slip_effects import slip_effects
-from gimbal_hil.experiments.thesis.step_size import step_convergence
-from gimbal_hil.experiments.thesis.thesis_report import AXES, ThesisReport
-from gimbal_hil.experiments.thesis.unbalance import Unbalance, claims, run_all_cases, run_unbalance
+from gimbal_hil.thesis.controller_tables import run_table
+from gimbal_hil.thesis.friction_curves import friction_curves
+from gimbal_hil.thesis.inferred import LEVEL, TILTED
+from gimbal_hil.thesis.page import write_report
+from gimbal_hil.thesis.printed import GAIN_TABLES, PREFILTER_TABLES
+from gimbal_hil.thesis.sliding import TEMPERATURES_DEGC, sliding_sweep, warm_antenna
+from gimbal_hil.thesis.slip_effects import slip_effects
+from gimbal_hil.thesis.step_size import step_convergence
+from gimbal_hil.thesis.thesis_report import AXES, ThesisReport
+from gimbal_hil.thesis.unbalance import Unbalance, claims, run_all_cases, run_unbalance
 from sim_backend.model import shipped_model
 from sim_backend.thesis_slips import Slip
 

@@ -19,13 +19,13 @@ from firmware_protocol.errors import LinkError
 from firmware_protocol.links.faults import FaultsConfig, FaultyLink
 from firmware_protocol.links.memory_link import memory_pair
 from gimbal_hil.host import layout
-from gimbal_hil.host.compiled_run import FRAME_WORDS, MOST_FRAMES, run_ticks
 from gimbal_hil.host.events import HostEvent
 from gimbal_hil.host.host import Host
 from gimbal_hil.host.memory import ROWS_KEPT
 from gimbal_hil.host.program import Program
 from gimbal_hil.host.states import HostState
 from gimbal_hil.host.tick_row import LOG_WORDS, MEASURED, ROW_WORDS
+from gimbal_hil.lockstep.compiled_run import FRAME_WORDS, MOST_FRAMES, run_ticks
 from gimbal_hil.settings import DaemonSettings, host_configuration
 from sim_backend.device import Device
 from sim_backend.model import AntennaModel

@@ -8,8 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from gimbal_hil.experiments.printed_in_thesis import UNBALANCE_REFERENCES_RAD_S
-from gimbal_hil.experiments.thesis.figures import (
+from gimbal_hil.report import Block, Callout, Details, Heading, Page, Plot, Table, Text, Tiles
+from gimbal_hil.thesis.figures import (
     convergence_figure,
     friction_figure,
     loop_figure,
@@ -18,7 +18,8 @@ from gimbal_hil.experiments.thesis.figures import (
     temperature_figure,
     unbalance_figure,
 )
-from gimbal_hil.experiments.thesis.text import (
+from gimbal_hil.thesis.printed import UNBALANCE_REFERENCES_RAD_S
+from gimbal_hil.thesis.text import (
     CONVERGENCE_HEADER,
     SLIP_HEADER,
     SUMMARY_HEADER,
@@ -33,9 +34,8 @@ from gimbal_hil.experiments.thesis.text import (
     temperature_rows,
     unbalance_rows,
 )
-from gimbal_hil.experiments.thesis.thesis_report import AXES, ThesisReport
-from gimbal_hil.experiments.thesis.unbalance import Unbalance
-from gimbal_hil.report import Block, Callout, Details, Heading, Page, Plot, Table, Text, Tiles
+from gimbal_hil.thesis.thesis_report import AXES, ThesisReport
+from gimbal_hil.thesis.unbalance import Unbalance
 
 
 def write_report(report: ThesisReport, out: Path) -> ThesisReport:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from gimbal_hil.experiments.printed_in_thesis import Loop
+from gimbal_hil.thesis.printed import Loop
 from sim_backend.model import AntennaModel, shipped_model
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from gimbal_hil.experiments.thesis.controller_tables import ACCEPTED, TableResult
-from gimbal_hil.experiments.thesis.friction_curves import FrictionCurves
-from gimbal_hil.experiments.thesis.slip_effects import SlipEffect
-from gimbal_hil.experiments.thesis.thesis_report import ThesisReport
-from gimbal_hil.experiments.thesis.unbalance import Unbalance, UnbalanceRun
+from gimbal_hil.thesis.controller_tables import ACCEPTED, TableResult
+from gimbal_hil.thesis.friction_curves import FrictionCurves
+from gimbal_hil.thesis.slip_effects import SlipEffect
+from gimbal_hil.thesis.thesis_report import ThesisReport
+from gimbal_hil.thesis.unbalance import Unbalance, UnbalanceRun
 
 
 def as_text(report: ThesisReport) -> str:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from firmware_protocol.compiling import entry_point
-from gimbal_hil.experiments.thesis.inferred import LEVEL
-from gimbal_hil.experiments.thesis.unbalance import Unbalance, UnbalanceRun, run_unbalance
+from gimbal_hil.thesis.inferred import LEVEL
+from gimbal_hil.thesis.unbalance import Unbalance, UnbalanceRun, run_unbalance
 from sim_backend.layout import SLIPS
 from sim_backend.model import plant_arrays
 from sim_backend.rigid_body import equations_of_motion

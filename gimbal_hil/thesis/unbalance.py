@@ -14,9 +14,9 @@ from enum import Enum
 import numpy as np
 
 from gimbal_hil.control import Mode
-from gimbal_hil.experiments.printed_in_thesis import OTHER_AXIS_RAD_S, UNBALANCE_GAINS, UNBALANCE_REFERENCES_RAD_S
-from gimbal_hil.experiments.thesis.closed_loop import AxisLoop, Gains, Response, run_closed_loop
-from gimbal_hil.experiments.thesis.inferred import LEVEL
+from gimbal_hil.thesis.closed_loop import AxisLoop, Gains, Response, run_closed_loop
+from gimbal_hil.thesis.inferred import LEVEL
+from gimbal_hil.thesis.printed import OTHER_AXIS_RAD_S, UNBALANCE_GAINS, UNBALANCE_REFERENCES_RAD_S
 from sim_backend.model import AntennaModel, model_from_document
 from sim_backend.model.arrays import THESIS_BASE_CASES
 from sim_backend.thesis_slips import Slip

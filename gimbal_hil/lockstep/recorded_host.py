@@ -2,32 +2,25 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.runs.reader import Run
-from gimbal_hil.runs.schema import Event
-
-if TYPE_CHECKING:
-    from gimbal_hil.host import Host
+from gimbal_hil.host import Host, Program
+from gimbal_hil.runs import Event, Run
+from gimbal_hil.settings import host_configuration, settings_from_document
 
 
 def host_of(run: Run) -> Host:
     """A host with the run's configuration; raises BadInputError where the run keeps too little to be run again."""
-    from gimbal_hil.host import Host
-    from gimbal_hil.settings import settings_from_document
-
     where = f"{run.folder / 'run.yaml'}: configuration"
     settings = settings_from_document(dict(run.record.header.configuration), where)
     if not settings.recording.frames or settings.recording.every_ticks != 1:
         raise BadInputError(f"{where}.recording", "this run does not keep every frame and tick", "frames: true and every_ticks: 1")
-    return Host.from_configuration(settings)
+    return Host(host_configuration(settings))
 
 
 def give_again(host: Host, run: Run, event: Event) -> None:
     """Ask of the host what a COMMAND event says was asked; raises BadInputError for an event that is no command."""
-    from gimbal_hil.host import Program
-
     where = f"{run.folder / 'events.jsonl'}: command at tick {event.tick}"
     command, program = event.data.get("command"), event.data.get("program")
     plain: dict[object, Any] = {"stop": host.stop, "quick_stop": host.quick_stop, "fault_reset": host.reset_fault}

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimbal_hil.experiments.thesis.inferred import ideal_sensors
+from gimbal_hil.thesis.inferred import ideal_sensors
 from sim_backend.model import AntennaModel, model_from_document, shipped_model
 from sim_backend.plant import Plant
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from gimbal_hil.experiments.thesis.controller_tables import ACCEPTED, TableResult, Verdict
-from gimbal_hil.experiments.thesis.friction_curves import FrictionCurves
-from gimbal_hil.experiments.thesis.sliding import SlidingSweep
-from gimbal_hil.experiments.thesis.slip_effects import SlipEffect
-from gimbal_hil.experiments.thesis.step_size import Convergence
-from gimbal_hil.experiments.thesis.unbalance import Claim, UnbalanceRun
+from gimbal_hil.thesis.controller_tables import ACCEPTED, TableResult, Verdict
+from gimbal_hil.thesis.friction_curves import FrictionCurves
+from gimbal_hil.thesis.sliding import SlidingSweep
+from gimbal_hil.thesis.slip_effects import SlipEffect
+from gimbal_hil.thesis.step_size import Convergence
+from gimbal_hil.thesis.unbalance import Claim, UnbalanceRun
 
 AXES = ("outer", "inner")
 

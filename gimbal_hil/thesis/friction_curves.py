@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from firmware_protocol.compiling import entry_point
-from gimbal_hil.experiments.printed_in_thesis import PRESLIDING, SLIDING_HIGH_RAD_S, SLIDING_LOW_RAD_S, SLIDING_SPEEDS
+from gimbal_hil.thesis.printed import PRESLIDING, SLIDING_HIGH_RAD_S, SLIDING_LOW_RAD_S, SLIDING_SPEEDS
 from sim_backend.friction import lugre_step, stribeck_level
 from sim_backend.model import AntennaModel
 

@@ -1,8 +1,0 @@
-"""The thesis that this project grew from, run again: controller tables, unbalance, friction, and what does not hold."""
-
-from gimbal_hil.experiments.thesis.page import as_document
-from gimbal_hil.experiments.thesis.text import as_text
-from gimbal_hil.experiments.thesis.thesis_report import ThesisReport
-from gimbal_hil.experiments.thesis.validation import run_thesis
-
-__all__ = ["ThesisReport", "as_document", "as_text", "run_thesis"]

@@ -1,0 +1,6 @@
+"""Host and virtual antenna bound by sequence number, in this process: tick by tick, compiled, or from a recorded run."""
+
+from gimbal_hil.lockstep.paths import CHUNK_ROWS, CompiledPath, FramePath, Lockstep, Recorded, joined
+from gimbal_hil.lockstep.recorded_host import give_again, host_of
+
+__all__ = ["CHUNK_ROWS", "CompiledPath", "FramePath", "Lockstep", "Recorded", "give_again", "host_of", "joined"]
