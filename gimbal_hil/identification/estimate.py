@@ -9,6 +9,8 @@ from enum import Enum
 #: half of the interval relative to the value, up to which a parameter counts as identified, and as weakly identified
 IDENTIFIED_RELATIVE_WIDTH = 0.25
 WEAK_RELATIVE_WIDTH = 1.0
+#: half of the 95 % interval of a normal distribution, in standard deviations
+_NORMAL_95 = 1.959964
 
 
 class Verdict(Enum):
@@ -27,6 +29,11 @@ class Interval:
     high: float
     open_low: bool = False
     open_high: bool = False
+
+    @property
+    def standard_deviation(self) -> float:
+        """That of a normal distribution with a 95 % interval of this width."""
+        return (self.high - self.low) / (2.0 * _NORMAL_95)
 
     def covers(self, value: float) -> bool:
         """True when the value lies in the interval, bounds included."""

@@ -1,4 +1,4 @@
-"""Puts identified numbers into a model file's model, each with where it comes from."""
+"""Puts identified numbers into a model file's model, each with where it comes from and how well it is known."""
 
 from __future__ import annotations
 
@@ -19,29 +19,32 @@ def updated_model(model: AntennaModel, results: Sequence[AxisIdentification]) ->
     for result in results:
         by_name = {e.name: e for e in result.estimates if e.verdict is not Verdict.NOT_IDENTIFIED}
         axis = result.axis
-        values = {name: (by_name[name].value, _source(by_name[name])) for name in LUGRE_NAMES if name in by_name}
+        values = {name: (by_name[name].value, *_stated(by_name[name])) for name in LUGRE_NAMES if name in by_name}
+        spread = by_name["coulomb"].interval.standard_deviation if "coulomb" in by_name else model.uncertainty(axis, "friction.coulomb")
         coulomb = values["coulomb"][0] if "coulomb" in values else model.number(axis, "friction.coulomb")
         breakaway = values["breakaway"][0] if "breakaway" in values else model.number(axis, "friction.breakaway")
         has_bristles = "sigma0" in values or model.number(axis, "friction.sigma0") > 0.0
         has_no_bump = model.number(axis, "friction.breakaway") == model.number(axis, "friction.coulomb")
         if "breakaway" not in values and (has_no_bump or breakaway < coulomb):
             # a level that moved makes neither a bump nor a dip that nobody has seen
-            values["breakaway"] = (coulomb, "at Coulomb, not identified by itself")
+            values["breakaway"] = (coulomb, "at Coulomb, not identified by itself", spread)
         elif breakaway < coulomb and has_bristles:
-            values["breakaway"] = (coulomb, f"set to Coulomb: the data gave {breakaway:.6g}, below it")
+            values["breakaway"] = (coulomb, f"set to Coulomb: the data gave {breakaway:.6g}, below it", spread)
         # Coulomb first only where it falls: at no moment may break-away stand below it
         order = ("coulomb", "breakaway") if coulomb <= model.number(axis, "friction.breakaway") else ("breakaway", "coulomb")
         for name in (*order, *(n for n in LUGRE_NAMES if n not in order)):
             if name in values:
                 model = model.with_number(axis, f"friction.{name}", *values[name])
         if "inertia" in by_name:
-            model = model.with_number(axis, "body.own_inertia", by_name["inertia"].value, _source(by_name["inertia"]))
+            model = model.with_number(axis, "body.own_inertia", by_name["inertia"].value, *_stated(by_name["inertia"]))
         if "offset" in by_name:
             # the regression explains torque commanded; the actuator's offset is what adds to it
-            model = model.with_number(axis, "actuator.offset", -by_name["offset"].value, _source(by_name["offset"]))
+            model = model.with_number(axis, "actuator.offset", -by_name["offset"].value, *_stated(by_name["offset"]))
     return model
 
 
-def _source(estimate: Estimate) -> str:
+def _stated(estimate: Estimate) -> tuple[str, float]:
+    """Source and uncertainty of an estimate, as a model file states them."""
     word = "identified" if estimate.verdict is Verdict.IDENTIFIED else "weakly identified"
-    return f"{word}, 95 % interval {estimate.interval.low:.6g} to {estimate.interval.high:.6g}"
+    source = f"{word}, 95 % interval {estimate.interval.low:.6g} to {estimate.interval.high:.6g}"
+    return source, estimate.interval.standard_deviation

@@ -1,7 +1,7 @@
 """The form of a model file, validated once at the door: unknown keys, wrong units and impossible bodies are refused.
 
-Every number may be plain (then it is in the unit of the table in `numbers.py`) or `{value, unit, source}`; `source` says where
-it comes from: printed in the thesis, inferred from its tables, measured, identified, assumed.
+Every number may be plain (then it is in the unit of the table in `numbers.py`) or `{value, unit, source, uncertainty}`; `source` says
+where it comes from: measured, printed, CAD, inferred, assumed; `uncertainty` how well it is known (see `uncertainty.py`).
 """
 
 from __future__ import annotations
@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import yaml
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from firmware_protocol.errors import BadInputError
+from sim_backend.model.uncertainty import StatedUncertainty
 
 
 class Strict(BaseModel):
@@ -23,20 +24,12 @@ class Strict(BaseModel):
 
 
 class Quantity(Strict):
-    """A number with its unit and where it comes from."""
+    """A number with its unit, where it comes from and how well it is known."""
 
     value: float
     unit: str | None = None
     source: str | None = None
-
-
-def _as_quantity(raw: Any) -> Any:
-    if isinstance(raw, bool):
-        raise ValueError("expected a number, or {value, unit, source}")
-    return {"value": raw} if isinstance(raw, int | float) else raw
-
-
-Amount = Annotated[Quantity, BeforeValidator(_as_quantity)]
+    uncertainty: StatedUncertainty | None = None
 
 
 class Kind(StrEnum):
@@ -108,6 +101,8 @@ class ModelFile(Strict):
     name: str
     text: str = ""
     kind: Kind
+    #: of every number that states none of its own
+    uncertainty: StatedUncertainty | None = None
     plant_step_s: Annotated[float, Field(gt=0.0, le=0.01)] = 1e-4
     gravity_m_s2: Annotated[float, Field(ge=0.0, le=100.0)] = 9.81
     gravity_reading: Literal["separate_bodies", "total_mass"] = "separate_bodies"

@@ -22,7 +22,8 @@ from pydantic import ValidationError
 from firmware_protocol.errors import BadInputError
 from sim_backend.effects import Effect, effect_named
 from sim_backend.model.file import EffectSection, Kind, ModelFile, Quantity, read_document, validated
-from sim_backend.model.numbers import AXIS_NUMBERS, FRICTION_ROW, NUMBER_AT
+from sim_backend.model.numbers import AXIS_NUMBERS, FRICTION_ROW, NUMBER_AT, beside
+from sim_backend.model.uncertainty import DEFAULT_SOURCE, Uncertainty, relative_by_source
 
 
 @dataclass(frozen=True)
@@ -32,10 +33,16 @@ class EffectEntry:
     effect: Effect
     axis: str
     parameters: tuple[float, ...]
+    #: standard deviation of each parameter, as stated or by its source
+    uncertainties: tuple[float, ...] = ()
 
     def value(self, name: str) -> float:
         """One parameter by name."""
         return self.parameters[[p.name for p in self.effect.parameters].index(name)]
+
+    def uncertainty(self, name: str) -> float:
+        """Standard deviation of one parameter by name."""
+        return self.uncertainties[[p.name for p in self.effect.parameters].index(name)]
 
 
 @dataclass(frozen=True)
@@ -74,6 +81,27 @@ class AntennaModel:
         """One number, e.g. ("outer", "friction.viscous"), in the unit of the table in numbers.py."""
         return self.numbers[axis, path].value
 
+    def uncertainty(self, axis: str, path: str) -> float:
+        """Standard deviation of one number, in its unit: as stated beside it, else for the whole file, else by its source.
+
+        Zero where the file does not give the number. What is stated for the file or follows from a source is a share of the number's
+        size, which for centres of gravity and products of inertia is that of all three together: their zeros are not exact. The gain of
+        an axis whose logs are in amperes is known as well as its torque constant.
+        """
+        path = self.number_path(axis, path)
+        quantity = self.numbers[axis, path]
+        spread = quantity.uncertainty.absolute(abs(quantity.value)) if quantity.uncertainty else self._by_source(axis, path, quantity)
+        constant = self.number(axis, "actuator.torque_constant")
+        if path == "actuator.gain_error" and constant > 0.0:
+            spread = math.hypot(spread, self.uncertainty(axis, "actuator.torque_constant") / constant)
+        return spread
+
+    def _by_source(self, axis: str, path: str, quantity: Quantity) -> float:
+        if quantity.source == DEFAULT_SOURCE:
+            return 0.0
+        size = math.hypot(*(self.number(axis, one) for one in beside(path)))
+        return (self.file.uncertainty or Uncertainty(relative_by_source(quantity.source), True)).absolute(size)
+
     def own_inertia_path(self, axis: str) -> str:
         """Path of the moment of a body about its own axis (the mass on a linear axis)."""
         if self.kind is Kind.LINEAR:
@@ -84,34 +112,55 @@ class AntennaModel:
         """A path as effects give it, with `body.own_inertia` resolved for this axis."""
         return self.own_inertia_path(axis) if path == "body.own_inertia" else path
 
-    def with_number(self, axis: str, path: str, value: float, source: str | None = None) -> AntennaModel:
+    def with_number(
+        self, axis: str, path: str, value: float, source: str | None = None, uncertainty: float | None = None
+    ) -> AntennaModel:
         """A model in which one number has another value."""
-        return self.with_numbers(axis, {path: value}, source)
+        return self.with_numbers(axis, {path: value}, source, {} if uncertainty is None else {path: uncertainty})
 
-    def with_numbers(self, axis: str, values: Mapping[str, float], source: str | None = None) -> AntennaModel:
-        """A model in which several numbers of an axis (path -> value) change at once, so that only the outcome need be possible."""
+    def with_numbers(
+        self, axis: str, values: Mapping[str, float], source: str | None = None, uncertainties: Mapping[str, float] | None = None
+    ) -> AntennaModel:
+        """A model in which several numbers of an axis (path -> value) change at once, so that only the outcome need be possible.
+
+        `uncertainties` are standard deviations by path; a number without one keeps what the file states beside it.
+        """
         document = copy.deepcopy(self.document)
+        stated = {self.number_path(axis, path): spread for path, spread in (uncertainties or {}).items()}
         for path, value in values.items():
             path = self.number_path(axis, path)
             section = document["axes"][axis]
             *parents, key = path.split(".")
             for parent in parents:
                 section = section.setdefault(parent, {})
-            unit = NUMBER_AT[path].unit_for(self.is_linear)
-            section[key] = {"value": float(value), "unit": unit} | ({"source": source} if source else {})
+            kept = section[key].get("uncertainty") if isinstance(section.get(key), dict) else None
+            section[key] = _written(value, NUMBER_AT[path].unit_for(self.is_linear), source, stated.get(path, kept))
         return model_from_document(document, self.where)
 
-    def with_effect(self, name: str, axis: str, parameters: Mapping[str, float]) -> AntennaModel:
-        """A model with one more effect; a number effect (the model already has its numbers) changes those numbers instead."""
+    def with_effect(
+        self,
+        name: str,
+        axis: str,
+        parameters: Mapping[str, float],
+        source: str | None = None,
+        uncertainties: Mapping[str, float] | None = None,
+    ) -> AntennaModel:
+        """A model with one more effect; a number effect (the model already has its numbers) changes those numbers instead.
+
+        `uncertainties` are standard deviations by parameter.
+        """
         effect = effect_named(name, f"{self.where}: effects")
+        stated = uncertainties or {}
         if effect.is_number:
-            given = {p.path: parameters[p.name] for p in effect.parameters if p.name in parameters and p.path is not None}
-            return self.with_numbers(axis, given)
+            paths = {p.name: p.path for p in effect.parameters if p.path is not None}
+            given = {path: parameters[key] for key, path in paths.items() if key in parameters}
+            return self.with_numbers(axis, given, source, {path: stated[key] for key, path in paths.items() if key in stated})
         document = copy.deepcopy(self.document)
         entry: dict[str, Any] = {"name": name, "axis": axis}
         for parameter in effect.parameters:
             unit = parameter.linear_unit if self.is_linear and parameter.linear_unit else parameter.unit
-            entry[parameter.name] = {"value": float(parameters.get(parameter.name, parameter.neutral)), "unit": unit}
+            value = parameters.get(parameter.name, parameter.neutral)
+            entry[parameter.name] = _written(value, unit, source, stated.get(parameter.name))
         document.setdefault("effects", [])
         document["effects"] = [*document["effects"], entry]
         return model_from_document(document, self.where)
@@ -141,6 +190,7 @@ def load_model(path: Path | str) -> AntennaModel:
 
 def model_from_document(document: dict[str, Any], where: str) -> AntennaModel:
     """Check a document that has the form of a model file; `where` names it in errors."""
+    document = _in_its_section(document)
     file = validated(document, where)
     expected = 2 if file.kind is Kind.GIMBAL else 1
     if len(file.axes) != expected:
@@ -163,15 +213,30 @@ def model_from_document(document: dict[str, Any], where: str) -> AntennaModel:
     for given, entry in zip(file.effects, effects, strict=True):
         for parameter in entry.effect.parameters:
             if parameter.path is not None and parameter.name in given.amounts():
-                unit = NUMBER_AT[model.number_path(entry.axis, parameter.path)].unit_for(file.kind is Kind.LINEAR)
-                value = entry.value(parameter.name)
-                numbers[entry.axis, model.number_path(entry.axis, parameter.path)] = Quantity(
-                    value=value, unit=unit, source=f"effect {entry.effect.name}"
+                path = model.number_path(entry.axis, parameter.path)
+                numbers[entry.axis, path] = Quantity(
+                    value=entry.value(parameter.name),
+                    unit=NUMBER_AT[path].unit_for(file.kind is Kind.LINEAR),
+                    source=f"effect {entry.effect.name}",
+                    uncertainty=Uncertainty(entry.uncertainty(parameter.name), False),
                 )
     for axis in file.axes:
         _check_body(numbers, axis, file, where)
         _check_friction(numbers, axis, where)
     return model
+
+
+def _in_its_section(document: dict[str, Any]) -> dict[str, Any]:
+    """The document with a torque constant that stands on an axis itself put where the actuator's numbers are."""
+    axes = document.get("axes")
+    if not isinstance(axes, dict) or not any(isinstance(axis, dict) and "torque_constant" in axis for axis in axes.values()):
+        return document
+    document = copy.deepcopy(document)
+    for axis in document["axes"].values():
+        actuator = axis.setdefault("actuator", {}) if isinstance(axis, dict) and "torque_constant" in axis else None
+        if isinstance(actuator, dict) and "torque_constant" not in actuator:
+            actuator["torque_constant"] = axis.pop("torque_constant")
+    return document
 
 
 def _axis_numbers(section: dict[str, Any], axis: str, file: ModelFile, where: str) -> dict[tuple[str, str], Quantity]:
@@ -187,7 +252,7 @@ def _axis_numbers(section: dict[str, Any], axis: str, file: ModelFile, where: st
     for number in AXIS_NUMBERS:
         if (axis, number.path) not in found:
             found[axis, number.path] = Quantity(
-                value=number.default or 0.0, unit=number.unit_for(file.kind is Kind.LINEAR), source="default"
+                value=number.default or 0.0, unit=number.unit_for(file.kind is Kind.LINEAR), source=DEFAULT_SOURCE
             )
     return found
 
@@ -202,16 +267,22 @@ def _quantity(raw: Any, place: str, unit: str, low: float, high: float) -> Quant
     if isinstance(raw, int | float) and not isinstance(raw, bool):
         raw = {"value": raw}
     if not isinstance(raw, dict):
-        raise BadInputError(place, f"{raw!r} is no number", f"a number in {unit}, or {{value, unit, source}}")
+        raise BadInputError(place, f"{raw!r} is no number", f"a number in {unit}, or {{value, unit, source, uncertainty}}")
     try:
         quantity = Quantity.model_validate(raw)
     except ValidationError as error:
-        raise BadInputError(place, error.errors()[0]["msg"], f"{{value, unit: {unit}, source}}") from None
+        raise BadInputError(place, error.errors()[0]["msg"], f"{{value, unit: {unit}, source, uncertainty}}") from None
     if quantity.unit is not None and _plain(quantity.unit) != _plain(unit):
         raise BadInputError(place, f"unit {quantity.unit!r}", unit)
     if not low <= quantity.value <= high:
         raise BadInputError(place, f"{quantity.value:g} is out of bounds", f"{low:g} to {high:g} {unit}")
     return quantity
+
+
+def _written(value: float, unit: str, source: str | None, uncertainty: float | str | None) -> dict[str, Any]:
+    """A number as it stands in a file."""
+    kept = {"source": source, "uncertainty": uncertainty}
+    return {"value": float(value), "unit": unit} | {key: item for key, item in kept.items() if item is not None}
 
 
 def _plain(unit: str) -> str:
@@ -297,10 +368,14 @@ def _effect_entry(entry: EffectSection, index: int, file: ModelFile, where: str)
     for key in amounts:
         if key not in names:
             raise BadInputError(f"{place}.{key}", "unknown key", f"parameters of {entry.name}: {', '.join(names)}")
-    values = []
+    values, spreads = [], []
     for parameter in effect.parameters:
         unit = parameter.linear_unit if file.kind is Kind.LINEAR and parameter.linear_unit else parameter.unit
         raw = amounts.get(parameter.name, parameter.neutral)
         low, high = min(parameter.low, parameter.neutral), max(parameter.high, parameter.neutral)
-        values.append(_quantity(raw, f"{place}.{parameter.name}", unit, low, high).value)
-    return EffectEntry(effect, entry.axis, tuple(values))
+        quantity = _quantity(raw, f"{place}.{parameter.name}", unit, low, high)
+        values.append(quantity.value)
+        stated = quantity.uncertainty or (file.uncertainty if parameter.name in amounts else None)
+        shared = relative_by_source(quantity.source if parameter.name in amounts else DEFAULT_SOURCE)
+        spreads.append((stated or Uncertainty(shared, True)).absolute(abs(quantity.value)))
+    return EffectEntry(effect, entry.axis, tuple(values), tuple(spreads))

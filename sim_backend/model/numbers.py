@@ -68,6 +68,7 @@ AXIS_NUMBERS: tuple[Number, ...] = (
     Number("actuator.gain_error", "1", "1", -0.99, 10.0, 0.0, _A, layout.GAIN_ERROR, "e in T = (1 + e) u"),
     Number("actuator.offset", "N m", "N", -1e6, 1e6, 0.0, _A, layout.OFFSET, "o in T = u + o"),
     Number("actuator.limit", "N m", "N", 0.0, 1e9, 0.0, _A, layout.LIMIT, "largest torque; 0 means none"),
+    Number("actuator.torque_constant", "N m/A", "N/A", 0.0, 1e6, 0.0, _B, -1, "torque per ampere, for logs in amperes; 0 means not known"),
     Number("actuator.time_constant", "s", "s", 0.0, 10.0, 0.0, _B, -1, "first-order lag; 0 means none"),
     Number(
         "actuator.measurement_noise",
@@ -99,9 +100,20 @@ AXIS_NUMBERS: tuple[Number, ...] = (
     Number("start.rate", "rad/s", "m/s", -1e3, 1e3, 0.0, _A, layout.START_RATE, "joint rate at the start"),
 )
 
+#: numbers that are components of one thing, and so are known alike
+_TOGETHER = (
+    ("body.cog.x", "body.cog.y", "body.cog.z"),
+    ("body.inertia.xy", "body.inertia.xz", "body.inertia.yz"),
+)
+
 NUMBER_AT: dict[str, Number] = {number.path: number for number in AXIS_NUMBERS}
 #: order of a friction row in a temperature table, as in the plant's layout
 FRICTION_ROW = ("breakaway", "coulomb", "stribeck_velocity", "sigma0", "sigma1", "viscous", "shape")
+
+
+def beside(path: str) -> tuple[str, ...]:
+    """Paths of the components of what the number at `path` is one of; the path alone where it stands for itself."""
+    return next((group for group in _TOGETHER if path in group), (path,))
 
 
 def gyro_filter(bandwidth_rad_s: float, damping: float, step_s: float) -> tuple[float, float, float, float, float, float]:

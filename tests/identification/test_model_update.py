@@ -6,6 +6,7 @@ from types import SimpleNamespace
 from typing import cast
 
 import pytest
+import yaml
 
 from gimbal_hil.identification import AxisIdentification, Estimate, Interval, Verdict, updated_model
 from sim_backend.model import AntennaModel, model_from_document
@@ -46,3 +47,10 @@ def test_with_bristles_it_is_put_at_coulomb_and_the_source_says_so() -> None:
     ):
         assert model.number("arm", "friction.breakaway") == model.number("arm", "friction.coulomb")
         assert "below it" in str(model.numbers["arm", "friction.breakaway"].source)
+
+
+def test_an_identified_number_carries_its_interval_as_uncertainty() -> None:
+    model = updated_model(arm(), [found(viscous=1.2)])
+    assert model.uncertainty("arm", "friction.viscous") == pytest.approx(0.12 / 1.96, rel=1e-3)
+    read_again = model_from_document(yaml.safe_load(model.to_yaml()), "arm")
+    assert read_again.uncertainty("arm", "friction.viscous") == model.uncertainty("arm", "friction.viscous")
