@@ -1,1 +1,20 @@
-"""The wire: every message, its bytes, and the links that carry them."""
+"""The wire: every message, its bytes, and the links that carry them.
+
+What other packages may import is these modules and the folders `links` and `emit`. They are not imported here, because half of them need
+numba and the other half serves commands that must answer at once.
+"""
+
+__all__ = [
+    "block_codec",
+    "bus_load",
+    "codec",
+    "compiling",
+    "elementary",
+    "errors",
+    "layout",
+    "mail",
+    "receiver",
+    "schema",
+    "stream",
+    "words",
+]

@@ -8,9 +8,9 @@ functions run as plain Python.
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import os
-import re
 import sys
 from collections.abc import Callable
 from functools import cache
@@ -23,7 +23,6 @@ import numba
 F = TypeVar("F", bound=Callable[..., object])
 
 ROOMS = ("firmware_protocol", "sim_backend", "gimbal_hil")
-_IMPORT = re.compile(r"^\s*(?:from|import)\s+((?:" + "|".join(ROOMS) + r")[.\w]*)(?:\s+import\s+(?:\(([^)]*)\)|([^\n#]*)))?", re.MULTILINE)
 
 
 def compiled(function: F) -> F:
@@ -75,30 +74,51 @@ def include_source(owner: str, source: bytes) -> None:
 
 
 @cache
-def _source(module: str) -> bytes:
-    loaded = sys.modules.get(module)
-    path = getattr(loaded, "__file__", None)
-    if path is None:
-        try:
-            spec = find_spec(module)
-        except ModuleNotFoundError:
-            return b""
-        path = spec.origin if spec else None
-    return Path(path).read_bytes() if path and path.endswith(".py") else b""
+def _file(module: str) -> Path | None:
+    """Where a module of this project lies. Nothing is imported to find out: faces would run while they are being read."""
+    room, *inner = module.split(".")
+    if room not in ROOMS:
+        loaded = getattr(sys.modules.get(module), "__file__", None)
+        return Path(loaded) if loaded else None
+    spec = find_spec(room)
+    for folder in spec.submodule_search_locations or () if spec else ():
+        place = Path(folder, *inner)
+        for path in (place / "__init__.py", place.with_suffix(".py")):
+            if path.is_file():
+                return path
+    return None
 
 
 @cache
-def _imported(module: str) -> tuple[str, ...]:
-    names: set[str] = set()
-    for base, in_brackets, in_line in _IMPORT.findall(_source(module).decode()):
-        names.add(base)
-        members = [member.split(" as ")[0].strip() for member in (in_brackets or in_line).split(",")]
-        names.update(f"{base}.{member}" for member in members if member.isidentifier() and _is_module(f"{base}.{member}"))
-    return tuple(names)
+def _source(module: str) -> bytes:
+    path = _file(module)
+    return path.read_bytes() if path else b""
 
 
-def _is_module(name: str) -> bool:
-    try:
-        return find_spec(name) is not None
-    except (ModuleNotFoundError, ValueError):
-        return False
+@cache
+def _imports(module: str) -> tuple[tuple[str, str], ...]:
+    """(module, name) of everything that a module imports from this project, wherever in it; the name is empty for a plain import."""
+    found: list[tuple[str, str]] = []
+    for node in ast.walk(ast.parse(_source(module))):
+        if isinstance(node, ast.Import):
+            found += [(alias.name, "") for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            found += [(node.module, alias.name) for alias in node.names]
+    return tuple(one for one in found if one[0].split(".")[0] in ROOMS)
+
+
+@cache
+def _imported(module: str) -> frozenset[str]:
+    return frozenset(_home(base, name) for base, name in _imports(module))
+
+
+def _home(module: str, name: str) -> str:
+    """The module that a name comes from: faces are looked through, so that a kernel depends on the laws it uses and on no others."""
+    if name and _file(f"{module}.{name}"):
+        return f"{module}.{name}"
+    path = _file(module)
+    if name and path is not None and path.name == "__init__.py":
+        for base, given in _imports(module):
+            if given == name:
+                return _home(base, given)
+    return module

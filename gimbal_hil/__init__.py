@@ -8,3 +8,5 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("MKL_NUM_THREADS", "1")
 
 __version__ = "0.1.0"
+
+__all__ = ["__version__"]

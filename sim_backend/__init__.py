@@ -1,1 +1,19 @@
-"""The virtual antenna: rigid body, friction, actuator, sensors, effects, and the firmware in front of them."""
+"""The virtual antenna: rigid body, friction, actuator, sensors, effects, and the firmware in front of them.
+
+What other packages may import is these modules and the folders `model`, `effects`, `device` and `server`; none is imported here, because
+most are compiled.
+"""
+
+__all__ = [
+    "base_motion",
+    "friction",
+    "layout",
+    "noise",
+    "plant",
+    "rigid_body",
+    "sensors",
+    "shipped",
+    "step",
+    "stribeck_expansion",
+    "thesis_slips",
+]

@@ -11,8 +11,7 @@ import numpy as np
 from firmware_protocol.compiling import compiled
 from sim_backend.actuator import actuate
 from sim_backend.base_motion import base_at_rest, base_state
-from sim_backend.effects.dispatch import command_law, encoder_law, friction_law, gyro_law, structure_advance, structure_law, torque_law
-from sim_backend.effects.effect import Hook
+from sim_backend.effects import Hook, command_law, encoder_law, friction_law, gyro_law, structure_advance, structure_law, torque_law
 from sim_backend.friction import BUMP_GONE, bristle_step, without_bristles
 from sim_backend.layout import (
     ACCELERATION,

@@ -1,6 +1,26 @@
 """Speed figures, each beside a plain reference from the same run, as a ratio with its spread."""
 
+from gimbal_hil.bench.blind import run_blind
 from gimbal_hil.bench.figures import Figure, paired
+from gimbal_hil.bench.real_time import real_time_figures
+from gimbal_hil.bench.real_time_page import real_time_blocks, real_time_text
+from gimbal_hil.bench.results import bench_page, bench_text, speed_blocks
+from gimbal_hil.bench.search import search_figures
+from gimbal_hil.bench.search_page import search_blocks, search_text
 from gimbal_hil.bench.speed import speed_figures
 
-__all__ = ["Figure", "paired", "speed_figures"]
+__all__ = [
+    "Figure",
+    "bench_page",
+    "bench_text",
+    "paired",
+    "real_time_blocks",
+    "real_time_figures",
+    "real_time_text",
+    "run_blind",
+    "search_blocks",
+    "search_figures",
+    "search_text",
+    "speed_blocks",
+    "speed_figures",
+]

@@ -24,13 +24,10 @@ import yaml
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import BadInputError, GimbalHilError
-from gimbal_hil.daemon.clock import Duration
-from gimbal_hil.daemon.histogram import Histogram
-from gimbal_hil.daemon.miss_causes import MissCause
-from gimbal_hil.daemon.operator_client import OperatorClient
-from gimbal_hil.daemon.reference_loop import ReferenceLoop, compiler
+from gimbal_hil.operator import OperatorClient
 from gimbal_hil.runs import EventKind, open_run
 from gimbal_hil.settings import shipped_settings_path
+from gimbal_hil.timing import Duration, Histogram, MissCause, ReferenceLoop, compiler
 
 Json = dict[str, Any]
 #: a daemon's turn and the C loop's, idle and at work, s

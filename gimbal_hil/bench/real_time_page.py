@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from gimbal_hil.bench.real_time import OWN, RealTime
-from gimbal_hil.daemon.histogram import Histogram
-from gimbal_hil.daemon.miss_causes import MissCause
 from gimbal_hil.report import Block, Callout, Heading, Plot, Table, Text
+from gimbal_hil.timing import Histogram, MissCause
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure as PlotlyFigure
@@ -95,7 +94,7 @@ def _ready(found: Sequence[RealTime]) -> str:
 
 
 def _latencies(found: Sequence[RealTime]) -> PlotlyFigure:
-    from gimbal_hil.report.figures import figure
+    from gimbal_hil.plots import figure
 
     drawn = figure("Wake-up latency", "late by (us)", "share later than this")
     colours = ("#1f6f8b", "#d1603d", "#6a4c93", "#4f7f3f", "#8a6d1f", "#b3261e")

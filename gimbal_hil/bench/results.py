@@ -11,7 +11,7 @@ from gimbal_hil import __version__
 from gimbal_hil.bench.figures import Figure
 from gimbal_hil.bench.speed import STEP_WITH
 from gimbal_hil.report import Block, Heading, Page, Table, Text
-from gimbal_hil.runs.header import wall_clock_utc
+from gimbal_hil.runs import wall_clock_utc
 
 HEADER = ("Figure", "Value", "Beside", "Ratio", "Spread", "Pairs", "Target")
 PACKAGES = ("numba", "numpy", "mujoco", "pin", "pyarrow")

@@ -20,9 +20,8 @@ from gimbal_hil.discrepancy.record import record_of
 from gimbal_hil.discrepancy.screening import respond
 from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.discrepancy.workflow import scored_band
-from gimbal_hil.experiments.conducting import conduct
-from gimbal_hil.experiments.sequences import SequenceOptions
-from gimbal_hil.experiments.sequences.survey import survey
+from gimbal_hil.experiments import conduct
+from gimbal_hil.experiments.sequences import SequenceOptions, survey_motion
 from gimbal_hil.settings import shipped_settings
 from gimbal_hil.signals import SignalsTable, read_signals
 from sim_backend.model import shipped_model
@@ -116,7 +115,7 @@ def _surveyed(folder: Path, seconds: float, number: int) -> SignalsTable:
     run = folder / f"survey_{number}_{seconds:g}"
     if not run.exists():
         hidden = model.with_effect("cogging", "outer", _HIDDEN)
-        conduct(survey(SequenceOptions(settings.rate_hz), number, seconds), settings, hidden, 1 + number, run)
+        conduct(survey_motion(SequenceOptions(settings.rate_hz), number, seconds), settings, hidden, 1 + number, run)
     table = read_signals(run, model.axes)
     first = round(1.0 / table.period_s)
     return table.rows(first, min(len(table), round(seconds / table.period_s)))

@@ -52,7 +52,7 @@ def _row(cost: Cost, unit: str) -> list[str]:
 
 
 def _drawn(title: str, x_title: str, costs: tuple[Cost, ...]) -> PlotlyFigure:
-    from gimbal_hil.report.figures import MEASURED, REFERENCE, figure
+    from gimbal_hil.plots import MEASURED, REFERENCE, figure
 
     drawn = figure(title, x_title, "cost (million sines)")
     last = costs[-1]

@@ -35,7 +35,7 @@ def command(
     if what not in BENCHES:
         raise BadInputError("bench", f"no bench {what!r}", ", ".join(BENCHES))
     if what == "blind":
-        from gimbal_hil.bench.blind import run_blind
+        from gimbal_hil.bench import run_blind
 
         if out is None:
             raise BadInputError("--out", "is missing", "a folder for the blind cases and their verdicts")
@@ -58,7 +58,7 @@ def command(
         words = f"--repeats {repeats}"
     print(json.dumps(figures) if as_json else text, flush=True)
     if page is not None:
-        from gimbal_hil.bench.results import bench_page
+        from gimbal_hil.bench import bench_page
 
         bench_page(blocks, f"gimbal-hil bench {words}").write(page)
     return 0
@@ -67,16 +67,14 @@ def command(
 def _speed(repeats: int, say: Any) -> tuple[str, Any, list[Block]]:
     from dataclasses import asdict
 
-    from gimbal_hil.bench import speed_figures
-    from gimbal_hil.bench.results import bench_text, speed_blocks
+    from gimbal_hil.bench import bench_text, speed_blocks, speed_figures
 
     figures = speed_figures(repeats, say)
     return bench_text(figures), [asdict(figure) for figure in figures], speed_blocks(figures)
 
 
 def _real_time(links: tuple[str, ...], rates_hz: tuple[float, ...], seconds: float, say: Any) -> tuple[str, Any, list[Block]]:
-    from gimbal_hil.bench.real_time import real_time_figures
-    from gimbal_hil.bench.real_time_page import real_time_blocks, real_time_text
+    from gimbal_hil.bench import real_time_blocks, real_time_figures, real_time_text
 
     found = real_time_figures(links, rates_hz, seconds, say)
     return real_time_text(found), [one.as_dict() for one in found], real_time_blocks(found)
@@ -85,8 +83,7 @@ def _real_time(links: tuple[str, ...], rates_hz: tuple[float, ...], seconds: flo
 def _search(workers: int, repeats: int, say: Any) -> tuple[str, Any, list[Block]]:
     from dataclasses import asdict
 
-    from gimbal_hil.bench.search import search_figures
-    from gimbal_hil.bench.search_page import search_blocks, search_text
+    from gimbal_hil.bench import search_blocks, search_figures, search_text
 
     found = search_figures(workers, repeats, say)
     return search_text(found), asdict(found), search_blocks(found)

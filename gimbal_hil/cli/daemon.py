@@ -40,12 +40,12 @@ def command(
         if run is None:
             raise BadInputError("--send", "does not say to whom", "--run with the run folder of a running daemon")
         return _send(send, run)
-    from gimbal_hil.daemon.run import DaemonOptions, run_daemon
-    from gimbal_hil.runs.header import wall_clock_utc
+    from gimbal_hil.daemon import DaemonOptions, run_daemon
+    from gimbal_hil.runs import wall_clock_utc
     from gimbal_hil.settings import load_settings, shipped_settings
 
     if end_with is not None:
-        from gimbal_hil.parentage import end_with_parent
+        from gimbal_hil.executor import end_with_parent
 
         end_with_parent(end_with)
     settings = load_settings(config) if config else shipped_settings()
@@ -54,7 +54,7 @@ def command(
     if as_json:
         print(json.dumps(report.as_dict()))
     else:
-        from gimbal_hil.daemon.summary import summary_lines
+        from gimbal_hil.daemon import summary_lines
 
         print("\n".join(summary_lines(report)))
     return report.ending.exit_code
@@ -64,7 +64,7 @@ def _send(text: str, run: Path) -> int:
     import json
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
-    from gimbal_hil.daemon.operator_client import OperatorClient, RequestRefusedError
+    from gimbal_hil.operator import OperatorClient, RequestRefusedError
 
     try:
         request = json.loads(text)

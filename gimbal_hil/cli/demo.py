@@ -23,7 +23,7 @@ def command(
 
     from firmware_protocol.errors import BadInputError
     from gimbal_hil.cli.progress import ProgressBar
-    from gimbal_hil.runs.header import wall_clock_utc
+    from gimbal_hil.runs import wall_clock_utc
 
     folder = out or Path("runs") / f"demo-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
     if (folder / "report.html").exists() and not force:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from gimbal_hil.daemon.machine_check import MachineReport
     from gimbal_hil.settings import DaemonSettings
+    from gimbal_hil.timing import MachineReport
 
 REPORT_FILE = "doctor.json"
 
@@ -28,7 +28,7 @@ def command(
     import json
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
-    from gimbal_hil.daemon.link_check import check_link
+    from gimbal_hil.daemon import check_link
     from gimbal_hil.settings import load_settings, shipped_settings
 
     if out is not None and (out / REPORT_FILE).exists() and not force:
@@ -53,8 +53,7 @@ def _measure(settings: DaemonSettings, seconds: float, quiet: bool) -> MachineRe
     from rich.console import Console
     from rich.progress import Progress
 
-    from gimbal_hil.daemon.clock import Duration
-    from gimbal_hil.daemon.machine_check import check_machine
+    from gimbal_hil.timing import Duration, check_machine
 
     console = Console(stderr=True)
     with Progress(console=console, transient=True, auto_refresh=False, disable=quiet or not console.is_terminal) as bar:

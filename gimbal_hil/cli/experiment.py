@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from gimbal_hil.experiments.runner import Outcome
+    from gimbal_hil.experiments import Outcome
 
 
 def command(
@@ -41,9 +41,8 @@ def command(
 
     from firmware_protocol.errors import EXIT_INTERRUPTED, BadInputError
     from gimbal_hil.cli.progress import ProgressBar
-    from gimbal_hil.experiments.checkpoint import CHECKPOINT_FILE
-    from gimbal_hil.experiments.side_by_side import PARTS_FOLDER
-    from gimbal_hil.runs.header import wall_clock_utc
+    from gimbal_hil.experiments import CHECKPOINT_FILE, PARTS_FOLDER
+    from gimbal_hil.runs import wall_clock_utc
 
     if not lockstep and run is None:
         raise BadInputError("--real-time", "does not say which daemon", "--run with the run folder of a running daemon")
@@ -88,8 +87,7 @@ def _conduct(
     progress: object,
 ) -> Outcome:
     from gimbal_hil.cli.torques import torques_by_axis
-    from gimbal_hil.experiments.conducting import conduct, embedded_model_of
-    from gimbal_hil.experiments.experiment import AXES
+    from gimbal_hil.experiments import AXES, conduct, embedded_model_of
     from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
     from gimbal_hil.settings import load_settings, shipped_settings
     from sim_backend.model import load_model
@@ -125,8 +123,7 @@ def _conduct_through_daemon(
     progress: object,
 ) -> Outcome:
     from gimbal_hil.cli.torques import torques_by_axis
-    from gimbal_hil.experiments.conducting import conduct_through_daemon
-    from gimbal_hil.experiments.experiment import AXES
+    from gimbal_hil.experiments import AXES, conduct_through_daemon
     from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
     from gimbal_hil.runs import read_header
     from sim_backend.model import load_model
@@ -140,7 +137,7 @@ def _conduct_through_daemon(
 
 def _axes(names: list[str] | None) -> tuple[str, ...]:
     from firmware_protocol.errors import BadInputError
-    from gimbal_hil.experiments.experiment import AXES
+    from gimbal_hil.experiments import AXES
 
     for name in names or ():
         if name not in AXES:

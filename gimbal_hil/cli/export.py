@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from gimbal_hil.runs import Run
-    from gimbal_hil.runs.frame_export import Progress
+    from gimbal_hil.runs import Progress, Run
 
 
 class Format(StrEnum):
@@ -72,7 +71,7 @@ def _write_table(log: Run, out: Path, kind: Format, *, resample: bool, drop_inva
 
 
 def _write_frames(log: Run, out: Path, kind: Format, show: Progress, *, force: bool) -> dict[str, Any]:
-    from gimbal_hil.runs.frame_export import export_blf, export_mcap, export_mf4
+    from gimbal_hil.runs import export_blf, export_mcap, export_mf4
     from gimbal_hil.signals import replacing
 
     write = {Format.BLF: export_blf, Format.MCAP: export_mcap, Format.MF4: export_mf4}[kind]

@@ -44,8 +44,7 @@ def command(
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
     from gimbal_hil.cli.torques import torques_by_axis
-    from gimbal_hil.identification import Verdict, updated_model
-    from gimbal_hil.identification.identification_page import identification_page, identification_record
+    from gimbal_hil.identification import Verdict, identification_page, identification_record, updated_model
     from sim_backend.model import load_model, shipped_model
 
     for name in (MODEL_FILE, ANSWER_FILE, REPORT_FILE):
@@ -99,8 +98,7 @@ def _identify(
     from rich.progress import Progress
 
     from gimbal_hil.executor import open_executor
-    from gimbal_hil.identification import identify_axis
-    from gimbal_hil.identification.reading import read_logs
+    from gimbal_hil.identification import identify_axis, read_logs
 
     torque_driven, resample, drop_invalid = reading
     console = Console(stderr=True)

@@ -36,7 +36,7 @@ def command(
     """
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
     from gimbal_hil.cli.progress import ProgressBar
-    from gimbal_hil.experiments.sequences.survey import SHORT_S
+    from gimbal_hil.experiments.sequences import SHORT_SURVEY_S
     from gimbal_hil.improvement import JOURNAL_FILE, Ending, Journal, Stopped, Task, budgets_of, site_of, torques_of, travels_of
     from gimbal_hil.settings import load_settings, shipped_settings
     from sim_backend.model import load_model, shipped_model
@@ -48,7 +48,7 @@ def command(
     settings = load_settings(config) if config else shipped_settings()
     start = load_model(model) if model else shipped_model()
     budgets = budgets_of(settings, budget, rounds, torques_of(torque or []), travels_of(travel or []))
-    task = Task(settings, start, out, budgets, SHORT_S if short else survey, workers, dask)
+    task = Task(settings, start, out, budgets, SHORT_SURVEY_S if short else survey, workers, dask)
     journal = Journal(out / JOURNAL_FILE, resume=resume)
     _end_like_ctrl_c()
     try:

@@ -84,7 +84,7 @@ def _signals_stop(server: DeviceServer) -> Iterator[list[int]]:
 
 
 def _serve(server: DeviceServer, duration_s: float | None) -> None:
-    from gimbal_hil.daemon.real_time import control_and_witness_cores, real_time
+    from gimbal_hil.timing import control_and_witness_cores, real_time
 
     # on the core that a daemon of this machine leaves free, and behind it in priority
     with real_time(priority=55, core=control_and_witness_cores()[1]):

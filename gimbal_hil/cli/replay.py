@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from gimbal_hil.runs import Run
-    from gimbal_hil.runs.replay import ReplayResult
+    from gimbal_hil.runs import ReplayResult, Run
 
 ANSWER_FILE = "replay.json"
 
@@ -45,7 +44,7 @@ def _replay(log: Run, *, quiet: bool) -> ReplayResult:
     from rich.progress import Progress
 
     from gimbal_hil.lockstep import give_again, host_of
-    from gimbal_hil.runs.replay import replay
+    from gimbal_hil.runs import replay
 
     host = host_of(log)
     console = Console(stderr=True)

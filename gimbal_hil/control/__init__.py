@@ -1,5 +1,6 @@
 """The control law as pure compiled functions: state in `H`, parameters in `C`, nothing else."""
 
+from gimbal_hil.control import layout
 from gimbal_hil.control.cascade import axis_torque, enter_mode
 from gimbal_hil.control.compensation import base_rates, friction_torque, gravity_torques, has_moments
 from gimbal_hil.control.layout import AntiWindup, Mode
@@ -15,5 +16,6 @@ __all__ = [
     "friction_torque",
     "gravity_torques",
     "has_moments",
+    "layout",
     "next_integral",
 ]

@@ -1,5 +1,12 @@
-"""The control daemon: tick engine, control process, service process and operator commands."""
+"""The control daemon: control process, link and its loss, what is reported at the end."""
 
-from gimbal_hil.daemon.operator_client import OperatorClient, RequestRefusedError
+from gimbal_hil.daemon.link_check import check_link
+from gimbal_hil.daemon.run import DaemonOptions, run_daemon
+from gimbal_hil.daemon.summary import summary_lines
 
-__all__ = ["OperatorClient", "RequestRefusedError"]
+__all__ = [
+    "DaemonOptions",
+    "check_link",
+    "run_daemon",
+    "summary_lines",
+]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from firmware_protocol.links.link import LinkBasis
+from firmware_protocol.links import LinkBasis
 from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna
 from sim_backend.device import Device
 from sim_backend.model import AntennaModel, load_model, shipped_model

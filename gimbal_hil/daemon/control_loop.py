@@ -11,16 +11,11 @@ from typing import Any
 
 from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, EXIT_SAFETY_STOP
 from firmware_protocol.schema import DriveState
-from gimbal_hil.daemon.clock import Clock, Duration
 from gimbal_hil.daemon.link_keeper import LinkKeeper
-from gimbal_hil.daemon.mailbox import RingReader
-from gimbal_hil.daemon.miss_causes import Miss, MissCause
-from gimbal_hil.daemon.telemetry import Command, CommandKind, Telemetry, take_commands, unpack_program
-from gimbal_hil.daemon.tick_engine import Tick
-from gimbal_hil.host.events import HostEvent
-from gimbal_hil.host.host import Host
+from gimbal_hil.host import EventCode, Host, HostEvent, HostState, LinkStatus
 from gimbal_hil.host.layout import AXES, BASE_RATE, DRIVE_STATE, MEASURED_RATE, REST_RATE, axis_c, axis_h
-from gimbal_hil.host.states import EventCode, HostState, LinkStatus
+from gimbal_hil.telemetry import Command, CommandKind, Telemetry, take_commands, unpack_program
+from gimbal_hil.timing import Clock, Duration, Miss, MissCause, RingReader, Tick
 
 _EVENT_KIND = {
     EventCode.STATE: "state",

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from firmware_protocol.errors import LinkError
 from firmware_protocol.links import Link, LinkState
-from gimbal_hil.daemon.clock import Clock, Duration, Instant
+from gimbal_hil.timing import Clock, Duration, Instant
 
 FIRST_WAIT, LONGEST_WAIT = Duration(100_000_000), Duration(2_000_000_000)
 #: a link that lasted this long was a good one: the next try after its loss comes soon

@@ -17,19 +17,27 @@ from firmware_protocol import receiver
 from firmware_protocol.errors import EXIT_SAFETY_STOP, BadInputError
 from firmware_protocol.links import Link
 from gimbal_hil.daemon.antenna_link import EmbeddedLink, embedded_antenna, embedded_model
-from gimbal_hil.daemon.clock import Clock, Duration, LockstepClock, MonotonicClock
 from gimbal_hil.daemon.control_loop import ControlLoop, Ending
 from gimbal_hil.daemon.first_opening import opener_of
 from gimbal_hil.daemon.link_keeper import LinkKeeper
-from gimbal_hil.daemon.miss_causes import ThreadUsage
-from gimbal_hil.daemon.real_time import Granted, control_and_witness_cores, real_time
-from gimbal_hil.daemon.service import ServiceProcess, ServiceSettings
-from gimbal_hil.daemon.telemetry import Telemetry
-from gimbal_hil.daemon.tick_engine import TickEngine, TickStatistics
-from gimbal_hil.daemon.witness import WitnessProcess
 from gimbal_hil.host import Host
 from gimbal_hil.runs import RunHeader
+from gimbal_hil.service import ServiceProcess, ServiceSettings
 from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna, host_configuration
+from gimbal_hil.telemetry import Telemetry
+from gimbal_hil.timing import (
+    Clock,
+    Duration,
+    Granted,
+    LockstepClock,
+    MonotonicClock,
+    ThreadUsage,
+    TickEngine,
+    TickStatistics,
+    WitnessProcess,
+    control_and_witness_cores,
+    real_time,
+)
 from sim_backend.device import Device
 
 Json = dict[str, Any]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from gimbal_hil.daemon.histogram import Histogram
-from gimbal_hil.daemon.live_view import AXES, LiveView
-from gimbal_hil.host.states import HostState, LinkStatus
+from gimbal_hil.host import HostState, LinkStatus
+from gimbal_hil.telemetry import AXES, LiveView
+from gimbal_hil.timing import Histogram
 
 #: upper bounds of the exported buckets, microseconds
 _BOUNDS_US = (10, 20, 50, 100, 200, 500, 1_000, 2_000, 5_000, 10_000, 50_000, 200_000, 1_000_000)

@@ -10,10 +10,10 @@ from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.daemon.histogram import upper_bound_ns
-from gimbal_hil.daemon.live_view import LiveView
 from gimbal_hil.dashboard.metrics import CONTENT_TYPE, metrics_text
 from gimbal_hil.dashboard.page import PAGE
+from gimbal_hil.telemetry import LiveView
+from gimbal_hil.timing import upper_bound_ns
 
 _LOOPBACK = "127.0.0.1"
 _NAMES = (_LOOPBACK, "localhost")

@@ -7,16 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gimbal_hil.discrepancy import corrected_model, diagnose, discrepancy_page, verdict_of
-from gimbal_hil.experiments.conducting import conduct, embedded_model_of
-from gimbal_hil.experiments.runner import ProgressSink
+from gimbal_hil.experiments import ProgressSink, conduct, embedded_model_of
 from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
-from gimbal_hil.identification import Log, identify_axis
-from gimbal_hil.identification.identification_page import identification_page
-from gimbal_hil.identification.reading import read_logs
+from gimbal_hil.identification import Log, identification_page, identify_axis, read_logs
 from gimbal_hil.lockstep import give_again, host_of
 from gimbal_hil.report import Block, Page, Text
-from gimbal_hil.runs import open_run
-from gimbal_hil.runs.replay import replay
+from gimbal_hil.runs import open_run, replay
 from gimbal_hil.settings import DaemonSettings
 from gimbal_hil.signals import read_signals
 from sim_backend.model import AntennaModel

@@ -17,8 +17,7 @@ from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel
 
 if TYPE_CHECKING:
-    from gimbal_hil.identification import Finding, PreslidingRun, StaticFit, VelocityPoint
-    from gimbal_hil.identification.consistency import BreakAway
+    from gimbal_hil.identification import BreakAway, Finding, PreslidingRun, StaticFit, VelocityPoint
 
 #: slow ramps: the torque changes by less than this share of break-away a row, as identification takes it
 _SLOW_SHARE = 0.02
@@ -101,9 +100,18 @@ def _stiffness(model: AntennaModel, axis: str, runs: Sequence[PreslidingRun]) ->
 
 
 def _of_axis(model: AntennaModel, axis: str, tables: Sequence[SignalsTable]) -> list[dict[str, str]]:
-    from gimbal_hil.identification import Direction, Drive, Log, Stretch, fit_static, friction_of, measure_velocity_map, stretches_of_table
-    from gimbal_hil.identification.consistency import break_away
-    from gimbal_hil.identification.evidence import collect
+    from gimbal_hil.identification import (
+        Direction,
+        Drive,
+        Log,
+        Stretch,
+        break_away,
+        collect,
+        fit_static,
+        friction_of,
+        measure_velocity_map,
+        stretches_of_table,
+    )
 
     logs = []
     for table in tables:
@@ -128,7 +136,7 @@ def _of_axis(model: AntennaModel, axis: str, tables: Sequence[SignalsTable]) -> 
 
 def _findings(ramps: Sequence[BreakAway], sides: Sequence[StaticFit | None], points: Sequence[VelocityPoint], axis: str) -> list[Finding]:
     """One finding a direction at most, the positive one first: by the fitted Coulomb torque, else by the lowest sliding torque."""
-    from gimbal_hil.identification.consistency import break_away_below_sliding, break_away_findings
+    from gimbal_hil.identification import break_away_below_sliding, break_away_findings
 
     fitted = [finding for side in sides if side is not None for finding in break_away_findings(ramps, side, axis)]
     told = {_direction(finding) for finding in fitted}

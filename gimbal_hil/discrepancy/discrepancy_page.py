@@ -79,7 +79,7 @@ def discrepancy_page(diagnosis: Diagnosis, verdict: dict[str, Any], corrected: A
 def _gap_figure(verdict: dict[str, Any]) -> Any:
     import plotly.graph_objects as go
 
-    from gimbal_hil.report.figures import ALERT, MODEL, REFERENCE, SECOND, figure
+    from gimbal_hil.plots import ALERT, MODEL, REFERENCE, SECOND, figure
 
     labels = [f"{g['axis']} {g['signal'].replace('_', ' ')}" for g in verdict["gaps"]]
     drawn = figure("Left over, in noise floors", "", "rms / noise floor", 360)
@@ -121,7 +121,7 @@ def _alternatives(verdict: dict[str, Any]) -> Table:
 def _where_figure(diagnosis: Diagnosis, verdict: dict[str, Any]) -> Any:
     import plotly.graph_objects as go
 
-    from gimbal_hil.report.figures import ALERT, MEASURED, figure
+    from gimbal_hil.plots import ALERT, MEASURED, figure
 
     residual = diagnosis.null.fit.residual
     # the channel that the text speaks of
@@ -196,7 +196,7 @@ def _rivals(diagnosis: Diagnosis) -> Table | None:
 def _time_figure(diagnosis: Diagnosis) -> Any:
     import plotly.graph_objects as go
 
-    from gimbal_hil.report.figures import ALERT, MODEL, REFERENCE, stacked, thinned
+    from gimbal_hil.plots import ALERT, MODEL, REFERENCE, stacked, thinned
 
     search = diagnosis.search
     before = residual_of(search.holdout, diagnosis.null.hypothesis, search.floor)

@@ -12,9 +12,7 @@ from gimbal_hil.discrepancy.families import Family, Knob, Move
 from gimbal_hil.discrepancy.twin import Structure, Twin, number_slot
 from sim_backend import layout
 from sim_backend.effects import CATALOGUE
-from sim_backend.model import AntennaModel
-from sim_backend.model.arrays import lag_decay
-from sim_backend.model.numbers import NUMBER_AT
+from sim_backend.model import NUMBER_AT, AntennaModel, lag_decay
 
 #: a known number that floats this far (log) is not what a rig is off by
 FAR = 0.22

@@ -10,8 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from firmware_protocol.compiling import compiled, entry_point
-from sim_backend.effects.dispatch import encoder_law, gyro_law
-from sim_backend.effects.effect import Hook
+from sim_backend.effects import Hook, encoder_law, gyro_law
 from sim_backend.layout import (
     APPLIED,
     AXES,

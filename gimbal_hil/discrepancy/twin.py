@@ -12,9 +12,7 @@ from gimbal_hil.discrepancy.record import RATE_ERROR, TORQUE, Channel, Record
 from gimbal_hil.discrepancy.smoothing import Floats, scored
 from sim_backend import layout
 from sim_backend.effects import CATALOGUE
-from sim_backend.model import AntennaModel, plant_arrays
-from sim_backend.model.arrays import put_friction
-from sim_backend.model.numbers import NUMBER_AT, Block
+from sim_backend.model import NUMBER_AT, AntennaModel, Block, plant_arrays, put_friction
 
 #: effects whose states move faster than a sample, and into how many steps the twin then divides it
 _FINE_STEPS = {"backlash": 5, "structural_resonance": 2}

@@ -1,1 +1,45 @@
 """Experiments: what is asked of an antenna, the runner that follows it, and what comes out."""
+
+from gimbal_hil.experiments.antenna import EmbeddedAntenna
+from gimbal_hil.experiments.checkpoint import CHECKPOINT_FILE
+from gimbal_hil.experiments.conducting import conduct, conduct_through_daemon, embedded_model_of
+from gimbal_hil.experiments.experiment import AXES, Experiment, Row, Signals, Step, move_to, on_axis, position_hold, step_of
+from gimbal_hil.experiments.frequency import FrequencyResponse, Lap, Margins, frequency_response, margins_of
+from gimbal_hil.experiments.planned import experiment_of_file
+from gimbal_hil.experiments.plateau import Pair, pair_of, plateau_mean, pooled
+from gimbal_hil.experiments.response import step_response
+from gimbal_hil.experiments.runner import TEARDOWN_S, Outcome, ProgressSink, Silent
+from gimbal_hil.experiments.side_by_side import PARTS_FOLDER
+
+__all__ = [
+    "AXES",
+    "CHECKPOINT_FILE",
+    "PARTS_FOLDER",
+    "TEARDOWN_S",
+    "EmbeddedAntenna",
+    "Experiment",
+    "FrequencyResponse",
+    "Lap",
+    "Margins",
+    "Outcome",
+    "Pair",
+    "ProgressSink",
+    "Row",
+    "Signals",
+    "Silent",
+    "Step",
+    "conduct",
+    "conduct_through_daemon",
+    "embedded_model_of",
+    "experiment_of_file",
+    "frequency_response",
+    "margins_of",
+    "move_to",
+    "on_axis",
+    "pair_of",
+    "plateau_mean",
+    "pooled",
+    "position_hold",
+    "step_of",
+    "step_response",
+]

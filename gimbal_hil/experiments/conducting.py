@@ -15,9 +15,9 @@ from gimbal_hil.experiments.experiment import Experiment
 from gimbal_hil.experiments.runner import Outcome, ProgressSink, run_experiment, table_csv
 from gimbal_hil.experiments.side_by_side import remove_parts, run_side_by_side
 from gimbal_hil.report import Details, Listing, Page
-from gimbal_hil.runs.header import RunHeader
+from gimbal_hil.runs import RunHeader
 from gimbal_hil.settings import DaemonSettings
-from gimbal_hil.settings.link import EmbeddedAntenna as EmbeddedLink
+from gimbal_hil.settings import EmbeddedAntenna as EmbeddedLink
 from sim_backend.model import AntennaModel, Kind, load_model, shipped_model
 
 TABLE_FILE, REPORT_FILE = "table.csv", "report.html"

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import LinkError, SafetyStopError
-from gimbal_hil.daemon.operator_client import Json, OperatorClient
 from gimbal_hil.experiments.antenna import Followed
 from gimbal_hil.experiments.experiment import AXES, Signals, Step, move_to
 from gimbal_hil.host import AxisCommand, Mode, Origin, Segment, Shape, program_of
+from gimbal_hil.operator import Json, OperatorClient
 from gimbal_hil.runs import FRAME_ROW, TICK_ROW, GrowingLog, Run
 
 #: a batch has at least so many steps (fewer only at the end)

@@ -22,8 +22,7 @@ from gimbal_hil.experiments.checkpoint import Checkpoint, read_checkpoint, remov
 from gimbal_hil.experiments.experiment import AXES, Experiment, Row, Signals, Step, move_to
 from gimbal_hil.experiments.step_signals import STEPS_FOLDER, write_step_signals
 from gimbal_hil.host import EventCode, Segment
-from gimbal_hil.runs import EventKind, RunWriter
-from gimbal_hil.runs.header import RunHeader
+from gimbal_hil.runs import EventKind, RunHeader, RunWriter
 
 #: the way back to the safe pose may take so long
 TEARDOWN_S = 10.0

@@ -25,8 +25,7 @@ from gimbal_hil.experiments.checkpoint import CHECKPOINT_FILE, read_checkpoint
 from gimbal_hil.experiments.experiment import Experiment, Row, Signals
 from gimbal_hil.experiments.runner import Outcome, ProgressSink, Silent, run_experiment
 from gimbal_hil.experiments.step_signals import STEPS_FOLDER, step_file
-from gimbal_hil.runs import EventKind, RunWriter, open_run
-from gimbal_hil.runs.header import RunHeader
+from gimbal_hil.runs import EventKind, RunHeader, RunWriter, open_run
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection

@@ -1,12 +1,27 @@
 """The host: supervisor and control of one antenna, from block to block or from mail to mail."""
 
 from gimbal_hil.control.layout import Mode
+from gimbal_hil.host import layout
+from gimbal_hil.host.core import host_tick
 from gimbal_hil.host.events import HostEvent
+from gimbal_hil.host.frame_tick import encode_host_mail
 from gimbal_hil.host.host import Host
+from gimbal_hil.host.memory import C_AT, COUNTERS_AT, H_AT, MAIL_AT, OCTETS_AT, RECEIVERS_AT, ROWS_KEPT
 from gimbal_hil.host.program import AxisCommand, EndCondition, Guard, Program, Segment, program_of
 from gimbal_hil.host.states import Cause, EndKind, EventCode, HostState, LinkStatus, Origin, Shape
+from gimbal_hil.host.tick_row import LOG_WORDS, MEASURED, ROW_WORDS, write_row
 
 __all__ = [
+    "COUNTERS_AT",
+    "C_AT",
+    "H_AT",
+    "LOG_WORDS",
+    "MAIL_AT",
+    "MEASURED",
+    "OCTETS_AT",
+    "RECEIVERS_AT",
+    "ROWS_KEPT",
+    "ROW_WORDS",
     "AxisCommand",
     "Cause",
     "EndCondition",
@@ -22,5 +37,9 @@ __all__ = [
     "Program",
     "Segment",
     "Shape",
+    "encode_host_mail",
+    "host_tick",
+    "layout",
     "program_of",
+    "write_row",
 ]

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from firmware_protocol.compiling import compiled
-from gimbal_hil.control.cascade import axis_torque, enter_mode
-from gimbal_hil.control.compensation import friction_torque, gravity_torques, has_moments
+from gimbal_hil.control import axis_torque, enter_mode, friction_torque, gravity_torques, has_moments
 from gimbal_hil.control.layout import LOOP_ERROR, LOOP_REFERENCE, TORQUE, Mode
 from gimbal_hil.host.following import set_references, stopping_reference, wanted_mode
 from gimbal_hil.host.layout import (

@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from firmware_protocol.compiling import compiled
+from gimbal_hil.control import clamp
 from gimbal_hil.control.layout import TORQUE, Mode
-from gimbal_hil.control.pi import clamp
 from gimbal_hil.host.event_ring import report
 from gimbal_hil.host.layout import (
     AFTERWARDS,

@@ -6,7 +6,7 @@ import numpy as np
 
 from firmware_protocol import mail as m
 from firmware_protocol.compiling import compiled
-from gimbal_hil.control.compensation import base_rates
+from gimbal_hil.control import base_rates
 from gimbal_hil.host.event_ring import report
 from gimbal_hil.host.layout import (
     AXES,

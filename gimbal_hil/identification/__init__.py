@@ -3,11 +3,14 @@
 from gimbal_hil.identification.averaging import MeanEstimate, mean_with_error
 from gimbal_hil.identification.axis_identification import AxisIdentification, friction_of, identify_axis
 from gimbal_hil.identification.axis_response import AxisRecord, simulate_axis
+from gimbal_hil.identification.consistency import BreakAway, break_away, break_away_below_sliding, break_away_findings
 from gimbal_hil.identification.estimate import Estimate, Finding, Interval, Verdict
-from gimbal_hil.identification.evidence import Evidence, Log
+from gimbal_hil.identification.evidence import Evidence, Log, collect
 from gimbal_hil.identification.model_update import updated_model
 from gimbal_hil.identification.output_error import OutputErrorFit, OutputErrorRule, fit_output_error
+from gimbal_hil.identification.pages import identification_page, identification_record
 from gimbal_hil.identification.presliding import PreslidingFit, PreslidingRun, fit_presliding
+from gimbal_hil.identification.reading import read_logs
 from gimbal_hil.identification.rigid_axis import RigidAxisFit, RigidAxisRule, fit_rigid_axis
 from gimbal_hil.identification.segments import Drive, Stretch, stretches_of_run, stretches_of_table
 from gimbal_hil.identification.sliding import Direction, StaticFit, fit_static
@@ -19,6 +22,7 @@ __all__ = [
     "LUGRE_NAMES",
     "AxisIdentification",
     "AxisRecord",
+    "BreakAway",
     "Direction",
     "Drive",
     "Estimate",
@@ -43,15 +47,22 @@ __all__ = [
     "VelocityMap",
     "VelocityPoint",
     "Verdict",
+    "break_away",
+    "break_away_below_sliding",
+    "break_away_findings",
+    "collect",
     "find_steady_window",
     "fit_output_error",
     "fit_presliding",
     "fit_rigid_axis",
     "fit_static",
     "friction_of",
+    "identification_page",
+    "identification_record",
     "identify_axis",
     "mean_with_error",
     "measure_velocity_map",
+    "read_logs",
     "simulate_axis",
     "stretches_of_run",
     "stretches_of_table",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,28 +11,14 @@ from gimbal_hil.identification.output_error import OutputErrorFit, displacements
 from gimbal_hil.identification.presliding import PreslidingFit
 from gimbal_hil.identification.sliding import StaticFit
 from gimbal_hil.identification.stribeck import LugreFriction, StaticFriction
+from gimbal_hil.identification.units import ROTARY, Units
 from gimbal_hil.identification.velocity_map import VelocityMap
-from gimbal_hil.report.figures import ALERT, MEASURED, MODEL, REFERENCE, SECOND, figure, stacked, thinned
+from gimbal_hil.plots import ALERT, MEASURED, MODEL, REFERENCE, SECOND, figure, stacked, thinned
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
 
-@dataclass(frozen=True)
-class Units:
-    """What an axis is measured in: `torque` and `angle`, and the word for the torque."""
-
-    torque: str
-    angle: str
-    word: str
-
-    @property
-    def rate(self) -> str:
-        """Unit of the joint rate."""
-        return f"{self.angle}/s"
-
-
-ROTARY, LINEAR = Units("N m", "rad", "torque"), Units("N", "m", "force")
 _COLOURS = {Verdict.IDENTIFIED: MEASURED, Verdict.WEAKLY_IDENTIFIED: SECOND, Verdict.NOT_IDENTIFIED: ALERT}
 
 

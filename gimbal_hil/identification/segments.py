@@ -10,8 +10,7 @@ import numpy as np
 
 from gimbal_hil.control.layout import Mode
 from gimbal_hil.identification.averaging import Vector
-from gimbal_hil.runs import EventKind, Run
-from gimbal_hil.runs.frame_columns import columns_of
+from gimbal_hil.runs import EventKind, Run, columns_of
 from gimbal_hil.signals import SignalsTable
 
 #: without references, a change of block speed by this share of the larger one starts a new stretch

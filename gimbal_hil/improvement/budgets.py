@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.experiments.experiment import AXES, Experiment, Step
-from gimbal_hil.experiments.runner import TEARDOWN_S
+from gimbal_hil.experiments import AXES, TEARDOWN_S, Experiment, Step
 from gimbal_hil.host import AxisCommand
 from gimbal_hil.improvement.rehearsal import Rehearsal
 from gimbal_hil.settings import DaemonSettings

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.runs.header import wall_clock_utc
+from gimbal_hil.runs import wall_clock_utc
 
 JOURNAL_FILE = "journal.jsonl"
 Json = dict[str, Any]

@@ -19,10 +19,8 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.discrepancy import Diagnosis, corrected_model, diagnose, discrepancy_page, recalibrated_model, verdict_of
 from gimbal_hil.discrepancy.completeness import COMPLETE_FLOORS
 from gimbal_hil.discrepancy.standing import standing
-from gimbal_hil.experiments.experiment import AXES, Experiment
-from gimbal_hil.experiments.runner import ProgressSink, Silent
-from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
-from gimbal_hil.experiments.sequences.survey import WHOLE_S, survey
+from gimbal_hil.experiments import AXES, Experiment, ProgressSink, Silent
+from gimbal_hil.experiments.sequences import SURVEY_S, SequenceOptions, breakaway_torques, build_experiment, survey_motion
 from gimbal_hil.improvement.budgets import AFTERWARDS_S, Budgets
 from gimbal_hil.improvement.choosing import (
     Option,
@@ -90,7 +88,7 @@ class Task:
     out: Path
     budgets: Budgets
     #: length of one survey motion, s
-    survey_s: float = WHOLE_S
+    survey_s: float = SURVEY_S
     workers: int = 2
     #: address of a Dask cluster that scores candidates instead
     dask: str | None = None
@@ -190,7 +188,7 @@ class _Loop:
     # --- experiments -----------------------------------------------------------------------------------------------------------
 
     def _survey(self, number: int) -> Experiment:
-        return survey(SequenceOptions(self.task.settings.rate_hz, every=1), number, self.task.survey_s)
+        return survey_motion(SequenceOptions(self.task.settings.rate_hz, every=1), number, self.task.survey_s)
 
     def _separating(self, sequence: str, axes: Sequence[str]) -> Experiment:
         known = breakaway_torques(self.model)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from gimbal_hil.discrepancy.completeness import COMPLETE_FLOORS
-from gimbal_hil.experiments.experiment import AXES
+from gimbal_hil.experiments import AXES
 from gimbal_hil.improvement.choosing import WORTH
 from gimbal_hil.improvement.journal import Chosen, Diagnosed, Ended, Entry, Measured, Measuring, Refused, Resumed, Stopped
 from gimbal_hil.report import Block, Callout, Details, Heading, Listing, Page, Plot, Table, Text, Tiles
@@ -74,7 +74,7 @@ def _last_gap(rounds: Sequence[Diagnosed], end: Ended | Stopped | None) -> float
 
 
 def _gap_figure(rounds: Sequence[Diagnosed]) -> Any:
-    from gimbal_hil.report.figures import ALERT, MEASURED, MODEL, REFERENCE, SECOND, figure
+    from gimbal_hil.plots import ALERT, MEASURED, MODEL, REFERENCE, SECOND, figure
 
     drawn = figure("Left over, in noise floors", "round", "rms / noise floor", 380)
     colours = {

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from firmware_protocol.errors import SafetyStopError
-from gimbal_hil.experiments.antenna import EmbeddedAntenna
-from gimbal_hil.experiments.experiment import AXES, Experiment, Signals
+from gimbal_hil.experiments import AXES, EmbeddedAntenna, Experiment, Signals
 from gimbal_hil.settings import DaemonSettings
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel

@@ -13,10 +13,8 @@ from pathlib import Path
 from typing import Protocol
 
 from firmware_protocol.errors import GimbalHilError, LinkError
-from gimbal_hil.daemon.operator_client import OperatorClient, RequestRefusedError
-from gimbal_hil.experiments.conducting import conduct, conduct_through_daemon, embedded_model_of
-from gimbal_hil.experiments.experiment import Experiment
-from gimbal_hil.experiments.runner import ProgressSink
+from gimbal_hil.experiments import Experiment, ProgressSink, conduct, conduct_through_daemon, embedded_model_of
+from gimbal_hil.operator import OperatorClient, RequestRefusedError
 from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna
 from sim_backend.model import AntennaModel
 

@@ -6,13 +6,9 @@ import numpy as np
 
 from firmware_protocol.compiling import compiled, entry_point
 from firmware_protocol.schema import RECORD_SIZE, Direction
-from gimbal_hil.host.core import host_tick
-from gimbal_hil.host.frame_tick import encode_host_mail
+from gimbal_hil.host import C_AT, COUNTERS_AT, H_AT, MAIL_AT, OCTETS_AT, RECEIVERS_AT, encode_host_mail, host_tick, write_row
 from gimbal_hil.host.layout import EVENT_CAPACITY, EVENT_COUNT, RECORD_EVERY, REQUESTS, SEGMENT, SEGMENT_RUNS, SEGMENT_SIZE, TICK_SEGMENT
-from gimbal_hil.host.memory import C_AT, COUNTERS_AT, H_AT, MAIL_AT, OCTETS_AT, RECEIVERS_AT
-from gimbal_hil.host.tick_row import write_row
-from sim_backend.device.core import device_tick
-from sim_backend.device.device import encode_device_mail
+from sim_backend.device import device_tick, encode_device_mail
 
 _TO_HOST, _TO_DEVICE = int(Direction.DEVICE_TO_HOST), int(Direction.HOST_TO_DEVICE)
 #: a tick has at most this many frames, both directions together

@@ -16,15 +16,8 @@ from numpy.typing import NDArray
 
 from firmware_protocol.block_codec import new_counters
 from firmware_protocol.errors import LinkError
-from firmware_protocol.links.faults import FaultsConfig, FaultyLink
-from firmware_protocol.links.memory_link import memory_pair
-from gimbal_hil.host import layout
-from gimbal_hil.host.events import HostEvent
-from gimbal_hil.host.host import Host
-from gimbal_hil.host.memory import ROWS_KEPT
-from gimbal_hil.host.program import Program
-from gimbal_hil.host.states import HostState
-from gimbal_hil.host.tick_row import LOG_WORDS, MEASURED, ROW_WORDS
+from firmware_protocol.links import FaultsConfig, FaultyLink, memory_pair
+from gimbal_hil.host import LOG_WORDS, MEASURED, ROW_WORDS, ROWS_KEPT, Host, HostEvent, HostState, Program, layout
 from gimbal_hil.lockstep.compiled_run import FRAME_WORDS, MOST_FRAMES, run_ticks
 from gimbal_hil.settings import DaemonSettings, host_configuration
 from sim_backend.device import Device
@@ -50,14 +43,14 @@ class Recorded:
     @property
     def rows(self) -> NDArray[np.void]:
         """Tick rows, `runs.TICK_ROW`."""
-        from gimbal_hil.runs.schema import TICK_ROW
+        from gimbal_hil.runs import TICK_ROW
 
         return np.ascontiguousarray(self.log[:, :ROW_WORDS]).reshape(-1).view(TICK_ROW)
 
     @property
     def frame_rows(self) -> NDArray[np.void]:
         """Frames, `runs.FRAME_ROW`."""
-        from gimbal_hil.runs.schema import FRAME_ROW
+        from gimbal_hil.runs import FRAME_ROW
 
         return np.ascontiguousarray(self.frames).reshape(-1).view(FRAME_ROW)
 

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, Discriminator, Field, Tag
 
-from firmware_protocol.links.config import CanLinkConfig, SerialLinkConfig, UnixLinkConfig
+from firmware_protocol.links import CanLinkConfig, SerialLinkConfig, UnixLinkConfig
 from gimbal_hil.settings.axis import Strict
 
 

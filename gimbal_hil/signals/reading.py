@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.runs import Run, is_run_folder, open_run
-from gimbal_hil.runs.schema import AXES
+from gimbal_hil.runs import AXES, Run, is_run_folder, open_run
 from gimbal_hil.signals.preflight import checked_table
 from gimbal_hil.signals.run_signals import run_columns
 from gimbal_hil.signals.table import REPEAT, TIME, SignalsTable

@@ -14,9 +14,7 @@ from numpy.typing import NDArray
 
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.schema import DriveState
-from gimbal_hil.runs import Run
-from gimbal_hil.runs.frame_columns import MessageColumns, columns_of
-from gimbal_hil.runs.schema import AXES
+from gimbal_hil.runs import AXES, MessageColumns, Run, columns_of
 from gimbal_hil.signals.table import BASE_ANGLES
 
 #: a device tick that jumps by more than this against the host's is a restarted device, not a stall

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from gimbal_hil.report.figures import ALERT, MEASURED, MODEL, REFERENCE, figure, thinned
+from gimbal_hil.plots import ALERT, MEASURED, MODEL, REFERENCE, figure, thinned
 from gimbal_hil.thesis.controller_tables import TableResult
 from gimbal_hil.thesis.friction_curves import FrictionCurves
 from gimbal_hil.thesis.printed import Loop

@@ -17,8 +17,7 @@ from gimbal_hil.control import Mode
 from gimbal_hil.thesis.closed_loop import AxisLoop, Gains, Response, run_closed_loop
 from gimbal_hil.thesis.inferred import LEVEL
 from gimbal_hil.thesis.printed import OTHER_AXIS_RAD_S, UNBALANCE_GAINS, UNBALANCE_REFERENCES_RAD_S
-from sim_backend.model import AntennaModel, model_from_document
-from sim_backend.model.arrays import THESIS_BASE_CASES
+from sim_backend.model import THESIS_BASE_CASES, AntennaModel, model_from_document
 from sim_backend.thesis_slips import Slip
 
 _RATE_HZ, _DURATION_S, _STEP_S = 1000.0, 24.0, 0.2

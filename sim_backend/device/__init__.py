@@ -1,7 +1,15 @@
 """What the antenna's firmware does: drive states, deadman, limits, sensors to raw integers, frames."""
 
 from sim_backend.device.core import device_tick
-from sim_backend.device.device import Device
+from sim_backend.device.device import Device, encode_device_mail
 from sim_backend.device.settings import AxisSettings, FirmwareSettings, TravelReaction, settings_to_state
 
-__all__ = ["AxisSettings", "Device", "FirmwareSettings", "TravelReaction", "device_tick", "settings_to_state"]
+__all__ = [
+    "AxisSettings",
+    "Device",
+    "FirmwareSettings",
+    "TravelReaction",
+    "device_tick",
+    "encode_device_mail",
+    "settings_to_state",
+]

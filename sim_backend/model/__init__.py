@@ -1,20 +1,26 @@
 """Model files: read, checked, changed, written, and turned into the plant's arrays."""
 
-from sim_backend.model.arrays import PlantArrays, plant_arrays
+from sim_backend.model.arrays import THESIS_BASE_CASES, PlantArrays, lag_decay, plant_arrays, put_friction
 from sim_backend.model.file import Kind, Motion, Quantity
 from sim_backend.model.model import AntennaModel, EffectEntry, load_model, model_from_document
+from sim_backend.model.numbers import NUMBER_AT, Block
 from sim_backend.model.shipped import shipped_model, shipped_model_path
 
 __all__ = [
+    "NUMBER_AT",
+    "THESIS_BASE_CASES",
     "AntennaModel",
+    "Block",
     "EffectEntry",
     "Kind",
     "Motion",
     "PlantArrays",
     "Quantity",
+    "lag_decay",
     "load_model",
     "model_from_document",
     "plant_arrays",
+    "put_friction",
     "shipped_model",
     "shipped_model_path",
 ]

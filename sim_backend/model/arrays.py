@@ -13,8 +13,7 @@ from firmware_protocol.elementary import sine_cosine
 from firmware_protocol.errors import BadInputError
 from sim_backend import layout
 from sim_backend.base_motion import gravity_at
-from sim_backend.effects import Hook
-from sim_backend.effects.registry import effects_at
+from sim_backend.effects import Hook, effects_at
 from sim_backend.layout import BaseKind, GravityReading, PlantKind
 from sim_backend.model.file import Angles, BaseSection, Kind, Motion
 from sim_backend.model.model import AntennaModel

@@ -14,7 +14,7 @@ from gimbal_hil.bench.results import bench_page, bench_text, speed_blocks
 from gimbal_hil.bench.search import Cost, SearchFigures
 from gimbal_hil.bench.search_page import search_blocks, search_text
 from gimbal_hil.cli.app import run
-from gimbal_hil.daemon.miss_causes import MissCause
+from gimbal_hil.timing.miss_causes import MissCause
 
 
 def real_time() -> RealTime:

@@ -18,15 +18,15 @@ from gimbal_hil.bench.figures import paired
 from gimbal_hil.bench.references import mujoco_steps
 from gimbal_hil.bench.speed import PLANT_STEPS, moving_plant, work_program
 from gimbal_hil.daemon.antenna_link import embedded_antenna
-from gimbal_hil.daemon.clock import Duration, LockstepClock
 from gimbal_hil.daemon.control_loop import ControlLoop
 from gimbal_hil.daemon.link_keeper import LinkKeeper
-from gimbal_hil.daemon.mailbox import RingReader, RingWriter, create_ring
-from gimbal_hil.daemon.telemetry import COMMAND_BYTES, TELEMETRY_BYTES, Telemetry
-from gimbal_hil.daemon.tick_engine import TickEngine
 from gimbal_hil.host import Host
 from gimbal_hil.lockstep import CompiledPath, FramePath
 from gimbal_hil.settings import host_configuration, shipped_settings
+from gimbal_hil.telemetry.records import COMMAND_BYTES, TELEMETRY_BYTES, Telemetry
+from gimbal_hil.timing.clock import Duration, LockstepClock
+from gimbal_hil.timing.mailbox import RingReader, RingWriter, create_ring
+from gimbal_hil.timing.tick_engine import TickEngine
 from sim_backend.model import shipped_model
 
 #: asked: the compiled path 1500 times real time, the frame path 300; here they are held apart by half of that at least

@@ -12,7 +12,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from gimbal_hil.daemon.operator_client import OperatorClient
+from gimbal_hil.operator.client import OperatorClient
 
 Json = dict[str, Any]
 #: long enough for a cold compile on a busy machine; nothing asserts how long a thing took
@@ -60,7 +60,7 @@ class RunningDaemon:
                 parent = int((path.parent / "stat").read_text().rsplit(")", 1)[1].split()[1])
             except OSError:
                 continue
-            if parent == self.process.pid and b"gimbal_hil.daemon.service" in words:
+            if parent == self.process.pid and b"gimbal_hil.service" in words:
                 return int(path.parent.name)
         raise AssertionError("no service process")
 

@@ -10,11 +10,11 @@ from collections.abc import Callable
 
 import pytest
 
-from gimbal_hil.daemon.clock import Duration, MonotonicClock
-from gimbal_hil.daemon.miss_causes import MissCause, ThreadUsage
-from gimbal_hil.daemon.real_time import control_and_witness_cores, real_time
-from gimbal_hil.daemon.tick_engine import Tick, TickEngine
-from gimbal_hil.daemon.witness import WitnessProcess
+from gimbal_hil.timing.clock import Duration, MonotonicClock
+from gimbal_hil.timing.miss_causes import MissCause, ThreadUsage
+from gimbal_hil.timing.scheduling import control_and_witness_cores, real_time
+from gimbal_hil.timing.tick_engine import Tick, TickEngine
+from gimbal_hil.timing.witness import WitnessProcess
 
 LENGTH_NS = 6_000_000
 MADE = 12

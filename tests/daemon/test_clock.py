@@ -7,7 +7,7 @@ import time
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gimbal_hil.daemon.clock import Duration, Instant, LockstepClock, MonotonicClock
+from gimbal_hil.timing.clock import Duration, Instant, LockstepClock, MonotonicClock
 
 
 @settings(deadline=None)

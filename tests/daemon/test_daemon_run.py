@@ -14,10 +14,10 @@ import pytest
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.cli.app import run as run_command
 from gimbal_hil.control.layout import Mode
-from gimbal_hil.daemon.operator_client import RequestRefusedError
 from gimbal_hil.daemon.run import DaemonOptions, run_daemon
 from gimbal_hil.host.program import AxisCommand, Segment, program_of
 from gimbal_hil.host.states import Shape
+from gimbal_hil.operator.client import RequestRefusedError
 from gimbal_hil.runs import open_run
 from gimbal_hil.settings import shipped_settings
 from tests.daemon.daemons import Json, RunningDaemon

@@ -7,9 +7,9 @@ import pytest
 from firmware_protocol.errors import LinkError
 from firmware_protocol.links import CanLinkConfig, Link, LinkState, SerialLinkConfig, UnixLink, UnixLinkConfig, memory_pair
 from firmware_protocol.links.link import LinkBasis
-from gimbal_hil.daemon.clock import Duration, LockstepClock
 from gimbal_hil.daemon.first_opening import PortConfig, comes_with_the_antenna, opener_of
 from gimbal_hil.daemon.link_keeper import FIRST_WAIT, LONGEST_WAIT, LinkKeeper
+from gimbal_hil.timing.clock import Duration, LockstepClock
 
 BLOCK = bytes(10)
 TICK = Duration(1_000_000)

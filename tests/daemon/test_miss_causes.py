@@ -5,7 +5,7 @@ import gc
 
 import pytest
 
-from gimbal_hil.daemon.miss_causes import NOTHING_USED, Gap, Miss, MissCause, ThreadUsage, Usage, cause_of
+from gimbal_hil.timing.miss_causes import NOTHING_USED, Gap, Miss, MissCause, ThreadUsage, Usage, cause_of
 
 
 def miss(**used: int) -> Miss:

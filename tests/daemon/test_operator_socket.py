@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from firmware_protocol.errors import BadInputError, LinkError
-from gimbal_hil.daemon.operator_client import OperatorClient, RequestRefusedError
-from gimbal_hil.daemon.operator_socket import LONGEST_UNREAD, Client, Door, OperatorSocket
+from gimbal_hil.operator.client import OperatorClient, RequestRefusedError
+from gimbal_hil.operator.socket import LONGEST_UNREAD, Client, Door, OperatorSocket
 
 Json = dict[str, Any]
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from gimbal_hil.daemon.operator_client import OperatorClient
+from gimbal_hil.operator.client import OperatorClient
 from gimbal_hil.runs import open_run
 
 PATIENCE_S = 300.0

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from gimbal_hil.daemon.mailbox import RingReader, RingWriter, create_ring
-from gimbal_hil.daemon.miss_causes import MissCause
-from gimbal_hil.daemon.recorder import Recorder
-from gimbal_hil.daemon.telemetry import (
+from gimbal_hil.host.program import AxisCommand, Segment, program_of
+from gimbal_hil.runs import TICK_ROW, RunHeader, RunWriter, open_run
+from gimbal_hil.service.recorder import Recorder
+from gimbal_hil.telemetry.records import (
     MISS_CODE,
     MISS_RECORD,
     ROW_BYTES,
@@ -23,8 +23,8 @@ from gimbal_hil.daemon.telemetry import (
     take_commands,
     unpack_program,
 )
-from gimbal_hil.host.program import AxisCommand, Segment, program_of
-from gimbal_hil.runs import TICK_ROW, RunHeader, RunWriter, open_run
+from gimbal_hil.timing.mailbox import RingReader, RingWriter, create_ring
+from gimbal_hil.timing.miss_causes import MissCause
 
 PERIOD_NS = 1_000_000
 

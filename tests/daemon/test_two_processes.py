@@ -19,7 +19,7 @@ import pytest
 import yaml
 
 from gimbal_hil.cli.app import run as run_command
-from gimbal_hil.daemon.operator_client import OperatorClient
+from gimbal_hil.operator.client import OperatorClient
 from gimbal_hil.runs import open_run
 from gimbal_hil.settings import shipped_settings_path
 from tests.daemon.daemons import Json, RunningDaemon

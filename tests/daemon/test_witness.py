@@ -7,9 +7,10 @@ import time
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gimbal_hil.daemon.mailbox import anonymous_memory
-from gimbal_hil.daemon.miss_causes import Gap
-from gimbal_hil.daemon.witness import WitnessPage, WitnessProcess, gap_between
+from gimbal_hil.timing.mailbox import anonymous_memory
+from gimbal_hil.timing.miss_causes import Gap
+from gimbal_hil.timing.watching import gap_between
+from gimbal_hil.timing.witness import WitnessPage, WitnessProcess
 
 
 def new_page() -> WitnessPage:

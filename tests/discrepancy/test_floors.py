@@ -12,7 +12,7 @@ from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.standing import standing
 from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.experiments.sequences import SequenceOptions
-from gimbal_hil.experiments.sequences.survey import survey
+from gimbal_hil.experiments.sequences.survey import survey_motion
 from gimbal_hil.improvement.rehearsal import rehearse
 from gimbal_hil.settings import shipped_settings
 from gimbal_hil.signals import SignalsTable
@@ -23,7 +23,7 @@ RESONANCE = {"antiresonance_frequency": 28.0, "damping_ratio": 0.03, "inertia_sh
 
 
 def surveyed(antenna: AntennaModel) -> SignalsTable:
-    found = rehearse(survey(SequenceOptions(1000.0, short=True), 1), shipped_settings(), antenna, seed=11).table
+    found = rehearse(survey_motion(SequenceOptions(1000.0, short=True), 1), shipped_settings(), antenna, seed=11).table
     assert found is not None
     return found
 

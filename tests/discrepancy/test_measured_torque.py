@@ -7,7 +7,7 @@ import pytest
 
 from gimbal_hil.discrepancy import diagnose, verdict_of, with_measured_torque
 from gimbal_hil.experiments.sequences import SequenceOptions
-from gimbal_hil.experiments.sequences.survey import survey
+from gimbal_hil.experiments.sequences.survey import survey_motion
 from gimbal_hil.improvement.rehearsal import rehearse
 from gimbal_hil.settings import shipped_settings
 from gimbal_hil.signals import SignalsTable
@@ -18,7 +18,7 @@ COEFFICIENT = 0.06
 
 def measured(antenna: AntennaModel, number: int, back_emf: float) -> SignalsTable:
     """A survey of an antenna with the torque that its inner actuator gave, read with noise at the end of each row."""
-    table = rehearse(survey(SequenceOptions(1000.0, short=True), number), shipped_settings(), antenna, seed=20 + number).table
+    table = rehearse(survey_motion(SequenceOptions(1000.0, short=True), number), shipped_settings(), antenna, seed=20 + number).table
     assert table is not None
     rate = np.gradient(table.position("inner")) / table.period_s
     given = table.torque("inner") - back_emf * rate

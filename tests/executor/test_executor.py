@@ -77,7 +77,7 @@ def test_a_missing_package_is_one_line_with_the_extra_to_install(monkeypatch: py
 
 def test_an_address_where_nothing_answers_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed")
-    monkeypatch.setattr("gimbal_hil.executor._CONNECT_S", 0.3)
+    monkeypatch.setattr("gimbal_hil.executor.executor._CONNECT_S", 0.3)
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         with pytest.raises(BadInputError, match="no scheduler answers"):
@@ -97,7 +97,7 @@ def test_a_cluster_answers_like_this_process(cluster: str) -> None:
 @pytest.mark.heavy
 def test_a_cluster_with_other_code_is_refused(cluster: str, monkeypatch: pytest.MonkeyPatch) -> None:
     answers = iter(["another"])
-    monkeypatch.setattr("gimbal_hil.executor.importlib.metadata.version", lambda package: next(answers, "another"))
+    monkeypatch.setattr("gimbal_hil.executor.executor.importlib.metadata.version", lambda package: next(answers, "another"))
     code_fingerprint.cache_clear()
     try:
         with pytest.raises(BadInputError, match="other code"):

@@ -13,7 +13,7 @@ import pytest
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.experiments.conducting import conduct
 from gimbal_hil.experiments.experiment import Experiment, constant_speed, on_axis, position_hold, step_of
-from gimbal_hil.experiments.frequency_response import margins_of
+from gimbal_hil.experiments.frequency import margins_of
 from gimbal_hil.experiments.runner import Outcome
 from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment, gravity_map, sliding, sweep
 from gimbal_hil.experiments.step_signals import STEPS_FOLDER

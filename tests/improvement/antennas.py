@@ -15,7 +15,7 @@ from gimbal_hil.discrepancy.corrected import with_numbers
 from gimbal_hil.discrepancy.hypothesis import known_numbers
 from gimbal_hil.discrepancy.standing import standing
 from gimbal_hil.experiments.sequences import SequenceOptions
-from gimbal_hil.experiments.sequences.survey import survey
+from gimbal_hil.experiments.sequences.survey import survey_motion
 from gimbal_hil.improvement.rehearsal import rehearse
 from gimbal_hil.settings import shipped_settings
 from gimbal_hil.signals import SignalsTable
@@ -54,7 +54,7 @@ def gaps_in_floors(model: AntennaModel, table: SignalsTable) -> np.ndarray:
 
 def judged(antenna: AntennaModel, model: AntennaModel, number: int = LAST_SURVEY, short: bool = True) -> float:
     """Largest gap (floors) that `model` leaves on a survey of `antenna` that neither has seen."""
-    table = rehearse(survey(SequenceOptions(1000.0, short=short), number), shipped_settings(), antenna, seed=977).table
+    table = rehearse(survey_motion(SequenceOptions(1000.0, short=short), number), shipped_settings(), antenna, seed=977).table
     assert table is not None
     return float(np.max(gaps_in_floors(model, table)))
 
@@ -130,7 +130,7 @@ def sized(start: AntennaModel, name: str, axis: str, of_size: Callable[[float], 
 
 
 def _surveyed(antenna: AntennaModel) -> SignalsTable | None:
-    rehearsal = rehearse(survey(SequenceOptions(1000.0, short=True), MAGNITUDE_SURVEY), shipped_settings(), antenna, seed=31)
+    rehearsal = rehearse(survey_motion(SequenceOptions(1000.0, short=True), MAGNITUDE_SURVEY), shipped_settings(), antenna, seed=31)
     return rehearsal.table if rehearsal.stopped is None else None
 
 

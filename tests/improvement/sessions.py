@@ -7,7 +7,7 @@ from pathlib import Path
 
 from gimbal_hil.experiments.experiment import Experiment
 from gimbal_hil.experiments.runner import ProgressSink
-from gimbal_hil.experiments.sequences.survey import SHORT_S
+from gimbal_hil.experiments.sequences.survey import SHORT_SURVEY_S
 from gimbal_hil.improvement import Improvement, Journal, Site, Started, Task, VirtualSite, budgets_of, improve, session_of
 from gimbal_hil.settings import shipped_settings
 from sim_backend.model import AntennaModel, shipped_model
@@ -43,7 +43,9 @@ def task_of(
 ) -> Task:
     """A short improvement of the shipped model."""
     settings = shipped_settings()
-    return Task(settings, shipped_model(), out, budgets_of(settings, antenna_s, rounds, torque or {}, travel or {}), SHORT_S, workers=1)
+    return Task(
+        settings, shipped_model(), out, budgets_of(settings, antenna_s, rounds, torque or {}, travel or {}), SHORT_SURVEY_S, workers=1
+    )
 
 
 def virtual(antenna: AntennaModel) -> CountingSite:

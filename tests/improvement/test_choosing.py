@@ -10,7 +10,7 @@ from gimbal_hil.discrepancy import Diagnosis, diagnose
 from gimbal_hil.discrepancy.search import Scored
 from gimbal_hil.discrepancy.separating import CHANCE, all_sequences
 from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
-from gimbal_hil.experiments.sequences.survey import SHORT_S, survey
+from gimbal_hil.experiments.sequences.survey import SHORT_SURVEY_S, survey_motion
 from gimbal_hil.improvement.choosing import WORTH, Option, Pair, menu_of, open_end, person_needed, weighed, worth_running
 from gimbal_hil.improvement.rehearsal import rehearse
 from gimbal_hil.settings import shipped_settings
@@ -21,7 +21,7 @@ from sim_backend.model import AntennaModel, shipped_model
 def diagnosed(antenna: AntennaModel) -> Diagnosis:
     """On two short surveys."""
     options, settings = SequenceOptions(1000.0), shipped_settings()
-    tables = [rehearse(survey(options, number, SHORT_S), settings, antenna, seed=3 + number).table for number in (0, 1)]
+    tables = [rehearse(survey_motion(options, number, SHORT_SURVEY_S), settings, antenna, seed=3 + number).table for number in (0, 1)]
     assert tables[0] is not None and tables[1] is not None
     return diagnose(shipped_model(), (tables[0],), (tables[1],))
 

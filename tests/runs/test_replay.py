@@ -20,7 +20,7 @@ from gimbal_hil.lockstep import give_again, host_of
 from gimbal_hil.runs import FRAME_ROW, TICK_ROW, FrameDirection, open_run
 from gimbal_hil.runs.arrow_stream import END_OF_STREAM, batch_bytes, header_bytes
 from gimbal_hil.runs.integrity import seal
-from gimbal_hil.runs.replay import ReplayResult, replay
+from gimbal_hil.runs.replaying import ReplayResult, replay
 from tests.runs.lockstep import WireFaults, record_lockstep
 
 TICKS = 2600

@@ -4,5 +4,14 @@ from __future__ import annotations
 
 from gimbal_hil.experiments.sequences.options import SequenceOptions, breakaway_torques
 from gimbal_hil.experiments.sequences.registry import SEQUENCES, build_experiment
+from gimbal_hil.experiments.sequences.survey import SHORT_SURVEY_S, SURVEY_S, survey_motion
 
-__all__ = ["SEQUENCES", "SequenceOptions", "breakaway_torques", "build_experiment"]
+__all__ = [
+    "SEQUENCES",
+    "SHORT_SURVEY_S",
+    "SURVEY_S",
+    "SequenceOptions",
+    "breakaway_torques",
+    "build_experiment",
+    "survey_motion",
+]

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.experiments.experiment import AXES, Experiment, Row, Signals, Step, move_to, position_hold, step_of
+from gimbal_hil.experiments import AXES, Experiment, Row, Signals, Step, move_to, position_hold, step_of
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.report import Block, Callout, Heading, Plot, Table
 
@@ -87,7 +87,7 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
 
 
 def _figure(name: str, signals: Signals) -> object:
-    from gimbal_hil.report.figures import AXIS_COLOURS, stacked, thinned
+    from gimbal_hil.plots import AXIS_COLOURS, stacked, thinned
 
     drawn = stacked(("", "", ""), "time [s]", ("error [mrad]", "torque [N m]", "base [rad]"), 190)
     few = thinned(len(signals["time_s"]))

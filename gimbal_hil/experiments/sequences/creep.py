@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gimbal_hil.experiments.experiment import AXES, Experiment
+from gimbal_hil.experiments import AXES, Experiment
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.experiments.sequences.reference_motion import ROW_S, Floats, Path, both_or_held, motion_experiment
 

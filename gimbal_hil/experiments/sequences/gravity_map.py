@@ -12,8 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from gimbal_hil.experiments.experiment import Experiment, Row, Signals, Step, move_to, on_axis, position_hold, step_of
-from gimbal_hil.experiments.plateau import Pair, pair_of, plateau_mean
+from gimbal_hil.experiments import Experiment, Pair, Row, Signals, Step, move_to, on_axis, pair_of, plateau_mean, position_hold, step_of
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.host import AxisCommand, Mode, Shape
 from gimbal_hil.report import Block, Callout, Heading, Plot, Table
@@ -148,7 +147,7 @@ def _table(windows: Sequence[Window]) -> Table:
 
 
 def _figure(axis: str, windows: Sequence[Window], fit: GravityFit) -> object:
-    from gimbal_hil.report.figures import AXIS_COLOURS, MODEL, stacked
+    from gimbal_hil.plots import AXIS_COLOURS, MODEL, stacked
 
     place = np.array([window.middle_rad for window in windows])
     pairs = [window.pair for window in windows]

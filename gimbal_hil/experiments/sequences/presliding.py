@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gimbal_hil.experiments.experiment import AXES, Experiment, Row, Signals, Step, move_to, on_axis, position_hold, step_of
+from gimbal_hil.experiments import AXES, Experiment, Row, Signals, Step, move_to, on_axis, position_hold, step_of
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.host import AxisCommand, EndCondition, EndKind, Guard, Mode, Origin, Shape
 from gimbal_hil.report import Block, Callout, Heading, Plot, Table, Text
@@ -218,7 +218,7 @@ def _number(value: float | None, scale: float, form: str) -> str:
 
 
 def _figure(axis: str, kind: str, drawn: Mapping[str, Signals], load: float | None) -> object:
-    from gimbal_hil.report.figures import figure, thinned
+    from gimbal_hil.plots import figure, thinned
 
     over_time = kind == "pulses"
     x_title = "time [s]" if over_time else "displacement [mrad]"

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from gimbal_hil.experiments.experiment import AXES, Experiment, Row, Signals, Step, move_to, position_hold, step_of
+from gimbal_hil.experiments import AXES, Experiment, Row, Signals, Step, move_to, position_hold, step_of
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.host import AxisCommand, Mode, Shape
 from gimbal_hil.report import Block, Heading, Plot, Text
@@ -98,7 +98,7 @@ def measure(step: Step, signals: Signals) -> Row:
 
 def figures(drawn: Mapping[str, Signals]) -> list[Block]:
     """What was followed: joint positions and commanded torques over time."""
-    from gimbal_hil.report.figures import AXIS_COLOURS, stacked, thinned
+    from gimbal_hil.plots import AXIS_COLOURS, stacked, thinned
 
     blocks: list[Block] = []
     for signals in drawn.values():

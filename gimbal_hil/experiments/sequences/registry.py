@@ -6,7 +6,7 @@ import importlib
 from pathlib import Path
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.experiments.experiment import Experiment
+from gimbal_hil.experiments import Experiment
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 
 #: name -> what it measures; the module of that name defines `build(options) -> Experiment`
@@ -33,7 +33,7 @@ SEQUENCES = {
 def build_experiment(name: str, options: SequenceOptions) -> Experiment:
     """The experiment of that name; BadInputError lists the names."""
     if name.endswith((".yaml", ".yml")):
-        from gimbal_hil.experiments.planned import experiment_of_file
+        from gimbal_hil.experiments import experiment_of_file
 
         return experiment_of_file(Path(name), options.rate_hz, options.every)
     if name not in SEQUENCES:

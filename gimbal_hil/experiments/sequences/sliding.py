@@ -15,8 +15,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gimbal_hil.experiments.experiment import Experiment, Row, Signals, Step, move_to, on_axis, position_hold, step_of
-from gimbal_hil.experiments.plateau import Pair, pair_of, plateau_mean, pooled
+from gimbal_hil.experiments import (
+    Experiment,
+    Pair,
+    Row,
+    Signals,
+    Step,
+    move_to,
+    on_axis,
+    pair_of,
+    plateau_mean,
+    pooled,
+    position_hold,
+    step_of,
+)
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.host import AxisCommand, Mode, Shape
 from gimbal_hil.report import Block, Callout, Heading, Plot, Table, Text
@@ -209,7 +221,7 @@ def _table(axis: str, pairs: Sequence[Pair]) -> Table:
 
 
 def _figure(axis: str, rows: Sequence[Row], pairs: Sequence[Pair], curve: StaticFit | None) -> object:
-    from gimbal_hil.report.figures import AXIS_COLOURS, MODEL, REFERENCE, figure
+    from gimbal_hil.plots import AXIS_COLOURS, MODEL, REFERENCE, figure
 
     drawn = figure(f"Friction of the {axis} axis over speed", "speed [rad/s]", "friction [N m]", 460)
     both: dict[tuple[float, int], list[float]] = {}

@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from gimbal_hil.experiments.experiment import AXES, Experiment, Row, Signals, Step, on_axis, position_hold, step_of
-from gimbal_hil.experiments.response import step_response
+from gimbal_hil.experiments import AXES, Experiment, Row, Signals, Step, on_axis, position_hold, step_of, step_response
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.report import Block, Callout, Heading, Plot, Table, Text
 
@@ -84,7 +83,7 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
 
 
 def _figure(name: str, signals: Signals) -> object:
-    from gimbal_hil.report.figures import AXIS_COLOURS, REFERENCE, stacked, thinned
+    from gimbal_hil.plots import AXIS_COLOURS, REFERENCE, stacked, thinned
 
     axis = name.split()[0]
     few = thinned(len(signals["time_s"]))

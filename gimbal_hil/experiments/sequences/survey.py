@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gimbal_hil.experiments.experiment import AXES, Experiment
+from gimbal_hil.experiments import AXES, Experiment
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.experiments.sequences.reference_motion import ROW_S, Floats, Path, motion_experiment
 
@@ -23,18 +23,18 @@ QUICK_HZ = {
     "inner": ((1.3, 3.1), (0.8, 2.6), (1.1, 3.6), (1.9, 3.3)),
 }
 VARIANTS = len(LEGS_S["outer"])
-WHOLE_S, SHORT_S = 60.0, 24.0
+SURVEY_S, SHORT_SURVEY_S = 60.0, 24.0
 _SAID = "Plateaus at several speeds in both directions, reversals, then quick motion on top."
 
 
 def build(options: SequenceOptions) -> Experiment:
     """The trajectory that a search is made on."""
-    return survey(options, 0)
+    return survey_motion(options, 0)
 
 
-def survey(options: SequenceOptions, number: int, duration_s: float | None = None) -> Experiment:
+def survey_motion(options: SequenceOptions, number: int, duration_s: float | None = None) -> Experiment:
     """Survey number 0, 1, ...: the variants come round again with other heights. Without a duration (s) the options choose it."""
-    duration_s = duration_s or (SHORT_S if options.short else WHOLE_S)
+    duration_s = duration_s or (SHORT_SURVEY_S if options.short else SURVEY_S)
     references = {axis: reference(axis, duration_s, number) for axis in AXES}
     name = "survey" if number == 0 else "survey_holdout" if number == 1 else f"survey_{number + 1}"
     return motion_experiment(name, "Survey motion of both axes", options, references, _SAID)

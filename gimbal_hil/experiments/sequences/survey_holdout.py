@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from gimbal_hil.experiments.experiment import Experiment
+from gimbal_hil.experiments import Experiment
 from gimbal_hil.experiments.sequences.options import SequenceOptions
-from gimbal_hil.experiments.sequences.survey import survey
+from gimbal_hil.experiments.sequences.survey import survey_motion
 
 
 def build(options: SequenceOptions) -> Experiment:
     """Survey number 1."""
-    return survey(options, 1)
+    return survey_motion(options, 1)

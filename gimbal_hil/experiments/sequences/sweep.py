@@ -11,8 +11,21 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from gimbal_hil.experiments.experiment import Experiment, Row, Signals, Step, move_to, on_axis, position_hold, step_of
-from gimbal_hil.experiments.frequency_response import FrequencyResponse, Lap, Margins, frequency_response, margins_of
+from gimbal_hil.experiments import (
+    Experiment,
+    FrequencyResponse,
+    Lap,
+    Margins,
+    Row,
+    Signals,
+    Step,
+    frequency_response,
+    margins_of,
+    move_to,
+    on_axis,
+    position_hold,
+    step_of,
+)
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.host import AxisCommand, Mode, Shape
 from gimbal_hil.report import Block, Callout, Heading, Plot, Table, Text
@@ -112,7 +125,7 @@ def _number(value: float | None) -> str:
 
 
 def _figure(axis: str, response: FrequencyResponse) -> object:
-    from gimbal_hil.report.figures import AXIS_COLOURS, REFERENCE, stacked
+    from gimbal_hil.plots import AXIS_COLOURS, REFERENCE, stacked
 
     drawn = stacked(("", "", ""), "frequency [Hz]", ("gain [dB]", "phase [deg]", "coherence"), 190)
     for loop, name, line in (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gimbal_hil.experiments.experiment import AXES, Experiment
+from gimbal_hil.experiments import AXES, Experiment
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.experiments.sequences.reference_motion import Floats, Path, both_or_held, motion_experiment
 

@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from gimbal_hil.experiments.experiment import Experiment, Row, Signals, Step, move_to, on_axis, position_hold, step_of
-from gimbal_hil.experiments.plateau import plateau_mean
+from gimbal_hil.experiments import Experiment, Row, Signals, Step, move_to, on_axis, plateau_mean, position_hold, step_of
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.host import AxisCommand, Mode, Shape
 from gimbal_hil.report import Block, Callout, Heading, Plot
@@ -94,7 +93,7 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
 
 
 def _figure(axis: str, laps: Sequence[Row]) -> object:
-    from gimbal_hil.report.figures import ALERT, AXIS_COLOURS, stacked
+    from gimbal_hil.plots import ALERT, AXIS_COLOURS, stacked
 
     time_s = [lap["time_s"] for lap in laps]
     drawn = stacked(("", ""), "time [s]", ("friction [N m]", "winding [degC]"), 210)

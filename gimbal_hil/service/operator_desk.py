@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.daemon.live_view import LiveView
-from gimbal_hil.daemon.operator_commands import PlainRequest, parse_request
-from gimbal_hil.daemon.operator_socket import Client, OperatorSocket
-from gimbal_hil.daemon.recorder import Recorder
-from gimbal_hil.daemon.telemetry import CommandKind, Commands, pack_program
-from gimbal_hil.host.program import Program
+from gimbal_hil.host import Program
+from gimbal_hil.operator import Client, OperatorSocket
+from gimbal_hil.service.operator_commands import PlainRequest, parse_request
+from gimbal_hil.service.recorder import Recorder
+from gimbal_hil.telemetry import CommandKind, Commands, LiveView, pack_program
 
 Json = dict[str, Any]
 _KINDS = {

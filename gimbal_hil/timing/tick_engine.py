@@ -6,9 +6,9 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from gimbal_hil.daemon.clock import Clock, Duration, Instant
-from gimbal_hil.daemon.histogram import Histogram
-from gimbal_hil.daemon.miss_causes import NOTHING_USED, Miss, MissCause, ThreadUsage, Witness, cause_of
+from gimbal_hil.timing.clock import Clock, Duration, Instant
+from gimbal_hil.timing.histogram import Histogram
+from gimbal_hil.timing.miss_causes import NOTHING_USED, Miss, MissCause, ThreadUsage, Witness, cause_of
 
 #: the witness reports a stall when it wakes from it, as we do; after this long it must have, or it sees none
 _WITNESS_PATIENCE_NS = 20_000_000

@@ -9,8 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.control.layout import Mode
-from gimbal_hil.host.program import AxisCommand, Program, Segment, program_of
-from gimbal_hil.host.states import Origin, Shape
+from gimbal_hil.host import AxisCommand, Origin, Program, Segment, Shape, program_of
 
 _MODES = {mode.name.lower(): mode for mode in Mode}
 _SHAPES = {shape.name.lower(): shape for shape in Shape}

@@ -11,20 +11,16 @@ sleeps, so an answer costs the control process an interrupt in one tick of ten.
 
 from __future__ import annotations
 
-import contextlib
-import ctypes
 import mmap
 import os
-import platform
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from types import TracebackType
 
-from gimbal_hil.daemon.mailbox import anonymous_memory
-from gimbal_hil.daemon.miss_causes import Gap
-from gimbal_hil.daemon.real_time import available_cores, set_timer_slack
+from gimbal_hil.timing.mailbox import anonymous_memory
+from gimbal_hil.timing.membarrier import REGISTER_GLOBAL_EXPEDITED, membarrier
+from gimbal_hil.timing.miss_causes import Gap
 
 PERIOD_NS = 500_000
 #: a wake-up this much later than asked is a gap, and so is a core that does not answer for that long
@@ -33,9 +29,6 @@ _SLOTS = 256
 #: word 0 the last wake-up; then for each of the two rings the number of gaps and the gaps as (start, end)
 _SEEN, _OWN, _CORE = 0, 1, 2 + 2 * _SLOTS
 _SIZE = 8 * (_CORE + 1 + 2 * _SLOTS)
-#: system call and commands of membarrier: interrupt the cores of registered processes, and register
-_MEMBARRIER = {"x86_64": 324, "aarch64": 283}
-_GLOBAL_EXPEDITED, _REGISTER_GLOBAL_EXPEDITED = 1 << 1, 1 << 2
 
 
 class WitnessPage:
@@ -91,11 +84,11 @@ class WitnessProcess:
     """Starts the witness of this process and reads its page; a context manager that ends it."""
 
     def __init__(self, core: int | None) -> None:
-        let_cores_be_asked()
+        membarrier(REGISTER_GLOBAL_EXPEDITED)()
         descriptor = anonymous_memory(_SIZE)
         try:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "gimbal_hil.daemon.witness", str(descriptor), str(-1 if core is None else core), str(os.getpid())],
+                [sys.executable, "-m", "gimbal_hil.timing.watching", str(descriptor), str(-1 if core is None else core), str(os.getpid())],
                 pass_fds=(descriptor,),
                 stdin=subprocess.DEVNULL,
             )
@@ -123,65 +116,3 @@ class WitnessProcess:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self.close()
-
-
-def gap_between(asked_ns: int, woke_ns: int, queued_ns: int) -> Gap | None:
-    """What a wake-up at `woke_ns` for `asked_ns` says of the machine, when `queued_ns` of it went to others on this core."""
-    if woke_ns - asked_ns - queued_ns < THRESHOLD_NS:
-        return None
-    return Gap(asked_ns, woke_ns)
-
-
-def watch(page: WitnessPage, parent: int) -> None:
-    """Sleep and publish until the parent process is gone."""
-    schedstat, ask_cores = _open_schedstat(), _membarrier(_GLOBAL_EXPEDITED)
-    queued_before = _queued_ns(schedstat)
-    while os.getppid() == parent:
-        asked = time.monotonic_ns() + PERIOD_NS
-        time.sleep(PERIOD_NS / 1e9)
-        woke = time.monotonic_ns()
-        ask_cores()
-        answered = time.monotonic_ns()
-        queued = _queued_ns(schedstat)
-        page.publish(answered, gap_between(asked, woke, queued - queued_before), gap_between(woke, answered, queued - queued_before))
-        queued_before = queued
-
-
-def main(arguments: list[str]) -> None:
-    """Entry point of the witness process: descriptor, core (-1 for any) and the parent's process id."""
-    descriptor, core, parent = map(int, arguments)
-    if core in available_cores():
-        os.sched_setaffinity(0, {core})
-    set_timer_slack(1)
-    with contextlib.suppress(OSError, AttributeError):
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(50))
-    with contextlib.suppress(KeyboardInterrupt):
-        watch(WitnessPage(descriptor), parent)
-
-
-def let_cores_be_asked() -> None:
-    """Called by the process that is watched: from now on the witness can ask the core that runs it."""
-    _membarrier(_REGISTER_GLOBAL_EXPEDITED)()
-
-
-def _membarrier(command: int) -> Callable[[], object]:
-    number = _MEMBARRIER.get(platform.machine()) if sys.platform.startswith("linux") else None
-    if number is None:
-        return lambda: None
-    call = ctypes.CDLL(None).syscall
-    return lambda: call(number, command, 0, 0)
-
-
-def _open_schedstat() -> int:
-    try:
-        return os.open("/proc/thread-self/schedstat", os.O_RDONLY | os.O_CLOEXEC)
-    except OSError:
-        return -1
-
-
-def _queued_ns(schedstat: int) -> int:
-    return int(os.pread(schedstat, 80, 0).split()[1]) if schedstat >= 0 else 0
-
-
-if __name__ == "__main__":
-    main(sys.argv[1:])

@@ -8,19 +8,10 @@ import numpy as np
 
 from gimbal_hil.identification.axis_identification import AxisIdentification, friction_of
 from gimbal_hil.identification.estimate import Estimate, Verdict
-from gimbal_hil.identification.figures import (
-    LINEAR,
-    ROTARY,
-    Units,
-    hysteresis_figure,
-    interval_figure,
-    output_error_figure,
-    residual_figure,
-    velocity_map_figure,
-)
 from gimbal_hil.identification.output_error import OutputErrorFit
 from gimbal_hil.identification.sliding import Direction
 from gimbal_hil.identification.stribeck import LUGRE_NAMES
+from gimbal_hil.identification.units import LINEAR, ROTARY, Units
 from gimbal_hil.identification.velocity_map import VelocityMap
 from gimbal_hil.report import Block, Callout, Details, Heading, Page, Plot, Table, Text, Tiles
 from sim_backend.model import AntennaModel
@@ -47,6 +38,15 @@ def identification_record(results: Sequence[AxisIdentification], sources: Sequen
 
 
 def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]:
+    # here, because plotly is heavy and a fit needs none of it
+    from gimbal_hil.identification.figures import (
+        hysteresis_figure,
+        interval_figure,
+        output_error_figure,
+        residual_figure,
+        velocity_map_figure,
+    )
+
     prior = friction_of(model, result.axis)
     units = LINEAR if model.is_linear else ROTARY
     count = sum(e.verdict is Verdict.IDENTIFIED for e in result.estimates)

@@ -25,7 +25,7 @@ from typing import Any, TypeVar, cast
 
 from firmware_protocol.compiling import ROOMS
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.parentage import end_with_parent
+from gimbal_hil.executor.parentage import end_with_parent
 
 Value = TypeVar("Value")
 Answer = TypeVar("Answer")

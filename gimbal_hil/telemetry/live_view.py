@@ -10,11 +10,10 @@ import numpy as np
 
 from firmware_protocol import schema
 from gimbal_hil.control.layout import Mode
-from gimbal_hil.daemon.histogram import Histogram
-from gimbal_hil.daemon.miss_causes import MissCause
-from gimbal_hil.daemon.telemetry import MISS_CODE, Exchange
-from gimbal_hil.host.states import HostState, LinkStatus
+from gimbal_hil.host import HostState, LinkStatus
 from gimbal_hil.runs import TICK_ROW
+from gimbal_hil.telemetry.records import MISS_CODE, Exchange
+from gimbal_hil.timing import Histogram, MissCause
 
 Json = dict[str, Any]
 AXES = ("outer", "inner")

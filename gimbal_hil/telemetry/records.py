@@ -11,10 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from gimbal_hil.daemon.clock import NS_PER_S
-from gimbal_hil.daemon.mailbox import RingReader, RingWriter
-from gimbal_hil.daemon.miss_causes import MissCause
-from gimbal_hil.host.program import Program
+from gimbal_hil.host import Program
+from gimbal_hil.timing import NS_PER_S, MissCause, RingReader, RingWriter
 
 Json = dict[str, Any]
 #: size of a row of `runs.TICK_ROW`, and where its wall-clock columns wake_latency_ns and computing_ns start

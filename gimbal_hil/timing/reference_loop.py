@@ -13,8 +13,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from gimbal_hil.daemon.clock import Duration
-from gimbal_hil.daemon.histogram import Histogram
+from gimbal_hil.timing.clock import Duration
+from gimbal_hil.timing.histogram import Histogram
 
 #: absolute deadlines on CLOCK_MONOTONIC, whole periods skipped, as in `tick_engine`; for each wake-up it writes its lateness and how long
 #: the work after it took, int64 nanoseconds. Work is a fixed number of additions, measured at the start to last as asked when undisturbed.

@@ -12,10 +12,10 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from firmware_protocol.errors import BadInputError, LinkError
-from gimbal_hil.daemon.operator_socket import Door
+from gimbal_hil.operator.socket import Door
 
 if TYPE_CHECKING:
-    from gimbal_hil.host.program import Program
+    from gimbal_hil.host import Program
 
 Json = dict[str, Any]
 

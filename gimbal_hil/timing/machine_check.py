@@ -7,13 +7,13 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from gimbal_hil.daemon.clock import Duration, MonotonicClock
-from gimbal_hil.daemon.histogram import Histogram
-from gimbal_hil.daemon.miss_causes import MissCause, ThreadUsage
-from gimbal_hil.daemon.real_time import Granted, control_and_witness_cores, real_time, reserved_for_normal_tasks, timer_slack
-from gimbal_hil.daemon.reference_loop import LoopLatency, ReferenceLoop, compiler
-from gimbal_hil.daemon.tick_engine import Tick, TickEngine, TickStatistics
-from gimbal_hil.daemon.witness import WitnessProcess
+from gimbal_hil.timing.clock import Duration, MonotonicClock
+from gimbal_hil.timing.histogram import Histogram
+from gimbal_hil.timing.miss_causes import MissCause, ThreadUsage
+from gimbal_hil.timing.reference_loop import LoopLatency, ReferenceLoop, compiler
+from gimbal_hil.timing.scheduling import Granted, control_and_witness_cores, real_time, reserved_for_normal_tasks, timer_slack
+from gimbal_hil.timing.tick_engine import Tick, TickEngine, TickStatistics
+from gimbal_hil.timing.witness import WitnessProcess
 
 #: slices of the two loops alternate, so that both see the same machine
 SLICES = 4

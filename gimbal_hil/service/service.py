@@ -1,38 +1,23 @@
-"""The service process beside the control process: recorder, operator's door, live page. Nothing that it does can delay a tick.
-
-It is started with its orders as one JSON line on standard input, answers one JSON line on standard output when it is ready (or
-why it cannot be), and takes the end of its standard input as the end of the control process.
-"""
+"""What runs in the service process: recorder, operator's door, live page. Nothing that it does can delay a tick."""
 
 from __future__ import annotations
 
 import json
-import os
 import select
 import signal
-import subprocess
 import sys
-from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import EXIT_SAFETY_STOP, BadInputError
-from gimbal_hil.daemon.live_view import LiveView
-from gimbal_hil.daemon.mailbox import Record, RingReader, RingWriter, create_ring
-from gimbal_hil.daemon.operator_desk import OperatorDesk
-from gimbal_hil.daemon.operator_socket import Door, OperatorSocket
-from gimbal_hil.daemon.recorder import Recorder
-from gimbal_hil.daemon.telemetry import (
-    COMMAND_BYTES,
-    MISS_RECORD,
-    TELEMETRY_BYTES,
-    Commands,
-    Exchange,
-    TelemetryKind,
-    exchange_from,
-)
+from gimbal_hil.operator import Door, OperatorSocket
 from gimbal_hil.runs import RunHeader, RunWriter
+from gimbal_hil.service.operator_desk import OperatorDesk
+from gimbal_hil.service.process import Orders, ServiceSettings
+from gimbal_hil.service.recorder import Recorder
+from gimbal_hil.telemetry import MISS_RECORD, Commands, Exchange, LiveView, TelemetryKind, exchange_from
+from gimbal_hil.timing import Record, RingReader, RingWriter
 
 if TYPE_CHECKING:
     from gimbal_hil.dashboard import PageServer
@@ -40,102 +25,9 @@ if TYPE_CHECKING:
 Json = dict[str, Any]
 #: how long the service sleeps when there is nothing to do: it sets how old an event is when an operator sees it
 _IDLE_S = 0.005
-_START_TIMEOUT_S = 30.0
 _STOPPED_WITHOUT_A_WORD = "the control process ended without giving a reason"
 #: kinds of events that are also printed
 _NOTICED = ("state", "fault", "link", "note")
-
-
-@dataclass(frozen=True, slots=True)
-class ServiceSettings:
-    """What of the ticks is kept (their frames, one row in `every_ticks`), whether the folder may be overwritten, who may look on."""
-
-    force: bool = False
-    frames: bool = True
-    every_ticks: int = 1
-    operator: bool = True
-    #: port of the live page, 0 for any free one, None for no page
-    page_port: int | None = None
-    quiet: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Orders:
-    """What the control process tells its service: descriptors of the two rings, where to record, which door."""
-
-    telemetry: int
-    commands: int
-    run: str
-    header: Json
-    socket: str
-    token: str
-    settings: Json
-
-
-class ServiceProcess:
-    """The control process' handle on its service: starts it (`wait_ready` says when that is done), watches it, ends it."""
-
-    def __init__(self, run: Path, header: RunHeader, settings: ServiceSettings) -> None:
-        self.run = run
-        self.door = Door.make()
-        telemetry, commands = create_ring(TELEMETRY_BYTES), create_ring(COMMAND_BYTES)
-        try:
-            self.telemetry, self.commands = RingWriter(telemetry), RingReader(commands)
-            orders = Orders(telemetry, commands, str(run), asdict(header), str(self.door.socket), self.door.token, asdict(settings))
-            self._process = subprocess.Popen(
-                [sys.executable, "-m", "gimbal_hil.daemon.service"],
-                pass_fds=(telemetry, commands),
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                start_new_session=True,  # Ctrl-C in a terminal is for the control process alone
-            )
-        finally:
-            os.close(telemetry)
-            os.close(commands)
-        self.page_url: str | None = None
-        assert self._process.stdin
-        self._process.stdin.write(json.dumps(asdict(orders)).encode() + b"\n")
-        self._process.stdin.flush()
-
-    @property
-    def pid(self) -> int:
-        """Process id of the service."""
-        return self._process.pid
-
-    def alive(self) -> bool:
-        """Whether the service still runs: one system call."""
-        return self._process.poll() is None
-
-    def close(self, timeout_s: float = 20.0) -> bool:
-        """Let the service write what it has and end it; False when it had died or had to be killed."""
-        if self._process.stdin:
-            self._process.stdin.close()
-        try:
-            code = self._process.wait(timeout_s)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            code = self._process.wait()
-        if self._process.stdout:
-            self._process.stdout.close()
-        self.door.remove(self.run)
-        return code == 0
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def wait_ready(self) -> None:
-        """Until the service records and listens; BadInputError when it cannot."""
-        assert self._process.stdout
-        readable, _, _ = select.select([self._process.stdout], [], [], _START_TIMEOUT_S)
-        line = self._process.stdout.readline() if readable else b""
-        answer: Json = json.loads(line) if line else {"problem": "did not start", "where": "service process", "expected": ""}
-        if not answer.get("ready"):
-            self.close(timeout_s=1.0)
-            raise BadInputError(answer["where"], answer["problem"], answer["expected"])
-        self.page_url = answer["page"]
 
 
 class Service:
@@ -266,7 +158,3 @@ def _at_end(descriptor: int) -> bool:
 def _say(line: Json) -> None:
     sys.stdout.write(json.dumps(line) + "\n")
     sys.stdout.flush()
-
-
-if __name__ == "__main__":
-    sys.exit(main())

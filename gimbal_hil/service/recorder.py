@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from gimbal_hil.daemon.mailbox import RingReader
-from gimbal_hil.daemon.telemetry import Exchange
 from gimbal_hil.runs import TICK_ROW, EventKind, RunWriter
+from gimbal_hil.telemetry import Exchange
+from gimbal_hil.timing import RingReader
 
 Json = dict[str, Any]
 #: longer than the tick engine waits for the witness

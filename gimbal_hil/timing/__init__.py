@@ -1,0 +1,40 @@
+"""Keeping time: clocks, deadlines, what a missed one is put down to, a second observer, and rings between processes that never wait."""
+
+from gimbal_hil.timing.clock import NS_PER_S, Clock, Duration, Instant, LockstepClock, MonotonicClock
+from gimbal_hil.timing.histogram import Histogram, upper_bound_ns
+from gimbal_hil.timing.machine_check import MachineReport, check_machine
+from gimbal_hil.timing.mailbox import Record, RingReader, RingWriter, create_ring
+from gimbal_hil.timing.miss_causes import Miss, MissCause, ThreadUsage
+from gimbal_hil.timing.reference_loop import ReferenceLoop, compiler
+from gimbal_hil.timing.scheduling import Granted, control_and_witness_cores, real_time
+from gimbal_hil.timing.tick_engine import Tick, TickEngine, TickStatistics
+from gimbal_hil.timing.witness import WitnessProcess
+
+__all__ = [
+    "NS_PER_S",
+    "Clock",
+    "Duration",
+    "Granted",
+    "Histogram",
+    "Instant",
+    "LockstepClock",
+    "MachineReport",
+    "Miss",
+    "MissCause",
+    "MonotonicClock",
+    "Record",
+    "ReferenceLoop",
+    "RingReader",
+    "RingWriter",
+    "ThreadUsage",
+    "Tick",
+    "TickEngine",
+    "TickStatistics",
+    "WitnessProcess",
+    "check_machine",
+    "compiler",
+    "control_and_witness_cores",
+    "create_ring",
+    "real_time",
+    "upper_bound_ns",
+]
