@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
-
-if TYPE_CHECKING:
-    from gimbal_hil.signals import SignalsTable
-    from sim_backend.model import AntennaModel
 
 #: options that take several values after one another
 MANY_VALUED = ("--measured", "--holdout")
@@ -21,7 +17,12 @@ def command(
     out: Annotated[Path, typer.Option(metavar="DIR", help=f"Folder for {VERDICT_FILE}, {MODEL_FILE} and {REPORT_FILE}.")],
     holdout: Annotated[list[Path] | None, typer.Option(metavar="LOG", help="Another trajectory to judge on; may be repeated.")] = None,
     model: Annotated[Path | None, typer.Option(help="Model file; without it the shipped thesis model.")] = None,
-    resample: Annotated[bool, typer.Option("--resample", help="Accept tables with uneven time and resample them.")] = False,
+    resample: Annotated[
+        bool, typer.Option("--resample", help="Accept tables of uneven time or different rates and put all on one grid.")
+    ] = False,
+    rate: Annotated[
+        float | None, typer.Option(metavar="HZ", help="Rate of that grid; without it that of the slowest log. Implies --resample.")
+    ] = None,
     drop_invalid: Annotated[bool, typer.Option("--drop-invalid", help="Accept tables with invalid rows and drop those.")] = False,
     band: Annotated[
         float | None, typer.Option(metavar="HZ", help="End of the scored band; without it 25 Hz at 1 kHz, less when slower.")
@@ -46,6 +47,7 @@ def command(
     )
     from gimbal_hil.discrepancy.contradictions import ramps_apart
     from gimbal_hil.discrepancy.preflight import check_logs
+    from gimbal_hil.signals import read_together
     from sim_backend.model import load_model, shipped_model
 
     for name in (MODEL_FILE, VERDICT_FILE, REPORT_FILE):
@@ -54,7 +56,8 @@ def command(
     given = load_model(model) if model else shipped_model()
     sources = [str(path) for path in (*measured, *(holdout or ()))]
     try:
-        fitted, judged = _read(measured, given, resample, drop_invalid), _read(holdout or [], given, resample, drop_invalid)
+        tables = read_together([*measured, *(holdout or [])], given, resample=resample, drop_invalid=drop_invalid, rate_hz=rate)
+        fitted, judged = tables[: len(measured)], tables[len(measured) :]
         check_logs(given, (*fitted, *judged), band)
     except BadInputError as error:
         _unusable(out, str(error), force)
@@ -79,32 +82,6 @@ def command(
     discrepancy_page(diagnosis, verdict, corrected, sources).write(out / REPORT_FILE)
     print(json.dumps(verdict, allow_nan=False) if as_json else _summary(verdict, out))
     return EXIT_DONE
-
-
-def _read(paths: list[Path], model: AntennaModel, resample: bool, drop_invalid: bool) -> tuple[SignalsTable, ...]:
-    from gimbal_hil.signals import read_signals
-
-    return tuple(_without_teardown(path, read_signals(path, model.axes, resample=resample, drop_invalid=drop_invalid)) for path in paths)
-
-
-def _without_teardown(path: Path, table: SignalsTable) -> SignalsTable:
-    """Of a run, the rows under control: before them the joints fall freely, after them an experiment's teardown only holds still."""
-    import numpy as np
-
-    from gimbal_hil.runs import EventKind, is_run_folder, open_run
-
-    if not is_run_folder(path):
-        return table
-    run = open_run(path)
-    active = np.flatnonzero(run.ticks["segment"] >= 0)
-    ends = [e.tick for e in run.events if e.kind is EventKind.SEGMENT and e.text == "back to the safe pose"]
-    if len(active) == 0:
-        return table
-    # a table may begin a few ticks after its run; its last row is the run's
-    behind = len(run.ticks) - len(table)
-    first = max(0, int(active[0]) - behind)
-    last = (ends[0] if ends else int(run.ticks["tick"][active[-1]])) - int(run.ticks["tick"][0]) - behind
-    return table.rows(first, min(len(table), max(last, first + 2)))
 
 
 def _unusable(out: Path, reason: str, force: bool) -> None:

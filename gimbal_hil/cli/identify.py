@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,6 +13,16 @@ if TYPE_CHECKING:
     from sim_backend.model import AntennaModel
 
 MODEL_FILE, ANSWER_FILE, REPORT_FILE = "model.yaml", "identification.json", "report.html"
+
+
+@dataclass(frozen=True)
+class _Reading:
+    """How logs are read: as the options of the same names say."""
+
+    torque_driven: bool
+    resample: bool
+    drop_invalid: bool
+    rate_hz: float | None
 
 
 def command(
@@ -33,6 +44,9 @@ def command(
         typer.Option(metavar="AXIS=TORQUE", help="Break-away torque as far as known, in place of the model's: slow torque is told by it."),
     ] = None,
     resample: Annotated[bool, typer.Option("--resample", help="Accept tables with uneven time and resample them.")] = False,
+    rate: Annotated[
+        float | None, typer.Option(metavar="HZ", help="Put every log on a grid of this rate; implies --resample.")
+    ] = None,
     drop_invalid: Annotated[bool, typer.Option("--drop-invalid", help="Accept tables with invalid rows and drop those.")] = False,
     workers: Annotated[int, typer.Option(help="Processes for starts and profiles.", min=1)] = 2,
     seed: Annotated[int, typer.Option(help="Seed of the start points.")] = 0,
@@ -58,7 +72,7 @@ def command(
             raise BadInputError("--axis", f"no axis {name!r}", "one of " + ", ".join(given.axes))
     for name, torque in torques_by_axis(breakaway, given.axes).items():
         given = given.with_numbers(name, {"friction.breakaway": torque})
-    axes, reading = tuple(axis or given.axes), (torque_driven, resample, drop_invalid)
+    axes, reading = tuple(axis or given.axes), _Reading(torque_driven, resample, drop_invalid, rate)
     for name in axes:
         if name in given.friction_over_temperature:
             where = f"{given.where}: axes.{name}.friction.over_temperature"
@@ -88,7 +102,7 @@ def _identify(
     runs: list[Path],
     model: AntennaModel,
     axes: tuple[str, ...],
-    reading: tuple[bool, bool, bool],
+    reading: _Reading,
     workers: int,
     seed: int,
     ramps_at_rest: bool,
@@ -100,13 +114,12 @@ def _identify(
     from gimbal_hil.executor import open_executor
     from gimbal_hil.identification import identify_axis, read_logs
 
-    torque_driven, resample, drop_invalid = reading
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=quiet or not console.is_terminal) as bar:
         task = bar.add_task("reading logs", total=len(runs) + len(axes))
         logs: list[Log] = []
         for path in runs:
-            logs += read_logs(path, model.axes, torque_driven=torque_driven, resample=resample, drop_invalid=drop_invalid)
+            logs += read_logs(path, model, **asdict(reading))
             bar.advance(task)
         results = []
         with open_executor(workers) as executor:

@@ -9,35 +9,66 @@ from pathlib import Path
 from gimbal_hil.identification.evidence import Log
 from gimbal_hil.identification.segments import Drive, Stretch, stretches_of_run, stretches_of_table
 from gimbal_hil.runs import is_run_folder, open_run
-from gimbal_hil.signals import SignalsTable, read_signals, signals_of_run
+from gimbal_hil.signals import SignalsTable, on_grid, read_signals, signals_of_run
+from sim_backend.model import AntennaModel
 
 #: where an experiment with a thinned log keeps the signals of its steps
 STEPS_FOLDER = "steps"
 
 
 def read_logs(
-    path: Path, axes: Sequence[str], *, torque_driven: bool = False, resample: bool = False, drop_invalid: bool = False
+    path: Path,
+    model: Sequence[str] | AntennaModel,
+    *,
+    torque_driven: bool = False,
+    resample: bool = False,
+    drop_invalid: bool = False,
+    rate_hz: float | None = None,
 ) -> tuple[Log, ...]:
     """All logs of a path: the tables of its steps where an experiment with a thinned log left them, else the one of `read_log`."""
     steps = sorted((path / STEPS_FOLDER).glob("*.parquet")) if is_run_folder(path) else []
+    options = {"resample": resample, "drop_invalid": drop_invalid}
     if not steps:
-        return (read_log(path, axes, torque_driven=torque_driven, resample=resample, drop_invalid=drop_invalid),)
+        return (read_log(path, model, torque_driven=torque_driven, rate_hz=rate_hz, **options),)
     # a step without a reference was driven by torque: the table's own run says so
-    logs = (read_log(step, axes, torque_driven=True, resample=resample, drop_invalid=drop_invalid) for step in steps)
+    logs = (read_log(step, model, torque_driven=True, rate_hz=rate_hz, **options) for step in steps)
     return tuple(replace(log, name=f"{path.name}: {STEPS_FOLDER}/{log.name}") for log in logs)
 
 
-def read_log(path: Path, axes: Sequence[str], *, torque_driven: bool = False, resample: bool = False, drop_invalid: bool = False) -> Log:
+def read_log(
+    path: Path,
+    model: Sequence[str] | AntennaModel,
+    *,
+    torque_driven: bool = False,
+    resample: bool = False,
+    drop_invalid: bool = False,
+    rate_hz: float | None = None,
+) -> Log:
     """One log; `torque_driven` says that a bare table without references was recorded under torque commanded directly, no loop.
 
-    Raises BadInputError as `read_signals` does.
+    `model` gives the axes; as a model and not names alone, also what torque a current makes. Raises BadInputError as `read_signals` does.
     """
+    axes = model.axes if isinstance(model, AntennaModel) else model
     if is_run_folder(path):
         run = open_run(path)
-        table = signals_of_run(run, axes, resample=resample, drop_invalid=drop_invalid)
-        return Log(path.name, table, {axis: stretches_of_run(run, table, axis) for axis in axes})
-    table = read_signals(path, axes, resample=resample, drop_invalid=drop_invalid)
+        table = signals_of_run(run, axes, resample=resample or rate_hz is not None, drop_invalid=drop_invalid)
+        stretches = {axis: stretches_of_run(run, table, axis) for axis in axes}
+        return _on_grid(Log(path.name, table, stretches), rate_hz)
+    table = read_signals(path, model, resample=resample, drop_invalid=drop_invalid, rate_hz=rate_hz)
     return Log(path.name, table, {axis: _stretches(table, axis, torque_driven) for axis in axes})
+
+
+def _on_grid(log: Log, rate_hz: float | None) -> Log:
+    """The log of a run at another rate, its stretches at the same times."""
+    if rate_hz is None:
+        return log
+    table = on_grid(log.table, 1.0 / rate_hz)
+    share = log.table.period_s * rate_hz
+
+    def moved(one: Stretch) -> Stretch:
+        return replace(one, start=int(-(-one.start * share // 1)), stop=min(len(table), int(one.stop * share)))
+
+    return Log(log.name, table, {axis: tuple(map(moved, stretches)) for axis, stretches in log.stretches.items()})
 
 
 def _stretches(table: SignalsTable, axis: str, torque_driven: bool) -> tuple[Stretch, ...]:

@@ -1,7 +1,18 @@
-"""The signals table: measured data from run folders, CSV and Parquet, checked at the door."""
+"""The signals table: measured data from run folders, CSV and Parquet, checked at the door, on one grid where logs meet."""
 
-from gimbal_hil.signals.reading import read_signals, signals_of_run
+from gimbal_hil.signals.reading import read_signals, read_together, signals_of_run
+from gimbal_hil.signals.resampling import on_grid
 from gimbal_hil.signals.table import SignalsTable, column_names
 from gimbal_hil.signals.table_file import TableKind, replacing, write_signals
 
-__all__ = ["SignalsTable", "TableKind", "column_names", "read_signals", "replacing", "signals_of_run", "write_signals"]
+__all__ = [
+    "SignalsTable",
+    "TableKind",
+    "column_names",
+    "on_grid",
+    "read_signals",
+    "read_together",
+    "replacing",
+    "signals_of_run",
+    "write_signals",
+]

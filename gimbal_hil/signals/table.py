@@ -13,13 +13,14 @@ TIME = "time_s"
 REPEAT = "repeat"
 #: what an axis may carry, as in `outer.torque`
 REQUIRED_SIGNALS = ("torque", "position")
-OPTIONAL_SIGNALS = ("torque_measured", "rate", "position_ref", "rate_ref", "temperature")
+OPTIONAL_SIGNALS = ("torque_measured", "rate", "position_ref", "rate_ref", "temperature", "current", "torque_known")
 SIGNALS = (*REQUIRED_SIGNALS, *OPTIONAL_SIGNALS)
 #: commanded values: the one in row k is in force from t_k until the next
-HELD_SIGNALS = ("torque", "position_ref", "rate_ref")
+HELD_SIGNALS = ("torque", "current", "position_ref", "rate_ref")
 BASE_ANGLES = ("base.roll", "base.pitch", "base.yaw")
 BASE_RATES = ("base.p", "base.q", "base.r")
-BASE_COLUMNS = (*BASE_ANGLES, *BASE_RATES)
+BASE_ACCELERATIONS = ("base.ax", "base.ay", "base.az")
+BASE_COLUMNS = (*BASE_ANGLES, *BASE_RATES, *BASE_ACCELERATIONS)
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,8 @@ class SignalsTable:
     """Columns of shape (n,), float64, read-only. Units are SI for the axis' kind.
 
     `columns` is keyed as in the file (`outer.position`, `base.roll`), without time and `repeat`; optional columns that were not
-    measured are absent. `notes` say in words what a reader of results should know: columns left out, rows dropped or made up.
+    measured are absent. Where the drive was logged in amperes, `axis.torque` is what they make with the model's torque constant.
+    `notes` say in words what a reader of results should know: columns left out, rows dropped or made up.
     """
 
     axes: tuple[str, ...]
@@ -70,7 +72,15 @@ class SignalsTable:
         return self.columns.get(f"{axis}.{name}")
 
     def torque(self, axis: str) -> NDArray[np.float64]:
-        """Commanded torque or force; the value in row k acts over [t_k, t_k+1)."""
+        """What the model has to explain of the commanded torque or force, (n,): the command without its known part.
+
+        The value in row k acts over [t_k, t_k+1).
+        """
+        known = self.signal(axis, "torque_known")
+        return self.commanded(axis) if known is None else self.commanded(axis) - mean_over_rows(known)
+
+    def commanded(self, axis: str) -> NDArray[np.float64]:
+        """Commanded torque or force as logged, known part included; the value in row k acts over [t_k, t_k+1)."""
         return self.columns[f"{axis}.torque"]
 
     def position(self, axis: str) -> NDArray[np.float64]:
@@ -78,7 +88,7 @@ class SignalsTable:
         return self.columns[f"{axis}.position"]
 
     def base(self, name: str) -> NDArray[np.float64] | None:
-        """One of roll, pitch, yaw, p, q, r; None when the base was not measured (level and fixed)."""
+        """One of roll, pitch, yaw (rad), p, q, r (rad/s), ax, ay, az (m/s^2); None when it was not measured (level and fixed)."""
         return self.columns.get(f"base.{name}")
 
     def rows(self, start: int, stop: int) -> SignalsTable:
@@ -92,6 +102,11 @@ class SignalsTable:
 def column_names(axes: Sequence[str]) -> tuple[str, ...]:
     """Every column that a table of these axes may have besides time and `repeat`, in the order of a written file."""
     return (*(f"{axis}.{signal}" for axis in axes for signal in SIGNALS), *BASE_COLUMNS)
+
+
+def mean_over_rows(sampled: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Mean over [t_k, t_k+1) of a signal sampled at t_k, shape kept; the last row keeps its sample."""
+    return np.append(0.5 * (sampled[1:] + sampled[:-1]), sampled[-1:])
 
 
 def _frozen(values: NDArray[np.float64]) -> NDArray[np.float64]:

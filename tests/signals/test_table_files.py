@@ -159,9 +159,9 @@ def test_a_broken_lap_number_is_refused(tmp_path: Path) -> None:
 
 
 def test_unknown_columns_are_reported_and_left_out(tmp_path: Path) -> None:
-    lines = [f"{HEADER},outer.current,note"] + [f"{line},1,hello" for line in csv_lines()[1:]]
+    lines = [f"{HEADER},outer.voltage,note"] + [f"{line},1,hello" for line in csv_lines()[1:]]
     table = read_signals(write_lines(tmp_path / "log.csv", lines), AXES)
-    assert any("'outer.current'" in note for note in table.notes) and any("'note'" in note for note in table.notes)
+    assert any("'outer.voltage'" in note for note in table.notes) and any("'note'" in note for note in table.notes)
     assert set(table.columns) == set(HEADER.split(",")[1:])
 
 

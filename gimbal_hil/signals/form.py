@@ -3,33 +3,66 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.signals.resampling import resample_rows
+from gimbal_hil.signals.resampling import GAP_PERIODS, resample_rows
 from gimbal_hil.signals.table import BASE_ANGLES, REPEAT, REQUIRED_SIGNALS, TIME, SignalsTable, column_names
 from gimbal_hil.signals.table_file import RawColumns
 
 JITTER_LIMIT = 0.05  # of the period
-GAP_PERIODS = 1.5  # a longer step of time has samples missing
 FEWEST_ROWS = 10
 _REMEDY = "--resample and --drop-invalid accept such a log"
 
 
-def checked_table(raw: RawColumns, axes: Sequence[str], *, resample: bool, drop_invalid: bool) -> SignalsTable:
-    """The table in a file; raises BadInputError that names file, row and column.
+@dataclass(frozen=True)
+class Repair:
+    """What may be done to a log that is no signals table as it stands.
 
     `drop_invalid` leaves out rows that hold no number or stand still or back in time, and keeps the longest stretch of constant
-    rate. `resample` puts the rows on a grid of the median period. With both, invalid rows go first and the gaps are filled.
+    rate. `resample` puts the rows on a grid of the median period, or of `rate_hz`, which asks for a grid by itself. With both, invalid
+    rows go first and the gaps are filled.
     """
-    names, notes = _known_columns(raw, axes)
+
+    resample: bool = False
+    drop_invalid: bool = False
+    rate_hz: float | None = None
+
+    @property
+    def to_grid(self) -> bool:
+        """Whether rows are put on a grid."""
+        return self.resample or self.rate_hz is not None
+
+    @property
+    def period_s(self) -> float | None:
+        """Period of that grid; None for the data's own. Raises BadInputError when the rate is none."""
+        if self.rate_hz is None:
+            return None
+        if not 0.0 < self.rate_hz < float("inf"):
+            raise BadInputError(f"--rate {self.rate_hz:g}", "is no rate", "rows a second, above zero")
+        return 1.0 / self.rate_hz
+
+
+@dataclass(frozen=True)
+class AxisNames:
+    """The axes that a log is read for, and what turns a current into torque: N m/A (N/A) by axis, where the model states it."""
+
+    axes: tuple[str, ...]
+    torque_constants: Mapping[str, float] = field(default_factory=dict)
+
+
+def checked_table(raw: RawColumns, named: AxisNames, repair: Repair) -> SignalsTable:
+    """The table in a file; raises BadInputError that names file, row and column."""
+    axes, resample, drop_invalid = named.axes, repair.to_grid, repair.drop_invalid
+    names, notes = _known_columns(raw, named)
     rows = _valid_rows(raw, names, resample, drop_invalid, notes)
     rows = _forward_rows(raw, rows, resample or drop_invalid, notes)
     if resample:
-        time_s, columns, laps = resample_rows(raw, rows, names, notes, GAP_PERIODS)
+        time_s, columns, laps = resample_rows(raw, rows, names, notes, repair.period_s)
     else:
         rows = _steady_rows(raw, rows, drop_invalid, notes)
         time_s = raw.values[TIME][rows]
@@ -38,16 +71,28 @@ def checked_table(raw: RawColumns, axes: Sequence[str], *, resample: bool, drop_
     for name in BASE_ANGLES:
         if name in columns:
             columns[name] = np.unwrap(columns[name])
+    for axis in axes:
+        if f"{axis}.torque" not in columns:
+            constant = named.torque_constants[axis]
+            columns[f"{axis}.torque"] = constant * columns[f"{axis}.current"]
+            notes.append(f"{axis}.torque is {axis}.current times the model's {constant:.6g} per ampere")
     repeat = None if laps is None else laps.astype(np.int64)
     return SignalsTable.of(axes, time_s, columns, repeat, str(raw.path), notes)
 
 
-def _known_columns(raw: RawColumns, axes: Sequence[str]) -> tuple[list[str], list[str]]:
+def _known_columns(raw: RawColumns, named: AxisNames) -> tuple[list[str], list[str]]:
     """Columns that the table takes; raises when a required one is missing."""
-    present = list(raw.values)
+    present, axes = list(raw.values), named.axes
     required = (TIME, *(f"{axis}.{signal}" for axis in axes for signal in REQUIRED_SIGNALS))
     for name in required:
-        if name not in raw.values:
+        axis, _, signal = name.rpartition(".")
+        if signal == "torque" and name not in raw.values and f"{axis}.current" in raw.values:
+            if axis not in named.torque_constants:
+                raise BadInputError(
+                    f"{raw.path}: column {axis}.current", "is in amperes and the model does not say what torque they make",
+                    f"axes.{axis}.actuator.torque_constant in the model, or the column {name}",
+                )  # fmt: skip
+        elif name not in raw.values:
             near = difflib.get_close_matches(name, present, 1)
             if len(present) == 1 and any(mark in present[0] for mark in ";\t"):
                 hint = "columns separated by commas"
@@ -57,8 +102,10 @@ def _known_columns(raw: RawColumns, axes: Sequence[str]) -> tuple[list[str], lis
                 hint = f"this column for the model's axes {', '.join(axes)}"
             raise BadInputError(str(raw.path), f"has no column {name!r}", hint)
     allowed = (TIME, REPEAT, *column_names(axes))
-    notes = [f"column {name!r} is not one of a signals table and was left out" for name in present if name not in allowed]
-    return [name for name in allowed if name in raw.values], notes
+    unused = [f"{axis}.current" for axis in axes if f"{axis}.torque" in raw.values and f"{axis}.current" in raw.values]
+    notes = [f"{name} was not used: the file has the torque itself" for name in unused]
+    notes += [f"column {name!r} is not one of a signals table and was left out" for name in present if name not in allowed]
+    return [name for name in allowed if name in raw.values and name not in unused], notes
 
 
 def _valid_rows(raw: RawColumns, names: Sequence[str], resample: bool, drop_invalid: bool, notes: list[str]) -> NDArray[np.int64]:
