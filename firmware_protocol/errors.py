@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 EXIT_DONE, EXIT_NO, EXIT_BAD_INPUT, EXIT_SAFETY_STOP, EXIT_INTERRUPTED = 0, 1, 2, 3, 130
+#: characters of what was handed in that an error quotes
+_LONGEST = 600
 
 
 class GimbalHilError(Exception):
@@ -15,8 +17,14 @@ class BadInputError(GimbalHilError):
     """Input was refused: `where` names file and key, `expected` says what would have been accepted."""
 
     def __init__(self, where: str, problem: str, expected: str = "") -> None:
-        self.where, self.problem, self.expected = where, problem, expected
-        super().__init__(f"{where}: {problem}" + (f"; expected {expected}" if expected else ""))
+        self.where, self.problem, self.expected = _one_line(where), _one_line(problem), expected
+        super().__init__(f"{self.where}: {self.problem}" + (f"; expected {expected}" if expected else ""))
+
+
+def _one_line(text: str) -> str:
+    """What stands in the input may be quoted in an error: in one line, printable, and no longer than a person reads."""
+    plain = " ".join(text.encode(errors="replace").decode().split())
+    return plain if len(plain) <= _LONGEST else f"{plain[: _LONGEST // 2]} ... {plain[-_LONGEST // 2 :]}"
 
 
 class LinkError(GimbalHilError):

@@ -5,13 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
+from firmware_protocol.documents import Strict
 from firmware_protocol.links.faults import FaultsConfig
 
 
-class _LinkConfig(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+class _LinkConfig(Strict):
+    """What every link may have."""
 
     faults: FaultsConfig | None = Field(default=None, description="faults to put into the link, for tests and demonstrations")
 

@@ -9,16 +9,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from random import Random
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
+from firmware_protocol.documents import Strict
 from firmware_protocol.links.link import Link, LinkLost, LinkState, LinkStatistics
 from firmware_protocol.schema import RECORD_SIZE
 
 
-class DirectionFaults(BaseModel):
+class DirectionFaults(Strict):
     """How often a frame (for `truncate`: a block) suffers what; probabilities from 0 to 1."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     drop: float = Field(default=0.0, ge=0, le=1)
     duplicate: float = Field(default=0.0, ge=0, le=1)
@@ -30,10 +29,8 @@ class DirectionFaults(BaseModel):
     delay_ticks: int = Field(default=1, ge=1)
 
 
-class Cut(BaseModel):
+class Cut(Strict):
     """Nothing passes from `start_tick` on for `ticks` ticks; `visible`: the port itself is gone meanwhile and has to be reopened."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     start_tick: int = Field(ge=0)
     ticks: int = Field(ge=1)
@@ -44,10 +41,8 @@ class Cut(BaseModel):
         return self.start_tick <= tick < self.start_tick + self.ticks
 
 
-class FaultsConfig(BaseModel):
+class FaultsConfig(Strict):
     """Faults of both directions of a link."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     seed: int = 0
     send: DirectionFaults = DirectionFaults()

@@ -20,9 +20,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
+from firmware_protocol.documents import read_yaml, yaml_text
 from firmware_protocol.errors import BadInputError, GimbalHilError
 from gimbal_hil.operator import OperatorClient
 from gimbal_hil.runs import EventKind, open_run
@@ -205,11 +205,11 @@ def _configuration(folder: Path, link: str, rate_hz: float) -> Path:
     }
     if link not in places:
         raise BadInputError("--link", f"no link {link!r}", ", ".join(places))
-    document = yaml.safe_load(shipped_settings_path().read_text(encoding="utf-8"))
+    document = read_yaml(shipped_settings_path(), "the shipped configuration")
     document |= {"link": places[link], "rate_hz": rate_hz}
     document["supervisor"] |= {"lost_ticks": 100, "set_point_lag_ticks": 200, "deadman": {"window_ticks": 250, "reaction": "coast"}}
     path = folder / "daemon.yaml"
-    path.write_text(yaml.safe_dump(document), encoding="utf-8")
+    path.write_text(yaml_text(document), encoding="utf-8")
     return path
 
 

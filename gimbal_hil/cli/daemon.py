@@ -63,14 +63,15 @@ def command(
 def _send(text: str, run: Path) -> int:
     import json
 
+    from firmware_protocol.documents import json_line
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
     from gimbal_hil.operator import OperatorClient, RequestRefusedError
 
-    try:
-        request = json.loads(text)
-        name = request.pop("command")
-    except (ValueError, KeyError, AttributeError, TypeError):
-        raise BadInputError("--send", "is not a request", 'a JSON object such as {"command": "status"}') from None
+    expected = 'a JSON object such as {"command": "status"}'
+    request = json_line(text, "--send", expected)
+    name = request.pop("command", None)
+    if not isinstance(name, str):
+        raise BadInputError("--send: command", "is missing" if name is None else "is no text", expected)
     with OperatorClient(run) as client:
         try:
             print(json.dumps(client.request(name, **request)))

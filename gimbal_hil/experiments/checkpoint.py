@@ -14,15 +14,37 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field, ValidationError
 
+from firmware_protocol.documents import DocumentLimits, Strict, read_json, refusal_of
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.experiments.experiment import Row
 
 CHECKPOINT_FILE = "checkpoint.json"
+#: a figure that could not be measured is a NaN in its row
+_LIMITS = DocumentLimits(size_bytes=64 << 20, values=2_000_000, finite=False)
+
+
+class _KeptState(Strict):
+    """Where the arrays are: a file beside this one."""
+
+    file: Annotated[str, Field(pattern=r"^checkpoint-[0-9]{1,9}\.npz$")]
+    sha256: str
+    kept: bool
+
+
+class _KeptCheckpoint(Strict):
+    """`checkpoint.json`."""
+
+    done: Annotated[int, Field(ge=0)]
+    plan_hash: str
+    rows: tuple[dict[str, Any], ...]
+    log_mark: dict[str, Annotated[int, Field(ge=0)]]
+    state: _KeptState
 
 
 @dataclass(frozen=True)
@@ -67,26 +89,31 @@ def write_checkpoint(folder: Path, checkpoint: Checkpoint) -> None:
 def read_checkpoint(folder: Path) -> Checkpoint:
     """The last whole checkpoint of a run folder; BadInputError where there is none."""
     path = folder / CHECKPOINT_FILE
+    document = read_json(path, "the checkpoint of an experiment that was stopped", _LIMITS)
     try:
-        document: dict[str, Any] = json.loads(path.read_text())
-        data = (folder / document["state"]["file"]).read_bytes()
-        if hashlib.sha256(data).hexdigest() != document["state"]["sha256"]:
-            raise BadInputError(str(folder / document["state"]["file"]), "is not what its checkpoint was made with")
-        arrays = dict(np.load(io.BytesIO(data)))
-        state = {name.removeprefix("state/"): array for name, array in arrays.items() if name.startswith("state/")}
-        drawn: dict[str, dict[str, NDArray[np.float64]]] = {}
-        for name, array in arrays.items():
-            if name.startswith("drawn/"):
-                step, column = name.removeprefix("drawn/").rsplit("/", 1)
-                drawn.setdefault(step, {})[column] = array
-        kept = bool(document["state"]["kept"])
-        return Checkpoint(
-            int(document["done"]), str(document["plan_hash"]), tuple(document["rows"]), document["log_mark"], state if kept else None, drawn
-        )
-    except FileNotFoundError:
-        raise BadInputError(str(path), "no such file", "the folder of an experiment that was stopped") from None
-    except (KeyError, TypeError, ValueError, OSError) as error:
-        raise BadInputError(str(path), f"is no checkpoint ({error})", "the file that the experiment left") from None
+        kept = _KeptCheckpoint.model_validate(document)
+    except ValidationError as error:
+        raise refusal_of(error, str(path), _KeptCheckpoint) from None
+    arrays = _arrays(folder / kept.state.file, kept.state.sha256)
+    state = {name.removeprefix("state/"): array for name, array in arrays.items() if name.startswith("state/")}
+    drawn: dict[str, dict[str, NDArray[np.float64]]] = {}
+    for name, array in arrays.items():
+        if name.startswith("drawn/"):
+            step, column = name.removeprefix("drawn/").rsplit("/", 1)
+            drawn.setdefault(step, {})[column] = np.asarray(array, np.float64)
+    return Checkpoint(kept.done, kept.plan_hash, kept.rows, kept.log_mark, state if kept.state.kept else None, drawn)
+
+
+def _arrays(path: Path, sha256: str) -> dict[str, NDArray[np.generic]]:
+    """The arrays of a checkpoint, which must be the bytes that were hashed; only then are they taken apart."""
+    expected = "the file that the experiment left"
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise BadInputError(str(path), f"cannot be read ({error.strerror or error})", expected) from None
+    if hashlib.sha256(data).hexdigest() != sha256:
+        raise BadInputError(str(path), "is not what its checkpoint was made with", expected)
+    return dict(np.load(io.BytesIO(data), allow_pickle=False))
 
 
 def remove_checkpoint(folder: Path) -> None:

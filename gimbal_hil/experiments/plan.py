@@ -21,16 +21,17 @@ import math
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import yaml
-from pydantic import Field, ValidationError, field_validator, model_validator
+from pydantic import Field, ValidationError, ValidationInfo, field_validator, model_validator
 
+from firmware_protocol.documents import Strict, read_yaml, refusal_of
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.control.layout import Mode
-from gimbal_hil.experiments.references import ANY_REFERENCE, AnyReference, without_units
+from gimbal_hil.experiments.references import ANY_REFERENCE, SHAPES, AnyReference, without_units
 from gimbal_hil.host import AxisCommand, EndCondition, EndKind, Guard, Program, Segment, program_of
-from gimbal_hil.settings import Strict
 
 _AXES = ("outer", "inner")
+#: a program of so many takes 40 MB
+_MOST_SEGMENTS = 100_000
 _END_KEYS = {
     "rate_above_rad_s": EndKind.RATE_ABOVE,
     "rate_below_rad_s": EndKind.RATE_BELOW,
@@ -155,7 +156,10 @@ class Plan(Strict):
 
     @field_validator("segments")
     @classmethod
-    def _named(cls, segments: tuple[SegmentPlan, ...]) -> tuple[SegmentPlan, ...]:
+    def _named(cls, segments: tuple[SegmentPlan, ...], info: ValidationInfo) -> tuple[SegmentPlan, ...]:
+        laps = info.data.get("laps", 1)
+        if laps * len(segments) > _MOST_SEGMENTS:
+            raise ValueError(f"{laps} laps of {len(segments)} segments: expected {_MOST_SEGMENTS} in all at most")
         return tuple(one if one.name else one.model_copy(update={"name": f"segment {place}"}) for place, one in enumerate(segments))
 
     def in_order(self) -> list[tuple[int, SegmentPlan]]:
@@ -179,17 +183,7 @@ class Plan(Strict):
 
 def load_plan(path: Path) -> Plan:
     """Read and check a plan file; BadInputError names file, key and what was expected."""
-    try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise BadInputError(str(path), "no such file", "a plan file (YAML)") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise BadInputError(str(path), f"cannot be read ({error})", "a plan file (YAML)") from None
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        place = f" at line {mark.line + 1}" if mark else ""
-        raise BadInputError(str(path), f"is not YAML{place}: {getattr(error, 'problem', error)}", "a plan file") from None
-    return plan_from_document(document, str(path))
+    return plan_from_document(read_yaml(path, "a plan file with the keys schema, name, segments"), str(path))
 
 
 def plan_from_document(document: Any, where: str) -> Plan:
@@ -199,12 +193,4 @@ def plan_from_document(document: Any, where: str) -> Plan:
     try:
         return Plan.model_validate(document)
     except ValidationError as error:
-        first = min(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
-        key = ".".join(str(part) for part in first["loc"])
-        more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
-        if first["type"] == "extra_forbidden":
-            raise BadInputError(f"{where}: {key}", f"unknown key{more}", "keys of the plan schema") from None
-        if first["type"] == "missing":
-            raise BadInputError(f"{where}: {key}", f"is missing{more}", "a value") from None
-        problem, _, expected = str(first["msg"]).removeprefix("Value error, ").partition(": expected ")
-        raise BadInputError(f"{where}: {key}", problem + more, expected) from None
+        raise refusal_of(error, where, Plan, SHAPES) from None

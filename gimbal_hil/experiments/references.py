@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, TypeAdapter
 
+from firmware_protocol.documents import Strict
+from firmware_protocol.errors import BadInputError
 from gimbal_hil.control.layout import Mode
 from gimbal_hil.host import AxisCommand, Guard, Origin, Shape
-from gimbal_hil.settings import Strict
 
 #: unit of a value, of its slope and of its curvature
 UNITS: dict[Mode, tuple[str, str, str]] = {
@@ -25,6 +26,8 @@ UNITS: dict[Mode, tuple[str, str, str]] = {
     Mode.INERTIAL_RATE: ("rad_s", "rad_s2", "rad_s3"),
     Mode.POSITION: ("rad", "rad_s", "rad_s2"),
 }
+#: rows of a table times the sines in it: 160 MB while it is computed
+_MOST_ROWS = 20_000_000
 _EVERY_UNIT = {unit for units in UNITS.values() for unit in units}
 Positive = Annotated[float, Field(gt=0.0)]
 
@@ -173,6 +176,10 @@ class Multisine(Reference):
     periods: Annotated[int, Field(ge=1)] = 1
 
     def host_shape(self, step_s: float) -> tuple[Shape, tuple[float, ...], NDArray[np.float64]]:
+        rows = self.period_s / step_s * max(self.periods, self.lines)
+        if rows > _MOST_ROWS:
+            most_s = _MOST_ROWS * step_s
+            raise BadInputError("multisine", f"{rows:g} numbers to compute", f"period_s times periods, and times lines, of {most_s:g} s")
         orders = np.unique(np.round(np.geomspace(self.first_hz, self.last_hz, self.lines) * self.period_s).astype(np.int64))
         orders = orders[orders > 0]
         times = step_s * np.arange(max(1, round(self.period_s / step_s)))

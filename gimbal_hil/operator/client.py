@@ -51,12 +51,12 @@ class OperatorClient:
             self.close()
             raise LinkError(f"{self._where}: {greeting['error'] if greeting else 'the daemon does not answer'}")
 
-    def request(self, command: str, **fields: object) -> Json:
+    def request(self, command: str, /, **fields: object) -> Json:
         """Send one command and wait for its answer; RequestRefusedError when the daemon says no. Events that come first are kept."""
         self._next_id += 1
         number = self._next_id
         try:
-            self._send({"id": number, "command": command, **fields})
+            self._send({**fields, "id": number, "command": command})
         except OSError as error:
             raise LinkError(f"{self._where}: the daemon has gone ({error.strerror or error})") from error
         deadline = time.monotonic() + self._timeout_s

@@ -20,6 +20,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from firmware_protocol.documents import read_json
 from firmware_protocol.errors import BadInputError
 
 Json = dict[str, Any]
@@ -59,14 +60,12 @@ class Door:
         """The door of the daemon that records into `run`; BadInputError when there is none or others may read the token."""
         path = run / DOOR_FILE if run.is_dir() else run
         expected = "the run folder of a running daemon"
-        try:
-            status = path.stat()
-            content = json.loads(path.read_text())
-            door = cls(Path(content["socket"]), str(content["token"]))
-        except FileNotFoundError:
-            raise BadInputError(str(path), "does not exist", expected) from None
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            raise BadInputError(str(path), f"cannot be read: {error}", expected) from error
+        content = read_json(path, expected)
+        address, token = content.get("socket"), content.get("token")
+        if not isinstance(address, str) or not isinstance(token, str):
+            raise BadInputError(str(path), "does not say where the daemon listens", expected)
+        status = path.stat()
+        door = cls(Path(address), token)
         if status.st_mode & 0o077 or status.st_uid != os.geteuid():
             raise BadInputError(str(path), "may be read by others or belongs to somebody else", "a file of yours with mode 0600")
         return door

@@ -15,8 +15,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-import yaml
-
+from firmware_protocol.documents import read_yaml, yaml_text
 from firmware_protocol.errors import BadInputError
 from gimbal_hil import __version__
 
@@ -100,7 +99,7 @@ def write_header(folder: Path, header: RunHeader, started_utc: str, end: RunEnd 
     }
     temporary = folder / f".{RUN_FILE}.{os.getpid()}"
     try:
-        temporary.write_text(yaml.safe_dump(document, sort_keys=False, allow_unicode=True), encoding="utf-8")
+        temporary.write_text(yaml_text(document), encoding="utf-8")
         temporary.replace(folder / RUN_FILE)
     except OSError:
         temporary.unlink(missing_ok=True)
@@ -110,23 +109,16 @@ def write_header(folder: Path, header: RunHeader, started_utc: str, end: RunEnd 
 def read_header(folder: Path) -> RunRecord:
     """Read `run.yaml`; raises BadInputError that names the file and the key."""
     path = folder / RUN_FILE
-    try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        problem = "is not a run folder" if folder.is_dir() else "does not exist"
-        raise BadInputError(str(folder), problem, f"a folder with {RUN_FILE}") from None
-    except NotADirectoryError:
-        raise BadInputError(str(folder), "is a file", f"a run folder with {RUN_FILE}") from None
-    except OSError as error:
-        raise BadInputError(str(path), error.strerror or "cannot be read", "a readable file") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise BadInputError(str(path), "is not YAML: " + " ".join(str(error).split()), "the run.yaml of a run folder") from error
-    return _parse(path, document)
+    if not folder.exists():
+        raise BadInputError(str(folder), "does not exist", f"a folder with {RUN_FILE}")
+    if not folder.is_dir():
+        raise BadInputError(str(folder), "is a file", f"a run folder with {RUN_FILE}")
+    if not path.exists():
+        raise BadInputError(str(folder), "is not a run folder", f"a folder with {RUN_FILE}")
+    return _parse(path, read_yaml(path, "the run.yaml of a run folder"))
 
 
-def _parse(path: Path, document: object) -> RunRecord:
-    if not isinstance(document, dict):
-        raise BadInputError(str(path), "is not a table of keys", "the run.yaml of a run folder")
+def _parse(path: Path, document: dict[str, Any]) -> RunRecord:
     if document.get("schema") != SCHEMA:
         raise BadInputError(f"{path}: schema", f"is {document.get('schema')!r}", f"{SCHEMA}: this version reads no other")
     who, when = _get(path, document, "who", dict), _get(path, document, "when", dict)

@@ -1,6 +1,6 @@
 """Configuration of the daemon: validated once at the door, typed inside."""
 
-from gimbal_hil.settings.axis import AxisSettings, Strict
+from gimbal_hil.settings.axis import AxisSettings
 from gimbal_hil.settings.configuration import host_configuration
 from gimbal_hil.settings.daemon import DaemonSettings, load_settings, settings_from_document
 from gimbal_hil.settings.link import EmbeddedAntenna
@@ -10,7 +10,6 @@ __all__ = [
     "AxisSettings",
     "DaemonSettings",
     "EmbeddedAntenna",
-    "Strict",
     "host_configuration",
     "load_settings",
     "settings_from_document",

@@ -5,8 +5,9 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
+from firmware_protocol.documents import Strict
 from firmware_protocol.mail import SET_POINT_TORQUE_OUTER_HIGH
 from firmware_protocol.schema import POSITION_STEP_RAD, TORQUE_STEP_NM
 
@@ -16,12 +17,6 @@ WIRE_TURNS = 2.0**25 * POSITION_STEP_RAD / 6.283185307179586
 
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
-
-
-class Strict(BaseModel):
-    """Base of every section: unknown keys are refused, values do not change, numbers are finite."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=False)
 
 
 class AntiWindupChoice(StrEnum):

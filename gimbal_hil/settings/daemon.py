@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import difflib
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import yaml
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import Field, ValidationError
 
+from firmware_protocol.documents import Strict, read_yaml, refusal_of
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.settings.axis import AxisSettings, NotNegative, Positive, Strict
+from gimbal_hil.settings.axis import AxisSettings, NotNegative, Positive
 from gimbal_hil.settings.link import LINK_KINDS, Embedded, EmbeddedAntenna, LinkSettings
 
 
@@ -96,29 +95,23 @@ class DaemonSettings(Strict):
         return max(1, round(time_s * self.rate_hz))
 
 
+_KEYS = [field.alias or name for name, field in DaemonSettings.model_fields.items()]
+
+
 def load_settings(path: Path) -> DaemonSettings:
     """Read and check a configuration file; BadInputError names file, key and what was expected."""
-    try:
-        document = yaml.safe_load(path.read_text())
-    except FileNotFoundError:
-        raise BadInputError(str(path), "no such file", "a configuration file (YAML)") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise BadInputError(str(path), f"cannot be read ({error})", "a configuration file (YAML)") from None
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        place = f" at line {mark.line + 1}" if mark else ""
-        raise BadInputError(str(path), f"is not YAML{place}: {getattr(error, 'problem', error)}", "a configuration file") from None
+    document = read_yaml(path, "a configuration file with the keys " + ", ".join(_KEYS))
     return settings_from_document(document, str(path), path.parent)
 
 
 def settings_from_document(document: Any, where: str, folder: Path | None = None) -> DaemonSettings:
     """Check a configuration given as a mapping; BadInputError as in `load_settings`. A model's path counts from `folder`."""
     if not isinstance(document, dict):
-        raise BadInputError(where, "holds no mapping", "the keys " + ", ".join(_keys(DaemonSettings)))
+        raise BadInputError(where, "holds no mapping", "the keys " + ", ".join(_KEYS))
     try:
         settings = DaemonSettings.model_validate(document)
     except ValidationError as error:
-        raise _first_error(error, where) from None
+        raise refusal_of(error, where, DaemonSettings, LINK_KINDS) from None
     link = settings.link
     if not isinstance(link, EmbeddedAntenna):
         from firmware_protocol.links import require_link_carries
@@ -128,39 +121,3 @@ def settings_from_document(document: Any, where: str, folder: Path | None = None
         found = EmbeddedAntenna(embedded=Embedded(model=str((folder / link.embedded.model).resolve()), seed=link.embedded.seed))
         return settings.model_copy(update={"link": found})
     return settings
-
-
-def _first_error(error: ValidationError, where: str) -> BadInputError:
-    # a misspelt key tells more than the one that is missing because of it
-    first = min(error.errors(), key=lambda one: one["type"] != "extra_forbidden")
-    tagged = [str(part) for part in first["loc"]]
-    kind = LINK_KINDS.get(tagged[1]) if tagged[:1] == ["link"] and len(tagged) > 1 else None
-    path = tagged if kind is None else tagged[:1] + tagged[2:]
-    more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
-    place = f"{where}: {'.'.join(path)}" if path else where
-    if first["type"] == "extra_forbidden":
-        known = _keys(kind if kind is not None and len(path) == 2 else _section(path[:-1]))
-        near = difflib.get_close_matches(path[-1], known, 1)
-        return BadInputError(place, f"unknown key{more}", f"{near[0]}?" if near else "one of " + ", ".join(known))
-    if first["type"] == "missing":
-        return BadInputError(place, f"is missing{more}", "a value")
-    message = str(first["msg"]).removeprefix("Value error, ")
-    return BadInputError(place, f"{first['input']!r}: {message}{more}" if not isinstance(first["input"], dict) else f"{message}{more}")
-
-
-def _section(path: list[str]) -> type[BaseModel]:
-    """The model of the section at `path`; the innermost one that is known."""
-    model: type[BaseModel] = DaemonSettings
-    for name in path:
-        if name == "embedded":
-            return Embedded
-        found = model.model_fields.get(name)
-        kinds = [found.annotation, *getattr(found.annotation, "__args__", ())] if found else []
-        inner = [kind for kind in kinds if isinstance(kind, type) and issubclass(kind, BaseModel)]
-        if inner:
-            model = inner[0]
-    return model
-
-
-def _keys(model: type[BaseModel]) -> list[str]:
-    return [field.alias or name for name, field in model.model_fields.items()]

@@ -6,8 +6,8 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, Discriminator, Field, Tag
 
+from firmware_protocol.documents import Strict
 from firmware_protocol.links import CanLinkConfig, SerialLinkConfig, UnixLinkConfig
-from gimbal_hil.settings.axis import Strict
 
 
 class Embedded(Strict):

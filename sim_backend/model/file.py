@@ -10,17 +10,10 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import ConfigDict, Field, ValidationError
 
-from firmware_protocol.errors import BadInputError
+from firmware_protocol.documents import Strict, read_yaml, refusal_of
 from sim_backend.model.uncertainty import StatedUncertainty
-
-
-class Strict(BaseModel):
-    """Base of every section: unknown keys are refused, values do not change."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class Quantity(Strict):
@@ -117,21 +110,7 @@ class ModelFile(Strict):
 
 def read_document(path: Path) -> dict[str, Any]:
     """The YAML document of a file as a mapping; BadInputError names the file and the line where it cannot be read."""
-    try:
-        document = yaml.safe_load(path.read_text())
-    except FileNotFoundError:
-        raise BadInputError(str(path), "no such file", "a model file (YAML)") from None
-    except IsADirectoryError:
-        raise BadInputError(str(path), "is a folder", "a model file (YAML)") from None
-    except (UnicodeDecodeError, OSError) as error:
-        raise BadInputError(str(path), f"cannot be read ({error})", "a model file (YAML)") from None
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        place = f" at line {mark.line + 1}" if mark else ""
-        raise BadInputError(str(path), f"is not YAML{place}: {getattr(error, 'problem', error)}", "a model file") from None
-    if not isinstance(document, dict):
-        raise BadInputError(str(path), "holds no mapping", "a model file with the keys schema, name, kind, axes")
-    return document
+    return read_yaml(path, "a model file with the keys schema, name, kind, axes")
 
 
 def validated(document: dict[str, Any], where: str) -> ModelFile:
@@ -139,9 +118,4 @@ def validated(document: dict[str, Any], where: str) -> ModelFile:
     try:
         return ModelFile.model_validate(document)
     except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join(str(part) for part in first["loc"])
-        more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
-        if first["type"] == "extra_forbidden":
-            raise BadInputError(f"{where}: {key}", f"unknown key{more}", "keys of the model schema") from None
-        raise BadInputError(f"{where}: {key}", f"{first['msg']}{more}") from None
+        raise refusal_of(error, where, ModelFile) from None

@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 from pydantic import ValidationError
 
+from firmware_protocol.documents import LARGEST_NUMBER, yaml_text
 from firmware_protocol.errors import BadInputError
 from sim_backend.effects import Effect, effect_named
 from sim_backend.model.file import EffectSection, Kind, ModelFile, Quantity, read_document, validated
@@ -179,7 +179,7 @@ class AntennaModel:
 
     def to_yaml(self) -> str:
         """The model as the text of a model file."""
-        return yaml.safe_dump(self.document, sort_keys=False, allow_unicode=True, width=120)
+        return yaml_text(self.document)
 
 
 def load_model(path: Path | str) -> AntennaModel:
@@ -200,11 +200,11 @@ def model_from_document(document: dict[str, Any], where: str) -> AntennaModel:
     numbers: dict[tuple[str, str], Quantity] = {}
     tables: dict[str, tuple[tuple[float, ...], ...]] = {}
     for axis, section in file.axes.items():
-        section = dict(section)
-        friction = dict(section.get("friction") or {})
-        if "over_temperature" in friction:
+        friction = section.get("friction")
+        if isinstance(friction, dict) and "over_temperature" in friction:
+            friction = dict(friction)
             tables[axis] = _temperature_table(friction.pop("over_temperature"), f"{where}: axes.{axis}.friction.over_temperature")
-            section["friction"] = friction
+            section = {**section, "friction": friction}
         numbers.update(_axis_numbers(section, axis, file, where))
     if tables and len({len(table) for table in tables.values()} | ({0} if len(tables) < len(file.axes) else set())) > 1:
         raise BadInputError(f"{where}: axes", "friction tables over temperature differ in length", "the same number of rows on every axis")
@@ -341,7 +341,7 @@ def _temperature_table(raw: Any, place: str) -> tuple[tuple[float, ...], ...]:
     for i, row in enumerate(raw):
         if set(row) != {"temperature", *FRICTION_ROW}:
             raise BadInputError(f"{place}.{i}", f"has the keys {', '.join(map(str, row))}", expected)
-        if not all(isinstance(value, int | float) and math.isfinite(value) for value in row.values()):
+        if not all(_is_number(value) for value in row.values()):
             raise BadInputError(f"{place}.{i}", "holds something that is no number", expected)
         for key in FRICTION_ROW:
             number = NUMBER_AT[f"friction.{key}"]
@@ -354,6 +354,10 @@ def _temperature_table(raw: Any, place: str) -> tuple[tuple[float, ...], ...]:
     if any(after[0] <= before[0] for before, after in itertools.pairwise(rows)):
         raise BadInputError(place, "temperatures do not rise", expected)
     return tuple(rows)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST_NUMBER
 
 
 def _effect_entry(entry: EffectSection, index: int, file: ModelFile, where: str) -> EffectEntry:

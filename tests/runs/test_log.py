@@ -17,6 +17,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from firmware_protocol.documents import yaml_mapping, yaml_text
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.runs import FRAME_ROW, EventKind, FrameDirection, RunWriter, blocks_of_frames, open_run, tick_rows
 from tests.runs.synthetic import HEADER, Sender, device_block, host_block, record_run, row_of
@@ -150,7 +151,8 @@ def test_the_stream_of_the_other_kind_is_refused(recorded: Path, tmp_path: Path)
 )
 def test_a_wrong_value_in_run_yaml_is_refused_by_key(recorded: Path, tmp_path: Path, key: str, line: str) -> None:
     folder = copy_of(recorded, tmp_path)
-    (folder / "run.yaml").write_text((folder / "run.yaml").read_text() + line + "\n")
+    document = yaml_mapping((folder / "run.yaml").read_text(), "run.yaml", "a header")
+    (folder / "run.yaml").write_text(yaml_text({name: value for name, value in document.items() if name != key}) + line + "\n")
     with pytest.raises(BadInputError, match=rf"run\.yaml: {key}"):
         open_run(folder)
 

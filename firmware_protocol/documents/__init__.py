@@ -1,0 +1,21 @@
+"""Documents that people and programs hand in (YAML and JSON): read with limits, checked strictly, refused in one clear line."""
+
+from firmware_protocol.documents.json_reading import json_line, read_json
+from firmware_protocol.documents.limits import DocumentLimits
+from firmware_protocol.documents.refusal import refusal_of
+from firmware_protocol.documents.strict import LARGEST_NUMBER, Strict, with_strict_numbers
+from firmware_protocol.documents.yaml_reading import read_yaml, yaml_mapping
+from firmware_protocol.documents.yaml_writing import yaml_text
+
+__all__ = [
+    "LARGEST_NUMBER",
+    "DocumentLimits",
+    "Strict",
+    "json_line",
+    "read_json",
+    "read_yaml",
+    "refusal_of",
+    "with_strict_numbers",
+    "yaml_mapping",
+    "yaml_text",
+]
