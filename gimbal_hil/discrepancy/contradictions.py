@@ -57,16 +57,12 @@ def ramps_apart(
 
 def _by_position(model: AntennaModel, axis: str, tables: Sequence[SignalsTable]) -> float:
     """Largest torque that the model's effects add on an axis from one place to another, N m or N."""
-    most = 0.0
+    most, breakaway = 0.0, model.number(axis, "friction.breakaway")
     for entry in model.effects:
-        if entry.axis != axis:
-            continue
-        if entry.effect.name == "cogging":
-            most += abs(entry.value("amplitude"))
-        elif entry.effect.name == "position_dependent_friction":
-            most += abs(entry.value("relative_amplitude")) * model.number(axis, "friction.breakaway")
-        elif entry.effect.name == "cable_spring":
-            most += abs(entry.value("stiffness")) * max(float(np.ptp(table.position(axis))) for table in tables)
+        if entry.axis == axis and entry.effect.torque_over_position is not None:
+            travel = max(float(np.ptp(table.position(axis))) for table in tables)
+            values = {parameter.name: entry.value(parameter.name) for parameter in entry.effect.parameters}
+            most += entry.effect.torque_over_position(values, breakaway, travel)
     return most
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from gimbal_hil.discrepancy.hypothesis import has_no_bump, parameters_of, values_of
-from gimbal_hil.discrepancy.twin import number_slot
+from gimbal_hil.discrepancy.number_slots import read_number
 from gimbal_hil.discrepancy.workflow import Diagnosis
 from sim_backend.effects import CATALOGUE
 from sim_backend.model import AntennaModel
@@ -25,9 +25,9 @@ def corrected_model(diagnosis: Diagnosis) -> AntennaModel | None:
         for parameter in CATALOGUE[effect].parameters:
             if parameter.path is not None and parameter.name in values:
                 numbers[axis, diagnosis.model.number_path(axis, parameter.path)] = values[parameter.name]
-        if effect == "backlash":
-            path = diagnosis.model.own_inertia_path(axis)
-            numbers[axis, path] = float(parameters_of(diagnosis.search.twin, best)[1][number_slot(diagnosis.model, axis, path)])
+        for along in (knob.along for knob in best.causes[index].family.knobs if knob.along is not None):
+            path, P = diagnosis.model.number_path(axis, along), parameters_of(diagnosis.search.twin, best)[1]
+            numbers[axis, path] = read_number(diagnosis.model, P, axis, path)
     return with_numbers(changed, numbers)
 
 

@@ -15,29 +15,30 @@ from gimbal_hil.discrepancy.hypothesis import Hypothesis
 from gimbal_hil.discrepancy.record import TORQUE
 from gimbal_hil.discrepancy.search import Search
 from gimbal_hil.discrepancy.smoothing import Floats, scored
+from sim_backend.effects import CATALOGUE
 
 #: canonical correlation above which two forms are the same on this data
 _ALIKE = 0.95
 _STEP = 0.02
-_FORMS = {"viscous_asymmetry": ("|v|", "v^2")}
 
 
 def undetermined_form(search: Search, fit: Fit, index: int) -> dict[str, object] | None:
     """The forms of a named effect that the fitted data cannot tell apart, and their correlation; None where it can, or has one form."""
     effect, axis = fit.hypothesis.labels[index]
-    if effect not in _FORMS:
+    forms = CATALOGUE[effect].forms
+    if len(forms) < 2:
         return None
     column = next(j for j, c in enumerate(search.twin.channels) if c.axis == axis and c.signal == TORQUE)
     i = search.twin.model.axes.index(axis)
     speeds = [np.abs(record.motion[:, 2 + i]) for record in search.twin.records]
     one, two = (
-        np.concatenate([scored(s[:, None] ** power, r.bands)[r.keep] for s, r in zip(speeds, search.twin.records, strict=True)])
-        for power in (1, 2)
+        np.concatenate([scored(s[:, None] ** form.power, r.bands)[r.keep] for s, r in zip(speeds, search.twin.records, strict=True)])
+        for form in forms[:2]
     )
     correlation = _canonical(one, two, _beside(search, fit, index, column))
     if correlation <= _ALIKE:
         return None
-    return {"between": list(_FORMS[effect]), "canonical_correlation": round(correlation, 4)}
+    return {"between": [form.text for form in forms[:2]], "canonical_correlation": round(correlation, 4)}
 
 
 def _beside(search: Search, fit: Fit, index: int, column: int) -> Floats:

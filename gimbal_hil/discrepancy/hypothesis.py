@@ -8,12 +8,16 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gimbal_hil.discrepancy.families import Family, Knob, Move
-from gimbal_hil.discrepancy.twin import Structure, Twin, number_slot
+from gimbal_hil.discrepancy.families import Family
+from gimbal_hil.discrepancy.number_slots import number_slot, read_number, write_number
+from gimbal_hil.discrepancy.physical import Bounds, keep_physical, keep_within
+from gimbal_hil.discrepancy.twin import Structure, Twin
 from sim_backend import layout
-from sim_backend.effects import CATALOGUE
-from sim_backend.model import NUMBER_AT, AntennaModel, lag_decay
+from sim_backend.effects import CATALOGUE, Knob
+from sim_backend.model import NUMBER_AT, AntennaModel
 
+#: a coordinate this close to its bound (share of the room that it has, at most of one unit) stands there
+_AT_BOUND = 1e-3
 #: a known number that floats this far (log) is not what a rig is off by
 FAR = 0.22
 
@@ -24,6 +28,16 @@ class Cause:
 
     family: Family
     x: tuple[float, ...]
+
+    @property
+    def at_bound(self) -> tuple[str, ...]:
+        """Parameters that stand where they may go no further: of those nothing is known. Nuisances do not count."""
+        found: list[str] = []
+        for knob, x in zip(self.family.knobs, self.x, strict=True):
+            close = _AT_BOUND * min(knob.high - knob.low, 1.0)
+            if not knob.nuisance and knob.low < knob.high and (x <= knob.low + close or x >= knob.high - close):
+                found += knob.parameters or (knob.along or "",)
+        return tuple(found)
 
 
 @dataclass(frozen=True)
@@ -105,53 +119,41 @@ def parameters_of(twin: Twin, hypothesis: Hypothesis) -> tuple[Structure, np.nda
             P[block + layout.TS] = P[block + layout.TC]
     for cause in hypothesis.causes:
         effect, axis = cause.family.label
-        offset = -1
-        if not CATALOGUE[effect].is_number:
-            offset = next(offsets)[1]
+        offset = -1 if CATALOGUE[effect].is_number else next(offsets)[1]
         for knob, x in zip(cause.family.knobs, cause.x, strict=True):
-            _turn(twin.model, P, effect, axis, knob, x, offset)
-    for i in range(len(twin.model.axes)):
-        _keep_physical(P, layout.axis_block(i))
+            for place in _places(effect, knob, offset):
+                if isinstance(place, int):
+                    P[place] = knob.moved(float(P[place]), x)
+                else:
+                    write_number(twin.model, P, axis, place, knob.moved(read_number(twin.model, P, axis, place), x))
+    keep_within(twin.model, P, _bounds(twin.model, hypothesis))
+    keep_physical(twin.model, P, structure.P)
     return structure, P
 
 
-def _turn(model: AntennaModel, P: np.ndarray, effect: str, axis: str, knob: Knob, x: float, offset: int) -> None:
-    for name in knob.parameters:
-        slot, path = _slot(model, effect, axis, name, offset)
-        if path == "actuator.time_constant":
-            decay, mean = lag_decay(max(knob.size * x, 1e-6), P[layout.STEP_S])
-            P[slot], P[slot + layout.LAG_MEAN - layout.LAG_DECAY] = max(decay, 1e-300), mean
-        elif knob.move is Move.ADD:
-            P[slot] += knob.size * x
-        elif path == "actuator.limit" or path is None or P[slot] == 0.0:
-            P[slot] = knob.size * math.exp(x)
-        else:
-            P[slot] *= math.exp(x)
+def _places(effect: str, knob: Knob, offset: int) -> list[int | str]:
+    """What a knob moves: slots of an instance whose parameters begin at `offset`, and paths of numbers of the model."""
+    found: list[int | str] = [] if knob.along is None else [knob.along]
+    for j, parameter in enumerate(CATALOGUE[effect].parameters):
+        if parameter.name in knob.parameters:
+            found.append(offset + j if parameter.path is None else parameter.path)
+    return found
 
 
-def _slot(model: AntennaModel, effect: str, axis: str, name: str, offset: int) -> tuple[int, str | None]:
-    parameters = CATALOGUE[effect].parameters
-    for j, parameter in enumerate(parameters):
-        if parameter.name == name:
-            if parameter.path is None:
-                return offset + j, None
-            return number_slot(model, axis, parameter.path), parameter.path
-    # a number that moves along with a foreign effect: the joint's own inertia beside a backlash
-    return number_slot(model, axis, "body.own_inertia"), "body.own_inertia"
+def _bounds(model: AntennaModel, hypothesis: Hypothesis) -> Bounds:
+    """The catalogue's bounds of every number of the model that a cause has; more than one cause may have it."""
+    found: dict[tuple[str, str], tuple[float, float]] = {}
+    for effect, axis in hypothesis.labels:
+        for parameter in CATALOGUE[effect].parameters:
+            if parameter.path is not None:
+                path = model.number_path(axis, parameter.path)
+                found[axis, path] = CATALOGUE[effect].bounds(parameter.name, model.number(axis, path))
+    return found
 
 
 def has_no_bump(model: AntennaModel, axis: str) -> bool:
     """Whether an axis' model states Coulomb friction without a Stribeck bump."""
     return 0.0 < model.number(axis, "friction.coulomb") == model.number(axis, "friction.breakaway")
-
-
-def _keep_physical(P: np.ndarray, block: int) -> None:
-    if P[block + layout.TC] > 0.0 or P[block + layout.TS] > 0.0:
-        P[block + layout.TC] = max(P[block + layout.TC], 1e-9)
-        # a map without a bristle may also dip towards standstill; a bristle then had nothing to break away from
-        least = P[block + layout.TC] if P[block + layout.SIGMA0] > 0.0 else 0.05 * P[block + layout.TC]
-        P[block + layout.TS] = max(P[block + layout.TS], least)
-    P[block + layout.SIGMA2] = max(P[block + layout.SIGMA2], 0.0)
 
 
 def values_of(model: AntennaModel, twin: Twin, hypothesis: Hypothesis, index: int) -> dict[str, tuple[float, float | None]]:
@@ -163,31 +165,26 @@ def values_of(model: AntennaModel, twin: Twin, hypothesis: Hypothesis, index: in
     hooks = [i for i, c in enumerate(hypothesis.causes) if not CATALOGUE[c.family.effect].is_number]
     offset = structure.offsets[hooks.index(index)] if index in hooks else -1
     found: dict[str, tuple[float, float | None]] = {}
-    for parameter in CATALOGUE[effect].parameters:
+    for j, parameter in enumerate(CATALOGUE[effect].parameters):
         if parameter.path is None:
-            value = float(P[offset + CATALOGUE[effect].parameters.index(parameter)])
             if any(parameter.name in knob.parameters for knob in cause.family.knobs):
-                found[parameter.name] = value, None
+                found[parameter.name] = float(P[offset + j]), None
         else:
-            slot = number_slot(model, axis, parameter.path)
-            value = float(P[slot])
-            if parameter.path == "actuator.time_constant":
-                value = -float(P[layout.STEP_S]) / math.log(value) if value > 0.0 else 0.0
-            nominal = model.number(axis, model.number_path(axis, parameter.path))
             path = model.number_path(axis, parameter.path)
-            found[parameter.name] = value, None if nominal == 0.0 and NUMBER_AT[path].default == 0.0 else nominal
+            nominal = model.number(axis, path)
+            stated = None if nominal == 0.0 and NUMBER_AT[path].default == 0.0 else nominal
+            found[parameter.name] = read_number(model, P, axis, path), stated
     return _upright(effect, found)
 
 
 def _upright(effect: str, found: dict[str, tuple[float, float | None]]) -> dict[str, tuple[float, float | None]]:
-    """Ripples with a positive amplitude and a phase in (-pi, pi]."""
-    name = "relative_amplitude" if "relative_amplitude" in found else "amplitude"
-    if name in found and "phase" in found:
-        amplitude, phase = found[name][0], found["phase"][0]
-        if amplitude < 0.0:
-            amplitude, phase = -amplitude, phase + math.pi
-        found[name] = amplitude, None
-        found["phase"] = (phase + math.pi) % (2.0 * math.pi) - math.pi, None
+    """Ripples with a positive amplitude, angles in (-pi, pi]."""
+    for parameter in CATALOGUE[effect].parameters:
+        if parameter.periodic and parameter.name in found:
+            (angle, stated), of = found[parameter.name], parameter.half_turn_of
+            if of in found and found[of][0] < 0.0:
+                found[of], angle = (-found[of][0], None), angle + math.pi
+            found[parameter.name] = (angle + math.pi) % (2.0 * math.pi) - math.pi, stated
     return found
 
 

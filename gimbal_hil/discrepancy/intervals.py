@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from gimbal_hil.discrepancy.families import Move
 from gimbal_hil.discrepancy.fit import prior_weights, refit
 from gimbal_hil.discrepancy.hypothesis import Hypothesis, values_of
 from gimbal_hil.discrepancy.rivals import compare
 from gimbal_hil.discrepancy.search import Scored, Search
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.valleys import further
-from sim_backend.effects import CATALOGUE
+from sim_backend.effects import CATALOGUE, Move
 
 _BLOCK_S = 2.0
 #: nominal 95 % and a margin for what blocks do not see (twin and plant differ in the integrator)
@@ -61,17 +60,18 @@ def parameter_intervals(search: Search, state: Scored, index: int) -> dict[str, 
     model = search.twin.model
     centre = values_of(model, search.twin, state.hypothesis, index)
     below, above = dict.fromkeys(centre, 0.0), dict.fromkeys(centre, 0.0)
+    angles = {p.name for p in CATALOGUE[cause.family.effect].parameters if p.periodic}
     x = state.hypothesis.vector()
     for j, knob in enumerate(cause.family.knobs):
         # along a factor the whole reach is walked; a size is linear, and a phase must not come round
-        walked, stretched = (_REACH, 1.0) if knob.move is Move.FACTOR else (1.0, _REACH)
+        walked, stretched = (_REACH, 1.0) if knob.move is not Move.ADD else (1.0, _REACH)
         for side in (-1.0, 1.0):
             moved = x.copy()
             moved[first + j] += side * walked * max(spread[first + j], 1e-9)
             shifted = values_of(model, search.twin, state.hypothesis.at(moved), index)
             for name in centre:
                 change = shifted[name][0] - centre[name][0]
-                if name == "phase":
+                if name in angles:
                     change = (change + np.pi) % (2.0 * np.pi) - np.pi
                 half = above if change > 0.0 else below
                 half[name] = float(np.hypot(half[name], stretched * change))

@@ -8,9 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gimbal_hil.discrepancy.hypothesis import values_of
 from gimbal_hil.discrepancy.search import Round, Scored, Search
 from gimbal_hil.discrepancy.smoothing import block_means
 from gimbal_hil.discrepancy.valleys import polished
+from sim_backend.effects import CATALOGUE
 
 #: standard errors of the blockwise difference beyond which two explanations are told apart
 _TOLD_APART = 3.0
@@ -21,9 +23,6 @@ _SAME = 0.003
 #: one that leaves this share less, beyond the errors, is the better explanation
 _LESS = 0.01
 _BLOCK_S = 1.0
-#: what stands for the same with fewer numbers: a rotor whose gap leaves no trace, a ripple of one period a turn beside gravity
-_ONE_A_TURN = 0.1
-_PLAINER = {"backlash": "inertia", "cogging": "static_unbalance"}
 
 
 @dataclass(frozen=True)
@@ -72,7 +71,7 @@ def with_rivals(search: Search, best: Scored, null: Scored, rounds: Sequence[Rou
     rivals = tuple(_rivals(search, best, index, rounds) for index in range(len(best.hypothesis.causes)))
     better = [rival for found in rivals for rival in found[:1] if compare(search, best, rival).better and search.complete(rival, null)]
     better = better or [rival for label, found in zip(best.hypothesis.labels, rivals, strict=True) for rival in found
-                        if _plainer(rival.hypothesis.labels[-1], label, _order(best, label)) and compare(search, best, rival).close
+                        if _plainer(search, best, rival.hypothesis.labels[-1], label) and compare(search, best, rival).close
                         and search.complete(rival, null)]  # fmt: skip
     if not better:
         return best, rivals
@@ -80,15 +79,13 @@ def with_rivals(search: Search, best: Scored, null: Scored, rounds: Sequence[Rou
     return best, tuple(_rivals(search, best, index, rounds) for index in range(len(best.hypothesis.causes)))
 
 
-def _plainer(one: tuple[str, str], other: tuple[str, str], order: float) -> bool:
-    """Whether one (effect, axis) says the same as the other, a ripple of that order, with fewer numbers."""
-    return _PLAINER.get(other[0]) == one[0] and one[1] == other[1] and abs(order - 1.0) < _ONE_A_TURN
-
-
-def _order(state: Scored, label: tuple[str, str]) -> float:
-    """Order of a state's ripple; one for what has none."""
-    cause = next(cause for cause in state.hypothesis.causes if cause.family.label == label)
-    return next((x for knob, x in zip(cause.family.knobs, cause.x, strict=True) if "order" in knob.parameters), 1.0)
+def _plainer(search: Search, state: Scored, one: tuple[str, str], other: tuple[str, str]) -> bool:
+    """Whether one (effect, axis) says the same as another, which is a cause of the state, with fewer numbers."""
+    plainer = CATALOGUE[other[0]].plainer
+    if plainer is None or (plainer.name, other[1]) != one:
+        return False
+    found = values_of(search.twin.model, search.twin, state.hypothesis, state.hypothesis.labels.index(other))
+    return plainer.holds({name: value for name, (value, _) in found.items()})
 
 
 def _rivals(search: Search, best: Scored, index: int, rounds: Sequence[Round]) -> tuple[Scored, ...]:

@@ -11,12 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimbal_hil.discrepancy.families import Family, Start, ripple_start
+from gimbal_hil.discrepancy.families import Family
 from gimbal_hil.discrepancy.fit import Fit, prior_weights, residual_of
 from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis
 from gimbal_hil.discrepancy.record import TORQUE
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
+from sim_backend.effects import Ripple, Start, ripple_start
 
 _ORDERS_TRIED = 3
 _MOST_ORDERS = 4000
@@ -112,8 +113,8 @@ def ripple_starts(twin: Twin, fit: Fit, family: Family) -> list[Start]:
     # along a straight way nothing repeats by itself: less than a few periods are no ripple
     least = _LEAST_PERIODS * 2.0 * np.pi / travel if twin.model.is_linear else 1.0
     orders = np.arange(least, max(top, 2.0 * least), step)
-    weight = np.sign(rate) if family.ripple == "friction" else np.ones_like(rate)
-    weight = weight * (np.abs(rate) > 0.002 * np.abs(rate).max()) if family.ripple == "friction" else weight
+    weight = np.sign(rate) if family.ripple is Ripple.FRICTION else np.ones_like(rate)
+    weight = weight * (np.abs(rate) > 0.002 * np.abs(rate).max()) if family.ripple is Ripple.FRICTION else weight
     base = np.column_stack([weight, np.ones_like(rate)])
     y = y - base @ np.linalg.lstsq(base, y, rcond=None)[0]
     gains = np.array([_ripple_gain(y, weight, n * position) for n in orders])
@@ -123,7 +124,7 @@ def ripple_starts(twin: Twin, fit: Fit, family: Family) -> list[Start]:
             chosen.append(float(orders[k]))
         if len(chosen) == _ORDERS_TRIED:
             break
-    return [ripple_start(n, 1.0) for n in chosen]
+    return [ripple_start(n) for n in chosen]
 
 
 def _ripple_gain(y: Floats, weight: Floats, angle: Floats) -> float:

@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimbal_hil.discrepancy.completeness import CALM_FLOORS, COMPLETE_FLOORS, Half, explains, rms, throughout
-from gimbal_hil.discrepancy.families import Family, Start
+from gimbal_hil.discrepancy.families import Family
 from gimbal_hil.discrepancy.fit import Fit, refit, residual_of
 from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis
 from gimbal_hil.discrepancy.screening import Proposal, Response, basis_of, control_gain, family_table, propose, responses
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
+from sim_backend.effects import Start
 
 #: most steps of a refit; nearly linear causes need two or three of them, a rattling gap more
 _ROUNDS = 6
@@ -27,7 +28,7 @@ _VALLEYS = 3
 _IN_QUESTION = 4
 #: most effects that one verdict may name
 MOST_CAUSES = 4
-#: change of a gap (log) by which a rattling twin is asked how well it repeats itself
+#: change of a sensitive coordinate (a gap, log) by which a rattling twin is asked how well it repeats itself
 _NUDGE = 2e-3
 #: what matched nonsense may take of what a cause takes
 _NONSENSE = 0.5
@@ -213,7 +214,7 @@ class Search:
         Impacts forget where they came from: what a rattling twin does not repeat it cannot be asked to explain.
         """
         nudged = tuple(
-            replace(cause, x=(cause.x[0] + _NUDGE, *cause.x[1:])) if cause.family.effect == "backlash" else cause
+            replace(cause, x=tuple(x + (_NUDGE if j == cause.family.sensitive_knob else 0.0) for j, x in enumerate(cause.x)))
             for cause in hypothesis.causes
         )
         if nudged == hypothesis.causes:

@@ -12,11 +12,8 @@ from gimbal_hil.discrepancy.record import RATE_ERROR, TORQUE, Channel, Record
 from gimbal_hil.discrepancy.smoothing import Floats, scored
 from sim_backend import layout
 from sim_backend.effects import CATALOGUE
-from sim_backend.model import NUMBER_AT, AntennaModel, Block, plant_arrays, put_friction
+from sim_backend.model import AntennaModel, plant_arrays, put_friction
 
-#: effects whose states move faster than a sample, and into how many steps the twin then divides it
-_FINE_STEPS = {"backlash": 5, "structural_resonance": 2}
-_RINGING = "structural_resonance"
 _FRICTION_SLOTS = 7
 #: slower logs are carried in several steps a sample
 _LONGEST_STEP_S = 1e-3
@@ -34,22 +31,6 @@ class Structure:
     offsets: tuple[int, ...]
     #: axes in which a share of the inertia hangs on a spring: there the encoder's own error rings
     ringing: frozenset[str] = frozenset()
-
-
-def number_slot(model: AntennaModel, axis: str, path: str) -> int:
-    """Offset in P of one number of the model; the actuator's time constant answers its decay's slot."""
-    index = model.axes.index(axis)
-    path = model.number_path(axis, path)
-    if path == "actuator.time_constant":
-        return layout.axis_block(index) + layout.LAG_DECAY
-    number = NUMBER_AT[path]
-    first = {
-        Block.AXIS: layout.axis_block(index),
-        Block.INERTIA: (layout.INERTIA_OUTER, layout.INERTIA_INNER)[index],
-        Block.COG: (layout.COG_OUTER, layout.COG_INNER)[index],
-        Block.MASS: (layout.MASS_OUTER, layout.MASS_INNER)[index],
-    }[number.block]
-    return first + number.slot
 
 
 @dataclass
@@ -84,7 +65,7 @@ class Twin:
                 model = model.with_effect(name, axis, {})
             names = {name for name, _ in key} | {entry.effect.name for entry in model.effects}
             period_s = self.records[0].bands.period_s
-            steps = max([_FINE_STEPS.get(name, 1) for name in names], default=1) * max(1, round(period_s / _LONGEST_STEP_S))
+            steps = max([CATALOGUE[name].fine_steps for name in names], default=1) * max(1, round(period_s / _LONGEST_STEP_S))
             arrays = plant_arrays(_with_step(model, period_s / steps), 1.0 / period_s)
             P, K = arrays.P, arrays.K
             for i in range(len(model.axes)):
@@ -92,7 +73,7 @@ class Twin:
                 P[block + layout.GYRO_NOISE] = P[block + layout.GYRO_STEP] = P[block + layout.STOP_STIFFNESS] = 0.0
             offsets = iter(range(layout.EFFECT_PARAMETERS + own * layout.PARAMETERS_PER_INSTANCE, len(P), layout.PARAMETERS_PER_INSTANCE))
             places = tuple(-1 if CATALOGUE[name].is_number else next(offsets) for name, _ in key)
-            ringing = frozenset(entry.axis for entry in model.effects if entry.effect.name == _RINGING)
+            ringing = frozenset(entry.axis for entry in model.effects if entry.effect.rings_on_encoder_noise)
             self._structures[key] = Structure(P, K, arrays.X, steps, places, ringing)
         return self._structures[key]
 

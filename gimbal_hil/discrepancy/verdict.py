@@ -34,8 +34,6 @@ _BLOCK_S = 1.0
 _NO_TRACE = 0.15
 #: floors above which a second channel is worth a place
 _HAS_A_GAP = 1.3
-#: commanded torque alone cannot tell these two apart: either name is right
-_TWINS = frozenset({"viscous", "back_emf"})
 
 
 def verdict_of(diagnosis: Diagnosis, logs: Sequence[SignalsTable] = ()) -> dict[str, Any]:
@@ -141,7 +139,8 @@ def _effect_entry(diagnosis: Diagnosis, index: int) -> tuple[dict[str, Any], lis
     effect, axis = best.hypothesis.labels[index]
     comparisons = sorted((compare(diagnosis.search, diagnosis.best, rival) for rival in diagnosis.rivals[index]), key=lambda c: c.extra)
     close = [c for c in comparisons if c.close and search.complete(c.rival, diagnosis.null)]
-    twins = {effect, *(c.rival.hypothesis.labels[-1][0] for c in close)} == _TWINS
+    # commanded torque alone cannot tell the two apart: either name is right
+    twins = {c.rival.hypothesis.labels[-1][0] for c in close} == {CATALOGUE[effect].same_by_command}
     silent = search.exact and not search.heard_on_holdout(best, index)
     status = "named" if (not close or twins) and not diagnosis.suspected_only and not silent else "ambiguous"
     linear = model.is_linear
@@ -227,7 +226,8 @@ def not_testable(diagnosis: Diagnosis) -> list[dict[str, str]]:
 
 def _traceless(diagnosis: Diagnosis, family: Family) -> bool:
     search = diagnosis.search
-    if len(family.starts) > 3 or family.effect in ("backlash", "structural_resonance", "saturation", "presliding"):
+    # tried as finite changes from several places: none of them says what it could do
+    if len(family.starts) > 2:
         return False
     heard = search.heard(family.label) or _listened(diagnosis, family)
     return not any(float(np.sqrt(np.mean(columns**2))) > _NO_TRACE for columns in heard)

@@ -8,6 +8,7 @@ import numpy as np
 
 from gimbal_hil.discrepancy.completeness import COMPLETE_FLOORS, HARDLY_A_GAP
 from gimbal_hil.discrepancy.workflow import Diagnosis
+from sim_backend.effects import CATALOGUE, FittedNumber
 
 #: one effect, alternative or gap as verdict.json holds it
 Entry = dict[str, Any]
@@ -117,13 +118,5 @@ def _remainder(diagnosis: Diagnosis, gaps: list[Entry]) -> str:
 
 def contradiction_of(effect: Entry) -> str:
     """What a fitted number says against the law that it belongs to; empty where there is nothing."""
-    breakaway, coulomb = effect["parameters"].get("breakaway"), effect["parameters"].get("coulomb")
-    if effect["name"] != "stribeck" or breakaway is None:
-        return ""
-    level = coulomb["value"] if coulomb else breakaway["nominal"]
-    if level is None or breakaway["high"] >= level:
-        return ""
-    return (
-        f"The data contradict a Stribeck bump: friction falls towards standstill, break-away {breakaway['value']:.3g}"
-        f" {breakaway['unit']} lies below Coulomb friction {level:.3g}; do not read the number as a break-away torque."
-    )
+    objection = CATALOGUE[effect["name"]].objection
+    return objection({name: FittedNumber(**number) for name, number in effect["parameters"].items()}) if objection is not None else ""

@@ -28,6 +28,7 @@ from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.discrepancy.valleys import polished
 from gimbal_hil.executor import WorkExecutor, open_executor
 from gimbal_hil.signals import SignalsTable
+from sim_backend.effects import CATALOGUE
 from sim_backend.model import AntennaModel
 
 #: end of the scored band, Hz, at 1 kHz; slower logs score a smaller part
@@ -138,7 +139,7 @@ def _search(
 
     def listen(fit: Fit, chosen: list[Family]) -> list[Response]:
         # ripples and grids first: they take longest
-        order = sorted(chosen, key=lambda f: -len(f.starts) * (5 if f.effect == "backlash" else 1) - (50 if f.ripple else 0))
+        order = sorted(chosen, key=lambda f: -len(f.starts) * CATALOGUE[f.effect].fine_steps - (50 if f.ripple else 0))
         bare = replace(fit, jacobian=np.zeros((0, 0)))
         found = executor.map(respond, repeat(there), repeat(bare), repeat(search.floor), order)
         return [response for family in found for response in family]

@@ -13,7 +13,10 @@ import math
 import numpy as np
 
 from firmware_protocol.compiling import compiled
-from sim_backend.effects.effect import Domain, Effect, Hook, Parameter
+from sim_backend.effects.axis_scale import AxisScale, Need
+from sim_backend.effects.effect import Domain, Effect, Hook, Parameter, PlainerEffect, Variable
+from sim_backend.effects.search_profile import Knob, Move, SearchProfile, point
+from sim_backend.effects.separating_runs import REVERSAL_SIZES
 from sim_backend.layout import STEP_S
 
 GAP, ROTOR_INERTIA, COUNTED_SHARE, CONTACT_FREQUENCY, CONTACT_DAMPING = range(5)
@@ -59,6 +62,28 @@ def advance_rotor(P: np.ndarray, o: int, X: np.ndarray, s: int, torque: float, i
     X[s + LEAD_ACCELERATION] = a
 
 
+def _search(scale: AxisScale) -> SearchProfile:
+    """Gaps of half a milliradian to eight, with rotors that the model's inertia counts already and rotors that come on top of it."""
+    inertia = scale.own_inertia
+    knobs = (
+        Knob(("gap",), Move.LEVEL, 1e-3, -5.0, 5.0),
+        Knob(("rotor_inertia",), Move.LEVEL, 0.2 * inertia, -7.0, 2.0),
+        # what the model counts as the joint's may have been the rotor's
+        Knob((), size=0.05 * inertia, low=-19.0, along="body.own_inertia"),
+        # how it bounces decides when the next flank is met; bounds keep the contact stable in the twin's steps
+        Knob(("contact_frequency",), Move.LEVEL, 90.0, -1.2, 0.8, nuisance=True),
+        Knob(("contact_damping",), Move.LEVEL, 0.3, -2.0, 1.0, nuisance=True),
+    )
+    rotors = ((0.08, 1.0), (0.25, 1.0), (0.001, 0.0), (0.01, 0.0), (0.08, 0.0))
+    starts = tuple(
+        point(math.log(gap / 1e-3), math.log(share / 0.2), -counted * share / 0.05, 0.0, 0.0)
+        for gap in (5e-4, 2e-3, 8e-3)
+        for share, counted in rotors
+    )
+    # what a crossing takes is the gap times the rotor: each alone shows in its timing only
+    return SearchProfile(knobs, starts, valley=(0.15, -0.15, 0.0, 0.0, 0.0), sensitive_knob=0)
+
+
 EFFECT = Effect(
     name="backlash",
     domain=Domain.STRUCTURE,
@@ -76,6 +101,14 @@ EFFECT = Effect(
     ),
     text="the rotor drives the joint through a gap",
     equation="Jr (q + psi)'' = T - Tc(psi), J q'' = Tc - F, Tc = 0 for abs(psi) < gap/2",
-    source="CONTRACTS 6; Nordin and Gutman, Controlling mechanical systems with backlash, Automatica 38 (2002)",
+    source="Nordin and Gutman, Controlling mechanical systems with backlash, Automatica 38 (2002)",
     excited_by="torque reversals of several sizes",
+    search=_search,
+    acts_through=frozenset({Variable.TORQUE, Variable.ACCELERATION, Variable.PAST}),
+    needs=Need.TORQUE_REVERSALS,
+    separated_by=(REVERSAL_SIZES,),
+    # a rotor whose gap leaves no trace is more inertia
+    plainer=PlainerEffect("inertia"),
+    # the contact swings at tens of hertz and closes within a fraction of a sample
+    fine_steps=5,
 )

@@ -6,10 +6,15 @@ reversal to the next. Its bristle equation at constant rate is linear, so each s
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from firmware_protocol.compiling import compiled
-from sim_backend.effects.effect import Domain, Effect, Hook, Parameter
+from sim_backend.effects.axis_scale import AxisScale
+from sim_backend.effects.effect import Domain, Effect, Hook, Parameter, Variable
+from sim_backend.effects.search_profile import Knob, Reading, SearchProfile, Start
+from sim_backend.effects.separating_runs import FULL_TRAVEL, TWO_LOADS, TWO_TILTS
 from sim_backend.friction import decay_half
 
 STIFFNESS, REST_POSITION, HYSTERESIS, HYSTERESIS_ANGLE = range(4)
@@ -30,6 +35,17 @@ def cable_torque(P: np.ndarray, o: int, X: np.ndarray, s: int, q: float, v: floa
     return spring - settled - left * share
 
 
+def _search(scale: AxisScale) -> SearchProfile:
+    """The rest position acts through stiffness times angle: at a probe of one unit its response is the constant torque k q0."""
+    knobs = (Knob(("stiffness",), size=0.05 * scale.torque_rms, low=0.0), Knob(("rest_position",), low=-50.0, high=50.0))
+    return SearchProfile(knobs, (Start(((1.0, 0.0), (1.0, 1.0)), (0.0, 0.0), Reading.SPRING),))
+
+
+def _over_travel(values: Mapping[str, float], breakaway: float, travel: float) -> float:
+    """The pull from one end of the travel to the other, N m."""
+    return abs(values["stiffness"]) * travel
+
+
 EFFECT = Effect(
     name="cable_spring",
     domain=Domain.STRUCTURE,
@@ -44,6 +60,10 @@ EFFECT = Effect(
     ),
     text="cable wrap pulls back to a rest position",
     equation="T - k (q - q0), optionally - w with w' = (W v - abs(v) w) / angle",
-    source="CONTRACTS 6; Dahl, A solid friction model, Aerospace Corp. TOR-0158 (1968)",
+    source="Dahl, A solid friction model, Aerospace Corp. TOR-0158 (1968)",
     excited_by="slow motion over the whole travel in both directions",
+    search=_search,
+    acts_through=frozenset({Variable.POSITION}),
+    separated_by=(FULL_TRAVEL, TWO_TILTS, TWO_LOADS),
+    torque_over_position=_over_travel,
 )

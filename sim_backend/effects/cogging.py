@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
 from firmware_protocol.compiling import compiled
 from firmware_protocol.elementary import sine_cosine
-from sim_backend.effects.effect import Domain, Effect, Hook, Parameter
+from sim_backend.effects.axis_scale import AxisScale
+from sim_backend.effects.effect import Domain, Effect, Hook, Parameter, PlainerEffect, Variable
+from sim_backend.effects.search_profile import NEUTRAL_ORDER, Ripple, SearchProfile, ripple_profile
+from sim_backend.effects.separating_runs import TWO_SPEEDS
 
 AMPLITUDE, ORDER, PHASE = range(3)
 
@@ -19,6 +23,16 @@ def cogging_torque(P: np.ndarray, o: int, X: np.ndarray, s: int, q: float, v: fl
     return P[o + AMPLITUDE] * sine_cosine(P[o + ORDER] * q + P[o + PHASE])[0]
 
 
+def _search(scale: AxisScale) -> SearchProfile:
+    """Orders are read from what is left over position: magnets and slots have any number."""
+    return ripple_profile("amplitude", 0.02 * scale.torque_rms, Ripple.TORQUE)
+
+
+def _swing(values: Mapping[str, float], breakaway: float, travel: float) -> float:
+    """Its peak, N m."""
+    return abs(values["amplitude"])
+
+
 EFFECT = Effect(
     name="cogging",
     domain=Domain.DRIVE,
@@ -26,11 +40,19 @@ EFFECT = Effect(
     law=cogging_torque,
     parameters=(
         Parameter("amplitude", "N m", 0.0, 1e5, 0.0, "peak ripple torque", linear_unit="N"),
-        Parameter("order", "1/turn", 1.0, 1e6, 1.0, "ripples per turn (per 2 pi m on a linear axis)"),
-        Parameter("phase", "rad", -math.pi, math.pi, 0.0, "phase at zero position", periodic=True),
+        Parameter("order", "1/turn", 1.0, 1e6, NEUTRAL_ORDER, "ripples per turn (per 2 pi m on a linear axis)"),
+        Parameter("phase", "rad", -math.pi, math.pi, 0.0, "phase at zero position", periodic=True, half_turn_of="amplitude"),
     ),
     text="torque ripple over position",
     equation="T + A sin(n q + phase)",
-    source="CONTRACTS 6; Hanselman, Brushless Permanent Magnet Motor Design, ch. 5",
+    source="Hanselman, Brushless Permanent Magnet Motor Design, ch. 5",
     excited_by="a slow constant speed over at least one ripple period",
+    search=_search,
+    acts_through=frozenset({Variable.POSITION}),
+    separated_by=(TWO_SPEEDS,),
+    # once a turn is what a centre of mass off the pivot does
+    plainer=PlainerEffect("static_unbalance", (("order", 0.9, 1.1),)),
+    # slots, poles and their harmonics are one motor
+    several_entries=True,
+    torque_over_position=_swing,
 )

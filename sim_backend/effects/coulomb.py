@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
-from sim_backend.effects.effect import Domain, Effect, Parameter
+from sim_backend.effects.axis_scale import AxisScale
+from sim_backend.effects.effect import Domain, Effect, Parameter, Variable
+from sim_backend.effects.search_profile import Knob, SearchProfile, line
+from sim_backend.effects.separating_runs import CREEP, PLATEAUS, TWO_LOADS, WARM_AND_COOL
+
+
+def _search(scale: AxisScale) -> SearchProfile:
+    """Both levels move together: the bump on top of them is the Stribeck effect's."""
+    return SearchProfile((Knob(("coulomb", "breakaway"), size=0.1 * scale.friction),), (line(),))
+
 
 EFFECT = Effect(
     name="coulomb",
@@ -17,4 +26,7 @@ EFFECT = Effect(
     equation="s(v) = Tc + (Ts - Tc) exp(-(abs(v)/v_s)^delta), Tc and Ts moved together",
     source="thesis eq. 4.1 and 4.2 as corrected",
     excited_by="constant speeds in both directions; any motion that reverses",
+    search=_search,
+    acts_through=frozenset({Variable.RATE}),
+    separated_by=(PLATEAUS, CREEP, WARM_AND_COOL, TWO_LOADS),
 )

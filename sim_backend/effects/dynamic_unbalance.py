@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
-from sim_backend.effects.effect import Domain, Effect, Parameter
+from sim_backend.effects.axis_scale import AxisScale, Need
+from sim_backend.effects.effect import Domain, Effect, Parameter, Variable
+from sim_backend.effects.search_profile import Knob, SearchProfile, plane
+from sim_backend.effects.separating_runs import ONE_LOCKED
+
+
+def _search(scale: AxisScale) -> SearchProfile:
+    """Products of inertia are small beside the moment that they tilt."""
+    return SearchProfile(tuple(Knob((p,), size=0.02 * scale.own_inertia) for p in ("ixy", "ixz", "iyz")), (plane(3),))
+
 
 EFFECT = Effect(
     name="dynamic_unbalance",
@@ -17,4 +26,8 @@ EFFECT = Effect(
     source="thesis sec. 3.2.1",
     excited_by="a moving base, or both axes at speed",
     two_axis_only=True,
+    search=_search,
+    acts_through=frozenset({Variable.POSITION, Variable.RATE, Variable.ACCELERATION, Variable.BASE_MOTION}),
+    needs=Need.MOVING_BASE,
+    separated_by=(ONE_LOCKED,),
 )

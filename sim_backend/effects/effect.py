@@ -2,15 +2,23 @@
 
 Two kinds. A **hook** effect adds physics: a compiled law at one of the places below. A **number** effect is a number that
 the model already has being wrong; its law is the model's own, and its parameters name slots of the plant's parameters.
+
+An effect also says how it is looked for in data: what it acts through, what data must have for it to show, which run tells it from what
+looks alike, and how its numbers are searched. Whoever searches asks the effect and knows none by name.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
-from enum import IntEnum
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from enum import Enum, IntEnum
 from typing import Any
+
+from sim_backend.effects.axis_scale import AxisScale, Need
+from sim_backend.effects.default_search import default_profile
+from sim_backend.effects.search_profile import Knob, SearchProfile
+from sim_backend.effects.separating_runs import SeparatingRun
 
 
 class Hook(IntEnum):
@@ -44,6 +52,69 @@ class Domain(IntEnum):
     SENSOR = 5
 
 
+class Variable(Enum):
+    """What a cause acts through: with everything of it taken out, what is left must no longer depend on that."""
+
+    POSITION = "position"
+    #: its direction included
+    RATE = "rate"
+    ACCELERATION = "acceleration"
+    #: commanded or applied
+    TORQUE = "torque"
+    TEMPERATURE = "temperature"
+    #: a constant, which may drift
+    TIME = "time"
+    #: rates and angular accelerations of the base
+    BASE_MOTION = "base motion"
+    #: which way gravity points, seen from the base
+    ATTITUDE = "attitude"
+    #: the same a moment ago: the effect has memory
+    PAST = "past"
+
+
+#: what a law at each place is given, for an effect that does not say what it acts through
+_GIVEN = {
+    None: frozenset({Variable.TIME}),
+    Hook.COMMAND: frozenset({Variable.TORQUE, Variable.POSITION, Variable.RATE}),
+    Hook.FRICTION: frozenset({Variable.POSITION, Variable.RATE, Variable.TORQUE, Variable.TEMPERATURE}),
+    Hook.TORQUE: frozenset({Variable.POSITION, Variable.RATE}),
+    Hook.STRUCTURE: frozenset({Variable.TORQUE, Variable.ACCELERATION}),
+    Hook.ENCODER: frozenset({Variable.POSITION, Variable.RATE, Variable.ACCELERATION}),
+    Hook.GYRO: frozenset({Variable.RATE, Variable.BASE_MOTION}),
+}
+
+
+@dataclass(frozen=True)
+class FittedNumber:
+    """A fitted parameter: value, interval, unit, and the model's own value where it has one."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+    nominal: float | None
+
+
+@dataclass(frozen=True)
+class RateForm:
+    """A law over the rate that an effect may stand for: its name, and the power of abs(v) in it."""
+
+    text: str
+    power: int
+
+
+@dataclass(frozen=True)
+class PlainerEffect:
+    """An effect with fewer numbers that stands for the same where these parameters lie between these values."""
+
+    name: str
+    where: tuple[tuple[str, float, float], ...] = ()
+
+    def holds(self, values: Mapping[str, float]) -> bool:
+        """Whether it stands for the same at these parameters."""
+        return all(low <= values[name] <= high for name, low, high in self.where)
+
+
 @dataclass(frozen=True)
 class Parameter:
     """One number of an effect.
@@ -64,6 +135,8 @@ class Parameter:
     periodic: bool = False
     #: number effects: dotted path of the number in an axis (or body) of the model file, e.g. "friction.viscous"
     path: str | None = None
+    #: an angle of which half a turn is the same as this parameter with the other sign
+    half_turn_of: str | None = None
 
     def check(self, value: float) -> bool:
         """Whether a value may be used: finite and inside the bounds, or neutral."""
@@ -92,8 +165,61 @@ class Effect:
     #: axes on which it makes sense: "any", or only on a rotary one
     rotary_only: bool = False
     two_axis_only: bool = False
+    #: how it is searched on an axis, None where this data cannot show it; left out: from bounds and units of the parameters
+    search: Callable[[AxisScale], SearchProfile | None] | None = None
+    #: left out: what its place in the plant step is given
+    acts_through: frozenset[Variable] = frozenset()
+    needs: Need = Need.NOTHING
+    #: why data that has all it needs may still have no trace of it
+    unseen: str = "this data does not excite it"
+    #: runs that tell it from what looks alike: every effect that names the same run
+    separated_by: tuple[SeparatingRun, ...] = ()
+    #: the effect that no run with commanded torque alone tells from it: either name is right
+    same_by_command: str | None = None
+    plainer: PlainerEffect | None = None
+    #: entries of it on one axis are one cause (the orders of a ripple)
+    several_entries: bool = False
+    #: laws over the rate that one log may not tell apart
+    forms: tuple[RateForm, ...] = ()
+    #: what fitted numbers say against the law that they belong to; empty where nothing does
+    objection: Callable[[Mapping[str, FittedNumber]], str] | None = None
+    #: (parameters, break-away torque, travel) -> largest torque that it adds from one place to another
+    torque_over_position: Callable[[Mapping[str, float], float, float], float] | None = None
+    #: steps into which a millisecond is divided where it is followed along measured motion: for states that move faster
+    fine_steps: int = 1
+    #: followed along measured motion, it swings on the encoder's own error
+    rings_on_encoder_noise: bool = False
+
+    def __post_init__(self) -> None:
+        if not self.acts_through:
+            object.__setattr__(self, "acts_through", _GIVEN[self.hook] | ({Variable.PAST} if self.states else frozenset()))
 
     @property
     def is_number(self) -> bool:
         """Whether the model already has this effect's numbers."""
         return self.hook is None
+
+    def profile(self, scale: AxisScale) -> SearchProfile | None:
+        """How it is searched on an axis, every knob within the parameters' bounds; None where the axis or its data cannot have it."""
+        if (self.rotary_only and scale.is_linear) or (self.two_axis_only and scale.axis_count < 2):
+            return None
+        if Need.GYRO in self.needs and Need.GYRO not in scale.present:
+            return None
+        found = self.search(scale) if self.search is not None else default_profile(self.parameters, scale)
+        return None if found is None else replace(found, knobs=tuple(self._bounded(knob, scale) for knob in found.knobs))
+
+    def bounds(self, name: str, base: float) -> tuple[float, float]:
+        """Between what a search may move a parameter that stands at `base` now, which is never out of bounds itself."""
+        parameter = next(p for p in self.parameters if p.name == name)
+        if parameter.periodic:
+            return -math.inf, math.inf
+        low, high = min(parameter.low, base), max(parameter.high, base)
+        # a ripple may pass through nothing to the other sign: half a turn of its phase
+        return (-high, high) if any(p.half_turn_of == name for p in self.parameters) else (low, high)
+
+    def _bounded(self, knob: Knob, scale: AxisScale) -> Knob:
+        for parameter in self.parameters:
+            if parameter.name in knob.parameters:
+                base = scale.numbers[parameter.path] if parameter.path is not None else parameter.neutral
+                knob = knob.within(*self.bounds(parameter.name, base), base)
+        return knob

@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
-from sim_backend.effects.effect import Domain, Effect, Parameter
+from sim_backend.effects.axis_scale import AxisScale, Need
+from sim_backend.effects.effect import Domain, Effect, Parameter, Variable
+from sim_backend.effects.search_profile import SearchProfile, one_knob
+from sim_backend.effects.separating_runs import PLATEAUS
+
+
+def _search(scale: AxisScale) -> SearchProfile:
+    """A thousandth of a radian per second: 200 degrees per hour, an uncalibrated tactical gyro."""
+    return one_knob("bias", 1e-3)
+
 
 EFFECT = Effect(
     name="gyro_bias",
@@ -12,4 +21,8 @@ EFFECT = Effect(
     equation="rate + b",
     source="IEEE Std 952",
     excited_by="any run with encoder and gyro, standing still included",
+    search=_search,
+    acts_through=frozenset({Variable.TIME}),
+    needs=Need.GYRO,
+    separated_by=(PLATEAUS,),
 )

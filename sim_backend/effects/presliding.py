@@ -2,7 +2,33 @@
 
 from __future__ import annotations
 
-from sim_backend.effects.effect import Domain, Effect, Parameter
+import math
+
+import numpy as np
+
+from sim_backend.effects.axis_scale import AxisScale
+from sim_backend.effects.effect import Domain, Effect, Parameter, Variable
+from sim_backend.effects.search_profile import Knob, Move, SearchProfile, plane, point
+from sim_backend.effects.separating_runs import CREEP, REVERSAL_SIZES
+
+
+def _search(scale: AxisScale) -> SearchProfile | None:
+    """By factors, since nobody knows a bristle's order of magnitude.
+
+    One for a model that has none turns over with the motion, within 0.1 to 100 ms of travel at speed.
+    """
+    if scale.numbers["friction.sigma0"] > 0.0:
+        stiffness, damping = scale.numbers["friction.sigma0"], scale.numbers["friction.sigma1"]
+        # sliding data say next to nothing about the damping
+        knobs = (Knob(("sigma0",), Move.FACTOR, 1.0, -4.0, 4.0), Knob(("sigma1",), Move.FACTOR, 1.0, -4.0, 4.0, nuisance=True))
+        if damping == 0.0:
+            knobs = (knobs[0], Knob(("sigma1",), size=0.1 * math.sqrt(stiffness * scale.own_inertia), nuisance=True))
+        return SearchProfile(knobs, (plane(2, 0.1), point(1.0, 0.5), point(-1.0, -0.5)))
+    if scale.numbers["friction.coulomb"] <= 0.0:
+        return None
+    knob = Knob(("sigma0",), Move.LEVEL, scale.numbers["friction.coulomb"] / (1e-3 * scale.speed), -5.0, 3.0)
+    return SearchProfile((knob,), tuple(point(float(x)) for x in np.linspace(-4.6, 2.3, 8)))
+
 
 EFFECT = Effect(
     name="presliding",
@@ -15,4 +41,9 @@ EFFECT = Effect(
     equation="F = sigma0 z + sigma1 z' + sigma2 v, z' = v - sigma0 abs(v) z / s(v)",
     source="Canudas de Wit et al., IEEE TAC 40 (1995)",
     excited_by="torque ramps and steps below break-away; reversals",
+    search=_search,
+    # before break-away friction goes with the way since the last reversal
+    acts_through=frozenset({Variable.RATE, Variable.TORQUE, Variable.PAST}),
+    unseen="the model has no bristle here, or the axis never stays below break-away",
+    separated_by=(CREEP, REVERSAL_SIZES),
 )

@@ -13,12 +13,14 @@ from firmware_protocol.errors import BadInputError
 from sim_backend.effects.effect import Effect, Hook
 
 ENTRY_POINT_GROUP = "gimbal_hil.effects"
+#: modules of this folder that define no effect
+_NO_EFFECT = ("axis_scale", "default_search", "dispatch", "effect", "registry", "search_profile", "separating_runs")
 
 
 def _own_effects() -> list[Effect]:
     found = []
     for module in sorted(info.name for info in pkgutil.iter_modules([str(Path(__file__).parent)])):
-        if module in ("effect", "registry", "dispatch"):
+        if module in _NO_EFFECT:
             continue
         include_source(__name__, (Path(__file__).parent / f"{module}.py").read_bytes())
         found.append(importlib.import_module(f"sim_backend.effects.{module}").EFFECT)
@@ -54,6 +56,14 @@ def effect_named(name: str, where: str = "effects") -> Effect:
     if name not in CATALOGUE:
         raise BadInputError(where, f"no effect {name!r}", "one of " + ", ".join(sorted(CATALOGUE)))
     return CATALOGUE[name]
+
+
+def confused_with(name: str) -> tuple[str, ...]:
+    """Effects that look like this one in some data: those that a run which separates it separates too, and its twin by command."""
+    effect = CATALOGUE[name]
+    alike = (other for other in CATALOGUE.values() if set(other.separated_by) & set(effect.separated_by))
+    twins = (other for other in CATALOGUE.values() if effect.same_by_command == other.name or other.same_by_command == name)
+    return tuple(sorted({other.name for other in (*alike, *twins)} - {name}))
 
 
 def effects_at(hook: Hook) -> tuple[Effect, ...]:

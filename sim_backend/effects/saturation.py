@@ -2,7 +2,29 @@
 
 from __future__ import annotations
 
-from sim_backend.effects.effect import Domain, Effect, Parameter
+import math
+
+from sim_backend.effects.axis_scale import AxisScale
+from sim_backend.effects.effect import Domain, Effect, Parameter, Variable
+from sim_backend.effects.search_profile import Knob, Move, SearchProfile, point
+
+#: how far a limit stands above the largest command where it does nothing
+_OUT_OF_REACH = 1.2
+
+
+def _search(scale: AxisScale) -> SearchProfile | None:
+    """From above the largest command down: by shares of the samples and, for short peaks, by shares of the peak.
+
+    Of a log that hardly ever asks for much, quantiles see the ordinary torque only.
+    """
+    peak, limit = scale.torque_peak, scale.numbers["actuator.limit"]
+    if peak <= 0.0:
+        return None
+    reference = limit if 0.0 < limit < _OUT_OF_REACH * peak else _OUT_OF_REACH * peak
+    levels = (*scale.torque_levels, *(share * peak for share in (0.5, 0.65, 0.8, 0.95)))
+    starts = tuple(point(math.log(max(level, 1e-9) / reference)) for level in levels)
+    return SearchProfile((Knob(("limit",), Move.LEVEL, reference, -4.0, 0.0),), starts)
+
 
 EFFECT = Effect(
     name="saturation",
@@ -12,4 +34,7 @@ EFFECT = Effect(
     equation="T = min(max(u, -limit), limit)",
     source="ERRATA: what the controller tables imply",
     excited_by="commands beyond the limit: large steps",
+    search=_search,
+    acts_through=frozenset({Variable.TORQUE}),
+    unseen="the command stays below any limit that the data could show",
 )

@@ -2,7 +2,19 @@
 
 from __future__ import annotations
 
-from sim_backend.effects.effect import Domain, Effect, Parameter
+from sim_backend.effects.axis_scale import AxisScale
+from sim_backend.effects.effect import Domain, Effect, Parameter, Variable
+from sim_backend.effects.search_profile import Knob, SearchProfile, plane
+from sim_backend.effects.separating_runs import FULL_TRAVEL, KNOWN_LOAD, ONE_LOCKED, TWO_LOADS, TWO_TILTS
+
+
+def _search(scale: AxisScale) -> SearchProfile | None:
+    """A tenth of the distance that the model states; a body without mass weighs nothing wherever its centre is."""
+    if scale.numbers["body.mass"] <= 0.0:
+        return None
+    size = max(0.1 * scale.cog_distance, 1e-5)
+    return SearchProfile(tuple(Knob((f"cog_{c}",), size=size) for c in "xyz"), (plane(3),))
+
 
 EFFECT = Effect(
     name="static_unbalance",
@@ -17,4 +29,7 @@ EFFECT = Effect(
     source="thesis sec. 3.3; ERRATA eq. 2.52: separate bodies",
     excited_by="a full turn of a tilted axis, or two base tilts",
     rotary_only=True,
+    search=_search,
+    acts_through=frozenset({Variable.POSITION, Variable.ATTITUDE}),
+    separated_by=(FULL_TRAVEL, TWO_TILTS, KNOWN_LOAD, TWO_LOADS, ONE_LOCKED),
 )

@@ -2,7 +2,36 @@
 
 from __future__ import annotations
 
-from sim_backend.effects.effect import Domain, Effect, Parameter
+from collections.abc import Mapping
+
+from sim_backend.effects.axis_scale import AxisScale
+from sim_backend.effects.effect import Domain, Effect, FittedNumber, Parameter, Variable
+from sim_backend.effects.search_profile import Knob, Move, SearchProfile, Start, plane
+from sim_backend.effects.separating_runs import CREEP
+
+
+def _search(scale: AxisScale) -> SearchProfile:
+    """From the bump as the model has it, and from bumps that fade at other speeds, where only their height is proportional."""
+    knobs = (
+        Knob(("breakaway",), size=0.1 * max(scale.numbers["friction.breakaway"], 1e-9)),
+        Knob(("stribeck_velocity",), Move.FACTOR, 1.0, -3.5, 3.5),
+        # how sharply it fades shows between two or three speeds only
+        Knob(("shape",), Move.FACTOR, 1.0, -0.7, 1.2, nuisance=True),
+    )
+    elsewhere = (Start(((0.7, shift, 0.0),), (0.0, shift, 0.0)) for shift in (-0.7, 0.7, 1.4, 2.1, 3.0))
+    return SearchProfile(knobs, (plane(3, 0.3), *elsewhere))
+
+
+def _against_a_bump(fitted: Mapping[str, FittedNumber]) -> str:
+    """Friction that falls towards standstill is no bump, whatever the curve's numbers: the model states Ts at Tc or above."""
+    breakaway = fitted.get("breakaway")
+    if breakaway is None or breakaway.nominal is None or breakaway.high >= breakaway.nominal:
+        return ""
+    return (
+        f"The data contradict a Stribeck bump: friction falls towards standstill, break-away {breakaway.value:.3g}"
+        f" {breakaway.unit} lies below Coulomb friction {breakaway.nominal:.3g}; do not read the number as a break-away torque."
+    )
+
 
 EFFECT = Effect(
     name="stribeck",
@@ -25,4 +54,8 @@ EFFECT = Effect(
     equation="(Ts - Tc) exp(-(abs(v)/v_s)^delta)",
     source="thesis eq. 4.2 as corrected; Armstrong-Helouvry et al., Automatica 30 (1994)",
     excited_by="constant speeds below, at and above v_s, both directions",
+    search=_search,
+    acts_through=frozenset({Variable.RATE}),
+    separated_by=(CREEP,),
+    objection=_against_a_bump,
 )

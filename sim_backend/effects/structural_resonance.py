@@ -12,7 +12,10 @@ import math
 import numpy as np
 
 from firmware_protocol.compiling import compiled
-from sim_backend.effects.effect import Domain, Effect, Hook, Parameter
+from sim_backend.effects.axis_scale import AxisScale
+from sim_backend.effects.effect import Domain, Effect, Hook, Parameter, Variable
+from sim_backend.effects.search_profile import Knob, SearchProfile, Start
+from sim_backend.effects.separating_runs import REVERSAL_SIZES, TORQUE_SWEEP
 from sim_backend.layout import STEP_S
 
 ANTIRESONANCE_FREQUENCY, DAMPING_RATIO, INERTIA_SHARE = range(3)
@@ -48,6 +51,18 @@ def advance_twist(P: np.ndarray, o: int, X: np.ndarray, s: int, torque: float, i
     X[s + TWIST_ACCELERATION] = a
 
 
+def _search(scale: AxisScale) -> SearchProfile:
+    """Antiresonances from 4 to 60 Hz, closer than a lightly damped one is wide; at each only the hung share is proportional."""
+    knobs = (
+        Knob(("antiresonance_frequency",), low=-49.0, high=100.0),
+        # how long it rings is seen only where it rings freely
+        Knob(("damping_ratio",), size=0.02, low=-0.5, high=20.0, nuisance=True),
+        Knob(("inertia_share",), size=0.05, low=0.0, high=15.0),
+    )
+    at = (float(hz) - 50.0 for hz in np.geomspace(4.0, 60.0, 20))
+    return SearchProfile(knobs, tuple(Start(((x, 0.75, 0.4),), (x, 0.75, 0.0)) for x in at))
+
+
 EFFECT = Effect(
     name="structural_resonance",
     domain=Domain.STRUCTURE,
@@ -63,8 +78,14 @@ EFFECT = Effect(
     ),
     text="a share of the inertia hangs on a spring",
     equation="J2 = share J, (J - J2) q'' = T + k phi + c phi', phi'' = -(k phi + c phi') / J2 - q''",
-    source="CONTRACTS 6; Ellis, Control System Design Guide, ch. 16: two-inertia load",
+    source="Ellis, Control System Design Guide, ch. 16: two-inertia load",
     excited_by="chirp or pulses of torque through the resonance",
     # the motor's side of the chain (backlash) comes first
     rank=1,
+    search=_search,
+    acts_through=frozenset({Variable.TORQUE, Variable.ACCELERATION, Variable.PAST}),
+    separated_by=(TORQUE_SWEEP, REVERSAL_SIZES),
+    # tens of hertz on a leapfrog
+    fine_steps=2,
+    rings_on_encoder_noise=True,
 )

@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
-from sim_backend.effects.effect import Domain, Effect, Parameter
+from sim_backend.effects.axis_scale import AxisScale
+from sim_backend.effects.effect import Domain, Effect, Parameter, Variable
+from sim_backend.effects.search_profile import SearchProfile, one_knob
+from sim_backend.effects.separating_runs import KNOWN_LOAD, PLATEAUS, REVERSAL_SIZES, TWO_LOADS
+
+
+def _search(scale: AxisScale) -> SearchProfile:
+    """A torque constant is five per cent off; a drive that gives less than a quarter of what it is asked for is broken, not scaled."""
+    return one_knob("gain_error", 0.05, -15.0, 40.0)
+
 
 EFFECT = Effect(
     name="torque_gain",
@@ -12,4 +21,7 @@ EFFECT = Effect(
     equation="T = (1 + e) u",
     source="motor torque constant; Krause et al., Analysis of Electric Machinery, ch. 2",
     excited_by="a known load: gravity, added inertia, or a stall run",
+    search=_search,
+    acts_through=frozenset({Variable.TORQUE}),
+    separated_by=(PLATEAUS, KNOWN_LOAD, REVERSAL_SIZES, TWO_LOADS),
 )

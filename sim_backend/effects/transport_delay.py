@@ -11,7 +11,10 @@ import math
 import numpy as np
 
 from firmware_protocol.compiling import compiled
-from sim_backend.effects.effect import Domain, Effect, Hook, Parameter
+from sim_backend.effects.axis_scale import AxisScale
+from sim_backend.effects.effect import Domain, Effect, Hook, Parameter, Variable
+from sim_backend.effects.search_profile import SearchProfile, one_knob
+from sim_backend.effects.separating_runs import REVERSAL_SIZES, TORQUE_SWEEP
 from sim_backend.layout import STEP_S, STEPS
 
 DELAY = 0
@@ -37,6 +40,11 @@ def delayed_command(P: np.ndarray, o: int, X: np.ndarray, s: int, K: np.ndarray,
     return now + share * (before - now)
 
 
+def _search(scale: AxisScale) -> SearchProfile:
+    """Half a millisecond to three: within a few samples its response is proportional to it."""
+    return one_knob("delay", 1e-3, probes=(0.5, 3.0))
+
+
 EFFECT = Effect(
     name="transport_delay",
     domain=Domain.TIMING,
@@ -46,6 +54,9 @@ EFFECT = Effect(
     parameters=(Parameter("delay", "s", 0.0, 0.05, 0.0, "time from a row of commanded torque to its effect; fractions of a tick count"),),
     text="torque acts later than commanded",
     equation="row k acts over [t_k + d, t_k+1 + d)",
-    source="CONTRACTS 6; Franklin et al., Digital Control of Dynamic Systems, ch. 4",
+    source="Franklin et al., Digital Control of Dynamic Systems, ch. 4",
     excited_by="chirp or pulses of torque; fast reversals",
+    search=_search,
+    acts_through=frozenset({Variable.TORQUE, Variable.PAST}),
+    separated_by=(TORQUE_SWEEP, REVERSAL_SIZES),
 )

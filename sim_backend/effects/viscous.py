@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
-from sim_backend.effects.effect import Domain, Effect, Parameter
+from sim_backend.effects.axis_scale import AxisScale
+from sim_backend.effects.effect import Domain, Effect, Parameter, Variable
+from sim_backend.effects.search_profile import SearchProfile, one_knob
+from sim_backend.effects.separating_runs import MEASURED_TORQUE, PLATEAUS, WARM_AND_COOL
+
+
+def _search(scale: AxisScale) -> SearchProfile:
+    """A fifth of what the model states, or of a share of the torque at speed where it states next to none."""
+    return one_knob("viscous", 0.2 * scale.drag)
+
 
 EFFECT = Effect(
     name="viscous",
@@ -14,4 +23,8 @@ EFFECT = Effect(
     equation="F = ... + sigma2 v",
     source="thesis eq. 4.1",
     excited_by="constant speeds over a decade, both directions",
+    search=_search,
+    acts_through=frozenset({Variable.RATE}),
+    separated_by=(PLATEAUS, WARM_AND_COOL, MEASURED_TORQUE),
+    same_by_command="back_emf",
 )
