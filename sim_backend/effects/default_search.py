@@ -21,8 +21,8 @@ from sim_backend.effects.search_profile import Knob, Move, Reading, SearchProfil
 if TYPE_CHECKING:
     from sim_backend.effects.effect import Parameter
 
-#: most starts of a grid, and most along one parameter
-_MOST_STARTS, _MOST_ALONG = 48, 12
+#: most starts of a grid, and most along one parameter; a width takes few, since a place is found with a wrong one
+_MOST_STARTS, _MOST_ALONG, _MOST_WIDTHS = 48, 12, 4
 #: a strength moves by this share of what its unit amounts to on the axis
 _SHARE = 0.05
 #: a shape whose bounds are this far apart (both positive) moves by factors
@@ -101,9 +101,16 @@ def _by_factors(p: Parameter) -> bool:
 
 def _grids(shapes: Sequence[Parameter], scale: AxisScale) -> list[Vector]:
     """Coordinates along every shape at which starts stand."""
-    gridded = [p for p in shapes if not p.periodic]
-    many = min(_MOST_ALONG, max(2, int(_MOST_STARTS ** (1.0 / len(gridded)) + 1e-9))) if gridded else 1
-    return [(0.0,) if p.periodic else _along(p, many, scale) for p in shapes]
+    widths = [p for p in shapes if not p.periodic and _by_factors(p)]
+    places = [p for p in shapes if not p.periodic and not _by_factors(p)]
+    wide = _each(_MOST_STARTS, len(widths) + len(places), _MOST_WIDTHS if places else _MOST_ALONG)
+    many = _each(_MOST_STARTS / wide ** len(widths), len(places), _MOST_ALONG)
+    return [(0.0,) if p.periodic else _along(p, wide if p in widths else many, scale) for p in shapes]
+
+
+def _each(total: float, parameters: int, most: int) -> int:
+    """Points along each of so many parameters whose grid has `total` points at most."""
+    return min(most, max(2, int(total ** (1.0 / parameters) + 1e-9))) if parameters else 1
 
 
 def _along(p: Parameter, many: int, scale: AxisScale) -> Vector:
