@@ -125,7 +125,7 @@ def _search(scale):
     return one_knob("stiffness", 0.5 * scale.torque_rms)
 
 """
-    source = "from sim_backend.effects.search_profile import one_knob\n" + STOP.replace("EFFECT =", own + "EFFECT =")
+    source = "from sim_backend.effects import one_knob\n" + STOP.replace("EFFECT =", own + "EFFECT =")
     source = source.replace("EFFECT = Effect(", "EFFECT = Effect(search=_search,")
     found = searched(tmp_path, source, "hardening_stop", "lambda q: 2.0 * q**3")
     assert found["starts"] == 1 and found["left"] < 1e-3
