@@ -36,6 +36,8 @@ def command(
 
 def as_document(effect: Effect) -> dict[str, Any]:
     """One effect for other tools; `neutral` is null where the number is the model's own and has no value that means absent."""
+    from sim_backend.effects import confused_with
+
     return {
         "name": effect.name,
         "domain": effect.domain.name.lower(),
@@ -45,6 +47,10 @@ def as_document(effect: Effect) -> dict[str, Any]:
         "excited_by": effect.excited_by,
         "kind": "number of the model" if effect.is_number else "added physics",
         "hook": effect.hook.name.lower() if effect.hook is not None else None,
+        "acts_through": sorted(variable.value for variable in effect.acts_through),
+        "needs": [need.text for need in effect.needs],
+        "confused_with": list(confused_with(effect.name)),
+        "separated_by": [{"run": run.text, "experiment": run.sequence} for run in effect.separated_by],
         "rotary_only": effect.rotary_only,
         "two_axis_only": effect.two_axis_only,
         "parameters": [
@@ -68,6 +74,9 @@ def _lines(effect: Effect) -> list[str]:
     where = " (two axes only)" if effect.two_axis_only else (" (rotary axes only)" if effect.rotary_only else "")
     lines = [f"  {effect.name:<28}{effect.text}{where}", f"      {effect.equation}"]
     lines += [_parameter_line(effect, parameter) for parameter in effect.parameters]
+    lines += [f"      acts through: {', '.join(sorted(variable.value for variable in effect.acts_through))}"]
+    lines += [f"      needs: {', '.join(need.text for need in effect.needs)}"] if effect.needs else []
+    lines += [f"      separated from what looks alike by: {run.text}" for run in effect.separated_by]
     return lines + [f"      excited by: {effect.excited_by}", f"      source: {effect.source}"]
 
 

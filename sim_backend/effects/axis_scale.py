@@ -27,6 +27,11 @@ class Need(Flag):
     #: another axis that moves
     SECOND_AXIS = auto()
 
+    @property
+    def text(self) -> str:
+        """One need in words."""
+        return str(self.name).lower().replace("_", " ")
+
 
 @dataclass(frozen=True)
 class AxisScale:

@@ -1,0 +1,97 @@
+"""Whatever a search tries is an antenna that can be: neutral where its coordinates are zero, and never beyond the catalogue's bounds."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gimbal_hil.discrepancy.families import Family, families
+from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis, parameters_of, values_of
+from gimbal_hil.discrepancy.number_slots import read_number, write_number
+from gimbal_hil.discrepancy.record import record_of
+from gimbal_hil.discrepancy.twin import Twin
+from gimbal_hil.signals import SignalsTable
+from sim_backend.effects import Move
+from sim_backend.model import AntennaModel, shipped_model
+
+
+def odd_model() -> AntennaModel:
+    """The shipped antenna with a lag of its own and a bristle without damping."""
+    return shipped_model().with_numbers("outer", {"actuator.time_constant": 2e-3, "friction.sigma1": 0.0})
+
+
+def twin_of(model: AntennaModel) -> Twin:
+    t = np.arange(4000) * 1e-3
+    columns = {f"{axis}.{signal}": np.sin(3.0 * t) for axis in model.axes for signal in ("torque", "position", "rate")}
+    return Twin(model, (record_of(SignalsTable.of(model.axes, t, columns), model, 25.0, "log"),))
+
+
+def named(twin: Twin, effect: str, axis: str = "outer") -> Family:
+    return next(family for family in families(twin.model, axis, twin.records) if family.effect == effect)
+
+
+@pytest.mark.parametrize("model", [shipped_model(), odd_model()], ids=["shipped", "odd"])
+@pytest.mark.parametrize("axis", ["outer", "inner"])
+def test_a_cause_whose_coordinates_are_zero_leaves_the_model_as_it_is(model: AntennaModel, axis: str) -> None:
+    twin = twin_of(model)
+    for family in families(model, axis, twin.records):
+        if all(knob.move is not Move.LEVEL for knob in family.knobs):
+            structure, P = parameters_of(twin, Hypothesis((Cause(family, (0.0,) * len(family.knobs)),)))
+            # a lag that moves never quite vanishes: a millionth of a second in a step of one thousandth
+            least = 2e-3 if family.effect == "actuator_lag" else 0.0
+            assert np.allclose(P, structure.P, rtol=1e-12, atol=least), family.effect
+
+
+def test_a_lag_adds_to_the_one_that_the_model_states() -> None:
+    twin = twin_of(odd_model())
+    hypothesis = Hypothesis((Cause(named(twin, "actuator_lag"), (3.0,)),))
+    assert values_of(twin.model, twin, hypothesis, 0)["time_constant"] == pytest.approx((5e-3, 2e-3))
+
+
+@pytest.mark.parametrize("value", [0.0, 3e-6, 1e-3, 0.2])
+def test_a_number_is_read_as_it_was_written(value: float) -> None:
+    model = shipped_model()
+    twin = twin_of(model)
+    P = twin.structure(()).P.copy()
+    for path in ("actuator.time_constant", "friction.viscous", "body.own_inertia"):
+        write_number(model, P, "inner", path, value)
+        least = 1e-6 if path == "actuator.time_constant" else 0.0
+        assert read_number(model, P, "inner", path) == pytest.approx(max(value, least), rel=1e-9)
+
+
+def test_two_causes_together_leave_a_number_within_the_catalogues_bounds() -> None:
+    twin = twin_of(shipped_model())
+    lower = tuple(Cause(named(twin, name), (-9.0, *rest)) for name, rest in (("coulomb", ()), ("stribeck", (0.0, 0.0))))
+    hypothesis = Hypothesis().plus(lower[0]).plus(lower[1])
+    _, P = parameters_of(twin, hypothesis)
+    assert read_number(twin.model, P, "outer", "friction.breakaway") >= 0.0
+    twice = tuple(Cause(named(twin, "torque_gain"), (-15.0,)) for _ in range(2))
+    _, P = parameters_of(twin, Hypothesis(twice))
+    assert read_number(twin.model, P, "outer", "actuator.gain_error") == pytest.approx(-0.9)
+
+
+@pytest.mark.parametrize(("effect", "x"), [("dynamic_unbalance", (60.0, -80.0, 40.0)), ("inertia", (30.0,)), ("inertia", (-18.0,))])
+@pytest.mark.parametrize("axis", ["outer", "inner"])
+def test_a_body_that_is_tried_is_one_that_a_model_file_may_have(axis: str, effect: str, x: tuple[float, ...]) -> None:
+    twin = twin_of(shipped_model())
+    hypothesis = Hypothesis().plus(Cause(named(twin, effect, axis), x))
+    values = {name: value for name, (value, _) in values_of(twin.model, twin, hypothesis, 0).items()}
+    changed = twin.model.with_effect(effect, axis, values)
+    assert any(changed.number(axis, f"body.inertia.{k}") != twin.model.number(axis, f"body.inertia.{k}") for k in ("yy", "zz", "xy", "xz"))
+
+
+def test_a_cause_says_which_of_its_numbers_can_go_no_further() -> None:
+    twin = twin_of(shipped_model())
+    viscous = named(twin, "viscous")
+    assert Hypothesis().plus(Cause(viscous, (-1e9,))).causes[0].at_bound == ("viscous",)
+    assert Hypothesis().plus(Cause(viscous, (1.0,))).causes[0].at_bound == ()
+    assert Hypothesis().plus(Cause(named(twin, "transport_delay"), (80.0,))).causes[0].at_bound == ("delay",)
+
+
+def test_a_nuisance_at_its_bound_is_no_reason_to_doubt_the_cause() -> None:
+    twin = twin_of(shipped_model())
+    bump = named(twin, "stribeck")
+    shape = next(j for j, knob in enumerate(bump.knobs) if knob.parameters == ("shape",))
+    x = tuple(bump.knobs[j].high if j == shape else 0.1 for j in range(len(bump.knobs)))
+    assert Cause(bump, x).at_bound == ()
+    assert Cause(bump, tuple(0.1 if j == shape else knob.high for j, knob in enumerate(bump.knobs))).at_bound
