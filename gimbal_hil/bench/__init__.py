@@ -1,6 +1,6 @@
 """Speed figures, each beside a plain reference from the same run, as a ratio with its spread."""
 
-from gimbal_hil.bench.blind import run_blind
+from gimbal_hil.bench.blind import BlindChoice, run_blind
 from gimbal_hil.bench.figures import Figure, paired
 from gimbal_hil.bench.real_time import real_time_figures
 from gimbal_hil.bench.real_time_page import real_time_blocks, real_time_text
@@ -10,6 +10,7 @@ from gimbal_hil.bench.search_page import search_blocks, search_text
 from gimbal_hil.bench.speed import speed_figures
 
 __all__ = [
+    "BlindChoice",
     "Figure",
     "bench_page",
     "bench_text",

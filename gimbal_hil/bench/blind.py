@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 
 from firmware_protocol.errors import BadInputError
@@ -11,10 +12,39 @@ from firmware_protocol.errors import BadInputError
 _CHECKOUT = Path(__file__).resolve().parents[2]
 
 
-def run_blind(folder: Path, every: int, workers: int, dask: str | None) -> int:
-    """Draw, diagnose and score every `every`-th case into `folder`; the exit code of the bench."""
+@dataclass(frozen=True)
+class BlindChoice:
+    """Which cases of the blind bench are made, where, and what is left of them; None leaves the bench's own default."""
+
+    folder: Path
+    seed: int | None = None
+    #: a release whose commit the seed belongs to, in place of `seed`
+    sealed: str | None = None
+    kinds: tuple[str, ...] = ()
+    #: at most so many cases of a kind, so many in all
+    most: int | None = None
+    first: int | None = None
+    workers: int = 2
+    dask: str | None = None
+    #: whose logs and reports stay on disk: wrong, all, none
+    keep: str = "wrong"
+    #: only print the tables of what has been judged, or only what differs from the results in this folder
+    table: bool = False
+    compare: Path | None = None
+
+    def words(self) -> list[str]:
+        """The choice as the bench's own command line."""
+        options: dict[str, object] = {
+            "--seed": self.seed, "--sealed": self.sealed, "--kinds": ",".join(self.kinds) or None, "--most": self.most,
+            "--first": self.first, "--workers": self.workers, "--dask": self.dask,
+            "--keep": self.keep, "--compare": None if self.compare is None else self.compare.resolve(),
+        }  # fmt: skip
+        given = [word for name, value in options.items() if value is not None for word in (name, str(value))]
+        return [str(self.folder.resolve()), *given, *(["--table"] if self.table else [])]
+
+
+def run_blind(choice: BlindChoice) -> int:
+    """Draw, run the shipped command, and score; the exit code of the bench."""
     if not (_CHECKOUT / "tests" / "blind" / "run.py").exists():
         raise BadInputError("bench blind", "is not part of the installed package", "a source checkout (its generator lies in tests/blind)")
-    words = ["-m", "tests.blind.run", str(folder.resolve()), "--every", str(every), "--workers", str(workers)]
-    words += ["--dask", dask] if dask else []
-    return subprocess.run([sys.executable, *words], cwd=_CHECKOUT).returncode
+    return subprocess.run([sys.executable, "-m", "tests.blind.run", *choice.words()], cwd=_CHECKOUT).returncode

@@ -22,7 +22,16 @@ def command(
     link: Annotated[list[str] | None, typer.Option(help="realtime: unix, serial or slcan; may be repeated.")] = None,
     rate: Annotated[list[float] | None, typer.Option(help="realtime: Hz; may be repeated.", min=1.0)] = None,
     seconds: Annotated[float, typer.Option(help="realtime: for each link and rate.", min=1.0)] = 60.0,
-    every: Annotated[int, typer.Option(help="blind: take every n-th case only.", min=1)] = 1,
+    seed: Annotated[int | None, typer.Option(help="blind: a fresh bench; without it the folder's, or the training set's (0).")] = None,
+    sealed: Annotated[str | None, typer.Option(metavar="RELEASE", help="blind: the seed that belongs to a tag's commit.")] = None,
+    kinds: Annotated[str | None, typer.Option(help="blind: only these kinds of cases, comma between.")] = None,
+    most: Annotated[int | None, typer.Option(help="blind: at most so many cases of a kind.", min=1)] = None,
+    first: Annotated[int | None, typer.Option(help="blind: so many cases in all.", min=1)] = None,
+    keep: Annotated[str, typer.Option(help="blind: whose logs and reports stay on disk: wrong, all, none.")] = "wrong",
+    table: Annotated[bool, typer.Option("--table", help="blind: only print the tables of what has been judged.")] = False,
+    compare: Annotated[
+        Path | None, typer.Option(metavar="OLD", help="blind: only say what differs from the results in this folder.")
+    ] = None,
     workers: Annotated[int, typer.Option(help="search, blind: processes (blind: a case in each).", min=1)] = 2,
     dask: Annotated[str | None, typer.Option(metavar="ADDRESS", help="blind: diagnose on a Dask cluster instead.")] = None,
 ) -> int:
@@ -35,11 +44,12 @@ def command(
     if what not in BENCHES:
         raise BadInputError("bench", f"no bench {what!r}", ", ".join(BENCHES))
     if what == "blind":
-        from gimbal_hil.bench import run_blind
+        from gimbal_hil.bench import BlindChoice, run_blind
 
         if out is None:
             raise BadInputError("--out", "is missing", "a folder for the blind cases and their verdicts")
-        return run_blind(out, every, workers, dask)
+        chosen = tuple(kinds.split(",")) if kinds else ()
+        return run_blind(BlindChoice(out, seed, sealed, chosen, most, first, workers, dask, keep, table, compare))
     page = None if out is None else out / "report.html"
     if page is not None and page.exists() and not force:
         raise BadInputError(str(page), "already exists", "a new folder, or --force to overwrite it")

@@ -60,6 +60,19 @@ def points(t: Array, rng: Generator, fast: float, travel: float) -> Array:
     return smooth_points(t, np.array(times), np.array(values))
 
 
+def few(t: Array, rng: Generator, fast: float, travel: float) -> Array:
+    """Three or four slow moves one way and back, with long rests: what one records who does not know better."""
+    moves = int(rng.integers(3, 5))
+    times, values = [0.0, 0.7], [0.0, 0.0]
+    for k in range(moves):
+        goal = float(rng.uniform(0.3, 1.0) * travel * (1 if k % 2 == 0 else -1))
+        times.append(times[-1] + max((t[-1] - 1.0) / moves * 0.7, abs(goal - values[-1]) * 1.9 / fast))
+        values.append(goal)
+        times.append(times[-1] + (t[-1] - 1.0) / moves * 0.3)
+        values.append(goal)
+    return smooth_points(t, np.array([*times, times[-1] + t[-1]]), np.array([*values, values[-1]]))
+
+
 def start_at_rest(t: Array, reference: Array) -> Array:
     """Fade a reference in over 1.5 s from its value at t = 0."""
     s = np.clip(t / 1.5, 0.0, 1.0)
@@ -76,6 +89,8 @@ def reference(kind: str, t: Array, rng: Generator, fast: float, travel: float, c
         out = plateaus(t, rng, fast, travel)
     elif kind == "points":
         out = points(t, rng, fast, travel)
+    elif kind == "few":
+        out = few(t, rng, fast, travel)
     elif kind == "multisine":
         out = start_at_rest(t, multisine(t, rng, fast, travel, top_hz, period_s))
     elif kind == "mixed":

@@ -1,7 +1,7 @@
-"""Run the blind bench: `python -m tests.blind.run FOLDER [--every N]` draws, diagnoses, and only then opens the truth.
+"""Run the blind bench: draw cases, run the shipped command on the written files, and only then open the truth.
 
-Cases are spread over processes, one process a case. A case whose verdict is in the folder is not made again: a bench that was
-interrupted goes on, and a new version needs a new folder. On a Dask cluster the folder must be one that its workers see too.
+`gimbal-hil bench blind --out DIR` calls this. A case whose result is in the folder is not made again: a bench that was interrupted
+goes on, and another version of the code needs a new folder. Cases are spread over processes, one process a case.
 """
 
 from __future__ import annotations
@@ -12,87 +12,185 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import argparse
+import contextlib
+import io
 import json
+import shutil
+import signal
+import sys
 import time
-import zlib
+import traceback
+from collections.abc import Iterator
 from concurrent.futures import as_completed
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from gimbal_hil.discrepancy import diagnose, verdict_of
+from firmware_protocol.errors import BadInputError, GimbalHilError
 from gimbal_hil.executor import code_fingerprint, open_executor
-from gimbal_hil.signals import read_signals
-from sim_backend.model import load_model
-from tests.blind.cases import Job, jobs, write_case
-from tests.blind.score import outcome
-from tests.blind.tally import SECONDS_FILE, tables
+from tests.blind.compare import comparison
+from tests.blind.figures import CaseResult, results
+from tests.blind.files import write_case
+from tests.blind.kinds import DECIDE_SEED, Job, all_jobs, jobs, sealed_seed
+from tests.blind.page import write_page
+from tests.blind.score import GOOD, outcome
+from tests.blind.tally import as_json, tables
+
+CHECKOUT = Path(__file__).resolve().parents[2]
+BENCH_FILE, TRUTH_FILE, VERDICT_FILE, SECONDS_FILE = "bench.json", "truth.json", "verdict.json", "seconds.json"
 
 
-def diagnose_folder(data: Path, workers: int = 1) -> dict[str, Any]:
-    """The verdict on one case; sees the data folder only."""
-    model = load_model(data / "model.yaml")
-    measured = tuple(read_signals(path, model.axes) for path in sorted(data.glob("measured_*")))
-    holdout = tuple(read_signals(path, model.axes) for path in sorted(data.glob("holdout_*")))
-    return verdict_of(diagnose(model, measured, holdout, workers=workers))
+class TooSlow(Exception):
+    """The command did not answer within the limit."""
 
 
-def diagnose_case(job: Job, folder: Path) -> float:
-    """Draw a case where it is not there yet, leave its verdict beside its data; answers the seconds of the diagnosis."""
-    if not (folder / "truth.json").exists():
-        write_case(job, folder)
-    start = time.perf_counter()
-    verdict = diagnose_folder(folder / "data")
+@contextlib.contextmanager
+def _within(seconds: int) -> Iterator[None]:
+    """Raises TooSlow in the main thread when the time is over."""
+
+    def over(*_: object) -> None:
+        raise TooSlow
+
+    before = signal.signal(signal.SIGALRM, over)
+    signal.alarm(seconds)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def answer_of(data: Path, out: Path, limit_s: int) -> dict[str, Any]:
+    """What the shipped command leaves on a data folder; it is told nothing else. A crash or a time-out is an answer as well."""
+    from gimbal_hil.cli import main
+
+    words = ["discrepancy", "--model", str(data / "model.yaml"), "--out", str(out), "--workers", "1", "--json", "--force"]
+    words += ["--measured", *map(str, sorted(data.glob("measured_*"))), "--holdout", *map(str, sorted(data.glob("holdout_*")))]
+    said = io.StringIO()
+    try:
+        with _within(limit_s), contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(said):
+            main(words)
+    except SystemExit as done:
+        if not done.code and (out / VERDICT_FILE).exists():
+            return dict(json.loads((out / VERDICT_FILE).read_text(encoding="utf-8")))
+        return _no_answer("unusable_data", said.getvalue().strip() or f"exit code {done.code}")
+    except TooSlow:
+        return _no_answer("too_slow", f"no answer in {limit_s} s")
+    except Exception:
+        return _no_answer("crashed", traceback.format_exc())
+    return _no_answer("crashed", "the command came back without an exit code")
+
+
+def _no_answer(verdict: str, text: str) -> dict[str, Any]:
+    return {"verdict": verdict, "text": text, "effects": [], "alternatives": [], "next_experiment": None, "not_testable": [], "gap": None}
+
+
+def diagnose_case(job: Job, bench_seed: int, folder: Path, limit_s: int, keep: str) -> float:
+    """Draw a case, leave its verdict beside its truth; answers the command's seconds on the wall clock."""
+    if not (folder / TRUTH_FILE).exists() or not (folder / "data").exists():
+        write_case(job, bench_seed, folder)
+    wall, cpu = time.perf_counter(), time.process_time()
+    verdict = answer_of(folder / "data", folder / "out", limit_s)
+    seconds = {"wall": round(time.perf_counter() - wall, 1), "cpu": round(time.process_time() - cpu, 1)}
+    (folder / SECONDS_FILE).write_text(json.dumps(seconds), encoding="utf-8")
     # a verdict that is there is whole: an interrupted bench must not take half a file for a result
-    partial = folder / "verdict.json.part"
+    partial = folder / f"{VERDICT_FILE}.part"
     partial.write_text(json.dumps(verdict, indent=1), encoding="utf-8")
-    partial.rename(folder / "verdict.json")
-    seconds = time.perf_counter() - start
-    (folder / SECONDS_FILE).write_text(f"{seconds:.1f}", encoding="utf-8")
-    return seconds
+    partial.rename(folder / VERDICT_FILE)
+    good = outcome(json.loads((folder / TRUTH_FILE).read_text(encoding="utf-8")), verdict) in GOOD
+    if keep == "none" or (keep == "wrong" and good):  # a megabyte a second of log; the seed draws it again
+        shutil.rmtree(folder / "data", ignore_errors=True)
+        shutil.rmtree(folder / "out", ignore_errors=True)
+    return seconds["wall"]
 
 
-def main() -> None:
-    """Draw, diagnose and score; prints a line a case, then the tables."""
+@dataclass(frozen=True)
+class Bench:
+    """What a result folder is of."""
+
+    seed: int
+    sealed: str | None
+    code: str
+
+    @staticmethod
+    def of(folder: Path) -> Bench | None:
+        """The bench that a folder holds, if it holds one."""
+        path = folder / BENCH_FILE
+        return Bench(**json.loads(path.read_text(encoding="utf-8"))) if path.exists() else None
+
+
+def _opened(folder: Path, wanted: Bench) -> None:
+    """A new folder, or one with results of the same seed; says so when they are another version's."""
+    there = Bench.of(folder)
+    if there is not None and there.seed != wanted.seed:
+        raise BadInputError(str(folder), f"holds cases of seed {there.seed}", f"a new folder for seed {wanted.seed}")
+    if there is not None and there.code != wanted.code:
+        print("note: verdicts in this folder were made by other code; a new folder makes them anew", flush=True)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / BENCH_FILE).write_text(json.dumps(asdict(wanted)), encoding="utf-8")
+
+
+def _told(case: CaseResult, took: str) -> None:
+    named = ", ".join(f"{name}@{axis}{'' if status == 'named' else '?'}" for name, axis, status in case.named) or case.verdict
+    hidden = ", ".join(f"{name}@{axis}({size:.2g})" for name, axis, size in case.hidden) or "nothing"
+    print(f"{case.outcome.name:9s} {case.name:34s} {hidden} -> {named}  {took}", flush=True)
+
+
+def _judge(folder: Path, chosen: list[Job], seed: int, workers: int, dask: str | None, limit_s: int, keep: str) -> None:
+    for case in results(folder, [job.name for job in chosen]):
+        _told(case, "from before")
+    pending = [job for job in chosen if not (folder / job.name / VERDICT_FILE).exists()]
+    with open_executor(workers, dask) as executor:
+        # one after another where one process does all, so that each line is printed when its case is done
+        ahead = len(pending) if workers > 1 or dask else 1
+        for first in range(0, len(pending), ahead):
+            now = pending[first : first + ahead]
+            running = {executor.submit(diagnose_case, job, seed, folder / job.name, limit_s, keep): job for job in now}
+            for done in as_completed(running):
+                _told(results(folder, [running[done].name])[0], f"{done.result():.0f} s")
+
+
+def main() -> int:
+    """Draw, diagnose and score; prints a line a case, then the tables, and writes figures.json and report.html."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--every", type=int, default=1, help="take every n-th case only")
+    parser.add_argument("--seed", type=int, help=f"of the whole bench; without it the folder's, or the training set's ({DECIDE_SEED})")
+    parser.add_argument("--sealed", metavar="RELEASE", help="the seed that belongs to a tag or commit")
+    parser.add_argument("--kinds", help="comma between")
+    parser.add_argument("--most", type=int, help="at most so many cases of a kind")
+    parser.add_argument("--first", type=int, help="so many cases in all")
     parser.add_argument("--workers", type=int, default=2, help="processes, one case in each")
     parser.add_argument("--dask", metavar="ADDRESS", help="diagnose on a Dask cluster instead")
+    parser.add_argument("--limit", type=int, default=900, help="seconds after which a case counts as without an answer")
+    parser.add_argument("--keep", choices=("wrong", "all", "none"), default="wrong", help="whose logs and reports stay on disk")
     parser.add_argument("--table", action="store_true", help="only print the tables of what has been judged so far")
+    parser.add_argument("--compare", type=Path, metavar="OLD", help="only say what differs from the results in another folder")
     chosen = parser.parse_args()
-    # in an order that mixes the kinds, so that an interrupted bench has seen some of each
-    listed = sorted(jobs()[:: chosen.every], key=lambda job: zlib.crc32(job.name.encode()))
-    cases = {job.name: job for job in listed}
+    if chosen.compare is not None:
+        print(comparison(chosen.compare, chosen.folder))
+        return 0
+    there = Bench.of(chosen.folder)
     if chosen.table:
-        print(tables(chosen.folder, list(cases)))
-        return
-    finished = {name for name in cases if (chosen.folder / name / "verdict.json").exists()}
-    _note_code(chosen.folder, len(finished))
-
-    def judge(name: str, took: str) -> None:
-        truth, verdict = (json.loads((chosen.folder / name / file).read_text(encoding="utf-8")) for file in ("truth.json", "verdict.json"))
-        judged = outcome(truth, verdict)
-        named = ", ".join(f"{e['name']}@{e['axis']}" for e in verdict["effects"]) or verdict["verdict"]
-        print(f"{judged.name:9s} {name:40s} {named}  {took}", flush=True)
-
-    for name in cases:
-        if name in finished:
-            judge(name, "from before")
-    with open_executor(chosen.workers, chosen.dask) as executor:
-        pending = {executor.submit(diagnose_case, job, chosen.folder / name): name for name, job in cases.items() if name not in finished}
-        for done in as_completed(pending):
-            judge(pending[done], f"{done.result():.0f} s")
-    print("\n" + tables(chosen.folder, list(cases)))
-
-
-def _note_code(folder: Path, finished: int) -> None:
-    """Keep which code a folder's verdicts are from; say so when they are another version's."""
-    note = folder / "code.txt"
-    if finished and (not note.exists() or note.read_text(encoding="utf-8") != code_fingerprint()):
-        print(f"note: {finished} verdicts in this folder were made by other code; a new folder makes them anew", flush=True)
-    folder.mkdir(parents=True, exist_ok=True)
-    note.write_text(code_fingerprint(), encoding="utf-8")
+        if there is None:
+            raise BadInputError(str(chosen.folder), "holds no results of a blind bench", "a folder that `bench blind --out` wrote")
+    else:
+        seed = sealed_seed(chosen.sealed, CHECKOUT) if chosen.sealed else chosen.seed
+        seed = seed if seed is not None else (there.seed if there else DECIDE_SEED)
+        kinds = tuple(chosen.kinds.split(",")) if chosen.kinds else ()
+        wanted = jobs(seed, kinds, chosen.most, chosen.first)
+        there = Bench(seed, chosen.sealed, code_fingerprint())
+        _opened(chosen.folder, there)
+        _judge(chosen.folder, wanted, seed, chosen.workers, chosen.dask, chosen.limit, chosen.keep)
+    found = results(chosen.folder, [job.name for job in all_jobs()])
+    print("\n" + tables(found, there.seed, there.sealed))
+    (chosen.folder / "figures.json").write_text(json.dumps(as_json(found, there.seed), indent=1), encoding="utf-8")
+    print(f"\n{write_page(found, there.seed, there.sealed, chosen.folder / 'report.html')}")
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    try:
+        sys.exit(main())
+    except GimbalHilError as error:
+        print(f"error: {error}", file=sys.stderr)
+        sys.exit(error.exit_code)

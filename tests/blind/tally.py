@@ -1,128 +1,175 @@
-"""The bench's tables: outcome by kind and by magnitude, parameters, closed gaps, wall times, and every case that went wrong."""
+"""The bench's tables: figures beside their targets, outcomes by kind, magnitude and effect, and every case that went wrong."""
 
 from __future__ import annotations
 
-import json
 from collections import Counter
-from pathlib import Path
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
-from tests.blind.score import Outcome, outcome, parameter_errors
+from tests.blind.figures import CLASSES, CaseResult, Share, reliability, share
+from tests.blind.score import GOOD, Outcome
 
-#: floors at which a cause counts as small, medium and large; below the first it cannot be asked for
-CLASSES = (("below 2 floors", 0.0), ("small (2 to 5)", 2.0), ("medium (5 to 15)", 5.0), ("large (over 15)", 15.0))
-#: kinds of cases that are not one effect of the catalogue
-_KINDS = ("null", "pair", "outside", "floating_null", "floating", "rotary", "linear")
-SECONDS_FILE = "seconds.txt"
+_SINGLE = ("single", "rotary", "linear")
+Row = tuple[str, str, str]
 
 
-def result(name: str, truth: dict[str, Any], verdict: dict[str, Any], seconds: float) -> dict[str, Any]:
-    """What the tables need of one case."""
-    gap = verdict["gap"] or {}
-    return {
-        "case": name, "outcome": outcome(truth, verdict).name, "verdict": verdict["verdict"], "seconds": round(seconds, 1),
-        "hidden": [[c["name"], c["axis"], round(float(c["magnitude_floors"]), 2)] for c in truth["causes"]],
-        "named": [[e["name"], e["axis"], e["status"]] for e in verdict["effects"]],
-        "alternatives": [[a["name"], a["axis"]] for a in verdict["alternatives"]],
-        "untestable": [[n["name"], n["axis"]] for n in verdict["not_testable"]],
-        "parameters": [[name, round(error, 5), covered] for name, error, covered in parameter_errors(truth, verdict)],
-        "closed": gap.get("closed_fraction"), "before_floors": gap["before"] / gap["noise_floor"] if gap else None,
-        "after_floors": gap["after"] / gap["noise_floor"] if gap else None,
-    }  # fmt: skip
+def _of(cases: list[CaseResult], *kinds: str) -> list[CaseResult]:
+    return [c for c in cases if c.kind in kinds]
 
 
-def results(folder: Path, names: list[str]) -> list[dict[str, Any]]:
-    """Every case of the list that has been judged in a folder."""
-    found = []
-    for name in names:
-        files = [folder / name / file for file in ("truth.json", "verdict.json", SECONDS_FILE)]
-        if all(file.exists() for file in files):
-            truth, verdict, seconds = (file.read_text(encoding="utf-8") for file in files)
-            found.append(result(name, json.loads(truth), json.loads(verdict), float(seconds)))
-    return found
+def _seen(cases: list[CaseResult]) -> list[CaseResult]:
+    return [c for c in cases if c.least_floors >= CLASSES[1][1]]
 
 
-def kind_of(case: dict[str, Any]) -> str:
-    """null, pair, outside, floating, rotary, linear, or single for one effect on the antenna."""
-    first = str(case["case"]).split(".")[0]
-    return first if first in _KINDS else "single"
-
-
-def magnitude_class(case: dict[str, Any]) -> str:
-    """Class of the weakest hidden cause."""
-    least = min((h[2] for h in case["hidden"]), default=0.0)
-    # a draw so small that its own magnitude could not be read counts as nothing
-    return [name for name, start in CLASSES if start == 0.0 or least >= start][-1]
-
-
-def _share(part: int, whole: int) -> str:
-    return f"{part}/{whole} ({100.0 * part / whole:.1f} %)" if whole else "-"
-
-
-def _outcomes(rows: list[tuple[str, list[dict[str, Any]]]], title: str) -> list[str]:
-    lines = [f"| {title} | cases | " + " | ".join(o.value for o in Outcome) + " |", "|---" * (2 + len(Outcome)) + "|"]
-    for name, cases in rows:
-        counts = Counter(c["outcome"] for c in cases)
-        lines.append(f"| {name} | {len(cases)} | " + " | ".join(str(counts[o.name]) for o in Outcome) + " |")
-    return lines
-
-
-def _targets(cases: list[dict[str, Any]]) -> list[str]:
-    def these(*kinds: str) -> list[dict[str, Any]]:
-        return [c for c in cases if kind_of(c) in kinds]
-
-    def good(chosen: list[dict[str, Any]], *outcomes: str) -> str:
-        return _share(sum(c["outcome"] in outcomes for c in chosen), len(chosen))
-
-    single = these("single", "rotary", "linear")
-    strong = [c for c in single if magnitude_class(c).startswith(("medium", "large"))]
-    small = [c for c in single if magnitude_class(c).startswith("small")]
-    below = [c for c in single if magnitude_class(c).startswith("below")]
-    pairs = [c for c in these("pair") if not magnitude_class(c).startswith("below")]
-    nulls, away = these("null", "floating_null"), these("outside")
+def targets(cases: list[CaseResult]) -> list[Row]:
+    """(figure, target, reached)."""
+    exact, either = (Outcome.EXACT,), (Outcome.EXACT, Outcome.CLASS)
+    single = _of(cases, *_SINGLE)
+    strong = [c for c in single if c.magnitude.startswith(("medium", "large"))]
+    small = [c for c in single if c.magnitude.startswith("small")]
+    nulls, away = _of(cases, "null", "wander", "floating_null"), _of(cases, "outside")
+    triples, faint = _of(cases, "triple"), _of(cases, "faint")
+    cad, known = _of(cases, "cad"), _of(cases, "known")
+    pairs, strangers = _seen(_of(cases, "pair")), _of(cases, "stranger")
+    hidden = [c for c in strangers if c.hidden]
     rows = [
-        ("exact name and axis, medium and large", "95 %", good(strong, "EXACT")),
-        ("... or the class with the run that separates", "97 %", good(strong, "EXACT", "CLASS")),
-        ("small: name or class", "85 %", good(small, "EXACT", "CLASS")),
-        ("below 2 floors: rightly named, or nothing named", "-", good(below, "EXACT", "CLASS", "MISSED")),
-        ("nulls without a name", "99.5 %", good(nulls, "ABSTAINED")),
-        ("outside the catalogue: abstains", "95 %", good(away, "ABSTAINED")),
-        ("pairs (both at least 2 floors): both names", "90 %", good(pairs, "EXACT", "CLASS")),
-        ("known numbers 8 % off: name or class", "97 %", good(these("floating"), "EXACT", "CLASS")),
+        ("medium and large: exact name and axis", "97 %", share(strong, *exact)),
+        ("... or the class with the run that separates", "98 %", share(strong, *either)),
+        ("small: name or class", "85 %", share(small, *either)),
+        ("pairs (both at least 2 floors): both names", "92 %", share(pairs, *either)),
+        ("three at once: all named", "80 %", share(_seen(triples), *either)),
+        ("three at once: none false", "100 %", _clean(triples)),
+        ("1.5 floors: none false", "100 %", _clean(faint)),
+        ("nulls: none named", "100 %", Share(sum(all(s != "named" for _, _, s in c.named) for c in nulls), len(nulls))),
+        ("nulls: `no_discrepancy`", "90 %", Share(sum(c.verdict == "no_discrepancy" for c in nulls), len(nulls))),
+        ("... of those with a wandering level", "90 %", _silent(_of(cases, "wander"))),
+        ("outside the catalogue: abstains", "97 %", share(away, Outcome.ABSTAINED, Outcome.GUESSED)),
+        ("... or the catalogue's nearest name", "-", share(away, Outcome.ABSTAINED, Outcome.GUESSED, Outcome.AKIN)),
+        ("five numbers 20 to 33 % off: all of them named, no phantom", "97 %", share(cad, *either)),
+        ("... each number that shows: named", "-", _numbers(cad, 1)),
+        ("... or recalibrated to within 10 %", "-", _numbers(cad, 2)),
+        ("... no phantom beside them", "100 %", _clean(cad)),
+        ("numbers 10 and 25 % off, one effect: effect and far numbers", "97 %", share(_seen(known), *either)),
+        ("... the far ones named", "97 %", _numbers(known, 1)),
+        ("... no phantom", "100 %", _clean(known)),
+        ("numbers 8 % off, one effect: name or class", "97 %", share(_seen(_of(cases, "floating")), *either)),
+        ("strangers' antennas, one effect: name or class", "97 %", share(_seen(hidden), *either)),
+        ("strangers' antennas: none false", "100 %", _clean(strangers)),
+        ("an answer at all", "100 %", Share(sum(c.outcome is not Outcome.NO_ANSWER for c in cases), len(cases))),
     ]
-    named = [c for c in cases if c["outcome"] == "EXACT" and c["closed"] is not None]
-    closed = np.array([c["closed"] for c in named])
-    rows.append(("closed fraction at least 0.95 (rightly named, untouched rows)", "-", _share(int(np.sum(closed >= 0.95)), len(closed))))
-    errors = [p for c in cases if c["outcome"] == "EXACT" for p in c["parameters"]]
-    rows.append(("parameters within 10 %", "100 %", _share(sum(e < 0.1 for _, e, _ in errors), len(errors))))
-    rows.append(("intervals that cover the truth", "90 %", _share(sum(bool(k) for _, _, k in errors), len(errors))))
-    return ["| figure | target | reached |", "|---|---|---|", *(f"| {a} | {b} | {c} |" for a, b, c in rows)]
+    return [(a, b, str(c)) for a, b, c in rows] + _of_named(cases)
 
 
-def tables(folder: Path, names: list[str]) -> str:
-    """The results page's tables, in Markdown."""
-    cases = results(folder, names)
-    kinds: dict[str, list[dict[str, Any]]] = {}
-    effects: dict[str, list[dict[str, Any]]] = {}
-    for case in cases:
-        kinds.setdefault(kind_of(case), []).append(case)
-        if kind_of(case) == "single":
-            effects.setdefault(case["hidden"][0][0], []).append(case)
-    alone = [c for c in cases if kind_of(c) in ("single", "rotary", "linear")]
-    classes = [(name, [c for c in alone if magnitude_class(c) == name]) for name, _ in CLASSES]
-    seconds = np.array([c["seconds"] for c in cases] or [0.0])
-    wrong = [c for c in cases if c["outcome"] in ("MISSED", "PARTLY", "FALSE")]
-    lines = [
-        f"{len(cases)} of {len(names)} cases judged; wall time of one: median {np.median(seconds):.0f} s, longest {seconds.max():.0f} s.",
-        "",
-        *_targets(cases), "", *_outcomes(sorted(kinds.items()), "kind"), "", *_outcomes(classes, "one cause, by magnitude"), "",
-        *_outcomes(sorted(effects.items()), "effect (antenna, both axes)"), "", "| gone wrong | hidden (floors) | said | gap in floors |",
-        "|---|---|---|---|",
+def _clean(cases: list[CaseResult]) -> Share:
+    return Share(sum(not c.has_phantom or c.outcome is Outcome.CLASS for c in cases), len(cases))
+
+
+def _silent(cases: list[CaseResult]) -> Share:
+    return Share(sum(c.verdict == "no_discrepancy" for c in cases), len(cases))
+
+
+def _numbers(cases: list[CaseResult], which: int) -> Share:
+    found = [bool(n[which]) for c in cases for n in c.numbers]
+    return Share(sum(found), len(found))
+
+
+def _of_named(cases: list[CaseResult]) -> list[Row]:
+    closed = [c.closed for c in cases if c.outcome is Outcome.EXACT and c.closed is not None]
+    errors = [p for c in cases if c.outcome is Outcome.EXACT for p in c.parameters]
+    ninety = [right for c in cases for _, _, p, right in c.told if p is not None and 0.85 <= p < 0.95]
+    wall, cpu = np.array([c.seconds for c in cases] or [0.0]), np.array([c.cpu_seconds for c in cases] or [0.0])
+    return [
+        ("closed fraction at least 0.95 (rightly named, untouched rows)", "-", str(Share(sum(x >= 0.95 for x in closed), len(closed)))),
+        ("parameters within 10 %", "100 %", str(Share(sum(e < 0.1 for _, e, _ in errors), len(errors)))),
+        ("intervals that cover the truth", "90 to 98 %", str(Share(sum(k for _, _, k in errors), len(errors)))),
+        ("names told at 85 to 95 %: right", "85 to 95 %", str(Share(sum(ninety), len(ninety)))),
+        ("a case on the wall clock: median, longest", "15 s", f"{np.median(wall):.0f} s, {wall.max():.0f} s"),
+        ("... of one processor", "-", f"{np.median(cpu):.0f} s, {cpu.max():.0f} s"),
+    ]
+
+
+def reliability_rows(cases: list[CaseResult]) -> list[tuple[str, str, str, str]]:
+    """(told range, mean told, right, interval) of every bin."""
+    return [
+        (f"{b.low:g} to {b.high:g}", f"{b.told:.3f}", f"{b.right.part}/{b.right.whole} ({100 * b.right.value:.1f} %)",
+         "{:.0f} to {:.0f} %".format(*(100 * x for x in b.right.interval)))
+        for b in reliability(cases)
     ]  # fmt: skip
-    for c in wrong:
-        hidden = ", ".join(f"{n} {a} ({m:g})" for n, a, m in c["hidden"]) or "nothing"
-        said = ", ".join(f"{n} {a}" for n, a, _ in c["named"]) or c["verdict"]
-        lines.append(f"| {c['case']} | {hidden} | {said} | {c['before_floors']:.1f} to {c['after_floors']:.1f} |")
+
+
+def outcome_groups(cases: list[CaseResult]) -> list[tuple[str, list[tuple[str, list[CaseResult]]]]]:
+    """(title, rows of cases) by kind, by magnitude, by effect, outside the catalogue, by stranger."""
+    alone = _of(cases, *_SINGLE)
+    return [
+        ("kind", _grouped(cases, lambda c: c.kind)),
+        ("one cause, by magnitude", [(name, [c for c in alone if c.magnitude == name]) for name, _ in CLASSES]),
+        ("effect (antenna, both axes)", _grouped(_of(cases, "single"), lambda c: c.hidden[0][0])),
+        ("outside the catalogue", _grouped(_of(cases, "outside"), lambda c: c.hidden[0][0])),
+        ("strangers' antennas", _grouped(_of(cases, "stranger"), lambda c: c.name.split(".")[1])),
+        ("five wrong numbers, by what the model file says of them", _grouped(_of(cases, "cad"), lambda c: c.stated)),
+    ]
+
+
+def _grouped(cases: list[CaseResult], key: Any) -> list[tuple[str, list[CaseResult]]]:
+    found: dict[str, list[CaseResult]] = {}
+    for case in cases:
+        found.setdefault(key(case), []).append(case)
+    return sorted(found.items())
+
+
+def gone_wrong(cases: list[CaseResult]) -> list[tuple[str, str, str, str]]:
+    """(case, hidden, said, gap in floors) of every case that did not end as it should."""
+    rows = []
+    for c in cases:
+        if c.outcome in GOOD:
+            continue
+        hidden = ", ".join(f"{n} {a} ({m:.2g})" for n, a, m in c.hidden) or "nothing"
+        said = ", ".join(f"{n} {a}{'' if s == 'named' else '?'}" for n, a, s in c.named) or c.verdict
+        gap = f"{c.before_floors:.1f} to {c.after_floors:.1f}" if c.before_floors is not None and c.after_floors is not None else "-"
+        rows.append((c.name, hidden, said, gap))
+    return sorted(rows)
+
+
+def _markdown(header: tuple[str, ...], rows: list[tuple[str, ...]]) -> list[str]:
+    return ["| " + " | ".join(header) + " |", "|---" * len(header) + "|", *("| " + " | ".join(row) + " |" for row in rows), ""]
+
+
+def outcome_rows(groups: list[tuple[str, list[CaseResult]]]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Header (without its first word) and rows of an outcome table; outcomes that did not come are left out."""
+    seen = [o for o in Outcome if any(c.outcome is o for _, cases in groups for c in cases)]
+    rows = []
+    for name, cases in groups:
+        counts = Counter(c.outcome for c in cases)
+        rows.append((name, str(len(cases)), *(str(counts[o]) for o in seen)))
+    return ("cases", *(o.value for o in seen)), rows
+
+
+def told_of(cases: list[CaseResult], seed: int, sealed: str | None) -> str:
+    """One line on which bench this is."""
+    what = f"sealed with {sealed}" if sealed else f"seed {seed}"
+    return f"{len(cases)} cases judged, {what}. Shares with their 95 % intervals."
+
+
+def tables(cases: list[CaseResult], seed: int, sealed: str | None) -> str:
+    """The results page's tables, in Markdown."""
+    lines = [told_of(cases, seed, sealed), "", *_markdown(("figure", "target", "reached"), [*targets(cases)])]
+    lines += _markdown(("told probability", "mean told", "right", "95 % interval"), [*reliability_rows(cases)])
+    for title, groups in outcome_groups(cases):
+        if any(found for _, found in groups):
+            header, rows = outcome_rows(groups)
+            lines += _markdown((title, *header), rows)
+    lines += _markdown(("gone wrong", "hidden (floors)", "said", "gap in floors"), [*gone_wrong(cases)])
     return "\n".join(lines)
+
+
+def as_json(cases: list[CaseResult], seed: int) -> dict[str, Any]:
+    """Every figure and every case for other tools."""
+    bins = [{"low": b.low, "high": b.high, "told": b.told, "right": b.right.part, "of": b.right.whole} for b in reliability(cases)]
+    return {
+        "seed": seed,
+        "figures": [{"figure": a, "target": b, "reached": c} for a, b, c in targets(cases)],
+        "reliability": bins,
+        "cases": [asdict(c) | {"outcome": c.outcome.name, "kind": c.kind} for c in cases],
+    }

@@ -11,8 +11,9 @@ import pytest
 
 from sim_backend.model import AntennaModel
 from sim_backend.plant import Plant
-from tests.blind.antenna import COLUMNS, IX, base_state, simulate
-from tests.blind.draw import BODY, THESIS
+from tests.blind.antenna import COLUMNS, IX, STILL, simulate
+from tests.blind.causes import BODY, THESIS
+from tests.blind.rigid import base_state
 from tests.effects.rigs import antenna
 
 N, STEP_S, WARM_DEGC = 3000, 1e-3, 40.0
@@ -79,8 +80,8 @@ def second_antenna(row: dict[str, float], body: dict[int, float], base: np.ndarr
         reference[:, a, 1] = np.gradient(reference[:, a, 0], STEP_S)
         reference[:, a, 2] = np.gradient(reference[:, a, 1], STEP_S)
     gains = np.array([[8.0, 35.0, 200.0, 0.3, 15.5], [10.0, 5.0, 35.0, 0.05, 6.6]])
-    heat, ideal = np.full((N, 2), WARM_DEGC), np.zeros((2, 3))
-    args = (BODY["outer"], BODY["inner"], base, reference, heat, gains, ideal, 1, STEP_S, False)
+    heat, ideal, calm = np.full((N, 2), WARM_DEGC), np.zeros((2, 3)), np.tile(STILL, (N, 2, 1))
+    args = (BODY["outer"], BODY["inner"], base, reference, heat, calm, gains, ideal, 1, STEP_S, False)
     return np.asarray(simulate(0, true, nominal, outer, BODY["inner"], *args))
 
 
