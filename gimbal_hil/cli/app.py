@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import errno
 import importlib
 import os
 import sys
@@ -10,10 +11,12 @@ from collections.abc import Callable
 from functools import wraps
 from typing import Any, NoReturn
 
-from firmware_protocol.errors import EXIT_BAD_INPUT, EXIT_DONE, EXIT_INTERRUPTED, GimbalHilError
+from firmware_protocol.errors import EXIT_BAD_INPUT, EXIT_DONE, EXIT_INTERRUPTED, BadInputError, GimbalHilError
 from gimbal_hil import __version__
 
 INTERRUPTED = "interrupted"
+#: as `documents.LARGEST_NUMBER`, which --help must not import
+_LARGEST_NUMBER = 1e15
 #: command -> (module in gimbal_hil.cli, one line for --help); a module defines `command`, a function with typer's annotations
 COMMANDS: dict[str, tuple[str, str]] = {
     "demo": ("demo", "The whole story on the virtual antenna in under two minutes."),
@@ -35,27 +38,42 @@ COMMANDS: dict[str, tuple[str, str]] = {
 def main(arguments: list[str] | None = None) -> None:
     """Entry point of the `gimbal-hil` command; ends the process with the exit code of CONTRACTS section 1."""
     words = sys.argv[1:] if arguments is None else arguments
+    try:
+        code = _answer(words)
+        # here, where a reader that has gone or a full disk can still be answered for
+        sys.stdout.flush()
+    except BrokenPipeError:
+        code = _without_a_reader()
+    except OSError as error:
+        _fail(f"error: {_of_the_system(error)}", EXIT_BAD_INPUT)
+    sys.exit(code)
+
+
+def _answer(words: list[str]) -> int:
     if not words or words[0] in ("--help", "-h", "help"):
         print(_overview())
-        sys.exit(EXIT_DONE)
+        return EXIT_DONE
     if words[0] == "--version":
         print(f"gimbal-hil {__version__}")
-        sys.exit(EXIT_DONE)
+        return EXIT_DONE
     if words[0] not in COMMANDS:
         near = difflib.get_close_matches(words[0], COMMANDS, 1)
         _fail(f"error: no command {words[0]!r}" + (f"; did you mean {near[0]!r}?" if near else "; see gimbal-hil --help"), EXIT_BAD_INPUT)
-    sys.exit(run(words[0], words[1:]))
+    return run(words[0], words[1:])
 
 
 def run(name: str, arguments: list[str]) -> int:
-    """Import one command's module, run it and answer its exit code; errors become one line on stderr."""
+    """Import one command's module, run it and answer its exit code; errors become one line on stderr.
+
+    What the system refuses (OSError) is left to the caller.
+    """
     import typer
 
     module, line = COMMANDS[name]
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
     try:
         loaded = importlib.import_module(f"gimbal_hil.cli.{module}")
-        app.command(name=name, help=line)(_said_when_interrupted(loaded.command))
+        app.command(name=name, help=line)(_guarded(loaded.command))
         arguments = _repeated(arguments, getattr(loaded, "MANY_VALUED", ()))
         code = app(arguments, prog_name=f"gimbal-hil {name}", standalone_mode=False)
     except GimbalHilError as error:
@@ -64,9 +82,10 @@ def run(name: str, arguments: list[str]) -> int:
         _fail(INTERRUPTED, EXIT_INTERRUPTED)
     except typer.Exit as done:
         return int(done.exit_code)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return EXIT_DONE
+    except OSError:
+        raise
+    except MemoryError:
+        _fail("error: there is not enough memory for this; expected a smaller file, a shorter run or a larger machine", EXIT_BAD_INPUT)
     except Exception as error:
         if not hasattr(error, "format_message"):
             raise
@@ -74,16 +93,23 @@ def run(name: str, arguments: list[str]) -> int:
     return code if isinstance(code, int) else EXIT_DONE
 
 
-def _said_when_interrupted(command: Callable[..., int]) -> Callable[..., int]:
-    """The command with a line for Ctrl-C: typer would end it without a word."""
+def _guarded(command: Callable[..., int]) -> Callable[..., int]:
+    """The command with a line for Ctrl-C (typer would end it without a word), given finite numbers only."""
 
     @wraps(command)
     def saying(*arguments: Any, **named: Any) -> int:
+        for name, value in named.items():
+            if isinstance(value, float) and not abs(value) <= _LARGEST_NUMBER:
+                option = f"--{name.replace('_', '-')}"
+                raise BadInputError(option, f"{value:g} is no number that can be worked with", f"a size of at most {_LARGEST_NUMBER:g}")
         try:
             return command(*arguments, **named)
         except KeyboardInterrupt:
             print(INTERRUPTED, file=sys.stderr)
             return EXIT_INTERRUPTED
+        except BrokenPipeError:
+            # typer would make it 1, which is the answer "no"
+            return _without_a_reader()
 
     return saying
 
@@ -112,6 +138,25 @@ Commands:
 {table}
 
 Each command explains itself with --help. Exit codes: 0 done and good, 1 the answer is no, 2 bad input, 3 safety stop, 130 interrupted."""
+
+
+def _without_a_reader() -> int:
+    """Whoever read the output has seen enough (`| head`): nothing more is written, and that is no error."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return EXIT_DONE
+
+
+def _of_the_system(error: OSError) -> str:
+    """What the system refused, in one line: a name that is too long, a full disk, no more open files."""
+    words = error.strerror or str(error)
+    place = str(error.filename) if error.filename is not None else ""
+    shown = place if len(place) <= 200 else f"{place[:100]}...{place[-60:]}"
+    advice = {
+        errno.ENAMETOOLONG: "expected a name of at most 255 characters",
+        errno.EMFILE: "expected a larger limit of open files (ulimit -n 256)",
+        errno.ENOSPC: "expected free space on that disk",
+    }.get(error.errno or 0)
+    return ": ".join(part for part in (shown, words) if part) + (f"; {advice}" if advice else "")
 
 
 def _fail(line: str, code: int) -> NoReturn:

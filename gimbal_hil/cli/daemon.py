@@ -14,7 +14,9 @@ def command(
     duration: Annotated[float | None, typer.Option(help="Seconds to run; without it until stopped.", min=0.0)] = None,
     lockstep: Annotated[bool, typer.Option("--lockstep", help="Virtual time: as fast as the machine allows.")] = False,
     page: Annotated[int | None, typer.Option(help="Serve live page and metrics on this local port (0: any).", min=0, max=65535)] = None,
-    spin_us: Annotated[float, typer.Option(help="Wait the last microseconds of a period awake: less latency, more load.", min=0.0)] = 50.0,
+    spin_us: Annotated[
+        float, typer.Option(help="Wait the last microseconds of a period awake: less latency, more load.", min=0.0, max=1e5)
+    ] = 50.0,
     wait: Annotated[
         bool, typer.Option("--wait", help="Wait for the link even where it looks wrong, as a device that is not there.")
     ] = False,

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import base64
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,18 +14,12 @@ from numpy.typing import NDArray
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.control.layout import Mode
 from gimbal_hil.host import layout
+from gimbal_hil.host.program_check import PARAMETER_COUNT, require_program
 from gimbal_hil.host.states import EndKind, Origin, Shape
 
-_PARAMETER_COUNT = {
-    Shape.HOLD: 1,
-    Shape.RAMP: 3,
-    Shape.SINE: 4,
-    Shape.CHIRP: 5,
-    Shape.TRAPEZOID: 3,
-    Shape.SMOOTH: 2,
-    Shape.PULSES: 6,
-    Shape.TABLE: 4,
-}
+#: a program of more numbers than this goes into JSON as base64: a person would not read them, and a machine reads them 50 times faster
+_MOST_LISTED = 2000
+_INFINITE = {"inf": math.inf, "-inf": -math.inf}
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,23 +78,42 @@ class Program:
     length: int
 
     def as_document(self) -> dict[str, object]:
-        """For JSON: exact, since floats are written with all their digits (infinities as text)."""
+        """For JSON, exact: `values` with all their digits (infinities as text), or many of them as `float64_base64` (little endian)."""
+        if len(self.values) > _MOST_LISTED:
+            return {"length": self.length, "float64_base64": base64.b64encode(self.values.astype("<f8").tobytes()).decode()}
         return {"length": self.length, "values": [v if math.isfinite(v) else str(v) for v in self.values.tolist()]}
 
     @classmethod
-    def from_document(cls, document: dict[str, object], where: str = "command") -> Program:
+    def from_document(cls, document: Mapping[str, object], where: str = "command") -> Program:
         """The program of `as_document`; BadInputError when it cannot be one."""
+        length, packed, listed = document.get("length"), document.get("float64_base64"), document.get("values")
+        if not isinstance(length, int) or isinstance(length, bool):
+            raise BadInputError(f"{where}: length", "is no whole number", "how many segments the program has")
         try:
-            values = np.array([float(v) for v in document["values"]], dtype=np.float64)  # type: ignore[attr-defined]
-            length = int(document["length"])  # type: ignore[call-overload]
-        except (KeyError, TypeError, ValueError) as error:
-            raise BadInputError(where, f"is no program: {error!r}", "length and values") from None
-        _check(values, length, where)
+            if isinstance(packed, str):
+                values = np.frombuffer(base64.b64decode(packed, validate=True), "<f8").astype(np.float64)
+            elif isinstance(listed, list):
+                values = np.array([_listed(v) for v in listed], dtype=np.float64)
+            else:
+                raise ValueError("neither values nor float64_base64")
+        except (TypeError, ValueError, OverflowError) as error:
+            raise BadInputError(where, f"is no program: {error!r}", "length, and values or float64_base64") from None
+        require_program(values, length, where)
         return cls(values, length)
 
     def label(self, place: int) -> int:
         """Label of one segment."""
         return int(self.values[place * layout.SEGMENT_SIZE + layout.SEGMENT_ID])
+
+
+def _listed(value: object) -> float:
+    if isinstance(value, str):
+        return _INFINITE[value] if value in _INFINITE else _refuse(value)
+    return float(value) if isinstance(value, float | int) and not isinstance(value, bool) else _refuse(value)
+
+
+def _refuse(value: object) -> NoReturn:
+    raise ValueError(f"{value!r:.40} is no number")
 
 
 def program_of(segments: Sequence[Segment]) -> Program:
@@ -126,7 +141,7 @@ def program_of(segments: Sequence[Segment]) -> Program:
     if len({(segment.label, segment.record_every) for segment in segments}) > len({segment.label for segment in segments}):
         raise BadInputError("plan", "segments of one label with different decimation", "one record_every for each label")
     program = Program(np.ascontiguousarray(np.concatenate([values, *tables])), len(segments))
-    _check(program.values, program.length, "plan")
+    require_program(program.values, program.length, "plan")
     return program
 
 
@@ -136,8 +151,8 @@ def _axis_values(command: AxisCommand, free: int, where: str) -> list[float]:
         if len(command.table) == 0:
             raise BadInputError(where, "a table without rows", "one row or more")
         parameters = [float(free), float(len(command.table)), *parameters]
-    if len(parameters) != _PARAMETER_COUNT[command.shape]:
-        raise BadInputError(where, f"{len(parameters)} parameters for {command.shape.name}", str(_PARAMETER_COUNT[command.shape]))
+    if len(parameters) != PARAMETER_COUNT[command.shape]:
+        raise BadInputError(where, f"{len(parameters)} parameters for {command.shape.name}", str(PARAMETER_COUNT[command.shape]))
     guard = command.guard
     padded = parameters + [0.0] * (layout.MAX_SHAPE_PARAMETERS - len(parameters))
     return [
@@ -150,45 +165,3 @@ def _axis_values(command: AxisCommand, free: int, where: str) -> list[float]:
         guard.rate_rad_s,
         guard.torque_nm,
     ]
-
-
-def _check(values: NDArray[np.float64], length: int, where: str) -> None:
-    """Refuse what the core could not follow: it indexes with these numbers, and it must never see a NaN."""
-    size = layout.SEGMENT_SIZE
-    if length < 1 or len(values) < length * size or np.any(np.isnan(values)):
-        raise BadInputError(where, "is no program", "whole segments without NaN")
-    if not np.all(np.isfinite(values[length * size :])):
-        raise BadInputError(where, "a table holds infinite numbers", "finite numbers")
-    for place in range(length):
-        at, name = place * size, f"{where}: segment {place}"
-        _check_header(values[at : at + layout.AXIS_SEGMENT], name)
-        for axis in range(layout.AXES):
-            s = at + layout.AXIS_SEGMENT + axis * layout.AXIS_SEGMENT_SIZE
-            _check_axis(values[s : s + layout.AXIS_SEGMENT_SIZE], len(values), length * size, name)
-
-
-def _check_header(header: NDArray[np.float64], name: str) -> None:
-    whole = (layout.SEGMENT_ID, layout.DURATION_TICKS, layout.RECORD_EVERY)
-    if not np.all(np.isfinite(header)) or any(header[k] != np.floor(header[k]) or not 0 <= header[k] < 2**53 for k in whole[1:]):
-        raise BadInputError(name, "duration or decimation out of range", "whole numbers of ticks, 0 or more")
-    if not 0 <= header[layout.SEGMENT_ID] < 2**31 or header[layout.SEGMENT_ID] % 1:
-        raise BadInputError(name, f"label {header[layout.SEGMENT_ID]:g}", "a whole number from 0 to 2^31 - 1")
-    for k in range(layout.END_CONDITIONS):
-        kind, axis, _, hold = header[layout.END + k * layout.END_SIZE :][: layout.END_SIZE]
-        if kind not in list(EndKind) or axis not in (0, 1) or hold < 0:
-            raise BadInputError(name, "an end condition that does not exist", "a kind, an axis, a threshold")
-
-
-def _check_axis(block: NDArray[np.float64], size: int, tables: int, name: str) -> None:
-    mode, shape, origin = block[: layout.SHAPE_PARAMETERS]
-    p = block[layout.SHAPE_PARAMETERS :]
-    if mode not in list(Mode) or shape not in list(Shape) or origin not in list(Origin):
-        raise BadInputError(name, "a mode, shape or origin that does not exist", "one of the lists in gimbal_hil.host")
-    finite = [v for k, v in enumerate(p[: _PARAMETER_COUNT[Shape(int(shape))]]) if not (shape == Shape.RAMP and k == 2)]
-    if not np.all(np.isfinite(finite)):
-        raise BadInputError(name, "an infinite parameter", "finite numbers")
-    positive = {Shape.TRAPEZOID: (1, 2), Shape.SMOOTH: (1,), Shape.PULSES: (2, 3), Shape.CHIRP: (2, 4), Shape.TABLE: (2,), Shape.SINE: (2,)}
-    if any(p[k] <= 0.0 for k in positive.get(Shape(int(shape)), ())):
-        raise BadInputError(name, f"{Shape(int(shape)).name} with a time, rate or frequency that is not positive", "positive numbers")
-    if shape == Shape.TABLE and not (tables <= p[0] and p[1] >= 1 and p[0] + p[1] <= size and p[0] % 1 == 0 and p[1] % 1 == 0):
-        raise BadInputError(name, "a table outside the program", "rows behind the segments")

@@ -11,6 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
+from firmware_protocol.documents import DocumentLimits, json_line
 from firmware_protocol.errors import BadInputError, LinkError
 from gimbal_hil.operator.socket import Door
 
@@ -18,6 +19,10 @@ if TYPE_CHECKING:
     from gimbal_hil.host import Program
 
 Json = dict[str, Any]
+
+
+#: a figure that is not known may be NaN
+_ANSWER = DocumentLimits(size_bytes=64 << 20, values=2_000_000, finite=False)
 
 
 class RequestRefusedError(BadInputError):
@@ -125,5 +130,4 @@ class OperatorClient:
                 raise LinkError(f"{self._where}: the daemon has ended")
             self._unread += data
         line, self._unread = self._unread.split(b"\n", 1)
-        answer: Json = json.loads(line)
-        return answer
+        return json_line(line, self._where, "an answer of the daemon", _ANSWER)

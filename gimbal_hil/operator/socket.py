@@ -15,21 +15,30 @@ import selectors
 import shutil
 import socket
 import tempfile
+import time
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from firmware_protocol.documents import read_json
+from firmware_protocol.documents import DocumentLimits, json_line, read_json
 from firmware_protocol.errors import BadInputError
 
 Json = dict[str, Any]
-#: a request may carry reference tables, so a line may be long; an answer that nobody reads may not grow for ever
-LONGEST_LINE = 64 << 20
+#: a request may carry a program with tables (eight megabytes of numbers at most, packed); an answer nobody reads may not grow for ever
+LONGEST_LINE = 12 << 20
 LONGEST_UNREAD = 4 << 20
-#: before it has shown the token a client may send this much
+_LIMITS = DocumentLimits(size_bytes=LONGEST_LINE, values=100_000)
+#: before it has shown the token a client may send this much, and has this long
 LONGEST_GREETING = 4096
-MOST_CLIENTS = 16
+GREETING_TIMEOUT_S = 2.0
+#: how many who have shown the token, and how many who have not
+MOST_CLIENTS, MOST_STRANGERS = 16, 8
+_BACKLOG = 64
+#: takes well under a millisecond
+_SHORT_LINE = 16384
+_MOST_WAITING = 256
 DOOR_FILE = "operator.json"
 
 
@@ -79,27 +88,40 @@ class Door:
 
 @dataclass(slots=True, eq=False)
 class Client:
-    """One connection, as the service sees it."""
+    """One connection, as the service sees it; `heard_s` is when it last said something (it connected, at first)."""
 
     connection: socket.socket
+    heard_s: float
     admitted: bool = False
     incoming: bytearray = field(default_factory=bytearray)
     outgoing: bytearray = field(default_factory=bytearray)
+    #: whole lines that wait for their turn, because one of them is long
+    lines: deque[bytes] = field(default_factory=deque)
 
 
 class OperatorSocket:
     """Serves the door without ever blocking: `serve` handles what is ready and returns. `handle(client, request)` answers a request
-    at once with a line, or with None when the answer comes later through `answer`."""
+    at once with a line, or with None when the answer comes later through `answer`.
 
-    def __init__(self, door: Door, handle: Callable[[Client, Json], Json | None]) -> None:
+    Whoever holds the token gets in: a connection that does not show it in time is closed, and when places are short the one that has been
+    silent longest makes room. A long line is taken apart when every short one has been answered, and one at a time, so that it delays a
+    quick stop on another connection by its own time at most.
+    """
+
+    def __init__(
+        self, door: Door, handle: Callable[[Client, Json], Json | None], clock_s: Callable[[], float] = time.monotonic
+    ) -> None:
         self._token = door.token
         self._handle = handle
-        self._clients: set[Client] = set()
+        self._clock_s = clock_s
+        #: in the order of their coming
+        self._clients: dict[Client, None] = {}
+        self._long: deque[Client] = deque()
         self._selector = selectors.DefaultSelector()
         self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         self._listener.bind(str(door.socket))
         os.chmod(door.socket, 0o600)
-        self._listener.listen(MOST_CLIENTS)
+        self._listener.listen(_BACKLOG)
         self._listener.setblocking(False)
         self._selector.register(self._listener, selectors.EVENT_READ)
 
@@ -109,14 +131,17 @@ class OperatorSocket:
         return sum(client.admitted for client in self._clients)
 
     def serve(self, timeout_s: float) -> None:
-        """Wait up to `timeout_s` for something to do and do all that is ready."""
-        for key, ready in self._selector.select(timeout_s):
+        """Wait up to `timeout_s` for something to do and do all that is ready: all short lines, and one long one."""
+        for key, ready in self._selector.select(0.0 if self._long else timeout_s):
             if key.data is None:
                 self._accept()
             elif key.data not in self._clients or (ready & selectors.EVENT_WRITE and not self._flush(key.data)):
                 continue
             elif ready & selectors.EVENT_READ:
                 self._receive(key.data)
+        if self._long:
+            self._take_long_line(self._long.popleft())
+        self._drop_silent()
 
     def answer(self, client: Client, line: Json) -> None:
         """Send one line to one client; nothing happens when it has gone."""
@@ -141,15 +166,33 @@ class OperatorSocket:
         self._listener.close()
 
     def _accept(self) -> None:
-        with contextlib.suppress(BlockingIOError):
-            connection, _ = self._listener.accept()
-            if len(self._clients) >= MOST_CLIENTS:
-                connection.close()
+        """Let in all who wait, and hear each at once: the token usually comes with the knock, before anybody can push in."""
+        for _ in range(_BACKLOG):
+            try:
+                connection, _address = self._listener.accept()
+            except OSError:
+                # nobody waits any more, or there are no more descriptors: those who wait are taken when there are
                 return
             connection.setblocking(False)
-            client = Client(connection)
-            self._clients.add(client)
+            self._make_room(admitted=False, most=MOST_STRANGERS)
+            client = Client(connection, self._clock_s())
+            self._clients[client] = None
             self._selector.register(connection, selectors.EVENT_READ, client)
+            self._receive(client)
+
+    def _make_room(self, admitted: bool, most: int) -> None:
+        """Leave a place free among those who have, or have not, shown the token."""
+        there = [client for client in self._clients if client.admitted is admitted]
+        if len(there) >= most:
+            silent = min(there, key=lambda client: client.heard_s)
+            self.answer(silent, {"ok": False, "error": "too many connections: the one that was silent longest has to go"})
+            self._drop(silent)
+
+    def _drop_silent(self) -> None:
+        latest = self._clock_s() - GREETING_TIMEOUT_S
+        for client in [client for client in self._clients if not client.admitted and client.heard_s < latest]:
+            self.answer(client, {"ok": False, "error": f"no token within {GREETING_TIMEOUT_S:g} s"})
+            self._drop(client)
 
     def _receive(self, client: Client) -> None:
         try:
@@ -167,27 +210,50 @@ class OperatorSocket:
             line = bytes(client.incoming[:end])
             del client.incoming[: end + 1]
             searched = 0
-            self._take_line(client, line)
-        if len(client.incoming) > (LONGEST_LINE if client.admitted else LONGEST_GREETING):
+            self._take_in_turn(client, line)
+        longest = LONGEST_LINE if client.admitted else LONGEST_GREETING
+        if len(client.incoming) > longest:
+            self.answer(client, {"ok": False, "error": f"a line of more than {longest} bytes"})
             self._drop(client)
 
-    def _take_line(self, client: Client, line: bytes) -> None:
-        try:
-            request = json.loads(line)
-            if not isinstance(request, dict):
-                raise ValueError("a line must be one JSON object")
-        except (ValueError, RecursionError) as error:
-            request, problem = {}, str(error)
+    def _take_in_turn(self, client: Client, line: bytes) -> None:
+        """A short line at once, unless one before it still waits: a client's lines keep their order."""
+        if not client.lines and len(line) <= _SHORT_LINE:
+            self._take_line(client, line)
+        elif len(client.lines) >= _MOST_WAITING:
+            self.answer(client, {"ok": False, "error": "too many requests at once"})
+            self._drop(client)
         else:
-            problem = ""
+            if not client.lines:
+                self._long.append(client)
+            client.lines.append(line)
+
+    def _take_long_line(self, client: Client) -> None:
+        """The line whose turn it is, and the short ones behind it."""
+        if client in self._clients:
+            self._take_line(client, client.lines.popleft())
+        while client in self._clients and client.lines and len(client.lines[0]) <= _SHORT_LINE:
+            self._take_line(client, client.lines.popleft())
+        if client in self._clients and client.lines:
+            self._long.append(client)
+
+    def _take_line(self, client: Client, line: bytes) -> None:
+        problem = ""
+        try:
+            request = json_line(line, "request", "one JSON object in a line", _LIMITS)
+        except BadInputError as refused:
+            request, problem = {}, str(refused)
         if not client.admitted:
-            if not hmac.compare_digest(str(request.get("token", "")).encode(), self._token.encode()):
+            token = request.get("token")
+            if not isinstance(token, str) or not hmac.compare_digest(token.encode(), self._token.encode()):
                 self.answer(client, {"ok": False, "error": "wrong or missing token"})
                 self._drop(client)
                 return
-            client.admitted = True
+            self._make_room(admitted=True, most=MOST_CLIENTS)
+            client.admitted, client.heard_s = True, self._clock_s()
             self.answer(client, {"ok": True, "protocol": 1})
             return
+        client.heard_s = self._clock_s()
         reply = {"ok": False, "error": problem} if problem else self._handle(client, request)
         if reply is not None:
             self.answer(client, {"id": request.get("id"), **reply})
@@ -208,6 +274,7 @@ class OperatorSocket:
 
     def _drop(self, client: Client) -> None:
         if client in self._clients:
-            self._clients.discard(client)
+            client.lines.clear()
+            del self._clients[client]
             self._selector.unregister(client.connection)
             client.connection.close()

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import Field, TypeAdapter, ValidationError
 
+from firmware_protocol.documents import Strict
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.control.layout import Mode
 from gimbal_hil.host import AxisCommand, Origin, Program, Segment, Shape, program_of
@@ -18,8 +19,8 @@ ModeName = Literal["off", "torque", "rate", "position", "inertial_rate"]
 ShapeName = Literal["hold", "ramp", "sine", "chirp", "trapezoid", "smooth", "pulses", "table"]
 
 
-class _Request(BaseModel):
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+class _Request(Strict):
+    """Base of the requests."""
 
 
 class SetPointRequest(_Request):
@@ -61,7 +62,7 @@ class AxisRequest(_Request):
     shape: ShapeName = "hold"
     parameters: tuple[float, ...] = (0.0,)
     origin: Literal["absolute", "start"] = "absolute"
-    table: list[float] = []
+    table: tuple[float, ...] = ()
 
     def axis_command(self) -> AxisCommand:
         """The same for the host."""
@@ -128,6 +129,6 @@ def parse_request(line: dict[str, Any]) -> Request:
     try:
         return _REQUEST.validate_python({key: value for key, value in line.items() if key != "id"})
     except ValidationError as error:
-        first = error.errors()[0]
+        first = error.errors(include_url=False)[0]
         where = ".".join(str(part) for part in first["loc"]) or "command"
         raise BadInputError(where, str(first["msg"])) from None

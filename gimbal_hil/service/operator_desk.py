@@ -9,8 +9,10 @@ from typing import Any
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.host import Program
 from gimbal_hil.operator import Client, OperatorSocket
-from gimbal_hil.service.operator_commands import PlainRequest, parse_request
+from gimbal_hil.service.operator_commands import PlainRequest, SetPointRequest, parse_request
 from gimbal_hil.service.recorder import Recorder
+from gimbal_hil.service.set_point_bounds import require_reachable
+from gimbal_hil.settings import DaemonSettings
 from gimbal_hil.telemetry import CommandKind, Commands, LiveView, pack_program
 
 Json = dict[str, Any]
@@ -36,11 +38,11 @@ class _Waiting:
 class OperatorDesk:
     """Handles requests in the service process."""
 
-    def __init__(self, commands: Commands, recorder: Recorder, view: LiveView, period_ns: int) -> None:
+    def __init__(self, commands: Commands, recorder: Recorder, view: LiveView, settings: DaemonSettings) -> None:
         self._commands = commands
         self._recorder = recorder
         self._view = view
-        self._period_s = period_ns / 1e9
+        self._settings = settings
         self._waiting: dict[int, _Waiting] = {}
         self._socket: OperatorSocket | None = None
 
@@ -54,7 +56,9 @@ class OperatorDesk:
             request = parse_request(line)
             if isinstance(request, PlainRequest) and request.command == "status":
                 return {"ok": True, "status": self._view.status(), "recording_failure": self._recorder.failure}
-            program = None if isinstance(request, PlainRequest) else request.program(self._period_s)
+            if isinstance(request, SetPointRequest):
+                require_reachable(request, self._settings)
+            program = None if isinstance(request, PlainRequest) else request.program(self._settings.step_s)
         except BadInputError as error:
             return {"ok": False, "error": str(error)}
         kind = CommandKind.START if program else _KINDS[request.command]

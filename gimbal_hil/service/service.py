@@ -16,6 +16,7 @@ from gimbal_hil.runs import RunHeader, RunWriter
 from gimbal_hil.service.operator_desk import OperatorDesk
 from gimbal_hil.service.process import Orders, ServiceSettings
 from gimbal_hil.service.recorder import Recorder
+from gimbal_hil.settings import settings_from_document
 from gimbal_hil.telemetry import MISS_RECORD, Commands, Exchange, LiveView, TelemetryKind, exchange_from
 from gimbal_hil.timing import Record, RingReader, RingWriter
 
@@ -45,7 +46,8 @@ class Service:
             self._page = PageServer(self._view, settings.page_port)
         writer = RunWriter(Path(orders.run), header, force=settings.force)
         self._recorder = Recorder(writer, header.period_ns, settings.frames, settings.every_ticks)
-        self._desk = OperatorDesk(Commands(RingWriter(orders.commands)), self._recorder, self._view, header.period_ns)
+        configuration = settings_from_document(dict(header.configuration), "configuration")
+        self._desk = OperatorDesk(Commands(RingWriter(orders.commands)), self._recorder, self._view, configuration)
         self._door, self._run = Door(Path(orders.socket), orders.token), Path(orders.run)
         self._socket = OperatorSocket(self._door, self._desk.handle)
         self._desk.attach(self._socket)

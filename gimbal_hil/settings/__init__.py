@@ -1,12 +1,13 @@
 """Configuration of the daemon: validated once at the door, typed inside."""
 
-from gimbal_hil.settings.axis import AxisSettings
+from gimbal_hil.settings.axis import WIRE_TURNS, AxisSettings
 from gimbal_hil.settings.configuration import host_configuration
 from gimbal_hil.settings.daemon import DaemonSettings, load_settings, settings_from_document
 from gimbal_hil.settings.link import EmbeddedAntenna
 from gimbal_hil.settings.shipped import shipped_settings, shipped_settings_path
 
 __all__ = [
+    "WIRE_TURNS",
     "AxisSettings",
     "DaemonSettings",
     "EmbeddedAntenna",
