@@ -1,9 +1,7 @@
 """Every effect that a real antenna can have, one file each, and the catalogue that finds them."""
 
 from sim_backend.effects.axis_scale import TORQUE_SHARES, AxisScale, Need
-from sim_backend.effects.dispatch import command_law, encoder_law, friction_law, gyro_law, structure_advance, structure_law, torque_law
 from sim_backend.effects.effect import Domain, Effect, FittedNumber, Hook, Parameter, PlainerEffect, RateForm, Variable
-from sim_backend.effects.registry import CATALOGUE, confused_with, effect_named, effects_at
 from sim_backend.effects.search_profile import (
     NEUTRAL_ORDER,
     Knob,
@@ -35,6 +33,11 @@ from sim_backend.effects.separating_runs import (
     WARM_AND_COOL,
     SeparatingRun,
 )
+
+# the registry loads plugged-in effects, and these take the names above from this face
+# isort: split
+from sim_backend.effects.dispatch import command_law, encoder_law, friction_law, gyro_law, structure_advance, structure_law, torque_law
+from sim_backend.effects.registry import CATALOGUE, confused_with, effect_named, effects_at
 
 __all__ = [
     "CATALOGUE",
