@@ -35,6 +35,7 @@ FLOORS = (
     "service",
     "daemon",
     "signals",
+    "preflight",
     "lockstep",
     "identification",
     "estimation",

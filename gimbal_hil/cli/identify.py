@@ -113,6 +113,7 @@ def _identify(
 
     from gimbal_hil.executor import open_executor
     from gimbal_hil.identification import identify_axis, read_logs
+    from gimbal_hil.preflight import preflight
 
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=quiet or not console.is_terminal) as bar:
@@ -121,6 +122,7 @@ def _identify(
         for path in runs:
             logs += read_logs(path, model, **asdict(reading))
             bar.advance(task)
+        preflight(model, tuple(log.table for log in logs))
         results = []
         with open_executor(workers) as executor:
             for name in axes:

@@ -6,13 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from firmware_protocol.compiling import entry_point
 from gimbal_hil.identification.averaging import Vector
 from gimbal_hil.identification.rigid_axis import centred_torque
-from gimbal_hil.signals import SignalsTable
-from sim_backend.layout import GRAVITY_M_S2
-from sim_backend.model import AntennaModel, plant_arrays
-from sim_backend.rigid_body import equations_of_motion
+from gimbal_hil.signals import SignalsTable, rigid_motion
+from sim_backend.model import AntennaModel
 
 #: seconds over which a rate is taken from the encoder, for the velocity-dependent part of the load
 _RATE_SPAN_S = 0.02
@@ -37,21 +34,15 @@ def axis_load(table: SignalsTable, model: AntennaModel, axis: str) -> AxisLoad:
     Friction acts on the joint, so nothing here touches the gyro. The commanded torque goes through the model's actuator (gain,
     offset, lag, limit) first.
     """
-    arrays = plant_arrays(model.with_base({"motion": "fixed"}), 1.0 / model.file.plant_step_s)
-    n, axes = len(table), len(model.axes)
-    positions, rates = np.zeros((n, 2)), np.zeros((n, 2))
-    for index, name in enumerate(model.axes):
-        positions[:, index] = table.position(name)
-        rates[:, index] = joint_rate(table.position(name), table.period_s)
-    base = _base_rows(table, arrays.P[GRAVITY_M_S2])
-    out = np.zeros((n, 4))
-    _bias(arrays.P, arrays.K, positions, rates, base, out)
+    positions = np.column_stack([table.position(name) for name in model.axes])
+    rates = np.column_stack([joint_rate(table.position(name), table.period_s) for name in model.axes])
+    body = rigid_motion(model, table, positions, rates)
     index = model.axes.index(axis)
-    bias, inertia = out[:, index], float(np.mean(out[:, 2 + index]))
-    if axes > 1:
+    bias, inertia = body.bias[:, index], float(np.mean(body.mass[:, 2 * index]))
+    if len(model.axes) > 1:
         other = 1 - index
         # the other axis' acceleration reaches this one through the product of inertia alone, a thousandth of the diagonal
-        bias = bias - float(np.mean(_coupling(model))) * np.gradient(rates[:, other], table.period_s)
+        bias = bias - _coupling(model) * np.gradient(rates[:, other], table.period_s)
     held = applied_torque(table.torque(axis), model, axis, table.period_s)
     middle = np.concatenate([0.5 * (bias[1:] + bias[:-1]), bias[-1:]])
     return AxisLoad(centred_torque(held) + bias, held + middle, inertia)
@@ -82,31 +73,3 @@ def joint_rate(position: Vector, period_s: float) -> Vector:
 
 def _coupling(model: AntennaModel) -> float:
     return model.number(model.axes[1], "body.inertia.yz")
-
-
-def _base_rows(table: SignalsTable, gravity: float) -> np.ndarray:
-    """Gravity, rate and angular acceleration of the base in its own axes, (n, 9); one row when the table has no base columns."""
-    angles = [table.base(name) for name in ("roll", "pitch")]
-    rates = [table.base(name) for name in ("p", "q", "r")]
-    if all(column is None for column in (*angles, *rates)):
-        return np.array([[0.0, 0.0, -gravity, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]])
-    n = len(table)
-    rows = np.zeros((n, 9))
-    roll, pitch = (np.zeros(n) if column is None else column for column in angles)
-    cos_pitch = np.cos(pitch)
-    rows[:, 0], rows[:, 1], rows[:, 2] = gravity * np.sin(pitch), -gravity * cos_pitch * np.sin(roll), -gravity * cos_pitch * np.cos(roll)
-    for index, column in enumerate(rates):
-        if column is not None:
-            rows[:, 3 + index] = column
-            rows[:, 6 + index] = np.gradient(column, table.period_s)
-    return rows
-
-
-@entry_point
-def _bias(P: np.ndarray, K: np.ndarray, positions: np.ndarray, rates: np.ndarray, base: np.ndarray, out: np.ndarray) -> None:
-    for k in range(positions.shape[0]):
-        b = base[min(k, base.shape[0] - 1)]
-        state = ((b[0], b[1], b[2]), (b[3], b[4], b[5]), (b[6], b[7], b[8]))
-        mass, bias, _, _, _ = equations_of_motion(P, K, (positions[k, 0], positions[k, 1]), (rates[k, 0], rates[k, 1]), state)
-        out[k, 0], out[k, 1] = bias
-        out[k, 2], out[k, 3] = mass[0], mass[2]

@@ -2,17 +2,22 @@
 
 from gimbal_hil.signals.reading import read_signals, read_together, signals_of_run
 from gimbal_hil.signals.resampling import on_grid
+from gimbal_hil.signals.rigid_body import RigidMotion, base_rows, body_rates, rigid_motion
 from gimbal_hil.signals.table import SignalsTable, column_names
 from gimbal_hil.signals.table_file import TableKind, replacing, write_signals
 
 __all__ = [
+    "RigidMotion",
     "SignalsTable",
     "TableKind",
+    "base_rows",
+    "body_rates",
     "column_names",
     "on_grid",
     "read_signals",
     "read_together",
     "replacing",
+    "rigid_motion",
     "signals_of_run",
     "write_signals",
 ]

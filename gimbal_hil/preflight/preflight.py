@@ -1,0 +1,95 @@
+"""The question before all others: does the model, within a factor, ask for the torque that was logged, or only if it is read otherwise?"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.preflight.channels import Channel, channels_of, in_blocks
+from gimbal_hil.preflight.readings import OtherReading, in_amperes, other_readings
+from gimbal_hil.signals import SignalsTable
+from sim_backend.model import AntennaModel
+
+#: numbers of a sound model are right within this factor
+_FACTOR = 3.0
+#: one factor over all numbers, and each of them within a small one of it, is not a wrong model but another unit
+_COMMON_LEAST, _COMMON_MOST, _COMMON_STEP, _ALIKE = 2.7, 3e4, 1.15, 1.4
+#: a channel is suspect when more than this share of it is left; another reading is right when it leaves no more than these shares of any
+#: suspect channel, and of what was left of it
+_SUSPECT, _LEFT, _OF_IT = 0.5, 0.4, 0.5
+#: slower logs hold nothing of what friction and joints do; a period in milliseconds looks like one
+_LONGEST_PERIOD_S = 0.1
+
+Misfits = Mapping[str, float]
+
+
+def preflight(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> None:
+    """Raise BadInputError that names files, columns and what they seem to hold where logs fit the model only if they are read otherwise.
+
+    A model that is off by a factor of two, or that has no friction, or lacks what the search is to find, is no reason to refuse: what
+    counts is that another reading of the same numbers makes sense where this one makes none.
+    """
+    for table in tables:
+        if table.period_s > _LONGEST_PERIOD_S:
+            raise BadInputError(
+                f"{table.source or 'log'}: time_s",
+                f"has a period of {table.period_s:.4g}, which is slow for seconds and usual for milliseconds",
+                f"seconds, at most {_LONGEST_PERIOD_S:g} a row",
+            )
+    found = misreading(model, tables)
+    if found is None:
+        return
+    where = ", ".join(dict.fromkeys(table.source or "log" for table in tables))
+    verb = "seems" if len(found.columns) == 1 else "seem"
+    raise BadInputError(
+        f"{where}: {', '.join(found.columns)}",
+        f"{verb} to be {found.what}: only so do they fit what the model asks of this motion",
+        found.remedy,
+    )
+
+
+def misreading(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> OtherReading | None:
+    """The other reading under which the model asks for what was logged, where as it stands it does not; None for sound tables."""
+    blocks = tuple(map(in_blocks, tables))
+    channels = channels_of(model, blocks)
+    as_read = {name: channel.misfit(_FACTOR) for name, channel in channels.items()}
+    found: list[tuple[float, OtherReading]] = []
+    if max(as_read.values(), default=0.0) > _SUSPECT:
+        for reading in other_readings(model, blocks):
+            left = {name: channel.misfit(_FACTOR) for name, channel in channels_of(model, tuple(map(reading.undone, blocks))).items()}
+            if _is_right(as_read, left):
+                found.append((_size(left), reading))
+    current = _amperes(model, channels, as_read)
+    return min((*found, *current), key=lambda one: one[0], default=(0.0, None))[1]
+
+
+def _is_right(as_read: Misfits, left: Misfits) -> bool:
+    return all(
+        name in left and left[name] < min(_LEFT, _OF_IT * before) if before > _SUSPECT else left.get(name, np.inf) < _SUSPECT
+        for name, before in as_read.items()
+    )
+
+
+def _amperes(model: AntennaModel, channels: Mapping[str, Channel], others: Misfits) -> list[tuple[float, OtherReading]]:
+    """Torque in another unit: every part of it off by one factor, on every axis that is driven, beyond what gains are off by."""
+    driven = {name: channel for name, channel in channels.items() if name.endswith(".torque")}
+    as_read = {name: channel.misfit(_ALIKE) for name, channel in driven.items()}
+    if not driven or max(as_read.values()) < _SUSPECT:
+        return []
+    steps = np.arange(np.log(_COMMON_LEAST), np.log(_COMMON_MOST), np.log(_COMMON_STEP))
+    tried = []
+    for gain in np.exp(np.concatenate([-steps, steps])):
+        left = {**others, **{name: channel.misfit(_ALIKE, float(gain)) for name, channel in driven.items()}}
+        tried.append((_size(left), float(gain), left))
+    size, gain, left = min(tried, key=lambda one: one[0])
+    if not _is_right({**others, **as_read}, left):
+        return []
+    axes = tuple(name.removesuffix(".torque") for name in driven)
+    return [(size, in_amperes(axes, gain, "N" if model.is_linear else "N m"))]
+
+
+def _size(left: Misfits) -> float:
+    """How much a reading leaves, over all channels."""
+    return float(np.mean(np.log(0.1 + np.array(list(left.values())))))
