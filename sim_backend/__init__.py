@@ -6,6 +6,7 @@ most are compiled.
 
 __all__ = [
     "base_motion",
+    "carrying",
     "friction",
     "layout",
     "noise",

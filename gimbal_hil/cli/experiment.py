@@ -87,7 +87,7 @@ def _conduct(
     progress: object,
 ) -> Outcome:
     from gimbal_hil.cli.torques import torques_by_axis
-    from gimbal_hil.experiments import AXES, conduct, embedded_model_of
+    from gimbal_hil.experiments import conduct, embedded_model_of
     from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
     from gimbal_hil.settings import load_settings, shipped_settings
     from sim_backend.model import load_model
@@ -96,8 +96,10 @@ def _conduct(
     antenna, own_seed = embedded_model_of(settings)
     if model is not None:
         antenna = load_model(model)
-    known = breakaway_torques(antenna) | torques_by_axis(breakaway, AXES)
-    experiment = build_experiment(name, SequenceOptions(settings.rate_hz, _axes(axis), short, every, known, base))
+    settings = settings.for_axes(antenna.axes, antenna.where)
+    names = settings.axis_names
+    known = breakaway_torques(antenna) | torques_by_axis(breakaway, names)
+    experiment = build_experiment(name, SequenceOptions(settings.rate_hz, _axes(axis, names), short, every, known, base, names))
     return conduct(
         experiment,
         settings,
@@ -123,26 +125,26 @@ def _conduct_through_daemon(
     progress: object,
 ) -> Outcome:
     from gimbal_hil.cli.torques import torques_by_axis
-    from gimbal_hil.experiments import AXES, conduct_through_daemon
+    from gimbal_hil.experiments import conduct_through_daemon
     from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
     from gimbal_hil.runs import read_header
     from sim_backend.model import load_model
 
-    rate_hz = 1e9 / read_header(run).header.period_ns
-    known = (breakaway_torques(load_model(model)) if model else {}) | torques_by_axis(breakaway, AXES)
+    header = read_header(run).header
+    rate_hz, names = 1e9 / header.period_ns, header.axes
+    known = (breakaway_torques(load_model(model)) if model else {}) | torques_by_axis(breakaway, names)
     # a real antenna's log is not thinned: it cannot be made again
-    experiment = build_experiment(name, SequenceOptions(rate_hz, _axes(axis), short, 1, known))
+    experiment = build_experiment(name, SequenceOptions(rate_hz, _axes(axis, names), short, 1, known, names=names))
     return conduct_through_daemon(experiment, run, folder, resume=resume, force=force, progress=progress)  # type: ignore[arg-type]
 
 
-def _axes(names: list[str] | None) -> tuple[str, ...]:
+def _axes(asked: list[str] | None, names: tuple[str, str]) -> tuple[str, ...]:
     from firmware_protocol.errors import BadInputError
-    from gimbal_hil.experiments import AXES
 
-    for name in names or ():
-        if name not in AXES:
-            raise BadInputError("--axis", f"no axis {name!r}", " or ".join(AXES))
-    return tuple(dict.fromkeys(names)) if names else AXES
+    for name in asked or ():
+        if name not in names:
+            raise BadInputError("--axis", f"no axis {name!r}", " or ".join(names))
+    return tuple(dict.fromkeys(asked)) if asked else names
 
 
 def _thesis(folder: Path, force: bool, as_json: bool) -> int:

@@ -44,9 +44,7 @@ def command(
         typer.Option(metavar="AXIS=TORQUE", help="Break-away torque as far as known, in place of the model's: slow torque is told by it."),
     ] = None,
     resample: Annotated[bool, typer.Option("--resample", help="Accept tables with uneven time and resample them.")] = False,
-    rate: Annotated[
-        float | None, typer.Option(metavar="HZ", help="Put every log on a grid of this rate; implies --resample.")
-    ] = None,
+    rate: Annotated[float | None, typer.Option(metavar="HZ", help="Put every log on a grid of this rate; implies --resample.")] = None,
     drop_invalid: Annotated[bool, typer.Option("--drop-invalid", help="Accept tables with invalid rows and drop those.")] = False,
     workers: Annotated[int, typer.Option(help="Processes for starts and profiles.", min=1)] = 2,
     seed: Annotated[int, typer.Option(help="Seed of the start points.")] = 0,

@@ -47,6 +47,7 @@ def command(
         raise BadInputError(str(out / JOURNAL_FILE), "already exists", "a new folder, --resume to go on, or --force to overwrite it")
     settings = load_settings(config) if config else shipped_settings()
     start = load_model(model) if model else shipped_model()
+    settings = settings.for_axes(start.axes, start.where)
     budgets = budgets_of(settings, budget, rounds, torques_of(torque or []), travels_of(travel or []))
     task = Task(settings, start, out, budgets, SHORT_SURVEY_S if short else survey, workers, dask)
     journal = Journal(out / JOURNAL_FILE, resume=resume)

@@ -106,6 +106,8 @@ def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport
     Raises BadInputError before anything moves when the run folder or a model cannot be used.
     """
     opener, embedded = _link_opener(settings, options)
+    if embedded is not None:
+        settings = settings.for_axes(embedded.device.model.axes, embedded.device.model.where)
     period = Duration.of_seconds(settings.step_s)
     service = ServiceProcess(options.run, _header(settings, period, options), _service_settings(settings, options))
     with contextlib.ExitStack() as stack:
@@ -118,7 +120,7 @@ def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport
         usage = ThreadUsage()
         stack.callback(usage.close)
         telemetry = Telemetry(service.telemetry, options.lockstep)
-        host = Host(host_configuration(settings))
+        host = Host(host_configuration(settings), settings.axis_names)
         link = LinkKeeper(clock, opener, lambda opened, text: loop.tell_link(opened, text), usage.add_bus_wait)
         stack.callback(link.close)
         ticks = None if options.duration_s is None else max(1, Duration.of_seconds(options.duration_s) // period)
@@ -187,7 +189,7 @@ def _compile(settings: DaemonSettings, embedded: EmbeddedLink | None) -> None:
     """Load what is compiled (meanwhile the service starts) before time counts; throwaway copies, so that nothing has happened yet."""
     if embedded is not None:
         Device(embedded.device.model, rate_hz=settings.rate_hz).tick()
-    host = Host(host_configuration(settings))
+    host = Host(host_configuration(settings), settings.axis_names)
     for tick in range(2):
         host.tick(tick, 0, b"")
     host.events()
@@ -210,6 +212,7 @@ def _header(settings: DaemonSettings, period: Duration, options: DaemonOptions) 
         period_ns=period.ns,
         lockstep=options.lockstep,
         title="daemon",
+        axes=settings.axis_names,
     )
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from gimbal_hil.host import HostState, LinkStatus
-from gimbal_hil.telemetry import AXES, LiveView
+from gimbal_hil.telemetry import LiveView
 from gimbal_hil.timing import Histogram
 
 #: upper bounds of the exported buckets, microseconds
@@ -56,7 +56,7 @@ class _Collector:
             yield family
         for key in ("position_rad", "rate_rad_s", "torque_nm"):
             family = GaugeMetricFamily(f"gimbal_{key}", "Last measured value (torque: commanded).", labels=["axis"])
-            for axis in AXES:
+            for axis in view.axes:
                 if status[key][axis] is not None:
                     family.add_metric([axis], status[key][axis])
             yield family

@@ -19,17 +19,18 @@ PAGE = """<!doctype html>
 <div><h2>missed ticks by cause</h2><canvas id="causes"></canvas></div></div>
 <script>
 "use strict";
-const AXES = ["outer", "inner"], SPAN_S = 20, KEEP = 3000;
+const SPAN_S = 20, KEEP = 3000;
 const PLOTS = [["position", "rad", ["position", "position_ref"]], ["rate", "rad/s", ["rate", "rate_ref"]], ["torque", "N m", ["torque"]]];
 const COLOURS = ["#1f6feb", "#d9822b"];
 const trace = {time_s: []};
-let since = -1;
-for (const [name, unit, columns] of PLOTS) for (const axis of AXES) {
+let since = -1, AXES = [];
+function draw_boxes() { for (const [name, unit, columns] of PLOTS) for (const axis of AXES) {
   const box = document.createElement("div");
   const key = columns.length > 1 ? "<i style='color:#1f6feb'>measured</i><i style='color:#d9822b'>reference</i>" : "";
-  box.innerHTML = `<h2>${axis} ${name} (${unit}) <span class="key">${key}</span></h2><canvas id="${name}_${axis}"></canvas>`;
+  box.innerHTML = `<h2><b></b> ${name} (${unit}) <span class="key">${key}</span></h2><canvas></canvas>`;
+  box.querySelector("b").textContent = axis; box.querySelector("canvas").id = `${name}_${axis}`;
   document.getElementById("plots").append(box);
-}
+} }
 function surface(id) {
   const canvas = document.getElementById(id), scale = window.devicePixelRatio || 1;
   canvas.width = canvas.clientWidth * scale; canvas.height = canvas.clientHeight * scale;
@@ -80,7 +81,7 @@ function facts(s) {
   const t = s.statistics, show = v => v === null ? "-" : v;
   const state = s.host_state + (s.cause === "none" ? "" : " (" + s.cause + ")");
   const items = [["state", state], ["link", s.link], ["drive", show(s.drive_state)], ["fault", show(s.drive_fault)],
-    ["mode", s.mode.outer + " / " + s.mode.inner], ["tick", s.tick], ["missed", t.missed], ["rejected frames", s.rejected_frames],
+    ["mode", Object.values(s.mode).join(" / ")], ["tick", s.tick], ["missed", t.missed], ["rejected frames", s.rejected_frames],
     ["latency p99", t.latency_us.p99.toFixed(0) + " us"], ["computing p99", t.computing_us.p99.toFixed(0) + " us"]];
   const box = document.getElementById("facts");
   box.replaceChildren(...items.map(([name, value]) => {
@@ -95,6 +96,7 @@ async function poll() {
     const live = await (await fetch("/live.json?since=" + since)).json();
     for (const [name, column] of Object.entries(live.trace)) trace[name] = (trace[name] || []).concat(column).slice(-KEEP);
     if (trace.time_s.length) since = trace.time_s[trace.time_s.length - 1];
+    if (!AXES.length) { AXES = Object.keys(live.status.mode); draw_boxes(); }
     facts(live.status);
     for (const [name, , columns] of PLOTS) for (const axis of AXES) lines(`${name}_${axis}`, columns.map(c => `${c}_${axis}`));
     bars("latency", live.latency_bins_us.map(([bound, count]) => [bound.toFixed(0), count]), true);

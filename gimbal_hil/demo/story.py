@@ -39,7 +39,7 @@ class Stage:
 
 def _step(settings: DaemonSettings, out: Path, progress: ProgressSink) -> Told:
     model, seed = embedded_model_of(settings)
-    experiment = build_experiment("step", SequenceOptions(settings.rate_hz))
+    experiment = build_experiment("step", SequenceOptions(settings.rate_hz, names=settings.axis_names))
     outcome = conduct(experiment, settings, model, seed, out / "step", force=True, progress=progress)
     slowest = max(row["settling_s"] or float("inf") for row in outcome.rows)
     most = max(row["overshoot_percent"] for row in outcome.rows)
@@ -58,34 +58,35 @@ def _replay(settings: DaemonSettings, out: Path, progress: ProgressSink) -> Told
 
 def _friction(settings: DaemonSettings, out: Path, progress: ProgressSink) -> Told:
     model, seed = embedded_model_of(settings)
+    axis = model.axes[0]
     blocks: list[Block] = []
     logs: list[Log] = []
     for name in ("sliding", "presliding"):
         experiment = build_experiment(
-            name, SequenceOptions(settings.rate_hz, ("outer",), short=True, breakaway_nm=breakaway_torques(model))
+            name, SequenceOptions(settings.rate_hz, (axis,), short=True, breakaway_nm=breakaway_torques(model), names=settings.axis_names)
         )
         outcome = conduct(experiment, settings, model, seed, out / name, force=True, progress=progress)
         blocks += experiment.conclude(outcome.rows, outcome.drawn)
         logs += read_logs(out / name, model.axes)
     progress.begin("identifying", 1.0, 0.0)
-    result = identify_axis(logs, _doubtful(model), "outer")
+    result = identify_axis(logs, _doubtful(model, axis), axis)
     found = {estimate.name: estimate for estimate in result.estimates}
-    worst = max(abs(found[name].value / model.number("outer", f"friction.{name}") - 1.0) for name in _FRICTION)
-    line = f"seven friction numbers of the outer axis from sliding and presliding, worst {100 * worst:.1f} % from the truth"
+    worst = max(abs(found[name].value / model.number(axis, f"friction.{name}") - 1.0) for name in _FRICTION)
+    line = f"seven friction numbers of the {axis} axis from sliding and presliding, worst {100 * worst:.1f} % from the truth"
     return Told(line, [*blocks, *identification_page(model, [result], ["sliding", "presliding"]).blocks])
 
 
-def _doubtful(model: AntennaModel) -> AntennaModel:
-    """A prior that does not know the answer: every friction number of the outer axis half as large again."""
-    return model.with_numbers("outer", {f"friction.{name}": 1.5 * model.number("outer", f"friction.{name}") for name in _FRICTION})
+def _doubtful(model: AntennaModel, axis: str) -> AntennaModel:
+    """A prior that does not know the answer: every friction number of an axis half as large again."""
+    return model.with_numbers(axis, {f"friction.{name}": 1.5 * model.number(axis, f"friction.{name}") for name in _FRICTION})
 
 
 def _missing(settings: DaemonSettings, out: Path, progress: ProgressSink) -> Told:
     model, seed = embedded_model_of(settings)
-    hidden = model.with_effect("cogging", "outer", {"amplitude": 0.03, "order": 12.0, "phase": 0.7})
+    hidden = model.with_effect("cogging", model.axes[0], {"amplitude": 0.03, "order": 12.0, "phase": 0.7})
     tables = []
     for name in ("survey", "survey_holdout"):
-        experiment = build_experiment(name, SequenceOptions(settings.rate_hz, short=True))
+        experiment = build_experiment(name, SequenceOptions(settings.rate_hz, short=True, names=settings.axis_names))
         conduct(experiment, settings, hidden, seed, out / name, force=True, progress=progress)
         tables.append(read_signals(out / name, model.axes))
     progress.begin("searching for what the model lacks", 1.0, 0.0)
@@ -109,6 +110,8 @@ STAGES = (
 
 def tell(settings: DaemonSettings, out: Path, progress: ProgressSink, say: Callable[[str, str], None]) -> Path:
     """Run every stage; `say(stage, line)` is told what each found. Answers the path of the report."""
+    antenna, _ = embedded_model_of(settings)
+    settings = settings.for_axes(antenna.axes, antenna.where)
     blocks: list[Block] = []
     for stage in STAGES:
         told = stage.run(settings, out, progress)

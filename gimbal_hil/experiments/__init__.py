@@ -3,7 +3,7 @@
 from gimbal_hil.experiments.antenna import EmbeddedAntenna
 from gimbal_hil.experiments.checkpoint import CHECKPOINT_FILE
 from gimbal_hil.experiments.conducting import conduct, conduct_through_daemon, embedded_model_of
-from gimbal_hil.experiments.experiment import AXES, Experiment, Row, Signals, Step, move_to, on_axis, position_hold, step_of
+from gimbal_hil.experiments.experiment import Experiment, Row, Signals, Step, axes_of, move_to, position_hold, step_of
 from gimbal_hil.experiments.frequency import FrequencyResponse, Lap, Margins, frequency_response, margins_of
 from gimbal_hil.experiments.planned import experiment_of_file
 from gimbal_hil.experiments.plateau import Pair, pair_of, plateau_mean, pooled
@@ -12,7 +12,6 @@ from gimbal_hil.experiments.runner import TEARDOWN_S, Outcome, ProgressSink, Sil
 from gimbal_hil.experiments.side_by_side import PARTS_FOLDER
 
 __all__ = [
-    "AXES",
     "CHECKPOINT_FILE",
     "PARTS_FOLDER",
     "TEARDOWN_S",
@@ -28,6 +27,7 @@ __all__ = [
     "Signals",
     "Silent",
     "Step",
+    "axes_of",
     "conduct",
     "conduct_through_daemon",
     "embedded_model_of",
@@ -35,7 +35,6 @@ __all__ = [
     "frequency_response",
     "margins_of",
     "move_to",
-    "on_axis",
     "pair_of",
     "plateau_mean",
     "pooled",

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import SafetyStopError
-from gimbal_hil.experiments.experiment import AXES, Signals, Step
+from gimbal_hil.experiments.experiment import Signals, Step
 from gimbal_hil.host import HostEvent, HostState, Program, program_of
 from gimbal_hil.lockstep import CompiledPath, Recorded
-from gimbal_hil.runs import TICK_ROW
+from gimbal_hil.runs import AXES, TICK_ROW
 from gimbal_hil.settings import DaemonSettings
 from sim_backend.model import AntennaModel
 
@@ -42,6 +42,10 @@ class Antenna(Protocol):
     """What the runner needs of an antenna."""
 
     rate_hz: float
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Names of the axes, the carrying one first."""
 
     @property
     def tick(self) -> int:
@@ -70,6 +74,11 @@ class EmbeddedAntenna:
         self.rate_hz = settings.rate_hz
         self.engine = CompiledPath(settings, model, seed=seed, keep_frames=log_every == 1)
         self._log_every = log_every
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Names of the axes, the carrying one first."""
+        return self.engine.host.axes
 
     @property
     def tick(self) -> int:
@@ -143,8 +152,8 @@ def _in_blocks(recorded: Recorded, every: int) -> Signals:
     blocks = len(recorded.log) // every
     signals = _rows_of(recorded, slice(0, blocks * every, every)).signals()
     words = recorded.log[: blocks * every].view(np.float64)
-    for axis in AXES:
-        held = np.ascontiguousarray(words[:, _word_of(f"torque_{axis}")])
+    for own, axis in zip(AXES, recorded.axes, strict=True):
+        held = np.ascontiguousarray(words[:, _word_of(f"torque_{own}")])
         signals[f"{axis}.torque"] = held.reshape(blocks, every).mean(axis=1)
     return signals
 

@@ -44,6 +44,7 @@ def run_header(settings: DaemonSettings, model: AntennaModel, seed: int, title: 
         period_ns=round(1e9 / settings.rate_hz),
         lockstep=True,
         title=title,
+        axes=settings.axis_names,
         command_line=tuple(sys.argv),
     )
 
@@ -62,6 +63,7 @@ def conduct(
     """Run an experiment on the virtual antenna in lockstep and leave log, table and report in `folder`."""
     if model.kind is not Kind.GIMBAL:
         raise BadInputError(f"{model.where}: kind", f"is {model.kind.value}, a single axis", "gimbal: experiments move two axes")
+    settings = settings.for_axes(model.axes, model.where)
     if experiment.base is not None:
         model = model.with_base(experiment.base)
     antenna = partial(EmbeddedAntenna, settings, model, seed, experiment.every)

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from firmware_protocol.errors import LinkError, SafetyStopError
 from gimbal_hil.experiments.antenna import Followed
-from gimbal_hil.experiments.experiment import AXES, Signals, Step, move_to
+from gimbal_hil.experiments.experiment import Signals, Step, move_to
 from gimbal_hil.host import AxisCommand, Mode, Origin, Segment, Shape, program_of
 from gimbal_hil.operator import Json, OperatorClient
-from gimbal_hil.runs import FRAME_ROW, TICK_ROW, GrowingLog, Run
+from gimbal_hil.runs import AXES, FRAME_ROW, TICK_ROW, GrowingLog, Run
 
 #: a batch has at least so many steps (fewer only at the end)
 BATCH = 12
@@ -56,6 +56,11 @@ class DaemonAntenna:
         #: steps handed over and not yet followed, with their labels
         self._under_way: list[tuple[Step, int]] = []
         self._started: dict[int, int] = {}
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Names of the axes, the carrying one first."""
+        return self.record.header.axes
 
     @property
     def tick(self) -> int:
@@ -105,7 +110,7 @@ class DaemonAntenna:
         batch = [step] if place is None else _batch(self._steps[place:])
         positions = self._status()["position_rad"]
         segments, self._under_way = [], []
-        lead_in = _lead_in(step.segment, positions, self.rate_hz)
+        lead_in = _lead_in(step.segment, [positions[axis] for axis in self.record.header.axes], self.rate_hz)
         if lead_in is not None:
             self._label += 1
             segments.append(replace(lead_in, label=self._label))
@@ -177,16 +182,17 @@ def signals_between(run: Run, first: int, last: int) -> Signals:
         events=(),
         notes=(),
     )
-    table = signals_of_run(part, AXES, resample=True, drop_invalid=True)
+    table = signals_of_run(part, resample=True, drop_invalid=True)
     size = min(len(table), last - first + 1)
     columns = {name: values[:size] for name, values in table.columns.items()}
     nothing = np.full(size, np.nan)
     own = run.ticks[(ticks >= first) & (ticks <= last)]
-    for axis in AXES:
+    names = run.record.header.axes
+    for column, axis in zip(AXES, names, strict=True):
         for signal in ("position_ref", "rate_ref"):
-            if np.all(np.isnan(own[f"{signal}_{axis}"])):
+            if np.all(np.isnan(own[f"{signal}_{column}"])):
                 columns[f"{axis}.{signal}"] = nothing
-    for axis in AXES:
+    for axis in names:
         for signal in ("position_ref", "rate_ref", "temperature", "torque_measured"):
             columns.setdefault(f"{axis}.{signal}", nothing)
     return {"time_s": first * run.record.header.period_ns * 1e-9 + table.time_s[:size], **columns}
@@ -202,15 +208,16 @@ def _batch(steps: Sequence[Step]) -> list[Step]:
     return batch
 
 
-def _lead_in(segment: Segment, positions: Mapping[str, float], rate_hz: float) -> Segment | None:
+def _lead_in(segment: Segment, positions: Sequence[float], rate_hz: float) -> Segment | None:
     """A move to where the first step's absolute references begin; None where the joints are there."""
-    starts = {axis: _start(getattr(segment, axis), positions[axis]) for axis in AXES}
-    distance = max(abs(starts[axis] - positions[axis]) for axis in AXES)
+    starts = [_start(command, position) for command, position in zip((segment.outer, segment.inner), positions, strict=True)]
+    distance = max(abs(start - position) for start, position in zip(starts, positions, strict=True))
     if distance <= _LEAD_IN_RAD:
         return None
     # the fastest part of a move of least jerk is 1.875 times its mean speed
     duration = max(2.0, 1.875 * distance / _LEAD_IN_RAD_S)
-    return Segment(move_to(starts["outer"], duration), move_to(starts["inner"], duration), duration_ticks=round((duration + 1.0) * rate_hz))
+    outer, inner = (move_to(start, duration) for start in starts)
+    return Segment(outer, inner, duration_ticks=round((duration + 1.0) * rate_hz))
 
 
 def _start(command: AxisCommand, position: float) -> float:

@@ -7,7 +7,7 @@ same table as one that was never stopped.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +19,6 @@ from gimbal_hil.host import AxisCommand, EndCondition, Mode, Origin, Segment, Sh
 if TYPE_CHECKING:
     from gimbal_hil.report import Block
 
-AXES = ("outer", "inner")
 Signals = Mapping[str, NDArray[np.float64]]
 Row = dict[str, Any]
 
@@ -76,20 +75,21 @@ def constant_speed(rate_rad_s: float, span_rad: float) -> AxisCommand:
     return AxisCommand(Mode.POSITION, Shape.RAMP, (0.0, rate_rad_s, abs(span_rad)), Origin.START)
 
 
-def on_axis(axis: str, command: AxisCommand, other: AxisCommand) -> dict[str, AxisCommand]:
-    """Commands of both axes as keywords of `Segment`: one for the axis under test, one for the other."""
-    return {"outer": command if axis == "outer" else other, "inner": command if axis == "inner" else other}
+def axes_of(signals: Iterable[str]) -> tuple[str, ...]:
+    """Names of the axes that signals (or their names) are of, in their order: the carrying one first."""
+    return tuple(name.removesuffix(".position") for name in signals if name.endswith(".position"))
 
 
 def step_of(
     name: str,
     rate_hz: float,
     duration_s: float,
-    commands: Mapping[str, AxisCommand],
+    commands: Sequence[AxisCommand],
     meaning: Mapping[str, Any] | None = None,
     measured: bool = False,
     ends: tuple[EndCondition, ...] = (),
 ) -> Step:
-    """A step of `duration_s` seconds (at least one tick) at a tick rate."""
+    """A step of `duration_s` seconds (at least one tick) at a tick rate; `commands` of the carrying axis and of the carried one."""
     ticks = max(1, round(duration_s * rate_hz))
-    return Step(name, Segment(commands["outer"], commands["inner"], ticks, ends), dict(meaning or {}), measured)
+    outer, inner = commands
+    return Step(name, Segment(outer, inner, ticks, ends), dict(meaning or {}), measured)

@@ -12,12 +12,14 @@
         guards: {outer: {rate_rad_s: 0.5}}
         measure: true
 
-An axis that is not named is off.
+An axis that is not named is off. The axes have the names of the model file, or `outer` (which carries) and `inner`.
 """
 
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -27,9 +29,8 @@ from firmware_protocol.documents import Strict, read_yaml, refusal_of
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.control.layout import Mode
 from gimbal_hil.experiments.references import ANY_REFERENCE, SHAPES, AnyReference, without_units
-from gimbal_hil.host import AxisCommand, EndCondition, EndKind, Guard, Program, Segment, program_of
+from gimbal_hil.host import AXIS_NAMES, AxisCommand, EndCondition, EndKind, Guard, Program, Segment, program_of
 
-_AXES = ("outer", "inner")
 #: a program of so many takes 40 MB
 _MOST_SEGMENTS = 100_000
 _END_KEYS = {
@@ -71,7 +72,7 @@ class AxisPlan(Strict):
 class End(Strict):
     """One condition that ends a segment early, once it has held for a time."""
 
-    axis: Literal["outer", "inner"]
+    axis: str
     rate_above_rad_s: Annotated[float, Field(ge=0.0)] | None = None
     rate_below_rad_s: Annotated[float, Field(gt=0.0)] | None = None
     position_above_rad: float | None = None
@@ -81,6 +82,8 @@ class End(Strict):
 
     @model_validator(mode="after")
     def _one(self) -> End:
+        if self.axis not in AXIS_NAMES:
+            raise ValueError(f"no axis {self.axis!r}: expected the name of an axis")
         if sum(getattr(self, key) is not None for key in _END_KEYS) != 1:
             raise ValueError("expected exactly one of " + ", ".join(_END_KEYS))
         return self
@@ -88,7 +91,7 @@ class End(Strict):
     def condition(self, rate_hz: float) -> EndCondition:
         """For the host."""
         key = next(key for key in _END_KEYS if getattr(self, key) is not None)
-        return EndCondition(_END_KEYS[key], _AXES.index(self.axis), getattr(self, key), max(1, round(self.for_s * rate_hz)))
+        return EndCondition(_END_KEYS[key], AXIS_NAMES.index(self.axis), getattr(self, key), max(1, round(self.for_s * rate_hz)))
 
 
 class GuardPlan(Strict):
@@ -181,16 +184,47 @@ class Plan(Strict):
         return self.laps * sum(segment.duration_s for segment in self.segments)
 
 
-def load_plan(path: Path) -> Plan:
-    """Read and check a plan file; BadInputError names file, key and what was expected."""
-    return plan_from_document(read_yaml(path, "a plan file with the keys schema, name, segments"), str(path))
+def load_plan(path: Path, axes: Sequence[str] = AXIS_NAMES) -> Plan:
+    """Read and check a plan file for an antenna with these axes; BadInputError names file, key and what was expected."""
+    return plan_from_document(read_yaml(path, "a plan file with the keys schema, name, segments"), str(path), axes)
 
 
-def plan_from_document(document: Any, where: str) -> Plan:
-    """Check a plan given as a mapping; BadInputError as in `load_plan`."""
+def plan_from_document(document: Any, where: str, axes: Sequence[str] = AXIS_NAMES) -> Plan:
+    """Check a plan given as a mapping; BadInputError as in `load_plan`. `outer` and `inner` are understood whatever the axes' names."""
     if not isinstance(document, dict):
         raise BadInputError(where, "holds no mapping", "the keys schema, name, segments")
     try:
-        return Plan.model_validate(document)
+        return Plan.model_validate(_by_place(document, axes))
     except ValidationError as error:
-        raise refusal_of(error, where, Plan, SHAPES) from None
+        raise _in_own_words(refusal_of(error, where, Plan, SHAPES), document, axes) from None
+
+
+def _in_own_words(refusal: BadInputError, document: dict[str, Any], axes: Sequence[str]) -> BadInputError:
+    """The refusal with the axes called as the file calls them."""
+    if tuple(axes) == AXIS_NAMES:
+        return refusal
+    where = re.sub(rf"(?<=\.)({'|'.join(AXIS_NAMES)})(?=\.|$)", lambda found: dict(zip(AXIS_NAMES, axes, strict=True))[found[1]], refusal.where)
+    return BadInputError(where, refusal.problem, refusal.expected)
+
+
+def _by_place(document: dict[str, Any], axes: Sequence[str]) -> dict[str, Any]:
+    """A plan in which the axes are called `outer` and `inner`, as the fields above are; the other names in it stay."""
+    places = dict(zip(axes, AXIS_NAMES, strict=True))
+
+    def renamed(section: Any) -> Any:
+        return {places.get(key, key): value for key, value in section.items()} if isinstance(section, dict) else section
+
+    def of_segment(segment: Any) -> Any:
+        if not isinstance(segment, dict):
+            return segment
+        ends = segment.get("end")
+        if isinstance(ends, list):
+            segment = segment | {"end": [one | {"axis": places.get(one["axis"], one["axis"])} if _names_axis(one) else one for one in ends]}
+        return renamed(segment | ({"guards": renamed(segment["guards"])} if "guards" in segment else {}))
+
+    segments = document.get("segments")
+    return document | {"segments": [of_segment(one) for one in segments]} if isinstance(segments, list) else document
+
+
+def _names_axis(end: Any) -> bool:
+    return isinstance(end, dict) and isinstance(end.get("axis"), str)

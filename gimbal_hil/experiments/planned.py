@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gimbal_hil.experiments.experiment import AXES, Experiment, Row, Signals, Step
+from gimbal_hil.experiments.experiment import Experiment, Row, Signals, Step, axes_of
 from gimbal_hil.experiments.plan import Plan, load_plan
+from gimbal_hil.host import AXIS_NAMES
 
 if TYPE_CHECKING:
     from gimbal_hil.report import Block
@@ -18,9 +19,9 @@ if TYPE_CHECKING:
 _COLUMNS = ("torque_mean_nm", "torque_std_nm", "rate_mean_rad_s", "position_first_rad", "position_last_rad")
 
 
-def experiment_of_file(path: Path, rate_hz: float, every: int | None = None) -> Experiment:
-    """The plan in a file; BadInputError names file and key where it is none."""
-    return experiment_of_plan(load_plan(path), rate_hz, every)
+def experiment_of_file(path: Path, rate_hz: float, every: int | None = None, axes: Sequence[str] = AXIS_NAMES) -> Experiment:
+    """The plan in a file, for an antenna with these axes; BadInputError names file and key where it is none."""
+    return experiment_of_plan(load_plan(path, axes), rate_hz, every)
 
 
 def experiment_of_plan(plan: Plan, rate_hz: float, every: int | None = None) -> Experiment:
@@ -37,7 +38,7 @@ def measure(step: Step, signals: Signals) -> Row:
     """Duration (s), and for each axis mean and spread of the torque (N m), mean rate (rad/s), first and last position (rad)."""
     time = signals["time_s"]
     row: Row = {"duration_s": float(time[-1] - time[0]) if len(time) else 0.0}
-    for axis in AXES:
+    for axis in axes_of(signals):
         torque, rate, position = (signals[f"{axis}.{name}"] for name in ("torque", "rate", "position"))
         values = (np.mean(torque), np.std(torque), np.mean(rate), position[0], position[-1]) if len(time) else (0.0,) * len(_COLUMNS)
         row |= {f"{axis}_{column}": float(value) for column, value in zip(_COLUMNS, values, strict=True)}
@@ -50,6 +51,6 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
 
     if not rows:
         return [Text("No segment of the plan is marked to be measured.")]
-    keys = ["duration_s", *(f"{axis}_{column}" for axis in AXES for column in _COLUMNS)]
+    keys = ["duration_s", *(name for name in rows[0] if name.endswith(_COLUMNS))]
     body = [[str(row.get("step", "")), *(f"{row[key]:.5g}" for key in keys)] for row in rows]
     return [Table(("Segment", *keys), body, "What the axes did in each measured segment.")]

@@ -19,7 +19,7 @@ import numpy as np
 from firmware_protocol.errors import BadInputError, GimbalHilError, SafetyStopError
 from gimbal_hil.experiments.antenna import Antenna, Followed
 from gimbal_hil.experiments.checkpoint import Checkpoint, read_checkpoint, remove_checkpoint, write_checkpoint
-from gimbal_hil.experiments.experiment import AXES, Experiment, Row, Signals, Step, move_to
+from gimbal_hil.experiments.experiment import Experiment, Row, Signals, Step, move_to
 from gimbal_hil.experiments.step_signals import STEPS_FOLDER, write_step_signals
 from gimbal_hil.host import EventCode, Segment
 from gimbal_hil.runs import EventKind, RunHeader, RunWriter
@@ -178,7 +178,7 @@ class _Session:
 
 def check_guards(step: Step, antenna: Antenna) -> None:
     """Refuse to enter a step whose guards the antenna already violates; SafetyStopError names step, axis and value."""
-    for axis, command in zip(AXES, (step.segment.outer, step.segment.inner), strict=True):
+    for axis, command in zip(antenna.axes, (step.segment.outer, step.segment.inner), strict=True):
         position = antenna.position_rad(axis)
         guard = command.guard
         if not guard.low_rad <= position <= guard.high_rad:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gimbal_hil.experiments.experiment import AXES, Signals
+from gimbal_hil.experiments.experiment import Signals, axes_of
 
 STEPS_FOLDER = "steps"
 
@@ -25,12 +25,13 @@ def write_step_signals(folder: Path, number: int, signals: Signals) -> Path:
     """Keep the signals of step `number`; columns that hold nothing (references of open loops, a base at rest) are left out."""
     from gimbal_hil.signals import SignalsTable, column_names, write_signals
 
-    known = column_names(AXES)
+    axes = axes_of(signals)
+    known = column_names(axes)
     columns = {name: values for name, values in signals.items() if name in known and name != "time_s" and np.all(np.isfinite(values))}
     if not any(np.any(values) for name, values in columns.items() if name.startswith("base.")):
         columns = {name: values for name, values in columns.items() if not name.startswith("base.")}
     path = step_file(folder, number)
     path.parent.mkdir(exist_ok=True)
-    table = SignalsTable.of(AXES, signals["time_s"], columns)
+    table = SignalsTable.of(axes, signals["time_s"], columns)
     write_signals(table, path, force=True)
     return path

@@ -3,7 +3,7 @@
 from gimbal_hil.control.layout import Mode
 from gimbal_hil.host import layout
 from gimbal_hil.host.core import host_tick
-from gimbal_hil.host.events import HostEvent
+from gimbal_hil.host.events import AXIS_NAMES, HostEvent
 from gimbal_hil.host.frame_tick import encode_host_mail
 from gimbal_hil.host.host import Host
 from gimbal_hil.host.memory import C_AT, COUNTERS_AT, H_AT, MAIL_AT, OCTETS_AT, RECEIVERS_AT, ROWS_KEPT
@@ -12,6 +12,7 @@ from gimbal_hil.host.states import Cause, EndKind, EventCode, HostState, LinkSta
 from gimbal_hil.host.tick_row import LOG_WORDS, MEASURED, ROW_WORDS, write_row
 
 __all__ = [
+    "AXIS_NAMES",
     "COUNTERS_AT",
     "C_AT",
     "H_AT",

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from firmware_protocol.schema import DriveState, FaultCode
 from gimbal_hil.host.states import Cause, EventCode, HostState, LinkStatus
 
-_AXES = ("outer", "inner")
+#: what the axes are called where nobody has named them
+AXIS_NAMES = ("outer", "inner")
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,8 +22,8 @@ class HostEvent:
     data: dict[str, object] = field(default_factory=dict)
 
 
-def host_event(tick: int, code: int, first: int, second: int, third: int) -> HostEvent:
-    """One entry of the ring, in words."""
+def host_event(axes: Sequence[str], tick: int, code: int, first: int, second: int, third: int) -> HostEvent:
+    """One entry of the ring, in words; `axes` are the names of both."""
     kind = EventCode(code)
     if kind is EventCode.STATE:
         was, now, cause = _name(HostState, first), _name(HostState, second), _name(Cause, third)
@@ -44,7 +46,7 @@ def host_event(tick: int, code: int, first: int, second: int, third: int) -> Hos
         return HostEvent(tick, kind, f"drive {was} to {now}{because}", {"from": was, "to": now, "fault": fault})
     if kind is EventCode.TRIPPED:
         cause = _name(Cause, first)
-        return HostEvent(tick, kind, f"{cause} on {_AXES[second]}", {"cause": cause, "axis": _AXES[second], "braking": bool(third)})
+        return HostEvent(tick, kind, f"{cause} on {axes[second]}", {"cause": cause, "axis": axes[second], "braking": bool(third)})
     return HostEvent(tick, kind, "base motion heard" if first else "base motion lost", {"heard": bool(first)})
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from gimbal_hil.control.layout import TORQUE, Mode
 from gimbal_hil.host import layout
-from gimbal_hil.host.events import HostEvent, host_event
+from gimbal_hil.host.events import AXIS_NAMES, HostEvent, host_event
 from gimbal_hil.host.frame_tick import host_frame_tick
 from gimbal_hil.host.memory import LOG_COUNT, RECEIVED_SIZE, ROWS_KEPT, SENT_AT, new_memory
 from gimbal_hil.host.program import AxisCommand, Program, Segment, program_of
@@ -28,8 +29,9 @@ class Host:
     Fed the same calls again it sends the same bytes, which is what replay relies on. Not for several threads.
     """
 
-    def __init__(self, configuration: NDArray[np.float64]) -> None:
-        """`configuration` is the array `C`, shape (C_SIZE,); see `settings.host_configuration`."""
+    def __init__(self, configuration: NDArray[np.float64], axes: Sequence[str] = AXIS_NAMES) -> None:
+        """`configuration` is the array `C`, shape (C_SIZE,), see `settings.host_configuration`; `axes` what events call both axes."""
+        self.axes = tuple(axes)
         self.memory = new_memory(configuration)
         self.plan = program_of([Segment(outer=AxisCommand(), inner=AxisCommand())]).values
         self._rows_taken = 0
@@ -98,7 +100,7 @@ class Host:
         first = max(self._events_taken, count - layout.EVENT_CAPACITY)
         self._events_taken = count
         ring = G[layout.EVENTS : layout.EVENTS + layout.EVENT_CAPACITY * layout.EVENT_SIZE].reshape(-1, layout.EVENT_SIZE)
-        return [host_event(*(int(v) for v in ring[k % layout.EVENT_CAPACITY])) for k in range(first, count)]
+        return [host_event(self.axes, *(int(v) for v in ring[k % layout.EVENT_CAPACITY])) for k in range(first, count)]
 
     @property
     def state(self) -> HostState:
@@ -124,7 +126,7 @@ class Host:
         """For people and dashboards: state, measurements, references, torques, drive; plain JSON."""
         G, H = self.memory.G, self.memory.H
         axes = {}
-        for axis, name in enumerate(("outer", "inner")):
+        for axis, name in enumerate(self.axes):
             h = layout.axis_h(axis)
             axes[name] = {
                 "mode": Mode(int(G[layout.axis_g(axis) + layout.MODE])).name.lower(),

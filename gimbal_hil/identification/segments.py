@@ -10,7 +10,7 @@ import numpy as np
 
 from gimbal_hil.control.layout import Mode
 from gimbal_hil.identification.averaging import Vector
-from gimbal_hil.runs import EventKind, Run, columns_of
+from gimbal_hil.runs import AXES, EventKind, Run, columns_of
 from gimbal_hil.signals import SignalsTable
 
 #: without references, a change of block speed by this share of the larger one starts a new stretch
@@ -49,7 +49,8 @@ def stretches_of_run(run: Run, table: SignalsTable, axis: str) -> tuple[Stretch,
     first = int(columns_of(run.frames, "drive_status").tick[0])
     named = {event.tick: event.text for event in run.events if event.kind is EventKind.SEGMENT}
     begun = np.isin(ticks["tick"][1:], np.array(list(named), dtype=np.int64))
-    change = np.flatnonzero(begun | (np.diff(ticks["segment"]) != 0) | (np.diff(ticks[f"mode_{axis}"]) != 0)) + 1
+    mode = ticks[f"mode_{AXES[run.record.header.axes.index(axis)]}"]
+    change = np.flatnonzero(begun | (np.diff(ticks["segment"]) != 0) | (np.diff(mode) != 0)) + 1
     edges = np.concatenate([[0], change, [len(ticks)]])
     stretches, name = [], ""
     for start, stop in pairwise(edges.tolist()):
@@ -57,7 +58,7 @@ def stretches_of_run(run: Run, table: SignalsTable, axis: str) -> tuple[Stretch,
         low = int(np.clip(ticks["tick"][start] - first, 0, len(table)))
         high = int(np.clip(ticks["tick"][stop] - first, 0, len(table))) if stop < len(ticks) else len(table)
         if high > low:
-            drive = _DRIVES.get(int(ticks[f"mode_{axis}"][start]), Drive.LOOP)
+            drive = _DRIVES.get(int(mode[start]), Drive.LOOP)
             stretches.append(Stretch(f"{name} ({table.time_s[low]:.1f} s)", low, high, drive))
     return tuple(stretches)
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.experiments import AXES, TEARDOWN_S, Experiment, Step
+from gimbal_hil.experiments import TEARDOWN_S, Experiment, Step
 from gimbal_hil.host import AxisCommand
 from gimbal_hil.improvement.rehearsal import Rehearsal
 from gimbal_hil.settings import DaemonSettings
@@ -32,7 +32,7 @@ class Budgets:
             return f"needs {needed:.0f} s of antenna time; {max(0.0, self.antenna_s - used_s):.0f} s of {self.antenna_s:.0f} s are left"
         if rehearsal.stopped is not None:
             return f"is stopped when it is rehearsed on the model: {rehearsal.stopped}"
-        for axis in AXES:
+        for axis in self.torque_nm:
             torque, (low, high) = rehearsal.torque_nm[axis], rehearsal.travel_rad[axis]
             if torque > self.torque_nm[axis]:
                 return f"needs {torque:.3g} N m on {axis}; {self.torque_nm[axis]:.3g} N m are allowed"
@@ -46,11 +46,9 @@ class Budgets:
         return replace(experiment, steps=tuple(self._guarded_step(step) for step in experiment.steps))
 
     def _guarded_step(self, step: Step) -> Step:
-        segment = step.segment
-        return replace(
-            step,
-            segment=replace(segment, outer=self._guarded_axis("outer", segment.outer), inner=self._guarded_axis("inner", segment.inner)),
-        )
+        outer, inner = self.torque_nm
+        guarded = self._guarded_axis(outer, step.segment.outer), self._guarded_axis(inner, step.segment.inner)
+        return replace(step, segment=replace(step.segment, outer=guarded[0], inner=guarded[1]))
 
     def _guarded_axis(self, axis: str, command: AxisCommand) -> AxisCommand:
         guard, (low, high) = command.guard, self.travel_rad[axis]
@@ -67,9 +65,13 @@ def budgets_of(
     settings: DaemonSettings, antenna_s: float, rounds: int, torque: Mapping[str, float], travel: Mapping[str, tuple[float, float]]
 ) -> Budgets:
     """What was given, within the limits of the configuration; BadInputError where more was given than those allow."""
+    for option, given in (("--torque", torque), ("--travel", travel)):
+        for axis in given:
+            if axis not in settings.axes:
+                raise BadInputError(f"{option} {axis}", "names no axis", "AXIS=VALUE with axis " + " or ".join(settings.axes))
     torques, travels = {}, {}
-    for axis in AXES:
-        limits = getattr(settings.axes, axis).limits
+    for axis in settings.axis_names:
+        limits = settings.axes[axis].limits
         wrap = math.inf if limits.cable_wrap_turns is None else 2.0 * math.pi * limits.cable_wrap_turns
         low = -wrap if limits.position_low_rad is None else max(-wrap, limits.position_low_rad)
         high = wrap if limits.position_high_rad is None else min(wrap, limits.position_high_rad)
@@ -80,8 +82,8 @@ def budgets_of(
                 f"--torque {axis}={torques[axis]:g}", "is over the configuration's limit", f"at most {limits.torque_nm:g} N m"
             )
         if travels[axis][0] < low or travels[axis][1] > high:
-            given = f"--travel {axis}={travels[axis][0]:g}..{travels[axis][1]:g}"
-            raise BadInputError(given, "is over the configuration's limits", f"within {low:g} to {high:g} rad")
+            asked = f"--travel {axis}={travels[axis][0]:g}..{travels[axis][1]:g}"
+            raise BadInputError(asked, "is over the configuration's limits", f"within {low:g} to {high:g} rad")
     return Budgets(antenna_s, rounds, torques, travels)
 
 
@@ -106,8 +108,8 @@ def travels_of(texts: list[str]) -> dict[str, tuple[float, float]]:
 
 def _split(option: str, text: str) -> tuple[str, str]:
     axis, equals, value = text.partition("=")
-    if not equals or axis not in AXES:
-        raise BadInputError(f"{option} {text}", "names no axis", "AXIS=VALUE with axis " + " or ".join(AXES))
+    if not equals:
+        raise BadInputError(f"{option} {text}", "names no axis", "AXIS=VALUE")
     return axis, value
 
 

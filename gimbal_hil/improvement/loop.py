@@ -19,7 +19,7 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.discrepancy import Diagnosis, corrected_model, diagnose, discrepancy_page, recalibrated_model, verdict_of
 from gimbal_hil.discrepancy.completeness import COMPLETE_FLOORS
 from gimbal_hil.discrepancy.standing import standing
-from gimbal_hil.experiments import AXES, Experiment, ProgressSink, Silent
+from gimbal_hil.experiments import Experiment, ProgressSink, Silent
 from gimbal_hil.experiments.sequences import SURVEY_S, SequenceOptions, breakaway_torques, build_experiment, survey_motion
 from gimbal_hil.improvement.budgets import AFTERWARDS_S, Budgets
 from gimbal_hil.improvement.choosing import (
@@ -159,7 +159,9 @@ class _Loop:
 
     def _first_surveys(self) -> Ending | None:
         for number, role in ((0, Role.SEARCH), (1, Role.JUDGE)):
-            refusal = self._measure(1, self._survey(number), role, AXES, "rich motion of both axes, to search on and to judge on")
+            refusal = self._measure(
+                1, self._survey(number), role, self.task.start.axes, "rich motion of both axes, to search on and to judge on"
+            )
             if refusal is not None and number == 0:
                 raise BadInputError(
                     "the first survey", refusal, "budgets that allow at least two surveys (--short and --survey make them shorter)"
@@ -170,7 +172,7 @@ class _Loop:
 
     def _next_run(self, round_number: int, decision: Decision, choice: Chosen | None) -> Ending | None:
         if decision is Decision.CHECK:
-            experiment, role, axes = self._survey(len(self.data.judge) + 1), Role.JUDGE, list(AXES)
+            experiment, role, axes = self._survey(len(self.data.judge) + 1), Role.JUDGE, list(self.task.start.axes)
             why = "a motion that no model has seen, to check what was taken over"
             refusal = self._measure(round_number, experiment, role, axes, why)
         else:
@@ -188,11 +190,14 @@ class _Loop:
     # --- experiments -----------------------------------------------------------------------------------------------------------
 
     def _survey(self, number: int) -> Experiment:
-        return survey_motion(SequenceOptions(self.task.settings.rate_hz, every=1), number, self.task.survey_s)
+        return survey_motion(
+            SequenceOptions(self.task.settings.rate_hz, every=1, names=self.task.settings.axis_names), number, self.task.survey_s
+        )
 
     def _separating(self, sequence: str, axes: Sequence[str]) -> Experiment:
         known = breakaway_torques(self.model)
-        options = SequenceOptions(self.task.settings.rate_hz, tuple(axes), short=True, every=1, breakaway_nm=known)
+        settings = self.task.settings
+        options = SequenceOptions(settings.rate_hz, tuple(axes), short=True, every=1, breakaway_nm=known, names=settings.axis_names)
         return build_experiment(sequence, options)
 
     def _measure(

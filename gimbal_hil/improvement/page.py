@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from gimbal_hil.discrepancy.completeness import COMPLETE_FLOORS
-from gimbal_hil.experiments import AXES
 from gimbal_hil.improvement.choosing import WORTH
 from gimbal_hil.improvement.journal import Chosen, Diagnosed, Ended, Entry, Measured, Measuring, Refused, Resumed, Stopped
 from gimbal_hil.report import Block, Callout, Details, Heading, Listing, Page, Plot, Table, Text, Tiles
@@ -77,13 +76,10 @@ def _gap_figure(rounds: Sequence[Diagnosed]) -> Any:
     from gimbal_hil.plots import ALERT, MEASURED, MODEL, REFERENCE, SECOND, figure
 
     drawn = figure("Left over, in noise floors", "round", "rms / noise floor", 380)
-    colours = {
-        ("outer", "torque"): MEASURED,
-        ("inner", "torque"): MODEL,
-        ("outer", "rate_error"): SECOND,
-        ("inner", "rate_error"): REFERENCE,
-    }
-    for channel in dict.fromkeys((gap["axis"], gap["signal"]) for one in rounds for gap in one.gaps):
+    channels = dict.fromkeys((gap["axis"], gap["signal"]) for one in rounds for gap in one.gaps)
+    shades = {"torque": [MEASURED, MODEL], "rate_error": [SECOND, REFERENCE]}
+    colours = {channel: shades[channel[1]].pop(0) for channel in channels if shades.get(channel[1])}
+    for channel in channels:
         x: list[float] = []
         y: list[float] = []
         symbols: list[str] = []
@@ -124,12 +120,12 @@ def _experiment_table(entries: Sequence[Entry]) -> Table:
     rows = []
     for run, choice in chosen.items():
         plan = rehearsed.get(run)
-        torque = "" if plan is None else ", ".join(f"{plan.torque_nm[axis]:.2f}" for axis in AXES)
+        torque = "" if plan is None else ", ".join(f"{axis} {torque:.2f}" for axis, torque in plan.torque_nm.items())
         state = f"{plan.duration_s:.0f}" if plan is not None and run in done else "not complete"
         rows.append((str(choice.round), choice.sequence, " and ".join(choice.axes), choice.why, torque, state))
     for refused in (e for e in entries if isinstance(e, Refused)):
         rows.append((str(refused.round), refused.sequence, "", f"refused: {refused.reason}", "", ""))
-    header = ("round", "experiment", "axes", "why", "peak torque outer, inner [N m]", "duration [s]")
+    header = ("round", "experiment", "axes", "why", "peak torque [N m]", "duration [s]")
     return Table(header, rows, "In the order in which they were run; torque as rehearsed on the model before anything moved.")
 
 
@@ -196,7 +192,7 @@ def _budget_table(task: Task, entries: Sequence[Entry], used_s: float, rounds: i
         ("antenna time", f"{used_s:.0f} s", f"{task.budgets.antenna_s:.0f} s"),
         ("rounds", str(rounds), str(task.budgets.rounds)),
     ]
-    for axis in AXES:
+    for axis in task.budgets.torque_nm:
         peak = max((p.torque_nm[axis] for p in plans), default=0.0)
         low, high = min((p.travel_rad[axis][0] for p in plans), default=0.0), max((p.travel_rad[axis][1] for p in plans), default=0.0)
         least, most = task.budgets.travel_rad[axis]

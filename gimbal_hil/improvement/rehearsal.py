@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from firmware_protocol.errors import SafetyStopError
-from gimbal_hil.experiments import AXES, EmbeddedAntenna, Experiment, Signals
+from gimbal_hil.experiments import EmbeddedAntenna, Experiment, Signals
 from gimbal_hil.settings import DaemonSettings
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel
@@ -44,14 +44,14 @@ def rehearse(experiment: Experiment, settings: DaemonSettings, model: AntennaMod
     except SafetyStopError as stop:
         stopped = str(stop)
     if not parts:
-        return Rehearsal(dict.fromkeys(AXES, 0.0), dict.fromkeys(AXES, (0.0, 0.0)), None, stopped)
+        return Rehearsal(dict.fromkeys(model.axes, 0.0), dict.fromkeys(model.axes, (0.0, 0.0)), None, stopped)
     columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    torque = {axis: float(np.max(np.abs(columns[f"{axis}.torque"]))) for axis in AXES}
+    torque = {axis: float(np.max(np.abs(columns[f"{axis}.torque"]))) for axis in model.axes}
     travel = {
         axis: (float(np.min(columns[f"{axis}.position"])) + _SAME_RAD, float(np.max(columns[f"{axis}.position"])) - _SAME_RAD)
-        for axis in AXES
+        for axis in model.axes
     }
-    kept = {f"{axis}.{name}": columns[f"{axis}.{name}"] for axis in AXES for name in _KEPT}
+    kept = {f"{axis}.{name}": columns[f"{axis}.{name}"] for axis in model.axes for name in _KEPT}
     kept = {name: values for name, values in kept.items() if np.isfinite(values).all()}
     time_s = np.arange(len(columns["time_s"])) / settings.rate_hz
-    return Rehearsal(torque, travel, SignalsTable.of(AXES, time_s, kept, source=f"rehearsal of {experiment.name}"), stopped)
+    return Rehearsal(torque, travel, SignalsTable.of(model.axes, time_s, kept, source=f"rehearsal of {experiment.name}"), stopped)

@@ -19,6 +19,7 @@ from firmware_protocol.errors import LinkError
 from firmware_protocol.links import FaultsConfig, FaultyLink, memory_pair
 from gimbal_hil.host import LOG_WORDS, MEASURED, ROW_WORDS, ROWS_KEPT, Host, HostEvent, HostState, Program, layout
 from gimbal_hil.lockstep.compiled_run import FRAME_WORDS, MOST_FRAMES, run_ticks
+from gimbal_hil.runs import AXES, FRAME_ROW, TICK_ROW
 from gimbal_hil.settings import DaemonSettings, host_configuration
 from sim_backend.device import Device
 from sim_backend.model import AntennaModel
@@ -39,19 +40,16 @@ class Recorded:
     step_s: float
     frames: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, FRAME_WORDS), dtype=np.int64))
     events: tuple[HostEvent, ...] = ()
+    axes: tuple[str, ...] = AXES
 
     @property
     def rows(self) -> NDArray[np.void]:
         """Tick rows, `runs.TICK_ROW`."""
-        from gimbal_hil.runs import TICK_ROW
-
         return np.ascontiguousarray(self.log[:, :ROW_WORDS]).reshape(-1).view(TICK_ROW)
 
     @property
     def frame_rows(self) -> NDArray[np.void]:
         """Frames, `runs.FRAME_ROW`."""
-        from gimbal_hil.runs import FRAME_ROW
-
         return np.ascontiguousarray(self.frames).reshape(-1).view(FRAME_ROW)
 
     @property
@@ -63,12 +61,12 @@ class Recorded:
         """Columns of the signals table (CONTRACTS 4), references included with NaN where a loop had none."""
         rows, measured = self.rows, self.log.view(np.float64)[:, MEASURED:]
         columns = {"time_s": rows["tick"] * self.step_s}
-        for axis, name in enumerate(("outer", "inner")):
-            columns[f"{name}.torque"] = rows[f"torque_{name}"].copy()
+        for axis, (own, name) in enumerate(zip(AXES, self.axes, strict=True)):
+            columns[f"{name}.torque"] = rows[f"torque_{own}"].copy()
             for place, signal in enumerate(("position", "rate", "torque_measured", "temperature")):
                 columns[f"{name}.{signal}"] = measured[:, 2 * place + axis].copy()
-            columns[f"{name}.position_ref"] = rows[f"position_ref_{name}"].copy()
-            columns[f"{name}.rate_ref"] = rows[f"rate_ref_{name}"].copy()
+            columns[f"{name}.position_ref"] = rows[f"position_ref_{own}"].copy()
+            columns[f"{name}.rate_ref"] = rows[f"rate_ref_{own}"].copy()
         for place, signal in enumerate(_BASE):
             columns[f"base.{signal}"] = measured[:, 8 + place].copy()
         return columns
@@ -89,8 +87,8 @@ class _Engine(ABC):
     """What both paths share."""
 
     def __init__(self, settings: DaemonSettings, model: AntennaModel, seed: int = 0, device: Device | None = None) -> None:
-        self.settings = settings
-        self.host = Host(host_configuration(settings))
+        self.settings = settings.for_axes(model.axes, model.where)
+        self.host = Host(host_configuration(settings), self.settings.axis_names)
         self.device = device or Device(model, rate_hz=settings.rate_hz, seed=seed)
         self.step_ns = round(1e9 / settings.rate_hz)
         self.tick = 0
@@ -161,7 +159,7 @@ class FramePath(_Engine):
                 break
         logs.append(self._decimated(host.take_log(), every))
         events += host.events()
-        return Recorded(_stacked(logs, LOG_WORDS), self.tick - first, 1.0 / self.settings.rate_hz, events=tuple(events))
+        return Recorded(_stacked(logs, LOG_WORDS), self.tick - first, 1.0 / self.settings.rate_hz, events=tuple(events), axes=host.axes)
 
     def _decimated(self, log: NDArray[np.int64], every: int) -> NDArray[np.int64]:
         """Rows that the decimation keeps: that of the segment where it says so."""
@@ -221,7 +219,7 @@ class CompiledPath(_Engine):
             if until_done and not host.following:
                 break
         return Recorded(
-            _stacked(logs, LOG_WORDS), self.tick - first, 1.0 / self.settings.rate_hz, _stacked(kept, FRAME_WORDS), tuple(events)
+            _stacked(logs, LOG_WORDS), self.tick - first, 1.0 / self.settings.rate_hz, _stacked(kept, FRAME_WORDS), tuple(events), host.axes
         )
 
 
@@ -233,6 +231,7 @@ def joined(parts: list[Recorded]) -> Recorded:
         parts[0].step_s,
         _stacked([part.frames for part in parts], FRAME_WORDS),
         tuple(event for part in parts for event in part.events),
+        parts[0].axes,
     )
 
 

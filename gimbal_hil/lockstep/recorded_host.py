@@ -16,7 +16,7 @@ def host_of(run: Run) -> Host:
     settings = settings_from_document(dict(run.record.header.configuration), where)
     if not settings.recording.frames or settings.recording.every_ticks != 1:
         raise BadInputError(f"{where}.recording", "this run does not keep every frame and tick", "frames: true and every_ticks: 1")
-    return Host(host_configuration(settings))
+    return Host(host_configuration(settings), run.record.header.axes)
 
 
 def give_again(host: Host, run: Run, event: Event) -> None:

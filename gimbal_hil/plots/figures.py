@@ -9,7 +9,8 @@ from plotly.subplots import make_subplots
 
 #: measured, model, reference, second axis, warning, background band
 MEASURED, MODEL, REFERENCE, SECOND, ALERT, BAND = "#1f6f8b", "#d1603d", "#8a94a0", "#6a4c93", "#b3261e", "rgba(31,111,139,0.15)"
-AXIS_COLOURS = {"outer": "#1f6f8b", "inner": "#d1603d"}
+#: of the first axis and of the second
+AXIS_COLOURS = ("#1f6f8b", "#d1603d")
 
 _LAYOUT = dict(
     template="plotly_white",

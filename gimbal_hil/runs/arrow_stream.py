@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.runs.schema import FRAME_ROW, TICK_ROW
+from gimbal_hil.runs.schema import FRAME_ROW, TICK_ROW, stored_name
 
 END_OF_STREAM = b"\xff\xff\xff\xff\0\0\0\0"
 _CONTINUATION = b"\xff\xff\xff\xff"
@@ -41,12 +41,12 @@ class StreamContent:
     ended: bool
 
 
-def header_bytes(row_type: np.dtype) -> bytes:
-    """The schema message that starts a stream."""
-    return bytes(_schema(row_type).serialize())
+def header_bytes(row_type: np.dtype, axes: tuple[str, str]) -> bytes:
+    """The schema message that starts a stream of an antenna with these axes."""
+    return bytes(_schema(row_type, axes).serialize())
 
 
-def batch_bytes(rows: NDArray[np.void]) -> bytes:
+def batch_bytes(rows: NDArray[np.void], axes: tuple[str, str]) -> bytes:
     """One record batch message."""
     import pyarrow as pa
 
@@ -57,24 +57,24 @@ def batch_bytes(rows: NDArray[np.void]) -> bytes:
             arrays.append(pa.Array.from_buffers(pa.binary(8), len(rows), [None, pa.py_buffer(column)]))
         else:
             arrays.append(pa.array(column))
-    return bytes(pa.record_batch(arrays, schema=_schema(rows.dtype)).serialize())
+    return bytes(pa.record_batch(arrays, schema=_schema(rows.dtype, axes)).serialize())
 
 
-def read_rows(path: Path, row_type: np.dtype) -> StreamContent:
+def read_rows(path: Path, row_type: np.dtype, axes: tuple[str, str]) -> StreamContent:
     """Every row that is whole in the file; raises BadInputError when the file is not a log of this kind."""
     expected = f"a log stream of {_KINDS[row_type].decode()} that gimbal-hil wrote"
     try:
         data = path.read_bytes()  # not mapped: a writer that meets a full disk cuts its file
     except OSError as error:
         raise BadInputError(str(path), error.strerror or "cannot be read", expected) from error
-    header = header_bytes(row_type)
+    header = header_bytes(row_type, axes)
     start = data[: len(header)]
     if start != header[: len(start)]:
         raise BadInputError(str(path), "is not such a log, or its header is damaged", expected)
-    return _read_batches(data, len(header), row_type)
+    return _read_batches(data, len(header), row_type, axes)
 
 
-def _read_batches(data: bytes, at: int, row_type: np.dtype) -> StreamContent:
+def _read_batches(data: bytes, at: int, row_type: np.dtype, axes: tuple[str, str]) -> StreamContent:
     import pyarrow as pa
 
     buffer = pa.py_buffer(data)
@@ -87,9 +87,9 @@ def _read_batches(data: bytes, at: int, row_type: np.dtype) -> StreamContent:
             ended = True
             at += 8
             continue
-        found = _batch_at(buffer, data, at, row_type)
+        found = _batch_at(buffer, data, at, row_type, axes)
         if found is None:
-            following = _next_batch(buffer, data, at, row_type)
+            following = _next_batch(buffer, data, at, row_type, axes)
             skipped.append((at, following, total))
             at = following
             continue
@@ -107,10 +107,11 @@ class GrowingStream:
     Raises BadInputError when the file is not a log of this kind.
     """
 
-    def __init__(self, path: Path, row_type: np.dtype) -> None:
+    def __init__(self, path: Path, row_type: np.dtype, axes: tuple[str, str]) -> None:
         self.row_type = row_type
         self._path = path
-        self._header = header_bytes(row_type)
+        self._axes = axes
+        self._header = header_bytes(row_type, axes)
         self._at = 0
 
     def new_batches(self) -> Iterator[NDArray[np.void]]:
@@ -134,7 +135,7 @@ class GrowingStream:
                     return
                 at = len(self._header)
             buffer = pa.py_buffer(data)
-            while (found := _batch_at(buffer, data, at, self.row_type)) is not None:
+            while (found := _batch_at(buffer, data, at, self.row_type, self._axes)) is not None:
                 rows, at = found
                 yield rows
             self._at += at
@@ -144,7 +145,7 @@ class GrowingStream:
             wanted = least if at else 2 * wanted
 
 
-def _batch_at(buffer: Any, data: bytes, at: int, row_type: np.dtype) -> tuple[NDArray[np.void], int] | None:
+def _batch_at(buffer: Any, data: bytes, at: int, row_type: np.dtype, axes: tuple[str, str]) -> tuple[NDArray[np.void], int] | None:
     """Rows of the batch message at byte `at` and the byte after it; None when there is no whole, valid one."""
     import pyarrow as pa
 
@@ -158,32 +159,35 @@ def _batch_at(buffer: Any, data: bytes, at: int, row_type: np.dtype) -> tuple[ND
         message = pa.ipc.read_message(pa.BufferReader(buffer.slice(at)))
         if message.type != "record batch":
             return None
-        batch = pa.ipc.read_record_batch(message, _schema(row_type))
+        batch = pa.ipc.read_record_batch(message, _schema(row_type, axes))
         batch.validate(full=True)
     except (pa.ArrowException, OSError, ValueError):
         return None
     rows = np.zeros(batch.num_rows, row_type)
-    for name in row_type.names or ():
-        stored = batch.column(name)
+    for place, name in enumerate(row_type.names or ()):
+        stored = batch.column(place)
         if stored.offset or stored.null_count or len(stored) != len(rows):
             return None
         rows[name] = np.frombuffer(stored.buffers()[1], row_type[name], len(rows)) if len(rows) else 0
     return rows, at + 8 + length + message.body.size
 
 
-def _next_batch(buffer: Any, data: bytes, at: int, row_type: np.dtype) -> int:
+def _next_batch(buffer: Any, data: bytes, at: int, row_type: np.dtype, axes: tuple[str, str]) -> int:
     """Byte at which the next readable batch starts after damage, or the end of the data."""
     while True:
         at = data.find(_CONTINUATION, at + 1)
         if at < 0:
             return len(data)
-        if at % 8 == 0 and ((data[at : at + 8] == END_OF_STREAM and at + 8 == len(data)) or _batch_at(buffer, data, at, row_type)):
+        if at % 8 == 0 and ((data[at : at + 8] == END_OF_STREAM and at + 8 == len(data)) or _batch_at(buffer, data, at, row_type, axes)):
             return at
 
 
 @cache
-def _schema(row_type: np.dtype) -> Any:
+def _schema(row_type: np.dtype, axes: tuple[str, str]) -> Any:
     import pyarrow as pa
 
-    fields = [(name, pa.binary(8) if name == "payload" else pa.from_numpy_dtype(row_type[name])) for name in row_type.names or ()]
+    fields = [
+        (stored_name(name, axes), pa.binary(8) if name == "payload" else pa.from_numpy_dtype(row_type[name]))
+        for name in row_type.names or ()
+    ]
     return pa.schema(fields, metadata={b"gimbal_hil": _KINDS[row_type], b"version": b"1"})

@@ -14,7 +14,7 @@ from firmware_protocol.errors import BadInputError
 from firmware_protocol.schema import MESSAGES, Message
 from gimbal_hil.runs.frame_columns import MessageColumns, columns_of
 from gimbal_hil.runs.reader import Run
-from gimbal_hil.runs.schema import TICK_ROW, FrameDirection
+from gimbal_hil.runs.schema import TICK_ROW, FrameDirection, stored_name
 
 #: told how far an export is: steps done, of how many
 Progress = Callable[[int, int], None]
@@ -70,9 +70,10 @@ def export_mcap(run: Run, path: Path, progress: Progress) -> int:
             if done % _PROGRESS_ROWS == 0:
                 progress(done, total)
         names = [name for name in TICK_ROW.names or () if name != "check"]
-        channel = _channel(writer, "/tick", dict.fromkeys(names, "number"))
+        named = {name: stored_name(name, run.record.header.axes) for name in names}
+        channel = _channel(writer, "/tick", dict.fromkeys(named.values(), "number"))
         for row in run.ticks:
-            values = {name: row[name].item() for name in names}
+            values = {named[name]: row[name].item() for name in names}
             time_ns = start_ns + values["time_ns"]
             writer.add_message(channel, log_time=time_ns, data=_json(values), publish_time=time_ns)
         writer.finish()
@@ -95,9 +96,9 @@ def export_mf4(run: Run, path: Path, progress: Progress) -> int:
         ]
         for message, columns in _decoded(run)
     ]
-    times = run.ticks["time_ns"] / 1e9
+    times, axes = run.ticks["time_ns"] / 1e9, run.record.header.axes
     names = [name for name in TICK_ROW.names or () if name not in ("tick", "time_ns", "check")]
-    groups.append([Signal(np.ascontiguousarray(run.ticks[name]), times, name=f"host.{name}") for name in names])
+    groups.append([Signal(np.ascontiguousarray(run.ticks[name]), times, name=f"host.{stored_name(name, axes)}") for name in names])
     with MDF(version="4.10") as file:
         for done, signals in enumerate(groups):
             progress(done, len(groups))

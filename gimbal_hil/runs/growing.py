@@ -19,8 +19,8 @@ class GrowingLog:
     def __init__(self, folder: Path) -> None:
         self.folder = Path(folder)
         self.record = read_header(self.folder)
-        self._ticks = _Kept(GrowingStream(self.folder / TICKS_FILE, TICK_ROW))
-        self._frames = _Kept(GrowingStream(self.folder / FRAMES_FILE, FRAME_ROW))
+        self._ticks = _Kept(GrowingStream(self.folder / TICKS_FILE, TICK_ROW, self.record.header.axes))
+        self._frames = _Kept(GrowingStream(self.folder / FRAMES_FILE, FRAME_ROW, self.record.header.axes))
 
     def look(self, from_tick: int) -> Run:
         """The log from a tick on as far as it is written by now, without events; rows before that tick are let go."""

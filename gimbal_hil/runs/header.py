@@ -18,6 +18,7 @@ from typing import Any
 from firmware_protocol.documents import read_yaml, yaml_text
 from firmware_protocol.errors import BadInputError
 from gimbal_hil import __version__
+from gimbal_hil.runs.schema import AXES
 
 RUN_FILE = "run.yaml"
 SCHEMA = 1
@@ -35,6 +36,8 @@ class RunHeader:
     period_ns: int
     lockstep: bool
     title: str = ""
+    #: names of the axes, the carrying one first: columns of the log are named after them
+    axes: tuple[str, str] = AXES
     command_line: tuple[str, ...] = field(default_factory=lambda: tuple(sys.argv))
 
 
@@ -91,6 +94,7 @@ def write_header(folder: Path, header: RunHeader, started_utc: str, end: RunEnd 
         "period_ns": header.period_ns,
         "lockstep": header.lockstep,
         "seed": header.seed,
+        "axes": list(header.axes),
         "exit_status": {"code": end.exit_code, "reason": end.reason} if end else None,
         "log": dict(end.counts) if end else None,
         "hashes": hashes | (dict(end.hashes) if end else {}),
@@ -129,6 +133,7 @@ def _parse(path: Path, document: dict[str, Any]) -> RunRecord:
         period_ns=_get(path, document, "period_ns", int),
         lockstep=_get(path, document, "lockstep", bool),
         title=_get(path, document, "title", str),
+        axes=_axes(path, document.get("axes", list(AXES))),
         command_line=tuple(map(str, who.get("command") or ())),
     )
     if header.period_ns <= 0:
@@ -144,6 +149,12 @@ def _parse(path: Path, document: dict[str, Any]) -> RunRecord:
             {part: _get(path, hashes, part, str, "hashes.") for part in LOG_PARTS},
         )
     return RunRecord(header, who, str(when.get("started_utc")), when.get("ended_utc"), _get(path, document, "software", dict), hashes, end)
+
+
+def _axes(path: Path, names: object) -> tuple[str, str]:
+    if not isinstance(names, list) or len(names) != 2 or not all(isinstance(name, str) for name in names):
+        raise BadInputError(f"{path}: axes", f"is {names!r}", "the names of two axes, the carrying one first")
+    return names[0], names[1]
 
 
 def _get(path: Path, table: dict[str, Any], key: str, kind: type, prefix: str = "") -> Any:

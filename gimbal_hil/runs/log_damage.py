@@ -12,7 +12,7 @@ from gimbal_hil.runs.frame_columns import describe_difference, describe_frame
 from gimbal_hil.runs.header import plain_hash
 from gimbal_hil.runs.integrity import explain
 from gimbal_hil.runs.reader import Run
-from gimbal_hil.runs.schema import EVENTS_FILE, FrameDirection
+from gimbal_hil.runs.schema import EVENTS_FILE, FrameDirection, stored_name
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ def first_damage(run: Run) -> Difference | None:
 def _damage(run: Run) -> Iterator[Difference]:
     for row in run.broken_ticks[:1]:
         found = explain(run.ticks, int(row))
-        signal = found.column or "tick row"
+        signal = stored_name(found.column, run.record.header.axes) if found.column else "tick row"
         yield Difference(found.tick, signal, _value(found.found), _value(found.original), _reason("the row", found.column))
     for row in run.broken_frames[:1]:
         yield _broken_frame(run, int(row))

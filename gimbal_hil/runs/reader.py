@@ -63,8 +63,8 @@ def open_run(folder: Path) -> Run:
     """Read all that is whole; raises BadInputError that names the file when something else than a run is there."""
     folder = Path(folder)
     record = read_header(folder)
-    ticks = _read_stream(folder / TICKS_FILE, TICK_ROW)
-    frames = _read_stream(folder / FRAMES_FILE, FRAME_ROW)
+    ticks = _read_stream(folder / TICKS_FILE, TICK_ROW, record.header.axes)
+    frames = _read_stream(folder / FRAMES_FILE, FRAME_ROW, record.header.axes)
     events, event_note = _read_events(folder / EVENTS_FILE)
     both = min(len(ticks.batch_ends), len(frames.batch_ends))
     whole = ticks.batch_ends[both - 1] if both else 0
@@ -90,10 +90,10 @@ def _holes(path: Path, content: StreamContent) -> tuple[tuple[str, int], ...]:
     return tuple((f"{path.name} from byte {start} on", int(ticks[before]) if before < len(ticks) else -1) for start, before in inside)
 
 
-def _read_stream(path: Path, row_type: np.dtype) -> StreamContent:
+def _read_stream(path: Path, row_type: np.dtype, axes: tuple[str, str]) -> StreamContent:
     if not path.exists():
         raise BadInputError(str(path), "is missing", "the log of the run")
-    return read_rows(path, row_type)
+    return read_rows(path, row_type, axes)
 
 
 def _missing_rows(folder: Path, record: RunRecord, found: dict[str, int]) -> list[str]:

@@ -14,7 +14,7 @@ from firmware_protocol.schema import BY_CAN_ID
 from gimbal_hil.runs.frame_columns import crc_holds, describe_difference, describe_frame
 from gimbal_hil.runs.log_damage import Difference, first_damage
 from gimbal_hil.runs.reader import Run
-from gimbal_hil.runs.schema import CONTENT_WORDS, TICK_ROW, Event, FrameDirection, blocks_of_frames
+from gimbal_hil.runs.schema import CONTENT_WORDS, TICK_ROW, Event, FrameDirection, blocks_of_frames, stored_name
 
 _RECORD = 10
 _CONTENT_BYTES = 8 * CONTENT_WORDS[TICK_ROW]
@@ -70,7 +70,7 @@ def replay(run: Run, host: ReplayHost, give: Callable[[Event], None], progress: 
         if answer != expected:
             return ReplayResult(place + 1, frames, _frame_difference(tick, expected, answer, arrived))
         if host.row[:_CONTENT_BYTES] != recorded[start : start + _CONTENT_BYTES]:
-            return ReplayResult(place + 1, frames, _row_difference(rows[place], host.row, arrived))
+            return ReplayResult(place + 1, frames, _row_difference(rows[place], host.row, arrived, run.record.header.axes))
         if place % 1024 == 1023:
             progress(place + 1)
     progress(len(rows))
@@ -117,11 +117,11 @@ def _frame_difference(tick: int, recorded: bytes, answer: bytes, arrived: bytes)
     return Difference(tick, "frames sent", *counts, f"the host core sends another number of frames{hint}")
 
 
-def _row_difference(recorded: np.void, row: bytes, arrived: bytes) -> Difference:
+def _row_difference(recorded: np.void, row: bytes, arrived: bytes, axes: tuple[str, str]) -> Difference:
     again = np.frombuffer(row, TICK_ROW)[0]
     names = [name for name in TICK_ROW.names or () if recorded[name].tobytes() != again[name].tobytes()]
     values = str(recorded[names[0]].item()), str(again[names[0]].item())
-    return Difference(int(recorded["tick"]), names[0], *values, f"the host core comes to another result{_hint(arrived)}")
+    return Difference(int(recorded["tick"]), stored_name(names[0], axes), *values, f"the host core comes to another result{_hint(arrived)}")
 
 
 def _hint(arrived: bytes) -> str:

@@ -6,13 +6,14 @@ readings of the wall clock after them, and the upper half of the last word is th
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum, IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
+#: what the columns of TICK_ROW call the axes: the carrying one, the carried one; files have the antenna's own names in their place
 AXES = ("outer", "inner")
 
 #: files of a run folder that hold its log
@@ -90,6 +91,14 @@ class Event:
     kind: EventKind
     text: str
     data: Mapping[str, object] = field(default_factory=dict)
+
+
+def stored_name(column: str, axes: Sequence[str]) -> str:
+    """What a column of a row type is called in files of an antenna with these axes."""
+    for own, name in zip(AXES, axes, strict=True):
+        if column.endswith(f"_{own}"):
+            return column.removesuffix(own) + name
+    return column
 
 
 def tick_rows(count: int) -> NDArray[np.void]:

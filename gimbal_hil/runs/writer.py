@@ -190,7 +190,7 @@ class RunWriter:
             return
         rows = np.concatenate(pieces) if pieces else np.zeros(0, row_type)
         content = seal(rows)
-        self._append(name, batch_bytes(rows), len(rows), content.tobytes())
+        self._append(name, batch_bytes(rows, self._header.axes), len(rows), content.tobytes())
 
     def _append(self, name: str, data: bytes, count: int, content: bytes) -> None:
         """Write one whole piece or, when the disk refuses, none of it, and end the recording with the reason."""
@@ -228,8 +228,8 @@ def _open_folder(folder: Path, header: RunHeader, started_utc: str, force: bool)
         folder.mkdir(parents=True, exist_ok=True)
         for name in names:
             files[name] = os.open(folder / name, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND | os.O_CLOEXEC, 0o644)
-        _write_all(files[TICKS_FILE], header_bytes(TICK_ROW))
-        _write_all(files[FRAMES_FILE], header_bytes(FRAME_ROW))
+        _write_all(files[TICKS_FILE], header_bytes(TICK_ROW, header.axes))
+        _write_all(files[FRAMES_FILE], header_bytes(FRAME_ROW, header.axes))
         (folder / RESERVE_FILE).write_bytes(bytes(RESERVE_BYTES))
         write_header(folder, header, started_utc, None)
     except OSError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -10,7 +11,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 from firmware_protocol.documents import Strict
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.control.layout import Mode
-from gimbal_hil.host import AxisCommand, Origin, Program, Segment, Shape, program_of
+from gimbal_hil.host import AXIS_NAMES, AxisCommand, Origin, Program, Segment, Shape, program_of
 
 _MODES = {mode.name.lower(): mode for mode in Mode}
 _SHAPES = {shape.name.lower(): shape for shape in Shape}
@@ -124,11 +125,24 @@ Request = ProgramRequest | PlainRequest
 _REQUEST: TypeAdapter[Request] = TypeAdapter(Annotated[Request, Field(discriminator="command")])
 
 
-def parse_request(line: dict[str, Any]) -> Request:
-    """The request in a line (its `id` aside); BadInputError in one line that names the key."""
+def parse_request(line: dict[str, Any], axes: Sequence[str] = AXIS_NAMES) -> Request:
+    """The request in a line (its `id` aside), which calls the axes by their names; BadInputError in one line that names the key."""
     try:
-        return _REQUEST.validate_python({key: value for key, value in line.items() if key != "id"})
+        asked = {key: value for key, value in line.items() if key != "id"}
+        if isinstance(asked.get("segments"), list):
+            asked["segments"] = [_by_place(one, axes) for one in asked["segments"]]
+        return _REQUEST.validate_python(_by_place(asked, axes))
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        where = ".".join(str(part) for part in first["loc"]) or "command"
+        own = dict(zip(AXIS_NAMES, axes, strict=True))
+        where = ".".join(own.get(str(part), str(part)) for part in first["loc"]) or "command"
         raise BadInputError(where, str(first["msg"])) from None
+
+
+def _by_place(asked: Any, axes: Sequence[str]) -> Any:
+    """A request whose axes have the names of the fields above; a name that is not this antenna's stays, and is refused as unknown."""
+    if not isinstance(asked, dict) or tuple(axes) == AXIS_NAMES:
+        return asked
+    places = dict(zip(axes, AXIS_NAMES, strict=True))
+    unknown = {name: f"{name} (expected {' or '.join(axes)})" for name in AXIS_NAMES if name not in axes}
+    return {places.get(key, unknown.get(key, key)): value for key, value in asked.items()}

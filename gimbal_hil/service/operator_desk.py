@@ -53,7 +53,7 @@ class OperatorDesk:
     def handle(self, client: Client, line: Json) -> Json | None:
         """Answer a request that needs no one else, or pass it on; refusals in one line."""
         try:
-            request = parse_request(line)
+            request = parse_request(line, self._view.axes)
             if isinstance(request, PlainRequest) and request.command == "status":
                 return {"ok": True, "status": self._view.status(), "recording_failure": self._recorder.failure}
             if isinstance(request, SetPointRequest):

@@ -35,10 +35,10 @@ class Service:
     """All that the service process holds."""
 
     def __init__(self, orders: Orders) -> None:
-        header = RunHeader(**{**orders.header, "command_line": tuple(orders.header["command_line"])})
+        header = RunHeader(**{**orders.header, **{key: tuple(orders.header[key]) for key in ("command_line", "axes")}})
         self._telemetry = RingReader(orders.telemetry)
         settings = ServiceSettings(**orders.settings)
-        self._view = LiveView(header.period_ns)
+        self._view = LiveView(header.period_ns, header.axes)
         self._page: PageServer | None = None
         if settings.page_port is not None:
             from gimbal_hil.dashboard import PageServer

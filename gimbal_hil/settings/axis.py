@@ -99,6 +99,9 @@ class Limits(Strict):
 class AxisSettings(Strict):
     """One axis."""
 
+    #: the axis that carries this one; none for the one that turns on the base
+    parent: str | None = None
+
     position_loop: PositionLoop
     rate_loop: RateLoop
     #: none unless given

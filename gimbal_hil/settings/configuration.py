@@ -36,7 +36,7 @@ def host_configuration(settings: DaemonSettings) -> NDArray[np.float64]:
     C[layout.DEADMAN_REACTION] = DeadmanReaction[supervisor.deadman.reaction.name]
     C[layout.AUTOMATIC_RECONNECT] = float(supervisor.automatic_reconnect)
     C[layout.PLAUSIBILITY_SHARE] = -math.expm1(-settings.step_s / supervisor.gyro_encoder_time_s)
-    for axis, section in enumerate((settings.axes.outer, settings.axes.inner)):
+    for axis, section in enumerate(settings.axes.values()):
         block = C[layout.axis_c(axis) : layout.axis_c(axis) + layout.AXIS_C_SIZE]
         _fill_law(block, section, settings.step_s)
         _fill_limits(block, section)

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationError
+from pydantic import Field, ValidationError, field_validator
 
 from firmware_protocol.documents import Strict, read_yaml, refusal_of
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.settings.axis import AxisSettings, NotNegative, Positive
 from gimbal_hil.settings.link import LINK_KINDS, Embedded, EmbeddedAntenna, LinkSettings
+from sim_backend.carrying import INNER, OUTER, in_order, require_plain_names
 
 
 class Reaction(StrEnum):
@@ -67,11 +69,7 @@ class Operator(Strict):
     enabled: bool = True
 
 
-class Axes(Strict):
-    """Both axes."""
-
-    outer: AxisSettings
-    inner: AxisSettings
+AxisNames = tuple[str, str]
 
 
 class DaemonSettings(Strict):
@@ -80,10 +78,40 @@ class DaemonSettings(Strict):
     schema_: Literal[1] = Field(alias="schema")
     rate_hz: Annotated[float, Field(ge=10.0, le=20000.0)] = 1000.0
     link: LinkSettings = EmbeddedAntenna()
-    axes: Axes
+    #: by name, the carrying axis first whatever the file's order
+    axes: dict[str, AxisSettings]
     supervisor: Supervisor = Supervisor()
     recording: Recording = Recording()
     operator: Operator = Operator()
+
+    @field_validator("axes")
+    @classmethod
+    def _carrying_first(cls, axes: dict[str, AxisSettings]) -> dict[str, AxisSettings]:
+        if len(axes) != 2:
+            raise ValueError(f"{len(axes)} axes, not two: one on the base, and one that it carries")
+        require_plain_names(axes)
+        return {name: axes[name] for name in in_order({name: axis.parent for name, axis in axes.items()})}
+
+    @property
+    def axis_names(self) -> AxisNames:
+        """Names of the axes, the carrying one first."""
+        outer, inner = self.axes
+        return outer, inner
+
+    def for_axes(self, names: Sequence[str], where: str) -> DaemonSettings:
+        """These settings for an antenna whose axes have these names: a configuration of `outer` and `inner` fits any antenna.
+
+        Other names must be the antenna's own; BadInputError, which names `where` the antenna's stand, when they are not.
+        """
+        # a single axis is the carrying one of two, and the other one is not there
+        outer, inner = (*names, INNER)[:2]
+        if (outer, inner) == self.axis_names:
+            return self
+        if self.axis_names != (OUTER, INNER):
+            expected = f"{' and '.join(names)}, as in {where}, or {OUTER} and {INNER}, which fit any antenna of two axes"
+            raise BadInputError("axes", f"are {' and '.join(self.axis_names)}", expected)
+        carried = self.axes[INNER].model_copy(update={"parent": outer})
+        return self.model_copy(update={"axes": {outer: self.axes[OUTER], inner: carried}})
 
     @property
     def step_s(self) -> float:

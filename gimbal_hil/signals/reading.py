@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.runs import AXES, EventKind, Run, is_run_folder, open_run
+from gimbal_hil.runs import EventKind, Run, is_run_folder, open_run
 from gimbal_hil.signals.form import AxisNames, Repair, checked_table
 from gimbal_hil.signals.resampling import on_grid
 from gimbal_hil.signals.run_signals import run_columns
@@ -67,10 +67,10 @@ def read_signals(
 
 
 def signals_of_run(
-    run: Run, axes: Sequence[str] = AXES, *, resample: bool = False, drop_invalid: bool = False, rate_hz: float | None = None
+    run: Run, axes: Sequence[str] | None = None, *, resample: bool = False, drop_invalid: bool = False, rate_hz: float | None = None
 ) -> SignalsTable:
-    """The signals of a run that is already open, under the same rules."""
-    return _of_run(run, axes, Repair(resample, drop_invalid, rate_hz))
+    """The signals of a run that is already open, under the same rules; of the run's own axes where none are named."""
+    return _of_run(run, axes or run.record.header.axes, Repair(resample, drop_invalid, rate_hz))
 
 
 def _read(path: Path, named: AxisNames, repair: Repair) -> SignalsTable:
@@ -80,8 +80,9 @@ def _read(path: Path, named: AxisNames, repair: Repair) -> SignalsTable:
 
 
 def _of_run(run: Run, axes: Sequence[str], repair: Repair) -> SignalsTable:
-    if set(axes) != set(AXES):
-        raise BadInputError(str(run.folder), f"is a run of the axes {', '.join(AXES)}", f"a log of the model's axes {', '.join(axes)}")
+    own = run.record.header.axes
+    if set(axes) != set(own):
+        raise BadInputError(str(run.folder), f"is a run of the axes {', '.join(own)}", f"a log of the model's axes {', '.join(axes)}")
     time_s, columns, laps, notes = run_columns(run)
     values = {TIME: time_s, **columns} | ({} if laps is None else {REPEAT: laps.astype(float)})
     raw = RawColumns(run.folder, values, {name: {} for name in values}, first_line=0)

@@ -45,10 +45,10 @@ def run_columns(run: Run) -> tuple[Floats, dict[str, Floats], Integers | None, l
     place = sets.tick - first
     columns: dict[str, Floats] = {}
     host_tick, acting = _acting_set_points(run, sets)
-    for axis in AXES:
+    for own, axis in zip(AXES, run.record.header.axes, strict=True):
         torque = np.full(count + 1, np.nan)
-        torque[place[1:] - 1] = acting[axis][1:]
-        feedback = columns_of(run.frames, f"feedback_{axis}")
+        torque[place[1:] - 1] = acting[own][1:]
+        feedback = columns_of(run.frames, f"feedback_{own}")
         sampled = _rows_in_sets(feedback, sets)
         columns[f"{axis}.torque"] = torque
         for signal in ("position", "rate"):
@@ -152,9 +152,9 @@ def _references(run: Run, row_tick: Integers, measured: dict[str, Floats], notes
         return columns
     order = np.clip(np.searchsorted(run.ticks["tick"], row_tick), 0, len(run.ticks) - 1)
     known = run.ticks["tick"][order] == row_tick
-    for axis in AXES:
+    for own, axis in zip(AXES, run.record.header.axes, strict=True):
         for signal in ("position", "rate"):
-            values = np.where(known, run.ticks[f"{signal}_ref_{axis}"][order], np.nan)
+            values = np.where(known, run.ticks[f"{signal}_ref_{own}"][order], np.nan)
             closed = np.isfinite(values[:-1])
             if closed.any():
                 columns[f"{axis}.{signal}_ref"] = np.where(np.isfinite(values), values, measured[f"{axis}.{signal}"])
@@ -167,7 +167,8 @@ def _slow_columns(run: Run, sets: _FeedbackSets, first: int, count: int) -> dict
     """Base motion and winding temperatures, interpolated linearly from the rate at which they come to the rows."""
     wanted = [("base_attitude", angle, f"base.{angle}") for angle in ("roll", "pitch", "yaw")]
     wanted += [("base_rate", rate, f"base.{rate}") for rate in ("p", "q", "r")]
-    wanted += [(f"motor_status_{axis}", "temperature", f"{axis}.temperature") for axis in AXES]
+    names = zip(AXES, run.record.header.axes, strict=True)
+    wanted += [(f"motor_status_{own}", "temperature", f"{axis}.temperature") for own, axis in names]
     columns: dict[str, Floats] = {}
     status_place = sets.status.place[sets.rows]
     for message, signal, name in wanted:

@@ -1,6 +1,6 @@
 """What the control process tells the processes beside it, and what an onlooker makes of it."""
 
-from gimbal_hil.telemetry.live_view import AXES, LiveView
+from gimbal_hil.telemetry.live_view import LiveView
 from gimbal_hil.telemetry.records import (
     COMMAND_BYTES,
     MISS_RECORD,
@@ -18,7 +18,6 @@ from gimbal_hil.telemetry.records import (
 )
 
 __all__ = [
-    "AXES",
     "COMMAND_BYTES",
     "MISS_RECORD",
     "TELEMETRY_BYTES",

@@ -11,12 +11,11 @@ import numpy as np
 from firmware_protocol import schema
 from gimbal_hil.control.layout import Mode
 from gimbal_hil.host import HostState, LinkStatus
-from gimbal_hil.runs import TICK_ROW
+from gimbal_hil.runs import AXES, TICK_ROW
 from gimbal_hil.telemetry.records import MISS_CODE, Exchange
 from gimbal_hil.timing import Histogram, MissCause
 
 Json = dict[str, Any]
-AXES = ("outer", "inner")
 #: rows per second and seconds that the trace keeps
 TRACE_RATE_HZ, TRACE_S = 50, 60
 _CAUSES = {code: cause for cause, code in MISS_CODE.items()}
@@ -27,6 +26,8 @@ class LiveView:
     """Fed by the service with every exchange and every explained miss."""
 
     period_ns: int
+    #: names of the axes, the carrying one first
+    axes: tuple[str, ...] = AXES
     ticks: int = 0
     missed: int = 0
     rejected_frames: int = 0
@@ -77,10 +78,10 @@ class LiveView:
             "drive_state": self.drive_state.name.lower() if self.drive_state is not None else None,
             "drive_fault": self.drive_fault.name.lower() if self.drive_fault is not None else None,
             "segment": int(row["segment"]),
-            "mode": {axis: Mode(int(row[f"mode_{axis}"])).name.lower() for axis in AXES},
-            "position_rad": {axis: self._measured.get(f"position_{axis}") for axis in AXES},
-            "rate_rad_s": {axis: self._measured.get(f"rate_{axis}") for axis in AXES},
-            "torque_nm": {axis: float(row[f"torque_{axis}"]) for axis in AXES},
+            "mode": {axis: Mode(int(row[f"mode_{own}"])).name.lower() for own, axis in self._named()},
+            "position_rad": {axis: self._measured.get(f"position_{own}") for own, axis in self._named()},
+            "rate_rad_s": {axis: self._measured.get(f"rate_{own}") for own, axis in self._named()},
+            "torque_nm": {axis: float(row[f"torque_{own}"]) for own, axis in self._named()},
             "rejected_frames": self.rejected_frames,
             "statistics": self.statistics(),
         }
@@ -98,9 +99,16 @@ class LiveView:
 
     def trace(self, since_s: float) -> Json:
         """Columns of the thinned trace after `since_s` (seconds of the run's clock)."""
-        names = ["time_s", *(f"{signal}_{axis}" for axis in AXES for signal in ("position", "position_ref", "rate", "rate_ref", "torque"))]
+        names = [
+            "time_s",
+            *(f"{signal}_{axis}" for axis in self.axes for signal in ("position", "position_ref", "rate", "rate_ref", "torque")),
+        ]
         points = [point for point in list(self._trace) if point[0] > since_s]
         return {name: [point[index] for point in points] for index, name in enumerate(names)}
+
+    def _named(self) -> zip[tuple[str, str]]:
+        """(name in columns and messages, name of the axis)."""
+        return zip(AXES, self.axes, strict=True)
 
     def _point(self, row: np.void) -> list[float]:
         point = [int(row["time_ns"]) / 1e9]

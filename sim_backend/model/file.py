@@ -10,10 +10,14 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field, ValidationError
+from pydantic import ConfigDict, Field, ValidationError, field_validator
 
 from firmware_protocol.documents import Strict, read_yaml, refusal_of
+from sim_backend.carrying import in_order, require_plain_names
 from sim_backend.model.uncertainty import StatedUncertainty
+
+#: key of an axis that names the axis which carries it
+PARENT = "parent"
 
 
 class Quantity(Strict):
@@ -102,10 +106,20 @@ class ModelFile(Strict):
     #: rotary: sine of the axis' tilt from the vertical (1 is a horizontal axis); linear: sine of the slope
     incline_sine: Annotated[float, Field(ge=-1.0, le=1.0)] = 0.0
     base: BaseSection = BaseSection()
-    #: axis name -> nested numbers, checked against the table in numbers.py
+    #: axis name -> nested numbers, checked against the table in numbers.py, and `parent:`, the axis that carries this one; in the order
+    #: in which they carry one another, whatever the file's
     axes: dict[str, dict[str, Any]]
     effects: tuple[EffectSection, ...] = ()
     thesis_slips: tuple[str, ...] = ()
+
+    @field_validator("axes")
+    @classmethod
+    def _carrying_first(cls, axes: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
+        require_plain_names(axes)
+        parents = {name: section.get(PARENT) for name, section in axes.items()}
+        if any(parent is not None and not isinstance(parent, str) for parent in parents.values()):
+            raise ValueError("a parent is no name: expected the name of the axis that carries this one")
+        return {name: axes[name] for name in in_order(parents)} if len(axes) == 2 else axes
 
 
 def read_document(path: Path) -> dict[str, Any]:

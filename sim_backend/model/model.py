@@ -21,7 +21,7 @@ from pydantic import ValidationError
 from firmware_protocol.documents import LARGEST_NUMBER, yaml_text
 from firmware_protocol.errors import BadInputError
 from sim_backend.effects import Effect, effect_named
-from sim_backend.model.file import EffectSection, Kind, ModelFile, Quantity, read_document, validated
+from sim_backend.model.file import PARENT, EffectSection, Kind, ModelFile, Quantity, read_document, validated
 from sim_backend.model.numbers import AXIS_NUMBERS, FRICTION_ROW, NUMBER_AT, beside
 from sim_backend.model.uncertainty import DEFAULT_SOURCE, Uncertainty, relative_by_source
 
@@ -69,7 +69,7 @@ class AntennaModel:
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """Axis names, outer first."""
+        """Axis names, the one that carries the other first."""
         return tuple(self.file.axes)
 
     @property
@@ -112,9 +112,7 @@ class AntennaModel:
         """A path as effects give it, with `body.own_inertia` resolved for this axis."""
         return self.own_inertia_path(axis) if path == "body.own_inertia" else path
 
-    def with_number(
-        self, axis: str, path: str, value: float, source: str | None = None, uncertainty: float | None = None
-    ) -> AntennaModel:
+    def with_number(self, axis: str, path: str, value: float, source: str | None = None, uncertainty: float | None = None) -> AntennaModel:
         """A model in which one number has another value."""
         return self.with_numbers(axis, {path: value}, source, {} if uncertainty is None else {path: uncertainty})
 
@@ -195,11 +193,12 @@ def model_from_document(document: dict[str, Any], where: str) -> AntennaModel:
     expected = 2 if file.kind is Kind.GIMBAL else 1
     if len(file.axes) != expected:
         raise BadInputError(
-            f"{where}: axes", f"{len(file.axes)} axes", f"{expected} for kind {file.kind.value} (a gimbal: outer, then inner)"
+            f"{where}: axes", f"{len(file.axes)} axes", f"{expected} for kind {file.kind.value} (a gimbal: one axis carries the other)"
         )
     numbers: dict[tuple[str, str], Quantity] = {}
     tables: dict[str, tuple[tuple[float, ...], ...]] = {}
     for axis, section in file.axes.items():
+        section = {key: value for key, value in section.items() if key != PARENT}
         friction = section.get("friction")
         if isinstance(friction, dict) and "over_temperature" in friction:
             friction = dict(friction)

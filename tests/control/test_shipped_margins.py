@@ -23,7 +23,7 @@ PLANTS = [
 @pytest.mark.parametrize("extra_ticks", [0, 2])
 def test_rate_and_position_loops_keep_45_degrees_and_6_db(name: str, plant: Axis, extra_ticks: int) -> None:
     settings = shipped_settings()
-    axis, step_s, w = getattr(settings.axes, name), settings.step_s, FREQUENCIES
+    axis, step_s, w = settings.axes[name], settings.step_s, FREQUENCIES
     forward = pi(w, axis.rate_loop.kp_s_per_rad, axis.rate_loop.ki_per_rad, step_s) * axis.rate_loop.torque_per_unit_nm
     to_rate = forward * torque_to_rate(w, plant, step_s, extra_ticks)
     rate_loop = to_rate * gyro(w, 200.0)

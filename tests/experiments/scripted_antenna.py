@@ -18,6 +18,7 @@ class ScriptedAntenna:
     """Remembers the steps it was asked to follow; `failures` raises at a step's name."""
 
     rate_hz = RATE_HZ
+    axes = ("outer", "inner")
 
     def __init__(self, failures: dict[str, BaseException] | None = None, position: float = 0.0) -> None:
         self.tick = 0
@@ -53,7 +54,7 @@ class ScriptedAntenna:
 
 def waiting_experiment(names: tuple[str, ...] = ("one", "two", "three")) -> Experiment:
     """Steps that hold still for 50 ms and are measured by their first instant."""
-    still = {"outer": move_to(0.0, 0.05), "inner": move_to(0.0, 0.05)}
+    still = (move_to(0.0, 0.05), move_to(0.0, 0.05))
     steps = tuple(step_of(name, RATE_HZ, 0.05, still, {"name": name}, measured=True) for name in names)
     return Experiment("waiting", "Waiting", steps, _first_instant, lambda rows, drawn: [])
 

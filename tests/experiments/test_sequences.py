@@ -12,7 +12,7 @@ import pytest
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.experiments.conducting import conduct
-from gimbal_hil.experiments.experiment import Experiment, constant_speed, on_axis, position_hold, step_of
+from gimbal_hil.experiments.experiment import Experiment, constant_speed, position_hold, step_of
 from gimbal_hil.experiments.frequency import margins_of
 from gimbal_hil.experiments.runner import Outcome
 from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment, gravity_map, sliding, sweep
@@ -112,7 +112,7 @@ def test_every_speed_slides_both_ways_between_the_same_positions_over_or_at_both
 def test_the_torque_of_a_thinned_step_is_the_mean_over_all_its_ticks() -> None:
     from gimbal_hil.experiments.antenna import EmbeddedAntenna
 
-    step = step_of("slide", RATE_HZ, 2.005, on_axis("outer", constant_speed(0.05, 1.0), position_hold(0.0)))
+    step = step_of("slide", RATE_HZ, 2.005, (constant_speed(0.05, 1.0), position_hold(0.0)))
     followed = []
     for every in (1, 10):
         antenna = EmbeddedAntenna(shipped_settings(), MODEL, SEED, log_every=every)

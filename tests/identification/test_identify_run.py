@@ -12,7 +12,7 @@ import pytest
 from gimbal_hil.cli.app import run
 from gimbal_hil.experiments.antenna import EmbeddedAntenna
 from gimbal_hil.experiments.conducting import embedded_model_of, run_header
-from gimbal_hil.experiments.experiment import Experiment, Step, constant_speed, move_to, on_axis, position_hold, step_of
+from gimbal_hil.experiments.experiment import Experiment, Step, constant_speed, move_to, position_hold, step_of
 from gimbal_hil.experiments.runner import run_experiment
 from gimbal_hil.host import AxisCommand, Mode, Origin, Shape
 from gimbal_hil.settings import shipped_settings
@@ -27,15 +27,15 @@ def _torque(values: np.ndarray) -> AxisCommand:
 
 def _steps(rate_hz: float) -> Sequence[Step]:
     still = position_hold(0.0)
-    steps = [step_of("start", rate_hz, 1.0, on_axis("outer", move_to(0.0, 0.8), still))]
+    steps = [step_of("start", rate_hz, 1.0, (move_to(0.0, 0.8), still))]
     for speed in SPEEDS:
         span = max(0.02, 4.0 * speed)
         for way in (1.0, -1.0):
             name = f"outer {way * speed:+.3f} rad/s"
-            steps.append(step_of(name, rate_hz, span / speed, on_axis("outer", constant_speed(way * speed, span), still)))
+            steps.append(step_of(name, rate_hz, span / speed, (constant_speed(way * speed, span), still)))
     for name, torque in (("ramp", slow_ramp(0.2, 20.0)), ("pulses", pulses(0.12, 4.0))):
-        steps.append(step_of(f"rest before {name}", rate_hz, 1.0, on_axis("outer", _torque(np.zeros(1000)), still)))
-        steps.append(step_of(f"outer {name}", rate_hz, len(torque) / rate_hz, on_axis("outer", _torque(torque), still)))
+        steps.append(step_of(f"rest before {name}", rate_hz, 1.0, (_torque(np.zeros(1000)), still)))
+        steps.append(step_of(f"outer {name}", rate_hz, len(torque) / rate_hz, (_torque(torque), still)))
     return steps
 
 

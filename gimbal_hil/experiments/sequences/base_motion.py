@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.experiments import AXES, Experiment, Row, Signals, Step, move_to, position_hold, step_of
+from gimbal_hil.experiments import Experiment, Row, Signals, Step, axes_of, move_to, position_hold, step_of
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.report import Block, Callout, Heading, Plot, Table
 
@@ -28,10 +28,14 @@ def build(options: SequenceOptions) -> Experiment:
     base = base_section(options.base or DEFAULT_BASE)
     steps: list[Step] = []
     for number, (outer, inner) in enumerate(POSES[:1] if options.short else POSES):
-        to_pose = {"outer": move_to(outer, 2.0), "inner": move_to(inner, 2.0)}
+        to_pose = move_to(outer, 2.0), move_to(inner, 2.0)
         steps.append(step_of(f"to pose {number + 1}", options.rate_hz, SETTLING_S, to_pose))
-        hold = {"outer": position_hold(outer), "inner": position_hold(inner)}
-        meaning = {"pose": number + 1, "outer_rad": outer, "inner_rad": inner, "base": options.base or DEFAULT_BASE}
+        hold = (position_hold(outer), position_hold(inner))
+        meaning = {
+            "pose": number + 1,
+            **{f"{axis}_rad": value for axis, value in options.by_axis((outer, inner)).items()},
+            "base": options.base or DEFAULT_BASE,
+        }
         steps.append(step_of(f"pose {number + 1}", options.rate_hz, SHORT_HOLD_S if options.short else HOLD_S, hold, meaning, True))
     drawn = frozenset(step.name for step in steps if step.measured)
     return Experiment("base_motion", "Holding still on a moving base", tuple(steps), measure, conclude, drawn, options.every or 1, base)
@@ -53,7 +57,7 @@ def base_section(name: str) -> dict[str, Any]:
 def measure(step: Step, signals: Signals) -> Row:
     """For each axis: rms and largest position error, rms of the inertial rate, rms and largest torque; size of the base rate."""
     row: Row = {"base_rate_rad_s": float(np.sqrt(np.mean(sum(signals[f"base.{rate}"] ** 2 for rate in "pqr"))))}
-    for axis in AXES:
+    for axis in axes_of(signals):
         error = signals[f"{axis}.position"] - step.meaning[f"{axis}_rad"]
         torque = signals[f"{axis}.torque"]
         row |= {
@@ -68,16 +72,17 @@ def measure(step: Step, signals: Signals) -> Row:
 
 def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
     """Table over the poses and a figure of each."""
-    worst = max((max(row[f"{axis}_error_rms_rad"] for axis in AXES) for row in rows), default=0.0)
+    axes = [name.removesuffix("_error_rms_rad") for name in (rows[0] if rows else ()) if name.endswith("_error_rms_rad")]
+    worst = max((max(row[f"{axis}_error_rms_rad"] for axis in axes) for row in rows), default=0.0)
     base = rows[0]["base"] if rows else ""
     said = f"Base motion {base}: the largest rms position error is {1e3 * worst:.3f} mrad."
     header = ("Step", "Base rate [rad/s]") + tuple(
-        f"{axis} {word}" for axis in AXES for word in ("error rms [mrad]", "error max [mrad]", "torque rms [N m]", "torque max [N m]")
+        f"{axis} {word}" for axis in axes for word in ("error rms [mrad]", "error max [mrad]", "torque rms [N m]", "torque max [N m]")
     )
     lines = []
     for row in rows:
         cells = [row["step"], f"{row['base_rate_rad_s']:.3f}"]
-        for axis in AXES:
+        for axis in axes:
             cells += [f"{1e3 * row[f'{axis}_error_{word}_rad']:.3f}" for word in ("rms", "max")]
             cells += [f"{row[f'{axis}_torque_{word}_nm']:.2f}" for word in ("rms", "max")]
         lines.append(tuple(cells))
@@ -92,8 +97,8 @@ def _figure(name: str, signals: Signals) -> object:
     drawn = stacked(("", "", ""), "time [s]", ("error [mrad]", "torque [N m]", "base [rad]"), 190)
     few = thinned(len(signals["time_s"]))
     time_s = (signals["time_s"] - signals["time_s"][0])[few]
-    for axis in AXES:
-        line = dict(color=AXIS_COLOURS[axis])
+    for axis, colour in zip(axes_of(signals), AXIS_COLOURS, strict=True):
+        line = dict(color=colour)
         error = 1e3 * (signals[f"{axis}.position"] - signals[f"{axis}.position_ref"])
         drawn.add_scatter(x=time_s, y=error[few], name=axis, line=line, row=1, col=1)
         drawn.add_scatter(x=time_s, y=signals[f"{axis}.torque"][few], name=axis, line=line, showlegend=False, row=2, col=1)

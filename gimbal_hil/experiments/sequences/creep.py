@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gimbal_hil.experiments import AXES, Experiment
+from gimbal_hil.experiments import Experiment
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.experiments.sequences.reference_motion import ROW_S, Floats, Path, both_or_held, motion_experiment
 
@@ -18,10 +18,9 @@ def build(options: SequenceOptions) -> Experiment:
     """Slow passes there and back, then small reversals, on the axes asked for."""
     speeds = np.geomspace(LOWEST_RAD_S, HIGHEST_RAD_S, SHORT_SPEEDS if options.short else SPEEDS).tolist()
     seconds = SHORT_PASS_S if options.short else PASS_S
-    paths = {"outer": _slow(speeds, seconds), "inner": _slow(speeds[::-1], seconds)}
+    paths = options.by_axis((_slow(speeds, seconds), _slow(speeds[::-1], seconds)))
     said = "A bump in friction over speed shows in the passes; stiffness and damping of bristles show in the reversals."
-    held = dict.fromkeys(AXES, 0.0)
-    return motion_experiment("creep", "Below the Stribeck speed and below break-away", options, both_or_held(options, paths, held), said)
+    return motion_experiment("creep", "Below the Stribeck speed and below break-away", options, both_or_held(options, paths), said)
 
 
 def _slow(speeds: list[float], seconds: float) -> Floats:

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from gimbal_hil.experiments import AXES, Experiment
+from gimbal_hil.experiments import Experiment
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.experiments.sequences.reference_motion import Floats, Path, both_or_held, motion_experiment
 
-#: half of the travel (rad): a turn of the outer axis, what its stops allow of the inner one
-HALF_RAD = {"outer": 3.2, "inner": 1.8}
+#: half of the travel (rad): a turn of the carrying axis, what its stops allow of the carried one
+HALF_RAD = (3.2, 1.8)
 #: slow and fast
-SPEEDS_RAD_S = {"outer": (0.6, 1.6), "inner": (0.35, 1.0)}
-SHORT_SPEEDS_RAD_S = {"outer": (0.9, 1.8), "inner": (0.6, 1.2)}
+SPEEDS_RAD_S = ((0.6, 1.6), (0.35, 1.0))
+SHORT_SPEEDS_RAD_S = ((0.9, 1.8), (0.6, 1.2))
 
 
 def build(options: SequenceOptions) -> Experiment:
     """Both speeds over the whole travel, there and back, on the axes asked for."""
-    speeds = SHORT_SPEEDS_RAD_S if options.short else SPEEDS_RAD_S
-    paths = {axis: _turns(HALF_RAD[axis], speeds[axis]) for axis in AXES}
+    half, speeds = options.by_axis(HALF_RAD), options.by_axis(SHORT_SPEEDS_RAD_S if options.short else SPEEDS_RAD_S)
+    paths = {axis: _turns(half[axis], speeds[axis]) for axis in options.names}
     said = "A constant torque over position stays as it is at both speeds; what comes from the encoder grows with the square of the speed."
     return motion_experiment("full_turn", "The whole travel at two speeds", options, both_or_held(options, paths), said)
 

@@ -12,13 +12,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from gimbal_hil.experiments import Experiment, Pair, Row, Signals, Step, move_to, on_axis, pair_of, plateau_mean, position_hold, step_of
+from gimbal_hil.experiments import Experiment, Pair, Row, Signals, Step, move_to, pair_of, plateau_mean, position_hold, step_of
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.host import AxisCommand, Mode, Shape
 from gimbal_hil.report import Block, Callout, Heading, Plot, Table
 
 #: half of the travel, rad, and windows over all of it
-HALF_TRAVEL_RAD, WINDOWS = {"outer": 1.5, "inner": 1.5}, 30
+HALF_TRAVEL_RAD, WINDOWS = (1.5, 1.5), 30
 SHORT_WINDOWS = 8
 SPEED_RAD_S, SHORT_SPEED_RAD_S = 0.05, 0.2
 #: travel before the first window, until bristles and loop have settled
@@ -33,9 +33,9 @@ def build(options: SequenceOptions) -> Experiment:
     speed = SHORT_SPEED_RAD_S if options.short else SPEED_RAD_S
     run_up = RUN_UP_S * speed
     for axis in options.axes:
-        half = HALF_TRAVEL_RAD[axis]
+        half = options.by_axis(HALF_TRAVEL_RAD)[axis]
         edges = np.linspace(-half, half, (SHORT_WINDOWS if options.short else WINDOWS) + 1).tolist()
-        home = on_axis(axis, move_to(-half - run_up, 5.0), move_to(0.0, 5.0))
+        home = options.on_axis(axis, move_to(-half - run_up, 5.0), move_to(0.0, 5.0))
         steps.append(step_of(f"{axis} to the lower end", options.rate_hz, 6.0, home))
         for sign, word in ((1, "up"), (-1, "down")):
             steps.append(_creep(axis, f"{axis} runs up, going {word}", -sign * (half + run_up), sign * speed, run_up, options))
@@ -48,7 +48,7 @@ def build(options: SequenceOptions) -> Experiment:
                 steps.append(_creep(axis, name, start, sign * speed, high - low, options, meaning))
             end = sign * half
             steps.append(_creep(axis, f"{axis} runs out, going {word}", end, sign * speed, run_up, options))
-        steps.append(step_of(f"{axis} back to the middle", options.rate_hz, 4.0, on_axis(axis, move_to(0.0, 3.0), move_to(0.0, 3.0))))
+        steps.append(step_of(f"{axis} back to the middle", options.rate_hz, 4.0, (move_to(0.0, 3.0), move_to(0.0, 3.0))))
     return Experiment("gravity_map", "Holding torque over the travel", tuple(steps), measure, conclude, every=options.every or 1)
 
 
@@ -56,7 +56,7 @@ def _creep(
     axis: str, name: str, start: float, rate: float, span: float, options: SequenceOptions, meaning: Mapping[str, object] | None = None
 ) -> Step:
     ramp = AxisCommand(Mode.POSITION, Shape.RAMP, (start, rate, span))
-    return step_of(name, options.rate_hz, span / abs(rate), on_axis(axis, ramp, position_hold(0.0)), meaning, meaning is not None)
+    return step_of(name, options.rate_hz, span / abs(rate), options.on_axis(axis, ramp, position_hold(0.0)), meaning, meaning is not None)
 
 
 def measure(step: Step, signals: Signals) -> Row | None:
@@ -115,7 +115,7 @@ def fitted_gravity(windows: Sequence[Window]) -> GravityFit:
 def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
     """For each axis the map, its first harmonic, and friction over position."""
     blocks: list[Block] = []
-    for axis in dict.fromkeys(row["axis"] for row in rows):
+    for place, axis in enumerate(dict.fromkeys(row["axis"] for row in rows)):
         windows = windows_of(rows, axis)
         if len(windows) < 4:
             continue
@@ -126,7 +126,7 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
         )
         blocks += [Heading(f"Gravity over the travel of the {axis} axis"), Callout(said, "good")]
         caption = "Half the sum of both directions with its first harmonic; half the difference is friction."
-        blocks.append(Plot(_figure(axis, windows, fit), caption))
+        blocks.append(Plot(_figure(place, axis, windows, fit), caption))
         blocks.append(_table(windows))
     return blocks
 
@@ -146,13 +146,13 @@ def _table(windows: Sequence[Window]) -> Table:
     return Table(header, rows)
 
 
-def _figure(axis: str, windows: Sequence[Window], fit: GravityFit) -> object:
+def _figure(number: int, axis: str, windows: Sequence[Window], fit: GravityFit) -> object:
     from gimbal_hil.plots import AXIS_COLOURS, MODEL, stacked
 
     place = np.array([window.middle_rad for window in windows])
     pairs = [window.pair for window in windows]
     drawn = stacked(("", ""), "position [rad]", ("holding torque [N m]", "friction [N m]"), 230)
-    points = dict(size=7, color=AXIS_COLOURS[axis])
+    points = dict(size=7, color=AXIS_COLOURS[number])
     for row, values, errors, name in (
         (1, [p.positional_nm for p in pairs], [2.0 * p.positional_error_nm for p in pairs], "measured"),
         (2, [p.friction_nm for p in pairs], [2.0 * p.friction_error_nm for p in pairs], "friction"),

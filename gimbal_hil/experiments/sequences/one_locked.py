@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gimbal_hil.experiments import AXES, Experiment
+from gimbal_hil.experiments import Experiment
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.experiments.sequences.reference_motion import ROW_S, Path, motion_experiment
 
@@ -17,10 +17,10 @@ SINE_RAD, SINE_HZ, SINE_S, BETWEEN_S = 0.06, 2.2, 4.0, 2.5
 def build(options: SequenceOptions) -> Experiment:
     """The axes asked for are driven in turn, the other one holding at plus and minus an angle."""
     speeds = SHORT_SPEEDS_RAD_S if options.short else SPEEDS_RAD_S
-    paths = {axis: Path.at(0.0).wait(0.5) for axis in AXES}
+    paths = {axis: Path.at(0.0).wait(0.5) for axis in options.names}
     sines: list[tuple[str, float]] = []
     for driven in options.axes:
-        other = AXES[1 - AXES.index(driven)]
+        other = options.other(driven)
         for held in (HELD_RAD, -HELD_RAD):
             paths[other].to(held, BETWEEN_S)
             paths[driven].to(-0.5 * TRAVEL_RAD, BETWEEN_S)
@@ -29,9 +29,9 @@ def build(options: SequenceOptions) -> Experiment:
             sines.append((driven, paths[driven].end_s))
             paths[driven].wait(SINE_S)
             paths[other].wait(paths[driven].end_s - paths[other].end_s)
-        for axis in AXES:
+        for axis in options.names:
             paths[axis].to(0.0, BETWEEN_S)
-    references = {axis: paths[axis].sampled(paths[axis].end_s + 0.5) for axis in AXES}
+    references = {axis: paths[axis].sampled(paths[axis].end_s + 0.5) for axis in options.names}
     for driven, start in sines:
         t = np.arange(len(references[driven])) * ROW_S
         inside = np.clip(np.minimum(t - start, start + SINE_S - t) / 0.3, 0.0, 1.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gimbal_hil.experiments import AXES, Experiment
+from gimbal_hil.experiments import Experiment
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.experiments.sequences.reference_motion import Floats, Path, both_or_held, motion_experiment
 
@@ -17,8 +17,7 @@ PASS_S, TRAVEL_RAD = 2.5, 1.4
 def build(options: SequenceOptions) -> Experiment:
     """All speeds, each there and back, on the axes asked for."""
     speeds = np.geomspace(LOWEST_RAD_S, HIGHEST_RAD_S, SHORT_SPEEDS if options.short else SPEEDS).tolist()
-    orders = {"outer": speeds, "inner": speeds[::-1]}
-    paths = {axis: _passes(orders[axis]) for axis in AXES}
+    paths = options.by_axis((_passes(speeds), _passes(speeds[::-1])))
     said = "Each speed there and back: what is even in speed, odd in it, and how it grows show apart."
     return motion_experiment("plateaus", "Constant speeds in both directions", options, both_or_held(options, paths), said)
 

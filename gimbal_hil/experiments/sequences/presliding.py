@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gimbal_hil.experiments import AXES, Experiment, Row, Signals, Step, move_to, on_axis, position_hold, step_of
+from gimbal_hil.experiments import Experiment, Row, Signals, Step, move_to, position_hold, step_of
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.host import AxisCommand, EndCondition, EndKind, Guard, Mode, Origin, Shape
 from gimbal_hil.report import Block, Callout, Heading, Plot, Table, Text
@@ -42,7 +42,7 @@ def build(options: SequenceOptions) -> Experiment:
     """Ramps of each rate and sign, loops and pulses on each axis asked for."""
     steps: list[Step] = []
     for axis in options.axes:
-        steps.append(step_of(f"{axis} to its start", options.rate_hz, 4.0, on_axis(axis, move_to(0.0, 3.0), move_to(0.0, 3.0))))
+        steps.append(step_of(f"{axis} to its start", options.rate_hz, 4.0, (move_to(0.0, 3.0), move_to(0.0, 3.0))))
         level = options.breakaway_of(axis)
         for number in range(SHORT_LOOPS if options.short else LOOPS):
             steps += [_relax(axis, f"loop {number + 1}", options), _loop(axis, level, number, options)]
@@ -50,7 +50,7 @@ def build(options: SequenceOptions) -> Experiment:
         for seconds in SHORT_RAMPS_S if options.short else RAMPS_S:
             for sign, word in ((1, "up"), (-1, "down")):
                 steps += [_relax(axis, f"ramp {word} in {seconds:g} s", options), _ramp(axis, level, seconds, sign, word, options)]
-        steps.append(step_of(f"{axis} is caught", options.rate_hz, 1.0, on_axis(axis, _here(), position_hold(0.0))))
+        steps.append(step_of(f"{axis} is caught", options.rate_hz, 1.0, options.on_axis(axis, _here(), position_hold(0.0))))
     drawn = frozenset(step.name for step in steps if step.measured)
     return Experiment(
         "presliding", "Presliding: stiffness, damping, break-away", tuple(steps), measure, conclude, drawn, options.every or 1
@@ -65,14 +65,14 @@ def _guarded(shape: Shape, parameters: tuple[float, ...], table: tuple[float, ..
     return AxisCommand(Mode.TORQUE, shape, parameters, Origin.START, Guard(-GUARD_RAD, GUARD_RAD), table)
 
 
-def _broken_away(axis: str, rate_hz: float) -> tuple[EndCondition, ...]:
-    return (EndCondition(EndKind.RATE_ABOVE, AXES.index(axis), BROKEN_AWAY_RAD_S, max(1, round(BROKEN_AWAY_S * rate_hz))),)
+def _broken_away(axis: str, options: SequenceOptions) -> tuple[EndCondition, ...]:
+    return (EndCondition(EndKind.RATE_ABOVE, options.names.index(axis), BROKEN_AWAY_RAD_S, max(1, round(BROKEN_AWAY_S * options.rate_hz))),)
 
 
 def _relax(axis: str, before: str, options: SequenceOptions) -> Step:
     moves = AxisCommand(Mode.POSITION, Shape.TABLE, (_RELAXING_LEG_S, 1.0), Origin.START, table=_RELAXING_RAD)
     duration = _RELAXING_LEG_S * len(_RELAXING_RAD) + _REST_S
-    return step_of(f"{axis} relaxes before {before}", options.rate_hz, duration, on_axis(axis, moves, position_hold(0.0)))
+    return step_of(f"{axis} relaxes before {before}", options.rate_hz, duration, options.on_axis(axis, moves, position_hold(0.0)))
 
 
 def _ramp(axis: str, level: float, seconds: float, sign: int, word: str, options: SequenceOptions) -> Step:
@@ -80,15 +80,17 @@ def _ramp(axis: str, level: float, seconds: float, sign: int, word: str, options
     command = _guarded(Shape.TABLE, (BALANCE_S, sign * level), shares)
     meaning = {"axis": axis, "kind": "ramp", "direction": sign, "torque_rate_nm_s": level / seconds}
     name = f"{axis} ramp {word} in {seconds:g} s"
-    ends = _broken_away(axis, options.rate_hz)
-    return step_of(name, options.rate_hz, BALANCE_S * (len(shares) - 1), on_axis(axis, command, position_hold(0.0)), meaning, True, ends)
+    ends = _broken_away(axis, options)
+    return step_of(
+        name, options.rate_hz, BALANCE_S * (len(shares) - 1), options.on_axis(axis, command, position_hold(0.0)), meaning, True, ends
+    )
 
 
 def _loop(axis: str, level: float, number: int, options: SequenceOptions) -> Step:
     command = _guarded(Shape.TABLE, (LEG_S, level), LOOP_SHARES)
     meaning = {"axis": axis, "kind": "loop", "pass": number, "amplitude_nm": level * max(LOOP_SHARES)}
-    commands = on_axis(axis, command, position_hold(0.0))
-    ends = _broken_away(axis, options.rate_hz)
+    commands = options.on_axis(axis, command, position_hold(0.0))
+    ends = _broken_away(axis, options)
     return step_of(f"{axis} loop {number + 1}", options.rate_hz, LEG_S * (len(LOOP_SHARES) - 1), commands, meaning, True, ends)
 
 
@@ -100,8 +102,8 @@ def _pulses(axis: str, level: float, options: SequenceOptions) -> Step:
         shares[first : first + width] = PULSE_SHARE * (1.0 if number % 2 == 0 else -1.0)
     command = _guarded(Shape.TABLE, (PULSE_EDGE_S, level), tuple(shares.tolist()))
     meaning = {"axis": axis, "kind": "pulses", "amplitude_nm": PULSE_SHARE * level}
-    commands = on_axis(axis, command, position_hold(0.0))
-    ends = _broken_away(axis, options.rate_hz)
+    commands = options.on_axis(axis, command, position_hold(0.0))
+    ends = _broken_away(axis, options)
     return step_of(f"{axis} pulses", options.rate_hz, PULSE_EDGE_S * len(shares), commands, meaning, True, ends)
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from gimbal_hil.experiments import AXES, Experiment, Row, Signals, Step, move_to, position_hold, step_of
+from gimbal_hil.experiments import Experiment, Row, Signals, Step, axes_of, move_to, position_hold, step_of
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.host import AxisCommand, Mode, Shape
 from gimbal_hil.report import Block, Heading, Plot, Text
@@ -70,12 +70,12 @@ class Path:
 def motion_experiment(name: str, text: str, options: SequenceOptions, references: Mapping[str, Floats], said: str) -> Experiment:
     """Rest, the way to the start, then the references (rad, one value every `ROW_S`) of both axes as one measured step."""
     rate = options.rate_hz
-    duration_s = ROW_S * (max(len(references[axis]) for axis in AXES) - 1)
-    follow = {axis: AxisCommand(Mode.POSITION, Shape.TABLE, (ROW_S, 1.0), table=references[axis]) for axis in AXES}
-    to_start = {axis: move_to(float(references[axis][0]), 0.75 * TO_START_S) for axis in AXES}
-    moving = [axis for axis in AXES if np.ptp(references[axis]) > 0.0]
+    duration_s = ROW_S * (max(map(len, references.values())) - 1)
+    follow = [AxisCommand(Mode.POSITION, Shape.TABLE, (ROW_S, 1.0), table=references[axis]) for axis in options.names]
+    to_start = [move_to(float(references[axis][0]), 0.75 * TO_START_S) for axis in options.names]
+    moving = [axis for axis in options.names if np.ptp(references[axis]) > 0.0]
     steps = (
-        step_of("rest", rate, REST_S, dict.fromkeys(AXES, position_hold(0.0))),
+        step_of("rest", rate, REST_S, 2 * [position_hold(0.0)]),
         step_of("to the start", rate, TO_START_S, to_start),
         step_of(name, rate, duration_s, follow, {"axis": " and ".join(moving)}, measured=True),
     )
@@ -89,7 +89,7 @@ def motion_experiment(name: str, text: str, options: SequenceOptions, references
 def measure(step: Step, signals: Signals) -> Row:
     """Ranges covered: position (rad), rate (rad/s) and torque (N m) of each axis."""
     row: Row = {}
-    for axis in AXES:
+    for axis in axes_of(signals):
         for name, unit in (("position", "rad"), ("rate", "rad_s"), ("torque", "nm")):
             column = signals[f"{axis}.{name}"]
             row[f"{axis}_{name}_low_{unit}"], row[f"{axis}_{name}_high_{unit}"] = float(column.min()), float(column.max())
@@ -104,8 +104,8 @@ def figures(drawn: Mapping[str, Signals]) -> list[Block]:
     for signals in drawn.values():
         few = thinned(len(signals["time_s"]))
         figure = stacked(("", ""), "time [s]", ("position [rad]", "torque [N m]"), 190)
-        for axis in AXES:
-            line = dict(color=AXIS_COLOURS[axis])
+        for axis, colour in zip(axes_of(signals), AXIS_COLOURS, strict=True):
+            line = dict(color=colour)
             figure.add_scatter(x=signals["time_s"][few], y=signals[f"{axis}.position"][few], name=axis, line=line, row=1, col=1)
             figure.add_scatter(x=signals["time_s"][few], y=signals[f"{axis}.torque"][few], showlegend=False, line=line, row=2, col=1)
         blocks.append(Plot(figure, "Joint positions and commanded torques."))
@@ -116,7 +116,7 @@ def both_or_held(options: SequenceOptions, paths: Mapping[str, Floats], held_rad
     """References of the axes asked for; an axis that was not asked for holds a position (0 unless given)."""
     longest = max(len(paths[axis]) for axis in options.axes)
     found = {}
-    for axis in AXES:
+    for axis in options.names:
         at = (held_rad or {}).get(axis, 0.0)
         own = paths[axis] if axis in options.axes else np.full(longest, at)
         found[axis] = np.pad(own, (0, longest - len(own)), mode="edge") if len(own) < longest else own

@@ -35,7 +35,7 @@ def build_experiment(name: str, options: SequenceOptions) -> Experiment:
     if name.endswith((".yaml", ".yml")):
         from gimbal_hil.experiments import experiment_of_file
 
-        return experiment_of_file(Path(name), options.rate_hz, options.every)
+        return experiment_of_file(Path(name), options.rate_hz, options.every, options.names)
     if name not in SEQUENCES:
         raise BadInputError(f"experiment {name!r}", "is no sequence and no plan file", ", ".join([*SEQUENCES, "thesis", "or a plan file"]))
     experiment: Experiment = importlib.import_module(f"gimbal_hil.experiments.sequences.{name}").build(options)

@@ -10,14 +10,15 @@ from gimbal_hil.experiments.sequences.reference_motion import ROW_S, Floats, bot
 
 #: size from the smallest to the largest and back (rad), at these frequencies (Hz), so long each
 SMALLEST_RAD = 5e-4
-LARGEST_RAD, FREQUENCIES_HZ = {"outer": (0.12, 0.04), "inner": (0.12, 0.04)}, {"outer": (1.1, 3.7), "inner": (1.4, 3.2)}
+LARGEST_RAD, FREQUENCIES_HZ = ((0.12, 0.04), (0.12, 0.04)), ((1.1, 3.7), (1.4, 3.2))
 SWEEP_S, SHORT_SWEEP_S = 20.0, 12.0
 
 
 def build(options: SequenceOptions) -> Experiment:
     """An amplitude sweep up and down at each frequency on the axes asked for."""
     duration_s = SHORT_SWEEP_S if options.short else SWEEP_S
-    paths = {axis: _swept(LARGEST_RAD[axis], FREQUENCIES_HZ[axis], duration_s) for axis in LARGEST_RAD}
+    pair = zip(LARGEST_RAD, FREQUENCIES_HZ, strict=True)
+    paths = dict(zip(options.names, (_swept(largest, hz, duration_s) for largest, hz in pair), strict=True))
     said = "The size of the motion grows and shrinks at constant frequency; friction and gaps stay as they are, inertia grows with it."
     return motion_experiment("reversals", "Reversals of many sizes", options, both_or_held(options, paths), said)
 

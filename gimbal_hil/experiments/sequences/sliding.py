@@ -15,20 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gimbal_hil.experiments import (
-    Experiment,
-    Pair,
-    Row,
-    Signals,
-    Step,
-    move_to,
-    on_axis,
-    pair_of,
-    plateau_mean,
-    pooled,
-    position_hold,
-    step_of,
-)
+from gimbal_hil.experiments import Experiment, Pair, Row, Signals, Step, move_to, pair_of, plateau_mean, pooled, position_hold, step_of
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.host import AxisCommand, Mode, Shape
 from gimbal_hil.report import Block, Callout, Heading, Plot, Table, Text
@@ -97,7 +84,7 @@ def build(options: SequenceOptions) -> Experiment:
 
 def _of_axis(axis: str, options: SequenceOptions) -> Iterator[Step]:
     speeds = np.geomspace(LOWEST_RAD_S, HIGHEST_RAD_S, SHORT_SPEEDS if options.short else SPEEDS).tolist()
-    home = on_axis(axis, move_to(0.0, 3.0), move_to(0.0, 3.0))
+    home = (move_to(0.0, 3.0), move_to(0.0, 3.0))
     yield step_of(f"{axis} to its start", options.rate_hz, 4.0, home)
     stands = 0.0
     for place, speed in enumerate(speeds):
@@ -105,7 +92,7 @@ def _of_axis(axis: str, options: SequenceOptions) -> Iterator[Step]:
         # every other speed from the far end, so that no way between two stretches is long
         for number, one in enumerate(passes if place % 2 == 0 else passes[::-1]):
             if one.from_rad != stands:
-                way = on_axis(axis, move_to(one.from_rad, abs(one.from_rad - stands) / MOVE_RAD_S), position_hold(0.0))
+                way = options.on_axis(axis, move_to(one.from_rad, abs(one.from_rad - stands) / MOVE_RAD_S), position_hold(0.0))
                 duration = MOVE_S + abs(one.from_rad - stands) / MOVE_RAD_S
                 yield step_of(f"{axis} to {one.from_rad:.3f} rad before {speed:.5f} rad/s", options.rate_hz, duration, way)
                 stands = one.from_rad
@@ -120,7 +107,7 @@ def _there_and_back(axis: str, speed: float, number: int, one: Pass, options: Se
         inside = {"from_rad": one.from_rad + one.margin_rad, "to_rad": one.to_rad - one.margin_rad}
         meaning = {"axis": axis, "speed_rad_s": speed, "direction": sign, "pass": number} | inside
         name = f"{axis} {word} {speed:.5f} rad/s, pass {number + 1}"
-        step = step_of(name, options.rate_hz, duration, on_axis(axis, ramp, position_hold(0.0)), meaning, measured=True)
+        step = step_of(name, options.rate_hz, duration, options.on_axis(axis, ramp, position_hold(0.0)), meaning, measured=True)
         yield replace(step, every=every)
 
 
@@ -167,7 +154,7 @@ def fitted_curve(pairs: Sequence[Pair]) -> StaticFit | None:
 def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
     """For each axis: the curve with error bars, what was taken out as positional, and the numbers of the curve."""
     blocks: list[Block] = []
-    for axis in dict.fromkeys(row["axis"] for row in rows):
+    for place, axis in enumerate(dict.fromkeys(row["axis"] for row in rows)):
         pairs = pairs_of(rows, axis)
         if not pairs:
             continue
@@ -177,7 +164,7 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
         blocks += [Heading(f"Friction of the {axis} axis"), Callout(said, "warning" if unsteady else "good")]
         blocks.append(
             Plot(
-                _figure(axis, rows, pairs, curve),
+                _figure(place, axis, rows, pairs, curve),
                 "Half the difference of both directions, in which all that depends on position alone cancels. The fainter points are the "
                 "directions one by one, less the mean torque of both of that speed and stretch.",
             )
@@ -220,7 +207,7 @@ def _table(axis: str, pairs: Sequence[Pair]) -> Table:
     )
 
 
-def _figure(axis: str, rows: Sequence[Row], pairs: Sequence[Pair], curve: StaticFit | None) -> object:
+def _figure(place: int, axis: str, rows: Sequence[Row], pairs: Sequence[Pair], curve: StaticFit | None) -> object:
     from gimbal_hil.plots import AXIS_COLOURS, MODEL, REFERENCE, figure
 
     drawn = figure(f"Friction of the {axis} axis over speed", "speed [rad/s]", "friction [N m]", 460)
@@ -244,7 +231,7 @@ def _figure(axis: str, rows: Sequence[Row], pairs: Sequence[Pair], curve: Static
         error_y=dict(array=[2.0 * pair.friction_error_nm for pair in pairs]),
         mode="markers",
         name="both directions, 2 standard errors",
-        marker=dict(size=8, color=AXIS_COLOURS[axis]),
+        marker=dict(size=8, color=AXIS_COLOURS[place]),
     )
     if curve is not None:
         speeds = np.geomspace(pairs[0].speed_rad_s, pairs[-1].speed_rad_s, 200)

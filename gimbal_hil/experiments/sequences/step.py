@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from gimbal_hil.experiments import AXES, Experiment, Row, Signals, Step, on_axis, position_hold, step_of, step_response
+from gimbal_hil.experiments import Experiment, Row, Signals, Step, axes_of, position_hold, step_of, step_response
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.report import Block, Callout, Heading, Plot, Table, Text
 
 #: sizes (rad) that both axes can step to without their torque limits deciding everything
-SIZES_RAD = {"outer": (0.2, 1.0), "inner": (0.2, 0.5)}
+SIZES_RAD = ((0.2, 1.0), (0.2, 0.5))
 HOLD_S, RESPONSE_S = 0.5, 2.5
 
 
@@ -19,11 +19,11 @@ def build(options: SequenceOptions) -> Experiment:
     """Steps of two sizes on each axis asked for."""
     steps: list[Step] = []
     for axis in options.axes:
-        for size in SIZES_RAD[axis]:
-            hold = on_axis(axis, position_hold(0.0), position_hold(0.0))
+        for size in options.by_axis(SIZES_RAD)[axis]:
+            hold = options.on_axis(axis, position_hold(0.0), position_hold(0.0))
             steps.append(step_of(f"{axis} rests before {size:g} rad", options.rate_hz, HOLD_S, hold))
             for target, word in ((size, "out"), (0.0, "back")):
-                commands = on_axis(axis, position_hold(target), position_hold(0.0))
+                commands = options.on_axis(axis, position_hold(target), position_hold(0.0))
                 meaning = {"axis": axis, "from_rad": size - target, "to_rad": target}
                 steps.append(step_of(f"{axis} {word} {size:g} rad", options.rate_hz, RESPONSE_S, commands, meaning, measured=True))
     drawn = frozenset(step.name for step in steps if step.measured and step.meaning["to_rad"] != 0.0)
@@ -33,7 +33,7 @@ def build(options: SequenceOptions) -> Experiment:
 def measure(step: Step, signals: Signals) -> Row:
     """Overshoot (%), 2 % settling time (s), mean error of the last fifth (rad), largest torque (N m), motion of the other axis (rad)."""
     axis = step.meaning["axis"]
-    other = AXES[1 - AXES.index(axis)]
+    (other,) = (name for name in axes_of(signals) if name != axis)
     response = step_response(
         signals["time_s"] - signals["time_s"][0], signals[f"{axis}.position"], step.meaning["from_rad"], step.meaning["to_rad"]
     )
@@ -89,7 +89,7 @@ def _figure(name: str, signals: Signals) -> object:
     few = thinned(len(signals["time_s"]))
     time_s = (signals["time_s"] - signals["time_s"][0])[few]
     drawn = stacked(("", "", ""), "time after the step [s]", ("position [rad]", "rate [rad/s]", "torque [N m]"), 170)
-    colour = dict(color=AXIS_COLOURS[axis])
+    colour = dict(color=AXIS_COLOURS[axes_of(signals).index(axis)])
     drawn.add_scatter(
         x=time_s, y=signals[f"{axis}.position_ref"][few], name="reference", line=dict(color=REFERENCE, dash="dot"), row=1, col=1
     )

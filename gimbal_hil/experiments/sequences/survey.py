@@ -7,22 +7,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from gimbal_hil.experiments import AXES, Experiment
+from gimbal_hil.experiments import Experiment
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.experiments.sequences.reference_motion import ROW_S, Floats, Path, motion_experiment
 
 #: largest excursion (rad) of each axis' slow and quick motion
-SLOW_RAD, QUICK_RAD = {"outer": 0.7, "inner": 0.6}, {"outer": 0.05, "inner": 0.05}
+SLOW_RAD, QUICK_RAD = (0.7, 0.6), (0.05, 0.05)
 #: per variant and axis: times of a slow triangle's legs (s), frequencies of the quick sines (Hz)
-LEGS_S = {
-    "outer": ((3.0, 5.0, 8.0), (4.0, 7.0, 2.5), (2.2, 6.0, 4.0), (5.0, 2.7, 7.0)),
-    "inner": ((2.5, 4.0, 9.0), (6.0, 3.0, 5.0), (3.5, 2.2, 7.0), (2.8, 6.5, 3.6)),
-}
-QUICK_HZ = {
-    "outer": ((0.9, 2.3), (1.2, 2.9), (0.7, 3.3), (1.6, 2.6)),
-    "inner": ((1.3, 3.1), (0.8, 2.6), (1.1, 3.6), (1.9, 3.3)),
-}
-VARIANTS = len(LEGS_S["outer"])
+LEGS_S = (
+    ((3.0, 5.0, 8.0), (4.0, 7.0, 2.5), (2.2, 6.0, 4.0), (5.0, 2.7, 7.0)),
+    ((2.5, 4.0, 9.0), (6.0, 3.0, 5.0), (3.5, 2.2, 7.0), (2.8, 6.5, 3.6)),
+)
+QUICK_HZ = (
+    ((0.9, 2.3), (1.2, 2.9), (0.7, 3.3), (1.6, 2.6)),
+    ((1.3, 3.1), (0.8, 2.6), (1.1, 3.6), (1.9, 3.3)),
+)
+VARIANTS = len(LEGS_S[0])
 SURVEY_S, SHORT_SURVEY_S = 60.0, 24.0
 _SAID = "Plateaus at several speeds in both directions, reversals, then quick motion on top."
 
@@ -35,22 +35,22 @@ def build(options: SequenceOptions) -> Experiment:
 def survey_motion(options: SequenceOptions, number: int, duration_s: float | None = None) -> Experiment:
     """Survey number 0, 1, ...: the variants come round again with other heights. Without a duration (s) the options choose it."""
     duration_s = duration_s or (SHORT_SURVEY_S if options.short else SURVEY_S)
-    references = {axis: reference(axis, duration_s, number) for axis in AXES}
+    references = options.by_axis((reference(0, duration_s, number), reference(1, duration_s, number)))
     name = "survey" if number == 0 else "survey_holdout" if number == 1 else f"survey_{number + 1}"
     return motion_experiment(name, "Survey motion of both axes", options, references, _SAID)
 
 
-def reference(axis: str, duration_s: float, number: int) -> Floats:
-    """Position reference (rad) of an axis, one value every `ROW_S`: a rounded triangle, then quick sines on top."""
-    legs, quick_hz = LEGS_S[axis][number % VARIANTS], QUICK_HZ[axis][number % VARIANTS]
+def reference(place: int, duration_s: float, number: int) -> Floats:
+    """Position reference (rad) of an axis (0 carries 1), one value every `ROW_S`: a rounded triangle, then quick sines on top."""
+    legs, quick_hz = LEGS_S[place][number % VARIANTS], QUICK_HZ[place][number % VARIANTS]
     smaller = 0.55 - 0.07 * (number // VARIANTS)
     path, side = Path.at(0.0), 1
     while path.end_s < duration_s:
-        place = len(path.times_s)
-        path.to(SLOW_RAD[axis] * side * (1.0 if place % 3 else smaller), legs[(place - 1) % len(legs)])
+        leg = len(path.times_s)
+        path.to(SLOW_RAD[place] * side * (1.0 if leg % 3 else smaller), legs[(leg - 1) % len(legs)])
         side = -side
     slow = path.sampled(duration_s)
     t = np.arange(len(slow)) * ROW_S
     share = np.clip((t / duration_s - 0.5) / 0.05, 0.0, 1.0)
     quick = sum(np.sin(2.0 * np.pi * f * t + i) / len(quick_hz) for i, f in enumerate(quick_hz))
-    return np.asarray(slow + share * QUICK_RAD[axis] * quick, dtype=np.float64)
+    return np.asarray(slow + share * QUICK_RAD[place] * quick, dtype=np.float64)

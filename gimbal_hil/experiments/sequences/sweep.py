@@ -22,7 +22,6 @@ from gimbal_hil.experiments import (
     frequency_response,
     margins_of,
     move_to,
-    on_axis,
     position_hold,
     step_of,
 )
@@ -32,7 +31,7 @@ from gimbal_hil.report import Block, Callout, Heading, Plot, Table, Text
 
 FIRST_HZ, LAST_HZ = 0.5, 300.0
 #: amplitude such that the torque limits are not reached at the last frequency
-AMPLITUDE_RAD_S, BIAS_RAD_S = {"outer": 0.06, "inner": 0.06}, 0.08
+AMPLITUDE_RAD_S, BIAS_RAD_S = (0.06, 0.06), 0.08
 LAP_S, LAPS, SHORT_LAPS = 20.0, 8, 2
 RUN_UP_S = 1.0
 
@@ -43,16 +42,16 @@ def build(options: SequenceOptions) -> Experiment:
     growth = math.log(LAST_HZ / FIRST_HZ) / LAP_S
     for axis in options.axes:
         start = -0.5 * BIAS_RAD_S * (LAP_S + RUN_UP_S)
-        steps.append(step_of(f"{axis} to its start", options.rate_hz, 4.0, on_axis(axis, move_to(start, 3.0), move_to(0.0, 3.0))))
+        steps.append(step_of(f"{axis} to its start", options.rate_hz, 4.0, options.on_axis(axis, move_to(start, 3.0), move_to(0.0, 3.0))))
         for lap in range(SHORT_LAPS if options.short else LAPS):
             bias = BIAS_RAD_S if lap % 2 == 0 else -BIAS_RAD_S
-            run_up = on_axis(axis, AxisCommand(Mode.RATE, Shape.HOLD, (bias,)), position_hold(0.0))
+            run_up = options.on_axis(axis, AxisCommand(Mode.RATE, Shape.HOLD, (bias,)), position_hold(0.0))
             steps.append(step_of(f"{axis} runs up to lap {lap + 1}", options.rate_hz, RUN_UP_S, run_up))
-            chirp = AxisCommand(Mode.RATE, Shape.CHIRP, (bias, AMPLITUDE_RAD_S[axis], FIRST_HZ, growth, LAP_S))
+            chirp = AxisCommand(Mode.RATE, Shape.CHIRP, (bias, options.by_axis(AMPLITUDE_RAD_S)[axis], FIRST_HZ, growth, LAP_S))
             meaning = {"axis": axis, "lap": lap, "bias_rad_s": bias}
-            commands = on_axis(axis, chirp, position_hold(0.0))
+            commands = options.on_axis(axis, chirp, position_hold(0.0))
             steps.append(step_of(f"{axis} lap {lap + 1}", options.rate_hz, LAP_S, commands, meaning, measured=True))
-        steps.append(step_of(f"{axis} back to the middle", options.rate_hz, 4.0, on_axis(axis, move_to(0.0, 3.0), move_to(0.0, 3.0))))
+        steps.append(step_of(f"{axis} back to the middle", options.rate_hz, 4.0, (move_to(0.0, 3.0), move_to(0.0, 3.0))))
     drawn = frozenset(step.name for step in steps if step.measured)
     return Experiment("sweep", "Frequency response of the rate loops", tuple(steps), measure, conclude, drawn, options.every or 1)
 
@@ -91,13 +90,13 @@ def response_of(axis: str, drawn: Mapping[str, Signals]) -> FrequencyResponse | 
 def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
     """For each axis: Bode plots, margins from all laps, their scatter over laps."""
     blocks: list[Block] = []
-    for axis in dict.fromkeys(row["axis"] for row in rows):
+    for place, axis in enumerate(dict.fromkeys(row["axis"] for row in rows)):
         response = response_of(axis, drawn)
         if response is None:
             continue
         margins = margins_of(response)
         blocks += [Heading(f"Rate loop of the {axis} axis"), _said(margins)]
-        blocks.append(Plot(_figure(axis, response), "Open loop from the reference and the loop's error; gain, phase, coherence."))
+        blocks.append(Plot(_figure(place, axis, response), "Open loop from the reference and the loop's error; gain, phase, coherence."))
         blocks.append(_table([row for row in rows if row["axis"] == axis], margins))
     blocks.append(Text("Each lap is averaged into the spectra; the scatter over laps tells how well a margin is known."))
     return blocks
@@ -124,19 +123,19 @@ def _number(value: float | None) -> str:
     return "–" if value is None else f"{value:.2f}"
 
 
-def _figure(axis: str, response: FrequencyResponse) -> object:
+def _figure(place: int, axis: str, response: FrequencyResponse) -> object:
     from gimbal_hil.plots import AXIS_COLOURS, REFERENCE, stacked
 
     drawn = stacked(("", "", ""), "frequency [Hz]", ("gain [dB]", "phase [deg]", "coherence"), 190)
     for loop, name, line in (
-        (response.open, "open", dict(color=AXIS_COLOURS[axis])),
+        (response.open, "open", dict(color=AXIS_COLOURS[place])),
         (response.closed, "closed", dict(color=REFERENCE, dash="dot")),
     ):
         x = response.frequency_hz
         phase = np.degrees(np.unwrap(np.angle(loop)))
         drawn.add_scatter(x=x, y=20.0 * np.log10(np.abs(loop)), name=name, line=line, row=1, col=1)
         drawn.add_scatter(x=x, y=phase, name=name, line=line, showlegend=False, row=2, col=1)
-    drawn.add_scatter(x=response.frequency_hz, y=response.coherence, showlegend=False, line=dict(color=AXIS_COLOURS[axis]), row=3, col=1)
+    drawn.add_scatter(x=response.frequency_hz, y=response.coherence, showlegend=False, line=dict(color=AXIS_COLOURS[place]), row=3, col=1)
     drawn.add_hline(y=-180.0, line=dict(color=REFERENCE, width=1), row=2, col=1)
     drawn.update_xaxes(type="log")
     return drawn

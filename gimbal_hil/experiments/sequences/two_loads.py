@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from gimbal_hil.experiments import AXES, Experiment
+from gimbal_hil.experiments import Experiment
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.experiments.sequences.reference_motion import ROW_S, Floats, Path, motion_experiment
 
 #: the poses of each axis (rad), and the motion about each: a slow pass of this travel, then a sine
-POSES_RAD = {"outer": (-1.2, 0.4, 1.2), "inner": (1.2, -0.2, -1.2)}
+POSES_RAD = ((-1.2, 0.4, 1.2), (1.2, -0.2, -1.2))
 TRAVEL_RAD, SPEED_RAD_S, SHORT_SPEED_RAD_S = 0.3, 0.1, 0.2
 SINE_RAD, SINE_HZ, SINE_S, BETWEEN_S = 0.06, 1.5, 3.0, 3.0
 
@@ -17,7 +17,7 @@ SINE_RAD, SINE_HZ, SINE_S, BETWEEN_S = 0.06, 1.5, 3.0, 3.0
 def build(options: SequenceOptions) -> Experiment:
     """The same motion of both axes in each pose; the axis that was not asked for only changes its pose."""
     speed = SHORT_SPEED_RAD_S if options.short else SPEED_RAD_S
-    references = {axis: _posed(POSES_RAD[axis], speed, axis in options.axes) for axis in AXES}
+    references = {axis: _posed(poses, speed, axis in options.axes) for axis, poses in options.by_axis(POSES_RAD).items()}
     said = "A gain error and friction that grows with load change from pose to pose; plain friction and inertia do not."
     return motion_experiment("two_loads", "The same motion under several loads", options, references, said)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gimbal_hil.experiments import AXES, Experiment
+from gimbal_hil.experiments import Experiment
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.experiments.sequences.reference_motion import Floats, Path, both_or_held, motion_experiment
 
@@ -14,7 +14,7 @@ HEATING_RAD_S, PERIOD_S, SHORT_PERIOD_S, PERIODS = 1.5, 45.0, 12.0, 2
 def build(options: SequenceOptions) -> Experiment:
     """Plateaus, heating, plateaus, heating, plateaus, waiting, plateaus, waiting, plateaus on the axes asked for."""
     period = SHORT_PERIOD_S if options.short else PERIOD_S
-    paths = {axis: _cycle(period) for axis in AXES}
+    paths = {axis: _cycle(period) for axis in options.names}
     said = "The same plateaus at several temperatures, on the way up and down: temperature goes both ways, wear only one."
     return motion_experiment("warm_and_cool", "Plateaus while warming up and cooling down", options, both_or_held(options, paths), said)
 

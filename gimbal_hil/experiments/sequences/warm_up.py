@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from gimbal_hil.experiments import Experiment, Row, Signals, Step, move_to, on_axis, plateau_mean, position_hold, step_of
+from gimbal_hil.experiments import Experiment, Row, Signals, Step, move_to, plateau_mean, position_hold, step_of
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.host import AxisCommand, Mode, Shape
 from gimbal_hil.report import Block, Callout, Heading, Plot
@@ -25,15 +25,15 @@ def build(options: SequenceOptions) -> Experiment:
     steps: list[Step] = []
     for axis in options.axes:
         steps.append(
-            step_of(f"{axis} to its start", options.rate_hz, 4.0, on_axis(axis, move_to(-0.5 * TRAVEL_RAD, 3.0), move_to(0.0, 3.0)))
+            step_of(f"{axis} to its start", options.rate_hz, 4.0, options.on_axis(axis, move_to(-0.5 * TRAVEL_RAD, 3.0), move_to(0.0, 3.0)))
         )
         for lap in range(SHORT_LAPS if options.short else LAPS):
             for sign, word in ((1, "forward"), (-1, "back")):
                 ramp = AxisCommand(Mode.POSITION, Shape.RAMP, (-sign * 0.5 * TRAVEL_RAD, sign * SPEED_RAD_S, TRAVEL_RAD))
                 meaning = {"axis": axis, "lap": lap, "direction": sign}
-                commands = on_axis(axis, ramp, position_hold(0.0))
+                commands = options.on_axis(axis, ramp, position_hold(0.0))
                 steps.append(step_of(f"{axis} lap {lap + 1} {word}", options.rate_hz, TRAVEL_RAD / SPEED_RAD_S, commands, meaning, True))
-        steps.append(step_of(f"{axis} back to the middle", options.rate_hz, 4.0, on_axis(axis, move_to(0.0, 3.0), move_to(0.0, 3.0))))
+        steps.append(step_of(f"{axis} back to the middle", options.rate_hz, 4.0, (move_to(0.0, 3.0), move_to(0.0, 3.0))))
     every = options.every or (1 if options.short else EVERY)
     return Experiment("warm_up", "Friction while the joint warms up", tuple(steps), measure, conclude, every=every)
 
@@ -76,7 +76,7 @@ def laps_of(rows: Sequence[Row], axis: str) -> list[Row]:
 def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
     """Friction over time and temperature; whether the change is more than its error."""
     blocks: list[Block] = []
-    for axis in dict.fromkeys(row["axis"] for row in rows):
+    for place, axis in enumerate(dict.fromkeys(row["axis"] for row in rows)):
         laps = laps_of(rows, axis)
         if len(laps) < 4:
             continue
@@ -88,17 +88,17 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
             f"From the first to the last fifth friction changed by {1e3 * change:+.2f} ± {1e3 * 2.0 * error:.2f} mN m (2 standard errors)."
         )
         blocks += [Heading(f"Warm-up of the {axis} axis"), Callout(said, "warning" if abs(change) > 2.0 * error else "good")]
-        blocks.append(Plot(_figure(axis, laps), f"Each point is one lap at {SPEED_RAD_S:g} rad/s."))
+        blocks.append(Plot(_figure(place, axis, laps), f"Each point is one lap at {SPEED_RAD_S:g} rad/s."))
     return blocks
 
 
-def _figure(axis: str, laps: Sequence[Row]) -> object:
+def _figure(place: int, axis: str, laps: Sequence[Row]) -> object:
     from gimbal_hil.plots import ALERT, AXIS_COLOURS, stacked
 
     time_s = [lap["time_s"] for lap in laps]
     drawn = stacked(("", ""), "time [s]", ("friction [N m]", "winding [degC]"), 210)
     errors = dict(array=[2.0 * lap["error_nm"] for lap in laps])
-    colour = dict(color=AXIS_COLOURS[axis])
+    colour = dict(color=AXIS_COLOURS[place])
     friction = [lap["friction_nm"] for lap in laps]
     drawn.add_scatter(x=time_s, y=friction, error_y=errors, mode="markers", name="friction", marker=colour, row=1, col=1)
     drawn.add_scatter(x=time_s, y=[lap["temperature_degc"] for lap in laps], name="temperature", line=dict(color=ALERT), row=2, col=1)
