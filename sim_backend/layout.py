@@ -30,7 +30,7 @@ class BaseKind(IntEnum):
 
 
 class GravityReading(IntEnum):
-    """Whose mass acts on the outer centre of gravity (ERRATA, eq. 2.52)."""
+    """Whose mass acts on the outer centre of gravity (docs/reading-the-thesis.md, eq. 2.52)."""
 
     SEPARATE_BODIES = 0
     TOTAL_MASS = 1

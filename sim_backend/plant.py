@@ -15,7 +15,7 @@ from sim_backend.step import advance, begin_tick, plant_tick, read_encoder, read
 
 
 @dataclass(frozen=True)
-class Motion:
+class Simulation:
     """An open-loop simulation, n rows at the tick rate: row k is sampled at t_k, its torque acts over [t_k, t_k+1)."""
 
     #: joint position (rad or m) and rate (rad/s or m/s), true values, (n, axes)
@@ -83,14 +83,14 @@ class Plant:
         arrays = plant_arrays(model, rate_hz, seed)
         self.P, self.K, self.X = arrays.P, arrays.K, arrays.X
 
-    def run(self, torque: np.ndarray) -> Motion:
+    def run(self, torque: np.ndarray) -> Simulation:
         """Simulate commanded torques (n, axes) in N m, one row a tick, from the present state on."""
         given = np.zeros((len(torque), layout.MAX_AXES))
         axes = len(self.model.axes)
         given[:, :axes] = torque
         rows = np.zeros((len(torque), 12))
         run_open_loop(self.P, self.K, self.X, given, rows)
-        return Motion(*(rows[:, i : i + axes].copy() for i in range(0, 12, 2)))
+        return Simulation(*(rows[:, i : i + axes].copy() for i in range(0, 12, 2)))
 
     @property
     def position(self) -> np.ndarray:

@@ -64,9 +64,11 @@ def _field(section: type[BaseModel] | None, name: str) -> Any:
 
 
 def _section(section: type[BaseModel] | None, name: str) -> type[BaseModel] | None:
-    """The section that a key leads to; None where its keys are free or a tag decides which section it is."""
+    """The section that a key leads to; None where a tag decides which section it is. A free key (the name of an axis) leads no further."""
     field = _field(section, name)
-    found = list(_sections_in(field.annotation)) if field is not None else []
+    if field is None:
+        return section
+    found = list(_sections_in(field.annotation))
     return found[0] if len(found) == 1 else None
 
 

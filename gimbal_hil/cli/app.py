@@ -36,7 +36,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Entry point of the `gimbal-hil` command; ends the process with the exit code of CONTRACTS section 1."""
+    """Entry point of the `gimbal-hil` command; ends the process with the exit codes of docs/commands.md."""
     words = sys.argv[1:] if arguments is None else arguments
     try:
         code = _answer(words)

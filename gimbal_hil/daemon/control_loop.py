@@ -52,7 +52,7 @@ class Stopping(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Ending:
+class LoopEnd:
     """Why the loop ends and what the command answers."""
 
     exit_code: int
@@ -89,17 +89,17 @@ class ControlLoop:
         self._tick = 0
         self._due: list[Command] = []
         self._service_gone = False
-        self._asked: Ending | None = None
+        self._asked: LoopEnd | None = None
         self._stopping = Stopping.NOT
         self._stopping_since = 0
-        self._leaving = Ending(EXIT_DONE, "")
-        self.ending: Ending | None = None
+        self._leaving = LoopEnd(EXIT_DONE, "")
+        self.ending: LoopEnd | None = None
 
     def interrupt(self, reason: str) -> None:
         """Called by signal handlers: torque off with the next tick, then out. A second call leaves after that tick."""
         if self._asked is not None and self._asked.exit_code == EXIT_INTERRUPTED:
             self.ending = self._asked
-        self._asked = Ending(EXIT_INTERRUPTED, reason)
+        self._asked = LoopEnd(EXIT_INTERRUPTED, reason)
 
     def step(self, tick: Tick) -> bool:
         """One tick; False when the loop is done."""
@@ -159,7 +159,7 @@ class ControlLoop:
     def _obey(self, command: Command, time_ns: int) -> None:
         """Hand a command to the host just before the tick that acts on it."""
         if command.kind is CommandKind.RECORDING_FAILED:
-            self._ask(Ending(EXIT_SAFETY_STOP, f"recording failed: {command.payload.decode()}"))
+            self._ask(LoopEnd(EXIT_SAFETY_STOP, f"recording failed: {command.payload.decode()}"))
             return
         problem = "the daemon is stopping" if self._asked or self._stopping is not Stopping.NOT else self._give(command)
         self._telemetry.reply(command.number, self._tick, time_ns, problem)
@@ -173,7 +173,7 @@ class ControlLoop:
             host.command(unpack_program(command.payload))
             return ""  # the service records it: it has the program
         if command.kind is CommandKind.SHUT_DOWN:
-            self._leave(Stopping.BRAKING, Ending(EXIT_DONE, "shut down by the operator"))
+            self._leave(Stopping.BRAKING, LoopEnd(EXIT_DONE, "shut down by the operator"))
             return ""
         word, ask = _PLAIN[command.kind]
         ask(host)
@@ -190,13 +190,13 @@ class ControlLoop:
     def _watch_service(self) -> None:
         if not self._service_gone and not self._service_alive():
             self._service_gone = True
-            self._ask(Ending(EXIT_SAFETY_STOP, "the service process has died: nothing is recorded and no operator can reach the daemon"))
+            self._ask(LoopEnd(EXIT_SAFETY_STOP, "the service process has died: nothing is recorded and no operator can reach the daemon"))
 
-    def _ask(self, ending: Ending) -> None:
+    def _ask(self, ending: LoopEnd) -> None:
         if self._asked is None:
             self._asked = ending
 
-    def _leave(self, how: Stopping, ending: Ending) -> None:
+    def _leave(self, how: Stopping, ending: LoopEnd) -> None:
         """BRAKING: to rest under control, then off. SWITCHING_OFF: no torque from this tick on, the drive stops the axes by itself."""
         if self._leaving != ending:
             self._event("note", f"stopping: {ending.reason}", {"exit_code": ending.exit_code})
@@ -240,12 +240,12 @@ class ControlLoop:
         rates = [abs(H[axis_h(axis) + MEASURED_RATE] - H[axis_h(axis) + BASE_RATE]) for axis in range(AXES)]
         return all(rate < C[axis_c(axis) + REST_RATE] for axis, rate in enumerate(rates))
 
-    def _at_end_of_duration(self) -> Ending:
+    def _at_end_of_duration(self) -> LoopEnd:
         if self._host.state is HostState.FAULT:
-            return Ending(EXIT_SAFETY_STOP, f"the host is in fault ({self._host.cause.name.lower()})")
+            return LoopEnd(EXIT_SAFETY_STOP, f"the host is in fault ({self._host.cause.name.lower()})")
         if self._host.state is HostState.WAITING:
-            return Ending(EXIT_NO, "the antenna did not answer")
-        return Ending(EXIT_DONE, "the duration is over")
+            return LoopEnd(EXIT_NO, "the antenna did not answer")
+        return LoopEnd(EXIT_DONE, "the duration is over")
 
 
 def _kind(event: HostEvent) -> str:

@@ -17,7 +17,7 @@ from firmware_protocol import receiver
 from firmware_protocol.errors import EXIT_SAFETY_STOP, BadInputError
 from firmware_protocol.links import Link
 from gimbal_hil.daemon.antenna_link import EmbeddedLink, embedded_antenna, embedded_model
-from gimbal_hil.daemon.control_loop import ControlLoop, Ending
+from gimbal_hil.daemon.control_loop import ControlLoop, LoopEnd
 from gimbal_hil.daemon.first_opening import opener_of
 from gimbal_hil.daemon.link_keeper import LinkKeeper
 from gimbal_hil.host import Host
@@ -66,7 +66,7 @@ class DaemonReport:
     """How a run of the daemon went."""
 
     run: Path
-    ending: Ending
+    ending: LoopEnd
     statistics: TickStatistics
     granted: Granted | None
     frames: Json
@@ -97,7 +97,7 @@ class _Parts:
     host: Host
     link: LinkKeeper
     telemetry: Telemetry
-    ending: Ending = field(default_factory=lambda: Ending(EXIT_SAFETY_STOP, "the control process failed"))
+    ending: LoopEnd = field(default_factory=lambda: LoopEnd(EXIT_SAFETY_STOP, "the control process failed"))
 
 
 def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport:
@@ -152,7 +152,7 @@ def _run(parts: _Parts, core: int | None, lockstep: bool) -> Granted | None:
             parts.engine.run()
         parts.ending = parts.loop.ending or parts.ending
     except BaseException as error:
-        parts.ending = Ending(EXIT_SAFETY_STOP, f"the control process failed: {error!r}")
+        parts.ending = LoopEnd(EXIT_SAFETY_STOP, f"the control process failed: {error!r}")
         parts.loop.last_words()
         raise
     finally:
@@ -234,7 +234,7 @@ def _frame_counts(host: Host) -> Json:
     return counts
 
 
-def _note_in_log(run: Path, tick: int, ending: Ending) -> None:
+def _note_in_log(run: Path, tick: int, ending: LoopEnd) -> None:
     """When the service could not finish the log, say in it why the run ended: nobody else writes to the file any more."""
     line = {"tick": tick, "time_ns": -1, "kind": "note", "text": f"stopping: {ending.reason}", "data": {"exit_code": ending.exit_code}}
     with contextlib.suppress(OSError), (run / "events.jsonl").open("ab") as file:

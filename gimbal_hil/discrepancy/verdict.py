@@ -1,4 +1,4 @@
-"""From a diagnosis to the verdict of CONTRACTS section 5: named, ambiguous, unexplained, no discrepancy."""
+"""From a diagnosis to the verdict (docs/verdict.md): named, ambiguous, unexplained, no discrepancy."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from gimbal_hil.experiments.checkpoint import Checkpoint, read_checkpoint, remov
 from gimbal_hil.experiments.experiment import Experiment, Row, Signals, Step, move_to
 from gimbal_hil.experiments.step_signals import STEPS_FOLDER, write_step_signals
 from gimbal_hil.host import EventCode, Segment
-from gimbal_hil.runs import EventKind, RunHeader, RunWriter
+from gimbal_hil.runs import EventKind, RunHeader, RunWriter, StepPurpose
 
 #: the way back to the safe pose may take so long
 TEARDOWN_S = 10.0
@@ -146,7 +146,7 @@ class _Session:
 
     def _follow(self, number: int, step: Step) -> Followed:
         check_guards(step, self.antenna)
-        data = {"step": step.name, "number": number, **dict(step.meaning)}
+        data = {"step": step.name, "number": number, "purpose": StepPurpose.MEASUREMENT, **dict(step.meaning)}
         self.writer.event(self.antenna.tick, 0, EventKind.SEGMENT, step.name, data)
         followed = self.antenna.follow(step, lambda ticks: self.progress.at(step.name, ticks / self.antenna.rate_hz))
         self._log(followed)
@@ -172,7 +172,7 @@ class _Session:
         back = Segment(duration_ticks=round(0.8 * TEARDOWN_S * rate), outer=move_to(0.0, 5.0), inner=move_to(0.0, 5.0))
         off = Segment(duration_ticks=round(0.1 * rate), switch_off_afterwards=True, outer=move_to(0.0, 0.05), inner=move_to(0.0, 0.05))
         for step in (Step("back to the safe pose", back), Step("torque off", off)):
-            self.writer.event(self.antenna.tick, 0, EventKind.SEGMENT, step.name, {"step": step.name})
+            self.writer.event(self.antenna.tick, 0, EventKind.SEGMENT, step.name, {"step": step.name, "purpose": StepPurpose.TEARDOWN})
             self._log(self.antenna.follow(step, lambda ticks: None))
 
 

@@ -19,7 +19,7 @@ ResidualFunction = Callable[[Vector], Vector]
 
 
 @dataclass(frozen=True)
-class Parameter:
+class Unknown:
     """One unknown: its name, physical bounds, and whether it is searched on a logarithmic scale (then both bounds are positive)."""
 
     name: str
@@ -71,7 +71,7 @@ class Fit:
 @dataclass(frozen=True)
 class _Problem:
     residuals: ResidualFunction
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[Unknown, ...]
     difference_step: float | None
     tolerance: float
 
@@ -86,7 +86,7 @@ class _Problem:
 
 def fit(
     residuals: ResidualFunction,
-    parameters: Sequence[Parameter],
+    parameters: Sequence[Unknown],
     starts: Sequence[Vector],
     executor: Executor | None = None,
     difference_step: float | None = None,
@@ -107,7 +107,7 @@ def fit(
 
 def refit_with_fixed(
     residuals: ResidualFunction,
-    parameters: Sequence[Parameter],
+    parameters: Sequence[Unknown],
     start: Vector,
     fixed: dict[int, float],
     difference_step: float | None = None,

@@ -15,7 +15,7 @@ import numpy as np
 from gimbal_hil.identification.averaging import Vector
 from gimbal_hil.identification.axis_response import AxisRecord, simulate_axis
 from gimbal_hil.identification.estimate import Estimate
-from gimbal_hil.identification.least_squares import Parameter, fit
+from gimbal_hil.identification.least_squares import Unknown, fit
 from gimbal_hil.identification.profile import ProfileTask, robust_variance_ratio
 from gimbal_hil.identification.settled import Asked, settle_parameters
 from gimbal_hil.identification.stribeck import LUGRE_NAMES, LUGRE_UNITS, LugreFriction
@@ -113,7 +113,7 @@ def fit_output_error(
     rules = rule or OutputErrorRule()
     floor = max(encoder_step / np.sqrt(6.0), 1e-12)
     level = max(float(np.max(np.abs(record.torque))) for record in records)
-    parameters = (*_parameters(start, free), Parameter("offset", -0.5 * level, 0.5 * level, logarithmic=False))
+    parameters = (*_parameters(start, free), Unknown("offset", -0.5 * level, 0.5 * level, logarithmic=False))
     residuals = _ResponseResiduals(tuple(records), inertia, start, free, rules, floor)
     centre = np.array([start.values()[LUGRE_NAMES.index(name)] for name in free] + [0.0])
     best = fit(residuals, parameters, _starts(centre, rules), executor, _DIFFERENCE_STEP, _TOLERANCE)
@@ -132,13 +132,13 @@ def fit_output_error(
     return OutputErrorFit(estimates, friction, offset, tuple(records), simulated, rms, sensitivity, agreeing)
 
 
-def _parameters(start: LugreFriction, free: tuple[str, ...]) -> tuple[Parameter, ...]:
+def _parameters(start: LugreFriction, free: tuple[str, ...]) -> tuple[Unknown, ...]:
     """Two decades around the start, the shape within what the Stribeck curve can mean."""
     parameters = []
     for name in free:
         value = float(start.values()[LUGRE_NAMES.index(name)])
         low, high = (0.3, 6.0) if name == "shape" else (value / 30.0, value * 30.0)
-        parameters.append(Parameter(name, low, high))
+        parameters.append(Unknown(name, low, high))
     return tuple(parameters)
 
 

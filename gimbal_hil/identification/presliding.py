@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 
 from gimbal_hil.identification.averaging import Vector
 from gimbal_hil.identification.estimate import Estimate, Verdict, settle, withheld
-from gimbal_hil.identification.least_squares import Fit, Parameter, fit
+from gimbal_hil.identification.least_squares import Fit, Unknown, fit
 from gimbal_hil.identification.profile import ProfileTask, profile_interval, robust_variance_ratio
 from gimbal_hil.identification.stribeck import StaticFriction, stribeck_bump
 
@@ -64,7 +64,7 @@ def presliding_path(friction: Vector, sigma0: float, breakaway: float | Vector) 
     """Displacement (rad) that a slowly changing friction torque, shape (n,), has brought about since its first row.
 
     For slow motion LuGre reads `dF/dq = sigma0 (1 - sign(q') F / Ts)`, whose solution between turning points is logarithmic:
-    `dq = -+(Ts / sigma0) ln((Ts -+ F2) / (Ts -+ F1))`. From rest and F = 0 this is `-(Ts/sigma0) ln(1 - T/Ts)` (ERRATA, eq. 4.11);
+    `dq = -+(Ts / sigma0) ln((Ts -+ F2) / (Ts -+ F1))`. From rest and F = 0 this is `-(Ts/sigma0) ln(1 - T/Ts)` (docs/reading-the-thesis.md, eq. 4.11);
     unloading and inner loops follow from the same two branches. `breakaway` may be a level per row, (n,), of which each stretch
     between rows takes the mean. Torques at or beyond Ts are taken at 0.999 Ts.
     """
@@ -195,9 +195,9 @@ def fit_presliding(
     return PreslidingFit(sigma0, seen, used, predicted, steps, _secant(used), float(np.sqrt(np.nanmean(misfit**2))))
 
 
-def _parameters(runs: Sequence[PreslidingRun], breakaway: float) -> tuple[Parameter, ...]:
+def _parameters(runs: Sequence[PreslidingRun], breakaway: float) -> tuple[Unknown, ...]:
     secant = _secant(runs)
-    return (Parameter("sigma0", secant / 30.0, secant * 30.0), Parameter("breakaway", 0.5 * breakaway, 3.0 * breakaway))
+    return (Unknown("sigma0", secant / 30.0, secant * 30.0), Unknown("breakaway", 0.5 * breakaway, 3.0 * breakaway))
 
 
 def _solve(

@@ -10,7 +10,7 @@ from scipy.stats import t as student
 
 from gimbal_hil.identification.averaging import Vector, autocorrelation_time
 from gimbal_hil.identification.estimate import Interval
-from gimbal_hil.identification.least_squares import Fit, Matrix, Parameter, ResidualFunction, refit_with_fixed
+from gimbal_hil.identification.least_squares import Fit, Matrix, ResidualFunction, Unknown, refit_with_fixed
 
 _LEVEL = 0.95
 _SEARCH_STEPS = 12
@@ -25,7 +25,7 @@ class ProfileTask:
     """
 
     residuals: ResidualFunction
-    parameters: Sequence[Parameter]
+    parameters: Sequence[Unknown]
     best: Fit
     variance_ratio: Vector | None = None
     difference_step: float | None = None

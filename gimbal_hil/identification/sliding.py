@@ -10,7 +10,7 @@ import numpy as np
 
 from gimbal_hil.identification.averaging import Vector
 from gimbal_hil.identification.estimate import Estimate
-from gimbal_hil.identification.least_squares import Fit, Matrix, Parameter, fit
+from gimbal_hil.identification.least_squares import Fit, Matrix, Unknown, fit
 from gimbal_hil.identification.profile import ProfileTask
 from gimbal_hil.identification.settled import Asked, settle_parameters
 from gimbal_hil.identification.stribeck import LUGRE_UNITS, StaticFriction, stribeck_bump
@@ -118,20 +118,20 @@ def _point_errors(points: Sequence[VelocityPoint]) -> Vector:
     return np.asarray(np.maximum(errors, floor))
 
 
-def _parameters(data: _MapResiduals, with_offset: bool) -> tuple[Parameter, ...]:
+def _parameters(data: _MapResiduals, with_offset: bool) -> tuple[Unknown, ...]:
     level = float(np.max(np.abs(data.torque)))
     slow, fast = float(np.min(data.speed)), float(np.max(data.speed))
     known = (
-        Parameter("breakaway", 1e-3 * level, 10.0 * level),
-        Parameter("coulomb", 1e-3 * level, 10.0 * level),
-        Parameter("stribeck_velocity", slow / 10.0, fast * 3.0),
-        Parameter("viscous", 1e-5 * level / fast, 10.0 * level / fast),
-        Parameter("shape", *_SHAPE_BOUNDS),
+        Unknown("breakaway", 1e-3 * level, 10.0 * level),
+        Unknown("coulomb", 1e-3 * level, 10.0 * level),
+        Unknown("stribeck_velocity", slow / 10.0, fast * 3.0),
+        Unknown("viscous", 1e-5 * level / fast, 10.0 * level / fast),
+        Unknown("shape", *_SHAPE_BOUNDS),
     )
-    return (*known, Parameter("offset", -level, level, logarithmic=False)) if with_offset else known
+    return (*known, Unknown("offset", -level, level, logarithmic=False)) if with_offset else known
 
 
-def _starts(data: _MapResiduals, parameters: Sequence[Parameter], count: int = 6) -> list[Vector]:
+def _starts(data: _MapResiduals, parameters: Sequence[Unknown], count: int = 6) -> list[Vector]:
     """Best `count` of a grid over (vs, delta), the linear parameters solved for at each node."""
     candidates: list[tuple[float, Vector]] = []
     low, high = parameters[2].low, parameters[2].high
@@ -152,7 +152,7 @@ def _starts(data: _MapResiduals, parameters: Sequence[Parameter], count: int = 6
     return [values for _, values in candidates[:count]]
 
 
-def _robust_fit(base: _MapResiduals, parameters: Sequence[Parameter]) -> tuple[_MapResiduals, Fit, float]:
+def _robust_fit(base: _MapResiduals, parameters: Sequence[Unknown]) -> tuple[_MapResiduals, Fit, float]:
     """Reweighted least squares; answers the last round's residuals (for the intervals), its fit, and the scatter between runs."""
     error = 1.0 / base.weight
     current, between = base, 0.0
@@ -171,7 +171,7 @@ def _robust_fit(base: _MapResiduals, parameters: Sequence[Parameter]) -> tuple[_
 
 
 def _estimates(
-    residuals: _MapResiduals, parameters: Sequence[Parameter], best: Fit, prior: StaticFriction | None, speeds: tuple[float, float]
+    residuals: _MapResiduals, parameters: Sequence[Unknown], best: Fit, prior: StaticFriction | None, speeds: tuple[float, float]
 ) -> tuple[tuple[Estimate, ...], Fit]:
     """Estimates of the static parameters, and the fit with the undetermined ones at their prior."""
     priors = [None] * 5 if prior is None else [prior.breakaway, prior.coulomb, prior.stribeck_velocity, prior.viscous, prior.shape]
@@ -186,7 +186,7 @@ def _estimates(
 
 
 def _doubting_jitter(
-    estimates: tuple[Estimate, ...], residuals: _MapResiduals, parameters: Sequence[Parameter], best: Fit
+    estimates: tuple[Estimate, ...], residuals: _MapResiduals, parameters: Sequence[Unknown], best: Fit
 ) -> tuple[Estimate, ...]:
     """Intervals stretched over what no fluctuation of the speed, and twice as much, would give: it is inferred, not measured."""
     if not np.any(residuals.jitter):
@@ -198,7 +198,7 @@ def _doubting_jitter(
     )
 
 
-def _no_bump(residuals: _MapResiduals, parameters: Sequence[Parameter], best: Fit) -> bool:
+def _no_bump(residuals: _MapResiduals, parameters: Sequence[Unknown], best: Fit) -> bool:
     """True when Coulomb plus viscous friction fits as well, by the Bayesian information criterion (three parameters fewer)."""
     level = float(best.values[1])
     tied = _Tied(residuals)

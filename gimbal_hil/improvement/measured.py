@@ -12,9 +12,6 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.runs import EventKind, Run, open_run
 from gimbal_hil.signals import SignalsTable, signals_of_run
 
-#: the first event of the runner's way back to the safe pose
-_WAY_BACK = "back to the safe pose"
-
 
 def measured_table(folder: Path, axes: Sequence[str]) -> SignalsTable:
     """Signals of a run under control: without the fall before it and the way back after it; frames lost on a link are made up.
@@ -25,7 +22,7 @@ def measured_table(folder: Path, axes: Sequence[str]) -> SignalsTable:
     steps = [event for event in run.events if event.kind is EventKind.SEGMENT]
     if not steps:
         raise BadInputError(str(folder), "holds no step", "the run of an experiment")
-    back = next((event.tick for event in steps if event.text == _WAY_BACK), None)
+    back = next((event.tick for event in steps if event.begins_teardown), None)
     part = _between(run, steps[0].tick, back)
     return signals_of_run(part, axes, resample=True, drop_invalid=True)
 

@@ -14,6 +14,7 @@ from gimbal_hil.runs.schema import (
     Event,
     EventKind,
     FrameDirection,
+    StepPurpose,
     blocks_of_frames,
     tick_rows,
 )
@@ -35,6 +36,7 @@ __all__ = [
     "RunHeader",
     "RunRecord",
     "RunWriter",
+    "StepPurpose",
     "blocks_of_frames",
     "columns_of",
     "content_hash",

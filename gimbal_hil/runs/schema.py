@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from enum import Enum, IntEnum
+from enum import Enum, IntEnum, StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +42,14 @@ class EventKind(Enum):
     TIMING = "timing"
     RECORDING = "recording"
     NOTE = "note"
+
+
+class StepPurpose(StrEnum):
+    """What a SEGMENT event of an experiment began, under the key `purpose` of its data."""
+
+    MEASUREMENT = "measurement"
+    #: the way back to a safe pose, and torque off
+    TEARDOWN = "teardown"
 
 
 #: one row a host tick; torques in N m, angles in rad, rates in rad/s; `time_ns` is the scheduled time of the tick
@@ -91,6 +99,11 @@ class Event:
     kind: EventKind
     text: str
     data: Mapping[str, object] = field(default_factory=dict)
+
+    @property
+    def begins_teardown(self) -> bool:
+        """Whether an experiment is over here and only makes safe what it moved."""
+        return self.kind is EventKind.SEGMENT and self.data.get("purpose") == StepPurpose.TEARDOWN
 
 
 def stored_name(column: str, axes: Sequence[str]) -> str:

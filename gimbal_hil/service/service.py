@@ -18,7 +18,7 @@ from gimbal_hil.service.process import Orders, ServiceSettings
 from gimbal_hil.service.recorder import Recorder
 from gimbal_hil.settings import settings_from_document
 from gimbal_hil.telemetry import MISS_RECORD, Commands, Exchange, LiveView, TelemetryKind, exchange_from
-from gimbal_hil.timing import Record, RingReader, RingWriter
+from gimbal_hil.timing import RingReader, RingRecord, RingWriter
 
 if TYPE_CHECKING:
     from gimbal_hil.dashboard import PageServer
@@ -94,7 +94,7 @@ class Service:
             self._told_failure = True
             self._desk.recording_failed(self._recorder.failure)
 
-    def _take_rare(self, record: Record) -> None:
+    def _take_rare(self, record: RingRecord) -> None:
         if record.kind == TelemetryKind.MISS:
             tick, periods, code = MISS_RECORD.unpack(record.payload)
             self._view.miss(periods, code)

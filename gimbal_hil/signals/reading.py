@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.runs import EventKind, Run, is_run_folder, open_run
+from gimbal_hil.runs import Run, is_run_folder, open_run
 from gimbal_hil.signals.form import AxisNames, Repair, checked_table
 from gimbal_hil.signals.resampling import on_grid
 from gimbal_hil.signals.run_signals import run_columns
@@ -60,7 +60,7 @@ def read_signals(
 ) -> SignalsTable:
     """The signals of the model's axes in a run folder, CSV or Parquet file; with the model itself, currents become torques.
 
-    Raises BadInputError that names file, row and column for anything that CONTRACTS section 4 refuses; what was accepted by way of
+    Raises BadInputError that names file, row and column for anything that docs/signals-table.md refuses; what was accepted by way of
     `resample`, `drop_invalid` and `rate_hz` (see `Repair`), and columns that were not understood, stands in the table's `notes`.
     """
     return _read(Path(path), axis_names(axes), Repair(resample, drop_invalid, rate_hz))
@@ -107,7 +107,7 @@ def _under_control(path: Path, model: AntennaModel, repair: Repair) -> SignalsTa
     table = _of_run(run, model.axes, replace(repair, rate_hz=None, resample=repair.to_grid))
     active = np.flatnonzero(run.ticks["segment"] >= 0)
     if len(active):
-        ends = [e.tick for e in run.events if e.kind is EventKind.SEGMENT and e.text == "back to the safe pose"]
+        ends = [e.tick for e in run.events if e.begins_teardown]
         # a table may begin a few ticks after its run; its last row is the run's
         behind = len(run.ticks) - len(table)
         first = max(0, int(active[0]) - behind)

@@ -1,4 +1,4 @@
-"""The signals table: measured data from anywhere, one row per sample at a constant rate (CONTRACTS section 4)."""
+"""The signals table: measured data from anywhere, one row per sample at a constant rate (docs/signals-table.md)."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ from sim_backend.model import AntennaModel
 _DURATION_S = {Loop.RATE: 2.0, Loop.POSITION: 4.0}
 
 
-class Verdict(Enum):
+class Agreement(Enum):
     """What came of a table."""
 
     REPRODUCED = "reproduced"
@@ -93,19 +93,19 @@ class TableResult:
         return _rms([row.settling_s - row.printed.settling_s for row in self.rows])
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> Agreement:
         """Whether the table is reproduced, by the limits in ACCEPTED."""
         accepted = ACCEPTED.get(self.table.number)
         if accepted is None or self.overshoot_rms > accepted.overshoot_points:
-            return Verdict.NOT_REPRODUCIBLE
+            return Agreement.NOT_REPRODUCIBLE
         if accepted.settling_s is None:
-            return Verdict.OVERSHOOT_ONLY
-        return Verdict.REPRODUCED if self.settling_rms_s <= accepted.settling_s else Verdict.OVERSHOOT_ONLY
+            return Agreement.OVERSHOOT_ONLY
+        return Agreement.REPRODUCED if self.settling_rms_s <= accepted.settling_s else Agreement.OVERSHOOT_ONLY
 
     @property
     def reason(self) -> str:
         """Why not more of it is reproduced; empty where all is."""
-        return REASONS.get(self.table.number, "") if self.verdict is not Verdict.REPRODUCED else ""
+        return REASONS.get(self.table.number, "") if self.verdict is not Agreement.REPRODUCED else ""
 
 
 def run_table(table: StepTable, configuration: Configuration) -> TableResult:

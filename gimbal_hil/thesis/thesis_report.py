@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from gimbal_hil.thesis.controller_tables import ACCEPTED, TableResult, Verdict
+from gimbal_hil.thesis.controller_tables import ACCEPTED, Agreement, TableResult
 from gimbal_hil.thesis.friction_curves import FrictionCurves
 from gimbal_hil.thesis.sliding import SlidingSweep
 from gimbal_hil.thesis.slip_effects import SlipEffect
@@ -35,4 +35,4 @@ class ThesisReport:
     @property
     def reproduced(self) -> bool:
         """Whether every table that can be reproduced was."""
-        return all(table.verdict is not Verdict.NOT_REPRODUCIBLE for table in self.tables if table.table.number in ACCEPTED)
+        return all(table.verdict is not Agreement.NOT_REPRODUCIBLE for table in self.tables if table.table.number in ACCEPTED)

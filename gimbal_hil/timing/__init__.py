@@ -3,7 +3,7 @@
 from gimbal_hil.timing.clock import NS_PER_S, Clock, Duration, Instant, LockstepClock, MonotonicClock
 from gimbal_hil.timing.histogram import Histogram, upper_bound_ns
 from gimbal_hil.timing.machine_check import MachineReport, check_machine
-from gimbal_hil.timing.mailbox import Record, RingReader, RingWriter, create_ring
+from gimbal_hil.timing.mailbox import RingReader, RingRecord, RingWriter, create_ring
 from gimbal_hil.timing.miss_causes import Miss, MissCause, ThreadUsage
 from gimbal_hil.timing.reference_loop import ReferenceLoop, compiler
 from gimbal_hil.timing.scheduling import Granted, control_and_witness_cores, real_time
@@ -22,9 +22,9 @@ __all__ = [
     "Miss",
     "MissCause",
     "MonotonicClock",
-    "Record",
     "ReferenceLoop",
     "RingReader",
+    "RingRecord",
     "RingWriter",
     "ThreadUsage",
     "Tick",

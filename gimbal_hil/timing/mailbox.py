@@ -29,7 +29,7 @@ _HEAD, _TAIL, _READER = 2, 3, 4
 
 
 @dataclass(frozen=True, slots=True)
-class Record:
+class RingRecord:
     """One message: a small number that says what it is, and its bytes."""
 
     kind: int
@@ -151,9 +151,9 @@ class RingReader(_Mapped):
         """Whether there is nothing new: a look at one word."""
         return self._position >= self._words[_HEAD]
 
-    def take(self, most: int = 1 << 30) -> list[Record]:
+    def take(self, most: int = 1 << 30) -> list[RingRecord]:
         """Up to `most` records in the order in which they were pushed; empty when there is nothing new."""
-        records: list[Record] = []
+        records: list[RingRecord] = []
         while len(records) < most and self._position < self._words[_HEAD]:
             record = self._read_one()
             if record is None:
@@ -163,29 +163,29 @@ class RingReader(_Mapped):
         self._words[_READER] = self._position
         return records
 
-    def _read_one(self) -> Record | None:
+    def _read_one(self) -> RingRecord | None:
         """The record at the reader's position; None while it is unfinished. Jumps to the oldest one after an overrun."""
         position = self._position
         if position >= self._words[_TAIL]:
             offset = position % self._capacity
             if self._capacity - offset < _RECORD.size:
                 self._position = position + self._capacity - offset
-                return Record(_FILLER, b"")
+                return RingRecord(_FILLER, b"")
             number, kind, length, crc, _ = _RECORD.unpack_from(self._records, offset)
             payload = bytes(self._records[offset + _RECORD.size : min(offset + _RECORD.size + length, self._capacity)])
             if position >= self._words[_TAIL]:
                 if kind == _FILLER:
                     self._position = position + self._capacity - offset
-                    return Record(_FILLER, b"")
+                    return RingRecord(_FILLER, b"")
                 if crc != _checksum(number, kind, payload):
                     return None
                 self._position = position + _span(length)
                 self.lost += number - self._next_number
                 self._next_number = number + 1
                 self.taken += 1
-                return Record(kind, payload)
+                return RingRecord(kind, payload)
         self._position = max(self._words[_TAIL], position)
-        return Record(_FILLER, b"")
+        return RingRecord(_FILLER, b"")
 
 
 def _span(length: int) -> int:

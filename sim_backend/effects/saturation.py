@@ -32,7 +32,7 @@ EFFECT = Effect(
     parameters=(Parameter("limit", "N m", 0.0, 1e9, 0.0, "largest torque; 0 means none", linear_unit="N", path="actuator.limit"),),
     text="torque limited below what is commanded",
     equation="T = min(max(u, -limit), limit)",
-    source="ERRATA: what the controller tables imply",
+    source="docs/reading-the-thesis.md: what the controller tables imply",
     excited_by="commands beyond the limit: large steps",
     search=_search,
     acts_through=frozenset({Variable.TORQUE}),

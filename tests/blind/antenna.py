@@ -1,7 +1,7 @@
 """A second antenna, for the bench: shares no code with the product (own equations, integrator, friction, sensors, loop).
 
 Fourth-order Runge-Kutta on everything (the product freezes the rate and solves the bristle exactly), mass matrix from
-differences of the inverse dynamics. Every effect of CONTRACTS section 6 has a neutral value in the axis' row `A`, so any
+differences of the inverse dynamics. Every effect of docs/effects.md has a neutral value in the axis' row `A`, so any
 combination can be switched on; the last columns are causes that are in no catalogue.
 """
 

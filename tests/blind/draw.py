@@ -169,7 +169,7 @@ def _truth(scene: Scene, scales: list[tuple[float, float]], rig: str) -> dict[st
 
 
 def _table(x: Array, scene: Scene, gyro: bool, rng: Generator) -> dict[str, Array]:
-    """CONTRACTS section 4 columns, optional ones left out at random."""
+    """docs/signals-table.md columns, optional ones left out at random."""
     out: dict[str, Array] = {"time_s": np.round(np.arange(len(x)) * scene.rig.step_s + float(rng.choice([0.0, 12.5])), 9)}
     refs = rng.random() < 0.5
     for a, axis in enumerate(scene.rig.names):

@@ -9,7 +9,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
-from gimbal_hil.timing.mailbox import Record, RingReader, RingWriter, create_ring
+from gimbal_hil.timing.mailbox import RingReader, RingRecord, RingWriter, create_ring
 
 
 class RingMachine(RuleBasedStateMachine):
@@ -20,13 +20,13 @@ class RingMachine(RuleBasedStateMachine):
         self.descriptor = create_ring(capacity)
         self.writer = RingWriter(self.descriptor)
         self.reader = RingReader(self.descriptor)
-        self.pushed: list[Record] = []
-        self.received: list[Record] = []
+        self.pushed: list[RingRecord] = []
+        self.received: list[RingRecord] = []
 
     @rule(kind=st.integers(0, 2**32 - 2), payload=st.binary(max_size=700))
     def push(self, kind: int, payload: bytes) -> None:
         self.writer.push(kind, payload)
-        self.pushed.append(Record(kind, payload))
+        self.pushed.append(RingRecord(kind, payload))
 
     @rule(count=st.integers(1, 60), size=st.integers(0, 900))
     def push_many(self, count: int, size: int) -> None:
@@ -43,13 +43,13 @@ class RingMachine(RuleBasedStateMachine):
         if moment == 1:
             self.take(most)
         self.writer._publish(position + span)
-        self.pushed.append(Record(kind, payload))
+        self.pushed.append(RingRecord(kind, payload))
 
     @rule(kind=st.integers(0, 9), payload=st.binary(max_size=700))
     def push_if_room(self, kind: int, payload: bytes) -> None:
         lost, pending = self.reader.lost, self.writer.backlog
         if self.writer.push_if_room(kind, payload):
-            self.pushed.append(Record(kind, payload))
+            self.pushed.append(RingRecord(kind, payload))
             assert self.reader.lost == lost
         else:
             assert pending > 0

@@ -8,12 +8,12 @@ from typing import Any, Protocol
 
 from firmware_protocol.block_codec import new_mail
 from firmware_protocol.codec import from_raw, raw_values, schema_of
-from firmware_protocol.endpoints import Receiver, Sender
 from firmware_protocol.messages import AnyMessage, DriveControl, DriveEvent, DriveStatus, SetPoint
 from firmware_protocol.schema import MESSAGES, POSITION_STEP_RAD, TORQUE_STEP_NM, Direction, DriveRequest, DriveState, FaultCode, offset
 from sim_backend.device import Device, FirmwareSettings, device_tick, layout
 from sim_backend.layout import POSITION, RATE, TEMPERATURE
 from sim_backend.model import AntennaModel, model_from_document, shipped_model
+from tests.endpoints import Receiver, Sender
 
 WINDOW = 10
 _CACHED: dict[bool, AntennaModel] = {}

@@ -6,12 +6,12 @@ import hashlib
 import random
 from collections.abc import Iterator
 
-from firmware_protocol.endpoints import Sender
 from firmware_protocol.messages import AnyMessage, DeadmanConfig, SetPoint
 from firmware_protocol.schema import DeadmanReaction, DriveRequest, DriveState
 from sim_backend.device import Device, FirmwareSettings
 from sim_backend.model import shipped_model
 from tests.device.bench import Bench, FrameWire, MailWire, Wire, control
+from tests.endpoints import Sender
 
 TICKS = 600
 _NEXT = {

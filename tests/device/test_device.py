@@ -13,7 +13,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firmware_protocol.endpoints import Receiver, Sender
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.messages import BaseAttitude, BaseRate, FeedbackInner, FeedbackOuter, MotorStatusInner, MotorStatusOuter, SetPoint
 from firmware_protocol.schema import RECORD_SIZE, Direction, DriveState
@@ -22,6 +21,7 @@ from sim_backend.model import load_model, model_from_document, shipped_model
 from sim_backend.shipped import shipped_file
 from tests.device.bench import FrameWire, bench, bench_model
 from tests.device.random_session import session
+from tests.endpoints import Receiver, Sender
 
 SLOW = (MotorStatusOuter, MotorStatusInner, BaseAttitude, BaseRate)
 

@@ -14,7 +14,6 @@ from pathlib import Path
 
 import pytest
 
-from firmware_protocol.endpoints import Receiver, Sender
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.links import CanLinkConfig, Link, LinkState, MemoryLink, SerialLinkConfig, UnixLinkConfig, memory_pair, open_link
 from firmware_protocol.messages import AnyMessage, DriveStatus, SetPoint
@@ -22,6 +21,7 @@ from firmware_protocol.schema import Direction, DriveState, FaultCode
 from sim_backend.device import Device
 from sim_backend.server import DeviceServer, OutletKind, join_bus, open_outlet, parse_outlet
 from tests.device.bench import bench_model, control
+from tests.endpoints import Receiver, Sender
 
 PATIENCE_S = 30.0
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from sim_backend.model import AntennaModel, model_from_document, shipped_model
-from sim_backend.plant import Motion, Plant
+from sim_backend.plant import Plant, Simulation
 
 STEP_S = 1e-4
 RATE_HZ = 1000.0
@@ -48,7 +48,7 @@ def with_effect(model: AntennaModel, name: str, axis: str | None = None, **param
     return model.with_effect(name, axis or model.axes[0], parameters)
 
 
-def run(model: AntennaModel, torque: np.ndarray | float, samples: int | None = None) -> Motion:
+def run(model: AntennaModel, torque: np.ndarray | float, samples: int | None = None) -> Simulation:
     """Simulate from the start: torque (n,) or (n, axes), or one number held for `samples`."""
     if isinstance(torque, float | int):
         torque = np.full(samples or 1000, float(torque))
@@ -58,11 +58,11 @@ def run(model: AntennaModel, torque: np.ndarray | float, samples: int | None = N
     return Plant(model, RATE_HZ).run(torque)
 
 
-def times(motion: Motion) -> np.ndarray:
+def times(motion: Simulation) -> np.ndarray:
     """Sample times of a motion, s."""
     return np.arange(len(motion.position)) / RATE_HZ
 
 
-def columns(motion: Motion) -> Mapping[str, np.ndarray]:
+def columns(motion: Simulation) -> Mapping[str, np.ndarray]:
     """Every column of a motion by name."""
     return {name: getattr(motion, name) for name in ("position", "rate", "encoder", "gyro", "applied", "friction")}

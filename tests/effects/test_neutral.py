@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from sim_backend.effects import CATALOGUE
 from sim_backend.model import AntennaModel
-from sim_backend.plant import Motion
+from sim_backend.plant import Simulation
 from tests.effects.rigs import antenna, columns, run
 
 HOOKED = sorted(name for name, effect in CATALOGUE.items() if not effect.is_number)
@@ -27,7 +27,7 @@ BASES: tuple[dict[str, Any], ...] = (
 )
 
 
-def bits(motion: Motion) -> bytes:
+def bits(motion: Simulation) -> bytes:
     return b"".join(column.tobytes() for column in columns(motion).values())
 
 

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware_protocol import block_codec, codec, receiver
-from firmware_protocol.endpoints import Receiver
 from firmware_protocol.schema import INDEX, MESSAGES, RECORD_SIZE, Direction, Message, offset
+from tests.endpoints import Receiver
 
 EACH_MESSAGE = pytest.mark.parametrize("message", MESSAGES, ids=lambda message: message.name)
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_protocol.endpoints import Receiver, Sender
 from firmware_protocol.links import Cut, DirectionFaults, FaultsConfig, FaultyLink, LinkState, memory_pair
 from firmware_protocol.messages import SetPoint
 from firmware_protocol.schema import RECORD_SIZE, Direction
+from tests.endpoints import Receiver, Sender
 
 TICKS = 200
 

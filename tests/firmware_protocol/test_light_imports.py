@@ -8,7 +8,7 @@ import sys
 
 def test_codec_stream_and_links_import_nothing_heavy():
     program = (
-        "import sys, firmware_protocol.codec, firmware_protocol.endpoints, firmware_protocol.stream, firmware_protocol.links;"
+        "import sys, firmware_protocol.codec, firmware_protocol.stream, firmware_protocol.links;"
         "print([name for name in ('numba', 'numpy', 'can', 'serial') if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)

@@ -15,7 +15,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
-from firmware_protocol.endpoints import Receiver, Sender
 from firmware_protocol.errors import BadInputError, LinkError
 from firmware_protocol.links import (
     CanLink,
@@ -34,6 +33,7 @@ from firmware_protocol.links import (
 from firmware_protocol.links.descriptor import DescriptorPort
 from firmware_protocol.messages import DriveControl, FeedbackOuter, SetPoint
 from firmware_protocol.schema import Direction, DriveRequest
+from tests.endpoints import Receiver, Sender
 
 CONFIG = TypeAdapter(LinkConfig)
 CHANNELS = itertools.count()

@@ -8,10 +8,10 @@ from binascii import crc_hqx
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_protocol.endpoints import Receiver, Sender
 from firmware_protocol.messages import SetPoint
 from firmware_protocol.schema import Direction
 from firmware_protocol.stream import PACKET_FRAMES, PACKET_LIMIT, StreamParser, cobs_decode, cobs_encode, encode_packets
+from tests.endpoints import Receiver, Sender
 
 blocks = st.integers(1, 12).flatmap(lambda frames: st.binary(min_size=10 * frames, max_size=10 * frames))
 

@@ -17,7 +17,7 @@ from firmware_protocol.errors import BadInputError
 from firmware_protocol.schema import BY_NAME
 from gimbal_hil.cli import app
 from gimbal_hil.lockstep import give_again, host_of
-from gimbal_hil.runs import FRAME_ROW, TICK_ROW, FrameDirection, open_run
+from gimbal_hil.runs import AXES, FRAME_ROW, TICK_ROW, FrameDirection, open_run
 from gimbal_hil.runs.arrow_stream import END_OF_STREAM, batch_bytes, header_bytes
 from gimbal_hil.runs.integrity import seal
 from gimbal_hil.runs.replaying import ReplayResult, replay
@@ -45,7 +45,7 @@ def replay_of(folder: Path) -> ReplayResult:
 
 
 def rewrite(path: Path, rows: NDArray[np.void]) -> None:
-    path.write_bytes(header_bytes(rows.dtype) + batch_bytes(rows) + END_OF_STREAM)
+    path.write_bytes(header_bytes(rows.dtype, AXES) + batch_bytes(rows, AXES) + END_OF_STREAM)
 
 
 def flip(rows: NDArray[np.void], row: int, column: str, bit: int) -> None:
@@ -208,10 +208,10 @@ def test_what_is_left_of_a_cut_log_is_still_identical(
     whole = open_run(recorded)
     content = {"ticks.arrow": whole.ticks, "frames.arrow": whole.frames}[name]
     for file, rows in (("ticks.arrow", whole.ticks), ("frames.arrow", whole.frames)):
-        batches = [batch_bytes(rows[rows["tick"] // 100 == part]) for part in range(TICKS // 100)]
-        (folder / file).write_bytes(header_bytes(rows.dtype) + b"".join(batches) + END_OF_STREAM)
+        batches = [batch_bytes(rows[rows["tick"] // 100 == part], AXES) for part in range(TICKS // 100)]
+        (folder / file).write_bytes(header_bytes(rows.dtype, AXES) + b"".join(batches) + END_OF_STREAM)
     size = (folder / name).stat().st_size
-    first = len(header_bytes(content.dtype)) + len(batch_bytes(content[content["tick"] // 100 == 0]))
+    first = len(header_bytes(content.dtype, AXES)) + len(batch_bytes(content[content["tick"] // 100 == 0], AXES))
     cut = data.draw(st.integers(first, size))
     os.truncate(folder / name, cut)
     result = replay_of(folder)

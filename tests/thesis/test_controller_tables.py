@@ -10,7 +10,7 @@ import pytest
 
 from gimbal_hil.control import Mode
 from gimbal_hil.thesis.closed_loop import AxisLoop, Gains, run_closed_loop
-from gimbal_hil.thesis.controller_tables import ACCEPTED, TableResult, Verdict, run_table, step_figures
+from gimbal_hil.thesis.controller_tables import ACCEPTED, Agreement, TableResult, run_table, step_figures
 from gimbal_hil.thesis.inferred import LEVEL, STEP_TIME_S, TILTED, Configuration
 from gimbal_hil.thesis.printed import GAIN_TABLES, PREFILTER_TABLES, Loop, StepTable
 from sim_backend.model import AntennaModel
@@ -60,12 +60,12 @@ def test_the_settling_of_table_5_6_at_kp_5_hangs_on_the_band(results: dict[str, 
 
 @pytest.mark.parametrize("number", ["5.13", "5.14", "5.15"])
 def test_tables_that_cannot_be_reproduced_say_so_with_a_reason(number: str, results: dict[str, TableResult]) -> None:
-    assert results[number].verdict is Verdict.NOT_REPRODUCIBLE
+    assert results[number].verdict is Agreement.NOT_REPRODUCIBLE
     assert results[number].reason
 
 
 def test_a_faster_settling_than_printed_keeps_table_5_12_to_its_overshoots(results: dict[str, TableResult]) -> None:
-    assert results["5.12"].verdict is Verdict.OVERSHOOT_ONLY
+    assert results["5.12"].verdict is Agreement.OVERSHOOT_ONLY
     assert all(row.settling_s < row.printed.settling_s - 0.3 for row in results["5.12"].rows)
 
 
