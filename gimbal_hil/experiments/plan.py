@@ -203,7 +203,9 @@ def _in_own_words(refusal: BadInputError, document: dict[str, Any], axes: Sequen
     """The refusal with the axes called as the file calls them."""
     if tuple(axes) == AXIS_NAMES:
         return refusal
-    where = re.sub(rf"(?<=\.)({'|'.join(AXIS_NAMES)})(?=\.|$)", lambda found: dict(zip(AXIS_NAMES, axes, strict=True))[found[1]], refusal.where)
+    where = re.sub(
+        rf"(?<=\.)({'|'.join(AXIS_NAMES)})(?=\.|$)", lambda found: dict(zip(AXIS_NAMES, axes, strict=True))[found[1]], refusal.where
+    )
     return BadInputError(where, refusal.problem, refusal.expected)
 
 

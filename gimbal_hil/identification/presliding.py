@@ -64,7 +64,7 @@ def presliding_path(friction: Vector, sigma0: float, breakaway: float | Vector) 
     """Displacement (rad) that a slowly changing friction torque, shape (n,), has brought about since its first row.
 
     For slow motion LuGre reads `dF/dq = sigma0 (1 - sign(q') F / Ts)`, whose solution between turning points is logarithmic:
-    `dq = -+(Ts / sigma0) ln((Ts -+ F2) / (Ts -+ F1))`. From rest and F = 0 this is `-(Ts/sigma0) ln(1 - T/Ts)` (docs/reading-the-thesis.md, eq. 4.11);
+    `dq = -+(Ts / sigma0) ln((Ts -+ F2) / (Ts -+ F1))`. From rest and F = 0 this is `-(Ts/sigma0) ln(1 - T/Ts)` (eq. 4.11 as corrected);
     unloading and inner loops follow from the same two branches. `breakaway` may be a level per row, (n,), of which each stretch
     between rows takes the mean. Torques at or beyond Ts are taken at 0.999 Ts.
     """

@@ -108,9 +108,7 @@ class OperatorSocket:
     quick stop on another connection by its own time at most.
     """
 
-    def __init__(
-        self, door: Door, handle: Callable[[Client, Json], Json | None], clock_s: Callable[[], float] = time.monotonic
-    ) -> None:
+    def __init__(self, door: Door, handle: Callable[[Client, Json], Json | None], clock_s: Callable[[], float] = time.monotonic) -> None:
         self._token = door.token
         self._handle = handle
         self._clock_s = clock_s

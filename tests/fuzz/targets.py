@@ -62,7 +62,9 @@ segments:
 """
 
 _BEFORE_LINK, _, _AFTER_LINK = (CONFIG / "virtual_antenna.yaml").read_text().partition("\nlink:\n")
-EVERY_LINK = _BEFORE_LINK + """
+EVERY_LINK = (
+    _BEFORE_LINK
+    + """
 link:
   kind: can
   interface: virtual
@@ -74,7 +76,9 @@ link:
     send: {drop: 0.1, corrupt: 0.1, corrupt_bits: 2}
     receive: {delay: 0.1, delay_ticks: 2}
     cuts: [{start_tick: 5, ticks: 3}]
-""" + _AFTER_LINK.partition("\n")[2]
+"""
+    + _AFTER_LINK.partition("\n")[2]
+)
 
 
 def shipped(kind: str) -> list[str]:
