@@ -166,4 +166,4 @@ def _thesis(folder: Path, force: bool, as_json: bool) -> int:
     print(json.dumps(as_document(report), allow_nan=False) if as_json else as_text(report))
     if not as_json:
         print(f"  report  {report.page}")
-    return 0 if report.reproduced else 1
+    return 0 if report.within_bounds else 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from gimbal_hil.thesis.controller_tables import ACCEPTED, TableResult
+from gimbal_hil.thesis.controller_tables import REGRESSION_BOUND, TableResult
 from gimbal_hil.thesis.friction_curves import FrictionCurves
 from gimbal_hil.thesis.slip_effects import SlipEffect
 from gimbal_hil.thesis.thesis_report import ThesisReport
@@ -36,29 +36,29 @@ def as_text(report: ThesisReport) -> str:
 
 
 def summary_rows(report: ThesisReport) -> list[list[str]]:
-    """Per table: number, loop, axis, overshoot rms and limit, settling rms and limit, the same on a level base, verdict."""
+    """Per table: number, loop, axis, overshoot rms and regression bound, settling rms and bound, the same on a level base, agreement."""
     level = {table.table.number: table for table in report.level_tables}
     rows = []
     for result in report.tables:
         number = result.table.number
-        accepted, flat = ACCEPTED.get(number), level.get(number)
+        bound, flat = REGRESSION_BOUND.get(number), level.get(number)
         rows.append(
             [
                 number,
                 result.table.loop.value,
                 result.table.axis,
                 points(result.overshoot_rms),
-                f"{accepted.overshoot_points:g}" if accepted else "-",
+                f"{bound.overshoot_points:g}" if bound else "-",
                 seconds(result.settling_rms_s),
-                f"{accepted.settling_s:g}" if accepted and accepted.settling_s else "-",
+                f"{bound.settling_s:g}" if bound and bound.settling_s else "-",
                 f"{points(flat.overshoot_rms)} / {seconds(flat.settling_rms_s)}" if flat else "-",
-                result.verdict.value,
+                result.agreement.value,
             ]
         )
     return rows
 
 
-SUMMARY_HEADER = ("table", "loop", "axis", "overshoot rms", "limit", "settling rms s", "limit", "level base", "verdict")
+SUMMARY_HEADER = ("table", "loop", "axis", "overshoot rms", "bound", "settling rms s", "bound", "level base", "agreement")
 TABLE_HEADER = ("swept", "overshoot thesis %", "here %", "settling thesis s", "here s")
 
 
@@ -108,7 +108,7 @@ def _table(result: TableResult) -> list[str]:
     lines = [f"Table {table.number}: {table.loop.value} loop, {table.axis} axis, {fixed}{heavier}; swept: {table.swept}"]
     lines += columns(TABLE_HEADER, table_rows(result))
     lines.append(
-        f"  rms: overshoot {points(result.overshoot_rms)} points, settling {seconds(result.settling_rms_s)} s: {result.verdict.value}"
+        f"  rms: overshoot {points(result.overshoot_rms)} points, settling {seconds(result.settling_rms_s)} s: {result.agreement.value}"
     )
     return lines + ([f"  why: {result.reason}"] if result.reason else [])
 

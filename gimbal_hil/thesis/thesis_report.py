@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from gimbal_hil.thesis.controller_tables import ACCEPTED, Agreement, TableResult
+from gimbal_hil.thesis.controller_tables import REGRESSION_BOUND, Agreement, TableResult
 from gimbal_hil.thesis.friction_curves import FrictionCurves
 from gimbal_hil.thesis.sliding import SlidingSweep
 from gimbal_hil.thesis.slip_effects import SlipEffect
@@ -33,6 +33,11 @@ class ThesisReport:
     page: Path | None = None
 
     @property
-    def reproduced(self) -> bool:
-        """Whether every table that can be reproduced was."""
-        return all(table.verdict is not Agreement.NOT_REPRODUCIBLE for table in self.tables if table.table.number in ACCEPTED)
+    def within_bounds(self) -> bool:
+        """Whether every table that has a regression bound keeps it: whether this is as good as it was."""
+        bounded = (table for table in self.tables if table.table.number in REGRESSION_BOUND)
+        return all(table.agreement is not Agreement.NOT_REPRODUCIBLE for table in bounded)
+
+    def numbers_of(self, *kinds: Agreement) -> list[str]:
+        """Numbers of the tables that agree in one of these ways."""
+        return [table.table.number for table in self.tables if table.agreement in kinds]

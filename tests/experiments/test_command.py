@@ -76,7 +76,7 @@ def test_ctrl_c_says_how_to_go_on_where_there_is_something_to_go_on_with(
             (tmp_path / "run" / "checkpoint.json").write_text("{}")
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("gimbal_hil.experiments.conducting.conduct", stop)
+    monkeypatch.setattr("gimbal_hil.experiments.conduct", stop)
     assert exit_code(["sliding", "--short", "--out", str(tmp_path / "run")]) == 130
     said = capsys.readouterr().err
     assert said.startswith("interrupted") and (f"--out {tmp_path / 'run'} --resume" in said) == begun

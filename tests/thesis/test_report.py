@@ -29,11 +29,13 @@ def test_the_whole_antenna_on_a_moving_base_converges_at_second_order() -> None:
 def test_the_whole_validation_leaves_page_text_and_numbers_that_agree(tmp_path: Path) -> None:
     told: list[float] = []
     report = run_thesis(tmp_path / "thesis", progress=lambda what, share: told.append(share))
-    assert report.reproduced and report.page == tmp_path / "thesis" / "report.html"
+    assert report.within_bounds and report.page == tmp_path / "thesis" / "report.html"
     assert told == sorted(told) and told[-1] < 1.0
     numbers = json.loads((tmp_path / "thesis" / "report.json").read_text())
     assert [table["table"] for table in numbers["tables"]] == [f"5.{n}" for n in (*range(2, 10), *range(12, 16))]
-    assert sum(table["verdict"] == "reproduced" for table in numbers["tables"]) == 7
+    agreements = [table["agreement"] for table in numbers["tables"]]
+    assert agreements.count("reproduced") == 4 and agreements.count("close, within its regression bound") == 3
+    assert agreements.count("not reproducible") == 3
     page, text = report.page.read_text(), (tmp_path / "thesis" / "report.txt").read_text()
     assert text == as_text(report) + "\n"
     for heading in (
