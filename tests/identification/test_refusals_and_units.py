@@ -8,7 +8,7 @@ import pytest
 
 from gimbal_hil.cli.app import run
 from gimbal_hil.identification.estimate import Interval, settle, straight
-from gimbal_hil.identification.figures import LINEAR, ROTARY
+from gimbal_hil.identification.units import LINEAR, ROTARY
 
 
 @pytest.mark.parametrize(("rotary", "linear"), [("N m", "N"), ("rad/s", "m/s"), ("N m s/rad", "N s/m"), ("N m/rad", "N/m"), ("1", "1")])
@@ -43,6 +43,6 @@ def test_ctrl_c_ends_in_one_word_and_nothing_written(
     def stop(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("gimbal_hil.identification.reading.read_logs", stop)
+    monkeypatch.setattr("gimbal_hil.identification.read_logs", stop)
     assert run("identify", ["nothing.csv", "--out", str(tmp_path / "out")]) == 130
     assert capsys.readouterr().err.strip() == "interrupted" and not (tmp_path / "out").exists()
