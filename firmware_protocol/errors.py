@@ -27,6 +27,12 @@ def _one_line(text: str) -> str:
     return plain if len(plain) <= _LONGEST else f"{plain[: _LONGEST // 2]} ... {plain[-_LONGEST // 2 :]}"
 
 
+class DamagedRunError(GimbalHilError):
+    """A recorded run is not what it was when it was recorded: rows are missing or changed, and a result of the rest would say less."""
+
+    exit_code = EXIT_NO
+
+
 class LinkError(GimbalHilError):
     """A port or bus could not be opened or has gone: missing device, busy port, unknown interface."""
 

@@ -38,10 +38,12 @@ def command(
     from rich.console import Console
     from rich.progress import Progress as Bar
 
-    from firmware_protocol.errors import EXIT_DONE
-    from gimbal_hil.runs import open_run
+    from firmware_protocol.errors import EXIT_DONE, EXIT_NO
+    from gimbal_hil.runs import damage_of, open_run
 
     log = open_run(run)
+    # a table of signals is refused by its own rules
+    damage = [f"the log is damaged {found.in_words()}" for found in damage_of(log)]
     console = Console(stderr=True)
     with Bar(console=console, transient=True, disable=as_json or not console.is_terminal) as bar:
         task = bar.add_task(f"writing {kind.value}", total=None)
@@ -53,12 +55,12 @@ def command(
             answer = _write_table(log, out, kind, resample=resample, drop_invalid=drop_invalid, force=force)
         else:
             answer = _write_frames(log, out, kind, show, force=force)
-    answer = {"file": str(out), "format": kind.value, **answer}
+    answer = {"file": str(out), "format": kind.value, **answer, "notes": [*answer["notes"], *damage]}
     if as_json:
         print(json.dumps(answer, indent=2))
     else:
         print("\n".join([f"{answer['content']} in {out}", *answer["notes"]]))
-    return EXIT_DONE
+    return EXIT_NO if damage else EXIT_DONE
 
 
 def _write_table(log: Run, out: Path, kind: Format, *, resample: bool, drop_invalid: bool, force: bool) -> dict[str, Any]:

@@ -14,14 +14,14 @@ from pathlib import Path
 from typing import Any
 
 from firmware_protocol import receiver
-from firmware_protocol.errors import EXIT_SAFETY_STOP, BadInputError
+from firmware_protocol.errors import EXIT_SAFETY_STOP, BadInputError, GimbalHilError
 from firmware_protocol.links import Link
 from gimbal_hil.daemon.antenna_link import EmbeddedLink, embedded_antenna, embedded_model
 from gimbal_hil.daemon.control_loop import ControlLoop, LoopEnd
 from gimbal_hil.daemon.first_opening import opener_of
 from gimbal_hil.daemon.link_keeper import LinkKeeper
 from gimbal_hil.host import Host
-from gimbal_hil.runs import RunHeader
+from gimbal_hil.runs import RunHeader, read_header
 from gimbal_hil.service import ServiceProcess, ServiceSettings
 from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna, host_configuration
 from gimbal_hil.telemetry import Telemetry
@@ -139,6 +139,8 @@ def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport
         recorded = service.alive() and service.close()
         if not recorded:
             _note_in_log(options.run, engine.statistics.ticks, parts.ending)
+            if parts.ending.exit_code != EXIT_SAFETY_STOP:
+                parts.ending = LoopEnd(EXIT_SAFETY_STOP, f"recording failed; {parts.ending.reason}".removesuffix("; "))
     return DaemonReport(options.run, parts.ending, engine.statistics, granted, _frame_counts(host), link.losses, recorded)
 
 
@@ -237,6 +239,9 @@ def _frame_counts(host: Host) -> Json:
 def _note_in_log(run: Path, tick: int, ending: LoopEnd) -> None:
     """When the service could not finish the log, say in it why the run ended: nobody else writes to the file any more."""
     line = {"tick": tick, "time_ns": -1, "kind": "note", "text": f"stopping: {ending.reason}", "data": {"exit_code": ending.exit_code}}
+    with contextlib.suppress(GimbalHilError):
+        if read_header(run).end is not None:
+            return  # the service has finished the log, and sealed it
     with contextlib.suppress(OSError), (run / "events.jsonl").open("ab") as file:
         file.write(b"\n" if _ends_within_a_line(run / "events.jsonl") else b"")
         file.write(json.dumps(line).encode() + b"\n")

@@ -133,6 +133,7 @@ class _Session:
                 if step.name in self.experiment.drawn:
                     drawn[step.name] = followed.signals
                 mark = self.writer.mark()
+                self.writer.require_room()
                 write_checkpoint(self.writer.folder, Checkpoint(number + 1, self.digest, tuple(rows), mark, state, drawn))
         except BaseException:
             # an error during the way back must not hide why it was needed

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
 import getpass
-import hashlib
 import json
 import os
 import platform
@@ -18,11 +18,17 @@ from typing import Any
 from firmware_protocol.documents import read_yaml, yaml_text
 from firmware_protocol.errors import BadInputError
 from gimbal_hil import __version__
+from gimbal_hil.runs.chain import plain_hash, sealed_with
 from gimbal_hil.runs.schema import AXES
 
 RUN_FILE = "run.yaml"
 SCHEMA = 1
 LOG_PARTS = ("ticks", "frames", "events")
+#: what does not change after the start, though another process goes on with the run
+_FIXED = ("schema", "title", "period_ns", "lockstep", "seed", "axes", "configuration", "model")
+_AT_THE_END = ("who", "when", "software", "exit_status", "log")
+#: parts whose hash stands in the file one by one, so that a change can be named
+_HASHED = (*_FIXED, *_AT_THE_END)
 _KINDS = {dict: "a table", int: "an integer", str: "text", bool: "true or false"}
 
 
@@ -52,6 +58,8 @@ class RunEnd:
     reason: str
     counts: Mapping[str, int]
     hashes: Mapping[str, str]
+    #: hash of the last block of the chain (see `chain`); empty in a run that was recorded before there was one
+    last_block: str = ""
 
 
 @dataclass(frozen=True)
@@ -65,6 +73,13 @@ class RunRecord:
     software: Mapping[str, Any]
     hashes: Mapping[str, str]
     end: RunEnd | None
+    #: hash of what is fixed when a run starts: where its chain begins
+    genesis: str = ""
+    #: the hash that seals a finished run, as it stands in the file and as its content gives it
+    seal: str = ""
+    expected_seal: str = ""
+    #: hash of each part of the file as it is, to compare with `hashes`
+    found_hashes: Mapping[str, str] = field(default_factory=dict)
 
 
 def wall_clock_utc() -> str:
@@ -72,16 +87,20 @@ def wall_clock_utc() -> str:
     return datetime.now(UTC).isoformat(timespec="milliseconds")
 
 
-def plain_hash(content: Mapping[str, Any]) -> str:
-    """SHA-256 of plain data, whatever the order of its keys."""
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+def genesis_of(document: Mapping[str, Any]) -> str:
+    """Hash of all in `run.yaml` that is fixed when the run starts."""
+    started = {"started_utc": document["when"].get("started_utc")}
+    return plain_hash({key: document.get(key) for key in _FIXED} | started)
 
 
-def write_header(folder: Path, header: RunHeader, started_utc: str, end: RunEnd | None) -> None:
-    """Write `run.yaml` so that at every moment it is whole: the old one or the new one. Raises OSError."""
-    configuration, model = _plain(header.configuration), _plain(header.model)
-    hashes = {"configuration": plain_hash(configuration), "model": plain_hash(model)}
-    document = {
+def _ending(document: Mapping[str, Any]) -> dict[str, Any]:
+    """What the seal binds besides the log."""
+    return {key: document.get(key) for key in _AT_THE_END}
+
+
+def write_header(folder: Path, header: RunHeader, started_utc: str, end: RunEnd | None) -> str:
+    """Write `run.yaml` so that at every moment it is whole: the old one or the new one; answers its genesis hash. Raises OSError."""
+    document: dict[str, Any] = {
         "schema": SCHEMA,
         "title": header.title,
         "who": {"user": _user(), "host": socket.gethostname(), "command": list(header.command_line)},
@@ -97,17 +116,20 @@ def write_header(folder: Path, header: RunHeader, started_utc: str, end: RunEnd 
         "axes": list(header.axes),
         "exit_status": {"code": end.exit_code, "reason": end.reason} if end else None,
         "log": dict(end.counts) if end else None,
-        "hashes": hashes | (dict(end.hashes) if end else {}),
-        "configuration": configuration,
-        "model": model,
+        "configuration": _plain(header.configuration),
+        "model": _plain(header.model),
     }
+    document["hashes"] = {part: plain_hash(document[part]) for part in _HASHED} | _end_hashes(end)
+    document["seal"] = sealed_with(end.last_block, _ending(document)) if end and end.last_block else None
     temporary = folder / f".{RUN_FILE}.{os.getpid()}"
     try:
         temporary.write_text(yaml_text(document), encoding="utf-8")
         temporary.replace(folder / RUN_FILE)
     except OSError:
-        temporary.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            temporary.unlink(missing_ok=True)
         raise
+    return genesis_of(document)
 
 
 def read_header(folder: Path) -> RunRecord:
@@ -147,8 +169,27 @@ def _parse(path: Path, document: dict[str, Any]) -> RunRecord:
             _get(path, status, "reason", str, "exit_status."),
             {part: _get(path, log, part, int, "log.") for part in LOG_PARTS},
             {part: _get(path, hashes, part, str, "hashes.") for part in LOG_PARTS},
+            _get(path, hashes, "last_block", str, "hashes.") if "last_block" in hashes else "",
         )
-    return RunRecord(header, who, str(when.get("started_utc")), when.get("ended_utc"), _get(path, document, "software", dict), hashes, end)
+    software = _get(path, document, "software", dict)
+    seal = document.get("seal") or ""
+    return RunRecord(
+        header,
+        who,
+        str(when.get("started_utc")),
+        when.get("ended_utc"),
+        software,
+        hashes,
+        end,
+        genesis_of(document),
+        str(seal),
+        sealed_with(end.last_block, _ending(document)) if end and end.last_block else "",
+        {part: plain_hash(document.get(part)) for part in _HASHED},
+    )
+
+
+def _end_hashes(end: RunEnd | None) -> dict[str, str]:
+    return {} if end is None else dict(end.hashes) | ({"last_block": end.last_block} if end.last_block else {})
 
 
 def _axes(path: Path, names: object) -> tuple[str, str]:

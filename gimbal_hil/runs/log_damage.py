@@ -4,34 +4,24 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
+from gimbal_hil.runs.difference import Difference
 from gimbal_hil.runs.frame_columns import describe_difference, describe_frame
-from gimbal_hil.runs.header import plain_hash
 from gimbal_hil.runs.integrity import explain
 from gimbal_hil.runs.reader import Run
-from gimbal_hil.runs.schema import EVENTS_FILE, FrameDirection, stored_name
-
-
-@dataclass(frozen=True)
-class Difference:
-    """The first place where a log and what it should be part ways; `tick` is -1 where it belongs to no tick."""
-
-    tick: int
-    signal: str
-    recorded: str
-    expected: str
-    reason: str
+from gimbal_hil.runs.schema import FrameDirection, stored_name
+from gimbal_hil.runs.seal_check import broken_seal
 
 
 def first_damage(run: Run) -> Difference | None:
-    """The earliest damage, None in a sound log. A log that merely ends early is sound."""
-    return min(_damage(run), key=lambda found: (found.tick < 0, found.tick), default=None)
+    """The earliest damage, None in a sound log. A log that a kill ended early is sound."""
+    return min(damage_of(run), key=lambda found: (found.tick < 0, found.tick), default=None)
 
 
-def _damage(run: Run) -> Iterator[Difference]:
+def damage_of(run: Run) -> Iterator[Difference]:
+    """All that is wrong with a log in itself: damaged rows, holes, lost rows and events, content that is not what was sealed."""
     for row in run.broken_ticks[:1]:
         found = explain(run.ticks, int(row))
         signal = stored_name(found.column, run.record.header.axes) if found.column else "tick row"
@@ -80,14 +70,17 @@ def _missing_ticks(run: Run) -> Difference | None:
 def _changed_content(run: Run) -> Iterator[Difference]:
     """Content whose hash is not the one in run.yaml, for what no single row shows."""
     record = run.record
-    found = {"configuration": plain_hash(record.header.configuration), "model": plain_hash(record.header.model)}
+    # a run that was recorded before there was a chain has the hashes of two parts only
+    found = {part: value for part, value in record.found_hashes.items() if part in record.hashes or run.blocks}
     if record.end is not None:
-        counts = {"ticks": len(run.ticks), "frames": len(run.frames), "events": len(run.events)}
-        content = run.content_hashes()
-        content["events"] = hashlib.sha256((run.folder / EVENTS_FILE).read_bytes()).hexdigest()
+        lines = b"".join(run.event_lines)
+        counts = {"ticks": len(run.ticks), "frames": len(run.frames), "events": len(run.event_lines)}
+        content = run.content_hashes() | {"events": hashlib.sha256(lines).hexdigest()}
         found |= {part: content[part] for part, count in counts.items() if count == record.end.counts[part]}
     for part, value in found.items():
         if record.hashes.get(part) != value:
-            yield Difference(
-                -1, part, value[:12], str(record.hashes.get(part))[:12], f"the {part} of the run are not those whose hash run.yaml has"
-            )
+            expected = str(record.hashes.get(part))[:12]
+            yield Difference(-1, part, value[:12], expected, f"the {part} of the run are not those whose hash run.yaml has")
+    for line in run.damaged_events[:1]:
+        yield Difference(-1, f"events.jsonl line {line}", "unreadable", "an event", "the log is damaged there")
+    yield from broken_seal(run)

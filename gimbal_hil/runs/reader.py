@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -12,9 +11,12 @@ from numpy.typing import NDArray
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.runs.arrow_stream import StreamContent, read_rows
+from gimbal_hil.runs.chain import Block, read_chain
+from gimbal_hil.runs.event_lines import read_event_lines
 from gimbal_hil.runs.header import RunRecord, read_header
 from gimbal_hil.runs.integrity import broken_rows, content_hash
 from gimbal_hil.runs.schema import EVENTS_FILE, FRAME_ROW, FRAMES_FILE, TICK_ROW, TICKS_FILE, Event, EventKind
+from gimbal_hil.runs.segments import segments_of
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,14 @@ class Run:
     replayable_ticks: int
     holes: tuple[tuple[str, int], ...]
     notes: tuple[str, ...]
+    #: lines of the events' file as they stand, and the numbers of those that hold no event
+    event_lines: tuple[bytes, ...] = ()
+    damaged_events: tuple[int, ...] = ()
+    #: the chain that seals the run as far as it is readable, and whether it is not
+    blocks: tuple[Block, ...] = ()
+    chain_damaged: bool = False
+    #: the segment that the log begins with; above 1 where older ones were given up on purpose
+    first_segment: int = 1
 
     @cached_property
     def broken_ticks(self) -> NDArray[np.int64]:
@@ -63,70 +73,86 @@ def open_run(folder: Path) -> Run:
     """Read all that is whole; raises BadInputError that names the file when something else than a run is there."""
     folder = Path(folder)
     record = read_header(folder)
-    ticks = _read_stream(folder / TICKS_FILE, TICK_ROW, record.header.axes)
-    frames = _read_stream(folder / FRAMES_FILE, FRAME_ROW, record.header.axes)
-    events, event_note = _read_events(folder / EVENTS_FILE)
+    ticks = _read_stream(folder, TICKS_FILE, TICK_ROW, record.header.axes)
+    frames = _read_stream(folder, FRAMES_FILE, FRAME_ROW, record.header.axes)
+    events = read_event_lines(folder / EVENTS_FILE)
+    blocks, chain_damaged = read_chain(folder)
     both = min(len(ticks.batch_ends), len(frames.batch_ends))
     whole = ticks.batch_ends[both - 1] if both else 0
     if not frames.skipped and (frames.ended or len(frames.batch_ends) >= len(ticks.batch_ends)):
         whole = len(ticks.rows)
     notes = [
-        f"{folder / name}: bytes {start} to {end} hold no whole batch and were left out"
-        for name, content in ((TICKS_FILE, ticks), (FRAMES_FILE, frames))
-        for start, end, _ in content.skipped
+        f"{path}: bytes {start} to {end} hold no whole batch and were left out"
+        for stream in (ticks, frames)
+        for path, start, end, _, _ in stream.skipped
     ]
-    notes += event_note + _missing_rows(folder, record, {"ticks": len(ticks.rows), "frames": len(frames.rows), "events": len(events)})
+    first = max(ticks.first_segment, frames.first_segment)
+    notes += events.notes
+    if first > 1:
+        notes.append(f"{folder}: the log begins with segment {first}; what was before it was given up (recording.keep_mb)")
+    else:
+        found = {"ticks": len(ticks.rows), "frames": len(frames.rows), "events": len(events.lines)}
+        notes += _missing_rows(folder, record, blocks, chain_damaged, found)
     if record.end is None:
         notes.append(f"{folder}: the run goes on or was killed: it has no exit status")
-    holes = _holes(folder / TICKS_FILE, ticks) + _holes(folder / FRAMES_FILE, frames)
-    return Run(folder, record, ticks.rows, frames.rows, events, whole, holes, tuple(notes))
+    holes = tuple(
+        (f"{path.name} from byte {start} on", int(stream.rows["tick"][before]) if before < len(stream.rows) else -1)
+        for stream in (ticks, frames)
+        for path, start, _, before, inside in stream.skipped
+        if inside
+    )
+    return Run(
+        folder,
+        record,
+        ticks.rows,
+        frames.rows,
+        events.events,
+        whole,
+        holes,
+        tuple(notes),
+        events.lines,
+        events.damaged,
+        blocks,
+        chain_damaged,
+        first,
+    )
 
 
-def _holes(path: Path, content: StreamContent) -> tuple[tuple[str, int], ...]:
-    """Stretches that are unreadable although the stream goes on, or is closed, behind them."""
-    size = path.stat().st_size
-    ticks = content.rows["tick"]
-    inside = [(start, before) for start, end, before in content.skipped if end < size or content.ended]
-    return tuple((f"{path.name} from byte {start} on", int(ticks[before]) if before < len(ticks) else -1) for start, before in inside)
+@dataclass(frozen=True)
+class _Stream:
+    """All segments of a stream: rows, row count after each batch, and unreadable stretches.
+
+    A stretch is: file, first byte, byte past the last, rows before it, and whether the stream goes on, or is closed, behind it.
+    """
+
+    rows: NDArray[np.void]
+    batch_ends: tuple[int, ...]
+    skipped: tuple[tuple[Path, int, int, int, bool], ...]
+    ended: bool
+    first_segment: int
 
 
-def _read_stream(path: Path, row_type: np.dtype, axes: tuple[str, str]) -> StreamContent:
-    if not path.exists():
-        raise BadInputError(str(path), "is missing", "the log of the run")
-    return read_rows(path, row_type, axes)
+def _read_stream(folder: Path, name: str, row_type: np.dtype, axes: tuple[str, str]) -> _Stream:
+    segments = segments_of(folder, name)
+    if not segments:
+        raise BadInputError(str(folder / name), "is missing", "the log of the run")
+    pieces: list[NDArray[np.void]] = []
+    ends: list[int] = []
+    skipped: list[tuple[Path, int, int, int, bool]] = []
+    total, ended = 0, False
+    for place, (_, path) in enumerate(segments):
+        content: StreamContent = read_rows(path, row_type, axes)
+        size, last = path.stat().st_size, place == len(segments) - 1
+        ends += [total + end for end in content.batch_ends]
+        skipped += [(path, start, end, total + before, end < size or content.ended or not last) for start, end, before in content.skipped]
+        pieces.append(content.rows)
+        total += len(content.rows)
+        ended = content.ended
+    return _Stream(np.concatenate(pieces), tuple(ends), tuple(skipped), ended, segments[0][0])
 
 
-def _missing_rows(folder: Path, record: RunRecord, found: dict[str, int]) -> list[str]:
+def _missing_rows(folder: Path, record: RunRecord, blocks: tuple[Block, ...], damaged: bool, found: dict[str, int]) -> list[str]:
     counts = record.end.counts if record.end is not None else {}
+    if record.end is None and blocks and not damaged:
+        counts = {"ticks": blocks[-1].ticks, "frames": blocks[-1].frames, "events": blocks[-1].events}
     return [f"{folder}: {found[part]} of {count} {part} are left" for part, count in counts.items() if found[part] < count]
-
-
-def _read_events(path: Path) -> tuple[tuple[Event, ...], list[str]]:
-    """All whole lines; a cut last line is left out with a note, any other line that is no event is refused."""
-    try:
-        lines = path.read_bytes().split(b"\n")
-    except OSError as error:
-        raise BadInputError(str(path), error.strerror or "cannot be read", "the events of the run") from error
-    events = []
-    for number, line in enumerate(lines[:-1], 1):
-        try:
-            event = json.loads(line)
-            events.append(
-                Event(int(event["tick"]), int(event["time_ns"]), EventKind(event["kind"]), str(event["text"]), dict(event["data"]))
-            )
-        except (ValueError, KeyError, TypeError) as error:
-            raise BadInputError(f"{path}: line {number}", "is not an event", "a line that gimbal-hil wrote") from error
-    if lines[-1] and _is_whole(lines[-1][:-1]):
-        # a cut line is never whole: its line feed is what was damaged
-        raise BadInputError(f"{path}: line {len(lines)}", "does not end in a line feed", "a line that gimbal-hil wrote")
-    cut = [f"{path}: the last line is cut and was left out"] if lines[-1] else []
-    return tuple(events), cut
-
-
-def _is_whole(line: bytes) -> bool:
-    """Whether a line is complete JSON."""
-    try:
-        json.loads(line)
-    except ValueError:
-        return False
-    return True

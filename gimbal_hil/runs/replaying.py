@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.schema import BY_CAN_ID
+from gimbal_hil.runs.difference import Difference
 from gimbal_hil.runs.frame_columns import crc_holds, describe_difference, describe_frame
-from gimbal_hil.runs.log_damage import Difference, first_damage
+from gimbal_hil.runs.log_damage import first_damage
 from gimbal_hil.runs.reader import Run
 from gimbal_hil.runs.schema import CONTENT_WORDS, TICK_ROW, Event, FrameDirection, blocks_of_frames, stored_name
 
@@ -51,6 +52,9 @@ def replay(run: Run, host: ReplayHost, give: Callable[[Event], None], progress: 
     `give` hands a COMMAND event to the host. `progress` is told the ticks done now and then. Raises BadInputError when the log holds
     no tick that could be run again.
     """
+    if run.first_segment > 1:
+        reason = "the beginning of the run was given up (recording.keep_mb), and a host can only be run again from its start"
+        return ReplayResult(0, 0, Difference(-1, "log", f"segment {run.first_segment} on", "segment 1 on", reason))
     if run.replayable_ticks == 0:
         raise BadInputError(str(run.folder), "holds no whole batch of ticks and frames", "a run that was recorded for a moment at least")
     damage = first_damage(run)

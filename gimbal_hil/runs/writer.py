@@ -1,8 +1,9 @@
 """Write a run folder while the run goes on.
 
-The tick path only appends to a list; whole batches go to the files about four times a second, so a kill loses a fraction of a
-second. Between two flushes the frames of a tick are written before its tick row, and every flush adds one batch to each stream: the
-first n batches of both are a run that can be replayed. A disk that refuses ends the recording, not the run: `failure` says why.
+The tick path only appends to a list; whole batches go to the files twenty times a second, so a kill loses a tenth of a second at most.
+Between two flushes the frames of a tick are written before its tick row, and every flush adds one batch to each stream and one line to the
+chain that seals the run (see `chain`): the first n batches of both are a run that can be replayed. A disk that refuses, or a folder that is
+taken away, ends the recording, not the run: `failure` says why. A disk that is nearly full asks for an end in good order: `running_out`.
 """
 
 from __future__ import annotations
@@ -21,11 +22,14 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, BadInputError
+from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, BadInputError, SafetyStopError
 from gimbal_hil.runs.arrow_stream import END_OF_STREAM, batch_bytes, header_bytes
+from gimbal_hil.runs.chain import CHAIN_FILE, Block, linked, read_chain
+from gimbal_hil.runs.disk import MB, Retention, free_mb, vanished
 from gimbal_hil.runs.header import RUN_FILE, RunEnd, RunHeader, wall_clock_utc, write_header
 from gimbal_hil.runs.integrity import seal
 from gimbal_hil.runs.reader import open_run
+from gimbal_hil.runs.run_lock import RunLock
 from gimbal_hil.runs.schema import (
     EVENTS_FILE,
     FRAME_ROW,
@@ -37,23 +41,44 @@ from gimbal_hil.runs.schema import (
     frames_of_blocks,
     frames_of_rejected,
 )
+from gimbal_hil.runs.segments import segment_name, segments_of
 
-FLUSH_INTERVAL_NS = 200_000_000
+FLUSH_INTERVAL_NS = 50_000_000
 FLUSH_TICKS = 16384
+#: how often the disk is looked at
+_LOOK_INTERVAL_NS = 1_000_000_000
 #: kept free on the disk so that a full one can still take the last events and the exit status
 RESERVE_FILE, RESERVE_BYTES = ".reserve", 65536
+_STREAMS = {FRAMES_FILE: FRAME_ROW, TICKS_FILE: TICK_ROW}
+_FILES = (TICKS_FILE, FRAMES_FILE, EVENTS_FILE, CHAIN_FILE)
+_SEGMENT = "segment"
 
 
 class RunWriter:
     """The log of one run. Not for several threads; call `append_ticks` between ticks, never inside one.
 
-    `clock_ns` only paces the flushes. Raises BadInputError when the folder cannot be used or already holds a run and `force` is false.
+    `clock_ns` only paces the flushes. Raises BadInputError when the folder cannot be used, is recorded into by another process, or already
+    holds a run and `force` is false.
     """
 
-    def __init__(self, folder: Path, header: RunHeader, *, force: bool = False, clock_ns: Callable[[], int] = time.monotonic_ns) -> None:
-        self.folder = Path(folder)
+    def __init__(
+        self,
+        folder: Path,
+        header: RunHeader,
+        *,
+        force: bool = False,
+        retention: Retention | None = None,
+        clock_ns: Callable[[], int] = time.monotonic_ns,
+    ) -> None:
+        self._begin(Path(folder), header, retention, clock_ns)
+        self._started_utc = wall_clock_utc()
+        self._lock, self._files, self._last_hash = _open_folder(self.folder, header, self._started_utc, force)
+
+    def _begin(self, folder: Path, header: RunHeader, retention: Retention | None, clock_ns: Callable[[], int]) -> None:
+        self.folder = folder
         self.failure: str | None = None
-        self._header, self._clock_ns = header, clock_ns
+        self.running_out: str | None = None
+        self._header, self._clock_ns, self._retention = header, clock_ns, retention or Retention()
         self._blocks: list[object] = []
         self._frames: list[NDArray[np.void]] = []
         self._ticks: list[NDArray[np.void]] = []
@@ -61,29 +86,45 @@ class RunWriter:
         self._waiting_ticks = 0
         self._counts = {TICKS_FILE: 0, FRAMES_FILE: 0, EVENTS_FILE: 0}
         self._content = {name: hashlib.sha256() for name in self._counts}
+        self._segment, self._segment_bytes, self._warned = 1, 0, False
         self._closed = False
-        self._started_utc = wall_clock_utc()
-        self._files = _open_folder(self.folder, header, self._started_utc, force)
-        self._flushed_ns = clock_ns()
+        #: the line that says why recording has ended, until it is sealed
+        self._noted = b""
+        self._flushed_ns = self._looked_ns = clock_ns()
 
     @classmethod
-    def resumed(cls, folder: Path, header: RunHeader, mark: Mapping[str, int], *, clock_ns: Callable[[], int] = time.monotonic_ns) -> Self:
+    def resumed(
+        cls,
+        folder: Path,
+        header: RunHeader,
+        mark: Mapping[str, int],
+        *,
+        retention: Retention | None = None,
+        clock_ns: Callable[[], int] = time.monotonic_ns,
+    ) -> Self:
         """Go on writing a run that was stopped: what came after `mark` (see there) is cut off. Raises BadInputError."""
         folder = Path(folder)
+        writer = cls.__new__(cls)
+        writer._begin(folder, header, retention, clock_ns)
         try:
-            for name in (TICKS_FILE, FRAMES_FILE, EVENTS_FILE):
-                if (folder / name).stat().st_size < mark[name]:
-                    raise BadInputError(str(folder / name), "is shorter than at its checkpoint", "the files that the stopped run left")
-                os.truncate(folder / name, mark[name])
+            writer._lock = RunLock(folder)
+            writer._segment = mark[_SEGMENT]
+            paths = {name: folder / writer._name_of(name) for name in _FILES}
+            for name, path in paths.items():
+                if path.stat().st_size < mark[name]:
+                    raise BadInputError(str(path), "is shorter than at its checkpoint", "the files that the stopped run left")
+                os.truncate(path, mark[name])
+            for name in _STREAMS:
+                for number, path in segments_of(folder, name):
+                    if number > writer._segment:
+                        path.unlink()
         except (OSError, KeyError) as error:
             raise BadInputError(str(folder), f"cannot be gone on with ({error})", "the folder of a stopped run") from error
         run = open_run(folder)
-        writer = cls.__new__(cls)
-        writer.folder, writer.failure, writer._header, writer._clock_ns = folder, None, header, clock_ns
-        writer._blocks, writer._frames, writer._ticks, writer._events, writer._waiting_ticks = [], [], [], [], 0
-        writer._closed, writer._started_utc, writer._flushed_ns = False, run.record.started_utc, clock_ns()
-        flags = os.O_WRONLY | os.O_APPEND | os.O_CLOEXEC
-        writer._files = {name: os.open(folder / name, flags) for name in (TICKS_FILE, FRAMES_FILE, EVENTS_FILE)}
+        blocks, _ = read_chain(folder)
+        writer._started_utc, writer._last_hash = run.record.started_utc, blocks[-1].sha256 if blocks else run.record.genesis
+        writer._files = {name: os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CLOEXEC) for name, path in paths.items()}
+        writer._segment_bytes = mark[FRAMES_FILE] + mark[TICKS_FILE]
         writer._counts = {TICKS_FILE: len(run.ticks), FRAMES_FILE: len(run.frames), EVENTS_FILE: len(run.events)}
         content = {
             TICKS_FILE: seal(run.ticks.copy()).tobytes(),
@@ -96,9 +137,24 @@ class RunWriter:
         return writer
 
     def mark(self) -> dict[str, int]:
-        """Write what waits, and answer the size of each file in bytes: where a resumed run goes on."""
+        """Write what waits, and answer the segment and the size of each file in bytes: where a resumed run goes on."""
         self.flush()
-        return {name: os.fstat(file).st_size for name, file in self._files.items()}
+        return {name: os.fstat(file).st_size for name, file in self._files.items()} | {_SEGMENT: self._segment}
+
+    def require_room(self) -> None:
+        """SafetyStopError where the recording has failed, or should end because the disk is nearly full."""
+        if self.failure is not None or self.running_out is not None:
+            raise SafetyStopError(f"recording has to end: {self.failure or self.running_out}")
+
+    @property
+    def is_low(self) -> bool:
+        """Whether it has been said that the disk runs full."""
+        return self._warned
+
+    @property
+    def free_mb(self) -> float | None:
+        """Free space of the disk that is recorded to, MiB."""
+        return free_mb(self.folder)
 
     def append_block(self, tick: int, direction: FrameDirection, block: bytes) -> None:
         """Keep the frames of one block (a run of ten-byte records)."""
@@ -134,37 +190,51 @@ class RunWriter:
         self.event(tick, time_ns, EventKind.COMMAND, text, data)
 
     def flush(self) -> None:
-        """Write all that waits: events, then one batch of frames, then one of tick rows."""
+        """Write all that waits: events, then one batch of frames, then one of tick rows, then the line that seals them."""
         self._take_blocks()
         self._flushed_ns = self._clock_ns()
+        if self._flushed_ns - self._looked_ns >= _LOOK_INTERVAL_NS:
+            self._look_at_the_disk()
         events, frames, ticks = self._events, self._frames, self._ticks
         self._events, self._frames, self._ticks, self._waiting_ticks = [], [], [], 0
-        if events:
-            lines = "".join(events).encode()
-            self._append(EVENTS_FILE, lines, len(events), lines)
+        if not (events or frames or ticks) or self.failure is not None:
+            return
+        lines = "".join(events).encode()
+        if events and not self._append(EVENTS_FILE, lines, len(events), lines):
+            lines = b""
+        written = dict.fromkeys(_STREAMS, b"")
         if frames or ticks:
-            self._append_rows(FRAMES_FILE, FRAME_ROW, frames)
-            self._append_rows(TICKS_FILE, TICK_ROW, ticks)
+            written = {name: self._append_rows(name, pieces) for name, pieces in ((FRAMES_FILE, frames), (TICKS_FILE, ticks))}
+        self._link(written[TICKS_FILE], written[FRAMES_FILE], lines)
+        if self._segment_bytes >= self._retention.segment_mb * MB and self.failure is None:
+            self._begin_segment()
 
     def close(self, exit_code: int = EXIT_DONE, reason: str = "") -> None:
-        """Write what waits, close the streams and put the end into `run.yaml`. A second call does nothing."""
+        """Write what waits, close the streams and put the end into `run.yaml`. A second call does nothing.
+
+        After it, `failure` says whether all that was given is in the folder.
+        """
         if self._closed:
             return
         self._closed = True
+        self._look_at_the_disk()
         self.flush()
-        for name in (FRAMES_FILE, TICKS_FILE):
+        for name in _STREAMS:
             self._append(name, END_OF_STREAM, 0, b"")
+        if self._noted:
+            self._link(b"", b"", b"")
         if self.failure is not None:
             reason = f"{reason}; recording ended early: {self.failure}".removeprefix("; ")
         _remove(self.folder / RESERVE_FILE)
         hashes = {name.split(".")[0]: content.hexdigest() for name, content in self._content.items()}
-        end = RunEnd(exit_code, reason, {name.split(".")[0]: count for name, count in self._counts.items()}, hashes)
+        counts = {name.split(".")[0]: count for name, count in self._counts.items()}
         try:
-            write_header(self.folder, self._header, self._started_utc, end)
+            write_header(self.folder, self._header, self._started_utc, RunEnd(exit_code, reason, counts, hashes, self._last_hash))
         except OSError as error:
             self.failure = self.failure or f"{self.folder / RUN_FILE}: {error.strerror}"
         for file in self._files.values():
             os.close(file)
+        self._lock.release()
 
     def __enter__(self) -> Self:
         return self
@@ -172,6 +242,7 @@ class RunWriter:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         if error is None:
             self.close()
+            self.require_room()
         elif isinstance(error, KeyboardInterrupt):
             self.close(EXIT_INTERRUPTED, "interrupted")
         else:
@@ -185,28 +256,100 @@ class RunWriter:
             directions = np.fromiter(islice(waiting, 1, None, 3), np.int64, count)  # type: ignore[arg-type]
             self._frames.append(frames_of_blocks(ticks, directions, waiting[2::3]))  # type: ignore[arg-type]
 
-    def _append_rows(self, name: str, row_type: np.dtype, pieces: list[NDArray[np.void]]) -> None:
-        if self.failure is not None:
-            return
-        rows = np.concatenate(pieces) if pieces else np.zeros(0, row_type)
+    def _append_rows(self, name: str, pieces: list[NDArray[np.void]]) -> bytes:
+        """One batch of rows; answers the rows as they are sealed."""
+        rows = np.concatenate(pieces) if pieces else np.zeros(0, _STREAMS[name])
         content = seal(rows)
-        self._append(name, batch_bytes(rows, self._header.axes), len(rows), content.tobytes())
+        data = batch_bytes(rows, self._header.axes)
+        if not self._append(name, data, len(rows), content.tobytes()):
+            return b""
+        self._segment_bytes += len(data)
+        return rows.tobytes()
 
-    def _append(self, name: str, data: bytes, count: int, content: bytes) -> None:
-        """Write one whole piece or, when the disk refuses, none of it, and end the recording with the reason."""
+    def _link(self, ticks: bytes, frames: bytes, events: bytes) -> None:
+        """The line that seals what has just been written, with the reason why recording has just ended, if it has."""
+        events += self._noted
+        self._noted = b""
+        self._last_hash = linked(self._last_hash, ticks, frames, events)
+        line = Block(self._counts[TICKS_FILE], self._counts[FRAMES_FILE], self._counts[EVENTS_FILE], self._last_hash).line()
+        try:
+            _write_all(self._files[CHAIN_FILE], line)
+        except OSError as error:
+            self.failure = self.failure or f"{self.folder / CHAIN_FILE}: {error.strerror}"
+
+    def _append(self, name: str, data: bytes, count: int, content: bytes) -> bool:
+        """Write one whole piece or, when the disk refuses, none of it, and end the recording with the reason; whether it is written."""
         if self.failure is not None:
-            return
+            return False
         file = self._files[name]
         good = os.lseek(file, 0, os.SEEK_END)
         try:
             _write_all(file, data)
         except OSError as error:
             os.ftruncate(file, good)
-            self.failure = f"{self.folder / name}: {error.strerror}"
+            self.failure = f"{self.folder / self._name_of(name)}: {error.strerror}"
             self._note_failure()
-        else:
+            return False
+        if name in self._counts:
             self._counts[name] += count
             self._content[name].update(content)
+        return True
+
+    def _name_of(self, name: str) -> str:
+        """Name of the file that a kind of content goes to now."""
+        return segment_name(name, self._segment) if name in _STREAMS else name
+
+    def _look_at_the_disk(self) -> None:
+        """Does what is written still reach the folder, and is there room for more?"""
+        self._looked_ns = self._clock_ns()
+        if self.failure is None:
+            self.failure = vanished(self.folder, [(self._name_of(name), file) for name, file in self._files.items()])
+        free = free_mb(self.folder)
+        if free is None or self.running_out is not None:
+            return
+        if free < self._retention.stop_below_mb:
+            least = self._retention.stop_below_mb
+            self.running_out = f"{self.folder}: {free:.0f} MiB are left on the disk, and recording.stop_below_mb is {least:g}"
+            self.event(-1, -1, EventKind.RECORDING, self.running_out, {"free_mb": round(free)})
+        elif free < self._retention.warn_below_mb and not self._warned:
+            self._warned = True
+            text = f"{free:.0f} MiB are left on the disk; the run ends in good order at {self._retention.stop_below_mb:g}"
+            self.event(-1, -1, EventKind.RECORDING, text, {"free_mb": round(free)})
+
+    def _begin_segment(self) -> None:
+        """Close the streams, go on in the files of the next number, and give up the oldest ones where not all is to be kept."""
+        for name in _STREAMS:
+            self._append(name, END_OF_STREAM, 0, b"")
+        self._segment += 1
+        try:
+            for name, row_type in _STREAMS.items():
+                fresh = _created(self.folder / self._name_of(name))
+                os.close(self._files[name])
+                self._files[name] = fresh
+                _write_all(fresh, header_bytes(row_type, self._header.axes))
+        except OSError as error:
+            self.failure = f"{self.folder / self._name_of(TICKS_FILE)}: {error.strerror}"
+            self._note_failure()
+            self._link(b"", b"", b"")
+        self._segment_bytes = 0
+        if self._retention.keep_mb is not None:
+            self._give_up_old_segments(self._retention.keep_mb)
+
+    def _give_up_old_segments(self, keep_mb: float) -> None:
+        """Whole segments of both streams, oldest first, while the ones behind them hold `keep_mb`."""
+        sizes: dict[int, int] = {}
+        for name in _STREAMS:
+            for number, path in segments_of(self.folder, name):
+                with contextlib.suppress(OSError):
+                    sizes[number] = sizes.get(number, 0) + path.stat().st_size
+        for number in sorted(sizes)[:-1]:
+            if sum(size for other, size in sizes.items() if other > number) < keep_mb * MB:
+                return
+            for name in _STREAMS:
+                _remove(self.folder / segment_name(name, number))
+            del sizes[number]
+            text = f"segment {number} of the log was given up: recording.keep_mb is {keep_mb:g}"
+            self.event(-1, -1, EventKind.RECORDING, text, {"given_up_segment": number})
 
     def _note_failure(self) -> None:
         _remove(self.folder / RESERVE_FILE)
@@ -216,27 +359,38 @@ class RunWriter:
             _write_all(self._files[EVENTS_FILE], data)
             self._counts[EVENTS_FILE] += 1
             self._content[EVENTS_FILE].update(data)
+            self._noted += data
 
 
-def _open_folder(folder: Path, header: RunHeader, started_utc: str, force: bool) -> dict[str, int]:
-    """Make the folder and its files; file descriptors by name."""
-    names = (TICKS_FILE, FRAMES_FILE, EVENTS_FILE)
-    if not force and any((folder / name).exists() for name in (RUN_FILE, *names)):
-        raise BadInputError(str(folder), "already holds a run", "a new folder, or --force to overwrite it")
+def _open_folder(folder: Path, header: RunHeader, started_utc: str, force: bool) -> tuple[RunLock, dict[str, int], str]:
+    """Make the folder and its files, locked; the lock, file descriptors by name, and the hash with which the chain begins."""
+    lock: RunLock | None = None
     files: dict[str, int] = {}
     try:
+        there = [name for name in (RUN_FILE, *_FILES) if (folder / name).exists()]
+        if there and not force:
+            raise BadInputError(str(folder), "already holds a run", "a new folder, or --force to overwrite it")
         folder.mkdir(parents=True, exist_ok=True)
-        for name in names:
-            files[name] = os.open(folder / name, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND | os.O_CLOEXEC, 0o644)
-        _write_all(files[TICKS_FILE], header_bytes(TICK_ROW, header.axes))
-        _write_all(files[FRAMES_FILE], header_bytes(FRAME_ROW, header.axes))
+        lock = RunLock(folder)
+        for name in _STREAMS:
+            for _, path in segments_of(folder, name):
+                path.unlink()
+        for name in _FILES:
+            files[name] = _created(folder / name)
+        for name, row_type in _STREAMS.items():
+            _write_all(files[name], header_bytes(row_type, header.axes))
         (folder / RESERVE_FILE).write_bytes(bytes(RESERVE_BYTES))
-        write_header(folder, header, started_utc, None)
+        return lock, files, write_header(folder, header, started_utc, None)
     except OSError as error:
         for file in files.values():
             os.close(file)
+        if lock is not None:
+            lock.release()
         raise BadInputError(str(folder), error.strerror or str(error), "a folder that can be written to") from error
-    return files
+
+
+def _created(path: Path) -> int:
+    return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND | os.O_CLOEXEC, 0o644)
 
 
 def _write_all(file: int, data: bytes) -> None:

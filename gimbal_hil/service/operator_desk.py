@@ -55,7 +55,8 @@ class OperatorDesk:
         try:
             request = parse_request(line, self._view.axes)
             if isinstance(request, PlainRequest) and request.command == "status":
-                return {"ok": True, "status": self._view.status(), "recording_failure": self._recorder.failure}
+                recorder = self._recorder
+                return {"ok": True, "status": self._view.status(), "recording": recorder.state, "recording_failure": recorder.failure}
             if isinstance(request, SetPointRequest):
                 require_reachable(request, self._settings)
             program = None if isinstance(request, PlainRequest) else request.program(self._settings.step_s)

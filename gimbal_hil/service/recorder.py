@@ -1,4 +1,4 @@
-"""From telemetry records to the run folder: rows wait a moment so that the cause of a miss reaches the row it belongs to."""
+"""From telemetry records to the run folder: a row after a miss waits a moment, so that the cause reaches the row it belongs to."""
 
 from __future__ import annotations
 
@@ -37,6 +37,19 @@ class Recorder:
         """Why recording has ended early, None while it goes on."""
         return self._writer.failure
 
+    @property
+    def running_out(self) -> str | None:
+        """Why recording should end soon, in good order: the disk is nearly full."""
+        return self._writer.running_out
+
+    @property
+    def state(self) -> Json:
+        """For people: is all kept, and how much room is there? `lamp` is ok, low, stopping or failed."""
+        low = self._writer.is_low
+        lamp = "failed" if self.failure else "stopping" if self.running_out else "low" if low else "ok"
+        free = self._writer.free_mb
+        return {"lamp": lamp, "free_mb": None if free is None else round(free), "problem": self.failure or self.running_out}
+
     def take_exchanges(self, exchanges: list[Exchange]) -> None:
         """Keep ticks, in their order."""
         self._waiting.extend(exchanges)
@@ -68,7 +81,7 @@ class Recorder:
             return
         newest = waiting[-1].tick
         rows: list[bytes] = []
-        while waiting and (everything or waiting[0].tick + self._hold_ticks <= newest):
+        while waiting and (everything or self._is_explained(waiting[0], newest)):
             exchange = waiting.popleft()
             if self._frames:
                 writer.append_exchange(exchange.tick, exchange.received, exchange.sent)
@@ -81,6 +94,10 @@ class Recorder:
             table["miss_cause"][skipped] = [self._causes.pop(int(tick), 0) for tick in table["tick"][skipped]]
         self._last = (int(table["tick"][-1]), int(table["time_ns"][-1]))
         writer.append_ticks(table if self._every_ticks == 1 else table[table["tick"] % self._every_ticks == 0])
+
+    def _is_explained(self, exchange: Exchange, newest: int) -> bool:
+        """Whether nothing more will be known of a row: it skipped nothing, its cause has come, or will not come any more."""
+        return exchange.skipped == 0 or exchange.tick in self._causes or exchange.tick + self._hold_ticks <= newest
 
     def close(self, exit_code: int, reason: str) -> None:
         """Write all that waits and the end of the run."""

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import EXIT_SAFETY_STOP, BadInputError
 from gimbal_hil.operator import Door, OperatorSocket
-from gimbal_hil.runs import RunHeader, RunWriter
+from gimbal_hil.runs import Retention, RunHeader, RunWriter
 from gimbal_hil.service.operator_desk import OperatorDesk
 from gimbal_hil.service.process import Orders, ServiceSettings
 from gimbal_hil.service.recorder import Recorder
@@ -44,9 +44,11 @@ class Service:
             from gimbal_hil.dashboard import PageServer
 
             self._page = PageServer(self._view, settings.page_port)
-        writer = RunWriter(Path(orders.run), header, force=settings.force)
-        self._recorder = Recorder(writer, header.period_ns, settings.frames, settings.every_ticks)
         configuration = settings_from_document(dict(header.configuration), "configuration")
+        recording = configuration.recording
+        retention = Retention(recording.segment_mb, recording.keep_mb, recording.warn_below_mb, recording.stop_below_mb)
+        writer = RunWriter(Path(orders.run), header, force=settings.force, retention=retention)
+        self._recorder = Recorder(writer, header.period_ns, settings.frames, settings.every_ticks)
         self._desk = OperatorDesk(Commands(RingWriter(orders.commands)), self._recorder, self._view, configuration)
         self._door, self._run = Door(Path(orders.socket), orders.token), Path(orders.run)
         self._socket = OperatorSocket(self._door, self._desk.handle)
@@ -69,14 +71,17 @@ class Service:
             self._take()
         self._take()
 
-    def close(self, reason: str = _STOPPED_WITHOUT_A_WORD) -> None:
-        """Write the end of the run and close the door."""
+    def close(self, reason: str = _STOPPED_WITHOUT_A_WORD) -> bool:
+        """Write the end of the run and close the door; whether all that came is in the run folder."""
         self._take()
         self._recorder.close(*(self._end or (EXIT_SAFETY_STOP, reason)))
         self._socket.close()
         self._door.remove(self._run)
         if self._page is not None:
             self._page.close()
+        if self._recorder.failure:
+            print(f"recording failed: {self._recorder.failure}", file=sys.stderr, flush=True)
+        return self._recorder.failure is None
 
     def _take(self) -> None:
         exchanges: list[Exchange] = []
@@ -90,9 +95,10 @@ class Service:
         self._recorder.note_lost(self._telemetry)
         self._recorder.write()
         self._desk.give_up()
-        if self._recorder.failure and not self._told_failure:
+        trouble = self._recorder.failure or self._recorder.running_out
+        if trouble and not self._told_failure:
             self._told_failure = True
-            self._desk.recording_failed(self._recorder.failure)
+            self._desk.recording_failed(trouble)
 
     def _take_rare(self, record: RingRecord) -> None:
         if record.kind == TelemetryKind.MISS:
@@ -134,8 +140,7 @@ def main() -> int:
     except _AskedToLeave:
         service.close("the service process was terminated")
         return 1
-    service.close()
-    return 0
+    return 0 if service.close() else 1
 
 
 def _is_chatter(event: Json) -> bool:

@@ -61,6 +61,13 @@ class Recording(Strict):
     frames: bool = True
     #: one tick row in so many
     every_ticks: Annotated[int, Field(ge=1)] = 1
+    #: a new segment of the log begins when both streams of one hold this much together, MiB
+    segment_mb: Annotated[float, Field(ge=1.0)] = 512.0
+    #: give up the oldest segments where the newer ones hold this much, MiB; without it all are kept
+    keep_mb: Annotated[float, Field(ge=1.0)] | None = None
+    #: free space on the disk from which the run warns, and from which it ends in good order, MiB
+    warn_below_mb: Annotated[float, Field(ge=0.0)] = 2000.0
+    stop_below_mb: Annotated[float, Field(ge=0.0)] = 100.0
 
 
 class Operator(Strict):

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from firmware_protocol.errors import BadInputError
-from gimbal_hil.runs import Run, is_run_folder, open_run
+from firmware_protocol.errors import BadInputError, DamagedRunError
+from gimbal_hil.runs import Run, damage_of, is_run_folder, open_run
 from gimbal_hil.signals.form import AxisNames, Repair, checked_table
 from gimbal_hil.signals.resampling import on_grid
 from gimbal_hil.signals.run_signals import run_columns
@@ -83,11 +83,22 @@ def _of_run(run: Run, axes: Sequence[str], repair: Repair) -> SignalsTable:
     own = run.record.header.axes
     if set(axes) != set(own):
         raise BadInputError(str(run.folder), f"is a run of the axes {', '.join(own)}", f"a log of the model's axes {', '.join(axes)}")
+    _require_sound(run, repair)
     time_s, columns, laps, notes = run_columns(run)
     values = {TIME: time_s, **columns} | ({} if laps is None else {REPEAT: laps.astype(float)})
     raw = RawColumns(run.folder, values, {name: {} for name in values}, first_line=0)
     table = checked_table(raw, AxisNames(tuple(axes)), repair)
     return SignalsTable.of(table.axes, table.time_s, table.columns, table.repeat, table.source, (*notes, *table.notes))
+
+
+def _require_sound(run: Run, repair: Repair) -> None:
+    """A run with lost or changed rows is taken where the caller has asked for repair; a damaged event changes no signal."""
+    if repair.to_grid or repair.drop_invalid:
+        return
+    for found in damage_of(run):
+        if not found.signal.startswith("events"):
+            remedy = "expected the run as it was recorded, or --drop-invalid (--resample) to work with what is left"
+            raise DamagedRunError(f"{run.folder}: the log is damaged {found.in_words()}; {remedy}")
 
 
 def axis_names(of: Sequence[str] | AntennaModel) -> AxisNames:

@@ -15,8 +15,9 @@ from gimbal_hil.host import Program
 from gimbal_hil.timing import NS_PER_S, MissCause, RingReader, RingWriter
 
 Json = dict[str, Any]
-#: size of a row of `runs.TICK_ROW`, and where its wall-clock columns wake_latency_ns and computing_ns start
+#: size of a row of `runs.TICK_ROW`, and where its wall-clock columns wake_latency_ns and computing_ns start; `skipped_ticks`
 ROW_BYTES, WALL_CLOCK_AT = 96, 80
+_SKIPPED_AT = 68
 #: tick that ran after the miss, periods lost, code of the cause
 MISS_RECORD = struct.Struct("<qii")
 _WALL_CLOCK = struct.Struct("<ii")
@@ -84,6 +85,11 @@ class Exchange:
     def tick(self) -> int:
         """Number of the tick."""
         return int.from_bytes(self.row[:8], "little", signed=True)
+
+    @property
+    def skipped(self) -> int:
+        """Periods that were lost just before it."""
+        return int.from_bytes(self.row[_SKIPPED_AT : _SKIPPED_AT + 4], "little", signed=True)
 
 
 def exchange_from(payload: bytes) -> Exchange:

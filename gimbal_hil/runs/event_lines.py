@@ -1,0 +1,71 @@
+"""`events.jsonl` read line by line: a damaged line costs the event in it, no other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from firmware_protocol.documents import DocumentLimits, json_line
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.runs.schema import Event, EventKind
+
+#: a command carries its whole program
+_LIMITS = DocumentLimits(size_bytes=64 << 20, values=4_000_000, finite=False)
+
+
+@dataclass(frozen=True)
+class EventLines:
+    """The events that could be read, the lines as they stand (with their line feeds), and the numbers of those that hold none."""
+
+    events: tuple[Event, ...]
+    lines: tuple[bytes, ...]
+    damaged: tuple[int, ...]
+    notes: tuple[str, ...]
+
+
+def read_event_lines(path: Path) -> EventLines:
+    """All events of a file; a last line that was cut is no damage but the end of what was written. BadInputError where there is no file."""
+    try:
+        lines = path.read_bytes().splitlines(keepends=True)
+    except OSError as error:
+        raise BadInputError(str(path), error.strerror or "cannot be read", "the events of the run") from error
+    events: list[Event] = []
+    damaged: list[int] = []
+    notes: list[str] = []
+    for number, line in enumerate(lines, 1):
+        found = list(_events_in(line))
+        events += found
+        if number == len(lines) and not line.endswith(b"\n"):
+            notes.append(f"{path}: the last line is cut" + ("" if found else " and was left out"))
+        elif len(found) != 1:
+            damaged.append(number)
+            kept = f"{len(found)} events in it were kept" if found else "its event is lost"
+            notes.append(f"{path}: line {number} is damaged; {kept}")
+    return EventLines(tuple(events), tuple(lines), tuple(damaged), tuple(notes))
+
+
+def _events_in(line: bytes) -> Iterator[Event]:
+    """The event of a line; two where the line feed between them was damaged."""
+    event = _event(line)
+    if event is not None:
+        yield event
+        return
+    at = line.find(b'{"tick"', 1)
+    if at > 0:
+        for part in (line[: at - 1], line[at:]):
+            event = _event(part)
+            if event is not None:
+                yield event
+
+
+def _event(line: bytes) -> Event | None:
+    try:
+        document = json_line(line, "events", "an event", _LIMITS)
+    except BadInputError:
+        return None
+    tick, time_ns, kind, text, data = (document.get(key) for key in ("tick", "time_ns", "kind", "text", "data"))
+    whole = all(isinstance(number, int) and not isinstance(number, bool) for number in (tick, time_ns))
+    if not whole or not isinstance(text, str) or not isinstance(data, dict) or kind not in EventKind._value2member_map_:
+        return None
+    return Event(tick, time_ns, EventKind(kind), text, data)  # type: ignore[arg-type]
