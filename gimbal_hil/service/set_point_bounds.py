@@ -11,8 +11,8 @@ from gimbal_hil.settings import WIRE_TURNS, AxisSettings, DaemonSettings
 
 def require_reachable(request: SetPointRequest, settings: DaemonSettings) -> None:
     """BadInputError where a value lies beyond the limits that the configuration gives its axis."""
-    for name, value in (("outer", request.outer), ("inner", request.inner)):
-        low, high, key, unit = _bounds(request.mode, getattr(settings.axes, name))
+    for name, value in zip(settings.axis_names, (request.outer, request.inner), strict=True):
+        low, high, key, unit = _bounds(request.mode, settings.axes[name])
         if not low <= value <= high:
             raise BadInputError(f"set_point.{name}", f"{value:g} {unit} is beyond {key}", f"{low:g} to {high:g} {unit}")
 

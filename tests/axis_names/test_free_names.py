@@ -15,7 +15,8 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.cli.app import run as run_command
 from gimbal_hil.experiments.plan import plan_from_document
 from gimbal_hil.runs import open_run
-from gimbal_hil.service.operator_commands import parse_request
+from gimbal_hil.service.operator_commands import SetPointRequest, parse_request
+from gimbal_hil.service.set_point_bounds import require_reachable
 from gimbal_hil.settings import shipped_settings
 from gimbal_hil.signals import read_signals
 from sim_backend.model import AntennaModel, load_model, model_from_document, plant_arrays, shipped_model
@@ -177,3 +178,10 @@ def test_a_configuration_of_other_names_than_the_models_is_refused_and_the_gener
     assert settings.for_axes(NAMES, "model.yaml").axis_names == NAMES
     with pytest.raises(BadInputError, match=r"are azimuth and elevation; expected yaw and pitch, as in other\.yaml"):
         settings.for_axes(NAMES, "model.yaml").for_axes(("yaw", "pitch"), "other.yaml")
+
+
+def test_a_set_point_beyond_a_limit_is_refused_under_the_axis_own_name() -> None:
+    asked = parse_request({"command": "set_point", "mode": "position", "elevation": 9.0}, NAMES)
+    assert isinstance(asked, SetPointRequest)
+    with pytest.raises(BadInputError, match=r"set_point\.elevation"):
+        require_reachable(asked, shipped_settings().for_axes(NAMES, "model.yaml"))
