@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numba import njit
 
-from tests.blind.rigid import base_full, base_state, inverse_dynamics
+from tests.blind.rigid import base_full, base_state, inverse_dynamics, turned
 
 COLUMNS = [
     *("Ts", "Tc", "vs", "s0", "s1", "s2", "delta", "asym_c", "asym_v", "load_c", "pos_a", "pos_n", "pos_ph", "quad", "temp_b"),
@@ -34,12 +34,14 @@ LEVEL, DRIFT, DRIVE = range(3)
 STILL = (1.0, 0.0, 1.0)
 NS = 22  # states, see derivative; four more slots are scratch
 SUBSTEP_S = 1.25e-4
+#: a lag under it is none: the integrator would not stand it
+SHORTEST_LAG_S = 6e-5
 
 
 @njit(cache=True, error_model="numpy")
 def _level(A, v, rested):
     """Friction in sliding, N m; stiction grows with the time that the joint has rested where the row says so."""
-    rise = A[DWELL_A] * math.log1p(20.0 * rested)
+    rise = A[DWELL_A] * math.log1p(20.0 * rested) if A[DWELL_A] != 0.0 else 0.0
     return A[TC] + (A[TS] + rise - A[TC]) * math.exp(-((abs(v) / A[VS]) ** A[DELTA]))
 
 
@@ -48,12 +50,18 @@ def friction(A, q, v, z, applied, t, temperature, other, worked, rested):
     """Opposing torque and bristle rate with every friction effect of the row."""
     g = _level(A, v, rested)
     sgn = 1.0 if v > 0 else (-1.0 if v < 0 else 0.0)
-    g = (g * (1.0 + A[ASYM_C] * sgn)) * (1.0 + A[POS_A] * math.cos(A[POS_N] * q + A[POS_PH])) + A[LOAD_C] * abs(applied)
+    g = g * (1.0 + A[ASYM_C] * sgn)
+    if A[POS_A] != 0.0:
+        g *= 1.0 + A[POS_A] * math.cos(A[POS_N] * q + A[POS_PH])
+    g += A[LOAD_C] * abs(applied)
     zd = v - A[S0] * abs(v) / g * z
-    s2 = A[S2] * (1.0 + A[ASYM_V] * sgn) * math.exp(-A[TEMP_B] * (temperature - 20.0))
-    s2 *= 1.0 + A[VISC_A] * math.cos(A[VISC_N] * q + A[VISC_PH])
-    # fresh grease is stiffer than worked grease; halfway between is what the row's viscous friction says
-    s2 += A[GREASE_A] * (math.exp(-worked) - 0.5)
+    s2 = A[S2] * (1.0 + A[ASYM_V] * sgn)
+    if A[TEMP_B] != 0.0:
+        s2 *= math.exp(-A[TEMP_B] * (temperature - 20.0))
+    if A[VISC_A] != 0.0:
+        s2 *= 1.0 + A[VISC_A] * math.cos(A[VISC_N] * q + A[VISC_PH])
+    if A[GREASE_A] != 0.0:  # fresh grease is stiffer than worked grease; halfway between is what the row's viscous friction says
+        s2 += A[GREASE_A] * (math.exp(-worked) - 0.5)
     if A[JUMP_T] > 0.0 and t > A[JUMP_T]:
         s2 += A[JUMP_S2]
     F = A[S0] * z + A[S1] * zd + s2 * v + A[QUAD] * v * abs(v) + A[CUBE] * v * v * v + A[CROSS_C] * other * other * sgn
@@ -74,14 +82,17 @@ def _field(A, q):
 @njit(cache=True, error_model="numpy")
 def _joint_torque(A, q, v, t, applied):
     """Torques at the joint beside friction: position fields, springs, and causes outside the catalogue."""
-    s = applied + A[COG_A] * math.sin(A[COG_N] * q + A[COG_PH]) - A[SPRING_K] * (q - A[SPRING_Q0])
+    s = applied - A[SPRING_K] * (q - A[SPRING_Q0])
+    if A[COG_A] != 0.0:
+        s += A[COG_A] * math.sin(A[COG_N] * q + A[COG_PH])
     if A[BUMP_A] != 0.0:
         s += A[BUMP_A] * math.exp(-0.5 * ((q - A[BUMP_Q]) / A[BUMP_W]) ** 2)
     if A[STOP_K] != 0.0:  # soft at first touch, harder the deeper
         deep = (abs(q - A[STOP_Q]) - A[STOP_W]) / 0.1
         if deep > 0.0:
             s -= math.copysign(A[STOP_K] * 0.1 * (deep * deep + deep * deep * deep), q - A[STOP_Q])
-    s += A[SINE_A] * math.sin(2.0 * math.pi * A[SINE_F] * t)
+    if A[SINE_A] != 0.0:
+        s += A[SINE_A] * math.sin(2.0 * math.pi * A[SINE_F] * t)
     if A[FIELD_A] != 0.0:
         s += _field(A, q)
     return s
@@ -97,9 +108,10 @@ def derivative(kind, AX, BO, BI, base, x, cmd, t, temperature, weather, out):
     """State: 0-1 q, 2-3 v, 4-5 z, 6-7 lagged torque, 8-9 y, 10-11 y', 12-13 rotor angle, 14-15 rotor rate, 16-17 hysteresis,
     18-19 recent work on the grease, 20-21 time at rest; `out` has four slots more for scratch."""
     wb, ab, gb = base
-    n0, n1, wo, wi, c0, c1 = inverse_dynamics(kind, BO, BI, x[0], x[1], x[2], x[3], 0.0, 0.0, wb, ab, gb)
-    e0, _, _, _, _, _ = inverse_dynamics(kind, BO, BI, x[0], x[1], x[2], x[3], 1.0, 0.0, wb, ab, gb)
-    f0, f1, _, _, _, _ = inverse_dynamics(kind, BO, BI, x[0], x[1], x[2], x[3], 0.0, 1.0, wb, ab, gb)
+    cs = turned(x[0], x[1])
+    n0, n1, wo, wi, c0, c1 = inverse_dynamics(kind, BO, BI, cs, x[2], x[3], 0.0, 0.0, wb, ab, gb)
+    e0, _, _, _, _, _ = inverse_dynamics(kind, BO, BI, cs, x[2], x[3], 1.0, 0.0, wb, ab, gb)
+    f0, f1, _, _, _, _ = inverse_dynamics(kind, BO, BI, cs, x[2], x[3], 0.0, 1.0, wb, ab, gb)
     m00, m01, m11 = e0 - n0, f0 - n0, f1 - n1
     if kind != 0:
         m11 = 1.0
@@ -114,7 +126,7 @@ def derivative(kind, AX, BO, BI, base, x, cmd, t, temperature, weather, out):
         if A[DEAD] > 0.0:
             u = u - _clip(u, A[DEAD])
         u *= weather[a, DRIVE]
-        if A[LAG] > 0.0:
+        if A[LAG] > SHORTEST_LAG_S:
             out[6 + a] = (u - x[6 + a]) / A[LAG]
             u = x[6 + a]
         else:
@@ -266,7 +278,7 @@ def simulate(kind, AX, NOM, BO, BI, BON, BIN, M, ref, heat, weather, gains, sens
             for i in range(NS):
                 y[i] = x[i] + h * k3[i]
             derivative(kind, AX, BO, BI, end, y, cmd, ts + h, heat[k], weather[k], k4)
-            need = inverse_dynamics(kind, BON, BIN, x[0], x[1], x[2], x[3], k1[2], k1[3], now[0], now[1], now[2])
+            need = inverse_dynamics(kind, BON, BIN, turned(x[0], x[1]), x[2], x[3], k1[2], k1[3], now[0], now[1], now[2])
             now = end
             for a in range(axes):
                 F, _ = friction(NOM[a], x[a], x[2 + a], nominal_z[a], 0.0, 0.0, 20.0, 0.0, 0.0, 0.0)
@@ -275,7 +287,7 @@ def simulate(kind, AX, NOM, BO, BI, BON, BIN, M, ref, heat, weather, gains, sens
                 nominal_z[a] += (x[2 + a] - decay * nominal_z[a]) * grow
                 lack[a] += (out[k, a] - (need[0] if a == 0 else need[1]) - F) / substeps
                 u = (1.0 + AX[a, GAIN]) * cmd[a] + AX[a, OFFSET] - AX[a, EMF] * x[2 + a]
-                applied[a] += _clip(x[6 + a] if AX[a, LAG] > 0.0 else u, AX[a, LIMIT]) / substeps
+                applied[a] += _clip(x[6 + a] if AX[a, LAG] > SHORTEST_LAG_S else u, AX[a, LIMIT]) / substeps
             for i in range(NS):
                 x[i] += h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i])
         for a in range(axes):

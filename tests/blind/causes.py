@@ -117,7 +117,7 @@ def outside(rng: Generator, axis: str) -> list[Cause]:
         _strange("position_bump", axis, "bump_a", 0.1, bump_q=float(rng.uniform(-0.3, 0.3)), bump_w=0.06),
         _strange("torque_dead_zone", axis, "dead", 0.05),
         _strange("elastic_hysteresis", axis, "hyst_a", 0.1, ("cable_spring",), hyst_w=float(rng.uniform(0.05, 0.2))),
-        _strange("viscous_jump", axis, "jump_s2", 0.2, jump_t=float(rng.uniform(12, 25))),
+        _strange("viscous_jump", axis, "jump_s2", 0.2, jump_t=float(rng.uniform(4, 14))),
         _strange("cross_axis_friction", axis, "cross_c", 0.2),
         _strange("hum_in_time", axis, "sine_a", 0.05, sine_f=float(rng.uniform(0.7, 9.0))),
         _strange("random_field", axis, "field_a", 0.03, field_seed=float(rng.uniform(0, 100))),
@@ -143,7 +143,7 @@ def _outside_since(rng: Generator, axis: str) -> list[Cause]:
         ),
         _strange("torque_leak", axis, "leak_t", 0.05 * float(rng.choice([-1.0, 1.0]))),
         _strange("encoder_subdivision", axis, "sub_a", 5e-5, sub_n=float(rng.integers(60, 400)), sub_ph=float(rng.uniform(0.3, 1.5))),
-        _strange("position_viscosity", axis, "visc_a", 0.3, visc_n=float(rng.integers(1, 9)), visc_ph=ph),
+        _strange("position_viscosity", axis, "visc_a", 0.3, ("position_dependent_friction",), visc_n=float(rng.integers(1, 9)), visc_ph=ph),
         Cause("torque_dropouts", axis, dict(weather=0.5), scaled=("weather",), inside=False),
         Cause("friction_switching", axis, dict(weather=0.1), scaled=("weather",), inside=False),
     ]  # fmt: skip

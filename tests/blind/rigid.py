@@ -27,14 +27,12 @@ def _tensor(B, w):
 
 
 @njit(cache=True, error_model="numpy")
-def _turn_z(a, v):
-    c, s = math.cos(a), math.sin(a)
+def _turn_z(c, s, v):
     return (c * v[0] + s * v[1], -s * v[0] + c * v[1], v[2])
 
 
 @njit(cache=True, error_model="numpy")
-def _turn_y(a, v):
-    c, s = math.cos(a), math.sin(a)
+def _turn_y(c, s, v):
     return (c * v[0] - s * v[2], v[1], s * v[0] + c * v[2])
 
 
@@ -49,27 +47,34 @@ def _moment(B, w, al, g):
 
 
 @njit(cache=True, error_model="numpy")
-def inverse_dynamics(kind, BO, BI, q0, q1, v0, v1, a0, a1, wb, ab, gb):
-    """Torques that the motion needs, the two bodies' rates, and the inertial accelerations about both axes."""
+def turned(q0, q1):
+    """Cosine and sine of both joint angles."""
+    return math.cos(q0), math.sin(q0), math.cos(q1), math.sin(q1)
+
+
+@njit(cache=True, error_model="numpy")
+def inverse_dynamics(kind, BO, BI, cs, v0, v1, a0, a1, wb, ab, gb):
+    """Torques that the motion needs, the two bodies' rates, and the inertial accelerations about both axes; `cs` as from `turned`."""
+    c0, s0, c1, s1 = cs
     if kind == 1:  # rotary, horizontal axis
-        weight = BO[9] * GRAVITY * (BO[6] * math.cos(q0) - BO[7] * math.sin(q0))
+        weight = BO[9] * GRAVITY * (BO[6] * c0 - BO[7] * s0)
         return BO[2] * a0 + weight, 0.0, (0.0, 0.0, v0), (0.0, 0.0, 0.0), a0, 0.0
     if kind == 2:
         return BO[9] * a0, 0.0, (0.0, 0.0, v0), (0.0, 0.0, 0.0), a0, 0.0
-    w = _turn_z(q0, wb)
-    al = _turn_z(q0, ab)
+    w = _turn_z(c0, s0, wb)
+    al = _turn_z(c0, s0, ab)
     wo = (w[0], w[1], w[2] + v0)
     x = _cross(w, (0.0, 0.0, v0))
     ao = (al[0] + x[0], al[1] + x[1], al[2] + a0)
-    go = _turn_z(q0, gb)
-    w = _turn_y(q1, wo)
-    al = _turn_y(q1, ao)
+    go = _turn_z(c0, s0, gb)
+    w = _turn_y(c1, s1, wo)
+    al = _turn_y(c1, s1, ao)
     wi = (w[0], w[1] + v1, w[2])
     x = _cross(w, (0.0, v1, 0.0))
     ai = (al[0] + x[0], al[1] + a1, al[2] + x[2])
-    mi = _moment(BI, wi, ai, _turn_y(q1, go))
+    mi = _moment(BI, wi, ai, _turn_y(c1, s1, go))
     mo = _moment(BO, wo, ao, go)
-    back = _turn_y(-q1, mi)
+    back = _turn_y(c1, -s1, mi)
     return mo[2] + back[2], mi[1], wo, wi, ao[2], ai[1]
 
 
