@@ -170,7 +170,8 @@ def _truth(scene: Scene, scales: list[tuple[float, float]], rig: str, logs: list
         for i, path in enumerate(_BODY_PATH):
             numbers.append((axis, f"body.{path}", scene.rig.bodies[axis][i], bodies[axis][i]))
     causes = [
-        {"name": c.name, "axis": called[c.axis], "inside": c.inside, "number": c.number, "akin": list(_akin(c, logs)), "magnitude_floors": m,
+        {"name": c.name, "axis": called[c.axis], "inside": c.inside, "number": c.number, "magnitude_floors": m,
+         "akin": list(_akin(c, logs)),
          "row": {k: float(true[0 if c.axis == "outer" else 1, IX[k]]) for k in c.row if k in IX},
          "body": {str(k): float(bodies[c.axis][k]) for k in c.body}}
         for c, (_, m) in zip(scene.causes, scales, strict=True)
