@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.random import Generator
@@ -48,14 +48,18 @@ class Wrong:
 
 def draw(seed: int, names: list[str] | None = None, *, outside_cause: bool = False, field_on_null: bool = False, off: float = 0.0,
          magnitude: float | None = None, rig: str = "thesis", duration_s: float = 45.0, axis: str | None = None,
-         count: int = 1, apart: bool = False, wrong: Wrong | None = None, wander: bool = False) -> Case:  # fmt: skip
+         count: int = 1, apart: bool = False, wrong: Wrong | None = None, wander: bool = False,
+         plugged_in: bool = False) -> Case:  # fmt: skip
     """Draw and simulate a case. `names` fixes the causes ([] is a null), `off` moves the known numbers by up to that share,
-    `apart` puts one cause in each axis' torque and one in a sensor, `wander` lets friction levels and offsets drift."""
+    `apart` puts one cause in each axis' torque and one in a sensor, `wander` lets friction levels and offsets drift, `plugged_in` makes
+    a cause of no catalogue one that somebody has plugged in, so that it can be named."""
     rng = np.random.default_rng(seed)
     late = rng.spawn(1)[0]  # what was added to the draws later has a stream of its own
     antenna = rig_named(rig, late)
     moving = antenna.axes is Axes.GIMBAL and rng.random() < 0.6
     chosen = _apart(rng) if apart else _chosen(rng, antenna, names, count, outside_cause, axis)
+    if plugged_in:
+        chosen = [replace(c, inside=True) for c in chosen]
     if any(c.base for c in chosen):
         moving = True
     if field_on_null:

@@ -31,7 +31,7 @@ def model_document(rig: Rig, stated: Stated) -> dict[str, Any]:
     def number(value: float) -> Any:
         return {"value": float(value), "source": source} if source else float(value)
 
-    axes = {}
+    axes: dict[str, dict[str, Any]] = {}
     for a, name in enumerate(rig.names):
         where = ("outer", "inner")[a]
         columns = _FRICTION | (_BRISTLE if rig.states_bristle else {})
@@ -41,6 +41,8 @@ def model_document(rig: Rig, stated: Stated) -> dict[str, Any]:
             "actuator": {"limit": float(rig.limits[a])},
             "encoder": {"step": float(rig.encoder_step)},
         }
+        if a == 1:
+            axes[name]["parent"] = rig.names[0]
     document: dict[str, Any] = {"schema": 1, "name": "bench", "kind": rig.axes.name.lower(), "axes": axes}
     if rig.axes is not Axes.GIMBAL:
         document["incline_sine"] = 1.0 if rig.axes is Axes.ROTARY else 0.0
@@ -80,7 +82,8 @@ def write_case(job: Job, bench_seed: int, folder: Path) -> None:
     if case.rig.shipped:
         (data / "model.yaml").write_bytes(SHIPPED_MODEL.read_bytes())
     else:
-        (data / "model.yaml").write_text(yaml.safe_dump(model_document(case.rig, job.stated), sort_keys=False), encoding="utf-8")
+        # sorted by name, as any tool may leave it: `parent` says which axis carries which
+        (data / "model.yaml").write_text(yaml.safe_dump(model_document(case.rig, job.stated)), encoding="utf-8")
     truth = case.truth | {"stated": job.stated.name}
     # last of all, so that a case with a truth is whole
     (folder / "truth.json").write_text(json.dumps(truth, indent=1, default=float), encoding="utf-8")

@@ -14,6 +14,7 @@ import numpy as np
 from firmware_protocol.errors import BadInputError
 from tests.blind.causes import catalogue, outside
 from tests.blind.draw import Wrong
+from tests.blind.guests import SOURCES as GUESTS
 from tests.blind.rig import STRANGERS
 
 #: what rules are decided on; figures that are told come from other seeds
@@ -37,6 +38,8 @@ class Job:
     name: str
     arguments: dict[str, Any] = field(default_factory=dict)
     stated: Stated = Stated.SHIPPED
+    #: an effect that is plugged in for this case
+    guest: str | None = None
 
     @property
     def kind(self) -> str:
@@ -96,6 +99,10 @@ def all_jobs() -> list[Job]:
     for name in _SINGLE_AXIS:
         found.append(Job(f"rotary.{name}", {"names": [name], "rig": "rotary", "axis": "outer"}, Stated.EXACT))
         found.append(Job(f"linear.{name}", {"names": [name], "rig": "linear", "axis": "outer"}, Stated.EXACT))
+    for name in GUESTS:
+        for axis in ("outer", "inner"):
+            arguments = {"names": [name], "axis": axis, "outside_cause": True, "plugged_in": True}
+            found += [Job(f"guest.{name}.{axis}.{i}", arguments, guest=name) for i in range(5)]
     for rig in STRANGERS:
         # one in four has nothing hidden
         found += [Job(f"stranger.{rig}.{i}", {"rig": rig} | ({"names": []} if i % 4 == 3 else {}), Stated.EXACT) for i in range(8)]

@@ -12,86 +12,35 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import argparse
-import contextlib
-import io
 import json
 import shutil
-import signal
 import sys
-import time
-import traceback
-from collections.abc import Iterator
 from concurrent.futures import as_completed
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 from firmware_protocol.errors import BadInputError, GimbalHilError
 from gimbal_hil.executor import code_fingerprint, open_executor
+from tests.blind.answer import VERDICT_FILE, answer_of
 from tests.blind.compare import comparison
 from tests.blind.figures import CaseResult, results
 from tests.blind.files import write_case
+from tests.blind.guests import install
 from tests.blind.kinds import DECIDE_SEED, Job, all_jobs, jobs, sealed_seed
 from tests.blind.page import write_page
 from tests.blind.score import GOOD, outcome
 from tests.blind.tally import as_json, tables
 
 CHECKOUT = Path(__file__).resolve().parents[2]
-BENCH_FILE, TRUTH_FILE, VERDICT_FILE, SECONDS_FILE = "bench.json", "truth.json", "verdict.json", "seconds.json"
-
-
-class TooSlow(Exception):
-    """The command did not answer within the limit."""
-
-
-@contextlib.contextmanager
-def _within(seconds: int) -> Iterator[None]:
-    """Raises TooSlow in the main thread when the time is over."""
-
-    def over(*_: object) -> None:
-        raise TooSlow
-
-    before = signal.signal(signal.SIGALRM, over)
-    signal.alarm(seconds)
-    try:
-        yield
-    finally:
-        signal.alarm(0)
-        signal.signal(signal.SIGALRM, before)
-
-
-def answer_of(data: Path, out: Path, limit_s: int) -> dict[str, Any]:
-    """What the shipped command leaves on a data folder; it is told nothing else. A crash or a time-out is an answer as well."""
-    from gimbal_hil.cli import main
-
-    words = ["discrepancy", "--model", str(data / "model.yaml"), "--out", str(out), "--workers", "1", "--json", "--force"]
-    words += ["--measured", *map(str, sorted(data.glob("measured_*"))), "--holdout", *map(str, sorted(data.glob("holdout_*")))]
-    said = io.StringIO()
-    try:
-        with _within(limit_s), contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(said):
-            main(words)
-    except SystemExit as done:
-        if not done.code and (out / VERDICT_FILE).exists():
-            return dict(json.loads((out / VERDICT_FILE).read_text(encoding="utf-8")))
-        return _no_answer("unusable_data", said.getvalue().strip() or f"exit code {done.code}")
-    except TooSlow:
-        return _no_answer("too_slow", f"no answer in {limit_s} s")
-    except Exception:
-        return _no_answer("crashed", traceback.format_exc())
-    return _no_answer("crashed", "the command came back without an exit code")
-
-
-def _no_answer(verdict: str, text: str) -> dict[str, Any]:
-    return {"verdict": verdict, "text": text, "effects": [], "alternatives": [], "next_experiment": None, "not_testable": [], "gap": None}
+BENCH_FILE, TRUTH_FILE, SECONDS_FILE = "bench.json", "truth.json", "seconds.json"
 
 
 def diagnose_case(job: Job, bench_seed: int, folder: Path, limit_s: int, keep: str) -> float:
     """Draw a case, leave its verdict beside its truth; answers the command's seconds on the wall clock."""
     if not (folder / TRUTH_FILE).exists() or not (folder / "data").exists():
         write_case(job, bench_seed, folder)
-    wall, cpu = time.perf_counter(), time.process_time()
-    verdict = answer_of(folder / "data", folder / "out", limit_s)
-    seconds = {"wall": round(time.perf_counter() - wall, 1), "cpu": round(time.process_time() - cpu, 1)}
+    guest = install(job.guest, folder / "guest") if job.guest else None
+    verdict, seconds = answer_of(folder / "data", folder / "out", limit_s, guest)
     (folder / SECONDS_FILE).write_text(json.dumps(seconds), encoding="utf-8")
     # a verdict that is there is whole: an interrupted bench must not take half a file for a result
     partial = folder / f"{VERDICT_FILE}.part"

@@ -5,6 +5,8 @@ from __future__ import annotations
 from enum import Enum
 from typing import Any
 
+from tests.blind.guests import ROWS as GUEST_ROWS
+
 #: parameter of the catalogue -> column of the bench's antenna, by effect
 _ROWS = {
     "viscous": {"viscous": "s2"}, "coulomb": {"coulomb": "Tc", "breakaway": "Ts"},
@@ -160,7 +162,8 @@ def parameter_errors(truth: dict[str, Any], verdict: dict[str, Any]) -> list[tup
     """(effect.parameter, relative error, interval covers the truth) of every rightly named effect; of several entries the nearest."""
     found = []
     for cause in truth["causes"]:
-        true = {name: cause["row"][column] for name, column in _ROWS.get(cause["name"], {}).items() if column in cause["row"]}
+        columns = _ROWS | GUEST_ROWS
+        true = {name: cause["row"][column] for name, column in columns.get(cause["name"], {}).items() if column in cause["row"]}
         true |= {_BODY[cause["name"]][column]: value for column, value in cause["body"].items() if cause["name"] in _BODY}
         mine = [e["parameters"] for e in verdict["effects"] if (e["name"], e["axis"]) == (cause["name"], cause["axis"])]
         entries = [[(f"{cause['name']}.{name}", *_error(p[name], value)) for name, value in true.items() if name in p] for p in mine]

@@ -57,6 +57,7 @@ def targets(cases: list[CaseResult]) -> list[Row]:
         ("numbers 8 % off, one effect: name or class", "97 %", share(_seen(_of(cases, "floating")), *either)),
         ("strangers' antennas, one effect: name or class", "97 %", share(_seen(hidden), *either)),
         ("strangers' antennas: none false", "100 %", _clean(strangers)),
+        ("a plugged-in effect: name or class", "-", share(_seen(_of(cases, "guest")), *either)),
         ("an answer at all", "100 %", Share(sum(c.outcome is not Outcome.NO_ANSWER for c in cases), len(cases))),
     ]
     return [(a, b, str(c)) for a, b, c in rows] + _of_named(cases)

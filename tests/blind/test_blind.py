@@ -16,6 +16,7 @@ from tests.blind.compare import comparison
 from tests.blind.draw import Wrong, draw
 from tests.blind.figures import CaseResult, case_result, reliability
 from tests.blind.files import model_document, write_case
+from tests.blind.guests import ROWS, SOURCES, install
 from tests.blind.kinds import KINDS, Job, Stated, all_jobs, jobs, sealed_seed
 from tests.blind.rig import STRANGERS, rig_named
 from tests.blind.score import Outcome, numbers_found, outcome
@@ -117,6 +118,18 @@ def test_a_level_that_wanders_changes_the_torque_and_is_no_cause() -> None:
     assert not moved.truth["causes"]
     assert np.array_equal(still.measured[0]["outer.torque"][:1], moved.measured[0]["outer.torque"][:1])
     assert 1e-5 < np.std(still.measured[0]["outer.torque"] - moved.measured[0]["outer.torque"]) < 0.1
+
+
+def test_a_guest_is_installed_as_a_package_that_the_catalogue_takes(tmp_path: Path) -> None:
+    import importlib.metadata
+
+    for name in SOURCES:
+        install(name, tmp_path)
+    found = {e.name: e.value for d in importlib.metadata.distributions(path=[str(tmp_path)]) for e in d.entry_points}
+    assert found == {f"guest_{name}": f"guest_{name}:EFFECT" for name in SOURCES}
+    case = draw(3, ["hardening_stop"], axis="outer", outside_cause=True, plugged_in=True, **SHORT)
+    row = case.truth["causes"][0]["row"]  # type: ignore[index]
+    assert set(ROWS["hardening_stop"].values()) <= set(row) and case.truth["causes"][0]["inside"]  # type: ignore[index]
 
 
 COGGING, SPRING = cause("cogging"), cause("cable_spring")
