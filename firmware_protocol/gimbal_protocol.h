@@ -16,6 +16,7 @@ extern "C" {
 #endif
 
 #define GIMBAL_PAYLOAD_SIZE 8
+#define GIMBAL_PROTOCOL_VERSION 2u
 
 /* States of the drive after CiA 402 (IEC 61800-7-201). */
 enum gimbal_drive_state {
@@ -51,14 +52,33 @@ enum gimbal_fault_code {
     GIMBAL_FAULT_CODE_COMMUNICATION = 6,
     GIMBAL_FAULT_CODE_ENCODER = 7,
     GIMBAL_FAULT_CODE_GYRO = 8,
-    GIMBAL_FAULT_CODE_INTERNAL = 9
+    GIMBAL_FAULT_CODE_INTERNAL = 9,
+    GIMBAL_FAULT_CODE_SENSORS_DISAGREE = 10,
+    GIMBAL_FAULT_CODE_SENSOR_STUCK = 11,
+    GIMBAL_FAULT_CODE_RUNAWAY = 12,
+    GIMBAL_FAULT_CODE_HOLDING_BRAKE = 13
 };
 
-/* What the drive does when set-points stay away. */
-enum gimbal_deadman_reaction {
-    GIMBAL_DEADMAN_REACTION_COAST = 0,
-    GIMBAL_DEADMAN_REACTION_BRAKE = 1,
-    GIMBAL_DEADMAN_REACTION_DECELERATE_AND_HOLD = 2
+/* How the drive stops: no torque; shorted winding; ramp to rest and hold, by encoder alone; torque against the rate, by gyro alone. */
+enum gimbal_stop_reaction {
+    GIMBAL_STOP_REACTION_COAST = 0,
+    GIMBAL_STOP_REACTION_BRAKE = 1,
+    GIMBAL_STOP_REACTION_DECELERATE_AND_HOLD = 2,
+    GIMBAL_STOP_REACTION_GYRO_STOP = 3
+};
+
+/* What the host asks of an axis' holding brake; AUTOMATIC engages it whenever no axis is under torque. */
+enum gimbal_brake_command {
+    GIMBAL_BRAKE_COMMAND_AUTOMATIC = 0,
+    GIMBAL_BRAKE_COMMAND_ENGAGE = 1,
+    GIMBAL_BRAKE_COMMAND_RELEASE = 2
+};
+
+/* Where an axis' holding brake stands. */
+enum gimbal_brake_state {
+    GIMBAL_BRAKE_STATE_ABSENT = 0,
+    GIMBAL_BRAKE_STATE_RELEASED = 1,
+    GIMBAL_BRAKE_STATE_ENGAGED = 2
 };
 
 /* Limits that act at this tick. */
@@ -73,22 +93,22 @@ enum gimbal_limit_flags {
     GIMBAL_LIMIT_FLAGS_INNER_RATE = 128
 };
 
-/* CRC-12/DECT: polynomial 0x80F, start 0; of "123456789" it is 0xF5B. */
+/* CRC-12: polynomial 0x75D, start 0; of "123456789" it is 0x6DD. */
 static inline uint16_t gimbal_crc12_byte(uint16_t crc, uint8_t octet)
 {
     crc ^= (uint16_t)((uint16_t)octet << 4);
     for (int bit = 0; bit < 8; ++bit)
-        crc = (uint16_t)((crc & 0x800u) ? (uint16_t)(crc << 1) ^ 0x80Fu : (uint16_t)(crc << 1));
+        crc = (uint16_t)((crc & 0x800u) ? (uint16_t)(crc << 1) ^ 0x75Du : (uint16_t)(crc << 1));
     return crc & 0xFFFu;
 }
 
-/* CRC of a payload: data id, bytes 0..5, low half of byte 6. */
+/* CRC of a payload: data id, low half of byte 6, bytes 0..5. */
 static inline uint16_t gimbal_crc12(uint8_t data_id, const uint8_t payload[GIMBAL_PAYLOAD_SIZE])
 {
-    uint16_t crc = gimbal_crc12_byte(0, data_id);
+    uint16_t crc = gimbal_crc12_byte(gimbal_crc12_byte(0, data_id), (uint8_t)(payload[6] & 0x0Fu));
     for (int place = 0; place < 6; ++place)
         crc = gimbal_crc12_byte(crc, payload[place]);
-    return gimbal_crc12_byte(crc, (uint8_t)(payload[6] & 0x0Fu));
+    return crc;
 }
 
 /* Puts fields, counter and CRC into a payload. */
@@ -145,6 +165,10 @@ typedef struct {
     bool fault_reset; /* a rising edge leaves FAULT */
     bool quick_stop; /* stop now, whatever the request */
     bool clear_travel; /* allow torque that leads back from a travel limit */
+    uint8_t stop; /* how a quick stop stops */
+    uint8_t brake_outer; /* holding brake of the outer axis */
+    uint8_t brake_inner; /* holding brake of the inner axis */
+    bool identify; /* the antenna may say at once who it is */
 } gimbal_drive_control_t;
 
 static inline void gimbal_drive_control_pack(const gimbal_drive_control_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
@@ -154,6 +178,10 @@ static inline void gimbal_drive_control_pack(const gimbal_drive_control_t *messa
     fields = gimbal_insert(fields, 4, 1, (int32_t)message->fault_reset);
     fields = gimbal_insert(fields, 5, 1, (int32_t)message->quick_stop);
     fields = gimbal_insert(fields, 6, 1, (int32_t)message->clear_travel);
+    fields = gimbal_insert(fields, 7, 3, gimbal_hold((int32_t)message->stop, 0, 3));
+    fields = gimbal_insert(fields, 10, 2, gimbal_hold((int32_t)message->brake_outer, 0, 2));
+    fields = gimbal_insert(fields, 12, 2, gimbal_hold((int32_t)message->brake_inner, 0, 2));
+    fields = gimbal_insert(fields, 14, 1, (int32_t)message->identify);
     gimbal_seal(GIMBAL_DRIVE_CONTROL_DATA_ID, fields, counter, payload);
 }
 
@@ -167,6 +195,10 @@ static inline bool gimbal_drive_control_unpack(const uint8_t payload[GIMBAL_PAYL
     const int32_t fault_reset = gimbal_extract(fields, 4, 1, false);
     const int32_t quick_stop = gimbal_extract(fields, 5, 1, false);
     const int32_t clear_travel = gimbal_extract(fields, 6, 1, false);
+    const int32_t stop = gimbal_extract(fields, 7, 3, false);
+    const int32_t brake_outer = gimbal_extract(fields, 10, 2, false);
+    const int32_t brake_inner = gimbal_extract(fields, 12, 2, false);
+    const int32_t identify = gimbal_extract(fields, 14, 1, false);
     if (request < 0 || request > 6)
         return false;
     if (fault_reset < 0 || fault_reset > 1)
@@ -175,10 +207,22 @@ static inline bool gimbal_drive_control_unpack(const uint8_t payload[GIMBAL_PAYL
         return false;
     if (clear_travel < 0 || clear_travel > 1)
         return false;
+    if (stop < 0 || stop > 3)
+        return false;
+    if (brake_outer < 0 || brake_outer > 2)
+        return false;
+    if (brake_inner < 0 || brake_inner > 2)
+        return false;
+    if (identify < 0 || identify > 1)
+        return false;
     message->request = (uint8_t)request;
     message->fault_reset = (bool)fault_reset;
     message->quick_stop = (bool)quick_stop;
     message->clear_travel = (bool)clear_travel;
+    message->stop = (uint8_t)stop;
+    message->brake_outer = (uint8_t)brake_outer;
+    message->brake_inner = (uint8_t)brake_inner;
+    message->identify = (bool)identify;
     return true;
 }
 
@@ -251,7 +295,7 @@ static inline void gimbal_deadman_config_pack(const gimbal_deadman_config_t *mes
 {
     uint64_t fields = 0;
     fields = gimbal_insert(fields, 0, 8, gimbal_hold((int32_t)message->window_ticks, 1, 255));
-    fields = gimbal_insert(fields, 8, 2, gimbal_hold((int32_t)message->reaction, 0, 2));
+    fields = gimbal_insert(fields, 8, 3, gimbal_hold((int32_t)message->reaction, 0, 3));
     gimbal_seal(GIMBAL_DEADMAN_CONFIG_DATA_ID, fields, counter, payload);
 }
 
@@ -262,10 +306,10 @@ static inline bool gimbal_deadman_config_unpack(const uint8_t payload[GIMBAL_PAY
     if (!gimbal_unseal(GIMBAL_DEADMAN_CONFIG_DATA_ID, payload, &fields))
         return false;
     const int32_t window_ticks = gimbal_extract(fields, 0, 8, false);
-    const int32_t reaction = gimbal_extract(fields, 8, 2, false);
+    const int32_t reaction = gimbal_extract(fields, 8, 3, false);
     if (window_ticks < 1 || window_ticks > 255)
         return false;
-    if (reaction < 0 || reaction > 2)
+    if (reaction < 0 || reaction > 3)
         return false;
     message->window_ticks = (uint8_t)window_ticks;
     message->reaction = (uint8_t)reaction;
@@ -364,7 +408,7 @@ static inline void gimbal_drive_status_pack(const gimbal_drive_status_t *message
 {
     uint64_t fields = 0;
     fields = gimbal_insert(fields, 0, 4, gimbal_hold((int32_t)message->state, 0, 7));
-    fields = gimbal_insert(fields, 4, 6, gimbal_hold((int32_t)message->fault, 0, 9));
+    fields = gimbal_insert(fields, 4, 6, gimbal_hold((int32_t)message->fault, 0, 13));
     fields = gimbal_insert(fields, 10, 10, gimbal_hold((int32_t)message->last_sequence, 0, 1023));
     fields = gimbal_insert(fields, 20, 8, gimbal_hold((int32_t)message->deadman_margin, 0, 255));
     fields = gimbal_insert(fields, 28, 8, gimbal_hold((int32_t)message->limits, 0, 255));
@@ -386,7 +430,7 @@ static inline bool gimbal_drive_status_unpack(const uint8_t payload[GIMBAL_PAYLO
     const int32_t tick = gimbal_extract(fields, 36, 12, false);
     if (state < 0 || state > 7)
         return false;
-    if (fault < 0 || fault > 9)
+    if (fault < 0 || fault > 13)
         return false;
     if (last_sequence < 0 || last_sequence > 1023)
         return false;
@@ -417,6 +461,8 @@ typedef struct {
     int32_t torque; /* torque measured at the actuator, from motor current */
     int16_t temperature; /* winding temperature */
     uint16_t supply; /* supply voltage */
+    uint8_t brake; /* holding brake */
+    bool shorted; /* the drive has shorted this winding */
 } gimbal_motor_status_outer_t;
 
 static inline void gimbal_motor_status_outer_pack(const gimbal_motor_status_outer_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
@@ -425,6 +471,8 @@ static inline void gimbal_motor_status_outer_pack(const gimbal_motor_status_oute
     fields = gimbal_insert(fields, 0, 18, gimbal_hold((int32_t)message->torque, -131072, 131071));
     fields = gimbal_insert(fields, 18, 12, gimbal_hold((int32_t)message->temperature, -2048, 2047));
     fields = gimbal_insert(fields, 30, 12, gimbal_hold((int32_t)message->supply, 0, 4095));
+    fields = gimbal_insert(fields, 42, 2, gimbal_hold((int32_t)message->brake, 0, 2));
+    fields = gimbal_insert(fields, 44, 1, (int32_t)message->shorted);
     gimbal_seal(GIMBAL_MOTOR_STATUS_OUTER_DATA_ID, fields, counter, payload);
 }
 
@@ -437,15 +485,23 @@ static inline bool gimbal_motor_status_outer_unpack(const uint8_t payload[GIMBAL
     const int32_t torque = gimbal_extract(fields, 0, 18, true);
     const int32_t temperature = gimbal_extract(fields, 18, 12, true);
     const int32_t supply = gimbal_extract(fields, 30, 12, false);
+    const int32_t brake = gimbal_extract(fields, 42, 2, false);
+    const int32_t shorted = gimbal_extract(fields, 44, 1, false);
     if (torque < -131072 || torque > 131071)
         return false;
     if (temperature < -2048 || temperature > 2047)
         return false;
     if (supply < 0 || supply > 4095)
         return false;
+    if (brake < 0 || brake > 2)
+        return false;
+    if (shorted < 0 || shorted > 1)
+        return false;
     message->torque = (int32_t)torque;
     message->temperature = (int16_t)temperature;
     message->supply = (uint16_t)supply;
+    message->brake = (uint8_t)brake;
+    message->shorted = (bool)shorted;
     return true;
 }
 
@@ -461,6 +517,8 @@ typedef struct {
     int32_t torque; /* torque measured at the actuator, from motor current */
     int16_t temperature; /* winding temperature */
     uint16_t supply; /* supply voltage */
+    uint8_t brake; /* holding brake */
+    bool shorted; /* the drive has shorted this winding */
 } gimbal_motor_status_inner_t;
 
 static inline void gimbal_motor_status_inner_pack(const gimbal_motor_status_inner_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
@@ -469,6 +527,8 @@ static inline void gimbal_motor_status_inner_pack(const gimbal_motor_status_inne
     fields = gimbal_insert(fields, 0, 18, gimbal_hold((int32_t)message->torque, -131072, 131071));
     fields = gimbal_insert(fields, 18, 12, gimbal_hold((int32_t)message->temperature, -2048, 2047));
     fields = gimbal_insert(fields, 30, 12, gimbal_hold((int32_t)message->supply, 0, 4095));
+    fields = gimbal_insert(fields, 42, 2, gimbal_hold((int32_t)message->brake, 0, 2));
+    fields = gimbal_insert(fields, 44, 1, (int32_t)message->shorted);
     gimbal_seal(GIMBAL_MOTOR_STATUS_INNER_DATA_ID, fields, counter, payload);
 }
 
@@ -481,38 +541,45 @@ static inline bool gimbal_motor_status_inner_unpack(const uint8_t payload[GIMBAL
     const int32_t torque = gimbal_extract(fields, 0, 18, true);
     const int32_t temperature = gimbal_extract(fields, 18, 12, true);
     const int32_t supply = gimbal_extract(fields, 30, 12, false);
+    const int32_t brake = gimbal_extract(fields, 42, 2, false);
+    const int32_t shorted = gimbal_extract(fields, 44, 1, false);
     if (torque < -131072 || torque > 131071)
         return false;
     if (temperature < -2048 || temperature > 2047)
         return false;
     if (supply < 0 || supply > 4095)
         return false;
+    if (brake < 0 || brake > 2)
+        return false;
+    if (shorted < 0 || shorted > 1)
+        return false;
     message->torque = (int32_t)torque;
     message->temperature = (int16_t)temperature;
     message->supply = (uint16_t)supply;
+    message->brake = (uint8_t)brake;
+    message->shorted = (bool)shorted;
     return true;
 }
 
-/* base_attitude, device to host: attitude of the base, R_eb = Rz(yaw) Ry(pitch) Rx(roll) */
+/* base_attitude, device to host: attitude of the base, R_eb = Rz(yaw) Ry(pitch) Rx(roll); base_heading follows in the next tick and closes the set */
 #define GIMBAL_BASE_ATTITUDE_ID 0x160u
 #define GIMBAL_BASE_ATTITUDE_DATA_ID 0x16u
 #define GIMBAL_BASE_ATTITUDE_PERIOD_TICKS 10
-#define GIMBAL_BASE_ATTITUDE_ROLL_STEP 0.0001 /* rad */
-#define GIMBAL_BASE_ATTITUDE_PITCH_STEP 0.0001 /* rad */
-#define GIMBAL_BASE_ATTITUDE_YAW_STEP 0.0001 /* rad */
+#define GIMBAL_BASE_ATTITUDE_ROLL_STEP 2e-06 /* rad */
+#define GIMBAL_BASE_ATTITUDE_PITCH_STEP 2e-06 /* rad */
 
 typedef struct {
-    int16_t roll; /* base roll */
-    int16_t pitch; /* base pitch */
-    int16_t yaw; /* base yaw */
+    int32_t roll; /* base roll */
+    int32_t pitch; /* base pitch */
+    uint8_t set; /* lowest bits of the `valid_tick` of the base_heading that belongs to it */
 } gimbal_base_attitude_t;
 
 static inline void gimbal_base_attitude_pack(const gimbal_base_attitude_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
 {
     uint64_t fields = 0;
-    fields = gimbal_insert(fields, 0, 16, gimbal_hold((int32_t)message->roll, -32768, 32767));
-    fields = gimbal_insert(fields, 16, 16, gimbal_hold((int32_t)message->pitch, -32768, 32767));
-    fields = gimbal_insert(fields, 32, 16, gimbal_hold((int32_t)message->yaw, -32768, 32767));
+    fields = gimbal_insert(fields, 0, 22, gimbal_hold((int32_t)message->roll, -2097152, 2097151));
+    fields = gimbal_insert(fields, 22, 22, gimbal_hold((int32_t)message->pitch, -2097152, 2097151));
+    fields = gimbal_insert(fields, 44, 4, gimbal_hold((int32_t)message->set, 0, 15));
     gimbal_seal(GIMBAL_BASE_ATTITUDE_DATA_ID, fields, counter, payload);
 }
 
@@ -522,18 +589,18 @@ static inline bool gimbal_base_attitude_unpack(const uint8_t payload[GIMBAL_PAYL
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_BASE_ATTITUDE_DATA_ID, payload, &fields))
         return false;
-    const int32_t roll = gimbal_extract(fields, 0, 16, true);
-    const int32_t pitch = gimbal_extract(fields, 16, 16, true);
-    const int32_t yaw = gimbal_extract(fields, 32, 16, true);
-    if (roll < -32768 || roll > 32767)
+    const int32_t roll = gimbal_extract(fields, 0, 22, true);
+    const int32_t pitch = gimbal_extract(fields, 22, 22, true);
+    const int32_t set = gimbal_extract(fields, 44, 4, false);
+    if (roll < -2097152 || roll > 2097151)
         return false;
-    if (pitch < -32768 || pitch > 32767)
+    if (pitch < -2097152 || pitch > 2097151)
         return false;
-    if (yaw < -32768 || yaw > 32767)
+    if (set < 0 || set > 15)
         return false;
-    message->roll = (int16_t)roll;
-    message->pitch = (int16_t)pitch;
-    message->yaw = (int16_t)yaw;
+    message->roll = (int32_t)roll;
+    message->pitch = (int32_t)pitch;
+    message->set = (uint8_t)set;
     return true;
 }
 
@@ -599,7 +666,7 @@ static inline void gimbal_drive_event_pack(const gimbal_drive_event_t *message, 
     uint64_t fields = 0;
     fields = gimbal_insert(fields, 0, 4, gimbal_hold((int32_t)message->from_state, 0, 7));
     fields = gimbal_insert(fields, 4, 4, gimbal_hold((int32_t)message->to_state, 0, 7));
-    fields = gimbal_insert(fields, 8, 6, gimbal_hold((int32_t)message->cause, 0, 9));
+    fields = gimbal_insert(fields, 8, 6, gimbal_hold((int32_t)message->cause, 0, 13));
     fields = gimbal_insert(fields, 14, 8, gimbal_hold((int32_t)message->detail, 0, 255));
     fields = gimbal_insert(fields, 22, 12, gimbal_hold((int32_t)message->tick, 0, 4095));
     gimbal_seal(GIMBAL_DRIVE_EVENT_DATA_ID, fields, counter, payload);
@@ -620,7 +687,7 @@ static inline bool gimbal_drive_event_unpack(const uint8_t payload[GIMBAL_PAYLOA
         return false;
     if (to_state < 0 || to_state > 7)
         return false;
-    if (cause < 0 || cause > 9)
+    if (cause < 0 || cause > 13)
         return false;
     if (detail < 0 || detail > 255)
         return false;
@@ -631,6 +698,181 @@ static inline bool gimbal_drive_event_unpack(const uint8_t payload[GIMBAL_PAYLOA
     message->cause = (uint8_t)cause;
     message->detail = (uint8_t)detail;
     message->tick = (uint16_t)tick;
+    return true;
+}
+
+/* base_heading, device to host: heading of the base, and when the attitude was true */
+#define GIMBAL_BASE_HEADING_ID 0x190u
+#define GIMBAL_BASE_HEADING_DATA_ID 0x19u
+#define GIMBAL_BASE_HEADING_PERIOD_TICKS 10
+#define GIMBAL_BASE_HEADING_YAW_STEP 2e-06 /* rad */
+#define GIMBAL_BASE_HEADING_VALID_FRACTION_STEP 0.00390625 /* tick */
+
+typedef struct {
+    int32_t yaw; /* base yaw */
+    uint16_t valid_tick; /* the device's tick at which the attitude was true, modulo 4096 */
+    uint8_t valid_fraction; /* and how far into that tick */
+} gimbal_base_heading_t;
+
+static inline void gimbal_base_heading_pack(const gimbal_base_heading_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+{
+    uint64_t fields = 0;
+    fields = gimbal_insert(fields, 0, 22, gimbal_hold((int32_t)message->yaw, -2097152, 2097151));
+    fields = gimbal_insert(fields, 22, 12, gimbal_hold((int32_t)message->valid_tick, 0, 4095));
+    fields = gimbal_insert(fields, 34, 8, gimbal_hold((int32_t)message->valid_fraction, 0, 255));
+    gimbal_seal(GIMBAL_BASE_HEADING_DATA_ID, fields, counter, payload);
+}
+
+/* False, and nothing written, when the CRC or a field is wrong. */
+static inline bool gimbal_base_heading_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_base_heading_t *message)
+{
+    uint64_t fields;
+    if (!gimbal_unseal(GIMBAL_BASE_HEADING_DATA_ID, payload, &fields))
+        return false;
+    const int32_t yaw = gimbal_extract(fields, 0, 22, true);
+    const int32_t valid_tick = gimbal_extract(fields, 22, 12, false);
+    const int32_t valid_fraction = gimbal_extract(fields, 34, 8, false);
+    if (yaw < -2097152 || yaw > 2097151)
+        return false;
+    if (valid_tick < 0 || valid_tick > 4095)
+        return false;
+    if (valid_fraction < 0 || valid_fraction > 255)
+        return false;
+    message->yaw = (int32_t)yaw;
+    message->valid_tick = (uint16_t)valid_tick;
+    message->valid_fraction = (uint8_t)valid_fraction;
+    return true;
+}
+
+/* base_acceleration, device to host: acceleration of the pivot in base axes, of the motion alone: gravity is not in it */
+#define GIMBAL_BASE_ACCELERATION_ID 0x1A0u
+#define GIMBAL_BASE_ACCELERATION_DATA_ID 0x1Au
+#define GIMBAL_BASE_ACCELERATION_PERIOD_TICKS 20
+#define GIMBAL_BASE_ACCELERATION_AX_STEP 0.002 /* m/s^2 */
+#define GIMBAL_BASE_ACCELERATION_AY_STEP 0.002 /* m/s^2 */
+#define GIMBAL_BASE_ACCELERATION_AZ_STEP 0.002 /* m/s^2 */
+
+typedef struct {
+    int16_t ax; /* base ax */
+    int16_t ay; /* base ay */
+    int16_t az; /* base az */
+} gimbal_base_acceleration_t;
+
+static inline void gimbal_base_acceleration_pack(const gimbal_base_acceleration_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+{
+    uint64_t fields = 0;
+    fields = gimbal_insert(fields, 0, 16, gimbal_hold((int32_t)message->ax, -32768, 32767));
+    fields = gimbal_insert(fields, 16, 16, gimbal_hold((int32_t)message->ay, -32768, 32767));
+    fields = gimbal_insert(fields, 32, 16, gimbal_hold((int32_t)message->az, -32768, 32767));
+    gimbal_seal(GIMBAL_BASE_ACCELERATION_DATA_ID, fields, counter, payload);
+}
+
+/* False, and nothing written, when the CRC or a field is wrong. */
+static inline bool gimbal_base_acceleration_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_base_acceleration_t *message)
+{
+    uint64_t fields;
+    if (!gimbal_unseal(GIMBAL_BASE_ACCELERATION_DATA_ID, payload, &fields))
+        return false;
+    const int32_t ax = gimbal_extract(fields, 0, 16, true);
+    const int32_t ay = gimbal_extract(fields, 16, 16, true);
+    const int32_t az = gimbal_extract(fields, 32, 16, true);
+    if (ax < -32768 || ax > 32767)
+        return false;
+    if (ay < -32768 || ay > 32767)
+        return false;
+    if (az < -32768 || az > 32767)
+        return false;
+    message->ax = (int16_t)ax;
+    message->ay = (int16_t)ay;
+    message->az = (int16_t)az;
+    return true;
+}
+
+/* identity, device to host: who the antenna is; at once when asked. Without it and identity_unit no torque is switched on */
+#define GIMBAL_IDENTITY_ID 0x1B0u
+#define GIMBAL_IDENTITY_DATA_ID 0x1Bu
+#define GIMBAL_IDENTITY_PERIOD_TICKS 1000
+
+typedef struct {
+    uint8_t protocol_version; /* version of this protocol */
+    uint32_t name; /* CRC-32 of the antenna's name in UTF-8, its lower 31 bits */
+    bool has_brake_outer; /* the outer axis has a holding brake */
+    bool has_brake_inner; /* the inner axis has a holding brake */
+} gimbal_identity_t;
+
+static inline void gimbal_identity_pack(const gimbal_identity_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+{
+    uint64_t fields = 0;
+    fields = gimbal_insert(fields, 0, 8, gimbal_hold((int32_t)message->protocol_version, 0, 255));
+    fields = gimbal_insert(fields, 8, 31, gimbal_hold((int32_t)message->name, 0, 2147483647));
+    fields = gimbal_insert(fields, 39, 1, (int32_t)message->has_brake_outer);
+    fields = gimbal_insert(fields, 40, 1, (int32_t)message->has_brake_inner);
+    gimbal_seal(GIMBAL_IDENTITY_DATA_ID, fields, counter, payload);
+}
+
+/* False, and nothing written, when the CRC or a field is wrong. */
+static inline bool gimbal_identity_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_identity_t *message)
+{
+    uint64_t fields;
+    if (!gimbal_unseal(GIMBAL_IDENTITY_DATA_ID, payload, &fields))
+        return false;
+    const int32_t protocol_version = gimbal_extract(fields, 0, 8, false);
+    const int32_t name = gimbal_extract(fields, 8, 31, false);
+    const int32_t has_brake_outer = gimbal_extract(fields, 39, 1, false);
+    const int32_t has_brake_inner = gimbal_extract(fields, 40, 1, false);
+    if (protocol_version < 0 || protocol_version > 255)
+        return false;
+    if (name < 0 || name > 2147483647)
+        return false;
+    if (has_brake_outer < 0 || has_brake_outer > 1)
+        return false;
+    if (has_brake_inner < 0 || has_brake_inner > 1)
+        return false;
+    message->protocol_version = (uint8_t)protocol_version;
+    message->name = (uint32_t)name;
+    message->has_brake_outer = (bool)has_brake_outer;
+    message->has_brake_inner = (bool)has_brake_inner;
+    return true;
+}
+
+/* identity_unit, device to host: which antenna of its kind it is, and what a unit of its torques is */
+#define GIMBAL_IDENTITY_UNIT_ID 0x1C0u
+#define GIMBAL_IDENTITY_UNIT_DATA_ID 0x1Cu
+#define GIMBAL_IDENTITY_UNIT_PERIOD_TICKS 1000
+
+typedef struct {
+    uint32_t serial_number; /* serial number */
+    uint8_t torque_exponent_outer; /* a torque of the outer axis counts its step times two to this */
+    uint8_t torque_exponent_inner; /* a torque of the inner axis counts its step times two to this */
+} gimbal_identity_unit_t;
+
+static inline void gimbal_identity_unit_pack(const gimbal_identity_unit_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+{
+    uint64_t fields = 0;
+    fields = gimbal_insert(fields, 0, 31, gimbal_hold((int32_t)message->serial_number, 0, 2147483647));
+    fields = gimbal_insert(fields, 31, 5, gimbal_hold((int32_t)message->torque_exponent_outer, 0, 31));
+    fields = gimbal_insert(fields, 36, 5, gimbal_hold((int32_t)message->torque_exponent_inner, 0, 31));
+    gimbal_seal(GIMBAL_IDENTITY_UNIT_DATA_ID, fields, counter, payload);
+}
+
+/* False, and nothing written, when the CRC or a field is wrong. */
+static inline bool gimbal_identity_unit_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_identity_unit_t *message)
+{
+    uint64_t fields;
+    if (!gimbal_unseal(GIMBAL_IDENTITY_UNIT_DATA_ID, payload, &fields))
+        return false;
+    const int32_t serial_number = gimbal_extract(fields, 0, 31, false);
+    const int32_t torque_exponent_outer = gimbal_extract(fields, 31, 5, false);
+    const int32_t torque_exponent_inner = gimbal_extract(fields, 36, 5, false);
+    if (serial_number < 0 || serial_number > 2147483647)
+        return false;
+    if (torque_exponent_outer < 0 || torque_exponent_outer > 31)
+        return false;
+    if (torque_exponent_inner < 0 || torque_exponent_inner > 31)
+        return false;
+    message->serial_number = (uint32_t)serial_number;
+    message->torque_exponent_outer = (uint8_t)torque_exponent_outer;
+    message->torque_exponent_inner = (uint8_t)torque_exponent_inner;
     return true;
 }
 

@@ -7,8 +7,9 @@ from firmware_protocol.words import crc_table
 
 _DATA_ID_AND_PLACES = crc_table(CRC_POLYNOMIAL, CRC_BITS, 8)
 
-#: contribution of each byte at each of the seven places of a sealed word, for `words.crc12`
-CRC_TABLE: tuple[int, ...] = _DATA_ID_AND_PLACES[256:]
+#: contribution of each byte at each of the seven places of a sealed word, for `words.crc12`; the CRC takes the counter in before the
+#: fields, so that what it protects are 52 bits in a row
+CRC_TABLE: tuple[int, ...] = _DATA_ID_AND_PLACES[512:] + _DATA_ID_AND_PLACES[256:512]
 
 #: where a CRC starts that has already taken a message's data id in
 CRC_INITIAL: tuple[int, ...] = tuple(_DATA_ID_AND_PLACES[message.data_id] for message in MESSAGES)

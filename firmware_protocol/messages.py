@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from firmware_protocol.schema import DeadmanReaction, DriveRequest, DriveState, FaultCode, LimitFlags
+from firmware_protocol.schema import BrakeCommand, BrakeState, DriveRequest, DriveState, FaultCode, LimitFlags, StopReaction
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +22,14 @@ class DriveControl:
     quick_stop: bool
     #: allow torque that leads back from a travel limit
     clear_travel: bool
+    #: how a quick stop stops
+    stop: StopReaction
+    #: holding brake of the outer axis
+    brake_outer: BrakeCommand
+    #: holding brake of the inner axis
+    brake_inner: BrakeCommand
+    #: the antenna may say at once who it is
+    identify: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +55,7 @@ class DeadmanConfig:
     #: ticks without a fresh set-point before the reaction
     window_ticks: int
     #: what the drive does then
-    reaction: DeadmanReaction
+    reaction: StopReaction
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +106,10 @@ class MotorStatusOuter:
     temperature_degc: float
     #: supply voltage
     supply_v: float
+    #: holding brake
+    brake: BrakeState
+    #: the drive has shorted this winding
+    shorted: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,18 +122,22 @@ class MotorStatusInner:
     temperature_degc: float
     #: supply voltage
     supply_v: float
+    #: holding brake
+    brake: BrakeState
+    #: the drive has shorted this winding
+    shorted: bool
 
 
 @dataclass(frozen=True, slots=True)
 class BaseAttitude:
-    """Attitude of the base, R_eb = Rz(yaw) Ry(pitch) Rx(roll)."""
+    """Attitude of the base, R_eb = Rz(yaw) Ry(pitch) Rx(roll); base_heading follows in the next tick and closes the set."""
 
     #: base roll
     roll_rad: float
     #: base pitch
     pitch_rad: float
-    #: base yaw
-    yaw_rad: float
+    #: lowest bits of the `valid_tick` of the base_heading that belongs to it
+    set: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,6 +168,56 @@ class DriveEvent:
     tick: int
 
 
+@dataclass(frozen=True, slots=True)
+class BaseHeading:
+    """Heading of the base, and when the attitude was true."""
+
+    #: base yaw
+    yaw_rad: float
+    #: the device's tick at which the attitude was true, modulo 4096
+    valid_tick: int
+    #: and how far into that tick
+    valid_fraction_ticks: float
+
+
+@dataclass(frozen=True, slots=True)
+class BaseAcceleration:
+    """Acceleration of the pivot in base axes, of the motion alone: gravity is not in it."""
+
+    #: base ax
+    ax_m_s2: float
+    #: base ay
+    ay_m_s2: float
+    #: base az
+    az_m_s2: float
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """Who the antenna is; at once when asked. Without it and identity_unit no torque is switched on."""
+
+    #: version of this protocol
+    protocol_version: int
+    #: CRC-32 of the antenna's name in UTF-8, its lower 31 bits
+    name: int
+    #: the outer axis has a holding brake
+    has_brake_outer: bool
+    #: the inner axis has a holding brake
+    has_brake_inner: bool
+
+
+@dataclass(frozen=True, slots=True)
+class IdentityUnit:
+    """Which antenna of its kind it is, and what a unit of its torques is."""
+
+    #: serial number
+    serial_number: int
+    #: a torque of the outer axis counts its step times two to this
+    torque_exponent_outer: int
+    #: a torque of the inner axis counts its step times two to this
+    torque_exponent_inner: int
+
+
 AnyMessage = (
     DriveControl
     | SetPoint
@@ -164,6 +230,10 @@ AnyMessage = (
     | BaseAttitude
     | BaseRate
     | DriveEvent
+    | BaseHeading
+    | BaseAcceleration
+    | Identity
+    | IdentityUnit
 )
 CLASSES: dict[str, type[AnyMessage]] = {
     "drive_control": DriveControl,
@@ -177,4 +247,8 @@ CLASSES: dict[str, type[AnyMessage]] = {
     "base_attitude": BaseAttitude,
     "base_rate": BaseRate,
     "drive_event": DriveEvent,
+    "base_heading": BaseHeading,
+    "base_acceleration": BaseAcceleration,
+    "identity": Identity,
+    "identity_unit": IdentityUnit,
 }

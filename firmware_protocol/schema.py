@@ -4,7 +4,7 @@ Frame: a classic CAN frame of eight bytes, read as one little-endian 64-bit word
 
     bits  0..47  fields, packed from bit 0 in the order given here
     bits 48..51  alive counter, +1 modulo 16 with every frame of that message
-    bits 52..63  CRC-12/DECT over the data id (one byte), then bytes 0..5, then the low half of byte 6
+    bits 52..63  CRC-12 over the data id (one byte), then the counter (byte 6 with its upper half zero), then bytes 0..5
 
 Mail: the same fields as raw integers in one int64 array, per message `[fresh, field 0, field 1, ...]`.
 """
@@ -12,14 +12,18 @@ Mail: the same fields as raw integers in one int64 array, per message `[fresh, f
 from __future__ import annotations
 
 import math
+import zlib
 from dataclasses import dataclass
 from enum import Enum, IntEnum, IntFlag
 
 FIELD_BITS = 48
 COUNTER_START, COUNTER_BITS = 48, 4
 CRC_START, CRC_BITS = 52, 12
-CRC_POLYNOMIAL = 0x80F
-CRC_CHECK = 0xF5B  # CRC-12/DECT of the nine bytes b"123456789"
+#: 0xBAE in Koopman's notation: all errors of up to four bits in up to 53 bits of data (Koopman and Chakravarty, DSN 2004)
+CRC_POLYNOMIAL = 0x75D
+CRC_CHECK = 0x6DD  # of the nine bytes b"123456789"
+#: first field of the identity; a log says which version its frames are, see `protocol_versions`
+PROTOCOL_VERSION = 2
 
 PAYLOAD_SIZE = 8
 RECORD_SIZE = 10  # one frame in a block: little-endian identifier, payload
@@ -74,14 +78,39 @@ class FaultCode(IntEnum):
     ENCODER = 7
     GYRO = 8
     INTERNAL = 9
+    #: gyro and encoder do not tell of one motion
+    SENSORS_DISAGREE = 10
+    #: a sensor repeats itself where its noise should be
+    SENSOR_STUCK = 11
+    #: the axis does not move as its torque says
+    RUNAWAY = 12
+    #: the holding brake slips
+    HOLDING_BRAKE = 13
 
 
-class DeadmanReaction(IntEnum):
-    """What the drive does when set-points stay away."""
+class StopReaction(IntEnum):
+    """How the drive stops: no torque; shorted winding; ramp to rest and hold, by encoder alone; torque against the rate, by gyro alone."""
 
     COAST = 0
     BRAKE = 1
     DECELERATE_AND_HOLD = 2
+    GYRO_STOP = 3
+
+
+class BrakeCommand(IntEnum):
+    """What the host asks of an axis' holding brake; AUTOMATIC engages it whenever no axis is under torque."""
+
+    AUTOMATIC = 0
+    ENGAGE = 1
+    RELEASE = 2
+
+
+class BrakeState(IntEnum):
+    """Where an axis' holding brake stands."""
+
+    ABSENT = 0
+    RELEASED = 1
+    ENGAGED = 2
 
 
 class LimitFlags(IntFlag):
@@ -98,10 +127,18 @@ class LimitFlags(IntFlag):
 
 
 #: the enumerations that appear in fields, in the order of the emitted files
-ENUMERATIONS: tuple[type[Enum], ...] = (DriveState, DriveRequest, FaultCode, DeadmanReaction, LimitFlags)
+ENUMERATIONS: tuple[type[Enum], ...] = (
+    DriveState,
+    DriveRequest,
+    FaultCode,
+    StopReaction,
+    BrakeCommand,
+    BrakeState,
+    LimitFlags,
+)
 
 #: how a unit ends a name that holds the physical value
-UNIT_SUFFIX = {"": "", "N m": "_nm", "rad": "_rad", "rad/s": "_rad_s", "degC": "_degc", "V": "_v", "tick": "_ticks"}
+UNIT_SUFFIX = {"": "", "N m": "_nm", "rad": "_rad", "rad/s": "_rad_s", "degC": "_degc", "V": "_v", "tick": "_ticks", "m/s^2": "_m_s2"}
 
 
 @dataclass(frozen=True)
@@ -121,6 +158,8 @@ class Field:
     high: float | None = None
     enum: type[IntEnum] | type[IntFlag] | None = None
     text: str = ""
+    #: field of `identity_unit` with the exponent of two by which `step` is multiplied; none for a fixed step
+    exponent: str = ""
 
     @property
     def raw_low(self) -> int:
@@ -184,13 +223,16 @@ class Message:
         return "".join(word.capitalize() for word in self.name.split("_"))
 
 
+#: of an axis whose torque exponent is 0; a torque on the wire counts this times two to the exponent that the identity tells
 TORQUE_STEP_NM = 0.125e-3
 POSITION_STEP_RAD = 2.0 * math.pi / 2**22
 RATE_STEP_RAD_S = 1e-5
+#: of the base: 0.4 seconds of arc
+ANGLE_STEP_RAD = 2e-6
 
 
-def _torque(name: str, text: str) -> Field:
-    return Field(name, 18, True, TORQUE_STEP_NM, "N m", text=text)
+def _torque(name: str, axis: str, text: str) -> Field:
+    return Field(name, 18, True, TORQUE_STEP_NM, "N m", text=text, exponent=f"torque_exponent_{axis}")
 
 
 def _feedback(axis: str, can_id: int) -> Message:
@@ -203,16 +245,22 @@ def _feedback(axis: str, can_id: int) -> Message:
 
 def _motor_status(axis: str, can_id: int) -> Message:
     fields = (
-        _torque("torque", "torque measured at the actuator, from motor current"),
+        _torque("torque", axis, "torque measured at the actuator, from motor current"),
         Field("temperature", 12, True, 0.1, "degC", text="winding temperature"),
         Field("supply", 12, False, 0.02, "V", text="supply voltage"),
+        Field("brake", 2, enum=BrakeState, text="holding brake"),
+        Field("shorted", 1, text="the drive has shorted this winding"),
     )
     return Message(f"motor_status_{axis}", can_id, Direction.DEVICE_TO_HOST, fields, 50, f"motor of the {axis} axis")
 
 
-def _base(name: str, can_id: int, parts: tuple[str, ...], unit: str, text: str) -> Message:
-    fields = tuple(Field(part, 16, True, 1e-4, unit, text=f"base {part}") for part in parts)
-    return Message(name, can_id, Direction.DEVICE_TO_HOST, fields, 10, text)
+def _base(name: str, can_id: int, parts: tuple[str, ...], step: float, unit: str, period_ticks: int, text: str) -> Message:
+    fields = tuple(Field(part, 16, True, step, unit, text=f"base {part}") for part in parts)
+    return Message(name, can_id, Direction.DEVICE_TO_HOST, fields, period_ticks, text)
+
+
+def _angle(name: str) -> Field:
+    return Field(name, 22, True, ANGLE_STEP_RAD, "rad", text=f"base {name}")
 
 
 MESSAGES: tuple[Message, ...] = (
@@ -225,6 +273,10 @@ MESSAGES: tuple[Message, ...] = (
             Field("fault_reset", 1, text="a rising edge leaves FAULT"),
             Field("quick_stop", 1, text="stop now, whatever the request"),
             Field("clear_travel", 1, text="allow torque that leads back from a travel limit"),
+            Field("stop", 3, enum=StopReaction, text="how a quick stop stops"),
+            Field("brake_outer", 2, enum=BrakeCommand, text="holding brake of the outer axis"),
+            Field("brake_inner", 2, enum=BrakeCommand, text="holding brake of the inner axis"),
+            Field("identify", 1, text="the antenna may say at once who it is"),
         ),
         100,
         "drive state requests, on change and repeated",
@@ -234,8 +286,8 @@ MESSAGES: tuple[Message, ...] = (
         0x020,
         Direction.HOST_TO_DEVICE,
         (
-            _torque("torque_outer", "torque of the outer axis, held for one tick"),
-            _torque("torque_inner", "torque of the inner axis, held for one tick"),
+            _torque("torque_outer", "outer", "torque of the outer axis, held for one tick"),
+            _torque("torque_inner", "inner", "torque of the inner axis, held for one tick"),
             Field("sequence", 10, text="number of the tick, modulo 1024"),
             Field("enable_outer", 1, text="the outer axis may apply torque"),
             Field("enable_inner", 1, text="the inner axis may apply torque"),
@@ -249,7 +301,7 @@ MESSAGES: tuple[Message, ...] = (
         Direction.HOST_TO_DEVICE,
         (
             Field("window_ticks", 8, unit="tick", low=1, text="ticks without a fresh set-point before the reaction"),
-            Field("reaction", 2, enum=DeadmanReaction, text="what the drive does then"),
+            Field("reaction", 3, enum=StopReaction, text="what the drive does then"),
         ),
         0,
         "deadman, sent at connection",
@@ -273,8 +325,15 @@ MESSAGES: tuple[Message, ...] = (
     ),
     _motor_status("outer", 0x140),
     _motor_status("inner", 0x150),
-    _base("base_attitude", 0x160, ("roll", "pitch", "yaw"), "rad", "attitude of the base, R_eb = Rz(yaw) Ry(pitch) Rx(roll)"),
-    _base("base_rate", 0x170, ("p", "q", "r"), "rad/s", "angular rate of the base in base axes"),
+    Message(
+        "base_attitude",
+        0x160,
+        Direction.DEVICE_TO_HOST,
+        (_angle("roll"), _angle("pitch"), Field("set", 4, text="lowest bits of the `valid_tick` of the base_heading that belongs to it")),
+        10,
+        "attitude of the base, R_eb = Rz(yaw) Ry(pitch) Rx(roll); base_heading follows in the next tick and closes the set",
+    ),
+    _base("base_rate", 0x170, ("p", "q", "r"), 1e-4, "rad/s", 10, "angular rate of the base in base axes"),
     Message(
         "drive_event",
         0x180,
@@ -288,6 +347,52 @@ MESSAGES: tuple[Message, ...] = (
         ),
         0,
         "one transition of the drive state machine",
+    ),
+    Message(
+        "base_heading",
+        0x190,
+        Direction.DEVICE_TO_HOST,
+        (
+            _angle("yaw"),
+            Field("valid_tick", 12, text="the device's tick at which the attitude was true, modulo 4096"),
+            Field("valid_fraction", 8, False, 2.0**-8, "tick", text="and how far into that tick"),
+        ),
+        10,
+        "heading of the base, and when the attitude was true",
+    ),
+    _base(
+        "base_acceleration",
+        0x1A0,
+        ("ax", "ay", "az"),
+        2e-3,
+        "m/s^2",
+        20,
+        "acceleration of the pivot in base axes, of the motion alone: gravity is not in it",
+    ),
+    Message(
+        "identity",
+        0x1B0,
+        Direction.DEVICE_TO_HOST,
+        (
+            Field("protocol_version", 8, text="version of this protocol"),
+            Field("name", 31, text="CRC-32 of the antenna's name in UTF-8, its lower 31 bits"),
+            Field("has_brake_outer", 1, text="the outer axis has a holding brake"),
+            Field("has_brake_inner", 1, text="the inner axis has a holding brake"),
+        ),
+        1000,
+        "who the antenna is; at once when asked. Without it and identity_unit no torque is switched on",
+    ),
+    Message(
+        "identity_unit",
+        0x1C0,
+        Direction.DEVICE_TO_HOST,
+        (
+            Field("serial_number", 31, text="serial number"),
+            Field("torque_exponent_outer", 5, text="a torque of the outer axis counts its step times two to this"),
+            Field("torque_exponent_inner", 5, text="a torque of the inner axis counts its step times two to this"),
+        ),
+        1000,
+        "which antenna of its kind it is, and what a unit of its torques is",
     ),
 )
 
@@ -304,6 +409,11 @@ def offset(message_name: str) -> int:
             return slot
         slot += 1 + len(message.fields)
     raise KeyError(f"no message {message_name}")
+
+
+def name_code(name: str) -> int:
+    """What `identity` carries for an antenna's name."""
+    return zlib.crc32(name.encode()) & 0x7FFFFFFF
 
 
 MAIL_SIZE = sum(1 + len(message.fields) for message in MESSAGES)

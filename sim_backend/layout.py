@@ -29,6 +29,14 @@ class BaseKind(IntEnum):
     RECORDED = 3
 
 
+class HeldBy(IntEnum):
+    """What acts on a joint without a torque from the current loop; they add."""
+
+    NOTHING = 0
+    SHORTED_WINDING = 1
+    HOLDING_BRAKE = 2
+
+
 class GravityReading(IntEnum):
     """Whose mass acts on the outer centre of gravity (docs/reading-the-thesis.md, eq. 2.52)."""
 
@@ -78,6 +86,8 @@ AMBIENT, THERMAL_TIME_S, HEATING = 32, 33, 34
 START_POSITION, START_RATE = 36, 37
 #: delta of the Stribeck curve that the axis' table is made for; 0 means none
 BUMP_DELTA = 38
+#: holding brake: largest torque, and the spring and damper by which it holds; damping of the shorted winding
+BRAKE_TORQUE, BRAKE_STIFFNESS, BRAKE_DAMPING, SHORT_DAMPING = 39, 40, 41, 42
 #: friction over temperature: knots of (temperature, Ts, Tc, vs, sigma0, sigma1, sigma2, delta) per axis
 MAX_KNOTS = 8
 KNOT_SIZE = 8
@@ -111,7 +121,9 @@ BODY_RATE = 44
 #: about which joint positions sine and cosine are expanded during a tick: position, sine, cosine of each axis
 EXPANSION = 50
 EXPANSION_SIZE = 3
-EFFECT_STATES = 56
+#: what the drive does to a joint besides its torque (bits of `HeldBy`, as a float), and where its holding brake took hold, per axis
+HELD, HELD_AT = 56, 58
+EFFECT_STATES = 60
 
 
 def axis_block(axis: int) -> int:

@@ -23,6 +23,9 @@ from sim_backend.layout import (
     AXIS_SIZE,
     BASE_KIND,
     BODY_RATE,
+    BRAKE_DAMPING,
+    BRAKE_STIFFNESS,
+    BRAKE_TORQUE,
     BRISTLE,
     BUMP_GONE_SPEED,
     CODE,
@@ -30,6 +33,8 @@ from sim_backend.layout import (
     FRICTION,
     GYRO_STATE,
     HEATING,
+    HELD,
+    HELD_AT,
     HOOK_COUNT,
     HOOK_FIRST,
     IN_FORCE,
@@ -48,6 +53,7 @@ from sim_backend.layout import (
     RATE,
     RELAXATION,
     SEED,
+    SHORT_DAMPING,
     SIGMA0,
     SIGMA1,
     SIGMA1_PER_STEP,
@@ -68,6 +74,7 @@ from sim_backend.layout import (
     TS,
     VS,
     BaseKind,
+    HeldBy,
     PlantKind,
 )
 from sim_backend.rigid_body import body_numbers, equations_at, expand_turns, outer_turn_counts, turn_by, turn_centre, turned_from
@@ -77,6 +84,7 @@ from sim_backend.thesis_slips import slip_torque
 
 _COMMAND, _FRICTION, _TORQUE, _STRUCTURE = int(Hook.COMMAND), int(Hook.FRICTION), int(Hook.TORQUE), int(Hook.STRUCTURE)
 _ENCODER, _GYRO = int(Hook.ENCODER), int(Hook.GYRO)
+_SHORTED, _BRAKED = int(HeldBy.SHORTED_WINDING), int(HeldBy.HOLDING_BRAKE)
 _GIMBAL, _FIXED = int(PlantKind.GIMBAL), int(BaseKind.FIXED)
 #: place of the applied torque in `joint_state`
 _TORQUE_NOW = 2
@@ -213,6 +221,8 @@ def joint_law(
     net = -friction
     if P[block + STOP_STIFFNESS] > 0.0:
         net += _stop_torque(P, block, q, v)
+    if X[HELD + axis] > 0.0:
+        net += _holding_torque(P, X, axis, q, v)
     taken_off = 0.0
     if effects and K[HOOK_COUNT + _TORQUE] > 0:
         for i in range(K[HOOK_FIRST + _TORQUE], K[HOOK_FIRST + _TORQUE] + K[HOOK_COUNT + _TORQUE]):
@@ -282,6 +292,21 @@ def _stop_torque(P: np.ndarray, block: int, q: float, v: float) -> float:
     if q < P[block + STOP_LOW]:
         return max(0.0, -P[block + STOP_STIFFNESS] * (q - P[block + STOP_LOW]) - P[block + STOP_DAMPING] * v)
     return 0.0
+
+
+@compiled
+def _holding_torque(P: np.ndarray, X: np.ndarray, axis: int, q: float, v: float) -> float:
+    """Torque of a shorted winding and of a holding brake: a stiff spring and damper that slip at the brake's torque."""
+    block, held = AXIS_BLOCK + axis * AXIS_SIZE, int(X[HELD + axis])
+    torque = -P[block + SHORT_DAMPING] * v if held & _SHORTED else 0.0
+    if held & _BRAKED:
+        most = P[block + BRAKE_TORQUE]
+        spring = -P[block + BRAKE_STIFFNESS] * (q - X[HELD_AT + axis])
+        if abs(spring) > most:
+            spring = most if spring > 0.0 else -most
+            X[HELD_AT + axis] = q + spring / P[block + BRAKE_STIFFNESS]
+        torque += min(max(spring - P[block + BRAKE_DAMPING] * v, -most), most)
+    return torque
 
 
 @compiled

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import Enum
 
 from firmware_protocol.emit.mail import screaming
-from firmware_protocol.schema import CRC_CHECK, CRC_POLYNOMIAL, ENUMERATIONS, MESSAGES, Direction, Field, Message
+from firmware_protocol.schema import CRC_CHECK, CRC_POLYNOMIAL, ENUMERATIONS, MESSAGES, PROTOCOL_VERSION, Direction, Field, Message
 
 _HEAD = """/* The wire of the gimballed antenna, for firmware. C99.
  *
@@ -25,10 +25,11 @@ extern "C" {
 #endif
 
 #define GIMBAL_PAYLOAD_SIZE 8
+#define GIMBAL_PROTOCOL_VERSION %(version)du
 """
 
 _ARITHMETIC = """
-/* CRC-12/DECT: polynomial 0x%(polynomial)03X, start 0; of "123456789" it is 0x%(check)03X. */
+/* CRC-12: polynomial 0x%(polynomial)03X, start 0; of "123456789" it is 0x%(check)03X. */
 static inline uint16_t gimbal_crc12_byte(uint16_t crc, uint8_t octet)
 {
     crc ^= (uint16_t)((uint16_t)octet << 4);
@@ -37,13 +38,13 @@ static inline uint16_t gimbal_crc12_byte(uint16_t crc, uint8_t octet)
     return crc & 0xFFFu;
 }
 
-/* CRC of a payload: data id, bytes 0..5, low half of byte 6. */
+/* CRC of a payload: data id, low half of byte 6, bytes 0..5. */
 static inline uint16_t gimbal_crc12(uint8_t data_id, const uint8_t payload[GIMBAL_PAYLOAD_SIZE])
 {
-    uint16_t crc = gimbal_crc12_byte(0, data_id);
+    uint16_t crc = gimbal_crc12_byte(gimbal_crc12_byte(0, data_id), (uint8_t)(payload[6] & 0x0Fu));
     for (int place = 0; place < 6; ++place)
         crc = gimbal_crc12_byte(crc, payload[place]);
-    return gimbal_crc12_byte(crc, (uint8_t)(payload[6] & 0x0Fu));
+    return crc;
 }
 
 /* Puts fields, counter and CRC into a payload. */
@@ -102,7 +103,8 @@ _FOOT = """
 
 def emit_c() -> str:
     """Text of the header."""
-    parts = [_HEAD, *map(_enumeration, ENUMERATIONS), _ARITHMETIC % {"polynomial": CRC_POLYNOMIAL, "check": CRC_CHECK}]
+    arithmetic = _ARITHMETIC % {"polynomial": CRC_POLYNOMIAL, "check": CRC_CHECK}
+    parts = [_HEAD % {"version": PROTOCOL_VERSION}, *map(_enumeration, ENUMERATIONS), arithmetic]
     return "".join([*parts, *map(_message, MESSAGES), _FOOT])
 
 

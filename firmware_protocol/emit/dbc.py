@@ -9,6 +9,7 @@ from firmware_protocol.schema import (
     CRC_START,
     MESSAGES,
     PAYLOAD_SIZE,
+    PROTOCOL_VERSION,
     REFERENCE_RATE_HZ,
     Direction,
     Field,
@@ -31,12 +32,12 @@ BU_: Host Antenna
 """
 
 _COUNTER = Field("alive_counter", COUNTER_BITS, text="one more with every frame of this message, modulo 16")
-_CRC = Field("crc", CRC_BITS, text="CRC-12/DECT over data id, bytes 0 to 5 and the low half of byte 6")
+_CRC = Field("crc", CRC_BITS, text="CRC-12 (polynomial 0x75D) over data id, low half of byte 6 and bytes 0 to 5")
 
 
 def emit_dbc() -> str:
     """Text of the file."""
-    parts = ['VERSION "1"\n', _SECTIONS]
+    parts = [f'VERSION "{PROTOCOL_VERSION}"\n', _SECTIONS]
     parts += [_message(message) for message in MESSAGES]
     parts += ['CM_ "Two-axis gimballed antenna: torque commands, feedback and drive states. Emitted by gimbal-hil protocol --emit dbc.";']
     parts += [line for message in MESSAGES for line in _comments(message)]
@@ -74,7 +75,7 @@ def _message(message: Message) -> str:
 
 def _comments(message: Message) -> list[str]:
     lines = [f'CM_ BO_ {message.can_id} "{message.text}";']
-    return lines + [f'CM_ SG_ {message.can_id} {field.name} "{field.text}";' for _, field in signals(message)]
+    return lines + [f'CM_ SG_ {message.can_id} {field.name} "{field_text(field)}";' for _, field in signals(message)]
 
 
 def _attributes(message: Message) -> list[str]:
@@ -92,6 +93,11 @@ def _values(message: Message, field: Field) -> str:
     members = sorted((int(member.value), member.name) for member in field.enum)
     named = " ".join(f'{value} "{name}"' for value, name in reversed(members))
     return f"VAL_ {message.can_id} {field.name} {named} ;"
+
+
+def field_text(field: Field) -> str:
+    """What a field means, and where its step is not the last word, what multiplies it."""
+    return f"{field.text}; its step times two to `identity_unit.{field.exponent}`" if field.exponent else field.text
 
 
 def _number(value: float) -> str:

@@ -6,6 +6,7 @@ from enum import Enum
 
 from firmware_protocol.bus_load import LOAD_LIMIT, bus_load, frame_bits, highest_rate_hz, serial_load
 from firmware_protocol.codec import pack_raw
+from firmware_protocol.emit.dbc import field_text
 from firmware_protocol.receiver import DEGRADED_PERIODS, LATE_STEP, LOST_PERIODS
 from firmware_protocol.schema import (
     BY_NAME,
@@ -13,6 +14,7 @@ from firmware_protocol.schema import (
     CRC_POLYNOMIAL,
     ENUMERATIONS,
     MESSAGES,
+    PROTOCOL_VERSION,
     REFERENCE_RATE_HZ,
     Direction,
     Field,
@@ -29,7 +31,7 @@ def emit_docs() -> str:
 
 
 def _introduction() -> str:
-    return """# The wire
+    return f"""# The wire, version {PROTOCOL_VERSION}
 
 Emitted from `firmware_protocol/schema.py` by `gimbal-hil protocol --emit docs`; do not edit. The same source gives `gimbal.dbc` (for
 cantools, SavvyCAN and others), `gimbal_protocol.h` (C99, for firmware) and both codecs.
@@ -38,6 +40,9 @@ Every frame is a classic CAN frame with an 11-bit identifier and eight bytes, on
 word: fields in bits 0 to 47 from bit 0 on in the order below, alive counter in bits 48 to 51, CRC in bits 52 to 63. Numbers on the wire
 are integers, signed ones in two's complement; physical value = integer times step. A field beyond its bounds makes the whole frame bad,
 and a sender holds a number at the bound, so that nothing ever wraps round.
+
+An antenna says who it is in `identity` and `identity_unit`: once a second, and in the tick in which `drive_control.identify` asks. A host
+switches no torque on before it has heard both. Run folders of version 1 are still read (`firmware_protocol/protocol_versions.py`).
 """
 
 
@@ -66,7 +71,7 @@ def _row(message: Message, field: Field) -> str:
         kind = f"{'int' if field.signed else 'uint'}{field.bits}"
         step = f"{field.step:.7g} {field.unit}" if field.unit else ""
         bounds = f"{field.raw_low * field.step:.6g} .. {field.raw_high * field.step:.6g}"
-    return f"| `{field.name}` | {bits} | {kind} | {step} | {bounds} | {field.text} |"
+    return f"| `{field.name}` | {bits} | {kind} | {step} | {bounds} | {field_text(field)} |"
 
 
 def _enumerations() -> str:
@@ -84,11 +89,11 @@ def _seal() -> str:
     values = ", ".join(f"{field.name} {number}" for field, number in zip(BY_NAME[name].fields, raw, strict=True))
     return f"""## CRC and alive counter
 
-CRC-12/DECT: width 12, polynomial 0x{CRC_POLYNOMIAL:03X}, start 0, nothing reflected, nothing inverted; of the nine characters
-`123456789` it is 0x{CRC_CHECK:03X}. It runs over eight bytes: the data id, payload bytes 0 to 5, and payload byte 6 with its upper half
-zero (the counter). The data id is not sent: it makes a frame under another message's identifier fail. Found are every error of up to three
-bits in a payload, every odd number of them, and every burst of up to twelve bits within the fields; of all others one in 4096 passes here
-and meets the CRC of CAN or of the serial packet.
+CRC-12: width 12, polynomial 0x{CRC_POLYNOMIAL:03X} (0xBAE as Koopman writes it), start 0, nothing reflected, nothing inverted; of the nine
+characters `123456789` it is 0x{CRC_CHECK:03X}. It runs over eight bytes: the data id, the counter (payload byte 6 with its upper half
+zero), payload bytes 0 to 5. The data id is not sent: it makes a frame under another message's identifier fail. Found is every error of up
+to four bits in a payload, and every burst of up to twelve within the fields; of all others about one in 4096 passes here and meets the
+CRC of CAN or of the serial packet. `docs/residual-errors.md` has what is left on each transport.
 
 The counter goes up by one with every frame of its message, modulo 16.
 

@@ -8,7 +8,7 @@ from firmware_protocol.links.memory_link import MemoryLink, memory_pair
 from firmware_protocol.links.opening import open_link, require_link_carries
 from firmware_protocol.links.pty_link import pty_link
 from firmware_protocol.links.slcan_device import SlcanDevice
-from firmware_protocol.links.stream_link import CobsFraming, StreamLink
+from firmware_protocol.links.stream_link import CobsFraming, Framing, StreamLink
 from firmware_protocol.links.unix_link import UnixLink
 
 __all__ = [
@@ -19,6 +19,7 @@ __all__ = [
     "DirectionFaults",
     "FaultsConfig",
     "FaultyLink",
+    "Framing",
     "Link",
     "LinkBasis",
     "LinkConfig",

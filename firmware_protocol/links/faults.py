@@ -121,6 +121,11 @@ class FaultyLink:
         return f"{self._link.name} with faults"
 
     @property
+    def speaks_first(self) -> bool:
+        """As the link beneath."""
+        return self._link.speaks_first
+
+    @property
     def state(self) -> LinkState:
         """LOST through a visible cut, else that of the link beneath."""
         return self._link.state if self._severed is None else LinkState.LOST

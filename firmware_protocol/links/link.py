@@ -67,6 +67,10 @@ class Link(Protocol):
     def statistics(self) -> LinkStatistics:
         """Counts since the link was made."""
 
+    @property
+    def speaks_first(self) -> bool:
+        """Whether the antenna at its end sends without being spoken to, as every real one does with every tick."""
+
     def send(self, block: bytes) -> None:
         """Send whole records."""
 
@@ -88,6 +92,8 @@ class Link(Protocol):
 
 class LinkBasis:
     """Name, state and counts of a link."""
+
+    speaks_first = True
 
     def __init__(self, name: str) -> None:
         self._name = name

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import errno
+import fcntl
+import os
 import socket
+import termios
 from contextlib import suppress
 from urllib.parse import urlsplit
 
@@ -35,7 +38,28 @@ def _open_terminal(port: str, baudrate: int) -> DescriptorPort:
     # adapters with an FTDI chip hold bytes back for 16 ms unless told otherwise; others do not know the request
     with suppress(OSError, ValueError, RuntimeError, AttributeError):
         terminal.set_low_latency_mode(True)
-    return DescriptorPort(terminal.fileno(), terminal.close)
+    claimed = _claim(terminal.fileno(), port)
+
+    def release() -> None:
+        if claimed:
+            with suppress(OSError):
+                fcntl.ioctl(terminal.fileno(), termios.TIOCNXCL)
+        terminal.close()
+
+    return DescriptorPort(terminal.fileno(), release)
+
+
+def _claim(descriptor: int, port: str) -> bool:
+    """Keep other programs from opening the port, beside pyserial's advisory lock that only those see who ask for it.
+
+    Not a pseudo-terminal: its other end keeps it open, and the claim of a host that was killed would outlive it.
+    """
+    if os.path.realpath(port).startswith("/dev/pts/"):
+        return False
+    with suppress(OSError):
+        fcntl.ioctl(descriptor, termios.TIOCEXCL)
+        return True
+    return False
 
 
 def _open_socket(url: str) -> DescriptorPort:

@@ -1,4 +1,4 @@
-"""`gimbal-hil bench`: speed, real time and the search's cost as ratios, or the blind bench of the discrepancy workflow."""
+"""`gimbal-hil bench`: speed, real time and the search's cost as ratios, the fault matrix, or the blind bench of the discrepancy search."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import typer
 if TYPE_CHECKING:
     from gimbal_hil.report import Block
 
-BENCHES = ("speed", "realtime", "search", "blind")
+BENCHES = ("speed", "realtime", "search", "blind", "faults")
 
 
 def command(
-    what: Annotated[str, typer.Argument(help="speed, realtime, search, or blind (hidden effects; needs the source checkout).")] = "speed",
+    what: Annotated[str, typer.Argument(help="speed, realtime, search, faults, or blind (needs the source checkout).")] = "speed",
     repeats: Annotated[int, typer.Option(help="speed, search: pairs per figure.", min=3)] = 9,
     out: Annotated[Path | None, typer.Option(help="Folder for the results page.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
@@ -32,6 +32,7 @@ def command(
     compare: Annotated[
         Path | None, typer.Option(metavar="OLD", help="blind: only say what differs from the results in this folder.")
     ] = None,
+    every: Annotated[int, typer.Option(help="faults: take every n-th row only.", min=1)] = 1,
     workers: Annotated[int, typer.Option(help="search, blind: processes (blind: a case in each).", min=1)] = 2,
     dask: Annotated[str | None, typer.Option(metavar="ADDRESS", help="blind: diagnose on a Dask cluster instead.")] = None,
 ) -> int:
@@ -63,15 +64,28 @@ def command(
     elif what == "search":
         text, figures, blocks = _search(workers, repeats, say)
         words = f"search --workers {workers}"
+    elif what == "faults":
+        text, figures, blocks = _faults(every, say)
+        words = "faults" + (f" --every {every}" if every > 1 else "")
     else:
         text, figures, blocks = _speed(repeats, say)
         words = f"--repeats {repeats}"
     print(json.dumps(figures) if as_json else text, flush=True)
+    all_right = what != "faults" or not any(figure["problem"] for figure in figures)
     if page is not None:
         from gimbal_hil.bench import bench_page
 
         bench_page(blocks, f"gimbal-hil bench {words}").write(page)
-    return 0
+    return 0 if all_right else 1
+
+
+def _faults(every: int, say: Any) -> tuple[str, Any, list[Block]]:
+    from gimbal_hil.bench.faults import fault_rows, matrix_blocks, matrix_text, run_matrix
+    from gimbal_hil.settings import shipped_settings
+    from sim_backend.model import shipped_model
+
+    found = run_matrix(fault_rows()[::every], shipped_settings(), shipped_model(), say)
+    return matrix_text(found), [one.as_dict() for one in found], matrix_blocks(found)
 
 
 def _speed(repeats: int, say: Any) -> tuple[str, Any, list[Block]]:

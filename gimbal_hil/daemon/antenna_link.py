@@ -14,6 +14,8 @@ _MOST_PASSED_OVER = 2000
 class EmbeddedLink(LinkBasis):
     """What is sent at tick n is answered by what is received at tick n + 1."""
 
+    speaks_first = False
+
     def __init__(self, device: Device) -> None:
         super().__init__(f"virtual antenna {device.model.name}")
         self.device = device

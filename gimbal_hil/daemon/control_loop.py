@@ -15,7 +15,7 @@ from gimbal_hil.daemon.link_keeper import LinkKeeper
 from gimbal_hil.host import EventCode, Host, HostEvent, HostState, LinkStatus
 from gimbal_hil.host.layout import AXES, BASE_RATE, DRIVE_STATE, MEASURED_RATE, REST_RATE, axis_c, axis_h
 from gimbal_hil.telemetry import Command, CommandKind, Telemetry, take_commands, unpack_program
-from gimbal_hil.timing import Clock, Duration, Miss, MissCause, RingReader, Tick
+from gimbal_hil.timing import Clock, Duration, Instant, Miss, MissCause, RingReader, Tick
 
 _EVENT_KIND = {
     EventCode.STATE: "state",
@@ -26,6 +26,8 @@ _EVENT_KIND = {
     EventCode.DRIVE: "drive",
     EventCode.TRIPPED: "fault",
     EventCode.BASE: "link",
+    EventCode.IDENTITY: "link",
+    EventCode.BEYOND_LIMIT: "note",
 }
 #: how often the service process is asked whether it lives
 _SERVICE_CHECK = Duration(20_000_000)
@@ -59,6 +61,24 @@ class LoopEnd:
     reason: str
 
 
+class Heartbeat:
+    """Whether the service process still works: it takes what every tick leaves for it, so its progress never stands still for long."""
+
+    def __init__(self, progress: Callable[[], int], timeout: Duration, now: Instant) -> None:
+        self._progress, self._timeout = progress, timeout
+        self._last, self._since = progress(), now
+
+    def missed(self, now: Instant) -> bool:
+        """Whether there was no progress for the whole of the timeout."""
+        progress = self._progress()
+        if progress != self._last:
+            self._last, self._since = progress, now
+        return now.since(self._since) >= self._timeout
+
+    def __str__(self) -> str:
+        return f"the service process has not answered for {self._timeout.ns / 1e9:g} s"
+
+
 class ControlLoop:
     """The step that the tick engine calls. Nothing in it waits for anybody."""
 
@@ -73,8 +93,10 @@ class ControlLoop:
         period: Duration,
         duration_ticks: int | None = None,
         pass_over: Callable[[int], None] | None = None,
+        heartbeat: Heartbeat | None = None,
     ) -> None:
-        """`pass_over(periods)` is called when ticks were skipped: a virtual antenna in this process has to go on meanwhile."""
+        """`pass_over(periods)` is called when ticks were skipped: a virtual antenna in this process has to go on meanwhile.
+        Without a `heartbeat` a service process that hangs is not noticed."""
         self._host = host
         self._link = link
         self._telemetry = telemetry
@@ -84,6 +106,7 @@ class ControlLoop:
         self._period_ns = period.ns
         self._last_tick = sys.maxsize if duration_ticks is None else duration_ticks
         self._pass_over = pass_over
+        self._heartbeat = heartbeat
         self._service_check_ticks = max(1, _SERVICE_CHECK // period)
         self._leave_ticks = max(1, _LEAVE_TIMEOUT // period)
         self._tick = 0
@@ -191,6 +214,9 @@ class ControlLoop:
         if not self._service_gone and not self._service_alive():
             self._service_gone = True
             self._ask(LoopEnd(EXIT_SAFETY_STOP, "the service process has died: nothing is recorded and no operator can reach the daemon"))
+        if not self._service_gone and self._heartbeat is not None and self._heartbeat.missed(self._clock.now()):
+            self._service_gone = True
+            self._ask(LoopEnd(EXIT_SAFETY_STOP, f"{self._heartbeat}: nothing is recorded and no operator can reach the daemon"))
 
     def _ask(self, ending: LoopEnd) -> None:
         if self._asked is None:

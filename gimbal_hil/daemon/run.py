@@ -17,7 +17,7 @@ from firmware_protocol import receiver
 from firmware_protocol.errors import EXIT_SAFETY_STOP, BadInputError, GimbalHilError
 from firmware_protocol.links import Link
 from gimbal_hil.daemon.antenna_link import EmbeddedLink, embedded_antenna, embedded_model
-from gimbal_hil.daemon.control_loop import ControlLoop, LoopEnd
+from gimbal_hil.daemon.control_loop import ControlLoop, Heartbeat, LoopEnd
 from gimbal_hil.daemon.first_opening import opener_of
 from gimbal_hil.daemon.link_keeper import LinkKeeper
 from gimbal_hil.host import Host
@@ -124,9 +124,11 @@ def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport
         link = LinkKeeper(clock, opener, lambda opened, text: loop.tell_link(opened, text), usage.add_bus_wait)
         stack.callback(link.close)
         ticks = None if options.duration_s is None else max(1, Duration.of_seconds(options.duration_s) // period)
-        loop = ControlLoop(
-            host, link, telemetry, service.commands, service.alive, clock, period, ticks, embedded.pass_over if embedded else None
-        )
+        # in lockstep the ticks wait for the service instead
+        timeout = Duration.of_seconds(settings.supervisor.service_timeout_s)
+        heartbeat = None if options.lockstep else Heartbeat(service.progress, timeout, clock.now())
+        pass_over = embedded.pass_over if embedded else None
+        loop = ControlLoop(host, link, telemetry, service.commands, service.alive, clock, period, ticks, pass_over, heartbeat)
         engine = TickEngine(
             clock, period, loop.step, None if options.lockstep else usage, witness.page if witness else None, loop.tell_miss
         )

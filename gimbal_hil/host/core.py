@@ -16,6 +16,7 @@ from gimbal_hil.host.acting import begin_stop, follow, let_go, slow_down
 from gimbal_hil.host.drive import may_reset_fault, send_control
 from gimbal_hil.host.event_ring import enter_state, report
 from gimbal_hil.host.following import end_segment, guard_trips, has_next, segment_over, start_segment, switches_off
+from gimbal_hil.host.identity import forget_identity, is_known, is_refused
 from gimbal_hil.host.layout import (
     AUTOMATIC_RECONNECT,
     AXIS_G,
@@ -35,6 +36,7 @@ from gimbal_hil.host.layout import (
     LINK_STATUS,
     MAY_RESET,
     MODE,
+    MOST_TORQUE,
     REQUEST_QUICK_STOP,
     REQUEST_RESET,
     REQUEST_START,
@@ -50,11 +52,14 @@ from gimbal_hil.host.layout import (
     SKIPPED,
     STATE,
     STATE_AGE,
+    STOP_KIND,
     STOP_TICKS,
     SYNCHRONISE_TICKS,
     TICK_SEGMENT,
+    TORQUE_STEP,
 )
-from gimbal_hil.host.limits import fault_of, forget_counts, stop_cause
+from gimbal_hil.host.limits import fault_of, forget_counts, report_beyond_limits, stop_cause
+from gimbal_hil.host.reactions import stop_kind
 from gimbal_hil.host.reception import receive
 from gimbal_hil.host.states import NOTHING, Cause, EventCode, HostState, LinkStatus, number
 
@@ -64,6 +69,7 @@ _LOST, _OK = number(LinkStatus.LOST), number(LinkStatus.OK)
 _NONE, _FEEDBACK_LOST, _DRIVE_FAULT = number(Cause.NONE), number(Cause.FEEDBACK_LOST), number(Cause.DRIVE_FAULT)
 _DRIVE_LEFT, _SYNCHRONISATION_TIMEOUT = number(Cause.DRIVE_LEFT_OPERATION), number(Cause.SYNCHRONISATION_TIMEOUT)
 _STOP_TIMEOUT, _SET_POINT_LOST, _NOT_A_NUMBER = number(Cause.STOP_TIMEOUT), number(Cause.SET_POINT_LOST), number(Cause.NOT_A_NUMBER)
+_WRONG_ANTENNA = number(Cause.WRONG_ANTENNA)
 _GUARD, _OPERATOR, _REPLACED = number(Cause.GUARD), number(Cause.OPERATOR), number(Cause.REPLACED)
 _TRIPPED, _COMMAND_REFUSED = number(EventCode.TRIPPED), number(EventCode.COMMAND_REFUSED)
 #: SEGMENT_RUNS: the next segment of the plan starts with the next fresh tick
@@ -86,6 +92,8 @@ def host_tick(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray, pla
     G[STATE_AGE] += 1
     _take_requests(G)
     _supervise(H, G, C)
+    if G[LINK_STATUS] == _OK:
+        report_beyond_limits(H, G, C)
     if G[STATE] == _ACTIVE:
         _act(H, G, C, plan)
     G[TICK_SEGMENT] = G[SEGMENT_LABEL] if G[SEGMENT_RUNS] == 1 else -1
@@ -109,6 +117,7 @@ def _take_requests(G: np.ndarray) -> None:
     if requests & REQUEST_RESET and G[STATE] == _FAULT:
         G[MAY_RESET] = 1
         G[CLEAR_TRAVEL] = 1 if G[DRIVE_FAULT] == m.FAULT_CODE_TRAVEL_LIMIT else 0
+        forget_identity(G)
         enter_state(G, _WAITING, _OPERATOR)
     if requests & REQUEST_QUICK_STOP and G[STATE] != _FAULT:
         _fault(G, _OPERATOR)
@@ -132,12 +141,14 @@ def _supervise(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
     """The state machine: who may go where at this tick."""
     state = G[STATE]
     if state == _WAITING:
-        if G[FRESH_IN_A_ROW] >= C[CONNECT_TICKS]:
+        if G[FRESH_IN_A_ROW] >= C[CONNECT_TICKS] and is_known(G):
             enter_state(G, _SYNCHRONISING, _NONE)
     elif state == _SYNCHRONISING:
         _synchronise(G, C)
     elif state == _FAULT:
         _leave_fault(G, C)
+    elif is_refused(G):
+        _fault(G, _WRONG_ANTENNA)
     elif G[LINK_STATUS] == _LOST:
         _fault(G, _FEEDBACK_LOST)
     elif state == _IDLE:
@@ -155,7 +166,9 @@ def _supervise(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
 
 @compiled
 def _synchronise(G: np.ndarray, C: np.ndarray) -> None:
-    if G[LINK_STATUS] == _LOST:
+    if is_refused(G):
+        _fault(G, _WRONG_ANTENNA)
+    elif G[LINK_STATUS] == _LOST:
         enter_state(G, _WAITING, _FEEDBACK_LOST)
     elif G[DRIVE_STATE] == m.DRIVE_STATE_OPERATION_ENABLED:
         G[MAY_RESET] = 0
@@ -170,7 +183,7 @@ def _synchronise(G: np.ndarray, C: np.ndarray) -> None:
 def _leave_fault(G: np.ndarray, C: np.ndarray) -> None:
     """After a lost link (seen from either end) the host connects again by itself, once the drive has had time to stop."""
     lost_link = G[CAUSE] == _FEEDBACK_LOST or (G[CAUSE] == _DRIVE_FAULT and G[DRIVE_FAULT] == m.FAULT_CODE_DEADMAN)
-    if C[AUTOMATIC_RECONNECT] == 0.0 or not lost_link or G[FRESH_IN_A_ROW] < C[CONNECT_TICKS]:
+    if C[AUTOMATIC_RECONNECT] == 0.0 or not lost_link or G[FRESH_IN_A_ROW] < C[CONNECT_TICKS] or not is_known(G):
         return
     braking = G[DRIVE_STATE] == m.DRIVE_STATE_QUICK_STOP_ACTIVE or G[DRIVE_STATE] == m.DRIVE_STATE_FAULT_REACTION_ACTIVE
     if not braking or G[STATE_AGE] >= C[STOP_TICKS]:
@@ -204,7 +217,7 @@ def _begin_stopping(G: np.ndarray, cause: int) -> None:
 @compiled
 def _fault(G: np.ndarray, cause: int) -> None:
     end_segment(G, cause)
-    G[SEGMENT_RUNS], G[CAUSE] = 0, cause
+    G[SEGMENT_RUNS], G[CAUSE], G[STOP_KIND] = 0, cause, stop_kind(cause)
     enter_state(G, _FAULT, cause)
 
 
@@ -247,9 +260,10 @@ def _send_set_point(mail: np.ndarray, H: np.ndarray, G: np.ndarray, tick: int) -
             let_go(H, G)
     for axis in range(2):
         h = AXIS_H + axis * AXIS_H_SIZE
-        raw = quantise(H[h + TORQUE], m.SET_POINT_TORQUE_OUTER_STEP, m.SET_POINT_TORQUE_OUTER_LOW, m.SET_POINT_TORQUE_OUTER_HIGH)
+        most = int(H[h + MOST_TORQUE])
+        raw = quantise(H[h + TORQUE], H[h + TORQUE_STEP], -most, most)
         mail[m.SET_POINT_TORQUE_OUTER + axis] = raw
-        H[h + TORQUE] = raw * m.SET_POINT_TORQUE_OUTER_STEP
+        H[h + TORQUE] = raw * H[h + TORQUE_STEP]
         mail[m.SET_POINT_ENABLE_OUTER + axis] = 1 if G[AXIS_G + axis * AXIS_G_SIZE + MODE] != 0 else 0
     mail[m.SET_POINT] = 1
     mail[m.SET_POINT_SEQUENCE] = G[SENT_SEQUENCE] = tick & 1023

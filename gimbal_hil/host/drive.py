@@ -6,6 +6,7 @@ import numpy as np
 
 from firmware_protocol import mail as m
 from firmware_protocol.compiling import compiled
+from gimbal_hil.host.identity import is_known
 from gimbal_hil.host.layout import (
     CLEAR_TRAVEL,
     CONTROL_AGE,
@@ -15,11 +16,13 @@ from gimbal_hil.host.layout import (
     DRIVE_FAULT,
     DRIVE_LIMITS,
     DRIVE_STATE,
+    FRESH_IN_A_ROW,
     MAY_RESET,
     RESET_PULSE_TICKS,
     SENT_CONTROL,
     STATE,
     STATE_AGE,
+    STOP_KIND,
     STOP_TICKS,
 )
 from gimbal_hil.host.states import HostState, number
@@ -69,7 +72,10 @@ def send_control(mail: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
             request = m.DRIVE_REQUEST_DISABLE_VOLTAGE
     if (G[DRIVE_LIMITS] & _TRAVEL_FLAGS) == 0:
         G[CLEAR_TRAVEL] = 0
-    packed = request + 16 * reset + 32 * quick_stop + 64 * G[CLEAR_TRAVEL]
+    identify = 0 if is_known(G) else 1
+    # asked anew when frames come after silence, because whoever sends them has not heard the request
+    asks = 0 if identify == 0 else (2 if G[FRESH_IN_A_ROW] > 0 else 1)
+    packed = request + 16 * reset + 32 * quick_stop + 64 * G[CLEAR_TRAVEL] + 128 * asks
     G[CONTROL_AGE] += 1
     due = packed != G[SENT_CONTROL] or G[CONTROL_AGE] >= C[CONTROL_TICKS]
     mail[m.DRIVE_CONTROL] = 1 if due else 0
@@ -80,5 +86,8 @@ def send_control(mail: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
         mail[m.DRIVE_CONTROL_FAULT_RESET] = reset
         mail[m.DRIVE_CONTROL_QUICK_STOP] = quick_stop
         mail[m.DRIVE_CONTROL_CLEAR_TRAVEL] = G[CLEAR_TRAVEL]
+        mail[m.DRIVE_CONTROL_STOP] = G[STOP_KIND]
+        mail[m.DRIVE_CONTROL_BRAKE_OUTER] = mail[m.DRIVE_CONTROL_BRAKE_INNER] = m.BRAKE_COMMAND_AUTOMATIC
+        mail[m.DRIVE_CONTROL_IDENTIFY] = identify
         mail[m.DEADMAN_CONFIG_WINDOW_TICKS] = int(C[DEADMAN_WINDOW])
         mail[m.DEADMAN_CONFIG_REACTION] = int(C[DEADMAN_REACTION])

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from firmware_protocol.schema import DriveState, FaultCode
-from gimbal_hil.host.states import Cause, EventCode, HostState, LinkStatus
+from gimbal_hil.host.states import Cause, EventCode, HostState, LinkStatus, Refusal
 
 #: what the axes are called where nobody has named them
 AXIS_NAMES = ("outer", "inner")
@@ -47,8 +47,18 @@ def host_event(axes: Sequence[str], tick: int, code: int, first: int, second: in
     if kind is EventCode.TRIPPED:
         cause = _name(Cause, first)
         return HostEvent(tick, kind, f"{cause} on {axes[second]}", {"cause": cause, "axis": axes[second], "braking": bool(third)})
+    if kind is EventCode.IDENTITY:
+        refusal = _name(Refusal, third)
+        verdict = "" if third == Refusal.NONE else f": refused ({refusal})"
+        text = f"antenna {first:08x}, serial number {second}{verdict}"
+        return HostEvent(tick, kind, text, {"name_code": first, "serial_number": second, "refusal": refusal})
+    if kind is EventCode.BEYOND_LIMIT:
+        side = "upper" if second else "lower"
+        return HostEvent(
+            tick, kind, f"{axes[first]} moved past its {side} soft limit without torque", {"axis": axes[first], "side": side}
+        )
     return HostEvent(tick, kind, "base motion heard" if first else "base motion lost", {"heard": bool(first)})
 
 
-def _name(kind: type[HostState] | type[LinkStatus] | type[Cause] | type[DriveState] | type[FaultCode], value: int) -> str:
+def _name(kind: type[HostState] | type[LinkStatus] | type[Cause] | type[DriveState] | type[FaultCode] | type[Refusal], value: int) -> str:
     return kind(value).name.lower()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from firmware_protocol.block_codec import age_receivers, clear_fresh, decode_block, encode_mail
+from firmware_protocol.block_codec import age_receivers, clear_fresh, decode_block, encode_mail, reset_receivers
 from firmware_protocol.compiling import compiled, entry_point
 from firmware_protocol.mail import (
     DEADMAN_CONFIG,
@@ -15,6 +15,7 @@ from firmware_protocol.mail import (
 )
 from firmware_protocol.schema import RECORD_SIZE, Direction
 from gimbal_hil.host.core import host_tick
+from gimbal_hil.host.layout import LINK_STATUS
 from gimbal_hil.host.memory import (
     C_AT,
     COUNTERS_AT,
@@ -30,8 +31,10 @@ from gimbal_hil.host.memory import (
     ROWS_KEPT,
     SENT_AT,
 )
+from gimbal_hil.host.states import LinkStatus, number
 from gimbal_hil.host.tick_row import LOG_WORDS, write_row
 
+_LOST = number(LinkStatus.LOST)
 _TO_HOST = int(Direction.DEVICE_TO_HOST)
 
 
@@ -65,6 +68,8 @@ def _frame_tick(words: np.ndarray, plan: np.ndarray, received: int, tick: int, t
     clear_fresh(mail, _TO_HOST)
     good = decode_block(octets[:RECEIVED_SIZE], received, mail, receivers, _TO_HOST)
     host_tick(mail, H, G, C, plan, tick)
+    if G[LINK_STATUS] == _LOST:
+        reset_receivers(receivers)
     row = words[LOG_AT + (words[LOG_COUNT] % ROWS_KEPT) * LOG_WORDS :][:LOG_WORDS]
     words[LOG_COUNT] += 1
     write_row(row, row.view(np.float64), H, G, tick, time_ns, received // RECORD_SIZE - good)

@@ -12,8 +12,12 @@ STEP_S, CONNECT_TICKS, LOST_TICKS, SYNCHRONISE_TICKS, RESET_PULSE_TICKS, STOP_TI
 DEADMAN_WINDOW, DEADMAN_REACTION, AUTOMATIC_RECONNECT, BASE_LOST_TICKS, SET_POINT_LAG_TICKS, DEBOUNCE_TICKS, FOLLOWING_TICKS = range(8, 15)
 #: share of a new sample in the filter that compares gyro and encoder
 PLAUSIBILITY_SHARE = 15
+#: the antenna that may be connected: code of its name, serial number; negative for any
+PINNED_NAME, PINNED_SERIAL = 16, 17
+#: gyro against encoder over a window: share of the past kept, share of the path that they may differ by; motion against torque: likewise
+DRIFT_KEPT, DRIFT_SHARE, MOMENTUM_KEPT, MODEL_SHARE = range(18, 22)
 #: one block per axis: the control law's parameters, then the supervisor's limits
-AXIS_C = 16
+AXIS_C = 22
 (
     POSITION_LOW,  # soft limits of the joint (rad), -inf and inf without
     POSITION_HIGH,
@@ -27,15 +31,19 @@ AXIS_C = 16
     BRAKING_RAD_S2,  # deceleration that a stop asks for and braking distance counts on
     REST_RATE,  # below this joint rate (rad/s) an axis is at rest
     MAX_TEMPERATURE,  # winding (degC)
-) = range(CONTROL_PARAMETERS, CONTROL_PARAMETERS + 12)
-AXIS_C_SIZE = CONTROL_PARAMETERS + 12
+    MAX_DRIFT,  # gyro against encoder over the window (rad)
+    STUCK_TICKS,  # samples in a row after which a gyro that has noise is stuck, 0 for a gyro that may repeat itself
+    EXPECTED_INERTIA,  # of the axis (kg m2), 0 for no guard on motion against torque
+    DISTURBANCE,  # impulse within that guard's window which is not the torque's (N m s)
+) = range(CONTROL_PARAMETERS, CONTROL_PARAMETERS + 16)
+AXIS_C_SIZE = CONTROL_PARAMETERS + 16
 C_SIZE = AXIS_C + AXES * AXIS_C_SIZE
 
 # --- H: state -----------------------------------------------------------------------------------------------------------
-#: base as last heard: roll, pitch, yaw (rad), p, q, r (rad/s)
-BASE_ANGLES, BASE_RATES = 0, 3
+#: base as last heard: roll, pitch, yaw (rad), p, q, r (rad/s), acceleration of the pivot without gravity (m/s^2), in base axes
+BASE_ANGLES, BASE_RATES, BASE_ACCELERATION = 0, 3, 6
 #: one block per axis: the control law's state, then what was measured and asked
-AXIS_H = 8
+AXIS_H = 10
 (
     MEASURED_POSITION,  # encoder (rad)
     MEASURED_RATE,  # gyro (rad/s)
@@ -49,8 +57,16 @@ AXIS_H = 8
     LAST_POSITION,  # encoder one sample before (rad)
     ENCODER_RATE,  # low-passed derivative of the encoder, and low-passed joint rate from the gyro (rad/s)
     GYRO_RATE,
-) = range(CONTROL_STATES, CONTROL_STATES + 12)
-AXIS_H_SIZE = CONTROL_STATES + 12
+    TORQUE_STEP,  # what a raw torque of 1 is on this antenna (N m), and the largest raw torque within the axis' limit
+    MOST_TORQUE,
+    DRIFT,  # see `plausibility`
+    PATH,
+    MOMENTUM,
+    EFFORT,
+    LAST_RATE,
+    LAST_JOINT_RATE,
+) = range(CONTROL_STATES, CONTROL_STATES + 20)
+AXIS_H_SIZE = CONTROL_STATES + 20
 H_SIZE = AXIS_H + AXES * AXIS_H_SIZE
 
 # --- G: state -----------------------------------------------------------------------------------------------------------
@@ -69,16 +85,26 @@ PLAN_LENGTH, SEGMENT, SEGMENT_LABEL, SEGMENT_START, SEGMENT_RUNS = range(20, 25)
 REST_COUNT, LAG_COUNT, END_TICKS, EVENT_COUNT = 25, 26, 27, 29
 #: id of the segment that this tick belongs to, -1 for none; whole ticks that were skipped just before it
 TICK_SEGMENT, SKIPPED = 30, 31
+#: who answers: bits of what was heard (IDENTITY_HEARD), protocol version, code of its name, serial number; why it may not be connected
+IDENTITY, PEER_PROTOCOL, PEER_NAME, PEER_SERIAL, REFUSAL = range(32, 37)
+#: the device's tick as last heard, feedback sets in a row in which it stood still; how the drive is asked to stop (StopReaction)
+DEVICE_TICK, STATUS_SAME, STOP_KIND = range(37, 40)
 #: one block per axis: mode in force, ticks in a row that a check failed
-AXIS_G = 32
+AXIS_G = 40
 MODE, OVERSPEED_COUNT, FOLLOWING_COUNT, DISAGREE_COUNT = range(4)
-AXIS_G_SIZE = 4
+HAS_BRAKE, BRAKE_STATE = range(4, 6)
+#: samples in a row in which gyro and encoder did not change; samples at rest without torque, and in how many of them the gyro changed;
+#: which soft limit the axis is beyond (-1, 0, 1)
+GYRO_SAME, ENCODER_SAME, GYRO_QUIET_TICKS, GYRO_QUIET_CHANGES, OUTSIDE = range(6, 11)
+AXIS_G_SIZE = 11
 #: ring of events: tick, code, three numbers
 EVENTS = AXIS_G + AXES * AXIS_G_SIZE
 EVENT_SIZE = 5
 EVENT_CAPACITY = 128
 G_SIZE = EVENTS + EVENT_CAPACITY * EVENT_SIZE
 
+#: IDENTITY once both frames were heard since the link was last lost
+IDENTITY_HEARD = 3
 #: bits of REQUESTS
 REQUEST_START, REQUEST_STOP, REQUEST_RESET, REQUEST_QUICK_STOP = 1, 2, 4, 8
 

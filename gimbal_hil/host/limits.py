@@ -34,6 +34,7 @@ from gimbal_hil.host.layout import (
     MEASURED_RATE,
     MODE,
     MOTOR_TEMPERATURE,
+    OUTSIDE,
     OVERSPEED_COUNT,
     POSITION_HIGH,
     POSITION_LOW,
@@ -43,13 +44,14 @@ from gimbal_hil.host.layout import (
     WRAP_HIGH,
     WRAP_LOW,
 )
+from gimbal_hil.host.plausibility import implausible
 from gimbal_hil.host.states import NOTHING, YES, Cause, EventCode, number
 
 _NONE, _TRAVEL, _WRAP = number(Cause.NONE), number(Cause.TRAVEL), number(Cause.CABLE_WRAP)
 _OVERSPEED, _FOLLOWING = number(Cause.OVERSPEED), number(Cause.FOLLOWING_ERROR)
 _DISAGREE, _TEMPERATURE = number(Cause.GYRO_ENCODER_DISAGREE), number(Cause.TEMPERATURE)
 _OFF, _POSITION, _RATE = number(Mode.OFF), number(Mode.POSITION), number(Mode.RATE)
-_TRIPPED = number(EventCode.TRIPPED)
+_TRIPPED, _BEYOND_LIMIT = number(EventCode.TRIPPED), number(EventCode.BEYOND_LIMIT)
 
 
 @compiled
@@ -128,6 +130,19 @@ def forget_counts(G: np.ndarray) -> None:
 
 
 @compiled
+def report_beyond_limits(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
+    """Say once when an axis without torque goes past a soft limit: it falls, or somebody turns it."""
+    for axis in range(AXES):
+        position, c, g = H[AXIS_H + axis * AXIS_H_SIZE + MEASURED_POSITION], AXIS_C + axis * AXIS_C_SIZE, AXIS_G + axis * AXIS_G_SIZE
+        outside = 0
+        if G[g + MODE] == _OFF:
+            outside = 1 if position > C[c + POSITION_HIGH] else (-1 if position < C[c + POSITION_LOW] else 0)
+        if outside != 0 and outside != G[g + OUTSIDE]:
+            report(G, _BEYOND_LIMIT, axis, 1 if outside > 0 else 0, NOTHING)
+        G[g + OUTSIDE] = outside
+
+
+@compiled
 def _reached(position: float, rate: float, distance: float, C: np.ndarray, c: int) -> int:
     if rate > 0.0:
         if position + distance > C[c + POSITION_HIGH]:
@@ -157,6 +172,9 @@ def _fault_of_axis(H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) -> in
     following = G[g + MODE] >= _RATE and abs(H[h + LOOP_ERROR]) > limit
     if _counted(G, g + FOLLOWING_COUNT, following) >= C[FOLLOWING_TICKS]:
         return _FOLLOWING
+    cause = implausible(H, G, C, axis)
+    if cause != _NONE:
+        return cause
     if _moving_rate(H, C, axis) != 0.0 and G[g + MODE] != _OFF:
         # outside and still going out; on the way back an axis may be outside
         cause = _reached(H[h + MEASURED_POSITION], _moving_rate(H, C, axis), -C[c + TRAVEL_MARGIN], C, c)

@@ -8,15 +8,20 @@ from firmware_protocol import mail as m
 from firmware_protocol.compiling import compiled
 from gimbal_hil.control import base_rates
 from gimbal_hil.host.event_ring import report
+from gimbal_hil.host.identity import forget_identity, receive_identity
 from gimbal_hil.host.layout import (
     AXES,
+    AXIS_G,
+    AXIS_G_SIZE,
     AXIS_H,
     AXIS_H_SIZE,
+    BASE_ACCELERATION,
     BASE_AGE,
     BASE_ANGLES,
     BASE_LOST_TICKS,
     BASE_RATE,
     BASE_RATES,
+    BRAKE_STATE,
     DEADMAN_MARGIN,
     DRIVE_FAULT,
     DRIVE_LIMITS,
@@ -36,7 +41,9 @@ from gimbal_hil.host.layout import (
     PLAUSIBILITY_SHARE,
     SKIPPED,
     STEP_S,
+    TORQUE_STEP,
 )
+from gimbal_hil.host.plausibility import watch_sensors, watch_status
 from gimbal_hil.host.states import NOTHING, YES, EventCode, LinkStatus, number
 
 _LOST, _DEGRADED, _OK = number(LinkStatus.LOST), number(LinkStatus.DEGRADED), number(LinkStatus.OK)
@@ -51,10 +58,12 @@ def receive(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray) -> No
     silence = G[FEEDBACK_AGE]
     fresh = mail[m.FEEDBACK_OUTER] > 0 and mail[m.FEEDBACK_INNER] > 0 and mail[m.DRIVE_STATUS] > 0
     _receive_base(mail, H, G, C)
+    receive_identity(mail, H, G, C)
     if mail[m.DRIVE_EVENT] > 0:
         report(G, _DRIVE, mail[m.DRIVE_EVENT_FROM_STATE], mail[m.DRIVE_EVENT_TO_STATE], mail[m.DRIVE_EVENT_CAUSE])
     if mail[m.DRIVE_STATUS] > 0:
         _receive_status(mail, G)
+        watch_status(mail, G)
     if fresh:
         H[AXIS_H + MEASURED_POSITION] = mail[m.FEEDBACK_OUTER_POSITION] * m.FEEDBACK_OUTER_POSITION_STEP
         H[AXIS_H + MEASURED_RATE] = mail[m.FEEDBACK_OUTER_RATE] * m.FEEDBACK_OUTER_RATE_STEP
@@ -66,14 +75,18 @@ def receive(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray) -> No
     else:
         G[FEEDBACK_AGE] = min(silence + 1, NEVER)
         G[FRESH_IN_A_ROW] = 0
-    _receive_motors(mail, H)
+    _receive_motors(mail, H, G)
     rates = base_rates(H[AXIS_H + MEASURED_POSITION], H[BASE_RATES], H[BASE_RATES + 1], H[BASE_RATES + 2])
     H[AXIS_H + BASE_RATE], H[AXIS_H + AXIS_H_SIZE + BASE_RATE] = rates
     status = _OK if fresh else (_DEGRADED if G[FEEDBACK_AGE] <= C[LOST_TICKS] else _LOST)
     if status != G[LINK_STATUS]:
         report(G, _LINK, G[LINK_STATUS], status, NOTHING)
+        if status == _LOST:
+            forget_identity(G)
     if fresh:
-        _compare_gyro_and_encoder(H, C, G[LINK_STATUS] == _LOST, silence + 1 + G[SKIPPED])
+        begin, ticks = G[LINK_STATUS] == _LOST, silence + 1 + G[SKIPPED]
+        watch_sensors(H, G, C, begin, ticks)
+        _compare_gyro_and_encoder(H, C, begin, ticks)
     G[LINK_STATUS] = status
 
 
@@ -90,22 +103,29 @@ def _receive_status(mail: np.ndarray, G: np.ndarray) -> None:
 
 
 @compiled
-def _receive_motors(mail: np.ndarray, H: np.ndarray) -> None:
+def _receive_motors(mail: np.ndarray, H: np.ndarray, G: np.ndarray) -> None:
     if mail[m.MOTOR_STATUS_OUTER] > 0:
-        H[AXIS_H + MOTOR_TORQUE] = mail[m.MOTOR_STATUS_OUTER_TORQUE] * m.MOTOR_STATUS_OUTER_TORQUE_STEP
+        H[AXIS_H + MOTOR_TORQUE] = mail[m.MOTOR_STATUS_OUTER_TORQUE] * H[AXIS_H + TORQUE_STEP]
+        G[AXIS_G + BRAKE_STATE] = mail[m.MOTOR_STATUS_OUTER_BRAKE]
         H[AXIS_H + MOTOR_TEMPERATURE] = mail[m.MOTOR_STATUS_OUTER_TEMPERATURE] * m.MOTOR_STATUS_OUTER_TEMPERATURE_STEP
     if mail[m.MOTOR_STATUS_INNER] > 0:
         inner = AXIS_H + AXIS_H_SIZE
-        H[inner + MOTOR_TORQUE] = mail[m.MOTOR_STATUS_INNER_TORQUE] * m.MOTOR_STATUS_INNER_TORQUE_STEP
+        H[inner + MOTOR_TORQUE] = mail[m.MOTOR_STATUS_INNER_TORQUE] * H[inner + TORQUE_STEP]
+        G[AXIS_G + AXIS_G_SIZE + BRAKE_STATE] = mail[m.MOTOR_STATUS_INNER_BRAKE]
         H[inner + MOTOR_TEMPERATURE] = mail[m.MOTOR_STATUS_INNER_TEMPERATURE] * m.MOTOR_STATUS_INNER_TEMPERATURE_STEP
 
 
 @compiled
 def _receive_base(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
     """Base attitude and rate; a base that was never heard, or not for long, counts as fixed."""
-    if mail[m.BASE_ATTITUDE] > 0:
+    # roll and pitch stay in the mail until the heading of the same instant has come
+    if mail[m.BASE_HEADING] > 0 and mail[m.BASE_ATTITUDE_SET] == mail[m.BASE_HEADING_VALID_TICK] & m.BASE_ATTITUDE_SET_HIGH:
+        H[BASE_ANGLES] = mail[m.BASE_ATTITUDE_ROLL] * m.BASE_ATTITUDE_ROLL_STEP
+        H[BASE_ANGLES + 1] = mail[m.BASE_ATTITUDE_PITCH] * m.BASE_ATTITUDE_PITCH_STEP
+        H[BASE_ANGLES + 2] = mail[m.BASE_HEADING_YAW] * m.BASE_HEADING_YAW_STEP
+    if mail[m.BASE_ACCELERATION] > 0:
         for k in range(3):
-            H[BASE_ANGLES + k] = mail[m.BASE_ATTITUDE_ROLL + k] * m.BASE_ATTITUDE_ROLL_STEP
+            H[BASE_ACCELERATION + k] = mail[m.BASE_ACCELERATION_AX + k] * m.BASE_ACCELERATION_AX_STEP
     if mail[m.BASE_RATE] > 0:
         if G[BASE_AGE] > C[BASE_LOST_TICKS]:
             report(G, _BASE, YES, NOTHING, NOTHING)

@@ -67,6 +67,20 @@ class Cause(IntEnum):
     REPLACED = 18
     #: a command came in a state that takes none
     NOT_READY = 19
+    #: the antenna is not the one that may be connected
+    WRONG_ANTENNA = 20
+    #: gyro and encoder moved apart over seconds
+    SENSOR_DRIFT = 21
+    #: a gyro that had noise repeats itself
+    GYRO_STUCK = 22
+    #: feedback stands still behind live counters
+    FEEDBACK_FROZEN = 23
+    #: the axis does not move as its torque says
+    RUNAWAY = 24
+    #: nobody can stop the loop any more: the process that takes commands and records is silent
+    SERVICE_LOST = 25
+    #: the test before torque is switched on found the axis moving otherwise than its torque
+    ENABLE_TEST = 26
 
 
 class EventCode(IntEnum):
@@ -88,6 +102,25 @@ class EventCode(IntEnum):
     TRIPPED = 6
     #: 1 when base attitude and rate are heard, 0 when they are lost
     BASE = 7
+    #: code of the antenna's name, serial number, Refusal
+    IDENTITY = 8
+    #: axis, 1 for the upper and 0 for the lower soft limit, of an axis that went past it without torque
+    BEYOND_LIMIT = 9
+
+
+class Refusal(IntEnum):
+    """Why an antenna may not be connected."""
+
+    NONE = 0
+    #: it speaks another version of the protocol
+    PROTOCOL = 1
+    #: its name or serial number is not the one that the configuration pins
+    NAME = 2
+    SERIAL_NUMBER = 3
+    #: the configuration's torque limit is more than its frames can carry
+    TORQUE_RANGE = 4
+    #: it was another one a moment ago
+    CHANGED = 5
 
 
 class EndKind(IntEnum):

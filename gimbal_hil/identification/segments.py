@@ -46,7 +46,7 @@ def stretches_of_run(run: Run, table: SignalsTable, axis: str) -> tuple[Stretch,
     Steps begin where the log has a `segment` event, whose text is their name, or where the tick log's segment label changes.
     """
     ticks = run.ticks
-    first = int(columns_of(run.frames, "drive_status").tick[0])
+    first = int(columns_of(run.frames, "drive_status", run.protocol).tick[0])
     named = {event.tick: event.text for event in run.events if event.kind is EventKind.SEGMENT}
     begun = np.isin(ticks["tick"][1:], np.array(list(named), dtype=np.int64))
     mode = ticks[f"mode_{AXES[run.record.header.axes.index(axis)]}"]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
-from firmware_protocol.schema import MESSAGES, Message
+from firmware_protocol.schema import Message
 from gimbal_hil.runs.frame_columns import MessageColumns, columns_of
 from gimbal_hil.runs.reader import Run
 from gimbal_hil.runs.schema import TICK_ROW, FrameDirection, stored_name
@@ -117,7 +117,7 @@ def _frames(run: Run) -> Any:
 
 def _decoded(run: Run) -> list[tuple[Message, MessageColumns]]:
     frames = _frames(run)
-    decoded = [(message, columns_of(frames, message.name)) for message in MESSAGES]
+    decoded = [(message, columns_of(frames, message.name, run.protocol)) for message in run.protocol.messages]
     return [(message, columns) for message, columns in decoded if len(columns.place)]
 
 

@@ -17,6 +17,7 @@ from typing import Any
 
 from firmware_protocol.documents import read_yaml, yaml_text
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.schema import PROTOCOL_VERSION
 from gimbal_hil import __version__
 from gimbal_hil.runs.chain import plain_hash, sealed_with
 from gimbal_hil.runs.schema import AXES
@@ -80,6 +81,8 @@ class RunRecord:
     expected_seal: str = ""
     #: hash of each part of the file as it is, to compare with `hashes`
     found_hashes: Mapping[str, str] = field(default_factory=dict)
+    #: version of the wire that the frames are of; a run that does not say so is of the first
+    protocol: int = 1
 
 
 def wall_clock_utc() -> str:
@@ -90,7 +93,8 @@ def wall_clock_utc() -> str:
 def genesis_of(document: Mapping[str, Any]) -> str:
     """Hash of all in `run.yaml` that is fixed when the run starts."""
     started = {"started_utc": document["when"].get("started_utc")}
-    return plain_hash({key: document.get(key) for key in _FIXED} | started)
+    protocol = {"protocol": document["protocol"]} if "protocol" in document else {}
+    return plain_hash({key: document.get(key) for key in _FIXED} | started | protocol)
 
 
 def _ending(document: Mapping[str, Any]) -> dict[str, Any]:
@@ -110,6 +114,7 @@ def write_header(folder: Path, header: RunHeader, started_utc: str, end: RunEnd 
             "python": platform.python_version(),
             "machine": f"{platform.system()} {platform.release()} {platform.machine()}",
         },
+        "protocol": PROTOCOL_VERSION,
         "period_ns": header.period_ns,
         "lockstep": header.lockstep,
         "seed": header.seed,
@@ -161,6 +166,8 @@ def _parse(path: Path, document: dict[str, Any]) -> RunRecord:
     if header.period_ns <= 0:
         raise BadInputError(f"{path}: period_ns", f"is {header.period_ns}", "nanoseconds above zero")
     hashes = _get(path, document, "hashes", dict)
+    # the first version did not say so
+    protocol = _get(path, document, "protocol", int) if "protocol" in document else 1
     end = None
     if document.get("exit_status") is not None:
         status, log = _get(path, document, "exit_status", dict), _get(path, document, "log", dict)
@@ -185,6 +192,7 @@ def _parse(path: Path, document: dict[str, Any]) -> RunRecord:
         str(seal),
         sealed_with(end.last_block, _ending(document)) if end and end.last_block else "",
         {part: plain_hash(document.get(part)) for part in _HASHED},
+        protocol,
     )
 
 

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.protocol_versions import Protocol, protocol
 from gimbal_hil.runs.arrow_stream import StreamContent, read_rows
 from gimbal_hil.runs.chain import Block, read_chain
 from gimbal_hil.runs.event_lines import read_event_lines
-from gimbal_hil.runs.header import RunRecord, read_header
+from gimbal_hil.runs.header import RUN_FILE, RunRecord, read_header
 from gimbal_hil.runs.integrity import broken_rows, content_hash
 from gimbal_hil.runs.schema import EVENTS_FILE, FRAME_ROW, FRAMES_FILE, TICK_ROW, TICKS_FILE, Event, EventKind
 from gimbal_hil.runs.segments import segments_of
@@ -44,6 +45,11 @@ class Run:
     chain_damaged: bool = False
     #: the segment that the log begins with; above 1 where older ones were given up on purpose
     first_segment: int = 1
+
+    @cached_property
+    def protocol(self) -> Protocol:
+        """The version of the wire that the frames are of; BadInputError for one that is not known."""
+        return protocol(self.record.protocol, f"{self.folder / RUN_FILE}: protocol")
 
     @cached_property
     def broken_ticks(self) -> NDArray[np.int64]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.protocol_versions import CURRENT
 from firmware_protocol.schema import BY_CAN_ID
 from gimbal_hil.runs.difference import Difference
 from gimbal_hil.runs.frame_columns import crc_holds, describe_difference, describe_frame
@@ -52,6 +53,9 @@ def replay(run: Run, host: ReplayHost, give: Callable[[Event], None], progress: 
     `give` hands a COMMAND event to the host. `progress` is told the ticks done now and then. Raises BadInputError when the log holds
     no tick that could be run again.
     """
+    if run.protocol is not CURRENT:
+        wanted = f"a run of version {CURRENT.version}; one of version {run.protocol.version} replays with the software that recorded it"
+        raise BadInputError(str(run.folder), f"was recorded with version {run.protocol.version} of the wire", wanted)
     if run.first_segment > 1:
         reason = "the beginning of the run was given up (recording.keep_mb), and a host can only be run again from its start"
         return ReplayResult(0, 0, Difference(-1, "log", f"segment {run.first_segment} on", "segment 1 on", reason))

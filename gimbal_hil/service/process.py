@@ -85,6 +85,10 @@ class ServiceProcess:
         """Whether the service still runs: one system call."""
         return self._process.poll() is None
 
+    def progress(self) -> int:
+        """A number that changes as long as the service takes what the ticks leave for it."""
+        return self.telemetry.reader_position
+
     def close(self, timeout_s: float = 20.0) -> bool:
         """Let the service write what it has and end it; False when it had died or had to be killed."""
         if self._process.stdin:

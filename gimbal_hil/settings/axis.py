@@ -8,11 +8,11 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from firmware_protocol.documents import Strict
-from firmware_protocol.mail import SET_POINT_TORQUE_OUTER_HIGH
+from firmware_protocol.mail import IDENTITY_UNIT_TORQUE_EXPONENT_OUTER_HIGH, SET_POINT_TORQUE_OUTER_HIGH
 from firmware_protocol.schema import POSITION_STEP_RAD, TORQUE_STEP_NM
 
-#: what the wire can carry either way
-WIRE_TORQUE_NM = SET_POINT_TORQUE_OUTER_HIGH * TORQUE_STEP_NM
+#: what the wire can carry either way, the torque of an antenna whose identity tells the largest exponent
+WIRE_TORQUE_NM = SET_POINT_TORQUE_OUTER_HIGH * TORQUE_STEP_NM * 2.0**IDENTITY_UNIT_TORQUE_EXPONENT_OUTER_HIGH
 WIRE_TURNS = 2.0**25 * POSITION_STEP_RAD / 6.283185307179586
 
 Positive = Annotated[float, Field(gt=0.0)]
@@ -84,6 +84,10 @@ class Limits(Strict):
     following_position_rad: Positive | None = None
     following_rate_rad_s: Positive | None = None
     gyro_encoder_rad_s: Positive | None = None
+    #: gyro against encoder over the supervisor's `gyro_encoder_window_s`
+    gyro_encoder_rad: Positive | None = None
+    #: samples in a row after which a gyro that has noise is stuck when it does not change
+    stuck_gyro_ticks: Annotated[int, Field(ge=2)] | None = None
     braking_rad_s2: Positive
     rest_rate_rad_s: Positive = 0.02
     winding_degc: float = 110.0
@@ -94,6 +98,14 @@ class Limits(Strict):
         if low is not None and high is not None and low >= high:
             raise ValueError("position_low_rad is not below position_high_rad")
         return self
+
+
+class Expectation(Strict):
+    """How the axis answers torque, for the guard that trips when it does not: it need be right to a half only."""
+
+    inertia_kg_m2: Positive
+    #: most torque that is not the motor's: weight, friction, coupling of the axes
+    disturbance_nm: Positive
 
 
 class AxisSettings(Strict):
@@ -108,3 +120,5 @@ class AxisSettings(Strict):
     prefilter: Prefilter | None = None
     feedforward: Feedforward = Feedforward()
     limits: Limits
+    #: none: no guard on motion against torque
+    expectation: Expectation | None = None

@@ -7,13 +7,17 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_protocol.schema import TORQUE_STEP_NM, DeadmanReaction
+from firmware_protocol.schema import TORQUE_STEP_NM, StopReaction, name_code
 from gimbal_hil.control import layout as control
 from gimbal_hil.control.layout import AntiWindup
 from gimbal_hil.host import layout
 from gimbal_hil.settings.axis import AntiWindupChoice, AxisSettings
 from gimbal_hil.settings.daemon import DaemonSettings
 
+#: by how much of its path a gyro may be wrong: its scale, and the share of other rates that it reads
+_SENSOR_SHARE = 0.05
+#: motion against torque: window, by how much of its impulse a torque may be wrong, ticks that it may act late
+_MOMENTUM_WINDOW_S, _MODEL_SHARE, _LATE_TICKS = 0.03, 0.5, 3
 _ANTI_WINDUP = {
     AntiWindupChoice.NONE: AntiWindup.NONE,
     AntiWindupChoice.CLAMPING: AntiWindup.CLAMPING,
@@ -33,13 +37,18 @@ def host_configuration(settings: DaemonSettings) -> NDArray[np.float64]:
     C[layout.FOLLOWING_TICKS], C[layout.BASE_LOST_TICKS] = ticks(supervisor.following_time_s), ticks(supervisor.base_lost_time_s)
     C[layout.CONTROL_TICKS] = ticks(0.1)
     C[layout.DEADMAN_WINDOW] = supervisor.deadman.window_ticks
-    C[layout.DEADMAN_REACTION] = DeadmanReaction[supervisor.deadman.reaction.name]
+    C[layout.DEADMAN_REACTION] = StopReaction[supervisor.deadman.reaction.name]
     C[layout.AUTOMATIC_RECONNECT] = float(supervisor.automatic_reconnect)
+    pinned = settings.antenna
+    C[layout.PINNED_NAME] = -1.0 if pinned.name is None else name_code(pinned.name)
+    C[layout.PINNED_SERIAL] = -1.0 if pinned.serial_number is None else pinned.serial_number
     C[layout.PLAUSIBILITY_SHARE] = -math.expm1(-settings.step_s / supervisor.gyro_encoder_time_s)
+    C[layout.DRIFT_KEPT], C[layout.DRIFT_SHARE] = math.exp(-settings.step_s / supervisor.gyro_encoder_window_s), _SENSOR_SHARE
+    C[layout.MOMENTUM_KEPT], C[layout.MODEL_SHARE] = math.exp(-settings.step_s / _MOMENTUM_WINDOW_S), _MODEL_SHARE
     for axis, section in enumerate(settings.axes.values()):
         block = C[layout.axis_c(axis) : layout.axis_c(axis) + layout.AXIS_C_SIZE]
         _fill_law(block, section, settings.step_s)
-        _fill_limits(block, section)
+        _fill_limits(block, section, settings.step_s)
     return C
 
 
@@ -63,7 +72,7 @@ def _fill_law(block: NDArray[np.float64], axis: AxisSettings, step_s: float) -> 
     block[control.MOMENT_X : control.MOMENT_Z + 1] = forward.moment_kg_m
 
 
-def _fill_limits(block: NDArray[np.float64], axis: AxisSettings) -> None:
+def _fill_limits(block: NDArray[np.float64], axis: AxisSettings, step_s: float) -> None:
     limits = axis.limits
     turns = math.inf if limits.cable_wrap_turns is None else 2.0 * math.pi * limits.cable_wrap_turns
     block[layout.POSITION_LOW] = _or_none(limits.position_low_rad, -math.inf)
@@ -75,6 +84,12 @@ def _fill_limits(block: NDArray[np.float64], axis: AxisSettings) -> None:
     block[layout.MAX_DISAGREEMENT] = _or_none(limits.gyro_encoder_rad_s, math.inf)
     block[layout.BRAKING_RAD_S2], block[layout.REST_RATE] = limits.braking_rad_s2, limits.rest_rate_rad_s
     block[layout.MAX_TEMPERATURE] = limits.winding_degc
+    block[layout.MAX_DRIFT], block[layout.STUCK_TICKS] = _or_none(limits.gyro_encoder_rad, math.inf), limits.stuck_gyro_ticks or 0
+    if axis.expectation is not None:
+        block[layout.EXPECTED_INERTIA] = axis.expectation.inertia_kg_m2
+        # a torque takes some ticks to act: until then its impulse is missing
+        late = _LATE_TICKS * step_s * limits.torque_nm
+        block[layout.DISTURBANCE] = axis.expectation.disturbance_nm * _MOMENTUM_WINDOW_S + late
 
 
 def _or_none(value: float | None, otherwise: float) -> float:

@@ -50,6 +50,10 @@ class Supervisor(Strict):
     base_lost_time_s: Positive = 0.5
     #: time constant of the filters that compare gyro and encoder
     gyro_encoder_time_s: Positive = 0.05
+    #: a service process (recorder, operator's door) that does not work for so long stops the daemon
+    service_timeout_s: Positive = 5.0
+    #: window in which gyro and encoder are held against each other as angles
+    gyro_encoder_window_s: Positive = 2.0
     #: connect again by itself when feedback returns; torque stays off until the next command
     automatic_reconnect: bool = True
     deadman: Deadman = Deadman()
@@ -79,12 +83,20 @@ class Operator(Strict):
 AxisNames = tuple[str, str]
 
 
+class Antenna(Strict):
+    """The only antenna that may get torque; what is left out may be any."""
+
+    name: Annotated[str, Field(min_length=1)] | None = None
+    serial_number: Annotated[int, Field(ge=0, lt=2**31)] | None = None
+
+
 class DaemonSettings(Strict):
     """A whole configuration file."""
 
     schema_: Literal[1] = Field(alias="schema")
     rate_hz: Annotated[float, Field(ge=10.0, le=20000.0)] = 1000.0
     link: LinkSettings = EmbeddedAntenna()
+    antenna: Antenna = Antenna()
     #: by name, the carrying axis first whatever the file's order
     axes: dict[str, AxisSettings]
     supervisor: Supervisor = Supervisor()

@@ -48,7 +48,7 @@ def run_columns(run: Run) -> tuple[Floats, dict[str, Floats], Integers | None, l
     for own, axis in zip(AXES, run.record.header.axes, strict=True):
         torque = np.full(count + 1, np.nan)
         torque[place[1:] - 1] = acting[own][1:]
-        feedback = columns_of(run.frames, f"feedback_{own}")
+        feedback = columns_of(run.frames, f"feedback_{own}", run.protocol)
         sampled = _rows_in_sets(feedback, sets)
         columns[f"{axis}.torque"] = torque
         for signal in ("position", "rate"):
@@ -67,7 +67,7 @@ def run_columns(run: Run) -> tuple[Floats, dict[str, Floats], Integers | None, l
 def _feedback_sets(run: Run, notes: list[str]) -> _FeedbackSets:
     if len(run.ticks) and not len(run.frames):
         raise BadInputError(str(run.folder), "keeps no frames", "a run recorded with recording.frames: true")
-    status = columns_of(run.frames, "drive_status")
+    status = columns_of(run.frames, "drive_status", run.protocol)
     if len(status.place) < 2:
         raise BadInputError(str(run.folder), "holds no feedback", "a run in which the antenna answered")
     tick, end = _device_ticks(status)
@@ -109,7 +109,7 @@ def _wrapped(ticks: Integers) -> Integers:
 
 def _acting_set_points(run: Run, sets: _FeedbackSets) -> tuple[Integers, dict[str, Floats]]:
     """For each set the host tick (-1: unknown) whose set-point its echo names, and the torque by axis that acted, N m."""
-    sent = columns_of(run.frames, "set_point")
+    sent = columns_of(run.frames, "set_point", run.protocol)
     state = sets.status.raw["state"][sets.rows]
     unknown = np.full(len(sets.rows), -1)
     idle = np.where(state == DriveState.OPERATION_ENABLED, np.nan, 0.0)
@@ -165,21 +165,34 @@ def _references(run: Run, row_tick: Integers, measured: dict[str, Floats], notes
 
 def _slow_columns(run: Run, sets: _FeedbackSets, first: int, count: int) -> dict[str, Floats]:
     """Base motion and winding temperatures, interpolated linearly from the rate at which they come to the rows."""
-    wanted = [("base_attitude", angle, f"base.{angle}") for angle in ("roll", "pitch", "yaw")]
+    wanted = [("base_attitude", angle, f"base.{angle}") for angle in ("roll", "pitch")]
+    yaw = "base_attitude" if run.protocol.version == 1 else "base_heading"
+    wanted.append((yaw, "yaw", "base.yaw"))
     wanted += [("base_rate", rate, f"base.{rate}") for rate in ("p", "q", "r")]
     names = zip(AXES, run.record.header.axes, strict=True)
     wanted += [(f"motor_status_{own}", "temperature", f"{axis}.temperature") for own, axis in names]
     columns: dict[str, Floats] = {}
     status_place = sets.status.place[sets.rows]
     for message, signal, name in wanted:
-        received = columns_of(run.frames, message)
+        received = columns_of(run.frames, message, run.protocol)
         in_set = np.searchsorted(status_place, received.place)
         kept = in_set < len(status_place)
         if kept.any():
             values = received.physical(signal)[kept]
             at = sets.tick[in_set[kept]] - first
+            if (age := _age_ticks(received, sets, in_set)) is not None:
+                at = at - age[kept]
             columns[name] = np.interp(np.arange(count + 1), at, np.unwrap(values) if name in BASE_ANGLES else values)
     return columns
+
+
+def _age_ticks(received: MessageColumns, sets: _FeedbackSets, in_set: Integers) -> Integers | None:
+    """How many ticks before its set a base attitude was true, where it says so."""
+    own = sets.status.raw["tick"][sets.rows[np.minimum(in_set, len(sets.rows) - 1)]]
+    for stamp, span in (("valid_tick", _DEVICE_TICKS), ("set", 16)):
+        if stamp in received.raw:
+            return np.mod(own - received.raw[stamp], span)
+    return None
 
 
 def _laps(run: Run, row_tick: Integers) -> Integers | None:

@@ -72,6 +72,11 @@ class _Mapped:
         """Bytes written that the reader has not taken yet, lost ones included."""
         return self._words[_HEAD] - self._words[_READER]
 
+    @property
+    def reader_position(self) -> int:
+        """How far the reader is, in bytes since the start: it moves on as long as the reader lives and there is something to take."""
+        return self._words[_READER]
+
     def close(self) -> None:
         """Unmap the ring; the other side is not affected."""
         self._words.release()

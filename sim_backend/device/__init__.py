@@ -3,11 +3,13 @@
 from sim_backend.device.core import device_tick
 from sim_backend.device.device import Device, encode_device_mail
 from sim_backend.device.settings import AxisSettings, FirmwareSettings, TravelReaction, settings_to_state
+from sim_backend.device.spoiling import Spoilt
 
 __all__ = [
     "AxisSettings",
     "Device",
     "FirmwareSettings",
+    "Spoilt",
     "TravelReaction",
     "device_tick",
     "encode_device_mail",

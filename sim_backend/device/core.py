@@ -13,10 +13,13 @@ from firmware_protocol.compiling import compiled
 from firmware_protocol.schema import BY_NAME, Direction
 from sim_backend.device.drive import step_state, take_deadman_config, take_set_point
 from sim_backend.device.guards import flag_travel_and_rate, within_torque_limit, without_outward
+from sim_backend.device.holding import hold_axes, take_brake_commands
+from sim_backend.device.identity import report_identity, report_identity_unit
 from sim_backend.device.layout import (
     APPLIED_TORQUE,
     AXIS_J,
     AXIS_J_SIZE,
+    EXPONENT,
     FAULT,
     LAST_SEQUENCE,
     LIMITS,
@@ -26,8 +29,17 @@ from sim_backend.device.layout import (
     STATE,
     TICK,
 )
-from sim_backend.device.sensing import report_base_attitude, report_base_rate, report_motion, report_motor, sample
-from sim_backend.device.stopping import ramp_torque, reaction_torque
+from sim_backend.device.sensing import (
+    report_base_acceleration,
+    report_base_attitude,
+    report_base_heading,
+    report_base_rate,
+    report_motion,
+    report_motor,
+    sample,
+)
+from sim_backend.device.spoiling import spoilt_torque
+from sim_backend.device.stopping import stop_torque, stops_by_itself
 from sim_backend.layout import AXES
 from sim_backend.step import plant_tick
 
@@ -36,7 +48,9 @@ _MOTOR_PERIOD = BY_NAME["motor_status_outer"].period_ticks
 _BASE_PERIOD = BY_NAME["base_attitude"].period_ticks
 #: in which tick of their period the slow messages go out, so that no tick has more than one of them
 _MOTOR_PHASES = (3, 3 + _MOTOR_PERIOD // 2)
-_ATTITUDE_PHASE, _RATE_PHASE = 0, _BASE_PERIOD // 2
+_ATTITUDE_PHASE, _HEADING_PHASE, _RATE_PHASE, _ACCELERATION_PHASE = 0, 1, _BASE_PERIOD // 2, 7
+_ACCELERATION_PERIOD, _IDENTITY_PERIOD = BY_NAME["base_acceleration"].period_ticks, BY_NAME["identity"].period_ticks
+_IDENTITY_PHASE, _UNIT_PHASE = 2, 4
 _INNER = AXIS_J + AXIS_J_SIZE
 
 
@@ -51,20 +65,23 @@ def device_tick(mail_in: np.ndarray, mail_out: np.ndarray, P: np.ndarray, K: np.
     J[TICK] += 1
     take_set_point(mail_in, J)
     take_deadman_config(mail_in, J)
+    take_brake_commands(mail_in, J)
     step_state(mail_in, mail_out, K, J)
     _command_torque(K, J)
-    outer, inner = J[AXIS_J + APPLIED_TORQUE], J[_INNER + APPLIED_TORQUE]
-    plant_tick(P, K, X, (outer * m.SET_POINT_TORQUE_OUTER_STEP, inner * m.SET_POINT_TORQUE_INNER_STEP))
+    hold_axes(K, X, J)
+    plant_tick(P, K, X, (motor_torque(J, AXIS_J), motor_torque(J, _INNER)))
     sample(P, K, X, J)
     flag_travel_and_rate(K, J)
     report_motion(mail_out, K, J)
     for axis in range(2):
         if J[TICK] % _MOTOR_PERIOD == _MOTOR_PHASES[axis]:
             report_motor(mail_out, P, K, X, J, axis)
-    if J[TICK] % _BASE_PERIOD == _ATTITUDE_PHASE:
-        report_base_attitude(mail_out, P, K, X)
-    elif J[TICK] % _BASE_PERIOD == _RATE_PHASE:
-        report_base_rate(mail_out, P, K, X)
+    _report_base(mail_out, P, K, X, J)
+    asked = mail_in[m.DRIVE_CONTROL] > 0 and mail_in[m.DRIVE_CONTROL_IDENTIFY] == 1
+    if asked or J[TICK] % _IDENTITY_PERIOD == _IDENTITY_PHASE:
+        report_identity(mail_out, J)
+    if asked or J[TICK] % _IDENTITY_PERIOD == _UNIT_PHASE:
+        report_identity_unit(mail_out, J)
     _report_status(mail_out, J)
 
 
@@ -78,11 +95,35 @@ def _command_torque(K: np.ndarray, J: np.ndarray) -> None:
         if J[STATE] == m.DRIVE_STATE_OPERATION_ENABLED:
             if J[j + SET_ENABLE] == 1:
                 torque = without_outward(J, axis, J[j + SET_TORQUE])
-        elif J[STATE] == m.DRIVE_STATE_QUICK_STOP_ACTIVE:
-            torque = ramp_torque(J, axis)
-        elif J[STATE] == m.DRIVE_STATE_FAULT_REACTION_ACTIVE:
-            torque = reaction_torque(K, J, axis)
+        elif stops_by_itself(J):
+            torque = stop_torque(K, J, axis)
         J[j + APPLIED_TORQUE] = within_torque_limit(J, axis, torque)
+
+
+@compiled
+def applied_torque(J: np.ndarray, j: int) -> float:
+    """Torque (N m) that the drive asks of the current loop of the axis whose block begins at `j`."""
+    return float(J[j + APPLIED_TORQUE] << J[j + EXPONENT]) * m.SET_POINT_TORQUE_OUTER_STEP
+
+
+@compiled
+def motor_torque(J: np.ndarray, j: int) -> float:
+    """Torque (N m) that its motor makes of it: another one when it was spoilt."""
+    return float(spoilt_torque(J, j, J[j + APPLIED_TORQUE]) << J[j + EXPONENT]) * m.SET_POINT_TORQUE_OUTER_STEP
+
+
+@compiled
+def _report_base(mail: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.ndarray, J: np.ndarray) -> None:
+    """What the base's inertial navigation says at this tick, at most one message."""
+    phase = J[TICK] % _BASE_PERIOD
+    if phase == _ATTITUDE_PHASE:
+        report_base_attitude(mail, P, K, X, J)
+    elif phase == _HEADING_PHASE:
+        report_base_heading(mail, J)
+    elif phase == _RATE_PHASE:
+        report_base_rate(mail, P, K, X)
+    elif J[TICK] % _ACCELERATION_PERIOD == _ACCELERATION_PHASE:
+        report_base_acceleration(mail)
 
 
 @compiled

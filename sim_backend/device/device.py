@@ -8,10 +8,11 @@ from firmware_protocol import mail as m
 from firmware_protocol.block_codec import age_receivers, clear_fresh, decode_block, encode_mail, new_receivers
 from firmware_protocol.compiling import compiled, entry_point
 from firmware_protocol.receiver import CRC_ERRORS, DUPLICATES, OUT_OF_RANGE
-from firmware_protocol.schema import MESSAGES, RECORD_SIZE, Direction, DriveState, FaultCode
+from firmware_protocol.schema import MESSAGES, RECORD_SIZE, BrakeState, Direction, DriveState, FaultCode
 from sim_backend.device import layout
-from sim_backend.device.core import device_tick
-from sim_backend.device.settings import FirmwareSettings, settings_to_state
+from sim_backend.device.core import applied_torque, device_tick
+from sim_backend.device.settings import FirmwareSettings, settings_to_plant, settings_to_state
+from sim_backend.device.spoiling import Spoilt, spoil
 from sim_backend.layout import K_SIZE, POSITION, RATE
 from sim_backend.model import AntennaModel, plant_arrays
 
@@ -23,7 +24,11 @@ _SENDING_ORDER = np.array(
         m.MOTOR_STATUS_OUTER_MESSAGE,
         m.MOTOR_STATUS_INNER_MESSAGE,
         m.BASE_ATTITUDE_MESSAGE,
+        m.BASE_HEADING_MESSAGE,
         m.BASE_RATE_MESSAGE,
+        m.BASE_ACCELERATION_MESSAGE,
+        m.IDENTITY_MESSAGE,
+        m.IDENTITY_UNIT_MESSAGE,
         m.FEEDBACK_OUTER_MESSAGE,
         m.FEEDBACK_INNER_MESSAGE,
         m.DRIVE_STATUS_MESSAGE,
@@ -36,7 +41,11 @@ _FRESH_SLOTS = np.array(
         m.MOTOR_STATUS_OUTER,
         m.MOTOR_STATUS_INNER,
         m.BASE_ATTITUDE,
+        m.BASE_HEADING,
         m.BASE_RATE,
+        m.BASE_ACCELERATION,
+        m.IDENTITY,
+        m.IDENTITY_UNIT,
         m.FEEDBACK_OUTER,
         m.FEEDBACK_INNER,
         m.DRIVE_STATUS,
@@ -108,6 +117,7 @@ class Device:
         self.J, self.K, self.mail = words[:_K_AT], words[_K_AT:_MAIL_AT], words[_MAIL_AT:_COUNTERS_AT]
         self.receivers = words[_RECEIVERS_AT:_OCTETS_AT].reshape(_ROWS, _COLUMNS)
         self.X[:], self.P[:] = arrays.X, arrays.P
+        settings_to_plant(self.settings, self.P)
         self.J[:], self.K[:], self.receivers[:] = settings_to_state(self.settings, rate_hz), arrays.K, _RECEIVERS
 
     def tick(self, received: bytes = b"") -> bytes:
@@ -152,8 +162,11 @@ class Device:
     @property
     def torques_nm(self) -> tuple[float, ...]:
         """Torque that the drive applied in the last tick, N m (N on a linear axis)."""
-        step = m.SET_POINT_TORQUE_OUTER_STEP
-        return tuple(float(self.J[layout.axis_j(axis) + layout.APPLIED_TORQUE]) * step for axis in range(len(self.model.axes)))
+        return tuple(float(applied_torque(self.J, layout.axis_j(axis))) for axis in range(len(self.model.axes)))
+
+    def brake(self, axis: int) -> BrakeState:
+        """Where an axis' holding brake stands."""
+        return BrakeState(int(self.J[layout.axis_j(axis) + layout.BRAKE_STATE]))
 
     @property
     def set_points(self) -> tuple[int, int]:
@@ -169,6 +182,10 @@ class Device:
     def repeated_frames(self) -> int:
         """Frames dropped so far because their alive counter repeats, comes late, or is that of a host that has just started anew."""
         return int(self.receivers[:-1, DUPLICATES].sum())
+
+    def spoil(self, axis: int, part: str, kind: Spoilt, amount: int = 0) -> None:
+        """Give an axis a fault of its `encoder`, `gyro` or `motor` from the next tick on, as on a bench; see `Spoilt`."""
+        spoil(self.J, axis, part, kind, amount)
 
     def set_supply(self, supply_v: float) -> None:
         """Let the supply have another voltage, as on a bench: below the firmware's least one the drive faults."""

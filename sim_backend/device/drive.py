@@ -99,7 +99,8 @@ def step_state(mail_in: np.ndarray, mail_out: np.ndarray, K: np.ndarray, J: np.n
         if mail_in[m.DRIVE_CONTROL_QUICK_STOP] == 1 and state != _QUICK_STOP:
             request = m.DRIVE_REQUEST_QUICK_STOP
         wanted = destination(state, request, J[MARGIN] > 0)
-        if wanted == _QUICK_STOP and state != _QUICK_STOP:
+        if wanted == _QUICK_STOP and (state != _QUICK_STOP or _asks_for_another_stop(mail_in, J)):
+            J[ACTIVE_REACTION] = mail_in[m.DRIVE_CONTROL_STOP]
             begin_stop(K, J)
         if wanted != state:
             _enter(mail_out, J, wanted, m.FAULT_CODE_NONE, request)
@@ -129,6 +130,13 @@ def destination(state: int, request: int, deadman_fed: bool) -> int:
 
 
 @compiled
+def _asks_for_another_stop(mail: np.ndarray, J: np.ndarray) -> bool:
+    """Whether a quick stop that runs shall go on without the sensor that it uses; one that uses none stays."""
+    other = mail[m.DRIVE_CONTROL_STOP] != J[ACTIVE_REACTION]
+    return bool(mail[m.DRIVE_CONTROL_QUICK_STOP] == 1 and other and J[ACTIVE_REACTION] > m.STOP_REACTION_BRAKE)
+
+
+@compiled
 def _hear_control(mail: np.ndarray, K: np.ndarray, J: np.ndarray) -> bool:
     """Take drive_control's levels; answers whether fault_reset rose."""
     if J[TRAVEL_CLEARED] == 1 and not beyond_any_travel(K, J):
@@ -148,7 +156,7 @@ def _hear_control(mail: np.ndarray, K: np.ndarray, J: np.ndarray) -> bool:
 def _reaction_to(fault: int, state: int, J: np.ndarray) -> int:
     """Without power there is nothing to stop; a lost link has the reaction that the host chose."""
     if not has_power(state):
-        return m.DEADMAN_REACTION_COAST
+        return m.STOP_REACTION_COAST
     if fault == m.FAULT_CODE_DEADMAN or fault == m.FAULT_CODE_COMMUNICATION:
         return int(J[REACTION])
     return int(J[FAULT_REACTION])

@@ -16,6 +16,7 @@ from sim_backend.device.layout import (
     JOINT_RATE,
     LIMITS,
     MARGIN,
+    MAX_DISAGREEMENT,
     MAX_WINDING,
     MIN_SUPPLY,
     OVERSPEED,
@@ -53,6 +54,9 @@ def find_fault(K: np.ndarray, J: np.ndarray) -> tuple[int, int]:
         if max(abs(J[j + JOINT_RATE]), abs(J[j + GYRO])) > J[j + OVERSPEED]:
             return m.FAULT_CODE_OVERSPEED, axis
     for axis in range(K[AXES]):
+        if disagreement(J, axis) > J[MAX_DISAGREEMENT]:
+            return m.FAULT_CODE_SENSORS_DISAGREE, axis
+    for axis in range(K[AXES]):
         if J[TRAVEL_REACTION] == _FAULT_BEYOND_TRAVEL and J[TRAVEL_CLEARED] == 0 and _beyond_travel(J, AXIS_J + axis * AXIS_J_SIZE) != 0:
             return m.FAULT_CODE_TRAVEL_LIMIT, axis
     if J[MARGIN] == 0:
@@ -63,9 +67,16 @@ def find_fault(K: np.ndarray, J: np.ndarray) -> tuple[int, int]:
 
 
 @compiled
-def sensors_and_supply_serve(K: np.ndarray, J: np.ndarray) -> bool:
-    """Whether an active stop is possible: without sensors, supply or a cool winding the drive can only brake."""
-    return bool(_fault_of_hardware(K, J)[0] == m.FAULT_CODE_NONE)
+def disagreement(J: np.ndarray, axis: int) -> int:
+    """By how much encoder and gyro differ on an axis' rate, raw; the gyro sees the base turn too."""
+    j = AXIS_J + axis * AXIS_J_SIZE
+    return int(abs(J[j + JOINT_RATE] - J[j + GYRO]))
+
+
+@compiled
+def supply_serves(K: np.ndarray, J: np.ndarray) -> bool:
+    """Whether a stop may use torque: not without supply or with a hot winding."""
+    return bool(_fault_of_power(K, J)[0] == m.FAULT_CODE_NONE)
 
 
 @compiled
@@ -74,6 +85,11 @@ def _fault_of_hardware(K: np.ndarray, J: np.ndarray) -> tuple[int, int]:
         fault = J[AXIS_J + axis * AXIS_J_SIZE + SENSOR_FAULT]
         if fault != m.FAULT_CODE_NONE:
             return fault, axis
+    return _fault_of_power(K, J)
+
+
+@compiled
+def _fault_of_power(K: np.ndarray, J: np.ndarray) -> tuple[int, int]:
     for axis in range(K[AXES]):
         j = AXIS_J + axis * AXIS_J_SIZE
         if J[j + WINDING] > J[j + MAX_WINDING]:

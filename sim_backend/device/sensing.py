@@ -11,20 +11,41 @@ from firmware_protocol.block_codec import quantise
 from firmware_protocol.compiling import compiled
 from sim_backend.base_motion import base_attitude, base_state
 from sim_backend.device.layout import (
+    ATTITUDE_TICK,
     AXIS_J,
     AXIS_J_SIZE,
+    BRAKE_STATE,
     ENCODER,
+    ENCODER_SPOILT,
+    EXPONENT,
     GYRO,
+    GYRO_SPOILT,
     JOINT_RATE,
     JOINT_RATE_SHIFT,
     RATE_OF_COUNT,
     SCALE_BITS,
     SENSOR_FAULT,
+    SHORTED,
     SUPPLY,
     TICK,
     WINDING,
+    YAW,
 )
-from sim_backend.layout import APPLIED, AXES, AXIS_BLOCK, AXIS_SIZE, POSITION, RATE, SEED, STEP_S, STEPS, TEMPERATURE, TORQUE_NOISE
+from sim_backend.device.spoiling import spoilt_reading
+from sim_backend.layout import (
+    APPLIED,
+    AXES,
+    AXIS_BLOCK,
+    AXIS_SIZE,
+    POSITION,
+    RATE,
+    SEED,
+    SHORT_DAMPING,
+    STEP_S,
+    STEPS,
+    TEMPERATURE,
+    TORQUE_NOISE,
+)
 from sim_backend.noise import normal
 from sim_backend.step import read_encoder, read_gyro, true_rates
 
@@ -62,6 +83,8 @@ def sample(P: np.ndarray, K: np.ndarray, X: np.ndarray, J: np.ndarray) -> None:
             continue
         position = quantise(read_encoder(P, K, X, axis, J[TICK]), _POSITION_STEP, _POSITION_LOW, _POSITION_HIGH)
         rate = quantise(read_gyro(P, K, X, axis, J[TICK]), _RATE_STEP, _RATE_LOW, _RATE_HIGH)
+        position = min(max(spoilt_reading(J, j + ENCODER_SPOILT, position, False, _POSITION_HIGH), _POSITION_LOW), _POSITION_HIGH)
+        rate = min(max(spoilt_reading(J, j + GYRO_SPOILT, rate, True, _RATE_HIGH), _RATE_LOW), _RATE_HIGH)
         # the first sample after power-up has none before it
         moved = (position - J[j + ENCODER]) * J[RATE_OF_COUNT] >> SCALE_BITS if J[TICK] > 1 else 0
         J[j + JOINT_RATE] += (moved - J[j + JOINT_RATE]) >> JOINT_RATE_SHIFT
@@ -96,21 +119,40 @@ def report_motor(mail: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.ndarray, 
     if axis >= K[AXES]:
         return
     torque = X[APPLIED + axis]
+    if J[AXIS_J + axis * AXIS_J_SIZE + SHORTED] == 1:
+        torque -= P[AXIS_BLOCK + axis * AXIS_SIZE + SHORT_DAMPING] * X[RATE + axis]
     noise = P[AXIS_BLOCK + axis * AXIS_SIZE + TORQUE_NOISE]
     if noise > 0.0:
         torque += noise * normal(K[SEED], J[TICK], _TORQUE_CHANNEL + axis)
-    mail[fresh + 1] = quantise(torque, _TORQUE_STEP, _TORQUE_LOW, _TORQUE_HIGH)
-    mail[fresh + 2], mail[fresh + 3] = J[AXIS_J + axis * AXIS_J_SIZE + WINDING], J[SUPPLY]
+    j = AXIS_J + axis * AXIS_J_SIZE
+    mail[fresh + 1] = quantise(torque, _TORQUE_STEP * (1 << J[j + EXPONENT]), _TORQUE_LOW, _TORQUE_HIGH)
+    mail[fresh + 2], mail[fresh + 3] = J[j + WINDING], J[SUPPLY]
+    mail[fresh + 4], mail[fresh + 5] = J[j + BRAKE_STATE], J[j + SHORTED]
 
 
 @compiled
-def report_base_attitude(mail: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.ndarray) -> None:
-    """Put the attitude of the base into the mail, as its inertial navigation gives it."""
+def report_base_attitude(mail: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.ndarray, J: np.ndarray) -> None:
+    """Put roll and pitch of the base into the mail, as its inertial navigation gives them, and keep the rest for `report_base_heading`."""
     mail[m.BASE_ATTITUDE] = 1
     roll, pitch, yaw = base_attitude(P, K, X[STEPS] * P[STEP_S])
     mail[m.BASE_ATTITUDE_ROLL] = _angle(roll)
     mail[m.BASE_ATTITUDE_PITCH] = _angle(pitch)
-    mail[m.BASE_ATTITUDE_YAW] = _angle(yaw)
+    mail[m.BASE_ATTITUDE_SET] = J[TICK] & m.BASE_ATTITUDE_SET_HIGH
+    J[YAW], J[ATTITUDE_TICK] = _angle(yaw), J[TICK] & m.BASE_HEADING_VALID_TICK_HIGH
+
+
+@compiled
+def report_base_heading(mail: np.ndarray, J: np.ndarray) -> None:
+    """Put the heading that belongs to the last `report_base_attitude` into the mail, and when both were true."""
+    mail[m.BASE_HEADING] = 1
+    mail[m.BASE_HEADING_YAW], mail[m.BASE_HEADING_VALID_TICK], mail[m.BASE_HEADING_VALID_FRACTION] = J[YAW], J[ATTITUDE_TICK], 0
+
+
+@compiled
+def report_base_acceleration(mail: np.ndarray) -> None:
+    """Put the acceleration of the pivot into the mail: the plant's base turns and does not shift."""
+    mail[m.BASE_ACCELERATION] = 1
+    mail[m.BASE_ACCELERATION_AX] = mail[m.BASE_ACCELERATION_AY] = mail[m.BASE_ACCELERATION_AZ] = 0
 
 
 @compiled

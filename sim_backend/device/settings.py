@@ -10,15 +10,22 @@ import numpy as np
 
 from firmware_protocol import mail as m
 from firmware_protocol.errors import BadInputError
-from firmware_protocol.schema import POSITION_STEP_RAD, RATE_STEP_RAD_S, TORQUE_STEP_NM, DeadmanReaction
+from firmware_protocol.schema import POSITION_STEP_RAD, RATE_STEP_RAD_S, TORQUE_STEP_NM, StopReaction, name_code
 from sim_backend.device import layout
+from sim_backend.layout import BRAKE_DAMPING, BRAKE_STIFFNESS, BRAKE_TORQUE, SHORT_DAMPING, STEP_S, axis_block
 from sim_backend.model import AntennaModel, Kind
+from sim_backend.model.numbers import ENDLESS
 
-#: largest torque and rate that the wire can carry
+#: largest torque and rate that the wire can carry, the torque with exponent 0
 WIRE_TORQUE_NM = m.SET_POINT_TORQUE_OUTER_HIGH * TORQUE_STEP_NM
+_MOST_EXPONENT = m.IDENTITY_UNIT_TORQUE_EXPONENT_OUTER_HIGH
 WIRE_RATE_RAD_S = m.FEEDBACK_OUTER_RATE_HIGH * RATE_STEP_RAD_S
 #: turns of the encoder that the wire can carry, in rad either way
 WIRE_POSITION_RAD = m.FEEDBACK_OUTER_POSITION_HIGH * POSITION_STEP_RAD
+
+
+#: how stiff a holding brake is: the natural frequency of the axis on it
+_BRAKE_BANDWIDTH_RAD_S = 500.0
 
 
 class TravelReaction(IntEnum):
@@ -45,12 +52,19 @@ class AxisSettings:
     deceleration_rad_s2: float = 10.0
     #: damping of the shorted motor in N m s/rad
     brake_damping: float = 0.0
+    #: torque of the holding brake; 0 without one
+    holding_torque_nm: float = 0.0
+    #: torques on the wire count `TORQUE_STEP_NM` times two to this
+    torque_exponent: int = 0
 
     def check(self, where: str) -> None:
         """BadInputError names the first key that cannot be."""
         for key in ("torque_limit_nm", "inertia_kg_m2", "rate_limit_rad_s", "overspeed_rad_s", "deceleration_rad_s2"):
             _require(getattr(self, key) > 0.0, f"{where}.{key}", getattr(self, key), "a positive number")
-        _require(self.torque_limit_nm <= WIRE_TORQUE_NM, f"{where}.torque_limit_nm", self.torque_limit_nm, f"at most {WIRE_TORQUE_NM:g}")
+        _require(0 <= self.torque_exponent <= _MOST_EXPONENT, f"{where}.torque_exponent", self.torque_exponent, f"0 to {_MOST_EXPONENT}")
+        most = WIRE_TORQUE_NM * 2.0**self.torque_exponent
+        _require(self.torque_limit_nm <= most, f"{where}.torque_limit_nm", self.torque_limit_nm, f"at most {most:g}, or a torque_exponent")
+        _require(self.holding_torque_nm >= 0.0, f"{where}.holding_torque_nm", self.holding_torque_nm, "0 or more")
         _require(self.overspeed_rad_s <= WIRE_RATE_RAD_S, f"{where}.overspeed_rad_s", self.overspeed_rad_s, f"at most {WIRE_RATE_RAD_S:g}")
         _require(
             self.travel_low_rad < self.travel_high_rad, f"{where}.travel_low_rad", self.travel_low_rad, "a number below travel_high_rad"
@@ -63,11 +77,14 @@ class FirmwareSettings:
     """Settings of the drive; `for_model` gives what suits an antenna."""
 
     axes: tuple[AxisSettings, ...]
+    #: who the antenna says it is
+    name: str = ""
+    serial_number: int = 1
     #: deadman until the host sends its own
     deadman_window_ticks: int = 10
-    deadman_reaction: DeadmanReaction = DeadmanReaction.BRAKE
+    deadman_reaction: StopReaction = StopReaction.BRAKE
     #: what the drive does in a fault that is not the link's; holding needs sensors and supply, without them it brakes
-    fault_reaction: DeadmanReaction = DeadmanReaction.BRAKE
+    fault_reaction: StopReaction = StopReaction.BRAKE
     travel_reaction: TravelReaction = TravelReaction.FAULT
     #: self-test after power-up, at least one tick
     startup_ticks: int = 10
@@ -75,6 +92,10 @@ class FirmwareSettings:
     control_silence_ticks: int = 1000
     supply_v: float = 28.0
     min_supply_v: float = 18.0
+    #: encoder and gyro that differ by more are a fault: more than any base turns
+    disagreement_rad_s: float = 4.0
+    #: and by more than this while the drive stops: it stops without them
+    stop_disagreement_rad_s: float = 1.0
     #: an axis is at rest below this joint rate for rest_s; then it is held for hold_s
     rest_rate_rad_s: float = 0.01
     rest_s: float = 0.05
@@ -83,11 +104,13 @@ class FirmwareSettings:
     reaction_timeout_s: float = 2.0
     #: triple pole of the stopping law
     stop_bandwidth_rad_s: float = 25.0
+    #: what a holding brake takes to close
+    brake_closing_s: float = 0.02
 
     @classmethod
     def for_model(cls, model: AntennaModel) -> FirmwareSettings:
         """Torque limits and travel of the model, stopping tuned for its inertia with half the torque for deceleration."""
-        return cls(tuple(_axis_for(model, index, axis) for index, axis in enumerate(model.axes)))
+        return cls(tuple(_axis_for(model, index, axis) for index, axis in enumerate(model.axes)), name=model.name)
 
     def check(self, where: str = "firmware") -> None:
         """BadInputError names the first key that cannot be."""
@@ -112,16 +135,27 @@ def _axis_for(model: AntennaModel, index: int, axis: str) -> AxisSettings:
         # the outer joint carries the inner gimbal along
         inertia += model.number(model.axes[1], "body.inertia.zz")
     limit = model.number(axis, "actuator.limit")
-    torque = min(limit, WIRE_TORQUE_NM) if limit > 0.0 else WIRE_TORQUE_NM
-    stops = model.number(axis, "travel.stiffness") > 0.0
+    torque = limit if limit > 0.0 else WIRE_TORQUE_NM
+    exponent = max(0, math.ceil(math.log2(torque / WIRE_TORQUE_NM)))
+    ends = abs(model.number(axis, "travel.low")) < ENDLESS or abs(model.number(axis, "travel.high")) < ENDLESS
     return AxisSettings(
         torque_limit_nm=torque,
         inertia_kg_m2=inertia,
-        travel_low_rad=model.number(axis, "travel.low") if stops else -math.inf,
-        travel_high_rad=model.number(axis, "travel.high") if stops else math.inf,
+        travel_low_rad=model.number(axis, "travel.low") if ends else -math.inf,
+        travel_high_rad=model.number(axis, "travel.high") if ends else math.inf,
         deceleration_rad_s2=0.5 * torque / inertia,
         brake_damping=20.0 * inertia,
+        holding_torque_nm=torque if _weight_moves(model, index, axis) else 0.0,
+        torque_exponent=exponent,
     )
+
+
+def _weight_moves(model: AntennaModel, index: int, axis: str) -> bool:
+    """Whether an axis may fall when nothing holds it on a level base: the inner one of a gimbal, whose weight is more than its friction."""
+    if model.kind is not Kind.GIMBAL or index == 0:
+        return False
+    lever = math.hypot(model.number(axis, "body.cog.x"), model.number(axis, "body.cog.z"))
+    return lever * model.number(axis, "body.mass") * model.file.gravity_m_s2 > model.number(axis, "friction.breakaway")
 
 
 def settings_to_state(settings: FirmwareSettings, rate_hz: float) -> np.ndarray:
@@ -137,17 +171,38 @@ def settings_to_state(settings: FirmwareSettings, rate_hz: float) -> np.ndarray:
     J[layout.STARTUP_TICKS], J[layout.CONTROL_SILENCE_TICKS] = settings.startup_ticks, settings.control_silence_ticks
     J[layout.TRAVEL_REACTION], J[layout.FAULT_REACTION] = settings.travel_reaction, settings.fault_reaction
     J[layout.REST_RATE] = round(settings.rest_rate_rad_s / RATE_STEP_RAD_S)
+    J[layout.MAX_DISAGREEMENT] = round(settings.disagreement_rad_s / RATE_STEP_RAD_S)
+    J[layout.STOP_DISAGREEMENT] = round(settings.stop_disagreement_rad_s / RATE_STEP_RAD_S)
     J[layout.REST_TICKS], J[layout.HOLD_TICKS] = round(settings.rest_s * rate_hz), round(settings.hold_s * rate_hz)
     J[layout.REACTION_TICKS] = round(settings.reaction_timeout_s * rate_hz)
     J[layout.RATE_OF_COUNT] = round(POSITION_STEP_RAD * rate_hz / RATE_STEP_RAD_S * layout.SCALE)
     J[layout.COUNT_OF_RATE] = round(RATE_STEP_RAD_S / (POSITION_STEP_RAD * rate_hz) * layout.SCALE)
+    J[layout.NAME_CODE], J[layout.SERIAL_NUMBER] = name_code(settings.name), settings.serial_number
+    J[layout.BRAKE_TICKS] = round(settings.brake_closing_s * rate_hz)
     for index, axis in enumerate(settings.axes):
-        _fill_axis(J, layout.axis_j(index), axis, settings.stop_bandwidth_rad_s, rate_hz)
+        _fill_axis(J, layout.axis_j(index), axis, settings, rate_hz)
     return J
 
 
-def _fill_axis(J: np.ndarray, j: int, axis: AxisSettings, bandwidth_rad_s: float, rate_hz: float) -> None:
-    J[j + layout.TORQUE_LIMIT] = math.floor(axis.torque_limit_nm / TORQUE_STEP_NM + 1e-9)
+def settings_to_plant(settings: FirmwareSettings, P: np.ndarray) -> None:
+    """Fill in what the plant has from the drive: shorted windings and holding brakes."""
+    for index, axis in enumerate(settings.axes):
+        block = axis_block(index)
+        # as stiff as a step of the plant can follow
+        bandwidth = min(_BRAKE_BANDWIDTH_RAD_S, 0.3 / P[STEP_S])
+        P[block + SHORT_DAMPING] = min(axis.brake_damping, 0.2 * axis.inertia_kg_m2 / P[STEP_S])
+        P[block + BRAKE_TORQUE] = axis.holding_torque_nm
+        P[block + BRAKE_STIFFNESS] = bandwidth * bandwidth * axis.inertia_kg_m2
+        P[block + BRAKE_DAMPING] = bandwidth * axis.inertia_kg_m2
+
+
+def _fill_axis(J: np.ndarray, j: int, axis: AxisSettings, settings: FirmwareSettings, rate_hz: float) -> None:
+    step = TORQUE_STEP_NM * 2**axis.torque_exponent
+    J[j + layout.EXPONENT], J[j + layout.TORQUE_LIMIT] = axis.torque_exponent, math.floor(axis.torque_limit_nm / step + 1e-9)
+    if axis.holding_torque_nm > 0.0:
+        # a brake holds without power: it is closed when the drive wakes up
+        J[j + layout.HAS_BRAKE], J[j + layout.BRAKE_STATE] = 1, m.BRAKE_STATE_RELEASED
+        J[j + layout.BRAKE_AGE] = round(settings.brake_closing_s * rate_hz)
     J[j + layout.TRAVEL_LOW] = _counts(axis.travel_low_rad)
     J[j + layout.TRAVEL_HIGH] = _counts(axis.travel_high_rad)
     J[j + layout.RATE_LIMIT], J[j + layout.OVERSPEED] = (
@@ -157,10 +212,9 @@ def _fill_axis(J: np.ndarray, j: int, axis: AxisSettings, bandwidth_rad_s: float
     J[j + layout.MAX_WINDING] = round(axis.max_temperature_degc / m.MOTOR_STATUS_OUTER_TEMPERATURE_STEP)
     # torque from rate, count, and count and tick; a triple pole at w: I (3 w, 3 w^2, w^3). A torque that is held for a tick and a rate
     # that is low-passed over four cannot be faster than this share of the tick rate
-    per_rate = layout.SCALE * RATE_STEP_RAD_S / TORQUE_STEP_NM
-    per_count = layout.SCALE * POSITION_STEP_RAD / TORQUE_STEP_NM
-    inertia, w = axis.inertia_kg_m2, min(bandwidth_rad_s, rate_hz / 40.0)
-    J[j + layout.BRAKE_GAIN] = round(min(axis.brake_damping, rate_hz / 50.0 * inertia) * per_rate)
+    per_rate = layout.SCALE * RATE_STEP_RAD_S / step
+    per_count = layout.SCALE * POSITION_STEP_RAD / step
+    inertia, w = axis.inertia_kg_m2, min(settings.stop_bandwidth_rad_s, rate_hz / 40.0)
     J[j + layout.STOP_RATE_GAIN] = round(3.0 * w * inertia * per_rate)
     J[j + layout.STOP_POSITION_GAIN] = round(3.0 * w * w * inertia * per_count)
     J[j + layout.STOP_INTEGRAL_GAIN] = round(w * w * w * inertia * per_count / rate_hz)

@@ -1,4 +1,7 @@
-"""How the drive stops by itself: coast, short the motor, or follow a ramp down to rest and hold there."""
+"""How the drive stops by itself: coast, short the winding, torque against the gyro's rate, or a ramp down to rest where it then holds.
+
+Only the last two need a sensor, one each: a stop is chosen so that it never uses the sensor that is suspected.
+"""
 
 from __future__ import annotations
 
@@ -6,14 +9,14 @@ import numpy as np
 
 from firmware_protocol import mail as m
 from firmware_protocol.compiling import compiled
-from sim_backend.device.guards import sensors_and_supply_serve
+from sim_backend.device.guards import disagreement, supply_serves
 from sim_backend.device.layout import (
     ACTIVE_REACTION,
     AXIS_J,
     AXIS_J_SIZE,
-    BRAKE_GAIN,
     COUNT_OF_RATE,
     ENCODER,
+    GYRO,
     HOLD_TICKS,
     JOINT_RATE,
     REACTION_TICKS,
@@ -21,7 +24,10 @@ from sim_backend.device.layout import (
     REST_RATE,
     REST_TICKS,
     SCALE_BITS,
+    SENSOR_FAULT,
+    STATE,
     STATE_AGE,
+    STOP_DISAGREEMENT,
     STOP_INTEGRAL,
     STOP_INTEGRAL_GAIN,
     STOP_POSITION,
@@ -33,7 +39,8 @@ from sim_backend.device.layout import (
 )
 from sim_backend.layout import AXES
 
-_COAST, _BRAKE, _HOLD = m.DEADMAN_REACTION_COAST, m.DEADMAN_REACTION_BRAKE, m.DEADMAN_REACTION_DECELERATE_AND_HOLD
+_COAST, _BRAKE = m.STOP_REACTION_COAST, m.STOP_REACTION_BRAKE
+_HOLD, _BY_GYRO = m.STOP_REACTION_DECELERATE_AND_HOLD, m.STOP_REACTION_GYRO_STOP
 
 
 @compiled
@@ -61,21 +68,41 @@ def ramp_torque(J: np.ndarray, axis: int) -> int:
 
 
 @compiled
-def brake_torque(J: np.ndarray, axis: int) -> int:
-    """Raw torque of a shorted motor: against the joint rate, in proportion to it."""
+def gyro_torque(J: np.ndarray, axis: int) -> int:
+    """Raw torque against the inertial rate that the gyro reads."""
     j = AXIS_J + axis * AXIS_J_SIZE
-    return int(-(J[j + BRAKE_GAIN] * J[j + JOINT_RATE] >> SCALE_BITS))
+    return int(-(J[j + STOP_RATE_GAIN] * J[j + GYRO]) >> SCALE_BITS)
 
 
 @compiled
-def reaction_torque(K: np.ndarray, J: np.ndarray, axis: int) -> int:
-    """Raw torque of the fault reaction in force."""
-    reaction = J[ACTIVE_REACTION]
-    if reaction == _COAST:
-        return 0
-    if reaction == _BRAKE or not sensors_and_supply_serve(K, J):
-        return brake_torque(J, axis)
-    return ramp_torque(J, axis)
+def stop_in_force(K: np.ndarray, J: np.ndarray) -> int:
+    """The stop that acts now: the one chosen while what it needs serves, else the shorted winding, which needs nothing."""
+    reaction = int(J[ACTIVE_REACTION])
+    if reaction != _HOLD and reaction != _BY_GYRO:
+        return reaction
+    if not supply_serves(K, J):
+        return _BRAKE
+    broken = m.FAULT_CODE_ENCODER if reaction == _HOLD else m.FAULT_CODE_GYRO
+    for axis in range(K[AXES]):
+        fault = J[AXIS_J + axis * AXIS_J_SIZE + SENSOR_FAULT]
+        if fault == broken or fault == m.FAULT_CODE_INTERNAL or disagreement(J, axis) > J[STOP_DISAGREEMENT]:
+            return _BRAKE
+    return reaction
+
+
+@compiled
+def stop_torque(K: np.ndarray, J: np.ndarray, axis: int) -> int:
+    """Raw torque of the stop in force; a coasting axis and a shorted winding get none."""
+    stop = stop_in_force(K, J)
+    if stop == _HOLD:
+        return ramp_torque(J, axis)
+    return gyro_torque(J, axis) if stop == _BY_GYRO else 0
+
+
+@compiled
+def stops_by_itself(J: np.ndarray) -> bool:
+    """Whether the drive is stopping: its quick stop or its fault reaction."""
+    return bool(J[STATE] == m.DRIVE_STATE_QUICK_STOP_ACTIVE or J[STATE] == m.DRIVE_STATE_FAULT_REACTION_ACTIVE)
 
 
 @compiled

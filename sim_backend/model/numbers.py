@@ -44,6 +44,8 @@ class Number:
 
 _A, _I, _C, _M, _B = Block.AXIS, Block.INERTIA, Block.COG, Block.MASS, Block.BUILD
 _BIG = 1e9
+#: a travel limit that is none
+ENDLESS = 1e4
 
 AXIS_NUMBERS: tuple[Number, ...] = (
     Number("body.inertia.xx", "kg m2", "kg", 0.0, _BIG, 0.0, _I, layout.XX, "moment about x through the pivot"),
@@ -89,9 +91,19 @@ AXIS_NUMBERS: tuple[Number, ...] = (
     Number("gyro.scale_error", "1", "1", -0.9, 10.0, 0.0, _A, layout.GYRO_SCALE_ERROR, "s in (1 + s) rate"),
     Number("gyro.noise", "rad/s", "m/s", 0.0, 10.0, 0.0, _A, layout.GYRO_NOISE, "rms at the sample rate"),
     Number("gyro.step", "rad/s", "m/s", 0.0, 1.0, 0.0, _A, layout.GYRO_STEP, "one count; 0 means ideal"),
-    Number("travel.low", "rad", "m", -1e4, 1e4, -1e4, _A, layout.STOP_LOW, "lower mechanical stop"),
-    Number("travel.high", "rad", "m", -1e4, 1e4, 1e4, _A, layout.STOP_HIGH, "upper mechanical stop"),
-    Number("travel.stiffness", "N m/rad", "N/m", 0.0, 1e9, 0.0, _A, layout.STOP_STIFFNESS, "of the stops; 0 means endless travel"),
+    Number("travel.low", "rad", "m", -ENDLESS, ENDLESS, -ENDLESS, _A, layout.STOP_LOW, "lower end of travel"),
+    Number("travel.high", "rad", "m", -ENDLESS, ENDLESS, ENDLESS, _A, layout.STOP_HIGH, "upper end of travel"),
+    Number(
+        "travel.stiffness",
+        "N m/rad",
+        "N/m",
+        0.0,
+        1e9,
+        0.0,
+        _A,
+        layout.STOP_STIFFNESS,
+        "of the stops there; 0: only the drive keeps to them",
+    ),
     Number("travel.damping", "N m s/rad", "N s/m", 0.0, 1e9, 0.0, _A, layout.STOP_DAMPING, "of the stops"),
     Number("thermal.ambient", "degC", "degC", -100.0, 300.0, 20.0, _A, layout.AMBIENT, "temperature at the start and far from the motor"),
     Number("thermal.time_constant", "s", "s", 0.0, 1e6, 0.0, _A, layout.THERMAL_TIME_S, "0 means that temperature stays"),

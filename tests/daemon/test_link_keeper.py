@@ -50,6 +50,43 @@ def test_a_port_that_is_not_there_is_tried_later_and_later_and_reported_once() -
     assert not told.keeper.is_open and told.keeper.losses == 0
 
 
+def test_nothing_is_written_to_a_port_on_which_no_antenna_was_heard() -> None:
+    told = Told(problems=0)
+    told.tick(400)
+    assert told.keeper.is_open and told.there.receive() == b""
+    told.there.send(BLOCK)
+    told.tick(2)
+    assert told.there.receive()
+
+
+def test_a_silent_port_is_not_written_to_any_more_and_then_closed_and_opened_anew() -> None:
+    told = Told(problems=0)
+    for _ in range(100):
+        told.there.send(BLOCK)
+        told.tick()
+    assert told.there.receive()
+    # the antenna was killed, and another program has its port now
+    told.tick(600)
+    told.there.receive()
+    told.tick(1000)
+    assert told.there.receive() == b"" and told.keeper.is_open
+    here, there = memory_pair()
+    told.here = here
+    told.tick(2000)
+    assert (False, "link lost: no whole frame for 2 s") in told.said and told.keeper.losses >= 1
+    for _ in range(3000):
+        there.send(BLOCK)
+        told.tick()
+    assert told.keeper.is_open and len(told.tries) >= 2 and there.receive()
+
+
+def test_an_antenna_that_answers_only_is_spoken_to_first() -> None:
+    told = Told(problems=0)
+    told.here.speaks_first = False  # type: ignore[attr-defined]
+    told.tick(5000)
+    assert told.keeper.is_open and told.keeper.losses == 0 and told.there.receive()
+
+
 def test_frames_pass_as_soon_as_the_port_is_there() -> None:
     told = Told(problems=2)
     told.tick(1000)
@@ -130,7 +167,9 @@ def test_a_listening_link_waits_without_complaint_until_somebody_connects(tmp_pa
     told.tick(500)
     assert not told.keeper.is_open and len(told.said) == 1
     peer = UnixLink(path)
-    told.tick(5000)
+    for _ in range(5000):
+        peer.send(BLOCK)
+        told.tick()
     assert told.keeper.is_open
     peer.send(BLOCK)
     assert told.tick() == BLOCK

@@ -9,7 +9,18 @@ from typing import Any, Protocol
 from firmware_protocol.block_codec import new_mail
 from firmware_protocol.codec import from_raw, raw_values, schema_of
 from firmware_protocol.messages import AnyMessage, DriveControl, DriveEvent, DriveStatus, SetPoint
-from firmware_protocol.schema import MESSAGES, POSITION_STEP_RAD, TORQUE_STEP_NM, Direction, DriveRequest, DriveState, FaultCode, offset
+from firmware_protocol.schema import (
+    MESSAGES,
+    POSITION_STEP_RAD,
+    TORQUE_STEP_NM,
+    BrakeCommand,
+    Direction,
+    DriveRequest,
+    DriveState,
+    FaultCode,
+    StopReaction,
+    offset,
+)
 from sim_backend.device import Device, FirmwareSettings, device_tick, layout
 from sim_backend.layout import POSITION, RATE, TEMPERATURE
 from sim_backend.model import AntennaModel, model_from_document, shipped_model
@@ -91,7 +102,7 @@ class Bench:
         self.events += [message for message in self.answer if isinstance(message, DriveEvent)]
         return self.status
 
-    def request(self, request: DriveRequest, torque: tuple[float, float] | None = (0.0, 0.0), **flags: bool) -> DriveStatus:
+    def request(self, request: DriveRequest, torque: tuple[float, float] | None = (0.0, 0.0), **flags: Any) -> DriveStatus:
         """One tick with a drive request."""
         return self.tick(torque, control(request, **flags))
 
@@ -101,7 +112,7 @@ class Bench:
             self.tick(torque)
         return self.status
 
-    def enable(self, **flags: bool) -> Bench:
+    def enable(self, **flags: Any) -> Bench:
         """Take a drive that is not in fault to OPERATION_ENABLED."""
         while self.tick().state is DriveState.NOT_READY:
             pass
@@ -120,7 +131,8 @@ class Bench:
     def spin(self, axis: int, rate_rad_s: float) -> None:
         """Give an axis a joint rate, as if it had had it for some time."""
         self.device.X[RATE + axis] = rate_rad_s
-        self.device.J[layout.axis_j(axis) + layout.JOINT_RATE] = round(rate_rad_s / 1e-5)
+        j = layout.axis_j(axis)
+        self.device.J[j + layout.JOINT_RATE] = self.device.J[j + layout.GYRO] = round(rate_rad_s / 1e-5)
 
     def heat(self, axis: int, temperature_degc: float) -> None:
         """Warm a winding."""
@@ -149,20 +161,33 @@ class Bench:
 
 
 def control(
-    request: DriveRequest = DriveRequest.NONE, *, fault_reset: bool = False, quick_stop: bool = False, clear_travel: bool = False
+    request: DriveRequest = DriveRequest.NONE,
+    *,
+    fault_reset: bool = False,
+    quick_stop: bool = False,
+    clear_travel: bool = False,
+    stop: StopReaction = StopReaction.DECELERATE_AND_HOLD,
+    brakes: tuple[BrakeCommand, BrakeCommand] = (BrakeCommand.AUTOMATIC, BrakeCommand.AUTOMATIC),
+    identify: bool = False,
 ) -> DriveControl:
     """A drive_control message."""
-    return DriveControl(request, fault_reset, quick_stop, clear_travel)
+    return DriveControl(request, fault_reset, quick_stop, clear_travel, stop, brakes[0], brakes[1], identify)
 
 
 def bench(
-    interpreted: bool = False, base: dict[str, Any] | None = None, travel: tuple[float, float] | None = None, **settings: Any
+    interpreted: bool = False,
+    base: dict[str, Any] | None = None,
+    travel: tuple[float, float] | None = None,
+    brakes: bool = True,
+    **settings: Any,
 ) -> Bench:
-    """A bench with the thesis antenna and firmware settings as given; `travel` limits of both axes (rad)."""
+    """A bench with the thesis antenna and firmware settings as given; `travel` limits of both axes (rad), `brakes` False for none."""
     model = bench_model(coarse=interpreted)
     if base is not None:
         model = model.with_base(base)
     firmware = FirmwareSettings.for_model(model)
+    if not brakes:
+        firmware = dataclasses.replace(firmware, axes=tuple(dataclasses.replace(axis, holding_torque_nm=0.0) for axis in firmware.axes))
     if travel is not None:
         axes = tuple(dataclasses.replace(axis, travel_low_rad=travel[0], travel_high_rad=travel[1]) for axis in firmware.axes)
         settings = {"axes": axes, **settings}

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from firmware_protocol.messages import DeadmanConfig
-from firmware_protocol.schema import DeadmanReaction, DriveRequest, DriveState, FaultCode, LimitFlags
-from sim_backend.device import TravelReaction
+from firmware_protocol.schema import BrakeCommand, BrakeState, DriveRequest, DriveState, FaultCode, LimitFlags, StopReaction
+from sim_backend.device import Spoilt, TravelReaction, layout
 from tests.device.bench import WINDOW, Bench, control
 
 MakeBench = Callable[..., Bench]
-_COAST = {"deadman_reaction": DeadmanReaction.COAST, "fault_reaction": DeadmanReaction.COAST}
+_COAST = {"deadman_reaction": StopReaction.COAST, "fault_reaction": StopReaction.COAST}
 
 
 def _expect_fault(bench: Bench, fault: FaultCode) -> None:
@@ -63,7 +65,7 @@ def a_host_that_started_anew_is_heard_once_the_deadman_has_run_out(make: MakeBen
 
 def the_deadman_cannot_be_changed_while_it_guards_torque(make: MakeBench) -> None:
     bench = make(**_COAST).enable()
-    bench.tick((0.0, 0.0), DeadmanConfig(200, DeadmanReaction.BRAKE))
+    bench.tick((0.0, 0.0), DeadmanConfig(200, StopReaction.BRAKE))
     bench.run(WINDOW, None)
     _expect_fault(bench, FaultCode.DEADMAN)
 
@@ -142,6 +144,7 @@ def a_joint_that_is_too_fast_is_a_fault(make: MakeBench) -> None:
     for axis, rate in ((0, {"r": -10.0}), (1, {"q": -10.0})):
         bench = make(**_COAST, base={"motion": "constant_rate", "rate_rad_s": rate}).enable()
         bench.spin(axis, 19.0)
+        bench.device.J[layout.axis_j(axis) + layout.GYRO] = 900000
         bench.tick()
         _expect_fault(bench, FaultCode.OVERSPEED)
 
@@ -177,7 +180,7 @@ def torque_is_held_within_its_limit(make: MakeBench) -> None:
 
 
 def the_drives_own_stop_is_held_within_the_torque_limit(make: MakeBench) -> None:
-    bench = make(deadman_reaction=DeadmanReaction.BRAKE).enable()
+    bench = make(deadman_reaction=StopReaction.GYRO_STOP).enable()
     bench.spin(0, 14.0)
     bench.spin(1, 14.0)
     bench.run(WINDOW, None)
@@ -320,7 +323,7 @@ def a_quick_stop_is_left_through_switch_on_disabled_only(make: MakeBench) -> Non
 
 
 def a_quick_stop_decelerates_and_holds_against_gravity(make: MakeBench) -> None:
-    bench = make().enable()
+    bench = make(brakes=False).enable()
     bench.spin(0, 4.0)
     bench.spin(1, 4.0)
     bench.request(DriveRequest.QUICK_STOP, (5.0, 5.0))
@@ -333,7 +336,7 @@ def a_quick_stop_decelerates_and_holds_against_gravity(make: MakeBench) -> None:
 
 
 def a_quick_stop_at_rest_stays_where_it_was(make: MakeBench) -> None:
-    bench = make()
+    bench = make(brakes=False)
     bench.place(1, 0.3)
     bench.enable()
     before = bench.device.joint_positions[1]
@@ -349,21 +352,128 @@ def coasting_applies_no_torque(make: MakeBench) -> None:
     assert (bench.fault, bench.torque) == (FaultCode.DEADMAN, (0.0, 0.0))
 
 
-def braking_opposes_the_motion_until_rest_and_then_lets_go(make: MakeBench) -> None:
-    bench = make(deadman_reaction=DeadmanReaction.BRAKE).enable()
-    bench.spin(0, 4.0)
-    bench.run(WINDOW, None)
-    assert bench.state is DriveState.FAULT_REACTION_ACTIVE
-    for _ in range(20):
+def a_shorted_winding_stops_an_axis_whose_sensors_lie(make: MakeBench) -> None:
+    bench = make(deadman_reaction=StopReaction.BRAKE).enable()
+    for _ in range(WINDOW - 1):
+        bench.spin(0, 4.0)
         bench.tick(None)
-        assert bench.torque[0] < 0.0
-    bench.run(2100, None)
-    assert (bench.state, bench.torque) == (DriveState.FAULT, (0.0, 0.0))
+    for _ in range(400):
+        # what the drive has read says the opposite of what is true
+        bench.device.J[layout.axis_j(0) + layout.JOINT_RATE] = bench.device.J[layout.axis_j(0) + layout.GYRO] = -400000
+        bench.tick(None)
+        assert bench.torque == (0.0, 0.0)
+    assert bench.state in (DriveState.FAULT_REACTION_ACTIVE, DriveState.FAULT)
     assert abs(bench.device.joint_rates[0]) < 0.05
 
 
+def an_axis_that_its_weight_moves_is_held_by_its_brake_without_power(make: MakeBench) -> None:
+    for brakes, falls in ((True, False), (False, True)):
+        bench = make(deadman_reaction=StopReaction.COAST, brakes=brakes).enable()
+        bench.run(WINDOW + 300, None)
+        assert bench.state is DriveState.FAULT
+        assert (abs(bench.device.joint_positions[1]) > 0.1) is falls
+        assert bench.device.brake(1) is (BrakeState.ENGAGED if brakes else BrakeState.ABSENT)
+        assert bench.device.brake(0) is BrakeState.ABSENT
+
+
+def a_drive_without_power_shorts_its_windings(make: MakeBench) -> None:
+    bench = make()
+    bench.spin(0, 3.0)
+    bench.run(300)
+    assert bench.state is DriveState.SWITCH_ON_DISABLED and abs(bench.device.joint_rates[0]) < 0.1
+    bench.enable()
+    assert bench.device.J[layout.axis_j(0) + layout.SHORTED] == 0
+
+
+def a_brake_opens_for_torque_and_closes_when_no_axis_is_under_torque(make: MakeBench) -> None:
+    bench = make()
+    bench.run(30)
+    assert bench.device.brake(1) is BrakeState.ENGAGED
+    bench.enable()
+    assert bench.device.brake(1) is BrakeState.RELEASED
+    for _ in range(30):
+        bench.tick((0.0, 0.0), enable_outer=True, enable_inner=False)
+    assert bench.device.brake(1) is BrakeState.RELEASED
+    for _ in range(30):
+        bench.tick((0.0, 0.0), enable_outer=False, enable_inner=False)
+    assert bench.device.brake(1) is BrakeState.ENGAGED
+
+
+def a_brake_obeys_its_command(make: MakeBench) -> None:
+    bench = make().enable()
+    bench.tick((0.0, 0.0), control(brakes=(BrakeCommand.AUTOMATIC, BrakeCommand.ENGAGE)))
+    bench.run(30)
+    assert bench.device.brake(1) is BrakeState.ENGAGED
+    bench.request(DriveRequest.DISABLE_VOLTAGE, brakes=(BrakeCommand.AUTOMATIC, BrakeCommand.RELEASE))
+    bench.run(30)
+    assert bench.device.brake(1) is BrakeState.RELEASED
+
+
+def a_brake_stops_a_coasting_axis_and_slips_at_its_torque(make: MakeBench) -> None:
+    bench = make(deadman_reaction=StopReaction.COAST).enable()
+    for _ in range(WINDOW):
+        bench.spin(1, 6.0)
+        bench.tick(None)
+    speeds = []
+    for _ in range(150):
+        bench.tick(None)
+        speeds.append(abs(bench.device.joint_rates[1]))
+    assert max(speeds) > 5.0 and speeds[-1] < 0.01
+    # 6.6 N m on 0.07 kg m2, weight and friction beside it
+    assert 60.0 < 1000.0 * -np.diff(speeds)[20:50].mean() < 140.0
+
+
+def a_quick_stop_takes_the_way_that_it_is_asked_for(make: MakeBench) -> None:
+    for stop in (StopReaction.COAST, StopReaction.BRAKE, StopReaction.GYRO_STOP):
+        bench = make().enable()
+        bench.spin(0, 3.0)
+        bench.request(DriveRequest.QUICK_STOP, stop=stop)
+        bench.tick()
+        assert (bench.torque[0] < 0.0) is (stop is StopReaction.GYRO_STOP)
+        assert bench.device.J[layout.axis_j(0) + layout.SHORTED] == (stop is StopReaction.BRAKE)
+
+
+def a_quick_stop_that_runs_can_be_asked_to_trust_less(make: MakeBench) -> None:
+    bench = make().enable()
+    bench.spin(0, 3.0)
+    bench.request(DriveRequest.QUICK_STOP)
+    bench.request(DriveRequest.QUICK_STOP, quick_stop=True, stop=StopReaction.BRAKE)
+    assert bench.torque[0] == 0.0 and bench.device.J[layout.axis_j(0) + layout.SHORTED] == 1
+    bench.request(DriveRequest.QUICK_STOP, quick_stop=True, stop=StopReaction.DECELERATE_AND_HOLD)
+    assert bench.device.J[layout.axis_j(0) + layout.SHORTED] == 1
+
+
+def sensors_that_contradict_each_other_are_a_fault(make: MakeBench) -> None:
+    for kind, part in ((Spoilt.REVERSED, "encoder"), (Spoilt.REVERSED, "gyro"), (Spoilt.FROZEN, "encoder")):
+        bench = make(**_COAST).enable()
+        bench.spin(0, 6.0)
+        bench.run(5)
+        bench.device.spoil(0, part, kind)
+        bench.run(15)
+        assert (bench.state, bench.fault) == (DriveState.FAULT, FaultCode.SENSORS_DISAGREE)
+
+
+def a_stop_uses_no_sensor_while_they_contradict_each_other(make: MakeBench) -> None:
+    bench = make().enable()
+    bench.device.spoil(0, "encoder", Spoilt.REVERSED)
+    bench.spin(0, 1.5)
+    bench.run(12)
+    bench.request(DriveRequest.QUICK_STOP)
+    bench.tick()
+    assert bench.torque[0] == 0.0 and bench.device.J[layout.axis_j(0) + layout.SHORTED] == 1
+
+
+def a_stop_does_not_use_the_sensor_that_failed(make: MakeBench) -> None:
+    bench = make(fault_reaction=StopReaction.DECELERATE_AND_HOLD, stop_disagreement_rad_s=1e5).enable()
+    bench.spin(0, 3.0)
+    bench.place(1, 60.0)
+    bench.run(2)
+    assert bench.fault is FaultCode.ENCODER
+    assert bench.torque[0] == 0.0 and bench.device.J[layout.axis_j(0) + layout.SHORTED] == 1
+
+
 def decelerating_holds_for_its_time_and_then_lets_go(make: MakeBench) -> None:
-    bench = make(deadman_reaction=DeadmanReaction.DECELERATE_AND_HOLD, hold_s=0.3).enable()
+    bench = make(deadman_reaction=StopReaction.DECELERATE_AND_HOLD, hold_s=0.3, brakes=False).enable()
     bench.spin(1, 4.0)
     bench.run(WINDOW + 500, None)
     assert bench.state is DriveState.FAULT_REACTION_ACTIVE
@@ -373,8 +483,8 @@ def decelerating_holds_for_its_time_and_then_lets_go(make: MakeBench) -> None:
     assert (bench.state, bench.torque) == (DriveState.FAULT, (0.0, 0.0))
 
 
-def holding_becomes_braking_when_a_sensor_fails(make: MakeBench) -> None:
-    bench = make(deadman_reaction=DeadmanReaction.DECELERATE_AND_HOLD).enable()
+def holding_becomes_braking_when_a_winding_gets_hot(make: MakeBench) -> None:
+    bench = make(deadman_reaction=StopReaction.DECELERATE_AND_HOLD, brakes=False).enable()
     bench.run(WINDOW + 300, None)
     assert abs(bench.torque[1]) > 0.1
     bench.heat(0, 130.0)
@@ -385,7 +495,7 @@ def holding_becomes_braking_when_a_sensor_fails(make: MakeBench) -> None:
 
 
 def a_reaction_that_does_not_come_to_rest_ends_in_time(make: MakeBench) -> None:
-    bench = make(deadman_reaction=DeadmanReaction.BRAKE, reaction_timeout_s=0.1).enable()
+    bench = make(deadman_reaction=StopReaction.BRAKE, reaction_timeout_s=0.1).enable()
     bench.run(WINDOW, None)
     for _ in range(101):
         bench.spin(0, 4.0)

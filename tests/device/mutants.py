@@ -14,7 +14,7 @@ from tests.device import bench as bench_module
 from tests.device import guard_scenarios
 
 #: in the order of import, so that each one takes the mutated names of those before it
-_MODULES = [importlib.import_module(f"sim_backend.device.{name}") for name in ("guards", "stopping", "drive", "sensing", "core")]
+_MODULES = [importlib.import_module(f"sim_backend.device.{name}") for name in ("guards", "stopping", "holding", "drive", "sensing", "core")]
 _PACKAGE = importlib.import_module("sim_backend.device")
 
 
@@ -87,9 +87,25 @@ MUTANTS = (
     ),
     _mutant("stopping", "J[j + STOP_INTEGRAL] = min(max(", "_ = min(max(", "a_quick_stop_at_rest_stays_where_it_was"),
     _mutant("stopping", "rate = max(rate - step, 0)", "rate = max(rate, 0)", "a_quick_stop_decelerates_and_holds_against_gravity"),
-    _mutant("stopping", "if reaction == _COAST:\n        return 0", "pass", "coasting_applies_no_torque"),
-    _mutant("stopping", "return int(-(J[j", "return int((J[j", "braking_opposes_the_motion_until_rest_and_then_lets_go"),
-    _mutant("stopping", "or not sensors_and_supply_serve(K, J)", "", "holding_becomes_braking_when_a_sensor_fails"),
+    _mutant("stopping", "if stop == _BY_GYRO else 0", "", "coasting_applies_no_torque"),
+    _mutant("stopping", "return int(-(J[j", "return int((J[j", "the_drives_own_stop_is_held_within_the_torque_limit"),
+    _mutant("stopping", "if not supply_serves(K, J):", "if False:", "holding_becomes_braking_when_a_winding_gets_hot"),
+    _mutant("guards", "return m.FAULT_CODE_SENSORS_DISAGREE, axis", "pass", "sensors_that_contradict_each_other_are_a_fault"),
+    _mutant(
+        "stopping",
+        "or disagreement(J, axis) > J[STOP_DISAGREEMENT]",
+        "",
+        "a_stop_uses_no_sensor_while_they_contradict_each_other",
+    ),
+    _mutant("stopping", "if fault == broken or", "if", "a_stop_does_not_use_the_sensor_that_failed"),
+    _mutant("holding", "J[j + SHORTED] = 1 if shorted", "J[j + SHORTED] = 1 if False", "a_shorted_winding_stops_an_axis_whose_sensors_lie"),
+    _mutant("holding", "else J[STATE] != m.DRIVE_STATE_OPERATION_ENABLED", "else False", "a_drive_without_power_shorts_its_windings"),
+    _mutant("holding", "held |= _BRAKED", "pass", "an_axis_that_its_weight_moves_is_held_by_its_brake_without_power"),
+    _mutant("holding", "J[_OUTER + SET_ENABLE] == 0 and", "", "a_brake_opens_for_torque_and_closes_when_no_axis_is_under_torque"),
+    _mutant("holding", "J[j + BRAKE_COMMAND] == m.BRAKE_COMMAND_ENGAGE)", "False)", "a_brake_obeys_its_command"),
+    _mutant("drive", "J[ACTIVE_REACTION] = mail_in[m.DRIVE_CONTROL_STOP]", "pass", "a_quick_stop_takes_the_way_that_it_is_asked_for"),
+    _mutant("drive", "or _asks_for_another_stop(mail_in, J)", "", "a_quick_stop_that_runs_can_be_asked_to_trust_less"),
+    _mutant("drive", "and J[ACTIVE_REACTION] > m.STOP_REACTION_BRAKE", "", "a_quick_stop_that_runs_can_be_asked_to_trust_less"),
     _mutant("stopping", "or J[STATE_AGE] >= J[REACTION_TICKS] + hold", "", "a_reaction_that_does_not_come_to_rest_ends_in_time"),
     _mutant("stopping", "J[REST_COUNT] >= J[REST_TICKS] + hold or", "", "decelerating_holds_for_its_time_and_then_lets_go"),
     _mutant("stopping", "J[HOLD_TICKS] if", "10**9 if", "decelerating_holds_for_its_time_and_then_lets_go"),

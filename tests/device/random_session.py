@@ -7,7 +7,7 @@ import random
 from collections.abc import Iterator
 
 from firmware_protocol.messages import AnyMessage, DeadmanConfig, SetPoint
-from firmware_protocol.schema import DeadmanReaction, DriveRequest, DriveState
+from firmware_protocol.schema import DriveRequest, DriveState, StopReaction
 from sim_backend.device import Device, FirmwareSettings
 from sim_backend.model import shipped_model
 from tests.device.bench import Bench, FrameWire, MailWire, Wire, control
@@ -54,7 +54,7 @@ def _host(bench: Bench) -> Iterator[list[AnyMessage]]:
     for tick in range(TICKS):
         messages: list[AnyMessage] = []
         if tick == 3:
-            messages.append(DeadmanConfig(6, DeadmanReaction.DECELERATE_AND_HOLD))
+            messages.append(DeadmanConfig(6, StopReaction.DECELERATE_AND_HOLD))
         if tick % 5 == 0:
             messages.append(control(_NEXT.get(state, DriveRequest.NONE), fault_reset=tick % 10 == 0, quick_stop=dice.random() < 0.01))
         if dice.random() < 0.93 and not 400 < tick < 420:

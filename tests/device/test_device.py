@@ -13,9 +13,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from firmware_protocol import mail as m
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.messages import BaseAttitude, BaseRate, FeedbackInner, FeedbackOuter, MotorStatusInner, MotorStatusOuter, SetPoint
-from firmware_protocol.schema import RECORD_SIZE, Direction, DriveState
+from firmware_protocol.schema import RECORD_SIZE, BrakeState, Direction, DriveState
 from sim_backend.device import AxisSettings, Device, FirmwareSettings
 from sim_backend.model import load_model, model_from_document, shipped_model
 from sim_backend.shipped import shipped_file
@@ -76,12 +77,12 @@ def test_attitude_stays_within_half_a_turn_and_body_rates_are_told() -> None:
     yaws = []
     for _ in range(5000):
         stand.device.tick()
-        if stand.device.ticks % 10 == 0:
-            yaws.append(stand.device.mail[38] * 1e-4)
+        if stand.device.ticks % 10 == 1:
+            yaws.append(stand.device.mail[m.BASE_HEADING_YAW] * m.BASE_HEADING_YAW_STEP)
     steps = np.diff(np.unwrap(yaws))
-    assert max(yaws) < np.pi + 1e-4 and min(yaws) > -np.pi - 1e-4
-    assert steps == pytest.approx(np.full(len(steps), 0.015), abs=2e-4)
-    assert stand.device.mail[42] * 1e-4 == pytest.approx(1.5)
+    assert max(yaws) < np.pi + 2e-6 and min(yaws) > -np.pi - 2e-6
+    assert steps == pytest.approx(np.full(len(steps), 0.015), abs=4e-6)
+    assert stand.device.mail[m.BASE_RATE_R] * m.BASE_RATE_R_STEP == pytest.approx(1.5)
 
 
 def test_a_model_with_one_axis_leaves_the_inner_fields_zero() -> None:
@@ -98,7 +99,7 @@ def test_a_model_with_one_axis_leaves_the_inner_fields_zero() -> None:
             if isinstance(message, FeedbackInner):
                 assert message == FeedbackInner(0.0, 0.0)
             if isinstance(message, MotorStatusInner):
-                assert message == MotorStatusInner(0.0, 0.0, 0.0)
+                assert message == MotorStatusInner(0.0, 0.0, 0.0, BrakeState.ABSENT, False)
     assert device.torques_nm == (0.0,)
 
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
 from firmware_protocol.messages import AnyMessage, DeadmanConfig, DriveEvent, DriveStatus
-from firmware_protocol.schema import DeadmanReaction, DriveRequest, DriveState, FaultCode
+from firmware_protocol.schema import DriveRequest, DriveState, FaultCode, StopReaction
 from sim_backend.device import layout
 from tests.device.bench import WINDOW, bench, control
 
@@ -40,14 +40,14 @@ _controls = st.builds(
     quick_stop=st.sampled_from((False, False, False, True)),
     clear_travel=st.booleans(),
 )
-_configs = st.builds(DeadmanConfig, st.integers(1, 255), st.sampled_from(DeadmanReaction))
+_configs = st.builds(DeadmanConfig, st.integers(1, 255), st.sampled_from(StopReaction))
 
 
 class DriveStates(RuleBasedStateMachine):
     """A host that does anything, a supply, windings and hands that do too."""
 
-    @initialize(reaction=st.sampled_from(DeadmanReaction), silence=st.sampled_from((0, 40)))
-    def power_up(self, reaction: DeadmanReaction, silence: int) -> None:
+    @initialize(reaction=st.sampled_from(StopReaction), silence=st.sampled_from((0, 40)))
+    def power_up(self, reaction: StopReaction, silence: int) -> None:
         self.bench = bench(
             travel=(-0.6, 0.6),
             deadman_reaction=reaction,

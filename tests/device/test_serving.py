@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from firmware_protocol import mail as m
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.links import CanLinkConfig, Link, LinkState, MemoryLink, SerialLinkConfig, UnixLinkConfig, memory_pair, open_link
 from firmware_protocol.messages import AnyMessage, DriveStatus, SetPoint
@@ -188,7 +189,7 @@ def test_the_antenna_goes_on_while_its_host_stalls_and_takes_the_newest_set_poin
     assert server.statistics.ticks_by_set_point == 100
     assert server.statistics.ticks_by_own_clock == 50
     assert server.statistics.merged == 4
-    assert server.device.mail[23] == 104
+    assert server.device.mail[m.DRIVE_STATUS_LAST_SEQUENCE] == 104
 
 
 @pytest.mark.parametrize("text", ["", "serial:", "unix", "unix:", "can0", "tcp:1.2.3.4"])

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware_protocol import block_codec, codec, receiver
-from firmware_protocol.schema import INDEX, MESSAGES, RECORD_SIZE, Direction, Message, offset
+from firmware_protocol.schema import CRC_POLYNOMIAL, INDEX, MESSAGES, RECORD_SIZE, Direction, Message, offset
 from tests.endpoints import Receiver
 
 EACH_MESSAGE = pytest.mark.parametrize("message", MESSAGES, ids=lambda message: message.name)
@@ -162,8 +162,8 @@ def test_an_enumeration_value_without_a_name_is_refused_although_its_crc_is_righ
 
 def _seal(message: Message, word: int) -> bytes:
     crc = 0
-    for octet in [message.data_id, *word.to_bytes(6, "little"), 0]:
+    for octet in [message.data_id, 0, *word.to_bytes(6, "little")]:
         crc ^= octet << 4
         for _ in range(8):
-            crc = ((crc << 1) ^ (0x80F if crc & 0x800 else 0)) & 0xFFF
+            crc = ((crc << 1) ^ (CRC_POLYNOMIAL if crc & 0x800 else 0)) & 0xFFF
     return (word | crc << 52).to_bytes(8, "little")

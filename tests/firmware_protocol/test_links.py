@@ -32,7 +32,7 @@ from firmware_protocol.links import (
 )
 from firmware_protocol.links.descriptor import DescriptorPort
 from firmware_protocol.messages import DriveControl, FeedbackOuter, SetPoint
-from firmware_protocol.schema import Direction, DriveRequest
+from firmware_protocol.schema import BrakeCommand, Direction, DriveRequest, StopReaction
 from tests.endpoints import Receiver, Sender
 
 CONFIG = TypeAdapter(LinkConfig)
@@ -152,7 +152,8 @@ def test_a_peer_that_never_reads_costs_counted_frames_and_no_waiting(pair):
         host.send(b"" if isinstance(host, UnixLink) else set_points(1))
         device.wait(10_000_000)
         device.receive()
-    fresh = Sender().encode(DriveControl(DriveRequest.SHUTDOWN, False, False, False))
+    request = (DriveRequest.SHUTDOWN, False, False, False, StopReaction.COAST, BrakeCommand.AUTOMATIC, BrakeCommand.AUTOMATIC, False)
+    fresh = Sender().encode(DriveControl(*request))
     host.send(fresh)
     assert received(device, len(fresh)).endswith(fresh)
 
@@ -385,7 +386,7 @@ def test_configuration_names_the_key_that_is_wrong():
 
 def test_a_rate_that_the_line_cannot_carry_is_refused_with_the_highest_that_it_can():
     slow_bus = CONFIG.validate_python({"kind": "can", "interface": "virtual", "channel": "x", "bitrate": 500_000})
-    with pytest.raises(BadInputError, match="at most 520 Hz"):
+    with pytest.raises(BadInputError, match="at most 502 Hz"):
         require_link_carries(slow_bus, 1000.0, "daemon.yaml: rate_hz")
     slow_line = CONFIG.validate_python({"kind": "serial", "port": "x", "baudrate": 115_200})
     with pytest.raises(BadInputError, match="at most"):

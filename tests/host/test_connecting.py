@@ -23,7 +23,7 @@ def test_a_host_without_an_antenna_waits_with_torque_off_and_goes_on_sending() -
 def test_the_drive_is_taken_to_operation_enabled_and_told_its_deadman() -> None:
     loop = HostLoop().connected()
     assert loop.antenna.drive_state == m.DRIVE_STATE_OPERATION_ENABLED
-    assert loop.antenna.deadman and set(loop.antenna.deadman) == {(20, m.DEADMAN_REACTION_DECELERATE_AND_HOLD)}
+    assert loop.antenna.deadman and set(loop.antenna.deadman) == {(20, m.STOP_REACTION_DECELERATE_AND_HOLD)}
 
 
 def test_drive_control_comes_on_change_and_ten_times_a_second() -> None:

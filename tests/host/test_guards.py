@@ -25,7 +25,8 @@ def test_overspeed_is_a_fault() -> None:
 
 
 def test_a_gyro_that_disagrees_with_the_encoder_is_a_fault() -> None:
-    loop = HostLoop().connected().command(hold(Mode.POSITION)).run(50)
+    host = Host(configuration(inner__expectation=None, inner__limits__gyro_encoder_rad=None))
+    loop = HostLoop(host).connected().command(hold(Mode.POSITION)).run(50)
     loop.antenna.gyro_error[1] = 1.5
     loop.run(500)
     faulted(loop, Cause.GYRO_ENCODER_DISAGREE)
@@ -33,13 +34,15 @@ def test_a_gyro_that_disagrees_with_the_encoder_is_a_fault() -> None:
 
 def test_a_moving_base_is_no_disagreement() -> None:
     loop = HostLoop().connected().command(hold(Mode.POSITION)).run(50)
-    loop.antenna.base_rate = [0.6, 0.9, -1.0]
+    for step in range(500):
+        loop.antenna.base_rate = [0.6 * step / 500, 0.9 * step / 500, -1.0 * step / 500]
+        loop.run(1)
     loop.run(2000)
     assert loop.host.state is HostState.ACTIVE
 
 
 def test_a_following_error_that_lasts_is_a_fault() -> None:
-    limits = {"outer__limits__following_position_rad": 0.1, "supervisor__following_time_s": 0.2}
+    limits = {"outer__limits__following_position_rad": 0.1, "supervisor__following_time_s": 0.2, "outer__expectation": None}
     loop = HostLoop(Host(configuration(**limits))).connected().command(hold(Mode.POSITION)).run(50)
     loop.antenna.load[0] = 16.5
     loop.run(1500)
@@ -61,7 +64,7 @@ def test_a_torque_that_is_no_number_is_never_sent() -> None:
 
 
 def test_a_stop_that_takes_too_long_is_a_fault() -> None:
-    loop = HostLoop(Host(configuration(supervisor__stop_time_s=1.0))).connected().command(hold(Mode.RATE)).run(50)
+    loop = HostLoop(Host(configuration(supervisor__stop_time_s=1.0, outer__expectation=None))).connected().command(hold(Mode.RATE)).run(50)
     loop.antenna.load[0] = 16.5
     loop.host.stop()
     loop.run(1200)
@@ -112,7 +115,7 @@ def test_a_position_reference_beyond_a_soft_limit_is_held_at_the_limit() -> None
 
 
 def test_an_axis_pushed_out_of_its_travel_is_a_fault() -> None:
-    loop = HostLoop()
+    loop = HostLoop(Host(configuration(inner__expectation=None)))
     loop.antenna.position[1] = 1.99
     loop.connected().command(Segment(AxisCommand(), AxisCommand(Mode.TORQUE))).run(5)
     loop.antenna.load[1] = 9.0

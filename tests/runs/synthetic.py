@@ -51,7 +51,8 @@ def device_block(device: Sender, tick: int, last_sequence: int, device_tick: int
     messages: dict[str, dict[str, float]] = {}
     if number % 10 == 0:
         yaw = float(np.remainder(yaw_rad(number) + np.pi, 2 * np.pi) - np.pi)
-        messages["base_attitude"] = {"roll": 0.01 * np.sin(number / 300), "yaw": yaw}
+        messages["base_attitude"] = {"roll": 0.01 * np.sin(number / 300), "set": number % 16}
+        messages["base_heading"] = {"yaw": yaw, "valid_tick": number % 4096}
         messages["base_rate"] = {"r": 1.0}
     if number % 50 == 0:
         messages["motor_status_outer"] = {"torque": 0.1, "temperature": 20 + number * 1e-3, "supply": 28}

@@ -1,0 +1,152 @@
+"""Sensors that lie slowly, stand still or contradict the torque: each guard trips for its cause, and the stop uses no suspect."""
+
+from __future__ import annotations
+
+import pytest
+
+from firmware_protocol import mail as m
+from firmware_protocol.schema import StopReaction
+from gimbal_hil.host import Cause, Host, HostState, Mode
+from gimbal_hil.host.reactions import BY_ENCODER, stop_for
+from tests.host.host_loop import HostLoop, configuration, hold
+
+#: shipped limits without the guards that would see the fault before the one that is meant
+DRIFT_ONLY = {"outer__expectation": None, "inner__expectation": None, "outer__limits__stuck_gyro_ticks": None}
+
+
+def _noise(loop: HostLoop) -> None:
+    """A gyro with noise on both axes, the same every time."""
+    before = loop.antenna._move
+
+    def move() -> None:
+        before()
+        for axis in range(2):
+            loop.antenna.gyro_error[axis] = ((loop.number * 7919 + 31 * axis) % 41 - 20) * 1e-5
+
+    loop.antenna._move = move  # type: ignore[method-assign]
+
+
+def _tripped(loop: HostLoop, cause: Cause) -> None:
+    assert (loop.host.state, loop.host.cause) == (HostState.FAULT, cause), loop.texts()
+    assert loop.sent[-1].torque == (0, 0) and loop.sent[-1].enable == (0, 0)
+    assert int(loop._mail[m.DRIVE_CONTROL_STOP]) == stop_for(cause) and loop.antenna.requests[-1][2] == 1
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("rate", [0.05, -0.3])
+def test_an_encoder_that_stands_still_on_a_slow_axis_is_noticed(axis: int, rate: float) -> None:
+    loop = (
+        HostLoop(Host(configuration(**DRIFT_ONLY)))
+        .connected()
+        .command(hold(Mode.RATE, *((rate, 0.0) if axis == 0 else (0.0, rate))))
+        .run(200)
+    )
+    frozen, seen = loop.antenna.position[axis], loop.antenna._fill
+    loop.antenna._fill = lambda mail: seen(mail, {axis: frozen})  # type: ignore[method-assign]
+    loop.run(round(0.04 / abs(rate) * 1000) + 100)
+    _tripped(loop, Cause.SENSOR_DRIFT)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_an_encoder_that_walks_away_while_the_axis_is_held_is_noticed(axis: int) -> None:
+    loop = HostLoop(Host(configuration(**DRIFT_ONLY))).connected().command(hold(Mode.RATE)).run(100)
+    seen, start = loop.antenna._fill, loop.number
+    loop.antenna._fill = lambda mail: seen(mail, {axis: 0.03e-3 * (loop.number - start)})  # type: ignore[method-assign]
+    loop.run(2500)
+    _tripped(loop, Cause.SENSOR_DRIFT)
+
+
+def test_a_small_bias_of_a_gyro_is_no_drift() -> None:
+    loop = HostLoop().connected().command(hold(Mode.RATE)).run(50)
+    loop.antenna.gyro_error = [0.008, -0.008]
+    loop.run(4000)
+    assert loop.host.state is HostState.ACTIVE, loop.texts()
+
+
+def test_a_gyro_with_noise_that_repeats_itself_is_stuck() -> None:
+    loop = HostLoop()
+    _noise(loop)
+    loop.connected().run(50).command(hold(Mode.RATE, 0.2, 0.2)).run(300)
+    seen = loop.antenna._fill
+    stuck = int(loop._mail[m.FEEDBACK_INNER_RATE])
+    loop.antenna._fill = lambda mail: (seen(mail), mail.__setitem__(m.FEEDBACK_INNER_RATE, stuck))[0]  # type: ignore[method-assign]
+    loop.run(70)
+    _tripped(loop, Cause.GYRO_STUCK)
+
+
+def test_a_gyro_without_noise_may_repeat_itself() -> None:
+    loop = HostLoop().connected().run(50).command(hold(Mode.RATE)).run(1000)
+    assert loop.host.state is HostState.ACTIVE, loop.texts()
+
+
+def test_feedback_that_stands_still_at_rest_is_noticed() -> None:
+    loop = HostLoop()
+    _noise(loop)
+    loop.connected().run(50).command(hold(Mode.POSITION)).run(100)
+    held = [
+        int(loop._mail[slot])
+        for slot in (m.FEEDBACK_OUTER_POSITION, m.FEEDBACK_OUTER_RATE, m.FEEDBACK_INNER_POSITION, m.FEEDBACK_INNER_RATE)
+    ]
+    slots = (m.FEEDBACK_OUTER_POSITION, m.FEEDBACK_OUTER_RATE, m.FEEDBACK_INNER_POSITION, m.FEEDBACK_INNER_RATE)
+
+    def fill(mail: object, positions: object = None) -> None:
+        for slot, raw in zip(slots, held, strict=True):
+            mail[slot] = raw  # type: ignore[index]
+
+    loop.antenna._fill = fill  # type: ignore[method-assign]
+    loop.run(70)
+    _tripped(loop, Cause.FEEDBACK_FROZEN)
+
+
+def test_an_answer_whose_tick_stands_still_is_noticed_within_a_few_ticks() -> None:
+    loop = HostLoop().connected().command(hold(Mode.RATE)).run(50)
+    loop.antenna.tick_stands_still = True
+    loop.run(8)
+    _tripped(loop, Cause.FEEDBACK_FROZEN)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_motor_that_turns_the_wrong_way_is_caught_before_it_is_fast(axis: int) -> None:
+    loop = HostLoop().connected().command(hold(Mode.RATE, 0.2, 0.2)).run(200)
+    loop.antenna.motor_sign[axis] = -1.0
+    began = loop.number
+    loop.run(120)
+    _tripped(loop, Cause.RUNAWAY)
+    tripped = next(event.tick for event in loop.events if "to fault" in event.text)
+    assert tripped - began <= 60 and abs(loop.antenna.rate[axis] - 0.2) < 1.3
+
+
+def test_motion_without_torque_is_noticed() -> None:
+    loop = HostLoop().connected().command(hold(Mode.RATE)).run(50)
+    loop.antenna.load[0] = 12.0
+    loop.run(60)
+    _tripped(loop, Cause.RUNAWAY)
+
+
+def test_torque_without_motion_is_noticed() -> None:
+    loop = HostLoop().connected().command(hold(Mode.TORQUE, 14.0, 0.0)).run(3)
+    loop.antenna.motor_sign[0] = 0.0
+    loop.run(60)
+    _tripped(loop, Cause.RUNAWAY)
+
+
+def test_an_axis_that_goes_past_a_soft_limit_without_torque_is_told_once() -> None:
+    for side in (1.0, -1.0):
+        loop = HostLoop().connected()
+        loop.antenna.rate[1] = side * 3.0
+        loop.run(1500)
+        word = "upper" if side > 0 else "lower"
+        assert loop.texts().count(f"inner moved past its {word} soft limit without torque") == 1
+
+
+def test_a_cause_that_leaves_a_sensor_in_doubt_is_stopped_without_sensors() -> None:
+    for cause in (
+        Cause.GYRO_ENCODER_DISAGREE,
+        Cause.SENSOR_DRIFT,
+        Cause.FEEDBACK_FROZEN,
+        Cause.RUNAWAY,
+        Cause.OVERSPEED,
+        Cause.FOLLOWING_ERROR,
+    ):
+        assert stop_for(cause) is StopReaction.BRAKE
+    assert {stop_for(cause) for cause in BY_ENCODER} == {StopReaction.DECELERATE_AND_HOLD}
