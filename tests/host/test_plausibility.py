@@ -68,7 +68,7 @@ def test_a_gyro_with_noise_that_repeats_itself_is_stuck() -> None:
     _noise(loop)
     loop.connected().run(50).command(hold(Mode.RATE, 0.2, 0.2)).run(300)
     seen = loop.antenna._fill
-    stuck = int(loop._mail[m.FEEDBACK_INNER_RATE])
+    stuck = int(loop.antenna._mail[m.FEEDBACK_INNER_RATE])
     loop.antenna._fill = lambda mail: (seen(mail), mail.__setitem__(m.FEEDBACK_INNER_RATE, stuck))[0]  # type: ignore[method-assign]
     loop.run(70)
     _tripped(loop, Cause.GYRO_STUCK)
