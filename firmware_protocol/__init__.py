@@ -13,6 +13,7 @@ __all__ = [
     "errors",
     "layout",
     "mail",
+    "protocol_versions",
     "receiver",
     "schema",
     "stream",

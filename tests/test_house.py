@@ -46,6 +46,7 @@ FLOORS = (
     "improvement",
     "demo",
     "bench",
+    "bench.faults",
     "cli",
 )
 #: folders that are being rewritten: what they import and who imports their inner modules is not yet held to faces

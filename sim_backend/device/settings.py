@@ -13,8 +13,7 @@ from firmware_protocol.errors import BadInputError
 from firmware_protocol.schema import POSITION_STEP_RAD, RATE_STEP_RAD_S, TORQUE_STEP_NM, StopReaction, name_code
 from sim_backend.device import layout
 from sim_backend.layout import BRAKE_DAMPING, BRAKE_STIFFNESS, BRAKE_TORQUE, SHORT_DAMPING, STEP_S, axis_block
-from sim_backend.model import AntennaModel, Kind
-from sim_backend.model.numbers import ENDLESS
+from sim_backend.model import ENDLESS, AntennaModel, Kind
 
 #: largest torque and rate that the wire can carry, the torque with exponent 0
 WIRE_TORQUE_NM = m.SET_POINT_TORQUE_OUTER_HIGH * TORQUE_STEP_NM

@@ -3,10 +3,11 @@
 from sim_backend.model.arrays import THESIS_BASE_CASES, PlantArrays, lag_decay, plant_arrays, put_friction
 from sim_backend.model.file import Kind, Motion, Quantity
 from sim_backend.model.model import AntennaModel, EffectEntry, load_model, model_from_document
-from sim_backend.model.numbers import NUMBER_AT, Block
+from sim_backend.model.numbers import ENDLESS, NUMBER_AT, Block
 from sim_backend.model.shipped import shipped_model, shipped_model_path
 
 __all__ = [
+    "ENDLESS",
     "NUMBER_AT",
     "THESIS_BASE_CASES",
     "AntennaModel",
