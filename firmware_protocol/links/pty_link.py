@@ -9,6 +9,7 @@ from pathlib import Path
 
 from firmware_protocol.errors import LinkError
 from firmware_protocol.links.descriptor import DescriptorPort
+from firmware_protocol.links.name_lock import NameLock
 from firmware_protocol.links.stream_link import CobsFraming, Framing, StreamLink
 
 
@@ -16,8 +17,9 @@ def pty_link(framing: Framing | None = None, symlink: Path | None = None) -> tup
     """A link on a new pseudo-terminal, and the path that the other program opens.
 
     `framing` is that of `stream` unless given (`SlcanDevice` for slcan). `symlink` gives the path a name that stays the same when the
-    device is started again; an old link of that name is replaced, anything else there is refused.
+    device is started again; an old link of that name is replaced, anything else there is refused, and so is a name that a process serves.
     """
+    lock = None if symlink is None else NameLock(symlink)
     device, terminal = os.openpty()
     # kept open: the settings stay raw, and the device does not lose its port whenever a host comes or goes
     tty.setraw(terminal)
@@ -28,6 +30,8 @@ def pty_link(framing: Framing | None = None, symlink: Path | None = None) -> tup
         except OSError as error:
             os.close(device)
             os.close(terminal)
+            if lock is not None:
+                lock.release()
             raise LinkError(f"{symlink}: {error.strerror or error}; expected a path where a symbolic link can be made") from error
 
     def release() -> None:
@@ -36,6 +40,8 @@ def pty_link(framing: Framing | None = None, symlink: Path | None = None) -> tup
         if symlink is not None and symlink.is_symlink() and os.readlink(symlink) == path:
             with suppress(OSError):
                 symlink.unlink()
+        if lock is not None:
+            lock.release()
 
     return StreamLink(f"pty {symlink or path}", lambda: DescriptorPort(device, release), framing or CobsFraming()), path
 

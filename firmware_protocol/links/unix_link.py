@@ -11,6 +11,7 @@ from pathlib import Path
 from firmware_protocol.errors import LinkError
 from firmware_protocol.links.descriptor import wait_readable
 from firmware_protocol.links.link import LinkBasis, LinkState
+from firmware_protocol.links.name_lock import NameLock
 from firmware_protocol.schema import RECORD_SIZE
 
 #: longest packet; a longer block goes out in parts
@@ -29,6 +30,7 @@ class UnixLink(LinkBasis):
         super().__init__(f"unix {path}")
         self._path, self._listen = path, listen
         self._listener: socket.socket | None = None
+        self._lock: NameLock | None = None
         self._peer: socket.socket | None = None
         self._poll = select.poll()
         self._connect()
@@ -89,6 +91,9 @@ class UnixLink(LinkBasis):
             self._listener = None
             with suppress(OSError):
                 self._path.unlink()
+        if self._lock is not None:
+            self._lock.release()
+            self._lock = None
         self._state = LinkState.CLOSED
 
     def fileno(self) -> int:
@@ -115,9 +120,14 @@ class UnixLink(LinkBasis):
             self._take_peer(end)
 
     def _bind(self, end: socket.socket) -> None:
-        if self._path.is_socket() and not _is_served(self._path):
-            self._path.unlink()
-        end.bind(str(self._path))
+        self._lock = NameLock(self._path)
+        try:
+            if self._path.is_socket() and not _is_served(self._path):
+                self._path.unlink()
+            end.bind(str(self._path))
+        except OSError:
+            self._lock.release()
+            raise
         self._path.chmod(0o600)
         end.listen(1)
 

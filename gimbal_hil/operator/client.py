@@ -46,7 +46,7 @@ class OperatorClient:
         self._connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
             self._connection.settimeout(timeout_s)
-            self._connection.connect(self._where)
+            self._connect(time.monotonic() + timeout_s)
             self._send({"token": door.token})
         except OSError as error:
             self._connection.close()
@@ -109,6 +109,17 @@ class OperatorClient:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         self.close()
+
+    def _connect(self, deadline: float) -> None:
+        """Knock until there is room before the door: a crowd there is let in, and sent away, within milliseconds."""
+        while True:
+            try:
+                self._connection.connect(self._where)
+                return
+            except BlockingIOError:
+                if time.monotonic() > deadline:
+                    raise
+                time.sleep(0.005)
 
     def _send(self, line: Json) -> None:
         self._connection.settimeout(self._timeout_s)

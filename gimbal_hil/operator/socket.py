@@ -16,6 +16,7 @@ import shutil
 import socket
 import tempfile
 import time
+import traceback
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -35,7 +36,7 @@ LONGEST_GREETING = 4096
 GREETING_TIMEOUT_S = 2.0
 #: how many who have shown the token, and how many who have not
 MOST_CLIENTS, MOST_STRANGERS = 16, 8
-_BACKLOG = 64
+_BACKLOG = 256
 #: takes well under a millisecond
 _SHORT_LINE = 16384
 _MOST_WAITING = 256
@@ -252,9 +253,17 @@ class OperatorSocket:
             self.answer(client, {"ok": True, "protocol": 1})
             return
         client.heard_s = self._clock_s()
-        reply = {"ok": False, "error": problem} if problem else self._handle(client, request)
+        reply = {"ok": False, "error": problem} if problem else self._handled(client, request)
         if reply is not None:
             self.answer(client, {"id": request.get("id"), **reply})
+
+    def _handled(self, client: Client, request: Json) -> Json | None:
+        """The answer to a request; whatever goes wrong with one, the door stays open for a quick stop."""
+        try:
+            return self._handle(client, request)
+        except Exception as error:
+            traceback.print_exc()
+            return {"ok": False, "error": f"the daemon failed at this request: {error!r}"[:500]}
 
     def _flush(self, client: Client) -> bool:
         try:

@@ -337,3 +337,19 @@ def test_a_set_point_that_could_only_be_clamped_is_refused(values: Json, says: s
 def test_a_set_point_at_the_limit_is_taken() -> None:
     for values in ({"mode": "position", "outer": 12.5, "inner": 2.0}, {"mode": "torque", "outer": -15.5}, {"mode": "rate", "inner": 12.0}):
         require_reachable(request_of(**values), shipped_settings())
+
+
+def test_a_request_that_the_daemon_fails_at_leaves_the_door_open(tmp_path: Path) -> None:
+    def handle(_client: Client, request: Json) -> Json:
+        if request["command"] == "broken":
+            raise KeyError("outer")
+        return {"ok": True}
+
+    here = Served(tmp_path, handle)
+    try:
+        with OperatorClient(tmp_path) as client:
+            with pytest.raises(RequestRefusedError, match="failed at this request"):
+                client.request("broken")
+            assert client.request("quick_stop")["ok"]
+    finally:
+        here.close()
