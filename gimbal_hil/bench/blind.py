@@ -21,6 +21,8 @@ class BlindChoice:
     #: a release whose commit the seed belongs to, in place of `seed`
     sealed: str | None = None
     kinds: tuple[str, ...] = ()
+    #: names like this pattern
+    cases: str | None = None
     #: at most so many cases of a kind, so many in all
     most: int | None = None
     first: int | None = None
@@ -35,8 +37,8 @@ class BlindChoice:
     def words(self) -> list[str]:
         """The choice as the bench's own command line."""
         options: dict[str, object] = {
-            "--seed": self.seed, "--sealed": self.sealed, "--kinds": ",".join(self.kinds) or None, "--most": self.most,
-            "--first": self.first, "--workers": self.workers, "--dask": self.dask,
+            "--seed": self.seed, "--sealed": self.sealed, "--kinds": ",".join(self.kinds) or None, "--cases": self.cases,
+            "--most": self.most, "--first": self.first, "--workers": self.workers, "--dask": self.dask,
             "--keep": self.keep, "--compare": None if self.compare is None else self.compare.resolve(),
         }  # fmt: skip
         given = [word for name, value in options.items() if value is not None for word in (name, str(value))]

@@ -25,6 +25,7 @@ def command(
     seed: Annotated[int | None, typer.Option(help="blind: a fresh bench; without it the folder's, or the training set's (0).")] = None,
     sealed: Annotated[str | None, typer.Option(metavar="RELEASE", help="blind: the seed that belongs to a tag's commit.")] = None,
     kinds: Annotated[str | None, typer.Option(help="blind: only these kinds of cases, comma between.")] = None,
+    cases: Annotated[str | None, typer.Option(metavar="PATTERN", help="blind: only cases of such names, as 'single.cogging.*'.")] = None,
     most: Annotated[int | None, typer.Option(help="blind: at most so many cases of a kind.", min=1)] = None,
     first: Annotated[int | None, typer.Option(help="blind: so many cases in all.", min=1)] = None,
     keep: Annotated[str, typer.Option(help="blind: whose logs and reports stay on disk: wrong, all, none.")] = "wrong",
@@ -50,7 +51,7 @@ def command(
         if out is None:
             raise BadInputError("--out", "is missing", "a folder for the blind cases and their verdicts")
         chosen = tuple(kinds.split(",")) if kinds else ()
-        return run_blind(BlindChoice(out, seed, sealed, chosen, most, first, workers, dask, keep, table, compare))
+        return run_blind(BlindChoice(out, seed, sealed, chosen, cases, most, first, workers, dask, keep, table, compare))
     page = None if out is None else out / "report.html"
     if page is not None and page.exists() and not force:
         raise BadInputError(str(page), "already exists", "a new folder, or --force to overwrite it")

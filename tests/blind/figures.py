@@ -11,7 +11,7 @@ from typing import Any
 
 from scipy.stats import binomtest
 
-from tests.blind.score import Outcome, numbers_found, outcome, parameter_errors, told_names
+from tests.blind.score import Outcome, demanded, near_numbers, numbers_found, outcome, parameter_errors, told_class, told_names
 
 #: floors at which a cause counts as small, medium and large; below the first it cannot be asked for
 CLASSES = (("below 2 floors", 0.0), ("small (2 to 5)", 2.0), ("medium (5 to 15)", 5.0), ("large (over 15)", 15.0))
@@ -40,6 +40,10 @@ class CaseResult:
     parameters: tuple[tuple[str, float, bool], ...]
     #: name, axis, told probability, right
     told: tuple[tuple[str, str, float | None, bool], ...]
+    #: told probability that the told causes and their alternatives hold what is hidden, and whether they do; none without one told
+    told_class: tuple[float, bool] | None
+    #: known numbers that were named though they are off only as far as the model says they may be
+    near: tuple[tuple[str, str], ...]
     #: wrong number, named, named or recalibrated rightly
     numbers: tuple[tuple[str, bool, bool], ...]
     closed: float | None
@@ -81,6 +85,8 @@ def case_result(name: str, truth: dict[str, Any], verdict: dict[str, Any], secon
         named=tuple((e["name"], e["axis"], e["status"]) for e in verdict["effects"]),
         alternatives=tuple((a["name"], a["axis"]) for a in verdict["alternatives"]),
         parameters=tuple(parameter_errors(truth, verdict)), told=tuple(told_names(truth, verdict)),
+        told_class=told_class(truth, verdict),
+        near=tuple(sorted({(n, a) for n, a, _, _ in told_names(truth, verdict)} & near_numbers(truth) - demanded(truth))),
         numbers=tuple(numbers_found(truth, verdict)), closed=gap.get("closed_fraction"),
         before_floors=gap["before"] / floor if floor else None, after_floors=gap["after"] / floor if floor else None,
         stated=truth["stated"],
@@ -143,7 +149,15 @@ class Bin:
 
 def reliability(cases: Iterable[CaseResult]) -> list[Bin]:
     """Told probability of each name against the share that is right, in bins that hold any."""
-    names = [(p, right) for c in cases for _, _, p, right in c.told if p is not None]
+    return _binned([(p, right) for c in cases for _, _, p, right in c.told if p is not None])
+
+
+def class_reliability(cases: Iterable[CaseResult]) -> list[Bin]:
+    """The same of whole classes: 1 - `something_else` against the share in which a told name or an alternative is right."""
+    return _binned([c.told_class for c in cases if c.told_class is not None])
+
+
+def _binned(names: list[tuple[float, bool]]) -> list[Bin]:
     found = []
     for low, high in itertools.pairwise(PROBABILITY_BINS):
         mine = [(p, right) for p, right in names if low <= p < high or (high == 1.0 and p == 1.0)]

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import subprocess
+from collections import Counter
 from dataclasses import dataclass, field
 from enum import Enum
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -112,13 +114,29 @@ def all_jobs() -> list[Job]:
 KINDS = tuple(dict.fromkeys(job.kind for job in all_jobs()))
 
 
-def jobs(bench_seed: int, kinds: tuple[str, ...] = (), most: int | None = None, first: int | None = None) -> list[Job]:
-    """The cases of a bench in mixed order: of these kinds (all without any), at most so many of a kind, so many in all."""
-    for kind in kinds:
+@dataclass(frozen=True)
+class Part:
+    """Which cases of a bench are wanted: of these kinds, of names like this pattern, at most so many of a kind, so many in all."""
+
+    kinds: tuple[str, ...] = ()
+    like: str = "*"
+    most: int | None = None
+    first: int | None = None
+
+
+def jobs(bench_seed: int, part: Part | None = None) -> list[Job]:
+    """The cases of a bench, or of a part of it, in mixed order; a case of a kind comes at the same place whatever the part."""
+    part = part or Part()
+    for kind in part.kinds:
         if kind not in KINDS:
             raise BadInputError("--kinds", f"no kind {kind!r}", ", ".join(KINDS))
-    found = sorted((job for job in all_jobs() if not kinds or job.kind in kinds), key=lambda job: job.order(bench_seed))
-    if most is not None:
-        counted: dict[str, int] = {}
-        found = [job for job in found if counted.setdefault(job.kind, 0) < most and not counted.update({job.kind: counted[job.kind] + 1})]
-    return found[:first]
+    found = [job for job in all_jobs() if (not part.kinds or job.kind in part.kinds) and fnmatchcase(job.name, part.like)]
+    if not found:
+        raise BadInputError("--cases", f"no case is like {part.like!r}", "a pattern such as 'single.cogging.*'")
+    counted: Counter[str] = Counter()
+    chosen = []
+    for job in sorted(found, key=lambda job: job.order(bench_seed)):
+        counted[job.kind] += 1
+        if part.most is None or counted[job.kind] <= part.most:
+            chosen.append(job)
+    return chosen[: part.first]

@@ -26,7 +26,7 @@ from tests.blind.compare import comparison
 from tests.blind.figures import CaseResult, results
 from tests.blind.files import write_case
 from tests.blind.guests import install
-from tests.blind.kinds import DECIDE_SEED, Job, all_jobs, jobs, sealed_seed
+from tests.blind.kinds import DECIDE_SEED, Job, Part, all_jobs, jobs, sealed_seed
 from tests.blind.page import write_page
 from tests.blind.score import GOOD, outcome
 from tests.blind.tally import as_json, tables
@@ -106,13 +106,14 @@ def main() -> int:
     parser.add_argument("--seed", type=int, help=f"of the whole bench; without it the folder's, or the training set's ({DECIDE_SEED})")
     parser.add_argument("--sealed", metavar="RELEASE", help="the seed that belongs to a tag or commit")
     parser.add_argument("--kinds", help="comma between")
+    parser.add_argument("--cases", default="*", metavar="PATTERN", help="names like this, such as 'single.cogging.*'")
     parser.add_argument("--most", type=int, help="at most so many cases of a kind")
     parser.add_argument("--first", type=int, help="so many cases in all")
     parser.add_argument("--workers", type=int, default=2, help="processes, one case in each")
     parser.add_argument("--dask", metavar="ADDRESS", help="diagnose on a Dask cluster instead")
-    parser.add_argument("--limit", type=int, default=900, help="seconds after which a case counts as without an answer")
+    parser.add_argument("--limit", type=int, default=600, help="processor seconds after which a case counts as without an answer")
     parser.add_argument("--keep", choices=("wrong", "all", "none"), default="wrong", help="whose logs and reports stay on disk")
-    parser.add_argument("--table", action="store_true", help="only print the tables of what has been judged so far")
+    parser.add_argument("--table", action="store_true", help="only print the results page of what has been judged")
     parser.add_argument("--compare", type=Path, metavar="OLD", help="only say what differs from the results in another folder")
     chosen = parser.parse_args()
     if chosen.compare is not None:
@@ -126,12 +127,14 @@ def main() -> int:
         seed = sealed_seed(chosen.sealed, CHECKOUT) if chosen.sealed else chosen.seed
         seed = seed if seed is not None else (there.seed if there else DECIDE_SEED)
         kinds = tuple(chosen.kinds.split(",")) if chosen.kinds else ()
-        wanted = jobs(seed, kinds, chosen.most, chosen.first)
+        wanted = jobs(seed, Part(kinds, chosen.cases, chosen.most, chosen.first))
         there = Bench(seed, chosen.sealed, code_fingerprint())
         _opened(chosen.folder, there)
         _judge(chosen.folder, wanted, seed, chosen.workers, chosen.dask, chosen.limit, chosen.keep)
     found = results(chosen.folder, [job.name for job in all_jobs()])
-    print("\n" + tables(found, there.seed, there.sealed))
+    print(("" if chosen.table else "\n") + tables(found, there.seed, there.sealed))
+    if chosen.table:
+        return 0
     (chosen.folder / "figures.json").write_text(json.dumps(as_json(found, there.seed), indent=1), encoding="utf-8")
     print(f"\n{write_page(found, there.seed, there.sealed, chosen.folder / 'report.html')}")
     return 0

@@ -136,6 +136,14 @@ def told_names(truth: dict[str, Any], verdict: dict[str, Any]) -> list[tuple[str
     return [(*pair, told, pair in right) for pair, told in found.items()]
 
 
+def told_class(truth: dict[str, Any], verdict: dict[str, Any]) -> tuple[float, bool] | None:
+    """(probability that the told causes or their alternatives hold it, whether they do); None where nothing is told or no such number."""
+    if verdict.get("something_else") is None or not verdict["effects"]:
+        return None
+    told = {_folded(e["name"], e["axis"]) for e in (*verdict["effects"], *verdict["alternatives"])}
+    return 1.0 - float(verdict["something_else"]), bool(told & right_names(truth))
+
+
 def numbers_found(truth: dict[str, Any], verdict: dict[str, Any]) -> list[tuple[str, bool, bool]]:
     """(number's effect @ axis, named, named or recalibrated to within 10 % of the truth) of every wrong number that shows."""
     named = {_folded(e["name"], e["axis"]) for e in verdict["effects"] if e["status"] == "named"}

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.blind.figures import CLASSES, CaseResult, Share, reliability, share
+from tests.blind.figures import CLASSES, Bin, CaseResult, Share, class_reliability, reliability, share
 from tests.blind.score import GOOD, Outcome
 
 _SINGLE = ("single", "rotary", "linear")
@@ -54,6 +54,7 @@ def targets(cases: list[CaseResult]) -> list[Row]:
         ("numbers 10 and 25 % off, one effect: effect and far numbers", "97 %", share(_seen(known), *either)),
         ("... the far ones named", "97 %", _numbers(known, 1)),
         ("... no phantom", "100 %", _clean(known)),
+        ("... none of those within what the model says of them", "-", Share(sum(not c.near for c in known), len(known))),
         ("numbers 8 % off, one effect: name or class", "97 %", share(_seen(_of(cases, "floating")), *either)),
         ("strangers' antennas, one effect: name or class", "97 %", share(_seen(hidden), *either)),
         ("strangers' antennas: none false", "100 %", _clean(strangers)),
@@ -91,12 +92,15 @@ def _of_named(cases: list[CaseResult]) -> list[Row]:
     ]
 
 
-def reliability_rows(cases: list[CaseResult]) -> list[tuple[str, str, str, str]]:
+TOLD_NAMES, TOLD_CLASSES = "told probability of a name", "told probability that the class holds it (1 - something_else)"
+
+
+def reliability_rows(bins: list[Bin]) -> list[tuple[str, str, str, str]]:
     """(told range, mean told, right, interval) of every bin."""
     return [
         (f"{b.low:g} to {b.high:g}", f"{b.told:.3f}", f"{b.right.part}/{b.right.whole} ({100 * b.right.value:.1f} %)",
          "{:.0f} to {:.0f} %".format(*(100 * x for x in b.right.interval)))
-        for b in reliability(cases)
+        for b in bins
     ]  # fmt: skip
 
 
@@ -155,8 +159,12 @@ def told_of(cases: list[CaseResult], seed: int, sealed: str | None) -> str:
 
 def tables(cases: list[CaseResult], seed: int, sealed: str | None) -> str:
     """The results page's tables, in Markdown."""
-    lines = [told_of(cases, seed, sealed), "", *_markdown(("figure", "target", "reached"), [*targets(cases)])]
-    lines += _markdown(("told probability", "mean told", "right", "95 % interval"), [*reliability_rows(cases)])
+    command = f"gimbal-hil bench blind --out FOLDER {'--sealed ' + sealed if sealed else f'--seed {seed}'}"
+    lines = ["# Blind bench: results", "", f"Command: `{command}`; `--table` prints this page of what has been judged.", ""]
+    lines += [told_of(cases, seed, sealed), "", *_markdown(("figure", "target", "reached"), [*targets(cases)])]
+    for title, bins in ((TOLD_NAMES, reliability(cases)), (TOLD_CLASSES, class_reliability(cases))):
+        if bins:
+            lines += _markdown((title, "mean told", "right", "95 % interval"), [*reliability_rows(bins)])
     for title, groups in outcome_groups(cases):
         if any(found for _, found in groups):
             header, rows = outcome_rows(groups)

@@ -17,9 +17,9 @@ from tests.blind.draw import Wrong, draw
 from tests.blind.figures import CaseResult, case_result, reliability
 from tests.blind.files import model_document, write_case
 from tests.blind.guests import ROWS, SOURCES, install
-from tests.blind.kinds import KINDS, Job, Stated, all_jobs, jobs, sealed_seed
+from tests.blind.kinds import KINDS, Job, Part, Stated, all_jobs, jobs, sealed_seed
 from tests.blind.rig import STRANGERS, rig_named
-from tests.blind.score import Outcome, numbers_found, outcome
+from tests.blind.score import Outcome, numbers_found, outcome, told_class
 from tests.blind.tally import tables, targets
 
 SHORT = {"duration_s": 6.0}
@@ -69,11 +69,14 @@ def test_every_case_has_its_own_name_and_the_kinds_come_mixed() -> None:
 
 
 def test_so_many_of_a_kind_are_the_same_ones_whichever_kinds_are_asked_for() -> None:
-    alone = [job.name for job in jobs(3, ("null",), most=5)]
-    assert alone == [job.name for job in jobs(3, most=5) if job.kind == "null"] and len(alone) == 5
-    assert jobs(3, most=5)[:7] == jobs(3, most=5, first=7)
+    alone = [job.name for job in jobs(3, Part(("null",), most=5))]
+    assert alone == [job.name for job in jobs(3, Part(most=5)) if job.kind == "null"] and len(alone) == 5
+    assert jobs(3, Part(most=5))[:7] == jobs(3, Part(most=5, first=7))
+    assert {job.name for job in jobs(3, Part(like="single.cogging.inner.*"))} == {f"single.cogging.inner.{k}" for k in range(3)}
     with pytest.raises(BadInputError, match="no kind 'nulls'"):
-        jobs(3, ("nulls",))
+        jobs(3, Part(("nulls",)))
+    with pytest.raises(BadInputError, match="no case is like"):
+        jobs(3, Part(like="coggin"))
 
 
 def test_a_sealed_seed_is_that_of_the_release_s_commit(tmp_path: Path) -> None:
@@ -198,6 +201,13 @@ def test_reliability_sets_the_told_probability_beside_the_share_that_is_right() 
     assert found.told == pytest.approx(0.898)
     assert found.right.interval == pytest.approx((0.596, 0.982), abs=0.002)
     assert judged("single.a.outer.0", truth_of(COGGING), verdict_of(effect("cogging"))).told[0][2] == 0.9
+
+
+def test_a_class_is_right_when_a_told_name_or_an_alternative_is() -> None:
+    guess = effect("encoder_eccentricity", status="ambiguous")
+    assert told_class(truth_of(COGGING), verdict_of(guess, alternatives=INSTEAD, something_else=0.1)) == (0.9, True)
+    assert told_class(truth_of(SPRING), verdict_of(guess, alternatives=INSTEAD, something_else=0.1)) == (0.9, False)
+    assert told_class(truth_of(SPRING), verdict_of(something_else=0.6)) is None
 
 
 def test_the_tables_count_what_was_judged() -> None:
