@@ -1,7 +1,7 @@
 """Blocks of frames to mail and back, compiled: what runs inside the tick.
 
-The arithmetic is that of `words` and `receiver`, compiled here; the pure Python `codec` runs the same source. All arrays are
-C-contiguous: blocks uint8, everything else int64.
+The arithmetic is that of `words` and `receiver`, compiled here; the pure Python `codec` runs the same source. All
+arrays are C-contiguous: blocks uint8, everything else int64.
 """
 
 from __future__ import annotations
@@ -98,7 +98,8 @@ def clear_fresh(mail: Integers, direction: int) -> None:
 def encode_mail(mail: Integers, message: int, counters: Integers, out: Octets, position: int) -> int:
     """Write one message of the mail as a record of ten bytes at `position`; answers the position behind it.
 
-    Raw integers beyond a field's bounds are held at the bound. The message's alive counter goes on by one. `out` must have room.
+    Raw integers beyond a field's bounds are held at the bound. The message's alive counter goes on by one. `out` must
+    have room.
     """
     return _encode(mail, _SAME[message], counters, out, position)
 
@@ -156,8 +157,9 @@ def _accept(block: Octets, at: int, message: int, mail: Integers, receivers: Int
 def decode_block(block: Octets, n_bytes: int, mail: Integers, receivers: Integers, direction: int) -> int:
     """Let every good frame of the first `n_bytes` of a block into the mail; answers how many were good.
 
-    A frame counts when its identifier is known and of this `direction`, CRC and fields are right and its counter is new. All others
-    are counted in `receivers` and change nothing. When a message comes more than once the last one stays, `fresh` tells how many.
+    A frame counts when its identifier is known and of this `direction`, CRC and fields are right and its counter is
+    new. All others are counted in `receivers` and change nothing. When a message comes more than once the last one
+    stays, `fresh` tells how many.
     """
     good = 0
     whole = n_bytes - n_bytes % RECORD_SIZE
@@ -210,7 +212,9 @@ def encode_messages(mail: Integers, messages: Integers, counters: Integers, out:
 
 @entry_point
 def receive_block(block: Octets, n_bytes: int, mail: Integers, receivers: Integers, direction: int) -> int:
-    """One tick of a receiver, called from Python: age, forget what was fresh, decode; answers the number of good frames."""
+    """One tick of a receiver, called from Python: age, forget what was fresh, decode; answers the number of good
+    frames.
+    """
     age_receivers(receivers, direction)
     clear_fresh(mail, direction)
     return int(decode_block(block, n_bytes, mail, receivers, direction))

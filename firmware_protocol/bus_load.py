@@ -15,9 +15,10 @@ EVENT_PERIOD_TICKS = 100
 def frame_bits(payload_bytes: int = PAYLOAD_SIZE) -> int:
     """Longest classic frame with an 11-bit identifier, in bit times, interframe space included.
 
-    44 bits of frame (start, identifier, control, CRC sequence, delimiters, acknowledge, end of frame), 8 per byte, 3 of interframe space.
-    Stuffing acts on the 34 + 8 n bits from start to CRC sequence; in the worst case the first five equal bits and every four after them
-    draw a stuff bit (Davis, Burns, Bril and Lukkien, Real-Time Systems 35, 2007, eq. 1).
+    44 bits of frame (start, identifier, control, CRC sequence, delimiters, acknowledge, end of frame), 8 per byte, 3 of
+    interframe space. Stuffing acts on the 34 + 8 n bits from start to CRC sequence; in the worst case the first five
+    equal bits and every four after them draw a stuff bit (Davis, Burns, Bril and Lukkien, Real-Time Systems 35, 2007,
+    eq. 1).
     """
     stuffed = 34 + 8 * payload_bytes
     return 44 + 8 * payload_bytes + 3 + (stuffed - 1) // 4
@@ -66,5 +67,7 @@ def require_serial_carries(rate_hz: float, baudrate: int, where: str) -> float:
     load = serial_load(rate_hz, baudrate)
     if load > LOAD_LIMIT:
         highest = int(LOAD_LIMIT / serial_load(1.0, baudrate))
-        raise BadInputError(where, f"{rate_hz:g} Hz loads a line of {baudrate} bit/s to {load:.0%}", f"at most {highest} Hz")
+        raise BadInputError(
+            where, f"{rate_hz:g} Hz loads a line of {baudrate} bit/s to {load:.0%}", f"at most {highest} Hz"
+        )
     return load

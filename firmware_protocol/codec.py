@@ -1,7 +1,7 @@
 """Frames to typed messages and back in plain Python: for tools, tests and everything outside the tick.
 
-Table-driven straight from the schema, with the same integer arithmetic (`words`, `receiver`) that `block_codec` has compiled.
-What comes from the wire never raises: it becomes a message or a `Rejection`.
+Table-driven straight from the schema, with the same integer arithmetic (`words`, `receiver`) that `block_codec` has
+compiled. What comes from the wire never raises: it becomes a message or a `Rejection`.
 """
 
 from __future__ import annotations
@@ -52,7 +52,9 @@ def raw_values(message: AnyMessage) -> tuple[int, ...]:
     """Raw integers of a message in schema order; values beyond a bound are held at it, NaN becomes zero."""
     definition = schema_of(message)
     rows = ROWS_BY_NAME[definition.name]
-    return tuple(_raw(each, row, getattr(message, each.attribute)) for each, row in zip(definition.fields, rows, strict=True))
+    return tuple(
+        _raw(each, row, getattr(message, each.attribute)) for each, row in zip(definition.fields, rows, strict=True)
+    )
 
 
 def from_raw(definition: Message, raw: Sequence[int]) -> AnyMessage:

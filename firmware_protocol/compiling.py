@@ -41,7 +41,9 @@ def entry_point(function: F) -> F:
 
 
 def cache_directory() -> Path:
-    """Where compiled kernels are kept: `$GIMBAL_HIL_CACHE`, else `$XDG_CACHE_HOME/gimbal-hil`, else `~/.cache/gimbal-hil`."""
+    """Where compiled kernels are kept: `$GIMBAL_HIL_CACHE`, else `$XDG_CACHE_HOME/gimbal-hil`, else
+    `~/.cache/gimbal-hil`.
+    """
     named = os.environ.get("GIMBAL_HIL_CACHE")
     if named:
         return Path(named)
@@ -69,13 +71,16 @@ _found_at_run_time: dict[str, list[bytes]] = {}
 
 
 def include_source(owner: str, source: bytes) -> None:
-    """Make source that module `owner` found without an import statement (effects, plug-ins) part of the digests that reach it."""
+    """Make source that module `owner` found without an import statement (effects, plug-ins) part of the digests that
+    reach it.
+    """
     _found_at_run_time.setdefault(owner, []).append(source)
 
 
 @cache
 def _file(module: str) -> Path | None:
-    """Where a module of this project lies. Nothing is imported to find out: faces would run while they are being read."""
+    """Where a module of this project lies. Nothing is imported to find out: faces would run while they are being read.
+    """
     room, *inner = module.split(".")
     if room not in ROOMS:
         loaded = getattr(sys.modules.get(module), "__file__", None)
@@ -97,7 +102,9 @@ def _source(module: str) -> bytes:
 
 @cache
 def _imports(module: str) -> tuple[tuple[str, str], ...]:
-    """(module, name) of everything that a module imports from this project, wherever in it; the name is empty for a plain import."""
+    """(module, name) of everything that a module imports from this project, wherever in it; the name is empty for a
+    plain import.
+    """
     found: list[tuple[str, str]] = []
     for node in ast.walk(ast.parse(_source(module))):
         if isinstance(node, ast.Import):
@@ -113,7 +120,9 @@ def _imported(module: str) -> frozenset[str]:
 
 
 def _home(module: str, name: str) -> str:
-    """The module that a name comes from: faces are looked through, so that a kernel depends on the laws it uses and on no others."""
+    """The module that a name comes from: faces are looked through, so that a kernel depends on the laws it uses and on
+    no others.
+    """
     if name and _file(f"{module}.{name}"):
         return f"{module}.{name}"
     path = _file(module)

@@ -1,8 +1,10 @@
-"""Sine and cosine, exponential and logarithm written out: the same bits on every machine and libm, and in line with what calls them.
+"""Sine and cosine, exponential and logarithm written out: the same bits on every machine and libm, and in line with
+what calls them.
 
-Tables of exactly rounded values and short polynomials (after Tang, ACM Transactions on Mathematical Software 15, 1989), only additions,
-multiplications and the bits of a number. Errors stay below two units in the last place of the result, or 3e-16 where that is more;
-tests/firmware_protocol/test_elementary.py holds them to it. A call of the C library costs three times as much, and nothing overlaps it.
+Tables of exactly rounded values and short polynomials (after Tang, ACM Transactions on Mathematical Software 15, 1989),
+only additions, multiplications and the bits of a number. Errors stay below two units in the last place of the result,
+or 3e-16 where that is more; tests/firmware_protocol/test_elementary.py holds them to it. A call of the C library costs
+three times as much, and nothing overlaps it.
 """
 
 from __future__ import annotations
@@ -13,7 +15,8 @@ import numpy as np
 
 from firmware_protocol.compiling import compiled
 
-#: added and taken off again it rounds a number below 2^51 to a whole one, whose two's complement is then in the low bits
+#: added and taken off again it rounds a number below 2^51 to a whole one, whose two's complement is then in the low
+#: bits
 _ROUNDER = 6755399441055744.0
 _ROUNDER_BITS = 0x4338000000000000
 _MANTISSA, _ONE = (1 << 52) - 1, 0x3FF0000000000000
@@ -25,18 +28,18 @@ def _upper(value: float, bits: int) -> float:
     return math.ldexp(math.floor(math.ldexp(mantissa, bits)), exponent - bits)
 
 
-# --- exponential: 2^(k/64) as bits -----------------------------------------------------------------------------------------
+# --- exponential: 2^(k/64) as bits ------------------------------------------------------------------------------------
 _POWERS = np.array([2.0 ** (k / 64) for k in range(64)]).view(np.int64)
 _LN2 = 0.6931471805599453
 _PER_LN2 = 64.0 / _LN2
 _LN2_UPPER = _upper(_LN2 / 64, 36)
 #: the rest of ln(2) / 64, from ln(2) - 0.6931471805599453 = 2.3190468138462996e-17
 _LN2_LOWER = (_LN2 / 64 - _LN2_UPPER) + 2.3190468138462996e-17 / 64
-# --- logarithm: 1 / c and log2(c) for the middles c of 256 intervals -------------------------------------------------------
+# --- logarithm: 1 / c and log2(c) for the middles c of 256 intervals --------------------------------------------------
 _INVERSES = np.array([1.0 / (1.0 + (k + 0.5) / 256) for k in range(256)])
 _LOGARITHMS = np.array([-math.log2(inverse) for inverse in _INVERSES.tolist()])
 _PER_LN = 1.4426950408889634
-# --- sine and cosine of k 2 pi / 256 ---------------------------------------------------------------------------------------
+# --- sine and cosine of k 2 pi / 256 ----------------------------------------------------------------------------------
 # from the first eighth, so that opposite angles are opposite to the last bit
 _EIGHTH = [math.sin(math.pi * k / 128) for k in range(33)] + [math.cos(math.pi * k / 128) for k in range(31, -1, -1)]
 _SINES = np.array([*_EIGHTH, *_EIGHTH[-2:0:-1], *(-v for v in [*_EIGHTH, *_EIGHTH[-2:0:-1]])])

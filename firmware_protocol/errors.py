@@ -28,7 +28,9 @@ def _one_line(text: str) -> str:
 
 
 class DamagedRunError(GimbalHilError):
-    """A recorded run is not what it was when it was recorded: rows are missing or changed, and a result of the rest would say less."""
+    """A recorded run is not what it was when it was recorded: rows are missing or changed, and a result of the rest
+    would say less.
+    """
 
     exit_code = EXIT_NO
 

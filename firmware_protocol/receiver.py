@@ -1,4 +1,5 @@
-"""What a receiver remembers of each message: columns of the `receivers` array and the rules that judge a counter and a silence.
+"""What a receiver remembers of each message: columns of the `receivers` array and the rules that judge a counter and a
+silence.
 
 The rules are plain integer functions, so that both codecs run the same ones. `receivers` is int64, shape
 (number of messages + 1, COLUMNS); its last row counts frames that belong to no message.
@@ -24,10 +25,12 @@ DEGRADED_PERIODS, LOST_PERIODS = 2, 10
 #: ticks after which the counter of an event message is forgotten: its sender may have restarted meanwhile
 EVENT_MEMORY_TICKS = 100
 
-#: counter steps from here to 15 mean a late frame, not a loss: so many missing periods would have made the message lost before
+#: counter steps from here to 15 mean a late frame, not a loss: so many missing periods would have made the message lost
+#: before
 LATE_STEP = 12
 
-#: what a bad or lost frame adds to TROUBLE and a good one takes away; DEGRADED from the level on, one frame in five or worse
+#: what a bad or lost frame adds to TROUBLE and a good one takes away; DEGRADED from the level on, one frame in five or
+#: worse
 TROUBLE_STEP, TROUBLE_LEVEL, TROUBLE_TOP = 4, 8, 32
 
 #: verdicts of `judge_counter` besides the number of frames lost

@@ -1,8 +1,9 @@
 """Serial framing without any input or output of its own: blocks to packets, and bytes in any pieces back to blocks.
 
-Packet: COBS(block, CRC-16 of the block, most significant byte first), 0x00. COBS (Cheshire and Baker, IEEE/ACM Transactions on
-Networking 7, 1999) leaves no zero inside a packet, so a receiver that lost its place is right again after the next zero. The CRC is
-CRC-16/CCITT-FALSE (polynomial 0x1021, start 0xFFFF), which the standard library computes as `binascii.crc_hqx`.
+Packet: COBS(block, CRC-16 of the block, most significant byte first), 0x00. COBS (Cheshire and Baker, IEEE/ACM
+Transactions on Networking 7, 1999) leaves no zero inside a packet, so a receiver that lost its place is right again
+after the next zero. The CRC is CRC-16/CCITT-FALSE (polynomial 0x1021, start 0xFFFF), which the standard library
+computes as `binascii.crc_hqx`.
 """
 
 from __future__ import annotations
@@ -86,7 +87,9 @@ class StreamCounts:
 
 
 class StreamParser:
-    """Collects bytes until a delimiter and lets good packets through. Never raises on what it is fed, never holds more than one packet."""
+    """Collects bytes until a delimiter and lets good packets through. Never raises on what it is fed, never holds more
+    than one packet.
+    """
 
     def __init__(self) -> None:
         self.counts = StreamCounts()

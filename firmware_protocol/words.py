@@ -1,7 +1,7 @@
 """Integer arithmetic of one frame, written once: plain Python in `codec`, compiled in `block_codec`.
 
-Every function works on integers that fit int64 and gives the same result in Python and in numba. The field word (48 bits) and the
-sealed word (52 bits: fields and counter) are never negative; the 16-bit tail holds counter and CRC.
+Every function works on integers that fit int64 and gives the same result in Python and in numba. The field word (48
+bits) and the sealed word (52 bits: fields and counter) are never negative; the 16-bit tail holds counter and CRC.
 """
 
 from __future__ import annotations
@@ -43,7 +43,9 @@ def saturate(raw: int, low: int, high: int) -> int:
 
 
 def quantise(value: float, step: float, low: int, high: int) -> int:
-    """Raw integer nearest to a physical value (ties to even), held within [low, high]; NaN becomes the bound nearest zero."""
+    """Raw integer nearest to a physical value (ties to even), held within [low, high]; NaN becomes the bound nearest
+    zero.
+    """
     scaled = value / step
     if scaled >= high:
         return high
@@ -56,7 +58,9 @@ def quantise(value: float, step: float, low: int, high: int) -> int:
 
 
 def crc12(sealed: int, initial: int, table: Numbers) -> int:
-    """CRC of a sealed word: `initial` is the part of the data id, `table[256 k + b]` that of byte b at place k (seven places)."""
+    """CRC of a sealed word: `initial` is the part of the data id, `table[256 k + b]` that of byte b at place k (seven
+    places).
+    """
     crc = initial
     for place in range(7):
         crc ^= table[256 * place + ((sealed >> (8 * place)) & 0xFF)]
@@ -81,10 +85,11 @@ def read_pair(block: Numbers, at: int) -> int:
 
 
 def crc_table(polynomial: int, width: int, places: int) -> tuple[int, ...]:
-    """Contribution of each byte value at each place to a CRC of `places` bytes that starts from zero, first byte most significant.
+    """Contribution of each byte value at each place to a CRC of `places` bytes that starts from zero, first byte most
+    significant.
 
-    A CRC that starts from zero is linear, so the CRC of a row of bytes is the exclusive or of these contributions; they do not
-    depend on one another, which lets the processor look them up side by side.
+    A CRC that starts from zero is linear, so the CRC of a row of bytes is the exclusive or of these contributions; they
+    do not depend on one another, which lets the processor look them up side by side.
     """
     rows: list[int] = []
     for place in range(places):

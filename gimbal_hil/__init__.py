@@ -2,8 +2,9 @@
 
 import os
 
-# The last bits of a matrix product depend on how many threads share it, and on small matrices threads only wait for one another:
-# one thread everywhere gives the same answers on every executor. It has to be said before numpy is loaded; the user's word stands.
+# The last bits of a matrix product depend on how many threads share it, and on small matrices threads only wait for one
+# another: one thread everywhere gives the same answers on every executor. It has to be said before numpy is loaded; the
+# user's word stands.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("MKL_NUM_THREADS", "1")
 

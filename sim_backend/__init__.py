@@ -1,7 +1,7 @@
 """The virtual antenna: rigid body, friction, actuator, sensors, effects, and the firmware in front of them.
 
-What other packages may import is these modules and the folders `model`, `effects`, `device` and `server`; none is imported here, because
-most are compiled.
+What other packages may import is these modules and the folders `model`, `effects`, `device` and `server`; none is
+imported here, because most are compiled.
 """
 
 __all__ = [

@@ -10,7 +10,8 @@ from sim_backend.layout import GAIN_ERROR, LAG_DECAY, LAG_MEAN, LIMIT, OFFSET
 
 @compiled
 def actuate(P: np.ndarray, block: int, lagged: float, command: float) -> tuple[float, float]:
-    """Torque (N m) for a command (N m) held over this step: gain and offset, first-order lag (exact mean over the step), limit.
+    """Torque (N m) for a command (N m) held over this step: gain and offset, first-order lag (exact mean over the
+    step), limit.
 
     `lagged` is the lag's state before the step; answers the torque and the state after it.
     """

@@ -1,7 +1,7 @@
 """How the base moves: gravity, angular rate and angular acceleration in base axes as functions of time.
 
-Attitude is `R_eb = Rz(yaw) Ry(pitch) Rx(roll)`, z up. Constant body rates are solved in closed form, sinusoids are sums in
-the Euler angles, a recorded motion is interpolated linearly between its rows.
+Attitude is `R_eb = Rz(yaw) Ry(pitch) Rx(roll)`, z up. Constant body rates are solved in closed form, sinusoids are sums
+in the Euler angles, a recorded motion is interpolated linearly between its rows.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ Vector = tuple[float, float, float]
 
 @compiled
 def base_state(P: np.ndarray, K: np.ndarray, t: float) -> tuple[Vector, Vector, Vector]:
-    """Gravity (m/s^2), angular rate (rad/s) and angular acceleration (rad/s^2) of the base at t seconds, in base axes."""
+    """Gravity (m/s^2), angular rate (rad/s) and angular acceleration (rad/s^2) of the base at t seconds, in base axes.
+    """
     kind = K[BASE_KIND]
     if kind == _FIXED:
         return base_at_rest(P)
@@ -93,7 +94,9 @@ def _constant_rate(P: np.ndarray, t: float) -> tuple[Vector, Vector, Vector]:
 
 @compiled
 def _turned(x: float, y: float, z: float, p: float, q: float, r: float, t: float) -> Vector:
-    """A vector fixed in space seen after t seconds from axes that turn at constant body rates: exp(-[w] t) x (Rodrigues)."""
+    """A vector fixed in space seen after t seconds from axes that turn at constant body rates: exp(-[w] t) x
+    (Rodrigues).
+    """
     rate = math.sqrt(p * p + q * q + r * r)
     if rate == 0.0:
         return x, y, z

@@ -6,14 +6,28 @@ import re
 from collections.abc import Iterable, Mapping
 
 #: words that stand beside the names of axes in columns and requests
-_TAKEN = {"base", "command", "duration_s", "id", "label", "mode", "over_s", "program", "repeat", "segments", "switch_off_afterwards"}
+_TAKEN = {
+    "base",
+    "command",
+    "duration_s",
+    "id",
+    "label",
+    "mode",
+    "over_s",
+    "program",
+    "repeat",
+    "segments",
+    "switch_off_afterwards",
+}
 _NAME = re.compile(r"[^\W\d][\w-]*")
 #: names that say it themselves, so that files without `parent:` are understood
 OUTER, INNER = "outer", "inner"
 
 
 def in_order(parents: Mapping[str, str | None]) -> tuple[str, ...]:
-    """The axes (name -> `parent:`, None where there is none) with the carrying one first; ValueError says what is wrong and expected."""
+    """The axes (name -> `parent:`, None where there is none) with the carrying one first; ValueError says what is wrong
+    and expected.
+    """
     names = tuple(parents)
     if len(names) == 1:
         if parents[names[0]] is not None:
@@ -42,5 +56,6 @@ def require_plain_names(names: Iterable[str]) -> None:
     for name in names:
         if not _NAME.fullmatch(name) or name in _TAKEN:
             raise ValueError(
-                f"{name!r} cannot be the name of an axis: expected a word such as azimuth, and none of {', '.join(sorted(_TAKEN))}"
+                f"{name!r} cannot be the name of an axis: expected a word such as azimuth, and none of "
+                f"{', '.join(sorted(_TAKEN))}"
             )

@@ -17,7 +17,8 @@ _MINUS_TWO_LN2 = -2.0 * math.log(2.0)
 
 @compiled
 def _mixed(x: int) -> int:
-    # xorshift-multiply avalanche, constants of C. Wellons' hash search (2018); masked after each product to stay below 2^63
+    # xorshift-multiply avalanche, constants of C. Wellons' hash search (2018); masked after each product to stay below
+    # 2^63
     x &= 0xFFFFFFFF
     x ^= x >> 16
     x = (x * 0x21F0AAAD) & 0xFFFFFFFF

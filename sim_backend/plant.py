@@ -31,7 +31,9 @@ class Simulation:
 
 @entry_point
 def run_open_loop(P: np.ndarray, K: np.ndarray, X: np.ndarray, torque: np.ndarray, rows: np.ndarray) -> None:
-    """Simulate torque (n, 2), N m, from state X; fills rows (n, 12): position, rate, encoder, gyro, applied, friction, two each."""
+    """Simulate torque (n, 2), N m, from state X; fills rows (n, 12): position, rate, encoder, gyro, applied, friction,
+    two each.
+    """
     for k in range(torque.shape[0]):
         true_rates(P, K, X)
         tick = int(X[STEPS]) // K[STEPS_PER_TICK]
@@ -46,7 +48,9 @@ def run_open_loop(P: np.ndarray, K: np.ndarray, X: np.ndarray, torque: np.ndarra
 
 
 @entry_point
-def run_steps(P: np.ndarray, K: np.ndarray, X: np.ndarray, torque_outer: float, torque_inner: float, steps: int) -> None:
+def run_steps(
+    P: np.ndarray, K: np.ndarray, X: np.ndarray, torque_outer: float, torque_inner: float, steps: int
+) -> None:
     """Advance by plant steps under constant torques (N m)."""
     done = 0
     while done < steps:
@@ -68,7 +72,11 @@ def joint_accelerations(
     acceleration: np.ndarray,
 ) -> np.ndarray:
     """Joint accelerations (2,) of the rigid body alone for net joint torques and a base state given in base axes."""
-    base = ((gravity[0], gravity[1], gravity[2]), (rate[0], rate[1], rate[2]), (acceleration[0], acceleration[1], acceleration[2]))
+    base = (
+        (gravity[0], gravity[1], gravity[2]),
+        (rate[0], rate[1], rate[2]),
+        (acceleration[0], acceleration[1], acceleration[2]),
+    )
     mass, bias, _, _, _ = equations_of_motion(P, K, (q[0], q[1]), (v[0], v[1]), base)
     b0, b1 = torque[0] + bias[0], torque[1] + bias[1]
     determinant = mass[0] * mass[2] - mass[1] * mass[1]

@@ -58,10 +58,12 @@ def equations_of_motion(
 
 @compiled
 def body_numbers(P: np.ndarray, K: np.ndarray, turn: Pair) -> tuple[Vector, Vector, Vector, Vector]:
-    """What the equations of the gimbal want of P, once for many steps, the inner body seen in axes turned by `turn` (sine, cosine).
+    """What the equations of the gimbal want of P, once for many steps, the inner body seen in axes turned by `turn`
+    (sine, cosine).
 
-    With q the inner position from there: M11 = a + b cos 2q + c sin 2q; products of inertia yz, xy and M22; first moments of the
-    inner body (kg m); of the outer one x, y as gravity about z sees them, y with the inner body's, and the share of the inner x that joins.
+    With q the inner position from there: M11 = a + b cos 2q + c sin 2q; products of inertia yz, xy and M22; first
+    moments of the inner body (kg m); of the outer one x, y as gravity about z sees them, y with the inner body's, and
+    the share of the inner x that joins.
     """
     i, mi = INERTIA_INNER, P[MASS_INNER]
     s, c = turn
@@ -88,9 +90,11 @@ def equations_at(
     gimbal: bool,
     turning: bool,
 ) -> tuple[Vector, Pair, Vector, Vector, Pair]:
-    """`equations_of_motion` with (sine, cosine) of each joint position, the inner one from where `body` is seen, as its rates are.
+    """`equations_of_motion` with (sine, cosine) of each joint position, the inner one from where `body` is seen, as its
+    rates are.
 
-    `gimbal` False is the single axis, `turning` False a base that does not turn. The outer position counts where `outer_turn_counts`.
+    `gimbal` False is the single axis, `turning` False a base that does not turn. The outer position counts where
+    `outer_turn_counts`.
     """
     (se, ce), (si, ci) = turns
     if not gimbal:
@@ -129,9 +133,13 @@ def outer_turn_counts(gravity: Vector, gimbal: bool, turning: bool) -> bool:
 
 
 @compiled
-def _turning_torque(P: np.ndarray, body: tuple[Vector, Vector, Vector, Vector], turn: Pair, outer: Vector, v: float, ao: Vector) -> Pair:
-    """What a turning base takes from both joints beside oz: rates of change of angular momentum with the outer body's rates ox, oy in
-    them, and all that its acceleration `ao` brings. The inner body's rate is w + u, with u what it has at ox = oy = 0."""
+def _turning_torque(
+    P: np.ndarray, body: tuple[Vector, Vector, Vector, Vector], turn: Pair, outer: Vector, v: float, ao: Vector
+) -> Pair:
+    """What a turning base takes from both joints beside oz: rates of change of angular momentum with the outer body's
+    rates ox, oy in them, and all that its acceleration `ao` brings. The inner body's rate is w + u, with u what it has
+    at ox = oy = 0.
+    """
     si, ci = turn
     ox, oy, oz = outer
     wx, wy, wz = ci * ox, oy, si * ox
@@ -160,20 +168,24 @@ def _tensor_times(tensor: tuple[float, float, float, float, float, float], x: fl
 
 
 @compiled
-def _single_axis(P: np.ndarray, K: np.ndarray, sine: float, cosine: float, v: float) -> tuple[Vector, Pair, Vector, Vector, Pair]:
+def _single_axis(
+    P: np.ndarray, K: np.ndarray, sine: float, cosine: float, v: float
+) -> tuple[Vector, Pair, Vector, Vector, Pair]:
     g = P[GRAVITY_M_S2]
     if K[KIND] == _LINEAR:
         bias = -P[MASS_OUTER] * g * P[INCLINE_SIN]
         return (P[MASS_OUTER], 0.0, 1.0), (bias, 0.0), (0.0, 0.0, v), (0.0, 0.0, 0.0), (0.0, 0.0)
-    # a horizontal axis: centre of mass at (cog_x, cog_y) in the body, x level at q = 0; INCLINE_SIN is 1 there and 0 for a vertical axis
+    # a horizontal axis: centre of mass at (cog_x, cog_y) in the body, x level at q = 0; INCLINE_SIN is 1 there and 0
+    # for a vertical axis
     bias = -P[MASS_OUTER] * g * P[INCLINE_SIN] * (P[COG_OUTER] * cosine - P[COG_OUTER + 1] * sine)
     return (P[INERTIA_OUTER + ZZ], 0.0, 1.0), (bias, 0.0), (0.0, 0.0, v), (0.0, 0.0, 0.0), (0.0, 0.0)
 
 
 @compiled
 def expand_turns(X: np.ndarray, outer_counts: bool) -> None:
-    """Once a tick: the joint positions that steps count from, with their sine and cosine, where they are not there already; without
-    those of the outer one where it does not count."""
+    """Once a tick: the joint positions that steps count from, with their sine and cosine, where they are not there
+    already; without those of the outer one where it does not count.
+    """
     for axis in range(2):
         e = EXPANSION + axis * EXPANSION_SIZE
         if X[e] != X[POSITION + axis]:
@@ -191,12 +203,15 @@ def turn_centre(X: np.ndarray, axis: int) -> Vector:
 
 @compiled
 def turn_by(d: float) -> Pair:
-    """(sine, cosine) of the small angles that a joint turns within a tick, to double precision at a third of the cost."""
+    """(sine, cosine) of the small angles that a joint turns within a tick, to double precision at a third of the cost.
+    """
     if not abs(d) <= 0.02:
         return sine_cosine(d)
     d2 = d * d
     d4 = d2 * d2
-    return d - (d * d2) * (((1 / 6) - d2 * (1 / 120)) + d4 * (1 / 5040)), 1.0 - d2 * (((1 / 2) - d2 * (1 / 24)) + d4 * (1 / 720))
+    return d - (d * d2) * (((1 / 6) - d2 * (1 / 120)) + d4 * (1 / 5040)), 1.0 - d2 * (
+        ((1 / 2) - d2 * (1 / 24)) + d4 * (1 / 720)
+    )
 
 
 @compiled

@@ -36,7 +36,9 @@ def encoder_reading(P: np.ndarray, block: int, seed: int, tick: int, axis: int, 
 
 @compiled
 def gyro_step(P: np.ndarray, block: int, state: tuple[float, float], rate: float) -> tuple[float, float]:
-    """State of the gyro's second-order lag one plant step later, at inertial rate `rate` (rad/s); the same when it is ideal."""
+    """State of the gyro's second-order lag one plant step later, at inertial rate `rate` (rad/s); the same when it is
+    ideal.
+    """
     if P[block + GYRO_FILTER] > 0.0:
         x1, x2 = state
         return (

@@ -11,7 +11,16 @@ import numpy as np
 from firmware_protocol.compiling import compiled
 from sim_backend.actuator import actuate
 from sim_backend.base_motion import base_at_rest, base_state
-from sim_backend.effects import Hook, command_law, encoder_law, friction_law, gyro_law, structure_advance, structure_law, torque_law
+from sim_backend.effects import (
+    Hook,
+    command_law,
+    encoder_law,
+    friction_law,
+    gyro_law,
+    structure_advance,
+    structure_law,
+    torque_law,
+)
 from sim_backend.friction import BUMP_GONE, bristle_step, without_bristles
 from sim_backend.layout import (
     ACCELERATION,
@@ -77,7 +86,15 @@ from sim_backend.layout import (
     HeldBy,
     PlantKind,
 )
-from sim_backend.rigid_body import body_numbers, equations_at, expand_turns, outer_turn_counts, turn_by, turn_centre, turned_from
+from sim_backend.rigid_body import (
+    body_numbers,
+    equations_at,
+    expand_turns,
+    outer_turn_counts,
+    turn_by,
+    turn_centre,
+    turned_from,
+)
 from sim_backend.sensors import encoder_reading, gyro_reading, gyro_step
 from sim_backend.stribeck_expansion import bump_share, has_bump_table
 from sim_backend.thesis_slips import slip_torque

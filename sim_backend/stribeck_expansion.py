@@ -1,9 +1,11 @@
-"""What is left of the Stribeck bump as power series about a grid of speeds: a fourth of the time of exponential and power.
+"""What is left of the Stribeck bump as power series about a grid of speeds: a fourth of the time of exponential and
+power.
 
-The ratio |v| / v_s is cut into cells, 64 to an octave, so that its leading bits are the number of its cell. With c the middle of a cell
-the share exp(-ratio^delta) is f(d) = exp(-(c + d)^delta); from f' = -delta (c + d)^(delta - 1) f its coefficients follow by recurrence,
-and the first eight give double precision for a delta up to two (tests/sim_backend/test_friction.py). The table depends on delta alone
-and is made with the model. Ratios outside it, a sharper curve, or a delta that goes with temperature take the law itself.
+The ratio |v| / v_s is cut into cells, 64 to an octave, so that its leading bits are the number of its cell. With c the
+middle of a cell the share exp(-ratio^delta) is f(d) = exp(-(c + d)^delta); from f' = -delta (c + d)^(delta - 1) f its
+coefficients follow by recurrence, and the first eight give double precision for a delta up to two
+(tests/sim_backend/test_friction.py). The table depends on delta alone and is made with the model. Ratios outside it, a
+sharper curve, or a delta that goes with temperature take the law itself.
 """
 
 from __future__ import annotations
@@ -17,7 +19,16 @@ from numpy.typing import NDArray
 from firmware_protocol.compiling import compiled
 from firmware_protocol.elementary import bits_of, of_bits
 from sim_backend.friction import stribeck_share
-from sim_backend.layout import AXIS_BLOCK, AXIS_SIZE, BUMP_CELLS, BUMP_DELTA, BUMP_OCTAVES, BUMP_TABLE, BUMP_TABLE_SIZE, BUMP_TERMS
+from sim_backend.layout import (
+    AXIS_BLOCK,
+    AXIS_SIZE,
+    BUMP_CELLS,
+    BUMP_DELTA,
+    BUMP_OCTAVES,
+    BUMP_TABLE,
+    BUMP_TABLE_SIZE,
+    BUMP_TERMS,
+)
 
 #: largest exponent with a table
 MOST_DELTA = 2.0

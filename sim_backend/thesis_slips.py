@@ -1,7 +1,7 @@
 """The thesis' slips as switches: what the printed equations add to the corrected bias torque.
 
-Only for showing what each slip does (`gimbal-hil experiment thesis`); every model of an antenna has them off. Each is the
-printed form minus the corrected one, with everything else left right, so that they add up.
+Only for showing what each slip does (`gimbal-hil experiment thesis`); every model of an antenna has them off. Each is
+the printed form minus the corrected one, with everything else left right, so that they add up.
 """
 
 from __future__ import annotations
@@ -104,7 +104,9 @@ def _row(P: np.ndarray, o: int, row: int, x: float, y: float, z: float) -> float
 
 
 @compiled
-def _printed_gravity(P: np.ndarray, K: np.ndarray, outer: tuple[float, float], inner: tuple[float, float], gravity: Vector) -> float:
+def _printed_gravity(
+    P: np.ndarray, K: np.ndarray, outer: tuple[float, float], inner: tuple[float, float], gravity: Vector
+) -> float:
     """Gravity torque about z of eq. 3.10 less the one of the model's own reading, N m."""
     (se, ce), (si, ci) = outer, inner
     gx, gy, gz = ce * gravity[0] + se * gravity[1], ce * gravity[1] - se * gravity[0], gravity[2]

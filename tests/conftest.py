@@ -4,5 +4,7 @@ import os
 
 from hypothesis import HealthCheck, settings
 
-settings.register_profile("gimbal", deadline=None, derandomize=True, max_examples=100, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile(
+    "gimbal", deadline=None, derandomize=True, max_examples=100, suppress_health_check=[HealthCheck.too_slow]
+)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "gimbal"))

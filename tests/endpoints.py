@@ -1,4 +1,5 @@
-"""Sending and receiving end of the wire as objects, with the counters and verdicts that `block_codec` keeps in arrays."""
+"""Sending and receiving end of the wire as objects, with the counters and verdicts that `block_codec` keeps in arrays.
+"""
 
 from __future__ import annotations
 
@@ -51,7 +52,9 @@ class Reception:
     @property
     def status(self) -> ReceiverStatus:
         """How far the message can be relied on now."""
-        return ReceiverStatus(judge_status(self.definition.period_ticks, self.ticks_since_good, self.trouble, int(self.good > 0)))
+        return ReceiverStatus(
+            judge_status(self.definition.period_ticks, self.ticks_since_good, self.trouble, int(self.good > 0))
+        )
 
     def age(self) -> None:
         """Let one tick pass."""

@@ -1,4 +1,5 @@
-"""The rules of the house, held by tests: import direction, small modules, nothing unfinished, lint, types, packaging."""
+"""The rules of the house, held by tests: import direction, small modules, nothing unfinished, lint, types, packaging.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +20,8 @@ ROOT = Path(__file__).resolve().parent.parent
 ROOMS = ("firmware_protocol", "sim_backend", "gimbal_hil")
 #: what each room must not know
 ABOVE = {"firmware_protocol": {"sim_backend", "gimbal_hil"}, "sim_backend": {"gimbal_hil"}, "gimbal_hil": set()}
-#: folders of gimbal_hil from the ground up: each may import those before it, none after it; docs/architecture.md draws the same
+#: folders of gimbal_hil from the ground up: each may import those before it, none after it; docs/architecture.md draws
+#: the same
 FLOORS = (
     "executor",
     "control",
@@ -89,18 +91,24 @@ INNER = {f"{folder_of(path)}.{path.stem}" for path in MODULES if path.name != "_
 def handed_out(folder: str) -> frozenset[str]:
     """Names in the `__all__` of a folder's face."""
     for node in ast.parse(FACES[folder].read_text()).body:
-        if isinstance(node, ast.Assign) and any(isinstance(target, ast.Name) and target.id == "__all__" for target in node.targets):
+        if isinstance(node, ast.Assign) and any(
+            isinstance(target, ast.Name) and target.id == "__all__" for target in node.targets
+        ):
             return frozenset(ast.literal_eval(node.value))
     return frozenset()
 
 
 def reached(path: Path) -> set[tuple[str, str]]:
-    """(folder, name) of what a file takes from other folders: a name of the face, or an inner module where it is imported from one."""
+    """(folder, name) of what a file takes from other folders: a name of the face, or an inner module where it is
+    imported from one.
+    """
     found: set[tuple[str, str]] = set()
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
             if node.module in FACES:
-                found |= {(node.module, alias.name) for alias in node.names if f"{node.module}.{alias.name}" not in FACES}
+                found |= {
+                    (node.module, alias.name) for alias in node.names if f"{node.module}.{alias.name}" not in FACES
+                }
             elif node.module in INNER:
                 found.add(tuple(node.module.rsplit(".", 1)))  # type: ignore[arg-type]
         elif isinstance(node, ast.Import):
@@ -110,11 +118,17 @@ def reached(path: Path) -> set[tuple[str, str]]:
 
 @pytest.mark.parametrize("path", MODULES, ids=name_of)
 def test_a_folder_is_entered_through_its_face(path: Path) -> None:
-    inside = {f"{folder}.{name}" for folder, name in reached(path) if name not in handed_out(folder) and folder not in BEING_REWRITTEN}
+    inside = {
+        f"{folder}.{name}"
+        for folder, name in reached(path)
+        if name not in handed_out(folder) and folder not in BEING_REWRITTEN
+    }
     assert not inside, f"{name_of(path)} imports {sorted(inside)}, which the face of the folder does not hand out"
 
 
-@pytest.mark.parametrize("path", [path for path in MODULES if path.relative_to(ROOT).parts[0] == "gimbal_hil"], ids=name_of)
+@pytest.mark.parametrize(
+    "path", [path for path in MODULES if path.relative_to(ROOT).parts[0] == "gimbal_hil"], ids=name_of
+)
 def test_no_arrow_between_folders_leads_up(path: Path) -> None:
     floor = folder_of(path).removeprefix("gimbal_hil").removeprefix(".")
     used = {folder.removeprefix("gimbal_hil.") for folder, _ in reached(path) if folder.startswith("gimbal_hil.")}
@@ -137,7 +151,9 @@ def test_a_face_hands_out_only_what_there_is(folder: str) -> None:
 def test_the_page_on_the_architecture_draws_the_floors_in_their_order() -> None:
     page = (ROOT / "docs" / "architecture.md").read_text()
     drawn = re.findall(r"^\| `gimbal_hil/([\w/]+)` \|", page, re.MULTILINE)
-    assert [name.replace("/", ".") for name in drawn] == [floor for floor in FLOORS if f"gimbal_hil.{floor}" in FACES][::-1]
+    assert [name.replace("/", ".") for name in drawn] == [floor for floor in FLOORS if f"gimbal_hil.{floor}" in FACES][
+        ::-1
+    ]
 
 
 @pytest.mark.parametrize("path", MODULES, ids=name_of)
@@ -178,7 +194,9 @@ def test_every_package_is_in_the_distribution() -> None:
 @in_a_checkout
 @pytest.mark.skipif(find_spec("ruff") is None, reason="ruff is not installed")
 def test_ruff_has_nothing_to_say() -> None:
-    done = subprocess.run([sys.executable, "-m", "ruff", "check", *ROOMS, "tests"], cwd=ROOT, capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-m", "ruff", "check", *ROOMS, "tests"], cwd=ROOT, capture_output=True, text=True
+    )
     assert done.returncode == 0, done.stdout[-4000:]
 
 

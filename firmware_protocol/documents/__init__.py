@@ -1,4 +1,6 @@
-"""Documents that people and programs hand in (YAML and JSON): read with limits, checked strictly, refused in one clear line."""
+"""Documents that people and programs hand in (YAML and JSON): read with limits, checked strictly, refused in one clear
+line.
+"""
 
 from firmware_protocol.documents.json_reading import json_line, read_json
 from firmware_protocol.documents.limits import DocumentLimits

@@ -78,7 +78,9 @@ def _check(document: dict[str, Any], where: str, expected: str, limits: Document
                 elif isinstance(value, int | float):
                     problem = problem or number_problem(value, limits)
                 if problem is not None:
-                    raise BadInputError(f"{where}: {path}{key}".encode(errors="replace").decode(), f"is or holds {problem}", expected)
+                    raise BadInputError(
+                        f"{where}: {path}{key}".encode(errors="replace").decode(), f"is or holds {problem}", expected
+                    )
         if not below:
             return
         level = below

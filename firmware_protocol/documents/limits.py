@@ -11,7 +11,8 @@ from firmware_protocol.errors import BadInputError
 
 @dataclass(frozen=True, slots=True)
 class DocumentLimits:
-    """Largest size in bytes, deepest nesting, most values (aliases count as often as they are used), most digits of an integer.
+    """Largest size in bytes, deepest nesting, most values (aliases count as often as they are used), most digits of an
+    integer.
 
     `finite` False lets the NaN and infinities of a program's own JSON pass.
     """
@@ -36,7 +37,9 @@ def read_text(path: Path, expected: str, limits: DocumentLimits) -> str:
     except IsADirectoryError:
         raise BadInputError(str(path), "is a folder", expected) from None
     except (OSError, ValueError) as error:
-        raise BadInputError(str(path), f"cannot be read ({getattr(error, 'strerror', None) or error})", expected) from None
+        raise BadInputError(
+            str(path), f"cannot be read ({getattr(error, 'strerror', None) or error})", expected
+        ) from None
     return text_of(data, str(path), expected, limits)
 
 
@@ -59,7 +62,8 @@ def size_words(size_bytes: int) -> str:
 
 
 def text_problem(text: str) -> str | None:
-    """Why a string may not stand in a document, None where it may: half a character cannot be printed or written again."""
+    """Why a string may not stand in a document, None where it may: half a character cannot be printed or written again.
+    """
     if text.isascii():
         return None
     try:

@@ -13,7 +13,9 @@ from firmware_protocol.errors import BadInputError
 _LONGEST_SHOWN = 60
 
 
-def refusal_of(error: ValidationError, where: str, top: type[BaseModel], kinds: Mapping[str, type[BaseModel]] = {}) -> BadInputError:
+def refusal_of(
+    error: ValidationError, where: str, top: type[BaseModel], kinds: Mapping[str, type[BaseModel]] = {}
+) -> BadInputError:
     """What validation against `top` found first, with the file `where`.
 
     `kinds` names the members of tagged unions: their tags stand in pydantic's path of an error, but not in the file.
@@ -64,7 +66,9 @@ def _field(section: type[BaseModel] | None, name: str) -> Any:
 
 
 def _section(section: type[BaseModel] | None, name: str) -> type[BaseModel] | None:
-    """The section that a key leads to; None where a tag decides which section it is. A free key (the name of an axis) leads no further."""
+    """The section that a key leads to; None where a tag decides which section it is. A free key (the name of an axis)
+    leads no further.
+    """
     field = _field(section, name)
     if field is None:
         return section

@@ -1,7 +1,7 @@
 """The base of every section of a document: unknown keys are refused, values do not change, and a number is a number.
 
-Pydantic would read `true` as 1 and "3" as 3, and takes 1e300 as readily as 1; here an integer or float must be written as one and be
-no larger than anything that this project measures in.
+Pydantic would read `true` as 1 and "3" as 3, and takes 1e300 as readily as 1; here an integer or float must be written
+as one and be no larger than anything that this project measures in.
 """
 
 from __future__ import annotations

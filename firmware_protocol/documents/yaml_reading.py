@@ -1,10 +1,10 @@
 """YAML read with limits: the core schema of YAML 1.2 and nothing that surprises.
 
-Plain `true`, `false`, `null` and numbers are what they look like, everything else is text: no dates, no base 60, no octal by a leading
-zero, no tags. `1e-3` is a number. A key is text, stands once in its table, and a file holds one document. An alias is copied, and counts
-for the limits as often as it is used. The document is built from the parser's events on a stack of its own, so that no nesting exhausts
-the interpreter's.
-Source: YAML 1.2.2, section 10.3 (core schema).
+Plain `true`, `false`, `null` and numbers are what they look like, everything else is text: no dates, no base 60, no
+octal by a leading zero, no tags. `1e-3` is a number. A key is text, stands once in its table, and a file holds one
+document. An alias is copied, and counts for the limits as often as it is used. The document is built from the parser's
+events on a stack of its own, so that no nesting exhausts the interpreter's. Source: YAML 1.2.2, section 10.3 (core
+schema).
 """
 
 from __future__ import annotations
@@ -23,7 +23,9 @@ if TYPE_CHECKING:
     from yaml.events import Event
 
 _CONSTANTS = {"": None, "~": None} | {
-    form: value for word, value in (("null", None), ("true", True), ("false", False)) for form in (word, word.title(), word.upper())
+    form: value
+    for word, value in (("null", None), ("true", True), ("false", False))
+    for form in (word, word.title(), word.upper())
 }
 _INTEGER = re.compile(r"[-+]?[0-9]+")
 _HEXADECIMAL = re.compile(r"0x[0-9a-fA-F]+")
@@ -191,7 +193,9 @@ def _number(event: Event, text: str, limits: DocumentLimits) -> float | None:
         if len(digits) > limits.digits:
             raise _RefusedError(event, f"{text[:20]}... is an integer of more than {limits.digits} digits")
         if len(digits) > 1 and digits[0] == "0":
-            raise _RefusedError(event, f"{text} may be meant as octal or decimal; write it without the zero in front, or in quotes")
+            raise _RefusedError(
+                event, f"{text} may be meant as octal or decimal; write it without the zero in front, or in quotes"
+            )
         return int(text)
     if _HEXADECIMAL.fullmatch(text):
         return int(text[: limits.digits + 2], 16)

@@ -1,4 +1,6 @@
-"""YAML as this project writes it: keys in their order, no aliases, and text in quotes wherever it would be read as something else."""
+"""YAML as this project writes it: keys in their order, no aliases, and text in quotes wherever it would be read as
+something else.
+"""
 
 from __future__ import annotations
 

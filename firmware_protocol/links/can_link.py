@@ -27,7 +27,9 @@ _GONE = {errno.ENODEV, errno.ENETDOWN, errno.ENXIO, errno.EIO, errno.EBADF, errn
 class CanLink(LinkBasis):
     """Frames on a CAN bus. `options` go to python-can as they are; LinkError when the bus cannot be opened."""
 
-    def __init__(self, interface: str, channel: str | int, bitrate: int, options: Mapping[str, Any] | None = None) -> None:
+    def __init__(
+        self, interface: str, channel: str | int, bitrate: int, options: Mapping[str, Any] | None = None
+    ) -> None:
         super().__init__(f"can {interface} {channel}")
         self._interface, self._channel, self._bitrate = interface, channel, bitrate
         self._options = dict(options or {})
@@ -102,7 +104,9 @@ class CanLink(LinkBasis):
         try:
             self._bus = can.Bus(channel=self._channel, interface=self._interface, ignore_config=True, **options)
         except Exception as error:  # every interface fails in its own way: missing driver, port, permission, option
-            raise LinkError(f"link: {self._name}: {error}; expected an interface and a channel that python-can can open") from error
+            raise LinkError(
+                f"link: {self._name}: {error}; expected an interface and a channel that python-can can open"
+            ) from error
         self._message, self._error = can.Message, can.CanError
         if self._interface == "slcan":
             self._slcan = self._bus.serialPortOrig = self._bulk_port()

@@ -14,7 +14,9 @@ from firmware_protocol.links.faults import FaultsConfig
 class _LinkConfig(Strict):
     """What every link may have."""
 
-    faults: FaultsConfig | None = Field(default=None, description="faults to put into the link, for tests and demonstrations")
+    faults: FaultsConfig | None = Field(
+        default=None, description="faults to put into the link, for tests and demonstrations"
+    )
 
 
 class CanLinkConfig(_LinkConfig):
@@ -24,7 +26,9 @@ class CanLinkConfig(_LinkConfig):
     interface: str = Field(description="python-can's name of the interface: socketcan, slcan, virtual, pcan, ...")
     channel: str | int = Field(description="can0, a serial port for slcan, a number, ...")
     bitrate: int = Field(default=1_000_000, gt=0, description="bit/s")
-    options: dict[str, str | int | float | bool] = Field(default_factory=dict, description="handed to python-can as they are")
+    options: dict[str, str | int | float | bool] = Field(
+        default_factory=dict, description="handed to python-can as they are"
+    )
 
 
 class SerialLinkConfig(_LinkConfig):
@@ -49,4 +53,6 @@ class MemoryLinkConfig(_LinkConfig):
     kind: Literal["memory"]
 
 
-LinkConfig = Annotated[CanLinkConfig | SerialLinkConfig | UnixLinkConfig | MemoryLinkConfig, Field(discriminator="kind")]
+LinkConfig = Annotated[
+    CanLinkConfig | SerialLinkConfig | UnixLinkConfig | MemoryLinkConfig, Field(discriminator="kind")
+]

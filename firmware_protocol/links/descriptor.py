@@ -21,7 +21,9 @@ def wait_readable(descriptor: int, timeout_ns: int) -> bool:
 
 
 class DescriptorPort:
-    """A descriptor and what one write left over. A peer that has gone raises an OSError, which the link turns into its state."""
+    """A descriptor and what one write left over. A peer that has gone raises an OSError, which the link turns into its
+    state.
+    """
 
     def __init__(self, descriptor: int, release: Callable[[], object]) -> None:
         os.set_blocking(descriptor, False)
@@ -42,14 +44,18 @@ class DescriptorPort:
             if not piece:
                 if pieces:
                     break
-                raise ConnectionResetError("the other end was closed" if events[0][1] & (_GONE | select.POLLIN) else "no data")
+                raise ConnectionResetError(
+                    "the other end was closed" if events[0][1] & (_GONE | select.POLLIN) else "no data"
+                )
             pieces.append(piece)
         return b"".join(pieces)
 
     def write(self, octets: bytes) -> bool:
-        """Hand all bytes over, or keep what did not fit for the next call; False when older bytes are still waiting: these are dropped.
+        """Hand all bytes over, or keep what did not fit for the next call; False when older bytes are still waiting:
+        these are dropped.
 
-        Only the rest of one call is ever kept, so that packets stay whole and a peer that comes back does not find old ones.
+        Only the rest of one call is ever kept, so that packets stay whole and a peer that comes back does not find old
+        ones.
         """
         if self._backlog:
             self._backlog = self._push(self._backlog)

@@ -22,7 +22,11 @@ class MemoryLink(LinkBasis):
         """Put a block into the peer's inbox."""
         if not block:
             return
-        fits = self.state is LinkState.OPEN and self.peer.state is LinkState.OPEN and self.peer._waiting + len(block) <= BLOCK_LIMIT
+        fits = (
+            self.state is LinkState.OPEN
+            and self.peer.state is LinkState.OPEN
+            and self.peer._waiting + len(block) <= BLOCK_LIMIT
+        )
         if fits:
             self.peer._inbox.append(block)
             self.peer._waiting += len(block)

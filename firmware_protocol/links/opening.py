@@ -16,7 +16,8 @@ from firmware_protocol.links.unix_link import UnixLink
 def open_link(config: LinkConfig) -> Link:
     """Open what a configuration names; LinkError with one clear line when that is missing, busy or refused.
 
-    A memory link's other end is its attribute `peer` (with faults configured: make the pair with `memory_pair` and wrap one end).
+    A memory link's other end is its attribute `peer` (with faults configured: make the pair with `memory_pair` and wrap
+    one end).
     """
     link = _open(config)
     return link if config.faults is None else FaultyLink(link, config.faults)

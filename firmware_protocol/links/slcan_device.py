@@ -1,7 +1,8 @@
 """The adapter's side of slcan, the text protocol of Lawicel CAN232 and its many relatives; hosts speak the other side.
 
-A line ends in a carriage return. Host to adapter: `S0`..`S8` bit rate, `O` open, `L` open listening, `C` close, `tiiil<data>` a frame,
-`V`, `v`, `N`, `F` questions. Adapter to host: `tiiil<data>` a frame, a carriage return for yes (`z` before it for a frame), a bell for no.
+A line ends in a carriage return. Host to adapter: `S0`..`S8` bit rate, `O` open, `L` open listening, `C` close,
+`tiiil<data>` a frame, `V`, `v`, `N`, `F` questions. Adapter to host: `tiiil<data>` a frame, a carriage return for yes
+(`z` before it for a frame), a bell for no.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """A port for python-can's slcan host that reads in bulk and never waits.
 
-python-can asks its serial port for one byte at a time (two system calls each), lets `flush` wait for the line to drain, and does not
-get over a byte that is no text. This port stands in for the serial port once the bus is open. It reads in bulk, lets whole frame lines
-through and nothing else, and answers a request for a byte with a whole line, and the next one with the line's end: all that python-can
-does with the bytes of a line is to join them.
+python-can asks its serial port for one byte at a time (two system calls each), lets `flush` wait for the line to drain,
+and does not get over a byte that is no text. This port stands in for the serial port once the bus is open. It reads in
+bulk, lets whole frame lines through and nothing else, and answers a request for a byte with a whole line, and the next
+one with the line's end: all that python-can does with the bytes of a line is to join them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,6 @@
-"""A link over a Unix socket of the packet kind (SOCK_SEQPACKET): one packet is one block, no framing needed, nothing leaves the machine."""
+"""A link over a Unix socket of the packet kind (SOCK_SEQPACKET): one packet is one block, no framing needed, nothing
+leaves the machine.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,9 @@ _CONNECT_TIMEOUT_S = 1.0
 
 
 class UnixLink(LinkBasis):
-    """One end of a socket at `path`; the listening end serves one peer after the other. LinkError when it cannot be opened."""
+    """One end of a socket at `path`; the listening end serves one peer after the other. LinkError when it cannot be
+    opened.
+    """
 
     def __init__(self, path: Path, listen: bool = False) -> None:
         super().__init__(f"unix {path}")
@@ -111,7 +115,9 @@ class UnixLink(LinkBasis):
                 end.connect(str(self._path))
         except OSError as error:
             end.close()
-            raise LinkError(f"link.path: {self._path}: {_reason(error)}; expected a Unix socket that a peer listens on") from error
+            raise LinkError(
+                f"link.path: {self._path}: {_reason(error)}; expected a Unix socket that a peer listens on"
+            ) from error
         if self._listen:
             end.setblocking(False)
             self._listener = end

@@ -48,5 +48,9 @@ class BlindChoice:
 def run_blind(choice: BlindChoice) -> int:
     """Draw, run the shipped command, and score; the exit code of the bench."""
     if not (_CHECKOUT / "tests" / "blind" / "run.py").exists():
-        raise BadInputError("bench blind", "is not part of the installed package", "a source checkout (its generator lies in tests/blind)")
+        raise BadInputError(
+            "bench blind",
+            "is not part of the installed package",
+            "a source checkout (its generator lies in tests/blind)",
+        )
     return subprocess.run([sys.executable, "-m", "tests.blind.run", *choice.words()], cwd=_CHECKOUT).returncode

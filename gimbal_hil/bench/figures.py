@@ -26,15 +26,27 @@ class Figure:
     def as_row(self) -> list[str]:
         """The figure as table cells."""
         spread = f"{self.ratio_low:.3g} to {self.ratio_high:.3g}"
-        return [self.name, f"{self.value:.4g} {self.unit}", self.reference, f"{self.ratio:.3g}", spread, str(self.repeats), self.target]
+        return [
+            self.name,
+            f"{self.value:.4g} {self.unit}",
+            self.reference,
+            f"{self.ratio:.3g}",
+            spread,
+            str(self.repeats),
+            self.target,
+        ]
 
 
 def paired(
-    work: Callable[[], object], reference: Callable[[], object], repeats: int = 9, clock: Callable[[], float] = time.process_time
+    work: Callable[[], object],
+    reference: Callable[[], object],
+    repeats: int = 9,
+    clock: Callable[[], float] = time.process_time,
 ) -> tuple[list[float], list[float]]:
     """Times of `work` and `reference` in turn (s), one call of each first that is not counted.
 
-    By default processor time of this process: what others do on the machine is no part of it, on a free one it is the same.
+    By default processor time of this process: what others do on the machine is no part of it, on a free one it is the
+    same.
     """
     work()
     reference()
@@ -51,16 +63,31 @@ def paired(
 
 
 def times_faster(
-    name: str, unit: str, per_call: float, ours: list[float], theirs: list[float], reference: str, reference_share: float, target: str
+    name: str,
+    unit: str,
+    per_call: float,
+    ours: list[float],
+    theirs: list[float],
+    reference: str,
+    reference_share: float,
+    target: str,
 ) -> Figure:
-    """A figure of time per piece of work, `per_call` pieces a call; `reference_share` is how many of ours one call of theirs stands for."""
+    """A figure of time per piece of work, `per_call` pieces a call; `reference_share` is how many of ours one call of
+    theirs stands for.
+    """
     ratios = [(theirs_s / reference_share) / (ours_s / per_call) for ours_s, theirs_s in zip(ours, theirs, strict=True)]
     value = statistics.median(ours) / per_call
-    return Figure(name, value * 1e9, unit, reference, statistics.median(ratios), min(ratios), max(ratios), len(ratios), target)
+    return Figure(
+        name, value * 1e9, unit, reference, statistics.median(ratios), min(ratios), max(ratios), len(ratios), target
+    )
 
 
-def times_real_time(name: str, simulated_s: float, ours: list[float], theirs: list[float], reference: str, target: str) -> Figure:
-    """How many times faster than real time; the ratio is to the reference work of the same run, so that it holds on another machine."""
+def times_real_time(
+    name: str, simulated_s: float, ours: list[float], theirs: list[float], reference: str, target: str
+) -> Figure:
+    """How many times faster than real time; the ratio is to the reference work of the same run, so that it holds on
+    another machine.
+    """
     speed = [simulated_s / s for s in ours]
     ratios = [ours_s / theirs_s for ours_s, theirs_s in zip(ours, theirs, strict=True)]
     return Figure(

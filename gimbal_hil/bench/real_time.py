@@ -1,7 +1,8 @@
-"""Real time: plant and daemon as two processes over a real driver stack, beside a C loop of the same policy in the same minutes.
+"""Real time: plant and daemon as two processes over a real driver stack, beside a C loop of the same policy in the same
+minutes.
 
-The two take turns of `SLICE_S` on the same core, so that both see the same machine. While the daemon has its turn it records every frame
-and serves its page and metrics, which are read once a second, and both axes follow sines.
+The two take turns of `SLICE_S` on the same core, so that both see the same machine. While the daemon has its turn it
+records every frame and serves its page and metrics, which are read once a second, and both axes follow sines.
 """
 
 from __future__ import annotations
@@ -45,7 +46,9 @@ _SINE = {"mode": "position", "shape": "sine", "parameters": [0.0, 0.5, 0.3, 0.0]
 
 @dataclass
 class RealTime:
-    """What one link at one rate showed. Latencies and computing in nanoseconds; misses of the daemon by cause, of the C loop in all."""
+    """What one link at one rate showed. Latencies and computing in nanoseconds; misses of the daemon by cause, of the C
+    loop in all.
+    """
 
     link: str
     rate_hz: float
@@ -54,7 +57,8 @@ class RealTime:
     reference: Histogram = field(default_factory=Histogram)
     missed: dict[MissCause, int] = field(default_factory=lambda: dict.fromkeys(MissCause, 0))
     reference_missed: int = 0
-    #: of the C loop that works as long as the daemon usually computes, always the same: ticks, and those missed because it took longer
+    #: of the C loop that works as long as the daemon usually computes, always the same: ticks, and those missed because
+    #: it took longer
     working_ticks: int = 0
     stretched: int = 0
     #: what the log says of every miss of the daemon's own
@@ -97,7 +101,9 @@ class RealTime:
         }
 
 
-def real_time_figures(links: tuple[str, ...], rates_hz: tuple[float, ...], seconds: float, say: Callable[[str], None]) -> list[RealTime]:
+def real_time_figures(
+    links: tuple[str, ...], rates_hz: tuple[float, ...], seconds: float, say: Callable[[str], None]
+) -> list[RealTime]:
     """Every link at every rate for `seconds` of the daemon's time; BadInputError without a C compiler."""
     if compiler() is None:
         raise BadInputError("bench realtime", "there is no C compiler for the reference loop", "gcc or cc in the path")
@@ -124,7 +130,9 @@ def _measured(link: str, rate_hz: float, seconds: float) -> RealTime:
 
 
 def _reference_turn(loop: ReferenceLoop, granted: Json, seconds: float, result: RealTime) -> Histogram:
-    """The C loop with what the kernel granted the daemon: idle, for the wake-ups, and at work, for what the machine takes from that."""
+    """The C loop with what the kernel granted the daemon: idle, for the wake-ups, and at work, for what the machine
+    takes from that.
+    """
     period, ticks = Duration.of_seconds(1.0 / result.rate_hz), round(seconds * result.rate_hz)
     priority, core = granted["real_time_priority"], granted["core"]
     idle = loop.run(period, ticks, priority, core)
@@ -139,7 +147,18 @@ def _reference_turn(loop: ReferenceLoop, granted: Json, seconds: float, result: 
 def _daemon_turn(run: Path, configuration: Path, seconds: float, result: RealTime) -> tuple[Histogram, Json]:
     """One daemon from start to end; answers its wake-up latencies and what the kernel granted it."""
     began = time.monotonic()
-    words = ["daemon", "--config", str(configuration), "--out", str(run), "--duration", f"{seconds:g}", "--page", "0", "--json"]
+    words = [
+        "daemon",
+        "--config",
+        str(configuration),
+        "--out",
+        str(run),
+        "--duration",
+        f"{seconds:g}",
+        "--page",
+        "0",
+        "--json",
+    ]
     with (run.parent / "daemon.err").open("w+") as said:
         daemon = subprocess.Popen([*_COMMAND, *words], stdout=subprocess.PIPE, stderr=said, text=True)
         try:
@@ -153,7 +172,9 @@ def _daemon_turn(run: Path, configuration: Path, seconds: float, result: RealTim
         result.missed[MissCause(cause)] += count
     recorded = open_run(run)
     own = {cause.value for cause in OWN}
-    result.own_evidence += [dict(event.data) for event in recorded.events if event.kind is EventKind.TIMING and event.data["cause"] in own]
+    result.own_evidence += [
+        dict(event.data) for event in recorded.events if event.kind is EventKind.TIMING and event.data["cause"] in own
+    ]
     rows = recorded.ticks
     # a row tells how late it was for its own deadline; the C loop's figures count from the deadline that was missed
     late_ns = rows["wake_latency_ns"] + rows["skipped_ticks"].astype(np.int64) * round(1e9 / result.rate_hz)
@@ -173,7 +194,10 @@ def _keep_busy(run: Path, daemon: subprocess.Popen[str], began: float, result: R
         while not operator.request("status")["status"]["tick"]:
             time.sleep(0.01)
         result.ready_s.append(time.monotonic() - began)
-        page = next((line.split()[-1] for line in (run.parent / "daemon.err").read_text().splitlines() if "live page" in line), None)
+        page = next(
+            (line.split()[-1] for line in (run.parent / "daemon.err").read_text().splitlines() if "live page" in line),
+            None,
+        )
         while daemon.poll() is None:
             state = operator.request("status")["status"]["host_state"]
             if state == "idle":
@@ -207,7 +231,11 @@ def _configuration(folder: Path, link: str, rate_hz: float) -> Path:
         raise BadInputError("--link", f"no link {link!r}", ", ".join(places))
     document = read_yaml(shipped_settings_path(), "the shipped configuration")
     document |= {"link": places[link], "rate_hz": rate_hz}
-    document["supervisor"] |= {"lost_ticks": 100, "set_point_lag_ticks": 200, "deadman": {"window_ticks": 250, "reaction": "coast"}}
+    document["supervisor"] |= {
+        "lost_ticks": 100,
+        "set_point_lag_ticks": 200,
+        "deadman": {"window_ticks": 250, "reaction": "coast"},
+    }
     path = folder / "daemon.yaml"
     path.write_text(yaml_text(document), encoding="utf-8")
     return path
@@ -217,7 +245,10 @@ def _configuration(folder: Path, link: str, rate_hz: float) -> Path:
 def _plant(configuration: Path) -> Iterator[None]:
     """The virtual antenna in a process of its own."""
     process = subprocess.Popen(
-        [*_COMMAND, "plant", "--config", str(configuration), "--json"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+        [*_COMMAND, "plant", "--config", str(configuration), "--json"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
     )
     try:
         assert process.stdout is not None

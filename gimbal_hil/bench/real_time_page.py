@@ -13,7 +13,18 @@ if TYPE_CHECKING:
     from plotly.graph_objects import Figure as PlotlyFigure
 
 #: times in microseconds
-HEADER = ("Link", "Ticks", "Late p50 / p99 / most", "C loop", "p99 ratio", "Turns", "Computing p50 / p99", "Missed", "C missed", "Own")
+HEADER = (
+    "Link",
+    "Ticks",
+    "Late p50 / p99 / most",
+    "C loop",
+    "p99 ratio",
+    "Turns",
+    "Computing p50 / p99",
+    "Missed",
+    "C missed",
+    "Own",
+)
 ASKED_RATIO, ASKED_COMPUTING_US = 1.5, 100.0
 _PERCENT = (1.0, 5.0, 10.0, 25.0, 50.0, 75.0, 90.0, 95.0, 99.0, 99.5, 99.9, 99.99)
 
@@ -61,23 +72,35 @@ def real_time_blocks(found: Sequence[RealTime]) -> list[Block]:
     seconds = sum(one.latency.count / one.rate_hz for one in found)
     blocks: list[Block] = [
         Heading("Real time"),
-        Callout(f"{own} ticks missed for reasons of the daemon's own in {seconds:.0f} s.", "warning" if own else "good"),
+        Callout(
+            f"{own} ticks missed for reasons of the daemon's own in {seconds:.0f} s.", "warning" if own else "good"
+        ),
         Text(
-            "Plant and daemon are two processes; the daemon records every frame and serves its page and metrics. A C loop (clock_nanosleep,"
-            f" same policy, priority and core) takes turns with it. Asked: p99 ratio at most {ASKED_RATIO}, computing p99 under"
+            "Plant and daemon are two processes; the daemon records every frame and serves its page and metrics. A C "
+            "loop (clock_nanosleep,"
+            f" same policy, priority and core) takes turns with it. Asked: p99 ratio at most {ASKED_RATIO}, computing "
+            "p99 under"
             f" {ASKED_COMPUTING_US:.0f} us at 1 kHz, no own miss."
         ),
-        Table(HEADER, rows_of(found), "microseconds; late: from deadline to wake-up; computing: from wake-up until all is sent"),
+        Table(
+            HEADER,
+            rows_of(found),
+            "microseconds; late: from deadline to wake-up; computing: from wake-up until all is sent",
+        ),
         Text(f"First tick after the start of the daemon's process: {_ready(found)}."),
         Table(
             ("Missed ticks by cause", *(f"{one.link}, {one.rate_hz:g} Hz" for one in found)),
             cause_rows(found),
             "own: "
             + ", ".join(cause.value.replace("_", " ") for cause in OWN)
-            + "; a bus wait is the driver's; the others are the machine's. The C loop in the last line adds numbers for as long as the"
+            + "; a bus wait is the driver's; the others are the machine's. The C loop in the last line adds numbers "
+            "for as long as the"
             " daemon computes, the same in every tick; its misses are counted for as many ticks as the daemon made",
         ),
-        Plot(_latencies(found), "share of wake-ups that were later than this; the daemon beside the C loop of the same minutes"),
+        Plot(
+            _latencies(found),
+            "share of wake-ups that were later than this; the daemon beside the C loop of the same minutes",
+        ),
     ]
     return blocks
 
@@ -89,7 +112,9 @@ def _share(missed: int, ticks: int) -> str:
 def _ready(found: Sequence[RealTime]) -> str:
     seconds = sorted(s for one in found for s in one.ready_s)
     return (
-        f"{seconds[0]:.1f} s at best, {seconds[len(seconds) // 2]:.1f} s in the middle of {len(seconds)} starts" if seconds else "not seen"
+        f"{seconds[0]:.1f} s at best, {seconds[len(seconds) // 2]:.1f} s in the middle of {len(seconds)} starts"
+        if seconds
+        else "not seen"
     )
 
 
@@ -102,7 +127,9 @@ def _latencies(found: Sequence[RealTime]) -> PlotlyFigure:
         for what, histogram, dash in (("daemon", one.latency, "solid"), ("C loop", one.reference, "dot")):
             x, y = _tail(histogram)
             name = f"{what}, {one.link} {one.rate_hz:g} Hz"
-            drawn.add_scatter(x=x, y=y, mode="lines", name=name, line=dict(color=colours[index % len(colours)], dash=dash))
+            drawn.add_scatter(
+                x=x, y=y, mode="lines", name=name, line=dict(color=colours[index % len(colours)], dash=dash)
+            )
     drawn.update_xaxes(type="log", dtick=1)
     drawn.update_yaxes(type="log", tickformat=".3~%", dtick=1)
     drawn.update_layout(height=460, legend=dict(orientation="v", yanchor="top", y=1.0, xanchor="right", x=1.0))
@@ -116,4 +143,6 @@ def _tail(histogram: Histogram) -> tuple[list[float], list[float]]:
 
 def _aligned(rows: list[list[str]]) -> str:
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    return "\n".join("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows)
+    return "\n".join(
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
+    )

@@ -10,7 +10,9 @@ from sim_backend.model import AntennaModel
 
 
 def about_centre_of_mass(model: AntennaModel, axis: str) -> tuple[np.ndarray, np.ndarray, float]:
-    """Inertia about the centre of mass (3, 3), centre of mass (3,) and mass of a body whose tensor the model gives about the pivot."""
+    """Inertia about the centre of mass (3, 3), centre of mass (3,) and mass of a body whose tensor the model gives
+    about the pivot.
+    """
     xx, yy, zz, xy, xz, yz = (model.number(axis, f"body.inertia.{k}") for k in ("xx", "yy", "zz", "xy", "xz", "yz"))
     pivot = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     cog = np.array([model.number(axis, f"body.cog.{k}") for k in "xyz"])
@@ -19,7 +21,9 @@ def about_centre_of_mass(model: AntennaModel, axis: str) -> tuple[np.ndarray, np
 
 
 def mujoco_steps(model: AntennaModel, steps: int) -> Callable[[], object] | None:
-    """A call of `steps` MuJoCo steps of 0.1 ms (semi-implicit Euler, friction loss and damping in place of LuGre), looped in C."""
+    """A call of `steps` MuJoCo steps of 0.1 ms (semi-implicit Euler, friction loss and damping in place of LuGre),
+    looped in C.
+    """
     try:
         import mujoco
     except ImportError:
@@ -29,14 +33,18 @@ def mujoco_steps(model: AntennaModel, steps: int) -> Callable[[], object] | None
         tensor, cog, mass = about_centre_of_mass(model, axis)
         six = " ".join(f"{tensor[i, j]:.17g}" for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
         place = " ".join(f"{x:.17g}" for x in cog)
-        friction = f'damping="{model.number(axis, "friction.viscous")}" frictionloss="{model.number(axis, "friction.coulomb")}"'
+        friction = (
+            f'damping="{model.number(axis, "friction.viscous")}" '
+            f'frictionloss="{model.number(axis, "friction.coulomb")}"'
+        )
         return (
             f'<body><joint name="{axis}" type="hinge" axis="{direction}" {friction}/>'
             f'<inertial pos="{place}" mass="{mass}" fullinertia="{six}"/>{inner}</body>'
         )
 
     antenna = mujoco.MjModel.from_xml_string(
-        f'<mujoco><compiler angle="radian" balanceinertia="false"/><option timestep="0.0001" gravity="0 0 -{model.file.gravity_m_s2}"/>'
+        '<mujoco><compiler angle="radian" balanceinertia="false"/><option timestep="0.0001" gravity="0 0 '
+        f'-{model.file.gravity_m_s2}"/>'
         f"<worldbody>{body('outer', '0 0 1', body('inner', '0 1 0'))}</worldbody></mujoco>"
     )
     data = mujoco.MjData(antenna)

@@ -19,7 +19,11 @@ PACKAGES = ("numba", "numpy", "mujoco", "pin", "pyarrow")
 
 def machine() -> list[tuple[str, str]]:
     """What the figures were measured on."""
-    facts = [("gimbal-hil", __version__), ("Python", platform.python_version()), ("system", f"{platform.system()} {platform.release()}")]
+    facts = [
+        ("gimbal-hil", __version__),
+        ("Python", platform.python_version()),
+        ("system", f"{platform.system()} {platform.release()}"),
+    ]
     facts.append(("processors", str(os.cpu_count())))
     for package in PACKAGES:
         try:
@@ -41,7 +45,8 @@ def speed_blocks(figures: Sequence[Figure]) -> list[Block]:
     """The figures as a section of the results page."""
     effects = [figure for figure in figures if figure.name.startswith(STEP_WITH)]
     about = (
-        "Each figure was measured in turn with its reference, pair by pair, in processor time (start: wall time); ratio is the median over"
+        "Each figure was measured in turn with its reference, pair by pair, in processor time (start: wall time); "
+        "ratio is the median over"
         " the pairs, spread its extremes."
     )
     return [
@@ -49,11 +54,17 @@ def speed_blocks(figures: Sequence[Figure]) -> list[Block]:
         Text(about),
         Table(HEADER, [figure.as_row() for figure in figures if figure not in effects]),
         Heading("What each effect costs"),
-        Table(("Effect", *HEADER[1:]), [[figure.name.removeprefix(STEP_WITH), *figure.as_row()[1:]] for figure in effects]),
+        Table(
+            ("Effect", *HEADER[1:]), [[figure.name.removeprefix(STEP_WITH), *figure.as_row()[1:]] for figure in effects]
+        ),
     ]
 
 
 def bench_page(blocks: Sequence[Block], command: str) -> Page:
     """The results page: what was found, on what, by which command."""
     about = [("command", command), ("time", wall_clock_utc()[:16].replace("T", " ") + " UTC"), *machine()]
-    return Page("Bench", "ratios to references from the same run", [*blocks, Heading("Machine"), Table(("What", "Value"), about)])
+    return Page(
+        "Bench",
+        "ratios to references from the same run",
+        [*blocks, Heading("Machine"), Table(("What", "Value"), about)],
+    )

@@ -35,9 +35,11 @@ _HIDDEN = {"amplitude": 0.03, "order": 12.0, "phase": 0.7}
 
 @dataclass(frozen=True)
 class Cost:
-    """One point: how much there was (s of data, or candidates), wall time (s), processor time of all processes (s), and that in sines.
+    """One point: how much there was (s of data, or candidates), wall time (s), processor time of all processes (s), and
+    that in sines.
 
-    Processor time, because on a machine that others use wall time tells of them; sines of the same moments, because it has no fixed speed.
+    Processor time, because on a machine that others use wall time tells of them; sines of the same moments, because it
+    has no fixed speed.
     """
 
     amount: float
@@ -62,7 +64,9 @@ class SearchFigures:
 
 
 def search_figures(workers: int, repeats: int, say: Callable[[str], None] = lambda name: None) -> SearchFigures:
-    """Measure both on a ripple hidden in the virtual antenna; whole searches on `workers` processes, candidates in this one."""
+    """Measure both on a ripple hidden in the virtual antenna; whole searches on `workers` processes, candidates in this
+    one.
+    """
     with tempfile.TemporaryDirectory(prefix="gimbal-hil-") as name:
         folder = Path(name)
         _whole(folder, LENGTHS_S[0], workers)  # compiles
@@ -75,7 +79,9 @@ def search_figures(workers: int, repeats: int, say: Callable[[str], None] = lamb
 
 
 def _whole(folder: Path, seconds: float, workers: int) -> Cost:
-    """A whole diagnosis: search on `seconds` of data with the whole catalogue, judged on half as much of another motion."""
+    """A whole diagnosis: search on `seconds` of data with the whole catalogue, judged on half as much of another
+    motion.
+    """
     measured, judged = _surveyed(folder, seconds, 0), _surveyed(folder, max(LENGTHS_S[0], seconds / 2.0), 1)
     before = _sines_s()
     began, spent = time.perf_counter(), _processor_s()
@@ -86,7 +92,8 @@ def _whole(folder: Path, seconds: float, workers: int) -> Cost:
 
 
 def _candidates(folder: Path, repeats: int) -> tuple[Cost, ...]:
-    """Responses of a growing share of the catalogue, cheap and dear ones in the same mixture; the best of some repeats."""
+    """Responses of a growing share of the catalogue, cheap and dear ones in the same mixture; the best of some repeats.
+    """
     model = shipped_model()
     table = _surveyed(folder, COUNTED_S, 0)
     twin = Twin(model, (record_of(table, model, scored_band((table,)), "measured"),))

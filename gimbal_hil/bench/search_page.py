@@ -16,13 +16,17 @@ _HEADER = ("Amount", "Wall time, s", "Processor time, s", "Million sines", "Name
 
 def search_text(found: SearchFigures) -> str:
     """Both series and their exponents."""
-    lines = [f"whole catalogue, {found.workers} processes; search on the data, judged on half as much of another motion"]
+    lines = [
+        f"whole catalogue, {found.workers} processes; search on the data, judged on half as much of another motion"
+    ]
     for unit, costs in (("s of data", found.by_length), ("candidates", found.by_candidates)):
         for c in costs:
             spent = f"{c.wall_s:7.2f} s, {c.processor_s:7.2f} s of processors, {c.million_sines:4.0f} million sines"
             lines.append(f"  {c.amount:>5g} {unit}: {spent}  {c.verdict}".rstrip())
     length, candidates = found.exponents
-    return "\n".join([*lines, f"cost grows as length to the power {length:.2f}, as candidates to the power {candidates:.2f}"])
+    return "\n".join(
+        [*lines, f"cost grows as length to the power {length:.2f}, as candidates to the power {candidates:.2f}"]
+    )
 
 
 def search_blocks(found: SearchFigures) -> list[Block]:
@@ -32,23 +36,40 @@ def search_blocks(found: SearchFigures) -> list[Block]:
     return [
         Heading("Search for what is missing"),
         Text(
-            f"A ripple is hidden in the virtual antenna; the search on {longest.amount:g} s of both axes at 1 kHz with the whole"
-            f" catalogue took {longest.wall_s:.0f} s on {found.workers} processes (asked: under {ASKED_S:.0f} s for two minutes)."
-            " Cost: processor time of all processes, in sines of the same moments; other users of the machine hardly bend it."
+            f"A ripple is hidden in the virtual antenna; the search on {longest.amount:g} s of both axes at 1 kHz "
+            "with the whole"
+            f" catalogue took {longest.wall_s:.0f} s on {found.workers} processes (asked: under {ASKED_S:.0f} s for "
+            "two minutes)."
+            " Cost: processor time of all processes, in sines of the same moments; other users of the machine hardly "
+            "bend it."
         ),
-        Plot(_drawn("Whole search over length of data", "data (s)", found.by_length), f"power of the length: {length:.2f}"),
         Plot(
-            _drawn("Screening over candidates", "candidates", found.by_candidates), f"power of the number of candidates: {candidates:.2f}"
+            _drawn("Whole search over length of data", "data (s)", found.by_length),
+            f"power of the length: {length:.2f}",
         ),
-        Table(_HEADER, [_row(cost, "s") for cost in found.by_length] + [_row(cost, "candidates") for cost in found.by_candidates]),
+        Plot(
+            _drawn("Screening over candidates", "candidates", found.by_candidates),
+            f"power of the number of candidates: {candidates:.2f}",
+        ),
+        Table(
+            _HEADER,
+            [_row(cost, "s") for cost in found.by_length] + [_row(cost, "candidates") for cost in found.by_candidates],
+        ),
         Text(
-            f"Lengths {', '.join(f'{s:g}' for s in LENGTHS_S)} s; each search is judged on half as much of another motion (at least 15 s)."
+            f"Lengths {', '.join(f'{s:g}' for s in LENGTHS_S)} s; each search is judged on half as much of another "
+            "motion (at least 15 s)."
         ),
     ]
 
 
 def _row(cost: Cost, unit: str) -> list[str]:
-    return [f"{cost.amount:g} {unit}", f"{cost.wall_s:.2f}", f"{cost.processor_s:.2f}", f"{cost.million_sines:.0f}", cost.verdict]
+    return [
+        f"{cost.amount:g} {unit}",
+        f"{cost.wall_s:.2f}",
+        f"{cost.processor_s:.2f}",
+        f"{cost.million_sines:.0f}",
+        cost.verdict,
+    ]
 
 
 def _drawn(title: str, x_title: str, costs: tuple[Cost, ...]) -> PlotlyFigure:
@@ -57,7 +78,11 @@ def _drawn(title: str, x_title: str, costs: tuple[Cost, ...]) -> PlotlyFigure:
     drawn = figure(title, x_title, "cost (million sines)")
     last = costs[-1]
     drawn.add_scatter(
-        x=[0.0, last.amount], y=[0.0, last.million_sines], mode="lines", name="in proportion", line=dict(color=REFERENCE, dash="dot")
+        x=[0.0, last.amount],
+        y=[0.0, last.million_sines],
+        mode="lines",
+        name="in proportion",
+        line=dict(color=REFERENCE, dash="dot"),
     )
     drawn.add_scatter(
         x=[c.amount for c in costs],

@@ -62,7 +62,8 @@ def moving_plant(model: AntennaModel) -> Callable[[], object]:
     start = arrays.X.copy()
     start[layout.RATE : layout.RATE + 2] = 0.05
 
-    # friction alone on the outer axis, friction less gravity on the inner one; started anew before the motion is another one
+    # friction alone on the outer axis, friction less gravity on the inner one; started anew before the motion is
+    # another one
     def steps() -> None:
         for _ in range(STRETCHES):
             arrays.X[:] = start
@@ -95,7 +96,9 @@ def effect_figures(repeats: int) -> Iterator[Figure]:
             ratios = sorted(a / b for a, b in zip(ours, theirs, strict=True))
             value = 1e9 * sorted(ours)[len(ours) // 2] / PLANT_STEPS
             middle = ratios[len(ratios) // 2]
-            yield Figure(f"{STEP_WITH}{name}", value, "ns", "step without", middle, ratios[0], ratios[-1], repeats, "< 1.3")
+            yield Figure(
+                f"{STEP_WITH}{name}", value, "ns", "step without", middle, ratios[0], ratios[-1], repeats, "< 1.3"
+            )
 
 
 def work_program(settings: DaemonSettings) -> Program:
@@ -127,13 +130,27 @@ def lockstep_figures(repeats: int) -> Iterator[Figure]:
         frame_path()
 
     yield times_real_time(
-        "frame path, every frame and tick kept", LOCKSTEP_S, *paired(recorded_frame_path, sines, repeats), "1e5 sines", "300"
+        "frame path, every frame and tick kept",
+        LOCKSTEP_S,
+        *paired(recorded_frame_path, sines, repeats),
+        "1e5 sines",
+        "300",
     )
     compiled = running(CompiledPath(settings, model, 1, keep_frames=True), 1)
-    yield times_real_time("compiled path, every frame and tick kept", LOCKSTEP_S, *paired(compiled, sines, repeats), "1e5 sines", "")
+    yield times_real_time(
+        "compiled path, every frame and tick kept", LOCKSTEP_S, *paired(compiled, sines, repeats), "1e5 sines", ""
+    )
     campaign = running(CompiledPath(settings, model, 1), 100)
-    yield times_real_time("compiled path, one tick in 100 kept", LOCKSTEP_S, *paired(campaign, sines, repeats), "1e5 sines", "1500")
-    yield times_real_time("frame path over compiled path", LOCKSTEP_S, *paired(recorded_frame_path, campaign, repeats), "compiled path", "")
+    yield times_real_time(
+        "compiled path, one tick in 100 kept", LOCKSTEP_S, *paired(campaign, sines, repeats), "1e5 sines", "1500"
+    )
+    yield times_real_time(
+        "frame path over compiled path",
+        LOCKSTEP_S,
+        *paired(recorded_frame_path, campaign, repeats),
+        "compiled path",
+        "",
+    )
 
 
 def start_figures(repeats: int) -> Iterator[Figure]:
@@ -143,9 +160,20 @@ def start_figures(repeats: int) -> Iterator[Figure]:
         return lambda: subprocess.run([sys.executable, *words], check=True, capture_output=True)
 
     ours, theirs = paired(
-        started("-c", "from gimbal_hil.cli import main; main()", "--help"), started("-c", "pass"), repeats, time.perf_counter
+        started("-c", "from gimbal_hil.cli import main; main()", "--help"),
+        started("-c", "pass"),
+        repeats,
+        time.perf_counter,
     )
     ratios = sorted(a / b for a, b in zip(ours, theirs, strict=True))
     yield Figure(
-        "--help", float(np.median(ours)), "s", "bare interpreter", ratios[len(ratios) // 2], ratios[0], ratios[-1], repeats, "0.5 s"
+        "--help",
+        float(np.median(ours)),
+        "s",
+        "bare interpreter",
+        ratios[len(ratios) // 2],
+        ratios[0],
+        ratios[-1],
+        repeats,
+        "0.5 s",
     )

@@ -17,16 +17,26 @@ from gimbal_hil import __version__
 INTERRUPTED = "interrupted"
 #: as `documents.LARGEST_NUMBER`, which --help must not import
 _LARGEST_NUMBER = 1e15
-#: command -> (module in gimbal_hil.cli, one line for --help); a module defines `command`, a function with typer's annotations
+#: command -> (module in gimbal_hil.cli, one line for --help); a module defines `command`, a function with typer's
+#: annotations
 COMMANDS: dict[str, tuple[str, str]] = {
     "demo": ("demo", "The whole story on the virtual antenna in under two minutes."),
     "daemon": ("daemon", "Run the fixed-rate control daemon on the link that the configuration names."),
     "plant": ("plant", "Serve the virtual antenna's frames on a serial, slcan or Unix-socket link."),
-    "experiment": ("experiment", "Run a sequence: step, sliding, presliding, gravity_map, sweep, base_motion, thesis or a plan file."),
+    "experiment": (
+        "experiment",
+        "Run a sequence: step, sliding, presliding, gravity_map, sweep, base_motion, thesis or a plan file.",
+    ),
     "identify": ("identify", "Friction parameters with confidence intervals, into a new model file."),
-    "discrepancy": ("discrepancy", "Find where model and measurement disagree, name what is missing, add it, show the gap shrink."),
+    "discrepancy": (
+        "discrepancy",
+        "Find where model and measurement disagree, name what is missing, add it, show the gap shrink.",
+    ),
     "improve": ("improve", "Experiment, diagnose and correct until the model is at the noise floor or has to give up."),
-    "replay": ("replay", "Re-run a recorded run against its frames: identical, or the first tick and signal that differ."),
+    "replay": (
+        "replay",
+        "Re-run a recorded run against its frames: identical, or the first tick and signal that differ.",
+    ),
     "export": ("export", "Write a run as Parquet, CSV, MCAP, BLF or MF4."),
     "effects": ("effects", "The catalogue of effects: parameters, units, bounds, and the run that excites each."),
     "protocol": ("protocol", "Emit the wire definition as DBC, C header or documentation."),
@@ -58,7 +68,10 @@ def _answer(words: list[str]) -> int:
         return EXIT_DONE
     if words[0] not in COMMANDS:
         near = difflib.get_close_matches(words[0], COMMANDS, 1)
-        _fail(f"error: no command {words[0]!r}" + (f"; did you mean {near[0]!r}?" if near else "; see gimbal-hil --help"), EXIT_BAD_INPUT)
+        _fail(
+            f"error: no command {words[0]!r}" + (f"; did you mean {near[0]!r}?" if near else "; see gimbal-hil --help"),
+            EXIT_BAD_INPUT,
+        )
     return run(words[0], words[1:])
 
 
@@ -85,7 +98,10 @@ def run(name: str, arguments: list[str]) -> int:
     except OSError:
         raise
     except MemoryError:
-        _fail("error: there is not enough memory for this; expected a smaller file, a shorter run or a larger machine", EXIT_BAD_INPUT)
+        _fail(
+            "error: there is not enough memory for this; expected a smaller file, a shorter run or a larger machine",
+            EXIT_BAD_INPUT,
+        )
     except Exception as error:
         if not hasattr(error, "format_message"):
             raise
@@ -101,7 +117,9 @@ def _guarded(command: Callable[..., int]) -> Callable[..., int]:
         for name, value in named.items():
             if isinstance(value, float) and not abs(value) <= _LARGEST_NUMBER:
                 option = f"--{name.replace('_', '-')}"
-                raise BadInputError(option, f"{value:g} is no number that can be worked with", f"a size of at most {_LARGEST_NUMBER:g}")
+                raise BadInputError(
+                    option, f"{value:g} is no number that can be worked with", f"a size of at most {_LARGEST_NUMBER:g}"
+                )
         try:
             return command(*arguments, **named)
         except KeyboardInterrupt:
@@ -137,7 +155,8 @@ def _overview() -> str:
 Commands:
 {table}
 
-Each command explains itself with --help. Exit codes: 0 done and good, 1 the answer is no, 2 bad input, 3 safety stop, 130 interrupted."""
+Each command explains itself with --help. Exit codes: 0 done and good, 1 the answer is no,
+2 bad input, 3 safety stop, 130 interrupted."""
 
 
 def _without_a_reader() -> int:

@@ -9,30 +9,40 @@ import typer
 
 
 def command(
-    config: Annotated[Path | None, typer.Option(help="Configuration file; without it the shipped virtual antenna.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Run folder to record into; without it a new one below ./runs.")] = None,
+    config: Annotated[
+        Path | None, typer.Option(help="Configuration file; without it the shipped virtual antenna.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Run folder to record into; without it a new one below ./runs.")
+    ] = None,
     duration: Annotated[float | None, typer.Option(help="Seconds to run; without it until stopped.", min=0.0)] = None,
     lockstep: Annotated[bool, typer.Option("--lockstep", help="Virtual time: as fast as the machine allows.")] = False,
-    page: Annotated[int | None, typer.Option(help="Serve live page and metrics on this local port (0: any).", min=0, max=65535)] = None,
+    page: Annotated[
+        int | None, typer.Option(help="Serve live page and metrics on this local port (0: any).", min=0, max=65535)
+    ] = None,
     spin_us: Annotated[
-        float, typer.Option(help="Wait the last microseconds of a period awake: less latency, more load.", min=0.0, max=1e5)
+        float,
+        typer.Option(help="Wait the last microseconds of a period awake: less latency, more load.", min=0.0, max=1e5),
     ] = 50.0,
     wait: Annotated[
         bool, typer.Option("--wait", help="Wait for the link even where it looks wrong, as a device that is not there.")
     ] = False,
     end_with: Annotated[
-        int | None, typer.Option(metavar="PID", help="End as by SIGTERM when this process, which started the daemon, is gone.")
+        int | None,
+        typer.Option(metavar="PID", help="End as by SIGTERM when this process, which started the daemon, is gone."),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite a run folder.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
     send: Annotated[
-        str | None, typer.Option(help="Send one request (JSON) to the daemon that records into --run, print its answer.")
+        str | None,
+        typer.Option(help="Send one request (JSON) to the daemon that records into --run, print its answer."),
     ] = None,
     run: Annotated[Path | None, typer.Option(help="With --send: the run folder of that daemon.")] = None,
 ) -> int:
     """Run the fixed-rate control daemon on the link that the configuration names.
 
-    Ctrl-C or SIGTERM switches torque off with the next tick, lets the drive stop the axes, writes the log and ends with 130.
+    Ctrl-C or SIGTERM switches torque off with the next tick, lets the drive stop the axes, writes the log and ends with
+    130.
     """
     import json
 

@@ -9,13 +9,16 @@ import typer
 
 
 def command(
-    out: Annotated[Path | None, typer.Option(help="Folder for runs and report; without it a new one below ./runs.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for runs and report; without it a new one below ./runs.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
 ) -> int:
     """The whole story on the virtual antenna in under two minutes; ends with the path of one HTML report.
 
-    The first time it also compiles the plant for this machine, which takes most of that time; later runs find it on disk.
+    The first time it also compiles the plant for this machine, which takes most of that time; later runs find it on
+    disk.
     """
     import json
     import sys
@@ -30,7 +33,10 @@ def command(
         raise BadInputError(str(folder / "report.html"), "already exists", "a new folder, or --force to overwrite it")
     began = time.monotonic()
     if not as_json:
-        print("gimbal-hil demo: loading the virtual antenna (the first time it is compiled, about a minute)", file=sys.stderr)
+        print(
+            "gimbal-hil demo: loading the virtual antenna (the first time it is compiled, about a minute)",
+            file=sys.stderr,
+        )
     from gimbal_hil.demo import tell
     from gimbal_hil.settings import shipped_settings
 
@@ -44,7 +50,9 @@ def command(
     with ProgressBar(not as_json) as progress:
         report = tell(shipped_settings(), folder, progress, say)
     if as_json:
-        print(json.dumps({"stages": found, "report": str(report.resolve()), "took_s": round(time.monotonic() - began, 1)}))
+        print(
+            json.dumps({"stages": found, "report": str(report.resolve()), "took_s": round(time.monotonic() - began, 1)})
+        )
     else:
         print(f"report: {report.resolve()}")
     return 0

@@ -15,13 +15,18 @@ REPORT_FILE = "doctor.json"
 
 
 def command(
-    config: Annotated[Path | None, typer.Option(help="Configuration whose rate and link are checked; without it the shipped one.")] = None,
+    config: Annotated[
+        Path | None, typer.Option(help="Configuration whose rate and link are checked; without it the shipped one.")
+    ] = None,
     seconds: Annotated[float, typer.Option(help="How long each loop is measured.", min=0.1)] = 4.0,
-    out: Annotated[Path | None, typer.Option(metavar="DIR", help=f"Also write the answer to {REPORT_FILE} in this folder.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help=f"Also write the answer to {REPORT_FILE} in this folder.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the answer as one JSON object.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an answer that is there.")] = False,
 ) -> int:
-    """Measure clock, permissions, stalls and the tick loop beside the same loop in C; look whether the antenna answers on its link.
+    """Measure clock, permissions, stalls and the tick loop beside the same loop in C; look whether the antenna answers
+    on its link.
 
     Answers 0 when nothing speaks against holding the rate, 1 otherwise, with the reasons.
     """
@@ -68,17 +73,22 @@ def _measure(settings: DaemonSettings, seconds: float, quiet: bool) -> MachineRe
 
 def _machine_lines(report: MachineReport) -> list[str]:
     granted, statistics = report.granted, report.statistics
-    priority = "no real-time priority" if granted.real_time_priority is None else f"SCHED_FIFO {granted.real_time_priority}"
+    priority = (
+        "no real-time priority" if granted.real_time_priority is None else f"SCHED_FIFO {granted.real_time_priority}"
+    )
     memory = "memory locked" if granted.memory_locked else "memory not locked"
     slack = "no timer slack control" if granted.timer_slack_ns is None else f"timer slack {granted.timer_slack_ns} ns"
     lines = [
         f"clock: resolution {report.clock_resolution_ns} ns, smallest step seen {report.clock_step_ns} ns",
         f"granted: {priority}, {memory}, {slack}, core {'any' if granted.core is None else granted.core}",
         f"machine stalls seen by the witness: {report.stalls}, longest {report.longest_stall_ns / 1e6:.1f} ms",
-        f"tick loop: {statistics.ticks} ticks, {statistics.missed} missed; late by {_quantiles(statistics.latency.summary_us())}",
+        f"tick loop: {statistics.ticks} ticks, {statistics.missed} missed; late by "
+        f"{_quantiles(statistics.latency.summary_us())}",
     ]
     if report.reference is not None:
-        lines.append(f"same in C: {report.reference.missed} missed; late by {_quantiles(report.reference.latency.summary_us())}")
+        lines.append(
+            f"same in C: {report.reference.missed} missed; late by {_quantiles(report.reference.latency.summary_us())}"
+        )
         lines.append(f"p99 of the tick loop is {report.p99_ratio:.2f} times that of the C loop")
     return lines + [f"remark: {remark}" for remark in report.remarks]
 

@@ -17,7 +17,9 @@ def command(
     name: Annotated[str | None, typer.Argument(help="One effect only.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="The catalogue as JSON.")] = False,
 ) -> int:
-    """The catalogue of effects by domain: definition, parameters with unit, bounds and neutral value, and the run that excites each."""
+    """The catalogue of effects by domain: definition, parameters with unit, bounds and neutral value, and the run that
+    excites each.
+    """
     from sim_backend.effects import CATALOGUE, Domain, effect_named
 
     chosen = list(CATALOGUE.values()) if name is None else [effect_named(name, "gimbal-hil effects")]
@@ -30,12 +32,17 @@ def command(
             print(domain.name.lower())
             print("\n".join(line for effect in members for line in _lines(effect)))
     if name is None:
-        print(f"\n{len(chosen)} effects. In a model file:  effects: [{{name: cogging, axis: outer, amplitude: 0.02, order: 12}}]")
+        print(
+            f"\n{len(chosen)} effects. In a model file:  effects: [{{name: cogging, axis: outer, amplitude: 0.02, "
+            f"order: 12}}]"
+        )
     return EXIT_DONE
 
 
 def as_document(effect: Effect) -> dict[str, Any]:
-    """One effect for other tools; `neutral` is null where the number is the model's own and has no value that means absent."""
+    """One effect for other tools; `neutral` is null where the number is the model's own and has no value that means
+    absent.
+    """
     from sim_backend.effects import confused_with
 
     return {

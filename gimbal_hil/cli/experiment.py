@@ -1,4 +1,6 @@
-"""`gimbal-hil experiment`: a sequence or a plan file, on the virtual antenna in lockstep or on whatever a daemon controls."""
+"""`gimbal-hil experiment`: a sequence or a plan file, on the virtual antenna in lockstep or on whatever a daemon
+controls.
+"""
 
 from __future__ import annotations
 
@@ -13,24 +15,41 @@ if TYPE_CHECKING:
 
 def command(
     name: Annotated[str, typer.Argument(help="A sequence (step, sliding, presliding, ...), thesis, or a plan file.")],
-    config: Annotated[Path | None, typer.Option(help="Configuration file; without it the shipped virtual antenna.")] = None,
+    config: Annotated[
+        Path | None, typer.Option(help="Configuration file; without it the shipped virtual antenna.")
+    ] = None,
     model: Annotated[
-        Path | None, typer.Option(help="Model of the embedded antenna, not the configuration's; with --run where torques come from.")
+        Path | None,
+        typer.Option(
+            help="Model of the embedded antenna, not the configuration's; with --run where torques come from."
+        ),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Run folder; without it a new one below ./runs.")] = None,
     axis: Annotated[list[str] | None, typer.Option(help="Only this axis; may be repeated.")] = None,
     short: Annotated[bool, typer.Option("--short", help="The short variant of the sequence.")] = False,
-    every: Annotated[int | None, typer.Option(help="Keep one tick in so many in the log (1 keeps frames too).", min=1)] = None,
+    every: Annotated[
+        int | None, typer.Option(help="Keep one tick in so many in the log (1 keeps frames too).", min=1)
+    ] = None,
     base: Annotated[
-        str | None, typer.Option(help="Base motion of base_motion: a case of the thesis (3.1/1 to 3.2/4) or a CSV file.")
+        str | None,
+        typer.Option(help="Base motion of base_motion: a case of the thesis (3.1/1 to 3.2/4) or a CSV file."),
     ] = None,
     breakaway: Annotated[
         list[str] | None,
-        typer.Option(metavar="AXIS=N_M", help="Break-away torque as far as known: presliding torques are shares of it. May be repeated."),
+        typer.Option(
+            metavar="AXIS=N_M",
+            help="Break-away torque as far as known: presliding torques are shares of it. May be repeated.",
+        ),
     ] = None,
-    seed: Annotated[int | None, typer.Option(help="Seed of the embedded antenna's noise, in place of the configuration's.", min=0)] = None,
-    lockstep: Annotated[bool, typer.Option("--lockstep/--real-time", help="Virtual time (the default), or a daemon in real time.")] = True,
-    run: Annotated[Path | None, typer.Option(help="Run folder of a running daemon: the experiment goes through it, in real time.")] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Seed of the embedded antenna's noise, in place of the configuration's.", min=0)
+    ] = None,
+    lockstep: Annotated[
+        bool, typer.Option("--lockstep/--real-time", help="Virtual time (the default), or a daemon in real time.")
+    ] = True,
+    run: Annotated[
+        Path | None, typer.Option(help="Run folder of a running daemon: the experiment goes through it, in real time.")
+    ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the stopped experiment in --out.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
@@ -54,7 +73,9 @@ def command(
     try:
         with ProgressBar(not as_json) as progress:
             outcome = (
-                _conduct(name, config, model, folder, axis, short, every, base, breakaway, seed, resume, force, progress)
+                _conduct(
+                    name, config, model, folder, axis, short, every, base, breakaway, seed, resume, force, progress
+                )
                 if run is None
                 else _conduct_through_daemon(name, run, model, folder, axis, short, breakaway, resume, force, progress)
             )
@@ -64,7 +85,11 @@ def command(
         print(f"interrupted{how}", file=sys.stderr)
         return EXIT_INTERRUPTED
     if as_json:
-        print(json.dumps({"experiment": outcome.experiment.name, "run": str(folder), "rows": list(outcome.rows)}, allow_nan=False))
+        print(
+            json.dumps(
+                {"experiment": outcome.experiment.name, "run": str(folder), "rows": list(outcome.rows)}, allow_nan=False
+            )
+        )
     else:
         print(f"{outcome.experiment.text}: {len(outcome.rows)} rows")
         print(f"  table   {folder / 'table.csv'}\n  report  {folder / 'report.html'}")
@@ -99,7 +124,9 @@ def _conduct(
     settings = settings.for_axes(antenna.axes, antenna.where)
     names = settings.axis_names
     known = breakaway_torques(antenna) | torques_by_axis(breakaway, names)
-    experiment = build_experiment(name, SequenceOptions(settings.rate_hz, _axes(axis, names), short, every, known, base, names))
+    experiment = build_experiment(
+        name, SequenceOptions(settings.rate_hz, _axes(axis, names), short, every, known, base, names)
+    )
     return conduct(
         experiment,
         settings,

@@ -14,7 +14,9 @@ if TYPE_CHECKING:
 
 
 class Format(StrEnum):
-    """What is written: the signals table (parquet, csv), decoded frames and ticks (mcap, mf4) or frames as they were (blf)."""
+    """What is written: the signals table (parquet, csv), decoded frames and ticks (mcap, mf4) or frames as they were
+    (blf).
+    """
 
     PARQUET = "parquet"
     CSV = "csv"
@@ -25,7 +27,10 @@ class Format(StrEnum):
 
 def command(
     run: Annotated[Path, typer.Argument(help="Run folder.")],
-    kind: Annotated[Format, typer.Option("--format", help="parquet, csv: signals table; blf: raw frames; mcap, mf4: decoded frames.")],
+    kind: Annotated[
+        Format,
+        typer.Option("--format", help="parquet, csv: signals table; blf: raw frames; mcap, mf4: decoded frames."),
+    ],
     out: Annotated[Path, typer.Option(metavar="FILE", help="File to write.")],
     resample: Annotated[bool, typer.Option("--resample", help="Signals table: bridge missing rows.")] = False,
     drop_invalid: Annotated[
@@ -63,7 +68,9 @@ def command(
     return EXIT_NO if damage else EXIT_DONE
 
 
-def _write_table(log: Run, out: Path, kind: Format, *, resample: bool, drop_invalid: bool, force: bool) -> dict[str, Any]:
+def _write_table(
+    log: Run, out: Path, kind: Format, *, resample: bool, drop_invalid: bool, force: bool
+) -> dict[str, Any]:
     from gimbal_hil.signals import TableKind, signals_of_run, write_signals
 
     table = signals_of_run(log, resample=resample, drop_invalid=drop_invalid)

@@ -26,32 +26,55 @@ class _Reading:
 
 
 def command(
-    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders, or signals tables (CSV, Parquet).")],
-    out: Annotated[Path, typer.Option(metavar="DIR", help=f"Folder for {MODEL_FILE}, {ANSWER_FILE} and {REPORT_FILE}.")],
-    model: Annotated[Path | None, typer.Option(help="Model file with prior and rigid body; without it the shipped thesis model.")] = None,
+    runs: Annotated[
+        list[Path], typer.Argument(metavar="RUN...", help="Run folders, or signals tables (CSV, Parquet).")
+    ],
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help=f"Folder for {MODEL_FILE}, {ANSWER_FILE} and {REPORT_FILE}.")
+    ],
+    model: Annotated[
+        Path | None, typer.Option(help="Model file with prior and rigid body; without it the shipped thesis model.")
+    ] = None,
     axis: Annotated[list[str] | None, typer.Option(help="Identify this axis only; may be repeated.")] = None,
     torque_driven: Annotated[
         bool,
         typer.Option(
-            "--torque-driven", help="Tables without references were recorded under direct torque: use them for presliding and output error."
+            "--torque-driven",
+            help="Tables without references were recorded under direct torque: use them for presliding and output "
+            "error.",
         ),
     ] = False,
     ramps_at_rest: Annotated[
-        bool, typer.Option("--ramps-at-rest", help="Break-away torques of slow ramps are points at rest of the friction-velocity curve.")
+        bool,
+        typer.Option(
+            "--ramps-at-rest",
+            help="Break-away torques of slow ramps are points at rest of the friction-velocity curve.",
+        ),
     ] = False,
     breakaway: Annotated[
         list[str] | None,
-        typer.Option(metavar="AXIS=TORQUE", help="Break-away torque as far as known, in place of the model's: slow torque is told by it."),
+        typer.Option(
+            metavar="AXIS=TORQUE",
+            help="Break-away torque as far as known, in place of the model's: slow torque is told by it.",
+        ),
     ] = None,
-    resample: Annotated[bool, typer.Option("--resample", help="Accept tables with uneven time and resample them.")] = False,
-    rate: Annotated[float | None, typer.Option(metavar="HZ", help="Put every log on a grid of this rate; implies --resample.")] = None,
-    drop_invalid: Annotated[bool, typer.Option("--drop-invalid", help="Accept tables with invalid rows and drop those.")] = False,
+    resample: Annotated[
+        bool, typer.Option("--resample", help="Accept tables with uneven time and resample them.")
+    ] = False,
+    rate: Annotated[
+        float | None, typer.Option(metavar="HZ", help="Put every log on a grid of this rate; implies --resample.")
+    ] = None,
+    drop_invalid: Annotated[
+        bool, typer.Option("--drop-invalid", help="Accept tables with invalid rows and drop those.")
+    ] = False,
     workers: Annotated[int, typer.Option(help="Processes for starts and profiles.", min=1)] = 2,
     seed: Annotated[int, typer.Option(help="Seed of the start points.")] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
 ) -> int:
-    """Friction parameters with confidence intervals, into a new model file; 1 when not a single one could be identified."""
+    """Friction parameters with confidence intervals, into a new model file; 1 when not a single one could be
+    identified.
+    """
     import json
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
@@ -74,7 +97,9 @@ def command(
     for name in axes:
         if name in given.friction_over_temperature:
             where = f"{given.where}: axes.{name}.friction.over_temperature"
-            raise BadInputError(where, "would hide the numbers identified", "a model whose friction does not follow a table")
+            raise BadInputError(
+                where, "would hide the numbers identified", "a model whose friction does not follow a table"
+            )
     results = _identify(runs, given, axes, reading, workers, seed, ramps_at_rest, as_json)
     sources = [str(path) for path in runs]
     record = identification_record(results, sources)

@@ -14,37 +14,65 @@ RESULT_FILE, MODEL_FILE, REPORT_FILE = "improve.json", "model.yaml", "report.htm
 
 
 def command(
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the runs, journal.jsonl, report.html, model.yaml, improve.json.")],
-    config: Annotated[Path | None, typer.Option(help="Configuration that names the antenna; without it the shipped virtual one.")] = None,
-    run: Annotated[Path | None, typer.Option(help="Run folder of a running daemon: experiments go through it, in real time.")] = None,
-    model: Annotated[Path | None, typer.Option(help="Model to start from; without it the shipped thesis model.")] = None,
+    out: Annotated[
+        Path,
+        typer.Option(metavar="DIR", help="Folder for the runs, journal.jsonl, report.html, model.yaml, improve.json."),
+    ],
+    config: Annotated[
+        Path | None, typer.Option(help="Configuration that names the antenna; without it the shipped virtual one.")
+    ] = None,
+    run: Annotated[
+        Path | None, typer.Option(help="Run folder of a running daemon: experiments go through it, in real time.")
+    ] = None,
+    model: Annotated[
+        Path | None, typer.Option(help="Model to start from; without it the shipped thesis model.")
+    ] = None,
     rounds: Annotated[int, typer.Option(help="Rounds (a diagnosis each) at most.", min=1)] = 6,
     budget: Annotated[float, typer.Option(help="Antenna time at most, s.", min=1.0)] = 900.0,
-    torque: Annotated[list[str] | None, typer.Option(metavar="AXIS=NM", help="Largest torque, N m; may be repeated.")] = None,
-    travel: Annotated[list[str] | None, typer.Option(metavar="AXIS=LOW..HIGH", help="Travel, rad; may be repeated.")] = None,
+    torque: Annotated[
+        list[str] | None, typer.Option(metavar="AXIS=NM", help="Largest torque, N m; may be repeated.")
+    ] = None,
+    travel: Annotated[
+        list[str] | None, typer.Option(metavar="AXIS=LOW..HIGH", help="Travel, rad; may be repeated.")
+    ] = None,
     survey: Annotated[float, typer.Option(help="Length of each survey motion, s.", min=10.0)] = 60.0,
     short: Annotated[bool, typer.Option("--short", help="Surveys of 24 s.")] = False,
     workers: Annotated[int, typer.Option(help="Processes that score candidates.", min=1)] = 2,
-    dask: Annotated[str | None, typer.Option(metavar="ADDRESS", help="Score candidates on a Dask cluster instead.")] = None,
+    dask: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Score candidates on a Dask cluster instead.")
+    ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the stopped improvement in --out.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
 ) -> int:
     """Run experiments on the antenna itself until the model is at the noise floor (0), or say what is left (1).
 
-    Ctrl-C or SIGTERM brings the joints back, switches torque off, ends with 130; --resume goes on with the finished runs kept.
+    Ctrl-C or SIGTERM brings the joints back, switches torque off, ends with 130; --resume goes on with the finished
+    runs kept.
     """
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
     from gimbal_hil.cli.progress import ProgressBar
     from gimbal_hil.experiments.sequences import SHORT_SURVEY_S
-    from gimbal_hil.improvement import JOURNAL_FILE, Ending, Journal, Stopped, Task, budgets_of, site_of, torques_of, travels_of
+    from gimbal_hil.improvement import (
+        JOURNAL_FILE,
+        Ending,
+        Journal,
+        Stopped,
+        Task,
+        budgets_of,
+        site_of,
+        torques_of,
+        travels_of,
+    )
     from gimbal_hil.settings import load_settings, shipped_settings
     from sim_backend.model import load_model, shipped_model
 
     if resume and force:
         raise BadInputError("--resume", "keeps what is there, --force does not", "one of the two")
     if not resume and not force and (out / JOURNAL_FILE).exists():
-        raise BadInputError(str(out / JOURNAL_FILE), "already exists", "a new folder, --resume to go on, or --force to overwrite it")
+        raise BadInputError(
+            str(out / JOURNAL_FILE), "already exists", "a new folder, --resume to go on, or --force to overwrite it"
+        )
     settings = load_settings(config) if config else shipped_settings()
     start = load_model(model) if model else shipped_model()
     settings = settings.for_axes(start.axes, start.where)
@@ -67,7 +95,8 @@ def command(
 
 
 def _end_like_ctrl_c() -> None:
-    """SIGTERM and SIGHUP bring the joints back as Ctrl-C does; they would otherwise leave a daemon behind that goes on."""
+    """SIGTERM and SIGHUP bring the joints back as Ctrl-C does; they would otherwise leave a daemon behind that goes on.
+    """
     import signal
     import threading
 
@@ -101,10 +130,14 @@ def _open_session(journal: Journal, task: Task, resume: bool) -> None:
         return
     first = journal.entries[0] if journal.entries else None
     if not isinstance(first, Started):
-        raise BadInputError(str(journal.path), "does not say how the improvement began", "the journal of a stopped improvement")
+        raise BadInputError(
+            str(journal.path), "does not say how the improvement began", "the journal of a stopped improvement"
+        )
     for key, value in session.items():
         if first.session.get(key) != value:
-            raise BadInputError(f"--resume: {key}", "is not what the improvement began with", "the same options as then")
+            raise BadInputError(
+                f"--resume: {key}", "is not what the improvement began with", "the same options as then"
+            )
     journal.write(Resumed(len(journal.entries)))
 
 
@@ -142,4 +175,6 @@ def _write_results(task: Task, journal: Journal, done: Improvement, as_json: boo
     if as_json:
         print(json.dumps(record, allow_nan=False))
     else:
-        print(f"{done.antenna_s:.0f} s of antenna time; model: {task.out / MODEL_FILE}; report: {task.out / REPORT_FILE}")
+        print(
+            f"{done.antenna_s:.0f} s of antenna time; model: {task.out / MODEL_FILE}; report: {task.out / REPORT_FILE}"
+        )

@@ -1,4 +1,6 @@
-"""`gimbal-hil plant`: the virtual antenna on a serial, slcan or Unix-socket link, in real time, for a daemon in another process."""
+"""`gimbal-hil plant`: the virtual antenna on a serial, slcan or Unix-socket link, in real time, for a daemon in another
+process.
+"""
 
 from __future__ import annotations
 
@@ -17,20 +19,30 @@ if TYPE_CHECKING:
 
 
 def command(
-    config: Annotated[Path | None, typer.Option(help="The daemon's configuration file: its rate, model, seed and link are used.")] = None,
-    model: Annotated[str | None, typer.Option(help="Model file or name of a shipped model; goes before the configuration's.")] = None,
+    config: Annotated[
+        Path | None, typer.Option(help="The daemon's configuration file: its rate, model, seed and link are used.")
+    ] = None,
+    model: Annotated[
+        str | None, typer.Option(help="Model file or name of a shipped model; goes before the configuration's.")
+    ] = None,
     link: Annotated[
         str | None,
-        typer.Option(help="serial, slcan (a pseudo-terminal), serial:PATH, slcan:PATH (the same under a lasting name), or unix:PATH."),
+        typer.Option(
+            help="serial, slcan (a pseudo-terminal), serial:PATH, slcan:PATH (the same under a lasting name), or "
+            "unix:PATH."
+        ),
     ] = None,
     duration: Annotated[float | None, typer.Option(help="Seconds to serve; without it until stopped.", min=0.0)] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the sensor noise.", min=0, max=2**31 - 1)] = None,
     ready_file: Annotated[
         Path | None, typer.Option(help="Write the path to connect to into this file once it can be connected to.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print two JSON objects, one a line: when ready, and the statistics.")] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print two JSON objects, one a line: when ready, and the statistics.")
+    ] = False,
 ) -> int:
-    """Serve the virtual antenna's frames in real time. The host's set-point is the clock edge; without one the antenna goes on by itself.
+    """Serve the virtual antenna's frames in real time. The host's set-point is the clock edge; without one the antenna
+    goes on by itself.
 
     Ctrl-C or SIGTERM ends it with 130, --duration with 0. Hosts may come, go and come back.
     """
@@ -103,7 +115,9 @@ def _antenna_of(settings: DaemonSettings, model: str | None, seed: int | None) -
 
 
 def _place_of(settings: DaemonSettings, link: str | None, where: str) -> tuple[OutletKind, Path | None] | CanLinkConfig:
-    """What to serve on: the command line's, else the other end of the link that the configuration gives its daemon, else serial."""
+    """What to serve on: the command line's, else the other end of the link that the configuration gives its daemon,
+    else serial.
+    """
     from firmware_protocol.errors import BadInputError
     from firmware_protocol.links import CanLinkConfig, SerialLinkConfig, UnixLinkConfig
     from sim_backend.server import OutletKind, parse_outlet
@@ -118,7 +132,9 @@ def _place_of(settings: DaemonSettings, link: str | None, where: str) -> tuple[O
     if isinstance(given, CanLinkConfig):
         return (OutletKind.SLCAN, Path(str(given.channel))) if given.interface == "slcan" else given
     if isinstance(given, SerialLinkConfig | UnixLinkConfig):
-        raise BadInputError(f"{where}: link", "has no other end that could be served here", "--link serial, slcan or unix:PATH")
+        raise BadInputError(
+            f"{where}: link", "has no other end that could be served here", "--link serial, slcan or unix:PATH"
+        )
     return OutletKind.SERIAL, None
 
 
@@ -135,10 +151,19 @@ def _announce(outlet: Outlet, model: str, rate_hz: float, ready_file: Path | Non
             fresh.replace(ready_file)
         except OSError as error:
             raise BadInputError(
-                f"--ready-file {ready_file}", f"cannot be written ({error.strerror})", "a file in a folder that there is"
+                f"--ready-file {ready_file}",
+                f"cannot be written ({error.strerror})",
+                "a file in a folder that there is",
             ) from None
     if as_json:
-        ready = {"event": "ready", "link": outlet.kind.value, "path": outlet.path, "model": model, "rate_hz": rate_hz, "pid": os.getpid()}
+        ready = {
+            "event": "ready",
+            "link": outlet.kind.value,
+            "path": outlet.path,
+            "model": model,
+            "rate_hz": rate_hz,
+            "pid": os.getpid(),
+        }
         print(json.dumps(ready), flush=True)
     else:
         print(f"{model} at {rate_hz:g} Hz on {outlet.kind.value} {outlet.path}; Ctrl-C ends it", flush=True)
@@ -147,7 +172,10 @@ def _announce(outlet: Outlet, model: str, rate_hz: float, ready_file: Path | Non
 def _lines(server: DeviceServer) -> list[str]:
     s = server.statistics
     return [
-        f"ticks: {s.ticks_by_set_point} by set-points, {s.ticks_by_own_clock} by own clock; skipped {s.skipped}, merged {s.merged}",
-        f"frames: {s.frames_received} received, {s.frames_sent} sent, {s.frames_dropped} dropped, {s.malformed + s.bad_frames} bad",
-        f"drive: {s.state.replace('_', ' ')}, fault {s.fault}; refused set-points {s.refused_set_points}; link lost {s.losses} times",
+        f"ticks: {s.ticks_by_set_point} by set-points, {s.ticks_by_own_clock} by own clock; skipped {s.skipped}, "
+        f"merged {s.merged}",
+        f"frames: {s.frames_received} received, {s.frames_sent} sent, {s.frames_dropped} dropped, "
+        f"{s.malformed + s.bad_frames} bad",
+        f"drive: {s.state.replace('_', ' ')}, fault {s.fault}; refused set-points {s.refused_set_points}; link lost "
+        f"{s.losses} times",
     ]

@@ -12,9 +12,15 @@ from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
 
 
 def command(
-    emit: Annotated[str | None, typer.Option(help="dbc, c (header), docs (Markdown), mail, messages or field_words (Python).")] = None,
-    out: Annotated[Path | None, typer.Option(help="File to write (to compare with, with --check) instead of printing.")] = None,
-    check: Annotated[bool, typer.Option("--check", help="Compare with the file that is kept: exit 1 when it differs.")] = False,
+    emit: Annotated[
+        str | None, typer.Option(help="dbc, c (header), docs (Markdown), mail, messages or field_words (Python).")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="File to write (to compare with, with --check) instead of printing.")
+    ] = None,
+    check: Annotated[
+        bool, typer.Option("--check", help="Compare with the file that is kept: exit 1 when it differs.")
+    ] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite FILE.")] = False,
 ) -> int:
     """Emit the wire definition as DBC, C header or documentation, or check that the kept files are what is emitted."""
@@ -48,7 +54,12 @@ def _matches(text: str, path: Path) -> bool:
         print(f"{path}: is what the schema emits")
         return True
     print(
-        f"{path}: " + ("is missing" if kept is None else f"differs from line {_first_difference(text, kept.decode(errors='replace'))} on")
+        f"{path}: "
+        + (
+            "is missing"
+            if kept is None
+            else f"differs from line {_first_difference(text, kept.decode(errors='replace'))} on"
+        )
     )
     return False
 

@@ -16,11 +16,15 @@ ANSWER_FILE = "replay.json"
 
 def command(
     run: Annotated[Path, typer.Argument(help="Run folder.")],
-    out: Annotated[Path | None, typer.Option(metavar="DIR", help=f"Also write the answer to {ANSWER_FILE} in this folder.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help=f"Also write the answer to {ANSWER_FILE} in this folder.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an answer that is there.")] = False,
 ) -> int:
-    """Run the recorded frames and commands through the host core again; the first tick and signal that differ, or identical."""
+    """Run the recorded frames and commands through the host core again; the first tick and signal that differ, or
+    identical.
+    """
     import time
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
@@ -50,7 +54,9 @@ def _replay(log: Run, *, quiet: bool) -> ReplayResult:
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=quiet or not console.is_terminal) as bar:
         task = bar.add_task("replaying ticks", total=log.replayable_ticks)
-        return replay(log, host, lambda event: give_again(host, log, event), lambda done: bar.update(task, completed=done))
+        return replay(
+            log, host, lambda event: give_again(host, log, event), lambda done: bar.update(task, completed=done)
+        )
 
 
 def _answer(log: Run, result: ReplayResult, took_s: float) -> dict[str, Any]:
@@ -70,6 +76,12 @@ def _lines(answer: dict[str, Any]) -> list[str]:
     found = answer["difference"]
     if found is None:
         counts = f"{answer['ticks']} ticks, {answer['frames']} frames"
-        return [f"identical: {counts}, {answer['recorded_s']:.1f} s of antenna time in {answer['took_s']:.1f} s", *answer["notes"]]
+        return [
+            f"identical: {counts}, {answer['recorded_s']:.1f} s of antenna time in {answer['took_s']:.1f} s",
+            *answer["notes"],
+        ]
     place = f"tick {found['tick']}" if found["tick"] >= 0 else "no single tick"
-    return [f"differs at {place}: {found['signal']} is {found['recorded']}, not {found['expected']}: {found['reason']}", *answer["notes"]]
+    return [
+        f"differs at {place}: {found['signal']} is {found['recorded']}, not {found['expected']}: {found['reason']}",
+        *answer["notes"],
+    ]

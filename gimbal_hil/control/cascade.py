@@ -1,8 +1,8 @@
 """The control law of one axis: position PI on the encoder, rate PI on the gyro, torque out.
 
-Cascade of thesis chapter 5: the position loop asks for a joint rate, the rate loop for a torque. A gyro reads the inertial
-rate, so the base rate about the axis is added to a joint rate reference before the two are compared; in inertial rate hold
-it is not. All state is in `H` from offset `h`, all parameters in `C` from offset `c`.
+Cascade of thesis chapter 5: the position loop asks for a joint rate, the rate loop for a torque. A gyro reads the
+inertial rate, so the base rate about the axis is added to a joint rate reference before the two are compared; in
+inertial rate hold it is not. All state is in `H` from offset `h`, all parameters in `C` from offset `c`.
 """
 
 from __future__ import annotations
@@ -43,10 +43,13 @@ _NO_ANTI_WINDUP = int(AntiWindup.NONE)
 
 
 @compiled
-def enter_mode(position: float, rate: float, base_rate: float, feedforward_nm: float, H: np.ndarray, h: int, C: np.ndarray, c: int) -> None:
+def enter_mode(
+    position: float, rate: float, base_rate: float, feedforward_nm: float, H: np.ndarray, h: int, C: np.ndarray, c: int
+) -> None:
     """Prepare the state so that closing a loop adds nothing of its own: at zero error the first torque is the last one.
 
-    The rate integrator takes over the torque that acts now, the position integrator the joint rate, the prefilter the position.
+    The rate integrator takes over the torque that acts now, the position integrator the joint rate, the prefilter the
+    position.
     """
     limit = C[c + TORQUE_LIMIT]
     H[h + RATE_INTEGRAL] = (clamp(H[h + TORQUE], -limit, limit) - feedforward_nm) / C[c + TORQUE_SCALE]
@@ -72,9 +75,9 @@ def axis_torque(
 ) -> float:
     """Torque (N m) of one axis for the next tick, within the axis' torque limit.
 
-    `reference` is in the mode's unit (N m, rad/s, rad), `slope` its time derivative; `position` is the encoder's (rad), `rate`
-    the gyro's (rad/s), `base_rate` the inertial rate that the axis would have with its joint at rest (rad/s); `allowed` is the least
-    and the largest joint rate (rad/s) that the position loop may ask for.
+    `reference` is in the mode's unit (N m, rad/s, rad), `slope` its time derivative; `position` is the encoder's (rad),
+    `rate` the gyro's (rad/s), `base_rate` the inertial rate that the axis would have with its joint at rest (rad/s);
+    `allowed` is the least and the largest joint rate (rad/s) that the position loop may ask for.
     """
     if mode == _OFF:
         H[h + TORQUE] = H[h + LOOP_REFERENCE] = H[h + LOOP_ERROR] = 0.0
@@ -82,7 +85,20 @@ def axis_torque(
         H[h + TORQUE] = clamp(reference, -C[c + TORQUE_LIMIT], C[c + TORQUE_LIMIT])
         H[h + LOOP_REFERENCE], H[h + LOOP_ERROR] = reference, 0.0
     elif mode == _POSITION:
-        _follow_position(reference, slope, position, rate, C[c + BASE_RATE_SHARE] * base_rate, feedforward_nm, allowed, step_s, H, h, C, c)
+        _follow_position(
+            reference,
+            slope,
+            position,
+            rate,
+            C[c + BASE_RATE_SHARE] * base_rate,
+            feedforward_nm,
+            allowed,
+            step_s,
+            H,
+            h,
+            C,
+            c,
+        )
     else:
         wanted = reference
         if mode == _RATE:
@@ -141,7 +157,9 @@ def _follow_position(
 
 
 @compiled
-def _follow_rate(error: float, feedforward_nm: float, step_s: float, H: np.ndarray, h: int, C: np.ndarray, c: int) -> int:
+def _follow_rate(
+    error: float, feedforward_nm: float, step_s: float, H: np.ndarray, h: int, C: np.ndarray, c: int
+) -> int:
     """Rate PI to torque; answers the side (-1, 0, 1) on which the torque is limited."""
     limit, scale = C[c + TORQUE_LIMIT], C[c + TORQUE_SCALE]
     kp, integral = C[c + RATE_KP], H[h + RATE_INTEGRAL]

@@ -1,7 +1,7 @@
 """What the loops need not find out for themselves: base rate about each axis, gravity on unbalanced bodies, friction.
 
-Conventions as in the thesis with its corrections: azimuth turns the outer body about z_b, elevation the inner one about y_o;
-R_eb = Rz(yaw) Ry(pitch) Rx(roll), z up.
+Conventions as in the thesis with its corrections: azimuth turns the outer body about z_b, elevation the inner
+one about y_o; R_eb = Rz(yaw) Ry(pitch) Rx(roll), z up.
 """
 
 from __future__ import annotations
@@ -47,7 +47,9 @@ def has_moments(C: np.ndarray, outer: int, inner: int) -> bool:
 def gravity_torques(
     azimuth: float, elevation: float, roll: float, pitch: float, C: np.ndarray, outer: int, inner: int
 ) -> tuple[float, float]:
-    """Torques (N m) that hold both bodies' unbalance; the moments (kg m, mass times centre of gravity) are in each body's axes."""
+    """Torques (N m) that hold both bodies' unbalance; the moments (kg m, mass times centre of gravity) are in each
+    body's axes.
+    """
     (sa, ca), (se, ce) = sine_cosine(azimuth), sine_cosine(elevation)
     (sr, cr), (sp, cp) = sine_cosine(roll), sine_cosine(pitch)
     bx, by, gz = GRAVITY_M_S2 * sp, -GRAVITY_M_S2 * cp * sr, -GRAVITY_M_S2 * cp * cr

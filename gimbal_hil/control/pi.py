@@ -18,7 +18,15 @@ def clamp(value: float, low: float, high: float) -> float:
 
 @compiled
 def next_integral(
-    error: float, integral: float, kp: float, ki: float, step_s: float, low: float, high: float, anti_windup: int, tracking_s: float
+    error: float,
+    integral: float,
+    kp: float,
+    ki: float,
+    step_s: float,
+    low: float,
+    high: float,
+    anti_windup: int,
+    tracking_s: float,
 ) -> float:
     """Integral after one step of a PI whose output `kp error + integral` acts within [low, high].
 

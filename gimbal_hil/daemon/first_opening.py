@@ -14,10 +14,12 @@ _DEVICES = Path("/dev")
 
 
 def opener_of(config: PortConfig, wait: bool) -> Callable[[], Link]:
-    """Try to open the link now and answer what opens it; LinkError when waiting for it could not help, unless `wait` says to.
+    """Try to open the link now and answer what opens it; LinkError when waiting for it could not help, unless `wait`
+    says to.
 
-    A path that does not exist yet in a folder that does (a pseudo-terminal's name, a Unix socket) or an address where nobody listens
-    yet will come with the antenna. A busy port, one without permission, a missing device node or an unknown interface is an error.
+    A path that does not exist yet in a folder that does (a pseudo-terminal's name, a Unix socket) or an address where
+    nobody listens yet will come with the antenna. A busy port, one without permission, a missing device node or an
+    unknown interface is an error.
     """
     first: list[Link] = []
     try:

@@ -42,7 +42,11 @@ class LinkReport:
 
     def lines(self) -> list[str]:
         """For people."""
-        heard = f"{sum(self.frames.values())} frames of {len(self.frames)} kinds heard" if self.frames else "no frames heard"
+        heard = (
+            f"{sum(self.frames.values())} frames of {len(self.frames)} kinds heard"
+            if self.frames
+            else "no frames heard"
+        )
         load = "" if self.bus_load is None else f", computed bus load {self.bus_load:.0%}"
         return [f"link: {self.name}: {heard}{load}", *(f"remark: {remark}" for remark in self.remarks)]
 
@@ -51,7 +55,9 @@ def check_link(settings: DaemonSettings) -> LinkReport:
     """Listen without sending: an antenna that is powered sends its feedback by itself."""
     config = settings.link
     if isinstance(config, EmbeddedAntenna):
-        return LinkReport(f"virtual antenna {config.embedded.model} in this process", remarks=["an embedded antenna needs no link"])
+        return LinkReport(
+            f"virtual antenna {config.embedded.model} in this process", remarks=["an embedded antenna needs no link"]
+        )
     report = LinkReport(str(config.kind))
     if isinstance(config, CanLinkConfig):
         report.bus_load = bus_load(settings.rate_hz, config.bitrate)

@@ -17,8 +17,13 @@ def summary_lines(report: DaemonReport) -> list[str]:
         f" longest stall {statistics.longest_stall_ns / 1e6:.1f} ms",
     ]
     for name, row in (("wake-up latency", latency), ("own computing", computing)):
-        lines.append(f"{name}: p50 {row['p50']:.0f} us, p99 {row['p99']:.0f} us, p99.9 {row['p999']:.0f} us, largest {row['max']:.0f} us")
-    lines.append(f"frames: {frames['good']} good, {bad} dropped, {frames['lost']} lost; link lost {report.link_losses} times")
+        lines.append(
+            f"{name}: p50 {row['p50']:.0f} us, p99 {row['p99']:.0f} us, p99.9 {row['p999']:.0f} us, largest "
+            f"{row['max']:.0f} us"
+        )
+    lines.append(
+        f"frames: {frames['good']} good, {bad} dropped, {frames['lost']} lost; link lost {report.link_losses} times"
+    )
     if report.granted is not None and report.granted.refused:
         lines += [f"not granted: {line}" for line in report.granted.refused]
     lines.append(f"run folder: {report.run}" + ("" if report.recorded else " (recording ended early)"))

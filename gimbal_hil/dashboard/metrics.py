@@ -45,7 +45,9 @@ class _Collector:
             "gimbal_rejected_frames", "Received frames dropped by CRC, counter or bounds.", value=view.rejected_frames
         )
         yield _histogram("gimbal_wake_latency_seconds", "From deadline to wake-up.", view.latency)
-        yield _histogram("gimbal_computing_seconds", "From wake-up to the frames sent and the row handed over.", view.computing)
+        yield _histogram(
+            "gimbal_computing_seconds", "From wake-up to the frames sent and the row handed over.", view.computing
+        )
         for name, text, kind, now in (
             ("gimbal_host_state", "1 for the state that the host is in.", HostState, status["host_state"]),
             ("gimbal_link_status", "1 for the status of the feedback.", LinkStatus, status["link"]),

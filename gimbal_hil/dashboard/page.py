@@ -5,7 +5,8 @@ from __future__ import annotations
 PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>gimbal-hil daemon</title>
 <style>
- body { font: 14px/1.4 system-ui, sans-serif; margin: 1rem auto; max-width: 1100px; color: #1c2430; background: #fafbfc }
+ body { font: 14px/1.4 system-ui, sans-serif; margin: 1rem auto; max-width: 1100px; color: #1c2430;
+  background: #fafbfc }
  h1 { font-size: 1.1rem; margin: 0 0 .5rem } h2 { font-size: .9rem; margin: .8rem 0 .2rem; font-weight: 600 }
  canvas { width: 100%; height: 150px; background: #fff; border: 1px solid #d8dee6; border-radius: 4px }
  .grid { display: grid; grid-template-columns: 1fr 1fr; gap: 0 1rem }
@@ -20,7 +21,8 @@ PAGE = """<!doctype html>
 <script>
 "use strict";
 const SPAN_S = 20, KEEP = 3000;
-const PLOTS = [["position", "rad", ["position", "position_ref"]], ["rate", "rad/s", ["rate", "rate_ref"]], ["torque", "N m", ["torque"]]];
+const PLOTS = [["position", "rad", ["position", "position_ref"]], ["rate", "rad/s", ["rate", "rate_ref"]],
+  ["torque", "N m", ["torque"]]];
 const COLOURS = ["#1f6feb", "#d9822b"];
 const trace = {time_s: []};
 let since = -1, AXES = [];
@@ -81,7 +83,8 @@ function facts(s) {
   const t = s.statistics, show = v => v === null ? "-" : v;
   const state = s.host_state + (s.cause === "none" ? "" : " (" + s.cause + ")");
   const items = [["state", state], ["link", s.link], ["drive", show(s.drive_state)], ["fault", show(s.drive_fault)],
-    ["mode", Object.values(s.mode).join(" / ")], ["tick", s.tick], ["missed", t.missed], ["rejected frames", s.rejected_frames],
+    ["mode", Object.values(s.mode).join(" / ")], ["tick", s.tick], ["missed", t.missed],
+    ["rejected frames", s.rejected_frames],
     ["latency p99", t.latency_us.p99.toFixed(0) + " us"], ["computing p99", t.computing_us.p99.toFixed(0) + " us"]];
   const box = document.getElementById("facts");
   box.replaceChildren(...items.map(([name, value]) => {
@@ -94,11 +97,13 @@ function facts(s) {
 async function poll() {
   try {
     const live = await (await fetch("/live.json?since=" + since)).json();
-    for (const [name, column] of Object.entries(live.trace)) trace[name] = (trace[name] || []).concat(column).slice(-KEEP);
+    for (const [name, column] of Object.entries(live.trace))
+      trace[name] = (trace[name] || []).concat(column).slice(-KEEP);
     if (trace.time_s.length) since = trace.time_s[trace.time_s.length - 1];
     if (!AXES.length) { AXES = Object.keys(live.status.mode); draw_boxes(); }
     facts(live.status);
-    for (const [name, , columns] of PLOTS) for (const axis of AXES) lines(`${name}_${axis}`, columns.map(c => `${c}_${axis}`));
+    for (const [name, , columns] of PLOTS) for (const axis of AXES)
+      lines(`${name}_${axis}`, columns.map(c => `${c}_${axis}`));
     bars("latency", live.latency_bins_us.map(([bound, count]) => [bound.toFixed(0), count]), true);
     bars("causes", Object.entries(live.status.statistics.missed_by_cause), false);
     document.getElementById("lost").textContent = "";

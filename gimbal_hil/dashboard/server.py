@@ -1,4 +1,6 @@
-"""A small HTTP server on the loopback address: the page, its data as JSON, the metrics. It reads; nothing can be commanded here."""
+"""A small HTTP server on the loopback address: the page, its data as JSON, the metrics. It reads; nothing can be
+commanded here.
+"""
 
 from __future__ import annotations
 
@@ -81,7 +83,9 @@ class _Handler(BaseHTTPRequestHandler):
         self.send_header("Content-Type", kind)
         self.send_header("Content-Length", str(len(content)))
         self.send_header("Cache-Control", "no-store")
-        self.send_header("Content-Security-Policy", "default-src 'self'; script-src 'unsafe-inline'; style-src 'unsafe-inline'")
+        self.send_header(
+            "Content-Security-Policy", "default-src 'self'; script-src 'unsafe-inline'; style-src 'unsafe-inline'"
+        )
         self.end_headers()
         self.wfile.write(content)
 

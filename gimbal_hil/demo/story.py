@@ -63,7 +63,10 @@ def _friction(settings: DaemonSettings, out: Path, progress: ProgressSink) -> To
     logs: list[Log] = []
     for name in ("sliding", "presliding"):
         experiment = build_experiment(
-            name, SequenceOptions(settings.rate_hz, (axis,), short=True, breakaway_nm=breakaway_torques(model), names=settings.axis_names)
+            name,
+            SequenceOptions(
+                settings.rate_hz, (axis,), short=True, breakaway_nm=breakaway_torques(model), names=settings.axis_names
+            ),
         )
         outcome = conduct(experiment, settings, model, seed, out / name, force=True, progress=progress)
         blocks += experiment.conclude(outcome.rows, outcome.drawn)
@@ -72,13 +75,18 @@ def _friction(settings: DaemonSettings, out: Path, progress: ProgressSink) -> To
     result = identify_axis(logs, _doubtful(model, axis), axis)
     found = {estimate.name: estimate for estimate in result.estimates}
     worst = max(abs(found[name].value / model.number(axis, f"friction.{name}") - 1.0) for name in _FRICTION)
-    line = f"seven friction numbers of the {axis} axis from sliding and presliding, worst {100 * worst:.1f} % from the truth"
+    line = (
+        f"seven friction numbers of the {axis} axis from sliding and presliding, worst {100 * worst:.1f} % from "
+        "the truth"
+    )
     return Told(line, [*blocks, *identification_page(model, [result], ["sliding", "presliding"]).blocks])
 
 
 def _doubtful(model: AntennaModel, axis: str) -> AntennaModel:
     """A prior that does not know the answer: every friction number of an axis half as large again."""
-    return model.with_numbers(axis, {f"friction.{name}": 1.5 * model.number(axis, f"friction.{name}") for name in _FRICTION})
+    return model.with_numbers(
+        axis, {f"friction.{name}": 1.5 * model.number(axis, f"friction.{name}") for name in _FRICTION}
+    )
 
 
 def _missing(settings: DaemonSettings, out: Path, progress: ProgressSink) -> Told:
@@ -96,7 +104,9 @@ def _missing(settings: DaemonSettings, out: Path, progress: ProgressSink) -> Tol
     if corrected is not None:
         (out / "model.yaml").write_text(corrected.to_yaml(), encoding="utf-8")
     page = discrepancy_page(diagnosis, verdict, corrected, ["survey", "survey_holdout"])
-    return Told(f"an antenna with a hidden effect, judged blind: {verdict['verdict']}. {verdict['text']}", list(page.blocks))
+    return Told(
+        f"an antenna with a hidden effect, judged blind: {verdict['verdict']}. {verdict['text']}", list(page.blocks)
+    )
 
 
 #: the stages in order

@@ -40,7 +40,9 @@ def _present(model: AntennaModel, i: int, torque: np.ndarray, records: tuple[Rec
         Need.MOVING_BASE: any(r.moving_base for r in records),
         Need.TEMPERATURE: any(r.has_temperature for r in records),
         Need.TORQUE_REVERSALS: bool(torque.min() < 0.0 < torque.max()),
-        Need.SECOND_AXIS: any(bool(np.ptp(r.motion[:, j]) > 0.0) for r in records for j in range(len(model.axes)) if j != i),
+        Need.SECOND_AXIS: any(
+            bool(np.ptp(r.motion[:, j]) > 0.0) for r in records for j in range(len(model.axes)) if j != i
+        ),
     }
     found = Need.NOTHING
     for need, has in there.items():

@@ -1,7 +1,7 @@
 """Where the data contradict themselves: slow ramps that break away below the torque that sliding needs however slow.
 
-No friction curve of the model's kind describes both, whatever its numbers and whatever is added beside it. Such a finding stands beside
-the verdict and changes nothing in it: it says which of the data one should not fit through.
+No friction curve of the model's kind describes both, whatever its numbers and whatever is added beside it. Such a
+finding stands beside the verdict and changes nothing in it: it says which of the data one should not fit through.
 """
 
 from __future__ import annotations
@@ -27,14 +27,16 @@ _LEAST_RISE_S = 2.0
 _STANDING_SHARE = 0.15
 #: and it goes one way, up to this share of its range, until it is at its largest
 _BACK_SHARE = 0.05
-_WITHOUT_BRISTLE = "is a slow ramp of torque, about which a model without bristles says nothing: looked at for contradictions alone"
+_WITHOUT_BRISTLE = (
+    "is a slow ramp of torque, about which a model without bristles says nothing: looked at for contradictions alone"
+)
 
 
 def contradictions(model: AntennaModel, tables: Sequence[SignalsTable]) -> list[dict[str, str]]:
     """Findings as `rule`, `axis` and `text`; empty where ramps or plateaus are missing, or where they agree.
 
-    `model` is the one that explains the data best: its rigid body and actuator are taken out of the torque. What it adds by position is
-    granted to the ramps in full: each stands at one place of that, while plateaus pass over it all.
+    `model` is the one that explains the data best: its rigid body and actuator are taken out of the torque. What it
+    adds by position is granted to the ramps in full: each stands at one place of that, while plateaus pass over it all.
     """
     found = []
     for axis in model.axes:
@@ -67,7 +69,9 @@ def _by_position(model: AntennaModel, axis: str, tables: Sequence[SignalsTable])
 
 
 def _is_ramp(table: SignalsTable, model: AntennaModel, axis: str) -> bool:
-    """Whether nobody knows of a loop, the torque rises one way and slowly until it is at its largest, and the joint stands at first."""
+    """Whether nobody knows of a loop, the torque rises one way and slowly until it is at its largest, and the joint
+    stands at first.
+    """
     if any(table.signal(axis, name) is not None for name in ("rate_ref", "position_ref")):
         return False
     torque = table.torque(axis)
@@ -85,13 +89,17 @@ def _is_ramp(table: SignalsTable, model: AntennaModel, axis: str) -> bool:
 
 
 def _stiffness(model: AntennaModel, axis: str, runs: Sequence[PreslidingRun]) -> float:
-    """The model's bristle stiffness, or for one without a bristle that which the ramps show; zero where neither is there."""
+    """The model's bristle stiffness, or for one without a bristle that which the ramps show; zero where neither is
+    there.
+    """
     from gimbal_hil.identification import fit_presliding
 
     stated = model.number(axis, "friction.sigma0")
     if stated > 0.0 or not runs:
         return stated
-    shown = fit_presliding(runs, max(model.number(axis, "friction.breakaway"), 1e-9), model.number(axis, "encoder.step"))
+    shown = fit_presliding(
+        runs, max(model.number(axis, "friction.breakaway"), 1e-9), model.number(axis, "encoder.step")
+    )
     return 0.0 if shown is None or not np.isfinite(shown.sigma0.fitted) else shown.sigma0.fitted
 
 
@@ -113,7 +121,13 @@ def _of_axis(model: AntennaModel, axis: str, tables: Sequence[SignalsTable]) -> 
     for table in tables:
         ramp = _is_ramp(table, model, axis)
         stretches = (Stretch("ramp", 0, len(table), Drive.TORQUE),) if ramp else stretches_of_table(table, axis)
-        logs.append(Log(table.source, table, {axis: tuple(replace(s, drive=Drive.TORQUE if ramp else Drive.LOOP) for s in stretches)}))
+        logs.append(
+            Log(
+                table.source,
+                table,
+                {axis: tuple(replace(s, drive=Drive.TORQUE if ramp else Drive.LOOP) for s in stretches)},
+            )
+        )
     evidence = collect(logs, model, axis)
     step = model.number(axis, "encoder.step")
     stiffness = _stiffness(model, axis, evidence.presliding)
@@ -125,13 +139,19 @@ def _of_axis(model: AntennaModel, axis: str, tables: Sequence[SignalsTable]) -> 
     prior = friction_of(model, axis)
     points = measure_velocity_map(evidence.plateaus, None, step or None, prior.static.breakaway / stiffness).points
     sides = [fit_static(points, direction, prior.static) for direction in (Direction.POSITIVE, Direction.NEGATIVE)]
-    found, generous = (_findings(at, sides, points, axis) for at in (ramps, _raised(ramps, _by_position(model, axis, tables))))
+    found, generous = (
+        _findings(at, sides, points, axis) for at in (ramps, _raised(ramps, _by_position(model, axis, tables)))
+    )
     sure = {_direction(finding) for finding in generous}
     return [{"rule": f.rule, "axis": axis, "text": f.text} for f in found if _direction(f) in sure]
 
 
-def _findings(ramps: Sequence[BreakAway], sides: Sequence[StaticFit | None], points: Sequence[VelocityPoint], axis: str) -> list[Finding]:
-    """One finding a direction at most, the positive one first: by the fitted Coulomb torque, else by the lowest sliding torque."""
+def _findings(
+    ramps: Sequence[BreakAway], sides: Sequence[StaticFit | None], points: Sequence[VelocityPoint], axis: str
+) -> list[Finding]:
+    """One finding a direction at most, the positive one first: by the fitted Coulomb torque, else by the lowest sliding
+    torque.
+    """
     from gimbal_hil.identification import break_away_below_sliding, break_away_findings
 
     fitted = [finding for side in sides if side is not None for finding in break_away_findings(ramps, side, axis)]

@@ -1,4 +1,6 @@
-"""What may be added to a hypothesis: every effect of the catalogue, on every axis that can have it, searched as the effect says."""
+"""What may be added to a hypothesis: every effect of the catalogue, on every axis that can have it, searched as the
+effect says.
+"""
 
 from __future__ import annotations
 

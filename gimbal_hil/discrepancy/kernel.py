@@ -1,8 +1,8 @@
 """The twin's inner loop: the model's own laws, driven along the measured motion, and what they leave over.
 
 Bristles, lags, twists and delays are carried along the joint rate that was measured; the torque that the rigid body
-would need for the measured acceleration is compared with what actuator, effects and friction give. It is the plant's step
-with the acceleration given instead of solved for: the same laws, so an effect is defined once.
+would need for the measured acceleration is compared with what actuator, effects and friction give. It is the plant's
+step with the acceleration given instead of solved for: the same laws, so an effect is defined once.
 """
 
 from __future__ import annotations
@@ -61,7 +61,9 @@ def _encoder_shift(P: np.ndarray, K: np.ndarray, X: np.ndarray, axis: int, posit
 
 
 @compiled
-def _true_motion(P: np.ndarray, K: np.ndarray, X: np.ndarray, axis: int, q: float, v: float, a: float) -> tuple[float, float, float]:
+def _true_motion(
+    P: np.ndarray, K: np.ndarray, X: np.ndarray, axis: int, q: float, v: float, a: float
+) -> tuple[float, float, float]:
     """Joint motion behind an encoder whose error is a function of position."""
     if K[HOOK_COUNT + _ENCODER] == 0:
         return q, v, a
@@ -125,15 +127,18 @@ def balance(
 ) -> None:
     """Left-over torque and predicted gyro rate of every interval.
 
-    torque (n, 2) commanded, N m; motion (n, 8) interval means of q, q, v, v, a, a and how far a
-    standing bristle is led per axis; base (n, 9) gravity, rate and angular
-    acceleration of the base in base axes; heat (n, 2) degC. Fills out (n, 6): torque given minus torque needed
-    per axis (N m), gyro rate predicted per axis (rad/s), torque that the actuator gives per axis (N m). P[STEP_S] times `steps` is the
-    interval.
+    torque (n, 2) commanded, N m; motion (n, 8) interval means of q, q, v, v, a, a and how far a standing bristle is led
+    per axis; base (n, 9) gravity, rate and angular acceleration of the base in base axes; heat (n, 2) degC. Fills out
+    (n, 6): torque given minus torque needed per axis (N m), gyro rate predicted per axis (rad/s), torque that the
+    actuator gives per axis (N m). P[STEP_S] times `steps` is the interval.
     """
     h = P[STEP_S]
     for k in range(torque.shape[0]):
-        g = ((base[k, 0], base[k, 1], base[k, 2]), (base[k, 3], base[k, 4], base[k, 5]), (base[k, 6], base[k, 7], base[k, 8]))
+        g = (
+            (base[k, 0], base[k, 1], base[k, 2]),
+            (base[k, 3], base[k, 4], base[k, 5]),
+            (base[k, 6], base[k, 7], base[k, 8]),
+        )
         q0, v0, a0 = _true_motion(P, K, X, 0, motion[k, 0], motion[k, 2], motion[k, 4])
         q1, v1, a1 = 0.0, 0.0, 0.0
         if K[AXES] > 1:

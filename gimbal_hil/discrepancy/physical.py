@@ -1,4 +1,5 @@
-"""Numbers that an antenna can have: friction that holds, bodies that exist, every number within the catalogue's bounds."""
+"""Numbers that an antenna can have: friction that holds, bodies that exist, every number within the catalogue's bounds.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +47,9 @@ def _keep_friction(P: NDArray[np.float64], block: int) -> None:
 
 
 def _keep_body(tensor: NDArray[np.float64], stated: NDArray[np.float64]) -> None:
-    """Lead an inertia tensor (xx, yy, zz, xy, xz, yz) back towards the stated one until a body can have it: a convex set."""
+    """Lead an inertia tensor (xx, yy, zz, xy, xz, yz) back towards the stated one until a body can have it: a convex
+    set.
+    """
     if np.array_equal(tensor, stated) or _exists(tensor):
         return
     wanted, kept = tensor.copy(), 0.0

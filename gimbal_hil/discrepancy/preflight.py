@@ -12,14 +12,17 @@ from sim_backend.model import AntennaModel
 _LEAST_S = 4.0
 #: slower logs hold nothing of what friction and joints do; a period in milliseconds looks like one
 _LONGEST_PERIOD_S = 0.1
-#: scored bands end no lower, Hz, and no lower and no higher than these over the period: noise is read above them, in bins of a spectrum
+#: scored bands end no lower, Hz, and no lower and no higher than these over the period: noise is read above them, in
+#: bins of a spectrum
 _LOWEST_BAND_HZ, _NARROWEST_BAND, _WIDEST_BAND = 1.0, 0.005, 0.1
 #: torque that was commanded against what the model's actuator gives
 _MOST_TORQUE = 60.0
 
 
 def check_logs(model: AntennaModel, tables: tuple[SignalsTable, ...], band_hz: float | None = None) -> None:
-    """Raise BadInputError that names log, column and expectation when a log cannot be used, or not in a band that ends at `band_hz`."""
+    """Raise BadInputError that names log, column and expectation when a log cannot be used, or not in a band that ends
+    at `band_hz`.
+    """
     period = tables[0].period_s
     lowest = max(_LOWEST_BAND_HZ, _NARROWEST_BAND / period)
     if band_hz is not None and not lowest <= band_hz <= _WIDEST_BAND / period:
@@ -30,7 +33,9 @@ def check_logs(model: AntennaModel, tables: tuple[SignalsTable, ...], band_hz: f
         where = table.source or "log"
         if table.period_s > _LONGEST_PERIOD_S:
             raise BadInputError(
-                f"{where}: time_s", f"has a period of {table.period_s:.4g}", f"seconds, at most {_LONGEST_PERIOD_S:g} a row"
+                f"{where}: time_s",
+                f"has a period of {table.period_s:.4g}",
+                f"seconds, at most {_LONGEST_PERIOD_S:g} a row",
             )
         if abs(table.period_s - period) > 0.01 * period:
             raise BadInputError(where, f"has a period of {table.period_s:.6g} s", f"{period:.6g} s like the first log")
@@ -47,10 +52,16 @@ def check_alike(tables: tuple[SignalsTable, ...]) -> None:
     """Raise BadInputError where the same log is given twice: a copy judges nothing."""
     for i, table in enumerate(tables):
         for other in tables[:i]:
-            axes = [a for a in table.axes if len(table) == len(other) and np.array_equal(table.position(a), other.position(a))]
+            axes = [
+                a
+                for a in table.axes
+                if len(table) == len(other) and np.array_equal(table.position(a), other.position(a))
+            ]
             if len(axes) == len(table.axes) and all(np.array_equal(table.torque(a), other.torque(a)) for a in axes):
                 raise BadInputError(
-                    table.source or "log", f"holds the same rows as {other.source or 'another log'}", "another log, of another trajectory"
+                    table.source or "log",
+                    f"holds the same rows as {other.source or 'another log'}",
+                    "another log, of another trajectory",
                 )
 
 
@@ -60,5 +71,7 @@ def check_actuator(model: AntennaModel, table: SignalsTable, axis: str, where: s
     peak = float(np.abs(table.torque(axis)).max())
     if limit > 0.0 and peak > _MOST_TORQUE * limit:
         raise BadInputError(
-            f"{where}: {axis}.torque", f"reaches {peak:.3g}, the model's actuator {limit:.3g}", "torque in N m (force in N)"
+            f"{where}: {axis}.torque",
+            f"reaches {peak:.3g}, the model's actuator {limit:.3g}",
+            "torque in N m (force in N)",
         )

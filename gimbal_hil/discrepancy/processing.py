@@ -1,8 +1,8 @@
 """Processing floor: what the pipeline leaves over of data that the model itself could have made.
 
-Along the measured motion the commanded torque is replaced by the one with which the model balances exactly; the positions are
-read through the model's encoder step again. That log goes through the whole pipeline anew, and what it leaves beyond
-the noise of the encoder is due to smoothing, holding and quantising alone: nothing may be named for it.
+Along the measured motion the commanded torque is replaced by the one with which the model balances exactly; the
+positions are read through the model's encoder step again. That log goes through the whole pipeline anew, and what it
+leaves beyond the noise of the encoder is due to smoothing, holding and quantising alone: nothing may be named for it.
 """
 
 from __future__ import annotations
@@ -37,15 +37,25 @@ def balanced(twin: Twin, table: SignalsTable, which: int) -> SignalsTable:
 
 
 def processing_floors(twin: Twin, tables: tuple[SignalsTable, ...]) -> Floats:
-    """Rms per channel that the pipeline leaves of balanced data beyond their own noise; zero for rate errors, which are kinematic."""
+    """Rms per channel that the pipeline leaves of balanced data beyond their own noise; zero for rate errors, which are
+    kinematic.
+    """
     which = int(np.argmin([len(r.torque) for r in twin.records]))
     table = balanced(twin, tables[which], which)
-    alone = Twin(twin.model, (record_of(table, twin.model, twin.records[which].bands.scored_hz, "balanced"),), twin.gyro_everywhere)
+    alone = Twin(
+        twin.model,
+        (record_of(table, twin.model, twin.records[which].bands.scored_hz, "balanced"),),
+        twin.gyro_everywhere,
+    )
     structure = alone.structure(())
     rms = np.sqrt(np.mean(alone.residual(structure, structure.P) ** 2, axis=0))
     wide = wide_twin(alone, (table,))
     found = []
     for j, channel in enumerate(twin.channels):
-        noise = 0.0 if channel.signal == RATE_ERROR else spectral_floor(wide, structure, structure.P, channel, alone.records[0].bands)
+        noise = (
+            0.0
+            if channel.signal == RATE_ERROR
+            else spectral_floor(wide, structure, structure.P, channel, alone.records[0].bands)
+        )
         found.append(0.0 if channel.signal == RATE_ERROR else float(np.sqrt(max(0.0, rms[j] ** 2 - noise**2))))
     return np.array(found)

@@ -1,4 +1,5 @@
-"""A log as the twin takes it: interval means of motion and base, commanded torque, which scored rows count, and laps."""
+"""A log as the twin takes it: interval means of motion and base, commanded torque, which scored rows count, and laps.
+"""
 
 from __future__ import annotations
 
@@ -80,8 +81,12 @@ class Record:
         return np.asarray(values[np.minimum(self.rows, len(values) - 1)])
 
 
-def record_of(table: SignalsTable, model: AntennaModel, scored_hz: float, name: str, keep: NDArray[np.bool_] | None = None) -> Record:
-    """Prepare a signals table for a model's axes; `scored_hz` ends the scored band, `keep` are the rows if they are known."""
+def record_of(
+    table: SignalsTable, model: AntennaModel, scored_hz: float, name: str, keep: NDArray[np.bool_] | None = None
+) -> Record:
+    """Prepare a signals table for a model's axes; `scored_hz` ends the scored band, `keep` are the rows if they are
+    known.
+    """
     bands = Bands(scored_hz, table.period_s)
     axes = model.axes
     n = len(table) - 1
@@ -107,7 +112,8 @@ def record_of(table: SignalsTable, model: AntennaModel, scored_hz: float, name: 
     keep = _kept(rows, np.abs(v), torque, model, bands, n) if keep is None else keep
     laps = table.repeat[:n] if table.repeat is not None and len(np.unique(table.repeat)) > 1 else None
     return Record(
-        name, bands, axes, torque, np.column_stack([q, v, a, _led(q, model, bands)]), base, heat, gyro, tuple(has_gyro), keep, laps,
+        name, bands, axes, torque, np.column_stack([q, v, a, _led(q, model, bands)]), base, heat, gyro, tuple(has_gyro),
+        keep, laps,
         moving, warm, table.time_s[rows] - table.time_s[0], table.source,
     )  # fmt: skip
 
@@ -125,7 +131,11 @@ def _base(table: SignalsTable, model: AntennaModel, bands: Bands, n: int) -> tup
         body = _body_rates(attitude, bands)
     out = np.zeros((n, 9))
     roll, pitch = interval_mean(attitude[:, 0], bands), interval_mean(attitude[:, 1], bands)
-    out[:, 0], out[:, 1], out[:, 2] = g * np.sin(pitch), -g * np.cos(pitch) * np.sin(roll), -g * np.cos(pitch) * np.cos(roll)
+    out[:, 0], out[:, 1], out[:, 2] = (
+        g * np.sin(pitch),
+        -g * np.cos(pitch) * np.sin(roll),
+        -g * np.cos(pitch) * np.cos(roll),
+    )
     moving = bool(np.ptp(body, axis=0).max() > 1e-4 or np.abs(body).max() > 1e-4)
     if moving:
         out[:, 3:6] = interval_mean(body, bands)
@@ -138,16 +148,21 @@ def _body_rates(attitude: Floats, bands: Bands) -> Floats:
     slope = np.gradient(np.unwrap(attitude, axis=0), bands.period_s, axis=0)
     cr, sr, cp, sp = np.cos(attitude[:, 0]), np.sin(attitude[:, 0]), np.cos(attitude[:, 1]), np.sin(attitude[:, 1])
     return np.column_stack(
-        [slope[:, 0] - slope[:, 2] * sp, slope[:, 1] * cr + slope[:, 2] * sr * cp, -slope[:, 1] * sr + slope[:, 2] * cr * cp]
+        [
+            slope[:, 0] - slope[:, 2] * sp,
+            slope[:, 1] * cr + slope[:, 2] * sr * cp,
+            -slope[:, 1] * sr + slope[:, 2] * cr * cp,
+        ]
     )
 
 
 def _led(position: Floats, model: AntennaModel, bands: Bands) -> Floats:
-    """Share of the left-over torque by which a bristle is led each interval, (n, 2): nothing in motion, quickly where a joint stands.
+    """Share of the left-over torque by which a bristle is led each interval, (n, 2): nothing in motion, quickly where a
+    joint stands.
 
-    At standstill friction is whatever holds the joint, up to break-away, so torque says nothing there; but a bristle carried along
-    a rate that is mostly encoder noise creeps (its equation takes the modulus), and would be wrong when the joint moves on.
-    Presliding moves the joint by more.
+    At standstill friction is whatever holds the joint, up to break-away, so torque says nothing there; but a bristle
+    carried along a rate that is mostly encoder noise creeps (its equation takes the modulus), and would be wrong when
+    the joint moves on. Presliding moves the joint by more.
     """
     from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
@@ -162,7 +177,9 @@ def _led(position: Floats, model: AntennaModel, bands: Bands) -> Floats:
     return out
 
 
-def _kept(rows: NDArray[np.int64], speed: Floats, torque: Floats, model: AntennaModel, bands: Bands, n: int) -> NDArray[np.bool_]:
+def _kept(
+    rows: NDArray[np.int64], speed: Floats, torque: Floats, model: AntennaModel, bands: Bands, n: int
+) -> NDArray[np.bool_]:
     """Rows away from the ends, and after the bristles have forgotten the unknown state in which the log began."""
     edge = 1.2 * (scoring_reach(bands) // 2 + taps_for(bands.smoothing, bands.period_s) // 2)
     start = edge

@@ -1,9 +1,11 @@
-"""What a row is worth: the encoder's own error, carried through the whole pipeline, makes some rows noisier than others.
+"""What a row is worth: the encoder's own error, carried through the whole pipeline, makes some rows noisier than
+others.
 
-Where a joint creeps or stands, friction follows the modulus of a rate that is mostly the encoder's step, and the carried bristle leaks. No
-spectrum and no lap shows that. And where a joint crawls over single steps, or turns evenly by nearly a simple fraction of steps a sample,
-the rounding error is no white noise but a sawtooth with harmonics inside the scored band. So the logs are read again with other draws of
-the encoder's error, and the local spread of what the pipeline leaves, beyond that of quiet rows, is added to the floor row by row.
+Where a joint creeps or stands, friction follows the modulus of a rate that is mostly the encoder's step, and the
+carried bristle leaks. No spectrum and no lap shows that. And where a joint crawls over single steps, or turns evenly by
+nearly a simple fraction of steps a sample, the rounding error is no white noise but a sawtooth with harmonics inside
+the scored band. So the logs are read again with other draws of the encoder's error, and the local spread of what the
+pipeline leaves, beyond that of quiet rows, is added to the floor row by row.
 """
 
 from __future__ import annotations
@@ -25,7 +27,9 @@ _QUIET_ROWS = 0.3
 
 
 def jittered(table: SignalsTable, twin: Twin, rng: np.random.Generator) -> SignalsTable:
-    """The same log with another draw of the encoder's rounding error: that of marks which stand elsewhere; white where motion is quick."""
+    """The same log with another draw of the encoder's rounding error: that of marks which stand elsewhere; white where
+    motion is quick.
+    """
     columns = dict(table.columns)
     for axis in twin.model.axes:
         position = table.position(axis)
@@ -35,12 +39,16 @@ def jittered(table: SignalsTable, twin: Twin, rng: np.random.Generator) -> Signa
             shifted = even + step * rng.random()
             rounding = np.round(shifted / step) * step - shifted
             white = step * (rng.random(len(position)) - 0.5)
-            columns[f"{axis}.position"] = position + np.where(np.abs(position - even) > _QUICK_STEPS * step, white, rounding)
+            columns[f"{axis}.position"] = position + np.where(
+                np.abs(position - even) > _QUICK_STEPS * step, white, rounding
+            )
     return SignalsTable.of(twin.model.axes, table.time_s, columns, table.repeat, "jittered")
 
 
 def _even_motion(position: Floats, period_s: float) -> Floats:
-    """Where a joint is between an encoder's marks: straight lines through the middle of every change, cubic over a quarter of a second."""
+    """Where a joint is between an encoder's marks: straight lines through the middle of every change, cubic over a
+    quarter of a second.
+    """
     from scipy.signal import savgol_filter
 
     at = np.flatnonzero(np.diff(position) != 0.0)
@@ -52,9 +60,11 @@ def _even_motion(position: Floats, period_s: float) -> Floats:
 
 
 def seen_step(position: Floats) -> float:
-    """Step of the encoder that the data show: the smallest change between samples, where such changes are many; zero where they are not.
+    """Step of the encoder that the data show: the smallest change between samples, where such changes are many; zero
+    where they are not.
 
-    A model may state a finer encoder than the rig has. Rounded decimals of a text file are no step: there few changes are equal.
+    A model may state a finer encoder than the rig has. Rounded decimals of a text file are no step: there few changes
+    are equal.
     """
     changes = np.abs(np.diff(position))
     changes = changes[changes > 0.0]
@@ -69,7 +79,9 @@ def seen_step(position: Floats) -> float:
 def encoder_noise(twin: Twin, tables: tuple[SignalsTable, ...], seed: int = 5) -> tuple[Floats, ...]:
     """Mean square that the encoder's error makes around every scored row, per record (rows that count, channels)."""
     rng = np.random.default_rng(seed)
-    draws = [[_drawn(twin, which, jittered(table, twin, rng)) for _ in range(_DRAWS)] for which, table in enumerate(tables)]
+    draws = [
+        [_drawn(twin, which, jittered(table, twin, rng)) for _ in range(_DRAWS)] for which, table in enumerate(tables)
+    ]
     return tuple(np.asarray(np.mean(squares, axis=0)) for squares in draws)
 
 
@@ -77,22 +89,31 @@ def other_readings(twin: Twin, tables: tuple[SignalsTable, ...], seed: int = 11)
     """Twins of the same logs, the same rows counting, with other draws of the encoder's error."""
     rng, hz = np.random.default_rng(seed), twin.records[0].bands.scored_hz
     logs = list(zip(tables, twin.records, strict=True))
-    drawn = [tuple(record_of(jittered(t, twin, rng), twin.model, hz, "another draw", r.keep) for t, r in logs) for _ in range(_DRAWS)]
+    drawn = [
+        tuple(record_of(jittered(t, twin, rng), twin.model, hz, "another draw", r.keep) for t, r in logs)
+        for _ in range(_DRAWS)
+    ]
     return tuple(Twin(twin.model, records, twin.gyro_everywhere, twin.scales) for records in drawn)
 
 
 def _drawn(twin: Twin, which: int, table: SignalsTable) -> Floats:
-    """Squares by which a record's scored rows differ when its log is read with another draw, averaged over neighbouring rows."""
+    """Squares by which a record's scored rows differ when its log is read with another draw, averaged over neighbouring
+    rows.
+    """
     from scipy.ndimage import gaussian_filter1d
 
     record, structure = twin.records[which], twin.structure(())
     other = record_of(table, twin.model, record.bands.scored_hz, "another draw", record.keep)
     moved = Twin(twin.model, (other,), twin.gyro_everywhere).unscaled(structure, structure.P, 0)
     rows = max(1.0, _AVERAGED_S / (record.bands.stride * record.bands.period_s))
-    return np.asarray(gaussian_filter1d((moved - twin.unscaled(structure, structure.P, which)) ** 2, 0.5 * rows, axis=0))
+    return np.asarray(
+        gaussian_filter1d((moved - twin.unscaled(structure, structure.P, which)) ** 2, 0.5 * rows, axis=0)
+    )
 
 
 def row_scales(twin: Twin, noise: tuple[Floats, ...], floor: Floats) -> tuple[Floats, ...]:
     """Noise of every scored row over the channel's floor, per record (rows that count, channels); at least one."""
     quiet = (np.quantile(spread, _QUIET_ROWS, axis=0) for spread in noise)
-    return tuple(np.sqrt(1.0 + np.maximum(spread - least, 0.0) / floor**2) for spread, least in zip(noise, quiet, strict=True))
+    return tuple(
+        np.sqrt(1.0 + np.maximum(spread - least, 0.0) / floor**2) for spread, least in zip(noise, quiet, strict=True)
+    )

@@ -13,7 +13,15 @@ from gimbal_hil.discrepancy.completeness import CALM_FLOORS, COMPLETE_FLOORS, Ha
 from gimbal_hil.discrepancy.families import Family
 from gimbal_hil.discrepancy.fit import Fit, refit, residual_of
 from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis
-from gimbal_hil.discrepancy.screening import Proposal, Response, basis_of, control_gain, family_table, propose, responses
+from gimbal_hil.discrepancy.screening import (
+    Proposal,
+    Response,
+    basis_of,
+    control_gain,
+    family_table,
+    propose,
+    responses,
+)
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
 from sim_backend.effects import Start

@@ -41,7 +41,9 @@ def _separated_by(run: SeparatingRun) -> set[str]:
 
 
 def separating_run(one: str, other: str, excited_by: dict[str, str]) -> str:
-    """The run that separates two causes, in words with the command that makes it; without a known one, the runs that excite each."""
+    """The run that separates two causes, in words with the command that makes it; without a known one, the runs that
+    excite each.
+    """
     runs = separating_runs(one, other)
     if not runs:
         return f"{excited_by.get(one, one)}; then {excited_by.get(other, other)}"
@@ -55,4 +57,6 @@ def why_not_testable(effect: str, moving_base: bool, has_gyro: bool, has_tempera
     for need, has in ((Need.MOVING_BASE, moving_base), (Need.GYRO, has_gyro), (Need.TEMPERATURE, has_temperature)):
         present |= need if has else Need.NOTHING
     needs = CATALOGUE[effect].needs
-    return next((text for need, text in _MISSING.items() if need in needs and need not in present), CATALOGUE[effect].unseen)
+    return next(
+        (text for need, text in _MISSING.items() if need in needs and need not in present), CATALOGUE[effect].unseen
+    )

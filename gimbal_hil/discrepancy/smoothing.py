@@ -1,9 +1,9 @@
 """Linear-phase filters that turn sampled positions into interval means of position, rate and acceleration.
 
-Row k of a record stands for the interval [t_k, t_k+1): commanded torque is constant there, so everything else is the *mean*
-over it, and no half-sample misalignment can pass for a delay (docs/discrepancy.md). Encoder positions become
-mean position, the difference quotient (which is the mean rate exactly) and its difference (the mean acceleration),
-all behind the same low-pass; a second low-pass with a narrower band comes after the model and decides what is scored.
+Row k of a record stands for the interval [t_k, t_k+1): commanded torque is constant there, so everything else is the
+*mean* over it, and no half-sample misalignment can pass for a delay (docs/discrepancy.md). Encoder positions become
+mean position, the difference quotient (which is the mean rate exactly) and its difference (the mean acceleration), all
+behind the same low-pass; a second low-pass with a narrower band comes after the model and decides what is scored.
 """
 
 from __future__ import annotations
@@ -47,8 +47,12 @@ class Bands:
         return 0.6 * self.scored_hz, 1.4 * self.scored_hz
 
 
-def _low_pass(pass_hz: float, stop_hz: float, period_s: float, taps: int, shape: Callable[[Floats], Floats] | None = None) -> Floats:
-    """Zero-phase FIR kernel, its pass band multiplied by `shape` of pi f T; unit gain at zero. Even `taps` sits between samples."""
+def _low_pass(
+    pass_hz: float, stop_hz: float, period_s: float, taps: int, shape: Callable[[Floats], Floats] | None = None
+) -> Floats:
+    """Zero-phase FIR kernel, its pass band multiplied by `shape` of pi f T; unit gain at zero. Even `taps` sits between
+    samples.
+    """
     at = (np.arange(taps) - 0.5 * (taps - 1)) * period_s
     f = np.linspace(0.0, stop_hz, 600)
     edge = np.clip((f - pass_hz) / (stop_hz - pass_hz), 0.0, 1.0)
@@ -79,7 +83,9 @@ def taps_for(edges: tuple[float, float], period_s: float) -> int:
 
 
 def _filtered(x: Floats, kernel: Floats) -> Floats:
-    """Convolution without delay, columns apart; ends are continued by odd reflection. Length n, or n - 1 for an even kernel."""
+    """Convolution without delay, columns apart; ends are continued by odd reflection. Length n, or n - 1 for an even
+    kernel.
+    """
     from scipy.signal import oaconvolve
 
     half = len(kernel) // 2
@@ -102,10 +108,12 @@ def interval_means(position: Floats, bands: Bands) -> tuple[Floats, Floats, Floa
 
 
 def _quiet_where_still(steps: Floats, wide: Floats, bands: Bands) -> Floats:
-    """Rate that follows break-away and reversals in full band, and only the scored band where nothing but noise is beyond it.
+    """Rate that follows break-away and reversals in full band, and only the scored band where nothing but noise is
+    beyond it.
 
-    Friction takes the modulus of the rate: encoder noise at standstill would let a bristle creep that holds in truth. The
-    part beyond the scored band is weighed by how far its local power stands above its quietest tenth (a local Wiener gain).
+    Friction takes the modulus of the rate: encoder noise at standstill would let a bristle creep that holds in truth.
+    The part beyond the scored band is weighed by how far its local power stands above its quietest tenth (a local
+    Wiener gain).
     """
     from scipy.ndimage import gaussian_filter1d
 
@@ -126,15 +134,21 @@ def interval_mean(samples: Floats, bands: Bands) -> Floats:
 
 
 def interval_mean_of_rate(samples: Floats, bands: Bands) -> Floats:
-    """Mean over each interval of a joint's rate sampled at t_k (n, ...); length n - 1. Held torque bends it only at the samples."""
+    """Mean over each interval of a joint's rate sampled at t_k (n, ...); length n - 1. Held torque bends it only at the
+    samples.
+    """
     edges = bands.smoothing
-    return _filtered(0.5 * (samples[1:] + samples[:-1]), _low_pass(*edges, bands.period_s, taps_for(edges, bands.period_s)))
+    return _filtered(
+        0.5 * (samples[1:] + samples[:-1]), _low_pass(*edges, bands.period_s, taps_for(edges, bands.period_s))
+    )
 
 
 def interval_slope(samples: Floats, bands: Bands) -> Floats:
     """Mean derivative over each interval of a quantity sampled at t_k (n, ...); length n - 1."""
     edges = bands.smoothing
-    return _filtered(np.diff(samples, axis=0) / bands.period_s, _low_pass(*edges, bands.period_s, taps_for(edges, bands.period_s)))
+    return _filtered(
+        np.diff(samples, axis=0) / bands.period_s, _low_pass(*edges, bands.period_s, taps_for(edges, bands.period_s))
+    )
 
 
 def scoring_gain(f: Floats, bands: Bands) -> Floats:
@@ -144,7 +158,9 @@ def scoring_gain(f: Floats, bands: Bands) -> Floats:
 
 
 def scored(rows: Floats, bands: Bands) -> Floats:
-    """Low-passed and thinned rows (n, c) -> (m, c); row j stands at j * stride. The ends hold edge effects and belong cut off."""
+    """Low-passed and thinned rows (n, c) -> (m, c); row j stands at j * stride. The ends hold edge effects and belong
+    cut off.
+    """
     from scipy.fft import irfft, next_fast_len, rfft
 
     n, stride = len(rows), bands.stride
@@ -159,7 +175,9 @@ def scored(rows: Floats, bands: Bands) -> Floats:
 
 
 def block_means(scored_rows: Floats, bands: Bands, seconds: float) -> Floats:
-    """Means over blocks of so many seconds of one number a scored row, (n,) -> (blocks,); what does not fill a block is left out."""
+    """Means over blocks of so many seconds of one number a scored row, (n,) -> (blocks,); what does not fill a block is
+    left out.
+    """
     length = max(2, int(seconds / (bands.stride * bands.period_s)))
     return np.asarray(scored_rows[: len(scored_rows) // length * length].reshape(-1, length).mean(axis=1))
 

@@ -1,4 +1,5 @@
-"""Do units and signs of a log fit the model? Its torque against its own acceleration, its gyro against its own encoder."""
+"""Do units and signs of a log fit the model? Its torque against its own acceleration, its gyro against its own encoder.
+"""
 
 from __future__ import annotations
 
@@ -49,7 +50,8 @@ def check_units(model: AntennaModel, table: SignalsTable, axis: str, where: str)
     torque = np.asarray(gaussian_filter1d(table.torque(axis), width))
     inertia, coulomb = model.number(axis, model.own_inertia_path(axis)), model.number(axis, "friction.coulomb")
     if inertia * float(np.sqrt(np.mean(acceleration[moving] ** 2))) < _FAIR_SHARE * coulomb:
-        # a bristle is a spring: where friction is all that torque works against, it goes with position and against acceleration
+        # a bristle is a spring: where friction is all that torque works against, it goes with position and against
+        # acceleration
         return
     place = (position - position.mean()) / float(np.ptp(position))
     beside = np.column_stack([np.ones_like(rate), rate, np.sign(rate), place, place**2, place**3])
@@ -57,7 +59,9 @@ def check_units(model: AntennaModel, table: SignalsTable, axis: str, where: str)
 
 
 def slope(of: NDArray[np.float64], on: NDArray[np.float64], beside: NDArray[np.float64]) -> Slope | None:
-    """Least-squares slope of `of` (n,) on `on` (n,) with the columns of `beside` (n, k) taken out of both; None where nothing is left."""
+    """Least-squares slope of `of` (n,) on `on` (n,) with the columns of `beside` (n, k) taken out of both; None where
+    nothing is left.
+    """
     if len(on) < 10 * beside.shape[1]:
         return None
     left = on - beside @ np.linalg.lstsq(beside, on, rcond=None)[0]
@@ -73,7 +77,9 @@ def _check_gyro(found: Slope | None, axis: str, where: str) -> None:
     if found is None or found.explained < _EXPLAINED or 1.0 / _MOST_RATE < found.value < _MOST_RATE:
         return
     raise BadInputError(
-        f"{where}: {axis}.rate", f"is {found.value:.3g} times the rate at which {axis}.position changes", "rad and rad/s, of the same sign"
+        f"{where}: {axis}.rate",
+        f"is {found.value:.3g} times the rate at which {axis}.position changes",
+        "rad and rad/s, of the same sign",
     )
 
 

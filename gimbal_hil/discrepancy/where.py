@@ -18,7 +18,9 @@ _BLOCK_S = 1.0
 
 @dataclass(frozen=True)
 class Regime:
-    """A part of the data: the share of a channel's gap that sits in it, with an interval, and the share of time that it is."""
+    """A part of the data: the share of a channel's gap that sits in it, with an interval, and the share of time that it
+    is.
+    """
 
     axis: str
     signal: str
@@ -55,7 +57,9 @@ def regimes(twin: Twin, residual: Floats, channel: Channel, column: int, seed: i
         shares = inside[draws].sum(axis=1) / np.maximum(totals, 1e-30)
         low, high = np.quantile(shares, [0.05, 0.95])
         share = float((square * mask).sum() / total)
-        found.append(Regime(channel.axis, channel.signal, text, group, share, float(low), float(high), float(mask.mean())))
+        found.append(
+            Regime(channel.axis, channel.signal, text, group, share, float(low), float(high), float(mask.mean()))
+        )
     return found
 
 

@@ -1,4 +1,6 @@
-"""Where independent work is done: in this process, in local processes or on a cluster; and processes that end with their parent."""
+"""Where independent work is done: in this process, in local processes or on a cluster; and processes that end with
+their parent.
+"""
 
 from gimbal_hil.executor.executor import WorkExecutor, code_fingerprint, open_executor
 from gimbal_hil.executor.parentage import end_with_parent

@@ -1,8 +1,10 @@
-"""Where independent work is done: in this process, in local processes, or on a Dask cluster; one interface, the same answers.
+"""Where independent work is done: in this process, in local processes, or on a Dask cluster; one interface, the same
+answers.
 
-Every executor is a `concurrent.futures.Executor` with one addition, `share`, which puts a large value where the work is done
-once and answers what stands for it in the arguments of `submit` and `map`. Work is pure functions of their arguments, so that it
-does not matter where they run; linear algebra runs on one thread in the command line and in Dask's workers alike.
+Every executor is a `concurrent.futures.Executor` with one addition, `share`, which puts a large value where the work is
+done once and answers what stands for it in the arguments of `submit` and `map`. Work is pure functions of their
+arguments, so that it does not matter where they run; linear algebra runs on one thread in the command line and in
+Dask's workers alike.
 """
 
 from __future__ import annotations
@@ -49,7 +51,8 @@ class WorkExecutor(Executor):
 def open_executor(workers: int = 1, dask: str | None = None) -> WorkExecutor:
     """The executor for `workers` processes here, or for the Dask scheduler at `dask` (such as tcp://127.0.0.1:8786).
 
-    Raises BadInputError when distributed is not installed, nothing answers at the address, or the cluster runs other code.
+    Raises BadInputError when distributed is not installed, nothing answers at the address, or the cluster runs other
+    code.
     """
     if dask is not None:
         return DaskCluster(dask)
@@ -84,7 +87,9 @@ _values_here: dict[int, Any] = {}
 
 
 def _install(values: dict[int, Any], parent: int) -> None:
-    """In a worker, before its first work. It waits on a queue whose other end it holds as well: nothing else would tell it to end."""
+    """In a worker, before its first work. It waits on a queue whose other end it holds as well: nothing else would tell
+    it to end.
+    """
     end_with_parent(parent, signal.SIGKILL)
     _values_here.update(values)
 
@@ -94,7 +99,9 @@ def _with_values(function: Callable[..., Answer], *arguments: Any, **named: Any)
 
 
 class LocalProcesses(WorkExecutor):
-    """Processes on this machine; forked where the system can, so that shared values and compiled code are inherited, not sent."""
+    """Processes on this machine; forked where the system can, so that shared values and compiled code are inherited,
+    not sent.
+    """
 
     def __init__(self, workers: int) -> None:
         self._workers = workers
@@ -110,7 +117,9 @@ class LocalProcesses(WorkExecutor):
     def submit(self, function: Callable[..., Answer], /, *arguments: Any, **named: Any) -> Future[Answer]:
         """Queue one call; function and arguments must pickle."""
         if self._pool is None:
-            context = multiprocessing.get_context("fork" if "fork" in multiprocessing.get_all_start_methods() else "spawn")
+            context = multiprocessing.get_context(
+                "fork" if "fork" in multiprocessing.get_all_start_methods() else "spawn"
+            )
             orders = self._values, os.getpid()
             self._pool = ProcessPoolExecutor(self._workers, mp_context=context, initializer=_install, initargs=orders)
         return self._pool.submit(_with_values, function, *arguments, **named)
@@ -126,7 +135,8 @@ class LocalProcesses(WorkExecutor):
 
 
 class DaskCluster(WorkExecutor):
-    """A Dask cluster that is already running; refused when one of its workers has other code or other numeric packages."""
+    """A Dask cluster that is already running; refused when one of its workers has other code or other numeric packages.
+    """
 
     def __init__(self, address: str) -> None:
         try:
@@ -136,7 +146,9 @@ class DaskCluster(WorkExecutor):
         try:
             self._client = distributed.Client(address, timeout=_CONNECT_S, set_as_default=False)
         except (OSError, ValueError, TypeError) as error:
-            raise BadInputError(f"--dask {address}", f"no scheduler answers ({error})", "an address such as tcp://127.0.0.1:8786") from None
+            raise BadInputError(
+                f"--dask {address}", f"no scheduler answers ({error})", "an address such as tcp://127.0.0.1:8786"
+            ) from None
         try:
             self._check_workers(address)
         except BaseException:
@@ -150,7 +162,9 @@ class DaskCluster(WorkExecutor):
             raise BadInputError(f"--dask {address}", "the cluster has no workers", "at least one dask worker")
         for worker, fingerprint in found.items():
             if fingerprint != code_fingerprint():
-                raise BadInputError(f"--dask {address}", f"worker {worker} has other code than this process ({fingerprint})", "the same")
+                raise BadInputError(
+                    f"--dask {address}", f"worker {worker} has other code than this process ({fingerprint})", "the same"
+                )
 
     def share(self, value: Value) -> Value:
         """A future of the value, which lies on every worker."""
@@ -169,7 +183,9 @@ class DaskCluster(WorkExecutor):
 
 @cache
 def code_fingerprint() -> str:
-    """Digest of this project's source and of the versions of Python and of the numeric packages: equal ones give equal answers."""
+    """Digest of this project's source and of the versions of Python and of the numeric packages: equal ones give equal
+    answers.
+    """
     digest = hashlib.sha256(repr(sys.version_info[:3]).encode())
     for package in _NUMERIC:
         digest.update(f"{package} {importlib.metadata.version(package)} ".encode())

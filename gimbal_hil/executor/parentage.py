@@ -1,4 +1,6 @@
-"""No process of ours outlives the one that it works for, not even where that one is killed and can say nothing any more."""
+"""No process of ours outlives the one that it works for, not even where that one is killed and can say nothing any
+more.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +14,11 @@ _PR_SET_PDEATHSIG = 1
 
 
 def end_with_parent(parent: int, number: int = signal.SIGTERM) -> None:
-    """Have this process sent signal `number` when process `parent`, which started it, ends in whatever way; at once if it has ended.
+    """Have this process sent signal `number` when process `parent`, which started it, ends in whatever way; at once if
+    it has ended.
 
-    The kernel goes by the thread that started this process, so that thread has to live as long as `parent`. Does nothing where the
-    kernel has no such call (it is Linux's).
+    The kernel goes by the thread that started this process, so that thread has to live as long as `parent`. Does
+    nothing where the kernel has no such call (it is Linux's).
     """
     if not sys.platform.startswith("linux"):
         return

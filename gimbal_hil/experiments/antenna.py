@@ -1,7 +1,7 @@
 """The antenna under test, as the runner sees it: it follows one step after the other and answers what was measured.
 
-`EmbeddedAntenna` is the virtual antenna in this process, advanced in lockstep on the compiled path; its whole state can be kept and
-put back, so an experiment that was stopped goes on with the same bits.
+`EmbeddedAntenna` is the virtual antenna in this process, advanced in lockstep on the compiled path; its whole state can
+be kept and put back, so an experiment that was stopped goes on with the same bits.
 """
 
 from __future__ import annotations
@@ -27,7 +27,9 @@ _STRETCH_TICKS = 5_000
 
 @dataclass(frozen=True)
 class Followed:
-    """What a step left: signals (one row in as many ticks as the step says), rows and frames for the log, events, the ticks it took."""
+    """What a step left: signals (one row in as many ticks as the step says), rows and frames for the log, events, the
+    ticks it took.
+    """
 
     signals: Signals
     rows: NDArray[np.void]
@@ -58,7 +60,9 @@ class Antenna(Protocol):
         """Wait until the host is ready; LinkError when it does not come."""
 
     def follow(self, step: Step, progress: Callable[[int], None]) -> Followed:
-        """Follow one step to its end; SafetyStopError when a guard or the antenna ended it. `progress` is told of ticks done."""
+        """Follow one step to its end; SafetyStopError when a guard or the antenna ended it. `progress` is told of ticks
+        done.
+        """
 
     def keep(self) -> dict[str, NDArray[np.generic]] | None:
         """The whole state for a checkpoint; None where it cannot be kept (a real antenna)."""
@@ -68,7 +72,9 @@ class Antenna(Protocol):
 
 
 class EmbeddedAntenna:
-    """The virtual antenna in this process, in lockstep; of its log one row in `log_every` ticks, with frames where that is every tick."""
+    """The virtual antenna in this process, in lockstep; of its log one row in `log_every` ticks, with frames where that
+    is every tick.
+    """
 
     def __init__(self, settings: DaemonSettings, model: AntennaModel, seed: int = 0, log_every: int = 1) -> None:
         self.rate_hz = settings.rate_hz
@@ -109,7 +115,8 @@ class EmbeddedAntenna:
         followed = _joined(parts, first, program)
         if self.engine.host.state is not HostState.ACTIVE and not step.segment.switch_off_afterwards:
             raise SafetyStopError(
-                f"step {step.name!r}: host is {self.engine.host.state.name.lower()}, {self.engine.host.cause.name.lower()}"
+                f"step {step.name!r}: host is {self.engine.host.state.name.lower()}, "
+                f"{self.engine.host.cause.name.lower()}"
             )
         return followed
 
@@ -141,14 +148,18 @@ class EmbeddedAntenna:
 
 
 def _part_of(recorded: Recorded, every: int, log_every: int) -> Followed:
-    """A stretch as signals and log rows, each thinned in its own way; a last block that is not whole gives no row of signals."""
+    """A stretch as signals and log rows, each thinned in its own way; a last block that is not whole gives no row of
+    signals.
+    """
     signals = recorded.signals() if every == 1 else _in_blocks(recorded, every)
     logged = recorded if log_every == 1 else _rows_of(recorded, recorded.log[:, 0] % log_every == 0)
     return Followed(signals, logged.rows, recorded.frame_rows, recorded.events, 0, recorded.ticks)
 
 
 def _in_blocks(recorded: Recorded, every: int) -> Signals:
-    """Signals of the first tick of each block; torque, which is held, as its mean over the block: that is what acts until the next row."""
+    """Signals of the first tick of each block; torque, which is held, as its mean over the block: that is what acts
+    until the next row.
+    """
     blocks = len(recorded.log) // every
     signals = _rows_of(recorded, slice(0, blocks * every, every)).signals()
     words = recorded.log[: blocks * every].view(np.float64)

@@ -1,8 +1,9 @@
 """A checkpoint: everything needed to go on with an experiment after a stop, a crash or a kill.
 
-Two files in the run folder, each replaced in one move: `checkpoint.json` (which steps are done, their rows, how long the log was) and
-`checkpoint.npz` (the state of the virtual antenna and its host, where there is one). The JSON names the state it belongs to, so that a kill
-between the two moves leaves a checkpoint that is either whole or seen not to be.
+Two files in the run folder, each replaced in one move: `checkpoint.json` (which steps are done, their rows, how long
+the log was) and `checkpoint.npz` (the state of the virtual antenna and its host, where there is one). The JSON names
+the state it belongs to, so that a kill between the two moves leaves a checkpoint that is either whole or seen not to
+be.
 """
 
 from __future__ import annotations
@@ -63,11 +64,16 @@ class Checkpoint:
 def write_checkpoint(folder: Path, checkpoint: Checkpoint) -> None:
     """Keep a checkpoint; the one before stays valid until this one is whole.
 
-    Without a state of a virtual antenna the experiment cannot be made again: then the checkpoint survives a power cut too, not a kill only.
+    Without a state of a virtual antenna the experiment cannot be made again: then the checkpoint survives a power cut
+    too, not a kill only.
     """
     durable = checkpoint.state is None
-    arrays: dict[str, NDArray[np.generic]] = {f"state/{name}": array for name, array in (checkpoint.state or {}).items()}
-    arrays |= {f"drawn/{step}/{name}": column for step, signals in checkpoint.drawn.items() for name, column in signals.items()}
+    arrays: dict[str, NDArray[np.generic]] = {
+        f"state/{name}": array for name, array in (checkpoint.state or {}).items()
+    }
+    arrays |= {
+        f"drawn/{step}/{name}": column for step, signals in checkpoint.drawn.items() for name, column in signals.items()
+    }
     buffer = io.BytesIO()
     np.savez(buffer, **arrays)  # type: ignore[arg-type]
     digest = hashlib.sha256(buffer.getvalue()).hexdigest()

@@ -28,7 +28,9 @@ def embedded_model_of(settings: DaemonSettings) -> tuple[AntennaModel, int]:
     link = settings.link
     if not isinstance(link, EmbeddedLink):
         raise BadInputError(
-            "link", f"is {link.kind}, which has no time of its own to wait", "an embedded antenna for --lockstep, or a daemon with --run"
+            "link",
+            f"is {link.kind}, which has no time of its own to wait",
+            "an embedded antenna for --lockstep, or a daemon with --run",
         )
     named = link.embedded
     return (load_model(named.model) if named.is_file else shipped_model(named.model)), named.seed
@@ -62,7 +64,9 @@ def conduct(
 ) -> Outcome:
     """Run an experiment on the virtual antenna in lockstep and leave log, table and report in `folder`."""
     if model.kind is not Kind.GIMBAL:
-        raise BadInputError(f"{model.where}: kind", f"is {model.kind.value}, a single axis", "gimbal: experiments move two axes")
+        raise BadInputError(
+            f"{model.where}: kind", f"is {model.kind.value}, a single axis", "gimbal: experiments move two axes"
+        )
     settings = settings.for_axes(model.axes, model.where)
     if experiment.base is not None:
         model = model.with_base(experiment.base)
@@ -85,7 +89,9 @@ def conduct_through_daemon(
     force: bool = False,
     progress: ProgressSink | None = None,
 ) -> Outcome:
-    """Run an experiment in real time through the daemon that records into `run`; leaves log, table and report in `folder`."""
+    """Run an experiment in real time through the daemon that records into `run`; leaves log, table and report in
+    `folder`.
+    """
     antenna = DaemonAntenna(run, experiment.steps)
     try:
         header = replace(antenna.record.header, title=experiment.name, command_line=tuple(sys.argv))
@@ -100,7 +106,10 @@ def write_results(outcome: Outcome, where: str) -> Path:
     """Table and report page of a finished experiment, which needs its checkpoints no more; answers the page's path."""
     table = table_csv(outcome.rows)
     (outcome.folder / TABLE_FILE).write_text(table, encoding="utf-8")
-    blocks = [*outcome.experiment.conclude(outcome.rows, outcome.drawn), Details("The table as data (table.csv)", [Listing(table)])]
+    blocks = [
+        *outcome.experiment.conclude(outcome.rows, outcome.drawn),
+        Details("The table as data (table.csv)", [Listing(table)]),
+    ]
     page = Page(outcome.experiment.text, where, blocks).write(outcome.folder / REPORT_FILE)
     remove_checkpoint(outcome.folder)
     remove_parts(outcome.folder)

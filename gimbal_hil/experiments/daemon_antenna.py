@@ -1,7 +1,9 @@
-"""The antenna behind a running daemon, in real time: steps go through the operator's door, signals come from the daemon's log.
+"""The antenna behind a running daemon, in real time: steps go through the operator's door, signals come from the
+daemon's log.
 
-Steps are handed over several at a time as one program, so that nothing happens between them: a torque step is caught by the step after it
-at the very next tick, whatever this process is doing. A batch ends only where both axes hold a position.
+Steps are handed over several at a time as one program, so that nothing happens between them: a torque step is caught by
+the step after it at the very next tick, whatever this process is doing. A batch ends only where both axes hold a
+position.
 """
 
 from __future__ import annotations
@@ -39,7 +41,8 @@ class _Span:
 
 
 class DaemonAntenna:
-    """Whatever the daemon that records into `run` controls. `steps` are those of the experiment, for handing over in batches.
+    """Whatever the daemon that records into `run` controls. `steps` are those of the experiment, for handing over in
+    batches.
 
     Raises BadInputError without such a daemon, LinkError when it is gone.
     """
@@ -122,7 +125,9 @@ class DaemonAntenna:
         self._client.request("start", program=program_of(segments).as_document())
 
     def _wait(self, step: Step, label: int, progress: Callable[[int], None]) -> _Span:
-        """Ticks from the step's first to its last; SafetyStopError when the host left it for another reason than its end."""
+        """Ticks from the step's first to its last; SafetyStopError when the host left it for another reason than its
+        end.
+        """
         deadline = time.monotonic() + step.segment.duration_ticks / self.rate_hz + 2.0 * self._patience_s
         told = 0
         begun = time.monotonic()
@@ -203,14 +208,20 @@ def _batch(steps: Sequence[Step]) -> list[Step]:
     batch: list[Step] = []
     for step in steps:
         batch.append(step)
-        if len(batch) >= BATCH and step.segment.outer.mode is Mode.POSITION and step.segment.inner.mode is Mode.POSITION:
+        if (
+            len(batch) >= BATCH
+            and step.segment.outer.mode is Mode.POSITION
+            and step.segment.inner.mode is Mode.POSITION
+        ):
             break
     return batch
 
 
 def _lead_in(segment: Segment, positions: Sequence[float], rate_hz: float) -> Segment | None:
     """A move to where the first step's absolute references begin; None where the joints are there."""
-    starts = [_start(command, position) for command, position in zip((segment.outer, segment.inner), positions, strict=True)]
+    starts = [
+        _start(command, position) for command, position in zip((segment.outer, segment.inner), positions, strict=True)
+    ]
     distance = max(abs(start - position) for start, position in zip(starts, positions, strict=True))
     if distance <= _LEAD_IN_RAD:
         return None
@@ -221,7 +232,11 @@ def _lead_in(segment: Segment, positions: Sequence[float], rate_hz: float) -> Se
 
 
 def _start(command: AxisCommand, position: float) -> float:
-    led = command.mode is Mode.POSITION and command.origin is Origin.ABSOLUTE and command.shape in (Shape.HOLD, Shape.RAMP)
+    led = (
+        command.mode is Mode.POSITION
+        and command.origin is Origin.ABSOLUTE
+        and command.shape in (Shape.HOLD, Shape.RAMP)
+    )
     return command.parameters[0] if led else position
 
 

@@ -1,8 +1,8 @@
 """What an experiment is: named steps for the host, what to measure in each, and what to conclude from all.
 
-A step is one host segment with what it means (axis, speed, direction, pass). `measure` turns the signals of one step into a
-table row as soon as the step is done, `conclude` turns the rows into report blocks. Both are pure, so a resumed experiment ends with the
-same table as one that was never stopped.
+A step is one host segment with what it means (axis, speed, direction, pass). `measure` turns the signals of one step
+into a table row as soon as the step is done, `conclude` turns the rows into report blocks. Both are pure, so a resumed
+experiment ends with the same table as one that was never stopped.
 """
 
 from __future__ import annotations
@@ -52,7 +52,8 @@ class Experiment:
     every: int = 1
     #: `base:` section of the model that a virtual antenna is given for this experiment; None leaves the model's own
     base: Mapping[str, Any] | None = None
-    #: the same steps as experiments of their own, for virtual antennas side by side; empty where one antenna has to do it all
+    #: the same steps as experiments of their own, for virtual antennas side by side; empty where one antenna has to do
+    #: it all
     parts: tuple[Experiment, ...] = ()
 
     def duration_s(self, rate_hz: float) -> float:
@@ -89,7 +90,9 @@ def step_of(
     measured: bool = False,
     ends: tuple[EndCondition, ...] = (),
 ) -> Step:
-    """A step of `duration_s` seconds (at least one tick) at a tick rate; `commands` of the carrying axis and of the carried one."""
+    """A step of `duration_s` seconds (at least one tick) at a tick rate; `commands` of the carrying axis and of the
+    carried one.
+    """
     ticks = max(1, round(duration_s * rate_hz))
     outer, inner = commands
     return Step(name, Segment(outer, inner, ticks, ends), dict(meaning or {}), measured)

@@ -1,8 +1,9 @@
 """Frequency response of a loop from laps of one excitation: cross-spectra with the reference as instrument.
 
-The reference is known and free of noise, so `S_ry / S_rr` and `S_ry / S_re` are unbiased however noisy the sensors are, which the ratio of
-output to input inside a loop is not (Ljung, System Identification, 2nd ed., section 13.5). Spectra are averaged over laps and over bands of
-equal width on a logarithmic axis; the coherence says how much of the output the reference explains.
+The reference is known and free of noise, so `S_ry / S_rr` and `S_ry / S_re` are unbiased however noisy the sensors are,
+which the ratio of output to input inside a loop is not (Ljung, System Identification, 2nd ed., section 13.5). Spectra
+are averaged over laps and over bands of equal width on a logarithmic axis; the coherence says how much of the output
+the reference explains.
 """
 
 from __future__ import annotations
@@ -30,7 +31,8 @@ class Lap:
 
 @dataclass(frozen=True)
 class FrequencyResponse:
-    """`closed` and `open` loop (complex, (m,)) and coherence of the closed one (0 to 1, (m,)) at `frequency_hz` (m,)."""
+    """`closed` and `open` loop (complex, (m,)) and coherence of the closed one (0 to 1, (m,)) at `frequency_hz` (m,).
+    """
 
     frequency_hz: Vector
     closed: Response
@@ -40,7 +42,8 @@ class FrequencyResponse:
 
 @dataclass(frozen=True)
 class Margins:
-    """Where the open loop crosses unit gain and -180 degrees; None where it does not within the frequencies measured."""
+    """Where the open loop crosses unit gain and -180 degrees; None where it does not within the frequencies measured.
+    """
 
     crossover_hz: float | None
     phase_margin_deg: float | None
@@ -51,7 +54,9 @@ class Margins:
 
 
 def frequency_response(laps: Sequence[Lap], low_hz: float, high_hz: float) -> FrequencyResponse:
-    """Response between two frequencies; laps have the same period and length, means and slow drifts are taken out of each."""
+    """Response between two frequencies; laps have the same period and length, means and slow drifts are taken out of
+    each.
+    """
     size = min(len(lap.reference) for lap in laps)
     period = laps[0].period_s
     window = _fade(size)
@@ -78,7 +83,8 @@ def frequency_response(laps: Sequence[Lap], low_hz: float, high_hz: float) -> Fr
 def margins_of(response: FrequencyResponse, least_coherence: float = 0.3) -> Margins:
     """Margins of the open loop, from where the coherence is high enough to read them.
 
-    A band holds hundreds of lines of the spectrum at high frequencies, so a low coherence still gives a good mean there.
+    A band holds hundreds of lines of the spectrum at high frequencies, so a low coherence still gives a good mean
+    there.
     """
     good = response.coherence >= least_coherence
     frequency, loop, closed = response.frequency_hz[good], response.open[good], response.closed[good]

@@ -91,7 +91,9 @@ class End(Strict):
     def condition(self, rate_hz: float) -> EndCondition:
         """For the host."""
         key = next(key for key in _END_KEYS if getattr(self, key) is not None)
-        return EndCondition(_END_KEYS[key], AXIS_NAMES.index(self.axis), getattr(self, key), max(1, round(self.for_s * rate_hz)))
+        return EndCondition(
+            _END_KEYS[key], AXIS_NAMES.index(self.axis), getattr(self, key), max(1, round(self.for_s * rate_hz))
+        )
 
 
 class GuardPlan(Strict):
@@ -163,7 +165,10 @@ class Plan(Strict):
         laps = info.data.get("laps", 1)
         if laps * len(segments) > _MOST_SEGMENTS:
             raise ValueError(f"{laps} laps of {len(segments)} segments: expected {_MOST_SEGMENTS} in all at most")
-        return tuple(one if one.name else one.model_copy(update={"name": f"segment {place}"}) for place, one in enumerate(segments))
+        return tuple(
+            one if one.name else one.model_copy(update={"name": f"segment {place}"})
+            for place, one in enumerate(segments)
+        )
 
     def in_order(self) -> list[tuple[int, SegmentPlan]]:
         """Lap and segment, as they are run; the place in this list is the segment's label."""
@@ -172,7 +177,9 @@ class Plan(Strict):
     def host_segments(self, rate_hz: float) -> list[Segment]:
         """All segments for the host, labelled by their place."""
         ordered = self.in_order()
-        return [segment.segment(label, rate_hz, label == len(ordered) - 1) for label, (_, segment) in enumerate(ordered)]
+        return [
+            segment.segment(label, rate_hz, label == len(ordered) - 1) for label, (_, segment) in enumerate(ordered)
+        ]
 
     def program(self, rate_hz: float) -> Program:
         """The plan as one program for the host."""
@@ -185,12 +192,15 @@ class Plan(Strict):
 
 
 def load_plan(path: Path, axes: Sequence[str] = AXIS_NAMES) -> Plan:
-    """Read and check a plan file for an antenna with these axes; BadInputError names file, key and what was expected."""
+    """Read and check a plan file for an antenna with these axes; BadInputError names file, key and what was expected.
+    """
     return plan_from_document(read_yaml(path, "a plan file with the keys schema, name, segments"), str(path), axes)
 
 
 def plan_from_document(document: Any, where: str, axes: Sequence[str] = AXIS_NAMES) -> Plan:
-    """Check a plan given as a mapping; BadInputError as in `load_plan`. `outer` and `inner` are understood whatever the axes' names."""
+    """Check a plan given as a mapping; BadInputError as in `load_plan`. `outer` and `inner` are understood whatever the
+    axes' names.
+    """
     if not isinstance(document, dict):
         raise BadInputError(where, "holds no mapping", "the keys schema, name, segments")
     try:
@@ -204,7 +214,9 @@ def _in_own_words(refusal: BadInputError, document: dict[str, Any], axes: Sequen
     if tuple(axes) == AXIS_NAMES:
         return refusal
     where = re.sub(
-        rf"(?<=\.)({'|'.join(AXIS_NAMES)})(?=\.|$)", lambda found: dict(zip(AXIS_NAMES, axes, strict=True))[found[1]], refusal.where
+        rf"(?<=\.)({'|'.join(AXIS_NAMES)})(?=\.|$)",
+        lambda found: dict(zip(AXIS_NAMES, axes, strict=True))[found[1]],
+        refusal.where,
     )
     return BadInputError(where, refusal.problem, refusal.expected)
 
@@ -221,7 +233,11 @@ def _by_place(document: dict[str, Any], axes: Sequence[str]) -> dict[str, Any]:
             return segment
         ends = segment.get("end")
         if isinstance(ends, list):
-            segment = segment | {"end": [one | {"axis": places.get(one["axis"], one["axis"])} if _names_axis(one) else one for one in ends]}
+            segment = segment | {
+                "end": [
+                    one | {"axis": places.get(one["axis"], one["axis"])} if _names_axis(one) else one for one in ends
+                ]
+            }
         return renamed(segment | ({"guards": renamed(segment["guards"])} if "guards" in segment else {}))
 
     segments = document.get("segments")

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 _COLUMNS = ("torque_mean_nm", "torque_std_nm", "rate_mean_rad_s", "position_first_rad", "position_last_rad")
 
 
-def experiment_of_file(path: Path, rate_hz: float, every: int | None = None, axes: Sequence[str] = AXIS_NAMES) -> Experiment:
+def experiment_of_file(
+    path: Path, rate_hz: float, every: int | None = None, axes: Sequence[str] = AXIS_NAMES
+) -> Experiment:
     """The plan in a file, for an antenna with these axes; BadInputError names file and key where it is none."""
     return experiment_of_plan(load_plan(path, axes), rate_hz, every)
 
@@ -35,12 +37,18 @@ def experiment_of_plan(plan: Plan, rate_hz: float, every: int | None = None) -> 
 
 
 def measure(step: Step, signals: Signals) -> Row:
-    """Duration (s), and for each axis mean and spread of the torque (N m), mean rate (rad/s), first and last position (rad)."""
+    """Duration (s), and for each axis mean and spread of the torque (N m), mean rate (rad/s), first and last position
+    (rad).
+    """
     time = signals["time_s"]
     row: Row = {"duration_s": float(time[-1] - time[0]) if len(time) else 0.0}
     for axis in axes_of(signals):
         torque, rate, position = (signals[f"{axis}.{name}"] for name in ("torque", "rate", "position"))
-        values = (np.mean(torque), np.std(torque), np.mean(rate), position[0], position[-1]) if len(time) else (0.0,) * len(_COLUMNS)
+        values = (
+            (np.mean(torque), np.std(torque), np.mean(rate), position[0], position[-1])
+            if len(time)
+            else (0.0,) * len(_COLUMNS)
+        )
         row |= {f"{axis}_{column}": float(value) for column, value in zip(_COLUMNS, values, strict=True)}
     return row
 

@@ -1,4 +1,6 @@
-"""Mean torque of a joint that moves at a constant speed over a given stretch of its travel, with an honest standard error."""
+"""Mean torque of a joint that moves at a constant speed over a given stretch of its travel, with an honest standard
+error.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,9 @@ _SMOOTH_DEGREE = 6
 
 @dataclass(frozen=True)
 class PlateauMean:
-    """Mean over a stretch of travel; `steady` says that the tests of `find_steady_window` found constant speed over most of it."""
+    """Mean over a stretch of travel; `steady` says that the tests of `find_steady_window` found constant speed over
+    most of it.
+    """
 
     rate_rad_s: float
     torque_nm: float
@@ -43,9 +47,9 @@ class PlateauMean:
 def plateau_mean(signals: Signals, axis: str, low_rad: float, high_rad: float) -> PlateauMean | None:
     """Mean rate and commanded torque while the joint is between two positions; None when it hardly passes there.
 
-    Both directions have to be measured between the *same* positions: whatever depends on position alone (gravity, cogging, a cable)
-    is then the same in both means, up to its error, and cancels in half their difference. The standard error counts autocorrelation
-    and leaves out the smooth dependence on position, which is no noise.
+    Both directions have to be measured between the *same* positions: whatever depends on position alone (gravity,
+    cogging, a cable) is then the same in both means, up to its error, and cancels in half their difference. The
+    standard error counts autocorrelation and leaves out the smooth dependence on position, which is no noise.
     """
     from gimbal_hil.identification import find_steady_window, mean_with_error
 
@@ -61,7 +65,12 @@ def plateau_mean(signals: Signals, axis: str, low_rad: float, high_rad: float) -
     mean = float(np.mean(torque))
     estimate = mean_with_error(torque - _smooth(place, torque) + mean)
     return PlateauMean(
-        float(place[-1] - place[0]) / duration, mean, estimate.standard_error, estimate.effective_samples, len(torque), bool(steady)
+        float(place[-1] - place[0]) / duration,
+        mean,
+        estimate.standard_error,
+        estimate.effective_samples,
+        len(torque),
+        bool(steady),
     )
 
 
@@ -75,7 +84,9 @@ def _smooth(position: Vector, torque: Vector) -> Vector:
 
 @dataclass(frozen=True)
 class Pair:
-    """Both directions at one speed over one stretch: half the difference is friction, half the sum depends on position alone."""
+    """Both directions at one speed over one stretch: half the difference is friction, half the sum depends on position
+    alone.
+    """
 
     speed_rad_s: float
     friction_nm: float
@@ -87,7 +98,8 @@ class Pair:
 
 
 def pooled(pairs: Sequence[Pair]) -> Pair:
-    """Pairs of one speed, each over a stretch of its own, as one: gravity differs between stretches, friction should not.
+    """Pairs of one speed, each over a stretch of its own, as one: gravity differs between stretches, friction should
+    not.
 
     The scatter of friction between pairs counts where it is larger than their own errors.
     """

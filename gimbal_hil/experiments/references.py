@@ -1,7 +1,7 @@
 """Reference shapes as a plan file writes them: quantities carry the unit of the mode they are for in their key.
 
-In mode `position` a value is `value_rad` and a slope `slope_rad_s`; in `rate` and `inertial_rate` they are `value_rad_s` and
-`slope_rad_s2`; in `torque` `value_nm` and `slope_nm_s`. A key with another mode's unit is refused.
+In mode `position` a value is `value_rad` and a slope `slope_rad_s`; in `rate` and `inertial_rate` they are
+`value_rad_s` and `slope_rad_s2`; in `torque` `value_nm` and `slope_nm_s`. A key with another mode's unit is refused.
 """
 
 from __future__ import annotations
@@ -145,7 +145,11 @@ class Pulses(Reference):
 
     def host_shape(self, step_s: float) -> tuple[Shape, tuple[float, ...], NDArray[np.float64]]:
         count = float(self.count or 2**40)
-        return Shape.PULSES, (self.value, self.amplitude, self.period_s, self.width_s, float(self.alternating), count), _NO_TABLE
+        return (
+            Shape.PULSES,
+            (self.value, self.amplitude, self.period_s, self.width_s, float(self.alternating), count),
+            _NO_TABLE,
+        )
 
 
 class Table(Reference):
@@ -162,7 +166,9 @@ class Table(Reference):
 
 
 class Multisine(Reference):
-    """`lines` sines at multiples of 1/period from first to last, with phases that keep the peak low (Schroeder 1970), for `periods`."""
+    """`lines` sines at multiples of 1/period from first to last, with phases that keep the peak low (Schroeder 1970),
+    for `periods`.
+    """
 
     quantities: ClassVar[dict[str, int]] = {"value": 0, "amplitude": 0}
     shape: Literal["multisine"]
@@ -179,8 +185,12 @@ class Multisine(Reference):
         rows = self.period_s / step_s * max(self.periods, self.lines)
         if rows > _MOST_ROWS:
             most_s = _MOST_ROWS * step_s
-            raise BadInputError("multisine", f"{rows:g} numbers to compute", f"period_s times periods, and times lines, of {most_s:g} s")
-        orders = np.unique(np.round(np.geomspace(self.first_hz, self.last_hz, self.lines) * self.period_s).astype(np.int64))
+            raise BadInputError(
+                "multisine", f"{rows:g} numbers to compute", f"period_s times periods, and times lines, of {most_s:g} s"
+            )
+        orders = np.unique(
+            np.round(np.geomspace(self.first_hz, self.last_hz, self.lines) * self.period_s).astype(np.int64)
+        )
         orders = orders[orders > 0]
         times = step_s * np.arange(max(1, round(self.period_s / step_s)))
         phases = -math.pi * np.arange(len(orders)) * (np.arange(len(orders)) + 1) / max(1, len(orders))
@@ -209,13 +219,16 @@ SHAPES: dict[str, type[Reference]] = {
 
 
 def without_units(section: dict[str, Any], mode: Mode) -> dict[str, Any]:
-    """A reference's keys with the unit of `mode` taken off; ValueError names the key that should stand there instead."""
+    """A reference's keys with the unit of `mode` taken off; ValueError names the key that should stand there instead.
+    """
     kind = SHAPES.get(str(section.get("shape", "hold")))
     if kind is None or mode not in UNITS:
         return section
     plain: dict[str, Any] = {}
     for key, value in section.items():
-        name = next((name for name in kind.quantities if key == name or key.removeprefix(name + "_") in _EVERY_UNIT), None)
+        name = next(
+            (name for name in kind.quantities if key == name or key.removeprefix(name + "_") in _EVERY_UNIT), None
+        )
         if name is not None:
             wanted = f"{name}_{UNITS[mode][kind.quantities[name]]}"
             if key != wanted:

@@ -20,7 +20,9 @@ class StepResponse:
     error: float
 
 
-def step_response(time_s: NDArray[np.float64], signal: NDArray[np.float64], start: float, target: float) -> StepResponse:
+def step_response(
+    time_s: NDArray[np.float64], signal: NDArray[np.float64], start: float, target: float
+) -> StepResponse:
     """Figures of a step from `start` to `target` at time 0; `signal` (n,) at `time_s` (n,), both from the step on."""
     size = target - start
     progress = (signal - start) / size
@@ -28,4 +30,6 @@ def step_response(time_s: NDArray[np.float64], signal: NDArray[np.float64], star
     settled = len(outside) == 0 or outside[-1] < len(signal) - 1
     settling = 0.0 if len(outside) == 0 else float(time_s[min(outside[-1] + 1, len(time_s) - 1)])
     tail = signal[-max(1, len(signal) // 5) :]
-    return StepResponse(max(0.0, 100.0 * (float(progress.max()) - 1.0)), settling if settled else None, float(np.mean(tail) - target))
+    return StepResponse(
+        max(0.0, 100.0 * (float(progress.max()) - 1.0)), settling if settled else None, float(np.mean(tail) - target)
+    )

@@ -1,7 +1,8 @@
-"""Runs an experiment on an antenna into a run folder: guards on entry, a checkpoint after every step, a teardown that always comes.
+"""Runs an experiment on an antenna into a run folder: guards on entry, a checkpoint after every step, a teardown that
+always comes.
 
-The runner knows nothing of links and clocks: an `Antenna` follows steps, whether it is the virtual one in lockstep or a real one
-behind the daemon.
+The runner knows nothing of links and clocks: an `Antenna` follows steps, whether it is the virtual one in lockstep or a
+real one behind the daemon.
 """
 
 from __future__ import annotations
@@ -80,7 +81,8 @@ def run_experiment(
     force: bool = False,
     progress: ProgressSink | None = None,
 ) -> Outcome:
-    """Run all steps (with `resume`, those that the checkpoint in `folder` leaves); the log is closed and torque off however it ends.
+    """Run all steps (with `resume`, those that the checkpoint in `folder` leaves); the log is closed and torque off
+    however it ends.
 
     The checkpoint stays, also after the last step: whoever writes the results takes it away (`remove_checkpoint`).
     """
@@ -89,7 +91,9 @@ def run_experiment(
     if resume:
         start = read_checkpoint(folder)
         if start.plan_hash != digest:
-            raise BadInputError(str(folder), "was made by another plan or configuration", "the same experiment with the same options")
+            raise BadInputError(
+                str(folder), "was made by another plan or configuration", "the same experiment with the same options"
+            )
         writer = RunWriter.resumed(folder, header, start.log_mark)
         if start.state is not None:
             antenna.put_back(dict(start.state))
@@ -106,8 +110,16 @@ def run_experiment(
 class _Session:
     """One run of the runner: the log, the table and the checkpoints of one experiment."""
 
-    def __init__(self, experiment: Experiment, antenna: Antenna, writer: RunWriter, progress: ProgressSink, digest: str) -> None:
-        self.experiment, self.antenna, self.writer, self.progress, self.digest = experiment, antenna, writer, progress, digest
+    def __init__(
+        self, experiment: Experiment, antenna: Antenna, writer: RunWriter, progress: ProgressSink, digest: str
+    ) -> None:
+        self.experiment, self.antenna, self.writer, self.progress, self.digest = (
+            experiment,
+            antenna,
+            writer,
+            progress,
+            digest,
+        )
 
     def run(self, start: Checkpoint) -> Outcome:
         """All steps from a checkpoint on, then the teardown."""
@@ -134,7 +146,9 @@ class _Session:
                     drawn[step.name] = followed.signals
                 mark = self.writer.mark()
                 self.writer.require_room()
-                write_checkpoint(self.writer.folder, Checkpoint(number + 1, self.digest, tuple(rows), mark, state, drawn))
+                write_checkpoint(
+                    self.writer.folder, Checkpoint(number + 1, self.digest, tuple(rows), mark, state, drawn)
+                )
         except BaseException:
             # an error during the way back must not hide why it was needed
             try:
@@ -157,7 +171,9 @@ class _Session:
         writer = self.writer
         if followed.program is not None:
             data = {"command": "start", "program": followed.program.as_document()}
-            writer.command(followed.first_tick, int(followed.rows["time_ns"][0]) if len(followed.rows) else 0, "start", data)
+            writer.command(
+                followed.first_tick, int(followed.rows["time_ns"][0]) if len(followed.rows) else 0, "start", data
+            )
         for event in followed.events:
             kind = EventKind.STATE if event.code is EventCode.STATE else EventKind.NOTE
             writer.event(event.tick, 0, kind, event.text, {})
@@ -168,12 +184,21 @@ class _Session:
             writer.append_ticks(followed.rows[followed.rows["tick"] % self.experiment.every == 0])
 
     def _tear_down(self) -> None:
-        """Back to the middle of the travel, then torque off; limited in time, and skipped where the host has already stopped."""
+        """Back to the middle of the travel, then torque off; limited in time, and skipped where the host has already
+        stopped.
+        """
         rate = self.antenna.rate_hz
         back = Segment(duration_ticks=round(0.8 * TEARDOWN_S * rate), outer=move_to(0.0, 5.0), inner=move_to(0.0, 5.0))
-        off = Segment(duration_ticks=round(0.1 * rate), switch_off_afterwards=True, outer=move_to(0.0, 0.05), inner=move_to(0.0, 0.05))
+        off = Segment(
+            duration_ticks=round(0.1 * rate),
+            switch_off_afterwards=True,
+            outer=move_to(0.0, 0.05),
+            inner=move_to(0.0, 0.05),
+        )
         for step in (Step("back to the safe pose", back), Step("torque off", off)):
-            self.writer.event(self.antenna.tick, 0, EventKind.SEGMENT, step.name, {"step": step.name, "purpose": StepPurpose.TEARDOWN})
+            self.writer.event(
+                self.antenna.tick, 0, EventKind.SEGMENT, step.name, {"step": step.name, "purpose": StepPurpose.TEARDOWN}
+            )
             self._log(self.antenna.follow(step, lambda ticks: None))
 
 
@@ -184,7 +209,8 @@ def check_guards(step: Step, antenna: Antenna) -> None:
         guard = command.guard
         if not guard.low_rad <= position <= guard.high_rad:
             raise SafetyStopError(
-                f"step {step.name!r}: {axis} stands at {position:.4f} rad; its guard allows {guard.low_rad:g} to {guard.high_rad:g} rad"
+                f"step {step.name!r}: {axis} stands at {position:.4f} rad; its guard allows {guard.low_rad:g} to "
+                f"{guard.high_rad:g} rad"
             )
 
 

@@ -1,8 +1,9 @@
 """Parts of an experiment on virtual antennas side by side, one process each, and their logs as one run folder.
 
-A part is an experiment of its own with its own log and checkpoints below `parts/`, so what it measures does not depend on how many
-processes there are. When all parts are done their logs are put one after the other into the run folder, and `parts/` goes. A run that was
-stopped or killed at any point goes on from the checkpoints of its parts; one that was complete only takes its way back again.
+A part is an experiment of its own with its own log and checkpoints below `parts/`, so what it measures does not depend
+on how many processes there are. When all parts are done their logs are put one after the other into the run folder, and
+`parts/` goes. A run that was stopped or killed at any point goes on from the checkpoints of its parts; one that was
+complete only takes its way back again.
 """
 
 from __future__ import annotations
@@ -51,7 +52,9 @@ class _Part:
         """From its last checkpoint, or from the start; waits until no other process is at it."""
         with _alone(self.folder):
             resume = (self.folder / CHECKPOINT_FILE).exists()
-            run_experiment(self.experiment, self.antenna(), self.folder, self.header, resume=resume, force=True, progress=progress)
+            run_experiment(
+                self.experiment, self.antenna(), self.folder, self.header, resume=resume, force=True, progress=progress
+            )
 
 
 def run_side_by_side(
@@ -75,9 +78,15 @@ def run_side_by_side(
         if not resume:
             for old in (parts_folder, folder / STEPS_FOLDER):
                 shutil.rmtree(old, ignore_errors=True)
-        parts = [_Part(part, antenna, parts_folder / f"{number}", header) for number, part in enumerate(experiment.parts)]
+        parts = [
+            _Part(part, antenna, parts_folder / f"{number}", header) for number, part in enumerate(experiment.parts)
+        ]
         sink = progress or Silent()
-        sink.begin(experiment.name, sum(step.segment.duration_ticks for step in experiment.steps) * header.period_ns * 1e-9, 0.0)
+        sink.begin(
+            experiment.name,
+            sum(step.segment.duration_ticks for step in experiment.steps) * header.period_ns * 1e-9,
+            0.0,
+        )
         _run_all(parts, sink)
         return _as_one(experiment, parts, writer)
 
@@ -127,7 +136,11 @@ def _in_own_process(part: _Part, done_s: Synchronized[float], stop: Flag, answer
 
 def _raise_of(process: SpawnProcess, near: Connection) -> None:
     try:
-        failure = near.recv() if near.poll() else RuntimeError(f"a part of the experiment ended with exit status {process.exitcode}")
+        failure = (
+            near.recv()
+            if near.poll()
+            else RuntimeError(f"a part of the experiment ended with exit status {process.exitcode}")
+        )
     except EOFError:
         failure = RuntimeError("a part of the experiment ended without an answer")
     if failure is not None:
@@ -189,14 +202,17 @@ def _alone(folder: Path) -> Iterator[None]:
 
 
 def _as_one(experiment: Experiment, parts: Sequence[_Part], writer: RunWriter) -> Outcome:
-    """Logs one after the other with ticks that go on, steps' tables numbered through, rows and drawn signals together."""
+    """Logs one after the other with ticks that go on, steps' tables numbered through, rows and drawn signals together.
+    """
     rows: list[Row] = []
     drawn: dict[str, Signals] = {}
     tick, steps = 0, 0
     period_ns = parts[0].header.period_ns
     for number, part in enumerate(parts):
         run, checkpoint = open_run(part.folder), read_checkpoint(part.folder)
-        writer.event(tick, 0, EventKind.NOTE, f"part {number + 1} of {len(parts)}: an antenna of its own, ticks from {tick} on")
+        writer.event(
+            tick, 0, EventKind.NOTE, f"part {number + 1} of {len(parts)}: an antenna of its own, ticks from {tick} on"
+        )
         for event in run.events:
             data: dict[str, Any] = dict(event.data)
             if event.kind is EventKind.SEGMENT and "number" in data:

@@ -84,7 +84,13 @@ def _set_gravity(H: np.ndarray, C: np.ndarray) -> None:
     outer, inner = 0.0, 0.0
     if has_moments(C, AXIS_C, _INNER_C):
         outer, inner = gravity_torques(
-            H[AXIS_H + MEASURED_POSITION], H[_INNER_H + MEASURED_POSITION], H[BASE_ANGLES], H[BASE_ANGLES + 1], C, AXIS_C, _INNER_C
+            H[AXIS_H + MEASURED_POSITION],
+            H[_INNER_H + MEASURED_POSITION],
+            H[BASE_ANGLES],
+            H[BASE_ANGLES + 1],
+            C,
+            AXIS_C,
+            _INNER_C,
         )
     H[AXIS_H + FEEDFORWARD], H[_INNER_H + FEEDFORWARD] = outer, inner
 
@@ -97,9 +103,16 @@ def _close(mode: int, H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) ->
         H[h + FEEDFORWARD] += friction_torque(H[h + REFERENCE], C, c)
     elif mode == _POSITION:
         H[h + FEEDFORWARD] += friction_torque(H[h + SLOPE], C, c)
-    position, rate, base_rate, forward = H[h + MEASURED_POSITION], H[h + MEASURED_RATE], H[h + BASE_RATE], H[h + FEEDFORWARD]
+    position, rate, base_rate, forward = (
+        H[h + MEASURED_POSITION],
+        H[h + MEASURED_RATE],
+        H[h + BASE_RATE],
+        H[h + FEEDFORWARD],
+    )
     if mode != G[g + MODE]:
         enter_mode(position, rate, base_rate, forward, H, h, C, c)
         G[g + MODE] = mode
     allowed = rates_towards_limits(position, C, c)
-    axis_torque(mode, H[h + REFERENCE], H[h + SLOPE], position, rate, base_rate, forward, allowed, C[STEP_S], H, h, C, c)
+    axis_torque(
+        mode, H[h + REFERENCE], H[h + SLOPE], position, rate, base_rate, forward, allowed, C[STEP_S], H, h, C, c
+    )

@@ -76,7 +76,8 @@ _NONE, _DURATION, _END_CONDITION = number(Cause.NONE), number(Cause.DURATION), n
 def start_segment(place: int, H: np.ndarray, G: np.ndarray, plan: np.ndarray) -> None:
     """Put the plan's segment `place` in force from this tick on.
 
-    References with origin START, and moves, go on from the reference before when the mode stays, else from where the axis is.
+    References with origin START, and moves, go on from the reference before when the mode stays, else from where the
+    axis is.
     """
     base = place * SEGMENT_SIZE
     G[SEGMENT], G[SEGMENT_START], G[SEGMENT_RUNS] = place, G[LAST_TICK], 1
@@ -129,7 +130,9 @@ def set_references(H: np.ndarray, G: np.ndarray, C: np.ndarray, plan: np.ndarray
         mode = int(plan[s + SEGMENT_MODE])
         if G[SEGMENT_RUNS] == 1:
             origin = H[h + START_VALUE] if int(plan[s + ORIGIN]) == _START else 0.0
-            value, slope = reference_at(int(plan[s + SHAPE]), plan, s + SHAPE_PARAMETERS, origin, H[h + START_VALUE], time_s)
+            value, slope = reference_at(
+                int(plan[s + SHAPE]), plan, s + SHAPE_PARAMETERS, origin, H[h + START_VALUE], time_s
+            )
         else:
             value, slope = (H[h + REFERENCE] if mode == _POSITION else 0.0), 0.0
         if mode == _POSITION:

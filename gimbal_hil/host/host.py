@@ -30,7 +30,9 @@ class Host:
     """
 
     def __init__(self, configuration: NDArray[np.float64], axes: Sequence[str] = AXIS_NAMES) -> None:
-        """`configuration` is the array `C`, shape (C_SIZE,), see `settings.host_configuration`; `axes` what events call both axes."""
+        """`configuration` is the array `C`, shape (C_SIZE,), see `settings.host_configuration`; `axes` what events call
+        both axes.
+        """
         self.axes = tuple(axes)
         self.memory = new_memory(configuration)
         self.plan = program_of([Segment(outer=AxisCommand(), inner=AxisCommand())]).values
@@ -42,7 +44,9 @@ class Host:
         self._events_taken = 0
 
     def command(self, program: Program) -> None:
-        """Follow a program from the next tick on, in place of what is followed now. Refused, with an event, unless IDLE or ACTIVE."""
+        """Follow a program from the next tick on, in place of what is followed now. Refused, with an event, unless IDLE
+        or ACTIVE.
+        """
         self.plan = program.values
         G = self.memory.G
         G[layout.PLAN_LENGTH] = program.length
@@ -61,7 +65,8 @@ class Host:
         self.memory.G[layout.REQUESTS] |= layout.REQUEST_RESET
 
     def tick(self, tick: int, time_ns: int, received: bytes) -> bytes:
-        """One tick: the block received since the last one in, the block to send out. Never raises for what the block holds.
+        """One tick: the block received since the last one in, the block to send out. Never raises for what the block
+        holds.
 
         `tick` counts periods and jumps where they were skipped; `time_ns` only goes into the row.
         """
@@ -89,7 +94,11 @@ class Host:
         begin, end = first % ROWS_KEPT, written % ROWS_KEPT
         if begin < end:
             return self.memory.log[begin:end].copy()
-        return np.concatenate([self.memory.log[begin:], self.memory.log[:end]]) if written > first else self.memory.log[:0].copy()
+        return (
+            np.concatenate([self.memory.log[begin:], self.memory.log[:end]])
+            if written > first
+            else self.memory.log[:0].copy()
+        )
 
     def events(self) -> list[HostEvent]:
         """Events since the last call, oldest first; of a burst the newest EVENT_CAPACITY."""
@@ -99,7 +108,9 @@ class Host:
         G = self.memory.G
         first = max(self._events_taken, count - layout.EVENT_CAPACITY)
         self._events_taken = count
-        ring = G[layout.EVENTS : layout.EVENTS + layout.EVENT_CAPACITY * layout.EVENT_SIZE].reshape(-1, layout.EVENT_SIZE)
+        ring = G[layout.EVENTS : layout.EVENTS + layout.EVENT_CAPACITY * layout.EVENT_SIZE].reshape(
+            -1, layout.EVENT_SIZE
+        )
         return [host_event(self.axes, *(int(v) for v in ring[k % layout.EVENT_CAPACITY])) for k in range(first, count)]
 
     @property
@@ -120,7 +131,9 @@ class Host:
     @property
     def following(self) -> bool:
         """Whether a segment runs or the next one of the program is due."""
-        return bool(self.memory.integers[layout.SEGMENT_RUNS]) or bool(self.memory.integers[layout.REQUESTS] & layout.REQUEST_START)
+        return bool(self.memory.integers[layout.SEGMENT_RUNS]) or bool(
+            self.memory.integers[layout.REQUESTS] & layout.REQUEST_START
+        )
 
     def status(self) -> dict[str, Any]:
         """For people and dashboards: state, measurements, references, torques, drive; plain JSON."""

@@ -1,4 +1,6 @@
-"""A list of segments as the host core takes it: numbers only, so that it can be recorded, sent and replayed bit for bit."""
+"""A list of segments as the host core takes it: numbers only, so that it can be recorded, sent and replayed bit for
+bit.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,8 @@ from gimbal_hil.host import layout
 from gimbal_hil.host.program_check import PARAMETER_COUNT, require_program
 from gimbal_hil.host.states import EndKind, Origin, Shape
 
-#: a program of more numbers than this goes into JSON as base64: a person would not read them, and a machine reads them 50 times faster
+#: a program of more numbers than this goes into JSON as base64: a person would not read them, and a machine reads them
+#: 50 times faster
 _MOST_LISTED = 2000
 _INFINITE = {"inf": math.inf, "-inf": -math.inf}
 
@@ -78,9 +81,14 @@ class Program:
     length: int
 
     def as_document(self) -> dict[str, object]:
-        """For JSON, exact: `values` with all their digits (infinities as text), or many of them as `float64_base64` (little endian)."""
+        """For JSON, exact: `values` with all their digits (infinities as text), or many of them as `float64_base64`
+        (little endian).
+        """
         if len(self.values) > _MOST_LISTED:
-            return {"length": self.length, "float64_base64": base64.b64encode(self.values.astype("<f8").tobytes()).decode()}
+            return {
+                "length": self.length,
+                "float64_base64": base64.b64encode(self.values.astype("<f8").tobytes()).decode(),
+            }
         return {"length": self.length, "values": [v if math.isfinite(v) else str(v) for v in self.values.tolist()]}
 
     @classmethod
@@ -126,20 +134,31 @@ def program_of(segments: Sequence[Segment]) -> Program:
     for place, segment in enumerate(segments):
         at = place * layout.SEGMENT_SIZE
         values[at + layout.SEGMENT_ID], values[at + layout.DURATION_TICKS] = segment.label, segment.duration_ticks
-        values[at + layout.RECORD_EVERY], values[at + layout.AFTERWARDS] = segment.record_every, float(segment.switch_off_afterwards)
+        values[at + layout.RECORD_EVERY], values[at + layout.AFTERWARDS] = (
+            segment.record_every,
+            float(segment.switch_off_afterwards),
+        )
         if len(segment.ends) > layout.END_CONDITIONS:
-            raise BadInputError(f"segment {place}", f"{len(segment.ends)} end conditions", f"at most {layout.END_CONDITIONS}")
+            raise BadInputError(
+                f"segment {place}", f"{len(segment.ends)} end conditions", f"at most {layout.END_CONDITIONS}"
+            )
         for k, end in enumerate(segment.ends):
             e = at + layout.END + k * layout.END_SIZE
             values[e : e + layout.END_SIZE] = end.kind, end.axis, end.threshold, end.hold_ticks
         for axis, command in enumerate((segment.outer, segment.inner)):
             s = at + layout.AXIS_SEGMENT + axis * layout.AXIS_SEGMENT_SIZE
-            values[s : s + layout.AXIS_SEGMENT_SIZE] = _axis_values(command, free, f"segment {place}, {('outer', 'inner')[axis]}")
+            values[s : s + layout.AXIS_SEGMENT_SIZE] = _axis_values(
+                command, free, f"segment {place}, {('outer', 'inner')[axis]}"
+            )
             if command.shape is Shape.TABLE:
                 tables.append(np.asarray(command.table, dtype=np.float64))
                 free += len(tables[-1])
-    if len({(segment.label, segment.record_every) for segment in segments}) > len({segment.label for segment in segments}):
-        raise BadInputError("plan", "segments of one label with different decimation", "one record_every for each label")
+    if len({(segment.label, segment.record_every) for segment in segments}) > len(
+        {segment.label for segment in segments}
+    ):
+        raise BadInputError(
+            "plan", "segments of one label with different decimation", "one record_every for each label"
+        )
     program = Program(np.ascontiguousarray(np.concatenate([values, *tables])), len(segments))
     require_program(program.values, program.length, "plan")
     return program
@@ -152,7 +171,9 @@ def _axis_values(command: AxisCommand, free: int, where: str) -> list[float]:
             raise BadInputError(where, "a table without rows", "one row or more")
         parameters = [float(free), float(len(command.table)), *parameters]
     if len(parameters) != PARAMETER_COUNT[command.shape]:
-        raise BadInputError(where, f"{len(parameters)} parameters for {command.shape.name}", str(PARAMETER_COUNT[command.shape]))
+        raise BadInputError(
+            where, f"{len(parameters)} parameters for {command.shape.name}", str(PARAMETER_COUNT[command.shape])
+        )
     guard = command.guard
     padded = parameters + [0.0] * (layout.MAX_SHAPE_PARAMETERS - len(parameters))
     return [

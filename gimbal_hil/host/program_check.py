@@ -1,4 +1,6 @@
-"""What a program's numbers must be before the host core may index and compute with them; looked at by whole columns, to be quick."""
+"""What a program's numbers must be before the host core may index and compute with them; looked at by whole columns, to
+be quick.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +25,14 @@ PARAMETER_COUNT = {
     Shape.PULSES: 6,
     Shape.TABLE: 4,
 }
-_POSITIVE = {Shape.TRAPEZOID: (1, 2), Shape.SMOOTH: (1,), Shape.PULSES: (2, 3), Shape.CHIRP: (2, 4), Shape.TABLE: (2,), Shape.SINE: (2,)}
+_POSITIVE = {
+    Shape.TRAPEZOID: (1, 2),
+    Shape.SMOOTH: (1,),
+    Shape.PULSES: (2, 3),
+    Shape.CHIRP: (2, 4),
+    Shape.TABLE: (2,),
+    Shape.SINE: (2,),
+}
 
 Bad = NDArray[np.bool_]
 #: which segments are wrong, what is wrong, what was expected
@@ -31,7 +40,9 @@ Finding = tuple[Bad, str, str]
 
 
 def require_program(values: NDArray[np.float64], length: int, where: str) -> None:
-    """BadInputError names the first segment with something in it that the core could not follow; it must never see a NaN."""
+    """BadInputError names the first segment with something in it that the core could not follow; it must never see a
+    NaN.
+    """
     size = layout.SEGMENT_SIZE
     if length < 1 or len(values) < length * size or np.any(np.isnan(values)):
         raise BadInputError(where, "is no program", "whole segments without NaN")
@@ -57,11 +68,19 @@ def _of_headers(segments: NDArray[np.float64]) -> Iterator[Finding]:
     bad = np.any((counts != np.floor(counts)) | (counts < 0), axis=1)
     yield bad, "duration or decimation out of range", "whole numbers of ticks, 0 or more"
     label = header[:, layout.SEGMENT_ID]
-    yield (label < 0) | (label >= 2**31) | (label != np.floor(label)), "a label that is none", "a whole number from 0 to 2^31 - 1"
+    yield (
+        (label < 0) | (label >= 2**31) | (label != np.floor(label)),
+        "a label that is none",
+        "a whole number from 0 to 2^31 - 1",
+    )
     for k in range(layout.END_CONDITIONS):
         end = header[:, layout.END + k * layout.END_SIZE :]
         known = np.isin(end[:, layout.END_KIND], list(EndKind)) & np.isin(end[:, layout.END_AXIS], (0, 1))
-        yield ~known | (end[:, layout.END_HOLD_TICKS] < 0), "an end condition that does not exist", "a kind, an axis, a threshold"
+        yield (
+            ~known | (end[:, layout.END_HOLD_TICKS] < 0),
+            "an end condition that does not exist",
+            "a kind, an axis, a threshold",
+        )
 
 
 def _of_axis(block: NDArray[np.float64], tables: int, size: int) -> Iterator[Finding]:
@@ -78,7 +97,11 @@ def _of_axis(block: NDArray[np.float64], tables: int, size: int) -> Iterator[Fin
             bad |= rows & ~(parameters[:, place] > 0.0)
     # a ramp without an end has an infinite span
     used[shapes == Shape.RAMP, 2] = False
-    yield np.any(used & (np.abs(parameters) > LARGEST_NUMBER), axis=1), "a parameter that is infinite or too large", "finite numbers"
+    yield (
+        np.any(used & (np.abs(parameters) > LARGEST_NUMBER), axis=1),
+        "a parameter that is infinite or too large",
+        "finite numbers",
+    )
     yield bad, "a shape with a time, rate or frequency that is not positive", "positive numbers"
     first, rows = parameters[:, 0], parameters[:, 1]
     inside = (tables <= first) & (rows >= 1) & (first + rows <= size) & (first % 1 == 0) & (rows % 1 == 0)

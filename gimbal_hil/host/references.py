@@ -1,4 +1,5 @@
-"""Reference shapes, each a closed form of the time since the segment began, so that any tick can be computed on its own.
+"""Reference shapes, each a closed form of the time since the segment began, so that any tick can be computed on its
+own.
 
 Parameters per shape (in the mode's unit u, times in s):
 
@@ -30,7 +31,9 @@ _TWO_PI = 2.0 * math.pi
 
 
 @compiled
-def reference_at(shape: int, plan: np.ndarray, p: int, origin: float, start: float, time_s: float) -> tuple[float, float]:
+def reference_at(
+    shape: int, plan: np.ndarray, p: int, origin: float, start: float, time_s: float
+) -> tuple[float, float]:
     """Value and slope of a reference `time_s` after its segment began.
 
     The shape's parameters are in `plan` from `p` on; `origin` is added to values and targets; moves begin at `start`.
@@ -73,7 +76,9 @@ def _chirp(value: float, amplitude: float, first_hz: float, growth: float, time_
 
 @compiled
 def _trapezoid(start: float, target: float, top: float, curvature: float, time_s: float) -> tuple[float, float]:
-    """Fastest move from rest to rest within a largest slope and curvature; a triangle when it is too short to reach the slope."""
+    """Fastest move from rest to rest within a largest slope and curvature; a triangle when it is too short to reach the
+    slope.
+    """
     distance = abs(target - start)
     side = math.copysign(1.0, target - start)
     rise_s = min(top / curvature, math.sqrt(distance / curvature))
@@ -116,7 +121,9 @@ def _pulses(
 
 
 @compiled
-def _table(plan: np.ndarray, first: int, rows: int, row_s: float, scale: float, origin: float, time_s: float) -> tuple[float, float]:
+def _table(
+    plan: np.ndarray, first: int, rows: int, row_s: float, scale: float, origin: float, time_s: float
+) -> tuple[float, float]:
     """Rows joined by straight lines; the last one holds."""
     place = time_s / row_s
     if place >= rows - 1:

@@ -1,5 +1,6 @@
-"""The row that a tick leaves behind, written by compiled code: first word for word what `gimbal_hil.runs.TICK_ROW` packs, then what was
-measured, so that lockstep runs need not read their own frames."""
+"""The row that a tick leaves behind, written by compiled code: first word for word what `gimbal_hil.runs.TICK_ROW`
+packs, then what was measured, so that lockstep runs need not read their own frames.
+"""
 
 from __future__ import annotations
 
@@ -44,7 +45,9 @@ _LOW_HALF = 0xFFFFFFFF
 
 @compiled
 def joint_references(H: np.ndarray, G: np.ndarray, axis: int) -> tuple[float, float]:
-    """Joint reference of an axis' loop: position (rad) and rate (rad/s), before prefilter and position loop; NaN where there is none."""
+    """Joint reference of an axis' loop: position (rad) and rate (rad/s), before prefilter and position loop; NaN where
+    there is none.
+    """
     h = AXIS_H + axis * AXIS_H_SIZE
     mode = G[AXIS_G + axis * AXIS_G_SIZE + MODE]
     if mode == _POSITION:
@@ -57,7 +60,9 @@ def joint_references(H: np.ndarray, G: np.ndarray, axis: int) -> tuple[float, fl
 
 
 @compiled
-def write_row(words: np.ndarray, floats: np.ndarray, H: np.ndarray, G: np.ndarray, tick: int, time_ns: int, rejected: int) -> None:
+def write_row(
+    words: np.ndarray, floats: np.ndarray, H: np.ndarray, G: np.ndarray, tick: int, time_ns: int, rejected: int
+) -> None:
     """Fill one row; `words` (int64) and `floats` (float64), shape (LOG_WORDS,), are views of the same memory."""
     words[0], words[1] = tick, time_ns
     for axis in range(AXES):
@@ -65,7 +70,13 @@ def write_row(words: np.ndarray, floats: np.ndarray, H: np.ndarray, G: np.ndarra
         floats[_POSITION_REF + axis], floats[_RATE_REF + axis] = position, rate
         floats[_TORQUE + axis] = H[AXIS_H + axis * AXIS_H_SIZE + TORQUE]
     words[_SEGMENT] = (G[TICK_SEGMENT] & _LOW_HALF) | (G[SKIPPED] << 32)
-    words[_STATES] = G[STATE] | (G[AXIS_G + MODE] << 8) | (G[AXIS_G + AXIS_G_SIZE + MODE] << 16) | (G[LINK_STATUS] << 24) | (rejected << 32)
+    words[_STATES] = (
+        G[STATE]
+        | (G[AXIS_G + MODE] << 8)
+        | (G[AXIS_G + AXIS_G_SIZE + MODE] << 16)
+        | (G[LINK_STATUS] << 24)
+        | (rejected << 32)
+    )
     words[10] = words[11] = 0
     for axis in range(AXES):
         h = AXIS_H + axis * AXIS_H_SIZE

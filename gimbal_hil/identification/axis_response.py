@@ -16,8 +16,8 @@ from sim_backend.friction import BUMP_GONE, lugre_step, stribeck_level
 class AxisRecord:
     """A stretch of measured motion of one axis, from rest.
 
-    `torque` (n,): what drives inertia and friction, held over [t_k, t_k+1): the applied torque minus what gravity, base and the
-    other axis take along the *measured* motion. `position` (n,): encoder at t_k. `step_s`: sample period.
+    `torque` (n,): what drives inertia and friction, held over [t_k, t_k+1): the applied torque minus what gravity, base
+    and the other axis take along the *measured* motion. `position` (n,): encoder at t_k. `step_s`: sample period.
     """
 
     label: str
@@ -29,10 +29,11 @@ class AxisRecord:
 def simulate_axis(
     record: AxisRecord, inertia: float, friction: LugreFriction, offset: float = 0.0, substep_s: float = 5e-4
 ) -> tuple[Vector, Vector]:
-    """Position and rate at t_k, each (n,), of `inertia q'' = torque + offset - F` from the record's first position at rest.
+    """Position and rate at t_k, each (n,), of `inertia q'' = torque + offset - F` from the record's first position at
+    rest.
 
-    The bristles start in balance with the first torque (within break-away). Same integration as the plant (leapfrog with the exact
-    bristle update), with steps of at most `substep_s`.
+    The bristles start in balance with the first torque (within break-away). Same integration as the plant (leapfrog
+    with the exact bristle update), with steps of at most `substep_s`.
     """
     n = len(record.torque)
     position, rate = np.zeros(n), np.zeros(n)
@@ -67,7 +68,15 @@ def _respond(
     position: np.ndarray,
     rate: np.ndarray,
 ) -> None:
-    ts, tc, vs, sigma2, delta, sigma0, sigma1 = friction[0], friction[1], friction[2], friction[3], friction[4], friction[5], friction[6]
+    ts, tc, vs, sigma2, delta, sigma0, sigma1 = (
+        friction[0],
+        friction[1],
+        friction[2],
+        friction[3],
+        friction[4],
+        friction[5],
+        friction[6],
+    )
     gone = vs * BUMP_GONE ** (1.0 / delta)
     q, v, a = start, 0.0, 0.0
     z = held / sigma0 if sigma0 > 0.0 else 0.0

@@ -32,9 +32,11 @@ class BreakAway:
 
 
 def break_away(run: PreslidingRun, sigma0: float, encoder_step: float) -> BreakAway | None:
-    """Torque at which the tangent stiffness dT/dq of a slow ramp falls for good below a twentieth of sigma0; None when it never does.
+    """Torque at which the tangent stiffness dT/dq of a slow ramp falls for good below a twentieth of sigma0; None when
+    it never does.
 
-    Slopes are taken between points that lie at least ten encoder steps apart, so that one step of the encoder does not decide.
+    Slopes are taken between points that lie at least ten encoder steps apart, so that one step of the encoder does not
+    decide.
     """
     rows = _spaced_rows(run.position, 10.0 * max(encoder_step, 1e-12))
     if len(rows) < 4:
@@ -57,7 +59,9 @@ def _spaced_rows(position: Vector, spacing: float) -> np.ndarray:
 
 
 def points_at_rest(found: Sequence[BreakAway], points: Sequence[VelocityPoint]) -> tuple[VelocityPoint, ...]:
-    """Break-away as a point of the velocity map for each direction with two ramps or more, at a tenth of the slowest speed of `points`."""
+    """Break-away as a point of the velocity map for each direction with two ramps or more, at a tenth of the slowest
+    speed of `points`.
+    """
     slowest = min(abs(point.rate) for point in points)
     at_rest = []
     for sign in (1.0, -1.0):
@@ -66,15 +70,20 @@ def points_at_rest(found: Sequence[BreakAway], points: Sequence[VelocityPoint]) 
             torques = np.array([one.torque for one in ramps])
             error = float(np.std(torques, ddof=1) / np.sqrt(len(ramps)))
             labels = tuple(one.label for one in ramps)
-            at_rest.append(VelocityPoint(sign * 0.1 * slowest, float(np.mean(torques)), error, 0.0, len(ramps), labels, float(len(ramps))))
+            at_rest.append(
+                VelocityPoint(
+                    sign * 0.1 * slowest, float(np.mean(torques)), error, 0.0, len(ramps), labels, float(len(ramps))
+                )
+            )
     return tuple(at_rest)
 
 
 def break_away_findings(found: Sequence[BreakAway], static: StaticFit, axis: str = "") -> tuple[Finding, ...]:
     """A contradiction for each direction whose break-away torque lies below its Coulomb torque.
 
-    LuGre, and every Stribeck curve, needs Ts at or above Tc. When ramps break away lower than the sliding torque extrapolated to
-    rest, no parameters can describe both experiments: they are reported side by side and not fitted through.
+    LuGre, and every Stribeck curve, needs Ts at or above Tc. When ramps break away lower than the sliding torque
+    extrapolated to rest, no parameters can describe both experiments: they are reported side by side and not fitted
+    through.
     """
     findings = []
     sides = {Direction.POSITIVE: (1.0,), Direction.NEGATIVE: (-1.0,), Direction.BOTH: (1.0, -1.0)}[static.direction]
@@ -88,29 +97,36 @@ def break_away_findings(found: Sequence[BreakAway], static: StaticFit, axis: str
             text = (
                 f"{way} direction: {len(torques)} ramps break away at {np.mean(torques):.4g} on average "
                 f"({torques.min():.4g} to {torques.max():.4g}), but sliding needs {coulomb.fitted:.4g} "
-                f"({coulomb.interval.low:.4g} to {coulomb.interval.high:.4g}) however slow: the two experiments contradict each other, "
+                f"({coulomb.interval.low:.4g} to {coulomb.interval.high:.4g}) however slow: the two experiments "
+                "contradict each other, "
                 "and no friction curve is fitted through both"
             )
             findings.append(Finding("break_away_below_coulomb", text, axis))
     return tuple(findings)
 
 
-def break_away_below_sliding(found: Sequence[BreakAway], points: Sequence[VelocityPoint], axis: str = "") -> tuple[Finding, ...]:
-    """A contradiction for each direction whose ramps break away below every torque at which it slid, however slow or fast.
+def break_away_below_sliding(
+    found: Sequence[BreakAway], points: Sequence[VelocityPoint], axis: str = ""
+) -> tuple[Finding, ...]:
+    """A contradiction for each direction whose ramps break away below every torque at which it slid, however slow or
+    fast.
 
-    Every Stribeck curve begins at Ts, so its lowest torque is at most Ts. This needs no fit, and says something where the plateaus do not
-    hold one.
+    Every Stribeck curve begins at Ts, so its lowest torque is at most Ts. This needs no fit, and says something where
+    the plateaus do not hold one.
     """
     findings = []
     for side, way in ((1.0, "positive"), (-1.0, "negative")):
         torques = np.array([abs(b.torque) for b in found if b.torque * side > 0.0])
-        sliding = [abs(p.torque) - 2.0 * p.standard_error for p in points if p.rate * side > 0.0 and p.torque * side > 0.0]
+        sliding = [
+            abs(p.torque) - 2.0 * p.standard_error for p in points if p.rate * side > 0.0 and p.torque * side > 0.0
+        ]
         if len(torques) == 0 or len(sliding) < _FEWEST_SPEEDS:
             continue
         if _highest_mean(torques) < min(sliding):
             text = (
                 f"{way} direction: {len(torques)} ramps break away at {np.mean(torques):.4g} on average "
-                f"({torques.min():.4g} to {torques.max():.4g}), but sliding needs at least {min(sliding):.4g} at each of {len(sliding)} "
+                f"({torques.min():.4g} to {torques.max():.4g}), but sliding needs at least {min(sliding):.4g} at each "
+                f"of {len(sliding)} "
                 "speeds: the two experiments contradict each other, and no friction curve is fitted through both"
             )
             findings.append(Finding("break_away_below_sliding", text, axis))
@@ -124,16 +140,23 @@ def _highest_mean(torques: np.ndarray) -> float:
 
 
 def repeatability_findings(points: Sequence[VelocityPoint], axis: str = "") -> tuple[Finding, ...]:
-    """Neighbouring speeds of one direction whose torques differ by far more than their errors: the runs were not made alike."""
+    """Neighbouring speeds of one direction whose torques differ by far more than their errors: the runs were not made
+    alike.
+    """
     findings = []
     for a, b in pairwise(points):
         same_way = a.rate * b.rate > 0.0
         near = same_way and max(abs(a.rate), abs(b.rate)) < _NEAR_SPEED * min(abs(a.rate), abs(b.rate))
         gap = abs(a.torque - b.torque)
-        if near and gap > _FAR_ERRORS * np.hypot(a.standard_error, b.standard_error) and gap > _FAR_SHARE * abs(a.torque):
+        if (
+            near
+            and gap > _FAR_ERRORS * np.hypot(a.standard_error, b.standard_error)
+            and gap > _FAR_SHARE * abs(a.torque)
+        ):
             text = (
                 f"at {a.rate:.4g} and {b.rate:.4g} rad/s the mean torque is {a.torque:.4g} and {b.torque:.4g}, "
-                f"{gap / np.hypot(a.standard_error, b.standard_error):.0f} standard errors apart ({a.labels[0]}; {b.labels[0]})"
+                f"{gap / np.hypot(a.standard_error, b.standard_error):.0f} standard errors apart ({a.labels[0]}; "
+                f"{b.labels[0]})"
             )
             findings.append(Finding("not_repeatable", text, axis))
     return tuple(findings)
@@ -150,7 +173,8 @@ def physical_findings(friction: LugreFriction, axis: str = "") -> tuple[Finding,
     limit = static.largest_sigma1()
     if friction.sigma1 > limit:
         text = (
-            f"with sigma1 = {friction.sigma1:.4g} the model is not passive: sigma2 = {static.viscous:.4g} would have to exceed "
+            f"with sigma1 = {friction.sigma1:.4g} the model is not passive: sigma2 = {static.viscous:.4g} would have "
+            "to exceed "
             f"sigma1 (Ts - Tc) / Tc = {friction.sigma1 * (static.breakaway - static.coulomb) / static.coulomb:.4g}"
             f" (sigma1 up to {limit:.4g} is passive, and so is one that falls with speed)"
         )

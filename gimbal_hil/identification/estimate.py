@@ -48,8 +48,8 @@ class Interval:
 class Estimate:
     """One parameter: the value to use, what the data alone said, and how much that is worth.
 
-    `value` is the fitted value, or the prior when the verdict is NOT_IDENTIFIED and a prior exists; `fitted` is always what the
-    data said. `experiment` names the run that would settle it, empty when nothing is open.
+    `value` is the fitted value, or the prior when the verdict is NOT_IDENTIFIED and a prior exists; `fitted` is always
+    what the data said. `experiment` names the run that would settle it, empty when nothing is open.
     """
 
     name: str
@@ -81,7 +81,8 @@ def straight(estimate: Estimate) -> Estimate:
 
 @dataclass(frozen=True)
 class Finding:
-    """A contradiction in the data or a violated physical bound: `rule` is its short name, `text` the sentence a person reads.
+    """A contradiction in the data or a violated physical bound: `rule` is its short name, `text` the sentence a person
+    reads.
 
     `concerns` names the parameters whose values it is about.
     """
@@ -95,8 +96,8 @@ class Finding:
 def judge(interval: Interval, fitted: float) -> Verdict:
     """The verdict that an interval alone supports.
 
-    Identified: closed on both sides and at most 25 % half width; weakly identified: at most one side open and at most 100 % half
-    width; anything else is not identified.
+    Identified: closed on both sides and at most 25 % half width; weakly identified: at most one side open and at most
+    100 % half width; anything else is not identified.
     """
     scale = abs(fitted)
     relative = (interval.high - interval.low) / (2.0 * scale) if scale > 0.0 else float("inf")
@@ -108,8 +109,12 @@ def judge(interval: Interval, fitted: float) -> Verdict:
     return Verdict.NOT_IDENTIFIED
 
 
-def settle(name: str, fitted: float, interval: Interval, unit: str, prior: float | None, experiment: str, reason: str = "") -> Estimate:
-    """An estimate whose verdict comes from its interval; a parameter that is not identified goes back to its prior and says so."""
+def settle(
+    name: str, fitted: float, interval: Interval, unit: str, prior: float | None, experiment: str, reason: str = ""
+) -> Estimate:
+    """An estimate whose verdict comes from its interval; a parameter that is not identified goes back to its prior and
+    says so.
+    """
     verdict = judge(interval, fitted)
     if verdict is Verdict.IDENTIFIED:
         return Estimate(name, fitted, interval, unit, verdict, fitted, prior, reason)
@@ -122,7 +127,9 @@ def settle(name: str, fitted: float, interval: Interval, unit: str, prior: float
 
 
 def withheld(name: str, unit: str, prior: float | None, reason: str, experiment: str) -> Estimate:
-    """A parameter that this data was not asked about at all, because it cannot say anything: prior kept, interval without bounds."""
+    """A parameter that this data was not asked about at all, because it cannot say anything: prior kept, interval
+    without bounds.
+    """
     value = float("nan") if prior is None else prior
     nothing = Interval(0.0, float("inf"), open_low=True, open_high=True)
     return Estimate(name, value, nothing, unit, Verdict.NOT_IDENTIFIED, float("nan"), prior, reason, experiment)

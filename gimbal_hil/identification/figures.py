@@ -22,12 +22,17 @@ if TYPE_CHECKING:
 _COLOURS = {Verdict.IDENTIFIED: MEASURED, Verdict.WEAKLY_IDENTIFIED: SECOND, Verdict.NOT_IDENTIFIED: ALERT}
 
 
-def velocity_map_figure(velocity_map: VelocityMap, fits: tuple[StaticFit, ...], prior: StaticFriction, units: Units = ROTARY) -> Figure:
-    """Friction torque over joint rate: measured points with 95 % bars, fitted curves, and the curve of the model one came with.
+def velocity_map_figure(
+    velocity_map: VelocityMap, fits: tuple[StaticFit, ...], prior: StaticFriction, units: Units = ROTARY
+) -> Figure:
+    """Friction torque over joint rate: measured points with 95 % bars, fitted curves, and the curve of the model one
+    came with.
 
     The rate axis is logarithmic; both directions are shown at positive rate and torque.
     """
-    drawn = figure("Friction over speed", f"joint rate, size [{units.rate}]", f"friction {units.word}, size [{units.torque}]", 460)
+    drawn = figure(
+        "Friction over speed", f"joint rate, size [{units.rate}]", f"friction {units.word}, size [{units.torque}]", 460
+    )
     drawn.update_xaxes(type="log")
     # six entries do not fit beside the title
     drawn.update_layout(legend={"y": -0.2, "yanchor": "top", "x": 0.0, "xanchor": "left"}, margin={"b": 90})
@@ -43,19 +48,28 @@ def velocity_map_figure(velocity_map: VelocityMap, fits: tuple[StaticFit, ...], 
     grid = np.geomspace(0.5 * speeds.min(), 1.2 * speeds.max(), 300)
     for fit, dash in zip(fits, ("solid", "dash", "dot"), strict=False):
         drawn.add_scatter(
-            x=grid, y=fit.friction.torque(grid), mode="lines", name=f"fitted, {fit.direction.value}", line={"color": MODEL, "dash": dash}
+            x=grid,
+            y=fit.friction.torque(grid),
+            mode="lines",
+            name=f"fitted, {fit.direction.value}",
+            line={"color": MODEL, "dash": dash},
         )
-    drawn.add_scatter(x=grid, y=prior.torque(grid), mode="lines", name="model given", line={"color": REFERENCE, "width": 1.5})
+    drawn.add_scatter(
+        x=grid, y=prior.torque(grid), mode="lines", name="model given", line={"color": REFERENCE, "width": 1.5}
+    )
     return drawn
 
 
 def residual_figure(fit: StaticFit, units: Units = ROTARY) -> Figure:
     """Measured minus fitted size of the torque of every point over speed, with 95 % bars of the points' own errors."""
-    drawn = figure("Residuals of the velocity map", f"joint rate, size [{units.rate}]", f"measured - fitted [{units.torque}]", 320)
+    drawn = figure(
+        "Residuals of the velocity map", f"joint rate, size [{units.rate}]", f"measured - fitted [{units.torque}]", 320
+    )
     for side, name, symbol in ((1.0, "positive", "circle"), (-1.0, "negative", "diamond-open")):
         places = [number for number, point in enumerate(fit.points) if point.rate * side > 0.0]
         drawn.add_scatter(
-            x=[abs(fit.points[n].rate) for n in places], y=[side * fit.residuals[n] for n in places], mode="markers", name=name,
+            x=[abs(fit.points[n].rate) for n in places], y=[side * fit.residuals[n] for n in places], mode="markers",
+            name=name,
             marker={"color": MEASURED if side > 0.0 else SECOND, "symbol": symbol, "size": 7},
             error_y={"type": "data", "array": [1.96 * fit.points[n].standard_error for n in places], "thickness": 1},
         )  # fmt: skip
@@ -71,11 +85,13 @@ def hysteresis_figure(fit: PreslidingFit, units: Units = ROTARY) -> Figure:
         zero = run.position[0]
         first = number == 0
         drawn.add_scatter(
-            x=1e6 * (run.position[rows] - zero), y=run.friction[rows], mode="lines", name="measured", legendgroup="measured",
+            x=1e6 * (run.position[rows] - zero), y=run.friction[rows], mode="lines", name="measured",
+            legendgroup="measured",
             showlegend=first, line={"color": MEASURED, "width": 1},
         )  # fmt: skip
         drawn.add_scatter(
-            x=1e6 * (predicted[rows] - zero), y=run.friction[rows], mode="lines", name="LuGre", legendgroup="model", showlegend=first,
+            x=1e6 * (predicted[rows] - zero), y=run.friction[rows], mode="lines", name="LuGre", legendgroup="model",
+            showlegend=first,
             line={"color": MODEL, "width": 1.5, "dash": "dash"},
         )  # fmt: skip
     drawn.update_layout(hovermode="closest")
@@ -93,20 +109,36 @@ def output_error_figure(fit: OutputErrorFit, number: int = 0, units: Units = ROT
     titles = (f"{units.word} that drives inertia and friction", "joint rate", "difference")
     drawn = stacked(titles, "time [s]", (f"[{units.torque}]", f"[{units.rate}]", f"[{units.rate}]"))
     rows, coarse = thinned(len(time)), thinned(len(measured))
-    drawn.add_scatter(x=time[rows], y=record.torque[rows], line={"color": REFERENCE, "width": 1}, name=units.word, row=1, col=1)
-    moments = time[::stride][: len(measured)]
-    drawn.add_scatter(x=moments[coarse], y=measured[coarse], line={"color": MEASURED, "width": 1}, name="measured", row=2, col=1)
     drawn.add_scatter(
-        x=moments[coarse], y=modelled[coarse], line={"color": MODEL, "width": 1, "dash": "dash"}, name="simulated", row=2, col=1
+        x=time[rows], y=record.torque[rows], line={"color": REFERENCE, "width": 1}, name=units.word, row=1, col=1
+    )
+    moments = time[::stride][: len(measured)]
+    drawn.add_scatter(
+        x=moments[coarse], y=measured[coarse], line={"color": MEASURED, "width": 1}, name="measured", row=2, col=1
     )
     drawn.add_scatter(
-        x=moments[coarse], y=(measured - modelled)[coarse], line={"color": ALERT, "width": 1}, name="difference", row=3, col=1
+        x=moments[coarse],
+        y=modelled[coarse],
+        line={"color": MODEL, "width": 1, "dash": "dash"},
+        name="simulated",
+        row=2,
+        col=1,
+    )
+    drawn.add_scatter(
+        x=moments[coarse],
+        y=(measured - modelled)[coarse],
+        line={"color": ALERT, "width": 1},
+        name="difference",
+        row=3,
+        col=1,
     )
     return drawn
 
 
 def interval_figure(estimates: tuple[Estimate, ...], reference: LugreFriction, names: tuple[str, ...]) -> Figure:
-    """Every parameter relative to the model given: value and 95 % interval, coloured by verdict, on a logarithmic scale."""
+    """Every parameter relative to the model given: value and 95 % interval, coloured by verdict, on a logarithmic
+    scale.
+    """
     drawn = figure("Intervals, relative to the model given", "value / value in the model given", "", 340)
     known = dict(zip(names, reference.values().tolist(), strict=True))
     ends = [1.0]
@@ -117,9 +149,15 @@ def interval_figure(estimates: tuple[Estimate, ...], reference: LugreFriction, n
         low, high = max(estimate.interval.low / base, 1e-2), min(estimate.interval.high / base, 1e2)
         ends += [low, high, estimate.value / base]
         colour = _COLOURS[estimate.verdict]
-        drawn.add_scatter(x=[low, high], y=[estimate.name] * 2, mode="lines", line={"color": colour, "width": 5}, showlegend=False)
         drawn.add_scatter(
-            x=[estimate.value / base], y=[estimate.name], mode="markers", marker={"color": colour, "size": 11}, showlegend=False
+            x=[low, high], y=[estimate.name] * 2, mode="lines", line={"color": colour, "width": 5}, showlegend=False
+        )
+        drawn.add_scatter(
+            x=[estimate.value / base],
+            y=[estimate.name],
+            mode="markers",
+            marker={"color": colour, "size": 11},
+            showlegend=False,
         )
     margin = 0.04 * (np.log10(max(ends)) - np.log10(min(ends)))
     drawn.update_xaxes(type="log", range=[np.log10(min(ends)) - margin, np.log10(max(ends)) + margin])

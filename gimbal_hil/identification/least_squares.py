@@ -14,13 +14,16 @@ from scipy.optimize import least_squares
 from gimbal_hil.identification.averaging import Vector
 
 Matrix = NDArray[np.float64]
-#: physical parameter values, shape (p,), to residuals in units of their standard error, shape (n,); picklable for parallel starts
+#: physical parameter values, shape (p,), to residuals in units of their standard error, shape (n,); picklable for
+#: parallel starts
 ResidualFunction = Callable[[Vector], Vector]
 
 
 @dataclass(frozen=True)
 class Unknown:
-    """One unknown: its name, physical bounds, and whether it is searched on a logarithmic scale (then both bounds are positive)."""
+    """One unknown: its name, physical bounds, and whether it is searched on a logarithmic scale (then both bounds are
+    positive).
+    """
 
     name: str
     low: float
@@ -43,8 +46,9 @@ class Unknown:
 class Fit:
     """The best of all starts.
 
-    `values` (p,) physical, `coordinates` (p,) the same in search coordinates, `residuals` (n,), `jacobian` (n, p) with respect to
-    the coordinates, `sum_of_squares`, `degrees_of_freedom`, and `agreeing_starts`, how many starts ended at this minimum.
+    `values` (p,) physical, `coordinates` (p,) the same in search coordinates, `residuals` (n,), `jacobian` (n, p) with
+    respect to the coordinates, `sum_of_squares`, `degrees_of_freedom`, and `agreeing_starts`, how many starts ended at
+    this minimum.
     """
 
     values: Vector
@@ -61,7 +65,9 @@ class Fit:
         return max(1.0, self.sum_of_squares / max(1, self.degrees_of_freedom))
 
     def coordinate_errors(self) -> Vector:
-        """Standard errors of the search coordinates from the curvature, shape (p,); huge for a direction without influence."""
+        """Standard errors of the search coordinates from the curvature, shape (p,); huge for a direction without
+        influence.
+        """
         _, singular, vt = np.linalg.svd(self.jacobian, full_matrices=False)
         floor = singular[0] * 1e-10 if singular.size else 0.0
         spread = (vt.T**2) @ (1.0 / np.maximum(singular, max(floor, 1e-150)) ** 2)
@@ -94,8 +100,9 @@ def fit(
 ) -> Fit:
     """Minimise the sum of squared residuals within the bounds, from every start (physical values), and keep the best.
 
-    `difference_step` is the relative step of the finite-difference Jacobian in search coordinates; give it when the residuals come
-    from a simulation whose numerical noise is above rounding; `tolerance` is the relative change of the sum at which a start ends.
+    `difference_step` is the relative step of the finite-difference Jacobian in search coordinates; give it when the
+    residuals come from a simulation whose numerical noise is above rounding; `tolerance` is the relative change of the
+    sum at which a start ends.
     """
     problem = _Problem(residuals, tuple(parameters), difference_step, tolerance)
     solve = partial(_solve, problem)
@@ -113,7 +120,9 @@ def refit_with_fixed(
     difference_step: float | None = None,
     tolerance: float = 1e-12,
 ) -> Fit:
-    """Minimise over the free parameters while those in `fixed` (index to physical value) stay; values keep the full length."""
+    """Minimise over the free parameters while those in `fixed` (index to physical value) stay; values keep the full
+    length.
+    """
     free = [index for index in range(len(parameters)) if index not in fixed]
     base = np.array([fixed.get(index, start[index]) for index in range(len(parameters))], dtype=np.float64)
 
@@ -126,7 +135,11 @@ def refit_with_fixed(
         r = residuals(base)
         return Fit(base, np.zeros(0), r, np.zeros((len(r), 0)), float(r @ r), len(r), 1)
     inner = fit(
-        partial_residuals, [parameters[index] for index in free], [base[free]], difference_step=difference_step, tolerance=tolerance
+        partial_residuals,
+        [parameters[index] for index in free],
+        [base[free]],
+        difference_step=difference_step,
+        tolerance=tolerance,
     )
     full = base.copy()
     full[free] = inner.values

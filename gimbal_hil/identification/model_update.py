@@ -11,16 +11,22 @@ from sim_backend.model import AntennaModel
 
 
 def updated_model(model: AntennaModel, results: Sequence[AxisIdentification]) -> AntennaModel:
-    """The model with every identified and weakly identified number replaced; what is not identified keeps value and source.
+    """The model with every identified and weakly identified number replaced; what is not identified keeps value and
+    source.
 
-    A model with bristles cannot hold a break-away below Coulomb: then both are the Coulomb level, and the source says so. Without
-    bristles (sigma0 is zero) a dip that was found stays. A break-away that was not identified follows Coulomb where it stood there.
+    A model with bristles cannot hold a break-away below Coulomb: then both are the Coulomb level, and the source says
+    so. Without bristles (sigma0 is zero) a dip that was found stays. A break-away that was not identified follows
+    Coulomb where it stood there.
     """
     for result in results:
         by_name = {e.name: e for e in result.estimates if e.verdict is not Verdict.NOT_IDENTIFIED}
         axis = result.axis
         values = {name: (by_name[name].value, *_stated(by_name[name])) for name in LUGRE_NAMES if name in by_name}
-        spread = by_name["coulomb"].interval.standard_deviation if "coulomb" in by_name else model.uncertainty(axis, "friction.coulomb")
+        spread = (
+            by_name["coulomb"].interval.standard_deviation
+            if "coulomb" in by_name
+            else model.uncertainty(axis, "friction.coulomb")
+        )
         coulomb = values["coulomb"][0] if "coulomb" in values else model.number(axis, "friction.coulomb")
         breakaway = values["breakaway"][0] if "breakaway" in values else model.number(axis, "friction.breakaway")
         has_bristles = "sigma0" in values or model.number(axis, "friction.sigma0") > 0.0
@@ -31,7 +37,11 @@ def updated_model(model: AntennaModel, results: Sequence[AxisIdentification]) ->
         elif breakaway < coulomb and has_bristles:
             values["breakaway"] = (coulomb, f"set to Coulomb: the data gave {breakaway:.6g}, below it", spread)
         # Coulomb first only where it falls: at no moment may break-away stand below it
-        order = ("coulomb", "breakaway") if coulomb <= model.number(axis, "friction.breakaway") else ("breakaway", "coulomb")
+        order = (
+            ("coulomb", "breakaway")
+            if coulomb <= model.number(axis, "friction.breakaway")
+            else ("breakaway", "coulomb")
+        )
         for name in (*order, *(n for n in LUGRE_NAMES if n not in order)):
             if name in values:
                 model = model.with_number(axis, f"friction.{name}", *values[name])

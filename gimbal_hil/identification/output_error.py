@@ -1,7 +1,7 @@
 """Output-error fit in the time domain (thesis section 4.4): simulate, compare motion, adjust the parameters.
 
-Where the thesis descends along a finite-difference gradient of the squared rate error, this uses trust-region least squares on
-logarithmic scales within bounds, from several starts, and reports how far each parameter could be moved.
+Where the thesis descends along a finite-difference gradient of the squared rate error, this uses trust-region least
+squares on logarithmic scales within bounds, from several starts, and reports how far each parameter could be moved.
 """
 
 from __future__ import annotations
@@ -20,10 +20,12 @@ from gimbal_hil.identification.profile import ProfileTask, robust_variance_ratio
 from gimbal_hil.identification.settled import Asked, settle_parameters
 from gimbal_hil.identification.stribeck import LUGRE_NAMES, LUGRE_UNITS, LugreFriction
 
-#: relative step of the finite differences in search coordinates: far above the simulation's rounding, far below its curvature
+#: relative step of the finite differences in search coordinates: far above the simulation's rounding, far below its
+#: curvature
 _DIFFERENCE_STEP = 1e-4
 _SPREAD = 0.35
-#: relative change of the sum of squares at which a fit, and a refit of a profile, is good enough: well below one residual's worth
+#: relative change of the sum of squares at which a fit, and a refit of a profile, is good enough: well below one
+#: residual's worth
 _TOLERANCE, _PROFILE_TOLERANCE = 1e-8, 1e-6
 EXPERIMENTS = {
     "breakaway": "slow torque ramps through break-away, or plateaus below the Stribeck velocity",
@@ -40,8 +42,9 @@ EXPERIMENTS = {
 class OutputErrorRule:
     """What is compared and how the search is spread.
 
-    Motion is compared as displacement over `compare_s` seconds, so that neither an unknown zero nor slow drift counts. `starts`
-    points are drawn log-uniformly within a factor exp(+-0.35) of the first; `substep_s` is the simulation step.
+    Motion is compared as displacement over `compare_s` seconds, so that neither an unknown zero nor slow drift counts.
+    `starts` points are drawn log-uniformly within a factor exp(+-0.35) of the first; `substep_s` is the simulation
+    step.
     """
 
     compare_s: float = 0.01
@@ -54,9 +57,9 @@ class OutputErrorRule:
 class OutputErrorFit:
     """Estimates of the free parameters, the friction that results, and the fit behind it.
 
-    `offset` is the constant torque error that was fitted along; `simulated` holds one position series per record; `rms` is the
-    displacement error (rad) over `compare_s`; `sensitivities` (p,) is the rms displacement change in units of its error when the
-    parameter changes by 1 %, in the order of `estimates`.
+    `offset` is the constant torque error that was fitted along; `simulated` holds one position series per record; `rms`
+    is the displacement error (rad) over `compare_s`; `sensitivities` (p,) is the rms displacement change in units of
+    its error when the parameter changes by 1 %, in the order of `estimates`.
     """
 
     estimates: tuple[Estimate, ...]
@@ -104,11 +107,12 @@ def fit_output_error(
     rule: OutputErrorRule | None = None,
     executor: Executor | None = None,
 ) -> OutputErrorFit:
-    """Fit the parameters named in `free` (of LUGRE_NAMES) to measured motion; the others stay at `start`, which is also the prior.
+    """Fit the parameters named in `free` (of LUGRE_NAMES) to measured motion; the others stay at `start`, which is also
+    the prior.
 
-    A constant torque offset is always fitted along: an unmodelled trifle of unbalance must not become friction. Residual scatter sets
-    the error (not below the encoder's); intervals are profile likelihood, widened per parameter by the ratio of its
-    autocorrelation-robust variance to the naive one.
+    A constant torque offset is always fitted along: an unmodelled trifle of unbalance must not become friction.
+    Residual scatter sets the error (not below the encoder's); intervals are profile likelihood, widened per parameter
+    by the ratio of its autocorrelation-robust variance to the naive one.
     """
     rules = rule or OutputErrorRule()
     floor = max(encoder_step / np.sqrt(6.0), 1e-12)
@@ -122,7 +126,10 @@ def fit_output_error(
     agreeing = best.agreeing_starts
     best = fit(residuals, parameters, [best.values], None, _DIFFERENCE_STEP, _TOLERANCE)
     task = ProfileTask(residuals, parameters, best, robust_variance_ratio(best), _DIFFERENCE_STEP, _PROFILE_TOLERANCE)
-    asked = [Asked(name, LUGRE_UNITS[LUGRE_NAMES.index(name)], float(centre[i]), EXPERIMENTS[name]) for i, name in enumerate(free)]
+    asked = [
+        Asked(name, LUGRE_UNITS[LUGRE_NAMES.index(name)], float(centre[i]), EXPERIMENTS[name])
+        for i, name in enumerate(free)
+    ]
     sensitivity = np.sqrt(np.mean(best.jacobian[:, : len(free)] ** 2, axis=0)) * 0.01
     estimates, best = settle_parameters(task, asked, executor)
     friction = start.with_values(free, best.values[:-1])

@@ -16,7 +16,11 @@ from gimbal_hil.identification.velocity_map import VelocityMap
 from gimbal_hil.report import Block, Callout, Details, Heading, Page, Plot, Table, Text, Tiles
 from sim_backend.model import AntennaModel
 
-_DIRECTIONS = {Direction.BOTH: "Both directions", Direction.POSITIVE: "Positive direction", Direction.NEGATIVE: "Negative direction"}
+_DIRECTIONS = {
+    Direction.BOTH: "Both directions",
+    Direction.POSITIVE: "Positive direction",
+    Direction.NEGATIVE: "Negative direction",
+}
 _WORDS = {
     Verdict.IDENTIFIED: "identified",
     Verdict.WEAKLY_IDENTIFIED: "weakly identified",
@@ -29,7 +33,9 @@ def identification_page(model: AntennaModel, results: Sequence[AxisIdentificatio
     blocks: list[Block] = [Text(f"From {', '.join(sources)}, with {model.where} as prior. Intervals are 95 %.")]
     for result in results:
         blocks += _axis_blocks(model, result)
-    return Page("Identified friction", f"model {model.name}, {len(results)} {'axis' if len(results) == 1 else 'axes'}", blocks)
+    return Page(
+        "Identified friction", f"model {model.name}, {len(results)} {'axis' if len(results) == 1 else 'axes'}", blocks
+    )
 
 
 def identification_record(results: Sequence[AxisIdentification], sources: Sequence[str]) -> dict[str, object]:
@@ -51,10 +57,17 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
     units = LINEAR if model.is_linear else ROTARY
     count = sum(e.verdict is Verdict.IDENTIFIED for e in result.estimates)
     blocks: list[Block] = [Heading(result.axis)]
-    tone = "good" if count == len(result.estimates) and not result.findings else "warning" if result.findings else "neutral"
+    tone = (
+        "good"
+        if count == len(result.estimates) and not result.findings
+        else "warning"
+        if result.findings
+        else "neutral"
+    )
     blocks.append(
         Callout(
-            f"{count} of {len(result.estimates)} parameters identified; {_findings(len(result.findings))} against data or model.",
+            f"{count} of {len(result.estimates)} parameters identified; {_findings(len(result.findings))} against "
+            "data or model.",
             tone,
         )
     )
@@ -97,7 +110,8 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
         blocks.append(
             Plot(
                 output_error_figure(result.dynamic, _liveliest(result.dynamic), units),
-                f"Output error: rms {result.dynamic.rms:.3g} {units.angle} per 10 ms; {result.dynamic.agreeing_starts} starts agree; "
+                f"Output error: rms {result.dynamic.rms:.3g} {units.angle} per 10 ms; "
+                f"{result.dynamic.agreeing_starts} starts agree; "
                 f"{units.word} offset {result.dynamic.offset:.3g} {units.torque}.",
             )
         )
@@ -116,7 +130,9 @@ def _findings(count: int) -> str:
 
 
 def _liveliest(fit: OutputErrorFit) -> int:
-    """The record whose torque changes fastest: there the bristles' damping shows, and the joint is faster than its encoder's step."""
+    """The record whose torque changes fastest: there the bristles' damping shows, and the joint is faster than its
+    encoder's step.
+    """
     return int(np.argmax([float(np.max(np.abs(np.diff(record.torque)))) for record in fit.records]))
 
 
@@ -137,7 +153,10 @@ def _estimate_table(model: AntennaModel, result: AxisIdentification) -> Table:
     rows = []
     for e, reason in zip(result.estimates, reasons, strict=True):
         digits = _digits(e)
-        low, high = _bound(e.interval.low, e.interval.open_low, digits), _bound(e.interval.high, e.interval.open_high, digits)
+        low, high = (
+            _bound(e.interval.low, e.interval.open_low, digits),
+            _bound(e.interval.high, e.interval.open_high, digits),
+        )
         row = [e.name, _number(e.value, digits), low, high, e.unit, _WORDS[e.verdict], _number(e.prior)]
         row += [sources[e.name]] if any(sources.values()) else []
         rows.append([*row, reason] if any(reasons) else row)
@@ -154,9 +173,16 @@ def _per_direction(result: AxisIdentification, unit: str) -> list[Block]:
     sides = [fit for fit in (result.positive, result.negative) if fit is not None]
     if not sides:
         return []
-    rows = [[e.name, *(_with_interval(next(x for x in fit.estimates if x.name == e.name)) for fit in sides)] for e in sides[0].estimates]
+    rows = [
+        [e.name, *(_with_interval(next(x for x in fit.estimates if x.name == e.name)) for fit in sides)]
+        for e in sides[0].estimates
+    ]
     rows.append([f"rms [{unit}]", *(_number(fit.rms) for fit in sides)])
-    return [Table(["per direction", *(fit.direction.value for fit in sides)], rows, "Each half of the map fitted by itself.")]
+    return [
+        Table(
+            ["per direction", *(fit.direction.value for fit in sides)], rows, "Each half of the map fitted by itself."
+        )
+    ]
 
 
 def _rejected(result: AxisIdentification) -> list[Block]:
@@ -170,7 +196,9 @@ def _rejected(result: AxisIdentification) -> list[Block]:
 def _sensitivity_table(fit: OutputErrorFit) -> Table:
     rows = [[e.name, f"{s:.3g}"] for e, s in zip(fit.estimates, fit.sensitivities, strict=True)]
     return Table(
-        ["parameter", "sensitivity"], rows, "Rms change of the simulated displacement for 1 % of the parameter, in units of its error."
+        ["parameter", "sensitivity"],
+        rows,
+        "Rms change of the simulated displacement for 1 % of the parameter, in units of its error.",
     )
 
 
@@ -184,7 +212,13 @@ def _axis_record(result: AxisIdentification) -> dict[str, object]:
     if result.velocity_map is not None:
         record["velocity_map"] = {
             "points": [
-                {"rate": p.rate, "torque": p.torque, "standard_error": p.standard_error, "jitter": p.jitter, "passes": p.passes}
+                {
+                    "rate": p.rate,
+                    "torque": p.torque,
+                    "standard_error": p.standard_error,
+                    "jitter": p.jitter,
+                    "passes": p.passes,
+                }
                 for p in result.velocity_map.points
             ],
             "rejected": [{"stretch": r.label, "reason": r.reason} for r in result.velocity_map.rejected],
@@ -208,13 +242,19 @@ def _axis_record(result: AxisIdentification) -> dict[str, object]:
         }  # fmt: skip
     for name, rigid in (("regression", result.rigid), ("regression_per_direction", result.rigid_per_direction)):
         if rigid is not None:
-            record[name] = {"estimates": [_finite(e.as_record()) for e in rigid.estimates], "rms": rigid.rms, "relative": rigid.relative}
+            record[name] = {
+                "estimates": [_finite(e.as_record()) for e in rigid.estimates],
+                "rms": rigid.rms,
+                "relative": rigid.relative,
+            }
     return record
 
 
 def _finite(record: dict[str, object]) -> dict[str, object]:
     """JSON knows no infinities: they become null."""
-    return {key: None if isinstance(value, float) and not np.isfinite(value) else value for key, value in record.items()}
+    return {
+        key: None if isinstance(value, float) and not np.isfinite(value) else value for key, value in record.items()
+    }
 
 
 def _number(value: float | None, digits: int = 5) -> str:

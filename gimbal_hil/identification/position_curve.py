@@ -30,9 +30,9 @@ class PositionCurve:
 def fit_position_curve(pieces: Sequence[tuple[Vector, Vector]], knots: int = _KNOTS) -> PositionCurve | None:
     """Curve through pieces of (position, torque), each piece with the same weight.
 
-    Each piece keeps its own level as a nuisance parameter, so pieces over different stretches join. The curve is zero on average
-    over the stretch that most pieces pass: what is constant there counts as friction. None when fewer than two pieces span a range,
-    or when levels alone do as well (Bayesian information criterion).
+    Each piece keeps its own level as a nuisance parameter, so pieces over different stretches join. The curve is zero
+    on average over the stretch that most pieces pass: what is constant there counts as friction. None when fewer than
+    two pieces span a range, or when levels alone do as well (Bayesian information criterion).
     """
     usable = [(q, torque) for q, torque in pieces if len(q) > 2 and np.ptp(q) > 0.0]
     if len(usable) < 2:
@@ -60,11 +60,13 @@ def fit_position_curve(pieces: Sequence[tuple[Vector, Vector]], knots: int = _KN
     return PositionCurve(centres, curve - float(np.mean(curve[common])))
 
 
-def _levelled(rows: Vector, columns: Vector, means: Vector, weights: Vector, pieces: int, knots: int) -> tuple[Vector, float]:
+def _levelled(
+    rows: Vector, columns: Vector, means: Vector, weights: Vector, pieces: int, knots: int
+) -> tuple[Vector, float]:
     """Least squares of `mean = curve[column] + level[row]`, with the levels as weakly held nuisances.
 
-    Answers the curve at its knots and what it gains over levels alone by the Bayesian information criterion; negative: not worth
-    its unknowns.
+    Answers the curve at its knots and what it gains over levels alone by the Bayesian information criterion; negative:
+    not worth its unknowns.
     """
     n = len(means)
     design = np.zeros((n + pieces, knots + pieces))
@@ -73,7 +75,9 @@ def _levelled(rows: Vector, columns: Vector, means: Vector, weights: Vector, pie
     design[index, knots + rows.astype(np.int64)] = weights
     design[n + np.arange(pieces), knots + np.arange(pieces)] = 1e-3
     # complete orthogonal decomposition: a fifth of the time of the singular value decomposition that numpy takes
-    solution = lstsq(design, np.concatenate([means * weights, np.zeros(pieces)]), lapack_driver="gelsy", check_finite=False)[0]
+    solution = lstsq(
+        design, np.concatenate([means * weights, np.zeros(pieces)]), lapack_driver="gelsy", check_finite=False
+    )[0]
     misfit = (means - solution[columns] - solution[knots + rows]) * weights
     level = np.bincount(rows, weights=means * weights**2) / np.bincount(rows, weights=weights**2)
     plain = (means - level[rows]) * weights

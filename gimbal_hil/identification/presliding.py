@@ -26,13 +26,16 @@ _COMPARED_SHARE = 0.75
 _TURNING_SHARE, _TURNING_PART = 0.02, 7
 #: slow motion needs no more rows than about this a run: torque is known between them, and the legs are long
 _ROWS = 1200
-_SIGMA0_EXPERIMENT = "slow torque ramps to about 0.8 of break-away and back, both signs, with a finer encoder or more repeats"
+_SIGMA0_EXPERIMENT = (
+    "slow torque ramps to about 0.8 of break-away and back, both signs, with a finer encoder or more repeats"
+)
 _BREAKAWAY_EXPERIMENT = "slow torque ramps through break-away from rest, both signs, several rates"
 
 
 @dataclass(frozen=True)
 class PreslidingRun:
-    """Slow torque below break-away: `time_s`, `position` (encoder), `friction` (applied minus rigid-body torque), shape (n,).
+    """Slow torque below break-away: `time_s`, `position` (encoder), `friction` (applied minus rigid-body torque), shape
+    (n,).
 
     The run starts at rest, so that its first friction value is the torque that the bristles hold.
     """
@@ -47,8 +50,8 @@ class PreslidingRun:
 class PreslidingFit:
     """Stiffness and break-away as seen in presliding, the rows used and what the fit predicts at them.
 
-    `travel_steps` is the presliding travel in encoder steps (infinite for an ideal encoder), `secant` the straight-line stiffness
-    of thesis eq. 4.11 on the same rows, for comparison only.
+    `travel_steps` is the presliding travel in encoder steps (infinite for an ideal encoder), `secant` the straight-line
+    stiffness of thesis eq. 4.11 on the same rows, for comparison only.
     """
 
     sigma0: Estimate
@@ -63,14 +66,18 @@ class PreslidingFit:
 def presliding_path(friction: Vector, sigma0: float, breakaway: float | Vector) -> Vector:
     """Displacement (rad) that a slowly changing friction torque, shape (n,), has brought about since its first row.
 
-    For slow motion LuGre reads `dF/dq = sigma0 (1 - sign(q') F / Ts)`, whose solution between turning points is logarithmic:
-    `dq = -+(Ts / sigma0) ln((Ts -+ F2) / (Ts -+ F1))`. From rest and F = 0 this is `-(Ts/sigma0) ln(1 - T/Ts)` (eq. 4.11 as corrected);
-    unloading and inner loops follow from the same two branches. `breakaway` may be a level per row, (n,), of which each stretch
-    between rows takes the mean. Torques at or beyond Ts are taken at 0.999 Ts.
+    For slow motion LuGre reads `dF/dq = sigma0 (1 - sign(q') F / Ts)`, whose solution between turning points is
+    logarithmic: `dq = -+(Ts / sigma0) ln((Ts -+ F2) / (Ts -+ F1))`. From rest and F = 0 this is `-(Ts/sigma0) ln(1 -
+    T/Ts)` (eq. 4.11 as corrected); unloading and inner loops follow from the same two branches. `breakaway` may be a
+    level per row, (n,), of which each stretch between rows takes the mean. Torques at or beyond Ts are taken at 0.999
+    Ts.
     """
     levels = np.broadcast_to(np.asarray(breakaway, dtype=np.float64), friction.shape)
     level = 0.5 * (levels[1:] + levels[:-1])
-    before, after = np.clip(friction[:-1], -0.999 * level, 0.999 * level), np.clip(friction[1:], -0.999 * level, 0.999 * level)
+    before, after = (
+        np.clip(friction[:-1], -0.999 * level, 0.999 * level),
+        np.clip(friction[1:], -0.999 * level, 0.999 * level),
+    )
     ahead = np.log((level - after) / (level - before))
     back = np.log((level + after) / (level + before))
     steps = np.where(after >= before, -ahead, back) * (level / sigma0)
@@ -80,7 +87,8 @@ def presliding_path(friction: Vector, sigma0: float, breakaway: float | Vector) 
 def bristle_torque(friction: Vector, time_s: Vector, relaxation_s: float) -> Vector:
     """Torque sigma0 z that bends the bristles while sigma0 z + sigma1 z' is the friction torque, shape (n,).
 
-    That is a first-order lag of `relaxation_s = sigma1 / sigma0`, started in balance; friction is taken as linear between rows.
+    That is a first-order lag of `relaxation_s = sigma1 / sigma0`, started in balance; friction is taken as linear
+    between rows.
     """
     if relaxation_s <= 0.0:
         return friction
@@ -108,7 +116,8 @@ class _PathResiduals:
         path = presliding_path(bending, sigma0, breakaway)
         if self.curve is None:
             return path
-        # towards break-away the speed is no longer nothing: one correction of the level s(v) with the speed of the path itself
+        # towards break-away the speed is no longer nothing: one correction of the level s(v) with the speed of the path
+        # itself
         speed = np.abs(np.gradient(path, run.time_s))
         sinking = stribeck_bump(speed, self.curve.stribeck_velocity, self.curve.shape)
         share = min(1.0, self.curve.coulomb / self.curve.breakaway)
@@ -119,7 +128,9 @@ class _PathResiduals:
         run, leg = self.runs[number], self.legs[number]
         counted = leg >= 0
         path = self.path(run, values)
-        means = np.bincount(leg[counted], weights=(run.position - path)[counted]) / np.maximum(np.bincount(leg[counted]), 1)
+        means = np.bincount(leg[counted], weights=(run.position - path)[counted]) / np.maximum(
+            np.bincount(leg[counted]), 1
+        )
         return np.asarray(np.where(counted, path + means[np.maximum(leg, 0)], np.nan))
 
     def __call__(self, values: Vector) -> Vector:
@@ -133,8 +144,8 @@ class _PathResiduals:
 def monotonic_legs(friction: Vector) -> NDArray[np.int64]:
     """Number of the monotonic leg of each row, shape (n,); -1 in the first seventh of a leg.
 
-    At a turning point the moving inertia carries the joint on for a moment, which slow friction knows nothing of: legs are compared
-    each with a zero of its own, after that moment.
+    At a turning point the moving inertia carries the joint on for a moment, which slow friction knows nothing of: legs
+    are compared each with a zero of its own, after that moment.
     """
     swing = _TURNING_SHARE * float(np.ptp(friction))
     turns, extreme, rising = [0], 0, 0
@@ -165,10 +176,10 @@ def fit_presliding(
 ) -> PreslidingFit | None:
     """Fit sigma0, and Ts from the bend of the curve, to presliding runs; None when no run has usable rows.
 
-    `breakaway` (N m) starts the search and limits the rows to nine tenths of it. `sigma1` is the bristle damping; when it is not
-    known the intervals are stretched over what none and twice as much of it would give. `curve` is the steady
-    curve as far as known: with it the level sinks with the speed that a ramp reaches near break-away. Intervals are profile
-    likelihoods widened by the autocorrelation-robust variance of the residuals, which carry the encoder step.
+    `breakaway` (N m) starts the search and limits the rows to nine tenths of it. `sigma1` is the bristle damping; when
+    it is not known the intervals are stretched over what none and twice as much of it would give. `curve` is the steady
+    curve as far as known: with it the level sinks with the speed that a ramp reaches near break-away. Intervals are
+    profile likelihoods widened by the autocorrelation-robust variance of the residuals, which carry the encoder step.
     """
     used = tuple(cut for run in runs if (cut := _below(run, _HIGHEST_SHARE * breakaway)) is not None)
     if not used:
@@ -179,10 +190,16 @@ def fit_presliding(
         reason = f"presliding travel is {steps:.1f} encoder steps"
         nothing = withheld("sigma0", "N m/rad", prior_sigma0, reason, _SIGMA0_EXPERIMENT)
         seen = withheld("breakaway", "N m", breakaway, reason, _BREAKAWAY_EXPERIMENT)
-        return PreslidingFit(nothing, seen, used, tuple(np.full(len(r.time_s), np.nan) for r in used), steps, float("nan"), float("nan"))
+        return PreslidingFit(
+            nothing, seen, used, tuple(np.full(len(r.time_s), np.nan) for r in used), steps, float("nan"), float("nan")
+        )
     residuals, best = _solve(used, breakaway, encoder_step, sigma1, curve)
     task = ProfileTask(residuals, _parameters(used, breakaway), best, robust_variance_ratio(best))
-    others = () if sigma1_is_known else (_solve(used, breakaway, encoder_step, other, curve)[1].values for other in (0.0, 2.0 * sigma1))
+    others = (
+        ()
+        if sigma1_is_known
+        else (_solve(used, breakaway, encoder_step, other, curve)[1].values for other in (0.0, 2.0 * sigma1))
+    )
     spread = np.stack([best.values, *others])
     intervals = [profile_interval(task, index).stretched_over(spread[:, index].tolist()) for index in (0, 1)]
     sigma0 = settle("sigma0", float(best.values[0]), intervals[0], "N m/rad", prior_sigma0, _SIGMA0_EXPERIMENT)
@@ -207,7 +224,9 @@ def _solve(
     floor = max(encoder_step / np.sqrt(12.0), 1e-12)
     parameters = _parameters(runs, breakaway)
     starts = [np.array([_secant(runs) * factor, breakaway]) for factor in (1.0, 1.5, 3.0)]
-    legs = tuple(np.where(np.abs(run.friction) < _COMPARED_SHARE * breakaway, monotonic_legs(run.friction), -1) for run in runs)
+    legs = tuple(
+        np.where(np.abs(run.friction) < _COMPARED_SHARE * breakaway, monotonic_legs(run.friction), -1) for run in runs
+    )
     residuals = _PathResiduals(runs, tuple(floor for _ in runs), legs, sigma1, curve)
     best = fit(residuals, parameters, starts)
     ends = np.cumsum([int(np.sum(leg >= 0)) for leg in legs])[:-1]

@@ -25,7 +25,9 @@ def read_logs(
     drop_invalid: bool = False,
     rate_hz: float | None = None,
 ) -> tuple[Log, ...]:
-    """All logs of a path: the tables of its steps where an experiment with a thinned log left them, else the one of `read_log`."""
+    """All logs of a path: the tables of its steps where an experiment with a thinned log left them, else the one of
+    `read_log`.
+    """
     steps = sorted((path / STEPS_FOLDER).glob("*.parquet")) if is_run_folder(path) else []
     options = {"resample": resample, "drop_invalid": drop_invalid}
     if not steps:
@@ -44,9 +46,11 @@ def read_log(
     drop_invalid: bool = False,
     rate_hz: float | None = None,
 ) -> Log:
-    """One log; `torque_driven` says that a bare table without references was recorded under torque commanded directly, no loop.
+    """One log; `torque_driven` says that a bare table without references was recorded under torque commanded directly,
+    no loop.
 
-    `model` gives the axes; as a model and not names alone, also what torque a current makes. Raises BadInputError as `read_signals` does.
+    `model` gives the axes; as a model and not names alone, also what torque a current makes. Raises BadInputError as
+    `read_signals` does.
     """
     axes = model.axes if isinstance(model, AntennaModel) else model
     if is_run_folder(path):

@@ -1,4 +1,6 @@
-"""What the rigid body takes of the torque along a measured motion: gravity, base motion and the other axis, from the model."""
+"""What the rigid body takes of the torque along a measured motion: gravity, base motion and the other axis, from the
+model.
+"""
 
 from __future__ import annotations
 
@@ -19,8 +21,8 @@ _RATE_SPAN_S = 0.02
 class AxisLoad:
     """Torques of one axis along the measured motion, each (n,), and the axis' own inertia there (mean over the rows).
 
-    `friction` is the applied torque at t_k minus what gravity, base and the other axis take: friction plus own inertia times
-    acceleration. `drive` is the same held over [t_k, t_k+1), for simulation.
+    `friction` is the applied torque at t_k minus what gravity, base and the other axis take: friction plus own inertia
+    times acceleration. `drive` is the same held over [t_k, t_k+1), for simulation.
     """
 
     friction: Vector
@@ -29,10 +31,11 @@ class AxisLoad:
 
 
 def axis_load(table: SignalsTable, model: AntennaModel, axis: str) -> AxisLoad:
-    """Load of one axis over all rows of a table; the joint rate comes from the encoder, the base from its columns (absent: level, fixed).
+    """Load of one axis over all rows of a table; the joint rate comes from the encoder, the base from its columns
+    (absent: level, fixed).
 
-    Friction acts on the joint, so nothing here touches the gyro. The commanded torque goes through the model's actuator (gain,
-    offset, lag, limit) first.
+    Friction acts on the joint, so nothing here touches the gyro. The commanded torque goes through the model's actuator
+    (gain, offset, lag, limit) first.
     """
     positions = np.column_stack([table.position(name) for name in model.axes])
     rates = np.column_stack([joint_rate(table.position(name), table.period_s) for name in model.axes])
@@ -41,7 +44,8 @@ def axis_load(table: SignalsTable, model: AntennaModel, axis: str) -> AxisLoad:
     bias, inertia = body.bias[:, index], float(np.mean(body.mass[:, 2 * index]))
     if len(model.axes) > 1:
         other = 1 - index
-        # the other axis' acceleration reaches this one through the product of inertia alone, a thousandth of the diagonal
+        # the other axis' acceleration reaches this one through the product of inertia alone, a thousandth of the
+        # diagonal
         bias = bias - _coupling(model) * np.gradient(rates[:, other], table.period_s)
     held = applied_torque(table.torque(axis), model, axis, table.period_s)
     middle = np.concatenate([0.5 * (bias[1:] + bias[:-1]), bias[-1:]])
@@ -49,7 +53,9 @@ def axis_load(table: SignalsTable, model: AntennaModel, axis: str) -> AxisLoad:
 
 
 def applied_torque(command: Vector, model: AntennaModel, axis: str, period_s: float) -> Vector:
-    """Torque at the joint for a commanded one, both (n,) and held over the sample: gain, offset, lag (mean over the sample), limit."""
+    """Torque at the joint for a commanded one, both (n,) and held over the sample: gain, offset, lag (mean over the
+    sample), limit.
+    """
     torque = (1.0 + model.number(axis, "actuator.gain_error")) * command + model.number(axis, "actuator.offset")
     lag = model.number(axis, "actuator.time_constant")
     if lag > 0.0:

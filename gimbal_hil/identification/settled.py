@@ -1,4 +1,6 @@
-"""From a best fit to estimates: profile every parameter, send the undetermined ones back to their prior, refit the rest."""
+"""From a best fit to estimates: profile every parameter, send the undetermined ones back to their prior, refit the
+rest.
+"""
 
 from __future__ import annotations
 
@@ -26,11 +28,13 @@ class Asked:
     silent: str = ""
 
 
-def settle_parameters(task: ProfileTask, asked: Sequence[Asked], executor: Executor | None = None) -> tuple[tuple[Estimate, ...], Fit]:
+def settle_parameters(
+    task: ProfileTask, asked: Sequence[Asked], executor: Executor | None = None
+) -> tuple[tuple[Estimate, ...], Fit]:
     """Estimates of the first `len(asked)` parameters, and the fit that holds with the undetermined ones at their prior.
 
-    An interval is that of the joint fit, in which nothing was fixed, stretched to hold the value after the refit: fixing one
-    parameter at its prior must not make another look better known than the data alone make it.
+    An interval is that of the joint fit, in which nothing was fixed, stretched to hold the value after the refit:
+    fixing one parameter at its prior must not make another look better known than the data alone make it.
     """
     profiled = [index for index, one in enumerate(asked) if not one.silent]
     profile = partial(profile_interval, task)
@@ -46,12 +50,16 @@ def settle_parameters(task: ProfileTask, asked: Sequence[Asked], executor: Execu
     fixed = {i: e.value for i, e in enumerate(estimates) if e.verdict is Verdict.NOT_IDENTIFIED and e.prior is not None}
     if not fixed:
         return tuple(estimates), task.best
-    again = refit_with_fixed(task.residuals, task.parameters, task.best.values, fixed, task.difference_step, task.tolerance)
+    again = refit_with_fixed(
+        task.residuals, task.parameters, task.best.values, fixed, task.difference_step, task.tolerance
+    )
     return tuple(e if i in fixed else _moved(e, float(again.values[i])) for i, e in enumerate(estimates)), again
 
 
 def _moved(estimate: Estimate, value: float) -> Estimate:
     interval = estimate.interval
     return replace(
-        estimate, value=value, interval=Interval(min(interval.low, value), max(interval.high, value), interval.open_low, interval.open_high)
+        estimate,
+        value=value,
+        interval=Interval(min(interval.low, value), max(interval.high, value), interval.open_low, interval.open_high),
     )

@@ -42,9 +42,9 @@ class Direction(Enum):
 class StaticFit:
     """A steady curve through a map, or through one half of it.
 
-    `offset` is the constant torque that both directions share (BOTH only; zero else); `residuals` are measured minus fitted in
-    torque units, in the order of `points`; `rms` is over them; `between_runs` is the scatter beyond the points' own errors that
-    had to be granted to every point; `outliers` are the labels that were held down.
+    `offset` is the constant torque that both directions share (BOTH only; zero else); `residuals` are measured minus
+    fitted in torque units, in the order of `points`; `rms` is over them; `between_runs` is the scatter beyond the
+    points' own errors that had to be granted to every point; `outliers` are the labels that were held down.
     """
 
     direction: Direction
@@ -81,14 +81,15 @@ class _MapResiduals:
 def fit_static(
     points: Sequence[VelocityPoint], direction: Direction = Direction.BOTH, prior: StaticFriction | None = None
 ) -> StaticFit | None:
-    """Fit `F(v) = Tc + (Ts - Tc) exp(-(v/vs)^delta) + sigma2 v` to a map; None when fewer points than unknowns are there.
+    """Fit `F(v) = Tc + (Ts - Tc) exp(-(v/vs)^delta) + sigma2 v` to a map; None when fewer points than unknowns are
+    there.
 
-    Where the speed fluctuates around its mean the curve is that of `torque_with_jitter`.
-    Points weigh by their standard error (not below a fifth of the median one), to which a common scatter between runs is added when
-    the residuals call for it. Ts, Tc and sigma2 enter linearly once vs and delta are given, so starts come from a grid over those
-    two (variable projection, Golub and Pereyra 1973); everything is then refined together on logarithmic scales within physical
-    bounds. Outliers are held down by Huber weights at 2.5 robust deviations. Intervals are profile likelihood. Parameters that the
-    map does not determine keep their `prior`.
+    Where the speed fluctuates around its mean the curve is that of `torque_with_jitter`. Points weigh by their standard
+    error (not below a fifth of the median one), to which a common scatter between runs is added when the residuals call
+    for it. Ts, Tc and sigma2 enter linearly once vs and delta are given, so starts come from a grid over those two
+    (variable projection, Golub and Pereyra 1973); everything is then refined together on logarithmic scales within
+    physical bounds. Outliers are held down by Huber weights at 2.5 robust deviations. Intervals are profile likelihood.
+    Parameters that the map does not determine keep their `prior`.
     """
     used = [p for p in points if direction is Direction.BOTH or (p.rate > 0.0) == (direction is Direction.POSITIVE)]
     unknowns = 6 if direction is Direction.BOTH else 5
@@ -100,7 +101,9 @@ def fit_static(
     base = _MapResiduals(np.abs(rate), np.sign(rate), torque, 1.0 / error, np.array([p.jitter for p in used]))
     parameters = _parameters(base, with_offset=direction is Direction.BOTH)
     residuals, best, between = _robust_fit(base, parameters)
-    estimates, best = _estimates(residuals, parameters, best, prior, (float(np.min(np.abs(rate))), float(np.max(np.abs(rate)))))
+    estimates, best = _estimates(
+        residuals, parameters, best, prior, (float(np.min(np.abs(rate))), float(np.max(np.abs(rate))))
+    )
     estimates = _doubting_jitter(estimates, residuals, parameters, best)
     friction = StaticFriction(*(float(v) for v in best.values[:5]))
     offset = float(best.values[5]) if unknowns == 6 else 0.0
@@ -145,7 +148,10 @@ def _starts(data: _MapResiduals, parameters: Sequence[Unknown], count: int = 6) 
             linear = np.linalg.lstsq(design, data.torque * data.weight, rcond=None)[0]
             values = np.array([linear[0], linear[1], velocity, linear[2], shape, *linear[3:]])
             bounded = np.array(
-                [min(max(v, p.low * 1.01 if p.logarithmic else p.low), p.high) for v, p in zip(values, parameters, strict=True)]
+                [
+                    min(max(v, p.low * 1.01 if p.logarithmic else p.low), p.high)
+                    for v, p in zip(values, parameters, strict=True)
+                ]
             )
             candidates.append((float(np.sum(data(bounded) ** 2)), bounded))
     candidates.sort(key=lambda pair: pair[0])
@@ -153,7 +159,9 @@ def _starts(data: _MapResiduals, parameters: Sequence[Unknown], count: int = 6) 
 
 
 def _robust_fit(base: _MapResiduals, parameters: Sequence[Unknown]) -> tuple[_MapResiduals, Fit, float]:
-    """Reweighted least squares; answers the last round's residuals (for the intervals), its fit, and the scatter between runs."""
+    """Reweighted least squares; answers the last round's residuals (for the intervals), its fit, and the scatter
+    between runs.
+    """
     error = 1.0 / base.weight
     current, between = base, 0.0
     best = fit(current, parameters, _starts(base, parameters))
@@ -171,10 +179,18 @@ def _robust_fit(base: _MapResiduals, parameters: Sequence[Unknown]) -> tuple[_Ma
 
 
 def _estimates(
-    residuals: _MapResiduals, parameters: Sequence[Unknown], best: Fit, prior: StaticFriction | None, speeds: tuple[float, float]
+    residuals: _MapResiduals,
+    parameters: Sequence[Unknown],
+    best: Fit,
+    prior: StaticFriction | None,
+    speeds: tuple[float, float],
 ) -> tuple[tuple[Estimate, ...], Fit]:
     """Estimates of the static parameters, and the fit with the undetermined ones at their prior."""
-    priors = [None] * 5 if prior is None else [prior.breakaway, prior.coulomb, prior.stribeck_velocity, prior.viscous, prior.shape]
+    priors = (
+        [None] * 5
+        if prior is None
+        else [prior.breakaway, prior.coulomb, prior.stribeck_velocity, prior.viscous, prior.shape]
+    )
     flat = ""
     if _no_bump(residuals, parameters, best):
         flat = f"between {speeds[0]:.3g} and {speeds[1]:.3g} rad/s the data need no Stribeck bump"
@@ -188,18 +204,27 @@ def _estimates(
 def _doubting_jitter(
     estimates: tuple[Estimate, ...], residuals: _MapResiduals, parameters: Sequence[Unknown], best: Fit
 ) -> tuple[Estimate, ...]:
-    """Intervals stretched over what no fluctuation of the speed, and twice as much, would give: it is inferred, not measured."""
+    """Intervals stretched over what no fluctuation of the speed, and twice as much, would give: it is inferred, not
+    measured.
+    """
     if not np.any(residuals.jitter):
         return estimates
-    others = [fit(replace(residuals, jitter=scale * residuals.jitter), parameters, [best.values]).values for scale in (0.0, 2.0)]
+    others = [
+        fit(replace(residuals, jitter=scale * residuals.jitter), parameters, [best.values]).values
+        for scale in (0.0, 2.0)
+    ]
     return tuple(
-        replace(e, interval=e.interval.stretched_over([float(other[i]) for other in others])) if np.isfinite(e.fitted) else e
+        replace(e, interval=e.interval.stretched_over([float(other[i]) for other in others]))
+        if np.isfinite(e.fitted)
+        else e
         for i, e in enumerate(estimates)
     )
 
 
 def _no_bump(residuals: _MapResiduals, parameters: Sequence[Unknown], best: Fit) -> bool:
-    """True when Coulomb plus viscous friction fits as well, by the Bayesian information criterion (three parameters fewer)."""
+    """True when Coulomb plus viscous friction fits as well, by the Bayesian information criterion (three parameters
+    fewer).
+    """
     level = float(best.values[1])
     tied = _Tied(residuals)
     reduced = [parameters[1], parameters[3], *parameters[5:]]

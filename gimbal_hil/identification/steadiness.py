@@ -21,8 +21,9 @@ _MIN_BLOCKS = 12
 class SteadyRule:
     """Limits of the search: how the segment is cut and what counts as steady.
 
-    `tolerance` is the speed change, relative to the speed, that friction does not notice whatever the statistics say; `ripple` the
-    scatter of block speeds, relative to the speed, above which the motion is stick-slip rather than sliding.
+    `tolerance` is the speed change, relative to the speed, that friction does not notice whatever the statistics say;
+    `ripple` the scatter of block speeds, relative to the speed, above which the motion is stick-slip rather than
+    sliding.
     """
 
     blocks: int = 40
@@ -45,7 +46,9 @@ class SteadyWindow:
 
 
 def reverse_arrangement_score(values: Vector) -> float:
-    """Standardised count of pairs in falling order; beyond +-2.58 a trend at 1 % (Bendat and Piersol, Random Data, section 4.5.2)."""
+    """Standardised count of pairs in falling order; beyond +-2.58 a trend at 1 % (Bendat and Piersol, Random Data,
+    section 4.5.2).
+    """
     n = len(values)
     falling = int(np.sum(np.triu(values[:, None] > values[None, :], 1)))
     mean = n * (n - 1) / 4.0
@@ -64,10 +67,10 @@ def cusum_score(values: Vector) -> float:
 def find_steady_window(time_s: Vector, position: Vector, rule: SteadyRule | None = None) -> SteadyWindow | None:
     """Longest stretch of a segment in which the joint speed is constant, or None when there is none.
 
-    The segment (`time_s`, `position`, shape (n,), encoder position) is cut into equal blocks; a block's speed is the encoder travel
-    over its time, so the encoder step enters once per block. From the longest down, a stretch of blocks is accepted when it moves
-    one way, scatters less than `ripple`, and either passes both the reverse-arrangement and the cumulative-sum test at 1 %, or
-    drifts by less than `tolerance` of the speed in total.
+    The segment (`time_s`, `position`, shape (n,), encoder position) is cut into equal blocks; a block's speed is the
+    encoder travel over its time, so the encoder step enters once per block. From the longest down, a stretch of blocks
+    is accepted when it moves one way, scatters less than `ripple`, and either passes both the reverse-arrangement and
+    the cumulative-sum test at 1 %, or drifts by less than `tolerance` of the speed in total.
     """
     limits = rule or SteadyRule()
     n = len(time_s)
@@ -90,12 +93,13 @@ def find_steady_window(time_s: Vector, position: Vector, rule: SteadyRule | None
 
 
 def settled_start(values: Vector, rule: SteadyRule | None = None) -> tuple[int, float]:
-    """First row from which a noisy series, shape (n,), has settled, and the drift (last minus first of its trend) that is left.
+    """First row from which a noisy series, shape (n,), has settled, and the drift (last minus first of its trend) that
+    is left.
 
-    The bristles settle over a travel, not a time: at the slowest speeds long after the speed itself is steady. Leading blocks are
-    dropped until the block means pass the reverse-arrangement and cumulative-sum tests at 1 %. A loop that sways slowly never passes:
-    then the start is where the squared error of the mean of the rest is smallest (the MSER rule, White, Simulation 69, 1997), and a
-    trend that is still significant there is the drift.
+    The bristles settle over a travel, not a time: at the slowest speeds long after the speed itself is steady. Leading
+    blocks are dropped until the block means pass the reverse-arrangement and cumulative-sum tests at 1 %. A loop that
+    sways slowly never passes: then the start is where the squared error of the mean of the rest is smallest (the MSER
+    rule, White, Simulation 69, 1997), and a trend that is still significant there is the drift.
     """
     limits = rule or SteadyRule()
     blocks = min(limits.blocks, len(values) // 4)
@@ -134,7 +138,9 @@ def _accept(speeds: Vector, limits: SteadyRule) -> tuple[float, float, float] | 
     index = np.arange(len(speeds)) - (len(speeds) - 1) / 2.0
     drift = abs(float(np.dot(index, speeds) / np.dot(index, index))) * len(speeds)
     trend, cusum = reverse_arrangement_score(speeds), cusum_score(speeds)
-    unnoticed = drift < limits.tolerance * abs(mean) and float(np.max(np.abs(speeds - mean))) < 5.0 * limits.tolerance * abs(mean)
+    unnoticed = drift < limits.tolerance * abs(mean) and float(
+        np.max(np.abs(speeds - mean))
+    ) < 5.0 * limits.tolerance * abs(mean)
     if unnoticed or (abs(trend) < _TREND_LIMIT and cusum < _CUSUM_LIMIT):
         return trend, cusum, ripple
     return None

@@ -1,4 +1,6 @@
-"""LuGre friction as identification sees it: all seven numbers, and `F(v) = Tc + (Ts - Tc) exp(-(v / vs)^delta) + sigma2 v`."""
+"""LuGre friction as identification sees it: all seven numbers, and `F(v) = Tc + (Ts - Tc) exp(-(v / vs)^delta) + sigma2
+v`.
+"""
 
 from __future__ import annotations
 
@@ -17,8 +19,8 @@ LUGRE_UNITS = ("N m", "N m", "rad/s", "N m s/rad", "1", "N m/rad", "N m s/rad")
 class StaticFriction:
     """Parameters of the steady curve: torques in N m (N on a linear axis), speeds in rad/s (m/s).
 
-    `breakaway` is Ts, `coulomb` Tc, `stribeck_velocity` vs, `viscous` sigma2, `shape` delta of thesis eq. 4.2 with the erratum
-    `exp(-(|v|/vs)^delta)`.
+    `breakaway` is Ts, `coulomb` Tc, `stribeck_velocity` vs, `viscous` sigma2, `shape` delta of thesis eq. 4.2 with the
+    erratum `exp(-(|v|/vs)^delta)`.
     """
 
     breakaway: float
@@ -33,10 +35,11 @@ class StaticFriction:
         return np.asarray(self.coulomb + (self.breakaway - self.coulomb) * bump + self.viscous * speed)
 
     def torque_with_jitter(self, speed: Vector, jitter: Vector) -> Vector:
-        """Mean friction torque at positive mean speeds that fluctuate by `jitter` (rms, both (n,)), faster than bristles settle.
+        """Mean friction torque at positive mean speeds that fluctuate by `jitter` (rms, both (n,)), faster than
+        bristles settle.
 
-        In the mean `0 = v - sigma0 z E[|v| / g(|v|)]`: the bristles bend by `v / E[|v| / g]` instead of `g(v)`, a little less. The
-        mean is taken with three Gauss-Hermite nodes.
+        In the mean `0 = v - sigma0 z E[|v| / g(|v|)]`: the bristles bend by `v / E[|v| / g]` instead of `g(v)`, a
+        little less. The mean is taken with three Gauss-Hermite nodes.
         """
         bent = np.zeros_like(speed)
         for node, weight in ((-np.sqrt(3.0), 1.0 / 6.0), (0.0, 2.0 / 3.0), (np.sqrt(3.0), 1.0 / 6.0)):
@@ -45,7 +48,9 @@ class StaticFriction:
         return np.asarray(speed / bent + self.viscous * speed)
 
     def largest_sigma1(self) -> float:
-        """Largest micro-damping sigma1 with which the model stays passive, `sigma2 Tc / (Ts - Tc)`, infinite without a Stribeck bump."""
+        """Largest micro-damping sigma1 with which the model stays passive, `sigma2 Tc / (Ts - Tc)`, infinite without a
+        Stribeck bump.
+        """
         bump = self.breakaway - self.coulomb
         return self.viscous * self.coulomb / bump if bump > 0.0 else float("inf")
 
@@ -73,4 +78,6 @@ class LugreFriction:
         """The same friction with some numbers replaced."""
         known = dict(zip(names, (float(v) for v in values), strict=True))
         static = {name: known[name] for name in LUGRE_NAMES[:5] if name in known}
-        return LugreFriction(replace(self.static, **static), known.get("sigma0", self.sigma0), known.get("sigma1", self.sigma1))
+        return LugreFriction(
+            replace(self.static, **static), known.get("sigma0", self.sigma0), known.get("sigma1", self.sigma1)
+        )

@@ -29,7 +29,10 @@ class Budgets:
         """Why an experiment would exceed a budget, judged by its rehearsal on the model; None when it would not."""
         needed = experiment.duration_s(rate_hz) + AFTERWARDS_S
         if used_s + needed > self.antenna_s:
-            return f"needs {needed:.0f} s of antenna time; {max(0.0, self.antenna_s - used_s):.0f} s of {self.antenna_s:.0f} s are left"
+            return (
+                f"needs {needed:.0f} s of antenna time; {max(0.0, self.antenna_s - used_s):.0f} s of "
+                f"{self.antenna_s:.0f} s are left"
+            )
         if rehearsal.stopped is not None:
             return f"is stopped when it is rehearsed on the model: {rehearsal.stopped}"
         for axis in self.torque_nm:
@@ -42,7 +45,9 @@ class Budgets:
         return None
 
     def guarded(self, experiment: Experiment) -> Experiment:
-        """The same experiment with guards in every step: an antenna that does other than its model is stopped at the budget."""
+        """The same experiment with guards in every step: an antenna that does other than its model is stopped at the
+        budget.
+        """
         return replace(experiment, steps=tuple(self._guarded_step(step) for step in experiment.steps))
 
     def _guarded_step(self, step: Step) -> Step:
@@ -62,13 +67,19 @@ class Budgets:
 
 
 def budgets_of(
-    settings: DaemonSettings, antenna_s: float, rounds: int, torque: Mapping[str, float], travel: Mapping[str, tuple[float, float]]
+    settings: DaemonSettings,
+    antenna_s: float,
+    rounds: int,
+    torque: Mapping[str, float],
+    travel: Mapping[str, tuple[float, float]],
 ) -> Budgets:
     """What was given, within the limits of the configuration; BadInputError where more was given than those allow."""
     for option, given in (("--torque", torque), ("--travel", travel)):
         for axis in given:
             if axis not in settings.axes:
-                raise BadInputError(f"{option} {axis}", "names no axis", "AXIS=VALUE with axis " + " or ".join(settings.axes))
+                raise BadInputError(
+                    f"{option} {axis}", "names no axis", "AXIS=VALUE with axis " + " or ".join(settings.axes)
+                )
     torques, travels = {}, {}
     for axis in settings.axis_names:
         limits = settings.axes[axis].limits
@@ -79,7 +90,9 @@ def budgets_of(
         travels[axis] = travel.get(axis, (low, high))
         if torques[axis] > limits.torque_nm:
             raise BadInputError(
-                f"--torque {axis}={torques[axis]:g}", "is over the configuration's limit", f"at most {limits.torque_nm:g} N m"
+                f"--torque {axis}={torques[axis]:g}",
+                "is over the configuration's limit",
+                f"at most {limits.torque_nm:g} N m",
             )
         if travels[axis][0] < low or travels[axis][1] > high:
             asked = f"--travel {axis}={travels[axis][0]:g}..{travels[axis][1]:g}"

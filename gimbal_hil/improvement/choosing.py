@@ -1,7 +1,8 @@
 """Which experiment comes next: the entry of the menu on which two explanations would differ most.
 
-Explanation A is put in the model and rehearsed through an entry; what is measured there is put beside explanation B, which may
-refit itself within what the data so far allows it (its Jacobian there). What B still leaves beyond A is the expected difference.
+Explanation A is put in the model and rehearsed through an entry; what is measured there is put beside explanation B,
+which may refit itself within what the data so far allows it (its Jacobian there). What B still leaves beyond A is the
+expected difference.
 """
 
 from __future__ import annotations
@@ -33,7 +34,9 @@ _SPREAD = 2.0
 
 @dataclass(frozen=True)
 class Option:
-    """An entry of the menu for an axis; once it is weighed, the expected difference in squared floors and how long it takes."""
+    """An entry of the menu for an axis; once it is weighed, the expected difference in squared floors and how long it
+    takes.
+    """
 
     sequence: str
     axis: str
@@ -43,7 +46,9 @@ class Option:
 
 @dataclass(frozen=True)
 class Pair:
-    """Two explanations that the data leaves open: hypotheses with their fits, by the name and axis in which they differ."""
+    """Two explanations that the data leaves open: hypotheses with their fits, by the name and axis in which they
+    differ.
+    """
 
     best: Scored
     rival: Scored
@@ -56,7 +61,8 @@ class Pair:
 
 
 def open_pairs(diagnosis: Diagnosis, verdict: dict[str, Any], shown: Collection[tuple[str, str]]) -> list[Pair]:
-    """What an ambiguous verdict leaves open: a cause and the rival that does as well, or a cause and the same without it.
+    """What an ambiguous verdict leaves open: a cause and the rival that does as well, or a cause and the same without
+    it.
 
     The latter where the hold-out has no trace of the cause; not for those that an earlier hold-out has shown.
     """
@@ -65,7 +71,9 @@ def open_pairs(diagnosis: Diagnosis, verdict: dict[str, Any], shown: Collection[
     for index, label in enumerate(best.hypothesis.labels):
         if status[label] != "ambiguous":
             continue
-        others = [(other["name"], other["axis"]) for other in verdict["alternatives"] if other["instead_of"] == label[0]]
+        others = [
+            (other["name"], other["axis"]) for other in verdict["alternatives"] if other["instead_of"] == label[0]
+        ]
         rival = next((one for one in diagnosis.rivals[index] if one.hypothesis.labels[-1] in others), None)
         if rival is not None:
             found.append(Pair(best, rival, (label, rival.hypothesis.labels[-1])))
@@ -78,8 +86,12 @@ def unexplained_pair(diagnosis: Diagnosis) -> Pair | None:
     """Of an unexplained gap: the two attempts that come closest and differ in a cause."""
     search = diagnosis.search
     tried = [one for made in diagnosis.rounds for one in made.tried]
-    # floors fall while a search goes on: attempts of different rounds are put beside one another under those that hold in the end
-    again = [search.scored(replace(one.fit, residual=residual_of(search.twin, one.hypothesis, search.floor))) for one in tried]
+    # floors fall while a search goes on: attempts of different rounds are put beside one another under those that hold
+    # in the end
+    again = [
+        search.scored(replace(one.fit, residual=residual_of(search.twin, one.hypothesis, search.floor)))
+        for one in tried
+    ]
     attempts = sorted((one for one in again if np.isfinite(one.cost)), key=lambda one: one.cost)
     for rival in attempts[1:]:
         here, there = set(attempts[0].hypothesis.labels), set(rival.hypothesis.labels)
@@ -89,7 +101,8 @@ def unexplained_pair(diagnosis: Diagnosis) -> Pair | None:
 
 
 def menu_of(pair: Pair, done: Sequence[tuple[str, str]]) -> list[Option]:
-    """Entries made for the pair, those that fit both first, then those that show one of them. What was run already is left out.
+    """Entries made for the pair, those that fit both first, then those that show one of them. What was run already is
+    left out.
 
     Against chance, whatever shows the cause will do: where no entry of its own is left, all of them.
     """
@@ -111,9 +124,14 @@ def person_needed(pair: Pair) -> str | None:
 
 
 def weighed(
-    diagnosis: Diagnosis, pair: Pair, options: Sequence[Option], rehearsed: Callable[[Option, AntennaModel], SignalsTable | None]
+    diagnosis: Diagnosis,
+    pair: Pair,
+    options: Sequence[Option],
+    rehearsed: Callable[[Option, AntennaModel], SignalsTable | None],
 ) -> list[Option]:
-    """The options with their expected differences, largest first. `rehearsed` gives what an option would measure on a model."""
+    """The options with their expected differences, largest first. `rehearsed` gives what an option would measure on a
+    model.
+    """
     model = corrected_model(replace(diagnosis, best=pair.best, complete=True)) or diagnosis.model
     found: list[Option] = []
     for option in options:
@@ -125,7 +143,9 @@ def weighed(
 
 
 def worth_running(pair: Pair, options: Sequence[Option]) -> Option | None:
-    """The option to run: where the pair differs most, or the shortest that plainly shows a cause; None where none is worth its time."""
+    """The option to run: where the pair differs most, or the shortest that plainly shows a cause; None where none is
+    worth its time.
+    """
     worth = [option for option in options if option.expected >= WORTH]
     plain = [option for option in worth if option.expected >= _PLAINLY * WORTH]
     if pair.against_chance and plain:
@@ -134,13 +154,17 @@ def worth_running(pair: Pair, options: Sequence[Option]) -> Option | None:
 
 
 def open_end(pair: Pair, options: Sequence[Option], refused: Sequence[str], left_floors: float) -> str:
-    """What stays open, why no run of the antenna's own would close it, what the model is then, and what a person could do."""
+    """What stays open, why no run of the antenna's own would close it, what the model is then, and what a person could
+    do.
+    """
     (one, axis), (other, other_axis) = ((name.replace("_", " "), axis) for name, axis in pair.names)
     person = person_needed(pair)
     if options:
         most = options[0]
         place = f"{most.sequence.replace('_', ' ')} on {most.axis}"
-        why = f"of the runs left, {place} would show most, {most.expected:.2g} squared floors, where {WORTH:g} are needed"
+        why = (
+            f"of the runs left, {place} would show most, {most.expected:.2g} squared floors, where {WORTH:g} are needed"
+        )
     elif refused:
         why = f"no run fits the budgets ({'; '.join(refused)})"
     else:
@@ -156,7 +180,9 @@ def open_end(pair: Pair, options: Sequence[Option], refused: Sequence[str], left
 
 
 def expected_difference(diagnosis: Diagnosis, pair: Pair, table: SignalsTable) -> float:
-    """Squared floors that B leaves beyond A on a table that A made, B refitted linearly to that table and to all data so far."""
+    """Squared floors that B leaves beyond A on a table that A made, B refitted linearly to that table and to all data
+    so far.
+    """
     search = diagnosis.search
     hz = search.twin.records[0].bands.scored_hz
     twin = Twin(diagnosis.model, (record_of(table, diagnosis.model, hz, "rehearsal"),), search.twin.gyro_everywhere)

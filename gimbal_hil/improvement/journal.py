@@ -34,7 +34,9 @@ class Resumed:
 
 @dataclass(frozen=True)
 class Chosen:
-    """Which experiment comes next and why; `considered` says what each entry of the menu was expected to show, in squared floors."""
+    """Which experiment comes next and why; `considered` says what each entry of the menu was expected to show, in
+    squared floors.
+    """
 
     round: int
     run: str
@@ -79,7 +81,9 @@ class Measured:
 
 @dataclass(frozen=True)
 class Diagnosed:
-    """What a diagnosis on all runs so far said, what the loop makes of it, and the model that it leaves (a file below the folder)."""
+    """What a diagnosis on all runs so far said, what the loop makes of it, and the model that it leaves (a file below
+    the folder).
+    """
 
     round: int
     verdict: str
@@ -117,7 +121,10 @@ class Ended:
 
 
 Entry: TypeAlias = Started | Resumed | Chosen | Refused | Measuring | Measured | Diagnosed | Stopped | Ended
-_KINDS = {kind.__name__.lower(): kind for kind in (Started, Resumed, Chosen, Refused, Measuring, Measured, Diagnosed, Stopped, Ended)}
+_KINDS = {
+    kind.__name__.lower(): kind
+    for kind in (Started, Resumed, Chosen, Refused, Measuring, Measured, Diagnosed, Stopped, Ended)
+}
 
 
 class Journal:
@@ -157,7 +164,9 @@ def read_journal(path: Path) -> list[Entry]:
             kind = _KINDS[document["kind"]]
             entries.append(kind(**{one.name: document[one.name] for one in fields(kind)}))
         except (ValueError, KeyError, TypeError) as error:
-            raise BadInputError(f"{path} line {number}", f"is no journal entry ({error})", "an unchanged journal") from None
+            raise BadInputError(
+                f"{path} line {number}", f"is no journal entry ({error})", "an unchanged journal"
+            ) from None
     return entries
 
 

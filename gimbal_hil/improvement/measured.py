@@ -14,7 +14,8 @@ from gimbal_hil.signals import SignalsTable, signals_of_run
 
 
 def measured_table(folder: Path, axes: Sequence[str]) -> SignalsTable:
-    """Signals of a run under control: without the fall before it and the way back after it; frames lost on a link are made up.
+    """Signals of a run under control: without the fall before it and the way back after it; frames lost on a link are
+    made up.
 
     Raises BadInputError where the run holds no step.
     """
@@ -31,4 +32,6 @@ def _between(run: Run, first: int, last: int | None) -> Run:
     """The rows from one tick up to another."""
     end = np.inf if last is None else last
     ticks, frames = run.ticks["tick"], run.frames["tick"]
-    return replace(run, ticks=run.ticks[(ticks >= first) & (ticks < end)], frames=run.frames[(frames >= first) & (frames < end)])
+    return replace(
+        run, ticks=run.ticks[(ticks >= first) & (ticks < end)], frames=run.frames[(frames >= first) & (frames < end)]
+    )

@@ -1,4 +1,5 @@
-"""The one report of an improvement: the gap round by round, experiments and why, what the model gained, what is left."""
+"""The one report of an improvement: the gap round by round, experiments and why, what the model gained, what is left.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 from gimbal_hil.discrepancy.completeness import COMPLETE_FLOORS
 from gimbal_hil.improvement.choosing import WORTH
-from gimbal_hil.improvement.journal import Chosen, Diagnosed, Ended, Entry, Measured, Measuring, Refused, Resumed, Stopped
+from gimbal_hil.improvement.journal import (
+    Chosen,
+    Diagnosed,
+    Ended,
+    Entry,
+    Measured,
+    Measuring,
+    Refused,
+    Resumed,
+    Stopped,
+)
 from gimbal_hil.report import Block, Callout, Details, Heading, Listing, Page, Plot, Table, Text, Tiles
 from sim_backend.model import AntennaModel, load_model
 
@@ -16,7 +27,8 @@ if TYPE_CHECKING:
     from gimbal_hil.improvement.loop import Task
 
 _GAP_CAPTION = (
-    "Rms left over per channel in noise floors. Each round begins with the model as it was then (dot) on data that had no part in making "
+    "Rms left over per channel in noise floors. Each round begins with the model as it was then (dot) on data that "
+    "had no part in making "
     "it, and ends with what the diagnosis proposes (open dot). Below the dashed line a channel counts as explained."
 )
 
@@ -36,8 +48,12 @@ def improvement_page(task: Task, entries: Sequence[Entry]) -> Page:
     if rounds:
         blocks += [Heading("What is left"), *_left(rounds[-1], end)]
     blocks += [Heading("Budgets"), _budget_table(task, entries, used_s, len(rounds))]
-    blocks += [Details("Log", [Listing("\n".join(_line(entry) for entry in entries), "One line an entry of journal.jsonl.")])]
-    return Page("Improving the model on the antenna itself", f"Start: {task.start.name}; {len(measured)} experiments", blocks)
+    blocks += [
+        Details("Log", [Listing("\n".join(_line(entry) for entry in entries), "One line an entry of journal.jsonl.")])
+    ]
+    return Page(
+        "Improving the model on the antenna itself", f"Start: {task.start.name}; {len(measured)} experiments", blocks
+    )
 
 
 def _last_model(task: Task, rounds: Sequence[Diagnosed]) -> AntennaModel:
@@ -48,13 +64,20 @@ def _last_model(task: Task, rounds: Sequence[Diagnosed]) -> AntennaModel:
 def _conclusion(end: Ended | Stopped | None) -> Callout:
     if isinstance(end, Ended):
         return Callout(end.text, "good" if end.ending == "at_the_floor" else "warning")
-    return Callout(f"Stopped before its end: {end.reason if end else 'the log goes no further'}. --resume goes on from here.", "warning")
+    return Callout(
+        f"Stopped before its end: {end.reason if end else 'the log goes no further'}. --resume goes on from here.",
+        "warning",
+    )
 
 
-def _tiles(task: Task, rounds: Sequence[Diagnosed], measured: Sequence[Measured], used_s: float, end: Ended | Stopped | None) -> Tiles:
+def _tiles(
+    task: Task, rounds: Sequence[Diagnosed], measured: Sequence[Measured], used_s: float, end: Ended | Stopped | None
+) -> Tiles:
     items = [(end.ending.replace("_", " ") if isinstance(end, Ended) else "stopped", "ending")]
     if rounds:
-        items.append((f"{_worst(rounds[0]):.1f} → {_last_gap(rounds, end):.2f}", "largest gap in floors, first to last"))
+        items.append(
+            (f"{_worst(rounds[0]):.1f} → {_last_gap(rounds, end):.2f}", "largest gap in floors, first to last")
+        )
     items += [
         (f"{len(measured)} in {max(1, len(rounds))} rounds", "experiments"),
         (f"{used_s:.0f} s", f"of {task.budgets.antenna_s:.0f} s antenna time"),
@@ -96,7 +119,9 @@ def _gap_figure(rounds: Sequence[Diagnosed]) -> Any:
     drawn.add_hline(y=1.0, line_color=ALERT, line_width=1)
     drawn.add_hline(y=COMPLETE_FLOORS, line_color=ALERT, line_width=1, line_dash="dash")
     # on a logarithmic axis annotations stand at the logarithm
-    drawn.add_annotation(x=1.0, xref="paper", xanchor="right", y=0.0, yanchor="top", text="noise floor", showarrow=False)
+    drawn.add_annotation(
+        x=1.0, xref="paper", xanchor="right", y=0.0, yanchor="top", text="noise floor", showarrow=False
+    )
     drawn.update_yaxes(type="log", dtick=1)
     drawn.update_xaxes(tickvals=[one.round for one in rounds], range=[rounds[0].round - 0.5, rounds[-1].round + 0.5])
     drawn.update_layout(hovermode="closest")
@@ -126,20 +151,35 @@ def _experiment_table(entries: Sequence[Entry]) -> Table:
     for refused in (e for e in entries if isinstance(e, Refused)):
         rows.append((str(refused.round), refused.sequence, "", f"refused: {refused.reason}", "", ""))
     header = ("round", "experiment", "axes", "why", "peak torque [N m]", "duration [s]")
-    return Table(header, rows, "In the order in which they were run; torque as rehearsed on the model before anything moved.")
+    return Table(
+        header, rows, "In the order in which they were run; torque as rehearsed on the model before anything moved."
+    )
 
 
 def _menu(rounds: Sequence[Diagnosed]) -> list[Block]:
     rows = []
     for one in rounds:
         for entry in one.considered:
-            run = one.choice is not None and entry["sequence"] == one.choice["sequence"] and entry["axis"] in one.choice["axes"]
-            rows.append((str(one.round), f"{entry['sequence']} on {entry['axis']}", f"{entry['expected']:,.0f}", "run" if run else ""))
+            run = (
+                one.choice is not None
+                and entry["sequence"] == one.choice["sequence"]
+                and entry["axis"] in one.choice["axes"]
+            )
+            rows.append(
+                (
+                    str(one.round),
+                    f"{entry['sequence']} on {entry['axis']}",
+                    f"{entry['expected']:,.0f}",
+                    "run" if run else "",
+                )
+            )
     if not rows:
         return []
     caption = (
-        "The menu as it was weighed: squared floors that the other explanation, or the model without a cause that no hold-out has shown, "
-        f"would leave beyond the best one, refitted as far as the data so far allow. Nothing is run for less than {WORTH:g}."
+        "The menu as it was weighed: squared floors that the other explanation, or the model without a cause that no "
+        "hold-out has shown, "
+        "would leave beyond the best one, refitted as far as the data so far allow. Nothing is run for less than "
+        f"{WORTH:g}."
     )
     return [Table(("round", "entry of the menu", "expected difference", ""), rows, caption)]
 
@@ -161,10 +201,20 @@ def _gained(start: AntennaModel, model: AntennaModel, rounds: Sequence[Diagnosed
         for name, p in e["parameters"].items()
     ]
     if rows:
-        blocks.append(Table(("effect", "round", "status", "parameter", "value", "interval"), rows, "Effects as they were taken over."))
+        blocks.append(
+            Table(
+                ("effect", "round", "status", "parameter", "value", "interval"),
+                rows,
+                "Effects as they were taken over.",
+            )
+        )
     before, after = start.to_yaml().splitlines(), model.to_yaml().splitlines()
     change = "\n".join(difflib.unified_diff(before, after, "start", "model.yaml", lineterm="", n=1))
-    blocks.append(Listing(change, "Difference between the first model and the last.") if change else Text("The model is as it was."))
+    blocks.append(
+        Listing(change, "Difference between the first model and the last.")
+        if change
+        else Text("The model is as it was.")
+    )
     return blocks
 
 
@@ -175,7 +225,9 @@ def _left(last: Diagnosed, end: Ended | Stopped | None) -> list[Block]:
         channel = f"{gap['axis']} {gap['signal'].replace('_', ' ')}"
         rows.append((channel, f"{gap['noise_floor']:.3g} {gap['unit']}", f"{before:.2f}", f"{after:.2f}"))
     header = ("channel", "noise floor", "before [floors]", "after [floors]")
-    blocks: list[Block] = [Table(header, rows, f"Round {last.round}, on data that neither selected nor tuned anything.")]
+    blocks: list[Block] = [
+        Table(header, rows, f"Round {last.round}, on data that neither selected nor tuned anything.")
+    ]
     if not (isinstance(end, Ended) and end.ending == "at_the_floor"):
         blocks.append(Text(last.text))
     if last.remark:
@@ -194,11 +246,18 @@ def _budget_table(task: Task, entries: Sequence[Entry], used_s: float, rounds: i
     ]
     for axis in task.budgets.torque_nm:
         peak = max((p.torque_nm[axis] for p in plans), default=0.0)
-        low, high = min((p.travel_rad[axis][0] for p in plans), default=0.0), max((p.travel_rad[axis][1] for p in plans), default=0.0)
+        low, high = (
+            min((p.travel_rad[axis][0] for p in plans), default=0.0),
+            max((p.travel_rad[axis][1] for p in plans), default=0.0),
+        )
         least, most = task.budgets.travel_rad[axis]
         rows.append((f"torque, {axis}", f"{peak:.2f} N m", f"{task.budgets.torque_nm[axis]:g} N m"))
         rows.append((f"travel, {axis}", f"{low:+.2f} .. {high:+.2f} rad", f"{least:+.2f} .. {most:+.2f} rad"))
-    return Table(("budget", "used", "allowed"), rows, "Torque and travel as rehearsed; guards hold the antenna to what is allowed.")
+    return Table(
+        ("budget", "used", "allowed"),
+        rows,
+        "Torque and travel as rehearsed; guards hold the antenna to what is allowed.",
+    )
 
 
 def _line(entry: Entry) -> str:

@@ -1,4 +1,6 @@
-"""An experiment tried on the model first: what torque and travel it needs, and what it would measure if the model were right."""
+"""An experiment tried on the model first: what torque and travel it needs, and what it would measure if the model were
+right.
+"""
 
 from __future__ import annotations
 
@@ -48,10 +50,15 @@ def rehearse(experiment: Experiment, settings: DaemonSettings, model: AntennaMod
     columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     torque = {axis: float(np.max(np.abs(columns[f"{axis}.torque"]))) for axis in model.axes}
     travel = {
-        axis: (float(np.min(columns[f"{axis}.position"])) + _SAME_RAD, float(np.max(columns[f"{axis}.position"])) - _SAME_RAD)
+        axis: (
+            float(np.min(columns[f"{axis}.position"])) + _SAME_RAD,
+            float(np.max(columns[f"{axis}.position"])) - _SAME_RAD,
+        )
         for axis in model.axes
     }
     kept = {f"{axis}.{name}": columns[f"{axis}.{name}"] for axis in model.axes for name in _KEPT}
     kept = {name: values for name, values in kept.items() if np.isfinite(values).all()}
     time_s = np.arange(len(columns["time_s"])) / settings.rate_hz
-    return Rehearsal(torque, travel, SignalsTable.of(model.axes, time_s, kept, source=f"rehearsal of {experiment.name}"), stopped)
+    return Rehearsal(
+        torque, travel, SignalsTable.of(model.axes, time_s, kept, source=f"rehearsal of {experiment.name}"), stopped
+    )

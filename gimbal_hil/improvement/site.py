@@ -1,4 +1,6 @@
-"""Where experiments are run: the virtual antenna in this process, or whatever answers on the link, through a daemon in real time."""
+"""Where experiments are run: the virtual antenna in this process, or whatever answers on the link, through a daemon in
+real time.
+"""
 
 from __future__ import annotations
 
@@ -71,11 +73,14 @@ class DaemonSite:
 
 
 @contextmanager
-def site_of(settings: DaemonSettings, config: Path | None, out: Path, daemon_run: Path | None, resume: bool) -> Iterator[Site]:
+def site_of(
+    settings: DaemonSettings, config: Path | None, out: Path, daemon_run: Path | None, resume: bool
+) -> Iterator[Site]:
     """The place to run experiments at.
 
-    With `daemon_run` through that daemon; with an embedded antenna in this process; else through a daemon of its own on the
-    configuration's link, which records below `out` and is shut down in the end. Raises LinkError when no antenna answers.
+    With `daemon_run` through that daemon; with an embedded antenna in this process; else through a daemon of its own on
+    the configuration's link, which records below `out` and is shut down in the end. Raises LinkError when no antenna
+    answers.
     """
     if daemon_run is not None:
         _until_ready(daemon_run, resume)
@@ -123,7 +128,9 @@ def _until_open(process: subprocess.Popen[bytes], run: Path, log: Path) -> None:
     while not (run / "operator.json").exists():
         if process.poll() is not None:
             lines = log.read_text(errors="replace").strip().splitlines()
-            raise LinkError(f"the daemon ended at once: {lines[-1].removeprefix('error: ') if lines else 'without a word'}")
+            raise LinkError(
+                f"the daemon ended at once: {lines[-1].removeprefix('error: ') if lines else 'without a word'}"
+            )
         if time.monotonic() > end:
             raise LinkError(f"{run}: the daemon did not open its door")
         time.sleep(0.05)

@@ -1,4 +1,5 @@
-"""Host and device in one compiled loop, mail to mail: what the frame path does, without the frames that nobody reads."""
+"""Host and device in one compiled loop, mail to mail: what the frame path does, without the frames that nobody reads.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +7,27 @@ import numpy as np
 
 from firmware_protocol.compiling import compiled, entry_point
 from firmware_protocol.schema import RECORD_SIZE, Direction
-from gimbal_hil.host import C_AT, COUNTERS_AT, H_AT, MAIL_AT, OCTETS_AT, RECEIVERS_AT, encode_host_mail, host_tick, write_row
-from gimbal_hil.host.layout import EVENT_CAPACITY, EVENT_COUNT, RECORD_EVERY, REQUESTS, SEGMENT, SEGMENT_RUNS, SEGMENT_SIZE, TICK_SEGMENT
+from gimbal_hil.host import (
+    C_AT,
+    COUNTERS_AT,
+    H_AT,
+    MAIL_AT,
+    OCTETS_AT,
+    RECEIVERS_AT,
+    encode_host_mail,
+    host_tick,
+    write_row,
+)
+from gimbal_hil.host.layout import (
+    EVENT_CAPACITY,
+    EVENT_COUNT,
+    RECORD_EVERY,
+    REQUESTS,
+    SEGMENT,
+    SEGMENT_RUNS,
+    SEGMENT_SIZE,
+    TICK_SEGMENT,
+)
 from sim_backend.device import device_tick, encode_device_mail
 
 _TO_HOST, _TO_DEVICE = int(Direction.DEVICE_TO_HOST), int(Direction.HOST_TO_DEVICE)
@@ -64,10 +84,13 @@ def run_ticks(
     """Run up to `ticks` ticks from number `tick` on; answers how many were run.
 
     `words` are a HostMemory's, P K X J a Device's. `rows` int64 (n, LOG_WORDS) gets a row every `every` ticks, `frames`
-    int64 (m, FRAME_WORDS) all frames unless it has no room for one tick; `counts` int64 (2,) says how many of each. With `until_done`
-    the run ends with the tick in which no segment runs or is due any more. Stops early when `rows`, `frames` or the event ring is full.
+    int64 (m, FRAME_WORDS) all frames unless it has no room for one tick; `counts` int64 (2,) says how many of each.
+    With `until_done` the run ends with the tick in which no segment runs or is due any more. Stops early when `rows`,
+    `frames` or the event ring is full.
     """
-    return _run_ticks(words, plan, P, K, X, J, device_counters, rows, frames, octets, counts, tick, ticks, step_ns, every, until_done)
+    return _run_ticks(
+        words, plan, P, K, X, J, device_counters, rows, frames, octets, counts, tick, ticks, step_ns, every, until_done
+    )
 
 
 @compiled
@@ -102,7 +125,9 @@ def _run_ticks(
             counts[0], counts[1] = written, framed
             return k
         if logs_frames:
-            framed = _log_frames(octets, encode_device_mail(mail, device_counters, octets, 0), frames, framed, now, _TO_HOST)
+            framed = _log_frames(
+                octets, encode_device_mail(mail, device_counters, octets, 0), frames, framed, now, _TO_HOST
+            )
         host_tick(mail, H, G, C, plan, now)
         if logs_frames:
             framed = _log_frames(octets, encode_host_mail(mail, counters, octets, 0), frames, framed, now, _TO_DEVICE)

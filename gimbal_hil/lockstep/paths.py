@@ -1,7 +1,8 @@
 """Host and virtual antenna in lockstep, two ways with one face and the same bits.
 
-`FramePath` passes every tick's blocks through codec and link, and may have faults in the link. `CompiledPath` calls the same two cores in
-one compiled loop. Tick n of both: the host takes the feedback sampled at t_n and sends set-point n; the device acts on it until t_n+1.
+`FramePath` passes every tick's blocks through codec and link, and may have faults in the link. `CompiledPath` calls the
+same two cores in one compiled loop. Tick n of both: the host takes the feedback sampled at t_n and sends set-point n;
+the device acts on it until t_n+1.
 """
 
 from __future__ import annotations
@@ -33,7 +34,9 @@ Exchange = Callable[[int, bytes, bytes], None]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recorded:
-    """What a stretch of lockstep left: `log` int64 (n, LOG_WORDS), frame rows int64 (m, 3) where frames were kept, events, ticks run."""
+    """What a stretch of lockstep left: `log` int64 (n, LOG_WORDS), frame rows int64 (m, 3) where frames were kept,
+    events, ticks run.
+    """
 
     log: NDArray[np.int64]
     ticks: int
@@ -80,13 +83,17 @@ class Lockstep(Protocol):
     tick: int
 
     def advance(self, ticks: int, *, until_done: bool = False, every: int = 1) -> Recorded:
-        """Run `ticks` ticks; with `until_done` stop after the tick that ends the program; a log row every `every` ticks."""
+        """Run `ticks` ticks; with `until_done` stop after the tick that ends the program; a log row every `every`
+        ticks.
+        """
 
 
 class _Engine(ABC):
     """What both paths share."""
 
-    def __init__(self, settings: DaemonSettings, model: AntennaModel, seed: int = 0, device: Device | None = None) -> None:
+    def __init__(
+        self, settings: DaemonSettings, model: AntennaModel, seed: int = 0, device: Device | None = None
+    ) -> None:
         self.settings = settings.for_axes(model.axes, model.where)
         self.host = Host(host_configuration(settings), self.settings.axis_names)
         self.device = device or Device(model, rate_hz=settings.rate_hz, seed=seed)
@@ -159,12 +166,22 @@ class FramePath(_Engine):
                 break
         logs.append(self._decimated(host.take_log(), every))
         events += host.events()
-        return Recorded(_stacked(logs, LOG_WORDS), self.tick - first, 1.0 / self.settings.rate_hz, events=tuple(events), axes=host.axes)
+        return Recorded(
+            _stacked(logs, LOG_WORDS),
+            self.tick - first,
+            1.0 / self.settings.rate_hz,
+            events=tuple(events),
+            axes=host.axes,
+        )
 
     def _decimated(self, log: NDArray[np.int64], every: int) -> NDArray[np.int64]:
         """Rows that the decimation keeps: that of the segment where it says so."""
         plan, length = self.host.plan, int(self.host.memory.G[layout.PLAN_LENGTH])
-        asking = [at for at in range(0, length * layout.SEGMENT_SIZE, layout.SEGMENT_SIZE) if plan[at + layout.RECORD_EVERY] > 0]
+        asking = [
+            at
+            for at in range(0, length * layout.SEGMENT_SIZE, layout.SEGMENT_SIZE)
+            if plan[at + layout.RECORD_EVERY] > 0
+        ]
         if every == 1 and not asking:
             return log
         labels, wanted = Recorded(log, len(log), 0.0).segment, np.full(len(log), every)
@@ -177,7 +194,12 @@ class CompiledPath(_Engine):
     """One compiled loop; frames are encoded only with `keep_frames`."""
 
     def __init__(
-        self, settings: DaemonSettings, model: AntennaModel, seed: int = 0, keep_frames: bool = False, device: Device | None = None
+        self,
+        settings: DaemonSettings,
+        model: AntennaModel,
+        seed: int = 0,
+        keep_frames: bool = False,
+        device: Device | None = None,
     ) -> None:
         super().__init__(settings, model, seed, device)
         self.alive_counters = new_counters()
@@ -193,7 +215,9 @@ class CompiledPath(_Engine):
         while self.tick < end:
             chunk = min(end - self.tick, CHUNK_ROWS * every)
             rows = np.empty((min(chunk, CHUNK_ROWS), LOG_WORDS), dtype=np.int64)
-            frames = np.empty((MOST_FRAMES * min(chunk, CHUNK_ROWS) if self._keep_frames else 0, FRAME_WORDS), dtype=np.int64)
+            frames = np.empty(
+                (MOST_FRAMES * min(chunk, CHUNK_ROWS) if self._keep_frames else 0, FRAME_WORDS), dtype=np.int64
+            )
             self.tick += run_ticks(
                 host.memory.words,
                 host.plan,
@@ -219,7 +243,12 @@ class CompiledPath(_Engine):
             if until_done and not host.following:
                 break
         return Recorded(
-            _stacked(logs, LOG_WORDS), self.tick - first, 1.0 / self.settings.rate_hz, _stacked(kept, FRAME_WORDS), tuple(events), host.axes
+            _stacked(logs, LOG_WORDS),
+            self.tick - first,
+            1.0 / self.settings.rate_hz,
+            _stacked(kept, FRAME_WORDS),
+            tuple(events),
+            host.axes,
         )
 
 

@@ -15,7 +15,9 @@ def host_of(run: Run) -> Host:
     where = f"{run.folder / 'run.yaml'}: configuration"
     settings = settings_from_document(dict(run.record.header.configuration), where)
     if not settings.recording.frames or settings.recording.every_ticks != 1:
-        raise BadInputError(f"{where}.recording", "this run does not keep every frame and tick", "frames: true and every_ticks: 1")
+        raise BadInputError(
+            f"{where}.recording", "this run does not keep every frame and tick", "frames: true and every_ticks: 1"
+        )
     return Host(host_configuration(settings), run.record.header.axes)
 
 

@@ -32,8 +32,8 @@ class RequestRefusedError(BadInputError):
 class OperatorClient:
     """A connection to the daemon that records into `run` (its run folder, or the `operator.json` in it).
 
-    Raises BadInputError when there is no such daemon or the token file is not the caller's own, LinkError when the daemon does not
-    answer within `timeout_s` or has gone.
+    Raises BadInputError when there is no such daemon or the token file is not the caller's own, LinkError when the
+    daemon does not answer within `timeout_s` or has gone.
     """
 
     def __init__(self, run: Path, timeout_s: float = 5.0) -> None:
@@ -57,7 +57,9 @@ class OperatorClient:
             raise LinkError(f"{self._where}: {greeting['error'] if greeting else 'the daemon does not answer'}")
 
     def request(self, command: str, /, **fields: object) -> Json:
-        """Send one command and wait for its answer; RequestRefusedError when the daemon says no. Events that come first are kept."""
+        """Send one command and wait for its answer; RequestRefusedError when the daemon says no. Events that come first
+        are kept.
+        """
         self._next_id += 1
         number = self._next_id
         try:
@@ -79,7 +81,9 @@ class OperatorClient:
         return int(self.request("start", program=program.as_document())["tick"])
 
     def wait_for_segment(self, label: int, timeout_s: float) -> Json | None:
-        """The event that ends the segment of that label (`cause` in its data says why), None when it does not come in time."""
+        """The event that ends the segment of that label (`cause` in its data says why), None when it does not come in
+        time.
+        """
 
         def ended(event: Json) -> bool:
             data = event.get("data", {})
@@ -107,7 +111,9 @@ class OperatorClient:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.close()
 
     def _connect(self, deadline: float) -> None:

@@ -1,7 +1,9 @@
-"""The operator's door: JSON lines over a Unix socket that only a process which can read the owner's token file gets through.
+"""The operator's door: JSON lines over a Unix socket that only a process which can read the owner's token file gets
+through.
 
-One line is one JSON object. The first line of a connection is `{"token": "..."}`; each later one is a request with an `id` of the
-client's choice and is answered by one line with that `id`. Lines without `id` are events, sent to every client as they happen.
+One line is one JSON object. The first line of a connection is `{"token": "..."}`; each later one is a request with an
+`id` of the client's choice and is answered by one line with that `id`. Lines without `id` are events, sent to every
+client as they happen.
 """
 
 from __future__ import annotations
@@ -27,7 +29,8 @@ from firmware_protocol.documents import DocumentLimits, json_line, read_json
 from firmware_protocol.errors import BadInputError
 
 Json = dict[str, Any]
-#: a request may carry a program with tables (eight megabytes of numbers at most, packed); an answer nobody reads may not grow for ever
+#: a request may carry a program with tables (eight megabytes of numbers at most, packed); an answer nobody reads may
+#: not grow for ever
 LONGEST_LINE = 12 << 20
 LONGEST_UNREAD = 4 << 20
 _LIMITS = DocumentLimits(size_bytes=LONGEST_LINE, values=100_000)
@@ -52,7 +55,9 @@ class Door:
 
     @classmethod
     def make(cls) -> Door:
-        """A new socket address in a private folder (socket paths are limited to some 100 bytes, run folders are not) and a new token."""
+        """A new socket address in a private folder (socket paths are limited to some 100 bytes, run folders are not)
+        and a new token.
+        """
         base = os.environ.get("XDG_RUNTIME_DIR")
         folder = tempfile.mkdtemp(prefix="gimbal-hil-", dir=base if base and Path(base).is_dir() else None)
         return cls(Path(folder) / "socket", secrets.token_hex(32))
@@ -67,7 +72,9 @@ class Door:
 
     @classmethod
     def read(cls, run: Path) -> Door:
-        """The door of the daemon that records into `run`; BadInputError when there is none or others may read the token."""
+        """The door of the daemon that records into `run`; BadInputError when there is none or others may read the
+        token.
+        """
         path = run / DOOR_FILE if run.is_dir() else run
         expected = "the run folder of a running daemon"
         content = read_json(path, expected)
@@ -77,7 +84,9 @@ class Door:
         status = path.stat()
         door = cls(Path(address), token)
         if status.st_mode & 0o077 or status.st_uid != os.geteuid():
-            raise BadInputError(str(path), "may be read by others or belongs to somebody else", "a file of yours with mode 0600")
+            raise BadInputError(
+                str(path), "may be read by others or belongs to somebody else", "a file of yours with mode 0600"
+            )
         return door
 
     def remove(self, run: Path) -> None:
@@ -101,15 +110,17 @@ class Client:
 
 
 class OperatorSocket:
-    """Serves the door without ever blocking: `serve` handles what is ready and returns. `handle(client, request)` answers a request
-    at once with a line, or with None when the answer comes later through `answer`.
+    """Serves the door without ever blocking: `serve` handles what is ready and returns. `handle(client, request)`
+    answers a request at once with a line, or with None when the answer comes later through `answer`.
 
-    Whoever holds the token gets in: a connection that does not show it in time is closed, and when places are short the one that has been
-    silent longest makes room. A long line is taken apart when every short one has been answered, and one at a time, so that it delays a
-    quick stop on another connection by its own time at most.
+    Whoever holds the token gets in: a connection that does not show it in time is closed, and when places are short the
+    one that has been silent longest makes room. A long line is taken apart when every short one has been answered, and
+    one at a time, so that it delays a quick stop on another connection by its own time at most.
     """
 
-    def __init__(self, door: Door, handle: Callable[[Client, Json], Json | None], clock_s: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, door: Door, handle: Callable[[Client, Json], Json | None], clock_s: Callable[[], float] = time.monotonic
+    ) -> None:
         self._token = door.token
         self._handle = handle
         self._clock_s = clock_s
@@ -165,7 +176,9 @@ class OperatorSocket:
         self._listener.close()
 
     def _accept(self) -> None:
-        """Let in all who wait, and hear each at once: the token usually comes with the knock, before anybody can push in."""
+        """Let in all who wait, and hear each at once: the token usually comes with the knock, before anybody can push
+        in.
+        """
         for _ in range(_BACKLOG):
             try:
                 connection, _address = self._listener.accept()
@@ -184,7 +197,9 @@ class OperatorSocket:
         there = [client for client in self._clients if client.admitted is admitted]
         if len(there) >= most:
             silent = min(there, key=lambda client: client.heard_s)
-            self.answer(silent, {"ok": False, "error": "too many connections: the one that was silent longest has to go"})
+            self.answer(
+                silent, {"ok": False, "error": "too many connections: the one that was silent longest has to go"}
+            )
             self._drop(silent)
 
     def _drop_silent(self) -> None:

@@ -8,7 +8,14 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 #: measured, model, reference, second axis, warning, background band
-MEASURED, MODEL, REFERENCE, SECOND, ALERT, BAND = "#1f6f8b", "#d1603d", "#8a94a0", "#6a4c93", "#b3261e", "rgba(31,111,139,0.15)"
+MEASURED, MODEL, REFERENCE, SECOND, ALERT, BAND = (
+    "#1f6f8b",
+    "#d1603d",
+    "#8a94a0",
+    "#6a4c93",
+    "#b3261e",
+    "rgba(31,111,139,0.15)",
+)
 #: of the first axis and of the second
 AXIS_COLOURS = ("#1f6f8b", "#d1603d")
 
@@ -34,7 +41,11 @@ def figure(title: str, x_title: str, y_title: str, height: int = 380) -> go.Figu
 def stacked(titles: Sequence[str], x_title: str, y_titles: Sequence[str], height_each: int = 210) -> go.Figure:
     """Panels above each other that share one x axis, in the house style."""
     drawn = make_subplots(
-        rows=len(titles), cols=1, shared_xaxes=True, vertical_spacing=0.08 / max(1, len(titles) - 1) + 0.03, subplot_titles=list(titles)
+        rows=len(titles),
+        cols=1,
+        shared_xaxes=True,
+        vertical_spacing=0.08 / max(1, len(titles) - 1) + 0.03,
+        subplot_titles=list(titles),
     )
     drawn.update_layout(height=height_each * len(titles) + 80, **_LAYOUT)
     drawn.update_annotations(font=dict(size=13), x=0.0, xanchor="left")

@@ -1,8 +1,8 @@
 """What a model leaves of a log when each of its numbers may be off by a factor: one channel per axis and signal.
 
-No model of a stranger's rig is right, so a channel asks little: that torque is an inertia, a load and friction which are the model's own
-within a factor of three, beside any curve over position; that the gyro follows joint and base; that attitude and rate of the base agree.
-A log in other units, or with columns or signs exchanged, is off by more than that.
+No model of a stranger's rig is right, so a channel asks little: that torque is an inertia, a load and friction which
+are the model's own within a factor of three, beside any curve over position; that the gyro follows joint and base; that
+attitude and rate of the base agree. A log in other units, or with columns or signs exchanged, is off by more than that.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ _LEAST_RATE = 1e-3
 class Channel:
     """`target` (n,) is to be made of `columns` (n, k).
 
-    A column of `known` size (k,) counts once, within a factor; one that is not known counts between `low` and `high` (k,) times, in units
-    of that factor where they are finite.
+    A column of `known` size (k,) counts once, within a factor; one that is not known counts between `low` and `high`
+    (k,) times, in units of that factor where they are finite.
     """
 
     target: Floats
@@ -63,13 +63,17 @@ class Channel:
         corner = np.linalg.cholesky(gram + _RIDGE * np.diag(np.diag(gram))).T
         k = int(np.count_nonzero(used))
         unit = norms[used] / (gain * size)
-        low, high = np.where(self.known, 1.0 / factor, factor * self.low)[used], np.where(self.known, factor, factor * self.high)[used]
+        low, high = (
+            np.where(self.known, 1.0 / factor, factor * self.low)[used],
+            np.where(self.known, factor, factor * self.high)[used],
+        )
         found = lsq_linear(corner[:k, :k], corner[:k, k], (low * unit, high * unit), method="bvls")
         return float(np.sqrt((2.0 * found.cost + corner[k, k] ** 2) / len(self.target)))
 
 
 def channels_of(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> dict[str, Channel]:
-    """Channels by the column that they are about, over all tables; axes that do not move or are not driven give none."""
+    """Channels by the column that they are about, over all tables; axes that do not move or are not driven give none.
+    """
     parts: dict[str, list[Channel]] = {}
     for table in tables:
         for name, channel in _of_table(model, table):
@@ -108,7 +112,12 @@ def _of_table(model: AntennaModel, table: SignalsTable) -> list[tuple[str, Chann
         gyro = table.signal(axis, "rate")
         if gyro is not None and np.any(gyro != 0.0):
             seen = np.asarray(gaussian_filter1d(gyro, width))
-            found.append((f"{axis}.rate", _twice_measured(seen[rows], np.asarray(gaussian_filter1d(body.rate[:, i], width))[rows])))
+            found.append(
+                (
+                    f"{axis}.rate",
+                    _twice_measured(seen[rows], np.asarray(gaussian_filter1d(body.rate[:, i], width))[rows]),
+                )
+            )
     given, attitude = [table.base(name) for name in "pqr"], [table.base(name) for name in ("roll", "pitch", "yaw")]
     if any(x is not None for x in given) and any(x is not None for x in attitude):
         for name, column, derived in zip("pqr", given, body_rates(table).T, strict=True):
@@ -122,9 +131,17 @@ def _torque_channel(torque: Floats, motion: tuple[Floats, Floats, Floats, Floats
     position, rate, inertial, load = motion
     top = float(np.abs(rate).max()) or 1.0
     place = (position - position.mean()) / (float(np.ptp(position)) or 1.0)
-    columns = [inertial, load, np.tanh(rate / (_SLOW * top)), rate, np.ones_like(rate), *(place**power for power in _POWERS)]
+    columns = [
+        inertial,
+        load,
+        np.tanh(rate / (_SLOW * top)),
+        rate,
+        np.ones_like(rate),
+        *(place**power for power in _POWERS),
+    ]
     known = np.arange(len(columns)) < 2
-    # friction takes out of the motion, and a model that has any knows its size; without its detail it may be more viscous
+    # friction takes out of the motion, and a model that has any knows its size; without its detail it may be more
+    # viscous
     low, high = np.full(len(columns), -np.inf), np.full(len(columns), np.inf)
     low[2:4], high[2] = 0.0, coulomb if coulomb > 0.0 else np.inf
     return Channel(torque, np.column_stack(columns), known, low, high)
@@ -136,18 +153,26 @@ def _twice_measured(one: Floats, other: Floats) -> Channel:
 
 
 def in_blocks(table: SignalsTable) -> SignalsTable:
-    """Means of a few rows each, torque as it acts about the samples: enough for channels, which are smoothed over more than that."""
+    """Means of a few rows each, torque as it acts about the samples: enough for channels, which are smoothed over more
+    than that.
+    """
     length = max(1, round(_BLOCK_S / table.period_s))
     count = len(table) // length
     columns = {f"{axis}.torque": _centred(table.torque(axis)) for axis in table.axes}
-    columns |= {name: values for name, values in table.columns.items() if name not in columns and not name.endswith(".torque_known")}
+    columns |= {
+        name: values
+        for name, values in table.columns.items()
+        if name not in columns and not name.endswith(".torque_known")
+    }
 
     def means(values: Floats) -> Floats:
         return np.asarray(values[: count * length].reshape(count, length).mean(axis=1))
 
     if count < 2:
         return table
-    return SignalsTable.of(table.axes, means(table.time_s), {n: means(x) for n, x in columns.items()}, None, table.source)
+    return SignalsTable.of(
+        table.axes, means(table.time_s), {n: means(x) for n, x in columns.items()}, None, table.source
+    )
 
 
 def _centred(held: Floats) -> Floats:

@@ -1,4 +1,6 @@
-"""The question before all others: does the model, within a factor, ask for the torque that was logged, or only if it is read otherwise?"""
+"""The question before all others: does the model, within a factor, ask for the torque that was logged, or only if it is
+read otherwise?
+"""
 
 from __future__ import annotations
 
@@ -16,8 +18,8 @@ from sim_backend.model import AntennaModel
 _FACTOR = 3.0
 #: one factor over all numbers, and each of them within a small one of it, is not a wrong model but another unit
 _COMMON_LEAST, _COMMON_MOST, _COMMON_STEP, _ALIKE = 2.7, 3e4, 1.15, 1.4
-#: a channel is suspect when more than this share of it is left; another reading is right when it leaves no more than these shares of any
-#: suspect channel, and of what was left of it
+#: a channel is suspect when more than this share of it is left; another reading is right when it leaves no more than
+#: these shares of any suspect channel, and of what was left of it
 _SUSPECT, _LEFT, _OF_IT = 0.5, 0.4, 0.5
 #: slower logs hold nothing of what friction and joints do; a period in milliseconds looks like one
 _LONGEST_PERIOD_S = 0.1
@@ -26,10 +28,11 @@ Misfits = Mapping[str, float]
 
 
 def preflight(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> None:
-    """Raise BadInputError that names files, columns and what they seem to hold where logs fit the model only if they are read otherwise.
+    """Raise BadInputError that names files, columns and what they seem to hold where logs fit the model only if they
+    are read otherwise.
 
-    A model that is off by a factor of two, or that has no friction, or lacks what the search is to find, is no reason to refuse: what
-    counts is that another reading of the same numbers makes sense where this one makes none.
+    A model that is off by a factor of two, or that has no friction, or lacks what the search is to find, is no reason
+    to refuse: what counts is that another reading of the same numbers makes sense where this one makes none.
     """
     for table in tables:
         if table.period_s > _LONGEST_PERIOD_S:
@@ -51,14 +54,19 @@ def preflight(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> None:
 
 
 def misreading(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> OtherReading | None:
-    """The other reading under which the model asks for what was logged, where as it stands it does not; None for sound tables."""
+    """The other reading under which the model asks for what was logged, where as it stands it does not; None for sound
+    tables.
+    """
     blocks = tuple(map(in_blocks, tables))
     channels = channels_of(model, blocks)
     as_read = {name: channel.misfit(_FACTOR) for name, channel in channels.items()}
     found: list[tuple[float, OtherReading]] = []
     if max(as_read.values(), default=0.0) > _SUSPECT:
         for reading in other_readings(model, blocks):
-            left = {name: channel.misfit(_FACTOR) for name, channel in channels_of(model, tuple(map(reading.undone, blocks))).items()}
+            left = {
+                name: channel.misfit(_FACTOR)
+                for name, channel in channels_of(model, tuple(map(reading.undone, blocks))).items()
+            }
             if _is_right(as_read, left):
                 found.append((_size(left), reading))
     current = _amperes(model, channels, as_read)
@@ -67,13 +75,17 @@ def misreading(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> OtherRe
 
 def _is_right(as_read: Misfits, left: Misfits) -> bool:
     return all(
-        name in left and left[name] < min(_LEFT, _OF_IT * before) if before > _SUSPECT else left.get(name, np.inf) < _SUSPECT
+        name in left and left[name] < min(_LEFT, _OF_IT * before)
+        if before > _SUSPECT
+        else left.get(name, np.inf) < _SUSPECT
         for name, before in as_read.items()
     )
 
 
 def _amperes(model: AntennaModel, channels: Mapping[str, Channel], others: Misfits) -> list[tuple[float, OtherReading]]:
-    """Torque in another unit: every part of it off by one factor, on every axis that is driven, beyond what gains are off by."""
+    """Torque in another unit: every part of it off by one factor, on every axis that is driven, beyond what gains are
+    off by.
+    """
     driven = {name: channel for name, channel in channels.items() if name.endswith(".torque")}
     as_read = {name: channel.misfit(_ALIKE) for name, channel in driven.items()}
     if not driven or max(as_read.values()) < _SUSPECT:

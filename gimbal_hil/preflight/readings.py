@@ -17,7 +17,9 @@ _ANGLES, _RATES = ("base.roll", "base.pitch", "base.yaw"), ("base.p", "base.q", 
 
 @dataclass(frozen=True)
 class OtherReading:
-    """`columns` are `what` (in words that follow "is" or "are"); `undone` is the table as it should have been, `remedy` what to do."""
+    """`columns` are `what` (in words that follow "is" or "are"); `undone` is the table as it should have been, `remedy`
+    what to do.
+    """
 
     columns: tuple[str, ...]
     what: str
@@ -29,7 +31,9 @@ def other_readings(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> Ite
     """Every misreading that these tables allow, with one unit or sign wrong at a time."""
     present = set.intersection(*(set(table.columns) for table in tables))
     rotary = model.kind is not Kind.LINEAR
-    joints = [tuple(some) for some in (*([axis] for axis in model.axes), *([model.axes] if len(model.axes) > 1 else []))]
+    joints = [
+        tuple(some) for some in (*([axis] for axis in model.axes), *([model.axes] if len(model.axes) > 1 else []))
+    ]
     for axes in joints:
         for signals in _some_of(("position", "rate")):
             columns = tuple(f"{axis}.{signal}" for axis in axes for signal in signals)
@@ -47,7 +51,9 @@ def other_readings(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> Ite
         for signals in _some_of(("torque", "position", "rate")):
             columns = tuple(f"{axis}.{signal}" for axis in model.axes for signal in signals)
             if set(columns) <= present:
-                yield OtherReading(columns, "swapped", "the columns of each axis under its own name", _swapped(model.axes, signals))
+                yield OtherReading(
+                    columns, "swapped", "the columns of each axis under its own name", _swapped(model.axes, signals)
+                )
     for groups in _some_of((_ANGLES, _RATES)):
         columns = tuple(name for group in groups for name in group if name in present)
         if columns and all(any(name in present for name in group) for group in groups):
@@ -68,7 +74,9 @@ def _some_of(parts: tuple) -> list[tuple]:
 
 
 def _with(table: SignalsTable, changed: dict) -> SignalsTable:
-    return SignalsTable.of(table.axes, table.time_s, {**table.columns, **changed}, table.repeat, table.source, table.notes)
+    return SignalsTable.of(
+        table.axes, table.time_s, {**table.columns, **changed}, table.repeat, table.source, table.notes
+    )
 
 
 def _scaled(columns: tuple[str, ...], factor: float) -> Callable[[SignalsTable], SignalsTable]:

@@ -97,9 +97,11 @@ class Page:
         body = "\n".join(_render(block) for block in self.blocks)
         script = f"<script>{_plotly_source()}</script><script>{_RESIZE_WHEN_UNFOLDED}</script>" if plots else ""
         return (
-            f'<!doctype html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">'
+            '<!doctype html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" '
+            'content="width=device-width">'
             f"<title>{html.escape(self.title)}</title><style>{_STYLE}</style>{script}</head><body>"
-            f'<header><div class="mark">gimbal-hil</div><h1>{html.escape(self.title)}</h1><p>{html.escape(self.subtitle)}</p></header>'
+            "<header><div "
+            f'class="mark">gimbal-hil</div><h1>{html.escape(self.title)}</h1><p>{html.escape(self.subtitle)}</p></header>'
             f"{f'<nav>{contents}</nav>' if len(headings) > 2 else ''}<main>{body}</main></body></html>"
         )
 
@@ -129,12 +131,17 @@ def _render(block: Block) -> str:
         case Callout(text, tone):
             return f'<div class="callout {html.escape(tone)}">{html.escape(text)}</div>'
         case Tiles(items):
-            tiles = "".join(f'<div class="tile"><b>{html.escape(value)}</b><span>{html.escape(what)}</span></div>' for value, what in items)
+            tiles = "".join(
+                f'<div class="tile"><b>{html.escape(value)}</b><span>{html.escape(what)}</span></div>'
+                for value, what in items
+            )
             return f'<div class="tiles">{tiles}</div>'
         case Table():
             return _table(block)
         case Plot(figure, caption):
-            drawn = figure.to_html(full_html=False, include_plotlyjs=False, config={"displayModeBar": False, "responsive": True})
+            drawn = figure.to_html(
+                full_html=False, include_plotlyjs=False, config={"displayModeBar": False, "responsive": True}
+            )
             return f"<figure>{drawn}{_caption(caption)}</figure>"
         case Listing(text, caption):
             return f"<figure><pre>{html.escape(text)}</pre>{_caption(caption)}</figure>"
@@ -144,12 +151,19 @@ def _render(block: Block) -> str:
 
 def _table(table: Table) -> str:
     numeric = [
-        all(_is_number(row[i]) for row in table.rows if i < len(row) and row[i].strip()) if i else False for i in range(len(table.header))
+        all(_is_number(row[i]) for row in table.rows if i < len(row) and row[i].strip()) if i else False
+        for i in range(len(table.header))
     ]
     mark = [' class="n"' if is_number else "" for is_number in numeric]
     head = "".join(f"<th{mark[i]}>{html.escape(cell)}</th>" for i, cell in enumerate(table.header))
-    rows = "".join("<tr>" + "".join(f"<td{mark[i]}>{html.escape(cell)}</td>" for i, cell in enumerate(row)) + "</tr>" for row in table.rows)
-    return f'<figure><div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>{_caption(table.caption)}</figure>'
+    rows = "".join(
+        "<tr>" + "".join(f"<td{mark[i]}>{html.escape(cell)}</td>" for i, cell in enumerate(row)) + "</tr>"
+        for row in table.rows
+    )
+    return (
+        "<figure><div "
+        f'class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>{_caption(table.caption)}</figure>'
+    )
 
 
 def _is_number(text: str) -> bool:

@@ -1,8 +1,8 @@
 """Log rows as an Arrow IPC stream: written one whole message at a time, read back from whatever bytes are left.
 
-Any Arrow reader opens an intact stream. `read_rows` also reads one that ends anywhere, is still being written, or has damaged
-bytes in it: it keeps every batch that is whole and says where it had to skip.
-Format: Apache Arrow columnar specification, "Encapsulated message format" and "IPC streaming format".
+Any Arrow reader opens an intact stream. `read_rows` also reads one that ends anywhere, is still being written, or has
+damaged bytes in it: it keeps every batch that is whole and says where it had to skip. Format: Apache Arrow columnar
+specification, "Encapsulated message format" and "IPC streaming format".
 """
 
 from __future__ import annotations
@@ -145,7 +145,9 @@ class GrowingStream:
             wanted = least if at else 2 * wanted
 
 
-def _batch_at(buffer: Any, data: bytes, at: int, row_type: np.dtype, axes: tuple[str, str]) -> tuple[NDArray[np.void], int] | None:
+def _batch_at(
+    buffer: Any, data: bytes, at: int, row_type: np.dtype, axes: tuple[str, str]
+) -> tuple[NDArray[np.void], int] | None:
     """Rows of the batch message at byte `at` and the byte after it; None when there is no whole, valid one."""
     import pyarrow as pa
 
@@ -178,7 +180,9 @@ def _next_batch(buffer: Any, data: bytes, at: int, row_type: np.dtype, axes: tup
         at = data.find(_CONTINUATION, at + 1)
         if at < 0:
             return len(data)
-        if at % 8 == 0 and ((data[at : at + 8] == END_OF_STREAM and at + 8 == len(data)) or _batch_at(buffer, data, at, row_type, axes)):
+        if at % 8 == 0 and (
+            (data[at : at + 8] == END_OF_STREAM and at + 8 == len(data)) or _batch_at(buffer, data, at, row_type, axes)
+        ):
             return at
 
 

@@ -2,8 +2,9 @@
 
     sha256(n) = SHA-256(sha256(n-1), SHA-256(tick rows), SHA-256(frame rows), SHA-256(event lines))
 
-It starts from what is fixed when a run begins (who, when, software, configuration, model, seed, period) and ends, in `run.yaml`, with how
-the run ended. A line is written after its rows: a kill can leave rows without a line, never a line without its rows.
+It starts from what is fixed when a run begins (who, when, software, configuration, model, seed, period) and ends, in
+`run.yaml`, with how the run ended. A line is written after its rows: a kill can leave rows without a line, never a line
+without its rows.
 """
 
 from __future__ import annotations
@@ -32,7 +33,10 @@ class Block:
 
     def line(self) -> bytes:
         """As it stands in the file."""
-        return (json.dumps({"ticks": self.ticks, "frames": self.frames, "events": self.events, "sha256": self.sha256}) + "\n").encode()
+        return (
+            json.dumps({"ticks": self.ticks, "frames": self.frames, "events": self.events, "sha256": self.sha256})
+            + "\n"
+        ).encode()
 
 
 def linked(before: str, ticks: bytes, frames: bytes, events: bytes) -> str:
@@ -54,13 +58,17 @@ def sealed_with(last: str, end: Mapping[str, Any]) -> str:
 
 
 def read_chain(folder: Path) -> tuple[tuple[Block, ...], bool]:
-    """The whole lines of the chain, and whether one of them is damaged (what follows it is left out); nothing in an older run."""
+    """The whole lines of the chain, and whether one of them is damaged (what follows it is left out); nothing in an
+    older run.
+    """
     try:
         lines = (folder / CHAIN_FILE).read_bytes().split(b"\n")
     except FileNotFoundError:
         return (), False
     except OSError as error:
-        raise BadInputError(str(folder / CHAIN_FILE), error.strerror or "cannot be read", "the seal of the run") from error
+        raise BadInputError(
+            str(folder / CHAIN_FILE), error.strerror or "cannot be read", "the seal of the run"
+        ) from error
     blocks: list[Block] = []
     for line in lines[:-1]:
         block = _block(line)
@@ -76,7 +84,9 @@ def _block(line: bytes) -> Block | None:
     except BadInputError:
         return None
     ticks, frames, events, sha256 = (document.get(key) for key in ("ticks", "frames", "events", "sha256"))
-    counted = all(isinstance(count, int) and not isinstance(count, bool) and count >= 0 for count in (ticks, frames, events))
+    counted = all(
+        isinstance(count, int) and not isinstance(count, bool) and count >= 0 for count in (ticks, frames, events)
+    )
     if not counted or not isinstance(sha256, str) or len(sha256) != 64 or not set(sha256) <= set("0123456789abcdef"):
         return None
     return Block(ticks, frames, events, sha256)  # type: ignore[arg-type]

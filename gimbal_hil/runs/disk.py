@@ -1,4 +1,6 @@
-"""Is what is written still there, and is there room for more? Looked at while recording, so that nothing is lost without a word."""
+"""Is what is written still there, and is there room for more? Looked at while recording, so that nothing is lost
+without a word.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,9 @@ MB = 1 << 20
 
 @dataclass(frozen=True, slots=True)
 class Retention:
-    """When a new segment begins, how much of the log is kept (None: all), and from how much free space on a run warns and ends; MiB."""
+    """When a new segment begins, how much of the log is kept (None: all), and from how much free space on a run warns
+    and ends; MiB.
+    """
 
     segment_mb: float = 512.0
     keep_mb: float | None = None

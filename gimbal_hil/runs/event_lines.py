@@ -16,7 +16,9 @@ _LIMITS = DocumentLimits(size_bytes=64 << 20, values=4_000_000, finite=False)
 
 @dataclass(frozen=True)
 class EventLines:
-    """The events that could be read, the lines as they stand (with their line feeds), and the numbers of those that hold none."""
+    """The events that could be read, the lines as they stand (with their line feeds), and the numbers of those that
+    hold none.
+    """
 
     events: tuple[Event, ...]
     lines: tuple[bytes, ...]
@@ -25,7 +27,9 @@ class EventLines:
 
 
 def read_event_lines(path: Path) -> EventLines:
-    """All events of a file; a last line that was cut is no damage but the end of what was written. BadInputError where there is no file."""
+    """All events of a file; a last line that was cut is no damage but the end of what was written. BadInputError where
+    there is no file.
+    """
     try:
         lines = path.read_bytes().splitlines(keepends=True)
     except OSError as error:

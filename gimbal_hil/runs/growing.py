@@ -51,7 +51,9 @@ class _Kept:
         return rows[rows["tick"] >= tick]
 
     def _opened(self, number: int | None = None) -> GrowingStream:
-        return GrowingStream(self._folder / segment_name(self._name, number or self._segment), self._row_type, self._axes)
+        return GrowingStream(
+            self._folder / segment_name(self._name, number or self._segment), self._row_type, self._axes
+        )
 
     def _following(self) -> int | None:
         return next((number for number, _ in segments_of(self._folder, self._name) if number > self._segment), None)

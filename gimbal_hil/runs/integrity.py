@@ -1,7 +1,8 @@
 """Checks and content hashes of log rows: which bit of a damaged row is wrong, and whether two runs are the same.
 
-A row is mixed word by word into 64 bits (each step is a bijection of the state, so one changed word always changes the result).
-After the content words the state is the row's share of the run's content hash; after all words its lower half is the row's check.
+A row is mixed word by word into 64 bits (each step is a bijection of the state, so one changed word always changes the
+result). After the content words the state is the row's share of the run's content hash; after all words its lower half
+is the row's check.
 """
 
 from __future__ import annotations
@@ -44,7 +45,9 @@ def broken_rows(rows: NDArray[np.void]) -> NDArray[np.int64]:
 
 
 def explain(rows: NDArray[np.void], row: int) -> Damage:
-    """The column that a single wrong bit of row `row` sits in, with the value found and the value that the check proves."""
+    """The column that a single wrong bit of row `row` sits in, with the value found and the value that the check
+    proves.
+    """
     bits = 8 * rows.dtype.itemsize
     tries = np.repeat(rows[row : row + 1], bits)
     words = tries.view("<u8").reshape(bits, -1)

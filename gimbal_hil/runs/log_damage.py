@@ -1,4 +1,6 @@
-"""What is wrong with a log in itself, before anything is run again: damaged rows, holes, content that is not what was recorded."""
+"""What is wrong with a log in itself, before anything is run again: damaged rows, holes, content that is not what was
+recorded.
+"""
 
 from __future__ import annotations
 
@@ -21,11 +23,15 @@ def first_damage(run: Run) -> Difference | None:
 
 
 def damage_of(run: Run) -> Iterator[Difference]:
-    """All that is wrong with a log in itself: damaged rows, holes, lost rows and events, content that is not what was sealed."""
+    """All that is wrong with a log in itself: damaged rows, holes, lost rows and events, content that is not what was
+    sealed.
+    """
     for row in run.broken_ticks[:1]:
         found = explain(run.ticks, int(row))
         signal = stored_name(found.column, run.record.header.axes) if found.column else "tick row"
-        yield Difference(found.tick, signal, _value(found.found), _value(found.original), _reason("the row", found.column))
+        yield Difference(
+            found.tick, signal, _value(found.found), _value(found.original), _reason("the row", found.column)
+        )
     for row in run.broken_frames[:1]:
         yield _broken_frame(run, int(row))
     for where, tick in run.holes:
@@ -46,7 +52,9 @@ def _broken_frame(run: Run, row: int) -> Difference:
         signal, expected, recorded = describe_difference(identifier, found.original, int(frame["payload"]))
         return Difference(found.tick, signal, recorded, expected, _reason(f"this {name} frame", found.column))
     signal = f"{name}.{found.column}" if found.column else name
-    return Difference(found.tick, signal, _value(found.found), _value(found.original), _reason(f"this {name} frame", found.column))
+    return Difference(
+        found.tick, signal, _value(found.found), _value(found.original), _reason(f"this {name} frame", found.column)
+    )
 
 
 def _reason(what: str, column: str | None) -> str:
@@ -80,7 +88,9 @@ def _changed_content(run: Run) -> Iterator[Difference]:
     for part, value in found.items():
         if record.hashes.get(part) != value:
             expected = str(record.hashes.get(part))[:12]
-            yield Difference(-1, part, value[:12], expected, f"the {part} of the run are not those whose hash run.yaml has")
+            yield Difference(
+                -1, part, value[:12], expected, f"the {part} of the run are not those whose hash run.yaml has"
+            )
     for line in run.damaged_events[:1]:
         yield Difference(-1, f"events.jsonl line {line}", "unreadable", "an event", "the log is damaged there")
     yield from broken_seal(run)

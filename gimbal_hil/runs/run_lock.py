@@ -12,7 +12,9 @@ LOCK_FILE = ".lock"
 
 
 class RunLock:
-    """Held from before the first file is touched until `release`; BadInputError where another process records into the folder."""
+    """Held from before the first file is touched until `release`; BadInputError where another process records into the
+    folder.
+    """
 
     def __init__(self, folder: Path) -> None:
         self._file = os.open(folder / LOCK_FILE, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
@@ -24,13 +26,16 @@ class RunLock:
             if not isinstance(error, BlockingIOError):
                 raise
             raise BadInputError(
-                str(folder), f"is being recorded into by process {holder or 'unknown'}", "another folder, or that run ended first"
+                str(folder),
+                f"is being recorded into by process {holder or 'unknown'}",
+                "another folder, or that run ended first",
             ) from None
         os.ftruncate(self._file, 0)
         os.pwrite(self._file, f"{os.getpid()}\n".encode(), 0)
 
     def release(self) -> None:
-        """Let others in; the empty lock file stays, because taking it away could take it from under somebody who waits."""
+        """Let others in; the empty lock file stays, because taking it away could take it from under somebody who waits.
+        """
         if self._file >= 0:
             os.close(self._file)
             self._file = -1

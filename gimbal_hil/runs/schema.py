@@ -1,7 +1,7 @@
 """What a run's log holds: one row a host tick, one row a frame, one event a change.
 
-Both row types are packed into whole 64-bit words. The words that two runs of equal seed and input must share come first,
-readings of the wall clock after them, and the upper half of the last word is the row's check (see `integrity`).
+Both row types are packed into whole 64-bit words. The words that two runs of equal seed and input must share come
+first, readings of the wall clock after them, and the upper half of the last word is the row's check (see `integrity`).
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ from enum import Enum, IntEnum, StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-#: what the columns of TICK_ROW call the axes: the carrying one, the carried one; files have the antenna's own names in their place
+#: what the columns of TICK_ROW call the axes: the carrying one, the carried one; files have the antenna's own names in
+#: their place
 AXES = ("outer", "inner")
 
 #: files of a run folder that hold its log
@@ -31,7 +32,9 @@ class FrameDirection(IntEnum):
 
 
 class EventKind(Enum):
-    """What an event reports. COMMAND is input from outside the host core: replay gives it back; the others are observations."""
+    """What an event reports. COMMAND is input from outside the host core: replay gives it back; the others are
+    observations.
+    """
 
     COMMAND = "command"
     SEGMENT = "segment"
@@ -78,7 +81,9 @@ TICK_ROW = np.dtype(
 )
 
 #: one row a frame; `payload` is the eight bytes read as a little-endian word
-FRAME_ROW = np.dtype([("tick", "<i8"), ("payload", "<u8"), ("identifier", "<u2"), ("direction", "<u2"), ("check", "<u4")])
+FRAME_ROW = np.dtype(
+    [("tick", "<i8"), ("payload", "<u8"), ("identifier", "<u2"), ("direction", "<u2"), ("check", "<u4")]
+)
 
 #: columns of a tick row that are readings of the wall clock: no part of a run's content
 WALL_CLOCK_COLUMNS = ("wake_latency_ns", "computing_ns", "miss_cause")

@@ -10,10 +10,18 @@ from gimbal_hil.runs.reader import Run
 
 
 def broken_seal(run: Run) -> Iterator[Difference]:
-    """What the seal shows, first things first; nothing in a sound run and in one that was recorded before there was a chain."""
+    """What the seal shows, first things first; nothing in a sound run and in one that was recorded before there was a
+    chain.
+    """
     end = run.record.end
     if run.chain_damaged:
-        yield Difference(-1, f"{CHAIN_FILE} line {len(run.blocks) + 1}", "unreadable", "a block", "the seal of the run is damaged there")
+        yield Difference(
+            -1,
+            f"{CHAIN_FILE} line {len(run.blocks) + 1}",
+            "unreadable",
+            "a block",
+            "the seal of the run is damaged there",
+        )
         return
     if not run.blocks:
         if end is not None and end.last_block and any(end.counts.values()):
@@ -35,7 +43,9 @@ def broken_seal(run: Run) -> Iterator[Difference]:
 
 
 def _missing(run: Run, last: Block) -> Iterator[Difference]:
-    """Rows that were recorded and are not there. A run that was never finished may have lost its last ones with the machine's power."""
+    """Rows that were recorded and are not there. A run that was never finished may have lost its last ones with the
+    machine's power.
+    """
     if run.first_segment > 1 or run.record.end is None:
         return
     for part, found, recorded in (
@@ -45,7 +55,11 @@ def _missing(run: Run, last: Block) -> Iterator[Difference]:
     ):
         if found != recorded:
             lost = recorded - found
-            what = f"{lost} {part} that were recorded are missing" if lost > 0 else f"{-lost} {part} were added to a finished run"
+            what = (
+                f"{lost} {part} that were recorded are missing"
+                if lost > 0
+                else f"{-lost} {part} were added to a finished run"
+            )
             yield Difference(-1, part, f"{found} rows", f"{recorded} rows", what)
 
 
@@ -67,7 +81,11 @@ def _broken_block(run: Run) -> Iterator[Difference]:
                 if run.record.end is None and (block.ticks > len(run.ticks) or block.frames > len(run.frames)):
                     return  # its rows are not all there: the reader has said so
                 place = f"block {number}" + (f" from tick {rows['tick'][0]} on" if len(rows) else "")
-                what = "the fixed part of run.yaml, or the block's rows," if number == 1 else "rows or events of this block"
+                what = (
+                    "the fixed part of run.yaml, or the block's rows,"
+                    if number == 1
+                    else "rows or events of this block"
+                )
                 yield Difference(-1, place, "another hash", block.sha256[:12], f"{what} are not those that were sealed")
                 return
         before, ticks, frames, events = block.sha256, block.ticks, block.frames, block.events

@@ -1,4 +1,5 @@
-"""The files that a stream of rows lies in: `ticks.arrow`, then `ticks.0002.arrow` and so on, each a whole Arrow stream."""
+"""The files that a stream of rows lies in: `ticks.arrow`, then `ticks.0002.arrow` and so on, each a whole Arrow stream.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +13,9 @@ def segment_name(stream: str, number: int) -> str:
 
 
 def segments_of(folder: Path, stream: str) -> list[tuple[int, Path]]:
-    """Number and path of every segment that is there, oldest first; old ones may have been given up (`recording.keep_mb`)."""
+    """Number and path of every segment that is there, oldest first; old ones may have been given up
+    (`recording.keep_mb`).
+    """
     stem, _, ending = stream.rpartition(".")
     found = [(1, folder / stream)] if (folder / stream).exists() else []
     for path in folder.glob(f"{stem}.[0-9]*.{ending}"):

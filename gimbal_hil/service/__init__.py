@@ -1,4 +1,6 @@
-"""The service process beside the control process: recorder, operator's desk, live page; nothing that it does can delay a tick."""
+"""The service process beside the control process: recorder, operator's desk, live page; nothing that it does can delay
+a tick.
+"""
 
 from gimbal_hil.service.process import ServiceProcess, ServiceSettings
 

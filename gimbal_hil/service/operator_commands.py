@@ -52,7 +52,9 @@ class ModeRequest(_Request):
 
     def program(self, _period_s: float) -> Program:
         """One segment that never ends and counts from where each axis is."""
-        outer, inner = (AxisCommand(_MODES[name], Shape.HOLD, (0.0,), Origin.START) for name in (self.outer, self.inner))
+        outer, inner = (
+            AxisCommand(_MODES[name], Shape.HOLD, (0.0,), Origin.START) for name in (self.outer, self.inner)
+        )
         return program_of([Segment(outer, inner)])
 
 
@@ -126,7 +128,9 @@ _REQUEST: TypeAdapter[Request] = TypeAdapter(Annotated[Request, Field(discrimina
 
 
 def parse_request(line: dict[str, Any], axes: Sequence[str] = AXIS_NAMES) -> Request:
-    """The request in a line (its `id` aside), which calls the axes by their names; BadInputError in one line that names the key."""
+    """The request in a line (its `id` aside), which calls the axes by their names; BadInputError in one line that names
+    the key.
+    """
     try:
         asked = {key: value for key, value in line.items() if key != "id"}
         if isinstance(asked.get("segments"), list):
@@ -140,7 +144,9 @@ def parse_request(line: dict[str, Any], axes: Sequence[str] = AXIS_NAMES) -> Req
 
 
 def _by_place(asked: Any, axes: Sequence[str]) -> Any:
-    """A request whose axes have the names of the fields above; a name that is not this antenna's stays, and is refused as unknown."""
+    """A request whose axes have the names of the fields above; a name that is not this antenna's stays, and is refused
+    as unknown.
+    """
     if not isinstance(asked, dict) or tuple(axes) == AXIS_NAMES:
         return asked
     places = dict(zip(axes, AXIS_NAMES, strict=True))

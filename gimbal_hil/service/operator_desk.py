@@ -1,4 +1,5 @@
-"""Between the operator's door and the control process: checks requests, passes them on, brings answers and events back."""
+"""Between the operator's door and the control process: checks requests, passes them on, brings answers and events back.
+"""
 
 from __future__ import annotations
 
@@ -56,7 +57,12 @@ class OperatorDesk:
             request = parse_request(line, self._view.axes)
             if isinstance(request, PlainRequest) and request.command == "status":
                 recorder = self._recorder
-                return {"ok": True, "status": self._view.status(), "recording": recorder.state, "recording_failure": recorder.failure}
+                return {
+                    "ok": True,
+                    "status": self._view.status(),
+                    "recording": recorder.state,
+                    "recording_failure": recorder.failure,
+                }
             if isinstance(request, SetPointRequest):
                 require_reachable(request, self._settings)
             program = None if isinstance(request, PlainRequest) else request.program(self._settings.step_s)
@@ -65,7 +71,10 @@ class OperatorDesk:
         kind = CommandKind.START if program else _KINDS[request.command]
         number = self._commands.send(kind, pack_program(program) if program else b"")
         if number is None:
-            return {"ok": False, "error": "the program is too long, or the control process is behind with earlier requests"}
+            return {
+                "ok": False,
+                "error": "the program is too long, or the control process is behind with earlier requests",
+            }
         deadline = time.monotonic() + _PATIENCE_S
         self._waiting[number] = _Waiting(client, line.get("id"), request.command, program, deadline)
         return None
@@ -73,7 +82,9 @@ class OperatorDesk:
     def announce(self, event: Json) -> None:
         """Pass an event on to every operator."""
         if self._socket is not None:
-            self._socket.announce({"event": event["kind"], **{key: value for key, value in event.items() if key != "kind"}})
+            self._socket.announce(
+                {"event": event["kind"], **{key: value for key, value in event.items() if key != "kind"}}
+            )
 
     def give_up(self) -> None:
         """Answer those whose request the control process has not taken."""
@@ -96,7 +107,9 @@ class OperatorDesk:
             self._answer(waiting, {"ok": False, "error": reply["problem"]})
             return
         if waiting.program is not None:
-            self._recorder.command(tick, time_ns, "start", {"command": "start", "program": waiting.program.as_document()})
+            self._recorder.command(
+                tick, time_ns, "start", {"command": "start", "program": waiting.program.as_document()}
+            )
         self._answer(waiting, {"ok": True, "tick": tick})
 
     def _answer(self, waiting: _Waiting, answer: Json) -> None:

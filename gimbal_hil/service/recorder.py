@@ -1,4 +1,6 @@
-"""From telemetry records to the run folder: a row after a miss waits a moment, so that the cause reaches the row it belongs to."""
+"""From telemetry records to the run folder: a row after a miss waits a moment, so that the cause reaches the row it
+belongs to.
+"""
 
 from __future__ import annotations
 
@@ -48,7 +50,11 @@ class Recorder:
         low = self._writer.is_low
         lamp = "failed" if self.failure else "stopping" if self.running_out else "low" if low else "ok"
         free = self._writer.free_mb
-        return {"lamp": lamp, "free_mb": None if free is None else round(free), "problem": self.failure or self.running_out}
+        return {
+            "lamp": lamp,
+            "free_mb": None if free is None else round(free),
+            "problem": self.failure or self.running_out,
+        }
 
     def take_exchanges(self, exchanges: list[Exchange]) -> None:
         """Keep ticks, in their order."""
@@ -71,7 +77,9 @@ class Recorder:
         """Say in the log that records were overwritten before they could be kept."""
         if ring.lost > self._lost:
             data = {"records": ring.lost - self._lost}
-            self._writer.event(*self._last, EventKind.RECORDING, "records were overwritten before the recorder could take them", data)
+            self._writer.event(
+                *self._last, EventKind.RECORDING, "records were overwritten before the recorder could take them", data
+            )
         self._lost = ring.lost
 
     def write(self, everything: bool = False) -> None:
@@ -96,7 +104,9 @@ class Recorder:
         writer.append_ticks(table if self._every_ticks == 1 else table[table["tick"] % self._every_ticks == 0])
 
     def _is_explained(self, exchange: Exchange, newest: int) -> bool:
-        """Whether nothing more will be known of a row: it skipped nothing, its cause has come, or will not come any more."""
+        """Whether nothing more will be known of a row: it skipped nothing, its cause has come, or will not come any
+        more.
+        """
         return exchange.skipped == 0 or exchange.tick in self._causes or exchange.tick + self._hold_ticks <= newest
 
     def close(self, exit_code: int, reason: str) -> None:

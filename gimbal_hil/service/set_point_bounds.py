@@ -1,4 +1,6 @@
-"""Whether an axis can be where an operator wants it: a set-point that the host could only clamp is refused, with the limit in words."""
+"""Whether an axis can be where an operator wants it: a set-point that the host could only clamp is refused, with the
+limit in words.
+"""
 
 from __future__ import annotations
 
@@ -30,5 +32,10 @@ def _bounds(mode: str, axis: AxisSettings) -> tuple[float, float, str, str]:
         high = wrap if limits.position_high_rad is None else min(wrap, limits.position_high_rad)
         key = "limits.cable_wrap_turns" if -low == high == wrap else "limits.position_low_rad and position_high_rad"
         most = WIRE_TURNS * 2.0 * math.pi
-        return max(low, -most), min(high, most), key if math.isfinite(max(-low, high)) else "what the encoder can count", "rad"
+        return (
+            max(low, -most),
+            min(high, most),
+            key if math.isfinite(max(-low, high)) else "what the encoder can count",
+            "rad",
+        )
     return 0.0, 0.0, "mode off, which takes no value", ""

@@ -11,7 +11,9 @@ from firmware_protocol.links import CanLinkConfig, SerialLinkConfig, UnixLinkCon
 
 
 class Embedded(Strict):
-    """The virtual antenna in this process: name of a shipped model or path of a model file (relative to this file), seed of its noise."""
+    """The virtual antenna in this process: name of a shipped model or path of a model file (relative to this file),
+    seed of its noise.
+    """
 
     model: str = "thesis"
     seed: Annotated[int, Field(ge=0, lt=2**31)] = 1

@@ -23,9 +23,9 @@ _REMEDY = "--resample and --drop-invalid accept such a log"
 class Repair:
     """What may be done to a log that is no signals table as it stands.
 
-    `drop_invalid` leaves out rows that hold no number or stand still or back in time, and keeps the longest stretch of constant
-    rate. `resample` puts the rows on a grid of the median period, or of `rate_hz`, which asks for a grid by itself. With both, invalid
-    rows go first and the gaps are filled.
+    `drop_invalid` leaves out rows that hold no number or stand still or back in time, and keeps the longest stretch of
+    constant rate. `resample` puts the rows on a grid of the median period, or of `rate_hz`, which asks for a grid by
+    itself. With both, invalid rows go first and the gaps are filled.
     """
 
     resample: bool = False
@@ -49,7 +49,9 @@ class Repair:
 
 @dataclass(frozen=True)
 class AxisNames:
-    """The axes that a log is read for, and what turns a current into torque: N m/A (N/A) by axis, where the model states it."""
+    """The axes that a log is read for, and what turns a current into torque: N m/A (N/A) by axis, where the model
+    states it.
+    """
 
     axes: tuple[str, ...]
     torque_constants: Mapping[str, float] = field(default_factory=dict)
@@ -89,7 +91,8 @@ def _known_columns(raw: RawColumns, named: AxisNames) -> tuple[list[str], list[s
         if signal == "torque" and name not in raw.values and f"{axis}.current" in raw.values:
             if axis not in named.torque_constants:
                 raise BadInputError(
-                    f"{raw.path}: column {axis}.current", "is in amperes and the model does not say what torque they make",
+                    f"{raw.path}: column {axis}.current", "is in amperes and the model does not say what torque they "
+                                                          "make",
                     f"axes.{axis}.actuator.torque_constant in the model, or the column {name}",
                 )  # fmt: skip
         elif name not in raw.values:
@@ -104,16 +107,22 @@ def _known_columns(raw: RawColumns, named: AxisNames) -> tuple[list[str], list[s
     allowed = (TIME, REPEAT, *column_names(axes))
     unused = [f"{axis}.current" for axis in axes if f"{axis}.torque" in raw.values and f"{axis}.current" in raw.values]
     notes = [f"{name} was not used: the file has the torque itself" for name in unused]
-    notes += [f"column {name!r} is not one of a signals table and was left out" for name in present if name not in allowed]
+    notes += [
+        f"column {name!r} is not one of a signals table and was left out" for name in present if name not in allowed
+    ]
     return [name for name in allowed if name in raw.values and name not in unused], notes
 
 
-def _valid_rows(raw: RawColumns, names: Sequence[str], resample: bool, drop_invalid: bool, notes: list[str]) -> NDArray[np.int64]:
+def _valid_rows(
+    raw: RawColumns, names: Sequence[str], resample: bool, drop_invalid: bool, notes: list[str]
+) -> NDArray[np.int64]:
     if raw.ragged:
         row, expected, found = raw.ragged[0]
         if not (resample or drop_invalid):
             raise BadInputError(
-                f"{raw.path}: line {row}", f"has {found} cells where the header has {expected}", f"one cell a column; {_REMEDY}"
+                f"{raw.path}: line {row}",
+                f"has {found} cells where the header has {expected}",
+                f"one cell a column; {_REMEDY}",
             )
         notes.append(f"{len(raw.ragged)} rows with a wrong number of cells were left out, the first in line {row}")
     invalid = {name: np.isnan(raw.values[name]) for name in names}
@@ -126,9 +135,13 @@ def _valid_rows(raw: RawColumns, names: Sequence[str], resample: bool, drop_inva
     column = next(name for name in names if invalid[name][row])
     if not (resample or drop_invalid):
         raise BadInputError(
-            raw.where(row, column), _what(raw, row, column), f"a finite number; {np.count_nonzero(bad)} rows have none; {_REMEDY}"
+            raw.where(row, column),
+            _what(raw, row, column),
+            f"a finite number; {np.count_nonzero(bad)} rows have none; {_REMEDY}",
         )
-    notes.append(f"{np.count_nonzero(bad)} of {len(bad)} rows held no number somewhere, first at {raw.where(row, column)}")
+    notes.append(
+        f"{np.count_nonzero(bad)} of {len(bad)} rows held no number somewhere, first at {raw.where(row, column)}"
+    )
     for name in names:
         if invalid[name].all():
             raise BadInputError(f"{raw.path}: column {name}", "holds no number at all", "a number in every row")
@@ -152,11 +165,15 @@ def _forward_rows(raw: RawColumns, rows: NDArray[np.int64], repair: bool, notes:
     if forward.all():
         return rows
     at = int(np.argmin(forward))
-    problem = "is the same as in the row before" if time_s[at] == time_s[at - 1] else "is not later than in the rows before"
+    problem = (
+        "is the same as in the row before" if time_s[at] == time_s[at - 1] else "is not later than in the rows before"
+    )
     where = raw.where(int(rows[at]), TIME)
     count = np.count_nonzero(~forward)
     if not repair:
-        raise BadInputError(where, f"{problem} ({time_s[at]:.9g} s)", f"increasing times ({count} rows are not); {_REMEDY}")
+        raise BadInputError(
+            where, f"{problem} ({time_s[at]:.9g} s)", f"increasing times ({count} rows are not); {_REMEDY}"
+        )
     notes.append(f"{count} rows were left out because their time {problem}, the first at {where}")
     return rows[forward]
 
@@ -183,9 +200,13 @@ def _steady_rows(raw: RawColumns, rows: NDArray[np.int64], cut: bool, notes: lis
     start, stop = int(edges[longest]), int(edges[longest + 1])
     if stop - start < FEWEST_ROWS:
         raise BadInputError(
-            where, f"{problem}: {word}, and no stretch of constant rate has {FEWEST_ROWS} rows", "--resample for such a log"
+            where,
+            f"{problem}: {word}, and no stretch of constant rate has {FEWEST_ROWS} rows",
+            "--resample for such a log",
         )
-    notes.append(f"{summary}: kept the longest stretch of constant rate, {stop - start} of {len(raw.values[TIME])} rows")
+    notes.append(
+        f"{summary}: kept the longest stretch of constant rate, {stop - start} of {len(raw.values[TIME])} rows"
+    )
     return rows[start:stop]
 
 

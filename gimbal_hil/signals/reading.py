@@ -1,4 +1,6 @@
-"""One door for measured data: run folders, CSV and Parquet files in, checked signals tables out, on one grid where they must be."""
+"""One door for measured data: run folders, CSV and Parquet files in, checked signals tables out, on one grid where they
+must be.
+"""
 
 from __future__ import annotations
 
@@ -22,19 +24,27 @@ _SAME_PERIOD = 0.01
 
 
 def read_together(
-    paths: Sequence[Path], model: AntennaModel, *, resample: bool = False, drop_invalid: bool = False, rate_hz: float | None = None
+    paths: Sequence[Path],
+    model: AntennaModel,
+    *,
+    resample: bool = False,
+    drop_invalid: bool = False,
+    rate_hz: float | None = None,
 ) -> tuple[SignalsTable, ...]:
     """The logs of one question about a model, all at one rate; of a run folder, the rows under control.
 
-    Logs of different rates are refused unless a grid is asked for; then all get `rate_hz`, or the rate of the slowest log, at which no
-    log has rows that were not measured. Raises BadInputError as `read_signals` does.
+    Logs of different rates are refused unless a grid is asked for; then all get `rate_hz`, or the rate of the slowest
+    log, at which no log has rows that were not measured. Raises BadInputError as `read_signals` does.
     """
     repair = Repair(resample, drop_invalid, rate_hz)
     tables = [_under_control(path, model, repair) for path in paths]
     slowest = max((table.period_s for table in tables), default=0.0)
     apart = [table for table in tables if abs(table.period_s - slowest) > _SAME_PERIOD * slowest]
     if apart and not repair.to_grid:
-        first, other = tables[0], next(t for t in tables if abs(t.period_s - tables[0].period_s) > _SAME_PERIOD * slowest)
+        first, other = (
+            tables[0],
+            next(t for t in tables if abs(t.period_s - tables[0].period_s) > _SAME_PERIOD * slowest),
+        )
         raise BadInputError(
             f"{other.source}: time_s",
             f"has a period of {other.period_s:.6g} s where {first.source} has {first.period_s:.6g} s",
@@ -58,16 +68,23 @@ def read_signals(
     drop_invalid: bool = False,
     rate_hz: float | None = None,
 ) -> SignalsTable:
-    """The signals of the model's axes in a run folder, CSV or Parquet file; with the model itself, currents become torques.
+    """The signals of the model's axes in a run folder, CSV or Parquet file; with the model itself, currents become
+    torques.
 
-    Raises BadInputError that names file, row and column for anything that docs/signals-table.md refuses; what was accepted by way of
-    `resample`, `drop_invalid` and `rate_hz` (see `Repair`), and columns that were not understood, stands in the table's `notes`.
+    Raises BadInputError that names file, row and column for anything that docs/signals-table.md refuses; what was
+    accepted by way of `resample`, `drop_invalid` and `rate_hz` (see `Repair`), and columns that were not understood,
+    stands in the table's `notes`.
     """
     return _read(Path(path), axis_names(axes), Repair(resample, drop_invalid, rate_hz))
 
 
 def signals_of_run(
-    run: Run, axes: Sequence[str] | None = None, *, resample: bool = False, drop_invalid: bool = False, rate_hz: float | None = None
+    run: Run,
+    axes: Sequence[str] | None = None,
+    *,
+    resample: bool = False,
+    drop_invalid: bool = False,
+    rate_hz: float | None = None,
 ) -> SignalsTable:
     """The signals of a run that is already open, under the same rules; of the run's own axes where none are named."""
     return _of_run(run, axes or run.record.header.axes, Repair(resample, drop_invalid, rate_hz))
@@ -82,7 +99,9 @@ def _read(path: Path, named: AxisNames, repair: Repair) -> SignalsTable:
 def _of_run(run: Run, axes: Sequence[str], repair: Repair) -> SignalsTable:
     own = run.record.header.axes
     if set(axes) != set(own):
-        raise BadInputError(str(run.folder), f"is a run of the axes {', '.join(own)}", f"a log of the model's axes {', '.join(axes)}")
+        raise BadInputError(
+            str(run.folder), f"is a run of the axes {', '.join(own)}", f"a log of the model's axes {', '.join(axes)}"
+        )
     _require_sound(run, repair)
     time_s, columns, laps, notes = run_columns(run)
     values = {TIME: time_s, **columns} | ({} if laps is None else {REPEAT: laps.astype(float)})
@@ -92,7 +111,9 @@ def _of_run(run: Run, axes: Sequence[str], repair: Repair) -> SignalsTable:
 
 
 def _require_sound(run: Run, repair: Repair) -> None:
-    """A run with lost or changed rows is taken where the caller has asked for repair; a damaged event changes no signal."""
+    """A run with lost or changed rows is taken where the caller has asked for repair; a damaged event changes no
+    signal.
+    """
     if repair.to_grid or repair.drop_invalid:
         return
     for found in damage_of(run):
@@ -110,7 +131,9 @@ def axis_names(of: Sequence[str] | AntennaModel) -> AxisNames:
 
 
 def _under_control(path: Path, model: AntennaModel, repair: Repair) -> SignalsTable:
-    """Of a run, the rows under control: before them the joints fall freely, after them an experiment's teardown only holds still."""
+    """Of a run, the rows under control: before them the joints fall freely, after them an experiment's teardown only
+    holds still.
+    """
     if not is_run_folder(path):
         return _read(path, axis_names(model), repair)
     run = open_run(path)

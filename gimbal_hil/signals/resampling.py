@@ -23,26 +23,33 @@ Floats = NDArray[np.float64]
 def resample_rows(
     raw: RawColumns, rows: NDArray[np.int64], names: Sequence[str], notes: list[str], period_s: float | None = None
 ) -> tuple[Floats, dict[str, Floats], Floats | None]:
-    """Time, columns and laps on a grid of `period_s` (the data's median period without one) over the rows that all columns share.
+    """Time, columns and laps on a grid of `period_s` (the data's median period without one) over the rows that all
+    columns share.
 
-    Commanded torque holds from one sample to the next, so a grid value is its mean over the period (the impulse is kept); of a
-    reference it is the level in force. Sampled values are interpolated by monotone cubics (PCHIP): a position that stands on one count
-    stays on it and none leaves the range of its neighbours, while a smooth motion is followed to third order. A lap number is that
-    of the nearest sample. Cells without a number are bridged column by column. Raises BadInputError when nothing is left. The times
-    of `rows` must increase.
+    Commanded torque holds from one sample to the next, so a grid value is its mean over the period (the impulse is
+    kept); of a reference it is the level in force. Sampled values are interpolated by monotone cubics (PCHIP): a
+    position that stands on one count stays on it and none leaves the range of its neighbours, while a smooth motion is
+    followed to third order. A lap number is that of the nearest sample. Cells without a number are bridged column by
+    column. Raises BadInputError when nothing is left. The times of `rows` must increase.
     """
     own = float(np.median(np.diff(raw.values[TIME][rows])))
     period = period_s or own
     known = [rows[~np.isnan(raw.values[name][rows])] for name in names]
     if any(len(some) < 2 for some in known):
-        raise BadInputError(str(raw.path), "has a column with fewer than two numbers", "numbers in every column, or no such column")
+        raise BadInputError(
+            str(raw.path), "has a column with fewer than two numbers", "numbers in every column, or no such column"
+        )
     rows = rows[(rows >= max(some[0] for some in known)) & (rows <= min(some[-1] for some in known))]
     if len(rows) < 2:
-        raise BadInputError(str(raw.path), "has no stretch in which all columns hold numbers", "columns that overlap in time")
+        raise BadInputError(
+            str(raw.path), "has no stretch in which all columns hold numbers", "columns that overlap in time"
+        )
     time_s = raw.values[TIME][rows]
     count = int(np.floor((time_s[-1] - time_s[0]) / period + 1e-6)) + 1
     if count < 2:
-        raise BadInputError(str(raw.path), f"lasts {time_s[-1] - time_s[0]:.4g} s", f"at least two periods of {period:.6g} s")
+        raise BadInputError(
+            str(raw.path), f"lasts {time_s[-1] - time_s[0]:.4g} s", f"at least two periods of {period:.6g} s"
+        )
     grid = time_s[0] + period * np.arange(count)
     columns: dict[str, Floats] = {}
     laps = None
@@ -54,17 +61,23 @@ def resample_rows(
         if name == REPEAT:
             laps = np.round(values[np.searchsorted((at[1:] + at[:-1]) / 2, grid)])
         else:
-            columns[name] = _on_grid(name.rpartition(".")[2], at, np.unwrap(values) if name in BASE_ANGLES else values, grid, period)
+            columns[name] = _on_grid(
+                name.rpartition(".")[2], at, np.unwrap(values) if name in BASE_ANGLES else values, grid, period
+            )
     before = np.searchsorted(time_s, grid + 1e-6 * own, side="right") - 1
     after = np.minimum(before + 1, len(time_s) - 1)
-    made_up = np.count_nonzero((time_s[after] - time_s[before] > GAP_PERIODS * own) & (grid - time_s[before] > 0.5 * own))
+    made_up = np.count_nonzero(
+        (time_s[after] - time_s[before] > GAP_PERIODS * own) & (grid - time_s[before] > 0.5 * own)
+    )
     bridged = f", {made_up} of them bridge gaps and were not measured" if made_up else ""
     notes.append(f"resampled to {count} rows at {period:.9g} s{bridged}")
     return grid, columns, laps
 
 
 def on_grid(table: SignalsTable, period_s: float) -> SignalsTable:
-    """A table of even rate with rows every `period_s` instead, by the rules of `resample_rows`; itself where they are so already."""
+    """A table of even rate with rows every `period_s` instead, by the rules of `resample_rows`; itself where they are
+    so already.
+    """
     if abs(table.period_s - period_s) * len(table) < 1e-3 * period_s:
         return table
     laps: Mapping[str, Floats] = {} if table.repeat is None else {REPEAT: table.repeat.astype(np.float64)}
@@ -73,12 +86,18 @@ def on_grid(table: SignalsTable, period_s: float) -> SignalsTable:
     notes: list[str] = []
     grid, columns, repeat = resample_rows(raw, np.arange(len(table)), list(values), notes, period_s)
     return SignalsTable.of(
-        table.axes, grid, columns, None if repeat is None else repeat.astype(np.int64), table.source, (*table.notes, *notes)
+        table.axes,
+        grid,
+        columns,
+        None if repeat is None else repeat.astype(np.int64),
+        table.source,
+        (*table.notes, *notes),
     )
 
 
 def mean_of_held(at: Floats, values: Floats, grid: Floats, period: float) -> Floats:
-    """Mean over [g, g + period) of a value that holds from each sample to the next, shape of `grid`; the last holds on."""
+    """Mean over [g, g + period) of a value that holds from each sample to the next, shape of `grid`; the last holds on.
+    """
     at = np.concatenate(([min(at[0], grid[0])], at[1:]))
     edges = np.append(at, max(at[-1], grid[-1]) + 2 * period)
     integral = np.concatenate(([0.0], np.cumsum(values * np.diff(edges))))

@@ -20,8 +20,8 @@ Floats = NDArray[np.float64]
 class RigidMotion:
     """Of each axis of a model along a motion of n rows, in `M q'' = T - F + h`, SI units of its kind.
 
-    `bias` (n, axes) is h: gravity, base motion and rates. `mass` (n, 3) holds M11, M12, M22. `rate` (n, axes) is what a gyro on the
-    body sees about its axis.
+    `bias` (n, axes) is h: gravity, base motion and rates. `mass` (n, 3) holds M11, M12, M22. `rate` (n, axes) is what a
+    gyro on the body sees about its axis.
     """
 
     bias: Floats
@@ -37,7 +37,9 @@ class RigidMotion:
 
 
 def rigid_motion(model: AntennaModel, table: SignalsTable, positions: Floats, rates: Floats) -> RigidMotion:
-    """The rigid body of a model at joint positions and rates, (n, axes) each, on the base as the table has it (absent: level, fixed)."""
+    """The rigid body of a model at joint positions and rates, (n, axes) each, on the base as the table has it (absent:
+    level, fixed).
+    """
     arrays = plant_arrays(model.with_base({"motion": "fixed"}), 1.0 / model.file.plant_step_s)
     axes = positions.shape[1]
     wide = np.zeros((2, len(positions), 2))
@@ -69,7 +71,9 @@ def base_rows(table: SignalsTable, gravity_m_s2: float) -> Floats:
 def body_rates(table: SignalsTable) -> Floats:
     """Body rates p, q, r (n, 3) of the base, rad/s, from its attitude alone."""
     n = len(table)
-    roll, pitch, yaw = (np.zeros(n) if (angle := table.base(name)) is None else angle for name in ("roll", "pitch", "yaw"))
+    roll, pitch, yaw = (
+        np.zeros(n) if (angle := table.base(name)) is None else angle for name in ("roll", "pitch", "yaw")
+    )
     d_roll, d_pitch, d_yaw = np.gradient(np.column_stack([roll, pitch, yaw]), table.period_s, axis=0).T
     return np.column_stack(
         [
@@ -81,11 +85,15 @@ def body_rates(table: SignalsTable) -> Floats:
 
 
 @entry_point
-def _along(P: np.ndarray, K: np.ndarray, positions: np.ndarray, rates: np.ndarray, base: np.ndarray, out: np.ndarray) -> None:
+def _along(
+    P: np.ndarray, K: np.ndarray, positions: np.ndarray, rates: np.ndarray, base: np.ndarray, out: np.ndarray
+) -> None:
     for k in range(positions.shape[0]):
         b = base[min(k, base.shape[0] - 1)]
         state = ((b[0], b[1], b[2]), (b[3], b[4], b[5]), (b[6], b[7], b[8]))
-        mass, bias, outer, inner, _ = equations_of_motion(P, K, (positions[k, 0], positions[k, 1]), (rates[k, 0], rates[k, 1]), state)
+        mass, bias, outer, inner, _ = equations_of_motion(
+            P, K, (positions[k, 0], positions[k, 1]), (rates[k, 0], rates[k, 1]), state
+        )
         out[k, 0], out[k, 1] = bias
         out[k, 2], out[k, 3], out[k, 4] = mass
         out[k, 5], out[k, 6] = outer[2], inner[1]

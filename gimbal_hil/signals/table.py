@@ -27,9 +27,10 @@ BASE_COLUMNS = (*BASE_ANGLES, *BASE_RATES, *BASE_ACCELERATIONS)
 class SignalsTable:
     """Columns of shape (n,), float64, read-only. Units are SI for the axis' kind.
 
-    `columns` is keyed as in the file (`outer.position`, `base.roll`), without time and `repeat`; optional columns that were not
-    measured are absent. Where the drive was logged in amperes, `axis.torque` is what they make with the model's torque constant.
-    `notes` say in words what a reader of results should know: columns left out, rows dropped or made up.
+    `columns` is keyed as in the file (`outer.position`, `base.roll`), without time and `repeat`; optional columns that
+    were not measured are absent. Where the drive was logged in amperes, `axis.torque` is what they make with the
+    model's torque constant. `notes` say in words what a reader of results should know: columns left out, rows dropped
+    or made up.
     """
 
     axes: tuple[str, ...]
@@ -50,10 +51,13 @@ class SignalsTable:
         source: str = "",
         notes: Sequence[str] = (),
     ) -> SignalsTable:
-        """A table of data that is known to be sound; the period is the mean one. Raises ValueError when shapes differ."""
+        """A table of data that is known to be sound; the period is the mean one. Raises ValueError when shapes differ.
+        """
         names = column_names(axes)
         time_s = _frozen(time_s)
-        if any(np.shape(values) != time_s.shape for values in (*columns.values(), *(() if repeat is None else (repeat,)))):
+        if any(
+            np.shape(values) != time_s.shape for values in (*columns.values(), *(() if repeat is None else (repeat,)))
+        ):
             raise ValueError("all columns of a signals table have one value a row")
         if len(time_s) < 2:
             raise ValueError("a signals table has at least two rows")
@@ -88,7 +92,9 @@ class SignalsTable:
         return self.columns[f"{axis}.position"]
 
     def base(self, name: str) -> NDArray[np.float64] | None:
-        """One of roll, pitch, yaw (rad), p, q, r (rad/s), ax, ay, az (m/s^2); None when it was not measured (level and fixed)."""
+        """One of roll, pitch, yaw (rad), p, q, r (rad/s), ax, ay, az (m/s^2); None when it was not measured (level and
+        fixed).
+        """
         return self.columns.get(f"base.{name}")
 
     def rows(self, start: int, stop: int) -> SignalsTable:

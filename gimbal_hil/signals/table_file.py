@@ -23,9 +23,11 @@ _EMPTY_WORDS = frozenset(("", "nan", "na", "n/a", "null", "none"))
 
 @dataclass(frozen=True)
 class RawColumns:
-    """A file as it is: `values` (n,) by column name with NaN where there is no finite number, `texts` what stood there instead.
+    """A file as it is: `values` (n,) by column name with NaN where there is no finite number, `texts` what stood there
+    instead.
 
-    `lines` are the rows' numbers in the file, for messages; `ragged` lists rows that have too few or too many cells (left out).
+    `lines` are the rows' numbers in the file, for messages; `ragged` lists rows that have too few or too many cells
+    (left out).
     """
 
     path: Path
@@ -60,9 +62,11 @@ class TableKind(Enum):
 
 
 def write_signals(table: SignalsTable, path: Path, kind: TableKind | None = None, *, force: bool = False) -> None:
-    """Write a table as CSV or Parquet, by the name's ending unless `kind` is given; a reader gets every number back exactly.
+    """Write a table as CSV or Parquet, by the name's ending unless `kind` is given; a reader gets every number back
+    exactly.
 
-    Raises BadInputError when the file is there and `force` is false, and when it cannot be written; never leaves half a file.
+    Raises BadInputError when the file is there and `force` is false, and when it cannot be written; never leaves half a
+    file.
     """
     import pyarrow as pa
     import pyarrow.csv
@@ -126,7 +130,10 @@ def _read_csv(path: Path) -> RawColumns:
         names = _header(content.decode("utf-8-sig"))
         try:
             table = csv.read_csv(
-                pa.BufferReader(content), reading, parsing, csv.ConvertOptions(column_types=dict.fromkeys(names, pa.float64()))
+                pa.BufferReader(content),
+                reading,
+                parsing,
+                csv.ConvertOptions(column_types=dict.fromkeys(names, pa.float64())),
             )
         except pa.ArrowInvalid:
             ragged.clear()
@@ -154,7 +161,9 @@ def _read_parquet(path: Path) -> RawColumns:
     return _raw_columns(path, table.column_names, table, 1, ())
 
 
-def _raw_columns(path: Path, names: list[str], table: Any, first_line: int, ragged: tuple[tuple[int, int, int], ...]) -> RawColumns:
+def _raw_columns(
+    path: Path, names: list[str], table: Any, first_line: int, ragged: tuple[tuple[int, int, int], ...]
+) -> RawColumns:
     repeated = [name for name, count in Counter(names).items() if count > 1]
     if repeated:
         raise BadInputError(str(path), f"has two columns named {repeated[0]!r}", "every name once")

@@ -1,4 +1,6 @@
-"""What an onlooker sees of a running daemon: last row, a thinned trace, tick statistics; all from the records that pass by."""
+"""What an onlooker sees of a running daemon: last row, a thinned trace, tick statistics; all from the records that pass
+by.
+"""
 
 from __future__ import annotations
 
@@ -101,7 +103,11 @@ class LiveView:
         """Columns of the thinned trace after `since_s` (seconds of the run's clock)."""
         names = [
             "time_s",
-            *(f"{signal}_{axis}" for axis in self.axes for signal in ("position", "position_ref", "rate", "rate_ref", "torque")),
+            *(
+                f"{signal}_{axis}"
+                for axis in self.axes
+                for signal in ("position", "position_ref", "rate", "rate_ref", "torque")
+            ),
         ]
         points = [point for point in list(self._trace) if point[0] > since_s]
         return {name: [point[index] for point in points] for index, name in enumerate(names)}

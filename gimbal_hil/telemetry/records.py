@@ -1,4 +1,6 @@
-"""What the control process hands to the service process, record by record: plain structs one way, plain JSON where it is rare."""
+"""What the control process hands to the service process, record by record: plain structs one way, plain JSON where it
+is rare.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +17,8 @@ from gimbal_hil.host import Program
 from gimbal_hil.timing import NS_PER_S, MissCause, RingReader, RingWriter
 
 Json = dict[str, Any]
-#: size of a row of `runs.TICK_ROW`, and where its wall-clock columns wake_latency_ns and computing_ns start; `skipped_ticks`
+#: size of a row of `runs.TICK_ROW`, and where its wall-clock columns wake_latency_ns and computing_ns start;
+#: `skipped_ticks`
 ROW_BYTES, WALL_CLOCK_AT = 96, 80
 _SKIPPED_AT = 68
 #: tick that ran after the miss, periods lost, code of the cause
@@ -100,7 +103,9 @@ def exchange_from(payload: bytes) -> Exchange:
 
 
 class Telemetry:
-    """The control process' end. In real time a full ring loses its oldest records; in lockstep, where time can wait, the writer waits."""
+    """The control process' end. In real time a full ring loses its oldest records; in lockstep, where time can wait,
+    the writer waits.
+    """
 
     def __init__(self, ring: RingWriter, lockstep: bool) -> None:
         self._ring = ring
@@ -109,12 +114,21 @@ class Telemetry:
     def tick(self, row: bytes, late_ns: int, computing_ns: int, received: bytes, sent: bytes) -> None:
         """One tick: the host's row, the two readings of the wall clock that complete it, and its blocks."""
         wall_clock = _WALL_CLOCK.pack(min(late_ns, _INT32_MAX), min(computing_ns, _INT32_MAX))
-        parts = (row[:WALL_CLOCK_AT], wall_clock, row[_WALL_CLOCK_END:], _RECEIVED_LENGTH.pack(len(received)), received, sent)
+        parts = (
+            row[:WALL_CLOCK_AT],
+            wall_clock,
+            row[_WALL_CLOCK_END:],
+            _RECEIVED_LENGTH.pack(len(received)),
+            received,
+            sent,
+        )
         self._push(_TICK, b"".join(parts))
 
     def event(self, tick: int, time_ns: int, kind: str, text: str, data: Json | None = None) -> None:
         """One event; `kind` is the value of a `runs.EventKind`."""
-        self._push_json(TelemetryKind.EVENT, {"tick": tick, "time_ns": time_ns, "kind": kind, "text": text, "data": data or {}})
+        self._push_json(
+            TelemetryKind.EVENT, {"tick": tick, "time_ns": time_ns, "kind": kind, "text": text, "data": data or {}}
+        )
 
     def miss(self, tick: int, periods: int, cause: MissCause) -> None:
         """The cause of the periods that were skipped before `tick`."""
@@ -145,7 +159,8 @@ class Telemetry:
 
 
 class Commands:
-    """The service process' end of the other ring: requests that have been checked, on their way to the control process."""
+    """The service process' end of the other ring: requests that have been checked, on their way to the control process.
+    """
 
     def __init__(self, ring: RingWriter) -> None:
         self._ring = ring
@@ -173,4 +188,7 @@ def take_commands(ring: RingReader) -> list[Command]:
     """Requests that came since the last call."""
     if ring.is_empty:
         return []
-    return [Command(CommandKind(record.kind), COMMAND_HEADER.unpack_from(record.payload)[0], record.payload[8:]) for record in ring.take()]
+    return [
+        Command(CommandKind(record.kind), COMMAND_HEADER.unpack_from(record.payload)[0], record.payload[8:])
+        for record in ring.take()
+    ]

@@ -1,6 +1,7 @@
 """The thesis' closed loop, compiled: the product's control law and plant, at the rate of the plant's steps.
 
-Gyro and encoder are ideal and no anti-windup is on, as docs/reading-the-thesis.md infers; everything else of the project runs with it on.
+Gyro and encoder are ideal and no anti-windup is on, as docs/reading-the-thesis.md infers; everything else of the
+project runs with it on.
 """
 
 from __future__ import annotations
@@ -60,7 +61,11 @@ class AxisLoop:
     def parameters(self, step_s: float) -> np.ndarray:
         """This loop as a block of the control law's parameters, (CONTROL_PARAMETERS,)."""
         block = np.zeros(CONTROL_PARAMETERS)
-        block[POSITION_KP], block[POSITION_KI], block[RATE_REFERENCE_LIMIT] = self.position.kp, self.position.ki, _NO_LIMIT
+        block[POSITION_KP], block[POSITION_KI], block[RATE_REFERENCE_LIMIT] = (
+            self.position.kp,
+            self.position.ki,
+            _NO_LIMIT,
+        )
         block[RATE_KP], block[RATE_KI] = self.rate.kp, self.rate.ki
         block[TORQUE_SCALE], block[TORQUE_LIMIT] = self.torque_per_unit_nm, self.torque_limit_nm
         if self.anti_windup:
@@ -68,13 +73,19 @@ class AxisLoop:
         if self.prefilter:
             numerator, lag, constant = self.prefilter
             corner = constant / lag
-            block[PREFILTER_GAIN], block[PREFILTER_CORNER], block[PREFILTER_DECAY] = numerator / constant, corner, np.exp(-corner * step_s)
+            block[PREFILTER_GAIN], block[PREFILTER_CORNER], block[PREFILTER_DECAY] = (
+                numerator / constant,
+                corner,
+                np.exp(-corner * step_s),
+            )
         return block
 
 
 @dataclass(frozen=True)
 class Response:
-    """A closed-loop run, n rows at the loop's rate, two axes: row k is sampled at t_k, its torque acts over [t_k, t_k+1)."""
+    """A closed-loop run, n rows at the loop's rate, two axes: row k is sampled at t_k, its torque acts over [t_k,
+    t_k+1).
+    """
 
     time_s: np.ndarray
     position_rad: np.ndarray
@@ -86,7 +97,14 @@ class Response:
 
 @entry_point
 def _run(
-    P: np.ndarray, K: np.ndarray, X: np.ndarray, H: np.ndarray, C: np.ndarray, modes: np.ndarray, reference: np.ndarray, rows: np.ndarray
+    P: np.ndarray,
+    K: np.ndarray,
+    X: np.ndarray,
+    H: np.ndarray,
+    C: np.ndarray,
+    modes: np.ndarray,
+    reference: np.ndarray,
+    rows: np.ndarray,
 ) -> None:
     step = P[STEP_S] * K[STEPS_PER_TICK]
     for k in range(reference.shape[0]):
@@ -95,7 +113,9 @@ def _run(
         for axis in range(2):
             position, rate = read_encoder(P, K, X, axis, tick), read_gyro(P, K, X, axis, tick)
             h, c = axis * CONTROL_STATES, axis * CONTROL_PARAMETERS
-            torque = axis_torque(modes[axis], reference[k, axis], 0.0, position, rate, 0.0, 0.0, (-1e9, 1e9), step, H, h, C, c)
+            torque = axis_torque(
+                modes[axis], reference[k, axis], 0.0, position, rate, 0.0, 0.0, (-1e9, 1e9), step, H, h, C, c
+            )
             rows[k, axis], rows[k, 2 + axis], rows[k, 4 + axis] = position, rate, torque
         plant_tick(P, K, X, (rows[k, 4], rows[k, 5]))
         rows[k, 6], rows[k, 7] = X[FRICTION], X[FRICTION + 1]
@@ -109,6 +129,15 @@ def run_closed_loop(
     C = np.concatenate([outer.parameters(1.0 / rate_hz), inner.parameters(1.0 / rate_hz)])
     modes = np.array([int(outer.mode), int(inner.mode)], dtype=np.int64)
     rows = np.zeros((len(reference), 8))
-    _run(arrays.P, arrays.K, arrays.X, np.zeros(2 * CONTROL_STATES), C, modes, np.ascontiguousarray(reference, dtype=np.float64), rows)
+    _run(
+        arrays.P,
+        arrays.K,
+        arrays.X,
+        np.zeros(2 * CONTROL_STATES),
+        C,
+        modes,
+        np.ascontiguousarray(reference, dtype=np.float64),
+        rows,
+    )
     time = np.arange(len(reference)) / rate_hz
     return Response(time, *(rows[:, i : i + 2].copy() for i in range(0, 8, 2)))

@@ -46,11 +46,12 @@ class Bound:
     settling_s: float | None
 
 
-#: from the print alone: half of its last digit (0.005 points, 0.005 s), and what is lost in reading a figure, half a percent of the step
-#: and 0.05 s of a record of seconds
+#: from the print alone: half of its last digit (0.005 points, 0.005 s), and what is lost in reading a figure, half a
+#: percent of the step and 0.05 s of a record of seconds
 PRINT_LIMIT = Bound(0.005 + 0.5, 0.005 + 0.05)
 
-#: set after the fact, just above what was reached: they show when something gets worse, and say nothing of how good it is
+#: set after the fact, just above what was reached: they show when something gets worse, and say nothing of how good it
+#: is
 REGRESSION_BOUND: dict[str, Bound] = {
     "5.2": Bound(0.3, 0.03),
     "5.3": Bound(0.2, 0.04),
@@ -63,11 +64,14 @@ REGRESSION_BOUND: dict[str, Bound] = {
     "5.12": Bound(0.6, None),
 }
 REASONS: dict[str, str] = {
-    "5.6": "at Kp = 5 the last undershoot comes within 0.3 points of the 2 % band: whether 1.6 or 2.4 s is read turns on its third digit",
+    "5.6": "at Kp = 5 the last undershoot comes within 0.3 points of the 2 % band: whether 1.6 or 2.4 s is read turns "
+    "on its third digit",
     "5.12": "the prefilter alone reaches 2 % in 1.2 s; no single configuration is as slow as printed",
-    "5.13": "this cascade with an ideal gyro does not overshoot; the printed swing of constant size is what a gyro of 178 rad/s makes, "
+    "5.13": "this cascade with an ideal gyro does not overshoot; the printed swing of constant size is what a gyro of "
+    "178 rad/s makes, "
     "which throws tables 5.4 and 5.5 off by 70 points",
-    "5.14": "20 % more inertia leaves the overshoot at 0.5 rad as it is, the print doubles it; at 2.5 rad the loop winds up",
+    "5.14": "20 % more inertia leaves the overshoot at 0.5 rad as it is, the print doubles it; at 2.5 rad the loop "
+    "winds up",
     "5.15": "no overshoot with this cascade, as in table 5.13",
 }
 
@@ -144,7 +148,9 @@ def step_figures(time_s: np.ndarray, signal: np.ndarray, size: float) -> tuple[f
     return overshoot, float(time_s[outside[-1] + 1]) if outside[-1] + 1 < len(time_s) else math.inf
 
 
-def _respond(table: StepTable, printed: PrintedRow, size: float, model: AntennaModel, configuration: Configuration) -> Response:
+def _respond(
+    table: StepTable, printed: PrintedRow, size: float, model: AntennaModel, configuration: Configuration
+) -> Response:
     samples = round(_DURATION_S[table.loop] * LOOP_RATE_HZ)
     reference = np.zeros((samples, 2))
     reference[round(STEP_TIME_S[table.loop, table.axis] * LOOP_RATE_HZ) :, model.axes.index(table.axis)] = size
@@ -161,7 +167,9 @@ def _loop(axis: str, table: StepTable, printed: PrintedRow, configuration: Confi
         swept = Gains(printed.swept if table.kp is None else table.kp, printed.swept if table.ki is None else table.ki)
         rate, position = (swept, position) if table.loop is Loop.RATE else (rate, swept)
     mode = Mode.RATE if table.loop is Loop.RATE else Mode.POSITION
-    return AxisLoop(mode, rate, position, drive.per_unit_nm, drive.limit_nm, PREFILTERS[axis] if table.prefilter else ())
+    return AxisLoop(
+        mode, rate, position, drive.per_unit_nm, drive.limit_nm, PREFILTERS[axis] if table.prefilter else ()
+    )
 
 
 def _heavier(model: AntennaModel, factor: float) -> AntennaModel:

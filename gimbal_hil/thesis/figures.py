@@ -34,7 +34,9 @@ def overshoot_figure(tables: Sequence[TableResult]) -> Figure:
             marker={"color": colour, "size": 8},
         )
     drawn.add_scatter(x=[0, 40], y=[0, 40], mode="lines", name="equal", line={"color": REFERENCE, "width": 1})
-    drawn.update_layout(hovermode="closest", legend={"orientation": "v", "x": 1.02, "xanchor": "left", "y": 1.0, "yanchor": "top"})
+    drawn.update_layout(
+        hovermode="closest", legend={"orientation": "v", "x": 1.02, "xanchor": "left", "y": 1.0, "yanchor": "top"}
+    )
     return drawn
 
 
@@ -71,7 +73,9 @@ def unbalance_figure(runs: Sequence[UnbalanceRun], unbalance: Unbalance, axis: s
     )
     index = 0 if axis == "outer" else 1
     for colour, run in zip(
-        _COLOURS, (r for r in runs if (r.unbalance, r.axis, r.reference_rad_s) == (unbalance, axis, reference_rad_s)), strict=False
+        _COLOURS,
+        (r for r in runs if (r.unbalance, r.axis, r.reference_rad_s) == (unbalance, axis, reference_rad_s)),
+        strict=False,
     ):
         keep = thinned(len(run.response.time_s), _SHOWN)
         drawn.add_scatter(
@@ -85,11 +89,23 @@ def unbalance_figure(runs: Sequence[UnbalanceRun], unbalance: Unbalance, axis: s
 
 
 def friction_figure(curves: FrictionCurves, sweep: SlidingSweep) -> Figure:
-    """Friction over velocity as in figures 4.2 to 4.5: the steady curve, and what the sliding experiment finds on the antenna."""
+    """Friction over velocity as in figures 4.2 to 4.5: the steady curve, and what the sliding experiment finds on the
+    antenna.
+    """
     drawn = figure(f"{curves.axis} axis: friction over velocity", "joint rate (rad/s)", "friction (N m)")
-    drawn.add_scatter(x=curves.rate_rad_s, y=curves.steady_nm, mode="lines", name="steady curve, eq. 4.3 corrected", line={"color": MODEL})
     drawn.add_scatter(
-        x=sweep.rate_rad_s, y=sweep.friction_nm, mode="markers", name="sliding experiment", marker={"color": MEASURED, "size": 6}
+        x=curves.rate_rad_s,
+        y=curves.steady_nm,
+        mode="lines",
+        name="steady curve, eq. 4.3 corrected",
+        line={"color": MODEL},
+    )
+    drawn.add_scatter(
+        x=sweep.rate_rad_s,
+        y=sweep.friction_nm,
+        mode="markers",
+        name="sliding experiment",
+        marker={"color": MEASURED, "size": 6},
     )
     drawn.add_vline(x=curves.minimum_rad_s, line={"color": REFERENCE, "dash": "dot"})
     return drawn
@@ -97,11 +113,17 @@ def friction_figure(curves: FrictionCurves, sweep: SlidingSweep) -> Figure:
 
 def loop_figure(curves: FrictionCurves) -> Figure:
     """The loop around zero speed of figures 4.6 and 4.7, for three periods of the sine."""
-    drawn = figure(f"{curves.axis} axis: friction along one sine period of velocity", "joint rate (rad/s)", "friction (N m)")
+    drawn = figure(
+        f"{curves.axis} axis: friction along one sine period of velocity", "joint rate (rad/s)", "friction (N m)"
+    )
     for colour, loop in zip((ALERT, MODEL, MEASURED), curves.loops, strict=True):
         keep = thinned(len(loop.rate_rad_s), _SHOWN)
         drawn.add_scatter(
-            x=loop.rate_rad_s[keep], y=loop.torque_nm[keep], mode="lines", name=f"period {loop.period_s:g} s", line={"color": colour}
+            x=loop.rate_rad_s[keep],
+            y=loop.torque_nm[keep],
+            mode="lines",
+            name=f"period {loop.period_s:g} s",
+            line={"color": colour},
         )
     drawn.update_layout(hovermode="closest")
     return drawn
@@ -112,7 +134,11 @@ def temperature_figure(sweeps: Sequence[SlidingSweep]) -> Figure:
     drawn = figure(f"{sweeps[0].axis} axis: sliding friction over temperature", "joint rate (rad/s)", "friction (N m)")
     for colour, sweep in zip(_COLOURS, sweeps, strict=False):
         drawn.add_scatter(
-            x=sweep.rate_rad_s, y=sweep.friction_nm, mode="lines+markers", name=f"{sweep.temperature_degc:g} degC", line={"color": colour}
+            x=sweep.rate_rad_s,
+            y=sweep.friction_nm,
+            mode="lines+markers",
+            name=f"{sweep.temperature_degc:g} degC",
+            line={"color": colour},
         )
     drawn.update_xaxes(type="log")
     return drawn
@@ -121,10 +147,14 @@ def temperature_figure(sweeps: Sequence[SlidingSweep]) -> Figure:
 def convergence_figure(found: Convergence) -> Figure:
     """Error over step, and the slope of a second-order method."""
     drawn = figure("The plant's error over its step", "plant step (s)", "position error after a second (rad)")
-    drawn.add_scatter(x=found.step_s, y=found.error_rad, mode="lines+markers", name="whole antenna", line={"color": MEASURED})
+    drawn.add_scatter(
+        x=found.step_s, y=found.error_rad, mode="lines+markers", name="whole antenna", line={"color": MEASURED}
+    )
     finest_step, finest_error = found.step_s[-1], found.error_rad[-1]
     slope = [finest_error * (step / finest_step) ** 2 for step in found.step_s]
-    drawn.add_scatter(x=found.step_s, y=slope, mode="lines", name="second order", line={"color": REFERENCE, "dash": "dot"})
+    drawn.add_scatter(
+        x=found.step_s, y=slope, mode="lines", name="second order", line={"color": REFERENCE, "dash": "dot"}
+    )
     drawn.update_xaxes(type="log")
     drawn.update_yaxes(type="log", exponentformat="power")
     return drawn

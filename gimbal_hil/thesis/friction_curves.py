@@ -80,7 +80,9 @@ def friction_of(model: AntennaModel, axis: str) -> Friction:
 
 
 def sliding_speeds() -> np.ndarray:
-    """The 45 speeds of the sliding experiment (rad/s); the thesis gives range and number, and says that slow ones are denser."""
+    """The 45 speeds of the sliding experiment (rad/s); the thesis gives range and number, and says that slow ones are
+    denser.
+    """
     return np.geomspace(SLIDING_LOW_RAD_S, SLIDING_HIGH_RAD_S, SLIDING_SPEEDS)
 
 

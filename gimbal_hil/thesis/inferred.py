@@ -1,7 +1,8 @@
-"""What the controller tables imply and the thesis does not print: drive gain, torque limit, tilt of the base, times of the steps.
+"""What the controller tables imply and the thesis does not print: drive gain, torque limit, tilt of the base, times of
+the steps.
 
-Inferred by fitting every table at once. The tilted configuration carries all of them; the level one is the plainer reading, and
-fails on the two odd rows of table 5.6.
+Inferred by fitting every table at once. The tilted configuration carries all of them; the level one is the plainer
+reading, and fails on the two odd rows of table 5.6.
 """
 
 from __future__ import annotations
@@ -56,5 +57,10 @@ TILTED = Configuration("tilted base", Drive(2.84, 14.98), Drive(2.1, 6.6), math.
 LEVEL = Configuration("level base", Drive(2.5, 15.5), Drive(2.1, 6.6), 0.0, 0.0)
 
 #: when the step comes; settling counts from t = 0, to a band of 2 %
-STEP_TIME_S = {(Loop.RATE, "outer"): 0.20, (Loop.RATE, "inner"): 0.20, (Loop.POSITION, "outer"): 0.11, (Loop.POSITION, "inner"): 0.28}
+STEP_TIME_S = {
+    (Loop.RATE, "outer"): 0.20,
+    (Loop.RATE, "inner"): 0.20,
+    (Loop.POSITION, "outer"): 0.11,
+    (Loop.POSITION, "inner"): 0.28,
+}
 SETTLING_BAND = 0.02

@@ -80,7 +80,11 @@ def as_document(report: ThesisReport) -> dict[str, Any]:
         "convergence": {"step_s": list(report.convergence.step_s), "error_rad": list(report.convergence.error_rad)},
         "claims": [{"claim": claim.text, "holds": claim.holds, "evidence": claim.evidence} for claim in report.claims],
         "slips": [
-            {"slip": str(effect.slip.name).lower(), "median_error": effect.median_error, "largest_error": effect.largest_error}
+            {
+                "slip": str(effect.slip.name).lower(),
+                "median_error": effect.median_error,
+                "largest_error": effect.largest_error,
+            }
             for effect in report.slips
         ],
     }
@@ -94,8 +98,16 @@ def thesis_page(report: ThesisReport) -> Page:
     """The report as one self-contained page."""
     return Page(
         "The thesis, run again",
-        "T. Seref, Dynamic modelling and control of a gimballed airborne antenna platform with mass unbalance and friction, METU 2018",
-        (*_tables(report), *_unbalance(report), *_slips(report), *_friction(report), *_temperature(report), *_step_size(report)),
+        "T. Seref, Dynamic modelling and control of a gimballed airborne antenna platform with mass unbalance and "
+        "friction, METU 2018",
+        (
+            *_tables(report),
+            *_unbalance(report),
+            *_slips(report),
+            *_friction(report),
+            *_temperature(report),
+            *_step_size(report),
+        ),
     )
 
 
@@ -105,48 +117,65 @@ def _tables(report: ThesisReport) -> list[Block]:
     both, tables = len(good) + len(close), len(report.tables)
     blocks: list[Block] = [
         Callout(
-            f"{both} of {tables} tables come out in overshoot and settling from one configuration. Reproduced, within what print "
-            f"and reading allow ({PRINT_LIMIT.overshoot_points:g} points, {PRINT_LIMIT.settling_s:g} s rms): {', '.join(good)}. "
+            f"{both} of {tables} tables come out in overshoot and settling from one configuration. Reproduced, within "
+            "what print "
+            f"and reading allow ({PRINT_LIMIT.overshoot_points:g} points, {PRINT_LIMIT.settling_s:g} s rms): "
+            f"{', '.join(good)}. "
             f"Close, within regression bounds that were set after the fact: {', '.join(close)}. "
             f"In their overshoots alone: {', '.join(partly)}.",
             "good" if report.within_bounds else "warning",
         ),
         Callout(
-            f"Tables {', '.join(not_at_all)} do not come out: no configuration found reproduces them together with the others.", "warning"
+            f"Tables {', '.join(not_at_all)} do not come out: no configuration found reproduces them together with "
+            "the others.",
+            "warning",
         ),
         Tiles(
             (
                 (str(sum(len(result.rows) for result in report.tables)), "printed step responses run again"),
                 (f"{both} of {tables}", "tables in overshoot and settling"),
-                (f"{sum(claim.holds for claim in report.claims)} of {len(report.claims)}", "claims of chapter 3 that hold"),
+                (
+                    f"{sum(claim.holds for claim in report.claims)} of {len(report.claims)}",
+                    "claims of chapter 3 that hold",
+                ),
                 (f"{report.wall_time_s:.0f} s", "wall time of the whole validation"),
             )
         ),
         Heading("Controller tables"),
         Text(
-            "The thesis names no motor, gyro or limits. What stands here was inferred by fitting every table at once: a base tilted by "
-            "roll -7.2 and pitch -9.6 deg, a drive of 2.84 N m per controller unit limited at 14.98 N m (outer), 2.1 and 6.6 N m (inner), "
-            "a loop at 10 kHz, an ideal gyro and no anti-windup. Anti-windup would remove most of the published overshoot; it is off here "
+            "The thesis names no motor, gyro or limits. What stands here was inferred by fitting every table at once: "
+            "a base tilted by "
+            "roll -7.2 and pitch -9.6 deg, a drive of 2.84 N m per controller unit limited at 14.98 N m (outer), 2.1 "
+            "and 6.6 N m (inner), "
+            "a loop at 10 kHz, an ideal gyro and no anti-windup. Anti-windup would remove most of the published "
+            "overshoot; it is off here "
             "and nowhere else."
         ),
         Text(
-            "Fitted too: the time of the step, 0.20 s in the rate loops, 0.11 s and 0.28 s in the outer and inner position loops. Settling "
-            "counts from t = 0, so that it contains that time. The tilt of the base is fixed; it stands in place of the moving base of "
-            "section 5.3.1, which tuned on the cases of tables 3.1 and 3.2 and does not say which belongs to which table."
+            "Fitted too: the time of the step, 0.20 s in the rate loops, 0.11 s and 0.28 s in the outer and inner "
+            "position loops. Settling "
+            "counts from t = 0, so that it contains that time. The tilt of the base is fixed; it stands in place of "
+            "the moving base of "
+            "section 5.3.1, which tuned on the cases of tables 3.1 and 3.2 and does not say which belongs to which "
+            "table."
         ),
         Table(
             SUMMARY_HEADER,
             summary_rows(report),
-            "Rms over each table's rows, overshoot in points. A bound lies just above what was reached: it shows when something "
+            "Rms over each table's rows, overshoot in points. A bound lies just above what was reached: it shows when "
+            "something "
             "gets worse, and proves nothing. 'Level base' is the same without the tilt.",
         ),
         Plot(overshoot_figure(report.tables), "Every printed overshoot against the one found here."),
     ]
     for result in report.tables:
-        caption = f"Table {result.table.number}: {result.agreement.value}." + (f" Why: {result.reason}." if result.reason else "")
+        caption = f"Table {result.table.number}: {result.agreement.value}." + (
+            f" Why: {result.reason}." if result.reason else ""
+        )
         blocks.append(
             Details(
-                f"Table {result.table.number}, row by row", (Table(TABLE_HEADER, table_rows(result), caption), Plot(step_figure(result)))
+                f"Table {result.table.number}, row by row",
+                (Table(TABLE_HEADER, table_rows(result), caption), Plot(step_figure(result))),
             )
         )
     return blocks
@@ -160,7 +189,11 @@ def _unbalance(report: ThesisReport) -> list[Block]:
             [(claim.text, "yes" if claim.holds else "no", claim.evidence) for claim in report.claims],
             "Chapter 3's claims against the corrected equations.",
         ),
-        Table(UNBALANCE_HEADER, unbalance_rows(report.unbalance), "Half the steady swing of the rate, percent of the reference."),
+        Table(
+            UNBALANCE_HEADER,
+            unbalance_rows(report.unbalance),
+            "Half the steady swing of the rate, percent of the reference.",
+        ),
         Details(
             "Figures 3.3 to 3.13",
             [
@@ -179,7 +212,8 @@ def _slips(report: ThesisReport) -> list[Block]:
         Table(
             SLIP_HEADER,
             slip_rows(report.slips, report.unbalance),
-            "Relative error of the joint acceleration at random states on a moving base; swing (percent) of chapter 3's hardest cases.",
+            "Relative error of the joint acceleration at random states on a moving base; swing (percent) of chapter "
+            "3's hardest cases.",
         ),
         *(Text(f"{str(effect.slip.name).lower()}: {effect.where}.") for effect in report.slips),
     ]
@@ -192,9 +226,13 @@ def _friction(report: ThesisReport) -> list[Block]:
         blocks += [
             Plot(
                 friction_figure(curves, room),
-                f"Minimum at {curves.minimum_rad_s:.3f} rad/s (dotted), as figures 4.2 to 4.5. Sliding: means over windows of 0.5 s.",
+                f"Minimum at {curves.minimum_rad_s:.3f} rad/s (dotted), as figures 4.2 to 4.5. Sliding: means over "
+                "windows of 0.5 s.",
             ),
-            Plot(loop_figure(curves), "Hysteresis around zero speed, as figures 4.6 and 4.7; the faster the sine, the wider the loop."),
+            Plot(
+                loop_figure(curves),
+                "Hysteresis around zero speed, as figures 4.6 and 4.7; the faster the sine, the wider the loop.",
+            ),
         ]
     shares = [f"{share:g} Ts" for share, _ in report.friction[0].secants]
     blocks.append(
@@ -210,7 +248,8 @@ def _friction(report: ThesisReport) -> list[Block]:
                 )
                 for curves in report.friction
             ],
-            "A secant (eq. 4.11) over sigma0 at a share of break-away; the stiffness (N m/rad) of tables 4.4 and 4.3 differs tenfold.",
+            "A secant (eq. 4.11) over sigma0 at a share of break-away; the stiffness (N m/rad) of tables 4.4 and 4.3 "
+            "differs tenfold.",
         )
     )
     return blocks
@@ -220,17 +259,25 @@ def _temperature(report: ThesisReport) -> list[Block]:
     return [
         Heading("Friction over temperature"),
         Text(
-            "The thesis' stated future work: friction from -40 to 85 degC. No data exist; thesis-temperature.yaml schedules friction by a "
+            "The thesis' stated future work: friction from -40 to 85 degC. No data exist; thesis-temperature.yaml "
+            "schedules friction by a "
             "table with assumed scaling, and the sliding experiment finds it again at five temperatures."
         ),
         *(Plot(temperature_figure(sweeps)) for sweeps in report.sweeps),
-        Table(TEMPERATURE_HEADER, temperature_rows(report), "Friction (N m) at three speeds and at the minimum of each curve."),
+        Table(
+            TEMPERATURE_HEADER,
+            temperature_rows(report),
+            "Friction (N m) at three speeds and at the minimum of each curve.",
+        ),
     ]
 
 
 def _step_size(report: ThesisReport) -> list[Block]:
     return [
         Heading("Step size of the plant"),
-        Plot(convergence_figure(report.convergence), "Whole antenna on a moving base, with friction and reversals; shipped step 0.1 ms."),
+        Plot(
+            convergence_figure(report.convergence),
+            "Whole antenna on a moving base, with friction and reversals; shipped step 0.1 ms.",
+        ),
         Table(CONVERGENCE_HEADER, convergence_rows(report)),
     ]

@@ -1,4 +1,6 @@
-"""Numbers that the thesis prints (T. Seref, METU 2018), by table number. Facts, not truth: docs/reading-the-thesis.md says which hold."""
+"""Numbers that the thesis prints (T. Seref, METU 2018), by table number. Facts, not truth: docs/reading-the-thesis.md
+says which hold.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,9 @@ class PrintedRow:
 
 @dataclass(frozen=True)
 class StepTable:
-    """A table of step responses; `kp` or `ki` is None where it is what the rows sweep, both are where the step's size is."""
+    """A table of step responses; `kp` or `ki` is None where it is what the rows sweep, both are where the step's size
+    is.
+    """
 
     number: str
     loop: Loop
@@ -44,11 +48,13 @@ def _rows(*numbers: tuple[float, float, float]) -> tuple[PrintedRow, ...]:
 
 GAIN_TABLES: tuple[StepTable, ...] = (
     StepTable("5.2", Loop.RATE, "outer", "Kp", None, 300.0, _rows(
-        (20, 19.45, 0.42), (40, 11.25, 0.48), (60, 7.86, 0.52), (80, 6.01, 0.54), (90, 5.39, 0.54), (120, 4.07, 0.55), (140, 3.47, 0.49))),
+        (20, 19.45, 0.42), (40, 11.25, 0.48), (60, 7.86, 0.52), (80, 6.01, 0.54), (90, 5.39, 0.54), (120, 4.07, 0.55),
+        (140, 3.47, 0.49))),
     StepTable("5.3", Loop.RATE, "outer", "Ki", 140.0, None, _rows(
         (250, 2.87, 0.44), (300, 3.47, 0.49), (350, 4.06, 0.52), (400, 4.65, 0.54), (450, 5.22, 0.55))),
     StepTable("5.4", Loop.RATE, "inner", "Kp", None, 300.0, _rows(
-        (5, 19.29, 0.26), (10, 11.26, 0.27), (15, 8.02, 0.28), (20, 6.26, 0.31), (25, 5.19, 0.32), (30, 4.47, 0.32), (35, 3.95, 0.33))),
+        (5, 19.29, 0.26), (10, 11.26, 0.27), (15, 8.02, 0.28), (20, 6.26, 0.31), (25, 5.19, 0.32), (30, 4.47, 0.32),
+        (35, 3.95, 0.33))),
     StepTable("5.5", Loop.RATE, "inner", "Ki", 35.0, None, _rows(
         (250, 3.48, 0.29), (300, 3.95, 0.30), (350, 4.46, 0.30), (400, 4.95, 0.30), (450, 5.49, 0.29))),
     StepTable("5.6", Loop.POSITION, "outer", "Kp", None, 10.0, _rows(
@@ -65,10 +71,13 @@ GAIN_TABLES: tuple[StepTable, ...] = (
 
 PREFILTER_TABLES: tuple[StepTable, ...] = (
     StepTable("5.12", Loop.POSITION, "outer", "step", None, None, _rows(
-        (0.5, 2.85, 1.53), (0.8, 2.87, 1.62), (1.0, 2.86, 1.60), (1.5, 2.89, 1.74), (2.0, 2.92, 1.75), (2.5, 3.27, 1.78)), True),
-    StepTable("5.13", Loop.POSITION, "inner", "step", None, None, _rows((0.2, 1.62, 0.98), (0.8, 0.45, 0.72), (1.0, 0.41, 0.65)), True),
+        (0.5, 2.85, 1.53), (0.8, 2.87, 1.62), (1.0, 2.86, 1.60), (1.5, 2.89, 1.74), (2.0, 2.92, 1.75),
+        (2.5, 3.27, 1.78)), True),
+    StepTable("5.13", Loop.POSITION, "inner", "step", None, None,
+    _rows((0.2, 1.62, 0.98), (0.8, 0.45, 0.72), (1.0, 0.41, 0.65)), True),
     StepTable("5.14", Loop.POSITION, "outer", "step", None, None, _rows(
-        (0.5, 5.51, 1.83), (0.8, 3.41, 1.81), (1.0, 2.87, 1.75), (1.5, 2.84, 1.74), (2.0, 2.95, 1.81), (2.5, 4.39, 1.83)), True, 1.2),
+        (0.5, 5.51, 1.83), (0.8, 3.41, 1.81), (1.0, 2.87, 1.75), (1.5, 2.84, 1.74), (2.0, 2.95, 1.81),
+        (2.5, 4.39, 1.83)), True, 1.2),
     StepTable("5.15", Loop.POSITION, "inner", "step", None, None, _rows(
         (0.2, 2.61, 1.10), (0.8, 1.30, 0.72), (1.0, 0.47, 0.68)), True, 1.2),
 )  # fmt: skip
@@ -90,7 +99,8 @@ OTHER_AXIS_RAD_S = 0.05
 SLIDING_SPEEDS, SLIDING_LOW_RAD_S, SLIDING_HIGH_RAD_S = 45, 0.001, 0.1
 #: tables 4.3 and 4.4: angle (deg) and torque (N m) of the presliding runs, bristle deflection (rad)
 PRESLIDING = {"outer": (0.63, 0.254, 0.00106), "inner": (0.34, 0.144, 0.00060)}
-#: LuGre numbers Ts, Tc (N m), vs (rad/s), sigma2 (N m s/rad), delta, sigma0 (N m/rad), sigma1 (N m s/rad): tables 4.1 to 4.6, measured
+#: LuGre numbers Ts, Tc (N m), vs (rad/s), sigma2 (N m s/rad), delta, sigma0 (N m/rad), sigma1 (N m s/rad): tables 4.1
+#: to 4.6, measured
 FRICTION = {
     "outer": (0.2585, 0.2412, 0.0054, 0.0609, 1.0459, 238.88, 16.02),
     "inner": (0.1451, 0.1376, 0.0075, 0.0336, 1.4628, 271.68, 6.97),

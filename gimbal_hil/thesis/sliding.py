@@ -1,7 +1,8 @@
 """The sliding experiment of section 4.3.1 on the simulated antenna, at any temperature.
 
-Each speed is driven through the same window of positions in both directions; half the difference of the two mean torques is
-friction, half their sum is gravity on the unbalance, which the thesis' one-directional runs cannot tell apart.
+Each speed is driven through the same window of positions in both directions; half the difference of the two mean
+torques is friction, half their sum is gravity on the unbalance, which the thesis' one-directional runs cannot tell
+apart.
 """
 
 from __future__ import annotations
@@ -46,7 +47,9 @@ def warm_antenna(temperature_degc: float) -> AntennaModel:
     return model
 
 
-def sliding_sweep(model: AntennaModel, axis: str, temperature_degc: float = 20.0, speeds: np.ndarray | None = None) -> SlidingSweep:
+def sliding_sweep(
+    model: AntennaModel, axis: str, temperature_degc: float = 20.0, speeds: np.ndarray | None = None
+) -> SlidingSweep:
     """Drive an axis at each speed (rad/s) in both directions; the other axis holds its rate at zero."""
     rates = sliding_speeds() if speeds is None else speeds
     friction, offset, simulated = [], [], 0.0
@@ -72,7 +75,12 @@ def _mean_torque(model: AntennaModel, axis: str, rate: float) -> tuple[float, fl
     reference = np.zeros((samples, 2))
     reference[:, index] = rate
     loops = [
-        AxisLoop(Mode.RATE, Gains(*RATE_GAINS[name]), torque_per_unit_nm=LEVEL.drive(name).per_unit_nm, torque_limit_nm=math.inf)
+        AxisLoop(
+            Mode.RATE,
+            Gains(*RATE_GAINS[name]),
+            torque_per_unit_nm=LEVEL.drive(name).per_unit_nm,
+            torque_limit_nm=math.inf,
+        )
         for name in model.axes
     ]
     response = run_closed_loop(started, loops[0], loops[1], reference, _RATE_HZ)

@@ -1,4 +1,6 @@
-"""What each slip of the thesis does: to the acceleration at random states on a moving base, and to the runs of chapter 3."""
+"""What each slip of the thesis does: to the acceleration at random states on a moving base, and to the runs of chapter
+3.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +42,9 @@ WHERE: dict[Slip, str] = {
 
 @entry_point
 def _accelerations(P: np.ndarray, K: np.ndarray, states: np.ndarray, found: np.ndarray) -> None:
-    """For each state (q, v, torque, gravity, base rate, base acceleration) the joint accelerations without and with the slips in K."""
+    """For each state (q, v, torque, gravity, base rate, base acceleration) the joint accelerations without and with the
+    slips in K.
+    """
     for i in range(states.shape[0]):
         s = states[i]
         q, v = (s[0], s[1]), (s[2], s[3])
@@ -57,13 +61,15 @@ def _accelerations(P: np.ndarray, K: np.ndarray, states: np.ndarray, found: np.n
 def acceleration_errors(slip: Slip, states: int = 4000, seed: int = 1) -> np.ndarray:
     """Relative error of the acceleration (states,) that a slip makes at random states on a moving base.
 
-    Joint rates to 1 rad/s, base rates as in table 3.1 case 5, motor torques to 1 N m. Gravity is left out for the two slips of
-    the kinematics, which it would only hide.
+    Joint rates to 1 rad/s, base rates as in table 3.1 case 5, motor torques to 1 N m. Gravity is left out for the two
+    slips of the kinematics, which it would only hide.
     """
     arrays = plant_arrays(LEVEL.antenna())
     arrays.K[SLIPS] = int(slip)
     draw = np.random.default_rng(seed)
-    spread = np.concatenate([[np.pi, np.pi / 2], [1.0, 1.0], [1.0, 1.0], [0.0] * 3, np.deg2rad([60.0, 75.0, 85.0]), [0.5] * 3])
+    spread = np.concatenate(
+        [[np.pi, np.pi / 2], [1.0, 1.0], [1.0, 1.0], [0.0] * 3, np.deg2rad([60.0, 75.0, 85.0]), [0.5] * 3]
+    )
     rows = draw.uniform(-1.0, 1.0, (states, len(spread))) * spread
     down = draw.normal(size=(states, 3))
     gravity = 0.0 if slip in (Slip.MISSING_ELEVATION_RATE, Slip.DERIVATIVE_SIGN) else 9.81
@@ -85,6 +91,12 @@ def _effect(slip: Slip) -> SlipEffect:
         WHERE[slip],
         float(np.median(errors)),
         float(errors.max()),
-        (run_unbalance(Unbalance.DYNAMIC, "outer", 0.1, 5, slip), run_unbalance(Unbalance.DYNAMIC, "inner", 0.1, 5, slip)),
-        (run_unbalance(Unbalance.STATIC, "outer", 0.1, 4, slip), run_unbalance(Unbalance.STATIC, "inner", 0.1, 4, slip)),
+        (
+            run_unbalance(Unbalance.DYNAMIC, "outer", 0.1, 5, slip),
+            run_unbalance(Unbalance.DYNAMIC, "inner", 0.1, 5, slip),
+        ),
+        (
+            run_unbalance(Unbalance.STATIC, "outer", 0.1, 4, slip),
+            run_unbalance(Unbalance.STATIC, "inner", 0.1, 4, slip),
+        ),
     )

@@ -1,4 +1,6 @@
-"""How the plant's step decides its error: the whole antenna on a moving base, with friction and reversals, at steps that halve."""
+"""How the plant's step decides its error: the whole antenna on a moving base, with friction and reversals, at steps
+that halve.
+"""
 
 from __future__ import annotations
 

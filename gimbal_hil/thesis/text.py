@@ -36,7 +36,9 @@ def as_text(report: ThesisReport) -> str:
 
 
 def summary_rows(report: ThesisReport) -> list[list[str]]:
-    """Per table: number, loop, axis, overshoot rms and regression bound, settling rms and bound, the same on a level base, agreement."""
+    """Per table: number, loop, axis, overshoot rms and regression bound, settling rms and bound, the same on a level
+    base, agreement.
+    """
     level = {table.table.number: table for table in report.level_tables}
     rows = []
     for result in report.tables:
@@ -58,7 +60,17 @@ def summary_rows(report: ThesisReport) -> list[list[str]]:
     return rows
 
 
-SUMMARY_HEADER = ("table", "loop", "axis", "overshoot rms", "bound", "settling rms s", "bound", "level base", "agreement")
+SUMMARY_HEADER = (
+    "table",
+    "loop",
+    "axis",
+    "overshoot rms",
+    "bound",
+    "settling rms s",
+    "bound",
+    "level base",
+    "agreement",
+)
 TABLE_HEADER = ("swept", "overshoot thesis %", "here %", "settling thesis s", "here s")
 
 
@@ -89,13 +101,16 @@ def seconds(value: float) -> str:
 def columns(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
     """A header and rows as lines with aligned columns."""
     widths = [max(len(row[i]) for row in (header, *rows)) for i in range(len(header))]
-    return ["  " + "  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in (header, *rows)]
+    return [
+        "  " + "  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in (header, *rows)
+    ]
 
 
 def _summary(report: ThesisReport) -> list[str]:
     return [
         "Controller tables of chapter 5: rms over the rows, thesis against here",
-        "One configuration for all (inferred, not printed): base tilted by roll -7.2 and pitch -9.6 deg; drive 2.84 N m per unit to",
+        "One configuration for all (inferred, not printed): base tilted by roll -7.2 and pitch -9.6 deg; drive 2.84 N "
+        "m per unit to",
         "14.98 N m outer, 2.1 to 6.6 inner; loop at 10 kHz, ideal gyro, no anti-windup.",
         *columns(SUMMARY_HEADER, summary_rows(report)),
     ]
@@ -103,12 +118,19 @@ def _summary(report: ThesisReport) -> list[str]:
 
 def _table(result: TableResult) -> list[str]:
     table = result.table
-    fixed = "prefilter of table 5.11" if table.prefilter else (f"Kp = {table.kp:g}" if table.kp is not None else f"Ki = {table.ki:g}")
+    fixed = (
+        "prefilter of table 5.11"
+        if table.prefilter
+        else (f"Kp = {table.kp:g}" if table.kp is not None else f"Ki = {table.ki:g}")
+    )
     heavier = f", every inertia times {table.inertia_factor:g}" if table.inertia_factor != 1.0 else ""
-    lines = [f"Table {table.number}: {table.loop.value} loop, {table.axis} axis, {fixed}{heavier}; swept: {table.swept}"]
+    lines = [
+        f"Table {table.number}: {table.loop.value} loop, {table.axis} axis, {fixed}{heavier}; swept: {table.swept}"
+    ]
     lines += columns(TABLE_HEADER, table_rows(result))
     lines.append(
-        f"  rms: overshoot {points(result.overshoot_rms)} points, settling {seconds(result.settling_rms_s)} s: {result.agreement.value}"
+        f"  rms: overshoot {points(result.overshoot_rms)} points, settling {seconds(result.settling_rms_s)} s: "
+        f"{result.agreement.value}"
     )
     return lines + ([f"  why: {result.reason}"] if result.reason else [])
 
@@ -128,19 +150,35 @@ UNBALANCE_HEADER = ("unbalance", "axis", "rad/s", "case 1", "2", "3", "4", "5")
 
 
 def _unbalance(report: ThesisReport) -> list[str]:
-    lines = ["Chapter 3: steady swing of the rate, percent of the reference (none and dynamic: table 3.1, static: table 3.2)"]
+    lines = [
+        "Chapter 3: steady swing of the rate, percent of the reference (none and dynamic: table 3.1, static: table 3.2)"
+    ]
     lines += columns(UNBALANCE_HEADER, unbalance_rows(report.unbalance))
     lines += ["  The thesis' claims:"]
-    return lines + [f"    {'holds        ' if c.holds else 'does not hold'}  {c.text} ({c.evidence})" for c in report.claims]
+    return lines + [
+        f"    {'holds        ' if c.holds else 'does not hold'}  {c.text} ({c.evidence})" for c in report.claims
+    ]
 
 
-SLIP_HEADER = ("slip", "error median", "largest", "outer dynamic %", "inner dynamic %", "outer static %", "inner static %")
+SLIP_HEADER = (
+    "slip",
+    "error median",
+    "largest",
+    "outer dynamic %",
+    "inner dynamic %",
+    "outer static %",
+    "inner static %",
+)
 
 
 def slip_rows(slips: Sequence[SlipEffect], runs: Sequence[UnbalanceRun]) -> list[list[str]]:
-    """Per slip: error of the acceleration, and the swing (percent) of chapter 3's hardest cases; first row without any slip."""
+    """Per slip: error of the acceleration, and the swing (percent) of chapter 3's hardest cases; first row without any
+    slip.
+    """
     at = {(r.unbalance, r.axis, r.case): r for r in runs if r.reference_rad_s == 0.1}
-    right = [at[Unbalance.DYNAMIC, a, 5] for a in ("outer", "inner")] + [at[Unbalance.STATIC, a, 4] for a in ("outer", "inner")]
+    right = [at[Unbalance.DYNAMIC, a, 5] for a in ("outer", "inner")] + [
+        at[Unbalance.STATIC, a, 4] for a in ("outer", "inner")
+    ]
     rows = [["none", "0", "0", *(f"{run.ripple_percent:.2f}" for run in right)]]
     for effect in slips:
         swings = [f"{run.ripple_percent:.2f}" for run in (*effect.dynamic, *effect.static)]
@@ -151,9 +189,13 @@ def slip_rows(slips: Sequence[SlipEffect], runs: Sequence[UnbalanceRun]) -> list
 
 def _slips(report: ThesisReport) -> list[str]:
     lines = [
-        "Slips of the thesis: relative error of the acceleration at random states on a moving base; swing (percent) of chapter 3's hardest"
+        "Slips of the thesis: relative error of the acceleration at random states on a moving base; swing (percent) "
+        "of chapter 3's hardest"
     ]
-    lines += ["cases at 0.1 rad/s with the slip on (chapter 3 has no friction, so the two friction slips change nothing there)"]
+    lines += [
+        "cases at 0.1 rad/s with the slip on (chapter 3 has no friction, so the two friction slips change nothing "
+        "there)"
+    ]
     lines += columns(SLIP_HEADER, slip_rows(report.slips, report.unbalance))
     return lines + [f"  {str(effect.slip.name).lower()}: {effect.where}" for effect in report.slips]
 
@@ -164,8 +206,10 @@ def _friction(curves: Sequence[FrictionCurves]) -> list[str]:
         secants = ", ".join(f"{part:.2f} at {share:g} Ts" for share, part in c.secants)
         lines += [
             f"  {c.axis}: minimum of the steady curve at {c.minimum_rad_s:.3f} rad/s",
-            f"    eq. 4.3 as printed gives {c.printed_at_fastest_nm:.3g} N m at 0.1 rad/s; damping ratio of sigma1 {c.damping_ratio:.3f}",
-            f"    stiffness N m/rad: table 4.4 gives {c.stiffness_of_table_4_4:.1f}, the angle of table 4.3 {c.stiffness_of_table_4_3:.1f}",
+            f"    eq. 4.3 as printed gives {c.printed_at_fastest_nm:.3g} N m at 0.1 rad/s; damping ratio of sigma1 "
+            f"{c.damping_ratio:.3f}",
+            f"    stiffness N m/rad: table 4.4 gives {c.stiffness_of_table_4_4:.1f}, the angle of table 4.3 "
+            f"{c.stiffness_of_table_4_3:.1f}",
             f"    a secant (eq. 4.11) over sigma0: {secants}",
         ]
     return lines
@@ -182,7 +226,13 @@ def temperature_rows(report: ThesisReport) -> list[list[str]]:
             lowest = int(sweep.friction_nm.argmin())
             at = [f"{sweep.friction_nm[abs(sweep.rate_rad_s - speed).argmin()]:.4f}" for speed in (0.001, 0.01, 0.1)]
             rows.append(
-                [sweep.axis, f"{sweep.temperature_degc:g}", *at, f"{sweep.friction_nm[lowest]:.4f}", f"{sweep.rate_rad_s[lowest]:.4f}"]
+                [
+                    sweep.axis,
+                    f"{sweep.temperature_degc:g}",
+                    *at,
+                    f"{sweep.friction_nm[lowest]:.4f}",
+                    f"{sweep.rate_rad_s[lowest]:.4f}",
+                ]
             )
     return rows
 

@@ -1,7 +1,7 @@
 """Chapter 3: rate loops on a moving base, with dynamic unbalance, static unbalance, and with neither.
 
-No friction, as in the thesis' chapter 3. The balanced antenna is run beside the others because (I_xx - I_zz) w_x w_z, which the
-thesis counts as unbalance, acts on a balanced gimbal too.
+No friction, as in the thesis' chapter 3. The balanced antenna is run beside the others because (I_xx - I_zz) w_x w_z,
+which the thesis counts as unbalance, acts on a balanced gimbal too.
 """
 
 from __future__ import annotations
@@ -56,8 +56,11 @@ class UnbalanceRun:
     response: Response
 
 
-def run_unbalance(unbalance: Unbalance, axis: str, reference_rad_s: float, case: int, slips: Slip = Slip.NONE) -> UnbalanceRun:
-    """Run one case (counted from 1, as printed) of table 3.1 or 3.2, optionally with slips of the thesis switched on."""
+def run_unbalance(
+    unbalance: Unbalance, axis: str, reference_rad_s: float, case: int, slips: Slip = Slip.NONE
+) -> UnbalanceRun:
+    """Run one case (counted from 1, as printed) of table 3.1 or 3.2, optionally with slips of the thesis switched on.
+    """
     model = antenna_with(unbalance, slips).with_base({"motion": "case", "table": unbalance.table, "case": case})
     index = model.axes.index(axis)
     reference = np.zeros((round(_DURATION_S * _RATE_HZ), 2))
@@ -126,7 +129,8 @@ class Claim:
 
 
 def claims(runs: Sequence[UnbalanceRun], with_gravity_slip: UnbalanceRun) -> tuple[Claim, ...]:
-    """Chapter 3's statements against the runs; `with_gravity_slip` is outer, static, case 1 with eq. 3.10 as printed."""
+    """Chapter 3's statements against the runs; `with_gravity_slip` is outer, static, case 1 with eq. 3.10 as printed.
+    """
     at = {(run.unbalance, run.axis, run.reference_rad_s, run.case): run for run in runs}
     low, high = UNBALANCE_REFERENCES_RAD_S
     axes = tuple(UNBALANCE_GAINS)
@@ -134,7 +138,9 @@ def claims(runs: Sequence[UnbalanceRun], with_gravity_slip: UnbalanceRun) -> tup
     still = max(run.ripple_percent for run in dynamic if run.case == 1)
     moving = min(run.ripple_percent for run in dynamic if run.case >= 3)
     fast = max(
-        at[Unbalance.DYNAMIC, a, high, c].ripple_percent / at[Unbalance.DYNAMIC, a, low, c].ripple_percent for a in axes for c in (3, 4, 5)
+        at[Unbalance.DYNAMIC, a, high, c].ripple_percent / at[Unbalance.DYNAMIC, a, low, c].ripple_percent
+        for a in axes
+        for c in (3, 4, 5)
     )
     growth = max(run.growth for run in dynamic if run.case >= 3)
     swing = {
@@ -143,14 +149,20 @@ def claims(runs: Sequence[UnbalanceRun], with_gravity_slip: UnbalanceRun) -> tup
         for axis in axes
     }
     outer_still = at[Unbalance.STATIC, "outer", low, 1]
-    balanced = at[Unbalance.NONE, "inner", low, 5].ripple_percent / at[Unbalance.DYNAMIC, "inner", low, 5].ripple_percent
+    balanced = (
+        at[Unbalance.NONE, "inner", low, 5].ripple_percent / at[Unbalance.DYNAMIC, "inner", low, 5].ripple_percent
+    )
     return (
         Claim(
             "dynamic: cases 3 to 5 oscillate, case 1 does not",
             still < 0.01 * moving,
             f"case 1 {still:.1g} %, cases 3 to 5 at least {moving:.2f} %",
         ),
-        Claim("dynamic: relative swing is smaller at 0.5 than at 0.1 rad/s", fast < 1.0, f"at most {fast:.2f} of it, cases 3 to 5"),
+        Claim(
+            "dynamic: relative swing is smaller at 0.5 than at 0.1 rad/s",
+            fast < 1.0,
+            f"at most {fast:.2f} of it, cases 3 to 5",
+        ),
         Claim(
             "dynamic: the loops become unstable",
             growth > 2.0,
@@ -169,7 +181,8 @@ def claims(runs: Sequence[UnbalanceRun], with_gravity_slip: UnbalanceRun) -> tup
         Claim(
             "static: the outer gimbal is disturbed without base motion",
             outer_still.torque_peak_nm > 0.1,
-            f"{outer_still.torque_peak_nm:.2g} N m of motor torque; with eq. 3.10 as printed {with_gravity_slip.torque_peak_nm:.1f} N m",
+            f"{outer_still.torque_peak_nm:.2g} N m of motor torque; with eq. 3.10 as printed "
+            f"{with_gravity_slip.torque_peak_nm:.1f} N m",
         ),
         Claim(
             "inner: the oscillation of table 3.1 is dynamic unbalance",

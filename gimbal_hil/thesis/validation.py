@@ -25,7 +25,8 @@ Progress = Callable[[str, float], None]
 
 
 def run_thesis(out: Path | None = None, force: bool = False, progress: Progress | None = None) -> ThesisReport:
-    """Run the validation (about half a minute); with `out` also write `report.html`, `report.txt` and `report.json` there.
+    """Run the validation (about half a minute); with `out` also write `report.html`, `report.txt` and `report.json`
+    there.
 
     BadInputError when `out` already holds a report and `force` is not given.
     """
@@ -51,7 +52,9 @@ def run_thesis(out: Path | None = None, force: bool = False, progress: Progress 
     sweeps = tuple(tuple(sliding_sweep(warm_antenna(degc), axis, degc) for degc in TEMPERATURES_DEGC) for axis in AXES)
     told("step size of the plant", 0.96)
     convergence = step_convergence()
-    report = ThesisReport(tuple(tables), level, runs, stated, slips, friction, sweeps, convergence, time.perf_counter() - begun)
+    report = ThesisReport(
+        tuple(tables), level, runs, stated, slips, friction, sweeps, convergence, time.perf_counter() - begun
+    )
     told("report", 0.98)
     if out is None:
         return report

@@ -1,4 +1,6 @@
-"""Can this machine hold the rate? Measures its clock, its permissions, its stalls, and the tick loop beside the same loop in C."""
+"""Can this machine hold the rate? Measures its clock, its permissions, its stalls, and the tick loop beside the same
+loop in C.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,13 @@ from gimbal_hil.timing.clock import Duration, MonotonicClock
 from gimbal_hil.timing.histogram import Histogram
 from gimbal_hil.timing.miss_causes import MissCause, ThreadUsage
 from gimbal_hil.timing.reference_loop import LoopLatency, ReferenceLoop, compiler
-from gimbal_hil.timing.scheduling import Granted, control_and_witness_cores, real_time, reserved_for_normal_tasks, timer_slack
+from gimbal_hil.timing.scheduling import (
+    Granted,
+    control_and_witness_cores,
+    real_time,
+    reserved_for_normal_tasks,
+    timer_slack,
+)
 from gimbal_hil.timing.tick_engine import Tick, TickEngine, TickStatistics
 from gimbal_hil.timing.witness import WitnessProcess
 
@@ -19,7 +27,8 @@ from gimbal_hil.timing.witness import WitnessProcess
 SLICES = 4
 #: a wake-up may be this share of a period late at p99 before the loop has no time left for its work
 LATE_SHARE = 0.25
-#: what DESIGN asks of the Python loop beside the C loop, told when exceeded; not part of the verdict: it is a ratio of two good things
+#: what DESIGN asks of the Python loop beside the C loop, told when exceeded; not part of the verdict: it is a ratio of
+#: two good things
 C_RATIO = 1.5
 
 
@@ -64,13 +73,19 @@ class MachineReport:
             "granted": self.granted.as_dict(),
             "machine_stalls": {"count": self.stalls, "longest_ms": self.longest_stall_ns / 1e6},
             "tick_loop": self.statistics.as_dict(),
-            "c_loop": None if reference is None else {"missed": reference.missed, "latency_us": reference.latency.summary_us()},
+            "c_loop": None
+            if reference is None
+            else {"missed": reference.missed, "latency_us": reference.latency.summary_us()},
             "p99_ratio_to_c": self.p99_ratio,
         }
 
 
-def check_machine(period: Duration, seconds: float, progress: Callable[[float], None] = lambda share: None) -> MachineReport:
-    """Measure for about twice `seconds` (each loop gets that much) and judge; `progress` is told the share done between slices."""
+def check_machine(
+    period: Duration, seconds: float, progress: Callable[[float], None] = lambda share: None
+) -> MachineReport:
+    """Measure for about twice `seconds` (each loop gets that much) and judge; `progress` is told the share done between
+    slices.
+    """
     resolution = round(time.get_clock_info("monotonic").resolution * 1e9)
     default_slack = timer_slack()
     control_core, witness_core = control_and_witness_cores()
@@ -83,7 +98,9 @@ def check_machine(period: Duration, seconds: float, progress: Callable[[float], 
         gaps = witness.page.gaps_since(began_ns)
         stalls = witness.page.count()
     longest = max((gap.end_ns - gap.start_ns for gap in gaps), default=0)
-    report = MachineReport(period, resolution, _clock_step_ns(), default_slack, granted, statistics, stalls, longest, reference)
+    report = MachineReport(
+        period, resolution, _clock_step_ns(), default_slack, granted, statistics, stalls, longest, reference
+    )
     _judge(report)
     return report
 
@@ -116,12 +133,19 @@ def _judge(report: MachineReport) -> None:
     late_us = statistics.latency.quantile_ns(0.99) / 1e3
     if late_us > LATE_SHARE * period_us:
         report.reasons.append(
-            f"1 % of wake-ups are more than {late_us:.0f} us late: over {LATE_SHARE:.0%} of the period of {period_us:.0f} us"
+            f"1 % of wake-ups are more than {late_us:.0f} us late: over {LATE_SHARE:.0%} of the period of "
+            f"{period_us:.0f} us"
         )
-    blamed = {cause: count for cause, count in statistics.misses_by_cause.items() if count and cause is not MissCause.MACHINE_STALL}
+    blamed = {
+        cause: count
+        for cause, count in statistics.misses_by_cause.items()
+        if count and cause is not MissCause.MACHINE_STALL
+    }
     if blamed:
         causes = ", ".join(f"{cause.value} {count}" for cause, count in blamed.items())
-        report.reasons.append(f"{sum(blamed.values())} of {statistics.ticks + statistics.missed} ticks missed by an empty loop: {causes}")
+        report.reasons.append(
+            f"{sum(blamed.values())} of {statistics.ticks + statistics.missed} ticks missed by an empty loop: {causes}"
+        )
     stalled = statistics.misses_by_cause[MissCause.MACHINE_STALL]
     if stalled:
         worst = f"(longest {statistics.longest_stall_ns / 1e6:.1f} ms): the antenna's deadman must outlast that"
@@ -130,7 +154,8 @@ def _judge(report: MachineReport) -> None:
     reserved_ms = reserved_for_normal_tasks()
     if report.granted.real_time_priority is not None and reserved_ms > report.period.ns / 1e6:
         report.remarks.append(
-            f"the kernel keeps {reserved_ms:.0f} ms of every second for normal tasks: when they fill all cores, it may take a real-time"
+            f"the kernel keeps {reserved_ms:.0f} ms of every second for normal tasks: when they fill all cores, it "
+            "may take a real-time"
             " thread's core for that long (sched_rt_runtime_us, fair_server)"
         )
     ratio = report.p99_ratio

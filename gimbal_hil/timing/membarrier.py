@@ -1,4 +1,6 @@
-"""The system call membarrier, which interrupts the cores that run registered processes and waits until they have taken note."""
+"""The system call membarrier, which interrupts the cores that run registered processes and waits until they have taken
+note.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +11,8 @@ from collections.abc import Callable
 
 #: number of the system call, by machine
 _NUMBER = {"x86_64": 324, "aarch64": 283}
-#: interrupt the cores of registered processes; register this process (from then on the witness can ask the core that runs it)
+#: interrupt the cores of registered processes; register this process (from then on the witness can ask the core that
+#: runs it)
 GLOBAL_EXPEDITED, REGISTER_GLOBAL_EXPEDITED = 1 << 1, 1 << 2
 
 

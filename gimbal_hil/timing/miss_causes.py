@@ -24,13 +24,17 @@ class MissCause(Enum):
     PREEMPTION = "preemption"
     PAGE_FAULT = "page_fault"
     MACHINE_STALL = "machine_stall"
-    LATE_TIMER = "late_timer"  # nobody used the core and it still woke late: interrupt work or one virtual core held by its host
+    LATE_TIMER = (
+        "late_timer"  # nobody used the core and it still woke late: interrupt work or one virtual core held by its host
+    )
     CORE_TAKEN = "core_taken"  # charged with computing while its core did not even answer another one: its host took it
 
 
 @dataclass(frozen=True, slots=True)
 class Usage:
-    """What the control thread did in a stretch of time; faults and switches count from the last miss on, not from the last wake-up."""
+    """What the control thread did in a stretch of time; faults and switches count from the last miss on, not from the
+    last wake-up.
+    """
 
     computing_ns: int  # time on a core
     queued_ns: int  # time able to run while somebody else had the core
@@ -40,7 +44,8 @@ class Usage:
     major_faults: int
     yields: int  # voluntary context switches
     preemptions: int  # involuntary context switches
-    waits: int = 1  # how often the thread was put back on a core beyond once a wake-up: it had waited for something, or been preempted
+    #: how often the thread was put back on a core beyond once a wake-up: it had waited for something, or been preempted
+    waits: int = 1
 
 
 NOTHING_USED = Usage(*[0] * 8)
@@ -58,7 +63,8 @@ class Gap:
 
 @dataclass(frozen=True, slots=True)
 class Miss:
-    """Ticks lost together: the deadline that passed, when the engine came to it, and what happened since the wake-up before.
+    """Ticks lost together: the deadline that passed, when the engine came to it, and what happened since the wake-up
+    before.
 
     `ended_ns` is when the step that began at that wake-up was done: after it there is only waiting.
     """
@@ -82,17 +88,19 @@ class Witness(Protocol):
         """The observer's gaps that end after `instant_ns`."""
 
     def core_gaps_since(self, instant_ns: int) -> list[Gap]:
-        """Stretches, ending after `instant_ns`, in which the core of the observed process did not answer the observer's."""
+        """Stretches, ending after `instant_ns`, in which the core of the observed process did not answer the
+        observer's.
+        """
 
 
 def cause_of(miss: Miss, gaps: list[Gap], core_gaps: Sequence[Gap] = ()) -> MissCause:
     """Name what explains most of the lost time.
 
-    A gap that an idle process on another core saw too comes first: during it nothing else that was measured means anything
-    (a stopped virtual core goes on charging CPU time to whom it ran). A step that was done before the deadline, or next to it, is not
-    the cause: the time was lost in the wait. Otherwise the largest of collection, link, queue, computing outside the link, and
-    computing during which the core did not answer; when these explain less than a quarter, a page fault if there was one, else the
-    timer.
+    A gap that an idle process on another core saw too comes first: during it nothing else that was measured means
+    anything (a stopped virtual core goes on charging CPU time to whom it ran). A step that was done before the
+    deadline, or next to it, is not the cause: the time was lost in the wait. Otherwise the largest of collection, link,
+    queue, computing outside the link, and computing during which the core did not answer; when these explain less than
+    a quarter, a page fault if there was one, else the timer.
     """
     lost = miss.woke_ns - miss.deadline_ns
     if 2 * _overlap_ns(miss, gaps) >= lost:
@@ -131,7 +139,9 @@ def _overlap_ns(miss: Miss, gaps: Iterable[Gap]) -> int:
 
 
 class ThreadUsage:
-    """Evidence about the calling thread; `mark`, called at every wake-up, is one cheap system call, and now and then a second."""
+    """Evidence about the calling thread; `mark`, called at every wake-up, is one cheap system call, and now and then a
+    second.
+    """
 
     def __init__(self) -> None:
         self._collecting_ns = 0
@@ -164,7 +174,9 @@ class ThreadUsage:
         self._marked_bus_wait_ns = self._bus_wait_ns
 
     def since_mark(self) -> Usage:
-        """What was used since the last mark; of the queue, since a few marks before it: in those next to nothing was queued."""
+        """What was used since the last mark; of the queue, since a few marks before it: in those next to nothing was
+        queued.
+        """
         computing_ns = time.thread_time_ns() - self._marked_computing_ns
         queued_ns, runs = self._scheduled()
         queued_ns -= self._marked_queued_ns
@@ -189,7 +201,9 @@ class ThreadUsage:
             os.close(self._schedstat)
 
     def _scheduled(self) -> tuple[int, int]:
-        """Time able to run without a core (ns), and how often the thread was put on one, as the kernel keeps them; 0 where it does not."""
+        """Time able to run without a core (ns), and how often the thread was put on one, as the kernel keeps them; 0
+        where it does not.
+        """
         if self._schedstat < 0:
             return 0, 0
         words = os.pread(self._schedstat, 80, 0).split()

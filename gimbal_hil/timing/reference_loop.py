@@ -16,8 +16,9 @@ from typing import Self
 from gimbal_hil.timing.clock import Duration
 from gimbal_hil.timing.histogram import Histogram
 
-#: absolute deadlines on CLOCK_MONOTONIC, whole periods skipped, as in `tick_engine`; for each wake-up it writes its lateness and how long
-#: the work after it took, int64 nanoseconds. Work is a fixed number of additions, measured at the start to last as asked when undisturbed.
+#: absolute deadlines on CLOCK_MONOTONIC, whole periods skipped, as in `tick_engine`; for each wake-up it writes its
+#: lateness and how long the work after it took, int64 nanoseconds. Work is a fixed number of additions, measured at the
+#: start to last as asked when undisturbed.
 _SOURCE = r"""
 #define _GNU_SOURCE
 #include <sched.h>
@@ -93,8 +94,8 @@ int main(int argc, char **argv) {
 class LoopLatency:
     """Wake-up latencies of a loop without any work in it, or with work that is the same in every tick.
 
-    `stretched` are ticks missed because that work was not done a whole period after the next one was due: what it took beyond its time,
-    the machine took.
+    `stretched` are ticks missed because that work was not done a whole period after the next one was due: what it took
+    beyond its time, the machine took.
     """
 
     latency: Histogram
@@ -103,17 +104,25 @@ class LoopLatency:
 
 
 class ReferenceLoop:
-    """The compiled loop; a context manager, because it lives in a temporary folder. `available()` says whether it can be made."""
+    """The compiled loop; a context manager, because it lives in a temporary folder. `available()` says whether it can
+    be made.
+    """
 
     def __init__(self) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="gimbal-hil-")
         source = Path(self._folder.name) / "loop.c"
         self._program = source.with_suffix("")
         source.write_text(_SOURCE)
-        subprocess.run([compiler() or "cc", "-O2", "-o", str(self._program), str(source)], check=True, capture_output=True)
+        subprocess.run(
+            [compiler() or "cc", "-O2", "-o", str(self._program), str(source)], check=True, capture_output=True
+        )
 
-    def run(self, period: Duration, ticks: int, priority: int | None, core: int | None, work: Duration | None = None) -> LoopLatency:
-        """Run it under the same policy and on the same core as the loop that it is compared with; `work` is done after each wake-up."""
+    def run(
+        self, period: Duration, ticks: int, priority: int | None, core: int | None, work: Duration | None = None
+    ) -> LoopLatency:
+        """Run it under the same policy and on the same core as the loop that it is compared with; `work` is done after
+        each wake-up.
+        """
         words = [period.ns, ticks, priority or 0, -1 if core is None else core, work.ns if work else 0]
         output = subprocess.run([str(self._program), *map(str, words)], check=True, capture_output=True).stdout
         histogram = Histogram()
@@ -121,14 +130,17 @@ class ReferenceLoop:
         for late, worked in struct.iter_unpack("=qq", output):
             histogram.add(late)
             missed += late // period.ns
-            # as in `tick_engine`: a deadline that passes during the work is met late, and only a whole period more is a tick lost
+            # as in `tick_engine`: a deadline that passes during the work is met late, and only a whole period more is a
+            # tick lost
             stretched += max(0, (late % period.ns + worked) // period.ns - 1)
         return LoopLatency(histogram, missed, stretched)
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self._folder.cleanup()
 
 

@@ -1,4 +1,6 @@
-"""What the kernel grants a control process: exact timers, a real-time priority, locked memory, a core, and no collector."""
+"""What the kernel grants a control process: exact timers, a real-time priority, locked memory, a core, and no
+collector.
+"""
 
 from __future__ import annotations
 
@@ -87,7 +89,9 @@ def real_time(priority: int = 60, core: int | None = None) -> Iterator[Granted]:
 
 
 def set_timer_slack(ns: int) -> int | None:
-    """Let timers of the calling thread be late by at most `ns` (default 50 us); answers what holds now, None if there is no such call."""
+    """Let timers of the calling thread be late by at most `ns` (default 50 us); answers what holds now, None if there
+    is no such call.
+    """
     if not sys.platform.startswith("linux"):
         return None
     libc = ctypes.CDLL(None, use_errno=True)
@@ -104,9 +108,13 @@ def timer_slack() -> int | None:
 
 
 def reserved_for_normal_tasks() -> float:
-    """Milliseconds of every second that the kernel keeps for tasks without real-time priority, and may take in one piece; 0 if none."""
+    """Milliseconds of every second that the kernel keeps for tasks without real-time priority, and may take in one
+    piece; 0 if none.
+    """
     try:
-        runtime, period = (int(Path(f"/proc/sys/kernel/sched_rt_{name}_us").read_text()) for name in ("runtime", "period"))
+        runtime, period = (
+            int(Path(f"/proc/sys/kernel/sched_rt_{name}_us").read_text()) for name in ("runtime", "period")
+        )
     except (OSError, ValueError):
         return 0.0
     return 0.0 if runtime < 0 else 1e3 * (period - runtime) / period

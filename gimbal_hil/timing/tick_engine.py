@@ -1,4 +1,6 @@
-"""The tick engine: absolute deadlines, phase kept, whole periods skipped, every miss with a cause; the same code on any clock."""
+"""The tick engine: absolute deadlines, phase kept, whole periods skipped, every miss with a cause; the same code on any
+clock.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,9 @@ _WITNESS_PATIENCE_NS = 20_000_000
 
 @dataclass(slots=True)
 class TickStatistics:
-    """What the engine did. Latency: from deadline to wake-up. Computing: from wake-up to the end of the step, link calls included."""
+    """What the engine did. Latency: from deadline to wake-up. Computing: from wake-up to the end of the step, link
+    calls included.
+    """
 
     period_ns: int
     ticks: int = 0
@@ -56,7 +60,8 @@ class TickEngine:
     """Calls `step` once a period, at `start + number * period`, until it answers False.
 
     A tick that comes a whole period late or more gives up the periods that passed and keeps the phase: never a burst of
-    catch-up ticks. `usage` and `witness` supply the evidence for why; without them misses are counted and go to the timer.
+    catch-up ticks. `usage` and `witness` supply the evidence for why; without them misses are counted and go to the
+    timer.
     """
 
     def __init__(
@@ -128,7 +133,11 @@ class TickEngine:
                 return
             self._unexplained.popleft()
             seen = self._witness
-            cause = cause_of(miss, seen.gaps_since(miss.began_ns), seen.core_gaps_since(miss.began_ns)) if seen else cause_of(miss, [])
+            cause = (
+                cause_of(miss, seen.gaps_since(miss.began_ns), seen.core_gaps_since(miss.began_ns))
+                if seen
+                else cause_of(miss, [])
+            )
             self.statistics.misses_by_cause[cause] += miss.periods
             if self._on_miss:
                 self._on_miss(miss, cause)

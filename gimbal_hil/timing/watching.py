@@ -14,7 +14,9 @@ from gimbal_hil.timing.witness import PERIOD_NS, THRESHOLD_NS, WitnessPage
 
 
 def gap_between(asked_ns: int, woke_ns: int, queued_ns: int) -> Gap | None:
-    """What a wake-up at `woke_ns` for `asked_ns` says of the machine, when `queued_ns` of it went to others on this core."""
+    """What a wake-up at `woke_ns` for `asked_ns` says of the machine, when `queued_ns` of it went to others on this
+    core.
+    """
     if woke_ns - asked_ns - queued_ns < THRESHOLD_NS:
         return None
     return Gap(asked_ns, woke_ns)
@@ -31,7 +33,11 @@ def watch(page: WitnessPage, parent: int) -> None:
         ask_cores()
         answered = time.monotonic_ns()
         queued = _queued_ns(schedstat)
-        page.publish(answered, gap_between(asked, woke, queued - queued_before), gap_between(woke, answered, queued - queued_before))
+        page.publish(
+            answered,
+            gap_between(asked, woke, queued - queued_before),
+            gap_between(woke, answered, queued - queued_before),
+        )
         queued_before = queued
 
 

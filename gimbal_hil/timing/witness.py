@@ -1,12 +1,13 @@
 """A process on another core that does nothing but wake up: when it cannot either, the machine stood still.
 
-It sleeps half a millisecond at a time and publishes every gap in shared memory, less the time in which it was merely queued behind
-somebody else on its own core. `/proc/stat` steal does not show such stalls; a second observer does.
+It sleeps half a millisecond at a time and publishes every gap in shared memory, less the time in which it was merely
+queued behind somebody else on its own core. `/proc/stat` steal does not show such stalls; a second observer does.
 
-A host can also take one virtual core away and leave the other. So at every wake-up the witness asks the core that runs the control
-process for an answer (membarrier, which interrupts the cores that run a registered process and waits until they have taken note). A core
-that computes answers within microseconds, whatever it computes; one that is gone answers when it is back. Nobody is asked while control
-sleeps, so an answer costs the control process an interrupt in one tick of ten.
+A host can also take one virtual core away and leave the other. So at every wake-up the witness asks the core that runs
+the control process for an answer (membarrier, which interrupts the cores that run a registered process and waits until
+they have taken note). A core that computes answers within microseconds, whatever it computes; one that is gone answers
+when it is back. Nobody is asked while control sleeps, so an answer costs the control process an interrupt in one tick
+of ten.
 """
 
 from __future__ import annotations
@@ -32,7 +33,9 @@ _SIZE = 8 * (_CORE + 1 + 2 * _SLOTS)
 
 
 class WitnessPage:
-    """The shared page: the last wake-up, and the last gaps of the witness and of the core it watches; ns of CLOCK_MONOTONIC."""
+    """The shared page: the last wake-up, and the last gaps of the witness and of the core it watches; ns of
+    CLOCK_MONOTONIC.
+    """
 
     def __init__(self, descriptor: int) -> None:
         self._memory = mmap.mmap(descriptor, os.fstat(descriptor).st_size)
@@ -88,7 +91,14 @@ class WitnessProcess:
         descriptor = anonymous_memory(_SIZE)
         try:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "gimbal_hil.timing.watching", str(descriptor), str(-1 if core is None else core), str(os.getpid())],
+                [
+                    sys.executable,
+                    "-m",
+                    "gimbal_hil.timing.watching",
+                    str(descriptor),
+                    str(-1 if core is None else core),
+                    str(os.getpid()),
+                ],
                 pass_fds=(descriptor,),
                 stdin=subprocess.DEVNULL,
             )
@@ -114,5 +124,7 @@ class WitnessProcess:
     def __enter__(self) -> WitnessProcess:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.close()

@@ -36,7 +36,15 @@ from sim_backend.effects.separating_runs import (
 
 # the registry loads plugged-in effects, and these take the names above from this face
 # isort: split
-from sim_backend.effects.dispatch import command_law, encoder_law, friction_law, gyro_law, structure_advance, structure_law, torque_law
+from sim_backend.effects.dispatch import (
+    command_law,
+    encoder_law,
+    friction_law,
+    gyro_law,
+    structure_advance,
+    structure_law,
+    torque_law,
+)
 from sim_backend.effects.registry import CATALOGUE, confused_with, effect_named, effects_at
 
 __all__ = [

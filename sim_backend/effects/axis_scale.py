@@ -35,7 +35,9 @@ class Need(Flag):
 
 @dataclass(frozen=True)
 class AxisScale:
-    """One axis in the units of its kind (rad, N m or m, N): sizes from the data, numbers from the model. No records, no model."""
+    """One axis in the units of its kind (rad, N m or m, N): sizes from the data, numbers from the model. No records, no
+    model.
+    """
 
     #: of the commanded torque; 1 where nothing was commanded
     torque_rms: float
@@ -46,7 +48,8 @@ class AxisScale:
     speed: float
     position_low: float
     position_high: float
-    #: every number of the axis by its path in the model file, and its moment about its own axis (mass) as "body.own_inertia"
+    #: every number of the axis by its path in the model file, and its moment about its own axis (mass) as
+    #: "body.own_inertia"
     numbers: Mapping[str, float]
     is_linear: bool
     axis_count: int
@@ -71,7 +74,8 @@ class AxisScale:
 
     @property
     def friction(self) -> float:
-        """Dry friction to count in: the model's Coulomb level, or a share of the torque where it states next to none."""
+        """Dry friction to count in: the model's Coulomb level, or a share of the torque where it states next to none.
+        """
         return max(self.numbers["friction.coulomb"], _LEAST_SHARE * self.torque_rms)
 
     @property

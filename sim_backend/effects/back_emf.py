@@ -14,7 +14,9 @@ COEFFICIENT = 0
 
 
 @compiled
-def command_less_back_emf(P: np.ndarray, o: int, X: np.ndarray, s: int, K: np.ndarray, u: float, q: float, v: float) -> float:
+def command_less_back_emf(
+    P: np.ndarray, o: int, X: np.ndarray, s: int, K: np.ndarray, u: float, q: float, v: float
+) -> float:
     """u - k v, N m: before the actuator's lag, which the winding's current has, and before its limit."""
     return u - P[o + COEFFICIENT] * v
 
@@ -29,7 +31,9 @@ EFFECT = Effect(
     domain=Domain.DRIVE,
     hook=Hook.COMMAND,
     law=command_less_back_emf,
-    parameters=(Parameter("coefficient", "N m s/rad", 0.0, 1e6, 0.0, "torque lost per joint rate", linear_unit="N s/m"),),
+    parameters=(
+        Parameter("coefficient", "N m s/rad", 0.0, 1e6, 0.0, "torque lost per joint rate", linear_unit="N s/m"),
+    ),
     text="torque falls with the rate of the motor",
     equation="T = u - k v",
     source="Krause et al., Analysis of Electric Machinery, ch. 2",
@@ -39,6 +43,7 @@ EFFECT = Effect(
     search=_search,
     acts_through=frozenset({Variable.RATE}),
     separated_by=(MEASURED_TORQUE,),
-    # the command says what the drive was asked for: whether friction or the winding took the rest, only the current shows
+    # the command says what the drive was asked for: whether friction or the winding took the rest, only the current
+    # shows
     same_by_command="viscous",
 )

@@ -1,9 +1,9 @@
 """Backlash: the motor's rotor drives the joint through a gap, and the sensors sit on the joint.
 
-The rotor's inertia is additional to the joint's, unless the model's inertia already counts (a share of) it. psi is the rotor's
-lead; inside the gap (abs(psi) < gap/2) nothing is passed on, outside it a stiff, damped contact pushes and never pulls. Contact
-frequency and damping are those of the two inertias swinging against each other through it. A gap without rotor inertia is crossed
-in no time and passes every torque on unchanged.
+The rotor's inertia is additional to the joint's, unless the model's inertia already counts (a share of) it. psi is the
+rotor's lead; inside the gap (abs(psi) < gap/2) nothing is passed on, outside it a stiff, damped contact pushes and
+never pulls. Contact frequency and damping are those of the two inertias swinging against each other through it. A gap
+without rotor inertia is crossed in no time and passes every torque on unchanged.
 """
 
 from __future__ import annotations
@@ -26,8 +26,12 @@ _LEFT = 0.2
 
 
 @compiled
-def torque_through_gap(P: np.ndarray, o: int, X: np.ndarray, s: int, torque: float, inertia: float, bias: float) -> tuple[float, float]:
-    """Torque (N m) that the contact passes on to the joint during this step, and the inertia that is the rotor's (kg m^2)."""
+def torque_through_gap(
+    P: np.ndarray, o: int, X: np.ndarray, s: int, torque: float, inertia: float, bias: float
+) -> tuple[float, float]:
+    """Torque (N m) that the contact passes on to the joint during this step, and the inertia that is the rotor's (kg
+    m^2).
+    """
     rotor = P[o + ROTOR_INERTIA]
     if rotor == 0.0:
         return torque, 0.0
@@ -51,7 +55,9 @@ def torque_through_gap(P: np.ndarray, o: int, X: np.ndarray, s: int, torque: flo
 
 
 @compiled
-def advance_rotor(P: np.ndarray, o: int, X: np.ndarray, s: int, torque: float, inertia: float, acceleration: float, h: float) -> None:
+def advance_rotor(
+    P: np.ndarray, o: int, X: np.ndarray, s: int, torque: float, inertia: float, acceleration: float, h: float
+) -> None:
     """The rotor's lead after the step, given the joint's inertial acceleration (rad/s^2) in it."""
     rotor = P[o + ROTOR_INERTIA]
     if rotor == 0.0:
@@ -63,7 +69,9 @@ def advance_rotor(P: np.ndarray, o: int, X: np.ndarray, s: int, torque: float, i
 
 
 def _search(scale: AxisScale) -> SearchProfile:
-    """Gaps of half a milliradian to eight, with rotors that the model's inertia counts already and rotors that come on top of it."""
+    """Gaps of half a milliradian to eight, with rotors that the model's inertia counts already and rotors that come on
+    top of it.
+    """
     inertia = scale.own_inertia
     knobs = (
         Knob(("gap",), Move.LEVEL, 1e-3, -5.0, 5.0),
@@ -93,11 +101,25 @@ EFFECT = Effect(
     states=5,
     parameters=(
         Parameter("gap", "rad", 0.0, 0.5, 0.0, "whole width of the gap at the joint", linear_unit="m"),
-        Parameter("rotor_inertia", "kg m2", 0.0, 1e4, 0.0, "of the rotor seen at the joint, beside the joint's own", linear_unit="kg"),
-        Parameter("counted_share", "1", 0.0, 1.0, 0.0, "share of the rotor's inertia that the model's inertia already counts"),
+        Parameter(
+            "rotor_inertia",
+            "kg m2",
+            0.0,
+            1e4,
+            0.0,
+            "of the rotor seen at the joint, beside the joint's own",
+            linear_unit="kg",
+        ),
+        Parameter(
+            "counted_share", "1", 0.0, 1.0, 0.0, "share of the rotor's inertia that the model's inertia already counts"
+        ),
         # the bounds keep the contact stable at plant steps of 0.1 ms
-        Parameter("contact_frequency", "Hz", 10.0, 500.0, 90.0, "of rotor and joint against each other through the teeth"),
-        Parameter("contact_damping", "1", 0.0, 1.0, 0.3, "damping ratio of the contact; 0.3 leaves a restitution of about 0.4"),
+        Parameter(
+            "contact_frequency", "Hz", 10.0, 500.0, 90.0, "of rotor and joint against each other through the teeth"
+        ),
+        Parameter(
+            "contact_damping", "1", 0.0, 1.0, 0.3, "damping ratio of the contact; 0.3 leaves a restitution of about 0.4"
+        ),
     ),
     text="the rotor drives the joint through a gap",
     equation="Jr (q + psi)'' = T - Tc(psi), J q'' = Tc - F, Tc = 0 for abs(psi) < gap/2",

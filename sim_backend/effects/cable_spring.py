@@ -1,7 +1,7 @@
 """Cable wrap: cables and hoses that pull the joint back to a rest position, with a friction of their own.
 
-The optional hysteresis is Dahl's: the cable's internal friction builds up to its level over an angle and is carried from one
-reversal to the next. Its bristle equation at constant rate is linear, so each step is exact at any rate.
+The optional hysteresis is Dahl's: the cable's internal friction builds up to its level over an angle and is carried
+from one reversal to the next. Its bristle equation at constant rate is linear, so each step is exact at any rate.
 """
 
 from __future__ import annotations
@@ -36,8 +36,13 @@ def cable_torque(P: np.ndarray, o: int, X: np.ndarray, s: int, q: float, v: floa
 
 
 def _search(scale: AxisScale) -> SearchProfile:
-    """The rest position acts through stiffness times angle: at a probe of one unit its response is the constant torque k q0."""
-    knobs = (Knob(("stiffness",), size=0.05 * scale.torque_rms, low=0.0), Knob(("rest_position",), low=-50.0, high=50.0))
+    """The rest position acts through stiffness times angle: at a probe of one unit its response is the constant torque
+    k q0.
+    """
+    knobs = (
+        Knob(("stiffness",), size=0.05 * scale.torque_rms, low=0.0),
+        Knob(("rest_position",), low=-50.0, high=50.0),
+    )
     return SearchProfile(knobs, (Start(((1.0, 0.0), (1.0, 1.0)), (0.0, 0.0), Reading.SPRING),))
 
 
@@ -55,8 +60,18 @@ EFFECT = Effect(
     parameters=(
         Parameter("stiffness", "N m/rad", 0.0, 1e6, 0.0, "pull per angle from the rest position", linear_unit="N/m"),
         Parameter("rest_position", "rad", -100.0, 100.0, 0.0, "q0, where the cable does not pull", linear_unit="m"),
-        Parameter("hysteresis", "N m", 0.0, 1e5, 0.0, "half the width of the cable's own friction loop; 0 means none", linear_unit="N"),
-        Parameter("hysteresis_angle", "rad", 1e-6, 10.0, 0.05, "angle over which that friction builds up", linear_unit="m"),
+        Parameter(
+            "hysteresis",
+            "N m",
+            0.0,
+            1e5,
+            0.0,
+            "half the width of the cable's own friction loop; 0 means none",
+            linear_unit="N",
+        ),
+        Parameter(
+            "hysteresis_angle", "rad", 1e-6, 10.0, 0.05, "angle over which that friction builds up", linear_unit="m"
+        ),
     ),
     text="cable wrap pulls back to a rest position",
     equation="T - k (q - q0), optionally - w with w' = (W v - abs(v) w) / angle",

@@ -41,7 +41,9 @@ EFFECT = Effect(
     parameters=(
         Parameter("amplitude", "N m", 0.0, 1e5, 0.0, "peak ripple torque", linear_unit="N"),
         Parameter("order", "1/turn", 1.0, 1e6, NEUTRAL_ORDER, "ripples per turn (per 2 pi m on a linear axis)"),
-        Parameter("phase", "rad", -math.pi, math.pi, 0.0, "phase at zero position", periodic=True, half_turn_of="amplitude"),
+        Parameter(
+            "phase", "rad", -math.pi, math.pi, 0.0, "phase at zero position", periodic=True, half_turn_of="amplitude"
+        ),
     ),
     text="torque ripple over position",
     equation="T + A sin(n q + phase)",

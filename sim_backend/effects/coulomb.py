@@ -18,9 +18,18 @@ EFFECT = Effect(
     domain=Domain.FRICTION,
     parameters=(
         Parameter(
-            "coulomb", "N m", 0.0, 1e6, 0.0, "Tc, sliding torque without the Stribeck bump", linear_unit="N", path="friction.coulomb"
+            "coulomb",
+            "N m",
+            0.0,
+            1e6,
+            0.0,
+            "Tc, sliding torque without the Stribeck bump",
+            linear_unit="N",
+            path="friction.coulomb",
         ),
-        Parameter("breakaway", "N m", 0.0, 1e6, 0.0, "Ts, torque at break-away", linear_unit="N", path="friction.breakaway"),
+        Parameter(
+            "breakaway", "N m", 0.0, 1e6, 0.0, "Ts, torque at break-away", linear_unit="N", path="friction.breakaway"
+        ),
     ),
     text="level of the sliding friction",
     equation="s(v) = Tc + (Ts - Tc) exp(-(abs(v)/v_s)^delta), Tc and Ts moved together",

@@ -15,7 +15,17 @@ ASYMMETRY = 0
 
 @compiled
 def asymmetric_levels(
-    P: np.ndarray, o: int, X: np.ndarray, s: int, q: float, v: float, torque: float, temperature: float, ts: float, tc: float, sigma2: float
+    P: np.ndarray,
+    o: int,
+    X: np.ndarray,
+    s: int,
+    q: float,
+    v: float,
+    torque: float,
+    temperature: float,
+    ts: float,
+    tc: float,
+    sigma2: float,
 ) -> tuple[float, float, float]:
     """Ts and Tc times 1 + a sign v, N m."""
     if v == 0.0:

@@ -1,8 +1,10 @@
-"""A search profile from nothing but an effect's parameters: so that an effect is searched before anyone has written one.
+"""A search profile from nothing but an effect's parameters: so that an effect is searched before anyone has written
+one.
 
-Strengths are the parameters that carry a torque, a mass or a share and are neutral at zero; they are probed from there. All others only
-shape what a strength does, and at a strength of zero they do nothing: they are tried on a grid over what the axis does in the data.
-Sizes come from the units. An effect whose law says more about where to look is better off with a profile of its own.
+Strengths are the parameters that carry a torque, a mass or a share and are neutral at zero; they are probed from there.
+All others only shape what a strength does, and at a strength of zero they do nothing: they are tried on a grid over
+what the axis does in the data. Sizes come from the units. An effect whose law says more about where to look is better
+off with a profile of its own.
 """
 
 from __future__ import annotations
@@ -36,7 +38,9 @@ _SECONDS, _HERTZ, _KELVIN = 1e-3, 1.0, 1.0
 def default_profile(parameters: Sequence[Parameter], scale: AxisScale) -> SearchProfile | None:
     """Knobs and starts for an effect of these parameters on an axis; None where nothing of it can be off neutral."""
     ordered = sorted(parameters, key=lambda p: p.periodic)
-    strengths = [p for p in ordered if _is_strength(p)] or [p for p in ordered if p.neutral == 0.0 and not p.periodic][:1]
+    strengths = [p for p in ordered if _is_strength(p)] or [p for p in ordered if p.neutral == 0.0 and not p.periodic][
+        :1
+    ]
     if all(p.path is not None for p in ordered):
         # numbers that the model has anyway: each moves from where it stands
         strengths = ordered
@@ -52,7 +56,9 @@ def default_profile(parameters: Sequence[Parameter], scale: AxisScale) -> Search
 
 
 def unit_scale(unit: str, scale: AxisScale) -> float:
-    """What one of a unit (e.g. "N m s2/rad2") amounts to on an axis: torque, place, rate and inertia as they are in the data."""
+    """What one of a unit (e.g. "N m s2/rad2") amounts to on an axis: torque, place, rate and inertia as they are in the
+    data.
+    """
     place = max(0.5 * max(abs(scale.position_low), abs(scale.position_high)), 1e-9)
     second = place / scale.speed
     if unit == "s":
@@ -92,7 +98,10 @@ def _shape_knob(p: Parameter) -> Knob:
         return Knob((p.name,))
     if _by_factors(p):
         return Knob((p.name,), Move.FACTOR)
-    return Knob((p.name,), size=max(_SHARE * (p.high - p.low), 1e-12) if p.neutral == 0.0 else max(_SHARE * abs(p.neutral), 1e-12))
+    return Knob(
+        (p.name,),
+        size=max(_SHARE * (p.high - p.low), 1e-12) if p.neutral == 0.0 else max(_SHARE * abs(p.neutral), 1e-12),
+    )
 
 
 def _by_factors(p: Parameter) -> bool:
@@ -114,7 +123,9 @@ def _each(total: float, parameters: int, most: int) -> int:
 
 
 def _along(p: Parameter, many: int, scale: AxisScale) -> Vector:
-    """Coordinates of values spread over what the axis does, within the parameter's bounds; none at an end, where nothing is known."""
+    """Coordinates of values spread over what the axis does, within the parameter's bounds; none at an end, where
+    nothing is known.
+    """
     low, high = _span(p, scale)
     share = (np.arange(many) + 0.5) / many
     if _by_factors(p):
@@ -129,7 +140,9 @@ def _span(p: Parameter, scale: AxisScale) -> Vector:
     if unit == ("m" if scale.is_linear else "rad"):
         wide = (_LEAST_SPAN * scale.travel, scale.travel) if p.low > 0.0 else (0.0, reach)
         low, high = (
-            (max(low, scale.position_low), min(high, scale.position_high)) if p.low < 0.0 else (max(low, wide[0]), min(high, wide[1]))
+            (max(low, scale.position_low), min(high, scale.position_high))
+            if p.low < 0.0
+            else (max(low, wide[0]), min(high, wide[1]))
         )
     elif unit == ("m/s" if scale.is_linear else "rad/s"):
         low, high = max(low, -scale.speed if p.low < 0.0 else _LEAST_SPAN * scale.speed), min(high, scale.speed)
@@ -137,7 +150,9 @@ def _span(p: Parameter, scale: AxisScale) -> Vector:
 
 
 def _start(strengths: int, shape: Vector, angle: bool) -> Start:
-    """From a strength of zero along every strength, shaped as given; an only strength with an angle is read in both its quarters."""
+    """From a strength of zero along every strength, shaped as given; an only strength with an angle is read in both its
+    quarters.
+    """
     base = ((0.0,) * strengths) + shape
     if angle:
         return Start(((1.0, *shape), (1.0, *shape[:-1], 0.5 * math.pi)), base, Reading.POLAR)

@@ -1,7 +1,8 @@
 """From the catalogue to compiled code: for each hook one function that picks the law by its code.
 
-The laws are chained at import time (`if code == 0: ... else: rest`), so one kernel holds every effect, a model with other
-effects needs no new compilation, and an absent effect is never looked at: the plant loops over the instances present.
+The laws are chained at import time (`if code == 0: ... else: rest`), so one kernel holds every effect, a model with
+other effects needs no new compilation, and an absent effect is never looked at: the plant loops over the instances
+present.
 """
 
 from __future__ import annotations
@@ -19,7 +20,9 @@ Law = Callable[..., Any]
 
 
 @compiled
-def _command_unchanged(code: int, P: np.ndarray, o: int, X: np.ndarray, s: int, K: np.ndarray, u: float, q: float, v: float) -> float:
+def _command_unchanged(
+    code: int, P: np.ndarray, o: int, X: np.ndarray, s: int, K: np.ndarray, u: float, q: float, v: float
+) -> float:
     return u
 
 
@@ -29,7 +32,9 @@ def _command_chain(laws: tuple[Law, ...], code: int = 0) -> Law:
     law, rest = laws[0], _command_chain(laws[1:], code + 1)
 
     @compiled
-    def pick(c: int, P: np.ndarray, o: int, X: np.ndarray, s: int, K: np.ndarray, u: float, q: float, v: float) -> float:
+    def pick(
+        c: int, P: np.ndarray, o: int, X: np.ndarray, s: int, K: np.ndarray, u: float, q: float, v: float
+    ) -> float:
         return law(P, o, X, s, K, u, q, v) if c == code else rest(c, P, o, X, s, K, u, q, v)  # type: ignore[no-any-return]
 
     return pick
@@ -98,7 +103,9 @@ def _torque_chain(laws: tuple[Law, ...], code: int = 0) -> Law:
 
 
 @compiled
-def _rigid(c: int, P: np.ndarray, o: int, X: np.ndarray, s: int, torque: float, inertia: float, bias: float) -> tuple[float, float]:
+def _rigid(
+    c: int, P: np.ndarray, o: int, X: np.ndarray, s: int, torque: float, inertia: float, bias: float
+) -> tuple[float, float]:
     return torque, 0.0
 
 
@@ -108,7 +115,9 @@ def _structure_chain(laws: tuple[Law, ...], code: int = 0) -> Law:
     law, rest = laws[0], _structure_chain(laws[1:], code + 1)
 
     @compiled
-    def pick(c: int, P: np.ndarray, o: int, X: np.ndarray, s: int, torque: float, inertia: float, bias: float) -> tuple[float, float]:
+    def pick(
+        c: int, P: np.ndarray, o: int, X: np.ndarray, s: int, torque: float, inertia: float, bias: float
+    ) -> tuple[float, float]:
         if c == code:
             return law(P, o, X, s, torque, inertia, bias)  # type: ignore[no-any-return]
         return rest(c, P, o, X, s, torque, inertia, bias)  # type: ignore[no-any-return]
@@ -124,7 +133,9 @@ def _nothing_hidden(
 
 
 @compiled
-def _no_hidden_state(P: np.ndarray, o: int, X: np.ndarray, s: int, torque: float, inertia: float, acceleration: float, h: float) -> None:
+def _no_hidden_state(
+    P: np.ndarray, o: int, X: np.ndarray, s: int, torque: float, inertia: float, acceleration: float, h: float
+) -> None:
     return
 
 
@@ -134,7 +145,17 @@ def _advance_chain(laws: tuple[Law, ...], code: int = 0) -> Law:
     law, rest = laws[0], _advance_chain(laws[1:], code + 1)
 
     @compiled
-    def pick(c: int, P: np.ndarray, o: int, X: np.ndarray, s: int, torque: float, inertia: float, acceleration: float, h: float) -> None:
+    def pick(
+        c: int,
+        P: np.ndarray,
+        o: int,
+        X: np.ndarray,
+        s: int,
+        torque: float,
+        inertia: float,
+        acceleration: float,
+        h: float,
+    ) -> None:
         if c == code:
             law(P, o, X, s, torque, inertia, acceleration, h)
         else:
@@ -161,7 +182,9 @@ def _encoder_chain(laws: tuple[Law, ...], code: int = 0) -> Law:
 
 
 @compiled
-def _true_rate(c: int, P: np.ndarray, o: int, X: np.ndarray, s: int, axis: int, wx: float, wy: float, wz: float) -> float:
+def _true_rate(
+    c: int, P: np.ndarray, o: int, X: np.ndarray, s: int, axis: int, wx: float, wy: float, wz: float
+) -> float:
     return 0.0
 
 

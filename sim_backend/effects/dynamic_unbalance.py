@@ -17,9 +17,15 @@ EFFECT = Effect(
     name="dynamic_unbalance",
     domain=Domain.MASS,
     parameters=(
-        Parameter("ixy", "kg m2", -1e6, 1e6, 0.0, "product of inertia as it stands in the tensor", path="body.inertia.xy"),
-        Parameter("ixz", "kg m2", -1e6, 1e6, 0.0, "product of inertia as it stands in the tensor", path="body.inertia.xz"),
-        Parameter("iyz", "kg m2", -1e6, 1e6, 0.0, "product of inertia as it stands in the tensor", path="body.inertia.yz"),
+        Parameter(
+            "ixy", "kg m2", -1e6, 1e6, 0.0, "product of inertia as it stands in the tensor", path="body.inertia.xy"
+        ),
+        Parameter(
+            "ixz", "kg m2", -1e6, 1e6, 0.0, "product of inertia as it stands in the tensor", path="body.inertia.xz"
+        ),
+        Parameter(
+            "iyz", "kg m2", -1e6, 1e6, 0.0, "product of inertia as it stands in the tensor", path="body.inertia.yz"
+        ),
     ),
     text="products of inertia of a body",
     equation="terms with I_xy, I_xz, I_yz in d/dt(I w)",

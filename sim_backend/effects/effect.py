@@ -1,10 +1,13 @@
-"""What an effect is: a name, where it enters the plant, its parameters, its law, its source, and the run that excites it.
+"""What an effect is: a name, where it enters the plant, its parameters, its law, its source, and the run that excites
+it.
 
-Two kinds. A **hook** effect adds physics: a compiled law at one of the places below. A **number** effect is a number that
-the model already has being wrong; its law is the model's own, and its parameters name slots of the plant's parameters.
+Two kinds. A **hook** effect adds physics: a compiled law at one of the places below. A **number** effect is a number
+that the model already has being wrong; its law is the model's own, and its parameters name slots of the plant's
+parameters.
 
-An effect also says how it is looked for in data: what it acts through, what data must have for it to show, which run tells it from what
-looks alike, and how its numbers are searched. Whoever searches asks the effect and knows none by name.
+An effect also says how it is looked for in data: what it acts through, what data must have for it to show, which run
+tells it from what looks alike, and how its numbers are searched. Whoever searches asks the effect and knows none by
+name.
 """
 
 from __future__ import annotations
@@ -33,7 +36,8 @@ class Hook(IntEnum):
     FRICTION = 1
     #: (P, o, X, s, q, v, h) -> torque added at the joint
     TORQUE = 2
-    #: (P, o, X, s, torque, own_inertia, inertial_acceleration_bias) -> (torque on the joint side, inertia taken off the joint)
+    #: (P, o, X, s, torque, own_inertia, inertial_acceleration_bias) -> (torque on the joint side, inertia taken off the
+    #: joint)
     STRUCTURE = 3
     #: (P, o, X, s, position) -> added to the encoder's position
     ENCODER = 4
@@ -119,8 +123,9 @@ class PlainerEffect:
 class Parameter:
     """One number of an effect.
 
-    With every parameter of a hook effect neutral, the plant's bits are those without it. A number effect that is absent leaves
-    the model's own number; its `neutral` is only what stands in an entry whose file leaves the parameter out, and is not put in force.
+    With every parameter of a hook effect neutral, the plant's bits are those without it. A number effect that is absent
+    leaves the model's own number; its `neutral` is only what stands in an entry whose file leaves the parameter out,
+    and is not put in force.
     """
 
     name: str
@@ -157,7 +162,8 @@ class Effect:
     excited_by: str
     hook: Hook | None = None
     law: Callable[..., Any] | None = None
-    #: STRUCTURE only: (P, o, X, s, torque, own_inertia, inertial_acceleration, h) advances the hidden state after the joint is solved
+    #: STRUCTURE only: (P, o, X, s, torque, own_inertia, inertial_acceleration, h) advances the hidden state after the
+    #: joint is solved
     advance: Callable[..., Any] | None = None
     states: int = 0
     #: order among effects of the same hook
@@ -165,7 +171,8 @@ class Effect:
     #: axes on which it makes sense: "any", or only on a rotary one
     rotary_only: bool = False
     two_axis_only: bool = False
-    #: how it is searched on an axis, None where this data cannot show it; left out: from bounds and units of the parameters
+    #: how it is searched on an axis, None where this data cannot show it; left out: from bounds and units of the
+    #: parameters
     search: Callable[[AxisScale], SearchProfile | None] | None = None
     #: left out: what its place in the plant step is given
     acts_through: frozenset[Variable] = frozenset()
@@ -192,7 +199,9 @@ class Effect:
 
     def __post_init__(self) -> None:
         if not self.acts_through:
-            object.__setattr__(self, "acts_through", _GIVEN[self.hook] | ({Variable.PAST} if self.states else frozenset()))
+            object.__setattr__(
+                self, "acts_through", _GIVEN[self.hook] | ({Variable.PAST} if self.states else frozenset())
+            )
 
     @property
     def is_number(self) -> bool:
@@ -200,13 +209,17 @@ class Effect:
         return self.hook is None
 
     def profile(self, scale: AxisScale) -> SearchProfile | None:
-        """How it is searched on an axis, every knob within the parameters' bounds; None where the axis or its data cannot have it."""
+        """How it is searched on an axis, every knob within the parameters' bounds; None where the axis or its data
+        cannot have it.
+        """
         if (self.rotary_only and scale.is_linear) or (self.two_axis_only and scale.axis_count < 2):
             return None
         if Need.GYRO in self.needs and Need.GYRO not in scale.present:
             return None
         found = self.search(scale) if self.search is not None else default_profile(self.parameters, scale)
-        return None if found is None else replace(found, knobs=tuple(self._bounded(knob, scale) for knob in found.knobs))
+        return (
+            None if found is None else replace(found, knobs=tuple(self._bounded(knob, scale) for knob in found.knobs))
+        )
 
     def bounds(self, name: str, base: float) -> tuple[float, float]:
         """Between what a search may move a parameter that stands at `base` now, which is never out of bounds itself."""

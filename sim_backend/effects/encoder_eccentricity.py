@@ -39,7 +39,9 @@ EFFECT = Effect(
     law=eccentric_reading,
     parameters=(
         Parameter("amplitude", "rad", 0.0, 0.1, 0.0, "peak error: distance of the centres over the track's radius"),
-        Parameter("phase", "rad", -math.pi, math.pi, 0.0, "phase at zero position", periodic=True, half_turn_of="amplitude"),
+        Parameter(
+            "phase", "rad", -math.pi, math.pi, 0.0, "phase at zero position", periodic=True, half_turn_of="amplitude"
+        ),
     ),
     text="once-per-turn error of the encoder",
     equation="position + e sin(q + phase)",

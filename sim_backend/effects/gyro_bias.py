@@ -16,7 +16,9 @@ def _search(scale: AxisScale) -> SearchProfile:
 EFFECT = Effect(
     name="gyro_bias",
     domain=Domain.SENSOR,
-    parameters=(Parameter("bias", "rad/s", -10.0, 10.0, 0.0, "added to the rate", linear_unit="m/s", path="gyro.bias"),),
+    parameters=(
+        Parameter("bias", "rad/s", -10.0, 10.0, 0.0, "added to the rate", linear_unit="m/s", path="gyro.bias"),
+    ),
     text="rate read at rest",
     equation="rate + b",
     source="IEEE Std 952",

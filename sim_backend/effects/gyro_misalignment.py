@@ -16,7 +16,8 @@ LEAK_X, LEAK_Y, LEAK_Z = range(3)
 
 @compiled
 def leaked_rate(P: np.ndarray, o: int, X: np.ndarray, s: int, axis: int, wx: float, wy: float, wz: float) -> float:
-    """Rate (rad/s) added to the gyro: the outer one reads z and leaks x and y, the inner one reads y and leaks x and z."""
+    """Rate (rad/s) added to the gyro: the outer one reads z and leaks x and y, the inner one reads y and leaks x and z.
+    """
     if axis == INNER:
         return P[o + LEAK_X] * wx + P[o + LEAK_Z] * wz
     return P[o + LEAK_X] * wx + P[o + LEAK_Y] * wy
@@ -35,8 +36,12 @@ EFFECT = Effect(
     law=leaked_rate,
     parameters=(
         Parameter("leak_x", "1", -0.5, 0.5, 0.0, "part of the body's x rate"),
-        Parameter("leak_y", "1", -0.5, 0.5, 0.0, "part of the body's y rate; the inner gyro's own, without effect there"),
-        Parameter("leak_z", "1", -0.5, 0.5, 0.0, "part of the body's z rate; the outer gyro's own, without effect there"),
+        Parameter(
+            "leak_y", "1", -0.5, 0.5, 0.0, "part of the body's y rate; the inner gyro's own, without effect there"
+        ),
+        Parameter(
+            "leak_z", "1", -0.5, 0.5, 0.0, "part of the body's z rate; the outer gyro's own, without effect there"
+        ),
     ),
     text="a gyro reads part of the other rates",
     equation="rate + a part of the body's two other rates",

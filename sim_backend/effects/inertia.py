@@ -17,7 +17,16 @@ EFFECT = Effect(
     name="inertia",
     domain=Domain.MASS,
     parameters=(
-        Parameter("inertia", "kg m2", 1e-9, 1e9, 1.0, "moment about the joint's own axis", linear_unit="kg", path="body.own_inertia"),
+        Parameter(
+            "inertia",
+            "kg m2",
+            1e-9,
+            1e9,
+            1.0,
+            "moment about the joint's own axis",
+            linear_unit="kg",
+            path="body.own_inertia",
+        ),
     ),
     text="moment of the body about its own axis",
     equation="J q'' = T - F + ...",

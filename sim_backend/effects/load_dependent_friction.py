@@ -15,7 +15,17 @@ COEFFICIENT = 0
 
 @compiled
 def loaded_levels(
-    P: np.ndarray, o: int, X: np.ndarray, s: int, q: float, v: float, torque: float, temperature: float, ts: float, tc: float, sigma2: float
+    P: np.ndarray,
+    o: int,
+    X: np.ndarray,
+    s: int,
+    q: float,
+    v: float,
+    torque: float,
+    temperature: float,
+    ts: float,
+    tc: float,
+    sigma2: float,
 ) -> tuple[float, float, float]:
     """Ts and Tc plus c abs(T), N m, with T the applied torque."""
     load = P[o + COEFFICIENT] * abs(torque)
@@ -23,7 +33,9 @@ def loaded_levels(
 
 
 def _search(scale: AxisScale) -> SearchProfile:
-    """Bearings pass on a hundredth of their load as friction, gears a tenth; beyond 0.8 the joint would all but lock itself."""
+    """Bearings pass on a hundredth of their load as friction, gears a tenth; beyond 0.8 the joint would all but lock
+    itself.
+    """
     return one_knob("coefficient", 0.02, 0.0, 40.0)
 
 

@@ -19,7 +19,17 @@ RELATIVE_AMPLITUDE, ORDER, PHASE = range(3)
 
 @compiled
 def levels_over_position(
-    P: np.ndarray, o: int, X: np.ndarray, s: int, q: float, v: float, torque: float, temperature: float, ts: float, tc: float, sigma2: float
+    P: np.ndarray,
+    o: int,
+    X: np.ndarray,
+    s: int,
+    q: float,
+    v: float,
+    torque: float,
+    temperature: float,
+    ts: float,
+    tc: float,
+    sigma2: float,
 ) -> tuple[float, float, float]:
     """Ts and Tc times 1 + a cos(n q + phase), N m."""
     factor = 1.0 + P[o + RELATIVE_AMPLITUDE] * sine_cosine(P[o + ORDER] * q + P[o + PHASE])[1]
@@ -44,7 +54,16 @@ EFFECT = Effect(
     parameters=(
         Parameter("relative_amplitude", "1", 0.0, 0.9, 0.0, "swing as a share of the mean friction"),
         Parameter("order", "1/turn", 1.0, 1e6, NEUTRAL_ORDER, "swings per turn (per 2 pi m on a linear axis)"),
-        Parameter("phase", "rad", -math.pi, math.pi, 0.0, "phase at zero position", periodic=True, half_turn_of="relative_amplitude"),
+        Parameter(
+            "phase",
+            "rad",
+            -math.pi,
+            math.pi,
+            0.0,
+            "phase at zero position",
+            periodic=True,
+            half_turn_of="relative_amplitude",
+        ),
     ),
     text="dry friction changes along the travel",
     equation="Tc, Ts times 1 + a cos(n q + phase)",

@@ -20,7 +20,10 @@ def _search(scale: AxisScale) -> SearchProfile | None:
     if scale.numbers["friction.sigma0"] > 0.0:
         stiffness, damping = scale.numbers["friction.sigma0"], scale.numbers["friction.sigma1"]
         # sliding data say next to nothing about the damping
-        knobs = (Knob(("sigma0",), Move.FACTOR, 1.0, -4.0, 4.0), Knob(("sigma1",), Move.FACTOR, 1.0, -4.0, 4.0, nuisance=True))
+        knobs = (
+            Knob(("sigma0",), Move.FACTOR, 1.0, -4.0, 4.0),
+            Knob(("sigma1",), Move.FACTOR, 1.0, -4.0, 4.0, nuisance=True),
+        )
         if damping == 0.0:
             knobs = (knobs[0], Knob(("sigma1",), size=0.1 * math.sqrt(stiffness * scale.own_inertia), nuisance=True))
         return SearchProfile(knobs, (plane(2, 0.1), point(1.0, 0.5), point(-1.0, -0.5)))

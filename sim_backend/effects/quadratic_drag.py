@@ -29,7 +29,9 @@ EFFECT = Effect(
     domain=Domain.FRICTION,
     hook=Hook.TORQUE,
     law=drag_torque,
-    parameters=(Parameter("coefficient", "N m s2/rad2", 0.0, 1e6, 0.0, "drag per squared rate", linear_unit="N s2/m2"),),
+    parameters=(
+        Parameter("coefficient", "N m s2/rad2", 0.0, 1e6, 0.0, "drag per squared rate", linear_unit="N s2/m2"),
+    ),
     text="drag with the square of the rate",
     equation="F + c v abs(v)",
     source="Hoerner, Fluid-Dynamic Drag, ch. 1",

@@ -1,4 +1,6 @@
-"""The catalogue: every module of this folder that defines `EFFECT`, and every entry point of the group `gimbal_hil.effects`."""
+"""The catalogue: every module of this folder that defines `EFFECT`, and every entry point of the group
+`gimbal_hil.effects`.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +34,9 @@ def _plugged_in() -> list[Effect]:
     for point in sorted(entry_points(group=ENTRY_POINT_GROUP), key=lambda point: point.name):
         effect = point.load()
         if not isinstance(effect, Effect):
-            raise BadInputError(f"entry point {ENTRY_POINT_GROUP}:{point.name}", f"is {type(effect).__name__}", "an Effect")
+            raise BadInputError(
+                f"entry point {ENTRY_POINT_GROUP}:{point.name}", f"is {type(effect).__name__}", "an Effect"
+            )
         include_source(__name__, inspect.getsource(importlib.import_module(point.module)).encode())
         found.append(effect)
     return found
@@ -59,10 +63,14 @@ def effect_named(name: str, where: str = "effects") -> Effect:
 
 
 def confused_with(name: str) -> tuple[str, ...]:
-    """Effects that look like this one in some data: those that a run which separates it separates too, and its twin by command."""
+    """Effects that look like this one in some data: those that a run which separates it separates too, and its twin by
+    command.
+    """
     effect = CATALOGUE[name]
     alike = (other for other in CATALOGUE.values() if set(other.separated_by) & set(effect.separated_by))
-    twins = (other for other in CATALOGUE.values() if effect.same_by_command == other.name or other.same_by_command == name)
+    twins = (
+        other for other in CATALOGUE.values() if effect.same_by_command == other.name or other.same_by_command == name
+    )
     return tuple(sorted({other.name for other in (*alike, *twins)} - {name}))
 
 

@@ -29,7 +29,11 @@ def _search(scale: AxisScale) -> SearchProfile | None:
 EFFECT = Effect(
     name="saturation",
     domain=Domain.DRIVE,
-    parameters=(Parameter("limit", "N m", 0.0, 1e9, 0.0, "largest torque; 0 means none", linear_unit="N", path="actuator.limit"),),
+    parameters=(
+        Parameter(
+            "limit", "N m", 0.0, 1e9, 0.0, "largest torque; 0 means none", linear_unit="N", path="actuator.limit"
+        ),
+    ),
     text="torque limited below what is commanded",
     equation="T = min(max(u, -limit), limit)",
     source="docs/reading-the-thesis.md: what the controller tables imply",

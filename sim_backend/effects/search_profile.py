@@ -30,7 +30,9 @@ class Move(Enum):
 
 @dataclass(frozen=True)
 class Knob:
-    """One coordinate of a hypothesis: x moves the named parameters of the effect, and the number `along` of the model with them."""
+    """One coordinate of a hypothesis: x moves the named parameters of the effect, and the number `along` of the model
+    with them.
+    """
 
     parameters: tuple[str, ...]
     move: Move = Move.ADD
@@ -55,7 +57,11 @@ class Knob:
             ends = ((low - base) / self.size, (high - base) / self.size)
         else:
             start = base if self.move is Move.FACTOR else self.size
-            ends = (math.log(low / start) if low > 0.0 else -math.inf, math.log(high / start)) if start > 0.0 else (-math.inf, math.inf)
+            ends = (
+                (math.log(low / start) if low > 0.0 else -math.inf, math.log(high / start))
+                if start > 0.0
+                else (-math.inf, math.inf)
+            )
         return replace(self, low=max(self.low, ends[0]), high=min(self.high, ends[1]))
 
 
@@ -90,7 +96,9 @@ class Start:
 
 
 class Ripple(Enum):
-    """What a ripple over position is a ripple of; its orders are read from the residual, its knobs are amplitude, order and phase."""
+    """What a ripple over position is a ripple of; its orders are read from the residual, its knobs are amplitude, order
+    and phase.
+    """
 
     TORQUE = 0
     #: times the sign of the rate
@@ -99,13 +107,15 @@ class Ripple(Enum):
 
 @dataclass(frozen=True)
 class SearchProfile:
-    """Knobs of an effect on an axis, and the starts from which it is tried; a ripple's starts are read from the residual."""
+    """Knobs of an effect on an axis, and the starts from which it is tried; a ripple's starts are read from the
+    residual.
+    """
 
     knobs: tuple[Knob, ...]
     starts: tuple[Start, ...]
     ripple: Ripple | None = None
-    #: a step along which its numbers trade against each other, in a valley too bent for the steps of a refit; the first of its knobs
-    #: has a size of its own (a gap that is never crossed has none)
+    #: a step along which its numbers trade against each other, in a valley too bent for the steps of a refit; the first
+    #: of its knobs has a size of its own (a gap that is never crossed has none)
     valley: Vector = ()
     #: the knob whose slightest change sets off another history (impacts forget where they came from)
     sensitive_knob: int | None = None
@@ -118,7 +128,10 @@ def line(probe: float = 1.0) -> Start:
 
 def plane(dimensions: int, probe: float = 1.0) -> Start:
     """A start from neutral along every knob on its own."""
-    return Start(tuple(tuple(probe if i == j else 0.0 for j in range(dimensions)) for i in range(dimensions)), (0.0,) * dimensions)
+    return Start(
+        tuple(tuple(probe if i == j else 0.0 for j in range(dimensions)) for i in range(dimensions)),
+        (0.0,) * dimensions,
+    )
 
 
 def point(*at: float) -> Start:

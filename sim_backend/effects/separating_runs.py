@@ -1,4 +1,6 @@
-"""Runs that tell causes apart which look alike. An effect names those that separate it; effects that share a run are a class."""
+"""Runs that tell causes apart which look alike. An effect names those that separate it; effects that share a run are a
+class.
+"""
 
 from __future__ import annotations
 
@@ -28,6 +30,7 @@ MEASURED_TORQUE = SeparatingRun("the same plateaus with the torque measured from
 
 #: in the order in which they are proposed
 RUNS = (
-    PLATEAUS, FULL_TRAVEL, TWO_TILTS, TWO_SPEEDS, KNOWN_LOAD, TORQUE_SWEEP, CREEP, REVERSAL_SIZES, WARM_AND_COOL, TWO_LOADS, ONE_LOCKED,
+    PLATEAUS, FULL_TRAVEL, TWO_TILTS, TWO_SPEEDS, KNOWN_LOAD, TORQUE_SWEEP, CREEP, REVERSAL_SIZES, WARM_AND_COOL,
+    TWO_LOADS, ONE_LOCKED,
     MEASURED_TORQUE,
 )  # fmt: skip

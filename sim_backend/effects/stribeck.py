@@ -11,7 +11,9 @@ from sim_backend.effects.separating_runs import CREEP
 
 
 def _search(scale: AxisScale) -> SearchProfile:
-    """From the bump as the model has it, and from bumps that fade at other speeds, where only their height is proportional."""
+    """From the bump as the model has it, and from bumps that fade at other speeds, where only their height is
+    proportional.
+    """
     knobs = (
         Knob(("breakaway",), size=0.1 * max(scale.numbers["friction.breakaway"], 1e-9)),
         Knob(("stribeck_velocity",), Move.FACTOR, 1.0, -3.5, 3.5),
@@ -23,13 +25,16 @@ def _search(scale: AxisScale) -> SearchProfile:
 
 
 def _against_a_bump(fitted: Mapping[str, FittedNumber]) -> str:
-    """Friction that falls towards standstill is no bump, whatever the curve's numbers: the model states Ts at Tc or above."""
+    """Friction that falls towards standstill is no bump, whatever the curve's numbers: the model states Ts at Tc or
+    above.
+    """
     breakaway = fitted.get("breakaway")
     if breakaway is None or breakaway.nominal is None or breakaway.high >= breakaway.nominal:
         return ""
     return (
         f"The data contradict a Stribeck bump: friction falls towards standstill, break-away {breakaway.value:.3g}"
-        f" {breakaway.unit} lies below Coulomb friction {breakaway.nominal:.3g}; do not read the number as a break-away torque."
+        f" {breakaway.unit} lies below Coulomb friction {breakaway.nominal:.3g}; do not read the number as a "
+        "break-away torque."
     )
 
 
@@ -37,7 +42,9 @@ EFFECT = Effect(
     name="stribeck",
     domain=Domain.FRICTION,
     parameters=(
-        Parameter("breakaway", "N m", 0.0, 1e6, 0.0, "Ts, torque at break-away", linear_unit="N", path="friction.breakaway"),
+        Parameter(
+            "breakaway", "N m", 0.0, 1e6, 0.0, "Ts, torque at break-away", linear_unit="N", path="friction.breakaway"
+        ),
         Parameter(
             "stribeck_velocity",
             "rad/s",

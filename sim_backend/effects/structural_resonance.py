@@ -1,8 +1,9 @@
 """Structural resonance: a share of the inertia hangs on a spring behind the driven side, where the sensors sit.
 
-phi is the twist, hung side against driven side. Hung inertia J2 = share J, spring k = J2 w^2, damper c = 2 zeta J2 w, with w
-the antiresonance: what the hung side swings at when the driven side is held. The driven side feels k phi + c phi'; the
-twist obeys phi'' = -(k phi + c phi') / J2 - (inertial acceleration of the driven side). The same leapfrog as the plant's.
+phi is the twist, hung side against driven side. Hung inertia J2 = share J, spring k = J2 w^2, damper c = 2 zeta J2 w,
+with w the antiresonance: what the hung side swings at when the driven side is held. The driven side feels k phi + c
+phi'; the twist obeys phi'' = -(k phi + c phi') / J2 - (inertial acceleration of the driven side). The same leapfrog as
+the plant's.
 """
 
 from __future__ import annotations
@@ -32,8 +33,12 @@ def _spring_per_inertia(P: np.ndarray, o: int, X: np.ndarray, s: int, h: float) 
 
 
 @compiled
-def driven_side(P: np.ndarray, o: int, X: np.ndarray, s: int, torque: float, inertia: float, bias: float) -> tuple[float, float]:
-    """Torque on the driven side (N m), and the inertia that hangs on the spring (kg m^2); `bias` is the carrier's own acceleration."""
+def driven_side(
+    P: np.ndarray, o: int, X: np.ndarray, s: int, torque: float, inertia: float, bias: float
+) -> tuple[float, float]:
+    """Torque on the driven side (N m), and the inertia that hangs on the spring (kg m^2); `bias` is the carrier's own
+    acceleration.
+    """
     if P[o + INERTIA_SHARE] == 0.0:
         return torque, 0.0
     hung = P[o + INERTIA_SHARE] * inertia
@@ -41,7 +46,9 @@ def driven_side(P: np.ndarray, o: int, X: np.ndarray, s: int, torque: float, ine
 
 
 @compiled
-def advance_twist(P: np.ndarray, o: int, X: np.ndarray, s: int, torque: float, inertia: float, acceleration: float, h: float) -> None:
+def advance_twist(
+    P: np.ndarray, o: int, X: np.ndarray, s: int, torque: float, inertia: float, acceleration: float, h: float
+) -> None:
     """Twist after the step, given the inertial acceleration (rad/s^2) that the driven side had in it."""
     if P[o + INERTIA_SHARE] == 0.0:
         return
@@ -52,7 +59,9 @@ def advance_twist(P: np.ndarray, o: int, X: np.ndarray, s: int, torque: float, i
 
 
 def _search(scale: AxisScale) -> SearchProfile:
-    """Antiresonances from 4 to 60 Hz, closer than a lightly damped one is wide; at each only the hung share is proportional."""
+    """Antiresonances from 4 to 60 Hz, closer than a lightly damped one is wide; at each only the hung share is
+    proportional.
+    """
     knobs = (
         Knob(("antiresonance_frequency",), low=-49.0, high=100.0),
         # how long it rings is seen only where it rings freely

@@ -17,7 +17,17 @@ _REFERENCE_DEGC = 20.0
 
 @compiled
 def viscosity_at(
-    P: np.ndarray, o: int, X: np.ndarray, s: int, q: float, v: float, torque: float, temperature: float, ts: float, tc: float, sigma2: float
+    P: np.ndarray,
+    o: int,
+    X: np.ndarray,
+    s: int,
+    q: float,
+    v: float,
+    torque: float,
+    temperature: float,
+    ts: float,
+    tc: float,
+    sigma2: float,
 ) -> tuple[float, float, float]:
     """sigma2 exp(-b (temperature - 20 degC)), N m s/rad."""
     return ts, tc, sigma2 * exponential(-P[o + TEMPERATURE_COEFFICIENT] * (temperature - _REFERENCE_DEGC))
@@ -33,7 +43,9 @@ EFFECT = Effect(
     domain=Domain.FRICTION,
     hook=Hook.FRICTION,
     law=viscosity_at,
-    parameters=(Parameter("temperature_coefficient", "1/K", -0.2, 0.2, 0.0, "b, relative fall of viscosity per kelvin"),),
+    parameters=(
+        Parameter("temperature_coefficient", "1/K", -0.2, 0.2, 0.0, "b, relative fall of viscosity per kelvin"),
+    ),
     text="viscous friction falls as the joint warms up",
     equation="sigma2 exp(-b (temperature - 20 degC))",
     source="Bittencourt and Gunnarsson, Static friction in a robot joint, ASME JDSMC 134 (2012)",

@@ -9,7 +9,9 @@ from sim_backend.effects.separating_runs import KNOWN_LOAD, PLATEAUS, REVERSAL_S
 
 
 def _search(scale: AxisScale) -> SearchProfile:
-    """A torque constant is five per cent off; a drive that gives less than a quarter of what it is asked for is broken, not scaled."""
+    """A torque constant is five per cent off; a drive that gives less than a quarter of what it is asked for is broken,
+    not scaled.
+    """
     return one_knob("gain_error", 0.05, -15.0, 40.0)
 
 

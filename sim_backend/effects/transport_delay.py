@@ -1,7 +1,7 @@
 """Transport delay: bus, drive and modulator apply a command a fixed time after it was given.
 
-A ring holds the command of each plant step. A delay that is no whole number of steps takes the mean over the step of the
-shifted command, so its impulse (torque times time) is exact.
+A ring holds the command of each plant step. A delay that is no whole number of steps takes the mean over the step of
+the shifted command, so its impulse (torque times time) is exact.
 """
 
 from __future__ import annotations
@@ -51,7 +51,11 @@ EFFECT = Effect(
     hook=Hook.COMMAND,
     law=delayed_command,
     states=RING,
-    parameters=(Parameter("delay", "s", 0.0, 0.05, 0.0, "time from a row of commanded torque to its effect; fractions of a tick count"),),
+    parameters=(
+        Parameter(
+            "delay", "s", 0.0, 0.05, 0.0, "time from a row of commanded torque to its effect; fractions of a tick count"
+        ),
+    ),
     text="torque acts later than commanded",
     equation="row k acts over [t_k + d, t_k+1 + d)",
     source="Franklin et al., Digital Control of Dynamic Systems, ch. 4",

@@ -17,7 +17,16 @@ EFFECT = Effect(
     name="viscous",
     domain=Domain.FRICTION,
     parameters=(
-        Parameter("viscous", "N m s/rad", 0.0, 1e6, 0.0, "sigma2, friction per joint rate", linear_unit="N s/m", path="friction.viscous"),
+        Parameter(
+            "viscous",
+            "N m s/rad",
+            0.0,
+            1e6,
+            0.0,
+            "sigma2, friction per joint rate",
+            linear_unit="N s/m",
+            path="friction.viscous",
+        ),
     ),
     text="viscous friction of the joint",
     equation="F = ... + sigma2 v",

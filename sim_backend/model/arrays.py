@@ -41,7 +41,9 @@ class PlantArrays:
 
 
 def plant_arrays(model: AntennaModel, rate_hz: float = 1000.0, seed: int = 0) -> PlantArrays:
-    """Arrays for a model sampled at `rate_hz`, noise from `seed`; BadInputError when the tick is no whole number of plant steps."""
+    """Arrays for a model sampled at `rate_hz`, noise from `seed`; BadInputError when the tick is no whole number of
+    plant steps.
+    """
     steps = 1.0 / (rate_hz * model.file.plant_step_s)
     if abs(steps - round(steps)) > 1e-6 or round(steps) < 1:
         raise BadInputError(
@@ -78,7 +80,9 @@ def _slips(model: AntennaModel) -> Slip:
     for i, name in enumerate(model.file.thesis_slips):
         if name.upper() not in Slip.__members__:
             raise BadInputError(
-                f"{model.where}: thesis_slips.{i}", f"no slip {name!r}", "one of " + ", ".join(m.lower() for m in Slip.__members__)
+                f"{model.where}: thesis_slips.{i}",
+                f"no slip {name!r}",
+                "one of " + ", ".join(m.lower() for m in Slip.__members__),
             )
         slips |= Slip[name.upper()]
     return slips
@@ -130,7 +134,9 @@ def _place_effects(P: np.ndarray, K: np.ndarray, model: AntennaModel) -> int:
     K[layout.INSTANCES] = len(present)
     for hook in Hook:
         codes = [effect.name for effect in effects_at(hook)]
-        members = sorted((i for i, e in enumerate(present) if e.effect.hook == hook), key=lambda i: (present[i].effect.rank, i))
+        members = sorted(
+            (i for i, e in enumerate(present) if e.effect.hook == hook), key=lambda i: (present[i].effect.rank, i)
+        )
         K[layout.HOOK_FIRST + hook], K[layout.HOOK_COUNT + hook] = listed, len(members)
         for i in members:
             entry = present[i]
@@ -162,7 +168,9 @@ def _place_base(P: np.ndarray, K: np.ndarray, base: BaseSection, where: str) -> 
         cases = THESIS_BASE_CASES.get(base.table or "", ())
         if base.case is None or not 1 <= base.case <= len(cases):
             raise BadInputError(
-                f"{where}: base.case", f"no case {base.case} in table {base.table}", "table 3.1 with case 1-5, or 3.2 with case 1-4"
+                f"{where}: base.case",
+                f"no case {base.case} in table {base.table}",
+                "table 3.1 with case 1-5, or 3.2 with case 1-4",
             )
         K[layout.BASE_KIND] = BaseKind.CONSTANT_RATE
         P[layout.BASE_RATE : layout.BASE_RATE + 3] = np.deg2rad(cases[base.case - 1])
@@ -185,11 +193,15 @@ def _recorded(base: BaseSection, where: str) -> tuple[np.ndarray, float]:
     path = Path(where).parent / base.file
     try:
         with path.open(newline="") as handle:
-            table = [[float(row[name]) for name in ("time_s", "roll", "pitch", "yaw")] for row in csv.DictReader(handle)]
+            table = [
+                [float(row[name]) for name in ("time_s", "roll", "pitch", "yaw")] for row in csv.DictReader(handle)
+            ]
     except FileNotFoundError:
         raise BadInputError(str(path), "no such file", "a recorded base motion") from None
     except (KeyError, ValueError, TypeError) as error:
-        raise BadInputError(str(path), f"cannot be read: {error}", "numbers in the columns time_s, roll, pitch, yaw") from None
+        raise BadInputError(
+            str(path), f"cannot be read: {error}", "numbers in the columns time_s, roll, pitch, yaw"
+        ) from None
     data = np.array(table)
     if len(data) < 4:
         raise BadInputError(str(path), f"{len(data)} rows", "at least four")
@@ -200,7 +212,9 @@ def _recorded(base: BaseSection, where: str) -> tuple[np.ndarray, float]:
 
 
 def base_rows(attitude_rad: np.ndarray, period_s: float) -> np.ndarray:
-    """Rows (roll, pitch, yaw, p, q, r, p', q', r') from attitudes (n, 3) at a constant period: splined, then differentiated."""
+    """Rows (roll, pitch, yaw, p, q, r, p', q', r') from attitudes (n, 3) at a constant period: splined, then
+    differentiated.
+    """
     from scipy.interpolate import CubicSpline
 
     times = period_s * np.arange(len(attitude_rad))
@@ -221,12 +235,15 @@ def _start_axis(P: np.ndarray, K: np.ndarray, X: np.ndarray, index: int) -> None
         knots = P[layout.KNOTS :].reshape(-1)[index * layout.MAX_KNOTS * layout.KNOT_SIZE :]
         table = knots[: K[layout.TEMPERATURE_KNOTS] * layout.KNOT_SIZE].reshape(-1, layout.KNOT_SIZE)
         temperature = X[layout.TEMPERATURE + index]
-        numbers = np.array([np.interp(temperature, table[:, 0], table[:, 1 + slot]) for slot in range(len(_FRICTION_SLOTS))])
+        numbers = np.array(
+            [np.interp(temperature, table[:, 0], table[:, 1 + slot]) for slot in range(len(_FRICTION_SLOTS))]
+        )
     put_friction(P, X, index, numbers)
 
 
 def put_friction(P: np.ndarray, X: np.ndarray, index: int, numbers: np.ndarray) -> None:
-    """Put friction's numbers (7,), in the order of an axis block, in force for an axis, with what steps want of them."""
+    """Put friction's numbers (7,), in the order of an axis block, in force for an axis, with what steps want of them.
+    """
     force = layout.IN_FORCE + index * layout.IN_FORCE_SIZE
     X[force : force + len(numbers)] = numbers
     # interpreted: compiling it for one call would cost a third of a second

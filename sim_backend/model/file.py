@@ -1,7 +1,8 @@
 """The form of a model file, validated once at the door: unknown keys, wrong units and impossible bodies are refused.
 
-Every number may be plain (then it is in the unit of the table in `numbers.py`) or `{value, unit, source, uncertainty}`; `source` says
-where it comes from: measured, printed, CAD, inferred, assumed; `uncertainty` how well it is known (see `uncertainty.py`).
+Every number may be plain (then it is in the unit of the table in `numbers.py`) or `{value, unit, source, uncertainty}`;
+`source` says where it comes from: measured, printed, CAD, inferred, assumed; `uncertainty` how well it is known (see
+`uncertainty.py`).
 """
 
 from __future__ import annotations
@@ -106,8 +107,8 @@ class ModelFile(Strict):
     #: rotary: sine of the axis' tilt from the vertical (1 is a horizontal axis); linear: sine of the slope
     incline_sine: Annotated[float, Field(ge=-1.0, le=1.0)] = 0.0
     base: BaseSection = BaseSection()
-    #: axis name -> nested numbers, checked against the table in numbers.py, and `parent:`, the axis that carries this one; in the order
-    #: in which they carry one another, whatever the file's
+    #: axis name -> nested numbers, checked against the table in numbers.py, and `parent:`, the axis that carries this
+    #: one; in the order in which they carry one another, whatever the file's
     axes: dict[str, dict[str, Any]]
     effects: tuple[EffectSection, ...] = ()
     thesis_slips: tuple[str, ...] = ()

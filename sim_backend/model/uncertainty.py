@@ -1,7 +1,8 @@
-"""How well a number of a model file is known: one standard deviation, stated in the file or taken from where the number comes from.
+"""How well a number of a model file is known: one standard deviation, stated in the file or taken from where the number
+comes from.
 
-`uncertainty` beside a value is absolute in the value's unit (`0.002`) or relative (`10%`). A file may state one for all its numbers
-(`uncertainty: 0.1%` at the top). Where neither is said, the first word of `source` that is known decides.
+`uncertainty` beside a value is absolute in the value's unit (`0.002`) or relative (`10%`). A file may state one for all
+its numbers (`uncertainty: 0.1%` at the top). Where neither is said, the first word of `source` that is known decides.
 """
 
 from __future__ import annotations
@@ -34,7 +35,8 @@ RELATIVE_BY_WORD: dict[str, float] = {
     "guessed": 0.50,
     "typical": 0.50,
 }
-#: who writes a number and no word about it means it: small, so that a number which is wrong is named and not moved in silence
+#: who writes a number and no word about it means it: small, so that a number which is wrong is named and not moved in
+#: silence
 RELATIVE_WITHOUT_SOURCE = 0.02
 #: the schema's own defaults (no offset, no lag) are no knowledge that may drift: what differs from them is a cause
 DEFAULT_SOURCE = "default"

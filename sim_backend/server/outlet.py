@@ -42,12 +42,18 @@ def parse_outlet(text: str) -> tuple[OutletKind, Path | None]:
 
 
 def join_bus(config: CanLinkConfig) -> Outlet:
-    """Serve as one node of the bus on which the host is another; LinkError where it cannot be opened. The host's faults are the host's."""
-    return Outlet(OutletKind.CAN, open_link(config.model_copy(update={"faults": None})), f"{config.interface} {config.channel}")
+    """Serve as one node of the bus on which the host is another; LinkError where it cannot be opened. The host's faults
+    are the host's.
+    """
+    return Outlet(
+        OutletKind.CAN, open_link(config.model_copy(update={"faults": None})), f"{config.interface} {config.channel}"
+    )
 
 
 def open_outlet(kind: OutletKind, path: Path | None) -> Outlet:
-    """Open the device's end of a serial, slcan or Unix link; BadInputError or LinkError with one line where it cannot be."""
+    """Open the device's end of a serial, slcan or Unix link; BadInputError or LinkError with one line where it cannot
+    be.
+    """
     if kind is OutletKind.UNIX:
         if path is None:
             raise BadInputError("--link", "unix has no path", _EXPECTED)

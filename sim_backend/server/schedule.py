@@ -1,4 +1,6 @@
-"""When the antenna's next tick is due: at the host's set-point, or by its own clock when none comes. Whole nanoseconds, no clock."""
+"""When the antenna's next tick is due: at the host's set-point, or by its own clock when none comes. Whole nanoseconds,
+no clock.
+"""
 
 from __future__ import annotations
 
@@ -15,9 +17,10 @@ class TickCause(Enum):
 class TickSchedule:
     """Decides when to tick; the caller tells the time and whether a set-point waits.
 
-    A set-point is the clock edge: its tick is due at once. Half a period is left for its jitter, then the antenna ticks by itself, at
-    absolute deadlines one period apart. Edges closer than half a period belong to one tick, so that the antenna's time keeps to the
-    wall's when a host is late once. Periods that nobody was awake for are counted and skipped, never caught up in a burst.
+    A set-point is the clock edge: its tick is due at once. Half a period is left for its jitter, then the antenna ticks
+    by itself, at absolute deadlines one period apart. Edges closer than half a period belong to one tick, so that the
+    antenna's time keeps to the wall's when a host is late once. Periods that nobody was awake for are counted and
+    skipped, never caught up in a burst.
     """
 
     def __init__(self, period_ns: int, start_ns: int) -> None:

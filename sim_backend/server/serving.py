@@ -117,7 +117,11 @@ class DeviceServer:
     def _complete(self, statistics: ServingStatistics) -> None:
         link = self.link.statistics
         statistics.frames_received, statistics.frames_sent = link.frames_received, link.frames_sent
-        statistics.frames_dropped, statistics.malformed, statistics.losses = link.frames_dropped, link.malformed, link.losses
+        statistics.frames_dropped, statistics.malformed, statistics.losses = (
+            link.frames_dropped,
+            link.malformed,
+            link.losses,
+        )
         statistics.bad_frames, statistics.repeated_frames = self.device.bad_frames, self.device.repeated_frames
         statistics.refused_set_points = self.device.set_points[1]
         statistics.state = DriveState(int(self.device.mail[DRIVE_STATUS_STATE])).name.lower()

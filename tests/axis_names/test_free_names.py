@@ -1,4 +1,6 @@
-"""An antenna whose axes are called azimuth and elevation, from the model file to every table, and what `parent:` says and refuses."""
+"""An antenna whose axes are called azimuth and elevation, from the model file to every table, and what `parent:` says
+and refuses.
+"""
 
 from __future__ import annotations
 
@@ -72,7 +74,10 @@ def test_outer_and_inner_are_understood_without_parent_in_any_order() -> None:
 @pytest.mark.parametrize(
     ("parents", "said"),
     [
-        ((None, None), "which of elevation and azimuth carries the other is not said; expected parent: elevation under azimuth"),
+        (
+            (None, None),
+            "which of elevation and azimuth carries the other is not said; expected parent: elevation under azimuth",
+        ),
         (("elevation", "azimuth"), "both have a parent"),
         ((None, "base_plate"), "the parent of elevation is 'base_plate'; expected azimuth"),
         ((None, 3), "a parent is no name"),
@@ -95,7 +100,9 @@ def test_a_name_that_columns_could_not_be_told_by_is_refused(name: str) -> None:
         model_from_document(document((name, "elevation")), "model.yaml")
 
 
-def test_the_log_the_table_and_every_command_call_the_axes_by_their_names(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_log_the_table_and_every_command_call_the_axes_by_their_names(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     run = folder / "step"
     assert command("experiment", "step", "--short", "--model", folder / "model.yaml", "--out", run, "--json") == 0
     rows = json.loads(capsys.readouterr().out)["rows"]
@@ -108,7 +115,9 @@ def test_the_log_the_table_and_every_command_call_the_axes_by_their_names(folder
     assert command("replay", run) == 0
     assert command("export", run, "--format", "csv", "--out", folder / "step.csv") == 0
     header = (folder / "step.csv").read_text().split("\n")[0].split(",")
-    assert {"azimuth.torque", "elevation.position"} <= set(header) and not any(name.startswith(("outer", "inner")) for name in header)
+    assert {"azimuth.torque", "elevation.position"} <= set(header) and not any(
+        name.startswith(("outer", "inner")) for name in header
+    )
     page = (run / "report.html").read_text()
     assert "azimuth out" in page and "outer out" not in page
 
@@ -117,23 +126,34 @@ def test_runs_of_one_antenna_are_not_read_for_another(folder: Path) -> None:
     run = folder / "still"
     assert command("experiment", "base_motion", "--short", "--model", folder / "model.yaml", "--out", run) == 0
     assert read_signals(run, load_model(folder / "model.yaml").axes).axes == NAMES
-    with pytest.raises(BadInputError, match="is a run of the axes azimuth, elevation; expected a log of the model's axes outer, inner"):
+    with pytest.raises(
+        BadInputError, match="is a run of the axes azimuth, elevation; expected a log of the model's axes outer, inner"
+    ):
         read_signals(run, shipped_model().axes)
 
 
-def test_friction_is_identified_and_written_under_the_axis_own_name(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_friction_is_identified_and_written_under_the_axis_own_name(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     run, out = folder / "sliding", folder / "identified"
     words = ("--short", "--axis", "elevation", "--config", folder / "config.yaml", "--out", run)
     assert command("experiment", "sliding", *words) == 0
-    assert command("identify", run, "--model", folder / "model.yaml", "--axis", "elevation", "--out", out, "--workers", 1) == 0
+    assert (
+        command("identify", run, "--model", folder / "model.yaml", "--axis", "elevation", "--out", out, "--workers", 1)
+        == 0
+    )
     assert "elevation" in capsys.readouterr().out
     found, truth = load_model(out / "model.yaml"), shipped_model()
     assert found.axes == NAMES
-    assert found.number("elevation", "friction.coulomb") == pytest.approx(truth.number("inner", "friction.coulomb"), rel=0.05)
+    assert found.number("elevation", "friction.coulomb") == pytest.approx(
+        truth.number("inner", "friction.coulomb"), rel=0.05
+    )
 
 
 def test_what_the_model_lacks_is_named_on_the_axis_own_name(folder: Path) -> None:
-    hidden = load_model(folder / "model.yaml").with_effect("cogging", "azimuth", {"amplitude": 0.06, "order": 12.0, "phase": 0.7})
+    hidden = load_model(folder / "model.yaml").with_effect(
+        "cogging", "azimuth", {"amplitude": 0.06, "order": 12.0, "phase": 0.7}
+    )
     (folder / "hidden.yaml").write_text(hidden.to_yaml())
     for name in ("survey", "survey_holdout"):
         assert command("experiment", name, "--short", "--model", folder / "hidden.yaml", "--out", folder / name) == 0

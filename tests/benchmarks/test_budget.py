@@ -1,7 +1,7 @@
 """Budgets that do not depend on the machine: ratios of processor time with wide margins, calls and memory per tick.
 
-Ratios are between two things measured in turn, best of several, in processor time of this process, so that other work on the machine
-does not fail a test; what is asked of a free machine is in the bench.
+Ratios are between two things measured in turn, best of several, in processor time of this process, so that other work
+on the machine does not fail a test; what is asked of a free machine is in the bench.
 """
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
-"""A second antenna, for the bench: shares no code with the product (own equations, integrator, friction, sensors, loop).
+"""A second antenna, for the bench: shares no code with the product (own equations, integrator, friction, sensors,
+loop).
 
 Fourth-order Runge-Kutta on everything (the product freezes the rate and solves the bristle exactly), mass matrix from
 differences of the inverse dynamics. Every effect of docs/effects.md has a neutral value in the axis' row `A`, so any
@@ -15,18 +16,90 @@ from numba import njit
 from tests.blind.rigid import base_full, base_state, inverse_dynamics, turned
 
 COLUMNS = [
-    *("Ts", "Tc", "vs", "s0", "s1", "s2", "delta", "asym_c", "asym_v", "load_c", "pos_a", "pos_n", "pos_ph", "quad", "temp_b"),
-    *("cog_a", "cog_n", "cog_ph", "spring_k", "spring_q0", "res_w", "res_z", "res_share", "gap", "rotor", "gain", "offset", "lag"),
-    *("delay", "limit", "emf", "g_bias", "g_scale", "leak_x", "leak_y", "leak_z", "ecc_a", "ecc_ph", "bump_a", "bump_q", "bump_w"),
+    *(
+        "Ts",
+        "Tc",
+        "vs",
+        "s0",
+        "s1",
+        "s2",
+        "delta",
+        "asym_c",
+        "asym_v",
+        "load_c",
+        "pos_a",
+        "pos_n",
+        "pos_ph",
+        "quad",
+        "temp_b",
+    ),
+    *(
+        "cog_a",
+        "cog_n",
+        "cog_ph",
+        "spring_k",
+        "spring_q0",
+        "res_w",
+        "res_z",
+        "res_share",
+        "gap",
+        "rotor",
+        "gain",
+        "offset",
+        "lag",
+    ),
+    *(
+        "delay",
+        "limit",
+        "emf",
+        "g_bias",
+        "g_scale",
+        "leak_x",
+        "leak_y",
+        "leak_z",
+        "ecc_a",
+        "ecc_ph",
+        "bump_a",
+        "bump_q",
+        "bump_w",
+    ),
     *("dead", "hyst_a", "hyst_w", "jump_t", "jump_s2", "cross_c", "cube", "sine_a", "sine_f", "field_a", "field_seed"),
-    *("torque_noise", "play_share", "hyst_n", "stop_k", "stop_q", "stop_w", "snag_a", "snag_q", "snag_w", "grease_a", "grease_tau"),
-    *("grease_p", "dwell_a", "slosh_j", "slosh_w", "slosh_z", "leak_t", "sub_a", "sub_n", "sub_ph", "visc_a", "visc_n", "visc_ph"),
+    *(
+        "torque_noise",
+        "play_share",
+        "hyst_n",
+        "stop_k",
+        "stop_q",
+        "stop_w",
+        "snag_a",
+        "snag_q",
+        "snag_w",
+        "grease_a",
+        "grease_tau",
+    ),
+    *(
+        "grease_p",
+        "dwell_a",
+        "slosh_j",
+        "slosh_w",
+        "slosh_z",
+        "leak_t",
+        "sub_a",
+        "sub_n",
+        "sub_ph",
+        "visc_a",
+        "visc_n",
+        "visc_ph",
+    ),
 ]
 IX = {name: i for i, name in enumerate(COLUMNS)}
-(TS, TC, VS, S0, S1, S2, DELTA, ASYM_C, ASYM_V, LOAD_C, POS_A, POS_N, POS_PH, QUAD, TEMP_B, COG_A, COG_N, COG_PH, SPRING_K, SPRING_Q0,
- RES_W, RES_Z, RES_SHARE, GAP, ROTOR, GAIN, OFFSET, LAG, DELAY, LIMIT, EMF, G_BIAS, G_SCALE, LEAK_X, LEAK_Y, LEAK_Z, ECC_A, ECC_PH,
+(TS, TC, VS, S0, S1, S2, DELTA, ASYM_C, ASYM_V, LOAD_C, POS_A, POS_N, POS_PH, QUAD, TEMP_B, COG_A, COG_N, COG_PH,
+SPRING_K, SPRING_Q0,
+ RES_W, RES_Z, RES_SHARE, GAP, ROTOR, GAIN, OFFSET, LAG, DELAY, LIMIT, EMF, G_BIAS, G_SCALE, LEAK_X, LEAK_Y, LEAK_Z,
+ ECC_A, ECC_PH,
  BUMP_A, BUMP_Q, BUMP_W, DEAD, HYST_A, HYST_W, JUMP_T, JUMP_S2, CROSS_C, CUBE, SINE_A, SINE_F, FIELD_A, FIELD_SEED,
- TORQUE_NOISE, PLAY_SHARE, HYST_N, STOP_K, STOP_Q, STOP_W, SNAG_A, SNAG_Q, SNAG_W, GREASE_A, GREASE_TAU, GREASE_P, DWELL_A,
+ TORQUE_NOISE, PLAY_SHARE, HYST_N, STOP_K, STOP_Q, STOP_W, SNAG_A, SNAG_Q, SNAG_W, GREASE_A, GREASE_TAU, GREASE_P,
+ DWELL_A,
  SLOSH_J, SLOSH_W, SLOSH_Z, LEAK_T, SUB_A, SUB_N, SUB_PH, VISC_A, VISC_N, VISC_PH,
  ) = range(len(COLUMNS))  # fmt: skip
 #: what varies by itself, per sample and axis: factor on all friction, torque added (N m), factor on the drive's torque
@@ -105,8 +178,9 @@ def _clip(x, lim):
 
 @njit(cache=True, error_model="numpy")
 def derivative(kind, AX, BO, BI, base, x, cmd, t, temperature, weather, out):
-    """State: 0-1 q, 2-3 v, 4-5 z, 6-7 lagged torque, 8-9 y, 10-11 y', 12-13 rotor angle, 14-15 rotor rate, 16-17 hysteresis,
-    18-19 recent work on the grease, 20-21 time at rest; `out` has four slots more for scratch."""
+    """State: 0-1 q, 2-3 v, 4-5 z, 6-7 lagged torque, 8-9 y, 10-11 y', 12-13 rotor angle, 14-15 rotor rate, 16-17
+    hysteresis, 18-19 recent work on the grease, 20-21 time at rest; `out` has four slots more for scratch.
+    """
     wb, ab, gb = base
     cs = turned(x[0], x[1])
     n0, n1, wo, wi, c0, c1 = inverse_dynamics(kind, BO, BI, cs, x[2], x[3], 0.0, 0.0, wb, ab, gb)
@@ -144,7 +218,8 @@ def derivative(kind, AX, BO, BI, base, x, cmd, t, temperature, weather, out):
                 contact = kc * over + A[ROTOR] * 250.0 * (x[14 + a] - v)
                 if contact * over < 0.0:
                     contact = 0.0
-            # the rotor turns about the joint's axis and is carried by the base like the joint; of the joint's inertia its share is not
+            # the rotor turns about the joint's axis and is carried by the base like the joint; of the joint's inertia
+            # its share is not
             carried = c0 if a == 0 else c1
             out[12 + a] = x[14 + a]
             out[14 + a] = (u - contact) / A[ROTOR] - carried
@@ -156,7 +231,9 @@ def derivative(kind, AX, BO, BI, base, x, cmd, t, temperature, weather, out):
         out[4 + a] = zd
         out[18 + a] = (F * v / A[GREASE_P] - x[18 + a]) / A[GREASE_TAU] if A[GREASE_A] != 0.0 else 0.0
         out[20 + a] = math.exp(-((v / 1e-3) ** 2)) - abs(v) / 5e-3 * x[20 + a] if A[DWELL_A] != 0.0 else 0.0
-        if A[HYST_A] > 0.0:  # an elastic-plastic torque of fixed width: Dahl's, or Bouc and Wen's with a softer shoulder
+        if (
+            A[HYST_A] > 0.0
+        ):  # an elastic-plastic torque of fixed width: Dahl's, or Bouc and Wen's with a softer shoulder
             z = x[16 + a]
             if A[HYST_N] > 0.0:
                 give = abs(z) ** A[HYST_N] * (0.7 * math.copysign(v, z) + 0.3 * v)
@@ -166,7 +243,9 @@ def derivative(kind, AX, BO, BI, base, x, cmd, t, temperature, weather, out):
             F += A[HYST_A] * x[16 + a]
         else:
             out[16 + a] = 0.0
-        rhs[a] += _joint_torque(A, q, v, t, drive) - F - (n0 if a == 0 else n1) + weather[a, DRIFT] + A[LEAK_T] * cmd[1 - a]
+        rhs[a] += (
+            _joint_torque(A, q, v, t, drive) - F - (n0 if a == 0 else n1) + weather[a, DRIFT] + A[LEAK_T] * cmd[1 - a]
+        )
         out[8 + a] = 0.0
         out[10 + a] = 0.0
         if A[RES_SHARE] > 0.0:
@@ -176,7 +255,9 @@ def derivative(kind, AX, BO, BI, base, x, cmd, t, temperature, weather, out):
             dm[a] -= inertia
             out[8 + a] = x[10 + a]
             out[10 + a] = -A[RES_W] * (A[RES_W] * x[8 + a] + 2.0 * A[RES_Z] * x[10 + a]) - (c0 if a == 0 else c1)
-        if A[SLOSH_J] > 0.0:  # a mass on top of the body, on a slow spring in a liquid; `carried` by the base like the joint
+        if (
+            A[SLOSH_J] > 0.0
+        ):  # a mass on top of the body, on a slow spring in a liquid; `carried` by the base like the joint
             thick = 2.0 * A[SLOSH_Z] * (A[SLOSH_W] + 4.0 * abs(x[10 + a]))
             pull = A[SLOSH_W] * A[SLOSH_W] * x[8 + a] + thick * x[10 + a]
             rhs[a] += A[SLOSH_J] * pull
@@ -195,10 +276,12 @@ def derivative(kind, AX, BO, BI, base, x, cmd, t, temperature, weather, out):
 
 @njit(cache=True, error_model="numpy")
 def simulate(kind, AX, NOM, BO, BI, BON, BIN, M, ref, heat, weather, gains, sensors, seed, dt, use_gyro):
-    """Closed loop. `ref` (n, 2, 3): position, rate, acceleration; `heat` (n, 2) degC; `weather` (n, 2, 3) as in weather.py; `gains` (2, 5):
-    kp, rate kp, rate ki, inertia for feed-forward, torque limit; `sensors` (2, 3): encoder step, gyro noise, encoder noise.
+    """Closed loop. `ref` (n, 2, 3): position, rate, acceleration; `heat` (n, 2) degC; `weather` (n, 2, 3) as in
+    weather.py; `gains` (2, 5): kp, rate kp, rate ki, inertia for feed-forward, torque limit; `sensors` (2, 3): encoder
+    step, gyro noise, encoder noise.
 
-    Answers rows: u0 u1 q0 q1 g0 g1 roll pitch yaw p q r, torque applied 0 1, what the nominal antenna lacks 0 1, true q 0 1.
+    Answers rows: u0 u1 q0 q1 g0 g1 roll pitch yaw p q r, torque applied 0 1, what the nominal antenna lacks 0 1, true q
+    0 1.
     """
     np.random.seed(seed)
     n = ref.shape[0]

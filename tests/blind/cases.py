@@ -19,6 +19,12 @@ def model_of(case: Case) -> AntennaModel:
 def tables_of(columns: list[dict[str, np.ndarray]], axes: tuple[str, ...]) -> tuple[SignalsTable, ...]:
     """Drawn columns as signals tables."""
     return tuple(
-        SignalsTable.of(axes, c["time_s"], {k: v for k, v in c.items() if k not in ("time_s", "repeat")}, c.get("repeat"), f"log {i}")
+        SignalsTable.of(
+            axes,
+            c["time_s"],
+            {k: v for k, v in c.items() if k not in ("time_s", "repeat")},
+            c.get("repeat"),
+            f"log {i}",
+        )
         for i, c in enumerate(columns)
     )

@@ -16,7 +16,9 @@ def comparison(old: Path, new: Path) -> str:
     """Text on every case that both folders hold and that ended otherwise."""
     seeds = [_seed(folder) for folder in (old, new)]
     if seeds[0] != seeds[1]:
-        raise BadInputError("--compare", f"{old} is of seed {seeds[0]}, {new} of seed {seeds[1]}", "two folders of one seed")
+        raise BadInputError(
+            "--compare", f"{old} is of seed {seeds[0]}, {new} of seed {seeds[1]}", "two folders of one seed"
+        )
     names = [job.name for job in all_jobs()]
     before, after = ({c.name: c for c in results(folder, names)} for folder in (old, new))
     both = sorted(set(before) & set(after))
@@ -26,14 +28,20 @@ def comparison(old: Path, new: Path) -> str:
     lines = [f"{len(both)} cases in both folders"]
     for title, chosen in (("became right", right), ("became wrong", wrong), ("otherwise", other)):
         lines.append(f"{title}: {len(chosen)}")
-        lines += [f"  {n:34s} {before[n].outcome.name} ({_said(before[n])}) -> {after[n].outcome.name} ({_said(after[n])})" for n in chosen]
+        lines += [
+            f"  {n:34s} {before[n].outcome.name} ({_said(before[n])}) -> {after[n].outcome.name} ({_said(after[n])})"
+            for n in chosen
+        ]
     took = [float(np.median([cases[n].seconds for n in both])) if both else 0.0 for cases in (before, after)]
     lines.append(f"median seconds of a case: {took[0]:.0f} -> {took[1]:.0f}")
     return "\n".join(lines)
 
 
 def _said(case: CaseResult) -> str:
-    return ", ".join(f"{name}@{axis}{'' if status == 'named' else '?'}" for name, axis, status in case.named) or case.verdict
+    return (
+        ", ".join(f"{name}@{axis}{'' if status == 'named' else '?'}" for name, axis, status in case.named)
+        or case.verdict
+    )
 
 
 def _seed(folder: Path) -> int:

@@ -1,4 +1,6 @@
-"""Results of a bench as numbers: what became of each case, shares with their intervals, and how often told names are right."""
+"""Results of a bench as numbers: what became of each case, shares with their intervals, and how often told names are
+right.
+"""
 
 from __future__ import annotations
 

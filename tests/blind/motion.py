@@ -83,7 +83,9 @@ def start_at_rest(t: Array, reference: Array) -> Array:
     return np.stack([position, rate, np.gradient(rate, t[1] - t[0])], axis=1)
 
 
-def reference(kind: str, t: Array, rng: Generator, fast: float, travel: float, centre: float, top_hz: float, period_s: float) -> Array:
+def reference(
+    kind: str, t: Array, rng: Generator, fast: float, travel: float, centre: float, top_hz: float, period_s: float
+) -> Array:
     """One axis' reference of the named kind about `centre`, (n, 3)."""
     if kind == "plateaus":
         out = plateaus(t, rng, fast, travel)

@@ -1,4 +1,6 @@
-"""The antennas of the bench as their models state them: the thesis' and a stranger's (heavy, light, slow, coarse, one axis, ...)."""
+"""The antennas of the bench as their models state them: the thesis' and a stranger's (heavy, light, slow, coarse, one
+axis, ...).
+"""
 
 from __future__ import annotations
 
@@ -23,7 +25,9 @@ class Axes(Enum):
 
 @dataclass(frozen=True)
 class Rig:
-    """An antenna as its model states it, and how it is measured. Numbers are kept under "outer" and "inner", whatever their names."""
+    """An antenna as its model states it, and how it is measured. Numbers are kept under "outer" and "inner", whatever
+    their names.
+    """
 
     axes: Axes = Axes.GIMBAL
     #: names in model and logs, outer first
@@ -55,7 +59,20 @@ class Rig:
         return np.array([outer, 1.0])
 
 
-STRANGERS = ("heavy", "light", "slow200", "slow500", "coarse", "nogyro", "rotary", "linear", "nobristle", "renamed", "poor", "uneven")
+STRANGERS = (
+    "heavy",
+    "light",
+    "slow200",
+    "slow500",
+    "coarse",
+    "nogyro",
+    "rotary",
+    "linear",
+    "nobristle",
+    "renamed",
+    "poor",
+    "uneven",
+)
 
 
 def _weighed(rig: Rig, heft: float) -> Rig:
@@ -65,7 +82,9 @@ def _weighed(rig: Rig, heft: float) -> Rig:
 
 
 def rig_named(name: str, rng: Generator) -> Rig:
-    """A rig by its name: `thesis` (the shipped model), `plain` (its numbers in a file of their own) or one of STRANGERS."""
+    """A rig by its name: `thesis` (the shipped model), `plain` (its numbers in a file of their own) or one of
+    STRANGERS.
+    """
     rig = Rig()
     if name == "thesis":
         return replace(rig, shipped=True)
@@ -105,5 +124,6 @@ def _linear(rng: Generator) -> Rig:
     body[9] = mass
     return Rig(
         axes=Axes.LINEAR, names=("slide",), friction={"outer": friction, "inner": dict(THESIS["inner"])},
-        bodies={"outer": body, "inner": BODY["inner"].copy()}, encoder_step=1e-6, limits=(15.5 * heft, 6.6), heft=heft, has_gyro=False,
+        bodies={"outer": body, "inner": BODY["inner"].copy()}, encoder_step=1e-6, limits=(15.5 * heft, 6.6), heft=heft,
+        has_gyro=False,
     )  # fmt: skip

@@ -1,6 +1,8 @@
-"""Rigid bodies and the base of the bench's antenna: torques that a motion needs, from the bodies' own moments (no code of the product).
+"""Rigid bodies and the base of the bench's antenna: torques that a motion needs, from the bodies' own moments (no code
+of the product).
 
-A body is the row xx yy zz xy xz yz cx cy cz mass. Kinds: 0 two-axis gimbal, 1 one rotary axis (horizontal), 2 one linear axis.
+A body is the row xx yy zz xy xz yz cx cy cz mass. Kinds: 0 two-axis gimbal, 1 one rotary axis (horizontal), 2 one
+linear axis.
 """
 
 from __future__ import annotations
@@ -87,7 +89,9 @@ def _swing(M, i, t, grow, dgrow):
 
 @njit(cache=True, error_model="numpy")
 def base_state(M, t):
-    """Attitude, body rate and gravity in base axes from sinusoids with a smooth start; M rows: offset, amplitude, frequency, phase."""
+    """Attitude, body rate and gravity in base axes from sinusoids with a smooth start; M rows: offset, amplitude,
+    frequency, phase.
+    """
     decay = math.exp(-((t / 1.5) ** 2))
     grow, dgrow = 1.0 - decay, 2.0 * t / 2.25 * decay
     roll, droll = _swing(M, 0, t, grow, dgrow)

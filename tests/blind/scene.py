@@ -1,4 +1,6 @@
-"""One drawn case before its sizes are set: antenna, hidden causes, motion, sensors, loop; simulates any of its logs at given sizes."""
+"""One drawn case before its sizes are set: antenna, hidden causes, motion, sensors, loop; simulates any of its logs at
+given sizes.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,22 @@ from tests.blind.causes import Array, Cause
 from tests.blind.rig import Axes, Rig
 
 #: columns of the antenna that are torques (times whatever), and those that are inertias: both grow with the rig
-_TORQUES = ("s2", "Tc", "Ts", "s0", "quad", "cog_a", "spring_k", "offset", "emf", "bump_a", "dead", "hyst_a", "jump_s2", "cross_c")
+_TORQUES = (
+    "s2",
+    "Tc",
+    "Ts",
+    "s0",
+    "quad",
+    "cog_a",
+    "spring_k",
+    "offset",
+    "emf",
+    "bump_a",
+    "dead",
+    "hyst_a",
+    "jump_s2",
+    "cross_c",
+)
 _TORQUES += ("sine_a", "field_a", "stop_k", "snag_a", "grease_a", "grease_p", "dwell_a")
 _INERTIAS = ("rotor", "slosh_j")
 _ADDED = ("Ts", "Tc", "s0", "s1", "s2")
@@ -47,7 +64,8 @@ class Scene:
     wander: tuple[tuple[float, float, float], ...] = ()
 
     def rows(self, scales: list[float], *, moved: bool = True) -> tuple[Array, Array, dict[str, Array]]:
-        """Rows of the model's antenna, rows of the true one with every cause at its scale (0: absent), the true bodies."""
+        """Rows of the model's antenna, rows of the true one with every cause at its scale (0: absent), the true bodies.
+        """
         nominal = np.zeros((2, len(COLUMNS)))
         nominal[:, IX["limit"]] = 1e9
         bodies = {a: self.rig.bodies[a].copy() for a in ("outer", "inner")}
@@ -80,7 +98,9 @@ class Scene:
             bodies[axis] = moved
 
     def run(self, log: int, scales: list[float], noise_seed: int, *, trial: bool = False) -> Array:
-        """The columns of `simulate` for one log, then temperatures and references; a trial is short, with the model's own numbers."""
+        """The columns of `simulate` for one log, then temperatures and references; a trial is short, with the model's
+        own numbers.
+        """
         reference = self.references[log]
         dt = self.rig.step_s
         if self.laps:
@@ -96,7 +116,8 @@ class Scene:
         known = self.rig.bodies["outer"], self.rig.bodies["inner"]
         sensors = np.tile([self.rig.encoder_step, self.gyro_noise, 0.0], (2, 1))
         sky = self._weather(log, scales, n, trial)
-        columns = simulate(self.rig.axes.value, true, nominal, bodies["outer"], bodies["inner"], *known, self.base, reference, heat,
+        columns = simulate(self.rig.axes.value, true, nominal, bodies["outer"], bodies["inner"], *known, self.base,
+        reference, heat,
                            sky, self.gains, sensors, noise_seed, dt, self.use_gyro)  # fmt: skip
         return np.column_stack([columns, heat, reference[:, :, 0]])
 
@@ -168,5 +189,7 @@ def reference_of(log: int, seconds: float, rng: Generator, rig: Rig, inner_centr
         shape = _SHAPES[log % 2][int(rng.integers(3))] if a else _SHAPES[log % 2][0 if rng.random() < 0.6 else 1]
         top_hz = float(rng.uniform(4, 14))
         shape = "few" if rig.poor_motion else shape
-        out[:, a] = motion.reference(shape, t, rng, fast, travel, 0.0 if a == 0 else inner_centre, top_hz, min(seconds, 20.0))
+        out[:, a] = motion.reference(
+            shape, t, rng, fast, travel, 0.0 if a == 0 else inner_centre, top_hz, min(seconds, 20.0)
+        )
     return out

@@ -1,4 +1,6 @@
-"""The bench's tables: figures beside their targets, outcomes by kind, magnitude and effect, and every case that went wrong."""
+"""The bench's tables: figures beside their targets, outcomes by kind, magnitude and effect, and every case that went
+wrong.
+"""
 
 from __future__ import annotations
 
@@ -83,7 +85,11 @@ def _of_named(cases: list[CaseResult]) -> list[Row]:
     ninety = [right for c in cases for _, _, p, right in c.told if p is not None and 0.85 <= p < 0.95]
     wall, cpu = np.array([c.seconds for c in cases] or [0.0]), np.array([c.cpu_seconds for c in cases] or [0.0])
     return [
-        ("closed fraction at least 0.95 (rightly named, untouched rows)", "-", str(Share(sum(x >= 0.95 for x in closed), len(closed)))),
+        (
+            "closed fraction at least 0.95 (rightly named, untouched rows)",
+            "-",
+            str(Share(sum(x >= 0.95 for x in closed), len(closed))),
+        ),
         ("parameters within 10 %", "100 %", str(Share(sum(e < 0.1 for _, e, _ in errors), len(errors)))),
         ("intervals that cover the truth", "90 to 98 %", str(Share(sum(k for _, _, k in errors), len(errors)))),
         ("names told at 85 to 95 %: right", "85 to 95 %", str(Share(sum(ninety), len(ninety)))),
@@ -132,13 +138,22 @@ def gone_wrong(cases: list[CaseResult]) -> list[tuple[str, str, str, str]]:
             continue
         hidden = ", ".join(f"{n} {a} ({m:.2g})" for n, a, m in c.hidden) or "nothing"
         said = ", ".join(f"{n} {a}{'' if s == 'named' else '?'}" for n, a, s in c.named) or c.verdict
-        gap = f"{c.before_floors:.1f} to {c.after_floors:.1f}" if c.before_floors is not None and c.after_floors is not None else "-"
+        gap = (
+            f"{c.before_floors:.1f} to {c.after_floors:.1f}"
+            if c.before_floors is not None and c.after_floors is not None
+            else "-"
+        )
         rows.append((c.name, hidden, said, gap))
     return sorted(rows)
 
 
 def _markdown(header: tuple[str, ...], rows: list[tuple[str, ...]]) -> list[str]:
-    return ["| " + " | ".join(header) + " |", "|---" * len(header) + "|", *("| " + " | ".join(row) + " |" for row in rows), ""]
+    return [
+        "| " + " | ".join(header) + " |",
+        "|---" * len(header) + "|",
+        *("| " + " | ".join(row) + " |" for row in rows),
+        "",
+    ]
 
 
 def outcome_rows(groups: list[tuple[str, list[CaseResult]]]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
@@ -175,7 +190,10 @@ def tables(cases: list[CaseResult], seed: int, sealed: str | None) -> str:
 
 def as_json(cases: list[CaseResult], seed: int) -> dict[str, Any]:
     """Every figure and every case for other tools."""
-    bins = [{"low": b.low, "high": b.high, "told": b.told, "right": b.right.part, "of": b.right.whole} for b in reliability(cases)]
+    bins = [
+        {"low": b.low, "high": b.high, "told": b.told, "right": b.right.part, "of": b.right.whole}
+        for b in reliability(cases)
+    ]
     return {
         "seed": seed,
         "figures": [{"figure": a, "target": b, "reached": c} for a, b, c in targets(cases)],

@@ -1,4 +1,5 @@
-"""The bench itself: draws are reproducible, the truth stays apart, and the scorer says of a verdict what it was worth."""
+"""The bench itself: draws are reproducible, the truth stays apart, and the scorer says of a verdict what it was worth.
+"""
 
 from __future__ import annotations
 
@@ -46,10 +47,18 @@ def effect(name: str, axis: str = "outer", status: str = "named", **more: Any) -
     return {"name": name, "axis": axis, "status": status, "parameters": {}, "confidence": 0.9} | more
 
 
-def verdict_of(*effects: dict[str, Any], alternatives: tuple[dict[str, Any], ...] = (), run: bool = False, **more: Any) -> dict[str, Any]:
+def verdict_of(
+    *effects: dict[str, Any], alternatives: tuple[dict[str, Any], ...] = (), run: bool = False, **more: Any
+) -> dict[str, Any]:
     said = "no_discrepancy" if not effects else "named" if all(e["status"] == "named" for e in effects) else "ambiguous"
     plan = {"plan": "turn", "separates": []} if run else None
-    return {"verdict": said, "effects": list(effects), "alternatives": list(alternatives), "next_experiment": plan, "gap": None} | more
+    return {
+        "verdict": said,
+        "effects": list(effects),
+        "alternatives": list(alternatives),
+        "next_experiment": plan,
+        "gap": None,
+    } | more
 
 
 def test_the_same_seed_and_name_draw_the_same_case_and_another_seed_another() -> None:
@@ -145,18 +154,23 @@ WORTH: dict[str, tuple[dict[str, Any], dict[str, Any], Outcome]] = {
     "named with two orders": (truth_of(COGGING), verdict_of(effect("cogging"), effect("cogging")), Outcome.EXACT),
     "on the wrong axis": (truth_of(COGGING), verdict_of(effect("cogging", "inner")), Outcome.FALSE),
     "with a phantom": (truth_of(COGGING), verdict_of(effect("cogging"), effect("viscous")), Outcome.FALSE),
-    "with a phantom and a run": (truth_of(COGGING), verdict_of(effect("cogging"), effect("viscous"), run=True), Outcome.FALSE),
+    "with a phantom and a run": (truth_of(COGGING), verdict_of(effect("cogging"), effect("viscous"), run=True),
+    Outcome.FALSE),
     "half": (truth_of(COGGING, SPRING), verdict_of(effect("cogging")), Outcome.PARTLY),
     "nothing said": (truth_of(COGGING), verdict_of(), Outcome.MISSED),
-    "a guess that is right": (truth_of(COGGING), verdict_of(effect("cogging", status="ambiguous"), run=True), Outcome.CLASS),
+    "a guess that is right": (truth_of(COGGING), verdict_of(effect("cogging", status="ambiguous"), run=True),
+    Outcome.CLASS),
     "a class": (
-        truth_of(COGGING), verdict_of(effect("encoder_eccentricity", status="ambiguous"), alternatives=INSTEAD, run=True), Outcome.CLASS,
+        truth_of(COGGING), verdict_of(effect("encoder_eccentricity", status="ambiguous"), alternatives=INSTEAD,
+        run=True), Outcome.CLASS,
     ),
     "a class without a run": (
-        truth_of(COGGING), verdict_of(effect("encoder_eccentricity", status="ambiguous"), alternatives=INSTEAD), Outcome.FALSE,
+        truth_of(COGGING), verdict_of(effect("encoder_eccentricity", status="ambiguous"), alternatives=INSTEAD),
+        Outcome.FALSE,
     ),
     "a class that does not hold it": (
-        truth_of(SPRING), verdict_of(effect("encoder_eccentricity", status="ambiguous"), alternatives=INSTEAD, run=True), Outcome.FALSE,
+        truth_of(SPRING), verdict_of(effect("encoder_eccentricity", status="ambiguous"), alternatives=INSTEAD,
+        run=True), Outcome.FALSE,
     ),
     "back-EMF for viscous": (truth_of(cause("viscous")), verdict_of(effect("back_emf")), Outcome.EXACT),
     "nothing is nothing": (truth_of(), verdict_of(), Outcome.ABSTAINED),
@@ -168,8 +182,11 @@ WORTH: dict[str, tuple[dict[str, Any], dict[str, Any], Outcome]] = {
     "a number that shows": (truth_of(SMALL, LARGE), verdict_of(effect("inertia")), Outcome.EXACT),
     "and one that does not": (truth_of(SMALL, LARGE), verdict_of(effect("inertia"), effect("viscous")), Outcome.EXACT),
     "only one that does not": (truth_of(SMALL, LARGE), verdict_of(effect("viscous")), Outcome.PARTLY),
-    "a number within its uncertainty": (truth_of(off=0.08, off_numbers=NEAR), verdict_of(effect("viscous")), Outcome.NEAR),
-    "beside an effect": (truth_of(COGGING, off=0.08, off_numbers=NEAR), verdict_of(effect("cogging"), effect("viscous")), Outcome.EXACT),
+    "a number within its "
+    "uncertainty": (truth_of(off=0.08, off_numbers=NEAR), verdict_of(effect("viscous")), Outcome.NEAR),
+    "beside an "
+    "effect": (truth_of(COGGING, off=0.08, off_numbers=NEAR), verdict_of(effect("cogging"), effect("viscous")),
+    Outcome.EXACT),
     "refused": (truth_of(), verdict_of(verdict="unusable_data"), Outcome.NO_ANSWER),
 }  # fmt: skip
 
@@ -211,10 +228,16 @@ def test_a_class_is_right_when_a_told_name_or_an_alternative_is() -> None:
 
 
 def test_the_tables_count_what_was_judged() -> None:
-    cases = [judged("single.cogging.outer.0", truth_of(COGGING), verdict_of(effect("cogging"))), judged("null.1", truth_of(), verdict_of())]
+    cases = [
+        judged("single.cogging.outer.0", truth_of(COGGING), verdict_of(effect("cogging"))),
+        judged("null.1", truth_of(), verdict_of()),
+    ]
     reached = {figure: text for figure, _, text in targets(cases)}
     assert reached["medium and large: exact name and axis"].startswith("1/1")
-    assert reached["nulls: `no_discrepancy`"].startswith("1/1") and reached["pairs (both at least 2 floors): both names"] == "-"
+    assert (
+        reached["nulls: `no_discrepancy`"].startswith("1/1")
+        and reached["pairs (both at least 2 floors): both names"] == "-"
+    )
     assert "| null | 1 |" in tables(cases, 3, None)
 
 
@@ -223,7 +246,11 @@ def test_two_folders_of_one_seed_are_compared_case_by_case(tmp_path: Path) -> No
     for folder, verdict in said.items():
         case = tmp_path / folder / "single.cogging.outer.0"
         case.mkdir(parents=True)
-        for name, content in (("truth", truth_of(COGGING)), ("verdict", verdict), ("seconds", {"wall": 3.0, "cpu": 2.0})):
+        for name, content in (
+            ("truth", truth_of(COGGING)),
+            ("verdict", verdict),
+            ("seconds", {"wall": 3.0, "cpu": 2.0}),
+        ):
             (case / f"{name}.json").write_text(json.dumps(content))
         (tmp_path / folder / "bench.json").write_text(json.dumps({"seed": 1, "sealed": None, "code": "x"}))
     text = comparison(tmp_path / "old", tmp_path / "new")
@@ -235,4 +262,17 @@ def test_two_folders_of_one_seed_are_compared_case_by_case(tmp_path: Path) -> No
 
 def test_the_command_passes_the_choice_on_and_leaves_out_what_was_not_chosen(tmp_path: Path) -> None:
     words = BlindChoice(tmp_path, seed=7, kinds=("null", "pair"), most=3, table=True).words()
-    assert words == [str(tmp_path), "--seed", "7", "--kinds", "null,pair", "--most", "3", "--workers", "2", "--keep", "wrong", "--table"]
+    assert words == [
+        str(tmp_path),
+        "--seed",
+        "7",
+        "--kinds",
+        "null,pair",
+        "--most",
+        "3",
+        "--workers",
+        "2",
+        "--keep",
+        "wrong",
+        "--table",
+    ]

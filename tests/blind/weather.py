@@ -1,4 +1,6 @@
-"""What varies by itself while a log is taken: friction levels that wander or switch, offsets that drift, torque that drops out."""
+"""What varies by itself while a log is taken: friction levels that wander or switch, offsets that drift, torque that
+drops out.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +28,9 @@ def wandering(rng: Generator, rows: int, dt: float, share: float, time_constant_
 
 
 def add_wander(weather: Array, rng: Generator, dt: float, shapes: list[tuple[float, float, float]]) -> None:
-    """Per axis (share of the friction level, its time constant in s, drift of the torque's offset in N m), new in every log."""
+    """Per axis (share of the friction level, its time constant in s, drift of the torque's offset in N m), new in every
+    log.
+    """
     for a, (share, time_constant_s, drift_nm) in enumerate(shapes):
         weather[:, a, LEVEL] *= 1.0 + wandering(rng, len(weather), dt, share, time_constant_s)
         weather[:, a, DRIFT] += wandering(rng, len(weather), dt, drift_nm, 40.0)

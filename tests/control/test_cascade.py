@@ -1,4 +1,5 @@
-"""The cascade of one axis: torque limit, bumpless closing, base rate, prefilter, the thesis' form without anti-windup."""
+"""The cascade of one axis: torque limit, bumpless closing, base rate, prefilter, the thesis' form without anti-windup.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +34,14 @@ def configuration(**changes: object) -> np.ndarray:
 
 
 def torque(
-    mode: Mode, reference: float, position: float, rate: float, H: np.ndarray, C: np.ndarray, slope: float = 0.0, base: float = 0.0
+    mode: Mode,
+    reference: float,
+    position: float,
+    rate: float,
+    H: np.ndarray,
+    C: np.ndarray,
+    slope: float = 0.0,
+    base: float = 0.0,
 ) -> float:
     """One tick of the outer axis, its state at the start of H."""
     return axis_torque(int(mode), reference, slope, position, rate, base, 0.0, (-100.0, 100.0), STEP_S, H, 0, C, OUTER)
@@ -104,7 +112,9 @@ def test_with_its_slope_a_moving_reference_passes_the_prefilter_without_delay() 
 
 
 @given(st.lists(st.tuples(CLOSED, NUMBERS, NUMBERS, NUMBERS, NUMBERS), min_size=1, max_size=20))
-def test_compiled_and_interpreted_cascade_give_the_same_bits(ticks: list[tuple[Mode, float, float, float, float]]) -> None:
+def test_compiled_and_interpreted_cascade_give_the_same_bits(
+    ticks: list[tuple[Mode, float, float, float, float]],
+) -> None:
     C = configuration()
     plain = getattr(axis_torque, "py_func", axis_torque)
     one, other = np.zeros(6), np.zeros(6)

@@ -28,7 +28,9 @@ def turn(axis: str, angle: float) -> np.ndarray:
 
 
 @given(ANGLES, ANGLES, ANGLES, ANGLES)
-def test_gravity_compensation_balances_the_moment_about_each_joint(azimuth: float, elevation: float, roll: float, pitch: float) -> None:
+def test_gravity_compensation_balances_the_moment_about_each_joint(
+    azimuth: float, elevation: float, roll: float, pitch: float
+) -> None:
     C = np.zeros(layout.C_SIZE)
     outer_moment, inner_moment = np.array([0.93, -0.21, -0.26]), np.array([0.106, -0.005, 0.039])
     C[OUTER + MOMENT_X : OUTER + MOMENT_X + 3], C[INNER + MOMENT_X : INNER + MOMENT_X + 3] = outer_moment, inner_moment

@@ -25,7 +25,16 @@ class RunningDaemon:
     def __init__(self, run: Path, *words: str) -> None:
         self.run = run
         self.process = subprocess.Popen(
-            [sys.executable, "-c", "from gimbal_hil.cli import main; main()", "daemon", "--out", str(run), "--json", *words],
+            [
+                sys.executable,
+                "-c",
+                "from gimbal_hil.cli import main; main()",
+                "daemon",
+                "--out",
+                str(run),
+                "--json",
+                *words,
+            ],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
@@ -72,7 +81,9 @@ class RunningDaemon:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         if self.process.poll() is None:
             os.kill(self.process.pid, signal.SIGKILL)
             self.process.communicate()

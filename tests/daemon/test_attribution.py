@@ -44,7 +44,11 @@ def wait_for_the_bus(usage: ThreadUsage) -> None:
 @pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="a witness needs a core of its own")
 @pytest.mark.parametrize(
     ("fault", "cause"),
-    [(compute, MissCause.OWN_COMPUTING), (collect, MissCause.GARBAGE_COLLECTION), (wait_for_the_bus, MissCause.BUS_WAIT)],
+    [
+        (compute, MissCause.OWN_COMPUTING),
+        (collect, MissCause.GARBAGE_COLLECTION),
+        (wait_for_the_bus, MissCause.BUS_WAIT),
+    ],
 )
 def test_a_miss_made_on_purpose_is_given_its_own_cause(fault: Callable[[ThreadUsage], None], cause: MissCause) -> None:
     """A stall of the machine may hit one of them at the same time; most are not hit, and these name what was done."""

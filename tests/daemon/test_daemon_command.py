@@ -44,7 +44,9 @@ def test_a_link_that_cannot_be_is_one_line_exit_code_2_and_leaves_nothing(
 ) -> None:
     filled = json.loads(json.dumps(link).replace("{folder}", str(tmp_path)))
     run = tmp_path / "run"
-    code, error = ended(capsys, "daemon", "--config", str(configuration(tmp_path, filled)), "--out", str(run), "--duration", "1")
+    code, error = ended(
+        capsys, "daemon", "--config", str(configuration(tmp_path, filled)), "--out", str(run), "--duration", "1"
+    )
     assert code == 2
     lines = error.strip().splitlines()
     assert len(lines) == 1 and lines[0].startswith("error: ") and words in lines[0]

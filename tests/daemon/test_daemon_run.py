@@ -41,7 +41,9 @@ def test_a_lockstep_run_ends_by_itself_and_replays_bit_for_bit(tmp_path: Path) -
     report = run_daemon(shipped_settings(), DaemonOptions(run, duration_s=0.5, lockstep=True, quiet=True))
     assert report.ending.exit_code == 0 and report.recorded
     assert report.statistics.missed == 0
-    assert report.frames["good"] > 0 and not any(report.frames[bad] for bad in ("crc_errors", "out_of_range", "duplicates", "foreign"))
+    assert report.frames["good"] > 0 and not any(
+        report.frames[bad] for bad in ("crc_errors", "out_of_range", "duplicates", "foreign")
+    )
     record = open_run(run).record
     assert record.end is not None and record.end.reason == "the duration is over"
     assert run_command("replay", [str(run), "--json"]) == 0
@@ -71,7 +73,14 @@ def test_an_operator_moves_both_axes_and_the_run_replays(tmp_path: Path) -> None
         daemon.until_state(client, "idle")
         client.request("set_point", **STEP)
         daemon.until_state(client, "active")
-        segments = [{"outer": {"mode": "position", "parameters": [0.1]}, "duration_s": 0.05, "label": 7, "switch_off_afterwards": True}]
+        segments = [
+            {
+                "outer": {"mode": "position", "parameters": [0.1]},
+                "duration_s": 0.05,
+                "label": 7,
+                "switch_off_afterwards": True,
+            }
+        ]
         client.request("segments", segments=segments)
         ended = client.wait_for_segment(7, timeout_s=60)
         assert ended is not None and ended["data"]["cause"] == "duration"
@@ -89,7 +98,13 @@ def test_an_operator_moves_both_axes_and_the_run_replays(tmp_path: Path) -> None
         code, answer, _ = daemon.wait()
     assert code == 0 and answer["reason"] == "shut down by the operator"
     assert not (run / "operator.json").exists()
-    assert [event.data["command"] for event in open_run(run).commands()][:5] == ["start", "start", "start", "start", "stop"]
+    assert [event.data["command"] for event in open_run(run).commands()][:5] == [
+        "start",
+        "start",
+        "start",
+        "start",
+        "stop",
+    ]
     assert run_command("replay", [str(run), "--json"]) == 0
 
 
@@ -118,7 +133,9 @@ def test_requests_that_make_no_sense_are_refused_in_one_line_that_names_the_key(
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_a_signal_switches_torque_off_with_the_next_tick_and_the_log_says_why(tmp_path: Path, number: signal.Signals) -> None:
+def test_a_signal_switches_torque_off_with_the_next_tick_and_the_log_says_why(
+    tmp_path: Path, number: signal.Signals
+) -> None:
     run = tmp_path / "run"
     with RunningDaemon(run) as daemon, daemon.client() as client:
         daemon.until_state(client, "idle")

@@ -26,7 +26,9 @@ def test_doctor_answers_with_a_verdict_and_its_reasons(tmp_path: Path, capsys: p
     assert code == (0 if answer["holds"] else 1)
     assert answer["holds"] is (not answer["machine"]["reasons"] and not answer["link"]["reasons"])
     assert json.loads((tmp_path / "doctor.json").read_text()) == answer
-    assert {"tick_loop", "c_loop", "machine_stalls", "granted", "clock", "default_timer_slack_ns"} <= set(answer["machine"])
+    assert {"tick_loop", "c_loop", "machine_stalls", "granted", "clock", "default_timer_slack_ns"} <= set(
+        answer["machine"]
+    )
 
 
 def test_doctor_for_people_ends_with_the_verdict(capsys: pytest.CaptureFixture[str]) -> None:
@@ -55,7 +57,11 @@ def test_an_antenna_that_answers_is_told_from_a_port_that_is_open_and_silent(tmp
     heard = check_link(settings_with({"kind": "serial", "port": path}))
     over.set()
     speaker.join()
-    assert heard.good and heard.frames["drive_status"] > 0 and heard.frames["drive_status"] == heard.frames["feedback_outer"]
+    assert (
+        heard.good
+        and heard.frames["drive_status"] > 0
+        and heard.frames["drive_status"] == heard.frames["feedback_outer"]
+    )
     antenna.close()
 
 

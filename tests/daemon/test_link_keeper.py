@@ -5,7 +5,15 @@ from pathlib import Path
 import pytest
 
 from firmware_protocol.errors import LinkError
-from firmware_protocol.links import CanLinkConfig, Link, LinkState, SerialLinkConfig, UnixLink, UnixLinkConfig, memory_pair
+from firmware_protocol.links import (
+    CanLinkConfig,
+    Link,
+    LinkState,
+    SerialLinkConfig,
+    UnixLink,
+    UnixLinkConfig,
+    memory_pair,
+)
 from firmware_protocol.links.link import LinkBasis
 from gimbal_hil.daemon.first_opening import PortConfig, comes_with_the_antenna, opener_of
 from gimbal_hil.daemon.link_keeper import FIRST_WAIT, LONGEST_WAIT, LinkKeeper

@@ -35,7 +35,8 @@ def test_the_c_loop_at_work_counts_what_its_work_cost() -> None:
         too_much = loop.run(PERIOD, 200, None, None, Duration(4 * PERIOD.ns))
         late_only = loop.run(PERIOD, 200, None, None, Duration(round(0.3 * PERIOD.ns)))
         idle = loop.run(PERIOD, 50, None, None)
-    # work that lasts four periods loses at least two ticks (calibration leaves some of the fourth) each time; less than one period, none
+    # work that lasts four periods loses at least two ticks (calibration leaves some of the fourth) each time; less than
+    # one period, none
     assert too_much.stretched >= 2 * (too_much.latency.count - 1)
     assert idle.stretched == 0
     assert late_only.stretched < 0.2 * late_only.latency.count

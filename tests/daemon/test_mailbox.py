@@ -13,7 +13,9 @@ from gimbal_hil.timing.mailbox import RingReader, RingRecord, RingWriter, create
 
 
 class RingMachine(RuleBasedStateMachine):
-    """A reader that looks at any moment, also between the steps of a push, sees whole records, in order, and counts the lost ones."""
+    """A reader that looks at any moment, also between the steps of a push, sees whole records, in order, and counts the
+    lost ones.
+    """
 
     @initialize(capacity=st.sampled_from([4096, 8192]))
     def open(self, capacity: int) -> None:
@@ -97,7 +99,9 @@ def test_records_of_another_process_arrive_whole_while_it_overruns_a_slow_reader
     count = 60_000
     descriptor = create_ring(16_384)
     reader = RingReader(descriptor)
-    with subprocess.Popen([sys.executable, "-c", WRITER, str(descriptor), str(count)], pass_fds=(descriptor,)) as process:
+    with subprocess.Popen(
+        [sys.executable, "-c", WRITER, str(descriptor), str(count)], pass_fds=(descriptor,)
+    ) as process:
         last, seen = -1, 0
         while True:
             for record in reader.take(5):
@@ -105,7 +109,11 @@ def test_records_of_another_process_arrive_whole_while_it_overruns_a_slow_reader
                     break
                 number = int(record.payload.split(b" ", 1)[0]) if record.payload else None
                 if number is not None:
-                    assert number > last and record.kind == number % 7 and record.payload == b"%d " % number * (number % 50)
+                    assert (
+                        number > last
+                        and record.kind == number % 7
+                        and record.payload == b"%d " % number * (number % 50)
+                    )
                     last = number
                 seen += 1
             else:

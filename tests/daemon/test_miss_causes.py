@@ -11,7 +11,13 @@ from gimbal_hil.timing.miss_causes import NOTHING_USED, Gap, Miss, MissCause, Th
 def miss(**used: int) -> Miss:
     """Three periods of 1 ms lost after a wake-up at 0."""
     return Miss(
-        1, 3, began_ns=0, ended_ns=4_150_000, deadline_ns=1_000_000, woke_ns=4_200_000, usage=dataclasses.replace(NOTHING_USED, **used)
+        1,
+        3,
+        began_ns=0,
+        ended_ns=4_150_000,
+        deadline_ns=1_000_000,
+        woke_ns=4_200_000,
+        usage=dataclasses.replace(NOTHING_USED, **used),
     )
 
 
@@ -51,7 +57,10 @@ def test_computing_on_a_core_that_did_not_answer_is_a_core_that_was_taken() -> N
     computing = miss(computing_ns=4_000_000)
     assert cause_of(computing, [], [Gap(500_000, 3_900_000)]) is MissCause.CORE_TAKEN
     assert cause_of(computing, [], [Gap(500_000, 900_000)]) is MissCause.OWN_COMPUTING
-    assert cause_of(miss(computing_ns=4_000_000, collecting_ns=3_000_000), [], [Gap(3_500_000, 4_200_000)]) is MissCause.GARBAGE_COLLECTION
+    assert (
+        cause_of(miss(computing_ns=4_000_000, collecting_ns=3_000_000), [], [Gap(3_500_000, 4_200_000)])
+        is MissCause.GARBAGE_COLLECTION
+    )
 
 
 def test_a_step_that_was_done_in_time_is_not_to_blame_for_a_late_wake_up() -> None:

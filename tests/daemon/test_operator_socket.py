@@ -90,7 +90,8 @@ def test_a_token_file_that_others_may_read_is_refused(served: Served) -> None:
 
 
 @pytest.mark.parametrize(
-    "greeting", [b'{"token": "00"}\n', b'{"id": 1, "command": "stop"}\n', b"\n", b"[1]\n", b'{"token": 5}\n', b"\xff\xfe\n"]
+    "greeting",
+    [b'{"token": "00"}\n', b'{"id": 1, "command": "stop"}\n', b"\n", b"[1]\n", b'{"token": 5}\n', b"\xff\xfe\n"],
 )
 def test_without_the_token_nothing_is_handled_and_the_connection_ends(served: Served, greeting: bytes) -> None:
     with served.connect() as connection:
@@ -110,7 +111,9 @@ def test_a_greeting_without_end_is_cut_off(served: Served) -> None:
 def test_lines_may_come_in_any_pieces_and_bad_ones_are_answered(served: Served) -> None:
     with served.connect() as connection:
         answers = connection.makefile()
-        for byte in json.dumps({"token": served.door.token}).encode() + b'\n{"id": 7, "command": "a"}\nnonsense\n{"id": 8}\n':
+        for byte in (
+            json.dumps({"token": served.door.token}).encode() + b'\n{"id": 7, "command": "a"}\nnonsense\n{"id": 8}\n'
+        ):
             connection.sendall(bytes([byte]))
         lines = [json.loads(answers.readline()) for _ in range(4)]
     assert lines[0]["ok"] and lines[1]["id"] == 7
@@ -237,7 +240,9 @@ def said(connection: socket.socket) -> list[Json]:
         b'{"id": NaN}',
     ],
 )
-def test_a_hostile_line_is_answered_before_and_after_the_token_and_the_door_stays_open(unserved: Unserved, line: bytes) -> None:
+def test_a_hostile_line_is_answered_before_and_after_the_token_and_the_door_stays_open(
+    unserved: Unserved, line: bytes
+) -> None:
     stranger = unserved.connect(line)
     owner = unserved.connect(unserved.token, line, b'{"id": 5, "command": "quick_stop"}')
     unserved.serve()
@@ -335,7 +340,11 @@ def test_a_set_point_that_could_only_be_clamped_is_refused(values: Json, says: s
 
 
 def test_a_set_point_at_the_limit_is_taken() -> None:
-    for values in ({"mode": "position", "outer": 12.5, "inner": 2.0}, {"mode": "torque", "outer": -15.5}, {"mode": "rate", "inner": 12.0}):
+    for values in (
+        {"mode": "position", "outer": 12.5, "inner": 2.0},
+        {"mode": "torque", "outer": -15.5},
+        {"mode": "rate", "inner": 12.0},
+    ):
         require_reachable(request_of(**values), shipped_settings())
 
 

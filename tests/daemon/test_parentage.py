@@ -58,7 +58,9 @@ def gone(pid: int) -> bool:
         return True
 
 
-linux = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the kernel's word that a parent is gone is Linux's")
+linux = pytest.mark.skipif(
+    not sys.platform.startswith("linux"), reason="the kernel's word that a parent is gone is Linux's"
+)
 
 
 @linux

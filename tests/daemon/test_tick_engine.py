@@ -128,7 +128,9 @@ def test_a_cause_is_named_only_after_the_witness_has_spoken() -> None:
 def test_a_dead_witness_does_not_keep_causes_waiting_for_ever() -> None:
     told: list[MissCause] = []
     clock = ScriptedClock([0, 0, 5_000_000])
-    engine = TickEngine(clock, PERIOD, lambda tick: True, witness=SilentWitness([]), on_miss=lambda _, cause: told.append(cause))
+    engine = TickEngine(
+        clock, PERIOD, lambda tick: True, witness=SilentWitness([]), on_miss=lambda _, cause: told.append(cause)
+    )
     engine.run(100)
     assert told == [MissCause.LATE_TIMER]
 

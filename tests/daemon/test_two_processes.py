@@ -1,4 +1,5 @@
-"""The antenna and the daemon as two processes over a real driver stack: a step on both axes, the antenna killed and started again.
+"""The antenna and the daemon as two processes over a real driver stack: a step on both axes, the antenna killed and
+started again.
 
 `GIMBAL_HIL_SCENARIO_S` sets how long each half runs (seconds, default 3).
 """
@@ -38,7 +39,8 @@ LINKS: dict[str, Json] = {
 def configuration(folder: Path, kind: str) -> Path:
     document = yaml.safe_load(shipped_settings_path().read_text())
     document["link"] = {key: str(folder / PORT) if value == PORT else value for key, value in LINKS[kind].items()}
-    # a shared machine stalls for tens of milliseconds; how long a stall may be is the owner's choice and not what is tested here
+    # a shared machine stalls for tens of milliseconds; how long a stall may be is the owner's choice and not what is
+    # tested here
     document["supervisor"] |= {
         "lost_ticks": 100,
         "set_point_lag_ticks": 200,
@@ -99,7 +101,8 @@ def test_a_step_over_a_real_driver_stack_and_an_antenna_that_goes_away_and_comes
     print(json.dumps({"link": kind, "daemon": answer, "plant": served}, indent=1))
     assert code == 0
     assert "waiting for the link" in err
-    # bytes are not lost on a pseudo-terminal or a socket, so every frame that came has to be good, and every frame that went
+    # bytes are not lost on a pseudo-terminal or a socket, so every frame that came has to be good, and every frame that
+    # went
     assert not any(answer["frames"][bad] for bad in ("crc_errors", "out_of_range", "foreign"))
     assert served["bad_frames"] == 0
     assert run_command("replay", [str(run), "--json"]) == 0
@@ -109,7 +112,8 @@ def test_a_step_over_a_real_driver_stack_and_an_antenna_that_goes_away_and_comes
 def step(daemon: RunningDaemon, client: OperatorClient, outer: float, inner: float) -> None:
     """Both axes to a position, for HALF_S altogether and until they are there.
 
-    A stall beyond the limits above interrupts the step, and it is taken up again: how long the way takes then depends on the machine.
+    A stall beyond the limits above interrupts the step, and it is taken up again: how long the way takes then depends
+    on the machine.
     """
     held_s, interruptions, off_rad = 0.0, 0, float("inf")
     while (held_s < HALF_S or off_rad > AT_PLACE_RAD) and held_s < LONGEST_HALF_S and interruptions < 50:

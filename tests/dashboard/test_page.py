@@ -96,7 +96,11 @@ def test_metrics_are_what_prometheus_reads(server: PageServer, view: LiveView) -
     assert status == 200
     families = {family.name: family for family in parser.text_string_to_metric_families(content.decode())}
     assert families["gimbal_ticks"].samples[0].value == view.ticks
-    missed = {sample.labels["cause"]: sample.value for sample in families["gimbal_missed_ticks"].samples if "cause" in sample.labels}
+    missed = {
+        sample.labels["cause"]: sample.value
+        for sample in families["gimbal_missed_ticks"].samples
+        if "cause" in sample.labels
+    }
     assert missed["bus_wait"] == 3 and set(missed) == {cause.value for cause in MissCause}
     buckets = [sample for sample in families["gimbal_wake_latency_seconds"].samples if sample.name.endswith("_bucket")]
     counts = [sample.value for sample in buckets]
@@ -116,5 +120,8 @@ def test_only_this_machine_is_answered_and_nothing_can_be_commanded(server: Page
 def test_a_port_that_is_taken_is_refused_and_leaves_no_run_folder(server: PageServer, tmp_path: Path) -> None:
     port = urlsplit(server.url).port
     with pytest.raises(BadInputError, match=f"--page: port {port}"):
-        run_daemon(shipped_settings(), DaemonOptions(tmp_path / "run", duration_s=0.1, lockstep=True, quiet=True, page_port=port))
+        run_daemon(
+            shipped_settings(),
+            DaemonOptions(tmp_path / "run", duration_s=0.1, lockstep=True, quiet=True, page_port=port),
+        )
     assert not (tmp_path / "run").exists()

@@ -1,4 +1,6 @@
-"""The antenna's clock: set-points are its edges, its own deadlines keep their phase, stalls are counted and not made up for."""
+"""The antenna's clock: set-points are its edges, its own deadlines keep their phase, stalls are counted and not made up
+for.
+"""
 
 from __future__ import annotations
 

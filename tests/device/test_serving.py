@@ -16,7 +16,16 @@ import pytest
 
 from firmware_protocol import mail as m
 from firmware_protocol.errors import BadInputError
-from firmware_protocol.links import CanLinkConfig, Link, LinkState, MemoryLink, SerialLinkConfig, UnixLinkConfig, memory_pair, open_link
+from firmware_protocol.links import (
+    CanLinkConfig,
+    Link,
+    LinkState,
+    MemoryLink,
+    SerialLinkConfig,
+    UnixLinkConfig,
+    memory_pair,
+    open_link,
+)
 from firmware_protocol.messages import AnyMessage, DriveStatus, SetPoint
 from firmware_protocol.schema import Direction, DriveState, FaultCode
 from sim_backend.device import Device

@@ -29,7 +29,12 @@ ARM_JUDGED = ("2", "4", "10", "20", "35", "n2", "n4", "n10", "n20", "n35")
 def emps_model(coulomb_n: float) -> AntennaModel:
     """The published symmetric model without a bristle; Coulomb friction as given."""
     friction = {"coulomb": coulomb_n, "breakaway": coulomb_n, "stribeck_velocity": 0.01, "viscous": 203.5034}
-    axis = {"body": {"mass": 95.1089}, "friction": friction, "actuator": {"limit": 351.5, "offset": 3.1648}, "encoder": {"step": 5e-8}}
+    axis = {
+        "body": {"mass": 95.1089},
+        "friction": friction,
+        "actuator": {"limit": 351.5, "offset": 3.1648},
+        "encoder": {"step": 5e-8},
+    }
     return _model("emps", "linear", "carriage", axis)
 
 
@@ -38,16 +43,28 @@ def emps_logs(name: str) -> tuple[SignalsTable, SignalsTable]:
     time, position, force = emps(name)
     parts = (slice(0, 2 * EMPS_LAP), slice(2 * EMPS_LAP, len(time)))
     one, other = (
-        SignalsTable.of(("carriage",), time[p], {"carriage.torque": force[p], "carriage.position": position[p]}, source=name) for p in parts
+        SignalsTable.of(
+            ("carriage",), time[p], {"carriage.torque": force[p], "carriage.position": position[p]}, source=name
+        )
+        for p in parts
     )
     return one, other
 
 
 def left_over(
-    model: AntennaModel, hypothesis: Hypothesis, fitted: Sequence[SignalsTable], judged: Sequence[SignalsTable], hz: float, floor: float
+    model: AntennaModel,
+    hypothesis: Hypothesis,
+    fitted: Sequence[SignalsTable],
+    judged: Sequence[SignalsTable],
+    hz: float,
+    floor: float,
 ) -> float:
-    """Rms that a hypothesis, refitted to some logs, leaves of the first axis' torque in others, N or N m, in a band that ends at `hz`."""
-    here, there = (Twin(model, tuple(record_of(one, model, hz, one.source) for one in logs)) for logs in (fitted, judged))
+    """Rms that a hypothesis, refitted to some logs, leaves of the first axis' torque in others, N or N m, in a band
+    that ends at `hz`.
+    """
+    here, there = (
+        Twin(model, tuple(record_of(one, model, hz, one.source) for one in logs)) for logs in (fitted, judged)
+    )
     refitted = refit(here, hypothesis, np.array([floor]), rounds=8, spread=2.0).hypothesis
     return float(np.sqrt(np.mean(residual_of(there, refitted, np.ones(1)) ** 2)))
 
@@ -88,7 +105,12 @@ def emps_laps() -> tuple[SignalsTable, ...]:
     time, position, force = emps("DATA_EMPS")
     parts = [slice(k * EMPS_LAP, min((k + 1) * EMPS_LAP, len(time))) for k in range(4)]
     return tuple(
-        SignalsTable.of(("carriage",), time[p], {"carriage.torque": force[p], "carriage.position": position[p]}, source=f"lap {k + 1}")
+        SignalsTable.of(
+            ("carriage",),
+            time[p],
+            {"carriage.torque": force[p], "carriage.position": position[p]},
+            source=f"lap {k + 1}",
+        )
         for k, p in enumerate(parts)
     )
 
@@ -99,7 +121,9 @@ def _arm_log(file: Path, whole: bool = False) -> SignalsTable:
     angle = np.deg2rad(position[:rows, 1])
     stop = rows if whole else sliding_rows(angle)
     time = 0.015 * np.arange(stop)
-    return SignalsTable.of(("shoulder",), time, {"shoulder.torque": torque[:stop, 1], "shoulder.position": angle[:stop]}, source=file.name)
+    return SignalsTable.of(
+        ("shoulder",), time, {"shoulder.torque": torque[:stop, 1], "shoulder.position": angle[:stop]}, source=file.name
+    )
 
 
 def _model(name: str, kind: str, axis: str, document: dict[str, Any]) -> AntennaModel:

@@ -20,7 +20,9 @@ _STEP_M = 1e-7
 
 @dataclass(frozen=True)
 class Rig:
-    """Mass (kg), Coulomb (N) and viscous (N s/m) friction, and what no model of it has: offset (N), spring (N/m), screw ripple (N, m)."""
+    """Mass (kg), Coulomb (N) and viscous (N s/m) friction, and what no model of it has: offset (N), spring (N/m), screw
+    ripple (N, m).
+    """
 
     mass: float = 2.0
     coulomb: float = 1.2
@@ -34,8 +36,18 @@ class Rig:
 def model() -> AntennaModel:
     """What the rig's maker knows of it."""
     known = Rig()
-    friction = {"coulomb": known.coulomb, "breakaway": known.coulomb, "stribeck_velocity": 0.004, "viscous": known.viscous}
-    axis = {"body": {"mass": known.mass}, "friction": friction, "actuator": {"limit": 60.0}, "encoder": {"step": _STEP_M}}
+    friction = {
+        "coulomb": known.coulomb,
+        "breakaway": known.coulomb,
+        "stribeck_velocity": 0.004,
+        "viscous": known.viscous,
+    }
+    axis = {
+        "body": {"mass": known.mass},
+        "friction": friction,
+        "actuator": {"limit": 60.0},
+        "encoder": {"step": _STEP_M},
+    }
     return model_from_document({"schema": 1, "name": "stage", "kind": "linear", "axes": {AXIS: axis}}, "static rig")
 
 
@@ -70,8 +82,16 @@ def log(rig: Rig, motion: str, seconds: float = 24.0, seed: int = 1) -> SignalsT
         integral += 600.0 * (wanted - smoothed) * PERIOD_S
         force[k] = 90.0 * (wanted - smoothed) + integral
         for _ in range(_SUBSTEPS):
-            outside = force[k] + noise[k] + rig.offset - rig.spring * position + rig.ripple * math.sin(2.0 * math.pi * position / rig.lead)
+            outside = (
+                force[k]
+                + noise[k]
+                + rig.offset
+                - rig.spring * position
+                + rig.ripple * math.sin(2.0 * math.pi * position / rig.lead)
+            )
             free = (rate + h * outside / rig.mass) / (1.0 + h * rig.viscous / rig.mass)
             rate = math.copysign(max(abs(free) - h * rig.coulomb / rig.mass, 0.0), free)
             position += h * rate
-    return SignalsTable.of((AXIS,), PERIOD_S * np.arange(n), {f"{AXIS}.torque": force, f"{AXIS}.position": seen}, source=motion)
+    return SignalsTable.of(
+        (AXIS,), PERIOD_S * np.arange(n), {f"{AXIS}.torque": force, f"{AXIS}.position": seen}, source=motion
+    )

@@ -41,7 +41,8 @@ def test_a_cause_outside_the_catalogue_is_not_given_a_name() -> None:
 
 @pytest.mark.heavy
 def test_causes_that_leave_several_floors_yield_to_known_numbers_that_are_off() -> None:
-    # two wrong names close 97 % of this gap beside the model as it stands; with its numbers floating, the one right name closes it all
+    # two wrong names close 97 % of this gap beside the model as it stands; with its numbers floating, the one right
+    # name closes it all
     verdict = _verdict_on(draw(51003, off=0.08))
     assert verdict["verdict"] == "named"
     assert [(e["name"], e["axis"]) for e in verdict["effects"]] == [("viscous", "inner")]

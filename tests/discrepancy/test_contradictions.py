@@ -1,4 +1,6 @@
-"""Ramps that break away below what sliding needs are said to contradict the plateaus; ramps that agree with them are not."""
+"""Ramps that break away below what sliding needs are said to contradict the plateaus; ramps that agree with them are
+not.
+"""
 
 from __future__ import annotations
 
@@ -11,19 +13,38 @@ from gimbal_hil.identification import LugreFriction, StaticFriction
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel, model_from_document
 from tests.discrepancy.measured_rigs import ARM_FITTED, ARM_JUDGED, arm_logs, arm_model, arm_ramps
-from tests.identification.one_axis_rig import ENCODER_STEP, OUTER, Recorded, Rig, apply_torque, follow_rate, slow_ramp, there_and_back
+from tests.identification.one_axis_rig import (
+    ENCODER_STEP,
+    OUTER,
+    Recorded,
+    Rig,
+    apply_torque,
+    follow_rate,
+    slow_ramp,
+    there_and_back,
+)
 
 STICKIER = LugreFriction(StaticFriction(0.36, 0.34, 0.0054, 0.0609, 1.0459), 238.88, 16.02)
 
 
 def model() -> AntennaModel:
-    friction = {"breakaway": 0.3, "coulomb": 0.28, "stribeck_velocity": 0.01, "viscous": 0.1, "shape": 1.3, "sigma0": 240.0, "sigma1": 10.0}
+    friction = {
+        "breakaway": 0.3,
+        "coulomb": 0.28,
+        "stribeck_velocity": 0.01,
+        "viscous": 0.1,
+        "shape": 1.3,
+        "sigma0": 240.0,
+        "sigma1": 10.0,
+    }
     axis = {"body": {"mass": 1.0, "inertia": {"zz": 0.5}}, "friction": friction, "encoder": {"step": ENCODER_STEP}}
     return model_from_document({"schema": 1, "name": "rig", "kind": "rotary", "axes": {"arm": axis}}, "rig")
 
 
 def table(recorded: Recorded, name: str) -> SignalsTable:
-    return SignalsTable.of(("arm",), recorded.time_s, {"arm.torque": recorded.torque, "arm.position": recorded.position}, source=name)
+    return SignalsTable.of(
+        ("arm",), recorded.time_s, {"arm.torque": recorded.torque, "arm.position": recorded.position}, source=name
+    )
 
 
 def sliding(friction: LugreFriction) -> list[SignalsTable]:
@@ -35,7 +56,9 @@ def sliding(friction: LugreFriction) -> list[SignalsTable]:
 
 def ramps() -> list[SignalsTable]:
     peak = 1.3 * OUTER.static.breakaway
-    return [table(apply_torque(Rig(), sign * slow_ramp(peak, 20.0, (0.0, 1.0))), f"ramp {sign:+g}") for sign in (1.0, -1.0)]
+    return [
+        table(apply_torque(Rig(), sign * slow_ramp(peak, 20.0, (0.0, 1.0))), f"ramp {sign:+g}") for sign in (1.0, -1.0)
+    ]
 
 
 def test_ramps_of_one_rig_and_plateaus_of_a_stickier_one_contradict_each_other() -> None:
@@ -50,7 +73,9 @@ def test_ramps_and_plateaus_of_one_rig_agree() -> None:
 
 def test_nothing_is_said_without_ramps_or_where_what_the_model_adds_by_position_may_be_why() -> None:
     assert contradictions(model(), sliding(STICKIER)) == []
-    weakly, strongly = (model().with_effect("cogging", "arm", {"amplitude": a, "order": 3.0, "phase": 0.0}) for a in (0.01, 0.1))
+    weakly, strongly = (
+        model().with_effect("cogging", "arm", {"amplitude": a, "order": 3.0, "phase": 0.0}) for a in (0.01, 0.1)
+    )
     assert len(contradictions(weakly, [*sliding(STICKIER), *ramps()])) == 2
     assert contradictions(strongly, [*sliding(STICKIER), *ramps()]) == []
 
@@ -77,7 +102,9 @@ def test_the_measured_arm_breaks_away_below_its_coulomb_torque() -> None:
     fitted, apart, _ = ramps_apart(arm_model(), (*arm_logs(ARM_FITTED), *arm_ramps()))
     verdict = verdict_of(diagnose(arm_model(), fitted, judged), (*fitted, *judged, *apart))
     print(verdict["text"], *(one["text"] for one in verdict["contradictions"]), sep="\n")
-    assert verdict["effects"][0]["name"] == "coulomb_asymmetry" and "contradict themselves on shoulder" in verdict["text"]
+    assert (
+        verdict["effects"][0]["name"] == "coulomb_asymmetry" and "contradict themselves on shoulder" in verdict["text"]
+    )
     told = verdict["contradictions"][0]["text"]
     assert told.startswith("positive direction: 4 ramps break away at ")
     assert float(told.split(" at ")[1].split()[0]) == pytest.approx(9.5, abs=0.1)

@@ -55,7 +55,14 @@ def test_a_candidate_that_the_twin_cannot_carry_gives_no_numbers_and_no_warnings
 def test_white_noise_under_much_more_encoder_noise_is_not_read_too_low() -> None:
     # at 500 Hz the encoder's noise of a heavy turret is ten times the torque's where the floor is read from
     step, t = 2.0 * np.pi / 2**22, np.arange(20000) * 2e-3
-    friction = {"coulomb": 14.0, "breakaway": 17.5, "stribeck_velocity": 0.012, "sigma0": 24000.0, "sigma1": 420.0, "viscous": 22.0}
+    friction = {
+        "coulomb": 14.0,
+        "breakaway": 17.5,
+        "stribeck_velocity": 0.012,
+        "sigma0": 24000.0,
+        "sigma1": 420.0,
+        "viscous": 22.0,
+    }
     axis = {"body": {"mass": 400.0, "inertia": {"zz": 30.0}}, "friction": friction, "encoder": {"step": step}}
     model = model_from_document({"schema": 1, "name": "turret", "kind": "rotary", "axes": {"azimuth": axis}}, "turret")
     position = 0.3 * np.sin(1.7 * t) + 0.1 * np.sin(5.3 * t)
@@ -88,11 +95,14 @@ def test_noise_whose_level_changes_is_its_own_measure_and_a_ripple_under_it_is_n
 
     def over(ripple: float) -> tuple[float, float]:
         torque = {
-            f"{axis}.torque": np.append(-needed[:, i], 0.0) + noise[i] + ripple * np.sin(20.0 * t) for i, axis in enumerate(model.axes)
+            f"{axis}.torque": np.append(-needed[:, i], 0.0) + noise[i] + ripple * np.sin(20.0 * t)
+            for i, axis in enumerate(model.axes)
         }
         twin, table = logged(torque)
         wide = wide_twin(twin, (table,))
-        floor = np.array([spectral_floor(wide, structure, structure.P, c, twin.records[0].bands) for c in twin.channels])
+        floor = np.array(
+            [spectral_floor(wide, structure, structure.P, c, twin.records[0].bands) for c in twin.channels]
+        )
         gap = np.sqrt(np.mean(twin.scored(structure, structure.P, 0) ** 2, axis=0)) / floor
         return float(gap.max()), over_own_noise(twin, (table,), structure, structure.P, floor)
 

@@ -13,7 +13,9 @@ FORBIDDEN = re.compile(r"\btests\b|truth\.json|sim_backend\.(plant|device|server
 
 def test_no_module_of_the_search_imports_or_names_the_truth() -> None:
     for path in FOLDER.glob("*.py"):
-        code = "\n".join(line for line in path.read_text(encoding="utf-8").splitlines() if "import" in line or "open(" in line)
+        code = "\n".join(
+            line for line in path.read_text(encoding="utf-8").splitlines() if "import" in line or "open(" in line
+        )
         assert not FORBIDDEN.search(code), path.name
 
 

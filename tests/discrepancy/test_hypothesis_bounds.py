@@ -1,4 +1,6 @@
-"""Whatever a search tries is an antenna that can be: neutral where its coordinates are zero, and never beyond the catalogue's bounds."""
+"""Whatever a search tries is an antenna that can be: neutral where its coordinates are zero, and never beyond the
+catalogue's bounds.
+"""
 
 from __future__ import annotations
 
@@ -70,14 +72,19 @@ def test_two_causes_together_leave_a_number_within_the_catalogues_bounds() -> No
     assert read_number(twin.model, P, "outer", "actuator.gain_error") == pytest.approx(-0.9)
 
 
-@pytest.mark.parametrize(("effect", "x"), [("dynamic_unbalance", (60.0, -80.0, 40.0)), ("inertia", (30.0,)), ("inertia", (-18.0,))])
+@pytest.mark.parametrize(
+    ("effect", "x"), [("dynamic_unbalance", (60.0, -80.0, 40.0)), ("inertia", (30.0,)), ("inertia", (-18.0,))]
+)
 @pytest.mark.parametrize("axis", ["outer", "inner"])
 def test_a_body_that_is_tried_is_one_that_a_model_file_may_have(axis: str, effect: str, x: tuple[float, ...]) -> None:
     twin = twin_of(shipped_model())
     hypothesis = Hypothesis().plus(Cause(named(twin, effect, axis), x))
     values = {name: value for name, (value, _) in values_of(twin.model, twin, hypothesis, 0).items()}
     changed = twin.model.with_effect(effect, axis, values)
-    assert any(changed.number(axis, f"body.inertia.{k}") != twin.model.number(axis, f"body.inertia.{k}") for k in ("yy", "zz", "xy", "xz"))
+    assert any(
+        changed.number(axis, f"body.inertia.{k}") != twin.model.number(axis, f"body.inertia.{k}")
+        for k in ("yy", "zz", "xy", "xz")
+    )
 
 
 def test_a_cause_says_which_of_its_numbers_can_go_no_further() -> None:

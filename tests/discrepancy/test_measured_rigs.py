@@ -26,7 +26,9 @@ pytestmark = pytest.mark.heavy
 
 
 def steps(diagnosis: Any) -> list[tuple[str, float]]:
-    """Every cause in the order in which it was added, with what was left on the selecting half of the hold-out, in N or N m."""
+    """Every cause in the order in which it was added, with what was left on the selecting half of the hold-out, in N or
+    N m.
+    """
     floor = float(diagnosis.search.floor[0])
     found = [("", float(np.sqrt(np.mean(diagnosis.null.holdout[:, 0] ** 2))) * floor)]
     for one, label in zip(diagnosis.rounds, diagnosis.best.hypothesis.labels, strict=False):
@@ -69,7 +71,9 @@ def test_emps_pulses_are_not_taken_for_a_resonance() -> None:
 
 
 def test_emps_each_lap_is_judged_by_what_the_others_say() -> None:
-    """Names from two laps, judged by a third; refitted to the three; what is left of the fourth, in a band that ends at 20 Hz."""
+    """Names from two laps, judged by a third; refitted to the three; what is left of the fourth, in a band that ends at
+    20 Hz.
+    """
     laps, model = emps_laps(), emps_model(20.3935)
     before, after = [], []
     for left_out in range(4):
@@ -78,23 +82,32 @@ def test_emps_each_lap_is_judged_by_what_the_others_say() -> None:
         floor = float(diagnosis.search.floor[0])
         for kept, state in ((before, diagnosis.null), (after, diagnosis.best)):
             kept.append(left_over(model, state.hypothesis, others, [laps[left_out]], 20.0, floor))
-        print(f"lap {left_out + 1}: {before[-1]:.2f} to {after[-1]:.2f} N, floor {floor:.2f} N", diagnosis.best.hypothesis.labels)
+        print(
+            f"lap {left_out + 1}: {before[-1]:.2f} to {after[-1]:.2f} N, floor {floor:.2f} N",
+            diagnosis.best.hypothesis.labels,
+        )
     first, last = (float(np.sqrt(np.mean(np.square(rms)))) for rms in (before, after))
     print(f"all laps: {first:.2f} to {last:.2f} N")
     assert 0.30 < last < 1.2
 
 
 def test_emps_pulses_follow_from_the_first_file_but_for_the_phase_of_the_screw() -> None:
-    """Names and numbers from the first file; the ripple's phase and the drive's offset, which are each run's own, from half of PULSES."""
+    """Names and numbers from the first file; the ripple's phase and the drive's offset, which are each run's own, from
+    half of PULSES.
+    """
     laps = emps_logs("DATA_EMPS")
     diagnosis = diagnose(emps_model(20.3935), laps[:1], laps[1:])
     model, fitted_judged = recalibrated_model(diagnosis), emps_logs("DATA_EMPS_PULSES")
     held = replace(with_free(diagnosis.best.hypothesis, "phase"), floating=known_offsets(model), y=(0.0,))
     halves = (fitted_judged, fitted_judged[::-1])
     before, after = (
-        [left_over(model, which, [here], [there], 100.0, 1.0) for here, there in halves] for which in (replace(held, causes=()), held)
+        [left_over(model, which, [here], [there], 100.0, 1.0) for here, there in halves]
+        for which in (replace(held, causes=()), held)
     )
-    print(f"PULSES, 100 Hz: {before[0]:.2f} and {before[1]:.2f} to {after[0]:.2f} and {after[1]:.2f} N", diagnosis.best.hypothesis.labels)
+    print(
+        f"PULSES, 100 Hz: {before[0]:.2f} and {before[1]:.2f} to {after[0]:.2f} and {after[1]:.2f} N",
+        diagnosis.best.hypothesis.labels,
+    )
     assert float(np.sqrt(np.mean(np.square(after)))) < 2.2
 
 

@@ -18,7 +18,9 @@ COEFFICIENT = 0.06
 
 def measured(antenna: AntennaModel, number: int, back_emf: float) -> SignalsTable:
     """A survey of an antenna with the torque that its inner actuator gave, read with noise at the end of each row."""
-    table = rehearse(survey_motion(SequenceOptions(1000.0, short=True), number), shipped_settings(), antenna, seed=20 + number).table
+    table = rehearse(
+        survey_motion(SequenceOptions(1000.0, short=True), number), shipped_settings(), antenna, seed=20 + number
+    ).table
     assert table is not None
     rate = np.gradient(table.position("inner")) / table.period_s
     given = table.torque("inner") - back_emf * rate

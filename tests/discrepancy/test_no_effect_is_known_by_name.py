@@ -37,7 +37,11 @@ def strings(tree: ast.Module) -> list[tuple[int, str]]:
 
 @pytest.mark.parametrize("path", MODULES, ids=lambda path: f"{path.parent.name}/{path.name}")
 def test_no_module_of_the_method_names_an_effect(path: Path) -> None:
-    found = [(line, sorted(named(text))) for line, text in strings(ast.parse(path.read_text(encoding="utf-8"))) if named(text)]
+    found = [
+        (line, sorted(named(text)))
+        for line, text in strings(ast.parse(path.read_text(encoding="utf-8")))
+        if named(text)
+    ]
     assert not found, f"{path.name}: (line, effects) {found}; what is special about an effect belongs into its own file"
 
 

@@ -1,4 +1,6 @@
-"""An effect that nobody here has written is searched for as the catalogue's own are: by its profile, or by one from its parameters."""
+"""An effect that nobody here has written is searched for as the catalogue's own are: by its profile, or by one from its
+parameters.
+"""
 
 from __future__ import annotations
 
@@ -60,7 +62,8 @@ EFFECT = Effect(
     text="a magnet that holds", equation="T - A x exp(-x^2)", source="test", excited_by="slow motion over the place",
 )
 '''
-#: torque of a known motion with the effect in it: what the family of the effect takes of the squares, and where its numbers come to rest
+#: torque of a known motion with the effect in it: what the family of the effect takes of the squares, and where its
+#: numbers come to rest
 SEARCHED = """
 import json, sys
 import numpy as np
@@ -105,7 +108,9 @@ def searched(folder: Path, source: str, name: str, torque: str) -> dict[str, Any
 
 
 def test_a_stop_that_hardens_is_searched_from_its_parameters_alone(tmp_path: Path) -> None:
-    found = searched(tmp_path, STOP, "hardening_stop", "lambda q: 40.0 * np.sign(q) * np.maximum(np.abs(q) - 0.55, 0.0) ** 3")
+    found = searched(
+        tmp_path, STOP, "hardening_stop", "lambda q: 40.0 * np.sign(q) * np.maximum(np.abs(q) - 0.55, 0.0) ** 3"
+    )
     assert found["left"] < 1e-3
     assert found["numbers"]["begins"] == pytest.approx(0.55, abs=0.02)
     assert found["numbers"]["stiffness"] == pytest.approx(40.0, rel=0.1)
@@ -114,7 +119,9 @@ def test_a_stop_that_hardens_is_searched_from_its_parameters_alone(tmp_path: Pat
 
 
 def test_a_magnet_that_holds_at_one_place_is_found_there(tmp_path: Path) -> None:
-    found = searched(tmp_path, NOTCH, "magnetic_notch", "lambda q: 1.5 * (q - 0.3) / 0.12 * np.exp(-(((q - 0.3) / 0.12) ** 2))")
+    found = searched(
+        tmp_path, NOTCH, "magnetic_notch", "lambda q: 1.5 * (q - 0.3) / 0.12 * np.exp(-(((q - 0.3) / 0.12) ** 2))"
+    )
     assert found["left"] < 1e-2
     assert found["numbers"] == pytest.approx({"pull": 1.5, "place": 0.3, "width": 0.12}, rel=0.05)
 

@@ -17,7 +17,9 @@ T = np.arange(6000) * 1e-3
 TONES = ((0.3, 3.0), (0.1, 7.1), (0.05, 11.3))
 
 
-def table(scale: float = 1.0, seconds: float = 6.0, torque: float = 1.0, rate: float = 1.0, time: float = 1.0) -> SignalsTable:
+def table(
+    scale: float = 1.0, seconds: float = 6.0, torque: float = 1.0, rate: float = 1.0, time: float = 1.0
+) -> SignalsTable:
     """Frictionless motion of the shipped antenna's inertias, each column times a factor that is 1 in sound data."""
     t = T[: int(seconds * 1000)]
     model = shipped_model()
@@ -25,7 +27,9 @@ def table(scale: float = 1.0, seconds: float = 6.0, torque: float = 1.0, rate: f
     columns: dict[str, np.ndarray] = {}
     for axis in model.axes:
         inertia = model.number(axis, model.own_inertia_path(axis))
-        columns[f"{axis}.torque"] = torque * inertia * -sum(a * w**2 * np.sin(w * t) for a, w in TONES) + 0.01 * np.sin(31.0 * t)
+        columns[f"{axis}.torque"] = torque * inertia * -sum(a * w**2 * np.sin(w * t) for a, w in TONES) + 0.01 * np.sin(
+            31.0 * t
+        )
         columns[f"{axis}.position"] = scale * position
         columns[f"{axis}.rate"] = rate * sum(a * w * np.cos(w * t) for a, w in TONES)
     return SignalsTable.of(model.axes, time * t, columns, source="log.csv")

@@ -10,7 +10,9 @@ EXCITED_BY = {name: effect.excited_by for name, effect in CATALOGUE.items()}
 
 def test_cogging_and_an_eccentric_encoder_are_told_apart_by_two_speeds() -> None:
     assert "two constant speeds" in separating_run("cogging", "encoder_eccentricity", EXCITED_BY)
-    assert separating_run("cogging", "encoder_eccentricity", EXCITED_BY) == separating_run("encoder_eccentricity", "cogging", EXCITED_BY)
+    assert separating_run("cogging", "encoder_eccentricity", EXCITED_BY) == separating_run(
+        "encoder_eccentricity", "cogging", EXCITED_BY
+    )
 
 
 def test_every_pair_of_the_catalogue_has_a_run() -> None:

@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy.smoothing import Bands, interval_mean, interval_mean_of_rate, interval_means, scored, scored_length
+from gimbal_hil.discrepancy.smoothing import (
+    Bands,
+    interval_mean,
+    interval_mean_of_rate,
+    interval_means,
+    scored,
+    scored_length,
+)
 
 BANDS = Bands(25.0, 1e-3)
 T = np.arange(8000) * 1e-3

@@ -1,4 +1,6 @@
-"""A model without bristles on a rig with true static friction: names stand although gaps are uneven over time, and nothing is made up."""
+"""A model without bristles on a rig with true static friction: names stand although gaps are uneven over time, and
+nothing is made up.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""A gap and its rotor trade against each other along a bent, bumpy valley: its bottom is found, and no gap is told larger than need be."""
+"""A gap and its rotor trade against each other along a bent, bumpy valley: its bottom is found, and no gap is told
+larger than need be.
+"""
 
 from __future__ import annotations
 

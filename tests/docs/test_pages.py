@@ -10,7 +10,9 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent.parent
 PAGES = sorted([*(ROOT / "docs").rglob("*.md"), *ROOT.glob("*.md")])
 RECORDS = sorted((ROOT / "docs" / "decisions").glob("[0-9]*.md"))
-CODE = [path for room in ("firmware_protocol", "sim_backend", "gimbal_hil", "tests") for path in (ROOT / room).rglob("*.py")]
+CODE = [
+    path for room in ("firmware_protocol", "sim_backend", "gimbal_hil", "tests") for path in (ROOT / room).rglob("*.py")
+]
 
 
 def name_of(path: Path) -> str:
@@ -35,4 +37,6 @@ def test_a_decision_record_has_number_title_date_and_status_and_stands_in_the_in
     assert re.match(rf"# {record.name[:4]} \S", text), "the first line is '# NNNN title'"
     assert re.search(r"\b20\d\d-\d\d-\d\d\b", "\n".join(text.splitlines()[:6])), "the date stands beside the status"
     assert re.search(r"status", "\n".join(text.splitlines()[:6]), re.IGNORECASE)
-    assert f"({record.name})" in (ROOT / "docs" / "decisions" / "README.md").read_text(), "a line in docs/decisions/README.md"
+    assert f"({record.name})" in (ROOT / "docs" / "decisions" / "README.md").read_text(), (
+        "a line in docs/decisions/README.md"
+    )

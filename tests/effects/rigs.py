@@ -1,4 +1,6 @@
-"""Small rigs with closed-form motions: one rotary axis without friction or gravity, and the thesis' antenna without sensor noise."""
+"""Small rigs with closed-form motions: one rotary axis without friction or gravity, and the thesis' antenna without
+sensor noise.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,9 @@ STEP_S = 1e-4
 RATE_HZ = 1000.0
 
 
-def rotary(inertia: float = 0.5, start_position: float = 0.0, start_rate: float = 0.0, **friction: float) -> AntennaModel:
+def rotary(
+    inertia: float = 0.5, start_position: float = 0.0, start_rate: float = 0.0, **friction: float
+) -> AntennaModel:
     """One frictionless vertical axis; `friction` puts numbers of the model file's friction section in."""
     axis: dict[str, Any] = {
         "body": {"inertia": {"zz": inertia}},

@@ -1,4 +1,6 @@
-"""Every effect against the bench's own antenna, which shares no code with the plant: its torques, replayed here, give its motion."""
+"""Every effect against the bench's own antenna, which shares no code with the plant: its torques, replayed here, give
+its motion.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +49,12 @@ CASES: dict[str, Case] = {
     "gyro_bias": ({"g_bias": 0.005}, {}, {"bias": 0.005}, False),
     "gyro_scale": ({"g_scale": 0.01}, {}, {"scale_error": 0.01}, False),
     "gyro_misalignment": ({"leak_x": 0.03, "leak_y": 0.02}, {}, {"leak_x": 0.03, "leak_y": 0.02}, True),
-    "cogging": ({"cog_a": 0.02, "cog_n": 12.0, "cog_ph": -1.0}, {}, {"amplitude": 0.02, "order": 12.0, "phase": -1.0}, False),
+    "cogging": (
+        {"cog_a": 0.02, "cog_n": 12.0, "cog_ph": -1.0},
+        {},
+        {"amplitude": 0.02, "order": 12.0, "phase": -1.0},
+        False,
+    ),
     "cable_spring": ({"spring_k": 0.05, "spring_q0": 0.3}, {}, {"stiffness": 0.05, "rest_position": 0.3}, False),
     "back_emf": ({"emf": 0.1}, {}, {"coefficient": 0.1}, False),
     "transport_delay": ({"delay": 2.3e-3}, {}, {"delay": 2.3e-3}, False),
@@ -101,7 +108,9 @@ def here(base: np.ndarray, folder: Path) -> AntennaModel:
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_the_motion_of_the_second_antenna_comes_out_here_with_the_effect_and_not_without(name: str, tmp_path: Path) -> None:
+def test_the_motion_of_the_second_antenna_comes_out_here_with_the_effect_and_not_without(
+    name: str, tmp_path: Path
+) -> None:
     row, body, parameters, moving = CASES[name]
     base = SWAY if moving else TILT
     theirs = second_antenna(row, body, base)
@@ -109,7 +118,9 @@ def test_the_motion_of_the_second_antenna_comes_out_here_with_the_effect_and_not
 
     def missed(model: AntennaModel) -> tuple[float, float]:
         ours = Plant(model).run(theirs[:, :2])
-        return float(np.abs(ours.encoder[:, 0] - theirs[:, 2]).max()), float(np.abs(ours.gyro[:, 0] - theirs[:, 4]).max())
+        return float(np.abs(ours.encoder[:, 0] - theirs[:, 2]).max()), float(
+            np.abs(ours.gyro[:, 0] - theirs[:, 4]).max()
+        )
 
     without, with_it = missed(model), missed(model.with_effect(name, "outer", parameters))
     # open loop for three seconds: what is left is the two integrators' difference

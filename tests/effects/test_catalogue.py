@@ -74,7 +74,11 @@ def test_a_number_effect_names_numbers_of_the_model_in_their_own_units(effect: E
             assert parameter.path is not None
             number = NUMBER_AT[parameter.path]
             assert parameter.unit == number.unit
-            assert (parameter.linear_unit or parameter.unit) == number.linear_unit or effect.rotary_only or effect.two_axis_only
+            assert (
+                (parameter.linear_unit or parameter.unit) == number.linear_unit
+                or effect.rotary_only
+                or effect.two_axis_only
+            )
             assert number.low <= parameter.low and parameter.high <= number.high
 
 

@@ -40,17 +40,25 @@ def test_a_number_of_the_model_has_no_neutral_value() -> None:
     assert as_document(CATALOGUE["cogging"])["parameters"][0]["neutral"] == 0.0
 
 
-def test_the_command_says_what_an_effect_acts_through_needs_and_is_told_apart_by(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_says_what_an_effect_acts_through_needs_and_is_told_apart_by(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     assert command("gyro_misalignment") == 0
     printed = capsys.readouterr().out
     assert "acts through: base motion, position, rate" in printed and "needs: gyro, moving base" in printed
     assert "drive one axis with the other locked" in printed
     document = as_document(CATALOGUE["cogging"])
-    assert document["confused_with"] == list(confused_with("cogging")) and document["separated_by"][0]["experiment"] == "full_turn"
+    assert (
+        document["confused_with"] == list(confused_with("cogging"))
+        and document["separated_by"][0]["experiment"] == "full_turn"
+    )
 
 
 @pytest.mark.parametrize("effect", CATALOGUE.values(), ids=lambda effect: effect.name)
 def test_the_page_of_effects_says_what_the_catalogue_says(effect: Effect) -> None:
-    through, needs = (", ".join(words) or "-" for words in (sorted(v.value for v in effect.acts_through), [n.text for n in effect.needs]))
+    through, needs = (
+        ", ".join(words) or "-"
+        for words in (sorted(v.value for v in effect.acts_through), [n.text for n in effect.needs])
+    )
     runs = "; ".join(run.text for run in effect.separated_by) or "-"
     assert f"| `{effect.name}` | {through} | {needs} | {runs} |" in PAGE.read_text(encoding="utf-8")

@@ -67,7 +67,9 @@ def test_back_emf_alone_cannot_be_told_from_viscous_friction() -> None:
 
 def test_cogging_keeps_the_energy_of_motion_and_ripple() -> None:
     amplitude, order, phase = 0.2, 6.0, 0.5
-    motion = run(with_effect(rotary(J, start_rate=1.5), "cogging", amplitude=amplitude, order=order, phase=phase), 0.0, 5000)
+    motion = run(
+        with_effect(rotary(J, start_rate=1.5), "cogging", amplitude=amplitude, order=order, phase=phase), 0.0, 5000
+    )
     q, v = motion.position[:, 0], motion.rate[:, 0]
     energy = 0.5 * J * v**2 + amplitude / order * np.cos(order * q + phase)
     np.testing.assert_allclose(energy, energy[0], rtol=1e-6)

@@ -54,7 +54,9 @@ def test_stribeck_friction_follows_its_curve(rate: float) -> None:
 
 def test_presliding_is_a_spring_with_the_given_stiffness_and_damping() -> None:
     sigma0, sigma1 = 300.0, 12.0
-    model = with_effect(rotary(J, coulomb=TC, breakaway=TC, stribeck_velocity=0.01), "presliding", sigma0=sigma0, sigma1=sigma1)
+    model = with_effect(
+        rotary(J, coulomb=TC, breakaway=TC, stribeck_velocity=0.01), "presliding", sigma0=sigma0, sigma1=sigma1
+    )
     torque = 1e-4 * TC
     motion = run(model, torque, 3000)
     wn, zeta = math.sqrt(sigma0 / J), sigma1 / (2.0 * math.sqrt(sigma0 * J))
@@ -74,7 +76,9 @@ def test_coulomb_asymmetry_scales_dry_friction_by_direction(rate: float) -> None
 @pytest.mark.parametrize("rate", [-0.3, 0.3])
 def test_viscous_asymmetry_scales_viscosity_by_direction(rate: float) -> None:
     expected = steady(rate, viscous=0.3 * (1.0 + math.copysign(0.25, rate)))
-    assert friction_at(with_effect(held(rate), "viscous_asymmetry", asymmetry=0.25)) == pytest.approx(expected, rel=1e-9)
+    assert friction_at(with_effect(held(rate), "viscous_asymmetry", asymmetry=0.25)) == pytest.approx(
+        expected, rel=1e-9
+    )
 
 
 @pytest.mark.parametrize("torque", [0.0, 2.0, -5.0])
@@ -84,20 +88,26 @@ def test_load_dependent_friction_grows_with_the_size_of_the_torque(torque: float
 
 
 def test_load_comes_on_top_of_what_direction_scales() -> None:
-    model = with_effect(with_effect(held(0.5), "load_dependent_friction", coefficient=0.1), "coulomb_asymmetry", asymmetry=0.5)
+    model = with_effect(
+        with_effect(held(0.5), "load_dependent_friction", coefficient=0.1), "coulomb_asymmetry", asymmetry=0.5
+    )
     assert friction_at(model, 1.0) == pytest.approx(1.5 * TC + 0.1 + 0.3 * 0.5, rel=1e-9)
 
 
 @pytest.mark.parametrize("position", [0.0, 0.4, 2.0])
 def test_position_dependent_friction_follows_the_cosine(position: float) -> None:
-    model = with_effect(held(0.5, start_position=position), "position_dependent_friction", relative_amplitude=0.3, order=4.0, phase=0.7)
+    model = with_effect(
+        held(0.5, start_position=position), "position_dependent_friction", relative_amplitude=0.3, order=4.0, phase=0.7
+    )
     factor = 1.0 + 0.3 * math.cos(4.0 * position + 0.7)
     assert friction_at(model) == pytest.approx(TC * factor + 0.3 * 0.5, rel=2e-3)
 
 
 @pytest.mark.parametrize("degc", [-40.0, 20.0, 85.0])
 def test_viscosity_falls_exponentially_with_temperature(degc: float) -> None:
-    model = with_effect(held(0.5).with_number("axis", "thermal.ambient", degc), "temperature_viscosity", temperature_coefficient=0.02)
+    model = with_effect(
+        held(0.5).with_number("axis", "thermal.ambient", degc), "temperature_viscosity", temperature_coefficient=0.02
+    )
     assert friction_at(model) == pytest.approx(steady(0.5, viscous=0.3 * math.exp(-0.02 * (degc - 20.0))), rel=1e-9)
 
 

@@ -41,7 +41,10 @@ def started(model: AntennaModel, state: list[float]) -> AntennaModel:
 def neutral_entries(draw: st.DrawFn) -> list[tuple[str, str, dict[str, float]]]:
     entries = []
     for name in draw(st.lists(st.sampled_from(HOOKED), min_size=1, max_size=6)):
-        parameters = {p.name: draw(st.floats(p.low, p.high)) if p.name in SHAPES else p.neutral for p in CATALOGUE[name].parameters}
+        parameters = {
+            p.name: draw(st.floats(p.low, p.high)) if p.name in SHAPES else p.neutral
+            for p in CATALOGUE[name].parameters
+        }
         entries.append((name, draw(st.sampled_from(AXES)), parameters))
     return entries
 
@@ -55,7 +58,11 @@ def neutral_entries(draw: st.DrawFn) -> list[tuple[str, str, dict[str, float]]]:
     st.integers(0, 2**32 - 1),
 )
 def test_neutral_effects_in_any_combination_change_no_bit_from_any_state(
-    entries: list[tuple[str, str, dict[str, float]]], state: list[float], base: dict[str, Any], torque_nm: float, seed: int
+    entries: list[tuple[str, str, dict[str, float]]],
+    state: list[float],
+    base: dict[str, Any],
+    torque_nm: float,
+    seed: int,
 ) -> None:
     model = started(antenna(**base), state)
     torque = torque_nm * np.random.default_rng(seed).uniform(-1.0, 1.0, (60, 2))

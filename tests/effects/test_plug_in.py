@@ -57,7 +57,9 @@ def python(folder: Path, code: str) -> subprocess.CompletedProcess[str]:
     path = os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")])
     # interpreted: one run of a hundred ticks needs no kernel
     environment = {**os.environ, "PYTHONPATH": path, "NUMBA_DISABLE_JIT": "1"}
-    return subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=120, check=False)
+    return subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=120, check=False
+    )
 
 
 def test_an_effect_from_outside_the_package_joins_the_plant_and_the_catalogue(tmp_path: Path) -> None:
@@ -72,7 +74,8 @@ def test_an_effect_from_outside_the_package_joins_the_plant_and_the_catalogue(tm
 def test_the_kernel_of_a_plug_in_is_compiled_anew_when_its_source_changes(tmp_path: Path) -> None:
     installed(tmp_path, "wind_effect", EFFECT)
     digest = (
-        "from sim_backend import plant; from firmware_protocol.compiling import source_digest; print(source_digest('sim_backend.plant'))"
+        "from sim_backend import plant; from firmware_protocol.compiling import source_digest; "
+        "print(source_digest('sim_backend.plant'))"
     )
     with_it = python(tmp_path, digest).stdout
     (tmp_path / "wind_effect.py").write_text(EFFECT.replace("return P[o]", "return 2.0 * P[o]"))

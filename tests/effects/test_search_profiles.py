@@ -8,7 +8,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sim_backend.effects import CATALOGUE, AxisScale, Domain, Effect, Hook, Knob, Move, Need, Parameter, Variable, confused_with
+from sim_backend.effects import (
+    CATALOGUE,
+    AxisScale,
+    Domain,
+    Effect,
+    Hook,
+    Knob,
+    Move,
+    Need,
+    Parameter,
+    Variable,
+    confused_with,
+)
 from sim_backend.effects.default_search import default_profile, unit_scale
 from sim_backend.model import shipped_model
 
@@ -85,7 +97,11 @@ def test_on_one_linear_axis_neither_gravity_by_turning_nor_a_second_axis_is_sear
 
 def test_a_ripple_of_one_turn_has_a_plainer_name_and_one_of_twelve_has_not() -> None:
     plainer = CATALOGUE["cogging"].plainer
-    assert plainer is not None and plainer.holds({"amplitude": 0.1, "order": 1.02}) and not plainer.holds({"amplitude": 0.1, "order": 12.0})
+    assert (
+        plainer is not None
+        and plainer.holds({"amplitude": 0.1, "order": 1.02})
+        and not plainer.holds({"amplitude": 0.1, "order": 12.0})
+    )
 
 
 def test_a_knob_that_moves_by_factors_keeps_what_has_a_sign() -> None:

@@ -26,7 +26,9 @@ def test_a_misaligned_gyro_reads_its_part_of_the_two_other_rates() -> None:
     base = {"motion": "constant_rate", "rate_rad_s": {"p": 0.3, "q": -0.2, "r": 0.1}}
     model = antenna(**base).with_number("outer", "start.position", 0.8).with_number("inner", "start.position", -0.5)
     leaks = {"leak_x": 0.05, "leak_y": 0.07, "leak_z": 0.11}
-    askew = with_effect(with_effect(model, "gyro_misalignment", "outer", **leaks), "gyro_misalignment", "inner", **leaks)
+    askew = with_effect(
+        with_effect(model, "gyro_misalignment", "outer", **leaks), "gyro_misalignment", "inner", **leaks
+    )
     straight, leaked = Plant(model, RATE_HZ), Plant(askew, RATE_HZ)
     for _ in range(5):
         difference = leaked.run(np.ones((1, 2))).gyro - straight.run(np.ones((1, 2))).gyro

@@ -15,7 +15,9 @@ J = 0.5
 
 
 def test_cable_spring_swings_about_its_rest_position() -> None:
-    motion = run(with_effect(rotary(J, start_position=0.3), "cable_spring", stiffness=2.0, rest_position=0.1), 0.0, 6000)
+    motion = run(
+        with_effect(rotary(J, start_position=0.3), "cable_spring", stiffness=2.0, rest_position=0.1), 0.0, 6000
+    )
     np.testing.assert_allclose(motion.position[:, 0], 0.1 + 0.2 * np.cos(math.sqrt(2.0 / J) * times(motion)), atol=1e-6)
 
 
@@ -30,7 +32,9 @@ def test_cable_hysteresis_builds_up_exponentially_and_reverses() -> None:
 
 def test_cable_hysteresis_takes_energy_out_of_a_swing() -> None:
     free = run(with_effect(rotary(J, start_position=0.4), "cable_spring", stiffness=5.0), 0.0, 8000).position[:, 0]
-    rubbed = run(with_effect(rotary(J, start_position=0.4), "cable_spring", stiffness=5.0, hysteresis=0.1), 0.0, 8000).position[:, 0]
+    rubbed = run(
+        with_effect(rotary(J, start_position=0.4), "cable_spring", stiffness=5.0, hysteresis=0.1), 0.0, 8000
+    ).position[:, 0]
     assert np.abs(free[-2500:]).max() == pytest.approx(0.4, rel=1e-3)
     assert np.abs(rubbed[-2500:]).max() < 0.2
 
@@ -38,7 +42,10 @@ def test_cable_hysteresis_takes_energy_out_of_a_swing() -> None:
 def test_a_hung_inertia_swings_against_the_driven_side_at_the_resonance() -> None:
     frequency, share = 20.0, 0.4
     motion = run(
-        with_effect(rotary(J), "structural_resonance", antiresonance_frequency=frequency, damping_ratio=0.0, inertia_share=share), _kick()
+        with_effect(
+            rotary(J), "structural_resonance", antiresonance_frequency=frequency, damping_ratio=0.0, inertia_share=share
+        ),
+        _kick(),
     )
     rate = motion.rate[10:, 0]
     resonance = frequency / math.sqrt(1.0 - share)
@@ -60,7 +67,9 @@ def _kick() -> np.ndarray:
 
 
 def test_a_hung_inertia_keeps_the_momentum_of_the_whole() -> None:
-    model = with_effect(rotary(J), "structural_resonance", antiresonance_frequency=15.0, damping_ratio=0.03, inertia_share=0.3)
+    model = with_effect(
+        rotary(J), "structural_resonance", antiresonance_frequency=15.0, damping_ratio=0.03, inertia_share=0.3
+    )
     plant = Plant(model, RATE_HZ)
     torque = np.random.default_rng(4).uniform(-1.0, 1.0, (400, 1))
     plant.run(torque)
@@ -70,13 +79,20 @@ def test_a_hung_inertia_keeps_the_momentum_of_the_whole() -> None:
 
 def test_a_hung_inertia_leaves_slow_motion_alone() -> None:
     slow = 0.05 * np.sin(2 * np.pi * 0.5 * np.arange(4000) / RATE_HZ)
-    hung = run(with_effect(rotary(J), "structural_resonance", antiresonance_frequency=60.0, damping_ratio=0.05, inertia_share=0.5), slow)
+    hung = run(
+        with_effect(
+            rotary(J), "structural_resonance", antiresonance_frequency=60.0, damping_ratio=0.05, inertia_share=0.5
+        ),
+        slow,
+    )
     np.testing.assert_allclose(hung.rate, run(rotary(J), slow).rate, atol=5e-4 * 0.1)
 
 
 def test_the_driven_side_stands_still_at_the_antiresonance() -> None:
     drive = np.sin(2 * np.pi * 10.0 * np.arange(20000) / RATE_HZ)
-    model = with_effect(rotary(J), "structural_resonance", antiresonance_frequency=10.0, damping_ratio=0.02, inertia_share=0.4)
+    model = with_effect(
+        rotary(J), "structural_resonance", antiresonance_frequency=10.0, damping_ratio=0.02, inertia_share=0.4
+    )
     stiff = np.ptp(run(rotary(J), drive).rate[-1000:, 0])
     assert np.ptp(run(model, drive).rate[-1000:, 0]) < 0.1 * stiff
 
@@ -124,7 +140,10 @@ def test_a_rotor_that_the_model_counts_already_leaves_the_inertia_of_the_whole()
 
 def test_a_gap_without_rotor_inertia_passes_every_torque() -> None:
     torque = np.random.default_rng(8).uniform(-1.0, 1.0, 300)
-    assert run(with_effect(rotary(J), "backlash", gap=0.05), torque).rate.tobytes() == run(rotary(J), torque).rate.tobytes()
+    assert (
+        run(with_effect(rotary(J), "backlash", gap=0.05), torque).rate.tobytes()
+        == run(rotary(J), torque).rate.tobytes()
+    )
 
 
 def test_a_rotor_without_gap_adds_its_inertia() -> None:

@@ -97,7 +97,9 @@ def test_a_cluster_answers_like_this_process(cluster: str) -> None:
 @pytest.mark.heavy
 def test_a_cluster_with_other_code_is_refused(cluster: str, monkeypatch: pytest.MonkeyPatch) -> None:
     answers = iter(["another"])
-    monkeypatch.setattr("gimbal_hil.executor.executor.importlib.metadata.version", lambda package: next(answers, "another"))
+    monkeypatch.setattr(
+        "gimbal_hil.executor.executor.importlib.metadata.version", lambda package: next(answers, "another")
+    )
     code_fingerprint.cache_clear()
     try:
         with pytest.raises(BadInputError, match="other code"):
@@ -120,7 +122,9 @@ def test_a_verdict_is_the_same_to_the_last_bit_on_a_cluster(cluster: str) -> Non
 def test_a_campaign_is_the_same_to_the_last_bit_on_a_cluster(cluster: str) -> None:
     def campaign(workers: int, dask: str | None) -> list[str]:
         with open_executor(workers, dask) as executor:
-            found = sorted(friction_recovery.repeats(executor, (1000, 1001), at_once=2, short=True), key=lambda r: r["seed"])
+            found = sorted(
+                friction_recovery.repeats(executor, (1000, 1001), at_once=2, short=True), key=lambda r: r["seed"]
+            )
         return [repr({key: value for key, value in result.items() if not key.endswith("_s")}) for result in found]
 
     assert campaign(1, cluster) == campaign(2, None)

@@ -1,4 +1,6 @@
-"""An antenna that does what a test says: no dynamics, every step takes its time and leaves rows; it fails where it is told to."""
+"""An antenna that does what a test says: no dynamics, every step takes its time and leaves rows; it fails where it is
+told to.
+"""
 
 from __future__ import annotations
 

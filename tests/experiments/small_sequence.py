@@ -1,4 +1,6 @@
-"""A sequence of a few seconds with everything in it: moves, plateaus, a torque ramp that ends at break-away, references from the start."""
+"""A sequence of a few seconds with everything in it: moves, plateaus, a torque ramp that ends at break-away, references
+from the start.
+"""
 
 from __future__ import annotations
 

@@ -53,13 +53,17 @@ def test_a_finished_run_is_not_overwritten_without_force(tmp_path: Path, capsys:
         (["base_motion", "--base", "3.1/9"], "has no case 9"),
     ],
 )
-def test_wrong_use_is_one_line_and_exit_code_2(words: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_wrong_use_is_one_line_and_exit_code_2(
+    words: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     folder = [] if "--resume" in words else ["--out", str(tmp_path / "run")]
     assert exit_code([*words, *folder]) == 2
     assert said in capsys.readouterr().err.replace("\n", " ")
 
 
-def test_a_model_of_one_axis_is_refused_and_nothing_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_model_of_one_axis_is_refused_and_nothing_is_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     (tmp_path / "arm.yaml").write_text(ONE_AXIS)
     assert exit_code(["sliding", "--short", "--model", str(tmp_path / "arm.yaml"), "--out", str(tmp_path / "run")]) == 2
     assert "arm.yaml: kind: is rotary" in capsys.readouterr().err

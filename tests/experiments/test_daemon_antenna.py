@@ -49,7 +49,9 @@ def conducted_in_spite_of_stalls(experiment: Experiment, daemon: RunningDaemon, 
 
 
 def patient_configuration(folder: Path) -> Path:
-    """Host and antenna wait longer for each other than they should on an antenna: stalls of a busy machine are not under test here."""
+    """Host and antenna wait longer for each other than they should on an antenna: stalls of a busy machine are not
+    under test here.
+    """
     path = configuration(folder, "serial")
     document = yaml.safe_load(path.read_text())
     document["supervisor"] |= {"lost_ticks": 100, "deadman": {"window_ticks": 250, "reaction": "decelerate_and_hold"}}
@@ -85,7 +87,9 @@ def test_a_small_sequence_through_the_daemon_measures_what_it_measures_in_lockst
 @pytest.mark.realtime
 @pytest.mark.heavy
 @pytest.mark.parametrize("axis", ["outer", "inner"])
-def test_short_sliding_and_presliding_through_daemon_and_plant_give_the_parameters_of_the_model(tmp_path: Path, axis: str) -> None:
+def test_short_sliding_and_presliding_through_daemon_and_plant_give_the_parameters_of_the_model(
+    tmp_path: Path, axis: str
+) -> None:
     from gimbal_hil.identification import Log, friction_of, identify_axis
     from gimbal_hil.identification.reading import read_logs
 
@@ -102,6 +106,9 @@ def test_short_sliding_and_presliding_through_daemon_and_plant_give_the_paramete
     for estimate in found.estimates:
         low, high = estimate.interval.low, estimate.interval.high
         held = estimate.interval.covers(truth[estimate.name])
-        print(f"{estimate.name:<18} {estimate.value:.6g} ({low:.6g} to {high:.6g}), true {truth[estimate.name]:.6g}, held: {held}")
+        print(
+            f"{estimate.name:<18} {estimate.value:.6g} ({low:.6g} to {high:.6g}), true {truth[estimate.name]:.6g}, "
+            f"held: {held}"
+        )
         assert np.isfinite(high - low)
         assert abs(estimate.value - truth[estimate.name]) < max(high - low, 0.02 * truth[estimate.name])

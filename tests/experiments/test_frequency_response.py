@@ -1,4 +1,6 @@
-"""Frequency response from laps: a loop whose transfer function is known, with noise that would bias the ratio of output to input."""
+"""Frequency response from laps: a loop whose transfer function is known, with noise that would bias the ratio of output
+to input.
+"""
 
 from __future__ import annotations
 

@@ -28,7 +28,12 @@ def test_the_shipped_plan_runs_and_measures_its_speeds() -> None:
         assert path.host.state is HostState.ACTIVE
         if step.measured:
             rows.append({"step": step.name} | (experiment.measure(step, recorded.signals()) or {}) | dict(step.meaning))
-    assert [row["step"] for row in rows] == ["slow there, lap 0", "fast back, lap 0", "slow there, lap 1", "fast back, lap 1"]
+    assert [row["step"] for row in rows] == [
+        "slow there, lap 0",
+        "fast back, lap 0",
+        "slow there, lap 1",
+        "fast back, lap 1",
+    ]
     assert [row["repeat"] for row in rows] == [0, 0, 1, 1]
     assert rows[0]["outer_rate_mean_rad_s"] == pytest.approx(0.02, abs=2e-3)
     assert rows[1]["duration_s"] < 2.9

@@ -162,7 +162,9 @@ def run_until_killed(folder: Path, experiment: Experiment) -> None:
 @pytest.mark.heavy
 @pytest.mark.parametrize("name", ["sliding", "presliding"])
 def test_a_short_sequence_killed_in_every_one_of_its_steps_comes_to_the_same_end(tmp_path: Path, name: str) -> None:
-    experiment = build_experiment(name, SequenceOptions(1000.0, short=True, breakaway_nm=breakaway_torques(shipped_model())))
+    experiment = build_experiment(
+        name, SequenceOptions(1000.0, short=True, breakaway_nm=breakaway_torques(shipped_model()))
+    )
     whole = run_experiment(experiment, embedded(), tmp_path / "whole", header())
     folder = tmp_path / "killed"
     for number, step in enumerate(experiment.steps):

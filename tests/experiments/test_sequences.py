@@ -15,7 +15,14 @@ from gimbal_hil.experiments.conducting import conduct
 from gimbal_hil.experiments.experiment import Experiment, constant_speed, position_hold, step_of
 from gimbal_hil.experiments.frequency import margins_of
 from gimbal_hil.experiments.runner import Outcome
-from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment, gravity_map, sliding, sweep
+from gimbal_hil.experiments.sequences import (
+    SequenceOptions,
+    breakaway_torques,
+    build_experiment,
+    gravity_map,
+    sliding,
+    sweep,
+)
 from gimbal_hil.experiments.step_signals import STEPS_FOLDER
 from gimbal_hil.identification import friction_of, identify_axis
 from gimbal_hil.identification.reading import read_logs
@@ -35,19 +42,27 @@ def conducted(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, str], 
 
     def outcome(name: str, axis: str) -> Outcome:
         if (name, axis) not in known:
-            experiment = build_experiment(name, SequenceOptions(RATE_HZ, (axis,), short=True, breakaway_nm=breakaway_torques(MODEL)))
-            known[name, axis] = conduct(experiment, shipped_settings(), MODEL, SEED, tmp_path_factory.mktemp(f"{name}-{axis}"))
+            experiment = build_experiment(
+                name, SequenceOptions(RATE_HZ, (axis,), short=True, breakaway_nm=breakaway_torques(MODEL))
+            )
+            known[name, axis] = conduct(
+                experiment, shipped_settings(), MODEL, SEED, tmp_path_factory.mktemp(f"{name}-{axis}")
+            )
         return known[name, axis]
 
     return outcome
 
 
 @pytest.mark.parametrize("axis", ["outer", "inner"])
-def test_short_sliding_finds_the_curve_of_the_model_within_its_errors(conducted: Callable[[str, str], Outcome], axis: str) -> None:
+def test_short_sliding_finds_the_curve_of_the_model_within_its_errors(
+    conducted: Callable[[str, str], Outcome], axis: str
+) -> None:
     pairs = sliding.pairs_of(conducted("sliding", axis).rows, axis)
     truth = friction_of(MODEL, axis).static
     assert len(pairs) == sliding.SHORT_SPEEDS and all(pair.steady for pair in pairs)
-    away = np.array([(p.friction_nm - float(truth.torque(np.array([p.speed_rad_s]))[0])) / p.friction_error_nm for p in pairs])
+    away = np.array(
+        [(p.friction_nm - float(truth.torque(np.array([p.speed_rad_s]))[0])) / p.friction_error_nm for p in pairs]
+    )
     assert np.max(np.abs(away)) < 4.0
     assert np.sqrt(np.mean(away**2)) < 1.6
 
@@ -59,7 +74,9 @@ def test_sliding_takes_the_inner_axis_gravity_out_although_it_is_seven_times_its
     assert all(abs(pair.positional_nm) > 6.0 * pair.friction_nm for pair in pairs)
 
 
-def test_identification_of_short_sliding_and_presliding_runs_covers_the_model(conducted: Callable[[str, str], Outcome]) -> None:
+def test_identification_of_short_sliding_and_presliding_runs_covers_the_model(
+    conducted: Callable[[str, str], Outcome],
+) -> None:
     axis = "inner"
     folders = [conducted(name, axis).folder for name in ("sliding", "presliding")]
     logs = [log for folder in folders for log in read_logs(folder, MODEL.axes)]
@@ -74,8 +91,14 @@ def test_identification_of_short_sliding_and_presliding_runs_covers_the_model(co
 
 def test_a_thinned_sequence_leaves_a_table_a_step_that_identification_reads(tmp_path: Path) -> None:
     whole = build_experiment("sliding", SequenceOptions(RATE_HZ, ("outer",), every=20))
-    fast = [step for step in whole.steps if step.measured and step.meaning["speed_rad_s"] > 0.06 and step.meaning["pass"] == 0]
-    experiment = Experiment(whole.name, whole.text, (whole.steps[0], *fast), whole.measure, whole.conclude, every=whole.every)
+    fast = [
+        step
+        for step in whole.steps
+        if step.measured and step.meaning["speed_rad_s"] > 0.06 and step.meaning["pass"] == 0
+    ]
+    experiment = Experiment(
+        whole.name, whole.text, (whole.steps[0], *fast), whole.measure, whole.conclude, every=whole.every
+    )
     outcome = conduct(experiment, shipped_settings(), MODEL, SEED, tmp_path)
     assert len(list((tmp_path / STEPS_FOLDER).glob("*.parquet"))) == len(fast) == len(outcome.rows)
     logs = read_logs(tmp_path, MODEL.axes)
@@ -95,10 +118,12 @@ def test_the_whole_sliding_sequence_has_the_speeds_the_travel_and_the_time_of_th
     assert [part.duration_s(RATE_HZ) for part in experiment.parts] == pytest.approx([8130.0, 8130.0], rel=0.01)
 
 
-def test_every_speed_slides_both_ways_between_the_same_positions_over_or_at_both_ends_and_in_the_middle_of_the_travel() -> None:
+def test_every_speed_slides_both_ways_between_the_same_positions_over_the_travel_or_its_ends_and_middle() -> None:
     for speed in np.geomspace(sliding.LOWEST_RAD_S, sliding.HIGHEST_RAD_S, sliding.SPEEDS).tolist():
         passes = sliding.passes_of(speed)
-        assert min(one.from_rad for one in passes) == 0.0 and max(one.to_rad for one in passes) == pytest.approx(math.radians(75.0))
+        assert min(one.from_rad for one in passes) == 0.0 and max(one.to_rad for one in passes) == pytest.approx(
+            math.radians(75.0)
+        )
         whole = all(one.travel_rad == math.radians(75.0) for one in passes)
         middle = [one for one in passes if one.from_rad < 0.5 * math.radians(75.0) < one.to_rad]
         assert whole or (len(passes) == 3 and len(middle) == 1)
@@ -126,12 +151,17 @@ def test_the_torque_of_a_thinned_step_is_the_mean_over_all_its_ticks() -> None:
 
 
 @pytest.mark.parametrize("axis", ["outer", "inner"])
-def test_presliding_reads_stiffness_and_break_away_from_both_signs(conducted: Callable[[str, str], Outcome], axis: str) -> None:
+def test_presliding_reads_stiffness_and_break_away_from_both_signs(
+    conducted: Callable[[str, str], Outcome], axis: str
+) -> None:
     rows = conducted("presliding", axis).rows
     truth = friction_of(MODEL, axis)
     stiffness = [row["stiffness_nm_per_rad"] for row in rows if row["kind"] == "loop"]
     assert np.mean(stiffness) == pytest.approx(truth.sigma0, rel=0.05)
-    up, down = (next(row["breakaway_nm"] for row in rows if row["kind"] == "ramp" and row["direction"] == sign) for sign in (1, -1))
+    up, down = (
+        next(row["breakaway_nm"] for row in rows if row["kind"] == "ramp" and row["direction"] == sign)
+        for sign in (1, -1)
+    )
     assert 0.5 * (up - down) == pytest.approx(truth.static.breakaway, rel=0.05)
 
 
@@ -188,7 +218,9 @@ def test_a_base_motion_that_does_not_exist_is_refused(name: str) -> None:
         build_experiment("base_motion", SequenceOptions(RATE_HZ, base=name))
 
 
-def test_warm_up_shows_no_change_where_friction_does_not_depend_on_temperature(conducted: Callable[[str, str], Outcome]) -> None:
+def test_warm_up_shows_no_change_where_friction_does_not_depend_on_temperature(
+    conducted: Callable[[str, str], Outcome],
+) -> None:
     from gimbal_hil.experiments.sequences.warm_up import laps_of
 
     laps = laps_of(conducted("warm_up", "inner").rows, "inner")

@@ -1,4 +1,6 @@
-"""Parts of an experiment in processes of their own: the same end as one after the other, however often they were stopped."""
+"""Parts of an experiment in processes of their own: the same end as one after the other, however often they were
+stopped.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +32,11 @@ def fast_sliding() -> Experiment:
     parts = []
     for axis in AXES:
         part = build_experiment("sliding", SequenceOptions(1000.0, (axis,), every=50))
-        fast = [step for step in part.steps if step.measured and step.meaning["speed_rad_s"] > 0.08 and step.meaning["pass"] == 0]
+        fast = [
+            step
+            for step in part.steps
+            if step.measured and step.meaning["speed_rad_s"] > 0.08 and step.meaning["pass"] == 0
+        ]
         parts.append(replace(part, steps=(part.steps[0], *fast)))
     return replace(parts[0], steps=parts[0].steps + parts[1].steps, parts=tuple(parts))
 
@@ -61,7 +67,11 @@ def test_the_parts_leave_one_run_folder_with_ticks_and_steps_numbered_through(wh
     run = open_run(whole.folder)
     assert run.record.end is not None and run.record.end.exit_code == 0 and not run.notes
     assert (run.ticks["tick"][1:] - run.ticks["tick"][:-1]).min() > 0 and (run.ticks["tick"] % 50 == 0).all()
-    numbered = {event.data["number"]: event.text for event in run.events if event.kind is EventKind.SEGMENT and "number" in event.data}
+    numbered = {
+        event.data["number"]: event.text
+        for event in run.events
+        if event.kind is EventKind.SEGMENT and "number" in event.data
+    }
     steps = fast_sliding().steps
     assert numbered == {number: step.name for number, step in enumerate(steps)}
     kept = [step_file(whole.folder, number) for number, step in enumerate(steps) if step.measured]
@@ -86,7 +96,9 @@ def test_parts_that_were_stopped_go_on_to_the_same_end(tmp_path: Path, whole: Ou
     experiment = fast_sliding()
     with pytest.raises(KeyboardInterrupt):
         conducted(tmp_path, experiment, progress=Ends(experiment.parts[1].steps[place].name, kill=False))
-    assert all(open_run(part).record.end is not None for part in (tmp_path / "parts").iterdir() if (part / "run.yaml").exists())
+    assert all(
+        open_run(part).record.end is not None for part in (tmp_path / "parts").iterdir() if (part / "run.yaml").exists()
+    )
     same_end(conducted(tmp_path, experiment, resume=True), whole)
 
 

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from firmware_protocol.bus_load import bus_load, frame_bits, highest_rate_hz, require_bus_carries, require_serial_carries, serial_load
+from firmware_protocol.bus_load import (
+    bus_load,
+    frame_bits,
+    highest_rate_hz,
+    require_bus_carries,
+    require_serial_carries,
+    serial_load,
+)
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.schema import MESSAGES
 

@@ -1,4 +1,5 @@
-"""Documents: what the reader takes a text for, what it refuses in which words, and that what is written is read again."""
+"""Documents: what the reader takes a text for, what it refuses in which words, and that what is written is read again.
+"""
 
 from __future__ import annotations
 
@@ -9,16 +10,41 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as some
 
-from firmware_protocol.documents import LARGEST_NUMBER, DocumentLimits, Strict, json_line, read_yaml, refusal_of, yaml_mapping, yaml_text
+from firmware_protocol.documents import (
+    LARGEST_NUMBER,
+    DocumentLimits,
+    Strict,
+    json_line,
+    read_yaml,
+    refusal_of,
+    yaml_mapping,
+    yaml_text,
+)
 from firmware_protocol.errors import BadInputError
 
 
 def test_plain_scalars_are_what_they_look_like() -> None:
     text = "a: [1, -2, +3, 1e-3, .5, 2., 0x1F, true, False, null, ~, , 'true', \"1\"]"
-    assert yaml_mapping(text.replace(", ,", ","), "f", "x")["a"] == [1, -2, 3, 0.001, 0.5, 2.0, 31, True, False, None, None, "true", "1"]
+    assert yaml_mapping(text.replace(", ,", ","), "f", "x")["a"] == [
+        1,
+        -2,
+        3,
+        0.001,
+        0.5,
+        2.0,
+        31,
+        True,
+        False,
+        None,
+        None,
+        "true",
+        "1",
+    ]
 
 
-@pytest.mark.parametrize("text", ["2026-13-45", "1:30", "0o17", "1_000", "yes", "no", "on", "<<", "=", "0b1", "1e", "e1", ".", "+"])
+@pytest.mark.parametrize(
+    "text", ["2026-13-45", "1:30", "0o17", "1_000", "yes", "no", "on", "<<", "=", "0b1", "1e", "e1", ".", "+"]
+)
 def test_what_other_readers_take_for_dates_times_and_switches_is_text(text: str) -> None:
     assert yaml_mapping(f"a: {text}", "f", "x")["a"] == text
 
@@ -50,7 +76,11 @@ def test_what_other_readers_take_for_dates_times_and_switches_is_text(text: str)
 def test_a_text_with_a_surprise_in_it_is_refused_with_its_line(text: str, says: str) -> None:
     with pytest.raises(BadInputError) as refused:
         yaml_mapping(text, "file.yaml", "a plan")
-    assert says in str(refused.value) and str(refused.value).startswith("file.yaml") and str(refused.value).endswith("expected a plan")
+    assert (
+        says in str(refused.value)
+        and str(refused.value).startswith("file.yaml")
+        and str(refused.value).endswith("expected a plan")
+    )
 
 
 def test_an_alias_is_a_copy_and_counts_as_often_as_it_is_used() -> None:
@@ -62,7 +92,9 @@ def test_an_alias_is_a_copy_and_counts_as_often_as_it_is_used() -> None:
     with pytest.raises(BadInputError, match="more than 400000 values"):
         yaml_mapping(bomb, "f", "x")
     with pytest.raises(BadInputError, match="nested deeper"):
-        yaml_mapping("a: &a [1]\n" + "".join(f"b{n}: &b{n} [*{'a' if n == 0 else f'b{n - 1}'}]\n" for n in range(40)), "f", "x")
+        yaml_mapping(
+            "a: &a [1]\n" + "".join(f"b{n}: &b{n} [*{'a' if n == 0 else f'b{n - 1}'}]\n" for n in range(40)), "f", "x"
+        )
 
 
 @pytest.mark.parametrize(
@@ -104,9 +136,17 @@ def test_a_document_that_is_too_large_or_no_text_is_refused_before_it_is_parsed(
         json_line("{" + ", ".join(f'"{n}": 0' for n in range(4)) + "}", "f", "x", DocumentLimits(values=3))
 
 
-_LEAF = some.none() | some.booleans() | some.integers(-(10**20), 10**20) | some.floats(allow_nan=False, allow_infinity=False) | some.text()
+_LEAF = (
+    some.none()
+    | some.booleans()
+    | some.integers(-(10**20), 10**20)
+    | some.floats(allow_nan=False, allow_infinity=False)
+    | some.text()
+)
 _TREES = some.recursive(
-    _LEAF, lambda inner: some.lists(inner, max_size=4) | some.dictionaries(some.text(), inner, max_size=4), max_leaves=12
+    _LEAF,
+    lambda inner: some.lists(inner, max_size=4) | some.dictionaries(some.text(), inner, max_size=4),
+    max_leaves=12,
 )
 
 
@@ -168,5 +208,11 @@ def test_a_section_takes_numbers_for_numbers_and_names_the_key(document: dict[st
 
 
 def test_a_section_takes_whole_numbers_for_floats_and_keeps_what_else_is_right() -> None:
-    read = Outer.model_validate({"inner": {"rate_rad_s": 1, "points": [1, 2.5, LARGEST_NUMBER]}, "listed": {"a": True, "b": 1, "c": "x"}})
-    assert read.inner.rate_rad_s == 1.0 and read.inner.points == (1.0, 2.5, LARGEST_NUMBER) and read.listed == {"a": True, "b": 1, "c": "x"}
+    read = Outer.model_validate(
+        {"inner": {"rate_rad_s": 1, "points": [1, 2.5, LARGEST_NUMBER]}, "listed": {"a": True, "b": 1, "c": "x"}}
+    )
+    assert (
+        read.inner.rate_rad_s == 1.0
+        and read.inner.points == (1.0, 2.5, LARGEST_NUMBER)
+        and read.listed == {"a": True, "b": 1, "c": "x"}
+    )

@@ -49,9 +49,13 @@ def arguments(which: int) -> np.ndarray:
     """Where the function is used, near the edges of its tables too."""
     rng = np.random.default_rng(which)
     if which == 2:
-        return np.concatenate([np.exp(rng.uniform(-20, 3, COUNT)), 1.0 + rng.uniform(-0.01, 0.01, COUNT), 1.0 + np.arange(256) / 256])
+        return np.concatenate(
+            [np.exp(rng.uniform(-20, 3, COUNT)), 1.0 + rng.uniform(-0.01, 0.01, COUNT), 1.0 + np.arange(256) / 256]
+        )
     width = (700.0, 900.0, 0.0, 1e3, 1e3)[which]
-    return np.concatenate([rng.uniform(-width, width, COUNT), rng.uniform(-0.05, 0.05, COUNT), np.arange(-512, 513) * math.pi / 256])
+    return np.concatenate(
+        [rng.uniform(-width, width, COUNT), rng.uniform(-0.05, 0.05, COUNT), np.arange(-512, 513) * math.pi / 256]
+    )
 
 
 @pytest.mark.parametrize("which", range(5), ids=["exponential", "power of two", "logarithm", "sine", "cosine"])
@@ -71,7 +75,9 @@ def test_interpreted_they_give_the_same_bits(tmp_path: Path) -> None:
 import sys, numpy as np
 from firmware_protocol.elementary import exponential, logarithm_of_two, power_of_two, sine_cosine
 which, x = int(sys.argv[1]), np.load(sys.argv[2])
-function = (exponential, power_of_two, logarithm_of_two, lambda v: sine_cosine(v)[0], lambda v: sine_cosine(v)[1])[which]
+function = (
+    exponential, power_of_two, logarithm_of_two, lambda v: sine_cosine(v)[0], lambda v: sine_cosine(v)[1],
+)[which]
 np.save(sys.argv[3], [function(v) for v in x.tolist()])
 """
     root = Path(__file__).resolve().parents[2]
@@ -82,7 +88,11 @@ np.save(sys.argv[3], [function(v) for v in x.tolist()])
         many(which, x, y)
         given, answered = tmp_path / f"given{which}.npy", tmp_path / f"answered{which}.npy"
         np.save(given, x)
-        subprocess.run([sys.executable, "-W", "ignore", "-c", code, str(which), str(given), str(answered)], env=environment, check=True)
+        subprocess.run(
+            [sys.executable, "-W", "ignore", "-c", code, str(which), str(given), str(answered)],
+            env=environment,
+            check=True,
+        )
         assert np.load(answered).tobytes() == y.tobytes()
 
 

@@ -29,7 +29,9 @@ def records_of(block: bytes) -> list[bytes]:
     return [block[at : at + RECORD_SIZE] for at in range(0, len(block), RECORD_SIZE)]
 
 
-def story(faults: DirectionFaults, seed: int = 1, cuts: tuple[Cut, ...] = (), ticks: int = TICKS) -> tuple[list[bytes], list[bytes]]:
+def story(
+    faults: DirectionFaults, seed: int = 1, cuts: tuple[Cut, ...] = (), ticks: int = TICKS
+) -> tuple[list[bytes], list[bytes]]:
     """Blocks sent and blocks received, tick by tick, one set-point a tick through the receiving side's faults."""
     near, far = memory_pair()
     link = FaultyLink(near, FaultsConfig(seed=seed, receive=faults, cuts=cuts))

@@ -57,7 +57,9 @@ def test_silence_degrades_and_then_loses_a_message_by_its_own_period(message):
         bench.tick()
         seen.append(bench.status)
     degraded, lost = receiver.DEGRADED_PERIODS * message.period_ticks, receiver.LOST_PERIODS * message.period_ticks
-    assert seen == [ReceiverStatus.OK] * degraded + [ReceiverStatus.DEGRADED] * (lost - degraded) + [ReceiverStatus.LOST]
+    assert seen == [ReceiverStatus.OK] * degraded + [ReceiverStatus.DEGRADED] * (lost - degraded) + [
+        ReceiverStatus.LOST
+    ]
     bench.tick(0)
     assert bench.status is ReceiverStatus.OK
 
@@ -157,7 +159,11 @@ def test_several_frames_of_a_tick_leave_the_last_and_count_all():
 
 def test_judging_counters():
     assert judge_counter(UNKNOWN_COUNTER, 11) == 0
-    assert [judge_counter(3, (3 + step) % 16) for step in range(16)] == [DUPLICATE, *range(LATE_STEP - 1), *[DUPLICATE] * 4]
+    assert [judge_counter(3, (3 + step) % 16) for step in range(16)] == [
+        DUPLICATE,
+        *range(LATE_STEP - 1),
+        *[DUPLICATE] * 4,
+    ]
 
 
 def test_typed_and_raw_packing_agree_for_every_message():

@@ -53,7 +53,12 @@ def test_any_bytes_never_raise_and_give_whole_records_or_nothing(pieces):
 def test_frames_of_another_kind_are_refused():
     device = opened()
     short, extended, remote = b"t1234000102", b"T0000012380001020304050607", b"r1238"
-    no_length, half_byte, negative, odd = b"t12G8" + b"00" * 8, b"t12380001020304050", b"t-128" + b"00" * 8, b"t1_28" + b"00" * 8
+    no_length, half_byte, negative, odd = (
+        b"t12G8" + b"00" * 8,
+        b"t12380001020304050",
+        b"t-128" + b"00" * 8,
+        b"t1_28" + b"00" * 8,
+    )
     lines = [short, extended, remote, no_length, half_byte, negative, odd]
     assert device.feed(b"\r".join(lines) + b"\r") == b""
     assert device.answer() == b"\a" * 7

@@ -65,10 +65,15 @@ def test_a_long_block_goes_out_in_several_packets_within_the_limit():
     assert StreamParser().feed(stream) == block
 
 
-@given(st.lists(st.tuples(st.booleans(), blocks, st.binary(max_size=60)), max_size=10), st.lists(st.integers(0, 10**6), max_size=20))
+@given(
+    st.lists(st.tuples(st.booleans(), blocks, st.binary(max_size=60)), max_size=10),
+    st.lists(st.integers(0, 10**6), max_size=20),
+)
 @settings(max_examples=300)
 def test_valid_packets_in_garbage_come_out_and_nothing_else_does(story, cuts):
-    """Oracle: garbage that ends in a delimiter costs nothing; garbage right before a packet costs that packet, and only it."""
+    """Oracle: garbage that ends in a delimiter costs nothing; garbage right before a packet costs that packet, and only
+    it.
+    """
     stream, expected = b"", b""
     for delimited, block, garbage in story:
         stream += garbage + (b"\0" if delimited else b"") + encode_packets(block)
@@ -103,7 +108,10 @@ def test_a_byte_changed_inside_a_packet_drops_that_packet_alone(block, where, ch
     assert parser.feed(encode_packets(block)) == block
 
 
-@given(st.lists(st.tuples(st.integers(0, 10**9), st.integers(0, 7)), max_size=12), st.lists(st.integers(0, 10**6), max_size=8))
+@given(
+    st.lists(st.tuples(st.integers(0, 10**9), st.integers(0, 7)), max_size=12),
+    st.lists(st.integers(0, 10**6), max_size=8),
+)
 @settings(max_examples=300, deadline=None)
 def test_bits_flipped_anywhere_in_the_stream_cost_frames_and_never_yield_a_value_that_was_not_sent(flips, cuts):
     sender, sent = Sender(), [SetPoint(0.125 * number, -0.25 * number, number, True, False) for number in range(30)]

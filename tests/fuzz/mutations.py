@@ -1,4 +1,6 @@
-"""Documents made wrong: by value (any leaf or branch becomes something it should not be) and by text (bytes, lines, indents)."""
+"""Documents made wrong: by value (any leaf or branch becomes something it should not be) and by text (bytes, lines,
+indents).
+"""
 
 from __future__ import annotations
 
@@ -13,18 +15,25 @@ Path = tuple[str | int, ...]
 
 #: what people and programs write by accident, and what an attacker writes on purpose
 NASTY: tuple[Any, ...] = (
-    None, True, False, 0, -1, 1, 2**31, 2**63, 2**64, 10**40, 10**400, -(2**63), 0.5, -0.0, 1e-320, 1e15, 1e18, 1e300, -1e300,
-    math.inf, -math.inf, math.nan, "", " ", "0", "1", "-1", "1e3", "true", "yes", "inf", "nan", "outer", "off", "x" * 5000, "é", "\ud800",
-    "\x00", "../../etc/passwd", "[]", [], [0], [[]], [1e300] * 3, ["a", "b"], list(range(50)), {}, {"value": 1}, {"value": None},
+    None, True, False, 0, -1, 1, 2**31, 2**63, 2**64, 10**40, 10**400, -(2**63), 0.5, -0.0, 1e-320, 1e15, 1e18, 1e300,
+    -1e300,
+    math.inf, -math.inf, math.nan, "", " ", "0", "1", "-1", "1e3", "true", "yes", "inf", "nan", "outer", "off",
+    "x" * 5000, "é", "\ud800",
+    "\x00", "../../etc/passwd", "[]", [], [0], [[]], [1e300] * 3, ["a", "b"], list(range(50)), {}, {"value": 1},
+    {"value": None},
     {"value": math.nan, "unit": "N m"}, {"": 0}, {"a": {"a": {"a": {}}}},
 )  # fmt: skip
 
 #: plain scalars of YAML that other readers take for dates, base 60, octal, tags, aliases, merges
 NASTY_TEXT = (
-    "2026-13-45", "2026-02-30T25:61:61Z", "0001-01-01", "1:30", "190:20:30", "010", "0o17", "0x", "0b101", "1_000", "1" * 5000, "1e400",
-    ".inf", "-.inf", ".nan", "!!float abc", "!!int 1", "!!timestamp 2026-13-45", "!!binary =", "!!python/object:os.system x", "!local x",
-    "*missing", "&a [*a]", "<<: {a: 1}", "~", "null", "'", '"', '"\\ud800"', '"\\U00110000"', "[", "]", "{", "}", "[" * 1500, "{a: " * 400,
-    "- - -", "? a", ": :", "|", ">", "%YAML 9.9", "---", "...", "@", "`", "\t", "#", "\x00", "\x85", "\ufeff", "\u2028", "y: y: y",
+    "2026-13-45", "2026-02-30T25:61:61Z", "0001-01-01", "1:30", "190:20:30", "010", "0o17", "0x", "0b101", "1_000",
+    "1" * 5000, "1e400",
+    ".inf", "-.inf", ".nan", "!!float abc", "!!int 1", "!!timestamp 2026-13-45", "!!binary =",
+    "!!python/object:os.system x", "!local x",
+    "*missing", "&a [*a]", "<<: {a: 1}", "~", "null", "'", '"', '"\\ud800"', '"\\U00110000"', "[", "]", "{", "}",
+    "[" * 1500, "{a: " * 400,
+    "- - -", "? a", ": :", "|", ">", "%YAML 9.9", "---", "...", "@", "`", "\t", "#", "\x00", "\x85", "\ufeff", "\u2028",
+    "y: y: y",
 )  # fmt: skip
 
 
@@ -63,7 +72,12 @@ def _changed_at(document: Any, path: Path, random: Random) -> Any:
         holder[last] = copy.deepcopy(_at(document, other))
     elif change == 3 and isinstance(holder[last], list) and holder[last]:
         holder[last] = holder[last] * random.choice((0, 2, 40))
-    elif change == 4 and isinstance(holder[last], float | int) and not isinstance(holder[last], bool) and abs(holder[last]) < 1e18:
+    elif (
+        change == 4
+        and isinstance(holder[last], float | int)
+        and not isinstance(holder[last], bool)
+        and abs(holder[last]) < 1e18
+    ):
         number = holder[last]
         holder[last] = random.choice((-number, number * 1e6, number * 1e-9, str(number), int(number)))
     else:

@@ -51,10 +51,13 @@ segments:
   - {outer: {mode: rate, shape: ramp, slope_rad_s2: 0.1, span_rad_s: 0.2}, duration_s: 0.1, record_every_ticks: 2}
   - {outer: {mode: rate, shape: sine, amplitude_rad_s: 0.1, frequency_hz: 2.0, phase_rad: 0.1}, duration_s: 0.1}
   - {inner: {mode: torque, shape: chirp, amplitude_nm: 0.1, first_hz: 1.0, last_hz: 9.0, sweep_s: 2.0}, duration_s: 2.0}
-  - {outer: {mode: position, shape: trapezoid, target_rad: 1.0, largest_slope_rad_s: 0.2, largest_curvature_rad_s2: 1.0}, duration_s: 2.0}
-  - {inner: {mode: torque, shape: pulses, amplitude_nm: 0.1, period_s: 0.5, width_s: 0.1, alternating: true, count: 3}, duration_s: 2.0}
+  - outer: {mode: position, shape: trapezoid, target_rad: 1.0, largest_slope_rad_s: 0.2, largest_curvature_rad_s2: 1.0}
+    duration_s: 2.0
+  - inner: {mode: torque, shape: pulses, amplitude_nm: 0.1, period_s: 0.5, width_s: 0.1, alternating: true, count: 3}
+    duration_s: 2.0
   - {outer: {mode: inertial_rate, shape: table, values_rad_s: [0.0, 0.1, 0.0], row_s: 0.1, scale: 2.0}, duration_s: 0.3}
-  - outer: {mode: rate, shape: multisine, amplitude_rad_s: 0.3, first_hz: 0.5, last_hz: 9.0, lines: 4, period_s: 2.0, periods: 2}
+  - outer: {mode: rate, shape: multisine, amplitude_rad_s: 0.3, first_hz: 0.5, last_hz: 9.0, lines: 4,
+            period_s: 2.0, periods: 2}
     duration_s: 4.0
     end: [{axis: outer, position_above_rad: 0.3, for_s: 0.01}]
     guards: {outer: {rate_rad_s: 1.0, low_rad: -1.0, high_rad: 1.0, torque_nm: 3.0}}
@@ -95,14 +98,26 @@ REQUESTS: tuple[dict[str, Any], ...] = (
         "id": 3,
         "command": "segments",
         "segments": [
-            {"outer": {"mode": "rate", "shape": "table", "parameters": [0.01, 1.0], "table": [0.0, 0.1, 0.2]}, "duration_s": 1.0},
-            {"inner": {"mode": "position", "shape": "sine", "parameters": [0.0, 0.1, 1.0, 0.0]}, "label": 1, "switch_off_afterwards": True},
+            {
+                "outer": {"mode": "rate", "shape": "table", "parameters": [0.01, 1.0], "table": [0.0, 0.1, 0.2]},
+                "duration_s": 1.0,
+            },
+            {
+                "inner": {"mode": "position", "shape": "sine", "parameters": [0.0, 0.1, 1.0, 0.0]},
+                "label": 1,
+                "switch_off_afterwards": True,
+            },
         ],
     },
     {"id": 4, "command": "quick_stop"},
 )
 
-READERS: dict[str, Reader] = {"configuration": read_configuration, "plan": read_plan, "model": read_model, "request": read_request}
+READERS: dict[str, Reader] = {
+    "configuration": read_configuration,
+    "plan": read_plan,
+    "model": read_model,
+    "request": read_request,
+}
 
 
 def start_request(random: Random) -> dict[str, Any]:

@@ -21,7 +21,9 @@ def run(*words: str, open_files: int | None = None, output: int = subprocess.PIP
         if open_files is not None:
             resource.setrlimit(resource.RLIMIT_NOFILE, (open_files, open_files))
 
-    done = subprocess.run([*COMMAND, *words], stdout=output, stderr=subprocess.PIPE, text=True, timeout=300, preexec_fn=few_files)
+    done = subprocess.run(
+        [*COMMAND, *words], stdout=output, stderr=subprocess.PIPE, text=True, timeout=300, preexec_fn=few_files
+    )
     return done.returncode, done.stderr
 
 

@@ -1,4 +1,5 @@
-"""Prints a digest of what host and virtual antenna do in a short run, mail to mail; run with and without the compiler."""
+"""Prints a digest of what host and virtual antenna do in a short run, mail to mail; run with and without the compiler.
+"""
 
 from __future__ import annotations
 
@@ -14,14 +15,21 @@ def digest_of_run() -> str:
     """SHA-256 of log, events and final state."""
     path = CompiledPath(shipped_settings(), shipped_model(), seed=5)
     first = Segment(
-        AxisCommand(Mode.POSITION, Shape.SINE, (0.0, 0.2, 3.0, 0.1)), AxisCommand(Mode.RATE, Shape.CHIRP, (0.0, 0.2, 1.0, 2.0, 5.0)), 40
+        AxisCommand(Mode.POSITION, Shape.SINE, (0.0, 0.2, 3.0, 0.1)),
+        AxisCommand(Mode.RATE, Shape.CHIRP, (0.0, 0.2, 1.0, 2.0, 5.0)),
+        40,
     )
-    second = Segment(AxisCommand(Mode.INERTIAL_RATE, Shape.PULSES, (0.0, 0.1, 0.02, 0.01, 1.0, 9.0)), AxisCommand(Mode.TORQUE), 30)
+    second = Segment(
+        AxisCommand(Mode.INERTIAL_RATE, Shape.PULSES, (0.0, 0.1, 0.02, 0.01, 1.0, 9.0)), AxisCommand(Mode.TORQUE), 30
+    )
     third = Segment(
-        AxisCommand(Mode.POSITION, Shape.SMOOTH, (0.3, 0.1)), AxisCommand(Mode.POSITION, Shape.TRAPEZOID, (0.1, 1.0, 5.0), Origin.START), 30
+        AxisCommand(Mode.POSITION, Shape.SMOOTH, (0.3, 0.1)),
+        AxisCommand(Mode.POSITION, Shape.TRAPEZOID, (0.1, 1.0, 5.0), Origin.START),
+        30,
     )
     fourth = Segment(
-        AxisCommand(Mode.POSITION, Shape.TABLE, (0.01, 2.0), table=(0.0, 0.1, -0.1)), AxisCommand(Mode.RATE, Shape.RAMP, (0.0, 1.0, 0.5))
+        AxisCommand(Mode.POSITION, Shape.TABLE, (0.01, 2.0), table=(0.0, 0.1, -0.1)),
+        AxisCommand(Mode.RATE, Shape.RAMP, (0.0, 1.0, 0.5)),
     )
     parts = [path.connect(), path.run(program_of([first, second, third]))]
     path.host.command(program_of([fourth]))
@@ -31,7 +39,10 @@ def digest_of_run() -> str:
     whole = joined(parts)
     digest = hashlib.sha256(whole.log.tobytes() + repr(whole.events).encode())
     digest.update(
-        path.host.memory.floats.tobytes() + path.host.memory.integers.tobytes() + path.device.X.tobytes() + path.device.J.tobytes()
+        path.host.memory.floats.tobytes()
+        + path.host.memory.integers.tobytes()
+        + path.device.X.tobytes()
+        + path.device.J.tobytes()
     )
     return digest.hexdigest()
 

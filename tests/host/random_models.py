@@ -31,11 +31,23 @@ _OPTIONAL = {
     "start.position": 0.3,
     "start.rate": 0.05,
 }
-_LARGEST = {"N m": 0.1, "N m s/rad": 0.1, "s": 4e-3, "rad": 1e-2, "Hz": 60.0, "1/turn": 60.0, "kg m2": 0.05, "1/K": 0.02, "N m/rad": 1.0}
+_LARGEST = {
+    "N m": 0.1,
+    "N m s/rad": 0.1,
+    "s": 4e-3,
+    "rad": 1e-2,
+    "Hz": 60.0,
+    "1/turn": 60.0,
+    "kg m2": 0.05,
+    "1/K": 0.02,
+    "N m/rad": 1.0,
+}
 
 
 def random_model(seed: int) -> AntennaModel:
-    """A two-axis antenna, or one in four times a single axis: other bodies and friction, sensors, stops, heat, base, slips, effects."""
+    """A two-axis antenna, or one in four times a single axis: other bodies and friction, sensors, stops, heat, base,
+    slips, effects.
+    """
     rng = np.random.default_rng(seed)
     document: dict[str, Any] = copy.deepcopy(_SHIPPED.document) | {"effects": []}
     if rng.random() < 0.25:
@@ -46,14 +58,18 @@ def random_model(seed: int) -> AntennaModel:
         document["gravity_reading"] = str(rng.choice(["separate_bodies", "total_mass"]))
         document["base"] = _base(rng)
         if rng.random() < 0.1:
-            document["thesis_slips"] = [str(rng.choice(["missing_elevation_rate", "inner_friction_on_outer", "gravity_row"]))]
+            document["thesis_slips"] = [
+                str(rng.choice(["missing_elevation_rate", "inner_friction_on_outer", "gravity_row"]))
+            ]
     for axis in document["axes"].values():
         _vary(axis, rng)
     hooks = [effect for effect in CATALOGUE.values() if not effect.is_number]
     for _ in range(int(rng.choice([0, 0, 1, 2, 5]))):
         effect = hooks[int(rng.integers(len(hooks)))]
         if document["kind"] == "gimbal" or not (effect.two_axis_only or effect.rotary_only):
-            document["effects"].append({"name": effect.name, "axis": str(rng.choice(list(document["axes"]))), **_strength(effect, rng)})
+            document["effects"].append(
+                {"name": effect.name, "axis": str(rng.choice(list(document["axes"]))), **_strength(effect, rng)}
+            )
     return model_from_document(document, f"random {seed}")
 
 
@@ -62,7 +78,11 @@ def random_segments(seed: int, longest: int) -> list[Segment]:
     rng = np.random.default_rng(seed + 1_000_000)
     segments = []
     for label in range(int(rng.integers(1, 6))):
-        ends = (EndCondition(EndKind.RATE_ABOVE, int(rng.integers(2)), float(rng.uniform(0.1, 3.0)), 3),) if rng.random() < 0.3 else ()
+        ends = (
+            (EndCondition(EndKind.RATE_ABOVE, int(rng.integers(2)), float(rng.uniform(0.1, 3.0)), 3),)
+            if rng.random() < 0.3
+            else ()
+        )
         segments.append(
             Segment(
                 _command(rng),
@@ -103,7 +123,12 @@ def _vary(axis: dict[str, Any], rng: np.random.Generator) -> None:
     if rng.random() < 0.1:
         friction["sigma0"] = 0.0
     if rng.random() < 0.3:
-        axis["travel"] = {"low": -0.4, "high": 0.4, "stiffness": float(rng.uniform(50.0, 500.0)), "damping": float(rng.uniform(0.0, 5.0))}
+        axis["travel"] = {
+            "low": -0.4,
+            "high": 0.4,
+            "stiffness": float(rng.uniform(50.0, 500.0)),
+            "damping": float(rng.uniform(0.0, 5.0)),
+        }
 
 
 def _base(rng: np.random.Generator) -> dict[str, Any]:
@@ -120,7 +145,11 @@ def _base(rng: np.random.Generator) -> dict[str, Any]:
     if motion == "constant_rate":
         base["rate_rad_s"] = three("p q r", -0.5, 0.5)
     if motion == "sinusoid":
-        base |= {"amplitude_rad": three(angles, 0.0, 0.2), "frequency_hz": three(angles, 0.1, 2.0), "phase_rad": three(angles, -3.0, 3.0)}
+        base |= {
+            "amplitude_rad": three(angles, 0.0, 0.2),
+            "frequency_hz": three(angles, 0.1, 2.0),
+            "phase_rad": three(angles, -3.0, 3.0),
+        }
     return base
 
 

@@ -36,7 +36,12 @@ def test_changing_the_mode_keeps_the_torque() -> None:
 
 
 def test_segments_follow_one_another_without_a_tick_between() -> None:
-    loop = HostLoop().connected().command(*(hold(Mode.RATE, 0.1, duration_ticks=50, label=k) for k in range(1, 4))).run(200)
+    loop = (
+        HostLoop()
+        .connected()
+        .command(*(hold(Mode.RATE, 0.1, duration_ticks=50, label=k) for k in range(1, 4)))
+        .run(200)
+    )
     started = [event.tick for event in loop.events if event.text.endswith("started")]
     ended = [event.tick for event in loop.events if "ended" in event.text]
     assert [b - a for a, b in itertools.pairwise(started)] == [50, 50]
@@ -45,7 +50,9 @@ def test_segments_follow_one_another_without_a_tick_between() -> None:
 
 def test_after_the_end_a_position_is_held_and_a_rate_becomes_zero() -> None:
     loop = HostLoop().connected()
-    segment = Segment(AxisCommand(Mode.RATE, Shape.HOLD, (0.5,)), AxisCommand(Mode.POSITION, Shape.RAMP, (0.0, 0.2, 10.0)), 1000)
+    segment = Segment(
+        AxisCommand(Mode.RATE, Shape.HOLD, (0.5,)), AxisCommand(Mode.POSITION, Shape.RAMP, (0.0, 0.2, 10.0)), 1000
+    )
     loop.command(segment).run(3000)
     assert loop.host.state is HostState.ACTIVE
     assert not loop.host.following
@@ -92,7 +99,12 @@ def test_a_command_without_an_antenna_is_refused_and_reported() -> None:
 
 
 def test_skipped_ticks_move_the_reference_on_and_are_in_the_row() -> None:
-    loop = HostLoop().connected().command(Segment(AxisCommand(Mode.POSITION, Shape.RAMP, (0.0, 0.1, 10.0)), AxisCommand())).run(100)
+    loop = (
+        HostLoop()
+        .connected()
+        .command(Segment(AxisCommand(Mode.POSITION, Shape.RAMP, (0.0, 0.1, 10.0)), AxisCommand()))
+        .run(100)
+    )
     loop.number += 37
     loop.run(1)
     reference = loop.host.memory.H[layout.axis_h(0) + layout.REFERENCE]

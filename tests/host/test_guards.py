@@ -7,7 +7,19 @@ import math
 import pytest
 
 from gimbal_hil.control.layout import RATE_INTEGRAL
-from gimbal_hil.host import AxisCommand, Cause, EndCondition, EndKind, Guard, Host, HostState, Mode, Segment, Shape, layout
+from gimbal_hil.host import (
+    AxisCommand,
+    Cause,
+    EndCondition,
+    EndKind,
+    Guard,
+    Host,
+    HostState,
+    Mode,
+    Segment,
+    Shape,
+    layout,
+)
 from tests.host.host_loop import HostLoop, configuration, hold
 
 

@@ -48,7 +48,9 @@ SEGMENTS = st.builds(lambda outer, inner, ticks: Segment(outer, inner, ticks), A
 @settings(max_examples=20)
 @given(st.lists(SEGMENTS, min_size=1, max_size=5), st.integers(0, 2**31 - 1), st.sampled_from([1, 7]))
 def test_both_paths_leave_the_same_log_for_any_program(segments: list[Segment], seed: int, every: int) -> None:
-    numbered = [Segment(s.outer, s.inner, s.duration_ticks, label=k, record_every=3 * (k % 2)) for k, s in enumerate(segments)]
+    numbered = [
+        Segment(s.outer, s.inner, s.duration_ticks, label=k, record_every=3 * (k % 2)) for k, s in enumerate(segments)
+    ]
     program = program_of(numbered)
     frame, compiled = FramePath(SETTINGS, MODEL, seed), CompiledPath(SETTINGS, MODEL, seed)
     first, second = frame.connect(), compiled.connect()
@@ -62,7 +64,8 @@ def test_both_paths_leave_the_same_log_for_any_program(segments: list[Segment], 
 
 
 def digest_of_any_run(model: AntennaModel, seed: int, longest: int, through_frames: bool) -> tuple[str, int]:
-    """Digest of rows, events, frames and final state of an antenna following a random plan, and how many ticks it ran."""
+    """Digest of rows, events, frames and final state of an antenna following a random plan, and how many ticks it ran.
+    """
     program, every = program_of(random_segments(seed, longest)), 1 + 6 * (seed % 2)
     ticks: list[int] = []
     directions: list[int] = []
@@ -73,7 +76,11 @@ def digest_of_any_run(model: AntennaModel, seed: int, longest: int, through_fram
         directions.extend((FrameDirection.DEVICE_TO_HOST, FrameDirection.HOST_TO_DEVICE))
         blocks.extend((received, sent))
 
-    path = FramePath(SETTINGS, model, seed, exchange=exchange) if through_frames else CompiledPath(SETTINGS, model, seed, keep_frames=True)
+    path = (
+        FramePath(SETTINGS, model, seed, exchange=exchange)
+        if through_frames
+        else CompiledPath(SETTINGS, model, seed, keep_frames=True)
+    )
     # an antenna may be one that never connects, for instance moving too fast from the start
     connected = path.advance(60)
     path.host.command(program)
@@ -83,7 +90,9 @@ def digest_of_any_run(model: AntennaModel, seed: int, longest: int, through_fram
         if through_frames
         else np.concatenate([connected.frames, ran.frames])
     )
-    digest = hashlib.sha256(connected.log.tobytes() + ran.log.tobytes() + repr(connected.events + ran.events).encode() + frames.tobytes())
+    digest = hashlib.sha256(
+        connected.log.tobytes() + ran.log.tobytes() + repr(connected.events + ran.events).encode() + frames.tobytes()
+    )
     for array in (path.host.memory.floats, path.host.memory.G, path.device.X, path.device.J):
         digest.update(array.tobytes())
     return digest.hexdigest(), connected.ticks + ran.ticks
@@ -145,12 +154,16 @@ def test_plain_python_gives_the_same_bits_as_compiled_code() -> None:
 
 @pytest.mark.parametrize("rate", [0.01, 0.05])
 def test_a_link_with_faults_never_brings_torque_without_feedback(rate: float) -> None:
-    faults = DirectionFaults(drop=rate, duplicate=rate, reorder=rate, corrupt=rate, truncate=rate / 2, delay=rate, delay_ticks=2)
+    faults = DirectionFaults(
+        drop=rate, duplicate=rate, reorder=rate, corrupt=rate, truncate=rate / 2, delay=rate, delay_ticks=2
+    )
     frame = FramePath(SETTINGS, MODEL, 1, FaultsConfig(seed=4, send=faults, receive=faults))
     frame.advance(3000)
     for _ in range(10):
         if frame.host.state is HostState.IDLE:
-            frame.host.command(program_of([Segment(AxisCommand(Mode.POSITION, Shape.HOLD, (0.3,)), AxisCommand(Mode.POSITION))]))
+            frame.host.command(
+                program_of([Segment(AxisCommand(Mode.POSITION, Shape.HOLD, (0.3,)), AxisCommand(Mode.POSITION))])
+            )
         rows = frame.advance(500).rows
         off = (rows["host_state"] != HostState.ACTIVE) & (rows["host_state"] != HostState.STOPPING)
         assert not np.any(rows["torque_outer"][off]) and not np.any(rows["torque_inner"][off])

@@ -15,8 +15,12 @@ from gimbal_hil.host import AxisCommand, EndCondition, EndKind, Guard, Mode, Pro
 
 
 def test_a_program_is_the_same_bits_after_json() -> None:
-    axis = AxisCommand(Mode.RATE, Shape.TABLE, (0.01, 0.1), table=np.array([0.1, 1 / 3, -2.0]), guard=Guard(-1.0, math.inf))
-    program = program_of([Segment(axis, AxisCommand(), 100, (EndCondition(EndKind.RATE_BELOW, 1, 0.01, 5),), label=9)] * 3)
+    axis = AxisCommand(
+        Mode.RATE, Shape.TABLE, (0.01, 0.1), table=np.array([0.1, 1 / 3, -2.0]), guard=Guard(-1.0, math.inf)
+    )
+    program = program_of(
+        [Segment(axis, AxisCommand(), 100, (EndCondition(EndKind.RATE_BELOW, 1, 0.01, 5),), label=9)] * 3
+    )
     again = Program.from_document(json.loads(json.dumps(program.as_document())))
     assert again.length == 3
     assert again.values.tobytes() == program.values.tobytes()
@@ -43,7 +47,12 @@ def test_segments_of_one_label_share_their_decimation() -> None:
         program_of([Segment(label=1, record_every=2), Segment(label=1, record_every=3)])
 
 
-@given(st.dictionaries(st.sampled_from(["length", "values"]), st.one_of(st.integers(-5, 5), st.lists(st.floats(), max_size=60), st.text())))
+@given(
+    st.dictionaries(
+        st.sampled_from(["length", "values"]),
+        st.one_of(st.integers(-5, 5), st.lists(st.floats(), max_size=60), st.text()),
+    )
+)
 def test_any_document_is_a_program_or_bad_input(document: dict[str, object]) -> None:
     try:
         Program.from_document(document)

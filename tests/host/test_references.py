@@ -15,7 +15,9 @@ from gimbal_hil.host.references import reference_at
 VALUES, POSITIVE, TIMES = st.floats(-3.0, 3.0), st.floats(0.05, 5.0), st.floats(0.0, 6.0)
 
 
-def at(shape: Shape, parameters: tuple[float, ...], time_s: float, start: float = 0.0, origin: float = 0.0) -> tuple[float, float]:
+def at(
+    shape: Shape, parameters: tuple[float, ...], time_s: float, start: float = 0.0, origin: float = 0.0
+) -> tuple[float, float]:
     """Value and slope."""
     return reference_at(int(shape), np.array(parameters, dtype=np.float64), 0, origin, start, time_s)
 
@@ -40,7 +42,9 @@ def test_the_slope_is_the_derivative_of_the_value(
 
 
 @given(VALUES, VALUES, POSITIVE, POSITIVE)
-def test_a_trapezoid_goes_from_start_to_target_within_its_limits(start: float, target: float, top: float, curvature: float) -> None:
+def test_a_trapezoid_goes_from_start_to_target_within_its_limits(
+    start: float, target: float, top: float, curvature: float
+) -> None:
     total = abs(target - start) / top + top / curvature + 10.0
     times = np.linspace(0.0, total, 400)
     values, slopes = np.array([at(Shape.TRAPEZOID, (target, top, curvature), t, start) for t in times]).T

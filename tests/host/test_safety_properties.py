@@ -1,4 +1,6 @@
-"""What must hold whatever happens: torque only under control, never after lost feedback, limits always, no bytes that raise."""
+"""What must hold whatever happens: torque only under control, never after lost feedback, limits always, no bytes that
+raise.
+"""
 
 from __future__ import annotations
 
@@ -15,11 +17,18 @@ TORQUE_LIMITS = (124000, 52800)
 MODES = st.sampled_from(list(Mode))
 VALUES = st.floats(-20.0, 20.0)
 COMMANDS = st.builds(
-    lambda mode, value, origin: AxisCommand(mode, Shape.HOLD, (value,), origin), MODES, VALUES, st.sampled_from(list(Origin))
+    lambda mode, value, origin: AxisCommand(mode, Shape.HOLD, (value,), origin),
+    MODES,
+    VALUES,
+    st.sampled_from(list(Origin)),
 )
 ACTIONS = st.one_of(
     st.tuples(st.just("command"), COMMANDS, COMMANDS),
-    st.tuples(st.sampled_from(["stop", "quick_stop", "reset", "silence", "voice", "corrupt", "cut", "clean", "fault", "restart"])),
+    st.tuples(
+        st.sampled_from(
+            ["stop", "quick_stop", "reset", "silence", "voice", "corrupt", "cut", "clean", "fault", "restart"]
+        )
+    ),
     st.tuples(st.just("load"), st.floats(-10.0, 10.0), st.floats(-5.0, 5.0)),
     st.tuples(st.just("gyro"), st.floats(-2.0, 2.0), st.floats(-2.0, 2.0)),
     st.tuples(st.just("base"), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0)),

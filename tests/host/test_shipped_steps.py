@@ -16,8 +16,18 @@ from sim_backend.model import shipped_model
 
 STEP = program_of(
     [
-        Segment(AxisCommand(Mode.POSITION, Shape.HOLD, (0.0,)), AxisCommand(Mode.POSITION, Shape.HOLD, (0.0,)), 1500, label=0),
-        Segment(AxisCommand(Mode.POSITION, Shape.HOLD, (1.0,)), AxisCommand(Mode.POSITION, Shape.HOLD, (0.5,)), 4000, label=1),
+        Segment(
+            AxisCommand(Mode.POSITION, Shape.HOLD, (0.0,)),
+            AxisCommand(Mode.POSITION, Shape.HOLD, (0.0,)),
+            1500,
+            label=0,
+        ),
+        Segment(
+            AxisCommand(Mode.POSITION, Shape.HOLD, (1.0,)),
+            AxisCommand(Mode.POSITION, Shape.HOLD, (0.5,)),
+            4000,
+            label=1,
+        ),
     ]
 )
 

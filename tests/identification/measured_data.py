@@ -12,7 +12,9 @@ from tests.rigs.emps import emps_signals
 
 
 def dd2dof_plateaus(fastest_deg_s: float = 100.0) -> list[Plateau]:
-    """Constant-speed runs up to the row where the axis stops or turns back, each run once (some files are copies of others)."""
+    """Constant-speed runs up to the row where the axis stops or turns back, each run once (some files are copies of
+    others).
+    """
     plateaus, seen = [], set()
     for file in sorted((data_folder("dd2dof") / "test_2").glob("cin_pos1_*.t")):
         time, position, torque = arm_signals(file)
@@ -29,7 +31,9 @@ def dd2dof_plateaus(fastest_deg_s: float = 100.0) -> list[Plateau]:
 
 
 def dd2dof_gravity(fastest_deg_s: float = 65.0) -> tuple[float, float]:
-    """Gravity torque amplitude (N m) and its standard error as the sliding runs themselves say it: each run has a level of its own."""
+    """Gravity torque amplitude (N m) and its standard error as the sliding runs themselves say it: each run has a level
+    of its own.
+    """
     columns, torques = [], []
     for plateau in dd2dof_plateaus(fastest_deg_s):
         window = find_steady_window(plateau.time_s, plateau.position)
@@ -37,7 +41,9 @@ def dd2dof_gravity(fastest_deg_s: float = 65.0) -> tuple[float, float]:
             continue
         rows = np.linspace(window.start, window.stop - 1, 200).astype(np.int64)
         angle = plateau.position[rows]
-        columns.append(np.stack([np.sin(angle), np.cos(angle)]) - np.array([[np.sin(angle).mean()], [np.cos(angle).mean()]]))
+        columns.append(
+            np.stack([np.sin(angle), np.cos(angle)]) - np.array([[np.sin(angle).mean()], [np.cos(angle).mean()]])
+        )
         torque = plateau.friction[rows] + GRAVITY * np.sin(angle)
         torques.append(torque - torque.mean())
     design, target = np.concatenate(columns, axis=1).T, np.concatenate(torques)
@@ -74,6 +80,8 @@ def emps(name: str = "DATA_EMPS") -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def dd2dof_validation() -> tuple[np.ndarray, np.ndarray]:
-    """Time (s) and measured position (rad) of the open-loop run under 20 sin(2 pi 0.1 t) N m; the second axis moved too."""
+    """Time (s) and measured position (rad) of the open-loop run under 20 sin(2 pi 0.1 t) N m; the second axis moved
+    too.
+    """
     rows = np.loadtxt(data_folder("dd2dof") / "comparacion" / "pos1_20_exp2_gan.t")
     return rows[:, 0], np.deg2rad(rows[:, 1])

@@ -1,4 +1,6 @@
-"""A single axis with hidden truth: LuGre friction, gravity and ripple, under a rate loop or open loop, with encoder and gyro."""
+"""A single axis with hidden truth: LuGre friction, gravity and ripple, under a rate loop or open loop, with encoder and
+gyro.
+"""
 
 from __future__ import annotations
 
@@ -42,10 +44,26 @@ class Recorded:
 
 @entry_point
 def _closed_loop(
-    reference: np.ndarray, feed: np.ndarray, base_rate: np.ndarray, noise: np.ndarray, numbers: np.ndarray, steps: int, out: np.ndarray
+    reference: np.ndarray,
+    feed: np.ndarray,
+    base_rate: np.ndarray,
+    noise: np.ndarray,
+    numbers: np.ndarray,
+    steps: int,
+    out: np.ndarray,
 ) -> None:
-    """PI on the gyro where `feed` is NaN, else the torque in `feed`; out (n, 3): torque, position, gyro, all before the tick."""
-    ts, tc, vs, sigma2, delta, sigma0, sigma1 = numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5], numbers[6]
+    """PI on the gyro where `feed` is NaN, else the torque in `feed`; out (n, 3): torque, position, gyro, all before the
+    tick.
+    """
+    ts, tc, vs, sigma2, delta, sigma0, sigma1 = (
+        numbers[0],
+        numbers[1],
+        numbers[2],
+        numbers[3],
+        numbers[4],
+        numbers[5],
+        numbers[6],
+    )
     inertia, gravity, ripple, kp, ki = numbers[7], numbers[8], numbers[9], numbers[10], numbers[11]
     q, v, a, z, integral = 0.0, 0.0, 0.0, 0.0, numbers[12]
     h = 1e-3 / steps
@@ -77,7 +95,8 @@ def _record(rig: Rig, reference: np.ndarray, feed: np.ndarray, seed: int, base_r
 
 
 def follow_rate(rig: Rig, reference: np.ndarray, seed: int, base_rate: np.ndarray | None = None) -> Recorded:
-    """A rate loop on the gyro follows a joint-rate reference (n,); `base_rate` (n,) is what the base adds to the gyro."""
+    """A rate loop on the gyro follows a joint-rate reference (n,); `base_rate` (n,) is what the base adds to the gyro.
+    """
     return _record(rig, reference, np.full(len(reference), np.nan), seed, base_rate)
 
 
@@ -87,7 +106,9 @@ def apply_torque(rig: Rig, torque: np.ndarray) -> Recorded:
 
 
 def there_and_back(speeds: Sequence[float], least_s: float = 5.0, least_rad: float = 0.02) -> np.ndarray:
-    """Rate reference that goes each speed forth and back over the same stretch, with half a second of rest at the start."""
+    """Rate reference that goes each speed forth and back over the same stretch, with half a second of rest at the
+    start.
+    """
     pieces = [np.zeros(500)]
     for speed in speeds:
         rows = int(RATE_HZ * max(least_s, least_rad / speed))
@@ -101,7 +122,9 @@ def plateau_rows(reference: np.ndarray) -> list[slice]:
     return [slice(int(a), int(b)) for a, b in pairwise(edges) if reference[a] != 0.0]
 
 
-def slow_ramp(peak: float, seconds: float, points: Sequence[float] = (0.0, 1.0, 0.3, 0.7, -1.0, 0.6, 0.0)) -> np.ndarray:
+def slow_ramp(
+    peak: float, seconds: float, points: Sequence[float] = (0.0, 1.0, 0.3, 0.7, -1.0, 0.6, 0.0)
+) -> np.ndarray:
     """Torque through shares of `peak` at constant steepness overall, (n,)."""
     moments = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(points)))])
     time = np.arange(int(seconds * RATE_HZ)) / RATE_HZ

@@ -26,7 +26,10 @@ def _points(static: StaticFriction, noise: float = 2e-4) -> list[VelocityPoint]:
     rng = np.random.default_rng(1)
     speeds = np.concatenate([-np.geomspace(0.1, 0.001, 25), np.geomspace(0.001, 0.1, 25)])
     torque = np.sign(speeds) * static.torque(np.abs(speeds)) + rng.normal(0.0, noise, 50)
-    return [VelocityPoint(float(v), float(t), noise, 0.0, 1, (f"{v:.4f}",), 100.0) for v, t in zip(speeds, torque, strict=True)]
+    return [
+        VelocityPoint(float(v), float(t), noise, 0.0, 1, (f"{v:.4f}",), 100.0)
+        for v, t in zip(speeds, torque, strict=True)
+    ]
 
 
 def test_break_away_of_a_ramp_lies_between_coulomb_and_break_away_torque() -> None:
@@ -50,7 +53,10 @@ def test_a_ramp_that_stays_below_break_away_has_none() -> None:
 def test_break_away_below_coulomb_is_a_contradiction_and_agreement_is_none() -> None:
     found = break_away(_ramp(1.3 * OUTER.static.breakaway), OUTER.sigma0, ENCODER_STEP)
     assert found is not None
-    agreeing, higher = fit_static(_points(OUTER.static)), fit_static(_points(StaticFriction(0.35, 0.34, 0.0054, 0.06, 1.0)))
+    agreeing, higher = (
+        fit_static(_points(OUTER.static)),
+        fit_static(_points(StaticFriction(0.35, 0.34, 0.0054, 0.06, 1.0))),
+    )
     assert agreeing is not None and higher is not None
     assert break_away_findings([found], agreeing) == ()
     contradiction = break_away_findings([found], higher)

@@ -1,4 +1,6 @@
-"""Do the intervals of the whole chain cover the truth, with gravity, ripple, noise and wrong priors? `-s` shows the figures."""
+"""Do the intervals of the whole chain cover the truth, with gravity, ripple, noise and wrong priors? `-s` shows the
+figures.
+"""
 
 from __future__ import annotations
 

@@ -31,11 +31,20 @@ SPEEDS = np.geomspace(0.001, 0.1, 10)
 
 def _prior(folder: Path) -> Path:
     """A model whose friction is off, whose gravity is right: 0.4 N m at the level."""
-    number = {"breakaway": 0.3, "coulomb": 0.28, "stribeck_velocity": 0.01, "viscous": 0.1, "shape": 1.3, "sigma0": 300.0, "sigma1": 10.0}
+    number = {
+        "breakaway": 0.3,
+        "coulomb": 0.28,
+        "stribeck_velocity": 0.01,
+        "viscous": 0.1,
+        "shape": 1.3,
+        "sigma0": 300.0,
+        "sigma1": 10.0,
+    }
     document = {
         "schema": 1, "name": "one axis", "kind": "rotary", "incline_sine": 1.0, "gravity_m_s2": 10.0,
         "axes": {"arm": {
-            "body": {"mass": 1.0, "cog": {"x": 0.04}, "inertia": {"zz": 0.5}}, "friction": number, "encoder": {"step": ENCODER_STEP},
+            "body": {"mass": 1.0, "cog": {"x": 0.04}, "inertia": {"zz": 0.5}}, "friction": number,
+            "encoder": {"step": ENCODER_STEP},
         }},
     }  # fmt: skip
     path = folder / "prior.yaml"
@@ -54,7 +63,9 @@ def _write(folder: Path, name: str, recorded: Recorded, with_reference: bool) ->
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Prior, a sliding table, a slow-ramp table and a pulse table; the torque runs stand where gravity is balanced by nothing else."""
+    """Prior, a sliding table, a slow-ramp table and a pulse table; the torque runs stand where gravity is balanced by
+    nothing else.
+    """
     where = tmp_path_factory.mktemp("identify")
     _prior(where)
     _write(where, "sliding", follow_rate(RIG, there_and_back(SPEEDS), 7), with_reference=True)
@@ -70,7 +81,20 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def _identify(folder: Path, out: Path, *extra: str) -> int:
     tables = [str(folder / f"{name}.parquet") for name in ("sliding", "ramps", "pulses")]
-    return run("identify", [*tables, "--model", str(folder / "prior.yaml"), "--out", str(out), "--torque-driven", "--workers", "1", *extra])
+    return run(
+        "identify",
+        [
+            *tables,
+            "--model",
+            str(folder / "prior.yaml"),
+            "--out",
+            str(out),
+            "--torque-driven",
+            "--workers",
+            "1",
+            *extra,
+        ],
+    )
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +116,15 @@ def test_all_seven_numbers_are_identified_with_intervals_that_hold_the_truth(ans
         "sigma0": 238.88,
         "sigma1": 16.02,
     }
-    tolerance = {"breakaway": 0.01, "coulomb": 0.01, "stribeck_velocity": 0.1, "viscous": 0.2, "shape": 0.2, "sigma0": 0.05, "sigma1": 0.05}
+    tolerance = {
+        "breakaway": 0.01,
+        "coulomb": 0.01,
+        "stribeck_velocity": 0.1,
+        "viscous": 0.2,
+        "shape": 0.2,
+        "sigma0": 0.05,
+        "sigma1": 0.05,
+    }
     for name, value in true.items():
         assert found[name]["verdict"] != "not_identified", name
         assert found[name]["value"] == pytest.approx(value, rel=tolerance[name]), name
@@ -130,7 +162,9 @@ def test_nothing_is_overwritten_without_force(folder: Path, answer: Path, capsys
     assert "--force" in capsys.readouterr().err
 
 
-def test_an_axis_that_the_model_does_not_have_is_refused(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_axis_that_the_model_does_not_have_is_refused(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     with pytest.raises(SystemExit) as ended:
         _identify(folder, tmp_path / "out", "--axis", "leg")
     assert ended.value.code == 2
@@ -144,7 +178,16 @@ def test_a_table_in_which_nothing_happens_keeps_every_prior_and_answers_no(folde
     })  # fmt: skip
     write_signals(still, tmp_path / "still.csv")
     code = run(
-        "identify", [str(tmp_path / "still.csv"), "--model", str(folder / "prior.yaml"), "--out", str(tmp_path / "out"), "--workers", "1"]
+        "identify",
+        [
+            str(tmp_path / "still.csv"),
+            "--model",
+            str(folder / "prior.yaml"),
+            "--out",
+            str(tmp_path / "out"),
+            "--workers",
+            "1",
+        ],
     )
     assert code == 1
     record = json.loads((tmp_path / "out" / "identification.json").read_text())

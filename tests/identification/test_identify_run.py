@@ -44,14 +44,26 @@ def test_a_run_of_the_virtual_antenna_gives_its_outer_friction(tmp_path: Path) -
     settings = shipped_settings()
     model, seed = embedded_model_of(settings)
     experiment = Experiment(
-        "mixed", "sliding and presliding", tuple(_steps(settings.rate_hz)), lambda step, signals: None, lambda rows, drawn: []
+        "mixed",
+        "sliding and presliding",
+        tuple(_steps(settings.rate_hz)),
+        lambda step, signals: None,
+        lambda rows, drawn: [],
     )
     header = run_header(settings, model, seed, "mixed", 1)
     run_experiment(experiment, EmbeddedAntenna(settings, model, seed), tmp_path / "run", header)
-    assert run("identify", [str(tmp_path / "run"), "--out", str(tmp_path / "out"), "--axis", "outer", "--workers", "1"]) == 0
+    assert (
+        run("identify", [str(tmp_path / "run"), "--out", str(tmp_path / "out"), "--axis", "outer", "--workers", "1"])
+        == 0
+    )
     record = json.loads((tmp_path / "out" / "identification.json").read_text())
     found = {e["name"]: e for e in record["axes"][0]["estimates"]}
-    true = {"breakaway": OUTER.static.breakaway, "coulomb": OUTER.static.coulomb, "sigma0": OUTER.sigma0, "sigma1": OUTER.sigma1}
+    true = {
+        "breakaway": OUTER.static.breakaway,
+        "coulomb": OUTER.static.coulomb,
+        "sigma0": OUTER.sigma0,
+        "sigma1": OUTER.sigma1,
+    }
     for name, value in true.items():
         assert found[name]["verdict"] == "identified", name
         assert found[name]["value"] == pytest.approx(value, rel=0.05), name

@@ -63,7 +63,10 @@ def test_emps_directions_differ_as_published() -> None:
 
 def test_emps_through_the_command_leaves_a_model_with_its_mass(tmp_path: Path) -> None:
     time, position, force = emps()
-    write_signals(SignalsTable.of(("slide",), time, {"slide.torque": force, "slide.position": position}), tmp_path / "emps.parquet")
+    write_signals(
+        SignalsTable.of(("slide",), time, {"slide.torque": force, "slide.position": position}),
+        tmp_path / "emps.parquet",
+    )
     friction = {"breakaway": 20.0, "coulomb": 20.0, "viscous": 200.0}
     prior = {
         "schema": 1,
@@ -74,7 +77,15 @@ def test_emps_through_the_command_leaves_a_model_with_its_mass(tmp_path: Path) -
     (tmp_path / "prior.yaml").write_text(yaml.safe_dump(prior))
     code = run(
         "identify",
-        [str(tmp_path / "emps.parquet"), "--model", str(tmp_path / "prior.yaml"), "--out", str(tmp_path / "out"), "--workers", "1"],
+        [
+            str(tmp_path / "emps.parquet"),
+            "--model",
+            str(tmp_path / "prior.yaml"),
+            "--out",
+            str(tmp_path / "out"),
+            "--workers",
+            "1",
+        ],
     )
     assert code == 0
     record = json.loads((tmp_path / "out" / "identification.json").read_text())
@@ -97,7 +108,9 @@ def test_dd2dof_velocity_map_per_direction_is_within_half_a_newtonmetre() -> Non
 
 
 def test_dd2dof_plateaus_too_short_to_average_scatter_more_but_do_not_move_the_curve() -> None:
-    all_speeds, up_to_65 = (fit_static(measure_velocity_map(dd2dof_plateaus(top)).points, Direction.POSITIVE) for top in (100.0, 65.0))
+    all_speeds, up_to_65 = (
+        fit_static(measure_velocity_map(dd2dof_plateaus(top)).points, Direction.POSITIVE) for top in (100.0, 65.0)
+    )
     assert all_speeds is not None and up_to_65 is not None
     print(f"dd2dof positive, all speeds: rms {all_speeds.rms:.3f} N m")
     assert all_speeds.rms < 0.60
@@ -135,15 +148,22 @@ def test_dd2dof_presliding_stiffness_comes_with_its_encoder_limit_and_not_from_t
 
 def test_dd2dof_gravity_of_the_sliding_runs_is_that_of_the_published_model_with_the_second_axis_hanging() -> None:
     gravity, error = dd2dof_gravity()
-    print(f"dd2dof gravity from the sliding runs: {gravity:.1f} +- {error:.1f} N m; published straight 40.3, hanging 38.5, folded 36.6")
+    print(
+        f"dd2dof gravity from the sliding runs: {gravity:.1f} +- {error:.1f} N m; published straight 40.3, hanging "
+        "38.5, folded 36.6"
+    )
     assert gravity == pytest.approx(9.81 * 3.921, abs=2.0 * error) and error < 1.5
 
 
 def test_dd2dof_open_loop_is_predicted_better_than_by_the_published_parameters_in_the_same_simulation() -> None:
-    """The second axis moved during this run and was not recorded: its angle is a nuisance of three values, the same for both models."""
+    """The second axis moved during this run and was not recorded: its angle is a nuisance of three values, the same for
+    both models.
+    """
     contradicted = ("pos1_02", "pos1_03", "pos1_04", "_n01", "_n02", "_n03", "_n04")
     near = [
-        _within(plateau, np.deg2rad(20.0)) for plateau in dd2dof_plateaus(65.0) if not any(word in plateau.label for word in contradicted)
+        _within(plateau, np.deg2rad(20.0))
+        for plateau in dd2dof_plateaus(65.0)
+        if not any(word in plateau.label for word in contradicted)
     ]
     points = list(measure_velocity_map([plateau for plateau in near if len(plateau.time_s) > 40]).points)
     ramps = [one.torque for run in dd2dof_ramps() if (one := break_away(run, 21418.98, STEP)) is not None]
@@ -151,7 +171,9 @@ def test_dd2dof_open_loop_is_predicted_better_than_by_the_published_parameters_i
     for sign, direction in ((1.0, Direction.POSITIVE), (-1.0, Direction.NEGATIVE)):
         torques = np.array([torque for torque in ramps if torque * sign > 0.0])
         error = float(np.std(torques, ddof=1) / np.sqrt(len(torques)))
-        at_rest = VelocityPoint(sign * 2e-4, float(np.mean(torques)), error, 0.0, len(torques), ("ramps",), float(len(torques)))
+        at_rest = VelocityPoint(
+            sign * 2e-4, float(np.mean(torques)), error, 0.0, len(torques), ("ramps",), float(len(torques))
+        )
         side = fit_static([*points, at_rest], direction)
         assert side is not None
         sides.append(LugreFriction(side.friction, 85_800.0, 1404.98))
@@ -181,4 +203,6 @@ def _within(plateau: Plateau, angle: float) -> Plateau:
     """The plateau up to the first row beyond an angle: the validation run stays near the bottom."""
     outside = np.abs(plateau.position) > angle
     stop = int(np.argmax(outside)) if outside.any() else len(outside)
-    return Plateau(plateau.label, plateau.time_s[:stop], plateau.position[:stop], plateau.friction[:stop], plateau.inertia)
+    return Plateau(
+        plateau.label, plateau.time_s[:stop], plateau.position[:stop], plateau.friction[:stop], plateau.inertia
+    )

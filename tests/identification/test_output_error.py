@@ -5,7 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.identification import LUGRE_NAMES, AxisRecord, OutputErrorFit, OutputErrorRule, Verdict, fit_output_error, simulate_axis
+from gimbal_hil.identification import (
+    LUGRE_NAMES,
+    AxisRecord,
+    OutputErrorFit,
+    OutputErrorRule,
+    Verdict,
+    fit_output_error,
+    simulate_axis,
+)
 from sim_backend.model import model_from_document
 from sim_backend.plant import Plant
 from tests.identification.one_axis_rig import ENCODER_STEP, OUTER, Rig, apply_torque, pulses, reversing_multisine
@@ -32,7 +40,9 @@ def test_the_forward_simulation_is_the_plant_of_a_single_axis() -> None:
     }  # fmt: skip
     torque = reversing_multisine(0.45, 4.0)
     motion = Plant(model_from_document(document, "test"), 1000.0, 0).run(torque[:, None])
-    position, rate = simulate_axis(AxisRecord("same", 1e-3, torque, np.zeros(len(torque))), INERTIA, OUTER, substep_s=5e-4)
+    position, rate = simulate_axis(
+        AxisRecord("same", 1e-3, torque, np.zeros(len(torque))), INERTIA, OUTER, substep_s=5e-4
+    )
     assert position == pytest.approx(motion.position[:, 0], abs=1e-9)
     assert rate == pytest.approx(motion.rate[:, 0], abs=1e-9)
 
@@ -40,7 +50,9 @@ def test_the_forward_simulation_is_the_plant_of_a_single_axis() -> None:
 def test_pulses_within_presliding_give_stiffness_and_damping() -> None:
     record = _record(pulses(0.12, 4.0), "pulses")
     start = OUTER.with_values(("sigma0", "sigma1"), np.array([300.0, 9.0]))
-    fit = fit_output_error([record], INERTIA, start, ("breakaway", "sigma0", "sigma1"), ENCODER_STEP, OutputErrorRule(starts=2))
+    fit = fit_output_error(
+        [record], INERTIA, start, ("breakaway", "sigma0", "sigma1"), ENCODER_STEP, OutputErrorRule(starts=2)
+    )
     found = {e.name: e for e in fit.estimates}
     assert found["sigma0"].value == pytest.approx(TRUE["sigma0"], rel=0.02)
     assert found["sigma1"].value == pytest.approx(TRUE["sigma1"], rel=0.02)
@@ -60,7 +72,9 @@ def test_a_reversing_multisine_identifies_what_slides_and_what_bends() -> None:
 @pytest.mark.heavy
 def test_a_step_cannot_identify_the_stribeck_speed_or_shape_and_says_so() -> None:
     torque = np.where(np.arange(1500) < 200, 0.0, 0.6)
-    fit = fit_output_error([_record(torque, "step")], INERTIA, START, LUGRE_NAMES, ENCODER_STEP, OutputErrorRule(starts=1, substep_s=5e-4))
+    fit = fit_output_error(
+        [_record(torque, "step")], INERTIA, START, LUGRE_NAMES, ENCODER_STEP, OutputErrorRule(starts=1, substep_s=5e-4)
+    )
     found = {e.name: e for e in fit.estimates}
     for name in ("stribeck_velocity", "shape"):
         assert found[name].verdict is Verdict.NOT_IDENTIFIED

@@ -29,7 +29,9 @@ def test_the_secant_is_wrong_by_what_the_errata_say(share: float, ratio: float) 
 
 
 def test_a_closed_loop_of_torque_does_not_return_to_where_it_began() -> None:
-    path = presliding_path(np.concatenate([np.linspace(0.0, 0.5 * TS, 100), np.linspace(0.5 * TS, 0.0, 100)]), SIGMA0, TS)
+    path = presliding_path(
+        np.concatenate([np.linspace(0.0, 0.5 * TS, 100), np.linspace(0.5 * TS, 0.0, 100)]), SIGMA0, TS
+    )
     assert 0.0 < path[-1] < path.max()
 
 
@@ -73,7 +75,9 @@ def test_a_run_without_torque_gives_no_fit() -> None:
 def test_an_unknown_damping_widens_the_interval_until_it_holds_the_truth() -> None:
     wrong = 0.6 * OUTER.sigma1
     sure = fit_presliding([_run(seconds=15.0)], TS, ENCODER_STEP, sigma1=wrong, curve=OUTER.static)
-    unsure = fit_presliding([_run(seconds=15.0)], TS, ENCODER_STEP, sigma1=wrong, sigma1_is_known=False, curve=OUTER.static)
+    unsure = fit_presliding(
+        [_run(seconds=15.0)], TS, ENCODER_STEP, sigma1=wrong, sigma1_is_known=False, curve=OUTER.static
+    )
     assert sure is not None and unsure is not None
     assert not sure.sigma0.interval.covers(SIGMA0)
     assert unsure.sigma0.interval.covers(SIGMA0)

@@ -11,7 +11,9 @@ from gimbal_hil.identification.estimate import Interval, settle, straight
 from gimbal_hil.identification.units import LINEAR, ROTARY
 
 
-@pytest.mark.parametrize(("rotary", "linear"), [("N m", "N"), ("rad/s", "m/s"), ("N m s/rad", "N s/m"), ("N m/rad", "N/m"), ("1", "1")])
+@pytest.mark.parametrize(
+    ("rotary", "linear"), [("N m", "N"), ("rad/s", "m/s"), ("N m s/rad", "N s/m"), ("N m/rad", "N/m"), ("1", "1")]
+)
 def test_each_unit_of_a_rotary_axis_has_one_of_a_linear_axis(rotary: str, linear: str) -> None:
     assert straight(settle("any", 1.0, Interval(0.9, 1.1), rotary, None, "")).unit == linear
 
@@ -20,7 +22,9 @@ def test_pictures_are_labelled_in_the_units_of_the_axis() -> None:
     assert (ROTARY.torque, ROTARY.rate) == ("N m", "rad/s") and (LINEAR.torque, LINEAR.rate) == ("N", "m/s")
 
 
-def test_a_file_in_the_place_of_the_folder_is_refused_before_the_work(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_file_in_the_place_of_the_folder_is_refused_before_the_work(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     (tmp_path / "out").write_text("here")
     with pytest.raises(SystemExit) as ended:
         run("identify", ["nothing.csv", "--out", str(tmp_path / "out")])
@@ -31,7 +35,10 @@ def test_a_model_whose_friction_follows_a_table_is_refused(tmp_path: Path, capsy
     from sim_backend.model import shipped_model_path
 
     with pytest.raises(SystemExit) as ended:
-        run("identify", ["nothing.csv", "--out", str(tmp_path / "out"), "--model", str(shipped_model_path("thesis-temperature"))])
+        run(
+            "identify",
+            ["nothing.csv", "--out", str(tmp_path / "out"), "--model", str(shipped_model_path("thesis-temperature"))],
+        )
     assert ended.value.code == 2
     assert "axes.outer.friction.over_temperature" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()

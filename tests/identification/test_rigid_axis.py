@@ -42,7 +42,9 @@ def test_bootstrap_intervals_cover_the_truth_in_at_least_nine_of_ten_repeats() -
     for seed in range(40):
         position, torque = _axis(0.05, seed)
         fit = fit_rigid_axis(TIME, position, torque, RigidAxisRule(20.0), seed=seed)
-        covered += sum(next(e for e in fit.estimates if e.name == name).interval.covers(value) for name, value in TRUE.items())
+        covered += sum(
+            next(e for e in fit.estimates if e.name == name).interval.covers(value) for name, value in TRUE.items()
+        )
     assert covered / 160 >= 0.88
 
 

@@ -13,7 +13,9 @@ SPEEDS = np.geomspace(0.001, 0.1, 45)
 NAMES = ("breakaway", "coulomb", "stribeck_velocity", "viscous", "shape")
 
 
-def _map(truth: StaticFriction, noise: float, seed: int, offset: float = 0.0, stated: float | None = None) -> list[VelocityPoint]:
+def _map(
+    truth: StaticFriction, noise: float, seed: int, offset: float = 0.0, stated: float | None = None
+) -> list[VelocityPoint]:
     rng = np.random.default_rng(seed)
     points = []
     for side in (-1.0, 1.0):

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from gimbal_hil.identification.steadiness import cusum_score, find_steady_window, reverse_arrangement_score, settled_start
+from gimbal_hil.identification.steadiness import (
+    cusum_score,
+    find_steady_window,
+    reverse_arrangement_score,
+    settled_start,
+)
 
 TIME = np.arange(4000) * 1e-3
 

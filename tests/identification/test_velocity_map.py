@@ -7,7 +7,15 @@ import pytest
 
 from gimbal_hil.identification import Plateau, VelocityMap, measure_velocity_map
 from gimbal_hil.identification.rigid_axis import centred_torque
-from tests.identification.one_axis_rig import ENCODER_STEP, OUTER, Recorded, Rig, follow_rate, plateau_rows, there_and_back
+from tests.identification.one_axis_rig import (
+    ENCODER_STEP,
+    OUTER,
+    Recorded,
+    Rig,
+    follow_rate,
+    plateau_rows,
+    there_and_back,
+)
 
 SPEEDS = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1)
 
@@ -57,7 +65,9 @@ def test_plateaus_of_a_few_encoder_steps_are_refused_with_a_reason() -> None:
     recorded = follow_rate(coarse, there_and_back((0.01,)), 4)
     torque = centred_torque(recorded.torque)
     rows = plateau_rows(recorded.rate_ref)[0]
-    found = measure_velocity_map([Plateau("slow", recorded.time_s[rows], recorded.position[rows], torque[rows], 0.5)], position_step=1e-3)
+    found = measure_velocity_map(
+        [Plateau("slow", recorded.time_s[rows], recorded.position[rows], torque[rows], 0.5)], position_step=1e-3
+    )
     assert not found.points
     assert found.rejected[0].label == "slow"
 

@@ -1,4 +1,6 @@
-"""A hanging arm whose friction differs between directions, in open loop: what a published direct-drive model is compared in."""
+"""A hanging arm whose friction differs between directions, in open loop: what a published direct-drive model is
+compared in.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,13 @@ from gimbal_hil.identification import LugreFriction
 
 @entry_point
 def _swing(
-    torque: np.ndarray, step_s: float, steps: int, arm: np.ndarray, forward: np.ndarray, backward: np.ndarray, out: np.ndarray
+    torque: np.ndarray,
+    step_s: float,
+    steps: int,
+    arm: np.ndarray,
+    forward: np.ndarray,
+    backward: np.ndarray,
+    out: np.ndarray,
 ) -> None:
     q, v, z = arm[2], 0.0, 0.0
     h = step_s / steps
@@ -31,9 +39,17 @@ def _swing(
 
 
 def swing(
-    torque: np.ndarray, step_s: float, inertia: float, gravity: float, start: float, forward: LugreFriction, backward: LugreFriction
+    torque: np.ndarray,
+    step_s: float,
+    inertia: float,
+    gravity: float,
+    start: float,
+    forward: LugreFriction,
+    backward: LugreFriction,
 ) -> np.ndarray:
-    """Positions (n,), rad, from rest under held torque (n,): `inertia q'' = torque - gravity sin(q) - friction of the direction`."""
+    """Positions (n,), rad, from rest under held torque (n,): `inertia q'' = torque - gravity sin(q) - friction of the
+    direction`.
+    """
     out = np.zeros(len(torque))
     steps = max(1, int(round(step_s / 3e-4)))
     _swing(torque, step_s, steps, np.array([inertia, gravity, start]), forward.values(), backward.values(), out)

@@ -1,4 +1,6 @@
-"""Antennas with hidden effects, drawn from a seed: effects, axes and magnitudes in noise floors; known numbers off; causes outside."""
+"""Antennas with hidden effects, drawn from a seed: effects, axes and magnitudes in noise floors; known numbers off;
+causes outside.
+"""
 
 from __future__ import annotations
 
@@ -54,13 +56,16 @@ def gaps_in_floors(model: AntennaModel, table: SignalsTable) -> np.ndarray:
 
 def judged(antenna: AntennaModel, model: AntennaModel, number: int = LAST_SURVEY, short: bool = True) -> float:
     """Largest gap (floors) that `model` leaves on a survey of `antenna` that neither has seen."""
-    table = rehearse(survey_motion(SequenceOptions(1000.0, short=short), number), shipped_settings(), antenna, seed=977).table
+    table = rehearse(
+        survey_motion(SequenceOptions(1000.0, short=short), number), shipped_settings(), antenna, seed=977
+    ).table
     assert table is not None
     return float(np.max(gaps_in_floors(model, table)))
 
 
 def effects(axis: str, rng: np.random.Generator, model: AntennaModel) -> dict[str, Callable[[float], Parameters]]:
-    """Every effect that a level, fixed antenna shows, as a function of its size (1 is a usual one) to its parameters."""
+    """Every effect that a level, fixed antenna shows, as a function of its size (1 is a usual one) to its parameters.
+    """
     sign, phase = float(rng.choice([-1.0, 1.0])), float(rng.uniform(-math.pi, math.pi))
     order, slow = float(rng.integers(5, 37)), float(rng.integers(3, 13))
     shift, hz, zeta = float(rng.uniform(1.5, 3.5)), float(rng.uniform(9.0, 28.0)), float(rng.uniform(0.01, 0.05))
@@ -88,7 +93,11 @@ def effects(axis: str, rng: np.random.Generator, model: AntennaModel) -> dict[st
         "inertia": lambda s: {"inertia": inertia * (1.0 + 0.03 * sign * s)},
         "cogging": lambda s: {"amplitude": 0.01 * s, "order": order, "phase": phase},
         "cable_spring": lambda s: {"stiffness": 0.03 * s, "rest_position": rest},
-        "structural_resonance": lambda s: {"antiresonance_frequency": hz, "damping_ratio": zeta, "inertia_share": 0.05 * s},
+        "structural_resonance": lambda s: {
+            "antiresonance_frequency": hz,
+            "damping_ratio": zeta,
+            "inertia_share": 0.05 * s,
+        },
         "torque_gain": lambda s: {"gain_error": 0.02 * sign * s},
         "torque_offset": lambda s: {"offset": 0.01 * sign * s},
         "actuator_lag": lambda s: {"time_constant": 5e-4 * s},
@@ -100,7 +109,10 @@ def effects(axis: str, rng: np.random.Generator, model: AntennaModel) -> dict[st
         "presliding": lambda s: {"sigma0": number("friction.sigma0") * math.exp(-0.3 * s)},
     }
     if axis == "inner":
-        found["static_unbalance"] = lambda s: {"cog_x": number("body.cog.x") + 1e-4 * sign * s, "cog_z": number("body.cog.z") + 8e-5 * s}
+        found["static_unbalance"] = lambda s: {
+            "cog_x": number("body.cog.x") + 1e-4 * sign * s,
+            "cog_z": number("body.cog.z") + 8e-5 * s,
+        }
         found["gyro_misalignment"] = lambda s: {"leak_x": 0.005 * sign * s, "leak_z": 0.004 * s}
     return found
 
@@ -113,7 +125,9 @@ _LARGEST = {
 }  # fmt: skip
 
 
-def sized(start: AntennaModel, name: str, axis: str, of_size: Callable[[float], Parameters], goal: float) -> Hidden | None:
+def sized(
+    start: AntennaModel, name: str, axis: str, of_size: Callable[[float], Parameters], goal: float
+) -> Hidden | None:
     """An effect of the size that makes `goal` floors alone on a survey; None where it cannot."""
     size, top = 1.0, _LARGEST.get(name, 40.0)
     for _ in range(5):
@@ -130,12 +144,15 @@ def sized(start: AntennaModel, name: str, axis: str, of_size: Callable[[float], 
 
 
 def _surveyed(antenna: AntennaModel) -> SignalsTable | None:
-    rehearsal = rehearse(survey_motion(SequenceOptions(1000.0, short=True), MAGNITUDE_SURVEY), shipped_settings(), antenna, seed=31)
+    rehearsal = rehearse(
+        survey_motion(SequenceOptions(1000.0, short=True), MAGNITUDE_SURVEY), shipped_settings(), antenna, seed=31
+    )
     return rehearsal.table if rehearsal.stopped is None else None
 
 
 def draw(seed: int, count: int = 2, off: float = 0.0) -> Antenna:
-    """An antenna with `count` hidden effects; `off` moves every known number by half to all of that share, up or down."""
+    """An antenna with `count` hidden effects; `off` moves every known number by half to all of that share, up or down.
+    """
     rng = np.random.default_rng(seed)
     start = shipped_model()
     hidden: list[Hidden] = []
@@ -162,7 +179,9 @@ def _clash(name: str, axis: str, hidden: list[Hidden]) -> bool:
 
 
 def _beside(start: AntennaModel, antenna: AntennaModel, one: Hidden) -> Parameters:
-    """Parameters that are numbers of the model change the moved antenna's number by the same share as the first model's."""
+    """Parameters that are numbers of the model change the moved antenna's number by the same share as the first
+    model's.
+    """
     found = dict(one.parameters)
     for parameter in CATALOGUE[one.name].parameters:
         if parameter.path is not None and parameter.name in found:
@@ -178,7 +197,9 @@ def _moved(start: AntennaModel, rng: np.random.Generator, off: float) -> Antenna
         share = off * float(rng.choice([-1.0, 1.0])) * float(rng.uniform(0.5, 1.0))
         numbers[known.axis, known.path] = start.number(known.axis, known.path) * (1.0 + share)
     for axis in start.axes:
-        numbers[axis, "friction.breakaway"] = max(numbers[axis, "friction.breakaway"], 1.02 * numbers[axis, "friction.coulomb"])
+        numbers[axis, "friction.breakaway"] = max(
+            numbers[axis, "friction.breakaway"], 1.02 * numbers[axis, "friction.coulomb"]
+        )
     return with_numbers(start, numbers)
 
 
@@ -188,7 +209,9 @@ def with_a_bump(axis: str = "inner") -> AntennaModel:
     for order in range(1, 25):
         amplitude = 0.05 * width * 2.0 / math.sqrt(2.0 * math.pi) * math.exp(-0.5 * (order * width) ** 2)
         model = model.with_effect(
-            "cogging", axis, {"amplitude": amplitude, "order": float(order), "phase": _wrapped(0.5 * math.pi - order * centre)}
+            "cogging",
+            axis,
+            {"amplitude": amplitude, "order": float(order), "phase": _wrapped(0.5 * math.pi - order * centre)},
         )
     return model
 

@@ -1,8 +1,9 @@
-"""Improve antennas with hidden effects: `python -m tests.improvement.run --antennas 10 --out DIR [--off 0.08] [--first SEED]`.
+"""Improve antennas with hidden effects: `python -m tests.improvement.run --antennas 10 --out DIR [--off 0.08] [--first
+SEED]`.
 
-Each antenna has two effects drawn from a seed; the improvement is a process of its own that is given the configuration and the
-shipped model alone. Afterwards the model that it leaves is judged on a motion that it has never run. An antenna whose folder holds a
-result is not run again.
+Each antenna has two effects drawn from a seed; the improvement is a process of its own that is given the configuration
+and the shipped model alone. Afterwards the model that it leaves is judged on a motion that it has never run. An antenna
+whose folder holds a result is not run again.
 """
 
 from __future__ import annotations
@@ -49,14 +50,18 @@ def one(folder: Path, seed: int, off: float, words: list[str]) -> dict[str, Any]
     effects = [e for one in record["rounds"] if one["model"] for e in one["effects"]]
     found = {
         "seed": seed,
-        "hidden": [{"name": h.name, "axis": h.axis, "floors": h.floors, "parameters": h.parameters} for h in antenna.hidden],
+        "hidden": [
+            {"name": h.name, "axis": h.axis, "floors": h.floors, "parameters": h.parameters} for h in antenna.hidden
+        ],
         "start_floors": start_gap,
         "end_floors": end_gap,
         "ending": record["ending"],
         "text": record["text"],
         "named": [{"name": e["name"], "axis": e["axis"], "status": e["status"]} for e in effects],
         "rounds": len(record["rounds"]),
-        "runs": sum(1 for line in (folder / "out" / "journal.jsonl").read_text().splitlines() if '"kind": "measured"' in line),
+        "runs": sum(
+            1 for line in (folder / "out" / "journal.jsonl").read_text().splitlines() if '"kind": "measured"' in line
+        ),
         "antenna_s": record["antenna_s"],
         "wall_s": record["wall_s"],
     }
@@ -70,7 +75,8 @@ def row(found: dict[str, Any]) -> str:
     named = ", ".join(dict.fromkeys(f"{e['name']} {e['axis']}" for e in found["named"])) or "nothing"
     used = f"{found['rounds']}, {found['runs']}, {found['antenna_s']:.0f} s"
     cells = (
-        str(found["seed"]), hidden, f"{found['start_floors']:.1f}", f"{found['end_floors']:.2f}", found["ending"].replace("_", " "), named,
+        str(found["seed"]), hidden, f"{found['start_floors']:.1f}", f"{found['end_floors']:.2f}",
+        found["ending"].replace("_", " "), named,
         used, f"{found['wall_s']:.0f} s",
     )  # fmt: skip
     return "| " + " | ".join(cells) + " |"

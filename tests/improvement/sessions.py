@@ -1,4 +1,6 @@
-"""Improvements in this process, for tests: a task on a virtual antenna, with a journal, and a site that can be made to stop."""
+"""Improvements in this process, for tests: a task on a virtual antenna, with a journal, and a site that can be made to
+stop.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +10,17 @@ from pathlib import Path
 from gimbal_hil.experiments.experiment import Experiment
 from gimbal_hil.experiments.runner import ProgressSink
 from gimbal_hil.experiments.sequences.survey import SHORT_SURVEY_S
-from gimbal_hil.improvement import Improvement, Journal, Site, Started, Task, VirtualSite, budgets_of, improve, session_of
+from gimbal_hil.improvement import (
+    Improvement,
+    Journal,
+    Site,
+    Started,
+    Task,
+    VirtualSite,
+    budgets_of,
+    improve,
+    session_of,
+)
 from gimbal_hil.settings import shipped_settings
 from sim_backend.model import AntennaModel, shipped_model
 
@@ -44,7 +56,12 @@ def task_of(
     """A short improvement of the shipped model."""
     settings = shipped_settings()
     return Task(
-        settings, shipped_model(), out, budgets_of(settings, antenna_s, rounds, torque or {}, travel or {}), SHORT_SURVEY_S, workers=1
+        settings,
+        shipped_model(),
+        out,
+        budgets_of(settings, antenna_s, rounds, torque or {}, travel or {}),
+        SHORT_SURVEY_S,
+        workers=1,
     )
 
 

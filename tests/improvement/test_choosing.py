@@ -11,7 +11,16 @@ from gimbal_hil.discrepancy.search import Scored
 from gimbal_hil.discrepancy.separating import CHANCE, all_sequences
 from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
 from gimbal_hil.experiments.sequences.survey import SHORT_SURVEY_S, survey_motion
-from gimbal_hil.improvement.choosing import WORTH, Option, Pair, menu_of, open_end, person_needed, weighed, worth_running
+from gimbal_hil.improvement.choosing import (
+    WORTH,
+    Option,
+    Pair,
+    menu_of,
+    open_end,
+    person_needed,
+    weighed,
+    worth_running,
+)
 from gimbal_hil.improvement.rehearsal import rehearse
 from gimbal_hil.settings import shipped_settings
 from gimbal_hil.signals import SignalsTable
@@ -21,7 +30,10 @@ from sim_backend.model import AntennaModel, shipped_model
 def diagnosed(antenna: AntennaModel) -> Diagnosis:
     """On two short surveys."""
     options, settings = SequenceOptions(1000.0), shipped_settings()
-    tables = [rehearse(survey_motion(options, number, SHORT_SURVEY_S), settings, antenna, seed=3 + number).table for number in (0, 1)]
+    tables = [
+        rehearse(survey_motion(options, number, SHORT_SURVEY_S), settings, antenna, seed=3 + number).table
+        for number in (0, 1)
+    ]
     assert tables[0] is not None and tables[1] is not None
     return diagnose(shipped_model(), (tables[0],), (tables[1],))
 
@@ -29,7 +41,9 @@ def diagnosed(antenna: AntennaModel) -> Diagnosis:
 def pair_of(diagnosis: Diagnosis, *names: str) -> Pair:
     """The cause that was found, and the rival among these names."""
     label = diagnosis.best.hypothesis.labels[0]
-    rival = next(s for s in diagnosis.rivals[0] if s.hypothesis.labels[-1][0] in names and s.hypothesis.labels[-1] != label)
+    rival = next(
+        s for s in diagnosis.rivals[0] if s.hypothesis.labels[-1][0] in names and s.hypothesis.labels[-1] != label
+    )
     return Pair(diagnosis.best, rival, (label, rival.hypothesis.labels[-1]))
 
 
@@ -50,20 +64,35 @@ def named(*names: tuple[str, str]) -> Pair:
 def test_against_chance_the_own_entries_of_a_cause_come_first_and_all_others_once_they_are_used_up() -> None:
     pair = named(("structural_resonance", "inner"), (CHANCE, "inner"))
     assert pair.against_chance
-    assert [(option.sequence, option.axis) for option in menu_of(pair, done=[])] == [("sweep", "inner"), ("reversals", "inner")]
+    assert [(option.sequence, option.axis) for option in menu_of(pair, done=[])] == [
+        ("sweep", "inner"),
+        ("reversals", "inner"),
+    ]
     rest = menu_of(pair, done=[("sweep", "inner"), ("reversals", "inner")])
     assert {option.sequence for option in rest} == set(all_sequences()) - {"sweep", "reversals"}
     # a cause without an entry, and a pair that is not against chance
     assert len(menu_of(named(("saturation", "inner"), (CHANCE, "inner")), done=[])) == len(all_sequences())
-    assert menu_of(named(("viscous", "outer"), ("back_emf", "outer")), done=[("plateaus", "outer"), ("warm_and_cool", "outer")]) == []
+    assert (
+        menu_of(
+            named(("viscous", "outer"), ("back_emf", "outer")), done=[("plateaus", "outer"), ("warm_and_cool", "outer")]
+        )
+        == []
+    )
 
 
 def test_against_chance_the_shortest_run_that_plainly_shows_it_is_made() -> None:
     long, short, faint = (
         Option(name, "inner", expected * WORTH, seconds)
-        for name, expected, seconds in (("warm_and_cool", 900.0, 103.0), ("one_locked", 40.0, 23.0), ("sweep", 2.0, 5.0))
+        for name, expected, seconds in (
+            ("warm_and_cool", 900.0, 103.0),
+            ("one_locked", 40.0, 23.0),
+            ("sweep", 2.0, 5.0),
+        )
     )
-    chance, rivals = named(("saturation", "inner"), (CHANCE, "inner")), named(("stribeck", "inner"), ("presliding", "inner"))
+    chance, rivals = (
+        named(("saturation", "inner"), (CHANCE, "inner")),
+        named(("stribeck", "inner"), ("presliding", "inner")),
+    )
     assert worth_running(chance, [long, short, faint]) is short
     assert worth_running(rivals, [long, short, faint]) is long
     assert worth_running(chance, [faint]) is faint
@@ -72,7 +101,9 @@ def test_against_chance_the_shortest_run_that_plainly_shows_it_is_made() -> None
 
 def test_what_stays_open_says_why() -> None:
     pair = named(("saturation", "inner"), (CHANCE, "inner"))
-    assert "no run fits the budgets (sweep on inner needs 60 s" in open_end(pair, [], ["sweep on inner needs 60 s of antenna time"], 1.2)
+    assert "no run fits the budgets (sweep on inner needs 60 s" in open_end(
+        pair, [], ["sweep on inner needs 60 s of antenna time"], 1.2
+    )
     assert "suspected, not shown" in open_end(pair, [], [], 1.2)
     assert "A person could tell" in open_end(named(("viscous", "outer"), ("back_emf", "outer")), [], [], 1.0)
 

@@ -52,7 +52,9 @@ def test_a_budget_that_the_first_survey_exceeds_is_refused_and_the_journal_says_
 
 
 @pytest.mark.heavy
-def test_the_shipped_antenna_is_at_its_floor_and_the_answer_is_one_json_object(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_shipped_antenna_is_at_its_floor_and_the_answer_is_one_json_object(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     out = tmp_path / "out"
     code = run("improve", ["--out", str(out), "--survey", "12", "--workers", "1", "--json"])
     answer = json.loads(capsys.readouterr().out)

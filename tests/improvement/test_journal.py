@@ -11,7 +11,14 @@ from gimbal_hil.improvement.journal import Chosen, Ended, Entry, Journal, Measur
 
 ENTRIES: tuple[Entry, ...] = (
     Started({"short": True}),
-    Chosen(1, "round_1/survey", "survey", ["outer"], "to search on", [{"sequence": "creep", "axis": "outer", "expected": 3.0}]),
+    Chosen(
+        1,
+        "round_1/survey",
+        "survey",
+        ["outer"],
+        "to search on",
+        [{"sequence": "creep", "axis": "outer", "expected": 3.0}],
+    ),
     Refused(1, "sweep", "needs 9 N m on outer"),
     Measured(1, "round_1/survey", "survey", "search", 35.5, 2.0),
     Ended("at_the_floor", "done", 35.5, 1),

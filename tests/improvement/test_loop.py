@@ -15,7 +15,9 @@ from tests.improvement.sessions import improved, task_of, virtual
 COGGING = {"amplitude": 0.03, "order": 12.0, "phase": 0.7}
 
 
-def test_an_antenna_without_hidden_effects_ends_at_the_floor_after_two_surveys_with_the_model_unchanged(tmp_path: Path) -> None:
+def test_an_antenna_without_hidden_effects_ends_at_the_floor_after_two_surveys_with_the_model_unchanged(
+    tmp_path: Path,
+) -> None:
     site = virtual(shipped_model())
     done = improved(task_of(tmp_path), site)
     assert done.ending is Ending.AT_THE_FLOOR
@@ -52,7 +54,9 @@ def test_a_stopped_improvement_goes_on_without_making_finished_runs_again(tmp_pa
     ],
     ids=["time", "torque", "travel"],
 )
-def test_a_survey_that_would_exceed_a_budget_is_refused_before_anything_moves(tmp_path: Path, budget: dict[str, object]) -> None:
+def test_a_survey_that_would_exceed_a_budget_is_refused_before_anything_moves(
+    tmp_path: Path, budget: dict[str, object]
+) -> None:
     site = virtual(shipped_model())
     with pytest.raises(BadInputError, match="the first survey"):
         improved(task_of(tmp_path, **budget), site)  # type: ignore[arg-type]

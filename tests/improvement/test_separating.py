@@ -1,4 +1,6 @@
-"""Every entry of the separating menu is a sequence that the antenna can do within its limits, and that shows what it was made for."""
+"""Every entry of the separating menu is a sequence that the antenna can do within its limits, and that shows what it
+was made for.
+"""
 
 from __future__ import annotations
 

@@ -20,13 +20,16 @@ from gimbal_hil.settings import shipped_settings_path
 from sim_backend.model import shipped_model
 
 COGGING = {"amplitude": 0.03, "order": 12.0, "phase": 0.7}
-#: a machine that stalls for longer than the antenna's deadman stops an experiment, as it should; then the improvement is resumed
+#: a machine that stalls for longer than the antenna's deadman stops an experiment, as it should; then the improvement
+#: is resumed
 TRIES = 30
 _MAIN = "from gimbal_hil.cli import main; main()"
 
 
 def configuration(folder: Path) -> Path:
-    """A daemon on a Unix socket; host and antenna wait longer for each other, since stalls of a busy machine are not under test."""
+    """A daemon on a Unix socket; host and antenna wait longer for each other, since stalls of a busy machine are not
+    under test.
+    """
     document = yaml.safe_load(shipped_settings_path().read_text())
     document["link"] = {"kind": "unix", "path": str(folder / "antenna")}
     document["supervisor"] |= {
@@ -43,18 +46,43 @@ def plant(folder: Path) -> subprocess.Popen[str]:
     """`gimbal-hil plant` with a hidden effect, ready."""
     hidden = folder / "hidden.yaml"
     hidden.write_text(shipped_model().with_effect("cogging", "outer", COGGING).to_yaml())
-    words = ["plant", "--model", str(hidden), "--link", f"unix:{folder / 'antenna'}", "--json", "--ready-file", str(folder / "ready")]
-    process = subprocess.Popen([sys.executable, "-c", _MAIN, *words], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    words = [
+        "plant",
+        "--model",
+        str(hidden),
+        "--link",
+        f"unix:{folder / 'antenna'}",
+        "--json",
+        "--ready-file",
+        str(folder / "ready"),
+    ]
+    process = subprocess.Popen(
+        [sys.executable, "-c", _MAIN, *words], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    )
     assert process.stdout and json.loads(process.stdout.readline())["event"] == "ready"
     return process
 
 
 @pytest.mark.heavy
 @pytest.mark.realtime
-def test_an_improvement_in_real_time_survives_ctrl_c_and_finds_the_effect_hidden_in_the_other_process(tmp_path: Path) -> None:
+def test_an_improvement_in_real_time_survives_ctrl_c_and_finds_the_effect_hidden_in_the_other_process(
+    tmp_path: Path,
+) -> None:
     config, out = configuration(tmp_path), tmp_path / "out"
     antenna = plant(tmp_path)
-    words = [sys.executable, "-c", _MAIN, "improve", "--config", str(config), "--out", str(out), "--survey", "12", "--json"]
+    words = [
+        sys.executable,
+        "-c",
+        _MAIN,
+        "improve",
+        "--config",
+        str(config),
+        "--out",
+        str(out),
+        "--survey",
+        "12",
+        "--json",
+    ]
     journal = out / "journal.jsonl"
     try:
         first = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
@@ -87,7 +115,19 @@ def test_an_improvement_in_real_time_survives_ctrl_c_and_finds_the_effect_hidden
 def test_a_killed_improvement_leaves_no_daemon_that_goes_on(tmp_path: Path) -> None:
     config, out = configuration(tmp_path), tmp_path / "out"
     antenna = plant(tmp_path)
-    words = [sys.executable, "-c", _MAIN, "improve", "--config", str(config), "--out", str(out), "--survey", "12", "--json"]
+    words = [
+        sys.executable,
+        "-c",
+        _MAIN,
+        "improve",
+        "--config",
+        str(config),
+        "--out",
+        str(out),
+        "--survey",
+        "12",
+        "--json",
+    ]
     try:
         first = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         while first.poll() is None and not (out / "round_1" / "survey" / "checkpoint.json").exists():
@@ -103,4 +143,6 @@ def test_a_killed_improvement_leaves_no_daemon_that_goes_on(tmp_path: Path) -> N
         antenna.communicate(timeout=60)
     assert ended is not None and ended.exit_code == 130
     sent = columns_of(open_run(out / "daemon_1").frames, "set_point")
-    assert all(sent.raw[f"enable_{axis}"][-1] == 0 and sent.raw[f"torque_{axis}"][-1] == 0 for axis in ("outer", "inner"))
+    assert all(
+        sent.raw[f"enable_{axis}"][-1] == 0 and sent.raw[f"torque_{axis}"][-1] == 0 for axis in ("outer", "inner")
+    )

@@ -28,7 +28,9 @@ def logs() -> tuple[SignalsTable, ...]:
 
 
 def changed(logs: tuple[SignalsTable, ...], **factors: float) -> tuple[SignalsTable, ...]:
-    """Columns times factors; a name without an axis means that signal of both, `base` and `rates` the base's angles and rates."""
+    """Columns times factors; a name without an axis means that signal of both, `base` and `rates` the base's angles and
+    rates.
+    """
 
     def factor(name: str) -> float:
         axis, _, signal = name.rpartition(".")
@@ -36,7 +38,13 @@ def changed(logs: tuple[SignalsTable, ...], **factors: float) -> tuple[SignalsTa
         return factors.get(group, 1.0) * factors.get(f"{axis}_{signal}", 1.0)
 
     return tuple(
-        SignalsTable.of(t.axes, factors.get("time", 1.0) * t.time_s, {n: factor(n) * x for n, x in t.columns.items()}, None, t.source)
+        SignalsTable.of(
+            t.axes,
+            factors.get("time", 1.0) * t.time_s,
+            {n: factor(n) * x for n, x in t.columns.items()},
+            None,
+            t.source,
+        )
         for t in logs
     )
 
@@ -44,18 +52,25 @@ def changed(logs: tuple[SignalsTable, ...], **factors: float) -> tuple[SignalsTa
 def swapped(logs: tuple[SignalsTable, ...], *signals: str) -> tuple[SignalsTable, ...]:
     pairs = {f"{a}.{s}": f"{b}.{s}" for a, b in (AXES, AXES[::-1]) for s in signals}
     return tuple(
-        SignalsTable.of(t.axes, t.time_s, {n: t.columns[pairs.get(n, n)] for n in t.columns}, None, t.source) for t in logs
+        SignalsTable.of(t.axes, t.time_s, {n: t.columns[pairs.get(n, n)] for n in t.columns}, None, t.source)
+        for t in logs
     )
 
 
 @pytest.mark.parametrize(
     ("wrong", "says"),
     [
-        ({"position": DEGREES, "rate": DEGREES}, r"outer\.position, outer\.rate, inner\.position, inner\.rate: .*in degrees.*radians"),
+        (
+            {"position": DEGREES, "rate": DEGREES},
+            r"outer\.position, outer\.rate, inner\.position, inner\.rate: .*in degrees.*radians",
+        ),
         ({"position": DEGREES}, r"log 0, log 1: outer\.position, inner\.position: .*in degrees"),
         ({"rate": DEGREES}, r"outer\.rate, inner\.rate: .*in degrees"),
         ({"inner_position": DEGREES}, r": inner\.position: .*in degrees"),
-        ({"base": DEGREES, "rates": DEGREES}, r"base\.roll, base\.pitch, base\.yaw, base\.p, base\.q, base\.r: .*in degrees"),
+        (
+            {"base": DEGREES, "rates": DEGREES},
+            r"base\.roll, base\.pitch, base\.yaw, base\.p, base\.q, base\.r: .*in degrees",
+        ),
         ({"base": DEGREES}, r"base\.roll, base\.pitch, base\.yaw: .*in degrees"),
         ({"rates": DEGREES}, r": base\.p, base\.q, base\.r: .*in degrees"),
         ({"outer_position": -1.0, "outer_rate": -1.0}, r": outer\.position, outer\.rate: .*mirrored"),
@@ -89,7 +104,9 @@ def wrong_model(kind: str) -> AntennaModel:
             factor = 2.0 if kind == "twice" else 0.5
             model = model.with_numbers(axis, {path: factor * value for path, value in (body | level).items()})
         if kind == "a third off":
-            changes = {path: 1.33 * value for path, value in body.items()} | {path: value / 1.33 for path, value in level.items()}
+            changes = {path: 1.33 * value for path, value in body.items()} | {
+                path: value / 1.33 for path, value in level.items()
+            }
             model = model.with_numbers(axis, changes)
         if kind == "without friction":
             names = ("coulomb", "breakaway", "viscous", "sigma0", "sigma1")

@@ -1,7 +1,8 @@
-"""Measured rigs of other people as a stranger would bring them: signals tables (CSV) and a first model (YAML) in a folder.
+"""Measured rigs of other people as a stranger would bring them: signals tables (CSV) and a first model (YAML) in a
+folder.
 
-What the data are and what is known of them stands in the SOURCE.md beside them. A test that asks for a rig whose data are not there
-is skipped; `GIMBAL_HIL_DATA` says where they are.
+What the data are and what is known of them stands in the SOURCE.md beside them. A test that asks for a rig whose data
+are not there is skipped; `GIMBAL_HIL_DATA` says where they are.
 """
 
 from tests.rigs.bam import write_bam

@@ -22,8 +22,8 @@ KNOWN_UNBALANCE = 0.49 * 9.81 * 0.1
 def write_bam(folder: Path, scaled: Mapping[str, float] | None = None) -> Rig:
     """The sixteen runs (keys `kp100_sin_sin` ...) and the model of one who forgot that the mass hangs beside the axis.
 
-    Torque is stall torque per volt times duty times supply, which leaves the back-EMF in the viscous number. In `lift_and_drop` the
-    motor is switched off half way; there its duty counts as zero.
+    Torque is stall torque per volt times duty times supply, which leaves the back-EMF in the viscous number. In
+    `lift_and_drop` the motor is switched off half way; there its duty counts as zero.
     """
     folder.mkdir(parents=True, exist_ok=True)
     logs = {}
@@ -49,13 +49,21 @@ def _model() -> dict:
     axis = {
         "body": {
             "mass": {"value": 0.49, "unit": "kg", "source": "measured"},
-            "inertia": {"zz": {"value": 0.49 * 0.1**2, "unit": "kg m2", "source": "inferred, 0.49 kg at 0.1 m without the rod"}},
+            "inertia": {
+                "zz": {"value": 0.49 * 0.1**2, "unit": "kg m2", "source": "inferred, 0.49 kg at 0.1 m without the rod"}
+            },
         },
         "friction": {
             "coulomb": {"value": 0.03, "unit": "N m", "source": "assumed"},
             "breakaway": {"value": 0.03, "unit": "N m", "source": "assumed, no bump"},
-            "viscous": {"value": 0.037, "unit": "N m s/rad", "source": "inferred from stall torque and speed, back-EMF included"},
+            "viscous": {
+                "value": 0.037,
+                "unit": "N m s/rad",
+                "source": "inferred from stall torque and speed, back-EMF included",
+            },
         },
-        "encoder": {"step": {"value": 2.0 * float(np.pi) / 4096, "unit": "rad", "source": "printed, 4096 counts a turn"}},
+        "encoder": {
+            "step": {"value": 2.0 * float(np.pi) / 4096, "unit": "rad", "source": "printed, 4096 counts a turn"}
+        },
     }
     return {"schema": 1, "name": "bam", "kind": "rotary", "incline_sine": 1.0, "axes": {AXIS: axis}}

@@ -1,4 +1,6 @@
-"""The first axis of a direct-drive arm in the vertical plane: break-away ramps, constant speeds, presliding, one open-loop run."""
+"""The first axis of a direct-drive arm in the vertical plane: break-away ramps, constant speeds, presliding, one
+open-loop run.
+"""
 
 from __future__ import annotations
 
@@ -33,10 +35,11 @@ def sliding_rows(position: np.ndarray) -> int:
 
 
 def write_dd2dof(folder: Path, scaled: Mapping[str, float] | None = None) -> Rig:
-    """The runs of three experiments and the published model with one Coulomb and one viscous number for both directions.
+    """The runs of three experiments and the published model with one Coulomb and one viscous number for both
+    directions.
 
-    Keys are the names of the position files without `pos1_`, `_gan` and ending: `est_05_exp` (ramps), `cin_n10_exp` (constant speeds,
-    deg/s, up to where the axis stops), `sig0_6_exp1` (presliding).
+    Keys are the names of the position files without `pos1_`, `_gan` and ending: `est_05_exp` (ramps), `cin_n10_exp`
+    (constant speeds, deg/s, up to where the axis stops), `sig0_6_exp1` (presliding).
     """
     folder.mkdir(parents=True, exist_ok=True)
     logs = {}
@@ -47,7 +50,11 @@ def write_dd2dof(folder: Path, scaled: Mapping[str, float] | None = None) -> Rig
         steps = np.flatnonzero(np.abs(np.diff(time[:rows]) - 0.015) > 1e-3)
         rows = int(steps[0]) + 1 if len(steps) else rows
         name = file.stem.replace("pos1_", "").removesuffix("_gan").removesuffix("_GAN")
-        columns = {"time_s": time[:rows] - time[0], f"{AXIS}.torque": torque[:rows], f"{AXIS}.position": position[:rows]}
+        columns = {
+            "time_s": time[:rows] - time[0],
+            f"{AXIS}.torque": torque[:rows],
+            f"{AXIS}.position": position[:rows],
+        }
         logs[name] = write_log(folder / f"{name}.csv", columns)
     return Rig(write_model(folder / "dd2dof.yaml", _model(), scaled), logs)
 

@@ -28,12 +28,18 @@ def emps_signals(name: str = "DATA_EMPS") -> tuple[np.ndarray, np.ndarray, np.nd
 
 
 def write_emps(folder: Path, scaled: Mapping[str, float] | None = None) -> Rig:
-    """Both files (keys as in `FILES`) and the model that is shipped, or one with numbers scaled (`{"body.mass": 0.5}`)."""
+    """Both files (keys as in `FILES`) and the model that is shipped, or one with numbers scaled (`{"body.mass": 0.5}`).
+    """
     folder.mkdir(parents=True, exist_ok=True)
     logs = {}
     for name in FILES:
         time, position, force, reference = emps_signals(name)
-        columns = {"time_s": time, f"{AXIS}.torque": force, f"{AXIS}.position": position, f"{AXIS}.position_ref": reference}
+        columns = {
+            "time_s": time,
+            f"{AXIS}.torque": force,
+            f"{AXIS}.position": position,
+            f"{AXIS}.position_ref": reference,
+        }
         logs[name] = write_log(folder / f"{name}.csv", columns)
     document = yaml.safe_load(shipped_model_path("emps").read_text())
     return Rig(write_model(folder / "emps.yaml", document, scaled), logs)

@@ -21,7 +21,9 @@ FOLDERS = ("slow2", "slow2_slower", "slow_goodgains_2")
 
 
 def write_odrive(folder: Path, scaled: Mapping[str, float] | None = None) -> Rig:
-    """The runs as `FOLDER/RUN.csv` (keys `slow2/nocomp_0`), times as polled, and a model of inertia and a little friction."""
+    """The runs as `FOLDER/RUN.csv` (keys `slow2/nocomp_0`), times as polled, and a model of inertia and a little
+    friction.
+    """
     logs = {}
     for name in FOLDERS:
         (folder / name).mkdir(parents=True, exist_ok=True)
@@ -45,6 +47,8 @@ def _model() -> dict:
             "breakaway": {"value": 0.003, "unit": "N m", "source": "assumed, no bump"},
             "viscous": {"value": 1e-5, "unit": "N m s/rad", "source": "assumed, a little"},
         },
-        "encoder": {"step": {"value": 2.0 * float(np.pi) / COUNTS, "unit": "rad", "source": "printed, 8192 counts a turn"}},
+        "encoder": {
+            "step": {"value": 2.0 * float(np.pi) / COUNTS, "unit": "rad", "source": "printed, 8192 counts a turn"}
+        },
     }
     return {"schema": 1, "name": "odrive", "kind": "rotary", "axes": {AXIS: axis}}

@@ -14,7 +14,9 @@ from tests.rigs import Rig, write_bam, write_dd2dof, write_emps, write_odrive
 
 
 @pytest.mark.parametrize("write", [write_odrive, write_bam, write_emps, write_dd2dof])
-def test_every_log_of_a_measured_rig_is_a_signals_table_of_its_model(write: Callable[[Path], Rig], tmp_path: Path) -> None:
+def test_every_log_of_a_measured_rig_is_a_signals_table_of_its_model(
+    write: Callable[[Path], Rig], tmp_path: Path
+) -> None:
     rig = write(tmp_path)
     axes = load_model(rig.model).axes
     for path in rig.logs.values():

@@ -42,19 +42,31 @@ class WireFaults:
 
 
 def record_lockstep(
-    folder: Path, ticks: int, *, faults: WireFaults | None = None, stalls: dict[int, int] | None = None, force: bool = False
+    folder: Path,
+    ticks: int,
+    *,
+    faults: WireFaults | None = None,
+    stalls: dict[int, int] | None = None,
+    force: bool = False,
 ) -> Host:
-    """Position steps, a rate sine and a torque on both axes; at `stalls` the host loses whole periods while the device goes on."""
+    """Position steps, a rate sine and a torque on both axes; at `stalls` the host loses whole periods while the device
+    goes on.
+    """
     settings = shipped_settings()
     host, device = Host(host_configuration(settings)), Device(shipped_model(), seed=SEED)
-    header = RunHeader(settings.model_dump(mode="json", by_alias=True), {"name": "thesis"}, SEED, PERIOD_NS, lockstep=True)
+    header = RunHeader(
+        settings.model_dump(mode="json", by_alias=True), {"name": "thesis"}, SEED, PERIOD_NS, lockstep=True
+    )
     writer = RunWriter(folder, header, force=force)
     wire = faults or WireFaults(0, 0.0)
     sine = AxisCommand(Mode.RATE, Shape.SINE, (0.0, 0.3, 2.0, 0.0))
     step = AxisCommand(Mode.POSITION, Shape.HOLD, (0.2,))
     programs = [
         program_of(
-            [Segment(step, step, duration_ticks=700, label=1), Segment(sine, AxisCommand(Mode.TORQUE, parameters=(0.05,)), label=2)]
+            [
+                Segment(step, step, duration_ticks=700, label=1),
+                Segment(sine, AxisCommand(Mode.TORQUE, parameters=(0.05,)), label=2),
+            ]
         ),
         program_of([Segment(AxisCommand(Mode.INERTIAL_RATE, parameters=(0.1 + 0.2,)), step, label=3)]),
     ]
@@ -67,7 +79,9 @@ def record_lockstep(
         tick += skipped
         if host.state is HostState.IDLE and given < len(programs) and tick > 400 + 1500 * given:
             host.command(programs[given])
-            writer.command(tick, tick * PERIOD_NS, "start", {"command": "start", "program": programs[given].as_document()})
+            writer.command(
+                tick, tick * PERIOD_NS, "start", {"command": "start", "program": programs[given].as_document()}
+            )
             given += 1
         if tick == 1700:
             host.stop()

@@ -40,7 +40,9 @@ def test_a_table_export_is_a_signals_table_with_the_run_s_numbers(recorded: Path
     assert all(np.array_equal(table.columns[name], expected.columns[name]) for name in table.columns)
 
 
-def test_a_blf_export_is_read_by_python_can_and_decoded_by_cantools_to_the_same_numbers(recorded: Path, tmp_path: Path) -> None:
+def test_a_blf_export_is_read_by_python_can_and_decoded_by_cantools_to_the_same_numbers(
+    recorded: Path, tmp_path: Path
+) -> None:
     assert export(recorded, "blf", tmp_path / "log.blf") == 0
     frames = open_run(recorded).frames
     with can.LogReader(tmp_path / "log.blf") as reader:
@@ -67,13 +69,17 @@ def test_an_mcap_export_holds_every_good_frame_decoded_and_every_tick(recorded: 
     run = open_run(recorded)
     with (tmp_path / "log.mcap").open("rb") as file:
         records = [
-            (channel.topic, message.log_time, json.loads(message.data)) for _, channel, message in reading.make_reader(file).iter_messages()
+            (channel.topic, message.log_time, json.loads(message.data))
+            for _, channel, message in reading.make_reader(file).iter_messages()
         ]
     torque = [content["torque_outer_nm"] for topic, _, content in records if topic == "/set_point"]
     assert torque == columns_of(run.frames, "set_point").physical("torque_outer").tolist()
     ticks = [content for topic, _, content in records if topic == "/tick"]
     assert [content["tick"] for content in ticks] == run.ticks["tick"].tolist()
-    assert ticks[0]["position_ref_outer"] is None and ticks[1000]["position_ref_outer"] == run.ticks["position_ref_outer"][1000]
+    assert (
+        ticks[0]["position_ref_outer"] is None
+        and ticks[1000]["position_ref_outer"] == run.ticks["position_ref_outer"][1000]
+    )
     assert len(records) == len(run.frames) + len(run.ticks)
     times = [time_ns for topic, time_ns, _ in records if topic == "/drive_status"]
     assert set(np.diff(times)) == {1_000_000}
@@ -86,7 +92,9 @@ def test_an_mf4_export_is_opened_by_asammdf_with_physical_values(recorded: Path,
     with asammdf.MDF(tmp_path / "log.mf4") as file:
         rate = file.get("feedback_inner.rate")
         torque = file.get("host.torque_outer")
-    assert np.array_equal(rate.samples, columns_of(run.frames, "feedback_inner").physical("rate")) and rate.unit == "rad/s"
+    assert (
+        np.array_equal(rate.samples, columns_of(run.frames, "feedback_inner").physical("rate")) and rate.unit == "rad/s"
+    )
     assert np.array_equal(torque.samples, run.ticks["torque_outer"])
     assert torque.timestamps == pytest.approx(run.ticks["tick"] * 1e-3)
 
@@ -115,7 +123,9 @@ def test_missing_rows_are_refused_or_repaired_as_asked(tmp_path: Path, capsys: p
 
 
 @pytest.mark.parametrize("kind", ["csv", "blf", "mf4"])
-def test_an_export_replaces_nothing_without_force_and_leaves_nothing_else(recorded: Path, tmp_path: Path, kind: str) -> None:
+def test_an_export_replaces_nothing_without_force_and_leaves_nothing_else(
+    recorded: Path, tmp_path: Path, kind: str
+) -> None:
     if kind == "mf4":
         pytest.importorskip("asammdf", reason="the extra mf4 is not installed")
     out = tmp_path / "log.bin"
@@ -129,7 +139,13 @@ def test_an_export_replaces_nothing_without_force_and_leaves_nothing_else(record
 
 @pytest.mark.parametrize(("kind", "package", "extra"), [("mcap", "mcap.writer", "mcap"), ("mf4", "asammdf", "mf4")])
 def test_an_absent_extra_is_named(
-    recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, kind: str, package: str, extra: str
+    recorded: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    kind: str,
+    package: str,
+    extra: str,
 ) -> None:
     monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(SystemExit) as ended:

@@ -19,7 +19,16 @@ from hypothesis import strategies as st
 
 from firmware_protocol.documents import yaml_mapping, yaml_text
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.runs import FRAME_ROW, EventKind, FrameDirection, RunWriter, blocks_of_frames, damage_of, open_run, tick_rows
+from gimbal_hil.runs import (
+    FRAME_ROW,
+    EventKind,
+    FrameDirection,
+    RunWriter,
+    blocks_of_frames,
+    damage_of,
+    open_run,
+    tick_rows,
+)
 from tests.runs.synthetic import HEADER, Sender, device_block, host_block, record_run, row_of
 
 TICKS = 500
@@ -121,7 +130,10 @@ def test_bytes_overwritten_anywhere_lose_the_batches_they_hit_or_fail_the_row_ch
         assert name in error.where
         return
     whole = open_run(recorded)
-    for found, kept, broken in ((run.ticks, whole.ticks, run.broken_ticks), (run.frames, whole.frames, run.broken_frames)):
+    for found, kept, broken in (
+        (run.ticks, whole.ticks, run.broken_ticks),
+        (run.frames, whole.frames, run.broken_frames),
+    ):
         sound = np.delete(found, broken)
         assert set(map(bytes, sound)) <= set(map(bytes, kept))
     assert len(run.ticks) >= TICKS - 200
@@ -129,7 +141,9 @@ def test_bytes_overwritten_anywhere_lose_the_batches_they_hit_or_fail_the_row_ch
 
 @pytest.mark.parametrize("content", [b"", b"\0" * 4096, b"PK\x03\x04 not ours", b"time_s,outer.torque\n0,1\n"])
 @pytest.mark.parametrize("name", ["ticks.arrow", "frames.arrow"])
-def test_a_foreign_file_in_the_place_of_a_stream_is_refused_by_name(recorded: Path, tmp_path: Path, name: str, content: bytes) -> None:
+def test_a_foreign_file_in_the_place_of_a_stream_is_refused_by_name(
+    recorded: Path, tmp_path: Path, name: str, content: bytes
+) -> None:
     folder = copy_of(recorded, tmp_path)
     (folder / name).write_bytes(content)
     if not content:
@@ -147,12 +161,20 @@ def test_the_stream_of_the_other_kind_is_refused(recorded: Path, tmp_path: Path)
 
 
 @pytest.mark.parametrize(
-    ("key", "line"), [("seed", "seed: many"), ("schema", "schema: 9"), ("period_ns", "period_ns: 0"), ("configuration", "configuration: 3")]
+    ("key", "line"),
+    [
+        ("seed", "seed: many"),
+        ("schema", "schema: 9"),
+        ("period_ns", "period_ns: 0"),
+        ("configuration", "configuration: 3"),
+    ],
 )
 def test_a_wrong_value_in_run_yaml_is_refused_by_key(recorded: Path, tmp_path: Path, key: str, line: str) -> None:
     folder = copy_of(recorded, tmp_path)
     document = yaml_mapping((folder / "run.yaml").read_text(), "run.yaml", "a header")
-    (folder / "run.yaml").write_text(yaml_text({name: value for name, value in document.items() if name != key}) + line + "\n")
+    (folder / "run.yaml").write_text(
+        yaml_text({name: value for name, value in document.items() if name != key}) + line + "\n"
+    )
     with pytest.raises(BadInputError, match=rf"run\.yaml: {key}"):
         open_run(folder)
 
@@ -225,7 +247,10 @@ def test_the_content_hash_leaves_out_the_wall_clock_and_nothing_else(tmp_path: P
         writer.append_ticks(rows)
         writer.close()
         run = open_run(tmp_path / name)
-        assert run.record.end is not None and {part: run.record.end.hashes[part] for part in ("ticks", "frames")} == run.content_hashes()
+        assert (
+            run.record.end is not None
+            and {part: run.record.end.hashes[part] for part in ("ticks", "frames")} == run.content_hashes()
+        )
         return run.content_hashes()
 
     plain = hashes("plain")
@@ -263,7 +288,9 @@ def test_a_disk_that_fills_up_ends_the_recording_with_a_reason_and_a_readable_ru
         print(writer.failure)
         writer.close(3, "safety stop")
     """
-    done = subprocess.run([sys.executable, "-c", textwrap.dedent(script), str(tmp_path / "run")], capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(script), str(tmp_path / "run")], capture_output=True, text=True
+    )
     assert done.returncode == 0, done.stderr
     assert "frames.arrow: File too large" in done.stdout
     run = open_run(tmp_path / "run")
@@ -285,7 +312,10 @@ def test_kill_9_loses_only_what_was_not_yet_flushed(tmp_path: Path) -> None:
         sys.stdin.read()
     """
     process = subprocess.Popen(
-        [sys.executable, "-c", textwrap.dedent(script), str(tmp_path / "run")], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", textwrap.dedent(script), str(tmp_path / "run")],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
     )
     assert process.stdout is not None and process.stdout.readline() == "written\n"
     process.send_signal(signal.SIGKILL)

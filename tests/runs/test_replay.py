@@ -112,7 +112,11 @@ def test_one_flipped_bit_in_a_frame_is_named_by_tick_and_signal(
     assert found is not None and found.tick == tick and "one bit is wrong" in found.reason
     if column == "payload":
         message = next(message for message in BY_NAME.values() if message.can_id == rows["identifier"][row])
-        fields = [field.name for field in message.fields if message.start(field.name) <= bit < message.start(field.name) + field.bits]
+        fields = [
+            field.name
+            for field in message.fields
+            if message.start(field.name) <= bit < message.start(field.name) + field.bits
+        ]
         part = fields[0] if fields else "counter" if 48 <= bit < 52 else "crc" if bit >= 52 else ""
         assert found.signal == f"{message.name}.{part}" if part else found.signal.startswith(message.name)
     else:
@@ -137,7 +141,10 @@ def test_a_bit_flipped_anywhere_in_a_file_is_found_unless_the_run_reads_the_same
         run, whole = open_run(folder), open_run(recorded)
         assert run.ticks.tobytes() == whole.ticks.tobytes() and run.frames.tobytes() == whole.frames.tobytes()
         assert run.events == whole.events
-        assert (run.record.header.configuration, run.record.header.model) == (whole.record.header.configuration, whole.record.header.model)
+        assert (run.record.header.configuration, run.record.header.model) == (
+            whole.record.header.configuration,
+            whole.record.header.model,
+        )
 
 
 def test_a_changed_frame_with_a_fresh_check_is_found_by_running_it(copy: Path) -> None:
@@ -245,7 +252,9 @@ def test_a_run_that_kept_no_frames_cannot_be_replayed(tmp_path: Path, copy: Path
         replay_of(copy)
 
 
-def test_the_command_answers_0_1_and_2(recorded: Path, copy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_answers_0_1_and_2(
+    recorded: Path, copy: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert app.run("replay", [str(recorded)]) == 0
     assert capsys.readouterr().out.startswith(f"identical: {TICKS} ticks")
     rows = open_run(copy).frames.copy()

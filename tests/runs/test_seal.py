@@ -1,4 +1,5 @@
-"""A finished run is sealed, a folder has one writer, and what is recorded is still there: each said where it is not so."""
+"""A finished run is sealed, a folder has one writer, and what is recorded is still there: each said where it is not so.
+"""
 
 from __future__ import annotations
 
@@ -127,7 +128,9 @@ def test_a_run_from_before_there_was_a_seal_is_read_as_before(copy: Path) -> Non
     (copy / "chain.jsonl").unlink()
     document = yaml_mapping((copy / "run.yaml").read_text(), "run.yaml", "a header")
     del document["seal"]
-    document["hashes"] = {key: document["hashes"][key] for key in ("configuration", "model", "ticks", "frames", "events")}
+    document["hashes"] = {
+        key: document["hashes"][key] for key in ("configuration", "model", "ticks", "frames", "events")
+    }
     (copy / "run.yaml").write_text(yaml_text(document))
     run = open_run(copy)
     assert not list(damage_of(run)) and not run.notes and len(run.ticks) == TICKS
@@ -191,7 +194,10 @@ def test_a_folder_that_is_taken_away_ends_the_recording_within_a_second(tmp_path
 
 
 def test_a_folder_that_is_taken_away_just_before_the_end_is_noticed_at_the_end(tmp_path: Path) -> None:
-    with pytest.raises(SafetyStopError, match="removed while it was recorded"), RunWriter(tmp_path / "run", HEADER) as writer:
+    with (
+        pytest.raises(SafetyStopError, match="removed while it was recorded"),
+        RunWriter(tmp_path / "run", HEADER) as writer,
+    ):
         writer.append_ticks(row_of(0))
         shutil.rmtree(tmp_path / "run")
 
@@ -199,7 +205,9 @@ def test_a_folder_that_is_taken_away_just_before_the_end_is_noticed_at_the_end(t
 def test_a_disk_that_fills_is_said_and_then_ends_the_run_with_all_that_was_recorded(tmp_path: Path) -> None:
     clock = Clock()
     huge = 1e12
-    writer = RunWriter(tmp_path / "run", HEADER, retention=Retention(warn_below_mb=huge, stop_below_mb=0.0), clock_ns=clock)
+    writer = RunWriter(
+        tmp_path / "run", HEADER, retention=Retention(warn_below_mb=huge, stop_below_mb=0.0), clock_ns=clock
+    )
     clock.now_ns = 2_000_000_000
     writer.append_ticks(row_of(0))
     assert writer.is_low and writer.running_out is None
@@ -233,7 +241,9 @@ def test_a_log_in_segments_is_the_log_in_one_piece(tmp_path: Path) -> None:
         fill(writer, range(300))
         halfway = growing.look(0)
         fill(writer, range(300, 1000))
-        assert growing.look(0).ticks.tobytes() == open_run(tmp_path / name).ticks.tobytes() and len(halfway.ticks) == 300
+        assert (
+            growing.look(0).ticks.tobytes() == open_run(tmp_path / name).ticks.tobytes() and len(halfway.ticks) == 300
+        )
         writer.close()
     one, many = open_run(tmp_path / "one"), open_run(tmp_path / "many")
     assert (tmp_path / "many" / "ticks.0003.arrow").exists() and not (tmp_path / "one" / "ticks.0002.arrow").exists()

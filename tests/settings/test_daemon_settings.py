@@ -57,10 +57,26 @@ def test_a_configuration_survives_json() -> None:
         (lambda d: d.update(link={"kind": "can", "interface": "virtual", "chanel": "a"}), "link.chanel", "channel?"),
         (lambda d: d["axes"].pop("inner"), "axes", "1 axes, not two"),
         (lambda d: d["axes"]["outer"]["limits"].update(torque_nm=20.0), "axes.outer.limits.torque_nm", "16.38"),
-        (lambda d: d["axes"]["outer"]["limits"].update(rate_rad_s=-1.0), "axes.outer.limits.rate_rad_s", "greater than 0"),
-        (lambda d: d["axes"]["inner"]["limits"].update(position_low_rad=3.0), "axes.inner.limits", "not below position_high_rad"),
-        (lambda d: d["axes"]["inner"]["limits"].update(position_low_rad=math.nan), "axes.inner.limits.position_low_rad", "finite"),
-        (lambda d: d["axes"]["outer"]["rate_loop"].update(anti_windup="yes"), "axes.outer.rate_loop.anti_windup", "'none'"),
+        (
+            lambda d: d["axes"]["outer"]["limits"].update(rate_rad_s=-1.0),
+            "axes.outer.limits.rate_rad_s",
+            "greater than 0",
+        ),
+        (
+            lambda d: d["axes"]["inner"]["limits"].update(position_low_rad=3.0),
+            "axes.inner.limits",
+            "not below position_high_rad",
+        ),
+        (
+            lambda d: d["axes"]["inner"]["limits"].update(position_low_rad=math.nan),
+            "axes.inner.limits.position_low_rad",
+            "finite",
+        ),
+        (
+            lambda d: d["axes"]["outer"]["rate_loop"].update(anti_windup="yes"),
+            "axes.outer.rate_loop.anti_windup",
+            "'none'",
+        ),
         (lambda d: d["axes"]["outer"]["prefilter"].update(den=[1.0]), "axes.outer.prefilter.den", "is missing"),
         (lambda d: d["supervisor"]["deadman"].update(window_ticks=300), "supervisor.deadman.window_ticks", "255"),
     ],
@@ -75,7 +91,9 @@ def test_a_wrong_key_or_value_is_named_in_one_line(change: Change, key: str, say
     assert "\n" not in str(refused.value)
 
 
-@pytest.mark.parametrize(("text", "says"), [("a: [1,\nb: 2", "is not YAML at line"), ("- 1", "holds no mapping"), ("", "holds no mapping")])
+@pytest.mark.parametrize(
+    ("text", "says"), [("a: [1,\nb: 2", "is not YAML at line"), ("- 1", "holds no mapping"), ("", "holds no mapping")]
+)
 def test_a_file_that_is_no_configuration_is_refused(tmp_path: Path, text: str, says: str) -> None:
     path = tmp_path / "daemon.yaml"
     path.write_text(text)

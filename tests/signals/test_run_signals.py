@@ -12,7 +12,17 @@ from firmware_protocol.errors import BadInputError
 from firmware_protocol.schema import BY_NAME, POSITION_STEP_RAD, TORQUE_STEP_NM, DriveState
 from gimbal_hil.runs import EventKind, RunWriter, open_run
 from gimbal_hil.signals import SignalsTable, read_signals, signals_of_run, write_signals
-from tests.runs.synthetic import HEADER, Sender, device_block, host_block, position_rad, record_run, row_of, torque_nm, yaw_rad
+from tests.runs.synthetic import (
+    HEADER,
+    Sender,
+    device_block,
+    host_block,
+    position_rad,
+    record_run,
+    row_of,
+    torque_nm,
+    yaw_rad,
+)
 
 AXES = ("outer", "inner")
 
@@ -29,7 +39,11 @@ def test_a_lockstep_run_gives_one_row_a_tick_with_the_torque_that_acted_from_it_
     assert len(table) == 4999 and table.period_s == pytest.approx(1e-3, rel=1e-12)
     check_rows(table)
     assert table.torque("inner") == pytest.approx(-0.25)
-    yaw, temperature, reference = table.base("yaw"), table.signal("outer", "temperature"), table.signal("outer", "rate_ref")
+    yaw, temperature, reference = (
+        table.base("yaw"),
+        table.signal("outer", "temperature"),
+        table.signal("outer", "rate_ref"),
+    )
     assert yaw is not None and np.abs(yaw[:4990] - yaw_rad(np.arange(4990))).max() < 6e-5
     assert temperature is not None and np.abs(temperature[:4950] - 20 - np.arange(4950) * 1e-3).max() < 0.06
     assert reference is not None and np.all(reference == 1.5)
@@ -114,7 +128,9 @@ def test_the_table_ends_where_the_device_restarts(tmp_path: Path) -> None:
     for tick in range(2000):
         if tick == 1500:
             device = Sender()
-        received = b"" if 1200 <= tick < 1500 else device_block(device, tick, tick - 1, tick if tick < 1200 else tick - 1500)
+        received = (
+            b"" if 1200 <= tick < 1500 else device_block(device, tick, tick - 1, tick if tick < 1200 else tick - 1500)
+        )
         writer.append_exchange(tick, received, host_block(host, tick))
         writer.append_ticks(row_of(tick))
     writer.close()

@@ -1,4 +1,5 @@
-"""Signals tables from CSV and Parquet: what is sound comes in exactly, what is not is refused by file, row and column."""
+"""Signals tables from CSV and Parquet: what is sound comes in exactly, what is not is refused by file, row and column.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +21,9 @@ HEADER = "time_s,outer.torque,outer.position,inner.torque,inner.position"
 
 
 def csv_lines(rows: int = 50, period: float = 0.001) -> list[str]:
-    return [HEADER] + [f"{k * period:.6f},{0.1 * k},{math.sin(k / 9)!r},{-0.1 * k},{math.cos(k / 9)!r}" for k in range(rows)]
+    return [HEADER] + [
+        f"{k * period:.6f},{0.1 * k},{math.sin(k / 9)!r},{-0.1 * k},{math.cos(k / 9)!r}" for k in range(rows)
+    ]
 
 
 def write_lines(path: Path, lines: list[str]) -> Path:
@@ -40,7 +43,9 @@ def refusal(path: Path, **options: bool) -> str:
 @given(
     seed=st.integers(0, 2**32 - 1),
     optional=st.sets(
-        st.sampled_from(["outer.rate", "inner.temperature", "outer.position_ref", "base.roll", "base.r", "outer.torque_measured"])
+        st.sampled_from(
+            ["outer.rate", "inner.temperature", "outer.position_ref", "base.roll", "base.r", "outer.torque_measured"]
+        )
     ),
     laps=st.booleans(),
     ending=st.sampled_from(["csv", "parquet"]),
@@ -51,7 +56,9 @@ def test_a_written_table_is_read_back_bit_for_bit(
     random = np.random.default_rng(seed)
     names = ["outer.torque", "outer.position", "inner.torque", "inner.position", *optional]
     columns = {name: random.normal(size=40) * 10.0 ** random.integers(-12, 3) for name in names}
-    table = SignalsTable.of(AXES, np.arange(40) * 1e-3 + random.normal(), columns, np.arange(40) // 10 if laps else None)
+    table = SignalsTable.of(
+        AXES, np.arange(40) * 1e-3 + random.normal(), columns, np.arange(40) // 10 if laps else None
+    )
     path = tmp_path_factory.mktemp("table") / f"log.{ending}"
     write_signals(table, path)
     found = read_signals(path, AXES)
@@ -75,7 +82,12 @@ def test_arrays_of_a_table_cannot_be_written_to(tmp_path: Path) -> None:
 def test_the_period_is_the_mean_one_and_optional_columns_are_none(tmp_path: Path) -> None:
     table = read_signals(write_lines(tmp_path / "log.csv", csv_lines(period=0.002)), AXES)
     assert table.period_s == pytest.approx(0.002, rel=1e-9)
-    assert len(table) == 50 and table.signal("outer", "rate") is None and table.base("roll") is None and table.repeat is None
+    assert (
+        len(table) == 50
+        and table.signal("outer", "rate") is None
+        and table.base("roll") is None
+        and table.repeat is None
+    )
 
 
 @pytest.mark.parametrize(
@@ -130,7 +142,9 @@ def test_resampling_keeps_the_impulse_of_the_torque_and_the_line_of_the_position
     times = np.arange(400) * 1e-3 + random.uniform(-3e-4, 3e-4, 400)
     times[0], times[-1] = 0.0, 0.399
     torque = random.normal(size=400)
-    lines = [HEADER] + [f"{t!r},{u!r},{2.5 * t + 1!r},0,0" for t, u in zip(times.tolist(), torque.tolist(), strict=True)]
+    lines = [HEADER] + [
+        f"{t!r},{u!r},{2.5 * t + 1!r},0,0" for t, u in zip(times.tolist(), torque.tolist(), strict=True)
+    ]
     table = read_signals(write_lines(tmp_path / "log.csv", lines), AXES, resample=True)
     held = float(np.sum(torque[:-1] * np.diff(times)))
     grid_end = table.time_s[-1]
@@ -175,13 +189,17 @@ def test_unknown_columns_are_reported_and_left_out(tmp_path: Path) -> None:
         ((HEADER.replace(",", ";"),), ("separated by commas",)),
     ],
 )
-def test_a_wrong_header_is_refused_by_the_column_it_lacks(tmp_path: Path, change: tuple[str], words: tuple[str, ...]) -> None:
+def test_a_wrong_header_is_refused_by_the_column_it_lacks(
+    tmp_path: Path, change: tuple[str], words: tuple[str, ...]
+) -> None:
     lines = [change[0]] + [line.replace(",", ";") if ";" in change[0] else line for line in csv_lines()[1:]]
     message = refusal(write_lines(tmp_path / "log.csv", lines))
     assert all(word in message for word in words), message
 
 
-@pytest.mark.parametrize("content", [b"", b"PAR1 cut", b"\x89PNG\r\n\0\xff\xfe", bytes(range(256)) * 20, HEADER.encode(), b"\n\n\n"])
+@pytest.mark.parametrize(
+    "content", [b"", b"PAR1 cut", b"\x89PNG\r\n\0\xff\xfe", bytes(range(256)) * 20, HEADER.encode(), b"\n\n\n"]
+)
 @pytest.mark.parametrize("name", ["log.csv", "log.parquet", "log"])
 def test_a_foreign_or_empty_file_is_refused_in_one_line(tmp_path: Path, name: str, content: bytes) -> None:
     (tmp_path / name).write_bytes(content)

@@ -9,7 +9,9 @@ from sim_backend.model import AntennaModel
 
 
 def _principal(model: AntennaModel, axis: str) -> tuple[np.ndarray, np.ndarray, float]:
-    """Tensor about the centre of mass (3, 3), centre of mass (3,) and mass of a body whose tensor is given about the pivot."""
+    """Tensor about the centre of mass (3, 3), centre of mass (3,) and mass of a body whose tensor is given about the
+    pivot.
+    """
     n = {path: model.number(axis, path) for path in (f"body.inertia.{k}" for k in ("xx", "yy", "zz", "xy", "xz", "yz"))}
     xx, yy, zz, xy, xz, yz = n.values()
     pivot = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -27,7 +29,8 @@ def mujoco_antenna(model: AntennaModel) -> mujoco.MjModel:
         return f'<inertial pos="{cog[0]:.17g} {cog[1]:.17g} {cog[2]:.17g}" mass="{mass:.17g}" fullinertia="{t}"/>'
 
     def frame(name: str, axis: str, inner: str) -> str:
-        # massless frames are given a vanishing inertia that MuJoCo insists on; the base is driven, so it does not matter
+        # massless frames are given a vanishing inertia that MuJoCo insists on; the base is driven, so it does not
+        # matter
         return (
             f'<body name="{name}"><joint name="{name}" type="hinge" axis="{axis}"/>'
             f'<inertial pos="0 0 0" mass="1e-9" diaginertia="1e-9 1e-9 1e-9"/>{inner}</body>'
@@ -51,7 +54,8 @@ def mujoco_accelerations(
     v: np.ndarray,
     torque: np.ndarray,
 ) -> np.ndarray:
-    """Joint accelerations (2,) for a base driven with given Euler angles (yaw, pitch, roll), rates and accelerations."""
+    """Joint accelerations (2,) for a base driven with given Euler angles (yaw, pitch, roll), rates and accelerations.
+    """
     data = mujoco.MjData(antenna)
     data.qpos[:] = np.concatenate([euler, q])
     data.qvel[:] = np.concatenate([euler_rate, v])

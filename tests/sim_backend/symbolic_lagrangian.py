@@ -23,7 +23,9 @@ def _rx(a: sp.Expr) -> sp.Matrix:
 
 
 def lagrangian_accelerations(model: AntennaModel) -> Callable[[dict[str, np.ndarray]], np.ndarray]:
-    """A function from a state (Euler angles yaw, pitch, roll with rates and accelerations, q, v, torque) to accelerations (2,)."""
+    """A function from a state (Euler angles yaw, pitch, roll with rates and accelerations, q, v, torque) to
+    accelerations (2,).
+    """
     x = sp.symbols("yaw pitch roll eta eps")
     d = sp.symbols("dyaw dpitch droll deta deps")
     dd = sp.symbols("ddyaw ddpitch ddroll ddeta ddeps")
@@ -57,7 +59,14 @@ def lagrangian_accelerations(model: AntennaModel) -> Callable[[dict[str, np.ndar
     compute = sp.lambdify([*x, *d, *dd[:3], *torque], [matrix, right], cse=True)
 
     def accelerations(state: dict[str, np.ndarray]) -> np.ndarray:
-        m, r = compute(*state["euler"], *state["q"], *state["euler_rate"], *state["v"], *state["euler_acceleration"], *state["torque"])
+        m, r = compute(
+            *state["euler"],
+            *state["q"],
+            *state["euler_rate"],
+            *state["v"],
+            *state["euler_acceleration"],
+            *state["torque"],
+        )
         return np.linalg.solve(np.array(m, dtype=float), np.array(r, dtype=float)).ravel()
 
     return accelerations

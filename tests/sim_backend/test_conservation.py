@@ -13,10 +13,15 @@ from sim_backend import layout
 from sim_backend.model import AntennaModel, model_from_document, shipped_model
 from sim_backend.plant import Plant, run_steps
 
-FRICTIONLESS = dict.fromkeys(("breakaway", "coulomb", "sigma0", "sigma1", "viscous"), 0.0) | {"stribeck_velocity": 0.01, "shape": 1.0}
+FRICTIONLESS = dict.fromkeys(("breakaway", "coulomb", "sigma0", "sigma1", "viscous"), 0.0) | {
+    "stribeck_velocity": 0.01,
+    "shape": 1.0,
+}
 
 
-def variant(friction: bool, gravity: float = 9.81, step_s: float = 1e-4, effects: tuple[dict[str, object], ...] = ()) -> AntennaModel:
+def variant(
+    friction: bool, gravity: float = 9.81, step_s: float = 1e-4, effects: tuple[dict[str, object], ...] = ()
+) -> AntennaModel:
     """The shipped antenna with friction or without, another gravity or plant step."""
     document = copy.deepcopy(shipped_model().document)
     document |= {"gravity_m_s2": gravity, "plant_step_s": step_s, "effects": list(effects)}
@@ -47,7 +52,10 @@ def energy(plant: Plant) -> float:
         n = {k: plant.model.number(axis, f"body.inertia.{k}") for k in ("xx", "yy", "zz", "xy", "xz", "yz")}
         tensor = np.array([[n["xx"], n["xy"], n["xz"]], [n["xy"], n["yy"], n["yz"]], [n["xz"], n["yz"], n["zz"]]])
         cog = np.array([plant.model.number(axis, f"body.cog.{k}") for k in "xyz"])
-        total += 0.5 * rate @ tensor @ rate + plant.model.number(axis, "body.mass") * plant.model.file.gravity_m_s2 * (to_outer @ cog)[2]
+        total += (
+            0.5 * rate @ tensor @ rate
+            + plant.model.number(axis, "body.mass") * plant.model.file.gravity_m_s2 * (to_outer @ cog)[2]
+        )
     return float(total)
 
 
@@ -75,7 +83,9 @@ def test_without_friction_energy_stays(q: tuple[float, float], v: tuple[float, f
 
 @settings(max_examples=25)
 @given(q=states[0], v=states[1])
-def test_without_gravity_azimuth_momentum_stays_whatever_the_inner_motor_does(q: tuple[float, float], v: tuple[float, float]) -> None:
+def test_without_gravity_azimuth_momentum_stays_whatever_the_inner_motor_does(
+    q: tuple[float, float], v: tuple[float, float]
+) -> None:
     plant = started(variant(friction=False, gravity=0.0), q, v)
     before = azimuth_momentum(plant)
     run_steps(plant.P, plant.K, plant.X, 0.0, 0.3, 10_000)
@@ -107,7 +117,9 @@ def test_a_long_run_gains_no_energy() -> None:
 
 
 def convergence(steps_s: list[float]) -> list[float]:
-    """Position error (rad) after one second of smooth torques against a step eight times finer than the last, for each step."""
+    """Position error (rad) after one second of smooth torques against a step eight times finer than the last, for each
+    step.
+    """
 
     def end(step_s: float) -> np.ndarray:
         plant = Plant(variant(friction=True, step_s=step_s), rate_hz=1.0 / step_s)

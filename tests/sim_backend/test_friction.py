@@ -120,7 +120,8 @@ def test_a_closed_presliding_loop_takes_energy_every_cycle() -> None:
 
 
 def test_this_friction_forgets_an_inner_loop_it_has_no_non_local_memory() -> None:
-    # out to a, back to b, out again through a: a model with non-local memory is back on the first branch at a, LuGre is not
+    # out to a, back to b, out again through a: a model with non-local memory is back on the first branch at a, LuGre is
+    # not
     a, b, steps = 0.6 * TS / SIGMA0, 0.3 * TS / SIGMA0, 30000
     path = np.concatenate([np.linspace(0.0, a, steps), np.linspace(a, b, steps)[1:], np.linspace(b, a, steps)[1:]])
     _, bristle = friction(np.diff(path) / H, sigma1=0.0)
@@ -175,7 +176,9 @@ def test_friction_is_odd_in_the_motion() -> None:
 
 def test_without_bristles_friction_is_the_static_curve() -> None:
     for rate, sign in ((0.3, 1.0), (-0.3, -1.0), (0.0, 0.0)):
-        assert lugre_step(0.0, rate, H, level(rate), 0.0, 0.0, SIGMA2)[1] == pytest.approx(sign * level(rate) + SIGMA2 * rate)
+        assert lugre_step(0.0, rate, H, level(rate), 0.0, 0.0, SIGMA2)[1] == pytest.approx(
+            sign * level(rate) + SIGMA2 * rate
+        )
 
 
 @entry_point
@@ -194,7 +197,9 @@ def test_the_table_of_the_bump_is_the_bump_to_double_precision(delta: float) -> 
     # inside cells, on their borders and beside them, and beyond both ends of the table
     borders = np.exp2(np.arange(-14, 8))[:, None] * (1.0 + np.arange(64) / 64)
     last = BUMP_GONE ** (1.0 / delta)
-    ratios = np.concatenate([[0.0], np.geomspace(1e-6, last, 5000), borders.ravel(), np.nextafter(borders.ravel(), 0.0)])
+    ratios = np.concatenate(
+        [[0.0], np.geomspace(1e-6, last, 5000), borders.ravel(), np.nextafter(borders.ravel(), 0.0)]
+    )
     ratios = ratios[ratios <= last]
     exact = [math.exp(-(ratio**delta)) for ratio in ratios.tolist()]
     found = np.zeros((2, len(ratios)))

@@ -1,4 +1,6 @@
-"""Which friction a model may state: with bristles there must be something to break away from, without them the map may dip."""
+"""Which friction a model may state: with bristles there must be something to break away from, without them the map may
+dip.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +17,12 @@ from sim_backend.plant import Plant
 
 def arm(**friction: float) -> dict[str, Any]:
     numbers = {"coulomb": 2.0, "breakaway": 2.5, "stribeck_velocity": 0.1, "shape": 1.0, "viscous": 0.0} | friction
-    return {"schema": 1, "name": "arm", "kind": "rotary", "axes": {"arm": {"body": {"inertia": {"zz": 0.5}}, "friction": numbers}}}
+    return {
+        "schema": 1,
+        "name": "arm",
+        "kind": "rotary",
+        "axes": {"arm": {"body": {"inertia": {"zz": 0.5}}, "friction": numbers}},
+    }
 
 
 def refused(document: dict[str, Any]) -> str:
@@ -27,7 +34,8 @@ def refused(document: dict[str, Any]) -> str:
 def test_bristles_need_a_break_away_at_or_above_coulomb() -> None:
     said = refused(arm(breakaway=1.9, sigma0=1e4))
     assert said == (
-        "arm.yaml: axes.arm.friction.breakaway: 1.9 is below coulomb 2; expected break-away at or above Coulomb where sigma0 is given"
+        "arm.yaml: axes.arm.friction.breakaway: 1.9 is below coulomb 2; expected break-away at or above Coulomb where "
+        "sigma0 is given"
     )
     assert model_from_document(arm(breakaway=2.0, sigma0=1e4), "arm.yaml").number("arm", "friction.breakaway") == 2.0
 
@@ -48,7 +56,9 @@ def test_without_bristles_friction_falls_towards_standstill_as_the_numbers_say()
         assert motion.friction[-1, 0] == pytest.approx(2.0 - np.exp(-rate / 0.1), rel=1e-6)
 
 
-@pytest.mark.parametrize(("key", "value", "said"), [("breakaway", 0.2, "0.2 is below coulomb 0.275"), ("coulomb", 0.0, "must be positive")])
+@pytest.mark.parametrize(
+    ("key", "value", "said"), [("breakaway", 0.2, "0.2 is below coulomb 0.275"), ("coulomb", 0.0, "must be positive")]
+)
 def test_every_row_of_a_table_over_temperature_is_held_to_the_same(key: str, value: float, said: str) -> None:
     document = copy.deepcopy(shipped_model("thesis-temperature").document)
     document["axes"]["outer"]["friction"]["over_temperature"][1][key] = value

@@ -14,7 +14,11 @@ from sim_backend.model import AntennaModel, model_from_document, shipped_model
 from sim_backend.plant import Plant
 
 FRICTION = {"coulomb": 2.0, "breakaway": 2.5, "stribeck_velocity": 0.01, "viscous": 3.0, "sigma0": 1e4, "sigma1": 100.0}
-DATA = Path(os.environ.get("GIMBAL_HIL_DATA", Path(__file__).resolve().parents[3] / "shared" / "data")) / "emps" / "DATA_EMPS.mat"
+DATA = (
+    Path(os.environ.get("GIMBAL_HIL_DATA", Path(__file__).resolve().parents[3] / "shared" / "data"))
+    / "emps"
+    / "DATA_EMPS.mat"
+)
 
 
 def axis_of(kind: str, body: dict[str, float], **more: float) -> AntennaModel:
@@ -24,7 +28,11 @@ def axis_of(kind: str, body: dict[str, float], **more: float) -> AntennaModel:
 
 def test_a_linear_axis_moves_like_a_rotary_one_of_the_same_numbers() -> None:
     torque = 5.0 * np.sin(np.arange(2000) * 0.01)[:, None]
-    effects = [("cogging", {"amplitude": 0.3, "order": 40.0}), ("transport_delay", {"delay": 0.003}), ("back_emf", {"coefficient": 0.2})]
+    effects = [
+        ("cogging", {"amplitude": 0.3, "order": 40.0}),
+        ("transport_delay", {"delay": 0.003}),
+        ("back_emf", {"coefficient": 0.2}),
+    ]
     linear, rotary = axis_of("linear", {"mass": 4.0}), axis_of("rotary", {"inertia": {"zz": 4.0}})  # type: ignore[dict-item]
     for name, parameters in effects:
         linear, rotary = linear.with_effect(name, "slide", parameters), rotary.with_effect(name, "slide", parameters)

@@ -17,7 +17,8 @@ def accelerations(model: AntennaModel, state: dict[str, np.ndarray]) -> np.ndarr
     """Our joint accelerations for a base given by Euler angles (yaw, pitch, roll) with rates and accelerations."""
     _, pitch, roll = state["euler"]
     dyaw, dpitch, droll = state["euler_rate"]
-    # angular acceleration by the chain rule, done numerically with a complex step so that it shares nothing with the plant's formula
+    # angular acceleration by the chain rule, done numerically with a complex step so that it shares nothing with the
+    # plant's formula
     step = 1e-30
 
     def rates(angles: np.ndarray, speeds: np.ndarray) -> np.ndarray:
@@ -26,7 +27,9 @@ def accelerations(model: AntennaModel, state: dict[str, np.ndarray]) -> np.ndarr
         cr, sr, cp, sp = np.cos(r), np.sin(r), np.cos(p), np.sin(p)
         return np.array([dr - dy * sp, dp * cr + dy * sr * cp, -dp * sr + dy * cr * cp])
 
-    along = rates(state["euler"] + 1j * step * state["euler_rate"], state["euler_rate"] + 1j * step * state["euler_acceleration"])
+    along = rates(
+        state["euler"] + 1j * step * state["euler_rate"], state["euler_rate"] + 1j * step * state["euler_acceleration"]
+    )
     arrays = plant_arrays(model)
     return joint_accelerations(
         arrays.P,
@@ -61,7 +64,13 @@ def test_accelerations_agree_with_mujoco(moving: bool) -> None:
     for _ in range(300):
         state = random_state(rng, moving)
         theirs = mujoco_accelerations(
-            antenna, state["euler"], state["euler_rate"], state["euler_acceleration"], state["q"], state["v"], state["torque"]
+            antenna,
+            state["euler"],
+            state["euler_rate"],
+            state["euler_acceleration"],
+            state["q"],
+            state["v"],
+            state["torque"],
         )
         worst = max(worst, float(np.max(np.abs(accelerations(model, state) - theirs) / (1.0 + np.abs(theirs)))))
     assert worst < 1e-9
@@ -77,7 +86,9 @@ def test_accelerations_agree_with_a_symbolic_lagrangian() -> None:
     for _ in range(50):
         state = random_state(rng, moving=True)
         expected = theirs(state)
-        np.testing.assert_allclose(accelerations(model, state), expected, rtol=0, atol=1e-9 * (1.0 + np.max(np.abs(expected))))
+        np.testing.assert_allclose(
+            accelerations(model, state), expected, rtol=0, atol=1e-9 * (1.0 + np.max(np.abs(expected)))
+        )
 
 
 def test_mass_matrix_has_the_values_that_the_errata_state() -> None:

@@ -12,7 +12,10 @@ from sim_backend.model import AntennaModel, model_from_document, shipped_model
 
 
 def arm(viscous: Any = 2.0, more: dict[str, Any] | None = None, **top: Any) -> AntennaModel:
-    axis = {"body": {"inertia": {"zz": 0.5}, "cog": {"x": 0.03, "y": 0.0, "z": 0.04}}, "friction": {"viscous": viscous}} | (more or {})
+    axis = {
+        "body": {"inertia": {"zz": 0.5}, "cog": {"x": 0.03, "y": 0.0, "z": 0.04}},
+        "friction": {"viscous": viscous},
+    } | (more or {})
     return model_from_document({"schema": 1, "name": "arm", "kind": "rotary", "axes": {"arm": axis}} | top, "arm.yaml")
 
 
@@ -61,14 +64,18 @@ def test_a_centre_of_gravity_is_uncertain_as_a_whole() -> None:
 
 def test_the_shipped_thesis_model_states_its_numbers_as_known_to_a_thousandth() -> None:
     model = shipped_model()
-    assert model.uncertainty("outer", "friction.viscous") == pytest.approx(1e-3 * model.number("outer", "friction.viscous"))
+    assert model.uncertainty("outer", "friction.viscous") == pytest.approx(
+        1e-3 * model.number("outer", "friction.viscous")
+    )
 
 
 def test_an_uncertainty_survives_writing_reading_and_a_changed_value() -> None:
     model = arm({"value": 2.0, "unit": "N m s/rad", "uncertainty": "10%"}).with_number("arm", "friction.viscous", 3.0)
     read = model_from_document(yaml.safe_load(model.to_yaml()), "again")
     assert read.uncertainty("arm", "friction.viscous") == pytest.approx(0.3)
-    assert read.with_number("arm", "friction.viscous", 3.0, "refit", 0.01).uncertainty("arm", "friction.viscous") == 0.01
+    assert (
+        read.with_number("arm", "friction.viscous", 3.0, "refit", 0.01).uncertainty("arm", "friction.viscous") == 0.01
+    )
 
 
 def test_an_effect_states_how_well_its_parameters_are_known() -> None:

@@ -37,7 +37,9 @@ def test_ki_raises_the_overshoot_where_table_5_1_says_it_lowers_it(results: dict
         assert np.all(np.diff([row.printed.overshoot_percent for row in results[number].rows]) > 0.0)
 
 
-def test_overshoot_times_kp_is_nearly_constant_as_a_saturated_integrator_makes_it(results: dict[str, TableResult]) -> None:
+def test_overshoot_times_kp_is_nearly_constant_as_a_saturated_integrator_makes_it(
+    results: dict[str, TableResult],
+) -> None:
     products = [row.printed.swept * row.overshoot_percent for row in results["5.2"].rows]
     printed = [row.printed.swept * row.printed.overshoot_percent for row in results["5.2"].rows]
     assert np.ptp(products[1:]) < 0.15 * np.mean(products) and np.ptp(printed[1:]) < 0.15 * np.mean(printed)

@@ -58,7 +58,9 @@ def r_io(eps: float) -> np.ndarray:
 
 
 def left_sides(state: np.ndarray, derivative_sign: float, elevation_rate_factor: bool) -> np.ndarray:
-    """Left sides of eq. 2.52 (z row) and 2.40 (y row) at q'' = 0, with R_dot = sign M_omega R and either reading of R_oi_dot."""
+    """Left sides of eq. 2.52 (z row) and 2.40 (y row) at q'' = 0, with R_dot = sign M_omega R and either reading of
+    R_oi_dot.
+    """
     (eta, eps, deta, deps), w_b, a_b = state[:4], state[7:10], state[10:13]
     ob, io = r_ob(eta), r_io(eps)
     w_o = deta * Z + ob @ w_b
@@ -71,12 +73,19 @@ def left_sides(state: np.ndarray, derivative_sign: float, elevation_rate_factor:
     c, s = np.cos(eps), np.sin(eps)
     printed_oi_dot = np.array([[-s, 0.0, c], [0.0, 0.0, 0.0], [-c, 0.0, -s]])
     oi_dot = printed_oi_dot * (deps if elevation_rate_factor else 1.0)
-    outer = inertia_o @ a_o + oi_dot @ inertia_i @ w_i + io.T @ inertia_i @ a_i + np.cross(w_o, inertia_o @ w_o + io.T @ inertia_i @ w_i)
+    outer = (
+        inertia_o @ a_o
+        + oi_dot @ inertia_i @ w_i
+        + io.T @ inertia_i @ a_i
+        + np.cross(w_o, inertia_o @ w_o + io.T @ inertia_i @ w_i)
+    )
     inner = inertia_i @ a_i + np.cross(w_i, inertia_i @ w_i)
     return np.array([outer[2], inner[1]])
 
 
-STATES = np.random.default_rng(7).uniform(-1.0, 1.0, (40, 13)) * np.array([3.0, 1.5, 2.0, 2.0, 6.0, 6.0, 6.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
+STATES = np.random.default_rng(7).uniform(-1.0, 1.0, (40, 13)) * np.array(
+    [3.0, 1.5, 2.0, 2.0, 6.0, 6.0, 6.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0]
+)
 
 
 @pytest.mark.parametrize("state", STATES[:20])
@@ -100,7 +109,9 @@ def test_the_minus_sign_is_the_derivative_of_the_rotation() -> None:
 
 @pytest.mark.parametrize("reading", list(GravityReading))
 @pytest.mark.parametrize("state", STATES[:10])
-def test_eq_3_10_replaces_the_gravity_torque_by_the_y_row_with_the_total_mass(state: np.ndarray, reading: GravityReading) -> None:
+def test_eq_3_10_replaces_the_gravity_torque_by_the_y_row_with_the_total_mass(
+    state: np.ndarray, reading: GravityReading
+) -> None:
     (eta, eps), gravity = state[:2], state[4:7]
     g_o = r_ob(eta) @ gravity
     g_i = r_io(eps) @ g_o

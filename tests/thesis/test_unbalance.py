@@ -34,7 +34,10 @@ def test_dynamic_cases_3_to_5_oscillate_and_case_1_does_not(axis: str, reference
 @pytest.mark.parametrize("axis", ["outer", "inner"])
 @pytest.mark.parametrize("case", [3, 4, 5])
 def test_the_relative_swing_is_smaller_at_the_higher_reference(axis: str, case: int, runs: Runs) -> None:
-    assert runs[Unbalance.DYNAMIC, axis, 0.5, case].ripple_percent < runs[Unbalance.DYNAMIC, axis, 0.1, case].ripple_percent
+    assert (
+        runs[Unbalance.DYNAMIC, axis, 0.5, case].ripple_percent
+        < runs[Unbalance.DYNAMIC, axis, 0.1, case].ripple_percent
+    )
 
 
 def peak(runs: Runs, unbalance: Unbalance, axis: str) -> float:

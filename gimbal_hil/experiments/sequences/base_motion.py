@@ -1,6 +1,8 @@
-"""Base motion: how well both axes hold still while the base moves: the cases of tables 3.1 and 3.2, or a recorded motion.
+"""Base motion: how well both axes hold still while the base moves: the cases of tables 3.1 and 3.2, or a recorded
+motion.
 
-On the virtual antenna the experiment brings its base motion with it (`Experiment.base`); on a real one the base moves by itself.
+On the virtual antenna the experiment brings its base motion with it (`Experiment.base`); on a real one the base moves
+by itself.
 """
 
 from __future__ import annotations
@@ -36,9 +38,22 @@ def build(options: SequenceOptions) -> Experiment:
             **{f"{axis}_rad": value for axis, value in options.by_axis((outer, inner)).items()},
             "base": options.base or DEFAULT_BASE,
         }
-        steps.append(step_of(f"pose {number + 1}", options.rate_hz, SHORT_HOLD_S if options.short else HOLD_S, hold, meaning, True))
+        steps.append(
+            step_of(
+                f"pose {number + 1}", options.rate_hz, SHORT_HOLD_S if options.short else HOLD_S, hold, meaning, True
+            )
+        )
     drawn = frozenset(step.name for step in steps if step.measured)
-    return Experiment("base_motion", "Holding still on a moving base", tuple(steps), measure, conclude, drawn, options.every or 1, base)
+    return Experiment(
+        "base_motion",
+        "Holding still on a moving base",
+        tuple(steps),
+        measure,
+        conclude,
+        drawn,
+        options.every or 1,
+        base,
+    )
 
 
 def base_section(name: str) -> dict[str, Any]:
@@ -50,12 +65,16 @@ def base_section(name: str) -> dict[str, Any]:
             raise BadInputError(f"base {name!r}", f"table {case[1]} has no case {case[2]}", f"1 to {most}")
         return {"motion": "case", "table": case[1], "case": int(case[2])}
     if not Path(name).is_file():
-        raise BadInputError(f"base {name!r}", "is no case and no file", "3.1/1 to 3.1/5, 3.2/1 to 3.2/4, or a CSV file with a motion")
+        raise BadInputError(
+            f"base {name!r}", "is no case and no file", "3.1/1 to 3.1/5, 3.2/1 to 3.2/4, or a CSV file with a motion"
+        )
     return {"motion": "recorded", "file": str(Path(name).resolve())}
 
 
 def measure(step: Step, signals: Signals) -> Row:
-    """For each axis: rms and largest position error, rms of the inertial rate, rms and largest torque; size of the base rate."""
+    """For each axis: rms and largest position error, rms of the inertial rate, rms and largest torque; size of the base
+    rate.
+    """
     row: Row = {"base_rate_rad_s": float(np.sqrt(np.mean(sum(signals[f"base.{rate}"] ** 2 for rate in "pqr"))))}
     for axis in axes_of(signals):
         error = signals[f"{axis}.position"] - step.meaning[f"{axis}_rad"]
@@ -72,12 +91,16 @@ def measure(step: Step, signals: Signals) -> Row:
 
 def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
     """Table over the poses and a figure of each."""
-    axes = [name.removesuffix("_error_rms_rad") for name in (rows[0] if rows else ()) if name.endswith("_error_rms_rad")]
+    axes = [
+        name.removesuffix("_error_rms_rad") for name in (rows[0] if rows else ()) if name.endswith("_error_rms_rad")
+    ]
     worst = max((max(row[f"{axis}_error_rms_rad"] for axis in axes) for row in rows), default=0.0)
     base = rows[0]["base"] if rows else ""
     said = f"Base motion {base}: the largest rms position error is {1e3 * worst:.3f} mrad."
     header = ("Step", "Base rate [rad/s]") + tuple(
-        f"{axis} {word}" for axis in axes for word in ("error rms [mrad]", "error max [mrad]", "torque rms [N m]", "torque max [N m]")
+        f"{axis} {word}"
+        for axis in axes
+        for word in ("error rms [mrad]", "error max [mrad]", "torque rms [N m]", "torque max [N m]")
     )
     lines = []
     for row in rows:
@@ -87,7 +110,10 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
             cells += [f"{row[f'{axis}_torque_{word}_nm']:.2f}" for word in ("rms", "max")]
         lines.append(tuple(cells))
     blocks: list[Block] = [Heading("Holding still"), Callout(said), Table(header, lines)]
-    blocks += [Plot(_figure(name, signals), f"{name}: position error, torque, and the base's attitude.") for name, signals in drawn.items()]
+    blocks += [
+        Plot(_figure(name, signals), f"{name}: position error, torque, and the base's attitude.")
+        for name, signals in drawn.items()
+    ]
     return blocks
 
 
@@ -101,7 +127,9 @@ def _figure(name: str, signals: Signals) -> object:
         line = dict(color=colour)
         error = 1e3 * (signals[f"{axis}.position"] - signals[f"{axis}.position_ref"])
         drawn.add_scatter(x=time_s, y=error[few], name=axis, line=line, row=1, col=1)
-        drawn.add_scatter(x=time_s, y=signals[f"{axis}.torque"][few], name=axis, line=line, showlegend=False, row=2, col=1)
+        drawn.add_scatter(
+            x=time_s, y=signals[f"{axis}.torque"][few], name=axis, line=line, showlegend=False, row=2, col=1
+        )
     for angle in ("roll", "pitch", "yaw"):
         drawn.add_scatter(x=time_s, y=np.unwrap(signals[f"base.{angle}"])[few], name=angle, row=3, col=1)
     return drawn

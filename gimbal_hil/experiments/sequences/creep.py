@@ -1,4 +1,6 @@
-"""Plateaus below the Stribeck speed and reversals below break-away: tells the Stribeck bump from bristles and from plain dry friction."""
+"""Plateaus below the Stribeck speed and reversals below break-away: tells the Stribeck bump from bristles and from
+plain dry friction.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +12,8 @@ from gimbal_hil.experiments.sequences.reference_motion import ROW_S, Floats, Pat
 
 LOWEST_RAD_S, HIGHEST_RAD_S, SPEEDS, SHORT_SPEEDS = 0.0008, 0.04, 7, 5
 PASS_S, SHORT_PASS_S = 2.5, 2.0
-#: sizes (rad) and frequency (Hz) of the reversals that follow, each for so many cycles: about the bristles' deflection and below
+#: sizes (rad) and frequency (Hz) of the reversals that follow, each for so many cycles: about the bristles' deflection
+#: and below
 REVERSALS_RAD, REVERSALS_HZ, CYCLES = (2e-3, 1e-3, 5e-4, 2.5e-4), 0.8, 3
 
 
@@ -20,7 +23,9 @@ def build(options: SequenceOptions) -> Experiment:
     seconds = SHORT_PASS_S if options.short else PASS_S
     paths = options.by_axis((_slow(speeds, seconds), _slow(speeds[::-1], seconds)))
     said = "A bump in friction over speed shows in the passes; stiffness and damping of bristles show in the reversals."
-    return motion_experiment("creep", "Below the Stribeck speed and below break-away", options, both_or_held(options, paths), said)
+    return motion_experiment(
+        "creep", "Below the Stribeck speed and below break-away", options, both_or_held(options, paths), said
+    )
 
 
 def _slow(speeds: list[float], seconds: float) -> Floats:

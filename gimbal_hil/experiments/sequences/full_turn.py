@@ -1,4 +1,6 @@
-"""The whole travel at two speeds in both directions: spring or unbalance, cogging or eccentric encoder or uneven friction."""
+"""The whole travel at two speeds in both directions: spring or unbalance, cogging or eccentric encoder or uneven
+friction.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,10 @@ def build(options: SequenceOptions) -> Experiment:
     """Both speeds over the whole travel, there and back, on the axes asked for."""
     half, speeds = options.by_axis(HALF_RAD), options.by_axis(SHORT_SPEEDS_RAD_S if options.short else SPEEDS_RAD_S)
     paths = {axis: _turns(half[axis], speeds[axis]) for axis in options.names}
-    said = "A constant torque over position stays as it is at both speeds; what comes from the encoder grows with the square of the speed."
+    said = (
+        "A constant torque over position stays as it is at both speeds; what comes from the encoder grows with the "
+        "square of the speed."
+    )
     return motion_experiment("full_turn", "The whole travel at two speeds", options, both_or_held(options, paths), said)
 
 

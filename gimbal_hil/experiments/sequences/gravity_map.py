@@ -1,7 +1,8 @@
 """Gravity map: the torque that holds each axis over its travel, as the mean of slow passes from both sides.
 
-At rest friction may take any share of the load, so nothing is measured at rest: the joint creeps through each window of the travel in both
-directions; half the sum is what depends on position (gravity, a cable), half the difference is friction.
+At rest friction may take any share of the load, so nothing is measured at rest: the joint creeps through each window of
+the travel in both directions; half the sum is what depends on position (gravity, a cable), half the difference is
+friction.
 """
 
 from __future__ import annotations
@@ -12,7 +13,18 @@ from itertools import pairwise
 
 import numpy as np
 
-from gimbal_hil.experiments import Experiment, Pair, Row, Signals, Step, move_to, pair_of, plateau_mean, position_hold, step_of
+from gimbal_hil.experiments import (
+    Experiment,
+    Pair,
+    Row,
+    Signals,
+    Step,
+    move_to,
+    pair_of,
+    plateau_mean,
+    position_hold,
+    step_of,
+)
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.host import AxisCommand, Mode, Shape
 from gimbal_hil.report import Block, Callout, Heading, Plot, Table
@@ -38,25 +50,50 @@ def build(options: SequenceOptions) -> Experiment:
         home = options.on_axis(axis, move_to(-half - run_up, 5.0), move_to(0.0, 5.0))
         steps.append(step_of(f"{axis} to the lower end", options.rate_hz, 6.0, home))
         for sign, word in ((1, "up"), (-1, "down")):
-            steps.append(_creep(axis, f"{axis} runs up, going {word}", -sign * (half + run_up), sign * speed, run_up, options))
+            steps.append(
+                _creep(axis, f"{axis} runs up, going {word}", -sign * (half + run_up), sign * speed, run_up, options)
+            )
             for number, (low, high) in enumerate(pairwise(edges) if sign > 0 else reversed(list(pairwise(edges)))):
                 margin = MARGIN * (high - low)
                 window = number if sign > 0 else len(edges) - 2 - number
-                meaning = {"axis": axis, "direction": sign, "window": window, "from_rad": low + margin, "to_rad": high - margin}
+                meaning = {
+                    "axis": axis,
+                    "direction": sign,
+                    "window": window,
+                    "from_rad": low + margin,
+                    "to_rad": high - margin,
+                }
                 start = low if sign > 0 else high
                 name = f"{axis} {word} through {0.5 * (low + high):+.3f} rad"
                 steps.append(_creep(axis, name, start, sign * speed, high - low, options, meaning))
             end = sign * half
             steps.append(_creep(axis, f"{axis} runs out, going {word}", end, sign * speed, run_up, options))
-        steps.append(step_of(f"{axis} back to the middle", options.rate_hz, 4.0, (move_to(0.0, 3.0), move_to(0.0, 3.0))))
-    return Experiment("gravity_map", "Holding torque over the travel", tuple(steps), measure, conclude, every=options.every or 1)
+        steps.append(
+            step_of(f"{axis} back to the middle", options.rate_hz, 4.0, (move_to(0.0, 3.0), move_to(0.0, 3.0)))
+        )
+    return Experiment(
+        "gravity_map", "Holding torque over the travel", tuple(steps), measure, conclude, every=options.every or 1
+    )
 
 
 def _creep(
-    axis: str, name: str, start: float, rate: float, span: float, options: SequenceOptions, meaning: Mapping[str, object] | None = None
+    axis: str,
+    name: str,
+    start: float,
+    rate: float,
+    span: float,
+    options: SequenceOptions,
+    meaning: Mapping[str, object] | None = None,
 ) -> Step:
     ramp = AxisCommand(Mode.POSITION, Shape.RAMP, (start, rate, span))
-    return step_of(name, options.rate_hz, span / abs(rate), options.on_axis(axis, ramp, position_hold(0.0)), meaning, meaning is not None)
+    return step_of(
+        name,
+        options.rate_hz,
+        span / abs(rate),
+        options.on_axis(axis, ramp, position_hold(0.0)),
+        meaning,
+        meaning is not None,
+    )
 
 
 def measure(step: Step, signals: Signals) -> Row | None:
@@ -68,7 +105,9 @@ def measure(step: Step, signals: Signals) -> Row | None:
 
 @dataclass(frozen=True)
 class GravityFit:
-    """`constant + cosine cos(q) + sine sin(q)` (N m): a body out of balance on a tilted axis, and what does not turn with it."""
+    """`constant + cosine cos(q) + sine sin(q)` (N m): a body out of balance on a tilted axis, and what does not turn
+    with it.
+    """
 
     constant: float
     cosine: float
@@ -157,8 +196,12 @@ def _figure(number: int, axis: str, windows: Sequence[Window], fit: GravityFit) 
         (1, [p.positional_nm for p in pairs], [2.0 * p.positional_error_nm for p in pairs], "measured"),
         (2, [p.friction_nm for p in pairs], [2.0 * p.friction_error_nm for p in pairs], "friction"),
     ):
-        drawn.add_scatter(x=place, y=values, error_y=dict(array=errors), mode="markers", name=name, marker=points, row=row, col=1)
+        drawn.add_scatter(
+            x=place, y=values, error_y=dict(array=errors), mode="markers", name=name, marker=points, row=row, col=1
+        )
     fine = np.linspace(place[0], place[-1], 200)
-    drawn.add_scatter(x=fine, y=fit.torque(fine), mode="lines", name="first harmonic", line=dict(color=MODEL), row=1, col=1)
+    drawn.add_scatter(
+        x=fine, y=fit.torque(fine), mode="lines", name="first harmonic", line=dict(color=MODEL), row=1, col=1
+    )
     drawn.update_yaxes(rangemode="tozero", row=2, col=1)
     return drawn

@@ -1,4 +1,5 @@
-"""One axis driven while the other holds an angle, then the other one, at two angles: coupling of bodies or of the gyro."""
+"""One axis driven while the other holds an angle, then the other one, at two angles: coupling of bodies or of the gyro.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +9,8 @@ from gimbal_hil.experiments import Experiment
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.experiments.sequences.reference_motion import ROW_S, Path, motion_experiment
 
-#: angle at which the axis that is not driven holds (rad), speeds of the driven one (rad/s), its travel (rad), then quick sines
+#: angle at which the axis that is not driven holds (rad), speeds of the driven one (rad/s), its travel (rad), then
+#: quick sines
 HELD_RAD, TRAVEL_RAD = 0.9, 1.2
 SPEEDS_RAD_S, SHORT_SPEEDS_RAD_S = (0.4, 1.2), (1.2,)
 SINE_RAD, SINE_HZ, SINE_S, BETWEEN_S = 0.06, 2.2, 4.0, 2.5
@@ -36,5 +38,8 @@ def build(options: SequenceOptions) -> Experiment:
         t = np.arange(len(references[driven])) * ROW_S
         inside = np.clip(np.minimum(t - start, start + SINE_S - t) / 0.3, 0.0, 1.0)
         references[driven] = references[driven] + inside * SINE_RAD * np.sin(2.0 * np.pi * SINE_HZ * (t - start))
-    said = "What one axis does to the other at rest: products of inertia act on its torque, a misaligned gyro on its rate alone."
+    said = (
+        "What one axis does to the other at rest: products of inertia act on its torque, a misaligned gyro on its "
+        "rate alone."
+    )
     return motion_experiment("one_locked", "One axis driven, the other locked", options, references, said)

@@ -33,7 +33,8 @@ class SequenceOptions:
     every: int | None = None
     #: break-away torque as far as known, N m, by axis; presliding needs it
     breakaway_nm: Mapping[str, float] = field(default_factory=dict)
-    #: how the base moves where the antenna is virtual: `table/case` of the thesis (3.1/1 to 3.2/4), or a CSV file with a recorded motion
+    #: how the base moves where the antenna is virtual: `table/case` of the thesis (3.1/1 to 3.2/4), or a CSV file with
+    #: a recorded motion
     base: str | None = None
     #: names of the antenna's axes, the carrying one first
     names: tuple[str, str] = AXIS_NAMES
@@ -56,5 +57,9 @@ class SequenceOptions:
     def breakaway_of(self, axis: str) -> float:
         """Break-away torque of an axis, N m; BadInputError where nobody has said it."""
         if self.breakaway_nm.get(axis, 0.0) <= 0.0:
-            raise BadInputError("--breakaway", f"no break-away torque of {axis} is known", f"{axis}=TORQUE in N m, or a model that has it")
+            raise BadInputError(
+                "--breakaway",
+                f"no break-away torque of {axis} is known",
+                f"{axis}=TORQUE in N m, or a model that has it",
+            )
         return self.breakaway_nm[axis]

@@ -19,7 +19,9 @@ def build(options: SequenceOptions) -> Experiment:
     speeds = np.geomspace(LOWEST_RAD_S, HIGHEST_RAD_S, SHORT_SPEEDS if options.short else SPEEDS).tolist()
     paths = options.by_axis((_passes(speeds), _passes(speeds[::-1])))
     said = "Each speed there and back: what is even in speed, odd in it, and how it grows show apart."
-    return motion_experiment("plateaus", "Constant speeds in both directions", options, both_or_held(options, paths), said)
+    return motion_experiment(
+        "plateaus", "Constant speeds in both directions", options, both_or_held(options, paths), said
+    )
 
 
 def _passes(speeds: list[float]) -> Floats:

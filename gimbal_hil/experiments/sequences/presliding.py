@@ -1,8 +1,9 @@
-"""Presliding: torque ramps below and through break-away, unloading loops, pulses: bristle stiffness, break-away, damping.
+"""Presliding: torque ramps below and through break-away, unloading loops, pulses: bristle stiffness, break-away,
+damping.
 
-Torques count from the torque that held the joint when its step began, so that the inner axis may hang on its gravity. Before each step the
-joint is moved to and fro by less and less: what the bristles remember of its arrival is gone then. A ramp ends when the joint has broken
-away, and the next step catches it in position mode.
+Torques count from the torque that held the joint when its step began, so that the inner axis may hang on its gravity.
+Before each step the joint is moved to and fro by less and less: what the bristles remember of its arrival is gone then.
+A ramp ends when the joint has broken away, and the next step catches it in position mode.
 """
 
 from __future__ import annotations
@@ -49,11 +50,22 @@ def build(options: SequenceOptions) -> Experiment:
         steps += [_relax(axis, "the pulses", options), _pulses(axis, level, options)]
         for seconds in SHORT_RAMPS_S if options.short else RAMPS_S:
             for sign, word in ((1, "up"), (-1, "down")):
-                steps += [_relax(axis, f"ramp {word} in {seconds:g} s", options), _ramp(axis, level, seconds, sign, word, options)]
-        steps.append(step_of(f"{axis} is caught", options.rate_hz, 1.0, options.on_axis(axis, _here(), position_hold(0.0))))
+                steps += [
+                    _relax(axis, f"ramp {word} in {seconds:g} s", options),
+                    _ramp(axis, level, seconds, sign, word, options),
+                ]
+        steps.append(
+            step_of(f"{axis} is caught", options.rate_hz, 1.0, options.on_axis(axis, _here(), position_hold(0.0)))
+        )
     drawn = frozenset(step.name for step in steps if step.measured)
     return Experiment(
-        "presliding", "Presliding: stiffness, damping, break-away", tuple(steps), measure, conclude, drawn, options.every or 1
+        "presliding",
+        "Presliding: stiffness, damping, break-away",
+        tuple(steps),
+        measure,
+        conclude,
+        drawn,
+        options.every or 1,
     )
 
 
@@ -66,13 +78,22 @@ def _guarded(shape: Shape, parameters: tuple[float, ...], table: tuple[float, ..
 
 
 def _broken_away(axis: str, options: SequenceOptions) -> tuple[EndCondition, ...]:
-    return (EndCondition(EndKind.RATE_ABOVE, options.names.index(axis), BROKEN_AWAY_RAD_S, max(1, round(BROKEN_AWAY_S * options.rate_hz))),)
+    return (
+        EndCondition(
+            EndKind.RATE_ABOVE,
+            options.names.index(axis),
+            BROKEN_AWAY_RAD_S,
+            max(1, round(BROKEN_AWAY_S * options.rate_hz)),
+        ),
+    )
 
 
 def _relax(axis: str, before: str, options: SequenceOptions) -> Step:
     moves = AxisCommand(Mode.POSITION, Shape.TABLE, (_RELAXING_LEG_S, 1.0), Origin.START, table=_RELAXING_RAD)
     duration = _RELAXING_LEG_S * len(_RELAXING_RAD) + _REST_S
-    return step_of(f"{axis} relaxes before {before}", options.rate_hz, duration, options.on_axis(axis, moves, position_hold(0.0)))
+    return step_of(
+        f"{axis} relaxes before {before}", options.rate_hz, duration, options.on_axis(axis, moves, position_hold(0.0))
+    )
 
 
 def _ramp(axis: str, level: float, seconds: float, sign: int, word: str, options: SequenceOptions) -> Step:
@@ -82,7 +103,13 @@ def _ramp(axis: str, level: float, seconds: float, sign: int, word: str, options
     name = f"{axis} ramp {word} in {seconds:g} s"
     ends = _broken_away(axis, options)
     return step_of(
-        name, options.rate_hz, BALANCE_S * (len(shares) - 1), options.on_axis(axis, command, position_hold(0.0)), meaning, True, ends
+        name,
+        options.rate_hz,
+        BALANCE_S * (len(shares) - 1),
+        options.on_axis(axis, command, position_hold(0.0)),
+        meaning,
+        True,
+        ends,
     )
 
 
@@ -91,7 +118,9 @@ def _loop(axis: str, level: float, number: int, options: SequenceOptions) -> Ste
     meaning = {"axis": axis, "kind": "loop", "pass": number, "amplitude_nm": level * max(LOOP_SHARES)}
     commands = options.on_axis(axis, command, position_hold(0.0))
     ends = _broken_away(axis, options)
-    return step_of(f"{axis} loop {number + 1}", options.rate_hz, LEG_S * (len(LOOP_SHARES) - 1), commands, meaning, True, ends)
+    return step_of(
+        f"{axis} loop {number + 1}", options.rate_hz, LEG_S * (len(LOOP_SHARES) - 1), commands, meaning, True, ends
+    )
 
 
 def _pulses(axis: str, level: float, options: SequenceOptions) -> Step:
@@ -108,7 +137,9 @@ def _pulses(axis: str, level: float, options: SequenceOptions) -> Step:
 
 
 def measure(step: Step, signals: Signals) -> Row:
-    """Ramps: torque at which the joint moves faster than 4 mrad/s for good; loops: slope at zero friction; all: travel (rad)."""
+    """Ramps: torque at which the joint moves faster than 4 mrad/s for good; loops: slope at zero friction; all: travel
+    (rad).
+    """
     meaning = step.meaning
     position = signals[f"{meaning['axis']}.position"] - signals[f"{meaning['axis']}.position"][0]
     torque = signals[f"{meaning['axis']}.torque"]
@@ -138,7 +169,9 @@ def _creeps(time_s: NDArray[np.float64], position: NDArray[np.float64]) -> int |
 
 
 def _stiffness(torque: NDArray[np.float64], position: NDArray[np.float64], limit: float) -> float | None:
-    """Mean slope where friction passes through zero on a long leg: there LuGre's dF/dq is sigma0, whatever break-away is."""
+    """Mean slope where friction passes through zero on a long leg: there LuGre's dF/dq is sigma0, whatever break-away
+    is.
+    """
     inside = np.abs(torque) < limit
     edges = np.flatnonzero(np.diff(inside.astype(np.int8))) + 1
     slopes = []
@@ -158,27 +191,46 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
         own = [row for row in rows if row["axis"] == axis]
         blocks += [Heading(f"Presliding of the {axis} axis"), _said(own), _table(own)]
         for kind, caption in (
-            ("loop", "Loops below break-away: torque from the hold over displacement. The slope at zero friction is the stiffness."),
+            (
+                "loop",
+                "Loops below break-away: torque from the hold over displacement. The slope at zero friction is the "
+                "stiffness.",
+            ),
             (
                 "ramp",
-                "Ramps through break-away, both signs and all rates; the slide is cut off. Torque counts from the load in the middle "
+                "Ramps through break-away, both signs and all rates; the slide is cut off. Torque counts from the "
+                "load in the middle "
                 "between break-away up and down: a ramp begins with whatever its bristles held.",
             ),
-            ("pulses", "Pulses below break-away over time: how the joint comes to rest on its bristles holds the damping."),
+            (
+                "pulses",
+                "Pulses below break-away over time: how the joint comes to rest on its bristles holds the damping.",
+            ),
         ):
             names = [row["step"] for row in own if row["kind"] == kind and row["step"] in drawn]
             if names:
                 blocks.append(
-                    Plot(_figure(axis, kind, {name: drawn[name] for name in names}, _load_of(own) if kind == "ramp" else None), caption)
+                    Plot(
+                        _figure(
+                            axis, kind, {name: drawn[name] for name in names}, _load_of(own) if kind == "ramp" else None
+                        ),
+                        caption,
+                    )
                 )
-    blocks.append(Text("gimbal-hil identify fits sigma0 with the exact LuGre curve and sigma1 from the simulated motion, with intervals."))
+    blocks.append(
+        Text(
+            "gimbal-hil identify fits sigma0 with the exact LuGre curve and sigma1 from the simulated motion, with "
+            "intervals."
+        )
+    )
     return blocks
 
 
 def _load_of(own: Sequence[Row]) -> float | None:
     """Torque in the middle between break-away up and down, N m; None unless ramps of both signs broke away."""
     broken = [
-        [row["breakaway_nm"] for row in own if row["kind"] == "ramp" and row["direction"] == sign and row["broke_away"]] for sign in (1, -1)
+        [row["breakaway_nm"] for row in own if row["kind"] == "ramp" and row["direction"] == sign and row["broke_away"]]
+        for sign in (1, -1)
     ]
     return 0.5 * sum(float(np.mean(torques)) for torques in broken) if all(broken) else None
 
@@ -187,16 +239,26 @@ def _said(own: Sequence[Row]) -> Callout:
     ramps = [row for row in own if row["kind"] == "ramp"]
     load = _load_of(own)
     if load is None or not all(row["broke_away"] for row in ramps):
-        return Callout("Not every ramp broke the joint away: break-away is higher than the sequence reckons with.", "warning")
+        return Callout(
+            "Not every ramp broke the joint away: break-away is higher than the sequence reckons with.", "warning"
+        )
     up = float(np.mean([row["breakaway_nm"] for row in ramps if row["direction"] > 0]))
     return Callout(
-        f"Break-away {1e3 * (up - load):.1f} mN m about a holding torque of {1e3 * load:+.1f} mN m (both signs, {len(ramps)} ramps).",
+        f"Break-away {1e3 * (up - load):.1f} mN m about a holding torque of {1e3 * load:+.1f} mN m (both signs, "
+        f"{len(ramps)} ramps).",
         "good",
     )
 
 
 def _table(own: Sequence[Row]) -> Table:
-    header = ("Step", "Held at [mN m]", "Travel [mrad]", "Break-away at [mN m]", "Presliding [mrad]", "Stiffness [N m/rad]")
+    header = (
+        "Step",
+        "Held at [mN m]",
+        "Travel [mrad]",
+        "Break-away at [mN m]",
+        "Presliding [mrad]",
+        "Stiffness [N m/rad]",
+    )
     rows = [
         (
             row["step"],
@@ -209,7 +271,8 @@ def _table(own: Sequence[Row]) -> Table:
         for row in own
     ]
     caption = (
-        f"Break-away is read where the joint becomes faster than {1e3 * CREEP_RAD_S:g} mrad/s for good. With a Stribeck effect "
+        f"Break-away is read where the joint becomes faster than {1e3 * CREEP_RAD_S:g} mrad/s for good. With a "
+        "Stribeck effect "
         "friction has begun to fall by then: Ts at rest is a little higher, and identify works it out."
     )
     return Table(header, rows, caption)
@@ -225,7 +288,9 @@ def _figure(axis: str, kind: str, drawn: Mapping[str, Signals], load: float | No
     over_time = kind == "pulses"
     x_title = "time [s]" if over_time else "displacement [mrad]"
     picture = figure(
-        f"{axis}: {kind}", x_title, "displacement [mrad]" if over_time else f"torque from the {'hold' if load is None else 'load'} [mN m]"
+        f"{axis}: {kind}",
+        x_title,
+        "displacement [mrad]" if over_time else f"torque from the {'hold' if load is None else 'load'} [mN m]",
     )
     for name, signals in drawn.items():
         position = 1e3 * (signals[f"{axis}.position"] - signals[f"{axis}.position"][0])

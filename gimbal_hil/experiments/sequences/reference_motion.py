@@ -1,7 +1,7 @@
 """Motions of both axes along position references: what surveys and separating runs are made of.
 
-A motion is one measured step, so its log has no seams. References are laid out as corners (time, position) joined by straight
-lines, whose corners are then rounded; sines may ride on top.
+A motion is one measured step, so its log has no seams. References are laid out as corners (time, position) joined by
+straight lines, whose corners are then rounded; sines may ride on top.
 """
 
 from __future__ import annotations
@@ -54,7 +54,8 @@ class Path:
         return self
 
     def pass_at(self, speed_rad_s: float, travel_rad: float) -> Path:
-        """There and back at a constant speed over a travel; the sign of the travel is the direction in which it begins."""
+        """There and back at a constant speed over a travel; the sign of the travel is the direction in which it begins.
+        """
         here, seconds = self.positions_rad[-1], abs(travel_rad) / speed_rad_s
         return self.to(here + travel_rad, seconds).to(here, seconds)
 
@@ -64,11 +65,16 @@ class Path:
         straight = np.interp(t, self.times_s, self.positions_rad)
         width = max(1, round(rounded_s / ROW_S))
         window = np.hanning(2 * width + 1)
-        return np.asarray(np.convolve(np.pad(straight, width, mode="edge"), window / window.sum(), mode="valid"), dtype=np.float64)
+        return np.asarray(
+            np.convolve(np.pad(straight, width, mode="edge"), window / window.sum(), mode="valid"), dtype=np.float64
+        )
 
 
-def motion_experiment(name: str, text: str, options: SequenceOptions, references: Mapping[str, Floats], said: str) -> Experiment:
-    """Rest, the way to the start, then the references (rad, one value every `ROW_S`) of both axes as one measured step."""
+def motion_experiment(
+    name: str, text: str, options: SequenceOptions, references: Mapping[str, Floats], said: str
+) -> Experiment:
+    """Rest, the way to the start, then the references (rad, one value every `ROW_S`) of both axes as one measured step.
+    """
     rate = options.rate_hz
     duration_s = ROW_S * (max(map(len, references.values())) - 1)
     follow = [AxisCommand(Mode.POSITION, Shape.TABLE, (ROW_S, 1.0), table=references[axis]) for axis in options.names]
@@ -92,7 +98,10 @@ def measure(step: Step, signals: Signals) -> Row:
     for axis in axes_of(signals):
         for name, unit in (("position", "rad"), ("rate", "rad_s"), ("torque", "nm")):
             column = signals[f"{axis}.{name}"]
-            row[f"{axis}_{name}_low_{unit}"], row[f"{axis}_{name}_high_{unit}"] = float(column.min()), float(column.max())
+            row[f"{axis}_{name}_low_{unit}"], row[f"{axis}_{name}_high_{unit}"] = (
+                float(column.min()),
+                float(column.max()),
+            )
     return row
 
 
@@ -106,13 +115,19 @@ def figures(drawn: Mapping[str, Signals]) -> list[Block]:
         figure = stacked(("", ""), "time [s]", ("position [rad]", "torque [N m]"), 190)
         for axis, colour in zip(axes_of(signals), AXIS_COLOURS, strict=True):
             line = dict(color=colour)
-            figure.add_scatter(x=signals["time_s"][few], y=signals[f"{axis}.position"][few], name=axis, line=line, row=1, col=1)
-            figure.add_scatter(x=signals["time_s"][few], y=signals[f"{axis}.torque"][few], showlegend=False, line=line, row=2, col=1)
+            figure.add_scatter(
+                x=signals["time_s"][few], y=signals[f"{axis}.position"][few], name=axis, line=line, row=1, col=1
+            )
+            figure.add_scatter(
+                x=signals["time_s"][few], y=signals[f"{axis}.torque"][few], showlegend=False, line=line, row=2, col=1
+            )
         blocks.append(Plot(figure, "Joint positions and commanded torques."))
     return blocks
 
 
-def both_or_held(options: SequenceOptions, paths: Mapping[str, Floats], held_rad: Mapping[str, float] | None = None) -> dict[str, Floats]:
+def both_or_held(
+    options: SequenceOptions, paths: Mapping[str, Floats], held_rad: Mapping[str, float] | None = None
+) -> dict[str, Floats]:
     """References of the axes asked for; an axis that was not asked for holds a position (0 unless given)."""
     longest = max(len(paths[axis]) for axis in options.axes)
     found = {}

@@ -37,6 +37,10 @@ def build_experiment(name: str, options: SequenceOptions) -> Experiment:
 
         return experiment_of_file(Path(name), options.rate_hz, options.every, options.names)
     if name not in SEQUENCES:
-        raise BadInputError(f"experiment {name!r}", "is no sequence and no plan file", ", ".join([*SEQUENCES, "thesis", "or a plan file"]))
+        raise BadInputError(
+            f"experiment {name!r}",
+            "is no sequence and no plan file",
+            ", ".join([*SEQUENCES, "thesis", "or a plan file"]),
+        )
     experiment: Experiment = importlib.import_module(f"gimbal_hil.experiments.sequences.{name}").build(options)
     return experiment

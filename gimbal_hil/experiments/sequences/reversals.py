@@ -1,4 +1,6 @@
-"""Reversals of growing and shrinking size: a gap has a fixed width, bristles a stiffness; quick ones show inertia, lag and delay."""
+"""Reversals of growing and shrinking size: a gap has a fixed width, bristles a stiffness; quick ones show inertia, lag
+and delay.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,10 @@ def build(options: SequenceOptions) -> Experiment:
     duration_s = SHORT_SWEEP_S if options.short else SWEEP_S
     pair = zip(LARGEST_RAD, FREQUENCIES_HZ, strict=True)
     paths = dict(zip(options.names, (_swept(largest, hz, duration_s) for largest, hz in pair), strict=True))
-    said = "The size of the motion grows and shrinks at constant frequency; friction and gaps stay as they are, inertia grows with it."
+    said = (
+        "The size of the motion grows and shrinks at constant frequency; friction and gaps stay as they are, "
+        "inertia grows with it."
+    )
     return motion_experiment("reversals", "Reversals of many sizes", options, both_or_held(options, paths), said)
 
 

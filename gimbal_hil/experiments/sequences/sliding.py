@@ -1,9 +1,10 @@
 """Sliding: constant speeds in both directions, the mean torque of each, and the friction-velocity curve through them.
 
-The whole sequence is the thesis' (section 4.3.1): 45 speeds from 0.001 to 0.1 rad/s over 0 to 75 degrees, spaced by equal ratios so
-that half of them lie below 0.01 rad/s, where the Stribeck effect is. Each speed is run forward and back between the same positions. All of
-the travel twice would take a slow speed 44 minutes; so slow speeds pass three stretches of it, near both ends and in the middle, forward
-and back each (docs/decisions/0050-slow-speeds-pass-parts-of-the-travel.md).
+The whole sequence is the thesis' (section 4.3.1): 45 speeds from 0.001 to 0.1 rad/s over 0 to 75 degrees, spaced by
+equal ratios so that half of them lie below 0.01 rad/s, where the Stribeck effect is. Each speed is run forward and back
+between the same positions. All of the travel twice would take a slow speed 44 minutes; so slow speeds pass three
+stretches of it, near both ends and in the middle, forward and back each
+(docs/decisions/0050-slow-speeds-pass-parts-of-the-travel.md).
 """
 
 from __future__ import annotations
@@ -15,7 +16,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gimbal_hil.experiments import Experiment, Pair, Row, Signals, Step, move_to, pair_of, plateau_mean, pooled, position_hold, step_of
+from gimbal_hil.experiments import (
+    Experiment,
+    Pair,
+    Row,
+    Signals,
+    Step,
+    move_to,
+    pair_of,
+    plateau_mean,
+    pooled,
+    position_hold,
+    step_of,
+)
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.host import AxisCommand, Mode, Shape
 from gimbal_hil.report import Block, Callout, Heading, Plot, Table, Text
@@ -28,7 +41,8 @@ LOWEST_RAD_S, HIGHEST_RAD_S = 0.001, 0.1
 TRAVEL_RAD = math.radians(75.0)
 #: a slow speed passes so many stretches of the travel, evenly spread, each this long in time and travel at least
 STRETCHES, STRETCH_S, SHORTEST_RAD = 3, 36.0, 0.05
-#: left out at either end of a pass: bristles settle over a travel (eleven lengths of the thesis' softer axis), the loop over a time
+#: left out at either end of a pass: bristles settle over a travel (eleven lengths of the thesis' softer axis), the loop
+#: over a time
 MARGIN_RAD, MARGIN_S = 0.012, 1.0
 #: passes over the whole travel: as many as this time has room for, and not more than that
 PASSES_S, MOST_PASSES = 60.0, 3
@@ -36,7 +50,8 @@ PASSES_S, MOST_PASSES = 60.0, 3
 MOVE_S, MOVE_RAD_S = 1.0, 0.4
 SHORT_SPEEDS, SHORT_TRAVEL_RAD, SHORT_PASS_S = 12, 0.03, 5.0
 SHORT_MARGIN = 0.25
-#: rows of one pass that are kept at most, the ticks in a row that may be chosen for it, and those between two rows of the log
+#: rows of one pass that are kept at most, the ticks in a row that may be chosen for it, and those between two rows of
+#: the log
 ROWS, DECIMATIONS, LOG_EVERY = 6_500, (1, 2, 5, 10, 20, 50, 100), 100
 
 
@@ -71,7 +86,8 @@ def _short_passes_of(speed_rad_s: float) -> tuple[Pass, ...]:
 
 
 def build(options: SequenceOptions) -> Experiment:
-    """All speeds on each axis asked for, slowest first so that a first look comes with the friction at rest; both directions in turn.
+    """All speeds on each axis asked for, slowest first so that a first look comes with the friction at rest; both
+    directions in turn.
 
     Where several axes are asked for and the log is thinned, each axis is a part of its own.
     """
@@ -79,7 +95,9 @@ def build(options: SequenceOptions) -> Experiment:
     every = options.every or (1 if options.short else LOG_EVERY)
     alone = every == 1 or len(options.axes) == 1
     parts = () if alone else tuple(build(replace(options, axes=(axis,))) for axis in options.axes)
-    return Experiment("sliding", "Sliding friction at constant speeds", steps, measure, conclude, every=every, parts=parts)
+    return Experiment(
+        "sliding", "Sliding friction at constant speeds", steps, measure, conclude, every=every, parts=parts
+    )
 
 
 def _of_axis(axis: str, options: SequenceOptions) -> Iterator[Step]:
@@ -92,9 +110,13 @@ def _of_axis(axis: str, options: SequenceOptions) -> Iterator[Step]:
         # every other speed from the far end, so that no way between two stretches is long
         for number, one in enumerate(passes if place % 2 == 0 else passes[::-1]):
             if one.from_rad != stands:
-                way = options.on_axis(axis, move_to(one.from_rad, abs(one.from_rad - stands) / MOVE_RAD_S), position_hold(0.0))
+                way = options.on_axis(
+                    axis, move_to(one.from_rad, abs(one.from_rad - stands) / MOVE_RAD_S), position_hold(0.0)
+                )
                 duration = MOVE_S + abs(one.from_rad - stands) / MOVE_RAD_S
-                yield step_of(f"{axis} to {one.from_rad:.3f} rad before {speed:.5f} rad/s", options.rate_hz, duration, way)
+                yield step_of(
+                    f"{axis} to {one.from_rad:.3f} rad before {speed:.5f} rad/s", options.rate_hz, duration, way
+                )
                 stands = one.from_rad
             yield from _there_and_back(axis, speed, number, one, options)
 
@@ -103,11 +125,15 @@ def _there_and_back(axis: str, speed: float, number: int, one: Pass, options: Se
     duration = one.travel_rad / speed
     every = 1 if options.every == 1 or options.short else decimation(duration * options.rate_hz)
     for sign, word in ((1, "forward"), (-1, "back")):
-        ramp = AxisCommand(Mode.POSITION, Shape.RAMP, (one.from_rad if sign > 0 else one.to_rad, sign * speed, one.travel_rad))
+        ramp = AxisCommand(
+            Mode.POSITION, Shape.RAMP, (one.from_rad if sign > 0 else one.to_rad, sign * speed, one.travel_rad)
+        )
         inside = {"from_rad": one.from_rad + one.margin_rad, "to_rad": one.to_rad - one.margin_rad}
         meaning = {"axis": axis, "speed_rad_s": speed, "direction": sign, "pass": number} | inside
         name = f"{axis} {word} {speed:.5f} rad/s, pass {number + 1}"
-        step = step_of(name, options.rate_hz, duration, options.on_axis(axis, ramp, position_hold(0.0)), meaning, measured=True)
+        step = step_of(
+            name, options.rate_hz, duration, options.on_axis(axis, ramp, position_hold(0.0)), meaning, measured=True
+        )
         yield replace(step, every=every)
 
 
@@ -117,7 +143,8 @@ def decimation(ticks: float) -> int:
 
 
 def measure(step: Step, signals: Signals) -> Row | None:
-    """Mean rate and torque between the two positions that both directions share, with the standard error of the torque."""
+    """Mean rate and torque between the two positions that both directions share, with the standard error of the torque.
+    """
     meaning = step.meaning
     mean = plateau_mean(signals, meaning["axis"], meaning["from_rad"], meaning["to_rad"])
     return None if mean is None else mean.as_row()
@@ -128,7 +155,11 @@ def pairs_of(rows: Sequence[Row], axis: str) -> list[Pair]:
     found = []
     for speed in dict.fromkeys(row["speed_rad_s"] for row in rows if row["axis"] == axis):
         same = [row for row in rows if row["axis"] == axis and row["speed_rad_s"] == speed]
-        pairs = [pair for number in sorted({row["pass"] for row in same}) if (pair := _pair_of_pass(same, number)) is not None]
+        pairs = [
+            pair
+            for number in sorted({row["pass"] for row in same})
+            if (pair := _pair_of_pass(same, number)) is not None
+        ]
         if pairs:
             found.append(pooled(pairs))
     return found
@@ -144,7 +175,9 @@ def fitted_curve(pairs: Sequence[Pair]) -> StaticFit | None:
     from gimbal_hil.identification import Direction, VelocityPoint, fit_static
 
     points = [
-        VelocityPoint(p.speed_rad_s, p.friction_nm, p.friction_error_nm, 0.0, p.passes, (f"{p.speed_rad_s:.5f} rad/s",), 0.0)
+        VelocityPoint(
+            p.speed_rad_s, p.friction_nm, p.friction_error_nm, 0.0, p.passes, (f"{p.speed_rad_s:.5f} rad/s",), 0.0
+        )
         for p in pairs
         if p.steady
     ]
@@ -160,12 +193,16 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
             continue
         curve = fitted_curve(pairs)
         unsteady = sum(not pair.steady for pair in pairs)
-        said = f"{len(pairs)} speeds from {pairs[0].speed_rad_s:.3g} to {pairs[-1].speed_rad_s:.3g} rad/s; {unsteady} without steady speed."
+        said = (
+            f"{len(pairs)} speeds from {pairs[0].speed_rad_s:.3g} to {pairs[-1].speed_rad_s:.3g} rad/s; {unsteady} "
+            "without steady speed."
+        )
         blocks += [Heading(f"Friction of the {axis} axis"), Callout(said, "warning" if unsteady else "good")]
         blocks.append(
             Plot(
                 _figure(place, axis, rows, pairs, curve),
-                "Half the difference of both directions, in which all that depends on position alone cancels. The fainter points are the "
+                "Half the difference of both directions, in which all that depends on position alone cancels. The "
+                "fainter points are the "
                 "directions one by one, less the mean torque of both of that speed and stretch.",
             )
         )
@@ -173,17 +210,30 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
             blocks.append(_numbers(curve))
         blocks.append(_table(axis, pairs))
     blocks.append(
-        Text("gimbal-hil identify on this folder fits all seven numbers with intervals, the model's gravity and presliding runs included.")
+        Text(
+            "gimbal-hil identify on this folder fits all seven numbers with intervals, the model's gravity and "
+            "presliding runs included."
+        )
     )
     return blocks
 
 
 def _numbers(curve: StaticFit) -> Table:
     rows = [
-        (e.name, f"{e.fitted:.5g}", f"{e.interval.low:.5g} to {e.interval.high:.5g}", e.unit, e.verdict.value.replace("_", " "))
+        (
+            e.name,
+            f"{e.fitted:.5g}",
+            f"{e.interval.low:.5g} to {e.interval.high:.5g}",
+            e.unit,
+            e.verdict.value.replace("_", " "),
+        )
         for e in curve.estimates
     ]
-    return Table(("Parameter", "Value", "95 %", "Unit", "Verdict"), rows, f"Steady LuGre curve; residual {1e6 * curve.rms:.3g} µN m rms.")
+    return Table(
+        ("Parameter", "Value", "95 %", "Unit", "Verdict"),
+        rows,
+        f"Steady LuGre curve; residual {1e6 * curve.rms:.3g} µN m rms.",
+    )
 
 
 def _table(axis: str, pairs: Sequence[Pair]) -> Table:
@@ -203,7 +253,8 @@ def _table(axis: str, pairs: Sequence[Pair]) -> Table:
     return Table(
         header,
         rows,
-        f"The {axis} axis; ± is one standard error with autocorrelation counted; positional: half the sum of both directions.",
+        f"The {axis} axis; ± is one standard error with autocorrelation counted; positional: half the sum of both "
+        "directions.",
     )
 
 
@@ -235,6 +286,8 @@ def _figure(place: int, axis: str, rows: Sequence[Row], pairs: Sequence[Pair], c
     )
     if curve is not None:
         speeds = np.geomspace(pairs[0].speed_rad_s, pairs[-1].speed_rad_s, 200)
-        drawn.add_scatter(x=speeds, y=curve.friction.torque(speeds), mode="lines", name="steady LuGre curve", line=dict(color=MODEL))
+        drawn.add_scatter(
+            x=speeds, y=curve.friction.torque(speeds), mode="lines", name="steady LuGre curve", line=dict(color=MODEL)
+        )
     drawn.update_xaxes(type="log")
     return drawn

@@ -1,4 +1,5 @@
-"""Rich motion of both axes, for finding what a model lacks: plateaus at many speeds, reversals, small and quick motions.
+"""Rich motion of both axes, for finding what a model lacks: plateaus at many speeds, reversals, small and quick
+motions.
 
 Each variant follows another trajectory, so that what is found on one can be judged on another.
 """
@@ -33,7 +34,9 @@ def build(options: SequenceOptions) -> Experiment:
 
 
 def survey_motion(options: SequenceOptions, number: int, duration_s: float | None = None) -> Experiment:
-    """Survey number 0, 1, ...: the variants come round again with other heights. Without a duration (s) the options choose it."""
+    """Survey number 0, 1, ...: the variants come round again with other heights. Without a duration (s) the options
+    choose it.
+    """
     duration_s = duration_s or (SHORT_SURVEY_S if options.short else SURVEY_S)
     references = options.by_axis((reference(0, duration_s, number), reference(1, duration_s, number)))
     name = "survey" if number == 0 else "survey_holdout" if number == 1 else f"survey_{number + 1}"
@@ -41,7 +44,9 @@ def survey_motion(options: SequenceOptions, number: int, duration_s: float | Non
 
 
 def reference(place: int, duration_s: float, number: int) -> Floats:
-    """Position reference (rad) of an axis (0 carries 1), one value every `ROW_S`: a rounded triangle, then quick sines on top."""
+    """Position reference (rad) of an axis (0 carries 1), one value every `ROW_S`: a rounded triangle, then quick sines
+    on top.
+    """
     legs, quick_hz = LEGS_S[place][number % VARIANTS], QUICK_HZ[place][number % VARIANTS]
     smaller = 0.55 - 0.07 * (number // VARIANTS)
     path, side = Path.at(0.0), 1

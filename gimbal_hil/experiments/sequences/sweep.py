@@ -1,7 +1,7 @@
 """Sweep: the frequency response of each rate loop, open and closed, with margins and coherence.
 
-The joint slides at a bias speed while the sweep goes on, faster than the sweep's amplitude: it never reverses, so that friction stays
-smooth and the response is that of the loop and not of stiction. Laps go up and down the travel in turn.
+The joint slides at a bias speed while the sweep goes on, faster than the sweep's amplitude: it never reverses, so that
+friction stays smooth and the response is that of the loop and not of stiction. Laps go up and down the travel in turn.
 """
 
 from __future__ import annotations
@@ -42,18 +42,31 @@ def build(options: SequenceOptions) -> Experiment:
     growth = math.log(LAST_HZ / FIRST_HZ) / LAP_S
     for axis in options.axes:
         start = -0.5 * BIAS_RAD_S * (LAP_S + RUN_UP_S)
-        steps.append(step_of(f"{axis} to its start", options.rate_hz, 4.0, options.on_axis(axis, move_to(start, 3.0), move_to(0.0, 3.0))))
+        steps.append(
+            step_of(
+                f"{axis} to its start",
+                options.rate_hz,
+                4.0,
+                options.on_axis(axis, move_to(start, 3.0), move_to(0.0, 3.0)),
+            )
+        )
         for lap in range(SHORT_LAPS if options.short else LAPS):
             bias = BIAS_RAD_S if lap % 2 == 0 else -BIAS_RAD_S
             run_up = options.on_axis(axis, AxisCommand(Mode.RATE, Shape.HOLD, (bias,)), position_hold(0.0))
             steps.append(step_of(f"{axis} runs up to lap {lap + 1}", options.rate_hz, RUN_UP_S, run_up))
-            chirp = AxisCommand(Mode.RATE, Shape.CHIRP, (bias, options.by_axis(AMPLITUDE_RAD_S)[axis], FIRST_HZ, growth, LAP_S))
+            chirp = AxisCommand(
+                Mode.RATE, Shape.CHIRP, (bias, options.by_axis(AMPLITUDE_RAD_S)[axis], FIRST_HZ, growth, LAP_S)
+            )
             meaning = {"axis": axis, "lap": lap, "bias_rad_s": bias}
             commands = options.on_axis(axis, chirp, position_hold(0.0))
             steps.append(step_of(f"{axis} lap {lap + 1}", options.rate_hz, LAP_S, commands, meaning, measured=True))
-        steps.append(step_of(f"{axis} back to the middle", options.rate_hz, 4.0, (move_to(0.0, 3.0), move_to(0.0, 3.0))))
+        steps.append(
+            step_of(f"{axis} back to the middle", options.rate_hz, 4.0, (move_to(0.0, 3.0), move_to(0.0, 3.0)))
+        )
     drawn = frozenset(step.name for step in steps if step.measured)
-    return Experiment("sweep", "Frequency response of the rate loops", tuple(steps), measure, conclude, drawn, options.every or 1)
+    return Experiment(
+        "sweep", "Frequency response of the rate loops", tuple(steps), measure, conclude, drawn, options.every or 1
+    )
 
 
 def _lap(axis: str, signals: Signals) -> Lap:
@@ -96,9 +109,16 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
             continue
         margins = margins_of(response)
         blocks += [Heading(f"Rate loop of the {axis} axis"), _said(margins)]
-        blocks.append(Plot(_figure(place, axis, response), "Open loop from the reference and the loop's error; gain, phase, coherence."))
+        blocks.append(
+            Plot(
+                _figure(place, axis, response),
+                "Open loop from the reference and the loop's error; gain, phase, coherence.",
+            )
+        )
         blocks.append(_table([row for row in rows if row["axis"] == axis], margins))
-    blocks.append(Text("Each lap is averaged into the spectra; the scatter over laps tells how well a margin is known."))
+    blocks.append(
+        Text("Each lap is averaged into the spectra; the scatter over laps tells how well a margin is known.")
+    )
     return blocks
 
 
@@ -106,13 +126,27 @@ def _said(margins: Margins) -> Callout:
     if margins.phase_margin_deg is None or margins.crossover_hz is None:
         return Callout("The loop does not cross unit gain where the sweep could measure it.", "warning")
     gain = (
-        "no -180 degrees below the last frequency" if margins.gain_margin_db is None else f"{margins.gain_margin_db:.1f} dB of gain margin"
+        "no -180 degrees below the last frequency"
+        if margins.gain_margin_db is None
+        else f"{margins.gain_margin_db:.1f} dB of gain margin"
     )
-    return Callout(f"Crosses at {margins.crossover_hz:.1f} Hz with {margins.phase_margin_deg:.1f} degrees of phase margin; {gain}.", "good")
+    return Callout(
+        f"Crosses at {margins.crossover_hz:.1f} Hz with {margins.phase_margin_deg:.1f} degrees of phase margin; "
+        f"{gain}.",
+        "good",
+    )
 
 
 def _table(rows: Sequence[Row], pooled: Margins) -> Table:
-    header = ("Lap", "Crossover [Hz]", "Phase margin [deg]", "-180 deg at [Hz]", "Gain margin [dB]", "Bandwidth [Hz]", "Torque [N m]")
+    header = (
+        "Lap",
+        "Crossover [Hz]",
+        "Phase margin [deg]",
+        "-180 deg at [Hz]",
+        "Gain margin [dB]",
+        "Bandwidth [Hz]",
+        "Torque [N m]",
+    )
     columns = ("crossover_hz", "phase_margin_deg", "phase_crossover_hz", "gain_margin_db", "bandwidth_hz", "torque_nm")
     lines = [(f"{row['lap'] + 1}", *(_number(row[name]) for name in columns)) for row in rows]
     together = _as_row(pooled) | {"torque_nm": None}
@@ -135,7 +169,14 @@ def _figure(place: int, axis: str, response: FrequencyResponse) -> object:
         phase = np.degrees(np.unwrap(np.angle(loop)))
         drawn.add_scatter(x=x, y=20.0 * np.log10(np.abs(loop)), name=name, line=line, row=1, col=1)
         drawn.add_scatter(x=x, y=phase, name=name, line=line, showlegend=False, row=2, col=1)
-    drawn.add_scatter(x=response.frequency_hz, y=response.coherence, showlegend=False, line=dict(color=AXIS_COLOURS[place]), row=3, col=1)
+    drawn.add_scatter(
+        x=response.frequency_hz,
+        y=response.coherence,
+        showlegend=False,
+        line=dict(color=AXIS_COLOURS[place]),
+        row=3,
+        col=1,
+    )
     drawn.add_hline(y=-180.0, line=dict(color=REFERENCE, width=1), row=2, col=1)
     drawn.update_xaxes(type="log")
     return drawn

@@ -1,4 +1,6 @@
-"""The same motion in several poses: gravity loads the joint differently in each, so that gain, load and place show apart."""
+"""The same motion in several poses: gravity loads the joint differently in each, so that gain, load and place show
+apart.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,9 @@ SINE_RAD, SINE_HZ, SINE_S, BETWEEN_S = 0.06, 1.5, 3.0, 3.0
 def build(options: SequenceOptions) -> Experiment:
     """The same motion of both axes in each pose; the axis that was not asked for only changes its pose."""
     speed = SHORT_SPEED_RAD_S if options.short else SPEED_RAD_S
-    references = {axis: _posed(poses, speed, axis in options.axes) for axis, poses in options.by_axis(POSES_RAD).items()}
+    references = {
+        axis: _posed(poses, speed, axis in options.axes) for axis, poses in options.by_axis(POSES_RAD).items()
+    }
     said = "A gain error and friction that grows with load change from pose to pose; plain friction and inertia do not."
     return motion_experiment("two_loads", "The same motion under several loads", options, references, said)
 

@@ -1,4 +1,6 @@
-"""The same plateaus cold, while warming up at speed, and while cooling down: tells temperature from wear and from plain viscosity."""
+"""The same plateaus cold, while warming up at speed, and while cooling down: tells temperature from wear and from plain
+viscosity.
+"""
 
 from __future__ import annotations
 
@@ -15,8 +17,12 @@ def build(options: SequenceOptions) -> Experiment:
     """Plateaus, heating, plateaus, heating, plateaus, waiting, plateaus, waiting, plateaus on the axes asked for."""
     period = SHORT_PERIOD_S if options.short else PERIOD_S
     paths = {axis: _cycle(period) for axis in options.names}
-    said = "The same plateaus at several temperatures, on the way up and down: temperature goes both ways, wear only one."
-    return motion_experiment("warm_and_cool", "Plateaus while warming up and cooling down", options, both_or_held(options, paths), said)
+    said = (
+        "The same plateaus at several temperatures, on the way up and down: temperature goes both ways, wear only one."
+    )
+    return motion_experiment(
+        "warm_and_cool", "Plateaus while warming up and cooling down", options, both_or_held(options, paths), said
+    )
 
 
 def _cycle(period_s: float) -> Floats:

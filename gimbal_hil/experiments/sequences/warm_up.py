@@ -25,15 +25,33 @@ def build(options: SequenceOptions) -> Experiment:
     steps: list[Step] = []
     for axis in options.axes:
         steps.append(
-            step_of(f"{axis} to its start", options.rate_hz, 4.0, options.on_axis(axis, move_to(-0.5 * TRAVEL_RAD, 3.0), move_to(0.0, 3.0)))
+            step_of(
+                f"{axis} to its start",
+                options.rate_hz,
+                4.0,
+                options.on_axis(axis, move_to(-0.5 * TRAVEL_RAD, 3.0), move_to(0.0, 3.0)),
+            )
         )
         for lap in range(SHORT_LAPS if options.short else LAPS):
             for sign, word in ((1, "forward"), (-1, "back")):
-                ramp = AxisCommand(Mode.POSITION, Shape.RAMP, (-sign * 0.5 * TRAVEL_RAD, sign * SPEED_RAD_S, TRAVEL_RAD))
+                ramp = AxisCommand(
+                    Mode.POSITION, Shape.RAMP, (-sign * 0.5 * TRAVEL_RAD, sign * SPEED_RAD_S, TRAVEL_RAD)
+                )
                 meaning = {"axis": axis, "lap": lap, "direction": sign}
                 commands = options.on_axis(axis, ramp, position_hold(0.0))
-                steps.append(step_of(f"{axis} lap {lap + 1} {word}", options.rate_hz, TRAVEL_RAD / SPEED_RAD_S, commands, meaning, True))
-        steps.append(step_of(f"{axis} back to the middle", options.rate_hz, 4.0, (move_to(0.0, 3.0), move_to(0.0, 3.0))))
+                steps.append(
+                    step_of(
+                        f"{axis} lap {lap + 1} {word}",
+                        options.rate_hz,
+                        TRAVEL_RAD / SPEED_RAD_S,
+                        commands,
+                        meaning,
+                        True,
+                    )
+                )
+        steps.append(
+            step_of(f"{axis} back to the middle", options.rate_hz, 4.0, (move_to(0.0, 3.0), move_to(0.0, 3.0)))
+        )
     every = options.every or (1 if options.short else EVERY)
     return Experiment("warm_up", "Friction while the joint warms up", tuple(steps), measure, conclude, every=every)
 
@@ -85,9 +103,13 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
         change = float(np.mean([lap["friction_nm"] for lap in last]) - np.mean([lap["friction_nm"] for lap in first]))
         error = float(np.sqrt(np.sum([lap["error_nm"] ** 2 for lap in first + last]))) / part
         said = (
-            f"From the first to the last fifth friction changed by {1e3 * change:+.2f} ± {1e3 * 2.0 * error:.2f} mN m (2 standard errors)."
+            f"From the first to the last fifth friction changed by {1e3 * change:+.2f} ± {1e3 * 2.0 * error:.2f} "
+            "mN m (2 standard errors)."
         )
-        blocks += [Heading(f"Warm-up of the {axis} axis"), Callout(said, "warning" if abs(change) > 2.0 * error else "good")]
+        blocks += [
+            Heading(f"Warm-up of the {axis} axis"),
+            Callout(said, "warning" if abs(change) > 2.0 * error else "good"),
+        ]
         blocks.append(Plot(_figure(place, axis, laps), f"Each point is one lap at {SPEED_RAD_S:g} rad/s."))
     return blocks
 
@@ -100,6 +122,10 @@ def _figure(place: int, axis: str, laps: Sequence[Row]) -> object:
     errors = dict(array=[2.0 * lap["error_nm"] for lap in laps])
     colour = dict(color=AXIS_COLOURS[place])
     friction = [lap["friction_nm"] for lap in laps]
-    drawn.add_scatter(x=time_s, y=friction, error_y=errors, mode="markers", name="friction", marker=colour, row=1, col=1)
-    drawn.add_scatter(x=time_s, y=[lap["temperature_degc"] for lap in laps], name="temperature", line=dict(color=ALERT), row=2, col=1)
+    drawn.add_scatter(
+        x=time_s, y=friction, error_y=errors, mode="markers", name="friction", marker=colour, row=1, col=1
+    )
+    drawn.add_scatter(
+        x=time_s, y=[lap["temperature_degc"] for lap in laps], name="temperature", line=dict(color=ALERT), row=2, col=1
+    )
     return drawn
