@@ -5,7 +5,16 @@ from __future__ import annotations
 from enum import Enum
 
 from firmware_protocol.emit.mail import screaming
-from firmware_protocol.schema import CRC_CHECK, CRC_POLYNOMIAL, ENUMERATIONS, MESSAGES, PROTOCOL_VERSION, Direction, Field, Message
+from firmware_protocol.schema import (
+    CRC_CHECK,
+    CRC_POLYNOMIAL,
+    ENUMERATIONS,
+    MESSAGES,
+    PROTOCOL_VERSION,
+    Direction,
+    Field,
+    Message,
+)
 
 _HEAD = """/* The wire of the gimballed antenna, for firmware. C99.
  *

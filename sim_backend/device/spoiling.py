@@ -11,7 +11,15 @@ from enum import IntEnum
 import numpy as np
 
 from firmware_protocol.compiling import compiled
-from sim_backend.device.layout import AXIS_J, AXIS_J_SIZE, ENCODER_SPOILT, GYRO_SPOILT, MOTOR_SPOILT, SCALE_BITS, SPOILT_SIZE
+from sim_backend.device.layout import (
+    AXIS_J,
+    AXIS_J_SIZE,
+    ENCODER_SPOILT,
+    GYRO_SPOILT,
+    MOTOR_SPOILT,
+    SCALE_BITS,
+    SPOILT_SIZE,
+)
 
 
 class Spoilt(IntEnum):

@@ -7,7 +7,15 @@ from collections.abc import Callable
 import numpy as np
 
 from firmware_protocol.messages import DeadmanConfig
-from firmware_protocol.schema import BrakeCommand, BrakeState, DriveRequest, DriveState, FaultCode, LimitFlags, StopReaction
+from firmware_protocol.schema import (
+    BrakeCommand,
+    BrakeState,
+    DriveRequest,
+    DriveState,
+    FaultCode,
+    LimitFlags,
+    StopReaction,
+)
 from sim_backend.device import Spoilt, TravelReaction, layout
 from tests.device.bench import WINDOW, Bench, control
 

@@ -15,7 +15,15 @@ from hypothesis import strategies as st
 
 from firmware_protocol import mail as m
 from firmware_protocol.errors import BadInputError
-from firmware_protocol.messages import BaseAttitude, BaseRate, FeedbackInner, FeedbackOuter, MotorStatusInner, MotorStatusOuter, SetPoint
+from firmware_protocol.messages import (
+    BaseAttitude,
+    BaseRate,
+    FeedbackInner,
+    FeedbackOuter,
+    MotorStatusInner,
+    MotorStatusOuter,
+    SetPoint,
+)
 from firmware_protocol.schema import RECORD_SIZE, BrakeState, Direction, DriveState
 from sim_backend.device import AxisSettings, Device, FirmwareSettings
 from sim_backend.model import load_model, model_from_document, shipped_model
