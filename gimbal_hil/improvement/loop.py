@@ -16,11 +16,24 @@ from typing import Any
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.discrepancy import Diagnosis, corrected_model, diagnose, discrepancy_page, recalibrated_model, verdict_of
+from gimbal_hil.discrepancy import (
+    Diagnosis,
+    corrected_model,
+    diagnose,
+    discrepancy_page,
+    recalibrated_model,
+    verdict_of,
+)
 from gimbal_hil.discrepancy.completeness import COMPLETE_FLOORS
 from gimbal_hil.discrepancy.standing import standing
 from gimbal_hil.experiments import Experiment, ProgressSink, Silent
-from gimbal_hil.experiments.sequences import SURVEY_S, SequenceOptions, breakaway_torques, build_experiment, survey_motion
+from gimbal_hil.experiments.sequences import (
+    SURVEY_S,
+    SequenceOptions,
+    breakaway_torques,
+    build_experiment,
+    survey_motion,
+)
 from gimbal_hil.improvement.budgets import AFTERWARDS_S, Budgets
 from gimbal_hil.improvement.choosing import (
     Option,
