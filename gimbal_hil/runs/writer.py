@@ -1,10 +1,9 @@
 """Write a run folder while the run goes on.
 
-The tick path only appends to a list; whole batches go to the files twenty times a second, so a kill loses a tenth of a
-second at most. Between two flushes the frames of a tick are written before its tick row, and every flush adds one batch
-to each stream and one line to the chain that seals the run (see `chain`): the first n batches of both are a run that
-can be replayed. A disk that refuses, or a folder that is taken away, ends the recording, not the run: `failure` says
-why. A disk that is nearly full asks for an end in good order: `running_out`.
+The tick path only appends to a list; whole batches go to the files twenty times a second, so a kill loses a tenth of a second at most.
+Between two flushes the frames of a tick are written before its tick row, and every flush adds one batch to each stream and one line to the
+chain that seals the run (see `chain`): the first n batches of both are a run that can be replayed. A disk that refuses, or a folder that is
+taken away, ends the recording, not the run: `failure` says why. A disk that is nearly full asks for an end in good order: `running_out`.
 """
 
 from __future__ import annotations
@@ -58,8 +57,8 @@ _SEGMENT = "segment"
 class RunWriter:
     """The log of one run. Not for several threads; call `append_ticks` between ticks, never inside one.
 
-    `clock_ns` only paces the flushes. Raises BadInputError when the folder cannot be used, is recorded into by another
-    process, or already holds a run and `force` is false.
+    `clock_ns` only paces the flushes. Raises BadInputError when the folder cannot be used, is recorded into by another process, or already
+    holds a run and `force` is false.
     """
 
     def __init__(
@@ -113,24 +112,17 @@ class RunWriter:
             paths = {name: folder / writer._name_of(name) for name in _FILES}
             for name, path in paths.items():
                 if path.stat().st_size < mark[name]:
-                    raise BadInputError(
-                        str(path), "is shorter than at its checkpoint", "the files that the stopped run left"
-                    )
+                    raise BadInputError(str(path), "is shorter than at its checkpoint", "the files that the stopped run left")
                 os.truncate(path, mark[name])
             for name in _STREAMS:
                 for number, path in segments_of(folder, name):
                     if number > writer._segment:
                         path.unlink()
         except (OSError, KeyError) as error:
-            raise BadInputError(
-                str(folder), f"cannot be gone on with ({error})", "the folder of a stopped run"
-            ) from error
+            raise BadInputError(str(folder), f"cannot be gone on with ({error})", "the folder of a stopped run") from error
         run = open_run(folder)
         blocks, _ = read_chain(folder)
-        writer._started_utc, writer._last_hash = (
-            run.record.started_utc,
-            blocks[-1].sha256 if blocks else run.record.genesis,
-        )
+        writer._started_utc, writer._last_hash = run.record.started_utc, blocks[-1].sha256 if blocks else run.record.genesis
         writer._files = {name: os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CLOEXEC) for name, path in paths.items()}
         writer._segment_bytes = mark[FRAMES_FILE] + mark[TICKS_FILE]
         writer._counts = {TICKS_FILE: len(run.ticks), FRAMES_FILE: len(run.frames), EVENTS_FILE: len(run.events)}
@@ -182,16 +174,13 @@ class RunWriter:
         self._frames.append(np.array(frames, FRAME_ROW))
 
     def append_ticks(self, rows: NDArray[np.void]) -> None:
-        """Keep tick rows, shape (n,) of TICK_ROW, after all frames of these ticks; writes to disk when it is time to.
-        """
+        """Keep tick rows, shape (n,) of TICK_ROW, after all frames of these ticks; writes to disk when it is time to."""
         self._ticks.append(np.array(rows, TICK_ROW))
         self._waiting_ticks += len(rows)
         if self._waiting_ticks >= FLUSH_TICKS or self._clock_ns() - self._flushed_ns >= FLUSH_INTERVAL_NS:
             self.flush()
 
-    def event(
-        self, tick: int, time_ns: int, kind: EventKind, text: str, data: Mapping[str, object] | None = None
-    ) -> None:
+    def event(self, tick: int, time_ns: int, kind: EventKind, text: str, data: Mapping[str, object] | None = None) -> None:
         """Keep one event; `data` must be plain JSON."""
         line = {"tick": tick, "time_ns": time_ns, "kind": kind.value, "text": text, "data": dict(data or {})}
         self._events.append(json.dumps(line, ensure_ascii=False) + "\n")
@@ -201,8 +190,7 @@ class RunWriter:
         self.event(tick, time_ns, EventKind.COMMAND, text, data)
 
     def flush(self) -> None:
-        """Write all that waits: events, then one batch of frames, then one of tick rows, then the line that seals them.
-        """
+        """Write all that waits: events, then one batch of frames, then one of tick rows, then the line that seals them."""
         self._take_blocks()
         self._flushed_ns = self._clock_ns()
         if self._flushed_ns - self._looked_ns >= _LOOK_INTERVAL_NS:
@@ -216,9 +204,7 @@ class RunWriter:
             lines = b""
         written = dict.fromkeys(_STREAMS, b"")
         if frames or ticks:
-            written = {
-                name: self._append_rows(name, pieces) for name, pieces in ((FRAMES_FILE, frames), (TICKS_FILE, ticks))
-            }
+            written = {name: self._append_rows(name, pieces) for name, pieces in ((FRAMES_FILE, frames), (TICKS_FILE, ticks))}
         self._link(written[TICKS_FILE], written[FRAMES_FILE], lines)
         if self._segment_bytes >= self._retention.segment_mb * MB and self.failure is None:
             self._begin_segment()
@@ -243,9 +229,7 @@ class RunWriter:
         hashes = {name.split(".")[0]: content.hexdigest() for name, content in self._content.items()}
         counts = {name.split(".")[0]: count for name, count in self._counts.items()}
         try:
-            write_header(
-                self.folder, self._header, self._started_utc, RunEnd(exit_code, reason, counts, hashes, self._last_hash)
-            )
+            write_header(self.folder, self._header, self._started_utc, RunEnd(exit_code, reason, counts, hashes, self._last_hash))
         except OSError as error:
             self.failure = self.failure or f"{self.folder / RUN_FILE}: {error.strerror}"
         for file in self._files.values():
@@ -255,9 +239,7 @@ class RunWriter:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         if error is None:
             self.close()
             self.require_room()
@@ -289,18 +271,14 @@ class RunWriter:
         events += self._noted
         self._noted = b""
         self._last_hash = linked(self._last_hash, ticks, frames, events)
-        line = Block(
-            self._counts[TICKS_FILE], self._counts[FRAMES_FILE], self._counts[EVENTS_FILE], self._last_hash
-        ).line()
+        line = Block(self._counts[TICKS_FILE], self._counts[FRAMES_FILE], self._counts[EVENTS_FILE], self._last_hash).line()
         try:
             _write_all(self._files[CHAIN_FILE], line)
         except OSError as error:
             self.failure = self.failure or f"{self.folder / CHAIN_FILE}: {error.strerror}"
 
     def _append(self, name: str, data: bytes, count: int, content: bytes) -> bool:
-        """Write one whole piece or, when the disk refuses, none of it, and end the recording with the reason; whether
-        it is written.
-        """
+        """Write one whole piece or, when the disk refuses, none of it, and end the recording with the reason; whether it is written."""
         if self.failure is not None:
             return False
         file = self._files[name]
@@ -331,21 +309,15 @@ class RunWriter:
             return
         if free < self._retention.stop_below_mb:
             least = self._retention.stop_below_mb
-            self.running_out = (
-                f"{self.folder}: {free:.0f} MiB are left on the disk, and recording.stop_below_mb is {least:g}"
-            )
+            self.running_out = f"{self.folder}: {free:.0f} MiB are left on the disk, and recording.stop_below_mb is {least:g}"
             self.event(-1, -1, EventKind.RECORDING, self.running_out, {"free_mb": round(free)})
         elif free < self._retention.warn_below_mb and not self._warned:
             self._warned = True
-            text = (
-                f"{free:.0f} MiB are left on the disk; the run ends in good order at {self._retention.stop_below_mb:g}"
-            )
+            text = f"{free:.0f} MiB are left on the disk; the run ends in good order at {self._retention.stop_below_mb:g}"
             self.event(-1, -1, EventKind.RECORDING, text, {"free_mb": round(free)})
 
     def _begin_segment(self) -> None:
-        """Close the streams, go on in the files of the next number, and give up the oldest ones where not all is to be
-        kept.
-        """
+        """Close the streams, go on in the files of the next number, and give up the oldest ones where not all is to be kept."""
         for name in _STREAMS:
             self._append(name, END_OF_STREAM, 0, b"")
         self._segment += 1
@@ -391,9 +363,7 @@ class RunWriter:
 
 
 def _open_folder(folder: Path, header: RunHeader, started_utc: str, force: bool) -> tuple[RunLock, dict[str, int], str]:
-    """Make the folder and its files, locked; the lock, file descriptors by name, and the hash with which the chain
-    begins.
-    """
+    """Make the folder and its files, locked; the lock, file descriptors by name, and the hash with which the chain begins."""
     lock: RunLock | None = None
     files: dict[str, int] = {}
     try:
