@@ -13,7 +13,16 @@ from typing import Any
 
 from scipy.stats import binomtest
 
-from tests.blind.score import Outcome, demanded, near_numbers, numbers_found, outcome, parameter_errors, told_class, told_names
+from tests.blind.score import (
+    Outcome,
+    demanded,
+    near_numbers,
+    numbers_found,
+    outcome,
+    parameter_errors,
+    told_class,
+    told_names,
+)
 
 #: floors at which a cause counts as small, medium and large; below the first it cannot be asked for
 CLASSES = (("below 2 floors", 0.0), ("small (2 to 5)", 2.0), ("medium (5 to 15)", 5.0), ("large (over 15)", 15.0))

@@ -7,7 +7,16 @@ from pathlib import Path
 from gimbal_hil.plots import figure
 from gimbal_hil.report import Block, Details, Heading, Page, Plot, Table
 from tests.blind.figures import Bin, CaseResult, class_reliability, reliability
-from tests.blind.tally import TOLD_CLASSES, TOLD_NAMES, gone_wrong, outcome_groups, outcome_rows, reliability_rows, targets, told_of
+from tests.blind.tally import (
+    TOLD_CLASSES,
+    TOLD_NAMES,
+    gone_wrong,
+    outcome_groups,
+    outcome_rows,
+    reliability_rows,
+    targets,
+    told_of,
+)
 
 
 def _diagram(named: list[Bin], classes: list[Bin]) -> Plot:
