@@ -11,8 +11,14 @@ Vector = NDArray[np.float64]
 
 #: lags summed are at most this many times the autocorrelation time found so far (Sokal's window)
 _WINDOW = 5.0
-_BATCHES = (10, 20, 40)
 _CLEARLY_CORRELATED = 1.5
+#: a long series is first put together to so many blocks at most: the error of its mean is a matter of its lowest frequencies
+_MOST_BLOCKS = 2048
+#: pairs of periodogram ordinates through whose logarithms a straight line goes down to frequency zero, the mean of the logarithm of such a
+#: pair below that of what it estimates, and what undoes the bias of the exponential of a line's end (Heidelberger and Welch, table 1)
+_PAIRS, _LOG_BIAS, _LINE_BIAS = 15, 0.270, 0.948
+#: blocks about whose straight lines the running sum is taken to sway
+_SWAYING = 25
 
 
 @dataclass(frozen=True)
@@ -46,27 +52,54 @@ def autocorrelation_time(samples: Vector) -> float:
 def mean_with_error(samples: Vector) -> MeanEstimate:
     """Mean of a stationary series, shape (n,), with a standard error that counts its autocorrelation, of either sign.
 
-    Torque that a loop makes of gyro noise is anticorrelated: what it adds now it takes away later, and its mean is far better known
-    than white noise of that size would allow. So the error is the largest of three from means of batches (10, 20 and 40 of them);
-    where the series is positively correlated, `s sqrt(tau / n)` counts too, corrected for the mean having been taken from the same
+    Torque that a loop makes of gyro noise is anticorrelated: what it adds now it takes away later, and its mean is far better known than
+    white noise of that size would allow, or than means of batches tell. Two things are left. The spectrum at frequency zero, found from
+    its lowest frequencies (Heidelberger and Welch, A spectral method for confidence interval generation, Communications of the ACM 24,
+    1981); and the ends: what the loop has not taken back yet when the record begins and ends, which is how far its running sum sways.
+    Where the series is positively correlated, `s sqrt(tau / n)` counts too, corrected for the mean having been taken from the same
     samples. With fewer than about ten autocorrelation times in the record the error is a lower bound.
     """
     n = len(samples)
     mean, spread = float(np.mean(samples)), float(np.var(samples))
     tau = min(autocorrelation_time(samples), n / 2.0) if n > 1 else 1.0
-    independent = max(n / tau, 1.0)
-    correlated = float(np.sqrt(spread / max(independent - 1.0, 1.0)))
-    error = max((_batch_error(samples, batches) for batches in _BATCHES if n >= 2 * batches), default=correlated)
-    if tau > _CLEARLY_CORRELATED or n < 2 * _BATCHES[0]:
-        error = max(error, correlated)
+    correlated = float(np.sqrt(spread / max(n / tau - 1.0, 1.0)))
+    length = max(1, n // _MOST_BLOCKS)
+    if n < 4 * _PAIRS or spread == 0.0:
+        error = correlated
+    else:
+        error = float(np.hypot(_error_from_spectrum(samples, length), _error_of_ends(samples, length)))
+        error = max(error, correlated) if tau > _CLEARLY_CORRELATED else error
     effective = min(float(n), spread / error**2) if error > 0.0 else float(n)
     return MeanEstimate(mean, error, effective)
 
 
-def _batch_error(samples: Vector, batches: int) -> float:
-    edges = np.linspace(0, len(samples), batches + 1).astype(np.int64)
-    means = np.add.reduceat(samples, edges[:-1]) / np.diff(edges)
-    return float(np.std(means, ddof=1) / np.sqrt(batches))
+def _error_from_spectrum(samples: Vector, length: int) -> float:
+    """Standard error of the mean that the spectrum at frequency zero stands for."""
+    blocks = len(samples) // length
+    means = samples[: blocks * length].reshape(blocks, length).mean(axis=1)
+    power = np.abs(np.fft.rfft(means - np.mean(means))) ** 2 / blocks
+    pairs = power[1 : 2 * _PAIRS + 1].reshape(_PAIRS, 2).mean(axis=1)
+    frequency = 2.0 * np.arange(_PAIRS) + 1.5
+    _, level = np.polyfit(frequency, np.log(np.maximum(pairs, 1e-300)) + _LOG_BIAS, 1)
+    return float(np.sqrt(_LINE_BIAS * np.exp(level) / blocks))
+
+
+def _error_of_ends(samples: Vector, length: int) -> float:
+    """Standard error of the mean from the sum's two ends, each off by what it sways about its own straight course."""
+    running = np.cumsum(samples - np.mean(samples))[length - 1 :: length]
+    pieces = len(running) // _SWAYING
+    if pieces == 0:
+        return 0.0
+    parts = running[: pieces * _SWAYING].reshape(pieces, _SWAYING)
+    return float(np.sqrt(2.0) * spread_about_lines(parts) / len(samples))
+
+
+def spread_about_lines(parts: Vector) -> float:
+    """Scatter of the rows of `parts`, shape (rows, n), each about its own straight line."""
+    x = np.arange(parts.shape[1]) - 0.5 * (parts.shape[1] - 1)
+    left = parts - parts.mean(axis=1, keepdims=True)
+    left = left - np.outer(left @ x / (x @ x), x)
+    return float(np.sqrt(np.sum(left**2) / (len(parts) * (parts.shape[1] - 2))))
 
 
 def weighted_mean(means: Vector, errors: Vector) -> MeanEstimate:

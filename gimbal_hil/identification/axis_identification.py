@@ -23,6 +23,7 @@ from gimbal_hil.identification.output_error import EXPERIMENTS, OutputErrorFit, 
 from gimbal_hil.identification.presliding import STEPS_FOR_SIGMA1, PreslidingFit, fit_presliding
 from gimbal_hil.identification.rigid_axis import RigidAxisFit, RigidAxisRule, fit_rigid_axis
 from gimbal_hil.identification.rigid_load import axis_load
+from gimbal_hil.identification.segments import Drive
 from gimbal_hil.identification.sliding import Direction, StaticFit, fit_static
 from gimbal_hil.identification.stribeck import LUGRE_NAMES, LUGRE_UNITS, LugreFriction, StaticFriction
 from gimbal_hil.identification.velocity_map import VelocityMap, measure_velocity_map
@@ -84,7 +85,7 @@ def identify_axis(
     static = both or positive or negative
     known = prior if static is None else LugreFriction(static.friction, prior.sigma0, prior.sigma1)
     presliding, dynamic = _bristles(evidence, known, static is not None, step, OutputErrorRule(seed=seed), executor)
-    rigid = _rigid(logs, model, axis) if static is None and len(model.axes) == 1 else (None, None)
+    rigid = _rigid(logs, model, axis) if static is None and len(model.axes) == 1 and not _only_bends(logs, axis) else (None, None)
     estimates = _final(prior, static, presliding, dynamic, rigid[0])
     usable = [e for e in estimates if e.name in LUGRE_NAMES and np.isfinite(e.value)]
     friction = prior.with_values(tuple(e.name for e in usable), np.array([e.value for e in usable]))
@@ -176,6 +177,12 @@ def _rigid(logs: Sequence[Log], model: AntennaModel, axis: str) -> tuple[RigidAx
     rule = RigidAxisRule(bandwidth_hz=min(20.0, 0.05 / table.period_s))
     fits = [fit_rigid_axis(table.time_s, position, torque, rule, per_direction=split, linear=model.is_linear) for split in (False, True)]
     return fits[0], fits[1]
+
+
+def _only_bends(logs: Sequence[Log], axis: str) -> bool:
+    """Whether torque was commanded directly all the time: then the joint mostly stands, and a regression on its speed means nothing."""
+    stretches = [stretch for log in logs for stretch in log.stretches[axis]]
+    return bool(stretches) and all(stretch.drive is Drive.TORQUE for stretch in stretches)
 
 
 def _final(

@@ -23,6 +23,8 @@ _LOOP_SETTLING_S = 0.5
 _SLOW_SHARE = 0.02
 #: at the start of a torque-driven stretch the joint moves less than this many encoder steps in 50 ms
 _REST_STEPS, _REST_S = 4.0, 0.05
+#: or no further than this many times what the model's bristles bend under the torque in that time
+_REST_BENDS = 4.0
 #: a reference speed that stays within this share of itself is one speed
 _SAME_REFERENCE = 0.02
 
@@ -59,6 +61,7 @@ def collect(logs: Sequence[Log], model: AntennaModel, axis: str) -> Evidence:
     inertias: list[float] = []
     step = max(model.number(axis, "encoder.step"), 1e-12)
     slow = _SLOW_SHARE * model.number(axis, "friction.breakaway")
+    stiffness = model.number(axis, "friction.sigma0")
     for log in logs:
         for stretch in log.stretches[axis]:
             start = _end_of_rest(log.table, stretch, axis) if stretch.drive is Drive.TORQUE else stretch.start
@@ -67,7 +70,8 @@ def collect(logs: Sequence[Log], model: AntennaModel, axis: str) -> Evidence:
             if stretch.drive is Drive.OFF or len(position) < 40:
                 continue
             far = abs(float(position[-1] - position[0])) > _PLATEAU_STEPS * step and duration > _PLATEAU_S
-            torque_driven = stretch.drive is Drive.TORQUE and _at_rest(position, log.table.period_s, step)
+            command = log.table.torque(axis)[start : stretch.stop]
+            torque_driven = stretch.drive is Drive.TORQUE and _at_rest(position, command, log.table.period_s, step, stiffness)
             if not torque_driven and not (stretch.drive is Drive.LOOP and far and _asks_for_one_speed(log.table, stretch, axis)):
                 continue
             part = log.table.rows(start, stretch.stop)
@@ -101,6 +105,8 @@ def _asks_for_one_speed(table: SignalsTable, stretch: Stretch, axis: str) -> boo
     return bool(abs(middle) > 0.0 and high - low <= _SAME_REFERENCE * abs(middle))
 
 
-def _at_rest(position: np.ndarray, period_s: float, step: float) -> bool:
+def _at_rest(position: np.ndarray, torque: np.ndarray, period_s: float, step: float, stiffness: float) -> bool:
+    """Whether the joint stands at first, or bends with a torque that changes from the first row on as bristles of that stiffness do."""
     rows = max(2, int(round(_REST_S / period_s)))
-    return bool(np.ptp(position[:rows]) <= _REST_STEPS * step)
+    bend = _REST_BENDS * float(np.ptp(torque[:rows])) / stiffness if stiffness > 0.0 else 0.0
+    return bool(np.ptp(position[:rows]) <= max(_REST_STEPS * step, bend))

@@ -14,13 +14,15 @@ from gimbal_hil.identification.least_squares import Fit, Matrix, ResidualFunctio
 
 _LEVEL = 0.95
 _SEARCH_STEPS = 12
+#: a sandwich from one series is itself uncertain: it narrows no interval by more than this share of its variance
+_LEAST_RATIO = 0.02
 
 
 @dataclass(frozen=True)
 class ProfileTask:
     """What is profiled: the residuals, their parameters and the best fit, with the difference step and tolerance of refits.
 
-    `variance_ratio` (p,) widens the threshold of each parameter by the ratio of its autocorrelation-robust variance to the naive
+    `variance_ratio` (p,) scales the threshold of each parameter by the ratio of its autocorrelation-robust variance to the naive
     one (ones when residuals are independent).
     """
 
@@ -45,7 +47,10 @@ def profile_interval(task: ProfileTask, index: int) -> Interval:
 
 
 def robust_variance_ratio(best: Fit) -> Vector:
-    """Autocorrelation-robust variance over the naive one for each parameter, shape (p,), at least 1.
+    """Autocorrelation-robust variance over the naive one for each parameter, shape (p,).
+
+    Above 1 where neighbouring residuals err alike; below it where they take back what the last one gave, as displacements between
+    positions do that are each off by their own share of an encoder step.
 
     Bartlett-weighted sandwich (Newey and West, Econometrica 55, 1987) with a window of five autocorrelation times of the residual.
     """
@@ -59,20 +64,20 @@ def robust_variance_ratio(best: Fit) -> Vector:
     bread = np.linalg.pinv(best.jacobian.T @ best.jacobian, rcond=1e-14)
     robust = np.diag(bread @ meat @ bread)
     naive = np.diag(bread) * max(best.sum_of_squares / best.degrees_of_freedom, 1e-300)
-    return np.asarray(np.clip(robust / np.maximum(naive, 1e-300), 1.0, 1e4)).reshape(unknowns)
+    return np.asarray(np.clip(robust / np.maximum(naive, 1e-300), _LEAST_RATIO, 1e4)).reshape(unknowns)
 
 
 def _side(task: ProfileTask, index: int, direction: float) -> tuple[float, bool]:
     best, parameter = task.best, task.parameters[index]
     ratio = 1.0 if task.variance_ratio is None else float(task.variance_ratio[index])
     quantile = float(student.ppf(0.5 + _LEVEL / 2.0, best.degrees_of_freedom))
-    threshold = best.sum_of_squares + quantile**2 * best.variance_scale * max(1.0, ratio)
+    threshold = best.sum_of_squares + quantile**2 * best.variance_scale * ratio
     bound = parameter.coordinate(parameter.high if direction > 0.0 else parameter.low)
     centre = float(best.coordinates[index])
     reach = abs(bound - centre)
     if reach == 0.0:
         return parameter.value(bound), True
-    guess = float(best.coordinate_errors()[index]) * quantile * np.sqrt(max(1.0, ratio))
+    guess = float(best.coordinate_errors()[index]) * quantile * np.sqrt(ratio)
     step = min(guess if np.isfinite(guess) and guess > 0.0 else reach, reach)
     start = best.values
     inside, inside_excess = 0.0, best.sum_of_squares - threshold

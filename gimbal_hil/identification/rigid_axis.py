@@ -10,12 +10,14 @@ from scipy.signal import butter, sosfiltfilt
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.identification.averaging import Vector, autocorrelation_time
-from gimbal_hil.identification.estimate import Estimate, Interval, settle
+from gimbal_hil.identification.estimate import Estimate, Interval, settle, withheld
 from gimbal_hil.identification.least_squares import Matrix
 
 _REPEATS = 2000
 #: a bootstrap block holds at least this many decorrelation times, and there are at least this many blocks
 _TIMES_PER_BLOCK, _MIN_BLOCKS = 5.0, 8
+#: a combination of columns, each of length 1, is nothing below this share of the largest; a column takes part in it above that share
+_DEPENDENT, _TAKES_PART = 1e-6, 1e-2
 _EXPERIMENTS = {
     "inertia": "a trajectory with strong accelerations in both directions",
     "viscous": "plateaus at several speeds, both directions",
@@ -98,13 +100,20 @@ def fit_rigid_axis(
     thin = max(1, int(rate_hz / (2.5 * rule.bandwidth_hz)))
     rows = np.flatnonzero(keep)[::thin]
     design, target = design[rows], target[rows]
-    solution = np.linalg.lstsq(design, target, rcond=None)[0]
+    size = np.maximum(np.linalg.norm(design, axis=0), 1e-300)
+    solution = np.linalg.lstsq(design / size, target, rcond=_DEPENDENT)[0] / size
     residual = target - design @ solution
+    open_ones = _undetermined(design / size)
     replicates, blocks = _block_bootstrap(design, target, residual, seed)
     estimates = []
     for index, name in enumerate(names):
         low, high = np.percentile(replicates[:, index], [2.5, 97.5])
         family = name.split("_")[0]
+        if index in open_ones:
+            partners = ", ".join(n for i, n in enumerate(names) if i in open_ones and i != index)
+            reason = f"in this motion it cannot be told from {partners}" if partners else "this motion does not depend on it"
+            estimates.append(withheld(name, _unit(family, linear), None, reason, _EXPERIMENTS[family]))
+            continue
         estimates.append(
             settle(name, float(solution[index]), Interval(float(low), float(high)), _unit(family, linear), None, _EXPERIMENTS[family])
         )
@@ -141,7 +150,17 @@ def _block_bootstrap(design: Matrix, target: Vector, residual: Vector, seed: int
     # a resample without any row of one direction has no solution for it: a trace of the full data keeps it finite
     matrices += 1e-9 * np.sum(normal, axis=0)
     moments = counts @ moment + 1e-9 * np.sum(moment, axis=0)
-    return np.asarray(np.linalg.solve(matrices, moments[..., None])[..., 0]).reshape(_REPEATS, unknowns), blocks
+    # columns of one size, so that what is cut off as dependent is that and not merely small; nothing is left of a column of zeros
+    size = np.sqrt(np.maximum(np.diag(np.sum(normal, axis=0)), 1e-300))
+    inverse = np.linalg.pinv(matrices / np.outer(size, size), rcond=_DEPENDENT**2, hermitian=True)
+    return np.einsum("rij,rj->ri", inverse, moments / size).reshape(_REPEATS, unknowns) / size, blocks
+
+
+def _undetermined(scaled: Matrix) -> set[int]:
+    """Indices of the columns, all of length 1 or zero, that take part in a combination which leaves nothing."""
+    _, singular, vt = np.linalg.svd(scaled, full_matrices=False)
+    nothing = vt[singular <= _DEPENDENT * singular[0]]
+    return set(np.flatnonzero(np.any(np.abs(nothing) > _TAKES_PART, axis=0)).tolist())
 
 
 def _unit(family: str, linear: bool) -> str:

@@ -16,7 +16,10 @@ from gimbal_hil.signals import SignalsTable
 #: without references, a change of block speed by this share of the larger one starts a new stretch
 _SPEED_CHANGE = 0.2
 _BLOCK_S = 0.25
-_REFERENCE_TOLERANCE = 1e-9
+#: a reference belongs to a level while it is within this share of it: one that was logged with noise, or resampled, is no other speed
+_LEVEL_SHARE, _LEVEL_LEAST = 0.01, 1e-9
+#: a reference without a level that lasts this long, s, says nothing about levels
+_LEVEL_S = 0.5
 
 
 class Drive(Enum):
@@ -67,17 +70,27 @@ _DRIVES = {int(Mode.OFF): Drive.OFF, int(Mode.TORQUE): Drive.TORQUE}
 
 
 def stretches_of_table(table: SignalsTable, axis: str) -> tuple[Stretch, ...]:
-    """Stretches of a bare table: where a rate reference is known, its constant pieces; else pieces of even measured speed."""
+    """Stretches of a bare table: where a rate reference holds levels, those; else pieces of even measured speed."""
     reference = table.signal(axis, "rate_ref")
-    if reference is not None:
-        edges = np.concatenate([[0], np.flatnonzero(np.abs(np.diff(reference)) > _REFERENCE_TOLERANCE) + 1, [len(table)]])
-    else:
+    edges = None if reference is None else _level_edges(reference)
+    if edges is None or float(np.max(np.diff(edges))) * table.period_s < _LEVEL_S:
         edges = _speed_edges(table.position(axis), table.period_s)
     found = []
     for start, stop in pairwise(edges):
         if stop - start > 1:
             found.append(Stretch(f"{axis} from {table.time_s[start]:.2f} s", int(start), int(stop), Drive.LOOP))
     return tuple(found)
+
+
+def _level_edges(reference: Vector) -> np.ndarray:
+    """Rows at which a reference leaves the level that it had in the first row of its piece, and both ends."""
+    edges, level = [0], float(reference[0])
+    allowed = _LEVEL_SHARE * abs(level) + _LEVEL_LEAST
+    for row, value in enumerate(reference.tolist()):
+        if abs(value - level) > allowed:
+            edges.append(row)
+            level, allowed = value, _LEVEL_SHARE * abs(value) + _LEVEL_LEAST
+    return np.array([*edges, len(reference)])
 
 
 def _speed_edges(position: Vector, period_s: float) -> np.ndarray:

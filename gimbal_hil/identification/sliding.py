@@ -21,6 +21,8 @@ _SHAPE_BOUNDS = (0.3, 6.0)
 _ROUNDS = 8
 #: residuals beyond this many (robust) standard deviations pull with constant force only
 _OUTLIER = 2.5
+#: the fluctuation of the speed is told from torque, where bristle damping takes part of it: it may be this much less or more
+_DOUBT = (0.25, 1.75)
 _EXPERIMENTS = {
     "breakaway": "more plateaus below the Stribeck velocity, and slow torque ramps through break-away",
     "coulomb": "plateaus at three and more times the Stribeck velocity, both directions, several passes",
@@ -204,14 +206,11 @@ def _estimates(
 def _doubting_jitter(
     estimates: tuple[Estimate, ...], residuals: _MapResiduals, parameters: Sequence[Unknown], best: Fit
 ) -> tuple[Estimate, ...]:
-    """Intervals stretched over what no fluctuation of the speed, and twice as much, would give: it is inferred, not
-    measured.
-    """
+    """Intervals stretched over what much less and much more fluctuation of the speed would give: it is inferred."""
     if not np.any(residuals.jitter):
         return estimates
     others = [
-        fit(replace(residuals, jitter=scale * residuals.jitter), parameters, [best.values]).values
-        for scale in (0.0, 2.0)
+        fit(replace(residuals, jitter=scale * residuals.jitter), parameters, [best.values]).values for scale in _DOUBT
     ]
     return tuple(
         replace(e, interval=e.interval.stretched_over([float(other[i]) for other in others]))

@@ -8,7 +8,7 @@ from itertools import groupby
 
 import numpy as np
 
-from gimbal_hil.identification.averaging import Vector, mean_with_error, weighted_mean
+from gimbal_hil.identification.averaging import Vector, mean_with_error, spread_about_lines, weighted_mean
 from gimbal_hil.identification.position_curve import PositionCurve, fit_position_curve
 from gimbal_hil.identification.steadiness import SteadyRule, SteadyWindow, find_steady_window, settled_start
 
@@ -174,19 +174,14 @@ def _jitter(plateau: Plateau, window: SteadyWindow) -> float:
         return 0.0
     inside = slice(window.start, window.start + count * rows)
     torque = plateau.friction[inside].reshape(count, rows).mean(axis=1)
-    from_torque = _spread_about_lines(np.cumsum(torque - np.mean(torque))) * rows * period / plateau.inertia
+    from_torque = spread_about_lines(_pieces(np.cumsum(torque - np.mean(torque)))) * rows * period / plateau.inertia
     steps = np.diff(plateau.position[inside][::rows])
-    seen = _spread_about_lines(np.append(steps, steps[-1])) / (rows * period)
+    seen = spread_about_lines(_pieces(np.append(steps, steps[-1]))) / (rows * period)
     return float(min(from_torque, seen, _MOST_JITTER * abs(window.rate)))
 
 
-def _spread_about_lines(values: Vector) -> float:
-    """Scatter about a straight line through each `_JITTER_STEPS` values."""
-    parts = values.reshape(-1, _JITTER_STEPS)
-    x = np.arange(_JITTER_STEPS) - 0.5 * (_JITTER_STEPS - 1)
-    left = parts - parts.mean(axis=1, keepdims=True)
-    left = left - np.outer(left @ x / (x @ x), x)
-    return float(np.sqrt(np.sum(left**2) / (len(parts) * (_JITTER_STEPS - 2))))
+def _pieces(values: Vector) -> Vector:
+    return values.reshape(-1, _JITTER_STEPS)
 
 
 def _momentum(plateau: Plateau, window: SteadyWindow) -> tuple[float, float]:
