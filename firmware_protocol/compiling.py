@@ -11,14 +11,18 @@ from __future__ import annotations
 import ast
 import hashlib
 import os
+import stat
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+
+from firmware_protocol.errors import BadInputError
 
 F = TypeVar("F", bound=Callable[..., object])
 
@@ -36,7 +40,9 @@ def compiled(function: F) -> F:
 
 def entry_point(function: F) -> F:
     """Compile a function that Python calls, cached under the digest of all source that it can reach."""
-    setattr(numba.config, "CACHE_DIR", str(cache_directory() / source_digest(function.__module__)))  # noqa: B010 - not in its type stub
+    folder = cache_directory() / source_digest(function.__module__)
+    require_own(folder)
+    setattr(numba.config, "CACHE_DIR", str(folder))  # noqa: B010 - not in its type stub
     return cast(F, numba.njit(error_model="numpy", cache=True)(function))
 
 
@@ -48,6 +54,26 @@ def cache_directory() -> Path:
     if named:
         return Path(named)
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "gimbal-hil"
+
+
+@cache
+def require_own(folder: Path) -> None:
+    """What lies in the cache is machine code and will be run: BadInputError where somebody else could have written it.
+
+    A folder that is not there yet is made so that nobody else can look into it.
+    """
+    if not hasattr(os, "getuid"):
+        return
+    with suppress(OSError):
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    if not folder.exists():
+        return
+    closed = folder.stat().st_mode & 0o077 == 0
+    for path in (folder.parent, folder, *(() if closed else folder.rglob("*"))):
+        found = path.lstat()
+        if found.st_uid not in (os.getuid(), 0) or (found.st_mode & 0o022 and not stat.S_ISLNK(found.st_mode)):
+            expected = f"a cache that only you can write: chmod -R go-w {folder.parent}, or remove it"
+            raise BadInputError(str(path), "holds compiled code that somebody else could have written", expected)
 
 
 def source_digest(module: str) -> str:

@@ -54,9 +54,7 @@ def host_event(axes: Sequence[str], tick: int, code: int, first: int, second: in
         return HostEvent(tick, kind, text, {"name_code": first, "serial_number": second, "refusal": refusal})
     if kind is EventCode.BEYOND_LIMIT:
         side = "upper" if second else "lower"
-        return HostEvent(
-            tick, kind, f"{axes[first]} moved past its {side} soft limit without torque", {"axis": axes[first], "side": side}
-        )
+        return HostEvent(tick, kind, f"{axes[first]} moved past its {side} soft limit without torque", {"axis": axes[first], "side": side})
     return HostEvent(tick, kind, "base motion heard" if first else "base motion lost", {"heard": bool(first)})
 
 

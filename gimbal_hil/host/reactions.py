@@ -12,7 +12,6 @@ BY_ENCODER = (
     Cause.TRAVEL,
     Cause.CABLE_WRAP,
     Cause.OPERATOR,
-    Cause.SERVICE_LOST,
     Cause.SET_POINT_LOST,
     Cause.DRIVE_LEFT_OPERATION,
     Cause.SYNCHRONISATION_TIMEOUT,

@@ -77,10 +77,6 @@ class Cause(IntEnum):
     FEEDBACK_FROZEN = 23
     #: the axis does not move as its torque says
     RUNAWAY = 24
-    #: nobody can stop the loop any more: the process that takes commands and records is silent
-    SERVICE_LOST = 25
-    #: the test before torque is switched on found the axis moving otherwise than its torque
-    ENABLE_TEST = 26
 
 
 class EventCode(IntEnum):
