@@ -123,8 +123,8 @@ Made from `gimbal_hil/host/guard_table.py` by `python -m gimbal_hil.host.guard_t
 
 A stop never uses the sensor that is in doubt: the host chooses it by cause and asks the drive for it (`drive_control.stop`); a drive that
 does not believe its own sensors (encoder and gyro more than 1 rad/s apart) shorts its windings whatever it was asked for. An axis that its
-weight can move has a holding brake, which is closed whenever no axis is under torque; without power the windings are shorted. Not seen by any
-guard: an encoder or gyro that goes wrong by less than 0.015 rad/s, or by less than 5 % of the rate.
+weight can move has a holding brake, which is closed whenever no axis is under torque; without power the windings are shorted. Not seen by
+any guard: an encoder or gyro that goes wrong by less than 0.015 rad/s, or by less than 5 % of the rate.
 
 """
 
