@@ -183,6 +183,8 @@ def _truth(scene: Scene, scales: list[tuple[float, float]], rig: str, logs: list
     return {
         "seed": scene.seed, "causes": causes, "moving": bool(np.any(scene.base[:, 1] != 0.0)), "off": scene.off, "rig": rig,
         "repeats": scene.laps > 0, "wander": [list(w) for w in scene.wander],
+        # a model without a bristle lacks one, whatever else is hidden
+        "lacking": [] if scene.rig.states_bristle else [["presliding", name] for name in scene.rig.names],
         "off_numbers": [{"axis": called[a], "path": p, "model": float(m), "true": float(t)} for a, p, m, t in numbers if m != t],
     }  # fmt: skip
 

@@ -83,6 +83,7 @@ def near_numbers(truth: dict[str, Any]) -> set[Pair]:
 def right_names(truth: dict[str, Any]) -> set[Pair]:
     """Every name that is no false one on this case."""
     akin = {(name, c["axis"]) for c in truth["causes"] for name in c.get("akin", ())}
+    akin |= {(name, axis) for name, axis in truth.get("lacking", ())}
     return {_folded(c["name"], c["axis"]) for c in truth["causes"] if c["inside"]} | near_numbers(truth) | akin
 
 

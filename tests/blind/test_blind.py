@@ -19,6 +19,7 @@ from tests.blind.figures import CaseResult, case_result, reliability
 from tests.blind.files import model_document, write_case
 from tests.blind.guests import ROWS, SOURCES, install
 from tests.blind.kinds import KINDS, Job, Part, Stated, all_jobs, jobs, sealed_seed
+from tests.blind.page import write_page
 from tests.blind.rig import STRANGERS, rig_named
 from tests.blind.score import Outcome, numbers_found, outcome, told_class
 from tests.blind.tally import tables, targets
@@ -149,6 +150,7 @@ STRANGE = cause("slosh", inside=False, akin=["structural_resonance"])
 SMALL, LARGE = cause("viscous", floors=1.0, number=True), cause("inertia", floors=50.0, number=True)
 INSTEAD = ({"name": "cogging", "axis": "outer", "instead_of": "encoder_eccentricity"},)
 NEAR = ({"axis": "outer", "path": "friction.viscous", "model": 1.0, "true": 1.08},)
+LACKING = {"lacking": [["presliding", "outer"]]}
 WORTH: dict[str, tuple[dict[str, Any], dict[str, Any], Outcome]] = {
     "named": (truth_of(COGGING), verdict_of(effect("cogging")), Outcome.EXACT),
     "named with two orders": (truth_of(COGGING), verdict_of(effect("cogging"), effect("cogging")), Outcome.EXACT),
@@ -182,11 +184,10 @@ WORTH: dict[str, tuple[dict[str, Any], dict[str, Any], Outcome]] = {
     "a number that shows": (truth_of(SMALL, LARGE), verdict_of(effect("inertia")), Outcome.EXACT),
     "and one that does not": (truth_of(SMALL, LARGE), verdict_of(effect("inertia"), effect("viscous")), Outcome.EXACT),
     "only one that does not": (truth_of(SMALL, LARGE), verdict_of(effect("viscous")), Outcome.PARTLY),
-    "a number within its "
-    "uncertainty": (truth_of(off=0.08, off_numbers=NEAR), verdict_of(effect("viscous")), Outcome.NEAR),
-    "beside an "
-    "effect": (truth_of(COGGING, off=0.08, off_numbers=NEAR), verdict_of(effect("cogging"), effect("viscous")),
-    Outcome.EXACT),
+    "a number within its uncertainty": (truth_of(off=0.08, off_numbers=NEAR), verdict_of(effect("viscous")), Outcome.NEAR),
+    "beside an effect": (truth_of(COGGING, off=0.08, off_numbers=NEAR), verdict_of(effect("cogging"), effect("viscous")), Outcome.EXACT),
+    "what the model lacks anyway": (truth_of(COGGING) | LACKING, verdict_of(effect("cogging"), effect("presliding")), Outcome.EXACT),
+    "that alone": (truth_of() | LACKING, verdict_of(effect("presliding")), Outcome.AKIN),
     "refused": (truth_of(), verdict_of(verdict="unusable_data"), Outcome.NO_ANSWER),
 }  # fmt: skip
 
@@ -239,6 +240,12 @@ def test_the_tables_count_what_was_judged() -> None:
         and reached["pairs (both at least 2 floors): both names"] == "-"
     )
     assert "| null | 1 |" in tables(cases, 3, None)
+
+
+def test_the_page_shows_figures_and_the_reliability_diagram(tmp_path: Path) -> None:
+    cases = [judged("single.cogging.outer.0", truth_of(COGGING), verdict_of(effect("viscous", probability=0.7)))]
+    page = write_page(cases, 3, "v1.0", tmp_path / "report.html").read_text()
+    assert "sealed with v1.0" in page and "Reliability of what is told" in page and "single.cogging.outer.0" in page
 
 
 def test_two_folders_of_one_seed_are_compared_case_by_case(tmp_path: Path) -> None:
