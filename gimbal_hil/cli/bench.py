@@ -14,7 +14,9 @@ BENCHES = ("speed", "realtime", "search", "blind", "faults")
 
 
 def command(
-    what: Annotated[str, typer.Argument(help="speed, realtime, search, faults, or blind (needs the source checkout).")] = "speed",
+    what: Annotated[
+        str, typer.Argument(help="speed, realtime, search, faults, or blind (needs the source checkout).")
+    ] = "speed",
     repeats: Annotated[int, typer.Option(help="speed, search: pairs per figure.", min=3)] = 9,
     out: Annotated[Path | None, typer.Option(help="Folder for the results page.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
@@ -22,20 +24,30 @@ def command(
     link: Annotated[list[str] | None, typer.Option(help="realtime: unix, serial or slcan; may be repeated.")] = None,
     rate: Annotated[list[float] | None, typer.Option(help="realtime: Hz; may be repeated.", min=1.0)] = None,
     seconds: Annotated[float, typer.Option(help="realtime: for each link and rate.", min=1.0)] = 60.0,
-    seed: Annotated[int | None, typer.Option(help="blind: a fresh bench; without it the folder's, or the training set's (0).")] = None,
-    sealed: Annotated[str | None, typer.Option(metavar="RELEASE", help="blind: the seed that belongs to a tag's commit.")] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="blind: a fresh bench; without it the folder's, or the training set's (0).")
+    ] = None,
+    sealed: Annotated[
+        str | None, typer.Option(metavar="RELEASE", help="blind: the seed that belongs to a tag's commit.")
+    ] = None,
     kinds: Annotated[str | None, typer.Option(help="blind: only these kinds of cases, comma between.")] = None,
-    cases: Annotated[str | None, typer.Option(metavar="PATTERN", help="blind: only cases of such names, as 'single.cogging.*'.")] = None,
+    cases: Annotated[
+        str | None, typer.Option(metavar="PATTERN", help="blind: only cases of such names, as 'single.cogging.*'.")
+    ] = None,
     most: Annotated[int | None, typer.Option(help="blind: at most so many cases of a kind.", min=1)] = None,
     first: Annotated[int | None, typer.Option(help="blind: so many cases in all.", min=1)] = None,
     keep: Annotated[str, typer.Option(help="blind: whose logs and reports stay on disk: wrong, all, none.")] = "wrong",
-    table: Annotated[bool, typer.Option("--table", help="blind: only print the tables of what has been judged.")] = False,
+    table: Annotated[
+        bool, typer.Option("--table", help="blind: only print the tables of what has been judged.")
+    ] = False,
     compare: Annotated[
         Path | None, typer.Option(metavar="OLD", help="blind: only say what differs from the results in this folder.")
     ] = None,
     every: Annotated[int, typer.Option(help="faults: take every n-th row only.", min=1)] = 1,
     workers: Annotated[int, typer.Option(help="search, blind: processes (blind: a case in each).", min=1)] = 2,
-    dask: Annotated[str | None, typer.Option(metavar="ADDRESS", help="blind: diagnose on a Dask cluster instead.")] = None,
+    dask: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="blind: diagnose on a Dask cluster instead.")
+    ] = None,
 ) -> int:
     """The speed figures, each beside the same work done by a plain reference, as a ratio from one run."""
     import json
@@ -51,7 +63,9 @@ def command(
         if out is None:
             raise BadInputError("--out", "is missing", "a folder for the blind cases and their verdicts")
         chosen = tuple(kinds.split(",")) if kinds else ()
-        return run_blind(BlindChoice(out, seed, sealed, chosen, cases, most, first, workers, dask, keep, table, compare))
+        return run_blind(
+            BlindChoice(out, seed, sealed, chosen, cases, most, first, workers, dask, keep, table, compare)
+        )
     page = None if out is None else out / "report.html"
     if page is not None and page.exists() and not force:
         raise BadInputError(str(page), "already exists", "a new folder, or --force to overwrite it")
@@ -60,7 +74,9 @@ def command(
         print(f"measuring {name} ...", file=sys.stderr, flush=True)
 
     if what == "realtime":
-        text, figures, blocks = _real_time(tuple(link or ("unix", "serial")), tuple(rate or (1000.0, 2000.0)), seconds, say)
+        text, figures, blocks = _real_time(
+            tuple(link or ("unix", "serial")), tuple(rate or (1000.0, 2000.0)), seconds, say
+        )
         words = f"realtime --seconds {seconds:g}"
     elif what == "search":
         text, figures, blocks = _search(workers, repeats, say)
@@ -98,7 +114,9 @@ def _speed(repeats: int, say: Any) -> tuple[str, Any, list[Block]]:
     return bench_text(figures), [asdict(figure) for figure in figures], speed_blocks(figures)
 
 
-def _real_time(links: tuple[str, ...], rates_hz: tuple[float, ...], seconds: float, say: Any) -> tuple[str, Any, list[Block]]:
+def _real_time(
+    links: tuple[str, ...], rates_hz: tuple[float, ...], seconds: float, say: Any
+) -> tuple[str, Any, list[Block]]:
     from gimbal_hil.bench import real_time_blocks, real_time_figures, real_time_text
 
     found = real_time_figures(links, rates_hz, seconds, say)

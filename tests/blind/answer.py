@@ -45,8 +45,23 @@ def answer_of(data: Path, out: Path, limit_s: int, guest: Path | None) -> tuple[
 
     A crash or a time-out is an answer as well. `guest` is a folder with an installed effect.
     """
-    words = ["discrepancy", "--model", str(data / "model.yaml"), "--out", str(out), "--workers", "1", "--json", "--force"]
-    words += ["--measured", *map(str, sorted(data.glob("measured_*"))), "--holdout", *map(str, sorted(data.glob("holdout_*")))]
+    words = [
+        "discrepancy",
+        "--model",
+        str(data / "model.yaml"),
+        "--out",
+        str(out),
+        "--workers",
+        "1",
+        "--json",
+        "--force",
+    ]
+    words += [
+        "--measured",
+        *map(str, sorted(data.glob("measured_*"))),
+        "--holdout",
+        *map(str, sorted(data.glob("holdout_*"))),
+    ]
     wall, cpu = time.perf_counter(), _processor_s()
     code, said = _here(words, limit_s) if guest is None else _beside(words, limit_s, guest)
     seconds = {"wall": round(time.perf_counter() - wall, 1), "cpu": round(_processor_s() - cpu, 1)}

@@ -133,7 +133,9 @@ def friction(A, q, v, z, applied, t, temperature, other, worked, rested):
         s2 *= math.exp(-A[TEMP_B] * (temperature - 20.0))
     if A[VISC_A] != 0.0:
         s2 *= 1.0 + A[VISC_A] * math.cos(A[VISC_N] * q + A[VISC_PH])
-    if A[GREASE_A] != 0.0:  # fresh grease is stiffer than worked grease; halfway between is what the row's viscous friction says
+    if (
+        A[GREASE_A] != 0.0
+    ):  # fresh grease is stiffer than worked grease; halfway between is what the row's viscous friction says
         s2 += A[GREASE_A] * (math.exp(-worked) - 0.5)
     if A[JUMP_T] > 0.0 and t > A[JUMP_T]:
         s2 += A[JUMP_S2]
@@ -361,7 +363,9 @@ def simulate(kind, AX, NOM, BO, BI, BON, BIN, M, ref, heat, weather, gains, sens
             for i in range(NS):
                 y[i] = x[i] + h * k3[i]
             derivative(kind, AX, BO, BI, end, y, cmd, ts + h, heat[k], weather[k], k4)
-            need = inverse_dynamics(kind, BON, BIN, turned(x[0], x[1]), x[2], x[3], k1[2], k1[3], now[0], now[1], now[2])
+            need = inverse_dynamics(
+                kind, BON, BIN, turned(x[0], x[1]), x[2], x[3], k1[2], k1[3], now[0], now[1], now[2]
+            )
             now = end
             for a in range(axes):
                 F, _ = friction(NOM[a], x[a], x[2 + a], nominal_z[a], 0.0, 0.0, 20.0, 0.0, 0.0, 0.0)

@@ -14,7 +14,9 @@ THESIS = {
 }
 BODY = {
     "outer": np.array([0.2028, 0.3481, 0.4386, 0.04218, 0.006896, 0.0002447, 0.06356, -0.01475, -0.01767, 14.63]),
-    "inner": np.array([0.03047, 0.06959, 0.06420, 0.0004686, 0.0006625, 0.0002815, 0.02084, -0.0009696, 0.007755, 5.08]),
+    "inner": np.array(
+        [0.03047, 0.06959, 0.06420, 0.0004686, 0.0006625, 0.0002815, 0.02084, -0.0009696, 0.007755, 5.08]
+    ),
 }
 
 
@@ -52,7 +54,12 @@ def catalogue(rng: Generator, axis: str, kind: int) -> list[Cause]:
         Cause("coulomb_asymmetry", axis, dict(asym_c=0.1 * sign), scaled=("asym_c",)),
         Cause("viscous_asymmetry", axis, dict(asym_v=0.3 * sign), scaled=("asym_v",)),
         Cause("load_dependent_friction", axis, dict(load_c=0.05), scaled=("load_c",)),
-        Cause("position_dependent_friction", axis, dict(pos_a=0.1, pos_n=float(rng.integers(1, 13)), pos_ph=ph), scaled=("pos_a",)),
+        Cause(
+            "position_dependent_friction",
+            axis,
+            dict(pos_a=0.1, pos_n=float(rng.integers(1, 13)), pos_ph=ph),
+            scaled=("pos_a",),
+        ),
         Cause("quadratic_drag", axis, dict(quad=0.05), scaled=("quad",)),
         Cause("temperature_viscosity", axis, dict(temp_b=0.02), scaled=("temp_b",)),
         Cause(

@@ -68,7 +68,10 @@ def draw(seed: int, names: list[str] | None = None, *, outside_cause: bool = Fal
     if wrong is not None:
         chosen += _wrong_numbers(late, antenna, wrong, [(c.name, c.axis) for c in chosen])
     scene, gyro_in_table = _scene(rng, late, seed, antenna, chosen, moving, duration_s, off, wander)
-    goals = [magnitude if magnitude is not None else float(np.exp(rng.uniform(np.log(3), np.log(30)))) for _ in range(effects)]
+    goals = [
+        magnitude if magnitude is not None else float(np.exp(rng.uniform(np.log(3), np.log(30))))
+        for _ in range(effects)
+    ]
     if field_on_null and not outside_cause:
         goals[-1] = float(rng.uniform(0.5, 1.2))
     floors = torque_floors(scene)
@@ -84,13 +87,19 @@ def _noise_seed(seed: int, log: int) -> int:
     return (seed * 10 + log) % 2**32
 
 
-def _chosen(rng: Generator, rig: Rig, names: list[str] | None, count: int, outside_cause: bool, axis: str | None) -> list[Cause]:
+def _chosen(
+    rng: Generator, rig: Rig, names: list[str] | None, count: int, outside_cause: bool, axis: str | None
+) -> list[Cause]:
     axes = ("outer", "inner") if rig.axes is Axes.GIMBAL else ("outer",)
     chosen: list[Cause] = []
     for k in range(count if names is None else len(names)):
         where = axis or str(rng.choice(axes))
         pool = outside(rng, where) if outside_cause else catalogue(rng, where, rig.axes.value)
-        pool = [c for c in pool if (names is None or c.name == names[k]) and (c.name, c.axis) not in [(d.name, d.axis) for d in chosen]]
+        pool = [
+            c
+            for c in pool
+            if (names is None or c.name == names[k]) and (c.name, c.axis) not in [(d.name, d.axis) for d in chosen]
+        ]
         chosen.append(pool[int(rng.integers(len(pool)))])
     return chosen
 
@@ -113,7 +122,9 @@ def _wrong_numbers(rng: Generator, rig: Rig, wrong: Wrong, taken: list[tuple[str
         friction, body = rig.friction[axis], rig.bodies[axis]
         cause = wrong_number(name, axis, rig.axes.value, change, friction, body)
         moved = body + np.array([cause.body.get(k, 0.0) for k in range(10)])
-        found.append(cause if is_body(moved) else wrong_number(name, axis, rig.axes.value, -abs(change), friction, body))
+        found.append(
+            cause if is_body(moved) else wrong_number(name, axis, rig.axes.value, -abs(change), friction, body)
+        )
     return found
 
 
@@ -152,8 +163,26 @@ def _wander(rng: Generator, coulomb: float) -> tuple[float, float, float]:
     return float(rng.uniform(0.002, 0.01)), time_constant_s, float(rng.uniform(0.001, 0.005)) * coulomb
 
 
-_COLUMN_PATH = {"s2": "viscous", "Tc": "coulomb", "Ts": "breakaway", "vs": "stribeck_velocity", "s0": "sigma0", "s1": "sigma1"}
-_BODY_PATH = ("inertia.xx", "inertia.yy", "inertia.zz", "inertia.xy", "inertia.xz", "inertia.yz", "cog.x", "cog.y", "cog.z", "mass")
+_COLUMN_PATH = {
+    "s2": "viscous",
+    "Tc": "coulomb",
+    "Ts": "breakaway",
+    "vs": "stribeck_velocity",
+    "s0": "sigma0",
+    "s1": "sigma1",
+}
+_BODY_PATH = (
+    "inertia.xx",
+    "inertia.yy",
+    "inertia.zz",
+    "inertia.xy",
+    "inertia.xz",
+    "inertia.yz",
+    "cog.x",
+    "cog.y",
+    "cog.z",
+    "mass",
+)
 
 
 def _akin(cause: Cause, logs: list[Array]) -> tuple[str, ...]:
@@ -191,7 +220,9 @@ def _truth(scene: Scene, scales: list[tuple[float, float]], rig: str, logs: list
 
 def _table(x: Array, scene: Scene, gyro: bool, rng: Generator) -> dict[str, Array]:
     """docs/signals-table.md columns, optional ones left out at random."""
-    out: dict[str, Array] = {"time_s": np.round(np.arange(len(x)) * scene.rig.step_s + float(rng.choice([0.0, 12.5])), 9)}
+    out: dict[str, Array] = {
+        "time_s": np.round(np.arange(len(x)) * scene.rig.step_s + float(rng.choice([0.0, 12.5])), 9)
+    }
     refs = rng.random() < 0.5
     for a, axis in enumerate(scene.rig.names):
         out[f"{axis}.torque"], out[f"{axis}.position"] = x[:, a], x[:, 2 + a]

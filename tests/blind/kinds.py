@@ -63,13 +63,24 @@ def _digest(*words: object) -> int:
 
 def sealed_seed(release: str, folder: Path) -> int:
     """The seed that belongs to a release: from the hash of its commit, which nobody knows before that commit is made."""
-    done = subprocess.run(["git", "rev-parse", "--verify", "--quiet", f"{release}^{{commit}}"], cwd=folder, capture_output=True, text=True)
+    done = subprocess.run(
+        ["git", "rev-parse", "--verify", "--quiet", f"{release}^{{commit}}"], cwd=folder, capture_output=True, text=True
+    )
     if done.returncode or not done.stdout.strip():
         raise BadInputError("--sealed", f"git knows no release {release!r}", "a tag or commit of this checkout")
     return _digest("sealed", done.stdout.strip()) % 2**63
 
 
-_SINGLE_AXIS = ("cogging", "coulomb", "stribeck", "cable_spring", "viscous_asymmetry", "inertia", "torque_offset", "quadratic_drag")
+_SINGLE_AXIS = (
+    "cogging",
+    "coulomb",
+    "stribeck",
+    "cable_spring",
+    "viscous_asymmetry",
+    "inertia",
+    "torque_offset",
+    "quadratic_drag",
+)
 
 
 def all_jobs() -> list[Job]:
@@ -107,7 +118,10 @@ def all_jobs() -> list[Job]:
             found += [Job(f"guest.{name}.{axis}.{i}", arguments, guest=name) for i in range(5)]
     for rig in STRANGERS:
         # one in four has nothing hidden
-        found += [Job(f"stranger.{rig}.{i}", {"rig": rig} | ({"names": []} if i % 4 == 3 else {}), Stated.EXACT) for i in range(8)]
+        found += [
+            Job(f"stranger.{rig}.{i}", {"rig": rig} | ({"names": []} if i % 4 == 3 else {}), Stated.EXACT)
+            for i in range(8)
+        ]
     return found
 
 
@@ -130,7 +144,9 @@ def jobs(bench_seed: int, part: Part | None = None) -> list[Job]:
     for kind in part.kinds:
         if kind not in KINDS:
             raise BadInputError("--kinds", f"no kind {kind!r}", ", ".join(KINDS))
-    found = [job for job in all_jobs() if (not part.kinds or job.kind in part.kinds) and fnmatchcase(job.name, part.like)]
+    found = [
+        job for job in all_jobs() if (not part.kinds or job.kind in part.kinds) and fnmatchcase(job.name, part.like)
+    ]
     if not found:
         raise BadInputError("--cases", f"no case is like {part.like!r}", "a pattern such as 'single.cogging.*'")
     counted: Counter[str] = Counter()

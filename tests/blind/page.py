@@ -25,18 +25,28 @@ def _diagram(named: list[Bin], classes: list[Bin]) -> Plot:
     picture = figure("Reliability of what is told", "told probability", "share that is right")
     picture.add_trace(go.Scatter(x=[0, 1], y=[0, 1], mode="lines", line={"dash": "dot"}, name="as told"))
     for name, bins in (("names", named), ("classes", classes)):
-        above, below = [b.right.interval[1] - b.right.value for b in bins], [b.right.value - b.right.interval[0] for b in bins]
+        above, below = (
+            [b.right.interval[1] - b.right.value for b in bins],
+            [b.right.value - b.right.interval[0] for b in bins],
+        )
         picture.add_trace(
             go.Scatter(x=[b.told for b in bins], y=[b.right.value for b in bins], mode="lines+markers", name=name,
                        text=[f"{b.right.part} of {b.right.whole}" for b in bins],
                        error_y={"type": "data", "symmetric": False, "array": above, "arrayminus": below})
         )  # fmt: skip
-    return Plot(picture, "Told probability of each name (and of each class) against the share that is right, with 95 % intervals.")
+    return Plot(
+        picture,
+        "Told probability of each name (and of each class) against the share that is right, with 95 % intervals.",
+    )
 
 
 def write_page(cases: list[CaseResult], seed: int, sealed: str | None, path: Path) -> Path:
     """Write the page; answers its path."""
-    blocks: list[Block] = [Heading("Figures"), Table(("figure", "target", "reached"), targets(cases)), Heading("Reliability")]
+    blocks: list[Block] = [
+        Heading("Figures"),
+        Table(("figure", "target", "reached"), targets(cases)),
+        Heading("Reliability"),
+    ]
     named, classes = reliability(cases), class_reliability(cases)
     blocks.append(_diagram(named, classes))
     for title, bins in ((TOLD_NAMES, named), (TOLD_CLASSES, classes)):

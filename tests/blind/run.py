@@ -80,7 +80,10 @@ def _opened(folder: Path, wanted: Bench) -> None:
 
 
 def _told(case: CaseResult, took: str) -> None:
-    named = ", ".join(f"{name}@{axis}{'' if status == 'named' else '?'}" for name, axis, status in case.named) or case.verdict
+    named = (
+        ", ".join(f"{name}@{axis}{'' if status == 'named' else '?'}" for name, axis, status in case.named)
+        or case.verdict
+    )
     hidden = ", ".join(f"{name}@{axis}({size:.2g})" for name, axis, size in case.hidden) or "nothing"
     print(f"{case.outcome.name:9s} {case.name:34s} {hidden} -> {named}  {took}", flush=True)
 
@@ -103,7 +106,9 @@ def main() -> int:
     """Draw, diagnose and score; prints a line a case, then the tables, and writes figures.json and report.html."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--seed", type=int, help=f"of the whole bench; without it the folder's, or the training set's ({DECIDE_SEED})")
+    parser.add_argument(
+        "--seed", type=int, help=f"of the whole bench; without it the folder's, or the training set's ({DECIDE_SEED})"
+    )
     parser.add_argument("--sealed", metavar="RELEASE", help="the seed that belongs to a tag or commit")
     parser.add_argument("--kinds", help="comma between")
     parser.add_argument("--cases", default="*", metavar="PATTERN", help="names like this, such as 'single.cogging.*'")
@@ -111,10 +116,16 @@ def main() -> int:
     parser.add_argument("--first", type=int, help="so many cases in all")
     parser.add_argument("--workers", type=int, default=2, help="processes, one case in each")
     parser.add_argument("--dask", metavar="ADDRESS", help="diagnose on a Dask cluster instead")
-    parser.add_argument("--limit", type=int, default=600, help="processor seconds after which a case counts as without an answer")
-    parser.add_argument("--keep", choices=("wrong", "all", "none"), default="wrong", help="whose logs and reports stay on disk")
+    parser.add_argument(
+        "--limit", type=int, default=600, help="processor seconds after which a case counts as without an answer"
+    )
+    parser.add_argument(
+        "--keep", choices=("wrong", "all", "none"), default="wrong", help="whose logs and reports stay on disk"
+    )
     parser.add_argument("--table", action="store_true", help="only print the results page of what has been judged")
-    parser.add_argument("--compare", type=Path, metavar="OLD", help="only say what differs from the results in another folder")
+    parser.add_argument(
+        "--compare", type=Path, metavar="OLD", help="only say what differs from the results in another folder"
+    )
     chosen = parser.parse_args()
     if chosen.compare is not None:
         print(comparison(chosen.compare, chosen.folder))
@@ -122,7 +133,9 @@ def main() -> int:
     there = Bench.of(chosen.folder)
     if chosen.table:
         if there is None:
-            raise BadInputError(str(chosen.folder), "holds no results of a blind bench", "a folder that `bench blind --out` wrote")
+            raise BadInputError(
+                str(chosen.folder), "holds no results of a blind bench", "a folder that `bench blind --out` wrote"
+            )
     else:
         seed = sealed_seed(chosen.sealed, CHECKOUT) if chosen.sealed else chosen.seed
         seed = seed if seed is not None else (there.seed if there else DECIDE_SEED)

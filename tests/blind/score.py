@@ -65,17 +65,29 @@ def _folded(name: str, axis: str) -> Pair:
 
 def demanded(truth: dict[str, Any]) -> set[Pair]:
     """What has to be named: every hidden effect of the catalogue, and every wrong number that shows."""
-    causes = [c for c in truth["causes"] if c["inside"] and not (c.get("number") and not c["magnitude_floors"] >= DEMANDED_FLOORS)]
+    causes = [
+        c
+        for c in truth["causes"]
+        if c["inside"] and not (c.get("number") and not c["magnitude_floors"] >= DEMANDED_FLOORS)
+    ]
     return {_folded(c["name"], c["axis"]) for c in causes}
 
 
 def near_numbers(truth: dict[str, Any]) -> set[Pair]:
     """Effects that say of a known number what is true: it is off, if only as far as the model says it may be."""
     named = {"viscous": "viscous", "coulomb": "coulomb", "breakaway": "stribeck", "stribeck_velocity": "stribeck"}
-    named |= {"sigma0": "presliding", "sigma1": "presliding", "x": "static_unbalance", "y": "static_unbalance", "z": "static_unbalance"}
+    named |= {
+        "sigma0": "presliding",
+        "sigma1": "presliding",
+        "x": "static_unbalance",
+        "y": "static_unbalance",
+        "z": "static_unbalance",
+    }
     named |= {"xx": "inertia", "yy": "inertia", "zz": "inertia", "mass": "inertia"}
     named |= {"xy": "dynamic_unbalance", "xz": "dynamic_unbalance", "yz": "dynamic_unbalance"}
-    found = {(named[n["path"].split(".")[-1]], n["axis"]) for n in truth.get("off_numbers", ())} if truth["off"] else set()
+    found = (
+        {(named[n["path"].split(".")[-1]], n["axis"]) for n in truth.get("off_numbers", ())} if truth["off"] else set()
+    )
     # a body's mass times its centre of gravity is what one weighs
     return found | {("static_unbalance", axis) for name, axis in found if name == "inertia"}
 
@@ -119,7 +131,7 @@ def _where_nothing_can_be_named(truth: dict[str, Any], told: set[Pair], firm: se
 
 def _is_class(wanted: set[Pair], told: dict[Pair, str], right: set[Pair], verdict: dict[str, Any]) -> bool:
     """Whether what is wanted is told or is an alternative to an ambiguous guess, and every other guess has a right alternative."""
-    others = [(_folded(a["name"], a["axis"]), a["instead_of"]) for a in verdict["alternatives"]]
+    others = [(_folded(a["name"], a["axis"]), _folded(a["instead_of"], a["axis"])[0]) for a in verdict["alternatives"]]
     if not wanted <= set(told) | {pair for pair, _ in others} or not verdict["next_experiment"]:
         return False
     excused = {instead for pair, instead in others if pair in right}
@@ -155,7 +167,9 @@ def numbers_found(truth: dict[str, Any], verdict: dict[str, Any]) -> list[tuple[
         if not cause.get("number") or pair not in demanded(truth):
             continue
         mine = [n for n in truth["off_numbers"] if n["axis"] == cause["axis"] and _is_of(n["path"], cause)]
-        right = bool(mine) and all(abs(moved.get((n["axis"], n["path"]), n["model"]) - n["true"]) <= 0.1 * abs(n["true"]) for n in mine)
+        right = bool(mine) and all(
+            abs(moved.get((n["axis"], n["path"]), n["model"]) - n["true"]) <= 0.1 * abs(n["true"]) for n in mine
+        )
         found.append(("@".join(pair), pair in named, pair in named or right))
     return found
 
@@ -172,10 +186,19 @@ def parameter_errors(truth: dict[str, Any], verdict: dict[str, Any]) -> list[tup
     found = []
     for cause in truth["causes"]:
         columns = _ROWS | GUEST_ROWS
-        true = {name: cause["row"][column] for name, column in columns.get(cause["name"], {}).items() if column in cause["row"]}
-        true |= {_BODY[cause["name"]][column]: value for column, value in cause["body"].items() if cause["name"] in _BODY}
+        true = {
+            name: cause["row"][column]
+            for name, column in columns.get(cause["name"], {}).items()
+            if column in cause["row"]
+        }
+        true |= {
+            _BODY[cause["name"]][column]: value for column, value in cause["body"].items() if cause["name"] in _BODY
+        }
         mine = [e["parameters"] for e in verdict["effects"] if (e["name"], e["axis"]) == (cause["name"], cause["axis"])]
-        entries = [[(f"{cause['name']}.{name}", *_error(p[name], value)) for name, value in true.items() if name in p] for p in mine]
+        entries = [
+            [(f"{cause['name']}.{name}", *_error(p[name], value)) for name, value in true.items() if name in p]
+            for p in mine
+        ]
         found += min(entries, key=lambda entry: sum(error for _, error, _ in entry), default=[])
     return found
 

@@ -57,7 +57,11 @@ def targets(cases: list[CaseResult]) -> list[Row]:
         ("numbers 10 and 25 % off, one effect: effect and far numbers", "97 %", share(_seen(known), *either)),
         ("... the far ones named", "97 %", _numbers(known, 1)),
         ("... no phantom", "100 %", _clean(known)),
-        ("... none of those within what the model says of them", "-", Share(sum(not c.near for c in known), len(known))),
+        (
+            "... none of those within what the model says of them",
+            "-",
+            Share(sum(not c.near for c in known), len(known)),
+        ),
         ("numbers 8 % off, one effect: name or class", "97 %", share(_seen(_of(cases, "floating")), *either)),
         ("strangers' antennas, one effect: name or class", "97 %", share(_seen(hidden), *either)),
         ("strangers' antennas: none false", "100 %", _clean(strangers)),
@@ -176,7 +180,12 @@ def told_of(cases: list[CaseResult], seed: int, sealed: str | None) -> str:
 def tables(cases: list[CaseResult], seed: int, sealed: str | None) -> str:
     """The results page's tables, in Markdown."""
     command = f"gimbal-hil bench blind --out FOLDER {'--sealed ' + sealed if sealed else f'--seed {seed}'}"
-    lines = ["# Blind bench: results", "", f"Command: `{command}`; `--table` prints this page of what has been judged.", ""]
+    lines = [
+        "# Blind bench: results",
+        "",
+        f"Command: `{command}`; `--table` prints this page of what has been judged.",
+        "",
+    ]
     lines += [told_of(cases, seed, sealed), "", *_markdown(("figure", "target", "reached"), [*targets(cases)])]
     for title, bins in ((TOLD_NAMES, reliability(cases)), (TOLD_CLASSES, class_reliability(cases))):
         if bins:

@@ -1,5 +1,4 @@
-"""The bench itself: draws are reproducible, the truth stays apart, and the scorer says of a verdict what it was worth.
-"""
+"""The bench itself: draws are reproducible, the truth stays apart, and the scorer says of a verdict what it was worth."""
 
 from __future__ import annotations
 
@@ -82,7 +81,9 @@ def test_so_many_of_a_kind_are_the_same_ones_whichever_kinds_are_asked_for() -> 
     alone = [job.name for job in jobs(3, Part(("null",), most=5))]
     assert alone == [job.name for job in jobs(3, Part(most=5)) if job.kind == "null"] and len(alone) == 5
     assert jobs(3, Part(most=5))[:7] == jobs(3, Part(most=5, first=7))
-    assert {job.name for job in jobs(3, Part(like="single.cogging.inner.*"))} == {f"single.cogging.inner.{k}" for k in range(3)}
+    assert {job.name for job in jobs(3, Part(like="single.cogging.inner.*"))} == {
+        f"single.cogging.inner.{k}" for k in range(3)
+    }
     with pytest.raises(BadInputError, match="no kind 'nulls'"):
         jobs(3, Part(("nulls",)))
     with pytest.raises(BadInputError, match="no case is like"):
