@@ -9,6 +9,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from firmware_protocol.errors import BadInputError
+
 MB = 1 << 20
 
 
@@ -31,6 +33,15 @@ def free_mb(folder: Path) -> float | None:
     except OSError:
         return None
     return status.f_bavail * status.f_frsize / MB
+
+
+def require_free(folder: Path, retention: Retention) -> None:
+    """BadInputError where the disk that a folder is, or will be, on is so full that a run would have to end at once."""
+    there = next((path for path in (folder, *folder.absolute().parents) if path.exists()), folder)
+    free = free_mb(there)
+    if free is not None and free < retention.stop_below_mb:
+        least = f"more than recording.stop_below_mb ({retention.stop_below_mb:g})"
+        raise BadInputError(str(folder), f"{free:.0f} MiB are left on its disk", least)
 
 
 def vanished(folder: Path, files: Iterable[tuple[str, int]]) -> str | None:

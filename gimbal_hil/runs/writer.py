@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, BadInputError, SafetyStopError
 from gimbal_hil.runs.arrow_stream import END_OF_STREAM, batch_bytes, header_bytes
 from gimbal_hil.runs.chain import CHAIN_FILE, Block, linked, read_chain
-from gimbal_hil.runs.disk import MB, Retention, free_mb, vanished
+from gimbal_hil.runs.disk import MB, Retention, free_mb, require_free, vanished
 from gimbal_hil.runs.header import RUN_FILE, RunEnd, RunHeader, wall_clock_utc, write_header
 from gimbal_hil.runs.integrity import seal
 from gimbal_hil.runs.reader import open_run
@@ -71,6 +71,7 @@ class RunWriter:
         clock_ns: Callable[[], int] = time.monotonic_ns,
     ) -> None:
         self._begin(Path(folder), header, retention, clock_ns)
+        require_free(self.folder, self._retention)
         self._started_utc = wall_clock_utc()
         self._lock, self._files, self._last_hash = _open_folder(self.folder, header, self._started_utc, force)
 

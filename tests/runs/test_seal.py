@@ -223,6 +223,12 @@ def test_a_disk_that_fills_is_said_and_then_ends_the_run_with_all_that_was_recor
     assert [event.kind for event in run.events] == [EventKind.RECORDING] * 2
 
 
+def test_a_disk_that_is_too_full_from_the_start_is_refused_before_anything_is_written(tmp_path: Path) -> None:
+    with pytest.raises(BadInputError, match=r"are left on its disk; expected more than recording\.stop_below_mb"):
+        RunWriter(tmp_path / "new" / "run", HEADER, retention=Retention(stop_below_mb=1e12))
+    assert not (tmp_path / "new").exists()
+
+
 def fill(writer: RunWriter, ticks: range) -> None:
     """Ticks with their frames, a flush every fifty."""
     host, device = Sender(), Sender()
