@@ -12,14 +12,14 @@ from pathlib import Path
 import numpy as np
 
 from gimbal_hil.bench.speed import SINES, sines
-from gimbal_hil.discrepancy import diagnose, verdict_of
+from gimbal_hil.discrepancy import Request, diagnose, verdict_of
 from gimbal_hil.discrepancy.families import families
-from gimbal_hil.discrepancy.fit import refit
+from gimbal_hil.discrepancy.fit import Weighing, fit
 from gimbal_hil.discrepancy.hypothesis import Hypothesis
+from gimbal_hil.discrepancy.prepare import scored_band
 from gimbal_hil.discrepancy.record import record_of
 from gimbal_hil.discrepancy.screening import respond
 from gimbal_hil.discrepancy.twin import Twin
-from gimbal_hil.discrepancy.workflow import scored_band
 from gimbal_hil.experiments import conduct
 from gimbal_hil.experiments.sequences import SequenceOptions, survey_motion
 from gimbal_hil.settings import shipped_settings
@@ -85,20 +85,19 @@ def _whole(folder: Path, seconds: float, workers: int) -> Cost:
     measured, judged = _surveyed(folder, seconds, 0), _surveyed(folder, max(LENGTHS_S[0], seconds / 2.0), 1)
     before = _sines_s()
     began, spent = time.perf_counter(), _processor_s()
-    verdict = verdict_of(diagnose(shipped_model(), (measured,), (judged,), workers=workers))
+    verdict = verdict_of(diagnose(Request(shipped_model(), (measured,), (judged,)), workers=workers)).document
     wall_s, processor_s = time.perf_counter() - began, _processor_s() - spent
     named = ", ".join(f"{effect['name']} on {effect['axis']}" for effect in verdict["effects"])
     return _cost(seconds, wall_s, processor_s, before, named or str(verdict["verdict"]))
 
 
 def _candidates(folder: Path, repeats: int) -> tuple[Cost, ...]:
-    """Responses of a growing share of the catalogue, cheap and dear ones in the same mixture; the best of some repeats.
-    """
+    """Responses of a growing share of the catalogue, cheap and dear ones in the same mixture; the best of some repeats."""
     model = shipped_model()
     table = _surveyed(folder, COUNTED_S, 0)
     twin = Twin(model, (record_of(table, model, scored_band((table,)), "measured"),))
     floor = np.full(len(twin.channels), 1e-3)
-    fit = refit(twin, Hypothesis(), floor)
+    stated = fit(twin, Hypothesis(), floor, Weighing((1.0,) * len(floor), 1.0), 0)
     catalogue = [family for axis in model.axes for family in families(model, axis, twin.records)]
     catalogue.sort(key=lambda family: (family.ripple is not None, len(family.starts)))
     found = []
@@ -110,7 +109,7 @@ def _candidates(folder: Path, repeats: int) -> tuple[Cost, ...]:
             before = _sines_s()
             began, spent = time.perf_counter(), _processor_s()
             for family in chosen:
-                respond(twin, fit, floor, family)
+                respond(twin, stated, floor, family)
             costs.append(_cost(len(chosen), time.perf_counter() - began, _processor_s() - spent, before))
         found.append(min(costs, key=lambda cost: cost.million_sines))
     return tuple(found)

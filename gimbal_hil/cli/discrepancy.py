@@ -9,79 +9,129 @@ import typer
 
 #: options that take several values after one another
 MANY_VALUED = ("--measured", "--holdout")
-MODEL_FILE, VERDICT_FILE, REPORT_FILE, RECALIBRATED_FILE = "model.yaml", "verdict.json", "report.html", "model_recalibrated.yaml"
+MODEL_FILE, VERDICT_FILE, REPORT_FILE, RECALIBRATED_FILE = (
+    "model.yaml",
+    "verdict.json",
+    "report.html",
+    "model_recalibrated.yaml",
+)
 
 
 def command(
-    measured: Annotated[list[Path], typer.Option(metavar="LOG", help="Run folder, CSV or Parquet to search in; may be repeated.")],
-    out: Annotated[Path, typer.Option(metavar="DIR", help=f"Folder for {VERDICT_FILE}, {MODEL_FILE} and {REPORT_FILE}.")],
-    holdout: Annotated[list[Path] | None, typer.Option(metavar="LOG", help="Another trajectory to judge on; may be repeated.")] = None,
+    measured: Annotated[
+        list[Path], typer.Option(metavar="LOG", help="Run folder, CSV or Parquet to search in; may be repeated.")
+    ],
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help=f"Folder for {VERDICT_FILE}, {MODEL_FILE} and {REPORT_FILE}.")
+    ],
+    holdout: Annotated[
+        list[Path] | None, typer.Option(metavar="LOG", help="Another trajectory to judge on; may be repeated.")
+    ] = None,
     model: Annotated[Path | None, typer.Option(help="Model file; without it the shipped thesis model.")] = None,
     resample: Annotated[
-        bool, typer.Option("--resample", help="Accept tables of uneven time or different rates and put all on one grid.")
+        bool,
+        typer.Option("--resample", help="Accept tables of uneven time or different rates and put all on one grid."),
     ] = False,
     rate: Annotated[
-        float | None, typer.Option(metavar="HZ", help="Rate of that grid; without it that of the slowest log. Implies --resample.")
+        float | None,
+        typer.Option(metavar="HZ", help="Rate of that grid; without it that of the slowest log. Implies --resample."),
     ] = None,
-    drop_invalid: Annotated[bool, typer.Option("--drop-invalid", help="Accept tables with invalid rows and drop those.")] = False,
+    drop_invalid: Annotated[
+        bool, typer.Option("--drop-invalid", help="Accept tables with invalid rows and drop those.")
+    ] = False,
     band: Annotated[
-        float | None, typer.Option(metavar="HZ", help="End of the scored band; without it 25 Hz at 1 kHz, less when slower.")
+        float | None,
+        typer.Option(metavar="HZ", help="End of the scored band; without it 25 Hz at 1 kHz, less when slower."),
     ] = None,
+    only: Annotated[
+        list[str] | None, typer.Option(metavar="EFFECT", help="Search these effects alone; may be repeated.")
+    ] = None,
+    without: Annotated[
+        list[str] | None, typer.Option(metavar="EFFECT", help="Leave these effects out; may be repeated.")
+    ] = None,
+    fail_on: Annotated[
+        str, typer.Option(metavar="VERDICTS", help="Verdicts that exit 1, such as unexplained,ambiguous (CI).")
+    ] = "",
     workers: Annotated[int, typer.Option(help="Processes that score candidates.", min=1)] = 2,
-    dask: Annotated[str | None, typer.Option(metavar="ADDRESS", help="Score candidates on a Dask cluster instead.")] = None,
+    dask: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Score candidates on a Dask cluster instead.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the verdict as JSON.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
 ) -> int:
     """Find what the model lacks, name it, add it, and show the gap shrink on data that had no part in the search."""
     import json
 
-    from firmware_protocol.errors import EXIT_DONE, BadInputError
+    from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
     from gimbal_hil.discrepancy import (
+        Request,
+        check_logs,
         corrected_model,
         diagnose,
         discrepancy_page,
+        ramps_apart,
         recalibrated_model,
         verdict_of,
-        with_hold_out,
-        with_measured_torque,
     )
-    from gimbal_hil.discrepancy.contradictions import ramps_apart
-    from gimbal_hil.discrepancy.preflight import check_logs
+    from gimbal_hil.preflight import preflight
     from gimbal_hil.signals import read_together
+    from sim_backend.effects import effect_named
     from sim_backend.model import load_model, shipped_model
 
     for name in (MODEL_FILE, VERDICT_FILE, REPORT_FILE):
         if (out / name).exists() and not force:
             raise BadInputError(str(out / name), "already exists", "a new folder, or --force to overwrite it")
+    fails = _verdicts(fail_on)
+    for option, names in (("--only", only), ("--without", without)):
+        for effect in names or ():
+            effect_named(effect, option)
     given = load_model(model) if model else shipped_model()
     sources = [str(path) for path in (*measured, *(holdout or ()))]
     try:
-        tables = read_together([*measured, *(holdout or [])], given, resample=resample, drop_invalid=drop_invalid, rate_hz=rate)
+        tables = read_together(
+            [*measured, *(holdout or [])], given, resample=resample, drop_invalid=drop_invalid, rate_hz=rate
+        )
         fitted, judged = tables[: len(measured)], tables[len(measured) :]
         check_logs(given, (*fitted, *judged), band)
+        preflight(given, (*fitted, *judged))
     except BadInputError as error:
         _unusable(out, str(error), force)
         raise
     fitted, ramps, notes = ramps_apart(given, fitted)
-    fitted, judged, suspected = with_hold_out(fitted, judged)
+    request = Request(given, fitted, judged, band, tuple(only or ()), tuple(without or ()))
     with _progress(as_json) as tell:
-        diagnosis = diagnose(given, fitted, judged, workers=workers, dask=dask, suspected_only=suspected, band_hz=band, progress=tell)
-        diagnosis = with_measured_torque(diagnosis, fitted)
+        result = diagnose(request, workers=workers, dask=dask, progress=tell)
         tell("writing the report")
-        verdict = verdict_of(diagnosis, (*fitted, *judged, *ramps))
-    verdict["notes"] = notes + [f"{table.source}: {note}" for table in (*fitted, *judged, *ramps) for note in table.notes]
-    corrected = corrected_model(diagnosis)
+        logs = (*fitted, *judged, *ramps)
+        found = verdict_of(
+            result, logs, (*notes, *(f"{table.source}: {note}" for table in logs for note in table.notes))
+        )
+    verdict = found.document
+    corrected = corrected_model(result)
     out.mkdir(parents=True, exist_ok=True)
     for stale in (MODEL_FILE, RECALIBRATED_FILE):
         (out / stale).unlink(missing_ok=True)
     if corrected is not None:
         (out / MODEL_FILE).write_text(corrected.to_yaml(), encoding="utf-8")
     elif verdict["recalibrated"]:
-        (out / RECALIBRATED_FILE).write_text(recalibrated_model(diagnosis).to_yaml(), encoding="utf-8")
+        (out / RECALIBRATED_FILE).write_text(recalibrated_model(result).to_yaml(), encoding="utf-8")
     (out / VERDICT_FILE).write_text(json.dumps(verdict, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-    discrepancy_page(diagnosis, verdict, corrected, sources).write(out / REPORT_FILE)
+    discrepancy_page(result, found, corrected, sources).write(out / REPORT_FILE)
     print(json.dumps(verdict, allow_nan=False) if as_json else _summary(verdict, out))
-    return EXIT_DONE
+    return EXIT_NO if verdict["verdict"] in fails else EXIT_DONE
+
+
+def _verdicts(text: str) -> frozenset[str]:
+    """The verdicts of `--fail-on`, checked."""
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.discrepancy import Kind
+
+    found = [word.strip() for word in text.split(",") if word.strip()]
+    known = [kind.value for kind in Kind if kind is not Kind.UNUSABLE_DATA]
+    for word in found:
+        if word not in known:
+            raise BadInputError("--fail-on", f"{word!r} is no verdict", "a list of " + ", ".join(known))
+    return frozenset(found)
 
 
 def _unusable(out: Path, reason: str, force: bool) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from gimbal_hil.discrepancy import corrected_model, diagnose, discrepancy_page, verdict_of
+from gimbal_hil.discrepancy import Request, corrected_model, diagnose, discrepancy_page, verdict_of
 from gimbal_hil.experiments import ProgressSink, conduct, embedded_model_of
 from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
 from gimbal_hil.identification import Log, identification_page, identify_axis, read_logs
@@ -75,10 +75,7 @@ def _friction(settings: DaemonSettings, out: Path, progress: ProgressSink) -> To
     result = identify_axis(logs, _doubtful(model, axis), axis)
     found = {estimate.name: estimate for estimate in result.estimates}
     worst = max(abs(found[name].value / model.number(axis, f"friction.{name}") - 1.0) for name in _FRICTION)
-    line = (
-        f"seven friction numbers of the {axis} axis from sliding and presliding, worst {100 * worst:.1f} % from "
-        "the truth"
-    )
+    line = f"seven friction numbers of the {axis} axis from sliding and presliding, worst {100 * worst:.1f} % from the truth"
     return Told(line, [*blocks, *identification_page(model, [result], ["sliding", "presliding"]).blocks])
 
 
@@ -98,14 +95,16 @@ def _missing(settings: DaemonSettings, out: Path, progress: ProgressSink) -> Tol
         conduct(experiment, settings, hidden, seed, out / name, force=True, progress=progress)
         tables.append(read_signals(out / name, model.axes))
     progress.begin("searching for what the model lacks", 1.0, 0.0)
-    diagnosis = diagnose(model, (tables[0],), (tables[1],), workers=2, progress=lambda text: progress.at(text, 0.0))
+    diagnosis = diagnose(
+        Request(model, (tables[0],), (tables[1],)), workers=2, progress=lambda text: progress.at(text, 0.0)
+    )
     verdict = verdict_of(diagnosis)
     corrected = corrected_model(diagnosis)
     if corrected is not None:
         (out / "model.yaml").write_text(corrected.to_yaml(), encoding="utf-8")
     page = discrepancy_page(diagnosis, verdict, corrected, ["survey", "survey_holdout"])
     return Told(
-        f"an antenna with a hidden effect, judged blind: {verdict['verdict']}. {verdict['text']}", list(page.blocks)
+        f"an antenna with a hidden effect, judged blind: {verdict.kind.value}. {verdict.text}", list(page.blocks)
     )
 
 

@@ -2,48 +2,58 @@
 
 from __future__ import annotations
 
-from gimbal_hil.discrepancy.hypothesis import has_no_bump, parameters_of, values_of
+from gimbal_hil.discrepancy.hypothesis import Hypothesis, has_no_bump, parameters_of, values_of
 from gimbal_hil.discrepancy.number_slots import read_number
-from gimbal_hil.discrepancy.workflow import Diagnosis
+from gimbal_hil.discrepancy.run import Result
+from gimbal_hil.discrepancy.twin import Twin
 from sim_backend.effects import CATALOGUE
 from sim_backend.model import AntennaModel
 
 _SOURCE = "identified by gimbal-hil discrepancy"
 
 
-def corrected_model(diagnosis: Diagnosis) -> AntennaModel | None:
-    """The input model with the named effects appended or corrected; None when nothing was added."""
-    best = diagnosis.best.hypothesis
-    if not diagnosis.complete or not best.causes:
-        return None
-    changed = recalibrated_model(diagnosis)
+def corrected_model(result: Result) -> AntennaModel | None:
+    """The input model with the told causes appended or corrected; None where none is told."""
+    return explained_by(result.model, result.inquiry.twin, result.best.hypothesis) if result.told else None
+
+
+def explained_by(model: AntennaModel, twin: Twin, hypothesis: Hypothesis) -> AntennaModel:
+    """A model as a hypothesis has it: effects appended, numbers corrected."""
+    changed = moved_model(model, hypothesis)
     numbers: dict[tuple[str, str], float] = {}
-    for index, (effect, axis) in enumerate(best.labels):
-        values = {name: value for name, (value, _) in values_of(diagnosis.model, diagnosis.search.twin, best, index).items()}
+    for index, (effect, axis) in enumerate(hypothesis.labels):
+        values = {name: value for name, (value, _) in values_of(model, twin, hypothesis, index).items()}
         if not CATALOGUE[effect].is_number:
             changed = changed.with_effect(effect, axis, values)
         for parameter in CATALOGUE[effect].parameters:
             if parameter.path is not None and parameter.name in values:
-                numbers[axis, diagnosis.model.number_path(axis, parameter.path)] = values[parameter.name]
-        for along in (knob.along for knob in best.causes[index].family.knobs if knob.along is not None):
-            path, P = diagnosis.model.number_path(axis, along), parameters_of(diagnosis.search.twin, best)[1]
-            numbers[axis, path] = read_number(diagnosis.model, P, axis, path)
+                numbers[axis, model.number_path(axis, parameter.path)] = values[parameter.name]
+        for path in {knob.along for knob in hypothesis.causes[index].family.knobs if knob.along is not None}:
+            numbers[axis, model.number_path(axis, path)] = read_number(
+                model, parameters_of(twin, hypothesis)[1], axis, path
+            )
     return with_numbers(changed, numbers)
 
 
-def recalibrated_model(diagnosis: Diagnosis) -> AntennaModel:
-    """The input model with the known numbers where they came to rest."""
-    best = diagnosis.best.hypothesis
-    at = zip(best.floating, best.y, strict=True)
-    moved = {(k.axis, k.path): k.moved(diagnosis.model.number(k.axis, k.path), y) for k, y in at}
-    for axis in diagnosis.model.axes:
-        if (axis, "friction.coulomb") in moved and has_no_bump(diagnosis.model, axis):
+def recalibrated_model(result: Result) -> AntennaModel:
+    """The input model with the known numbers where they came to rest inside their uncertainty."""
+    return moved_model(result.model, result.best.hypothesis)
+
+
+def moved_model(model: AntennaModel, hypothesis: Hypothesis) -> AntennaModel:
+    """A model with its known numbers as a hypothesis has them."""
+    at = zip(hypothesis.floating, hypothesis.y, strict=True)
+    moved = {(k.axis, k.path): k.moved(model.number(k.axis, k.path), y) for k, y in at}
+    for axis in model.axes:
+        if (axis, "friction.coulomb") in moved and has_no_bump(model, axis):
             moved[axis, "friction.breakaway"] = moved[axis, "friction.coulomb"]
-    return with_numbers(diagnosis.model, moved)
+    return with_numbers(model, moved)
 
 
 def with_numbers(model: AntennaModel, numbers: dict[tuple[str, str], float]) -> AntennaModel:
-    """Several numbers at once; with bristles in an order in which break-away never falls below Coulomb, where the twin too holds it."""
+    """Several numbers at once; with bristles in an order in which break-away never falls below Coulomb, where the twin
+    too holds it.
+    """
     numbers = dict(numbers)
     for axis in {axis for axis, _ in numbers}:
         low, high = "friction.coulomb", "friction.breakaway"

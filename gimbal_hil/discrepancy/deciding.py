@@ -1,172 +1,157 @@
-"""Which story is told: the model as it stands, few causes beside it, known numbers that are off, or causes beside those."""
+"""Which causes are told, and how surely: the probability of a name, of its class, and of something else."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
+from enum import Enum
 
 import numpy as np
 
-from gimbal_hil.discrepancy.completeness import CALM_FLOORS, COMPLETE_FLOORS
-from gimbal_hil.discrepancy.falling_floors import FallingFloors
-from gimbal_hil.discrepancy.hypothesis import FAR, Cause, Hypothesis, KnownNumber, known_numbers, known_offsets
-from gimbal_hil.discrepancy.record import TORQUE
-from gimbal_hil.discrepancy.rivals import compare
-from gimbal_hil.discrepancy.search import Round, Scored, Search
-from gimbal_hil.discrepancy.smoothing import Floats
+from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted
+from gimbal_hil.discrepancy.judging import Remainder, Rival, Standing, remainders, settled, standings
+from gimbal_hil.discrepancy.policy import Policy
+from gimbal_hil.discrepancy.screening import Response
+from gimbal_hil.discrepancy.wander import left_beside_wander
 from sim_backend.effects import CATALOGUE
 
-#: a model's numbers are trusted to this share once they have to float
-TRUST = 0.08
-#: gap, in floors, below which nothing is searched for
-_QUIET = 1.3
-#: causes that are looked for before the known numbers float
-_FEW = 2
-#: a torque floor this far above the encoder's noise may hide a cause; it does when a candidate brings it below this share of itself
-_ABOVE_ENCODER, _HIDDEN = 3.0, 0.5
-#: candidates that are asked for that
-_ASKED = 3
-#: floors that fell below this share of what they were are worth another search
-_FALLEN = 0.8
-#: what known numbers that are off leave, as a share of what causes beside the model as it stands do, to be the better story
-_CLEARLY_LESS = 0.5
-#: share of the gap that causes must have closed for more to be looked for
-_PROMISING = 0.7
+#: a gap that nothing predicts and that is no larger than this many floors does not repeat
+_NOT_REPEATED = 2.0
+#: alternatives that are told
+_MOST_RIVALS = 3
+#: standard errors by which the same cause with more numbers must be better to be another one
+_SURELY = 3.0
+
+
+class Status(Enum):
+    """How a cause is told."""
+
+    NAMED = "named"
+    AMBIGUOUS = "ambiguous"
+
+
+class Kind(Enum):
+    """The verdicts."""
+
+    NAMED = "named"
+    AMBIGUOUS = "ambiguous"
+    UNEXPLAINED = "unexplained"
+    NO_DISCREPANCY = "no_discrepancy"
+    UNUSABLE_DATA = "unusable_data"
 
 
 @dataclass(frozen=True)
-class Story:
-    """The explanation that is taken, under the floors that stand at the end."""
+class Told:
+    """A cause as it is told: its standing, what else could be in its place, how probable name and class are."""
 
-    best: Scored
-    #: the model as it stands; as it was refitted where it carries no bristle and no number of it had to move far
-    null: Scored
-    #: refitted without causes where known numbers had to float
-    floated: Scored | None = None
-    rounds: tuple[Round, ...] = ()
-
-
-def decide(search: Search, floors: FallingFloors, encoder: Floats) -> Story:
-    """The explanation of a search's data. `encoder`: rms that the encoder's error alone makes, per channel; floors fall on the way."""
-    search.progress("the model as it stands")
-    null = search.null()
-    if largest_left(search, null) <= _QUIET:
-        hidden = _hidden_in_its_floor(search, floors, encoder, null)
-        if hidden is None:
-            return Story(null, null)
-        search.floor = floors.fall(hidden)
-        null = search.again(null)
-    return _with_bristles(search, floors, null) if search.exact else _without_bristles(search, null)
+    standing: Standing
+    status: Status
+    close: tuple[Rival, ...]
+    #: of the name; of the name or one of those that it cannot be told from
+    probability: float
+    of_class: float
+    #: data that had no part in the search shows it, and its numbers are inside their bounds
+    shown: bool
 
 
-def largest_left(search: Search, state: Scored) -> float:
-    """The largest gap that a state leaves on any channel, in floors."""
-    return float(np.max(search.gaps(state)))
+@dataclass(frozen=True)
+class Decision:
+    """What is told in the end."""
+
+    kind: Kind
+    state: State
+    told: tuple[Told, ...]
+    remainders: tuple[Remainder, ...]
 
 
-def _with_bristles(search: Search, floors: FallingFloors, null: Scored) -> Story:
-    """Sparse explanation first; when that fails, let the known numbers float and try again."""
-    sparse, null, rounds = _few_causes(search, floors, null)
-    quiet = _stands(search, sparse, null) and largest_left(search, sparse) <= CALM_FLOORS
-    if quiet and len(sparse.hypothesis.causes) == 1:
-        return Story(sparse, null, None, rounds)
-    search.progress("letting the known numbers float")
-    floated = search.null(_floating(known_numbers(search.twin.model, TRUST)))
-    if quiet:
-        # several numbers that are off by a few per cent each can look like two causes, but not as closely as they are themselves
-        off = largest_left(search, floated) < _QUIET and search.complete(floated, null) and not floated.hypothesis.far
-        off = off and compare(search, sparse, floated).better
-        return Story(floated, null, floated, rounds) if off else Story(sparse, null, None, rounds)
-    search.floor = floors.fall(floated.hypothesis)
-    null, sparse, floated = search.again(null), search.again(sparse), search.again(floated)
-    # where causes alone explain nearly all, known numbers that are off must explain clearly more to be the better story
-    stands = _stands(search, sparse, null)
-    most = _CLEARLY_LESS * largest_left(search, sparse) if stands else math.inf
-    if search.complete(floated, null) and largest_left(search, floated) < min(_QUIET, most):
-        return Story(_far_numbers_named(search, floated, null), null, floated, rounds)
-    again, more = search.forward(floated, most=_FEW)
-    rounds += tuple(more)
-    if _stands(search, again, null) and largest_left(search, again) < most:
-        return Story(again, null, floated, rounds)
-    if search.complete(floated, null) and largest_left(search, floated) <= min(COMPLETE_FLOORS, most):
-        return Story(_far_numbers_named(search, floated, null), null, floated, rounds)
-    if not stands and len(sparse.hypothesis.causes) == _FEW and search.closed(sparse, null) > _PROMISING:
-        search.progress("looking for more causes")
-        sparse, more = search.forward(sparse, null=null)
-        rounds += tuple(more)
-    return Story(sparse, null, None, rounds)
+def decide(inquiry: Inquiry, null: State, found: State, heard: tuple[Response, ...], suspected_only: bool) -> Decision:
+    """Judge the causes of a state; those that do not stand are left out, and the others judged once more without them."""
+    if found.hypothesis.causes:
+        state = settled(inquiry, found)
+        for _ in range(len(set(state.hypothesis.labels))):
+            left = remainders(inquiry, null, state)
+            told = tuple(_told(inquiry, s, left, suspected_only) for s in standings(inquiry, state, heard))
+            fallen = [t for t in told if t.of_class < 0.5]
+            if not fallen:
+                return (
+                    Decision(kind_of(told), state, told, left)
+                    if _a_gap(inquiry, null)
+                    else Decision(Kind.NO_DISCREPANCY, null, (), left)
+                )
+            rest = state.hypothesis
+            for index in sorted((i for t in fallen for i in t.standing.entries), reverse=True):
+                rest = rest.minus(index)
+            if not rest.causes:
+                break
+            state = settled(inquiry, refitted(inquiry, state, rest))
+    left = remainders(inquiry, null, null)
+    return Decision(Kind.NO_DISCREPANCY if _only_noise(inquiry, null, left) else Kind.UNEXPLAINED, null, (), left)
 
 
-def _without_bristles(search: Search, as_stated: Scored) -> Story:
-    """Known numbers float first: what such a model lacks shows beside the best that it can do."""
-    model = search.twin.model
-    floated = search.null(_floating(known_numbers(model, TRUST) + known_offsets(model)))
-    named = _far_numbers_named(search, floated, as_stated)
-    if named.hypothesis.causes:
-        best, rounds = search.forward(named, null=as_stated)
-        return Story(best if search.complete(best, as_stated) else named, as_stated, floated, tuple(rounds))
-    best, rounds = search.forward(floated)
-    return Story(best, floated, None, tuple(rounds))
+def _a_gap(inquiry: Inquiry, null: State) -> bool:
+    """Whether anything stands above the noise and what the pipeline leaves of the model itself."""
+    return bool(np.any(null.left() > inquiry.policy.least_gap * np.hypot(1.0, inquiry.inexact)))
 
 
-def _few_causes(search: Search, floors: FallingFloors, null: Scored) -> tuple[Scored, Scored, tuple[Round, ...]]:
-    """Few causes beside the model as it stands, the null under the same floors, and what was tried."""
-    sparse, tried = search.forward(null, most=_FEW)
-    rounds = tuple(tried)
-    for _ in range(_FEW):
-        leading = sparse if sparse.hypothesis.causes else min((s for r in tried for s in r.tried), key=lambda s: s.fit.cost, default=null)
-        if not leading.hypothesis.causes:
-            break
-        before = search.floor
-        search.floor = floors.fall(leading.hypothesis)
-        null, sparse = search.again(null), search.again(sparse)
-        if float(np.min(search.floor / before)) >= _FALLEN or _stands(search, sparse, null):
-            break
-        # what seemed explained under the old floors may hide another cause under the new ones
-        sparse, tried = search.forward(sparse, most=_FEW, null=null)
-        rounds += tuple(tried)
-    return sparse, null, rounds
+def _only_noise(inquiry: Inquiry, null: State, left: tuple[Remainder, ...]) -> bool:
+    """Whether what a state leaves is no gap: at the floor, or small and nothing predicts it, or friction whose level
+    wanders.
+    """
+    policy = inquiry.policy
+    if not _a_gap(inquiry, null):
+        return True
+    small = all(r.after <= _NOT_REPEATED and r.predictable.beyond < policy.exhausted for r in left)
+    return small or bool(np.all(left_beside_wander(inquiry, null) <= policy.least_gap))
 
 
-def _stands(search: Search, state: Scored, null: Scored) -> bool:
-    """Whether a state has causes and they explain the data."""
-    return bool(state.hypothesis.causes) and search.complete(state, null)
+def _told(inquiry: Inquiry, standing: Standing, left: tuple[Remainder, ...], suspected_only: bool) -> Told:
+    policy = inquiry.policy
+    close = tuple(r for r in standing.rivals if r.close(policy.same, policy.sure))[:_MOST_RIVALS]
+    of_class = class_probability(standing, left[standing.channel], policy)
+    shown = not suspected_only and not standing.silent and not standing.at_bound
+    return rejudged(inquiry, Told(standing, Status.AMBIGUOUS, close, of_class, of_class, shown), close)
 
 
-def _hidden_in_its_floor(search: Search, floors: FallingFloors, encoder: Floats, null: Scored) -> Hypothesis | None:
-    """The candidate under which a floor far above the encoder's own noise falls: what seemed noise above the band was its doing."""
-    torque = np.array([channel.signal == TORQUE for channel in search.twin.channels])
-    if not search.exact or not np.any(torque & (search.floor > _ABOVE_ENCODER * encoder)):
-        return None
-    fallen: list[tuple[float, Hypothesis]] = []
-    for tried in search.one_round(null).tried[:_ASKED]:
-        lower = floors.under(tried.hypothesis)
-        fallen.append((float(np.min(lower / search.floor)), tried.hypothesis))
-    ratio, hypothesis = min(fallen, key=lambda item: item[0], default=(1.0, null.hypothesis))
-    return hypothesis if ratio < _HIDDEN else None
+def rejudged(inquiry: Inquiry, one: Told, close: tuple[Rival, ...]) -> Told:
+    """A cause beside these alternatives."""
+    effect, axis = one.standing.label
+    # commanded torque alone never tells such a pair apart: either name is right
+    doubts = sum(
+        rival.label != (CATALOGUE[effect].same_by_command, axis) and not _contains(rival, one.standing)
+        for rival in close
+    )
+    probability = one.of_class / (1.0 + doubts)
+    sure = one.shown and not doubts and probability >= inquiry.policy.named
+    return replace(one, close=close, probability=probability, status=Status.NAMED if sure else Status.AMBIGUOUS)
 
 
-def _floating(known: tuple[KnownNumber, ...]) -> Hypothesis:
-    return Hypothesis(floating=known, y=(0.0,) * len(known))
+def _contains(rival: Rival, standing: Standing) -> bool:
+    """Whether a rival is the cause itself with more numbers, which do not surely pay."""
+    plainer = CATALOGUE[rival.label[0]].plainer
+    return plainer is not None and (plainer.name, rival.label[1]) == standing.label and rival.sure > -_SURELY
 
 
-def _far_numbers_named(search: Search, floated: Scored, null: Scored) -> Scored:
-    """A known number that had to move far beyond what a rig is off by is a cause: its effect is named in its place."""
-    hypothesis = floated.hypothesis
-    for known, _ in sorted(hypothesis.far.items(), key=lambda item: -item[1]):
-        for family in search.families:
-            paths = {search.twin.model.number_path(family.axis, p.path) for p in CATALOGUE[family.effect].parameters if p.path}
-            if family.axis != known.axis or known.path not in paths or not CATALOGUE[family.effect].is_number:
-                continue
-            # the cause starts where the number was in the model, so that it and not the floating number does the way
-            mine = [k.axis == known.axis and k.path in paths for k in hypothesis.floating]
-            home = replace(hypothesis, y=tuple(0.0 if here else y for here, y in zip(mine, hypothesis.y, strict=True)))
-            named = search.refitted(home.plus(Cause(family, (0.0,) * len(family.knobs))))
-            left = max(
-                abs(y)
-                for k, y in zip(named.hypothesis.floating, named.hypothesis.y, strict=True)
-                if k.path in paths and k.axis == known.axis
-            )
-            if search.complete(named, null) and left < 0.5 * FAR:
-                return named
-    return floated
+def kind_of(told: tuple[Told, ...]) -> Kind:
+    """The verdict of causes that are told."""
+    return Kind.NAMED if all(one.status is Status.NAMED for one in told) else Kind.AMBIGUOUS
+
+
+def class_probability(standing: Standing, left: Remainder, policy: Policy) -> float:
+    """Probability that the cause, or one that this data cannot tell from it, is there.
+
+    Three things speak against it: its own variables still predict what is left; much is left that nothing predicts; and
+    it took little.
+    """
+    shape = 1.0 / (1.0 + (standing.exhausted.beyond / (2.0 * policy.exhausted)) ** 3)
+    # what is left beyond a small multiple of the noise, over what was there
+    beyond = max(0.0, left.unpredicted**2 - _SMALL**2) / max(left.before**2, 1.0)
+    size = 1.0 / (1.0 + (beyond / _LARGE) ** 2)
+    share = max(standing.share, left.closed)
+    taken = share / (share + _LITTLE)
+    return float(np.clip(_MOST * shape * size * taken, 0.0, _MOST))
+
+
+#: floors that may be left; the share of the squares that were there that no variable predicts at which something else
+#: is as likely; the share of a channel at which a cause is; and the most that is said
+_SMALL, _LARGE, _LITTLE, _MOST = 1.5, 0.3, 0.03, 0.99
+
+__all__ = ["Decision", "Kind", "Status", "Told", "class_probability", "decide", "kind_of", "rejudged"]

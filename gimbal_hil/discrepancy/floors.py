@@ -1,8 +1,9 @@
 """Noise floors: what would be left over if the model were perfect.
 
-From repeats where the log has laps: the variance within equal phase over laps. Always from above the band as well: white torque noise
-and white encoder noise (which the twin turns into torque growing with frequency squared) are fitted to the spectrum
-beyond the scored band and carried down into it. Both see only what does not repeat at that rate, so a floor is the smaller.
+From repeats where the log has laps: the variance within equal phase over laps. Always from above the band as well:
+white torque noise and white encoder noise (which the twin turns into torque growing with frequency squared) are fitted
+to the spectrum beyond the scored band and carried down into it. Both see only what does not repeat at that rate, so a
+floor is the smaller.
 """
 
 from __future__ import annotations
@@ -23,6 +24,9 @@ from gimbal_hil.signals import SignalsTable
 _FROM, _TO = 1.45, 2.6
 #: blocks in which what a resonance rings up is read, s
 _BLOCK_S = 2.0
+#: how exactly a twin can follow another integrator: share of the Coulomb level; and where it is a rate, share of its
+#: noise
+_EXACTNESS, _RATE_EXACTNESS = 0.0012, 0.05
 
 
 @dataclass(frozen=True)
@@ -49,16 +53,20 @@ class WideTwin(Twin):
         return tuple(record_of(table, self.model, hz, f"{i} redrawn") for i, table in enumerate(drawn))
 
 
-def wide_twin(twin: Twin, tables: tuple[SignalsTable, ...]) -> WideTwin:
-    """The logs of a twin again, to beyond its scored band."""
-    hz = min(_TO * twin.records[0].bands.scored_hz, 0.2 / twin.records[0].bands.period_s)
+def wide_twin(twin: Twin, tables: tuple[SignalsTable, ...], band_hz: float | None = None) -> WideTwin:
+    """The logs of a twin again, to beyond its scored band, or beyond `band_hz` where that is wider."""
+    hz = min(_TO * (band_hz or twin.records[0].bands.scored_hz), 0.2 / twin.records[0].bands.period_s)
     records = tuple(record_of(table, twin.model, hz, f"{i}") for i, table in enumerate(tables))
     return WideTwin(twin.model, records, twin.gyro_everywhere, tables=tables)
 
 
-def spectral_floor(wide: WideTwin, structure: Structure, P: NDArray[np.float64], channel: Channel, bands: Bands) -> float:
+def spectral_floor(
+    wide: WideTwin, structure: Structure, P: NDArray[np.float64], channel: Channel, bands: Bands
+) -> float:
     """Rms in the scored band of the noise law that fits the spectrum above it, and of what a resonance rings up."""
-    left = _away_from_ends(wide, [wide.leftover(structure, P, which)[:, channel.column] for which in range(len(wide.records))])
+    left = _away_from_ends(
+        wide, [wide.leftover(structure, P, which)[:, channel.column] for which in range(len(wide.records))]
+    )
     law = _law_in_band(wide, left, channel, bands)
     if channel.signal != TORQUE or channel.axis not in structure.ringing:
         return law
@@ -74,14 +82,24 @@ def _away_from_ends(wide: WideTwin, left: list[Floats]) -> list[Floats]:
 
 
 def _rung_up(
-    wide: WideTwin, left: list[Floats], structure: Structure, P: NDArray[np.float64], channel: Channel, bands: Bands, law: float
+    wide: WideTwin,
+    left: list[Floats],
+    structure: Structure,
+    P: NDArray[np.float64],
+    channel: Channel,
+    bands: Bands,
+    law: float,
 ) -> float:
-    """Rms that a resonance in the model makes of the encoder's error around its frequency, where the law from above the band has no peak.
+    """Rms that a resonance in the model makes of the encoder's error around its frequency, where the law from above the
+    band has no peak.
 
-    Read from another draw of that error. Where the spectrum says that the encoder is finer than the model's step, so is this.
+    Read from another draw of that error. Where the spectrum says that the encoder is finer than the model's step, so is
+    this.
     """
     each = range(len(wide.records))
-    redrawn = _away_from_ends(wide, [wide.leftover(structure, P, which, wide.redrawn)[:, channel.column] for which in each])
+    redrawn = _away_from_ends(
+        wide, [wide.leftover(structure, P, which, wide.redrawn)[:, channel.column] for which in each]
+    )
     if not any(np.any(a != b) for a, b in zip(redrawn, left, strict=True)):
         return 0.0
     drawn = [a - b for a, b in zip(redrawn, left, strict=True)]
@@ -90,16 +108,22 @@ def _rung_up(
     edge = scoring_reach(bands) // bands.stride + 1
     squares = [scored(part[:, None], bands)[edge:-edge, 0] ** 2 for part in drawn]
     # the median over blocks: rows in creep, which are weighed by themselves, are not in it
-    whole = np.median(np.concatenate([s[: len(s) // length * length].reshape(-1, length).mean(axis=1) for s in squares]))
+    whole = np.median(
+        np.concatenate([s[: len(s) // length * length].reshape(-1, length).mean(axis=1) for s in squares])
+    )
     finer = min(1.0, law / max(smooth, 1e-300))
     return finer * float(np.sqrt(max(0.0, float(whole) - smooth**2)))
 
 
-def over_own_noise(twin: Twin, tables: tuple[SignalsTable, ...], structure: Structure, P: NDArray[np.float64], floor: Floats) -> float:
-    """Largest rms, over logs, halves and channels, in units of the noise that the same rows have above the band, at least the floor.
+def over_own_noise(
+    twin: Twin, tables: tuple[SignalsTable, ...], structure: Structure, P: NDArray[np.float64], floor: Floats
+) -> float:
+    """Largest rms, over logs, halves and channels, in units of the noise that the same rows have above the band, at
+    least the floor.
 
-    A floor is one number, read from medians. Noise whose level changes (an encoder turned evenly by nearly a simple fraction of steps
-    a sample aliases its rounding error) stands above it here and there, and has its own shape above the band there, too.
+    A floor is one number, read from medians. Noise whose level changes (an encoder turned evenly by nearly a simple
+    fraction of steps a sample aliases its rounding error) stands above it here and there, and has its own shape above
+    the band there, too.
     """
     wide, bands, ratios = wide_twin(twin, tables), twin.records[0].bands, []
     for which, record in enumerate(twin.records):
@@ -142,10 +166,12 @@ def _law_in_band(wide: WideTwin, left: list[Floats], channel: Channel, bands: Ba
 
 
 def _noise_laws(f: Floats, top: float, channel: Channel, period_s: float) -> Floats:
-    """Power of white torque (or gyro) noise and of white encoder noise over frequency behind `smoothing`'s differences, (f, 2).
+    """Power of white torque (or gyro) noise and of white encoder noise over frequency behind `smoothing`'s differences,
+    (f, 2).
 
-    Second differences that average neighbours carry the encoder's noise into torque, first differences into rate; the encoder's law is one
-    at `top`. Powers of frequency instead would be a few per cent off there, and what white noise lies under them wrong by half.
+    Second differences that average neighbours carry the encoder's noise into torque, first differences into rate; the
+    encoder's law is one at `top`. Powers of frequency instead would be a few per cent off there, and what white noise
+    lies under them wrong by half.
     """
     x, end = np.pi * f * period_s, np.pi * top * period_s
     if channel.signal == TORQUE:
@@ -171,7 +197,9 @@ def repeat_floor(residual: Floats, record: Record) -> Floats | None:
             continue
         phase = rows[mine] - start
         laps.append(
-            np.column_stack([np.interp(grid, phase, residual[mine, c], left=np.nan, right=np.nan) for c in range(residual.shape[1])])
+            np.column_stack(
+                [np.interp(grid, phase, residual[mine, c], left=np.nan, right=np.nan) for c in range(residual.shape[1])]
+            )
         )
     if len(laps) < 2:
         return None
@@ -199,4 +227,25 @@ def smaller(one: list[Floor], other: list[Floor]) -> list[Floor]:
     return [replace(a, rms=min(a.rms, b.rms)) for a, b in zip(one, other, strict=True)]
 
 
-__all__ = ["Floor", "WideTwin", "floors", "over_own_noise", "repeat_floor", "smaller", "spectral_floor", "wide_twin"]
+def effective_floors(twin: Twin, found: list[Floor], processing: Floats) -> Floats:
+    """Noise and what no twin can follow, per channel."""
+    out = []
+    for floor, channel, process in zip(found, twin.channels, processing, strict=True):
+        exactness = _RATE_EXACTNESS * floor.rms
+        if channel.signal == TORQUE:
+            exactness = _EXACTNESS * twin.model.number(channel.axis, "friction.coulomb")
+        out.append(float(np.sqrt(floor.rms**2 + max(exactness, min(process, floor.rms)) ** 2)))
+    return np.array(out)
+
+
+__all__ = [
+    "Floor",
+    "WideTwin",
+    "effective_floors",
+    "floors",
+    "over_own_noise",
+    "repeat_floor",
+    "smaller",
+    "spectral_floor",
+    "wide_twin",
+]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,8 +17,6 @@ from sim_backend.model import NUMBER_AT, AntennaModel
 
 #: a coordinate this close to its bound (share of the room that it has, at most of one unit) stands there
 _AT_BOUND = 1e-3
-#: a known number that floats this far (log) is not what a rig is off by
-FAR = 0.22
 
 
 @dataclass(frozen=True)
@@ -70,12 +67,6 @@ class Hypothesis:
         """(effect, axis) of every cause."""
         return tuple(cause.family.label for cause in self.causes)
 
-    @property
-    def far(self) -> dict[KnownNumber, float]:
-        """Known numbers that had to move farther than a rig is off by, and how far (log)."""
-        moved = zip(self.floating, self.y, strict=True)
-        return {known: abs(y) for known, y in moved if known.size == 0.0 and abs(y) > FAR}
-
     def vector(self) -> np.ndarray:
         """All coordinates: causes in order, then known numbers."""
         return np.array([x for cause in self.causes for x in cause.x] + list(self.y))
@@ -85,10 +76,13 @@ class Hypothesis:
         causes, k = [], 0
         for cause in self.causes:
             knobs = cause.family.knobs
-            causes.append(replace(cause, x=tuple(float(np.clip(vector[k + j], knob.low, knob.high)) for j, knob in enumerate(knobs))))
+            causes.append(
+                replace(
+                    cause, x=tuple(float(np.clip(vector[k + j], knob.low, knob.high)) for j, knob in enumerate(knobs))
+                )
+            )
             k += len(knobs)
-        limits = (20.0 if known.size > 0.0 else 0.7 for known in self.floating)
-        return replace(self, causes=tuple(causes), y=tuple(float(np.clip(v, -m, m)) for v, m in zip(vector[k:], limits, strict=True)))
+        return replace(self, causes=tuple(causes), y=tuple(float(v) for v in vector[k:]))
 
     def plus(self, cause: Cause) -> Hypothesis:
         """With one more cause."""
@@ -156,7 +150,9 @@ def has_no_bump(model: AntennaModel, axis: str) -> bool:
     return 0.0 < model.number(axis, "friction.coulomb") == model.number(axis, "friction.breakaway")
 
 
-def values_of(model: AntennaModel, twin: Twin, hypothesis: Hypothesis, index: int) -> dict[str, tuple[float, float | None]]:
+def values_of(
+    model: AntennaModel, twin: Twin, hypothesis: Hypothesis, index: int
+) -> dict[str, tuple[float, float | None]]:
     """Parameters of one cause in the catalogue's names: (value, the model's own value where it has one)."""
     _, P = parameters_of(twin, hypothesis)
     structure = twin.structure(hook_list(hypothesis))
@@ -188,32 +184,25 @@ def _upright(effect: str, found: dict[str, tuple[float, float | None]]) -> dict[
     return found
 
 
-def known_offsets(model: AntennaModel) -> tuple[KnownNumber, ...]:
-    """Torque offsets that the model states: drives drift, and an offset hides behind whatever depends on direction. Zero stays zero."""
-    offsets = {axis: model.number(axis, "actuator.offset") for axis in model.axes}
-    sizes = {axis: max(abs(value), model.number(axis, "friction.coulomb")) for axis, value in offsets.items() if value != 0.0}
-    return tuple(KnownNumber(axis, "actuator.offset", 1.0, size) for axis, size in sizes.items())
-
-
-def known_numbers(model: AntennaModel, trust: float, axes: Sequence[str] | None = None) -> tuple[KnownNumber, ...]:
-    """Numbers that a real rig's model may have 5-10 % wrong: friction, inertia, centres of gravity; those that are zero stay zero."""
-    paths = [
-        "friction.coulomb",
-        "friction.breakaway",
-        "friction.stribeck_velocity",
-        "friction.shape",
-        "friction.sigma0",
-        "friction.sigma1",
-        "friction.viscous",
-    ]
-    if model.is_linear:
-        paths.append("body.mass")
-    else:
-        paths += [f"body.inertia.{c}" for c in ("xx", "yy", "zz", "xy", "xz", "yz")] + [f"body.cog.{c}" for c in "xyz"]
-    bump = {"friction.breakaway", "friction.stribeck_velocity", "friction.shape"}
-    return tuple(
-        KnownNumber(axis, path, trust)
-        for axis in (axes or model.axes)
-        for path in paths
-        if model.number(axis, path) != 0.0 and not (path in bump and has_no_bump(model, axis))
+def known_numbers(model: AntennaModel) -> tuple[KnownNumber, ...]:
+    """Numbers that float within what the model says of them: friction, bodies, offsets. What is zero, or exactly known,
+    stays.
+    """
+    bodies = (
+        ["body.mass"] if model.is_linear else [f"body.inertia.{c}" for c in _MOMENTS] + [f"body.cog.{c}" for c in "xyz"]
     )
+    found = []
+    for axis in model.axes:
+        for path in (*_FRICTION, *bodies, "actuator.offset"):
+            value, spread = model.number(axis, path), model.uncertainty(axis, path)
+            if value == 0.0 or spread == 0.0 or (path in _BUMP and has_no_bump(model, axis)):
+                continue
+            # an offset may change its sign
+            signed = path == "actuator.offset"
+            found.append(KnownNumber(axis, path, 1.0 if signed else spread / abs(value), spread if signed else 0.0))
+    return tuple(found)
+
+
+_BUMP = ("friction.breakaway", "friction.stribeck_velocity", "friction.shape")
+_FRICTION = ("friction.coulomb", *_BUMP, "friction.sigma0", "friction.sigma1", "friction.viscous")
+_MOMENTS = ("xx", "yy", "zz", "xy", "xz", "yz")

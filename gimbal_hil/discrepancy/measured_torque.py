@@ -1,8 +1,9 @@
 """What the actuator really gave, where a log says so: it tells causes in the actuator from causes in the joint.
 
-`torque_measured` takes no part in the search: the contract does not say at which instant of a row the current was read, and half a row
-would pass for a delay. It is asked at the end, where a cause could as well be another one, since each of them predicts what the actuator
-gave. Prediction and measurement are compared below a few hertz, with a shift in time fitted to each; who is clearly worse is ruled out.
+`torque_measured` takes no part in the search: the contract does not say at which instant of a row the current was read,
+and half a row would pass for a delay. It is asked at the end, where a cause could as well be another one, since each of
+them predicts what the actuator gave. Prediction and measurement are compared below a few hertz, with a shift in time
+fitted to each; who is clearly worse is ruled out.
 """
 
 from __future__ import annotations
@@ -12,12 +13,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from gimbal_hil.discrepancy.deciding import Decision, kind_of, rejudged
 from gimbal_hil.discrepancy.hypothesis import Hypothesis, parameters_of
-from gimbal_hil.discrepancy.rivals import compare
-from gimbal_hil.discrepancy.search import Scored
+from gimbal_hil.discrepancy.inquiry import Inquiry, State
 from gimbal_hil.discrepancy.smoothing import Bands, Floats, scored, scoring_reach
 from gimbal_hil.discrepancy.twin import Twin
-from gimbal_hil.discrepancy.workflow import Diagnosis
 from gimbal_hil.signals import SignalsTable
 
 #: end of the band in which torques are compared, Hz
@@ -29,43 +29,43 @@ _CLEARLY = 4.0
 _WORSE = 1.5
 
 
-def with_measured_torque(diagnosis: Diagnosis, measured: tuple[SignalsTable, ...]) -> Diagnosis:
-    """The diagnosis with every explanation left out that the measured torque of the searched logs rules out.
+def with_measured_torque(inquiry: Inquiry, decision: Decision, measured: tuple[SignalsTable, ...]) -> Decision:
+    """The decision with every alternative left out that the measured torque of the searched logs rules out.
 
     Where the only cause that was found is ruled out and another would do as well, that one takes its place.
     """
-    if not any(_given(table, axis) is not None for table in measured for axis in diagnosis.model.axes):
-        return diagnosis
-    for index in range(len(diagnosis.rivals)):
-        close = [rival for rival in diagnosis.rivals[index] if _could_be(diagnosis, rival)]
-        left = {id(state): _squares(diagnosis, state, measured) for state in (diagnosis.best, *close)}
-        if not close:
-            continue
-        best = min((diagnosis.best, *close), key=lambda state: float(np.mean(left[id(state)])))
-        out = {id(state) for state in (diagnosis.best, *close) if _clearly_worse(left[id(state)], left[id(best)])}
-        if id(diagnosis.best) in out and len(diagnosis.rivals) == 1:
-            others = tuple(rival for rival in diagnosis.rivals[0] if rival is not best and id(rival) not in out)
-            return replace(diagnosis, best=best, rivals=(others,))
-        kept = tuple(rival for rival in diagnosis.rivals[index] if id(rival) not in out)
-        diagnosis = replace(diagnosis, rivals=(*diagnosis.rivals[:index], kept, *diagnosis.rivals[index + 1 :]))
-    return diagnosis
-
-
-def _could_be(diagnosis: Diagnosis, rival: Scored) -> bool:
-    return compare(diagnosis.search, diagnosis.best, rival).close and diagnosis.search.complete(rival, diagnosis.null)
+    if not any(_given(table, axis) is not None for table in measured for axis in inquiry.twin.model.axes):
+        return decision
+    told = []
+    for one in decision.told:
+        left = {
+            id(state): _squares(inquiry, state, measured) for state in (decision.state, *(r.state for r in one.close))
+        }
+        least = min(left.values(), key=lambda blocks: float(np.mean(blocks)))
+        out = {key for key, blocks in left.items() if _clearly_worse(blocks, least)}
+        kept = tuple(rival for rival in one.close if id(rival.state) not in out)
+        if id(decision.state) in out and len(decision.told) == 1 and kept:
+            lead, rest = kept[0], kept[1:]
+            standing = replace(one.standing, label=lead.label)
+            swapped = rejudged(inquiry, replace(one, standing=standing), rest)
+            return replace(decision, state=lead.state, told=(swapped,), kind=kind_of((swapped,)))
+        told.append(one if len(kept) == len(one.close) else rejudged(inquiry, one, kept))
+    return replace(decision, told=tuple(told), kind=kind_of(tuple(told)) if told else decision.kind)
 
 
 def _given(table: SignalsTable, axis: str) -> Floats | None:
-    """The measured torque of an axis, (n,); None where it was not measured: only zeros were written, or the command once more."""
+    """The measured torque of an axis, (n,); None where it was not measured: only zeros were written, or the command
+    once more.
+    """
     torque = table.signal(axis, "torque_measured")
     if torque is None or not np.any(torque != 0.0) or np.allclose(torque, table.torque(axis), rtol=1e-6, atol=0.0):
         return None
     return torque
 
 
-def _squares(diagnosis: Diagnosis, state: Scored, tables: tuple[SignalsTable, ...]) -> Floats:
+def _squares(inquiry: Inquiry, state: State, tables: tuple[SignalsTable, ...]) -> Floats:
     """Mean squares, block by block, of what a state's prediction leaves of the measured torques."""
-    twin, blocks = diagnosis.search.twin, []
+    twin, blocks = inquiry.twin, []
     for which, table in enumerate(tables):
         for i, axis in enumerate(twin.model.axes):
             torque = _given(table, axis)

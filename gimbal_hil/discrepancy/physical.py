@@ -1,5 +1,4 @@
-"""Numbers that an antenna can have: friction that holds, bodies that exist, every number within the catalogue's bounds.
-"""
+"""Numbers that an antenna can have: friction that holds, bodies that exist, every number within the catalogue's bounds."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""A log as the twin takes it: interval means of motion and base, commanded torque, which scored rows count, and laps.
-"""
+"""A log as the twin takes it: interval means of motion and base, commanded torque, which scored rows count, and laps."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Screening: what each family could explain of the residual near its starts, and what matched nonsense could.
 
-The response of the twin to a family's probes is put beside the residual after everything that is already in the hypothesis has
-been projected out of both. Nonsense of the same kind is the same response with its phase or its signs scrambled: it has the
-same size and shape, and cannot be the cause.
+The response of the twin to a family's probes is put beside the residual after everything that is already in the
+hypothesis has been projected out of both. Nonsense of the same kind is the same response with its phase or its signs
+scrambled: it has the same size and shape, and cannot be the cause.
 """
 
 from __future__ import annotations
@@ -10,17 +10,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
+from gimbal_hil.discrepancy.evidence import command_residual
 from gimbal_hil.discrepancy.families import Family
-from gimbal_hil.discrepancy.fit import Fit, prior_weights, residual_of
+from gimbal_hil.discrepancy.fit import Fit, Weighing, bounds_of, prior_weights
 from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis
 from gimbal_hil.discrepancy.record import TORQUE
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
 from sim_backend.effects import Ripple, Start, ripple_start
 
+#: a coordinate within this share of its range from an end is at its bound
+_AT_BOUND = 1e-3
 _ORDERS_TRIED = 3
 _MOST_ORDERS = 4000
+#: positions are put into cells of so many radians of the highest order's ripple
+_CELL = 0.1
 #: orders of a turning axis are tried no closer and no wider than this
 _LEAST_STEP, _MOST_STEP = 0.02, 1.0
 #: periods within the travel of a linear axis from which on a position effect is a ripple
@@ -38,14 +44,27 @@ class Proposal:
     x: tuple[float, ...]
 
 
-def basis_of(fit: Fit, spread: float) -> tuple[Floats, Floats]:
-    """Orthonormal basis of what the hypothesis' coordinates can do (priors as extra rows), and the residual with its prior rows."""
-    weights = prior_weights(fit.hypothesis) * spread
+def basis_of(fit: Fit, weighing: Weighing) -> tuple[Floats, Floats]:
+    """Orthonormal basis of what the hypothesis' coordinates can do (priors as extra rows), and the weighed residual
+    with its prior rows.
+    """
+    weights, per_row = prior_weights(fit.hypothesis), row_weights(fit, weighing)
+    residual = fit.residual.ravel() * per_row
     if not len(weights):
-        return np.zeros((fit.residual.size, 0)), fit.residual.ravel()
+        return np.zeros((residual.size, 0)), residual
     pull = np.concatenate([np.zeros(len(weights) - len(fit.hypothesis.y)), np.array(fit.hypothesis.y)]) * weights
-    basis, _ = np.linalg.qr(np.vstack([fit.jacobian, np.diag(weights)]))
-    return basis, np.concatenate([fit.residual.ravel(), pull])
+    # a coordinate at its bound can do no more
+    low, high = bounds_of(fit.hypothesis, 1.0)
+    x = fit.hypothesis.vector()
+    margin = np.where(np.isfinite(high - low), _AT_BOUND * (high - low), 0.0)
+    free = (x > low + margin) & (x < high - margin)
+    basis, _ = np.linalg.qr(np.vstack([fit.jacobian * per_row[:, None], np.diag(weights)])[:, free])
+    return basis, np.concatenate([residual, pull])
+
+
+def row_weights(fit: Fit, weighing: Weighing) -> Floats:
+    """What each element of a raveled residual is multiplied with."""
+    return np.tile(1.0 / (np.array(weighing.scale) * weighing.spread), len(fit.residual))
 
 
 @dataclass(frozen=True)
@@ -67,19 +86,20 @@ def respond(twin: Twin, fit: Fit, floor: Floats, family: Family) -> list[Respons
     return found
 
 
-def propose(fit: Fit, heard: list[Response], spread: float) -> list[Proposal]:
-    """What each response could explain beside a fit, best first."""
-    basis, residual = basis_of(fit, spread)
+def propose(fit: Fit, heard: list[Response], weighing: Weighing) -> list[Proposal]:
+    """What each response could explain beside a fit, best first; gains are weighed squares."""
+    basis, residual = basis_of(fit, weighing)
+    per_row = row_weights(fit, weighing)
     residual = residual - basis @ (basis.T @ residual)
     found = []
     for response in heard:
         longer = np.zeros((len(residual), response.columns.shape[1]))
-        longer[: len(response.columns)] = response.columns
+        longer[: len(response.columns)] = response.columns * per_row[:, None]
         longer -= basis @ (basis.T @ longer)
         if np.linalg.norm(longer, axis=0).max() < 1e-6 * np.sqrt(len(residual)):
             continue
         normal = longer.T @ longer
-        coefficients = np.linalg.lstsq(normal, -longer.T @ residual, rcond=1e-10)[0]
+        coefficients = np.linalg.pinv(normal, rcond=1e-10, hermitian=True) @ (-longer.T @ residual)
         gain = float(-coefficients @ (longer.T @ residual))
         found.append(Proposal(response.family, gain, response.start.coordinates(coefficients)))
     return sorted(found, key=lambda p: -p.gain)
@@ -89,7 +109,7 @@ def responses(twin: Twin, fit: Fit, floor: Floats, family: Family, start: Start)
     """Change of the residual (in floors) per probe, (rows * channels, probes); None where a probe breaks the twin."""
     columns = []
     for probe in start.probes:
-        changed = residual_of(twin, fit.hypothesis.plus(Cause(family, probe)), floor) - fit.residual
+        changed = command_residual(twin, fit.hypothesis.plus(Cause(family, probe)), floor) - fit.residual
         if not np.all(np.isfinite(changed)):
             return None
         columns.append(changed.ravel())
@@ -109,7 +129,9 @@ def ripple_starts(twin: Twin, fit: Fit, family: Family) -> list[Start]:
         return []
     step = 0.35 * np.pi / travel
     step = step if twin.model.is_linear else float(np.clip(step, _LEAST_STEP, _MOST_STEP))
-    top = min(2.0 * np.pi * twin.records[0].bands.scored_hz / max(float(np.quantile(moving, 0.2)), 1e-9), _MOST_ORDERS * step)
+    top = min(
+        2.0 * np.pi * twin.records[0].bands.scored_hz / max(float(np.quantile(moving, 0.2)), 1e-9), _MOST_ORDERS * step
+    )
     # along a straight way nothing repeats by itself: less than a few periods are no ripple
     least = _LEAST_PERIODS * 2.0 * np.pi / travel if twin.model.is_linear else 1.0
     orders = np.arange(least, max(top, 2.0 * least), step)
@@ -117,7 +139,7 @@ def ripple_starts(twin: Twin, fit: Fit, family: Family) -> list[Start]:
     weight = weight * (np.abs(rate) > 0.002 * np.abs(rate).max()) if family.ripple is Ripple.FRICTION else weight
     base = np.column_stack([weight, np.ones_like(rate)])
     y = y - base @ np.linalg.lstsq(base, y, rcond=None)[0]
-    gains = np.array([_ripple_gain(y, weight, n * position) for n in orders])
+    gains = _ripple_gains(y, weight, position, orders)
     chosen: list[float] = []
     for k in np.argsort(-gains):
         if all(abs(orders[k] - n) > 1.5 * np.pi / travel for n in chosen):
@@ -127,21 +149,36 @@ def ripple_starts(twin: Twin, fit: Fit, family: Family) -> list[Start]:
     return [ripple_start(n) for n in chosen]
 
 
-def _ripple_gain(y: Floats, weight: Floats, angle: Floats) -> float:
-    c, s = weight * np.cos(angle), weight * np.sin(angle)
-    cc, ss, cs, cy, sy = float(c @ c), float(s @ s), float(c @ s), float(c @ y), float(s @ y)
-    determinant = cc * ss - cs * cs
-    if determinant <= 1e-9 * cc * ss:
-        return float(cy * cy / max(cc, 1e-12))
-    return float((ss * cy * cy - 2.0 * cs * cy * sy + cc * sy * sy) / determinant)
+def _ripple_gains(y: Floats, weight: Floats, position: Floats, orders: Floats) -> Floats:
+    """Squares that weight * (c cos n q + s sin n q) takes of y at evenly spaced orders n; sums over rows by a chirp-z
+    transform.
+    """
+    from scipy.signal import czt
+
+    step, cell = float(orders[1] - orders[0]), _CELL / float(orders[-1])
+    at = np.round((position - position.min()) / cell).astype(int)
+
+    def sums(values: Floats, harmonic: int) -> NDArray[np.complex128]:
+        binned = np.bincount(at, values)
+        turn = harmonic * cell
+        return np.asarray(czt(binned, len(orders), np.exp(1j * turn * step), np.exp(-1j * turn * float(orders[0]))))
+
+    both, twice, total = sums(weight * y, 1), sums(weight**2, 2), float(weight @ weight)
+    cc, ss, cs = 0.5 * (total + twice.real), 0.5 * (total - twice.real), 0.5 * twice.imag
+    determinant = cc * ss - cs**2
+    full = (ss * both.real**2 - 2.0 * cs * both.real * both.imag + cc * both.imag**2) / np.maximum(determinant, 1e-300)
+    return np.where(determinant > 1e-9 * cc * ss, full, both.real**2 / np.maximum(cc, 1e-12))
 
 
-def control_gain(columns: Floats, residual: Floats, rows: list[int], channels: int, block: int, seed: int, tries: int = 40) -> float:
+def control_gain(
+    columns: Floats, residual: Floats, rows: list[int], channels: int, block: int, seed: int, tries: int = 40
+) -> float:
     """Best gain of matched nonsense made of responses (rows * channels, k).
 
-    block 0: reversed and shifted in time within every record, which scrambles the phase of a ripple. Otherwise: sign drawn
-    anew for every `block` rows, since a response that repeats with the laps would come back upon itself when shifted. A copy that
-    still resembles the response is no nonsense: a short log of slow motion has few blocks, and some draws leave most signs as they were.
+    block 0: reversed and shifted in time within every record, which scrambles the phase of a ripple. Otherwise: sign
+    drawn anew for every `block` rows, since a response that repeats with the laps would come back upon itself when
+    shifted. A copy that still resembles the response is no nonsense: a short log of slow motion has few blocks, and
+    some draws leave most signs as they were.
     """
     rng = np.random.default_rng(seed)
     shaped = columns.reshape(sum(rows), channels, -1)
@@ -154,13 +191,15 @@ def control_gain(columns: Floats, residual: Floats, rows: list[int], channels: i
             if block:
                 part = part * np.repeat(rng.choice([-1.0, 1.0], n // block + 1), block)[:n, None, None]
             else:
-                part = np.roll(part[::-1] if rng.random() < 0.5 else part, int(rng.integers(n // 10, n - n // 10)), axis=0)
+                part = np.roll(
+                    part[::-1] if rng.random() < 0.5 else part, int(rng.integers(n // 10, n - n // 10)), axis=0
+                )
             parts.append(part)
             at += n
         nonsense = np.concatenate(parts).reshape(columns.shape)
         if np.linalg.norm(own.T @ nonsense) ** 2 > _RESEMBLES * np.linalg.norm(nonsense) ** 2:
             continue
-        coefficients = np.linalg.lstsq(nonsense.T @ nonsense, -nonsense.T @ residual, rcond=1e-9)[0]
+        coefficients = np.linalg.pinv(nonsense.T @ nonsense, rcond=1e-9, hermitian=True) @ (-nonsense.T @ residual)
         best, made = max(best, float(-coefficients @ (nonsense.T @ residual))), made + 1
         if made == tries:
             break

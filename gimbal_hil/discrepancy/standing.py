@@ -6,27 +6,28 @@ from typing import Any
 
 import numpy as np
 
-from gimbal_hil.discrepancy.falling_floors import effective_floors
-from gimbal_hil.discrepancy.fit import residual_of
-from gimbal_hil.discrepancy.floors import floors, wide_twin
+from gimbal_hil.discrepancy.evidence import torque_residual
+from gimbal_hil.discrepancy.floors import effective_floors, floors, wide_twin
 from gimbal_hil.discrepancy.hypothesis import Hypothesis
+from gimbal_hil.discrepancy.prepare import scored_band
 from gimbal_hil.discrepancy.processing import processing_floors
 from gimbal_hil.discrepancy.record import RATE_ERROR, record_of
 from gimbal_hil.discrepancy.twin import Twin
-from gimbal_hil.discrepancy.workflow import scored_band
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel
 
 
 def standing(model: AntennaModel, table: SignalsTable) -> list[dict[str, Any]]:
-    """One gap per channel in the form of a verdict's `gaps`, before and after being the same: nothing is searched for or tuned."""
+    """One gap per channel in the form of a verdict's `gaps`, before and after being the same: nothing is searched for
+    or tuned.
+    """
     hz = scored_band((table,))
     twin = Twin(model, (record_of(table, model, hz, "judged"),))
     structure = twin.structure(())
     noise = floors(twin, wide_twin(twin, (table,)), structure, structure.P)
     processing = processing_floors(twin, (table,))
     floor = effective_floors(twin, noise, processing)
-    rms = np.sqrt(np.mean(residual_of(twin, Hypothesis(), floor) ** 2, axis=0)) * floor
+    rms = np.sqrt(np.mean(torque_residual(twin, Hypothesis(), floor) ** 2, axis=0)) * floor
     linear = model.is_linear
     return [
         {

@@ -65,20 +65,32 @@ class Twin:
                 model = model.with_effect(name, axis, {})
             names = {name for name, _ in key} | {entry.effect.name for entry in model.effects}
             period_s = self.records[0].bands.period_s
-            steps = max([CATALOGUE[name].fine_steps for name in names], default=1) * max(1, round(period_s / _LONGEST_STEP_S))
+            steps = max([CATALOGUE[name].fine_steps for name in names], default=1) * max(
+                1, round(period_s / _LONGEST_STEP_S)
+            )
             arrays = plant_arrays(_with_step(model, period_s / steps), 1.0 / period_s)
             P, K = arrays.P, arrays.K
             for i in range(len(model.axes)):
                 block = layout.axis_block(i)
                 P[block + layout.GYRO_NOISE] = P[block + layout.GYRO_STEP] = P[block + layout.STOP_STIFFNESS] = 0.0
-            offsets = iter(range(layout.EFFECT_PARAMETERS + own * layout.PARAMETERS_PER_INSTANCE, len(P), layout.PARAMETERS_PER_INSTANCE))
+            offsets = iter(
+                range(
+                    layout.EFFECT_PARAMETERS + own * layout.PARAMETERS_PER_INSTANCE,
+                    len(P),
+                    layout.PARAMETERS_PER_INSTANCE,
+                )
+            )
             places = tuple(-1 if CATALOGUE[name].is_number else next(offsets) for name, _ in key)
             ringing = frozenset(entry.axis for entry in model.effects if entry.effect.rings_on_encoder_noise)
             self._structures[key] = Structure(P, K, arrays.X, steps, places, ringing)
         return self._structures[key]
 
-    def leftover(self, structure: Structure, P: np.ndarray, which: int, records: tuple[Record, ...] | None = None) -> Floats:
-        """Unscored residual of one record, (n, 4): torque given minus needed per axis, gyro minus predicted rate per axis."""
+    def leftover(
+        self, structure: Structure, P: np.ndarray, which: int, records: tuple[Record, ...] | None = None
+    ) -> Floats:
+        """Unscored residual of one record, (n, 4): torque given minus needed per axis, gyro minus predicted rate per
+        axis.
+        """
         record = (records or self.records)[which]
         out = self._balanced(structure, P, record)[:, :4]
         out[:, 2:] = record.gyro - out[:, 2:]
@@ -101,17 +113,23 @@ class Twin:
 
     def scored(self, structure: Structure, P: np.ndarray, which: int) -> Floats:
         """Scored residual of one record, (rows that count, channels), each row by what it is worth."""
-        rows = self.unscaled(structure, P, which)
+        return self.scored_rows(self.leftover(structure, P, which), which)
+
+    def scored_rows(self, left: Floats, which: int) -> Floats:
+        """The same of a residual that has been evaluated, (n, 4)."""
+        rows = self._low_passed(left, which)
         return rows if self.scales is None else np.asarray(rows / self.scales[which])
 
     def unscaled(self, structure: Structure, P: np.ndarray, which: int) -> Floats:
         """Scored residual of one record as it is, (rows that count, channels)."""
+        return self._low_passed(self.leftover(structure, P, which), which)
+
+    def _low_passed(self, left: Floats, which: int) -> Floats:
         record = self.records[which]
-        columns = [channel.column for channel in self.channels]
-        left = self.leftover(structure, P, which)[:, columns]
+        left = left[:, [channel.column for channel in self.channels]]
         if not np.isfinite(left).all():
             # a candidate that the twin cannot carry: no row of it means anything
-            return np.full((int(record.keep.sum()), len(columns)), np.nan)
+            return np.full((int(record.keep.sum()), left.shape[1]), np.nan)
         return np.asarray(scored(left, record.bands)[record.keep])
 
     def residual(self, structure: Structure, P: np.ndarray) -> Floats:

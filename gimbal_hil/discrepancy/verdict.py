@@ -1,249 +1,218 @@
-"""From a diagnosis to the verdict (docs/verdict.md): named, ambiguous, unexplained, no discrepancy."""
+"""From a result to the verdict as docs/verdict.md describes it: a typed value, from which verdict.json is written."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
-from gimbal_hil.discrepancy.completeness import COMPLETE_FLOORS
 from gimbal_hil.discrepancy.contradictions import contradictions
 from gimbal_hil.discrepancy.corrected import corrected_model, recalibrated_model
-from gimbal_hil.discrepancy.families import Family
-from gimbal_hil.discrepancy.fit import residual_of
+from gimbal_hil.discrepancy.deciding import Kind, Told
 from gimbal_hil.discrepancy.forms import undetermined_form
+from gimbal_hil.discrepancy.gaps import Gap, gaps_of
 from gimbal_hil.discrepancy.hypothesis import values_of
-from gimbal_hil.discrepancy.intervals import parameter_intervals
-from gimbal_hil.discrepancy.record import RATE_ERROR, Channel
-from gimbal_hil.discrepancy.rivals import compare
-from gimbal_hil.discrepancy.screening import responses
-from gimbal_hil.discrepancy.separating import CHANCE, separating_run, why_not_testable
-from gimbal_hil.discrepancy.smoothing import Floats
+from gimbal_hil.discrepancy.inquiry import rms
+from gimbal_hil.discrepancy.intervals import number_intervals, parameter_intervals
+from gimbal_hil.discrepancy.record import Channel
+from gimbal_hil.discrepancy.run import Result
+from gimbal_hil.discrepancy.separating import CHANCE, separating_run
+from gimbal_hil.discrepancy.testable import not_testable
 from gimbal_hil.discrepancy.where import Regime, most_telling, regimes
 from gimbal_hil.discrepancy.wording import contradiction_of, told, told_against
-from gimbal_hil.discrepancy.workflow import Diagnosis
 from gimbal_hil.signals import SignalsTable
 from sim_backend.effects import CATALOGUE
-from sim_backend.model import AntennaModel
 
-#: length of the blocks that a closed share is drawn from, s
-_BLOCK_S = 1.0
-#: a response below this many floors at a generous size leaves no trace
-_NO_TRACE = 0.15
-#: floors above which a second channel is worth a place
-_HAS_A_GAP = 1.3
+#: floors above which a second channel is worth a place; standard deviations by which a number has moved at all
+_HAS_A_GAP, _MOVED = 1.3, 0.05
+
+Entry = dict[str, Any]
 
 
-def verdict_of(diagnosis: Diagnosis, logs: Sequence[SignalsTable] = ()) -> dict[str, Any]:
-    """The content of verdict.json; with the `logs` themselves it also says where they contradict one another."""
-    best, null = diagnosis.best, diagnosis.null
-    gaps = gap_entries(diagnosis)
-    worst = int(np.argmax([g["before"] / g["noise_floor"] for g in gaps]))
-    causes = best.hypothesis.causes if diagnosis.complete else ()
-    effects, alternatives, next_run = [], [], None
-    for index in range(len(causes)):
-        entry, others, run = _effect_entry(diagnosis, index)
-        effects.append(entry)
-        alternatives += others
-        next_run = next_run or run
-    effects.sort(key=lambda e: -e["held_out_gain"])
-    if causes:
-        verdict = "named" if all(e["status"] == "named" for e in effects) else "ambiguous"
-    elif (
-        float(np.max(diagnosis.search.gaps(null))) <= COMPLETE_FLOORS
-        or diagnosis.only_noise
-        or (diagnosis.complete and diagnosis.floated is not None)
-    ):
-        verdict = "no_discrepancy"
-    else:
-        verdict = "unexplained"
-    if not causes:
-        effects, alternatives = [], []
-    where = [_where_entry(r) for r in where_of(diagnosis, worst)] if verdict != "no_discrepancy" else []
-    gap = gaps[worst]
-    against = contradictions(corrected_model(diagnosis) or recalibrated_model(diagnosis), logs)
-    return {
-        "schema": 1,
-        "verdict": verdict,
-        "text": told(diagnosis, verdict, effects, alternatives, gaps) + "".join(told_against(found) for found in against),
-        "where": where,
-        "effects": effects,
-        "alternatives": alternatives,
-        "next_experiment": next_run,
-        "not_testable": not_testable(diagnosis),
-        "gap": gap,
-        "gaps": gaps,
-        "recalibrated": recalibrated(diagnosis),
-        "contradictions": against,
-    }
+@dataclass(frozen=True)
+class Verdict:
+    """The content of verdict.json."""
+
+    kind: Kind
+    text: str
+    where: tuple[Entry, ...]
+    effects: tuple[Entry, ...]
+    alternatives: tuple[Entry, ...]
+    next_experiment: Entry | None
+    not_testable: tuple[Entry, ...]
+    gap: Gap
+    gaps: tuple[Gap, ...]
+    recalibrated: tuple[Entry, ...]
+    contradictions: tuple[Entry, ...]
+    #: that none of the told causes is it
+    something_else: float
+    notes: tuple[str, ...] = ()
+
+    @property
+    def document(self) -> Entry:
+        """What verdict.json holds."""
+        return {
+            "schema": 1, "verdict": self.kind.value, "text": self.text, "where": list(self.where), "effects": list(self.effects),
+            "alternatives": list(self.alternatives), "next_experiment": self.next_experiment, "not_testable": list(self.not_testable),
+            "gap": asdict(self.gap), "gaps": [asdict(gap) for gap in self.gaps], "recalibrated": list(self.recalibrated),
+            "contradictions": list(self.contradictions), "something_else": round(self.something_else, 3), "notes": list(self.notes),
+        }  # fmt: skip
 
 
-def gap_entries(diagnosis: Diagnosis) -> list[dict[str, Any]]:
-    """One gap per channel, on rows that neither selected nor tuned anything."""
-    keep = diagnosis.complete and (diagnosis.best.hypothesis.causes or diagnosis.floated is not None)
-    search, after = diagnosis.search, diagnosis.best if keep else diagnosis.null
-    null_rows, after_rows = diagnosis.null.untouched, after.untouched
-    # hypotheses are compared in the same units, whatever the floors were when they were fitted
-    null_rows = residual_of(search.holdout, diagnosis.null.hypothesis, search.floor)[diagnosis.untouched]
-    after_rows = residual_of(search.holdout, after.hypothesis, search.floor)[diagnosis.untouched]
-    found = []
-    for j, channel in enumerate(search.twin.channels):
-        floor, unit = float(search.floor[j]), _unit(diagnosis.model, channel)
-        before, left = (float(np.sqrt(np.mean(rows[:, j] ** 2))) * floor for rows in (null_rows, after_rows))
-        closed = low = high = None
-        if before > 1.1 * floor:
-            closed, low, high = _closed(null_rows[:, j] ** 2, after_rows[:, j] ** 2, _row_s(diagnosis))
-        found.append({
-            "axis": channel.axis, "signal": channel.signal, "unit": unit, "band_hz": [0.0, search.twin.records[0].bands.scored_hz],
-            "before": before, "after": left, "noise_floor": floor, "noise_floor_from": _floor_source(diagnosis, j),
-            "processing_floor": float(diagnosis.processing[j]), "closed_fraction": closed, "closed_low": low, "closed_high": high,
-            "on": "held-out",
-        })  # fmt: skip
-    return found
+def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequence[str] = ()) -> Verdict:
+    """What a result says; with the `logs` themselves it also says where they contradict one another."""
+    gaps = gaps_of(result)
+    worst = max(range(len(gaps)), key=lambda j: gaps[j].before / gaps[j].noise_floor)
+    entries = [_effect_entry(result, one) for one in result.told]
+    effects = tuple(sorted((entry for entry, _, _ in entries), key=lambda e: -e["held_out_gain"]))
+    alternatives = tuple(other for _, others, _ in entries for other in others)
+    run = next((run for _, _, run in entries if run is not None), None)
+    kind = result.decision.kind
+    where = () if kind is Kind.NO_DISCREPANCY else tuple(_where_entry(r) for r in where_of(result, worst))
+    if kind is Kind.UNEXPLAINED and run is None:
+        run = _run_for(result, worst)
+    against = tuple(contradictions(corrected_model(result) or recalibrated_model(result), logs))
+    text = told(result, effects, alternatives, gaps) + "".join(told_against(found) for found in against)
+    something_else = 1.0 - min((one.of_class for one in result.told), default=0.0 if kind is Kind.UNEXPLAINED else 1.0)
+    return Verdict(
+        kind, text, where, effects, alternatives, run, tuple(not_testable(result)), gaps[worst], gaps, _recalibrated(result), against,
+        something_else, tuple(notes),
+    )  # fmt: skip
 
 
-def _closed(before: Floats, after: Floats, row_s: float) -> tuple[float, float, float]:
-    """Closed share of the gap and its block-bootstrap interval; squares in floors."""
-    length = max(2, int(_BLOCK_S / row_s))
-    n = len(before) // length * length
-    b, a = before[:n].reshape(-1, length).mean(axis=1), after[:n].reshape(-1, length).mean(axis=1)
-    draws = np.random.default_rng(2).integers(0, len(b), (300, len(b)))
-
-    def share(x: Floats, y: Floats) -> Floats:
-        return np.asarray(1.0 - (y - 1.0) / np.maximum(x - 1.0, 1e-9))
-
-    low, high = np.quantile(share(b[draws].mean(axis=1), a[draws].mean(axis=1)), [0.05, 0.95])
-    return float(min(1.0, float(share(np.asarray(before.mean()), np.asarray(after.mean()))))), float(min(1.0, low)), float(min(1.0, high))
-
-
-def _row_s(diagnosis: Diagnosis) -> float:
-    bands = diagnosis.search.twin.records[0].bands
-    return bands.stride * bands.period_s
-
-
-def _unit(model: AntennaModel, channel: Channel) -> str:
-    if channel.signal == RATE_ERROR:
-        return "m/s" if model.is_linear else "rad/s"
-    return "N" if model.is_linear else "N m"
-
-
-def _floor_source(diagnosis: Diagnosis, j: int) -> str:
-    floor = diagnosis.floors[j]
-    return "repeats" if floor.from_repeats is not None and floor.rms == floor.from_repeats else "spectrum above the band (upper bound)"
-
-
-def _effect_entry(diagnosis: Diagnosis, index: int) -> tuple[dict[str, Any], list[dict[str, Any]], dict[str, Any] | None]:
-    model, best, search = diagnosis.model, diagnosis.best, diagnosis.search
-    effect, axis = best.hypothesis.labels[index]
-    comparisons = sorted((compare(diagnosis.search, diagnosis.best, rival) for rival in diagnosis.rivals[index]), key=lambda c: c.extra)
-    close = [c for c in comparisons if c.close and search.complete(c.rival, diagnosis.null)]
-    # commanded torque alone cannot tell the two apart: either name is right
-    twins = {c.rival.hypothesis.labels[-1][0] for c in close} == {CATALOGUE[effect].same_by_command}
-    silent = search.exact and not search.heard_on_holdout(best, index)
-    status = "named" if (not close or twins) and not diagnosis.suspected_only and not silent else "ambiguous"
-    linear = model.is_linear
-    intervals = parameter_intervals(search, best, index)
-    parameters = {}
-    for name, (value, nominal) in values_of(model, search.twin, best.hypothesis, index).items():
-        parameter = next(p for p in CATALOGUE[effect].parameters if p.name == name)
-        low, high = intervals.get(name, (value, value))
-        unit = parameter.linear_unit if linear and parameter.linear_unit else parameter.unit
-        parameters[name] = {"value": value, "low": low, "high": high, "unit": unit, "nominal": nominal}
-    gain, control = _gains(diagnosis, index)
-    nearest = min((c.told_apart for c in comparisons if c not in close), default=10.0)
-    confidence = 0.5 * (1.0 + math.erf(min(nearest, 8.0) / 2.83)) if not close else 1.0 / (1.0 + len(close))
-    entry = {"name": effect, "axis": axis, "status": status, "parameters": parameters, "held_out_gain": gain, "best_control_gain": control,
-             "confidence": round(min(confidence, 0.999), 3)}  # fmt: skip
+def _effect_entry(result: Result, one: Told) -> tuple[Entry, list[Entry], Entry | None]:
+    """A told cause, what it could also be, and the run that would tell."""
+    name, axis = one.standing.label
+    index = one.standing.entries[0]
+    entry: Entry = {
+        "name": name, "axis": axis, "status": one.status.value, "parameters": _parameters(result, index),
+        "held_out_gain": min(1.0, one.standing.untouched.share if one.standing.silent else _gain(result, one)),
+        "best_control_gain": one.standing.control, "probability": round(one.probability, 3), "confidence": round(one.probability, 3),
+        "probability_of_class": round(one.of_class, 3),
+        "predicted_from_its_variables": round(one.standing.exhausted.beyond, 3),
+    }  # fmt: skip
+    if len(one.standing.entries) > 1:
+        entry["entries"] = [_parameters(result, i) for i in one.standing.entries]
+    if one.standing.at_bound:
+        entry["at_bound"] = list(one.standing.at_bound)
     contradiction = contradiction_of(entry)
     if contradiction:
         entry["contradiction"] = contradiction
-    form = undetermined_form(search, best.fit, index)
+    form = undetermined_form(result.inquiry, result.best.fit, index)
     if form is not None:
         entry["form_undetermined"] = form
-    others, run = [], None
-    for c in close[:3]:
-        other, other_axis = c.rival.hypothesis.labels[-1]
-        reason = f"on this data it explains the hold-out as well: {c.extra:+.1%} squares, {c.told_apart:.1f} standard errors"
-        others.append({"name": other, "axis": other_axis, "instead_of": effect, "reason": reason})
-    if close and not twins:
-        other = close[0].rival.hypothesis.labels[-1][0]
-        run = {"plan": separating_run(effect, other, {n: e.excited_by for n, e in CATALOGUE.items()}), "separates": [effect, other]}
-    elif silent:
-        run = {"plan": f"the hold-out has no trace of it; as a hold-out, {CATALOGUE[effect].excited_by}", "separates": [effect, CHANCE]}
-    elif diagnosis.suspected_only:
-        run = {"plan": "the same causes on another trajectory, given as --holdout", "separates": [effect, CHANCE]}
-    return entry, others, run
+    others = [
+        {
+            "name": rival.label[0], "axis": rival.label[1], "instead_of": name,
+            "reason": f"on this data it leaves {rival.extra:+.1%} squares, {rival.sure:.1f} standard errors apart",
+        }
+        for rival in one.close
+    ]  # fmt: skip
+    return entry, others, _separating(one, result.suspected_only)
 
 
-def _gains(diagnosis: Diagnosis, index: int) -> tuple[float, float]:
-    """Share of the gap that a cause takes on the hold-out, and what the best matched nonsense takes of it on the fitted data."""
-    search, best = diagnosis.search, diagnosis.best
-    without = search.refitted(best.hypothesis.minus(index))
-    base = max(float(np.sum(np.mean(diagnosis.null.holdout**2, axis=0) - 1.0)), 1e-9)
-    gain = float(np.sum(np.mean(without.holdout**2, axis=0) - np.mean(best.holdout**2, axis=0))) / base
-    fitted = max(float(np.sum(diagnosis.null.fit.residual**2)) - diagnosis.null.fit.residual.size, 1e-9)
-    return min(gain, 1.0), search.nonsense(without, best.hypothesis.causes[index]) / fitted
-
-
-def where_of(diagnosis: Diagnosis, worst: int) -> list[Regime]:
-    """The most telling regimes of the channel `worst`, which the verdict speaks of, and of the next one that has a gap.
-
-    Judged on the fitted data of the model as it stands.
-    """
-    rms = np.sqrt(np.mean(diagnosis.null.fit.residual**2, axis=0))
-    others = [int(j) for j in np.argsort(-rms) if j != worst and rms[j] > _HAS_A_GAP]
-    found = []
-    for j in (worst, *others[:1]):
-        channel = diagnosis.search.twin.channels[j]
-        found += most_telling(regimes(diagnosis.search.twin, diagnosis.null.fit.residual, channel, j), 3)
+def _parameters(result: Result, index: int) -> Entry:
+    model, twin = result.model, result.inquiry.twin
+    effect = CATALOGUE[result.best.hypothesis.labels[index][0]]
+    intervals = parameter_intervals(result.inquiry, result.best, index)
+    found = {}
+    for name, (value, nominal) in values_of(model, twin, result.best.hypothesis, index).items():
+        parameter = next(p for p in effect.parameters if p.name == name)
+        low, high = intervals.get(name, (value, value))
+        unit = parameter.linear_unit if model.is_linear and parameter.linear_unit else parameter.unit
+        found[name] = {"value": value, "low": low, "high": high, "unit": unit, "nominal": nominal}
     return found
 
 
-def _where_entry(regime: Regime) -> dict[str, Any]:
+def _gain(result: Result, one: Told) -> float:
+    """Share of the squares on the hold-out, over all channels in floors, that a cause takes."""
+    before = float(np.sum(rms(np.concatenate([result.null.selecting, result.null.untouched])) ** 2))
+    return one.standing.taken / max(before, 1e-9)
+
+
+def _separating(one: Told, suspected_only: bool) -> Entry | None:
+    name = one.standing.label[0]
+    rivals = [r.label[0] for r in one.close if r.label[0] != CATALOGUE[name].same_by_command]
+    if one.standing.silent:
+        return {
+            "plan": f"the hold-out has no trace of it; as a hold-out, {CATALOGUE[name].excited_by}",
+            "separates": [name, CHANCE],
+        }
+    if rivals:
+        plan = separating_run(name, rivals[0], {n: e.excited_by for n, e in CATALOGUE.items()})
+        return {"plan": plan, "separates": [name, rivals[0]]}
+    if suspected_only:
+        return {"plan": "the same causes on another trajectory, given as --holdout", "separates": [name, CHANCE]}
+    return None
+
+
+def _run_for(result: Result, worst: int) -> Entry:
+    """For what nothing explains: a run that shows best what it hangs on."""
+    axis = result.inquiry.twin.channels[worst].axis
+    found = where_of(result, worst)
+    group = found[0].group if found else "rate"
+    plans = {
+        "position": f"one slow turn of {axis} at two constant speeds, each in both directions, as search and hold-out",
+        "temperature": f"the same motion of {axis} cold and warm",
+        "time": f"the same motion of {axis} three times over, with a `repeat` column",
+    }
+    plan = plans.get(
+        group, f"constant speeds of {axis} over a decade, both directions, three laps with a `repeat` column"
+    )
+    return {"plan": plan, "separates": []}
+
+
+def where_of(result: Result, worst: int) -> list[Regime]:
+    """The most telling regimes of the channel `worst`, which the verdict speaks of, and of the next one that has a gap."""
+    levels = rms(result.null.fitted)
+    others = [int(j) for j in np.argsort(-levels) if j != worst and levels[j] > _HAS_A_GAP]
+    found = []
+    for j in (worst, *others[:1]):
+        channel: Channel = result.inquiry.twin.channels[j]
+        found += most_telling(regimes(result.inquiry.twin, result.null.fitted, channel, j), 3)
+    return found
+
+
+def _where_entry(regime: Regime) -> Entry:
     return {"axis": regime.axis, "signal": regime.signal, "regime": regime.regime, "share_of_gap": round(regime.share_of_gap, 4),
             "low": round(regime.low, 4), "high": round(regime.high, 4), "share_of_time": round(regime.share_of_time, 4)}  # fmt: skip
 
 
-def not_testable(diagnosis: Diagnosis) -> list[dict[str, str]]:
-    """Effects of the catalogue that leave no trace in this data, with the reason."""
-    search, model = diagnosis.search, diagnosis.model
+def _recalibrated(result: Result) -> tuple[Entry, ...]:
+    """Known numbers that moved: inside their uncertainty by themselves, or beyond it as a named cause."""
+    model, hypothesis = result.model, result.best.hypothesis
+    named = {
+        (axis, model.number_path(axis, p.path))
+        for effect, axis in hypothesis.labels
+        for p in CATALOGUE[effect].parameters
+        if p.path
+    }
     found = []
-    moving = any(r.moving_base for r in search.twin.records)
-    warm = any(r.has_temperature for r in search.twin.records)
-    tested = {family.label: family for family in search.families}
-    for axis in model.axes:
-        gyro = diagnosis.has_gyro[model.axes.index(axis)]
-        for name, effect in CATALOGUE.items():
-            if (effect.rotary_only and model.is_linear) or (effect.two_axis_only and len(model.axes) < 2):
+    intervals = number_intervals(result.inquiry, result.best)
+    for known, y, (low, high) in zip(hypothesis.floating, hypothesis.y, intervals, strict=True):
+        nominal = model.number(known.axis, known.path)
+        if abs(y) < _MOVED * known.trust or (known.axis, known.path) in named:
+            continue
+        found.append({
+            "axis": known.axis, "path": known.path, "from": nominal, "to": known.moved(nominal, y), "low": known.moved(nominal, low),
+            "high": known.moved(nominal, high), "uncertainty": model.uncertainty(known.axis, known.path), "named": False,
+            "value": known.moved(nominal, y), "nominal": nominal,
+        })  # fmt: skip
+    for one in result.told:
+        effect, axis = one.standing.label
+        for name, number in _parameters(result, one.standing.entries[0]).items():
+            parameter = next(p for p in CATALOGUE[effect].parameters if p.name == name)
+            if parameter.path is None or number["nominal"] is None or number["value"] == number["nominal"]:
                 continue
-            family = tested.get((name, axis))
-            if family is None or (not family.ripple and _traceless(diagnosis, family)):
-                found.append({"name": name, "axis": axis, "reason": why_not_testable(name, moving, gyro, warm)})
-    return found
+            path = model.number_path(axis, parameter.path)
+            found.append({
+                "axis": axis, "path": path, "from": number["nominal"], "to": number["value"], "low": number["low"],
+                "high": number["high"], "uncertainty": model.uncertainty(axis, path), "named": True, "value": number["value"],
+                "nominal": number["nominal"],
+            })  # fmt: skip
+    return tuple(found)
 
 
-def _traceless(diagnosis: Diagnosis, family: Family) -> bool:
-    search = diagnosis.search
-    # tried as finite changes from several places: none of them says what it could do
-    if len(family.starts) > 2:
-        return False
-    heard = search.heard(family.label) or _listened(diagnosis, family)
-    return not any(float(np.sqrt(np.mean(columns**2))) > _NO_TRACE for columns in heard)
-
-
-def _listened(diagnosis: Diagnosis, family: Family) -> list[Floats]:
-    search, fit = diagnosis.search, diagnosis.null.fit
-    columns = (responses(search.twin, fit, search.floor, family, start) for start in family.starts)
-    return [found for found in columns if found is not None]
-
-
-def recalibrated(diagnosis: Diagnosis) -> list[dict[str, Any]]:
-    """Known numbers that moved when they had to float."""
-    chosen = diagnosis.best.hypothesis
-    return [
-        {"axis": k.axis, "path": k.path, "value": k.moved(nominal, y), "nominal": nominal}
-        for k, y in zip(chosen.floating, chosen.y, strict=True)
-        for nominal in (diagnosis.model.number(k.axis, k.path),) if abs(y) > 1e-3
-    ]  # fmt: skip
+__all__ = ["Verdict", "verdict_of", "where_of"]

@@ -2,98 +2,103 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from gimbal_hil.discrepancy.completeness import COMPLETE_FLOORS, HARDLY_A_GAP
-from gimbal_hil.discrepancy.workflow import Diagnosis
+from gimbal_hil.discrepancy.deciding import Kind, Status
+from gimbal_hil.discrepancy.gaps import Gap
+from gimbal_hil.discrepancy.run import Result
 from sim_backend.effects import CATALOGUE, FittedNumber
 
-#: one effect, alternative or gap as verdict.json holds it
+#: one effect or alternative as verdict.json holds it
 Entry = dict[str, Any]
 
 
-def told(diagnosis: Diagnosis, verdict: str, effects: list[Entry], alternatives: list[Entry], gaps: list[Entry]) -> str:
-    """What was found and how sure it is, from the entries of verdict.json."""
-    if verdict == "no_discrepancy":
-        return _nothing_missing(diagnosis, gaps)
-    if verdict == "unexplained":
-        return _unexplained(diagnosis, gaps)
-    doubt = "" if verdict == "named" else _doubt(diagnosis, effects, alternatives)
+def told(result: Result, effects: Sequence[Entry], alternatives: Sequence[Entry], gaps: Sequence[Gap]) -> str:
+    """What was found and how sure it is."""
+    kind = result.decision.kind
+    moved = _recalibration(result, gaps)
+    if kind is Kind.NO_DISCREPANCY:
+        return f"The model explains this data to its noise{moved}; nothing is missing that this data could show."
+    if kind is Kind.UNEXPLAINED:
+        return _unexplained(result, gaps)
+    gap = max(gaps, key=lambda g: (g.after_recalibration - g.after) / g.noise_floor)
+    names = ", ".join(_name(e["name"], e["axis"]) for e in effects)
+    share = (
+        "" if gap.closed_fraction is None else f", which closes {gap.closed_fraction:.0%} of it {_where_judged(result)}"
+    )
+    first = f"{_size('The largest gap is' if gap is _largest(gaps) else 'A gap is', gap)}{moved}. It is explained by {names}{share}."
     against = "".join(f" {e['contradiction']}" for e in effects if "contradiction" in e)
     forms = "".join(_undetermined(e) for e in effects if "form_undetermined" in e)
-    return f"{_explained(diagnosis, effects, gaps)}.{doubt}{forms}{against}{_remainder(diagnosis, gaps)}"
+    return first + _doubts(result, alternatives) + forms + against + _remainder(gaps)
 
 
-def _explained(diagnosis: Diagnosis, effects: list[Entry], gaps: list[Entry]) -> str:
-    """The gap and what closes it. Causes are told by the gap that they close, which need not be the largest."""
-    largest = _largest(gaps)
-    gap = max(gaps, key=lambda g: (g["before"] - g["after"]) / g["noise_floor"])
-    if gap["before"] - gap["after"] <= 0.1 * gap["noise_floor"]:
-        gap = largest
-    share, closed = gap["closed_fraction"], ""
-    if gap is largest and gap["before"] - gap["after"] <= 0.02 * gap["before"]:
-        # nothing of it shows on the hold-out: what was closed is a gap of the fitted logs
-        rms = [float(np.max(np.sqrt(np.mean(state.fit.residual**2, axis=0)))) for state in (diagnosis.null, diagnosis.best)]
-        closed = f", which takes the fitted logs from {rms[0]:.1f} to {rms[1]:.1f} floors"
-    elif share is not None:
-        untouched = "the last part of the same log" if diagnosis.suspected_only else "data that had no part in the search"
-        closed = f", which closes {share:.0%} of it on {untouched}"
-    names = ", ".join(_name(e["name"], e["axis"]) for e in effects)
-    return f"{_size('The largest gap is' if gap is largest else 'A gap is', gap)}. It is explained by {names}{closed}"
-
-
-def _nothing_missing(diagnosis: Diagnosis, gaps: list[Entry]) -> str:
+def _recalibration(result: Result, gaps: Sequence[Gap]) -> str:
     gap = _largest(gaps)
-    moved = " once the known numbers were refitted within a few per cent" if diagnosis.floated is not None else ""
-    changing = diagnosis.only_noise and gap["before"] / gap["noise_floor"] > COMPLETE_FLOORS
-    level = " whose level changes from row to row" if changing else ""
-    return f"The model explains this data to its noise{level}{moved}; nothing is missing that it could show."
+    if gap.before - gap.after_recalibration <= 0.1 * gap.before or gap.before <= 1.1 * gap.noise_floor:
+        return ""
+    return f" ({gap.after_recalibration:.3g} {gap.unit} once known numbers moved within their stated uncertainty)"
 
 
-def _unexplained(diagnosis: Diagnosis, gaps: list[Entry]) -> str:
+def _where_judged(result: Result) -> str:
+    return "on the last part of the same log" if result.suspected_only else "on data that had no part in the search"
+
+
+def _unexplained(result: Result, gaps: Sequence[Gap]) -> str:
     size = _size("The largest gap is", _largest(gaps))
-    least, before = (float(np.max(diagnosis.search.gaps(state))) for state in (diagnosis.best, diagnosis.null))
-    tried = ", ".join(_name(*label) for label in diagnosis.best.hypothesis.labels)
-    if tried and least <= COMPLETE_FLOORS and before < HARDLY_A_GAP:
-        return f"{size}. That is too little to name a cause for: {tried} would take it to {least:.1f} floors, but so may what is no cause."
-    nothing = f"{size}. Nothing in the catalogue explains what is there"
+    tried = ", ".join(dict.fromkeys(_name(*label) for label in result.path.state.hypothesis.labels))
+    shape = max(result.decision.remainders, key=lambda r: r.after)
+    seen = (
+        f" From the motion, {shape.predictable.beyond:.0%} of what is left can be predicted."
+        if shape.predictable.beyond > 0.1
+        else ""
+    )
     if not tried:
-        return f"{nothing}: no candidate earned its place on the hold-out."
-    return f"{nothing}: the best attempt ({tried}) leaves {least:.1f} floors on the logs or the hold-out."
+        return f"{size}. Nothing in the catalogue explains it: no candidate pays on the hold-out.{seen}"
+    least = float(np.max(result.path.state.left()))
+    return f"{size}. Nothing in the catalogue explains it: the best attempt ({tried}) leaves {least:.1f} floors and does not stand.{seen}"
 
 
-def _doubt(diagnosis: Diagnosis, effects: list[Entry], alternatives: list[Entry]) -> str:
+def _doubts(result: Result, alternatives: Sequence[Entry]) -> str:
     """Why a name is not sure."""
-    if diagnosis.suspected_only:
+    if result.suspected_only:
         return " There is no log of another trajectory to judge it on: it is suspected, not shown."
-    rivals = {other["instead_of"] for other in alternatives}
-    silent = [e for e in effects if e["status"] == "ambiguous" and e["name"] not in rivals]
-    names = ", ".join(_name(e["name"], e["axis"]) for e in silent)
-    unheard = f" The hold-out has no trace of {names}, which is therefore suspected, not shown." if silent else ""
-    if len(silent) == sum(e["status"] == "ambiguous" for e in effects):
-        return unheard
-    open_ones = "; ".join(_cannot_tell(e, alternatives) for e in effects if e["status"] == "ambiguous" and e["name"] in rivals)
-    return f" {open_ones}. The run that would tell is proposed.{unheard}"
-
-
-def _cannot_tell(effect: Entry, alternatives: list[Entry]) -> str:
-    others = [_name(other["name"], other["axis"]) for other in alternatives if other["instead_of"] == effect["name"]]
-    return f"{_name(effect['name'], effect['axis']).capitalize()} cannot be told from {' or '.join(dict.fromkeys(others))} on this data"
+    found = []
+    for one in result.told:
+        if one.status is Status.NAMED:
+            continue
+        name, axis = one.standing.label
+        others = [_name(other["name"], other["axis"]) for other in alternatives if other["instead_of"] == name]
+        if others:
+            told_from = " or ".join(dict.fromkeys(others))
+            found.append(
+                f" {_name(name, axis).capitalize()} cannot be told from {told_from} on this data; the run that would is proposed."
+            )
+        elif one.standing.silent:
+            found.append(f" The hold-out has no trace of {_name(name, axis)}, which is therefore suspected, not shown.")
+        elif one.standing.at_bound:
+            stands = ", ".join(one.standing.at_bound)
+            found.append(
+                f" {_name(name, axis).capitalize()} stands at the bound of what is possible ({stands}): nothing is known of it."
+            )
+        else:
+            found.append(f" {_name(name, axis).capitalize()} is probable only ({one.probability:.0%}).")
+    return "".join(found)
 
 
 def _name(effect: str, axis: str) -> str:
     return f"{effect.replace('_', ' ')} on {axis}"
 
 
-def _largest(gaps: list[Entry]) -> Entry:
-    return max(gaps, key=lambda g: g["before"] / g["noise_floor"])
+def _largest(gaps: Sequence[Gap]) -> Gap:
+    return max(gaps, key=lambda g: g.before / g.noise_floor)
 
 
-def _size(start: str, gap: Entry) -> str:
-    size = f"{gap['before']:.3g} {gap['unit']}, {gap['before'] / gap['noise_floor']:.1f} times its floor"
-    return f"{start} in the {gap['signal'].replace('_', ' ')} of {gap['axis']}: {size}"
+def _size(start: str, gap: Gap) -> str:
+    size = f"{gap.before:.3g} {gap.unit}, {gap.before / gap.noise_floor:.1f} times the noise floor"
+    return f"{start} in the {gap.signal.replace('_', ' ')} of {gap.axis}: {size}"
 
 
 def _undetermined(effect: Entry) -> str:
@@ -102,21 +107,23 @@ def _undetermined(effect: Entry) -> str:
     return f" The form of {name} is undetermined on this data: {alike} have a canonical correlation of {form['canonical_correlation']:.2f}."
 
 
-def told_against(found: dict[str, str]) -> str:
+def told_against(found: Entry) -> str:
     """A contradiction of the logs among themselves, in one sentence."""
     return f" The data contradict themselves on {found['axis']} ({found['rule'].replace('_', ' ')}, {found['text'].split(':')[0]})."
 
 
-def _remainder(diagnosis: Diagnosis, gaps: list[Entry]) -> str:
-    """What the named causes leave untouched on other channels."""
-    if not diagnosis.search.exact:
-        return ""
-    left = [g for g in gaps if g["after"] > COMPLETE_FLOORS * g["noise_floor"]]
-    places = ", ".join(f"{g['signal'].replace('_', ' ')} of {g['axis']} {g['after'] / g['noise_floor']:.1f} floors" for g in left)
+def _remainder(gaps: Sequence[Gap]) -> str:
+    """What the causes leave."""
+    left = [g for g in gaps if g.after > 1.5 * g.noise_floor]
+    places = ", ".join(f"{g.signal.replace('_', ' ')} of {g.axis} {g.after / g.noise_floor:.1f} floors" for g in left)
     return f" Still unexplained beside it: {places}." if places else ""
 
 
 def contradiction_of(effect: Entry) -> str:
     """What a fitted number says against the law that it belongs to; empty where there is nothing."""
     objection = CATALOGUE[effect["name"]].objection
-    return objection({name: FittedNumber(**number) for name, number in effect["parameters"].items()}) if objection is not None else ""
+    return (
+        objection({name: FittedNumber(**number) for name, number in effect["parameters"].items()})
+        if objection is not None
+        else ""
+    )

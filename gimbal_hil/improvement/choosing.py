@@ -9,15 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from gimbal_hil.discrepancy import Diagnosis, corrected_model
-from gimbal_hil.discrepancy.fit import prior_weights, residual_of
+from gimbal_hil.discrepancy import Result, Status
+from gimbal_hil.discrepancy.corrected import explained_by
+from gimbal_hil.discrepancy.evidence import command_residual
+from gimbal_hil.discrepancy.fit import prior_weights
 from gimbal_hil.discrepancy.hypothesis import Hypothesis
+from gimbal_hil.discrepancy.inquiry import State, refitted
 from gimbal_hil.discrepancy.record import record_of
-from gimbal_hil.discrepancy.search import Scored
 from gimbal_hil.discrepancy.separating import CHANCE, all_sequences, separating_runs, showing_sequences
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
@@ -50,8 +51,8 @@ class Pair:
     differ.
     """
 
-    best: Scored
-    rival: Scored
+    best: State
+    rival: State
     names: tuple[tuple[str, str], tuple[str, str]]
 
     @property
@@ -60,39 +61,31 @@ class Pair:
         return self.names[1][0] == CHANCE
 
 
-def open_pairs(diagnosis: Diagnosis, verdict: dict[str, Any], shown: Collection[tuple[str, str]]) -> list[Pair]:
+def open_pairs(result: Result, shown: Collection[tuple[str, str]]) -> list[Pair]:
     """What an ambiguous verdict leaves open: a cause and the rival that does as well, or a cause and the same without
     it.
 
-    The latter where the hold-out has no trace of the cause; not for those that an earlier hold-out has shown.
+    The latter where the hold-out does not show the cause; not for those that an earlier hold-out has shown.
     """
-    best, search, found = diagnosis.best, diagnosis.search, []
-    status = {(entry["name"], entry["axis"]): entry["status"] for entry in verdict["effects"]}
-    for index, label in enumerate(best.hypothesis.labels):
-        if status[label] != "ambiguous":
+    best, found = result.best, []
+    for one in result.told:
+        if one.status is Status.NAMED:
             continue
-        others = [
-            (other["name"], other["axis"]) for other in verdict["alternatives"] if other["instead_of"] == label[0]
-        ]
-        rival = next((one for one in diagnosis.rivals[index] if one.hypothesis.labels[-1] in others), None)
-        if rival is not None:
-            found.append(Pair(best, rival, (label, rival.hypothesis.labels[-1])))
+        label = one.standing.label
+        if one.close and not one.standing.silent:
+            found.append(Pair(best, one.close[0].state, (label, one.close[0].label)))
         elif label not in shown:
-            found.append(Pair(best, search.refitted(best.hypothesis.minus(index)), (label, (CHANCE, label[1]))))
+            rest = best.hypothesis
+            for index in reversed(one.standing.entries):
+                rest = rest.minus(index)
+            found.append(Pair(best, refitted(result.inquiry, best, rest), (label, (CHANCE, label[1]))))
     return found
 
 
-def unexplained_pair(diagnosis: Diagnosis) -> Pair | None:
+def unexplained_pair(result: Result) -> Pair | None:
     """Of an unexplained gap: the two attempts that come closest and differ in a cause."""
-    search = diagnosis.search
-    tried = [one for made in diagnosis.rounds for one in made.tried]
-    # floors fall while a search goes on: attempts of different rounds are put beside one another under those that hold
-    # in the end
-    again = [
-        search.scored(replace(one.fit, residual=residual_of(search.twin, one.hypothesis, search.floor)))
-        for one in tried
-    ]
-    attempts = sorted((one for one in again if np.isfinite(one.cost)), key=lambda one: one.cost)
+    tried = [one for made in result.path.rounds for one in made.tried]
+    attempts = sorted(tried, key=lambda one: float(np.sum(one.fit.squares)))
     for rival in attempts[1:]:
         here, there = set(attempts[0].hypothesis.labels), set(rival.hypothesis.labels)
         if here != there and here - there and there - here:
@@ -124,7 +117,7 @@ def person_needed(pair: Pair) -> str | None:
 
 
 def weighed(
-    diagnosis: Diagnosis,
+    result: Result,
     pair: Pair,
     options: Sequence[Option],
     rehearsed: Callable[[Option, AntennaModel], SignalsTable | None],
@@ -132,12 +125,12 @@ def weighed(
     """The options with their expected differences, largest first. `rehearsed` gives what an option would measure on a
     model.
     """
-    model = corrected_model(replace(diagnosis, best=pair.best, complete=True)) or diagnosis.model
+    model = explained_by(result.model, result.inquiry.twin, pair.best.hypothesis)
     found: list[Option] = []
     for option in options:
         table = rehearsed(option, model)
         if table is not None:
-            expected = expected_difference(diagnosis, pair, table)
+            expected = expected_difference(result, pair, table)
             found.append(replace(option, expected=expected, duration_s=len(table) * table.period_s))
     return sorted(found, key=lambda option: -option.expected)
 
@@ -179,15 +172,15 @@ def open_end(pair: Pair, options: Sequence[Option], refused: Sequence[str], left
     return text + (f" A person could tell: {person}." if person else "")
 
 
-def expected_difference(diagnosis: Diagnosis, pair: Pair, table: SignalsTable) -> float:
+def expected_difference(result: Result, pair: Pair, table: SignalsTable) -> float:
     """Squared floors that B leaves beyond A on a table that A made, B refitted linearly to that table and to all data
     so far.
     """
-    search = diagnosis.search
+    search = result.inquiry
     hz = search.twin.records[0].bands.scored_hz
-    twin = Twin(diagnosis.model, (record_of(table, diagnosis.model, hz, "rehearsal"),), search.twin.gyro_everywhere)
-    as_a = residual_of(twin, pair.best.hypothesis, search.floor)
-    as_b = residual_of(twin, pair.rival.hypothesis, search.floor)
+    twin = Twin(result.model, (record_of(table, result.model, hz, "rehearsal"),), search.twin.gyro_everywhere)
+    as_a = command_residual(twin, pair.best.hypothesis, search.floor)
+    as_b = command_residual(twin, pair.rival.hypothesis, search.floor)
     if not np.all(np.isfinite(as_b)):
         return 0.0
     columns = _jacobian(twin, pair.rival.hypothesis, search.floor, as_b)
@@ -210,5 +203,5 @@ def _jacobian(twin: Twin, hypothesis: Hypothesis, floor: Floats, residual: Float
         trial = hypothesis.at(moved)
         change = float(trial.vector()[i] - x[i])
         if change != 0.0:
-            columns[:, i] = ((residual_of(twin, trial, floor) - residual) / change).ravel()
+            columns[:, i] = ((command_residual(twin, trial, floor) - residual) / change).ravel()
     return columns

@@ -1,6 +1,8 @@
-"""The loop: survey, diagnose, take over what was named, separate what cannot be told apart, until the model is at the noise floor.
+"""The loop: survey, diagnose, take over what was named, separate what cannot be told apart, until the model is at the
+noise floor.
 
-Every decision rests on all runs so far; a model counts as being at its floor only on a motion that it has not seen before.
+Every decision rests on all runs so far; a model counts as being at its floor only on a motion that it has not seen
+before.
 """
 
 from __future__ import annotations
@@ -17,14 +19,17 @@ import numpy as np
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.discrepancy import (
-    Diagnosis,
+    LEAST_GAP,
+    Kind,
+    Request,
+    Result,
+    Verdict,
     corrected_model,
     diagnose,
     discrepancy_page,
     recalibrated_model,
     verdict_of,
 )
-from gimbal_hil.discrepancy.completeness import COMPLETE_FLOORS
 from gimbal_hil.discrepancy.standing import standing
 from gimbal_hil.experiments import Experiment, ProgressSink, Silent
 from gimbal_hil.experiments.sequences import (
@@ -117,18 +122,25 @@ def session_of(task: Task) -> dict[str, Any]:
 
 
 def improve(
-    task: Task, site: Site, journal: Journal, *, progress: ProgressSink | None = None, say: Callable[[str], None] = lambda line: None
+    task: Task,
+    site: Site,
+    journal: Journal,
+    *,
+    progress: ProgressSink | None = None,
+    say: Callable[[str], None] = lambda line: None,
 ) -> Improvement:
     """Improve the model of `task` on the antenna at `site`; what the journal calls done is taken from the folder.
 
-    Raises BadInputError before anything moves when the first survey would exceed a budget, SafetyStopError when a guard or the
-    antenna ended an experiment.
+    Raises BadInputError before anything moves when the first survey would exceed a budget, SafetyStopError when a guard
+    or the antenna ended an experiment.
     """
     return _Loop(task, site, journal, progress or Silent(), say).run()
 
 
 class _Loop:
-    def __init__(self, task: Task, site: Site, journal: Journal, progress: ProgressSink, say: Callable[[str], None]) -> None:
+    def __init__(
+        self, task: Task, site: Site, journal: Journal, progress: ProgressSink, say: Callable[[str], None]
+    ) -> None:
         self.task, self.site, self.journal, self.progress, self.say = task, site, journal, progress, say
         self.past: list[Entry] = list(journal.entries)
         #: the first model with its known numbers as they were refitted, without the effects that were added
@@ -140,12 +152,14 @@ class _Loop:
         self.unseen = False
         #: what the budgets left no room for
         self.left = ""
-        #: of the last diagnosis: the menu as it was weighed, what stays open and why, and whether neither run nor person could tell
+        #: of the last diagnosis: the menu as it was weighed, what stays open and why, and whether neither run nor
+        #: person could tell
         self.considered: list[dict[str, Any]] = []
         self.remarks: list[str] = []
         self.same = True
 
-    # --- the loop itself -------------------------------------------------------------------------------------------------------
+    # --- the loop itself
+    # -------------------------------------------------------------------------------------------------------
 
     def run(self) -> Improvement:
         """Rounds until an ending."""
@@ -173,11 +187,17 @@ class _Loop:
     def _first_surveys(self) -> Ending | None:
         for number, role in ((0, Role.SEARCH), (1, Role.JUDGE)):
             refusal = self._measure(
-                1, self._survey(number), role, self.task.start.axes, "rich motion of both axes, to search on and to judge on"
+                1,
+                self._survey(number),
+                role,
+                self.task.start.axes,
+                "rich motion of both axes, to search on and to judge on",
             )
             if refusal is not None and number == 0:
                 raise BadInputError(
-                    "the first survey", refusal, "budgets that allow at least two surveys (--short and --survey make them shorter)"
+                    "the first survey",
+                    refusal,
+                    "budgets that allow at least two surveys (--short and --survey make them shorter)",
                 )
             if refusal is not None:
                 return Ending.TIME_USED_UP
@@ -200,21 +220,32 @@ class _Loop:
         self.left = f"{experiment.name} {refusal}"
         return Ending.TIME_USED_UP
 
-    # --- experiments -----------------------------------------------------------------------------------------------------------
+    # --- experiments
+    # -----------------------------------------------------------------------------------------------------------
 
     def _survey(self, number: int) -> Experiment:
         return survey_motion(
-            SequenceOptions(self.task.settings.rate_hz, every=1, names=self.task.settings.axis_names), number, self.task.survey_s
+            SequenceOptions(self.task.settings.rate_hz, every=1, names=self.task.settings.axis_names),
+            number,
+            self.task.survey_s,
         )
 
     def _separating(self, sequence: str, axes: Sequence[str]) -> Experiment:
         known = breakaway_torques(self.model)
         settings = self.task.settings
-        options = SequenceOptions(settings.rate_hz, tuple(axes), short=True, every=1, breakaway_nm=known, names=settings.axis_names)
+        options = SequenceOptions(
+            settings.rate_hz, tuple(axes), short=True, every=1, breakaway_nm=known, names=settings.axis_names
+        )
         return build_experiment(sequence, options)
 
     def _measure(
-        self, number: int, experiment: Experiment, role: Role, axes: Sequence[str], why: str, considered: Sequence[Any] = ()
+        self,
+        number: int,
+        experiment: Experiment,
+        role: Role,
+        axes: Sequence[str],
+        why: str,
+        considered: Sequence[Any] = (),
     ) -> str | None:
         """Run an experiment, or take it from the folder; answers why it was refused, if it was."""
         self.runs += 1
@@ -228,26 +259,35 @@ class _Loop:
                 self.journal.write(Refused(number, experiment.name, refusal))
                 return refusal
             done = self._conduct(
-                number, experiment, role, rehearsal, Chosen(number, place, experiment.name, list(axes), why, list(considered))
+                number,
+                experiment,
+                role,
+                rehearsal,
+                Chosen(number, place, experiment.name, list(axes), why, list(considered)),
             )
         self.used_s = done.antenna_s
         self.data.add(role, measured_table(folder, self.task.start.axes))
         return None
 
-    def _conduct(self, number: int, experiment: Experiment, role: Role, rehearsal: Rehearsal, chosen: Chosen) -> Measured:
+    def _conduct(
+        self, number: int, experiment: Experiment, role: Role, rehearsal: Rehearsal, chosen: Chosen
+    ) -> Measured:
         rate, began = self.task.settings.rate_hz, time.monotonic()
         self.journal.write(chosen)
         self.say(f"round {number}: {experiment.name} on {' and '.join(chosen.axes)}: {chosen.why}")
         travel = {axis: list(limits) for axis, limits in rehearsal.travel_rad.items()}
         duration_s = experiment.duration_s(rate)
-        self.journal.write(Measuring(number, chosen.run, experiment.name, duration_s, dict(rehearsal.torque_nm), travel))
+        self.journal.write(
+            Measuring(number, chosen.run, experiment.name, duration_s, dict(rehearsal.torque_nm), travel)
+        )
         self.site.run(self.task.budgets.guarded(experiment), self.task.out / chosen.run, self.runs, self.progress)
         used = self.used_s + duration_s + AFTERWARDS_S
         done = Measured(number, chosen.run, experiment.name, role.value, used, time.monotonic() - began)
         self.journal.write(done)
         return done
 
-    # --- diagnoses -------------------------------------------------------------------------------------------------------------
+    # --- diagnoses
+    # -------------------------------------------------------------------------------------------------------------
 
     def _diagnosed(self, number: int) -> tuple[Diagnosed, Chosen | None]:
         """The diagnosis of a round on all data, made or taken from the journal, with the run that it chose."""
@@ -261,7 +301,7 @@ class _Loop:
         began, self.considered, self.remarks, self.same = time.monotonic(), [], [], True
         if self.unseen:
             self.unseen, gaps = False, standing(self.model, self.data.judge[-1])
-            if max(gap["before"] / gap["noise_floor"] for gap in gaps) <= COMPLETE_FLOORS:
+            if max(gap["before"] / gap["noise_floor"] for gap in gaps) <= LEAST_GAP:
                 text = "What was taken over explains a motion that it had not seen to its noise."
                 return self._noted(
                     Diagnosed(
@@ -270,11 +310,14 @@ class _Loop:
                     )
                 ), None  # fmt: skip
         diagnosis = self._searched(number)
-        verdict = verdict_of(diagnosis)
-        decision, model, choice = self._decide(number, diagnosis, verdict)
+        found = verdict_of(diagnosis)
+        verdict = found.document
+        decision, model, choice = self._decide(number, diagnosis, found)
         remark = "" if choice is not None else " ".join(self.remarks)
-        place = self._keep(number, diagnosis, verdict, model)
-        run = None if choice is None else {key: getattr(choice, key) for key in ("sequence", "axes", "why", "considered")}
+        place = self._keep(number, diagnosis, found, model)
+        run = (
+            None if choice is None else {key: getattr(choice, key) for key in ("sequence", "axes", "why", "considered")}
+        )
         one = Diagnosed(
             number, verdict["verdict"], verdict["text"], verdict["gaps"], verdict["effects"], verdict["alternatives"], decision.value,
             run, self.considered, remark, place, time.monotonic() - began,
@@ -291,39 +334,45 @@ class _Loop:
         self.diagnoses.append(one)
         return one
 
-    def _searched(self, number: int) -> Diagnosis:
-        """A search on all data for all that the first model lacks (its known numbers as they were refitted), so that what was taken
+    def _searched(self, number: int) -> Result:
+        """A search on all data for all that the first model lacks (its known numbers as they were refitted), so that
+        what was taken
         over too early is found again together with the rest.
 
         Where that explains nothing, a search for what the model as it is now still lacks.
         """
 
-        def from_model(model: AntennaModel) -> Diagnosis:
+        def from_model(model: AntennaModel) -> Result:
             self.progress.begin(f"round {number}: diagnosis", 1.0, 0.0)
+            request = Request(model, tuple(self.data.searched()), tuple(self.data.held_out()))
             return diagnose(
-                model, self.data.searched(), self.data.held_out(), workers=self.task.workers, dask=self.task.dask,
+                request,
+                workers=self.task.workers,
+                dask=self.task.dask,
                 progress=lambda text: self.progress.at(text, 0.0),
-            )  # fmt: skip
+            )
 
         found = from_model(self.base)
-        if found.complete or self.model.document == self.base.document:
+        if _settled(found) or self.model.document == self.base.document:
             return found
         further = from_model(self.model)
-        return further if further.complete else found
+        return further if _settled(further) else found
 
-    def _decide(self, number: int, diagnosis: Diagnosis, verdict: dict[str, Any]) -> tuple[Decision, AntennaModel | None, Chosen | None]:
+    def _decide(
+        self, number: int, diagnosis: Result, verdict: Verdict
+    ) -> tuple[Decision, AntennaModel | None, Chosen | None]:
         """Decision, the model to go on with where it changed, and the separating run where one is needed."""
-        untouched = max(gap["before"] / gap["noise_floor"] for gap in verdict["gaps"])
-        if max(untouched, float(np.max(diagnosis.search.gaps(diagnosis.null)))) <= COMPLETE_FLOORS:
+        untouched = max(gap.before / gap.noise_floor for gap in verdict.gaps)
+        if max(untouched, float(np.max(diagnosis.stated.left()))) <= LEAST_GAP:
             return Decision.AT_THE_FLOOR, diagnosis.model, None
-        if verdict["verdict"] == "no_discrepancy":
-            moved = recalibrated_model(diagnosis) if verdict["recalibrated"] else None
+        if verdict.kind is Kind.NO_DISCREPANCY:
+            moved = recalibrated_model(diagnosis) if verdict.recalibrated else None
             return (Decision.AT_THE_FLOOR, diagnosis.model, None) if moved is None else (Decision.CHECK, moved, None)
         corrected = corrected_model(diagnosis)
-        if verdict["verdict"] == "named":
+        if verdict.kind is Kind.NAMED:
             return Decision.CHECK, corrected, None
-        ambiguous = verdict["verdict"] == "ambiguous"
-        pairs = open_pairs(diagnosis, verdict, self._shown()) if ambiguous else self._unexplained(diagnosis)
+        ambiguous = verdict.kind is Kind.AMBIGUOUS
+        pairs = open_pairs(diagnosis, self._shown()) if ambiguous else self._unexplained(diagnosis)
         for pair in pairs:
             choice = self._choice(number, diagnosis, pair, verdict)
             if choice is not None:
@@ -335,16 +384,23 @@ class _Loop:
 
     def _shown(self) -> set[tuple[str, str]]:
         """Effects that an earlier diagnosis named: a hold-out has shown them."""
-        return {(effect["name"], effect["axis"]) for one in self.diagnoses for effect in one.effects if effect["status"] == "named"}
+        return {
+            (effect["name"], effect["axis"])
+            for one in self.diagnoses
+            for effect in one.effects
+            if effect["status"] == "named"
+        }
 
-    def _unexplained(self, diagnosis: Diagnosis) -> list[Pair]:
+    def _unexplained(self, diagnosis: Result) -> list[Pair]:
         """A gap that nothing explains gets one more kind of motion to show itself in, not the whole menu."""
         tried = any(one.verdict == "unexplained" and one.choice is not None for one in self.diagnoses)
         pair = None if tried else unexplained_pair(diagnosis)
         return [] if pair is None else [pair]
 
-    def _choice(self, number: int, diagnosis: Diagnosis, pair: Pair, verdict: dict[str, Any]) -> Chosen | None:
-        """The run that a pair asks for, among those that the budgets allow; None, with a remark, where none is worth its time."""
+    def _choice(self, number: int, diagnosis: Result, pair: Pair, verdict: Verdict) -> Chosen | None:
+        """The run that a pair asks for, among those that the budgets allow; None, with a remark, where none is worth
+        its time.
+        """
         self.progress.begin(f"round {number}: which run separates", 1.0, 0.0)
         refused: list[str] = []
 
@@ -368,9 +424,11 @@ class _Loop:
         self.considered = considered or self.considered
         best = worth_running(pair, options)
         if best is None:
-            if verdict["verdict"] == "ambiguous":
+            if verdict.kind is Kind.AMBIGUOUS:
                 self.same = self.same and bool(options) and person_needed(pair) is None
-                self.remarks.append(open_end(pair, options, refused, max(gap["after"] / gap["noise_floor"] for gap in verdict["gaps"])))
+                self.remarks.append(
+                    open_end(pair, options, refused, max(gap.after / gap.noise_floor for gap in verdict.gaps))
+                )
             return None
         (one, axis), (other, other_axis) = pair.names
         why = f"separates {_words(one)} on {axis} from {_words(other)} on {other_axis}: largest expected difference of the menu"
@@ -378,10 +436,12 @@ class _Loop:
             why = f"a hold-out that shows {_words(one)} on {axis}, which only the searched runs have shown"
         return Chosen(number + 1, "", best.sequence, [best.axis], why, considered)
 
-    def _keep(self, number: int, diagnosis: Diagnosis, verdict: dict[str, Any], model: AntennaModel | None) -> str | None:
+    def _keep(self, number: int, diagnosis: Result, verdict: Verdict, model: AntennaModel | None) -> str | None:
         folder = self.task.out / f"round_{number}"
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / "verdict.json").write_text(json.dumps(verdict, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+        (folder / "verdict.json").write_text(
+            json.dumps(verdict.document, indent=2, allow_nan=False) + "\n", encoding="utf-8"
+        )
         sources = [table.source for table in (*self.data.searched(), *self.data.held_out())]
         discrepancy_page(diagnosis, verdict, corrected_model(diagnosis), sources).write(folder / "report.html")
         if model is None:
@@ -400,6 +460,11 @@ class _Loop:
             return f"{said}: {self.left or 'the next experiment does not fit'}."
         last = self.diagnoses[-1]
         return f"{said}. {last.remark or last.text}"
+
+
+def _settled(result: Result) -> bool:
+    """Whether a search ended with an answer."""
+    return result.decision.kind is not Kind.UNEXPLAINED
 
 
 def worst_gap(diagnosed: Diagnosed, key: str = "before") -> float:

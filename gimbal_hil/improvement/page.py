@@ -1,5 +1,4 @@
-"""The one report of an improvement: the gap round by round, experiments and why, what the model gained, what is left.
-"""
+"""The one report of an improvement: the gap round by round, experiments and why, what the model gained, what is left."""
 
 from __future__ import annotations
 
@@ -7,7 +6,7 @@ import difflib
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from gimbal_hil.discrepancy.completeness import COMPLETE_FLOORS
+from gimbal_hil.discrepancy import LEAST_GAP
 from gimbal_hil.improvement.choosing import WORTH
 from gimbal_hil.improvement.journal import (
     Chosen,
@@ -117,7 +116,7 @@ def _gap_figure(rounds: Sequence[Diagnosed]) -> Any:
             line=dict(color=colours.get(channel), width=1.5), marker=dict(symbol=symbols, size=9),
         )  # fmt: skip
     drawn.add_hline(y=1.0, line_color=ALERT, line_width=1)
-    drawn.add_hline(y=COMPLETE_FLOORS, line_color=ALERT, line_width=1, line_dash="dash")
+    drawn.add_hline(y=LEAST_GAP, line_color=ALERT, line_width=1, line_dash="dash")
     # on a logarithmic axis annotations stand at the logarithm
     drawn.add_annotation(
         x=1.0, xref="paper", xanchor="right", y=0.0, yanchor="top", text="noise floor", showarrow=False

@@ -33,8 +33,8 @@ class Rig:
     lead: float = 2.5e-3
 
 
-def model() -> AntennaModel:
-    """What the rig's maker knows of it."""
+def model(uncertainty: str = "2%") -> AntennaModel:
+    """What the rig's maker knows of it, and how well."""
     known = Rig()
     friction = {
         "coulomb": known.coulomb,
@@ -48,7 +48,9 @@ def model() -> AntennaModel:
         "actuator": {"limit": 60.0},
         "encoder": {"step": _STEP_M},
     }
-    return model_from_document({"schema": 1, "name": "stage", "kind": "linear", "axes": {AXIS: axis}}, "static rig")
+    return model_from_document(
+        {"schema": 1, "uncertainty": uncertainty, "name": "stage", "kind": "linear", "axes": {AXIS: axis}}, "static rig"
+    )
 
 
 def laps(t: float) -> float:

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from gimbal_hil.discrepancy import corrected_model, diagnose, verdict_of
+from gimbal_hil.discrepancy import Request, corrected_model, diagnose, verdict_of
 from tests.blind.cases import model_of, tables_of
 from tests.blind.draw import Case, draw
 from tests.blind.score import Outcome, outcome, parameter_errors
@@ -14,22 +14,22 @@ from tests.blind.score import Outcome, outcome, parameter_errors
 
 def test_a_hidden_ripple_is_named_with_its_numbers_and_the_model_gains_it() -> None:
     case = draw(101, ["cogging"], axis="inner", magnitude=12.0, duration_s=24.0)
-    diagnosis = diagnose(model_of(case), tables_of(case.measured, case.axes), tables_of(case.holdout, case.axes))
-    verdict = verdict_of(diagnosis)
+    result = diagnose(_request(case))
+    verdict = verdict_of(result).document
     assert outcome(case.truth, verdict) is Outcome.EXACT
     assert all(error < 0.1 for _, error, _ in parameter_errors(case.truth, verdict))
     assert verdict["gap"]["closed_fraction"] > 0.95
     assert all(verdict["where"][0][key] == verdict["gap"][key] for key in ("axis", "signal"))
-    corrected = corrected_model(diagnosis)
+    corrected = corrected_model(result)
     assert corrected is not None and corrected.effects[-1].effect.name == "cogging"
 
 
 def test_nothing_is_named_where_nothing_is_missing() -> None:
     case = draw(900, [], duration_s=24.0)
-    diagnosis = diagnose(model_of(case), tables_of(case.measured, case.axes), tables_of(case.holdout, case.axes))
-    verdict = verdict_of(diagnosis)
+    result = diagnose(_request(case))
+    verdict = verdict_of(result).document
     assert verdict["verdict"] == "no_discrepancy" and not verdict["effects"]
-    assert corrected_model(diagnosis) is None
+    assert corrected_model(result) is None
 
 
 def test_a_cause_outside_the_catalogue_is_not_given_a_name() -> None:
@@ -71,4 +71,8 @@ def test_a_field_that_a_ripple_half_resembles_is_not_given_its_name() -> None:
 
 
 def _verdict_on(case: Case) -> dict[str, Any]:
-    return verdict_of(diagnose(model_of(case), tables_of(case.measured, case.axes), tables_of(case.holdout, case.axes)))
+    return verdict_of(diagnose(_request(case))).document
+
+
+def _request(case: Case) -> Request:
+    return Request(model_of(case), tables_of(case.measured, case.axes), tables_of(case.holdout, case.axes))

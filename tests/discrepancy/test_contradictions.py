@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy import diagnose, verdict_of
+from gimbal_hil.discrepancy import Request, diagnose, verdict_of
 from gimbal_hil.discrepancy.contradictions import contradictions, ramps_apart
 from gimbal_hil.identification import LugreFriction, StaticFriction
 from gimbal_hil.signals import SignalsTable
@@ -100,7 +100,7 @@ def test_a_log_that_moves_from_the_start_is_no_ramp() -> None:
 def test_the_measured_arm_breaks_away_below_its_coulomb_torque() -> None:
     judged = arm_logs(ARM_JUDGED)
     fitted, apart, _ = ramps_apart(arm_model(), (*arm_logs(ARM_FITTED), *arm_ramps()))
-    verdict = verdict_of(diagnose(arm_model(), fitted, judged), (*fitted, *judged, *apart))
+    verdict = verdict_of(diagnose(Request(arm_model(), fitted, judged)), (*fitted, *judged, *apart)).document
     print(verdict["text"], *(one["text"] for one in verdict["contradictions"]), sep="\n")
     assert (
         verdict["effects"][0]["name"] == "coulomb_asymmetry" and "contradict themselves on shoulder" in verdict["text"]

@@ -1,5 +1,4 @@
-"""Numbers of a corrected model: bristles hold break-away at or above Coulomb, a map without them takes what was found.
-"""
+"""Numbers of a corrected model: bristles hold break-away at or above Coulomb, a map without them takes what was found."""
 
 from __future__ import annotations
 
@@ -8,7 +7,7 @@ from typing import cast
 
 import pytest
 
-from gimbal_hil.discrepancy import Diagnosis, recalibrated_model
+from gimbal_hil.discrepancy import Result, recalibrated_model
 from gimbal_hil.discrepancy.corrected import with_numbers
 from gimbal_hil.discrepancy.hypothesis import Hypothesis, KnownNumber
 from sim_backend.model import AntennaModel, model_from_document, shipped_model
@@ -37,7 +36,7 @@ def test_with_bristles_break_away_is_at_least_coulomb() -> None:
 @pytest.mark.parametrize("y", [-0.2, 0.2])
 def test_coulomb_friction_that_was_off_does_not_become_a_bump_or_a_dip(y: float) -> None:
     hypothesis = Hypothesis(floating=(KnownNumber("arm", "friction.coulomb", 0.1),), y=(y,))
-    diagnosis = cast(Diagnosis, SimpleNamespace(model=arm(), best=SimpleNamespace(hypothesis=hypothesis)))
-    moved = recalibrated_model(diagnosis)
+    result = cast(Result, SimpleNamespace(model=arm(), best=SimpleNamespace(hypothesis=hypothesis)))
+    moved = recalibrated_model(result)
     assert moved.number(*TC) != 2.0
     assert moved.number(*TS) == moved.number(*TC)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy import diagnose, verdict_of
+from gimbal_hil.discrepancy import Request, diagnose, verdict_of
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import shipped_model
 
@@ -22,7 +22,7 @@ def log(speed: float) -> SignalsTable:
 
 
 def test_a_locked_undriven_axis_gets_a_verdict_and_is_not_testable() -> None:
-    verdict = verdict_of(diagnose(shipped_model(), (log(2.0),), (log(3.1),)))
+    verdict = verdict_of(diagnose(Request(shipped_model(), (log(2.0),), (log(3.1),)))).document
     assert verdict["verdict"] in ("named", "ambiguous", "unexplained", "no_discrepancy")
     assert ("viscous", "outer") in {(n["name"], n["axis"]) for n in verdict["not_testable"]}
     assert not [e for e in verdict["effects"] if e["axis"] == "outer" and e["name"] == "cogging"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy import diagnose, verdict_of, with_measured_torque
+from gimbal_hil.discrepancy import Request, diagnose, verdict_of
 from gimbal_hil.experiments.sequences import SequenceOptions
 from gimbal_hil.experiments.sequences.survey import survey_motion
 from gimbal_hil.improvement.rehearsal import rehearse
@@ -36,9 +36,7 @@ def test_the_measured_torque_tells_back_emf_from_drag(hidden: str) -> None:
     in_joint = {"viscous": start.number("inner", "friction.viscous") + COEFFICIENT}
     antenna = start.with_effect(hidden, "inner", {"coefficient": COEFFICIENT} if hidden == "back_emf" else in_joint)
     tables = [measured(antenna, number, COEFFICIENT if hidden == "back_emf" else 0.0) for number in (0, 1)]
-    diagnosis = diagnose(start, (tables[0],), (tables[1],))
-    assert diagnosis.best.hypothesis.labels[0][0] in ("back_emf", "viscous")
-    verdict = verdict_of(with_measured_torque(diagnosis, (tables[0],)))
+    verdict = verdict_of(diagnose(Request(start, (tables[0],), (tables[1],)))).document
     assert verdict["verdict"] == "named"
     assert [(e["name"], e["axis"]) for e in verdict["effects"]] == [(hidden, "inner")]
     assert not verdict["alternatives"]

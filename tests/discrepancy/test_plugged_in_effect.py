@@ -68,7 +68,7 @@ SEARCHED = """
 import json, sys
 import numpy as np
 from gimbal_hil.discrepancy.families import families
-from gimbal_hil.discrepancy.fit import refit
+from gimbal_hil.discrepancy.fit import Weighing, fit
 from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis, values_of
 from gimbal_hil.discrepancy.record import record_of
 from gimbal_hil.discrepancy.screening import propose, respond
@@ -89,9 +89,10 @@ table = SignalsTable.of(("axis",), t, {"axis.position": q, "axis.torque": torque
 twin = Twin(model, (record_of(table, model, 6.0, "log"),))
 family = next(f for f in families(model, "axis", twin.records) if f.effect == name)
 floor = np.full(len(twin.channels), 0.01)
-null = refit(twin, Hypothesis(), floor, rounds=0)
-best = propose(null, respond(twin, null, floor, family), 1.0)[0]
-found = refit(twin, Hypothesis((Cause(family, best.x),)), floor, rounds=12)
+alike = Weighing((1.0,) * len(floor), 1.0)
+null = fit(twin, Hypothesis(), floor, alike, rounds=0)
+best = propose(null, respond(twin, null, floor, family), alike)[0]
+found = fit(twin, Hypothesis((Cause(family, best.x),)), floor, alike, rounds=12)
 numbers = {key: value for key, (value, _) in values_of(model, twin, found.hypothesis, 0).items()}
 ends = [[k.low, k.high] for k in family.knobs]
 print(json.dumps({"starts": len(family.starts), "left": found.cost / null.cost, "numbers": numbers, "ends": ends}))

@@ -44,48 +44,6 @@ def test_a_log_that_is_given_twice_is_refused_since_a_copy_judges_nothing() -> N
         check_logs(shipped_model(), (table(), table()))
 
 
-def test_a_bristle_pushes_against_the_acceleration_and_is_no_wrong_sign() -> None:
-    # below break-away the joint is a spring with a loss: torque goes with position, and inertia has no say
-    model = shipped_model()
-    columns: dict[str, np.ndarray] = {}
-    for axis in model.axes:
-        stiffness = model.number(axis, "friction.sigma0")
-        reach = 0.5 * model.number(axis, "friction.breakaway") / stiffness
-        columns[f"{axis}.position"] = reach * (np.sin(3.0 * T) + 0.1 * np.sin(23.0 * T))
-        columns[f"{axis}.torque"] = stiffness * reach * (np.sin(3.0 * T) + 0.5 * np.sin(23.0 * T))
-    check_logs(model, (SignalsTable.of(model.axes, T, columns, source="log.csv"),))
-    # the same torque on ten thousand times the motion is inertia's business, and of the wrong sign
-    quick = columns | {f"{axis}.position": 1e4 * columns[f"{axis}.position"] for axis in model.axes}
-    with pytest.raises(BadInputError, match="against the acceleration"):
-        check_logs(model, (SignalsTable.of(model.axes, T, quick, source="log.csv"),))
-
-
-DEGREES = 180.0 / np.pi
-
-
-@pytest.mark.parametrize(
-    ("wrong", "column"),
-    [
-        ({"scale": DEGREES, "rate": DEGREES}, r"outer\.torque and outer\.position"),
-        ({"scale": DEGREES}, r"outer\.rate"),
-        ({"rate": DEGREES}, r"outer\.rate"),
-        ({"rate": -1.0}, r"outer\.rate"),
-        ({"torque": 1000.0}, r"outer\.torque"),
-        ({"torque": -1.0}, r"outer\.torque"),
-        ({"time": 1000.0}, r"time_s"),
-    ],
-)
-def test_other_units_or_signs_are_refused(wrong: dict[str, float], column: str) -> None:
-    with pytest.raises(BadInputError, match=column):
-        check_logs(shipped_model(), (table(**wrong),))
-
-
-@pytest.mark.parametrize("factor", [0.5, 0.8, 1.3, 2.5])
-def test_a_model_that_is_merely_wrong_is_not_taken_for_other_units(factor: float) -> None:
-    check_logs(shipped_model(), (table(torque=factor),))
-    check_logs(shipped_model(), (table(rate=factor),))
-
-
 def test_an_axis_that_is_locked_or_not_driven_is_no_reason_to_refuse() -> None:
     sound = table()
     for column in ("outer.torque", "outer.position", "outer.rate"):
@@ -104,4 +62,4 @@ def test_a_log_without_motion_or_of_no_length_is_refused() -> None:
     with pytest.raises(BadInputError, match="never changes"):
         check_logs(shipped_model(), (table(scale=0.0),))
     with pytest.raises(BadInputError, match="lasts"):
-        check_logs(shipped_model(), (table(seconds=2.0),))
+        check_logs(shipped_model(), (table(seconds=1.2),))

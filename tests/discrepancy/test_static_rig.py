@@ -9,12 +9,14 @@ from typing import Any
 
 import pytest
 
-from gimbal_hil.discrepancy import diagnose, verdict_of
+from gimbal_hil.discrepancy import Request, diagnose, verdict_of
 from tests.discrepancy.static_rig import AXIS, Rig, log, model
 
 
-def verdict_on(rig: Rig, motion: str = "sweep") -> dict[str, Any]:
-    return verdict_of(diagnose(model(), (log(rig, motion, seed=1),), (log(rig, "laps", seed=2),)))
+def verdict_on(rig: Rig, motion: str = "sweep", uncertainty: str = "2%") -> dict[str, Any]:
+    return verdict_of(
+        diagnose(Request(model(uncertainty), (log(rig, motion, seed=1),), (log(rig, "laps", seed=2),)))
+    ).document
 
 
 def number(verdict: dict[str, Any], effect: str, parameter: str) -> float:
@@ -24,7 +26,8 @@ def number(verdict: dict[str, Any], effect: str, parameter: str) -> float:
 def test_nothing_is_named_where_the_model_is_right_or_a_few_per_cent_off() -> None:
     known = Rig()
     assert verdict_on(known)["verdict"] == "no_discrepancy"
-    assert not verdict_on(replace(known, mass=2.12, coulomb=1.12, viscous=6.4))["effects"]
+    off = replace(known, mass=2.12, coulomb=1.12, viscous=6.4)
+    assert not verdict_on(off, uncertainty="10%")["effects"]
 
 
 def test_a_spring_is_named_although_it_pulls_at_the_ends_of_the_travel_only() -> None:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.discrepancy import diagnose, verdict_of
+from gimbal_hil.discrepancy import Request, diagnose, verdict_of
 from gimbal_hil.executor import code_fingerprint, open_executor
 from tests.benchmarks import friction_recovery
 from tests.blind.cases import model_of, tables_of
@@ -112,10 +112,10 @@ def test_a_cluster_with_other_code_is_refused(cluster: str, monkeypatch: pytest.
 def test_a_verdict_is_the_same_to_the_last_bit_on_a_cluster(cluster: str) -> None:
     case = draw(101, ["cogging"], axis="inner", magnitude=12.0, duration_s=24.0)
     logs = tables_of(case.measured, case.axes), tables_of(case.holdout, case.axes)
-    here = verdict_of(diagnose(model_of(case), *logs))
+    here = verdict_of(diagnose(Request(model_of(case), *logs)))
     # repr of a float tells all its bits
-    assert repr(verdict_of(diagnose(model_of(case), *logs, dask=cluster))) == repr(here)
-    assert repr(verdict_of(diagnose(model_of(case), *logs, workers=2))) == repr(here)
+    assert repr(verdict_of(diagnose(Request(model_of(case), *logs), dask=cluster))) == repr(here)
+    assert repr(verdict_of(diagnose(Request(model_of(case), *logs), workers=2))) == repr(here)
 
 
 @pytest.mark.heavy

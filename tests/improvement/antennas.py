@@ -64,8 +64,7 @@ def judged(antenna: AntennaModel, model: AntennaModel, number: int = LAST_SURVEY
 
 
 def effects(axis: str, rng: np.random.Generator, model: AntennaModel) -> dict[str, Callable[[float], Parameters]]:
-    """Every effect that a level, fixed antenna shows, as a function of its size (1 is a usual one) to its parameters.
-    """
+    """Every effect that a level, fixed antenna shows, as a function of its size (1 is a usual one) to its parameters."""
     sign, phase = float(rng.choice([-1.0, 1.0])), float(rng.uniform(-math.pi, math.pi))
     order, slow = float(rng.integers(5, 37)), float(rng.integers(3, 13))
     shift, hz, zeta = float(rng.uniform(1.5, 3.5)), float(rng.uniform(9.0, 28.0)), float(rng.uniform(0.01, 0.05))
@@ -151,8 +150,7 @@ def _surveyed(antenna: AntennaModel) -> SignalsTable | None:
 
 
 def draw(seed: int, count: int = 2, off: float = 0.0) -> Antenna:
-    """An antenna with `count` hidden effects; `off` moves every known number by half to all of that share, up or down.
-    """
+    """An antenna with `count` hidden effects; `off` moves every known number by half to all of that share, up or down."""
     rng = np.random.default_rng(seed)
     start = shipped_model()
     hidden: list[Hidden] = []
@@ -193,7 +191,7 @@ def _beside(start: AntennaModel, antenna: AntennaModel, one: Hidden) -> Paramete
 
 def _moved(start: AntennaModel, rng: np.random.Generator, off: float) -> AntennaModel:
     numbers: dict[tuple[str, str], float] = {}
-    for known in known_numbers(start, 1.0):
+    for known in known_numbers(start):
         share = off * float(rng.choice([-1.0, 1.0])) * float(rng.uniform(0.5, 1.0))
         numbers[known.axis, known.path] = start.number(known.axis, known.path) * (1.0 + share)
     for axis in start.axes:

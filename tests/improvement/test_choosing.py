@@ -6,8 +6,8 @@ from typing import cast
 
 import pytest
 
-from gimbal_hil.discrepancy import Diagnosis, diagnose
-from gimbal_hil.discrepancy.search import Scored
+from gimbal_hil.discrepancy import Request, Result, diagnose
+from gimbal_hil.discrepancy.inquiry import State
 from gimbal_hil.discrepancy.separating import CHANCE, all_sequences
 from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
 from gimbal_hil.experiments.sequences.survey import SHORT_SURVEY_S, survey_motion
@@ -27,7 +27,7 @@ from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel, shipped_model
 
 
-def diagnosed(antenna: AntennaModel) -> Diagnosis:
+def diagnosed(antenna: AntennaModel) -> Result:
     """On two short surveys."""
     options, settings = SequenceOptions(1000.0), shipped_settings()
     tables = [
@@ -35,16 +35,14 @@ def diagnosed(antenna: AntennaModel) -> Diagnosis:
         for number in (0, 1)
     ]
     assert tables[0] is not None and tables[1] is not None
-    return diagnose(shipped_model(), (tables[0],), (tables[1],))
+    return diagnose(Request(shipped_model(), (tables[0],), (tables[1],)))
 
 
-def pair_of(diagnosis: Diagnosis, *names: str) -> Pair:
+def pair_of(diagnosis: Result, *names: str) -> Pair:
     """The cause that was found, and the rival among these names."""
-    label = diagnosis.best.hypothesis.labels[0]
-    rival = next(
-        s for s in diagnosis.rivals[0] if s.hypothesis.labels[-1][0] in names and s.hypothesis.labels[-1] != label
-    )
-    return Pair(diagnosis.best, rival, (label, rival.hypothesis.labels[-1]))
+    one = diagnosis.told[0]
+    rival = next(r for r in one.standing.rivals if r.label[0] in names and r.label != one.standing.label)
+    return Pair(diagnosis.best, rival.state, (one.standing.label, rival.label))
 
 
 def on_model(option: Option, model: AntennaModel) -> SignalsTable | None:
@@ -57,7 +55,7 @@ def on_model(option: Option, model: AntennaModel) -> SignalsTable | None:
 def named(*names: tuple[str, str]) -> Pair:
     """A pair of which only the names are asked."""
     one, other = names
-    nobody = cast(Scored, None)
+    nobody = cast(State, None)
     return Pair(nobody, nobody, (one, other))
 
 

@@ -1,0 +1,173 @@
+"""What is told of an explanation: each cause by what is lost without it, what could stand in its place, and whether its
+shape is exhausted.
+
+Every cause is judged by difference, against everything else that is there, on all data and on the half of the hold-out
+that selected nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from gimbal_hil.discrepancy.exhaustion import Predictable, predictable
+from gimbal_hil.discrepancy.fit import Fit, fit
+from gimbal_hil.discrepancy.inquiry import Inquiry, State, gain_on, refitted, rms, state_of, weighing_of
+from gimbal_hil.discrepancy.screening import Response
+from gimbal_hil.discrepancy.search import candidates, control_share
+from gimbal_hil.discrepancy.smoothing import Floats
+from gimbal_hil.estimation import Paired
+from sim_backend.effects import CATALOGUE, Variable
+
+PARTS = ("fitted", "selecting", "untouched")
+EVERYTHING = frozenset(Variable)
+#: a change of the hold-out below this share of what is left there is no trace
+_NO_TRACE = 0.1
+
+
+@dataclass(frozen=True)
+class Rival:
+    """What could stand in the place of a cause: squares that it leaves more, as a share, and how surely."""
+
+    state: State
+    extra: float
+    sure: float
+
+    @property
+    def label(self) -> tuple[str, str]:
+        """(effect, axis)."""
+        return self.state.hypothesis.labels[-1]
+
+    def close(self, same: float, sure: float) -> bool:
+        """Whether data do not tell the two apart: by less than a twin is exact to, or less surely than blocks can say."""
+        return self.extra < same or self.sure < sure
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How a cause stands: entries of the hypothesis that are it, and the evidence for it."""
+
+    entries: tuple[int, ...]
+    label: tuple[str, str]
+    #: what is lost without it, on the rows that selected nothing, and surely over all three parts together
+    untouched: Paired
+    sure: float
+    #: share that it takes of what is left without it on its own channel, all data, and what its negative control takes
+    share: float
+    control: float
+    rivals: tuple[Rival, ...]
+    #: of its own channel, predicted from the variables that it acts through
+    exhausted: Predictable
+    at_bound: tuple[str, ...]
+    silent: bool
+    channel: int
+    #: squared floors a row, over all channels, that it takes of the hold-out
+    taken: float
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """What an explanation leaves of one channel: before, after (floors), the closed share of squares, and what can be
+    predicted of it.
+    """
+
+    before: float
+    after: float
+    predictable: Predictable
+
+    @property
+    def closed(self) -> float:
+        """Share of the squares above the floor that is closed; one where there was nothing."""
+        gap = self.before**2 - 1.0
+        return 1.0 - max(self.after**2 - 1.0, 0.0) / gap if gap > 0.1 else 1.0
+
+    @property
+    def unpredicted(self) -> float:
+        """Floors that no variable predicts."""
+        return self.after * math.sqrt(max(0.0, 1.0 - self.predictable.beyond))
+
+
+def settled(inquiry: Inquiry, state: State) -> State:
+    """The same causes fitted to the fitted logs and the selecting rows together: what one log hardly says another may
+    say clearly.
+    """
+    weighing = weighing_of(inquiry, state)
+    found = fit(inquiry.selectable, state.hypothesis, inquiry.floor, weighing, rounds=10, enough=1e-6)
+    rows = sum(inquiry.row_counts)
+    channels = found.residual.shape[1]
+    return state_of(
+        inquiry, Fit(found.hypothesis, found.residual[:rows], found.jacobian[: rows * channels], found.cost)
+    )
+
+
+def standings(inquiry: Inquiry, state: State, heard: tuple[Response, ...]) -> tuple[Standing, ...]:
+    """Every cause of a state by its own evidence, those that take most first."""
+    labels = list(dict.fromkeys(state.hypothesis.labels))
+    return tuple(sorted((_standing(inquiry, state, heard, label) for label in labels), key=lambda s: -s.share))
+
+
+def _standing(inquiry: Inquiry, state: State, heard: tuple[Response, ...], label: tuple[str, str]) -> Standing:
+    inquiry.tell(f"what else could {label[0].replace('_', ' ')} be")
+    entries = tuple(i for i, other in enumerate(state.hypothesis.labels) if other == label)
+    rest = state.hypothesis
+    for index in reversed(entries):
+        rest = rest.minus(index)
+    without = refitted(inquiry, state, rest, rounds=4)
+    taken = _squares(without) - _squares(state)
+    channel = int(np.argmax(taken / np.maximum(_squares(without), 1.0)))
+    rivals: tuple[Rival, ...] = ()
+    if len(entries) == 1:
+        others = {f.label for f in inquiry.families} - {label}
+        found = [rival(inquiry, state, one) for one in candidates(inquiry, without, heard, others)]
+        rivals = tuple(sorted(found, key=lambda r: r.extra))
+    lead = state.hypothesis.causes[entries[0]]
+    late = gain_on(inquiry, without, state, "untouched")
+    unseen = _unseen(inquiry, state, refitted(inquiry, state, rest, rounds=0))
+    return Standing(
+        entries, label, late, _sure(inquiry, without, state),
+        float(taken[channel] / max(_squares(without)[channel], 1e-300)), control_share(inquiry, without, lead), rivals,
+        predictable(inquiry, state, channel, CATALOGUE[label[0]].acts_through), lead.at_bound, unseen, channel,
+        float(np.sum(_held_squares(without) - _held_squares(state))),
+    )  # fmt: skip
+
+
+def _unseen(inquiry: Inquiry, state: State, bare: State) -> bool:
+    """Whether the hold-out has no trace of a cause: taken away, everything else as it is, next to nothing changes there."""
+    changes = [rms(getattr(bare, part) - getattr(state, part)) for part in PARTS[1:]]
+    levels = [np.maximum(rms(getattr(state, part)), 1.0) for part in PARTS[1:]]
+    return all(bool(np.all(change < _NO_TRACE * level)) for change, level in zip(changes, levels, strict=True))
+
+
+def rival(inquiry: Inquiry, state: State, other: State) -> Rival:
+    """Another explanation against a state, over all data."""
+    mine, theirs = _squares(state), _squares(other)
+    scale = np.maximum(mine, 1.0)
+    extra = float(np.sum((theirs - mine) / scale) / np.sum(mine / scale))
+    return Rival(other, extra, _sure(inquiry, other, state))
+
+
+def _sure(inquiry: Inquiry, before: State, after: State) -> float:
+    """How surely a state leaves less, over fitted rows and both halves of the hold-out (Stouffer's sum of normal
+    deviates).
+    """
+    return float(sum(gain_on(inquiry, before, after, part).sure for part in PARTS) / math.sqrt(len(PARTS)))
+
+
+def _squares(state: State) -> Floats:
+    return np.asarray(np.mean(np.concatenate([getattr(state, part) for part in PARTS]) ** 2, axis=0))
+
+
+def _held_squares(state: State) -> Floats:
+    return np.asarray(np.mean(np.concatenate([state.selecting, state.untouched]) ** 2, axis=0))
+
+
+def remainders(inquiry: Inquiry, null: State, state: State) -> tuple[Remainder, ...]:
+    """What is left of every channel on the hold-out."""
+    found = []
+    for j in range(len(inquiry.twin.channels)):
+        before, after = (float(rms(np.concatenate([s.selecting, s.untouched]))[j]) for s in (null, state))
+        shape = predictable(inquiry, state, j, EVERYTHING) if after > 1.3 else Predictable(0.0, 0.0)
+        found.append(Remainder(before, after, shape))
+    return tuple(found)

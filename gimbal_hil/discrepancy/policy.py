@@ -1,0 +1,37 @@
+"""Everything that is chosen in naming a cause, in one place; each number trades false names against misses
+(docs/discrepancy.md).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+#: noise floors up to which a model counts as explaining the data (docs/verdict.md)
+LEAST_GAP = 1.5
+
+
+@dataclass(frozen=True)
+class Policy:
+    """What a cause must show before it is told, and how far is looked."""
+
+    #: standard errors, over blocks of data that selected nothing else, by which a cause must pay
+    sure: float = 3.0
+    #: share of what is left without it, on the channel where it shows most, that a cause must take
+    least_share: float = 0.03
+    #: and squared noise floors a row: less is within what a floor itself is known to
+    least_squares: float = 0.12
+    #: what its own scrambled response (the negative control) may take of what a cause takes
+    control: float = 0.5
+    #: noise floors below which a gap is none
+    least_gap: float = LEAST_GAP
+    #: share of the remainder, beyond its control, that may still be predicted from the variables that a named cause
+    #: acts through
+    exhausted: float = 0.2
+    #: share of what is left that tells two explanations apart, beyond their standard error: no twin is more exact
+    same: float = 0.003
+    #: probability from which a cause is called named
+    named: float = 0.8
+
+
+#: causes of one verdict, the entries of one ripple counted once; entries of one ripple
+MOST_CAUSES, MOST_ENTRIES = 5, 6

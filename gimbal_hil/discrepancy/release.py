@@ -1,0 +1,67 @@
+"""Known numbers that press against their stated uncertainty: let go of all at once, to see which of them have to leave
+it.
+
+Several numbers that are off can look like few effects one after another. So beside the single causes of a round stands
+one more candidate: every number that leaves its uncertainty when all may, as the causes that the catalogue has for
+them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gimbal_hil.discrepancy.families import Family
+from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis, KnownNumber
+from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted
+from sim_backend.effects import CATALOGUE
+
+#: a number this close to its bound presses against it
+_PRESSING = 0.98
+#: how far numbers may go when they are let go, in units of their uncertainty, and at most (log)
+_LEASH, _FARTHEST = 25.0, 0.9
+
+
+def released(inquiry: Inquiry, state: State) -> State | None:
+    """A state with every cause that numbers which leave their uncertainty ask for; None where fewer than two do."""
+    hypothesis = state.hypothesis
+    if sum(abs(y) >= _PRESSING * known.trust for known, y in zip(hypothesis.floating, hypothesis.y, strict=True)) < 2:
+        return None
+    leash = min(_LEASH, _FARTHEST / max(known.trust for known in hypothesis.floating if known.size == 0.0))
+    if leash <= 1.0:
+        return None
+    free = refitted(inquiry, state, hypothesis, rounds=3, leash=leash).hypothesis
+    far = {known for known, y in zip(free.floating, free.y, strict=True) if abs(y) > known.trust}
+    wanted = hypothesis
+    for family in _covering(inquiry, far, set(hypothesis.labels)):
+        wanted = wanted.plus(Cause(family, (0.0,) * len(family.knobs)))
+    if len(wanted.causes) - len(hypothesis.causes) < 2:
+        return None
+    return refitted(inquiry, state, wanted, rounds=8)
+
+
+def _covering(inquiry: Inquiry, far: set[KnownNumber], present: set[tuple[str, str]]) -> list[Family]:
+    """Effects that are nothing but numbers being wrong, each taken for those of its numbers that are far; the fullest
+    first.
+    """
+    model = inquiry.twin.model
+    left = {(known.axis, known.path) for known in far}
+    found: list[Family] = []
+    numbers = [f for f in inquiry.families if CATALOGUE[f.effect].is_number and f.label not in present]
+    paths = {
+        f.label: {(f.axis, model.number_path(f.axis, p.path)) for p in CATALOGUE[f.effect].parameters if p.path}
+        for f in numbers
+    }
+    while left and numbers:
+        shares = [len(paths[f.label] & left) / len(paths[f.label]) for f in numbers]
+        best = int(np.argmax(shares))
+        if shares[best] == 0.0:
+            break
+        family = numbers.pop(best)
+        left -= paths[family.label]
+        found.append(family)
+    return found
+
+
+def moved(hypothesis: Hypothesis) -> list[tuple[KnownNumber, float]]:
+    """Known numbers and how far they stand from the model, in units of their uncertainty."""
+    return [(known, y / known.trust) for known, y in zip(hypothesis.floating, hypothesis.y, strict=True)]

@@ -1,0 +1,136 @@
+"""The workflow, from a request to a result: the only way in, for the command, `improve`, the demonstration and the
+benches alike.
+
+Read top to bottom: logs become an inquiry; the model as stated and with its known numbers inside their uncertainty is
+what has to be explained; causes are added while they pay; those that do not stand are left out; what remains is told.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from gimbal_hil.discrepancy.deciding import Decision, Told, decide
+from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, shared
+from gimbal_hil.discrepancy.measured_torque import with_measured_torque
+from gimbal_hil.discrepancy.policy import Policy
+from gimbal_hil.discrepancy.prepare import Noise, as_stated, effect_names, prepared, recalibrated
+from gimbal_hil.discrepancy.search import Path, explain
+from gimbal_hil.executor import WorkExecutor, open_executor
+from gimbal_hil.signals import SignalsTable
+from sim_backend.model import AntennaModel
+
+#: floors that fell below this share of what they were under an explanation are worth another look
+_FALLEN = 0.8
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is asked: a model, logs to search in, logs of another trajectory to judge on, and how."""
+
+    model: AntennaModel
+    measured: tuple[SignalsTable, ...]
+    #: empty: the last of several logs judges, or the last third of the only one
+    holdout: tuple[SignalsTable, ...] = ()
+    #: end of the scored band, Hz; None: what the logs can have, narrower where the encoder drowns it
+    band_hz: float | None = None
+    #: names of effects that alone are searched, and that are not
+    only: tuple[str, ...] = ()
+    without: tuple[str, ...] = ()
+    policy: Policy = field(default_factory=Policy)
+
+
+@dataclass(frozen=True)
+class Result:
+    """Everything that a verdict, a model file and a report are made from."""
+
+    request: Request
+    inquiry: Inquiry
+    noise: Noise
+    #: the model as its file has it, and with its known numbers refitted inside their uncertainty
+    stated: State
+    null: State
+    decision: Decision
+    path: Path
+    #: there was no log of another trajectory
+    suspected_only: bool
+
+    @property
+    def model(self) -> AntennaModel:
+        """The model that was asked about."""
+        return self.request.model
+
+    @property
+    def best(self) -> State:
+        """The explanation that is told; the refitted model where none is."""
+        return self.decision.state
+
+    @property
+    def told(self) -> tuple[Told, ...]:
+        """The causes that are told."""
+        return self.decision.told
+
+
+def diagnose(
+    request: Request, *, workers: int = 1, dask: str | None = None, progress: Callable[[str], None] = lambda text: None
+) -> Result:
+    """Search for what the model lacks. Half of the hold-out selects, half only judges. The same bits whatever does the
+    work.
+    """
+    with open_executor(workers, dask) as executor:
+        return _diagnose(request, executor, progress)
+
+
+def _diagnose(request: Request, executor: WorkExecutor, progress: Callable[[str], None]) -> Result:
+    measured, holdout, suspected_only = with_hold_out(request.measured, request.holdout)
+    names = effect_names(request.only, request.without)
+    inquiry, noise = prepared(
+        request.model, measured, holdout, request.band_hz, names, request.policy, executor, progress
+    )
+    inquiry = replace(inquiry, inexact=noise.processing / inquiry.floor)
+    stated = as_stated(inquiry)
+    inquiry, null = recalibrated(inquiry, stated)
+    inquiry = shared(inquiry)
+    path = explain(inquiry, null)
+    lower = noise.under(inquiry.twin, path.state.hypothesis)
+    if path.state.hypothesis.causes and np.min(lower.effective(inquiry.twin) / inquiry.floor) < _FALLEN:
+        # what seemed explained under the old floors may hide another cause under the new ones
+        inquiry, noise, stated, null, path = _under(inquiry, lower, path)
+    progress("judging what was found")
+    decision = decide(inquiry, null, path.state, path.heard, suspected_only)
+    decision = with_measured_torque(inquiry, decision, measured)
+    return Result(request, inquiry, noise, stated, null, decision, path, suspected_only)
+
+
+def _under(inquiry: Inquiry, noise: Noise, path: Path) -> tuple[Inquiry, Noise, State, State, Path]:
+    """The same search further, with floors that an explanation showed to lie lower."""
+    floor = noise.effective(inquiry.twin)
+    inquiry = replace(inquiry, floor=floor, inexact=noise.processing / floor, known=None)
+    stated = as_stated(inquiry)
+    inquiry, null = recalibrated(inquiry, stated)
+    inquiry = shared(inquiry)
+    again = refitted(
+        inquiry, null, replace(path.state.hypothesis, floating=null.hypothesis.floating, y=null.hypothesis.y)
+    )
+    further = explain(inquiry, again)
+    return inquiry, noise, stated, null, replace(further, rounds=(*path.rounds, *further.rounds))
+
+
+def with_hold_out(
+    measured: tuple[SignalsTable, ...], holdout: tuple[SignalsTable, ...]
+) -> tuple[tuple[SignalsTable, ...], tuple[SignalsTable, ...], bool]:
+    """Logs to fit and logs to judge on; without a hold-out the last, or (suspected only) the last third of the only
+    one.
+    """
+    if holdout:
+        return measured, holdout, False
+    if len(measured) > 1:
+        return measured[:-1], measured[-1:], False
+    n = len(measured[0])
+    first, last = measured[0].rows(0, 2 * n // 3), measured[0].rows(2 * n // 3, n)
+    return (first,), (last,), True
+
+
+__all__ = ["Request", "Result", "diagnose", "with_hold_out"]
