@@ -17,8 +17,7 @@ from gimbal_hil.discrepancy.hypothesis import Hypothesis, parameters_of
 from gimbal_hil.discrepancy.record import TORQUE
 from gimbal_hil.discrepancy.smoothing import Floats, scored
 from gimbal_hil.discrepancy.twin import Structure, Twin
-from sim_backend.effects import CATALOGUE
-from sim_backend.effects.effect import Effect, Hook
+from sim_backend.effects import CATALOGUE, Effect, Hook
 
 #: size of the change of the command over its own rms
 _DITHER = 1e-3

@@ -10,9 +10,6 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from enum import Enum
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -33,13 +30,12 @@ from gimbal_hil.discrepancy import (
 from gimbal_hil.discrepancy.standing import standing
 from gimbal_hil.experiments import Experiment, ProgressSink, Silent
 from gimbal_hil.experiments.sequences import (
-    SURVEY_S,
     SequenceOptions,
     breakaway_torques,
     build_experiment,
     survey_motion,
 )
-from gimbal_hil.improvement.budgets import AFTERWARDS_S, Budgets
+from gimbal_hil.improvement.budgets import AFTERWARDS_S
 from gimbal_hil.improvement.choosing import (
     Option,
     Pair,
@@ -56,69 +52,11 @@ from gimbal_hil.improvement.measured import measured_table
 from gimbal_hil.improvement.rehearsal import Rehearsal, rehearse
 from gimbal_hil.improvement.site import Site
 from gimbal_hil.improvement.tables import Role, Tables
-from gimbal_hil.settings import DaemonSettings
+from gimbal_hil.improvement.task import Decision, Ending, Improvement, Task, session_of
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel, load_model
 
 _MODEL_FILE, _BASE_FILE = "model.yaml", "base.yaml"
-
-
-class Ending(Enum):
-    """Why the loop ended."""
-
-    AT_THE_FLOOR = "the model is at the noise floor"
-    AMBIGUOUS = "two explanations cannot be told apart by what the antenna can do by itself"
-    SUSPECTED = "a cause is suspected that no run which is left would show again"
-    UNEXPLAINED = "something is left that nothing in the catalogue explains"
-    ROUNDS_USED_UP = "the rounds allowed are used up"
-    TIME_USED_UP = "the antenna time allowed is used up"
-
-
-class Decision(Enum):
-    """What the loop makes of a diagnosis."""
-
-    AT_THE_FLOOR = "at the floor"
-    CHECK = "take the model over and check it on another motion"
-    SEPARATE = "run what separates the explanations"
-    SHOW = "run a hold-out that shows what only the searched runs have shown"
-    SUSPECT = "nothing more can be done, and a cause is suspected only"
-    GIVE_UP = "nothing more can be done"
-
-
-@dataclass(frozen=True)
-class Improvement:
-    """What the loop leaves: the model as improved, why it ended, the diagnoses of every round, antenna time used."""
-
-    model: AntennaModel
-    ending: Ending
-    #: the ending in a sentence or two, with what is left and what a person could do
-    text: str
-    diagnoses: tuple[Diagnosed, ...]
-    antenna_s: float
-
-
-@dataclass(frozen=True)
-class Task:
-    """What an improvement is given."""
-
-    settings: DaemonSettings
-    start: AntennaModel
-    out: Path
-    budgets: Budgets
-    #: length of one survey motion, s
-    survey_s: float = SURVEY_S
-    workers: int = 2
-    #: address of a Dask cluster that scores candidates instead
-    dask: str | None = None
-
-
-def session_of(task: Task) -> dict[str, Any]:
-    """What a stopped improvement must go on with, as plain values; budgets and workers may change."""
-    return {
-        "configuration": task.settings.model_dump(mode="json", by_alias=True),
-        "model": task.start.document,
-        "survey_s": task.survey_s,
-    }
 
 
 def improve(
