@@ -10,6 +10,20 @@ from firmware_protocol.errors import BadInputError
 
 LOCK_FILE = ".lock"
 
+#: descriptors of the locks that this process holds
+_held: set[int] = set()
+
+
+def _let_go() -> None:
+    """In a forked child: a lock belongs to who took it, and a worker that lives on must not keep it."""
+    for file in _held:
+        os.close(file)
+    _held.clear()
+
+
+os.register_at_fork(after_in_child=_let_go)
+
+
 
 class RunLock:
     """Held from before the first file is touched until `release`; BadInputError where another process records into the
@@ -32,10 +46,12 @@ class RunLock:
             ) from None
         os.ftruncate(self._file, 0)
         os.pwrite(self._file, f"{os.getpid()}\n".encode(), 0)
+        _held.add(self._file)
 
     def release(self) -> None:
         """Let others in; the empty lock file stays, because taking it away could take it from under somebody who waits.
         """
         if self._file >= 0:
+            _held.discard(self._file)
             os.close(self._file)
             self._file = -1

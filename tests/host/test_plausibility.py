@@ -13,6 +13,12 @@ from tests.host.host_loop import HostLoop, configuration, hold
 #: shipped limits without the guards that would see the fault before the one that is meant
 DRIFT_ONLY = {"outer__expectation": None, "inner__expectation": None, "outer__limits__stuck_gyro_ticks": None}
 
+#: a runaway guard for a base that stands still, sharper than the shipped one, which must bear a base that moves
+SHARP = {
+    "outer__expectation": {"inertia_kg_m2": 0.5, "disturbance_nm": 2.5},
+    "inner__expectation": {"inertia_kg_m2": 0.07, "disturbance_nm": 1.7},
+}
+
 
 def _noise(loop: HostLoop) -> None:
     """A gyro with noise on both axes, the same every time."""
@@ -107,7 +113,7 @@ def test_an_answer_whose_tick_stands_still_is_noticed_within_a_few_ticks() -> No
 
 @pytest.mark.parametrize("axis", [0, 1])
 def test_a_motor_that_turns_the_wrong_way_is_caught_before_it_is_fast(axis: int) -> None:
-    loop = HostLoop().connected().command(hold(Mode.RATE, 0.2, 0.2)).run(200)
+    loop = HostLoop(Host(configuration(**SHARP))).connected().command(hold(Mode.RATE, 0.2, 0.2)).run(200)
     loop.antenna.motor_sign[axis] = -1.0
     began = loop.number
     loop.run(120)
@@ -117,14 +123,14 @@ def test_a_motor_that_turns_the_wrong_way_is_caught_before_it_is_fast(axis: int)
 
 
 def test_motion_without_torque_is_noticed() -> None:
-    loop = HostLoop().connected().command(hold(Mode.RATE)).run(50)
+    loop = HostLoop(Host(configuration(**SHARP))).connected().command(hold(Mode.RATE)).run(50)
     loop.antenna.load[0] = 12.0
     loop.run(60)
     _tripped(loop, Cause.RUNAWAY)
 
 
 def test_torque_without_motion_is_noticed() -> None:
-    loop = HostLoop().connected().command(hold(Mode.TORQUE, 14.0, 0.0)).run(3)
+    loop = HostLoop(Host(configuration(**SHARP))).connected().command(hold(Mode.TORQUE, 14.0, 0.0)).run(3)
     loop.antenna.motor_sign[0] = 0.0
     loop.run(60)
     _tripped(loop, Cause.RUNAWAY)

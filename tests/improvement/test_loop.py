@@ -79,6 +79,7 @@ def roles(folder: Path) -> list[str]:
     return [entry.role for entry in read_journal(folder / "journal.jsonl") if isinstance(entry, Measured)]
 
 
+@pytest.mark.heavy
 def test_a_cause_that_the_judging_motion_does_not_show_gets_a_hold_out_that_does(tmp_path: Path) -> None:
     site = virtual(limited(2.2))
     site.interrupted_before = 4

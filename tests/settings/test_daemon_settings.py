@@ -56,7 +56,6 @@ def test_a_configuration_survives_json() -> None:
         (lambda d: d.update(link={"embedded": {"modle": "thesis"}}), "link.embedded.modle", "model?"),
         (lambda d: d.update(link={"kind": "can", "interface": "virtual", "chanel": "a"}), "link.chanel", "channel?"),
         (lambda d: d["axes"].pop("inner"), "axes", "1 axes, not two"),
-        (lambda d: d["axes"]["outer"]["limits"].update(torque_nm=20.0), "axes.outer.limits.torque_nm", "16.38"),
         (
             lambda d: d["axes"]["outer"]["limits"].update(rate_rad_s=-1.0),
             "axes.outer.limits.rate_rad_s",
