@@ -138,16 +138,19 @@ def kind_of(told: tuple[Told, ...]) -> Kind:
 def class_probability(standing: Standing, left: Remainder, policy: Policy) -> float:
     """Probability that the cause, or one that this data cannot tell from it, is there.
 
-    Three things speak against it: its own variables still predict what is left; much is left that nothing predicts; and
-    it took little.
+    Four things speak against it: what it takes may be chance; its own variables still predict what is left; much is left
+    that nothing predicts; and it took little.
     """
+    from scipy.stats import norm
+
+    evident = float(norm.cdf(standing.sure))
     shape = 1.0 / (1.0 + (standing.exhausted.beyond / (2.0 * policy.exhausted)) ** 3)
     # what is left beyond a small multiple of the noise, over what was there
     beyond = max(0.0, left.unpredicted**2 - _SMALL**2) / max(left.before**2, 1.0)
     size = 1.0 / (1.0 + (beyond / _LARGE) ** 2)
     share = max(standing.share, left.closed)
     taken = share / (share + _LITTLE)
-    return float(np.clip(_MOST * shape * size * taken, 0.0, _MOST))
+    return float(np.clip(_MOST * evident * shape * size * taken, 0.0, _MOST))
 
 
 #: floors that may be left; the share of the squares that were there that no variable predicts at which something else
