@@ -35,7 +35,8 @@ if TYPE_CHECKING:
     from multiprocessing.synchronize import Event as Flag
 
 PARTS_FOLDER = "parts"
-_LOCK_FILE = ".lock"
+#: whose turn a part is; the lock of its run, which refuses and does not wait, is taken within
+_TURN_FILE = ".turn"
 _LOOK_S = 0.2
 
 
@@ -194,9 +195,9 @@ class _WithOthers(Silent):
 
 @contextmanager
 def _alone(folder: Path) -> Iterator[None]:
-    """Hold the folder against other processes; the lock goes with the process, however it ends."""
+    """Wait for one's turn at a part: a process of a killed parent may still be at its last step. The turn goes with the process."""
     folder.mkdir(parents=True, exist_ok=True)
-    with (folder / _LOCK_FILE).open("w") as file:
+    with (folder / _TURN_FILE).open("w") as file:
         fcntl.flock(file, fcntl.LOCK_EX)
         yield
 
