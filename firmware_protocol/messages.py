@@ -7,7 +7,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from firmware_protocol.schema import BrakeCommand, BrakeState, DriveRequest, DriveState, FaultCode, LimitFlags, StopReaction
+from firmware_protocol.schema import (
+    BrakeCommand,
+    BrakeState,
+    DriveRequest,
+    DriveState,
+    FaultCode,
+    LimitFlags,
+    StopReaction,
+)
 
 
 @dataclass(frozen=True, slots=True)

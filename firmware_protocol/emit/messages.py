@@ -13,14 +13,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from firmware_protocol.schema import {enumerations}
+from firmware_protocol.schema import (
+{enumerations}
+)
 '''
 
 
 def emit_messages() -> str:
     """Text of the module."""
     used = {field.enum.__name__ for message in MESSAGES for field in message.fields if field.enum is not None}
-    parts = [_HEADING.format(enumerations=", ".join(sorted(used)))]
+    parts = [_HEADING.format(enumerations="\n".join(f"    {name}," for name in sorted(used)))]
     parts += [_message(message) for message in MESSAGES]
     union = "\n    | ".join(message.class_name for message in MESSAGES)
     names = "\n".join(f'    "{message.name}": {message.class_name},' for message in MESSAGES)

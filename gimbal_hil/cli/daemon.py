@@ -86,7 +86,7 @@ def _send(text: str, run: Path) -> int:
         raise BadInputError("--send: command", "is missing" if name is None else "is no text", expected)
     with OperatorClient(run) as client:
         try:
-            print(json.dumps(client.request(name, **request)))
+            print(json.dumps(client.when_ready(name, **request)))
         except RequestRefusedError as refusal:
             print(json.dumps({"ok": False, "error": str(refusal)}))
             return EXIT_NO

@@ -184,15 +184,19 @@ class ControlLoop:
         if command.kind is CommandKind.RECORDING_FAILED:
             self._ask(LoopEnd(EXIT_SAFETY_STOP, f"recording failed: {command.payload.decode()}"))
             return
-        problem = "the daemon is stopping" if self._asked or self._stopping is not Stopping.NOT else self._give(command)
-        self._telemetry.reply(command.number, self._tick, time_ns, problem)
+        leaving = self._asked is not None or self._stopping is not Stopping.NOT
+        connecting = self._host.state in (HostState.WAITING, HostState.SYNCHRONISING)
+        problem = "the daemon is stopping" if leaving else self._give(command)
+        self._telemetry.reply(command.number, self._tick, time_ns, problem, not leaving and connecting)
 
     def _give(self, command: Command) -> str:
         """Answers why the host does not take the command, empty when it does."""
         host = self._host
         if command.kind is CommandKind.START:
             if host.state not in (HostState.IDLE, HostState.ACTIVE):
-                return f"the host is in state {host.state.name.lower()} (last cause: {host.cause.name.lower()})"
+                connecting = host.state in (HostState.WAITING, HostState.SYNCHRONISING)
+                hint = ", which passes once the antenna answers" if connecting else ""
+                return f"the host is in state {host.state.name.lower()}{hint} (last cause: {host.cause.name.lower()})"
             host.command(unpack_program(command.payload))
             return ""  # the service records it: it has the program
         if command.kind is CommandKind.SHUT_DOWN:

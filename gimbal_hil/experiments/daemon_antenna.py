@@ -122,7 +122,7 @@ class DaemonAntenna:
             # the daemon records every tick, whatever a step asks of a recording in lockstep
             segments.append(replace(one.segment, label=self._label, record_every=0))
             self._under_way.append((one, self._label))
-        self._client.request("start", program=program_of(segments).as_document())
+        self._client.start(program_of(segments))
 
     def _wait(self, step: Step, label: int, progress: Callable[[int], None]) -> _Span:
         """Ticks from the step's first to its last; SafetyStopError when the host left it for another reason than its

@@ -25,8 +25,16 @@ Json = dict[str, Any]
 _ANSWER = DocumentLimits(size_bytes=64 << 20, values=2_000_000, finite=False)
 
 
+#: how often a request is repeated while the daemon is on its way to ready
+_REPEAT_S = 0.02
+
+
 class RequestRefusedError(BadInputError):
     """The daemon understood the request and refused it; the message says why."""
+
+
+class NotReadyError(RequestRefusedError):
+    """A motion was asked for while the host still connects to its antenna: it can be asked for again."""
 
 
 class OperatorClient:
@@ -73,12 +81,27 @@ class OperatorClient:
             elif line.get("ok"):
                 return line
             else:
-                raise RequestRefusedError(command, str(line.get("error", "refused")))
+                kind = NotReadyError if line.get("not_ready") else RequestRefusedError
+                raise kind(command, str(line.get("error", "refused")))
         raise LinkError(f"{self._where}: no answer to {command!r} within {self._timeout_s} s")
 
+    def when_ready(self, command: str, /, timeout_s: float = 5.0, **fields: object) -> Json:
+        """`request`, repeated until the host has connected to its antenna; NotReadyError when that takes longer.
+
+        It is the caller who waits, not the daemon: a motion whose caller has gone never begins.
+        """
+        deadline = time.monotonic() + timeout_s
+        while True:
+            try:
+                return self.request(command, **fields)
+            except NotReadyError:
+                if time.monotonic() > deadline:
+                    raise
+                time.sleep(_REPEAT_S)
+
     def start(self, program: Program) -> int:
-        """Have the host follow a program; answers the tick at which it began."""
-        return int(self.request("start", program=program.as_document())["tick"])
+        """Have the host follow a program as soon as it is ready; answers the tick at which it began."""
+        return int(self.when_ready("start", program=program.as_document())["tick"])
 
     def wait_for_segment(self, label: int, timeout_s: float) -> Json | None:
         """The event that ends the segment of that label (`cause` in its data says why), None when it does not come in

@@ -104,7 +104,7 @@ class OperatorDesk:
             return
         tick, time_ns = reply["tick"], reply["time_ns"]
         if reply["problem"]:
-            self._answer(waiting, {"ok": False, "error": reply["problem"]})
+            self._answer(waiting, {"ok": False, "error": reply["problem"], "not_ready": reply["not_ready"]})
             return
         if waiting.program is not None:
             self._recorder.command(

@@ -134,9 +134,10 @@ class Telemetry:
         """The cause of the periods that were skipped before `tick`."""
         self._push(TelemetryKind.MISS, MISS_RECORD.pack(tick, periods, MISS_CODE[cause]))
 
-    def reply(self, request: int, tick: int, time_ns: int, problem: str = "") -> None:
-        """What became of a request: taken at `tick`, or why not."""
-        self._push_json(TelemetryKind.REPLY, {"request": request, "tick": tick, "time_ns": time_ns, "problem": problem})
+    def reply(self, request: int, tick: int, time_ns: int, problem: str = "", not_ready: bool = False) -> None:
+        """What became of a request: taken at `tick`, or why not; `not_ready` where it may be asked again in a moment."""
+        told = {"request": request, "tick": tick, "time_ns": time_ns, "problem": problem, "not_ready": not_ready}
+        self._push_json(TelemetryKind.REPLY, told)
 
     def end(self, exit_code: int, reason: str) -> None:
         """The last record: the control process is done and torque is off."""

@@ -66,13 +66,12 @@ def test_a_run_folder_that_is_taken_is_refused_before_anything_moves(tmp_path: P
         run_daemon(shipped_settings(), options)
 
 
-@pytest.mark.xfail(reason="asks for a motion while the host still synchronises: identity comes first now", strict=False)
 def test_an_operator_moves_both_axes_and_the_run_replays(tmp_path: Path) -> None:
     run = tmp_path / "run"
     with RunningDaemon(run) as daemon, daemon.client() as client:
         assert stat.S_IMODE((run / "operator.json").stat().st_mode) == 0o600
         daemon.until_state(client, "idle")
-        client.request("set_point", **STEP)
+        client.when_ready("set_point", **STEP)
         daemon.until_state(client, "active")
         segments = [
             {
@@ -82,7 +81,7 @@ def test_an_operator_moves_both_axes_and_the_run_replays(tmp_path: Path) -> None
                 "switch_off_afterwards": True,
             }
         ]
-        client.request("segments", segments=segments)
+        client.when_ready("segments", segments=segments)
         ended = client.wait_for_segment(7, timeout_s=60)
         assert ended is not None and ended["data"]["cause"] == "duration"
         daemon.until_state(client, "idle")
@@ -90,7 +89,7 @@ def test_an_operator_moves_both_axes_and_the_run_replays(tmp_path: Path) -> None
         client.start(program_of([Segment(outer=ramp, duration_ticks=200, label=8)]))
         ended = client.wait_for_segment(8, timeout_s=60)
         assert ended is not None and ended["data"]["cause"] == "duration"
-        client.request("mode", outer="rate", inner="off")
+        client.when_ready("mode", outer="rate", inner="off")
         status = daemon.until_state(client, "active")
         assert status["mode"] == {"outer": "rate", "inner": "off"}
         client.request("stop")
