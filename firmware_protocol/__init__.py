@@ -10,6 +10,7 @@ __all__ = [
     "codec",
     "compiling",
     "elementary",
+    "enumerations",
     "errors",
     "layout",
     "mail",

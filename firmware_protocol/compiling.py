@@ -105,7 +105,8 @@ def include_source(owner: str, source: bytes) -> None:
 
 @cache
 def _file(module: str) -> Path | None:
-    """Where a module of this project lies. Nothing is imported to find out: faces would run while they are being read.
+    """Where a module of this project lies. Nothing is imported to find out: faces would run while they are being
+    read.
     """
     room, *inner = module.split(".")
     if room not in ROOMS:

@@ -1,8 +1,8 @@
 """Field words from mail slots and back, every shift and bound a literal.
 
-Emitted from `schema` by `gimbal-hil protocol --emit field_words`; do not edit. One expression per field, because each call of a small
-compiled function with other literals would be compiled anew; every branch returns, because then only one is computed. The table-driven
-`codec` is the independent second reading of the schema that the tests hold this one against.
+Emitted from `schema` by `gimbal-hil protocol --emit field_words`; do not edit. One expression per field, because each
+call of a small compiled function with other literals would be compiled anew; every branch returns, because then only
+one is computed. The table-driven `codec` reads the schema independently, and the tests hold this one against it.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
  *
  * Emitted from the schema by `gimbal-hil protocol --emit c`; do not edit.
  *
- * A payload is eight bytes: fields in bits 0..47 of a little-endian word, alive counter in bits 48..51, CRC in bits 52..63.
- * Structures hold raw integers; physical value = raw * GIMBAL_..._STEP. Packing holds a number at its bounds.
+ * A payload is eight bytes: fields in bits 0..47 of a little-endian word, alive counter in bits 48..51, CRC in bits
+ * 52..63. Structures hold raw integers; physical value = raw * GIMBAL_..._STEP. Packing holds a number at its bounds.
  */
 #ifndef GIMBAL_PROTOCOL_H
 #define GIMBAL_PROTOCOL_H
@@ -59,7 +59,8 @@ enum gimbal_fault_code {
     GIMBAL_FAULT_CODE_HOLDING_BRAKE = 13
 };
 
-/* How the drive stops: no torque; shorted winding; ramp to rest and hold, by encoder alone; torque against the rate, by gyro alone. */
+/* How the drive stops: no torque; shorted winding; ramp to rest and hold, by encoder alone; torque against the
+    rate, by gyro alone. */
 enum gimbal_stop_reaction {
     GIMBAL_STOP_REACTION_COAST = 0,
     GIMBAL_STOP_REACTION_BRAKE = 1,
@@ -155,7 +156,8 @@ static inline int32_t gimbal_extract(uint64_t word, int start, int bits, bool is
     return (int32_t)(is_signed && (raw >> (bits - 1)) ? raw - ((int64_t)1 << bits) : raw);
 }
 
-/* drive_control, host to device: drive state requests, on change and repeated */
+/* drive_control, host to device:
+   drive state requests, on change and repeated */
 #define GIMBAL_DRIVE_CONTROL_ID 0x010u
 #define GIMBAL_DRIVE_CONTROL_DATA_ID 0x01u
 #define GIMBAL_DRIVE_CONTROL_PERIOD_TICKS 100
@@ -171,7 +173,8 @@ typedef struct {
     bool identify; /* the antenna may say at once who it is */
 } gimbal_drive_control_t;
 
-static inline void gimbal_drive_control_pack(const gimbal_drive_control_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+static inline void gimbal_drive_control_pack(const gimbal_drive_control_t *message, uint8_t counter,
+    uint8_t payload[GIMBAL_PAYLOAD_SIZE])
 {
     uint64_t fields = 0;
     fields = gimbal_insert(fields, 0, 4, gimbal_hold((int32_t)message->request, 0, 6));
@@ -186,7 +189,8 @@ static inline void gimbal_drive_control_pack(const gimbal_drive_control_t *messa
 }
 
 /* False, and nothing written, when the CRC or a field is wrong. */
-static inline bool gimbal_drive_control_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_drive_control_t *message)
+static inline bool gimbal_drive_control_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
+    gimbal_drive_control_t *message)
 {
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_DRIVE_CONTROL_DATA_ID, payload, &fields))
@@ -226,7 +230,8 @@ static inline bool gimbal_drive_control_unpack(const uint8_t payload[GIMBAL_PAYL
     return true;
 }
 
-/* set_point, host to device: torque of both axes; a fresh one feeds the deadman */
+/* set_point, host to device:
+   torque of both axes; a fresh one feeds the deadman */
 #define GIMBAL_SET_POINT_ID 0x020u
 #define GIMBAL_SET_POINT_DATA_ID 0x02u
 #define GIMBAL_SET_POINT_PERIOD_TICKS 1
@@ -241,7 +246,8 @@ typedef struct {
     bool enable_inner; /* the inner axis may apply torque */
 } gimbal_set_point_t;
 
-static inline void gimbal_set_point_pack(const gimbal_set_point_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+static inline void gimbal_set_point_pack(const gimbal_set_point_t *message, uint8_t counter,
+    uint8_t payload[GIMBAL_PAYLOAD_SIZE])
 {
     uint64_t fields = 0;
     fields = gimbal_insert(fields, 0, 18, gimbal_hold((int32_t)message->torque_outer, -131072, 131071));
@@ -253,7 +259,8 @@ static inline void gimbal_set_point_pack(const gimbal_set_point_t *message, uint
 }
 
 /* False, and nothing written, when the CRC or a field is wrong. */
-static inline bool gimbal_set_point_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_set_point_t *message)
+static inline bool gimbal_set_point_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
+    gimbal_set_point_t *message)
 {
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_SET_POINT_DATA_ID, payload, &fields))
@@ -281,7 +288,8 @@ static inline bool gimbal_set_point_unpack(const uint8_t payload[GIMBAL_PAYLOAD_
     return true;
 }
 
-/* deadman_config, host to device: deadman, sent at connection */
+/* deadman_config, host to device:
+   deadman, sent at connection */
 #define GIMBAL_DEADMAN_CONFIG_ID 0x030u
 #define GIMBAL_DEADMAN_CONFIG_DATA_ID 0x03u
 #define GIMBAL_DEADMAN_CONFIG_PERIOD_TICKS 0
@@ -291,7 +299,8 @@ typedef struct {
     uint8_t reaction; /* what the drive does then */
 } gimbal_deadman_config_t;
 
-static inline void gimbal_deadman_config_pack(const gimbal_deadman_config_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+static inline void gimbal_deadman_config_pack(const gimbal_deadman_config_t *message, uint8_t counter,
+    uint8_t payload[GIMBAL_PAYLOAD_SIZE])
 {
     uint64_t fields = 0;
     fields = gimbal_insert(fields, 0, 8, gimbal_hold((int32_t)message->window_ticks, 1, 255));
@@ -300,7 +309,8 @@ static inline void gimbal_deadman_config_pack(const gimbal_deadman_config_t *mes
 }
 
 /* False, and nothing written, when the CRC or a field is wrong. */
-static inline bool gimbal_deadman_config_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_deadman_config_t *message)
+static inline bool gimbal_deadman_config_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
+    gimbal_deadman_config_t *message)
 {
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_DEADMAN_CONFIG_DATA_ID, payload, &fields))
@@ -316,7 +326,8 @@ static inline bool gimbal_deadman_config_unpack(const uint8_t payload[GIMBAL_PAY
     return true;
 }
 
-/* feedback_outer, device to host: sensors of the outer axis, sampled at this tick */
+/* feedback_outer, device to host:
+   sensors of the outer axis, sampled at this tick */
 #define GIMBAL_FEEDBACK_OUTER_ID 0x110u
 #define GIMBAL_FEEDBACK_OUTER_DATA_ID 0x11u
 #define GIMBAL_FEEDBACK_OUTER_PERIOD_TICKS 1
@@ -328,7 +339,8 @@ typedef struct {
     int32_t rate; /* inertial rate about the axis from the gyro */
 } gimbal_feedback_outer_t;
 
-static inline void gimbal_feedback_outer_pack(const gimbal_feedback_outer_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+static inline void gimbal_feedback_outer_pack(const gimbal_feedback_outer_t *message, uint8_t counter,
+    uint8_t payload[GIMBAL_PAYLOAD_SIZE])
 {
     uint64_t fields = 0;
     fields = gimbal_insert(fields, 0, 26, gimbal_hold((int32_t)message->position, -33554432, 33554431));
@@ -337,7 +349,8 @@ static inline void gimbal_feedback_outer_pack(const gimbal_feedback_outer_t *mes
 }
 
 /* False, and nothing written, when the CRC or a field is wrong. */
-static inline bool gimbal_feedback_outer_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_feedback_outer_t *message)
+static inline bool gimbal_feedback_outer_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
+    gimbal_feedback_outer_t *message)
 {
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_FEEDBACK_OUTER_DATA_ID, payload, &fields))
@@ -353,7 +366,8 @@ static inline bool gimbal_feedback_outer_unpack(const uint8_t payload[GIMBAL_PAY
     return true;
 }
 
-/* feedback_inner, device to host: sensors of the inner axis, sampled at this tick */
+/* feedback_inner, device to host:
+   sensors of the inner axis, sampled at this tick */
 #define GIMBAL_FEEDBACK_INNER_ID 0x120u
 #define GIMBAL_FEEDBACK_INNER_DATA_ID 0x12u
 #define GIMBAL_FEEDBACK_INNER_PERIOD_TICKS 1
@@ -365,7 +379,8 @@ typedef struct {
     int32_t rate; /* inertial rate about the axis from the gyro */
 } gimbal_feedback_inner_t;
 
-static inline void gimbal_feedback_inner_pack(const gimbal_feedback_inner_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+static inline void gimbal_feedback_inner_pack(const gimbal_feedback_inner_t *message, uint8_t counter,
+    uint8_t payload[GIMBAL_PAYLOAD_SIZE])
 {
     uint64_t fields = 0;
     fields = gimbal_insert(fields, 0, 26, gimbal_hold((int32_t)message->position, -33554432, 33554431));
@@ -374,7 +389,8 @@ static inline void gimbal_feedback_inner_pack(const gimbal_feedback_inner_t *mes
 }
 
 /* False, and nothing written, when the CRC or a field is wrong. */
-static inline bool gimbal_feedback_inner_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_feedback_inner_t *message)
+static inline bool gimbal_feedback_inner_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
+    gimbal_feedback_inner_t *message)
 {
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_FEEDBACK_INNER_DATA_ID, payload, &fields))
@@ -390,7 +406,8 @@ static inline bool gimbal_feedback_inner_unpack(const uint8_t payload[GIMBAL_PAY
     return true;
 }
 
-/* drive_status, device to host: state of the drive; closes the feedback set of a tick */
+/* drive_status, device to host:
+   state of the drive; closes the feedback set of a tick */
 #define GIMBAL_DRIVE_STATUS_ID 0x130u
 #define GIMBAL_DRIVE_STATUS_DATA_ID 0x13u
 #define GIMBAL_DRIVE_STATUS_PERIOD_TICKS 1
@@ -404,7 +421,8 @@ typedef struct {
     uint16_t tick; /* the device's tick, modulo 4096 */
 } gimbal_drive_status_t;
 
-static inline void gimbal_drive_status_pack(const gimbal_drive_status_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+static inline void gimbal_drive_status_pack(const gimbal_drive_status_t *message, uint8_t counter,
+    uint8_t payload[GIMBAL_PAYLOAD_SIZE])
 {
     uint64_t fields = 0;
     fields = gimbal_insert(fields, 0, 4, gimbal_hold((int32_t)message->state, 0, 7));
@@ -417,7 +435,8 @@ static inline void gimbal_drive_status_pack(const gimbal_drive_status_t *message
 }
 
 /* False, and nothing written, when the CRC or a field is wrong. */
-static inline bool gimbal_drive_status_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_drive_status_t *message)
+static inline bool gimbal_drive_status_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
+    gimbal_drive_status_t *message)
 {
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_DRIVE_STATUS_DATA_ID, payload, &fields))
@@ -449,7 +468,8 @@ static inline bool gimbal_drive_status_unpack(const uint8_t payload[GIMBAL_PAYLO
     return true;
 }
 
-/* motor_status_outer, device to host: motor of the outer axis */
+/* motor_status_outer, device to host:
+   motor of the outer axis */
 #define GIMBAL_MOTOR_STATUS_OUTER_ID 0x140u
 #define GIMBAL_MOTOR_STATUS_OUTER_DATA_ID 0x14u
 #define GIMBAL_MOTOR_STATUS_OUTER_PERIOD_TICKS 50
@@ -465,7 +485,8 @@ typedef struct {
     bool shorted; /* the drive has shorted this winding */
 } gimbal_motor_status_outer_t;
 
-static inline void gimbal_motor_status_outer_pack(const gimbal_motor_status_outer_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+static inline void gimbal_motor_status_outer_pack(const gimbal_motor_status_outer_t *message, uint8_t counter,
+    uint8_t payload[GIMBAL_PAYLOAD_SIZE])
 {
     uint64_t fields = 0;
     fields = gimbal_insert(fields, 0, 18, gimbal_hold((int32_t)message->torque, -131072, 131071));
@@ -477,7 +498,8 @@ static inline void gimbal_motor_status_outer_pack(const gimbal_motor_status_oute
 }
 
 /* False, and nothing written, when the CRC or a field is wrong. */
-static inline bool gimbal_motor_status_outer_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_motor_status_outer_t *message)
+static inline bool gimbal_motor_status_outer_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
+    gimbal_motor_status_outer_t *message)
 {
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_MOTOR_STATUS_OUTER_DATA_ID, payload, &fields))
@@ -505,7 +527,8 @@ static inline bool gimbal_motor_status_outer_unpack(const uint8_t payload[GIMBAL
     return true;
 }
 
-/* motor_status_inner, device to host: motor of the inner axis */
+/* motor_status_inner, device to host:
+   motor of the inner axis */
 #define GIMBAL_MOTOR_STATUS_INNER_ID 0x150u
 #define GIMBAL_MOTOR_STATUS_INNER_DATA_ID 0x15u
 #define GIMBAL_MOTOR_STATUS_INNER_PERIOD_TICKS 50
@@ -521,7 +544,8 @@ typedef struct {
     bool shorted; /* the drive has shorted this winding */
 } gimbal_motor_status_inner_t;
 
-static inline void gimbal_motor_status_inner_pack(const gimbal_motor_status_inner_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+static inline void gimbal_motor_status_inner_pack(const gimbal_motor_status_inner_t *message, uint8_t counter,
+    uint8_t payload[GIMBAL_PAYLOAD_SIZE])
 {
     uint64_t fields = 0;
     fields = gimbal_insert(fields, 0, 18, gimbal_hold((int32_t)message->torque, -131072, 131071));
@@ -533,7 +557,8 @@ static inline void gimbal_motor_status_inner_pack(const gimbal_motor_status_inne
 }
 
 /* False, and nothing written, when the CRC or a field is wrong. */
-static inline bool gimbal_motor_status_inner_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_motor_status_inner_t *message)
+static inline bool gimbal_motor_status_inner_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
+    gimbal_motor_status_inner_t *message)
 {
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_MOTOR_STATUS_INNER_DATA_ID, payload, &fields))
@@ -561,7 +586,8 @@ static inline bool gimbal_motor_status_inner_unpack(const uint8_t payload[GIMBAL
     return true;
 }
 
-/* base_attitude, device to host: attitude of the base, R_eb = Rz(yaw) Ry(pitch) Rx(roll); base_heading follows in the next tick and closes the set */
+/* base_attitude, device to host:
+   attitude of the base, R_eb = Rz(yaw) Ry(pitch) Rx(roll); base_heading in the next tick closes the set */
 #define GIMBAL_BASE_ATTITUDE_ID 0x160u
 #define GIMBAL_BASE_ATTITUDE_DATA_ID 0x16u
 #define GIMBAL_BASE_ATTITUDE_PERIOD_TICKS 10
@@ -574,7 +600,8 @@ typedef struct {
     uint8_t set; /* lowest bits of the `valid_tick` of the base_heading that belongs to it */
 } gimbal_base_attitude_t;
 
-static inline void gimbal_base_attitude_pack(const gimbal_base_attitude_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+static inline void gimbal_base_attitude_pack(const gimbal_base_attitude_t *message, uint8_t counter,
+    uint8_t payload[GIMBAL_PAYLOAD_SIZE])
 {
     uint64_t fields = 0;
     fields = gimbal_insert(fields, 0, 22, gimbal_hold((int32_t)message->roll, -2097152, 2097151));
@@ -584,7 +611,8 @@ static inline void gimbal_base_attitude_pack(const gimbal_base_attitude_t *messa
 }
 
 /* False, and nothing written, when the CRC or a field is wrong. */
-static inline bool gimbal_base_attitude_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_base_attitude_t *message)
+static inline bool gimbal_base_attitude_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
+    gimbal_base_attitude_t *message)
 {
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_BASE_ATTITUDE_DATA_ID, payload, &fields))
@@ -604,7 +632,8 @@ static inline bool gimbal_base_attitude_unpack(const uint8_t payload[GIMBAL_PAYL
     return true;
 }
 
-/* base_rate, device to host: angular rate of the base in base axes */
+/* base_rate, device to host:
+   angular rate of the base in base axes */
 #define GIMBAL_BASE_RATE_ID 0x170u
 #define GIMBAL_BASE_RATE_DATA_ID 0x17u
 #define GIMBAL_BASE_RATE_PERIOD_TICKS 10
@@ -618,7 +647,8 @@ typedef struct {
     int16_t r; /* base r */
 } gimbal_base_rate_t;
 
-static inline void gimbal_base_rate_pack(const gimbal_base_rate_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+static inline void gimbal_base_rate_pack(const gimbal_base_rate_t *message, uint8_t counter,
+    uint8_t payload[GIMBAL_PAYLOAD_SIZE])
 {
     uint64_t fields = 0;
     fields = gimbal_insert(fields, 0, 16, gimbal_hold((int32_t)message->p, -32768, 32767));
@@ -628,7 +658,8 @@ static inline void gimbal_base_rate_pack(const gimbal_base_rate_t *message, uint
 }
 
 /* False, and nothing written, when the CRC or a field is wrong. */
-static inline bool gimbal_base_rate_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_base_rate_t *message)
+static inline bool gimbal_base_rate_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
+    gimbal_base_rate_t *message)
 {
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_BASE_RATE_DATA_ID, payload, &fields))
@@ -648,7 +679,8 @@ static inline bool gimbal_base_rate_unpack(const uint8_t payload[GIMBAL_PAYLOAD_
     return true;
 }
 
-/* drive_event, device to host: one transition of the drive state machine */
+/* drive_event, device to host:
+   one transition of the drive state machine */
 #define GIMBAL_DRIVE_EVENT_ID 0x180u
 #define GIMBAL_DRIVE_EVENT_DATA_ID 0x18u
 #define GIMBAL_DRIVE_EVENT_PERIOD_TICKS 0
@@ -661,7 +693,8 @@ typedef struct {
     uint16_t tick; /* the device's tick, modulo 4096 */
 } gimbal_drive_event_t;
 
-static inline void gimbal_drive_event_pack(const gimbal_drive_event_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+static inline void gimbal_drive_event_pack(const gimbal_drive_event_t *message, uint8_t counter,
+    uint8_t payload[GIMBAL_PAYLOAD_SIZE])
 {
     uint64_t fields = 0;
     fields = gimbal_insert(fields, 0, 4, gimbal_hold((int32_t)message->from_state, 0, 7));
@@ -673,7 +706,8 @@ static inline void gimbal_drive_event_pack(const gimbal_drive_event_t *message, 
 }
 
 /* False, and nothing written, when the CRC or a field is wrong. */
-static inline bool gimbal_drive_event_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_drive_event_t *message)
+static inline bool gimbal_drive_event_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
+    gimbal_drive_event_t *message)
 {
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_DRIVE_EVENT_DATA_ID, payload, &fields))
@@ -701,7 +735,8 @@ static inline bool gimbal_drive_event_unpack(const uint8_t payload[GIMBAL_PAYLOA
     return true;
 }
 
-/* base_heading, device to host: heading of the base, and when the attitude was true */
+/* base_heading, device to host:
+   heading of the base, and when the attitude was true */
 #define GIMBAL_BASE_HEADING_ID 0x190u
 #define GIMBAL_BASE_HEADING_DATA_ID 0x19u
 #define GIMBAL_BASE_HEADING_PERIOD_TICKS 10
@@ -714,7 +749,8 @@ typedef struct {
     uint8_t valid_fraction; /* and how far into that tick */
 } gimbal_base_heading_t;
 
-static inline void gimbal_base_heading_pack(const gimbal_base_heading_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+static inline void gimbal_base_heading_pack(const gimbal_base_heading_t *message, uint8_t counter,
+    uint8_t payload[GIMBAL_PAYLOAD_SIZE])
 {
     uint64_t fields = 0;
     fields = gimbal_insert(fields, 0, 22, gimbal_hold((int32_t)message->yaw, -2097152, 2097151));
@@ -724,7 +760,8 @@ static inline void gimbal_base_heading_pack(const gimbal_base_heading_t *message
 }
 
 /* False, and nothing written, when the CRC or a field is wrong. */
-static inline bool gimbal_base_heading_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_base_heading_t *message)
+static inline bool gimbal_base_heading_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
+    gimbal_base_heading_t *message)
 {
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_BASE_HEADING_DATA_ID, payload, &fields))
@@ -744,7 +781,8 @@ static inline bool gimbal_base_heading_unpack(const uint8_t payload[GIMBAL_PAYLO
     return true;
 }
 
-/* base_acceleration, device to host: acceleration of the pivot in base axes, of the motion alone: gravity is not in it */
+/* base_acceleration, device to host:
+   acceleration of the pivot in base axes, of the motion alone: gravity is not in it */
 #define GIMBAL_BASE_ACCELERATION_ID 0x1A0u
 #define GIMBAL_BASE_ACCELERATION_DATA_ID 0x1Au
 #define GIMBAL_BASE_ACCELERATION_PERIOD_TICKS 20
@@ -758,7 +796,8 @@ typedef struct {
     int16_t az; /* base az */
 } gimbal_base_acceleration_t;
 
-static inline void gimbal_base_acceleration_pack(const gimbal_base_acceleration_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+static inline void gimbal_base_acceleration_pack(const gimbal_base_acceleration_t *message, uint8_t counter,
+    uint8_t payload[GIMBAL_PAYLOAD_SIZE])
 {
     uint64_t fields = 0;
     fields = gimbal_insert(fields, 0, 16, gimbal_hold((int32_t)message->ax, -32768, 32767));
@@ -768,7 +807,8 @@ static inline void gimbal_base_acceleration_pack(const gimbal_base_acceleration_
 }
 
 /* False, and nothing written, when the CRC or a field is wrong. */
-static inline bool gimbal_base_acceleration_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_base_acceleration_t *message)
+static inline bool gimbal_base_acceleration_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
+    gimbal_base_acceleration_t *message)
 {
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_BASE_ACCELERATION_DATA_ID, payload, &fields))
@@ -788,7 +828,8 @@ static inline bool gimbal_base_acceleration_unpack(const uint8_t payload[GIMBAL_
     return true;
 }
 
-/* identity, device to host: who the antenna is; at once when asked. Without it and identity_unit no torque is switched on */
+/* identity, device to host:
+   who the antenna is; at once when asked. Without it and identity_unit no torque is switched on */
 #define GIMBAL_IDENTITY_ID 0x1B0u
 #define GIMBAL_IDENTITY_DATA_ID 0x1Bu
 #define GIMBAL_IDENTITY_PERIOD_TICKS 1000
@@ -800,7 +841,8 @@ typedef struct {
     bool has_brake_inner; /* the inner axis has a holding brake */
 } gimbal_identity_t;
 
-static inline void gimbal_identity_pack(const gimbal_identity_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+static inline void gimbal_identity_pack(const gimbal_identity_t *message, uint8_t counter,
+    uint8_t payload[GIMBAL_PAYLOAD_SIZE])
 {
     uint64_t fields = 0;
     fields = gimbal_insert(fields, 0, 8, gimbal_hold((int32_t)message->protocol_version, 0, 255));
@@ -811,7 +853,8 @@ static inline void gimbal_identity_pack(const gimbal_identity_t *message, uint8_
 }
 
 /* False, and nothing written, when the CRC or a field is wrong. */
-static inline bool gimbal_identity_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_identity_t *message)
+static inline bool gimbal_identity_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
+    gimbal_identity_t *message)
 {
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_IDENTITY_DATA_ID, payload, &fields))
@@ -835,7 +878,8 @@ static inline bool gimbal_identity_unpack(const uint8_t payload[GIMBAL_PAYLOAD_S
     return true;
 }
 
-/* identity_unit, device to host: which antenna of its kind it is, and what a unit of its torques is */
+/* identity_unit, device to host:
+   which antenna of its kind it is, and what a unit of its torques is */
 #define GIMBAL_IDENTITY_UNIT_ID 0x1C0u
 #define GIMBAL_IDENTITY_UNIT_DATA_ID 0x1Cu
 #define GIMBAL_IDENTITY_UNIT_PERIOD_TICKS 1000
@@ -846,7 +890,8 @@ typedef struct {
     uint8_t torque_exponent_inner; /* a torque of the inner axis counts its step times two to this */
 } gimbal_identity_unit_t;
 
-static inline void gimbal_identity_unit_pack(const gimbal_identity_unit_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])
+static inline void gimbal_identity_unit_pack(const gimbal_identity_unit_t *message, uint8_t counter,
+    uint8_t payload[GIMBAL_PAYLOAD_SIZE])
 {
     uint64_t fields = 0;
     fields = gimbal_insert(fields, 0, 31, gimbal_hold((int32_t)message->serial_number, 0, 2147483647));
@@ -856,7 +901,8 @@ static inline void gimbal_identity_unit_pack(const gimbal_identity_unit_t *messa
 }
 
 /* False, and nothing written, when the CRC or a field is wrong. */
-static inline bool gimbal_identity_unit_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_identity_unit_t *message)
+static inline bool gimbal_identity_unit_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
+    gimbal_identity_unit_t *message)
 {
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_IDENTITY_UNIT_DATA_ID, payload, &fields))

@@ -7,8 +7,8 @@ from firmware_protocol.words import crc_table
 
 _DATA_ID_AND_PLACES = crc_table(CRC_POLYNOMIAL, CRC_BITS, 8)
 
-#: contribution of each byte at each of the seven places of a sealed word, for `words.crc12`; the CRC takes the counter in before the
-#: fields, so that what it protects are 52 bits in a row
+#: contribution of each byte at each of the seven places of a sealed word, for `words.crc12`; the CRC takes the counter
+#: in before the fields, so that what it protects are 52 bits in a row
 CRC_TABLE: tuple[int, ...] = _DATA_ID_AND_PLACES[512:] + _DATA_ID_AND_PLACES[256:512]
 
 #: where a CRC starts that has already taken a message's data id in
@@ -29,13 +29,25 @@ def _message_rows() -> tuple[tuple[int, ...], ...]:
     rows, first = [], 0
     for index, message in enumerate(MESSAGES):
         count = len(message.fields)
-        rows.append((message.can_id, int(message.direction), message.period_ticks, CRC_INITIAL[index], offset(message.name), first, count))
+        rows.append(
+            (
+                message.can_id,
+                int(message.direction),
+                message.period_ticks,
+                CRC_INITIAL[index],
+                offset(message.name),
+                first,
+                count,
+            )
+        )
         first += count
     return tuple(rows)
 
 
 #: one row per field of all messages in schema order
-FIELD_ROWS: tuple[tuple[int, ...], ...] = tuple(_field_row(message, field) for message in MESSAGES for field in message.fields)
+FIELD_ROWS: tuple[tuple[int, ...], ...] = tuple(
+    _field_row(message, field) for message in MESSAGES for field in message.fields
+)
 
 #: one row per message in schema order
 MESSAGE_ROWS: tuple[tuple[int, ...], ...] = _message_rows()
@@ -52,4 +64,6 @@ ROWS_BY_NAME: dict[str, tuple[tuple[int, ...], ...]] = {
 }
 
 #: CRC start by message name
-INITIAL_BY_NAME: dict[str, int] = {message.name: initial for message, initial in zip(MESSAGES, CRC_INITIAL, strict=True)}
+INITIAL_BY_NAME: dict[str, int] = {
+    message.name: initial for message, initial in zip(MESSAGES, CRC_INITIAL, strict=True)
+}

@@ -1,7 +1,8 @@
 """Names and numbers of the mail, emitted from `schema` by `gimbal-hil protocol --emit mail`; do not edit.
 
-For a message: `SET_POINT` is the slot of `fresh`, `SET_POINT_TORQUE_OUTER` that of a field, `SET_POINT_MESSAGE` its index,
-`..._STEP` the physical size of a raw 1, `..._LOW` and `..._HIGH` the raw bounds. For an enumeration: `DRIVE_STATE_FAULT` and so on.
+For a message: `SET_POINT` is the slot of `fresh`, `SET_POINT_TORQUE_OUTER` that of a field, `SET_POINT_MESSAGE` its
+index, `..._STEP` the physical size of a raw 1, `..._LOW` and `..._HIGH` the raw bounds. For an enumeration:
+`DRIVE_STATE_FAULT` and so on.
 """
 
 from __future__ import annotations
@@ -142,7 +143,7 @@ MOTOR_STATUS_INNER_BRAKE_LOW = 0
 MOTOR_STATUS_INNER_BRAKE_HIGH = 2
 MOTOR_STATUS_INNER_SHORTED = 42
 
-# base_attitude: attitude of the base, R_eb = Rz(yaw) Ry(pitch) Rx(roll); base_heading follows in the next tick and closes the set
+# base_attitude: attitude of the base, R_eb = Rz(yaw) Ry(pitch) Rx(roll); base_heading in the next tick closes the set
 BASE_ATTITUDE = 43
 BASE_ATTITUDE_MESSAGE = 8
 BASE_ATTITUDE_ROLL = 44

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from firmware_protocol.schema import (
+from firmware_protocol.enumerations import (
     BrakeCommand,
     BrakeState,
     DriveRequest,
@@ -138,7 +138,7 @@ class MotorStatusInner:
 
 @dataclass(frozen=True, slots=True)
 class BaseAttitude:
-    """Attitude of the base, R_eb = Rz(yaw) Ry(pitch) Rx(roll); base_heading follows in the next tick and closes the set."""
+    """Attitude of the base, R_eb = Rz(yaw) Ry(pitch) Rx(roll); base_heading in the next tick closes the set."""
 
     #: base roll
     roll_rad: float

@@ -1,4 +1,6 @@
-"""The wire's versions as tools read them: logs of earlier versions stay readable, a running host and antenna speak the newest only."""
+"""The wire's versions as tools read them: logs of earlier versions stay readable, a running host and antenna speak the
+newest only.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,9 @@ _DECT = 0x80F
 
 @dataclass(frozen=True)
 class Protocol:
-    """One version: its messages, and per message (by data id) where its CRC starts; `crc_table` as `words.crc12` wants it."""
+    """One version: its messages, and per message (by data id) where its CRC starts; `crc_table` as `words.crc12` wants
+    it.
+    """
 
     version: int
     messages: tuple[Message, ...]
@@ -44,13 +48,20 @@ def _first_version() -> Protocol:
         "motor_status_inner": BY_NAME["motor_status_inner"].fields[:3],
         "base_attitude": angles,
     }
-    messages = tuple(replace(message, fields=changed.get(message.name, message.fields)) for message in MESSAGES if message.can_id <= 0x180)
+    messages = tuple(
+        replace(message, fields=changed.get(message.name, message.fields))
+        for message in MESSAGES
+        if message.can_id <= 0x180
+    )
     table = crc_table(_DECT, CRC_BITS, 8)
     return Protocol(1, messages, table[256:], {message.name: table[message.data_id] for message in messages})
 
 
 CURRENT = Protocol(
-    PROTOCOL_VERSION, MESSAGES, CRC_TABLE, {message.name: initial for message, initial in zip(MESSAGES, CRC_INITIAL, strict=True)}
+    PROTOCOL_VERSION,
+    MESSAGES,
+    CRC_TABLE,
+    {message.name: initial for message, initial in zip(MESSAGES, CRC_INITIAL, strict=True)},
 )
 _PROTOCOLS = {1: _first_version(), CURRENT.version: CURRENT}
 

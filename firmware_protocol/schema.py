@@ -1,4 +1,4 @@
-"""The wire's one definition: every message, field, unit and number; codec, mail, DBC, C header and docs all come from here.
+"""The wire's one definition: every message, field, unit and number. Codec, mail, DBC, C header and docs come from it.
 
 Frame: a classic CAN frame of eight bytes, read as one little-endian 64-bit word.
 
@@ -14,12 +14,23 @@ from __future__ import annotations
 import math
 import zlib
 from dataclasses import dataclass
-from enum import Enum, IntEnum, IntFlag
+from enum import IntEnum, IntFlag
+
+from firmware_protocol.enumerations import (
+    BrakeCommand,
+    BrakeState,
+    DriveRequest,
+    DriveState,
+    FaultCode,
+    LimitFlags,
+    StopReaction,
+)
 
 FIELD_BITS = 48
 COUNTER_START, COUNTER_BITS = 48, 4
 CRC_START, CRC_BITS = 52, 12
-#: 0xBAE in Koopman's notation: all errors of up to four bits in up to 53 bits of data (Koopman and Chakravarty, DSN 2004)
+#: 0xBAE in Koopman's notation: finds all errors of up to four bits in up to 53 bits of data
+#: (Koopman and Chakravarty, DSN 2004)
 CRC_POLYNOMIAL = 0x75D
 CRC_CHECK = 0x6DD  # of the nine bytes b"123456789"
 #: first field of the identity; a log says which version its frames are, see `protocol_versions`
@@ -40,113 +51,25 @@ class Direction(IntEnum):
     DEVICE_TO_HOST = 1
 
 
-class DriveState(IntEnum):
-    """States of the drive after CiA 402 (IEC 61800-7-201)."""
-
-    NOT_READY = 0
-    SWITCH_ON_DISABLED = 1
-    READY_TO_SWITCH_ON = 2
-    SWITCHED_ON = 3
-    OPERATION_ENABLED = 4
-    QUICK_STOP_ACTIVE = 5
-    FAULT_REACTION_ACTIVE = 6
-    FAULT = 7
-
-
-class DriveRequest(IntEnum):
-    """Commands of the CiA 402 state machine; faults are reset by an edge of `fault_reset`."""
-
-    NONE = 0
-    SHUTDOWN = 1
-    SWITCH_ON = 2
-    ENABLE_OPERATION = 3
-    DISABLE_OPERATION = 4
-    DISABLE_VOLTAGE = 5
-    QUICK_STOP = 6
-
-
-class FaultCode(IntEnum):
-    """Why the drive is in fault, or why its state changed."""
-
-    NONE = 0
-    DEADMAN = 1
-    TRAVEL_LIMIT = 2
-    OVERSPEED = 3
-    OVERTEMPERATURE = 4
-    UNDERVOLTAGE = 5
-    COMMUNICATION = 6
-    ENCODER = 7
-    GYRO = 8
-    INTERNAL = 9
-    #: gyro and encoder do not tell of one motion
-    SENSORS_DISAGREE = 10
-    #: a sensor repeats itself where its noise should be
-    SENSOR_STUCK = 11
-    #: the axis does not move as its torque says
-    RUNAWAY = 12
-    #: the holding brake slips
-    HOLDING_BRAKE = 13
-
-
-class StopReaction(IntEnum):
-    """How the drive stops: no torque; shorted winding; ramp to rest and hold, by encoder alone; torque against the rate, by gyro alone."""
-
-    COAST = 0
-    BRAKE = 1
-    DECELERATE_AND_HOLD = 2
-    GYRO_STOP = 3
-
-
-class BrakeCommand(IntEnum):
-    """What the host asks of an axis' holding brake; AUTOMATIC engages it whenever no axis is under torque."""
-
-    AUTOMATIC = 0
-    ENGAGE = 1
-    RELEASE = 2
-
-
-class BrakeState(IntEnum):
-    """Where an axis' holding brake stands."""
-
-    ABSENT = 0
-    RELEASED = 1
-    ENGAGED = 2
-
-
-class LimitFlags(IntFlag):
-    """Limits that act at this tick."""
-
-    OUTER_TORQUE = 1
-    INNER_TORQUE = 2
-    OUTER_TRAVEL_LOW = 4
-    OUTER_TRAVEL_HIGH = 8
-    INNER_TRAVEL_LOW = 16
-    INNER_TRAVEL_HIGH = 32
-    OUTER_RATE = 64
-    INNER_RATE = 128
-
-
-#: the enumerations that appear in fields, in the order of the emitted files
-ENUMERATIONS: tuple[type[Enum], ...] = (
-    DriveState,
-    DriveRequest,
-    FaultCode,
-    StopReaction,
-    BrakeCommand,
-    BrakeState,
-    LimitFlags,
-)
-
 #: how a unit ends a name that holds the physical value
-UNIT_SUFFIX = {"": "", "N m": "_nm", "rad": "_rad", "rad/s": "_rad_s", "degC": "_degc", "V": "_v", "tick": "_ticks", "m/s^2": "_m_s2"}
+UNIT_SUFFIX = {
+    "": "",
+    "N m": "_nm",
+    "rad": "_rad",
+    "rad/s": "_rad_s",
+    "degC": "_degc",
+    "V": "_v",
+    "tick": "_ticks",
+    "m/s^2": "_m_s2",
+}
 
 
 @dataclass(frozen=True)
 class Field:
     """One number in a frame: physical value = raw integer times step.
 
-    `low` and `high` are the physical bounds of a valid value; None means all that the bits can hold. A good frame has every
-    field within them (an enumeration: one of its members).
+    `low` and `high` are the physical bounds of a valid value; None means all that the bits can hold. A good frame has
+    every field within them (an enumeration: one of its members).
     """
 
     name: str
@@ -223,7 +146,8 @@ class Message:
         return "".join(word.capitalize() for word in self.name.split("_"))
 
 
-#: of an axis whose torque exponent is 0; a torque on the wire counts this times two to the exponent that the identity tells
+#: of an axis whose torque exponent is 0; a unit of torque on the wire is this times two to the power that the identity
+#: tells
 TORQUE_STEP_NM = 0.125e-3
 POSITION_STEP_RAD = 2.0 * math.pi / 2**22
 RATE_STEP_RAD_S = 1e-5
@@ -240,7 +164,14 @@ def _feedback(axis: str, can_id: int) -> Message:
         Field("position", 26, True, POSITION_STEP_RAD, "rad", text="joint angle from the encoder, multi-turn"),
         Field("rate", 22, True, RATE_STEP_RAD_S, "rad/s", text="inertial rate about the axis from the gyro"),
     )
-    return Message(f"feedback_{axis}", can_id, Direction.DEVICE_TO_HOST, fields, 1, f"sensors of the {axis} axis, sampled at this tick")
+    return Message(
+        f"feedback_{axis}",
+        can_id,
+        Direction.DEVICE_TO_HOST,
+        fields,
+        1,
+        f"sensors of the {axis} axis, sampled at this tick",
+    )
 
 
 def _motor_status(axis: str, can_id: int) -> Message:
@@ -254,7 +185,9 @@ def _motor_status(axis: str, can_id: int) -> Message:
     return Message(f"motor_status_{axis}", can_id, Direction.DEVICE_TO_HOST, fields, 50, f"motor of the {axis} axis")
 
 
-def _base(name: str, can_id: int, parts: tuple[str, ...], step: float, unit: str, period_ticks: int, text: str) -> Message:
+def _base(
+    name: str, can_id: int, parts: tuple[str, ...], step: float, unit: str, period_ticks: int, text: str
+) -> Message:
     fields = tuple(Field(part, 16, True, step, unit, text=f"base {part}") for part in parts)
     return Message(name, can_id, Direction.DEVICE_TO_HOST, fields, period_ticks, text)
 
@@ -329,9 +262,13 @@ MESSAGES: tuple[Message, ...] = (
         "base_attitude",
         0x160,
         Direction.DEVICE_TO_HOST,
-        (_angle("roll"), _angle("pitch"), Field("set", 4, text="lowest bits of the `valid_tick` of the base_heading that belongs to it")),
+        (
+            _angle("roll"),
+            _angle("pitch"),
+            Field("set", 4, text="lowest bits of the `valid_tick` of the base_heading that belongs to it"),
+        ),
         10,
-        "attitude of the base, R_eb = Rz(yaw) Ry(pitch) Rx(roll); base_heading follows in the next tick and closes the set",
+        "attitude of the base, R_eb = Rz(yaw) Ry(pitch) Rx(roll); base_heading in the next tick closes the set",
     ),
     _base("base_rate", 0x170, ("p", "q", "r"), 1e-4, "rad/s", 10, "angular rate of the base in base axes"),
     Message(

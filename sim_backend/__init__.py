@@ -8,6 +8,7 @@ __all__ = [
     "base_motion",
     "carrying",
     "friction",
+    "friction_in_force",
     "layout",
     "noise",
     "plant",

@@ -34,7 +34,8 @@ Vector = tuple[float, float, float]
 
 @compiled
 def base_state(P: np.ndarray, K: np.ndarray, t: float) -> tuple[Vector, Vector, Vector]:
-    """Gravity (m/s^2), angular rate (rad/s) and angular acceleration (rad/s^2) of the base at t seconds, in base axes.
+    """Gravity (m/s^2), angular rate (rad/s) and angular acceleration (rad/s^2) of the base at t seconds, in base
+    axes.
     """
     kind = K[BASE_KIND]
     if kind == _FIXED:

@@ -44,8 +44,20 @@ class GravityReading(IntEnum):
     TOTAL_MASS = 1
 
 
-# --- K: structure ---------------------------------------------------------------------------------------------------
-KIND, AXES, GRAVITY_READING, SLIPS, BASE_KIND, STEPS_PER_TICK, SEED, TEMPERATURE_KNOTS, BASE_ROWS, BASE_TABLE, INSTANCES = range(11)
+# --- K: structure
+(
+    KIND,
+    AXES,
+    GRAVITY_READING,
+    SLIPS,
+    BASE_KIND,
+    STEPS_PER_TICK,
+    SEED,
+    TEMPERATURE_KNOTS,
+    BASE_ROWS,
+    BASE_TABLE,
+    INSTANCES,
+) = range(11)
 #: for each hook: how many effect instances it has, and where in K their list begins
 HOOK_COUNT = 16
 HOOK_FIRST = 24
@@ -57,14 +69,16 @@ MAX_INSTANCES = 24
 HOOK_LISTS = INSTANCE + INSTANCE_SIZE * MAX_INSTANCES
 K_SIZE = HOOK_LISTS + 2 * MAX_INSTANCES
 
-# --- P: parameters --------------------------------------------------------------------------------------------------
+# --- P: parameters
 STEP_S, GRAVITY_M_S2, INCLINE_SIN = 0, 1, 2
-#: inertia tensors about the common pivot: xx, yy, zz, xy, xz, yz; a single axis keeps its inertia (mass) in the outer zz
+#: inertia tensors about the common pivot: xx, yy, zz, xy, xz, yz; a single axis keeps its inertia (mass) in the outer
+#: zz
 INERTIA_OUTER, INERTIA_INNER = 4, 10
 XX, YY, ZZ, XY, XZ, YZ = range(6)
 COG_OUTER, COG_INNER = 16, 19
 MASS_OUTER, MASS_INNER = 22, 23
-#: base motion: attitude at t = 0 (roll, pitch, yaw), rates (p, q, r), sinusoid amplitude, frequency, phase (roll, pitch, yaw)
+#: base motion: attitude at t = 0 (roll, pitch, yaw), rates (p, q, r), sinusoid amplitude, frequency, phase (roll,
+#: pitch, yaw)
 BASE_ATTITUDE, BASE_RATE, BASE_AMPLITUDE, BASE_FREQUENCY, BASE_PHASE, BASE_ROW_S = 24, 27, 30, 33, 36, 39
 #: gravity in the axes of a base that does not move, or as it stands at t = 0
 FIXED_GRAVITY = 40
@@ -103,7 +117,7 @@ P_SIZE = BUMP_TABLE + MAX_AXES * BUMP_TABLE_SIZE
 #: a recorded base motion follows at P_SIZE: rows of roll, pitch, yaw, p, q, r, p', q', r'
 BASE_COLUMNS = 9
 
-# --- X: state -------------------------------------------------------------------------------------------------------
+# --- X: state
 #: steps done since the start, exact in a float64 up to 2^53
 STEPS = 0
 POSITION, RATE, ACCELERATION, BRISTLE = 2, 4, 6, 8
@@ -111,8 +125,8 @@ POSITION, RATE, ACCELERATION, BRISTLE = 2, 4, 6, 8
 APPLIED, FRICTION, LAGGED = 10, 12, 14
 GYRO_STATE = 16
 TEMPERATURE = 20
-#: friction in force per axis: Ts .. delta, which follow temperature once a tick, then what `derive_friction` makes of them: the speed
-#: beyond which the Stribeck bump is nothing, 1 / vs, and for one step sigma0 h / Tc and sigma1 / h
+#: friction in force per axis: Ts .. delta, which follow temperature once a tick, then what `derive_friction` makes of
+#: them: the speed beyond which the Stribeck bump is nothing, 1 / vs, and for one step sigma0 h / Tc and sigma1 / h
 IN_FORCE = 22
 BUMP_GONE_SPEED, PER_VS, RELAXATION, SIGMA1_PER_STEP = range(7, 11)
 IN_FORCE_SIZE = 11
@@ -121,7 +135,8 @@ BODY_RATE = 44
 #: about which joint positions sine and cosine are expanded during a tick: position, sine, cosine of each axis
 EXPANSION = 50
 EXPANSION_SIZE = 3
-#: what the drive does to a joint besides its torque (bits of `HeldBy`, as a float), and where its holding brake took hold, per axis
+#: what the drive does to a joint besides its torque (bits of `HeldBy`, as a float), and where its holding brake took
+#: hold, per axis
 HELD, HELD_AT = 56, 58
 EFFECT_STATES = 60
 

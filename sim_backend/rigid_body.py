@@ -203,7 +203,8 @@ def turn_centre(X: np.ndarray, axis: int) -> Vector:
 
 @compiled
 def turn_by(d: float) -> Pair:
-    """(sine, cosine) of the small angles that a joint turns within a tick, to double precision at a third of the cost.
+    """(sine, cosine) of the small angles that a joint turns within a tick, to double precision at a third of the
+    cost.
     """
     if not abs(d) <= 0.02:
         return sine_cosine(d)

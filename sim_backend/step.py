@@ -21,7 +21,8 @@ from sim_backend.effects import (
     structure_law,
     torque_law,
 )
-from sim_backend.friction import BUMP_GONE, bristle_step, without_bristles
+from sim_backend.friction import bristle_step, without_bristles
+from sim_backend.friction_in_force import Friction, friction_at, friction_in_force
 from sim_backend.layout import (
     ACCELERATION,
     AMBIENT,
@@ -36,9 +37,7 @@ from sim_backend.layout import (
     BRAKE_STIFFNESS,
     BRAKE_TORQUE,
     BRISTLE,
-    BUMP_GONE_SPEED,
     CODE,
-    DELTA,
     FRICTION,
     GYRO_STATE,
     HEATING,
@@ -46,27 +45,16 @@ from sim_backend.layout import (
     HELD_AT,
     HOOK_COUNT,
     HOOK_FIRST,
-    IN_FORCE,
-    IN_FORCE_SIZE,
     INSTANCE,
     INSTANCE_SIZE,
     INSTANCES,
     KIND,
-    KNOT_SIZE,
-    KNOTS,
     LAGGED,
-    MAX_KNOTS,
     PARAMETERS,
-    PER_VS,
     POSITION,
     RATE,
-    RELAXATION,
     SEED,
     SHORT_DAMPING,
-    SIGMA0,
-    SIGMA1,
-    SIGMA1_PER_STEP,
-    SIGMA2,
     SLIPS,
     STATES,
     STEP_S,
@@ -76,12 +64,9 @@ from sim_backend.layout import (
     STOP_HIGH,
     STOP_LOW,
     STOP_STIFFNESS,
-    TC,
     TEMPERATURE,
     TEMPERATURE_KNOTS,
     THERMAL_TIME_S,
-    TS,
-    VS,
     BaseKind,
     HeldBy,
     PlantKind,
@@ -96,7 +81,7 @@ from sim_backend.rigid_body import (
     turned_from,
 )
 from sim_backend.sensors import encoder_reading, gyro_reading, gyro_step
-from sim_backend.stribeck_expansion import bump_share, has_bump_table
+from sim_backend.stribeck_expansion import bump_share
 from sim_backend.thesis_slips import slip_torque
 
 _COMMAND, _FRICTION, _TORQUE, _STRUCTURE = int(Hook.COMMAND), int(Hook.FRICTION), int(Hook.TORQUE), int(Hook.STRUCTURE)
@@ -106,12 +91,13 @@ _GIMBAL, _FIXED = int(PlantKind.GIMBAL), int(BaseKind.FIXED)
 #: place of the applied torque in `joint_state`
 _TORQUE_NOW = 2
 Pair = tuple[float, float]
-Friction = tuple[float, float, float, float, float, float, float, float, float, bool]
 
 
 @compiled
 def advance(P: np.ndarray, K: np.ndarray, X: np.ndarray, command: Pair, steps: int) -> None:
-    """Advance the plant by steps of P[STEP_S] seconds under commanded torques (N m) held over them; `begin_tick` comes before."""
+    """Advance the plant by steps of P[STEP_S] seconds under commanded torques (N m) held over them; `begin_tick` comes
+    before.
+    """
     if K[KIND] == _GIMBAL and K[BASE_KIND] == _FIXED and K[INSTANCES] == 0 and K[SLIPS] == 0:
         _advance(P, K, X, command, steps, True)
     else:
@@ -120,9 +106,15 @@ def advance(P: np.ndarray, K: np.ndarray, X: np.ndarray, command: Pair, steps: i
 
 @compiled
 def _advance(P: np.ndarray, K: np.ndarray, X: np.ndarray, command: Pair, steps: int, plain: bool) -> None:
-    """The steps themselves; `plain` is a literal, so that the compiler leaves out what a gimbal without effects, slips or a moving
-    base does not have. The state is in locals from step to step: through X each step would wait for the stores of the one before."""
-    effects, slips, turning = not plain and K[INSTANCES] > 0, not plain and K[SLIPS] != 0, not plain and K[BASE_KIND] != _FIXED
+    """The steps themselves; `plain` is a literal, so that the compiler leaves out what a gimbal without effects, slips
+    or a moving base does not have. The state is in locals from step to step: through X each step would wait for the
+    stores of the one before.
+    """
+    effects, slips, turning = (
+        not plain and K[INSTANCES] > 0,
+        not plain and K[SLIPS] != 0,
+        not plain and K[BASE_KIND] != _FIXED,
+    )
     gimbal, two = plain or K[KIND] == _GIMBAL, plain or K[AXES] > 1
     h = P[STEP_S]
     half = 0.5 * h
@@ -130,7 +122,8 @@ def _advance(P: np.ndarray, K: np.ndarray, X: np.ndarray, command: Pair, steps: 
     joint0, joint1 = joint_state(X, 0), joint_state(X, 1)
     in_force0, in_force1 = friction_in_force(P, X, 0), friction_in_force(P, X, 1)
     gyro0, gyro1 = gyro_state(X, 0), gyro_state(X, 1)
-    # positions count from where the tick began; d0, d1 are those in the middle of a step, which advance by the rate after it
+    # positions count from where the tick began; d0, d1 are those in the middle of a step, which advance by the rate
+    # after it
     centre0, centre1 = turn_centre(X, 0), turn_centre(X, 1)
     d0, d1 = (X[POSITION] - centre0[0]) + half * v0, (X[POSITION + 1] - centre1[0]) + half * v1
     body = body_numbers(P, K, centre1[1:])
@@ -148,9 +141,13 @@ def _advance(P: np.ndarray, K: np.ndarray, X: np.ndarray, command: Pair, steps: 
         if slips:
             extra = slip_torque(P, K, q, v, base)
             bias = (bias[0] + extra[0], bias[1] + extra[1])
-        net0, own0, joint0 = joint_law(P, K, X, 0, effects, h, command[0], q[0], v[0], mass[0], carried[0], joint0, in_force0)
+        net0, own0, joint0 = joint_law(
+            P, K, X, 0, effects, h, command[0], q[0], v[0], mass[0], carried[0], joint0, in_force0
+        )
         if two:
-            net1, own1, joint1 = joint_law(P, K, X, 1, effects, h, command[1], q[1], v[1], mass[2], carried[1], joint1, in_force1)
+            net1, own1, joint1 = joint_law(
+                P, K, X, 1, effects, h, command[1], q[1], v[1], mass[2], carried[1], joint1, in_force1
+            )
             m11, m12, m22 = mass[0] - own0, mass[1], mass[2] - own1
             b0, b1 = net0 + bias[0], net1 + bias[1]
             inverse = 1.0 / (m11 * m22 - m12 * m12)
@@ -205,8 +202,10 @@ def joint_law(
     joint: tuple[float, float, float, float],
     in_force: Friction,
 ) -> tuple[float, float, tuple[float, float, float, float]]:
-    """Net torque of actuator, effects and friction at one joint (N m), the inertia that does not move with it (kg m^2), and its
-    `joint_state` after the step. `effects` False leaves them out at no cost; `in_force` is what `friction_in_force` answers."""
+    """Net torque of actuator, effects and friction at one joint (N m), the inertia that does not move with it (kg m^2),
+    and its `joint_state` after the step. `effects` False leaves them out at no cost; `in_force` is what
+    `friction_in_force` answers.
+    """
     block = AXIS_BLOCK + axis * AXIS_SIZE
     if effects and K[HOOK_COUNT + _COMMAND] > 0:
         for i in range(K[HOOK_FIRST + _COMMAND], K[HOOK_FIRST + _COMMAND] + K[HOOK_COUNT + _COMMAND]):
@@ -220,7 +219,18 @@ def joint_law(
             k = INSTANCE + INSTANCE_SIZE * K[i]
             if K[k + AXIS] == axis:
                 ts, tc, sigma2 = friction_law(
-                    K[k + CODE], P, K[k + PARAMETERS], X, K[k + STATES], q, v, torque, X[TEMPERATURE + axis], ts, tc, sigma2
+                    K[k + CODE],
+                    P,
+                    K[k + PARAMETERS],
+                    X,
+                    K[k + STATES],
+                    q,
+                    v,
+                    torque,
+                    X[TEMPERATURE + axis],
+                    ts,
+                    tc,
+                    sigma2,
                 )
         relaxation = sigma0 * h / tc if tc > 0.0 else 0.0
     speed = abs(v)
@@ -234,7 +244,8 @@ def joint_law(
     else:
         z, friction = 0.0, without_bristles(v, level, sigma2)
     after = (z, lagged, torque, friction)
-    # friction, stops and joint-side effects act on the joint; what a structure passes on of the motor's torque comes last
+    # friction, stops and joint-side effects act on the joint; what a structure passes on of the motor's torque comes
+    # last
     net = -friction
     if P[block + STOP_STIFFNESS] > 0.0:
         net += _stop_torque(P, block, q, v)
@@ -272,19 +283,11 @@ def joint_torque(
 ) -> tuple[float, float]:
     """`joint_law` of a joint whose state is in X."""
     joint, in_force, effects = joint_state(X, axis), friction_in_force(P, X, axis), K[INSTANCES] > 0
-    net, own, joint = joint_law(P, K, X, axis, effects, h, command, q, v, inertia, inertial_acceleration, joint, in_force)
+    net, own, joint = joint_law(
+        P, K, X, axis, effects, h, command, q, v, inertia, inertial_acceleration, joint, in_force
+    )
     put_joint_state(X, axis, joint)
     return net, own
-
-
-@compiled
-def friction_in_force(P: np.ndarray, X: np.ndarray, axis: int) -> Friction:
-    """Friction's numbers as a step wants them: Ts, Tc, sigma2, sigma0 h / Tc, 1 / vs, delta, the speed beyond which the bump is gone,
-    sigma0, sigma1 / h, and whether the bump has a table."""
-    f = IN_FORCE + axis * IN_FORCE_SIZE
-    delta, tabled = X[f + DELTA], has_bump_table(P, axis, X[f + DELTA])
-    relaxation, per_vs, gone, sigma1_per_step = X[f + RELAXATION], X[f + PER_VS], X[f + BUMP_GONE_SPEED], X[f + SIGMA1_PER_STEP]
-    return X[f + TS], X[f + TC], X[f + SIGMA2], relaxation, per_vs, delta, gone, X[f + SIGMA0], sigma1_per_step, tabled
 
 
 @compiled
@@ -294,12 +297,18 @@ def gyro_state(X: np.ndarray, axis: int) -> tuple[float, float]:
 
 
 @compiled
-def advance_structures(P: np.ndarray, K: np.ndarray, X: np.ndarray, h: float, torque: Pair, inertia: Pair, acceleration: Pair) -> None:
-    """Hidden states of the structure effects after a step with these torques (N m), inertias (kg m^2) and accelerations (rad/s^2)."""
+def advance_structures(
+    P: np.ndarray, K: np.ndarray, X: np.ndarray, h: float, torque: Pair, inertia: Pair, acceleration: Pair
+) -> None:
+    """Hidden states of the structure effects after a step with these torques (N m), inertias (kg m^2) and accelerations
+    (rad/s^2).
+    """
     for i in range(K[HOOK_FIRST + _STRUCTURE], K[HOOK_FIRST + _STRUCTURE] + K[HOOK_COUNT + _STRUCTURE]):
         k = INSTANCE + INSTANCE_SIZE * K[i]
         axis = K[k + AXIS]
-        structure_advance(K[k + CODE], P, K[k + PARAMETERS], X, K[k + STATES], torque[axis], inertia[axis], acceleration[axis], h)
+        structure_advance(
+            K[k + CODE], P, K[k + PARAMETERS], X, K[k + STATES], torque[axis], inertia[axis], acceleration[axis], h
+        )
 
 
 @compiled
@@ -328,14 +337,19 @@ def _holding_torque(P: np.ndarray, X: np.ndarray, axis: int, q: float, v: float)
 
 @compiled
 def begin_tick(P: np.ndarray, K: np.ndarray, X: np.ndarray) -> None:
-    """Once a tick: sine and cosine expand about the present position, temperatures advance, friction in force follows its table."""
+    """Once a tick: sine and cosine expand about the present position, temperatures advance, friction in force follows
+    its table.
+    """
     expand_turns(X, _outer_counts(P, K))
     tick_s = P[STEP_S] * K[STEPS_PER_TICK]
     for axis in range(K[AXES]):
         block = AXIS_BLOCK + axis * AXIS_SIZE
         if P[block + THERMAL_TIME_S] > 0.0:
             share = min(1.0, tick_s / P[block + THERMAL_TIME_S])
-            settled = P[block + AMBIENT] + P[block + HEATING] * P[block + THERMAL_TIME_S] * X[APPLIED + axis] * X[APPLIED + axis]
+            settled = (
+                P[block + AMBIENT]
+                + P[block + HEATING] * P[block + THERMAL_TIME_S] * X[APPLIED + axis] * X[APPLIED + axis]
+            )
             X[TEMPERATURE + axis] += share * (settled - X[TEMPERATURE + axis])
         if K[TEMPERATURE_KNOTS] > 0:
             friction_at(P, K, axis, X[TEMPERATURE + axis], X)
@@ -345,33 +359,6 @@ def begin_tick(P: np.ndarray, K: np.ndarray, X: np.ndarray) -> None:
 def _outer_counts(P: np.ndarray, K: np.ndarray) -> bool:
     """Whether the equations will ask for sine and cosine of the outer position at any time."""
     return outer_turn_counts(base_at_rest(P)[0], K[KIND] == _GIMBAL, K[BASE_KIND] != _FIXED)
-
-
-@compiled
-def friction_at(P: np.ndarray, K: np.ndarray, axis: int, temperature: float, X: np.ndarray) -> None:
-    """Put friction at a temperature (degC) in force: linear between the knots of the model's table, held beyond its ends."""
-    first = KNOTS + axis * MAX_KNOTS * KNOT_SIZE
-    last = first + (K[TEMPERATURE_KNOTS] - 1) * KNOT_SIZE
-    knot = first
-    while knot + KNOT_SIZE < last and P[knot + KNOT_SIZE] <= temperature:
-        knot += KNOT_SIZE
-    after = min(knot + KNOT_SIZE, last)
-    width = P[after] - P[knot]
-    share = min(1.0, max(0.0, (temperature - P[knot]) / width)) if width > 0.0 else 0.0
-    for i in range(KNOT_SIZE - 1):
-        X[IN_FORCE + axis * IN_FORCE_SIZE + i] = P[knot + 1 + i] + share * (P[after + 1 + i] - P[knot + 1 + i])
-    derive_friction(X, axis, P[STEP_S])
-
-
-@compiled
-def derive_friction(X: np.ndarray, axis: int, h: float) -> None:
-    """Put what steps of h seconds want of the friction in force behind it, so that they need not divide."""
-    f = IN_FORCE + axis * IN_FORCE_SIZE
-    # beyond this speed the power need not be computed
-    X[f + BUMP_GONE_SPEED] = X[f + VS] * BUMP_GONE ** (1.0 / X[f + DELTA])
-    X[f + PER_VS] = 1.0 / X[f + VS] if X[f + VS] > 0.0 else 0.0
-    X[f + RELAXATION] = X[f + SIGMA0] * h / X[f + TC] if X[f + TC] > 0.0 else 0.0
-    X[f + SIGMA1_PER_STEP] = X[f + SIGMA1] / h
 
 
 @compiled

@@ -1,4 +1,5 @@
-"""Sending and receiving end of the wire as objects, with the counters and verdicts that `block_codec` keeps in arrays.
+"""Sending and receiving end of the wire as objects, with the counters and verdicts that `block_codec` keeps in
+arrays.
 """
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
-"""The rules of the house, held by tests: import direction, small modules, nothing unfinished, lint, types, packaging.
+"""The rules of the house, held by tests: import direction, small modules, nothing unfinished, lint, types,
+packaging.
 """
 
 from __future__ import annotations

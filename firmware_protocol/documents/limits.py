@@ -62,7 +62,8 @@ def size_words(size_bytes: int) -> str:
 
 
 def text_problem(text: str) -> str | None:
-    """Why a string may not stand in a document, None where it may: half a character cannot be printed or written again.
+    """Why a string may not stand in a document, None where it may: half a character cannot be printed or written
+    again.
     """
     if text.isascii():
         return None

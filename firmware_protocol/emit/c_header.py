@@ -5,23 +5,15 @@ from __future__ import annotations
 from enum import Enum
 
 from firmware_protocol.emit.mail import screaming
-from firmware_protocol.schema import (
-    CRC_CHECK,
-    CRC_POLYNOMIAL,
-    ENUMERATIONS,
-    MESSAGES,
-    PROTOCOL_VERSION,
-    Direction,
-    Field,
-    Message,
-)
+from firmware_protocol.enumerations import ENUMERATIONS
+from firmware_protocol.schema import CRC_CHECK, CRC_POLYNOMIAL, MESSAGES, PROTOCOL_VERSION, Direction, Field, Message
 
 _HEAD = """/* The wire of the gimballed antenna, for firmware. C99.
  *
  * Emitted from the schema by `gimbal-hil protocol --emit c`; do not edit.
  *
- * A payload is eight bytes: fields in bits 0..47 of a little-endian word, alive counter in bits 48..51, CRC in bits 52..63.
- * Structures hold raw integers; physical value = raw * GIMBAL_..._STEP. Packing holds a number at its bounds.
+ * A payload is eight bytes: fields in bits 0..47 of a little-endian word, alive counter in bits 48..51, CRC in bits
+ * 52..63. Structures hold raw integers; physical value = raw * GIMBAL_..._STEP. Packing holds a number at its bounds.
  */
 #ifndef GIMBAL_PROTOCOL_H
 #define GIMBAL_PROTOCOL_H
@@ -131,13 +123,15 @@ def _constants(message: Message) -> str:
     label = f"GIMBAL_{message.name.upper()}"
     arrow = "host to device" if message.direction is Direction.HOST_TO_DEVICE else "device to host"
     lines = [
-        f"\n/* {message.name}, {arrow}: {message.text} */",
+        f"\n/* {message.name}, {arrow}:\n   {message.text} */",
         f"#define {label}_ID 0x{message.can_id:03X}u",
         f"#define {label}_DATA_ID 0x{message.data_id:02X}u",
         f"#define {label}_PERIOD_TICKS {message.period_ticks}",
     ]
     lines += [
-        f"#define {label}_{field.name.upper()}_STEP {field.step!r} /* {field.unit} */" for field in message.fields if field.is_physical
+        f"#define {label}_{field.name.upper()}_STEP {field.step!r} /* {field.unit} */"
+        for field in message.fields
+        if field.is_physical
     ]
     return "\n".join(lines) + "\n"
 
@@ -149,8 +143,8 @@ def _structure(message: Message) -> str:
 
 def _pack(message: Message) -> str:
     lines = [
-        f"\nstatic inline void gimbal_{message.name}_pack("
-        f"const gimbal_{message.name}_t *message, uint8_t counter, uint8_t payload[GIMBAL_PAYLOAD_SIZE])",
+        f"\nstatic inline void gimbal_{message.name}_pack(const gimbal_{message.name}_t *message, uint8_t counter,",
+        "    uint8_t payload[GIMBAL_PAYLOAD_SIZE])",
         "{",
         "    uint64_t fields = 0;",
     ]
@@ -165,7 +159,8 @@ def _pack(message: Message) -> str:
 def _unpack(message: Message) -> str:
     lines = [
         "\n/* False, and nothing written, when the CRC or a field is wrong. */",
-        f"static inline bool gimbal_{message.name}_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE], gimbal_{message.name}_t *message)",
+        f"static inline bool gimbal_{message.name}_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],",
+        f"    gimbal_{message.name}_t *message)",
         "{",
         "    uint64_t fields;",
         f"    if (!gimbal_unseal(GIMBAL_{message.name.upper()}_DATA_ID, payload, &fields))",
@@ -173,9 +168,11 @@ def _unpack(message: Message) -> str:
     ]
     for field in message.fields:
         sign = "true" if field.signed else "false"
-        lines.append(f"    const int32_t {field.name} = gimbal_extract(fields, {message.start(field.name)}, {field.bits}, {sign});")
+        place = f"{message.start(field.name)}, {field.bits}, {sign}"
+        lines.append(f"    const int32_t {field.name} = gimbal_extract(fields, {place});")
     lines += [
-        f"    if ({field.name} < {field.raw_low} || {field.name} > {field.raw_high})\n        return false;" for field in message.fields
+        f"    if ({field.name} < {field.raw_low} || {field.name} > {field.raw_high})\n        return false;"
+        for field in message.fields
     ]
     lines += [f"    message->{field.name} = ({_type(field)}){field.name};" for field in message.fields]
     return "\n".join([*lines, "    return true;", "}\n"])

@@ -39,7 +39,10 @@ def emit_dbc() -> str:
     """Text of the file."""
     parts = [f'VERSION "{PROTOCOL_VERSION}"\n', _SECTIONS]
     parts += [_message(message) for message in MESSAGES]
-    parts += ['CM_ "Two-axis gimballed antenna: torque commands, feedback and drive states. Emitted by gimbal-hil protocol --emit dbc.";']
+    parts += [
+        'CM_ "Two-axis gimballed antenna: torque commands, feedback and drive states. '
+        'Emitted by gimbal-hil protocol --emit dbc.";'
+    ]
     parts += [line for message in MESSAGES for line in _comments(message)]
     parts += [
         'BA_DEF_ BO_ "GenMsgCycleTime" INT 0 65535;',
@@ -67,8 +70,8 @@ def _message(message: Message) -> str:
         sign = "-" if field.signed else "+"
         low, high = field.raw_low * field.step, field.raw_high * field.step
         lines.append(
-            f" SG_ {field.name} : {start}|{field.bits}@1{sign} ({_number(field.step)},0) [{_number(low)}|{_number(high)}]"
-            f' "{field.unit}" {receiver}'
+            f" SG_ {field.name} : {start}|{field.bits}@1{sign} ({_number(field.step)},0)"
+            f' [{_number(low)}|{_number(high)}] "{field.unit}" {receiver}'
         )
     return "\n".join(lines) + "\n"
 

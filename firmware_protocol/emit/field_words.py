@@ -6,9 +6,9 @@ from firmware_protocol.schema import INDEX, MESSAGES, Field, Message, offset
 
 _HEADING = '''"""Field words from mail slots and back, every shift and bound a literal.
 
-Emitted from `schema` by `gimbal-hil protocol --emit field_words`; do not edit. One expression per field, because each call of a small
-compiled function with other literals would be compiled anew; every branch returns, because then only one is computed. The table-driven
-`codec` is the independent second reading of the schema that the tests hold this one against.
+Emitted from `schema` by `gimbal-hil protocol --emit field_words`; do not edit. One expression per field, because each
+call of a small compiled function with other literals would be compiled anew; every branch returns, because then only
+one is computed. The table-driven `codec` reads the schema independently, and the tests hold this one against it.
 """
 
 from __future__ import annotations
@@ -36,7 +36,17 @@ def unpack(message: int, word: int, mail: Slots) -> bool:
 
 def emit_field_words() -> str:
     """Text of the module."""
-    return "".join([_HEADING, _PACK, *map(_pack, MESSAGES), "    return word\n", _UNPACK, *map(_unpack, MESSAGES), "    return False\n"])
+    return "".join(
+        [
+            _HEADING,
+            _PACK,
+            *map(_pack, MESSAGES),
+            "    return word\n",
+            _UNPACK,
+            *map(_unpack, MESSAGES),
+            "    return False\n",
+        ]
+    )
 
 
 def _pack(message: Message) -> str:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from enum import Enum
 
-from firmware_protocol.schema import ENUMERATIONS, INDEX, MAIL_SIZE, MESSAGES, Message, offset
+from firmware_protocol.enumerations import ENUMERATIONS
+from firmware_protocol.schema import INDEX, MAIL_SIZE, MESSAGES, Message, offset
 
 _HEADING = '''"""Names and numbers of the mail, emitted from `schema` by `gimbal-hil protocol --emit mail`; do not edit.
 
-For a message: `SET_POINT` is the slot of `fresh`, `SET_POINT_TORQUE_OUTER` that of a field, `SET_POINT_MESSAGE` its index,
-`..._STEP` the physical size of a raw 1, `..._LOW` and `..._HIGH` the raw bounds. For an enumeration: `DRIVE_STATE_FAULT` and so on.
+For a message: `SET_POINT` is the slot of `fresh`, `SET_POINT_TORQUE_OUTER` that of a field, `SET_POINT_MESSAGE` its
+index, `..._STEP` the physical size of a raw 1, `..._LOW` and `..._HIGH` the raw bounds. For an enumeration:
+`DRIVE_STATE_FAULT` and so on.
 """
 
 from __future__ import annotations
@@ -44,4 +46,6 @@ def _message(message: Message) -> str:
 
 def _enumeration(enumeration: type[Enum]) -> str:
     name = screaming(enumeration.__name__)
-    return "\n".join([f"\n# {enumeration.__name__}"] + [f"{name}_{member.name} = {int(member.value)}" for member in enumeration])
+    return "\n".join(
+        [f"\n# {enumeration.__name__}"] + [f"{name}_{member.name} = {int(member.value)}" for member in enumeration]
+    )

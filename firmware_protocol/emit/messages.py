@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from firmware_protocol.schema import (
+from firmware_protocol.enumerations import (
 {enumerations}
 )
 '''

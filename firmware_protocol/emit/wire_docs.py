@@ -7,12 +7,12 @@ from enum import Enum
 from firmware_protocol.bus_load import LOAD_LIMIT, bus_load, frame_bits, highest_rate_hz, serial_load
 from firmware_protocol.codec import pack_raw
 from firmware_protocol.emit.dbc import field_text
+from firmware_protocol.enumerations import ENUMERATIONS
 from firmware_protocol.receiver import DEGRADED_PERIODS, LATE_STEP, LOST_PERIODS
 from firmware_protocol.schema import (
     BY_NAME,
     CRC_CHECK,
     CRC_POLYNOMIAL,
-    ENUMERATIONS,
     MESSAGES,
     PROTOCOL_VERSION,
     REFERENCE_RATE_HZ,
@@ -33,27 +33,34 @@ def emit_docs() -> str:
 def _introduction() -> str:
     return f"""# The wire, version {PROTOCOL_VERSION}
 
-Emitted from `firmware_protocol/schema.py` by `gimbal-hil protocol --emit docs`; do not edit. The same source gives `gimbal.dbc` (for
-cantools, SavvyCAN and others), `gimbal_protocol.h` (C99, for firmware) and both codecs.
+Emitted from `firmware_protocol/schema.py` by `gimbal-hil protocol --emit docs`; do not edit. The same source gives
+`gimbal.dbc` (for cantools, SavvyCAN and others), `gimbal_protocol.h` (C99, for firmware) and both codecs.
 
-Every frame is a classic CAN frame with an 11-bit identifier and eight bytes, on every transport. The payload is one little-endian 64-bit
-word: fields in bits 0 to 47 from bit 0 on in the order below, alive counter in bits 48 to 51, CRC in bits 52 to 63. Numbers on the wire
-are integers, signed ones in two's complement; physical value = integer times step. A field beyond its bounds makes the whole frame bad,
-and a sender holds a number at the bound, so that nothing ever wraps round.
+Every frame is a classic CAN frame with an 11-bit identifier and eight bytes, on every transport. The payload is one
+little-endian 64-bit word: fields in bits 0 to 47 from bit 0 on in the order below, alive counter in bits 48 to 51, CRC
+in bits 52 to 63. Numbers on the wire are integers, signed ones in two's complement; physical value = integer times
+step. A field beyond its bounds makes the whole frame bad, and a sender holds a number at the bound, so that nothing
+ever wraps round.
 
-An antenna says who it is in `identity` and `identity_unit`: once a second, and in the tick in which `drive_control.identify` asks. A host
-switches no torque on before it has heard both. Run folders of version 1 are still read (`firmware_protocol/protocol_versions.py`).
+An antenna says who it is in `identity` and `identity_unit`: once a second, and in the tick in which
+`drive_control.identify` asks. A host switches no torque on before it has heard both. Run folders of version 1 are still
+read (`firmware_protocol/protocol_versions.py`).
 """
 
 
 def _messages() -> str:
-    return "## Messages\n\nRates are those at a tick of " + f"{REFERENCE_RATE_HZ:g} Hz.\n\n" + "\n".join(map(_message, MESSAGES))
+    return (
+        "## Messages\n\nRates are those at a tick of "
+        + f"{REFERENCE_RATE_HZ:g} Hz.\n\n"
+        + "\n".join(map(_message, MESSAGES))
+    )
 
 
 def _message(message: Message) -> str:
     arrow = "host to device" if message.direction is Direction.HOST_TO_DEVICE else "device to host"
     rate = f"{REFERENCE_RATE_HZ / message.period_ticks:g} Hz" if message.period_ticks else "on an event"
-    head = f"### `{message.name}` 0x{message.can_id:03X}, {arrow}, {rate}, data id 0x{message.data_id:02X}\n\n{_sentence(message.text)}\n"
+    title = f"### `{message.name}` 0x{message.can_id:03X}, {arrow}, {rate}, data id 0x{message.data_id:02X}"
+    head = f"{title}\n\n{_sentence(message.text)}\n"
     rows = ["| field | bits | type | step | range | meaning |", "|---|---|---|---|---|---|"]
     rows += [_row(message, field) for field in message.fields]
     return head + "\n" + "\n".join(rows) + "\n"
@@ -89,11 +96,12 @@ def _seal() -> str:
     values = ", ".join(f"{field.name} {number}" for field, number in zip(BY_NAME[name].fields, raw, strict=True))
     return f"""## CRC and alive counter
 
-CRC-12: width 12, polynomial 0x{CRC_POLYNOMIAL:03X} (0xBAE as Koopman writes it), start 0, nothing reflected, nothing inverted; of the nine
-characters `123456789` it is 0x{CRC_CHECK:03X}. It runs over eight bytes: the data id, the counter (payload byte 6 with its upper half
-zero), payload bytes 0 to 5. The data id is not sent: it makes a frame under another message's identifier fail. Found is every error of up
-to four bits in a payload, and every burst of up to twelve within the fields; of all others about one in 4096 passes here and meets the
-CRC of CAN or of the serial packet. `docs/residual-errors.md` has what is left on each transport.
+CRC-12: width 12, polynomial 0x{CRC_POLYNOMIAL:03X} (0xBAE as Koopman writes it), start 0, nothing reflected, nothing
+inverted; of the nine characters `123456789` it is 0x{CRC_CHECK:03X}. It runs over eight bytes: the data id, the counter
+(payload byte 6 with its upper half zero), payload bytes 0 to 5. The data id is not sent: it makes a frame under another
+message's identifier fail. Found is every error of up to four bits in a payload, and every burst of up to twelve within
+the fields; of all others about one in 4096 passes here and meets the CRC of CAN or of the serial packet.
+`docs/residual-errors.md` has what is left on each transport.
 
 The counter goes up by one with every frame of its message, modulo 16.
 
@@ -105,11 +113,11 @@ Example in raw integers: `{name}` with {values}, counter {counter}:
 def _receiver() -> str:
     return f"""## What a receiver does
 
-A value changes only on a frame whose identifier, length, CRC, bounds and counter are right; everything else is counted and dropped. A
-repeated counter is a duplicate. A jump counts the frames that are missing; a step of {LATE_STEP} to 15 is a late frame and dropped. Each
-message is *ok*, *degraded* (over {DEGRADED_PERIODS} periods without a good frame, or about one frame in five bad or missing) or *lost*
-(over {LOST_PERIODS} periods); a lost message takes the next good frame whatever its counter. Messages sent on an event are not lost by
-silence.
+A value changes only on a frame whose identifier, length, CRC, bounds and counter are right; everything else is counted
+and dropped. A repeated counter is a duplicate. A jump counts the frames that are missing; a step of {LATE_STEP} to 15
+is a late frame and dropped. Each message is *ok*, *degraded* (over {DEGRADED_PERIODS} periods without a good frame, or
+about one frame in five bad or missing) or *lost* (over {LOST_PERIODS} periods); a lost message takes the next good
+frame whatever its counter. Messages sent on an event are not lost by silence.
 """
 
 
@@ -118,10 +126,10 @@ def _serial() -> str:
     block = BY_NAME[name].can_id.to_bytes(2, "little") + pack_raw(BY_NAME[name], raw, counter)
     return f"""## Serial lines
 
-A block is a row of ten-byte records: identifier (little-endian, two bytes), payload (eight). A packet is COBS(block, CRC-16 of the block
-with its most significant byte first) and a zero byte; the CRC is CRC-16/CCITT-FALSE (0x29B1 of `123456789`). At most {PACKET_FRAMES} frames
-a packet, {PACKET_LIMIT} bytes before the zero. A receiver drops what does not fit and is right again after the next zero. The frame above
-as a packet:
+A block is a row of ten-byte records: identifier (little-endian, two bytes), payload (eight). A packet is COBS(block,
+CRC-16 of the block with its most significant byte first) and a zero byte; the CRC is CRC-16/CCITT-FALSE (0x29B1 of
+`123456789`). At most {PACKET_FRAMES} frames a packet, {PACKET_LIMIT} bytes before the zero. A receiver drops what does
+not fit and is right again after the next zero. The frame above as a packet:
 `{encode_packets(block).hex(" ")}`.
 
 Over slcan a record is the line `tiiil<data>`; over a Unix socket (SOCK_SEQPACKET) a packet is a block as it is.
@@ -135,13 +143,13 @@ def _load() -> str:
     table = "\n".join(rows)
     return f"""## Load
 
-Worst case on CAN: {frame_bits()} bit times a frame, stuff bits and interframe space included (Davis, Burns, Bril, Lukkien 2007). All
-messages together, both directions, event messages as if one came every 100 ticks:
+Worst case on CAN: {frame_bits()} bit times a frame, stuff bits and interframe space included (Davis, Burns, Bril,
+Lukkien 2007). All messages together, both directions, event messages as if one came every 100 ticks:
 
 {table}
 
-A rate that takes more than {LOAD_LIMIT:.0%} of the bus is refused: at most {int(highest_rate_hz(1_000_000))} Hz at 1 Mbit/s. A serial
-line at 921600 bit/s is taken to {serial_load(1000.0, 921_600):.1%} in its busier direction at 1 kHz.
+A rate that takes more than {LOAD_LIMIT:.0%} of the bus is refused: at most {int(highest_rate_hz(1_000_000))} Hz at 1
+Mbit/s. A serial line at 921600 bit/s is taken to {serial_load(1000.0, 921_600):.1%} in its busier direction at 1 kHz.
 """
 
 

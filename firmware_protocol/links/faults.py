@@ -1,7 +1,8 @@
-"""A link with faults in it, by seed: the same seed and the same frames give the same faults, in each direction on its own.
+"""A link with faults in it, by seed: the same seed and the same frames give the same faults, in each direction on its
+own.
 
-Time is counted in calls of `receive`, which a loop makes once per tick. Everything that goes wrong here goes wrong with blocks and bits,
-below the codec: nothing in this module knows what a frame means.
+Time is counted in calls of `receive`, which a loop makes once per tick. Everything that goes wrong here goes wrong with
+blocks and bits, below the codec: nothing in this module knows what a frame means.
 """
 
 from __future__ import annotations
@@ -23,14 +24,18 @@ class DirectionFaults(Strict):
     duplicate: float = Field(default=0.0, ge=0, le=1)
     reorder: float = Field(default=0.0, ge=0, le=1, description="the frame comes after the next one")
     corrupt: float = Field(default=0.0, ge=0, le=1)
-    corrupt_bits: int = Field(default=1, ge=1, le=80, description="bits flipped at random places of identifier and payload")
+    corrupt_bits: int = Field(
+        default=1, ge=1, le=80, description="bits flipped at random places of identifier and payload"
+    )
     truncate: float = Field(default=0.0, ge=0, le=1, description="the block ends at a random byte")
     delay: float = Field(default=0.0, ge=0, le=1)
     delay_ticks: int = Field(default=1, ge=1)
 
 
 class Cut(Strict):
-    """Nothing passes from `start_tick` on for `ticks` ticks; `visible`: the port itself is gone meanwhile and has to be reopened."""
+    """Nothing passes from `start_tick` on for `ticks` ticks; `visible`: the port itself is gone meanwhile and has to be
+    reopened.
+    """
 
     start_tick: int = Field(ge=0)
     ticks: int = Field(ge=1)

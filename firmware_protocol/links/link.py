@@ -1,4 +1,6 @@
-"""What every link does, whatever carries the frames: blocks out, blocks in, never a wait and never an exception in the tick."""
+"""What every link does, whatever carries the frames: blocks out, blocks in, never a wait and never an exception in the
+tick.
+"""
 
 from __future__ import annotations
 
@@ -47,8 +49,8 @@ class LinkStatistics:
 class Link(Protocol):
     """A two-way carrier of blocks.
 
-    `send` and `receive` return at once and do not raise once the link was opened: what cannot be sent is counted and dropped, a lost
-    peer shows as `state` LOST with `loss` saying why, until `reopen` answers True.
+    `send` and `receive` return at once and do not raise once the link was opened: what cannot be sent is counted and
+    dropped, a lost peer shows as `state` LOST with `loss` saying why, until `reopen` answers True.
     """
 
     @property

@@ -1,4 +1,6 @@
-"""A lasting name (a symbolic link to a pseudo-terminal, a socket) belongs to the process that serves it, until that process ends."""
+"""A lasting name (a symbolic link to a pseudo-terminal, a socket) belongs to the process that serves it, until that
+process ends.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,9 @@ from firmware_protocol.errors import LinkError
 
 
 class NameLock:
-    """Held from the moment a name is taken until `release`; the system gives it back when the process dies. LinkError where it is held."""
+    """Held from the moment a name is taken until `release`; the system gives it back when the process dies. LinkError
+    where it is held.
+    """
 
     def __init__(self, name: Path) -> None:
         self._path = name.with_name(f".{name.name}.lock")
@@ -34,7 +38,9 @@ class NameLock:
         try:
             file = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
         except OSError as error:
-            raise LinkError(f"{name}: {error.strerror or error}; expected a path in a folder that can be written to") from error
+            raise LinkError(
+                f"{name}: {error.strerror or error}; expected a path in a folder that can be written to"
+            ) from error
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             if self._path.exists() and os.path.samestat(os.fstat(file), os.stat(self._path)):
@@ -42,7 +48,9 @@ class NameLock:
         except BlockingIOError:
             holder = os.pread(file, 20, 0).decode(errors="replace").strip() or "unknown"
             os.close(file)
-            raise LinkError(f"{name}: busy: process {holder} serves under this name; expected another name, or that one ended") from None
+            raise LinkError(
+                f"{name}: busy: process {holder} serves under this name; expected another name, or that one ended"
+            ) from None
         except FileNotFoundError:
             pass
         os.close(file)

@@ -16,8 +16,9 @@ from firmware_protocol.links.stream_link import CobsFraming, Framing, StreamLink
 def pty_link(framing: Framing | None = None, symlink: Path | None = None) -> tuple[StreamLink, str]:
     """A link on a new pseudo-terminal, and the path that the other program opens.
 
-    `framing` is that of `stream` unless given (`SlcanDevice` for slcan). `symlink` gives the path a name that stays the same when the
-    device is started again; an old link of that name is replaced, anything else there is refused, and so is a name that a process serves.
+    `framing` is that of `stream` unless given (`SlcanDevice` for slcan). `symlink` gives the path a name that stays the
+    same when the device is started again; an old link of that name is replaced, anything else there is refused, and so
+    is a name that a process serves.
     """
     lock = None if symlink is None else NameLock(symlink)
     device, terminal = os.openpty()
@@ -32,7 +33,9 @@ def pty_link(framing: Framing | None = None, symlink: Path | None = None) -> tup
             os.close(terminal)
             if lock is not None:
                 lock.release()
-            raise LinkError(f"{symlink}: {error.strerror or error}; expected a path where a symbolic link can be made") from error
+            raise LinkError(
+                f"{symlink}: {error.strerror or error}; expected a path where a symbolic link can be made"
+            ) from error
 
     def release() -> None:
         os.close(device)

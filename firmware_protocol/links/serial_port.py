@@ -63,7 +63,9 @@ def _claim(descriptor: int, port: str) -> bool:
 
 
 def _open_socket(url: str) -> DescriptorPort:
-    """A TCP connection. Not through pyserial, which leaves small packets to wait for one another and sleeps when it closes."""
+    """A TCP connection. Not through pyserial, which leaves small packets to wait for one another and sleeps when it
+    closes.
+    """
     try:
         parts = urlsplit(url)
         if not parts.hostname or not parts.port:

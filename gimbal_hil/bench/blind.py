@@ -37,10 +37,17 @@ class BlindChoice:
     def words(self) -> list[str]:
         """The choice as the bench's own command line."""
         options: dict[str, object] = {
-            "--seed": self.seed, "--sealed": self.sealed, "--kinds": ",".join(self.kinds) or None, "--cases": self.cases,
-            "--most": self.most, "--first": self.first, "--workers": self.workers, "--dask": self.dask,
-            "--keep": self.keep, "--compare": None if self.compare is None else self.compare.resolve(),
-        }  # fmt: skip
+            "--seed": self.seed,
+            "--sealed": self.sealed,
+            "--kinds": ",".join(self.kinds) or None,
+            "--cases": self.cases,
+            "--most": self.most,
+            "--first": self.first,
+            "--workers": self.workers,
+            "--dask": self.dask,
+            "--keep": self.keep,
+            "--compare": None if self.compare is None else self.compare.resolve(),
+        }
         given = [word for name, value in options.items() if value is not None for word in (name, str(value))]
         return [str(self.folder.resolve()), *given, *(["--table"] if self.table else [])]
 

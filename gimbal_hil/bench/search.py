@@ -92,7 +92,9 @@ def _whole(folder: Path, seconds: float, workers: int) -> Cost:
 
 
 def _candidates(folder: Path, repeats: int) -> tuple[Cost, ...]:
-    """Responses of a growing share of the catalogue, cheap and dear ones in the same mixture; the best of some repeats."""
+    """Responses of a growing share of the catalogue, cheap and dear ones in the same mixture; the best of some
+    repeats.
+    """
     model = shipped_model()
     table = _surveyed(folder, COUNTED_S, 0)
     twin = Twin(model, (record_of(table, model, scored_band((table,)), "measured"),))

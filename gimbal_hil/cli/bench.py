@@ -1,4 +1,6 @@
-"""`gimbal-hil bench`: speed, real time and the search's cost as ratios, the fault matrix, or the blind bench of the discrepancy search."""
+"""`gimbal-hil bench`: speed, real time and the search's cost as ratios, the fault matrix, or the blind bench of the
+discrepancy search.
+"""
 
 from __future__ import annotations
 

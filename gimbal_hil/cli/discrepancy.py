@@ -138,9 +138,18 @@ def _unusable(out: Path, reason: str, force: bool) -> None:
     import json
 
     nothing: dict[str, Any] = {
-        "schema": 1, "verdict": "unusable_data", "text": reason, "where": [], "effects": [], "alternatives": [], "next_experiment": None,
-        "not_testable": [], "gap": None, "gaps": [], "contradictions": [],
-    }  # fmt: skip
+        "schema": 1,
+        "verdict": "unusable_data",
+        "text": reason,
+        "where": [],
+        "effects": [],
+        "alternatives": [],
+        "next_experiment": None,
+        "not_testable": [],
+        "gap": None,
+        "gaps": [],
+        "contradictions": [],
+    }
     out.mkdir(parents=True, exist_ok=True)
     if force or not (out / VERDICT_FILE).exists():
         (out / VERDICT_FILE).write_text(json.dumps(nothing, indent=2) + "\n", encoding="utf-8")

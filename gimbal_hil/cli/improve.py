@@ -95,7 +95,8 @@ def command(
 
 
 def _end_like_ctrl_c() -> None:
-    """SIGTERM and SIGHUP bring the joints back as Ctrl-C does; they would otherwise leave a daemon behind that goes on.
+    """SIGTERM and SIGHUP bring the joints back as Ctrl-C does; they would otherwise leave a daemon behind that goes
+    on.
     """
     import signal
     import threading

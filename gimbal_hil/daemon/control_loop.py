@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
+from firmware_protocol.enumerations import DriveState
 from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, EXIT_SAFETY_STOP
-from firmware_protocol.schema import DriveState
 from gimbal_hil.daemon.link_keeper import LinkKeeper
 from gimbal_hil.host import EventCode, Host, HostEvent, HostState, LinkStatus
 from gimbal_hil.host.layout import AXES, BASE_RATE, DRIVE_STATE, MEASURED_RATE, REST_RATE, axis_c, axis_h
@@ -36,7 +36,13 @@ _LEAVE_TIMEOUT = Duration(3_000_000_000)
 
 
 #: drive states in which it applies no torque
-_DRIVE_OFF = (DriveState.NOT_READY, DriveState.SWITCH_ON_DISABLED, DriveState.READY_TO_SWITCH_ON, DriveState.SWITCHED_ON, DriveState.FAULT)
+_DRIVE_OFF = (
+    DriveState.NOT_READY,
+    DriveState.SWITCH_ON_DISABLED,
+    DriveState.READY_TO_SWITCH_ON,
+    DriveState.SWITCHED_ON,
+    DriveState.FAULT,
+)
 #: commands without parameters that go straight to the host, as the log calls them
 _PLAIN: dict[CommandKind, tuple[str, Callable[[Host], None]]] = {
     CommandKind.STOP: ("stop", Host.stop),
@@ -62,7 +68,9 @@ class LoopEnd:
 
 
 class Heartbeat:
-    """Whether the service process still works: it takes what every tick leaves for it, so its progress never stands still for long."""
+    """Whether the service process still works: it takes what every tick leaves for it, so its progress never stands
+    still for long.
+    """
 
     def __init__(self, progress: Callable[[], int], timeout: Duration, now: Instant) -> None:
         self._progress, self._timeout = progress, timeout
@@ -95,8 +103,9 @@ class ControlLoop:
         pass_over: Callable[[int], None] | None = None,
         heartbeat: Heartbeat | None = None,
     ) -> None:
-        """`pass_over(periods)` is called when ticks were skipped: a virtual antenna in this process has to go on meanwhile.
-        Without a `heartbeat` a service process that hangs is not noticed."""
+        """`pass_over(periods)` is called when ticks were skipped: a virtual antenna in this process has to go on
+        meanwhile. Without a `heartbeat` a service process that hangs is not noticed.
+        """
         self._host = host
         self._link = link
         self._telemetry = telemetry
@@ -140,14 +149,18 @@ class ControlLoop:
         late_ns, computing_ns = tick.woke_ns - tick.deadline_ns, self._clock.now_ns() - tick.woke_ns
         self._telemetry.tick(self._host.row, late_ns, computing_ns, received, sent)
         for event in self._host.events():
-            self._telemetry.event(event.tick, time_ns, _kind(event), event.text, {"code": event.code.name.lower(), **event.data})
+            self._telemetry.event(
+                event.tick, time_ns, _kind(event), event.text, {"code": event.code.name.lower(), **event.data}
+            )
         self._due = take_commands(self._commands)
         if tick.number % self._service_check_ticks <= tick.skipped:
             self._watch_service()
         return self._go_on()
 
     def last_words(self) -> None:
-        """After a failure of this process: try to switch torque off; if even that fails, the drive's deadman does it."""
+        """After a failure of this process: try to switch torque off; if even that fails, the drive's deadman does
+        it.
+        """
         with contextlib.suppress(Exception):
             for _ in range(3):
                 self._host.quick_stop()
@@ -155,7 +168,9 @@ class ControlLoop:
                 self._link.send(self._host.tick(self._tick, self._tick * self._period_ns, self._link.receive()))
 
     def tell_miss(self, miss: Miss, cause: MissCause) -> None:
-        """For the tick engine: a miss has been explained; the row that it belongs to is that of the tick which ran next."""
+        """For the tick engine: a miss has been explained; the row that it belongs to is that of the tick which ran
+        next.
+        """
         tick = miss.tick + miss.periods
         self._telemetry.miss(tick, miss.periods, cause)
         used = miss.usage
@@ -217,17 +232,28 @@ class ControlLoop:
     def _watch_service(self) -> None:
         if not self._service_gone and not self._service_alive():
             self._service_gone = True
-            self._ask(LoopEnd(EXIT_SAFETY_STOP, "the service process has died: nothing is recorded and no operator can reach the daemon"))
+            self._ask(
+                LoopEnd(
+                    EXIT_SAFETY_STOP,
+                    "the service process has died: nothing is recorded and no operator can reach the daemon",
+                )
+            )
         if not self._service_gone and self._heartbeat is not None and self._heartbeat.missed(self._clock.now()):
             self._service_gone = True
-            self._ask(LoopEnd(EXIT_SAFETY_STOP, f"{self._heartbeat}: nothing is recorded and no operator can reach the daemon"))
+            self._ask(
+                LoopEnd(
+                    EXIT_SAFETY_STOP, f"{self._heartbeat}: nothing is recorded and no operator can reach the daemon"
+                )
+            )
 
     def _ask(self, ending: LoopEnd) -> None:
         if self._asked is None:
             self._asked = ending
 
     def _leave(self, how: Stopping, ending: LoopEnd) -> None:
-        """BRAKING: to rest under control, then off. SWITCHING_OFF: no torque from this tick on, the drive stops the axes by itself."""
+        """BRAKING: to rest under control, then off. SWITCHING_OFF: no torque from this tick on, the drive stops the
+        axes by itself.
+        """
         if self._leaving != ending:
             self._event("note", f"stopping: {ending.reason}", {"exit_code": ending.exit_code})
         self._stopping, self._stopping_since, self._leaving = how, self._tick, ending

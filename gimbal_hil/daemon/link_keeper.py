@@ -11,15 +11,18 @@ from gimbal_hil.timing import Clock, Duration, Instant
 FIRST_WAIT, LONGEST_WAIT = Duration(100_000_000), Duration(2_000_000_000)
 #: a link that lasted this long was a good one: the next try after its loss comes soon
 GOOD_AFTER = Duration(1_000_000_000)
-#: an antenna sends with every tick: after so much silence nothing is written any more, after so much the port is given back and opened anew
+#: an antenna sends with every tick: after so much silence nothing is written any more, after so much the port is given
+#: back and opened anew
 QUIET_AFTER, CLOSED_AFTER = Duration(500_000_000), Duration(2_000_000_000)
 
 
 class LinkKeeper:
-    """A link that may be absent. `tell(open, text)` is called at every change, `charge(ns)` for time that link calls took.
+    """A link that may be absent. `tell(open, text)` is called at every change, `charge(ns)` for time that link calls
+    took.
 
-    Nothing is written to a port on which no whole frame was heard since it was opened, or for some time: behind its name may stand another
-    program than the antenna. Opening takes as long as the port takes; meanwhile no tick runs, and none would have an antenna to command.
+    Nothing is written to a port on which no whole frame was heard since it was opened, or for some time: behind its
+    name may stand another program than the antenna. Opening takes as long as the port takes; meanwhile no tick runs,
+    and none would have an antenna to command.
     """
 
     def __init__(
@@ -121,7 +124,11 @@ class LinkKeeper:
                 self._link.receive()
         except (LinkError, OSError) as error:
             return str(error)
-        return None if self._link.state is LinkState.OPEN else str(self._link.loss or f"{self._link.name}: nobody has connected")
+        return (
+            None
+            if self._link.state is LinkState.OPEN
+            else str(self._link.loss or f"{self._link.name}: nobody has connected")
+        )
 
     def _note_loss(self) -> None:
         self._was_open = False

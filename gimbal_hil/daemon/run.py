@@ -1,4 +1,6 @@
-"""One run of the daemon: service, witness, link, host and tick engine put together, and taken apart again whatever happens."""
+"""One run of the daemon: service, witness, link, host and tick engine put together, and taken apart again whatever
+happens.
+"""
 
 from __future__ import annotations
 
@@ -41,14 +43,17 @@ from gimbal_hil.timing import (
 from sim_backend.device import Device
 
 Json = dict[str, Any]
-#: sleeping costs the kernel's way of waking up and cold caches; waiting the last part awake costs a twentieth of a core at 1 kHz
+#: sleeping costs the kernel's way of waking up and cold caches; waiting the last part awake costs a twentieth of a core
+#: at 1 kHz
 DEFAULT_SPIN_US = 50.0
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 @dataclass(frozen=True, slots=True)
 class DaemonOptions:
-    """What a caller chooses besides the configuration. `duration_s` None runs until stopped; `page_port` 0 takes any free port."""
+    """What a caller chooses besides the configuration. `duration_s` None runs until stopped; `page_port` 0 takes any
+    free port.
+    """
 
     run: Path
     force: bool = False
@@ -128,9 +133,16 @@ def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport
         timeout = Duration.of_seconds(settings.supervisor.service_timeout_s)
         heartbeat = None if options.lockstep else Heartbeat(service.progress, timeout, clock.now())
         pass_over = embedded.pass_over if embedded else None
-        loop = ControlLoop(host, link, telemetry, service.commands, service.alive, clock, period, ticks, pass_over, heartbeat)
+        loop = ControlLoop(
+            host, link, telemetry, service.commands, service.alive, clock, period, ticks, pass_over, heartbeat
+        )
         engine = TickEngine(
-            clock, period, loop.step, None if options.lockstep else usage, witness.page if witness else None, loop.tell_miss
+            clock,
+            period,
+            loop.step,
+            None if options.lockstep else usage,
+            witness.page if witness else None,
+            loop.tell_miss,
         )
         parts = _Parts(clock, loop, engine, host, link, telemetry)
         if witness is not None:
@@ -143,7 +155,9 @@ def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport
             _note_in_log(options.run, engine.statistics.ticks, parts.ending)
             if parts.ending.exit_code != EXIT_SAFETY_STOP:
                 parts.ending = LoopEnd(EXIT_SAFETY_STOP, f"recording failed; {parts.ending.reason}".removesuffix("; "))
-    return DaemonReport(options.run, parts.ending, engine.statistics, granted, _frame_counts(host), link.losses, recorded)
+    return DaemonReport(
+        options.run, parts.ending, engine.statistics, granted, _frame_counts(host), link.losses, recorded
+    )
 
 
 def _run(parts: _Parts, core: int | None, lockstep: bool) -> Granted | None:
@@ -170,7 +184,10 @@ def _signals_to(loop: ControlLoop) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = {number: signal.signal(number, lambda number, _: loop.interrupt(signal.Signals(number).name)) for number in _SIGNALS}
+    before = {
+        number: signal.signal(number, lambda number, _: loop.interrupt(signal.Signals(number).name))
+        for number in _SIGNALS
+    }
     try:
         yield
     finally:
@@ -185,12 +202,16 @@ def _link_opener(settings: DaemonSettings, options: DaemonOptions) -> tuple[Call
         embedded = embedded_antenna(settings, link)
         return lambda: embedded, embedded
     if options.lockstep:
-        raise BadInputError("--lockstep", "needs an antenna whose time can wait", "a configuration with the embedded antenna")
+        raise BadInputError(
+            "--lockstep", "needs an antenna whose time can wait", "a configuration with the embedded antenna"
+        )
     return opener_of(link, options.wait), None
 
 
 def _compile(settings: DaemonSettings, embedded: EmbeddedLink | None) -> None:
-    """Load what is compiled (meanwhile the service starts) before time counts; throwaway copies, so that nothing has happened yet."""
+    """Load what is compiled (meanwhile the service starts) before time counts; throwaway copies, so that nothing has
+    happened yet.
+    """
     if embedded is not None:
         Device(embedded.device.model, rate_hz=settings.rate_hz).tick()
     host = Host(host_configuration(settings), settings.axis_names)
@@ -202,7 +223,12 @@ def _compile(settings: DaemonSettings, embedded: EmbeddedLink | None) -> None:
 def _service_settings(settings: DaemonSettings, options: DaemonOptions) -> ServiceSettings:
     recording = settings.recording
     return ServiceSettings(
-        options.force, recording.frames, recording.every_ticks, settings.operator.enabled, options.page_port, options.quiet
+        options.force,
+        recording.frames,
+        recording.every_ticks,
+        settings.operator.enabled,
+        options.page_port,
+        options.quiet,
     )
 
 
@@ -239,8 +265,16 @@ def _frame_counts(host: Host) -> Json:
 
 
 def _note_in_log(run: Path, tick: int, ending: LoopEnd) -> None:
-    """When the service could not finish the log, say in it why the run ended: nobody else writes to the file any more."""
-    line = {"tick": tick, "time_ns": -1, "kind": "note", "text": f"stopping: {ending.reason}", "data": {"exit_code": ending.exit_code}}
+    """When the service could not finish the log, say in it why the run ended: nobody else writes to the file any
+    more.
+    """
+    line = {
+        "tick": tick,
+        "time_ns": -1,
+        "kind": "note",
+        "text": f"stopping: {ending.reason}",
+        "data": {"exit_code": ending.exit_code},
+    }
     with contextlib.suppress(GimbalHilError):
         if read_header(run).end is not None:
             return  # the service has finished the log, and sealed it

@@ -75,7 +75,7 @@ def _friction(settings: DaemonSettings, out: Path, progress: ProgressSink) -> To
     result = identify_axis(logs, _doubtful(model, axis), axis)
     found = {estimate.name: estimate for estimate in result.estimates}
     worst = max(abs(found[name].value / model.number(axis, f"friction.{name}") - 1.0) for name in _FRICTION)
-    line = f"seven friction numbers of the {axis} axis from sliding and presliding, worst {100 * worst:.1f} % from the truth"
+    line = f"seven friction numbers of the {axis} axis, the worst {100 * worst:.1f} % from the truth"
     return Told(line, [*blocks, *identification_page(model, [result], ["sliding", "presliding"]).blocks])
 
 

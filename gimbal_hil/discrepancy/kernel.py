@@ -11,6 +11,7 @@ import numpy as np
 
 from firmware_protocol.compiling import compiled, entry_point
 from sim_backend.effects import Hook, encoder_law, gyro_law
+from sim_backend.friction_in_force import friction_at
 from sim_backend.layout import (
     APPLIED,
     AXES,
@@ -41,7 +42,7 @@ from sim_backend.layout import (
 )
 from sim_backend.rigid_body import equations_of_motion
 from sim_backend.sensors import gyro_reading, gyro_step
-from sim_backend.step import advance_structures, friction_at, joint_torque
+from sim_backend.step import advance_structures, joint_torque
 
 _STRUCTURE, _ENCODER, _GYRO = int(Hook.STRUCTURE), int(Hook.ENCODER), int(Hook.GYRO)
 _GIMBAL = int(PlantKind.GIMBAL)

@@ -135,7 +135,8 @@ class LocalProcesses(WorkExecutor):
 
 
 class DaskCluster(WorkExecutor):
-    """A Dask cluster that is already running; refused when one of its workers has other code or other numeric packages.
+    """A Dask cluster that is already running; refused when one of its workers has other code or other numeric
+    packages.
     """
 
     def __init__(self, address: str) -> None:

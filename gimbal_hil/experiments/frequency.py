@@ -31,7 +31,8 @@ class Lap:
 
 @dataclass(frozen=True)
 class FrequencyResponse:
-    """`closed` and `open` loop (complex, (m,)) and coherence of the closed one (0 to 1, (m,)) at `frequency_hz` (m,).
+    """`closed` and `open` loop (complex, (m,)) and coherence of the closed one (0 to 1, (m,)) at `frequency_hz`
+    (m,).
     """
 
     frequency_hz: Vector
@@ -42,7 +43,8 @@ class FrequencyResponse:
 
 @dataclass(frozen=True)
 class Margins:
-    """Where the open loop crosses unit gain and -180 degrees; None where it does not within the frequencies measured.
+    """Where the open loop crosses unit gain and -180 degrees; None where it does not within the frequencies
+    measured.
     """
 
     crossover_hz: float | None

@@ -192,7 +192,8 @@ class Plan(Strict):
 
 
 def load_plan(path: Path, axes: Sequence[str] = AXIS_NAMES) -> Plan:
-    """Read and check a plan file for an antenna with these axes; BadInputError names file, key and what was expected.
+    """Read and check a plan file for an antenna with these axes; BadInputError names file, key and what was
+    expected.
     """
     return plan_from_document(read_yaml(path, "a plan file with the keys schema, name, segments"), str(path), axes)
 

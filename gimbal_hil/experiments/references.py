@@ -219,7 +219,8 @@ SHAPES: dict[str, type[Reference]] = {
 
 
 def without_units(section: dict[str, Any], mode: Mode) -> dict[str, Any]:
-    """A reference's keys with the unit of `mode` taken off; ValueError names the key that should stand there instead.
+    """A reference's keys with the unit of `mode` taken off; ValueError names the key that should stand there
+    instead.
     """
     kind = SHAPES.get(str(section.get("shape", "hold")))
     if kind is None or mode not in UNITS:

@@ -203,7 +203,8 @@ def _alone(folder: Path) -> Iterator[None]:
 
 
 def _as_one(experiment: Experiment, parts: Sequence[_Part], writer: RunWriter) -> Outcome:
-    """Logs one after the other with ticks that go on, steps' tables numbered through, rows and drawn signals together.
+    """Logs one after the other with ticks that go on, steps' tables numbered through, rows and drawn signals
+    together.
     """
     rows: list[Row] = []
     drawn: dict[str, Signals] = {}

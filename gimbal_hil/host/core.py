@@ -1,7 +1,7 @@
 """The host core: one tick of supervisor and control, a pure compiled function from mail to mail.
 
-It decides from its arguments alone: the mail of this tick, its state `H` and `G`, the configuration `C` and the plan. Python
-around it only asks (bits in `G[REQUESTS]`) and looks. Every timeout counts ticks.
+It decides from its arguments alone: the mail of this tick, its state `H` and `G`, the configuration `C` and the plan.
+Python around it only asks (bits in `G[REQUESTS]`) and looks. Every timeout counts ticks.
 """
 
 from __future__ import annotations
@@ -68,7 +68,11 @@ _ACTIVE, _STOPPING, _FAULT = number(HostState.ACTIVE), number(HostState.STOPPING
 _LOST, _OK = number(LinkStatus.LOST), number(LinkStatus.OK)
 _NONE, _FEEDBACK_LOST, _DRIVE_FAULT = number(Cause.NONE), number(Cause.FEEDBACK_LOST), number(Cause.DRIVE_FAULT)
 _DRIVE_LEFT, _SYNCHRONISATION_TIMEOUT = number(Cause.DRIVE_LEFT_OPERATION), number(Cause.SYNCHRONISATION_TIMEOUT)
-_STOP_TIMEOUT, _SET_POINT_LOST, _NOT_A_NUMBER = number(Cause.STOP_TIMEOUT), number(Cause.SET_POINT_LOST), number(Cause.NOT_A_NUMBER)
+_STOP_TIMEOUT, _SET_POINT_LOST, _NOT_A_NUMBER = (
+    number(Cause.STOP_TIMEOUT),
+    number(Cause.SET_POINT_LOST),
+    number(Cause.NOT_A_NUMBER),
+)
 _WRONG_ANTENNA = number(Cause.WRONG_ANTENNA)
 _GUARD, _OPERATOR, _REPLACED = number(Cause.GUARD), number(Cause.OPERATOR), number(Cause.REPLACED)
 _TRIPPED, _COMMAND_REFUSED = number(EventCode.TRIPPED), number(EventCode.COMMAND_REFUSED)
@@ -84,7 +88,8 @@ _NOT_BRAKING = -1
 def host_tick(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray, plan: np.ndarray, tick: int) -> None:
     """One tick: read the device's messages in `mail`, decide, write the host's messages into it.
 
-    `mail` int64 (MAIL_SIZE,), `H`, `C`, `plan` float64, `G` int64, sizes in `layout`; `tick` may jump where ticks were skipped.
+    `mail` int64 (MAIL_SIZE,), `H`, `C`, `plan` float64, `G` int64, sizes in `layout`; `tick` may jump where ticks were
+    skipped.
     """
     G[SKIPPED] = min(max(tick - G[LAST_TICK] - 1, 0), _MOST_SKIPPED) if G[LAST_TICK] >= 0 else 0
     G[LAST_TICK] = tick
@@ -181,7 +186,9 @@ def _synchronise(G: np.ndarray, C: np.ndarray) -> None:
 
 @compiled
 def _leave_fault(G: np.ndarray, C: np.ndarray) -> None:
-    """After a lost link (seen from either end) the host connects again by itself, once the drive has had time to stop."""
+    """After a lost link (seen from either end) the host connects again by itself, once the drive has had time to
+    stop.
+    """
     lost_link = G[CAUSE] == _FEEDBACK_LOST or (G[CAUSE] == _DRIVE_FAULT and G[DRIVE_FAULT] == m.FAULT_CODE_DEADMAN)
     if C[AUTOMATIC_RECONNECT] == 0.0 or not lost_link or G[FRESH_IN_A_ROW] < C[CONNECT_TICKS] or not is_known(G):
         return

@@ -1,4 +1,6 @@
-"""What the host tells the drive besides torque: its way through the CiA 402 states, fault resets, quick stop, the deadman."""
+"""What the host tells the drive besides torque: its way through the CiA 402 states, fault resets, quick stop, the
+deadman.
+"""
 
 from __future__ import annotations
 
@@ -29,13 +31,18 @@ from gimbal_hil.host.states import HostState, number
 
 _WAITING, _SYNCHRONISING, _FAULT = number(HostState.WAITING), number(HostState.SYNCHRONISING), number(HostState.FAULT)
 _TRAVEL_FLAGS = (
-    m.LIMIT_FLAGS_OUTER_TRAVEL_LOW | m.LIMIT_FLAGS_OUTER_TRAVEL_HIGH | m.LIMIT_FLAGS_INNER_TRAVEL_LOW | m.LIMIT_FLAGS_INNER_TRAVEL_HIGH
+    m.LIMIT_FLAGS_OUTER_TRAVEL_LOW
+    | m.LIMIT_FLAGS_OUTER_TRAVEL_HIGH
+    | m.LIMIT_FLAGS_INNER_TRAVEL_LOW
+    | m.LIMIT_FLAGS_INNER_TRAVEL_HIGH
 )
 
 
 @compiled
 def may_reset_fault(G: np.ndarray) -> bool:
-    """Whether the drive's fault may be reset: what a lost link leaves behind always, anything else when the operator asked."""
+    """Whether the drive's fault may be reset: what a lost link leaves behind always, anything else when the operator
+    asked.
+    """
     fault = G[DRIVE_FAULT]
     if fault == m.FAULT_CODE_DEADMAN or fault == m.FAULT_CODE_COMMUNICATION or fault == m.FAULT_CODE_NONE:
         return True
@@ -56,7 +63,9 @@ def next_request(drive_state: int) -> int:
 
 @compiled
 def send_control(mail: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
-    """Put drive_control into the mail when it changed or is due; with it, while synchronising, the deadman's configuration."""
+    """Put drive_control into the mail when it changed or is due; with it, while synchronising, the deadman's
+    configuration.
+    """
     request, reset, quick_stop = m.DRIVE_REQUEST_ENABLE_OPERATION, 0, 0
     if G[STATE] == _WAITING:
         request = m.DRIVE_REQUEST_NONE

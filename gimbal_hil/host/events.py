@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from firmware_protocol.schema import DriveState, FaultCode
+from firmware_protocol.enumerations import DriveState, FaultCode
 from gimbal_hil.host.states import Cause, EventCode, HostState, LinkStatus, Refusal
 
 #: what the axes are called where nobody has named them
@@ -33,7 +33,9 @@ def host_event(axes: Sequence[str], tick: int, code: int, first: int, second: in
         return HostEvent(tick, kind, f"segment {second} started", {"place": first, "segment": second})
     if kind is EventCode.SEGMENT_ENDED:
         cause = _name(Cause, third)
-        return HostEvent(tick, kind, f"segment {second} ended ({cause})", {"place": first, "segment": second, "cause": cause})
+        return HostEvent(
+            tick, kind, f"segment {second} ended ({cause})", {"place": first, "segment": second, "cause": cause}
+        )
     if kind is EventCode.COMMAND_REFUSED:
         state, cause = _name(HostState, first), _name(Cause, second)
         return HostEvent(tick, kind, f"command refused in state {state}", {"state": state, "cause": cause})
@@ -46,7 +48,9 @@ def host_event(axes: Sequence[str], tick: int, code: int, first: int, second: in
         return HostEvent(tick, kind, f"drive {was} to {now}{because}", {"from": was, "to": now, "fault": fault})
     if kind is EventCode.TRIPPED:
         cause = _name(Cause, first)
-        return HostEvent(tick, kind, f"{cause} on {axes[second]}", {"cause": cause, "axis": axes[second], "braking": bool(third)})
+        return HostEvent(
+            tick, kind, f"{cause} on {axes[second]}", {"cause": cause, "axis": axes[second], "braking": bool(third)}
+        )
     if kind is EventCode.IDENTITY:
         refusal = _name(Refusal, third)
         verdict = "" if third == Refusal.NONE else f": refused ({refusal})"
@@ -54,9 +58,17 @@ def host_event(axes: Sequence[str], tick: int, code: int, first: int, second: in
         return HostEvent(tick, kind, text, {"name_code": first, "serial_number": second, "refusal": refusal})
     if kind is EventCode.BEYOND_LIMIT:
         side = "upper" if second else "lower"
-        return HostEvent(tick, kind, f"{axes[first]} moved past its {side} soft limit without torque", {"axis": axes[first], "side": side})
+        return HostEvent(
+            tick,
+            kind,
+            f"{axes[first]} moved past its {side} soft limit without torque",
+            {"axis": axes[first], "side": side},
+        )
     return HostEvent(tick, kind, "base motion heard" if first else "base motion lost", {"heard": bool(first)})
 
 
-def _name(kind: type[HostState] | type[LinkStatus] | type[Cause] | type[DriveState] | type[FaultCode] | type[Refusal], value: int) -> str:
+def _name(
+    kind: type[HostState] | type[LinkStatus] | type[Cause] | type[DriveState] | type[FaultCode] | type[Refusal],
+    value: int,
+) -> str:
     return kind(value).name.lower()

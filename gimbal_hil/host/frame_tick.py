@@ -1,4 +1,6 @@
-"""One host tick from block to block: decode, decide, encode, leave a row; the one compiled call per tick of the frame path."""
+"""One host tick from block to block: decode, decide, encode, leave a row; the one compiled call per tick of the frame
+path.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +42,9 @@ _TO_HOST = int(Direction.DEVICE_TO_HOST)
 
 @compiled
 def encode_host_mail(mail: np.ndarray, counters: np.ndarray, out: np.ndarray, position: int) -> int:
-    """Encode what the host sends this tick: requests and configuration first, the set-point last; answers the end position."""
+    """Encode what the host sends this tick: requests and configuration first, the set-point last; answers the end
+    position.
+    """
     if mail[DRIVE_CONTROL] > 0:
         position = encode_mail(mail, DRIVE_CONTROL_MESSAGE, counters, out, position)
     if mail[DEADMAN_CONFIG] > 0:
@@ -50,9 +54,11 @@ def encode_host_mail(mail: np.ndarray, counters: np.ndarray, out: np.ndarray, po
 
 @entry_point
 def host_frame_tick(words: np.ndarray, plan: np.ndarray, received: int, tick: int, time_ns: int) -> int:
-    """One tick on the memory of a host: `received` bytes at the start of its octets; answers how many stand at SENT_AT to be sent.
+    """One tick on the memory of a host: `received` bytes at the start of its octets; answers how many stand at SENT_AT
+    to be sent.
 
-    The row of this tick goes into the memory's log. One array for nearly all, because each costs a tenth of a microsecond at every call.
+    The row of this tick goes into the memory's log. One array for nearly all, because each costs a tenth of a
+    microsecond at every call.
     """
     return _frame_tick(words, plan, received, tick, time_ns)
 

@@ -1,19 +1,24 @@
-"""Every guard of host and drive in one place: what trips it, what comes of it, how it is left, and the test that fails without it.
+"""Every guard of host and drive in one place: what trips it, what comes of it, how it is left, and the test that fails
+without it.
 
-`docs/guards.md` is made from this table by `python -m gimbal_hil.host.guard_table`; a test holds the two to each other, and the table to
-the causes that there are.
+`docs/guards.md` is made from this table by `python -m gimbal_hil.host.guard_table`; a test holds the two to each other,
+and the table to the causes that there are.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from firmware_protocol.schema import FaultCode, StopReaction
+from firmware_protocol.enumerations import FaultCode, StopReaction
 from gimbal_hil.host.reactions import stop_for
 from gimbal_hil.host.states import Cause
 
 _OPERATOR, _RETURN = "operator's reset", "by itself when the antenna is back, torque off"
-_HOST, _PLAUSIBLE, _CONNECTING = "tests/host/test_guards.py", "tests/host/test_plausibility.py", "tests/host/test_connecting.py"
+_HOST, _PLAUSIBLE, _CONNECTING = (
+    "tests/host/test_guards.py",
+    "tests/host/test_plausibility.py",
+    "tests/host/test_connecting.py",
+)
 _DRIVE = "tests/device/guard_scenarios.py"
 #: what a stop does, in words
 STOPS = {
@@ -53,7 +58,13 @@ class DriveGuard:
 
 HOST_GUARDS = (
     HostGuard(Cause.FEEDBACK_LOST, "no whole feedback set for `lost_ticks`", _RETURN, _CONNECTING),
-    HostGuard(Cause.DRIVE_FAULT, "the drive tells a fault", f"{_RETURN}; else {_OPERATOR}", _CONNECTING, "the drive's own reaction"),
+    HostGuard(
+        Cause.DRIVE_FAULT,
+        "the drive tells a fault",
+        f"{_RETURN}; else {_OPERATOR}",
+        _CONNECTING,
+        "the drive's own reaction",
+    ),
     HostGuard(Cause.DRIVE_LEFT_OPERATION, "the drive leaves operation by itself", _OPERATOR, _HOST),
     HostGuard(Cause.SYNCHRONISATION_TIMEOUT, "the drive does not come to operation", _OPERATOR, _CONNECTING),
     HostGuard(Cause.STOP_TIMEOUT, "braking under control takes longer than `stop_time_s`", _OPERATOR, _HOST),
@@ -62,43 +73,86 @@ HOST_GUARDS = (
     HostGuard(Cause.FOLLOWING_ERROR, "loop error above its limit for `following_time_s`", _OPERATOR, _HOST),
     HostGuard(Cause.GYRO_ENCODER_DISAGREE, "rates of gyro and encoder apart by `gyro_encoder_rad_s`", _OPERATOR, _HOST),
     HostGuard(
-        Cause.SENSOR_DRIFT, "angles of gyro and encoder apart by `gyro_encoder_rad` and 5 % of the path, 2 s window", _OPERATOR, _PLAUSIBLE
+        Cause.SENSOR_DRIFT,
+        "angles of gyro and encoder apart by `gyro_encoder_rad` and 5 % of the path, 2 s window",
+        _OPERATOR,
+        _PLAUSIBLE,
     ),
     HostGuard(Cause.GYRO_STUCK, "a gyro that had noise unchanged for `stuck_gyro_ticks`", _OPERATOR, _PLAUSIBLE),
-    HostGuard(Cause.FEEDBACK_FROZEN, "gyro and encoder unchanged likewise, or the device's tick stands still", _OPERATOR, _PLAUSIBLE),
+    HostGuard(
+        Cause.FEEDBACK_FROZEN,
+        "gyro and encoder unchanged likewise, or the device's tick stands still",
+        _OPERATOR,
+        _PLAUSIBLE,
+    ),
     HostGuard(Cause.RUNAWAY, "momentum gained is not the torque's, over 30 ms (`expectation`)", _OPERATOR, _PLAUSIBLE),
     HostGuard(
-        Cause.TRAVEL, "braking distance reaches a soft limit", "the next command", _HOST, "brakes under control; beyond the margin a fault"
+        Cause.TRAVEL,
+        "braking distance reaches a soft limit",
+        "the next command",
+        _HOST,
+        "brakes under control; beyond the margin a fault",
     ),
     HostGuard(
-        Cause.CABLE_WRAP, "braking distance reaches the cable's end", "the next command", _HOST, "brakes under control; beyond a fault"
+        Cause.CABLE_WRAP,
+        "braking distance reaches the cable's end",
+        "the next command",
+        _HOST,
+        "brakes under control; beyond a fault",
     ),
     HostGuard(Cause.TEMPERATURE, "winding above `limits.winding_degc`", _OPERATOR, _HOST),
     HostGuard(Cause.NOT_A_NUMBER, "a torque that is no number", _OPERATOR, _HOST),
     HostGuard(
-        Cause.WRONG_ANTENNA, "another protocol, name, serial number or torque range than may be", _OPERATOR, "tests/host/test_identity.py"
+        Cause.WRONG_ANTENNA,
+        "another protocol, name, serial number or torque range than may be",
+        _OPERATOR,
+        "tests/host/test_identity.py",
     ),
     HostGuard(Cause.GUARD, "a segment's own bounds", "the next command", _HOST, "brakes under control, program ends"),
 )
 
 DRIVE_GUARDS = (
     DriveGuard(
-        FaultCode.DEADMAN, "no fresh set-point for the window", "the host's choice", "silence_trips_the_deadman_at_the_end_of_its_window"
+        FaultCode.DEADMAN,
+        "no fresh set-point for the window",
+        "the host's choice",
+        "silence_trips_the_deadman_at_the_end_of_its_window",
     ),
     DriveGuard(
-        FaultCode.COMMUNICATION, "no `drive_control` for 1 s", "the host's choice", "silence_of_the_requests_is_a_communication_fault"
+        FaultCode.COMMUNICATION,
+        "no `drive_control` for 1 s",
+        "the host's choice",
+        "silence_of_the_requests_is_a_communication_fault",
     ),
-    DriveGuard(FaultCode.TRAVEL_LIMIT, "encoder beyond a limit", "winding shorted, brake", "travel_beyond_the_upper_limit_is_a_fault"),
-    DriveGuard(FaultCode.OVERSPEED, "joint or gyro above 18 rad/s", "winding shorted, brake", "a_joint_that_is_too_fast_is_a_fault"),
+    DriveGuard(
+        FaultCode.TRAVEL_LIMIT,
+        "encoder beyond a limit",
+        "winding shorted, brake",
+        "travel_beyond_the_upper_limit_is_a_fault",
+    ),
+    DriveGuard(
+        FaultCode.OVERSPEED,
+        "joint or gyro above 18 rad/s",
+        "winding shorted, brake",
+        "a_joint_that_is_too_fast_is_a_fault",
+    ),
     DriveGuard(
         FaultCode.SENSORS_DISAGREE,
         "encoder and gyro apart by 4 rad/s",
         "winding shorted, brake",
         "sensors_that_contradict_each_other_are_a_fault",
     ),
-    DriveGuard(FaultCode.OVERTEMPERATURE, "winding above 120 degC", "winding shorted, brake", "a_hot_winding_is_a_fault_in_every_state"),
     DriveGuard(
-        FaultCode.UNDERVOLTAGE, "supply below 18 V", "winding shorted, brake", "a_low_supply_is_a_fault_once_the_power_stage_needs_it"
+        FaultCode.OVERTEMPERATURE,
+        "winding above 120 degC",
+        "winding shorted, brake",
+        "a_hot_winding_is_a_fault_in_every_state",
+    ),
+    DriveGuard(
+        FaultCode.UNDERVOLTAGE,
+        "supply below 18 V",
+        "winding shorted, brake",
+        "a_low_supply_is_a_fault_once_the_power_stage_needs_it",
     ),
     DriveGuard(
         FaultCode.ENCODER,
@@ -107,9 +161,17 @@ DRIVE_GUARDS = (
         "an_encoder_at_the_end_of_its_range_is_a_fault_and_never_wraps",
     ),
     DriveGuard(
-        FaultCode.GYRO, "at the end of its range", "winding shorted, brake", "a_gyro_at_the_end_of_its_range_is_a_fault_and_never_wraps"
+        FaultCode.GYRO,
+        "at the end of its range",
+        "winding shorted, brake",
+        "a_gyro_at_the_end_of_its_range_is_a_fault_and_never_wraps",
     ),
-    DriveGuard(FaultCode.INTERNAL, "a motion that is no number", "winding shorted, brake", "a_motion_that_is_no_number_is_a_fault"),
+    DriveGuard(
+        FaultCode.INTERNAL,
+        "a motion that is no number",
+        "winding shorted, brake",
+        "a_motion_that_is_no_number_is_a_fault",
+    ),
 )
 #: causes that are no guard, and faults that the wire has for drives which see them and the virtual antenna has not
 NO_GUARD = {
@@ -121,10 +183,11 @@ _HEAD = """# Guards
 
 Made from `gimbal_hil/host/guard_table.py` by `python -m gimbal_hil.host.guard_table`; do not edit.
 
-A stop never uses the sensor that is in doubt: the host chooses it by cause and asks the drive for it (`drive_control.stop`); a drive that
-does not believe its own sensors (encoder and gyro more than 1 rad/s apart) shorts its windings whatever it was asked for. An axis that its
-weight can move has a holding brake, which is closed whenever no axis is under torque; without power the windings are shorted. Not seen by
-any guard: an encoder or gyro that goes wrong by less than 0.015 rad/s, or by less than 5 % of the rate.
+A stop never uses the sensor that is in doubt: the host chooses it by cause and asks the drive for it
+(`drive_control.stop`); a drive that does not believe its own sensors (encoder and gyro more than 1 rad/s apart) shorts
+its windings whatever it was asked for. An axis that its weight can move has a holding brake, which is closed whenever
+no axis is under torque; without power the windings are shorted. Not seen by any guard: an encoder or gyro that goes
+wrong by less than 0.015 rad/s, or by less than 5 % of the rate.
 
 """
 
@@ -135,12 +198,17 @@ def guard_page() -> str:
     lines += [f"| `{g.cause.name}` | {g.trigger} | {g.reaction} | {g.reset} | `{g.test}` |" for g in HOST_GUARDS]
     lines += [
         "",
-        "Beside them: torque is held within its limit on the wire; an axis without torque that goes past a soft limit is an event",
+        "Beside them: torque is held within its limit on the wire; an axis without torque that goes past a soft limit",
+        f"is an event (`{_PLAUSIBLE}`);",
+        "a service process that dies or does no work for `service_timeout_s` ends the daemon (exit 3).",
     ]
-    lines[-1] += f" (`{_PLAUSIBLE}`); a service process that dies or does no work for `service_timeout_s` ends the daemon (exit 3)."
     lines += ["", "## Drive", "", "| fault | trigger | reaction | test |", "|---|---|---|---|"]
     lines += [f"| `{g.fault.name}` | {g.trigger} | {g.reaction} | `{g.test}` |" for g in DRIVE_GUARDS]
-    lines += ["", f"A fault latches; it is reset by an edge of `fault_reset` once its cause has gone. The tests are in `{_DRIVE}`."]
+    lines += [
+        "",
+        "A fault latches; it is reset by an edge of `fault_reset` once its cause has gone.",
+        f"The tests are in `{_DRIVE}`.",
+    ]
     return _HEAD + "\n".join(lines) + "\n"
 
 

@@ -34,7 +34,12 @@ from gimbal_hil.host.layout import (
 from gimbal_hil.host.states import EventCode, Refusal, number
 
 _IDENTITY = number(EventCode.IDENTITY)
-_NONE, _PROTOCOL, _NAME, _SERIAL = number(Refusal.NONE), number(Refusal.PROTOCOL), number(Refusal.NAME), number(Refusal.SERIAL_NUMBER)
+_NONE, _PROTOCOL, _NAME, _SERIAL = (
+    number(Refusal.NONE),
+    number(Refusal.PROTOCOL),
+    number(Refusal.NAME),
+    number(Refusal.SERIAL_NUMBER),
+)
 _TORQUE_RANGE, _CHANGED = number(Refusal.TORQUE_RANGE), number(Refusal.CHANGED)
 
 
@@ -49,9 +54,14 @@ def receive_identity(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarr
     """Take in who the antenna says it is; with both frames heard, `G[REFUSAL]` says whether it may be connected."""
     before, changed = G[IDENTITY], False
     if mail[m.IDENTITY] > 0:
-        changed = (before & 1) != 0 and (mail[m.IDENTITY_NAME] != G[PEER_NAME] or mail[m.IDENTITY_PROTOCOL_VERSION] != G[PEER_PROTOCOL])
+        changed = (before & 1) != 0 and (
+            mail[m.IDENTITY_NAME] != G[PEER_NAME] or mail[m.IDENTITY_PROTOCOL_VERSION] != G[PEER_PROTOCOL]
+        )
         G[PEER_PROTOCOL], G[PEER_NAME] = mail[m.IDENTITY_PROTOCOL_VERSION], mail[m.IDENTITY_NAME]
-        G[AXIS_G + HAS_BRAKE], G[AXIS_G + AXIS_G_SIZE + HAS_BRAKE] = mail[m.IDENTITY_HAS_BRAKE_OUTER], mail[m.IDENTITY_HAS_BRAKE_INNER]
+        G[AXIS_G + HAS_BRAKE], G[AXIS_G + AXIS_G_SIZE + HAS_BRAKE] = (
+            mail[m.IDENTITY_HAS_BRAKE_OUTER],
+            mail[m.IDENTITY_HAS_BRAKE_INNER],
+        )
         G[IDENTITY] |= 1
     if mail[m.IDENTITY_UNIT] > 0:
         serial = mail[m.IDENTITY_UNIT_SERIAL_NUMBER]

@@ -1,4 +1,6 @@
-"""Where each number of the host lives: state `H` and configuration `C` (float64), state `G` (int64), `plan` (float64)."""
+"""Where each number of the host lives: state `H` and configuration `C` (float64), state `G` (int64), `plan`
+(float64).
+"""
 
 from __future__ import annotations
 
@@ -6,15 +8,26 @@ from gimbal_hil.control.layout import CONTROL_PARAMETERS, CONTROL_STATES
 
 OUTER, INNER, AXES = 0, 1, 2
 
-# --- C: configuration ---------------------------------------------------------------------------------------------------
+# --- C: configuration
 #: times in ticks are whole numbers
-STEP_S, CONNECT_TICKS, LOST_TICKS, SYNCHRONISE_TICKS, RESET_PULSE_TICKS, STOP_TICKS, REST_TICKS, CONTROL_TICKS = range(8)
-DEADMAN_WINDOW, DEADMAN_REACTION, AUTOMATIC_RECONNECT, BASE_LOST_TICKS, SET_POINT_LAG_TICKS, DEBOUNCE_TICKS, FOLLOWING_TICKS = range(8, 15)
+STEP_S, CONNECT_TICKS, LOST_TICKS, SYNCHRONISE_TICKS, RESET_PULSE_TICKS, STOP_TICKS, REST_TICKS, CONTROL_TICKS = range(
+    8
+)
+(
+    DEADMAN_WINDOW,
+    DEADMAN_REACTION,
+    AUTOMATIC_RECONNECT,
+    BASE_LOST_TICKS,
+    SET_POINT_LAG_TICKS,
+    DEBOUNCE_TICKS,
+    FOLLOWING_TICKS,
+) = range(8, 15)
 #: share of a new sample in the filter that compares gyro and encoder
 PLAUSIBILITY_SHARE = 15
 #: the antenna that may be connected: code of its name, serial number; negative for any
 PINNED_NAME, PINNED_SERIAL = 16, 17
-#: gyro against encoder over a window: share of the past kept, share of the path that they may differ by; motion against torque: likewise
+#: gyro against encoder over a window: share of the past kept, share of the path that they may differ by; motion against
+#: torque: likewise
 DRIFT_KEPT, DRIFT_SHARE, MOMENTUM_KEPT, MODEL_SHARE = range(18, 22)
 #: one block per axis: the control law's parameters, then the supervisor's limits
 AXIS_C = 22
@@ -39,8 +52,9 @@ AXIS_C = 22
 AXIS_C_SIZE = CONTROL_PARAMETERS + 16
 C_SIZE = AXIS_C + AXES * AXIS_C_SIZE
 
-# --- H: state -----------------------------------------------------------------------------------------------------------
-#: base as last heard: roll, pitch, yaw (rad), p, q, r (rad/s), acceleration of the pivot without gravity (m/s^2), in base axes
+# --- H: state
+#: base as last heard: roll, pitch, yaw (rad), p, q, r (rad/s), acceleration of the pivot without gravity (m/s^2), in
+#: base axes
 BASE_ANGLES, BASE_RATES, BASE_ACCELERATION = 0, 3, 6
 #: one block per axis: the control law's state, then what was measured and asked
 AXIS_H = 10
@@ -69,32 +83,36 @@ AXIS_H = 10
 AXIS_H_SIZE = CONTROL_STATES + 20
 H_SIZE = AXIS_H + AXES * AXIS_H_SIZE
 
-# --- G: state -----------------------------------------------------------------------------------------------------------
-#: HostState, why it stops or is in FAULT, ticks in it, requests of the operator since the last tick (bits), number of this tick
+# --- G: state
+#: HostState, why it stops or is in FAULT, ticks in it, requests of the operator since the last tick (bits), number of
+#: this tick
 STATE, CAUSE, STATE_AGE, REQUESTS, LAST_TICK = range(5)
 #: feedback: ticks since a full set, LinkStatus, ticks in a row with one; base: ticks since heard
 FEEDBACK_AGE, LINK_STATUS, FRESH_IN_A_ROW, BASE_AGE = range(6, 10)
 #: drive: as last reported
 DRIVE_STATE, DRIVE_FAULT, LAST_SEQUENCE, DEADMAN_MARGIN, DRIVE_LIMITS = range(10, 15)
-#: what is sent: sequence of the last set-point, drive_control as last sent (packed), ticks since, permission to reset any drive fault,
-#: whether the drive is allowed back from a travel limit
+#: what is sent: sequence of the last set-point, drive_control as last sent (packed), ticks since, permission to reset
+#: any drive fault, whether the drive is allowed back from a travel limit
 SENT_SEQUENCE, SENT_CONTROL, CONTROL_AGE, MAY_RESET, CLEAR_TRAVEL = range(15, 20)
-#: plan: how many segments, the one in force, its id, the tick at which it began, whether it runs (2: the next one is due)
+#: plan: how many segments, the one in force, its id, the tick at which it began, whether it runs (2: the next one is
+#: due)
 PLAN_LENGTH, SEGMENT, SEGMENT_LABEL, SEGMENT_START, SEGMENT_RUNS = range(20, 25)
 #: ticks in a row: at rest while stopping, set-points not heard by the drive, each of the two end conditions
 REST_COUNT, LAG_COUNT, END_TICKS, EVENT_COUNT = 25, 26, 27, 29
 #: id of the segment that this tick belongs to, -1 for none; whole ticks that were skipped just before it
 TICK_SEGMENT, SKIPPED = 30, 31
-#: who answers: bits of what was heard (IDENTITY_HEARD), protocol version, code of its name, serial number; why it may not be connected
+#: who answers: bits of what was heard (IDENTITY_HEARD), protocol version, code of its name, serial number; why it may
+#: not be connected
 IDENTITY, PEER_PROTOCOL, PEER_NAME, PEER_SERIAL, REFUSAL = range(32, 37)
-#: the device's tick as last heard, feedback sets in a row in which it stood still; how the drive is asked to stop (StopReaction)
+#: the device's tick as last heard, feedback sets in a row in which it stood still; how the drive is asked to stop
+#: (StopReaction)
 DEVICE_TICK, STATUS_SAME, STOP_KIND = range(37, 40)
 #: one block per axis: mode in force, ticks in a row that a check failed
 AXIS_G = 40
 MODE, OVERSPEED_COUNT, FOLLOWING_COUNT, DISAGREE_COUNT = range(4)
 HAS_BRAKE, BRAKE_STATE = range(4, 6)
-#: samples in a row in which gyro and encoder did not change; samples at rest without torque, and in how many of them the gyro changed;
-#: which soft limit the axis is beyond (-1, 0, 1)
+#: samples in a row in which gyro and encoder did not change; samples at rest without torque, and in how many of them
+#: the gyro changed; which soft limit the axis is beyond (-1, 0, 1)
 GYRO_SAME, ENCODER_SAME, GYRO_QUIET_TICKS, GYRO_QUIET_CHANGES, OUTSIDE = range(6, 11)
 AXIS_G_SIZE = 11
 #: ring of events: tick, code, three numbers
@@ -108,8 +126,9 @@ IDENTITY_HEARD = 3
 #: bits of REQUESTS
 REQUEST_START, REQUEST_STOP, REQUEST_RESET, REQUEST_QUICK_STOP = 1, 2, 4, 8
 
-# --- plan: segments in a row, then the rows of tables -------------------------------------------------------------------
-#: id (label), duration (ticks, 0 without end), ticks between recorded rows (0: as the recording says), then what to do after the last one
+# --- plan: segments in a row, then the rows of tables
+#: id (label), duration (ticks, 0 without end), ticks between recorded rows (0: as the recording says), then what to do
+#: after the last one
 SEGMENT_ID, DURATION_TICKS, RECORD_EVERY, AFTERWARDS = range(4)
 #: two end conditions: EndKind, axis, threshold, ticks in a row that it must hold
 END_CONDITIONS = 2

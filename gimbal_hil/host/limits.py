@@ -1,4 +1,6 @@
-"""The host's own guards on an axis: speed, following error, gyro against encoder, travel, cable wrap, winding temperature."""
+"""The host's own guards on an axis: speed, following error, gyro against encoder, travel, cable wrap, winding
+temperature.
+"""
 
 from __future__ import annotations
 
@@ -106,8 +108,9 @@ def stop_cause(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> int:
 
 @compiled
 def rates_towards_limits(position: float, C: np.ndarray, c: int) -> tuple[float, float]:
-    """Joint rates (rad/s) down and up from which an axis can still brake before its limits, with half the deceleration kept back,
-    and within what the position loop may ask for at all."""
+    """Joint rates (rad/s) down and up from which an axis can still brake before its limits, with half the deceleration
+    kept back, and within what the position loop may ask for at all.
+    """
     below = position - max(C[c + POSITION_LOW], C[c + WRAP_LOW])
     above = min(C[c + POSITION_HIGH], C[c + WRAP_HIGH]) - position
     return -_rate_before(below, C, c), _rate_before(above, C, c)
@@ -133,7 +136,11 @@ def forget_counts(G: np.ndarray) -> None:
 def report_beyond_limits(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
     """Say once when an axis without torque goes past a soft limit: it falls, or somebody turns it."""
     for axis in range(AXES):
-        position, c, g = H[AXIS_H + axis * AXIS_H_SIZE + MEASURED_POSITION], AXIS_C + axis * AXIS_C_SIZE, AXIS_G + axis * AXIS_G_SIZE
+        position, c, g = (
+            H[AXIS_H + axis * AXIS_H_SIZE + MEASURED_POSITION],
+            AXIS_C + axis * AXIS_C_SIZE,
+            AXIS_G + axis * AXIS_G_SIZE,
+        )
         outside = 0
         if G[g + MODE] == _OFF:
             outside = 1 if position > C[c + POSITION_HIGH] else (-1 if position < C[c + POSITION_LOW] else 0)

@@ -1,4 +1,6 @@
-"""All that one host is, in one array of 64-bit words, so that a compiled tick is called with few arrays and a host is copied at once."""
+"""All that one host is, in one array of 64-bit words, so that a compiled tick is called with few arrays and a host is
+copied at once.
+"""
 
 from __future__ import annotations
 
@@ -17,19 +19,23 @@ _RECEIVERS = new_receivers()
 RECEIVER_ROWS, RECEIVER_COLUMNS = _RECEIVERS.shape
 COUNTER_COUNT = len(new_counters())
 
-# --- integers: G, mail, alive counters, receivers, number of log rows written ----------------------------------------------
+# --- integers: G, mail, alive counters, receivers, number of log rows written
+# ----------------------------------------------
 MAIL_AT = layout.G_SIZE
 COUNTERS_AT = MAIL_AT + MAIL_SIZE
 RECEIVERS_AT = COUNTERS_AT + COUNTER_COUNT
 LOG_COUNT = RECEIVERS_AT + RECEIVER_ROWS * RECEIVER_COLUMNS
-# --- floats: H, C -------------------------------------------------------------------------------------------------------
+# --- floats: H, C
+# -------------------------------------------------------------------------------------------------------
 H_AT = LOG_COUNT + 1
 C_AT = H_AT + layout.H_SIZE
-# --- octets: block received, block to send; places in bytes ---------------------------------------------------------------
+# --- octets: block received, block to send; places in bytes
+# ---------------------------------------------------------------
 OCTETS_AT = C_AT + layout.C_SIZE
 RECEIVED_SIZE = 65536
 SENT_AT = RECEIVED_SIZE
-# --- log: the newest rows, see `tick_row` ---------------------------------------------------------------------------------
+# --- log: the newest rows, see `tick_row`
+# ---------------------------------------------------------------------------------
 LOG_AT = OCTETS_AT + (RECEIVED_SIZE + 256) // 8
 ROWS_KEPT = 1024
 WORDS = LOG_AT + ROWS_KEPT * LOG_WORDS

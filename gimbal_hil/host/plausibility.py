@@ -1,5 +1,5 @@
-"""Whether what the sensors say can be: gyro against encoder over a window, a gyro that repeats itself, feedback that stands still behind
-live counters, and motion against the torque that should have made it.
+"""Whether what the sensors say can be: gyro against encoder over a window, a gyro that repeats itself, feedback that
+stands still behind live counters, and motion against the torque that should have made it.
 
 Filled in with every feedback set; `implausible` judges it while torque is on.
 """
@@ -52,7 +52,8 @@ from gimbal_hil.host.states import Cause, number
 
 _NONE, _DRIFT, _STUCK = number(Cause.NONE), number(Cause.SENSOR_DRIFT), number(Cause.GYRO_STUCK)
 _FROZEN, _RUNAWAY = number(Cause.FEEDBACK_FROZEN), number(Cause.RUNAWAY)
-#: a gyro with noise is known by it: it changed in half of at least so many samples taken at rest without torque; counting ends
+#: a gyro with noise is known by it: it changed in half of at least so many samples taken at rest without torque;
+#: counting ends
 _QUIET_LEAST, _QUIET_MOST = 10, 10000
 
 
@@ -66,10 +67,12 @@ def watch_status(mail: np.ndarray, G: np.ndarray) -> None:
 
 @compiled
 def watch_sensors(H: np.ndarray, G: np.ndarray, C: np.ndarray, begin: bool, ticks: int) -> None:
-    """Take in a fresh sample, `ticks` after the one before; `begin` when there was none for long. Call before LAST_POSITION moves on.
+    """Take in a fresh sample, `ticks` after the one before; `begin` when there was none for long. Call before
+    LAST_POSITION moves on.
 
-    DRIFT: what encoder and gyro have moved apart (rad), forgotten with the window's time constant; PATH: how far the axis went meanwhile.
-    MOMENTUM: what the axis gained beyond the impulse of its torque (N m s), EFFORT: the size of that impulse, both over a short window.
+    DRIFT: what encoder and gyro have moved apart (rad), forgotten with the window's time constant; PATH: how far the
+    axis went meanwhile. MOMENTUM: what the axis gained beyond the impulse of its torque (N m s), EFFORT: the size of
+    that impulse, both over a short window.
     """
     dt = C[STEP_S] * ticks
     for axis in range(AXES):
@@ -84,7 +87,9 @@ def watch_sensors(H: np.ndarray, G: np.ndarray, C: np.ndarray, begin: bool, tick
             H[h + DRIFT] = C[DRIFT_KEPT] * H[h + DRIFT] + (moved - turned)
             H[h + PATH] = C[DRIFT_KEPT] * H[h + PATH] + max(abs(moved), abs(turned))
             impulse = H[h + TORQUE] * dt
-            H[h + MOMENTUM] = C[MOMENTUM_KEPT] * H[h + MOMENTUM] + (C[c + EXPECTED_INERTIA] * (rate - H[h + LAST_RATE]) - impulse)
+            H[h + MOMENTUM] = C[MOMENTUM_KEPT] * H[h + MOMENTUM] + (
+                C[c + EXPECTED_INERTIA] * (rate - H[h + LAST_RATE]) - impulse
+            )
             H[h + EFFORT] = C[MOMENTUM_KEPT] * H[h + EFFORT] + abs(impulse)
             if G[g + MODE] == 0:
                 # what moves an axis that is off is not this host's torque

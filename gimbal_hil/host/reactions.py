@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from firmware_protocol.compiling import compiled
-from firmware_protocol.schema import StopReaction
+from firmware_protocol.enumerations import StopReaction
 from gimbal_hil.host.states import Cause, number
 
-#: encoder and drive are trusted: a ramp to rest by the encoder, held there. Every other cause leaves a sensor, the motor or the whole
-#: feedback in doubt: the winding is shorted, and an axis that its weight moves is held by its brake
+#: encoder and drive are trusted: a ramp to rest by the encoder, held there. Every other cause leaves a sensor, the
+#: motor or the whole feedback in doubt: the winding is shorted, and an axis that its weight moves is held by its brake
 BY_ENCODER = (
     Cause.TRAVEL,
     Cause.CABLE_WRAP,

@@ -1,4 +1,6 @@
-"""From the mail of one tick to what the host believes: measurements, drive status, base motion, and how old they are."""
+"""From the mail of one tick to what the host believes: measurements, drive status, base motion, and how old they
+are.
+"""
 
 from __future__ import annotations
 
@@ -119,7 +121,10 @@ def _receive_motors(mail: np.ndarray, H: np.ndarray, G: np.ndarray) -> None:
 def _receive_base(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
     """Base attitude and rate; a base that was never heard, or not for long, counts as fixed."""
     # roll and pitch stay in the mail until the heading of the same instant has come
-    if mail[m.BASE_HEADING] > 0 and mail[m.BASE_ATTITUDE_SET] == mail[m.BASE_HEADING_VALID_TICK] & m.BASE_ATTITUDE_SET_HIGH:
+    if (
+        mail[m.BASE_HEADING] > 0
+        and mail[m.BASE_ATTITUDE_SET] == mail[m.BASE_HEADING_VALID_TICK] & m.BASE_ATTITUDE_SET_HIGH
+    ):
         H[BASE_ANGLES] = mail[m.BASE_ATTITUDE_ROLL] * m.BASE_ATTITUDE_ROLL_STEP
         H[BASE_ANGLES + 1] = mail[m.BASE_ATTITUDE_PITCH] * m.BASE_ATTITUDE_PITCH_STEP
         H[BASE_ANGLES + 2] = mail[m.BASE_HEADING_YAW] * m.BASE_HEADING_YAW_STEP

@@ -9,7 +9,9 @@ import numpy as np
 
 
 def number(value: int) -> int:
-    """A constant for compiled code that is no Python literal: the compiler would make a copy of a function for each literal it is given."""
+    """A constant for compiled code that is no Python literal: the compiler would make a copy of a function for each
+    literal it is given.
+    """
     return cast(int, np.int64(value))
 
 

@@ -12,10 +12,12 @@ Vector = NDArray[np.float64]
 #: lags summed are at most this many times the autocorrelation time found so far (Sokal's window)
 _WINDOW = 5.0
 _CLEARLY_CORRELATED = 1.5
-#: a long series is first put together to so many blocks at most: the error of its mean is a matter of its lowest frequencies
+#: a long series is first put together to so many blocks at most: the error of its mean is a matter of its lowest
+#: frequencies
 _MOST_BLOCKS = 2048
-#: pairs of periodogram ordinates through whose logarithms a straight line goes down to frequency zero, the mean of the logarithm of such a
-#: pair below that of what it estimates, and what undoes the bias of the exponential of a line's end (Heidelberger and Welch, table 1)
+#: pairs of periodogram ordinates through whose logarithms a straight line goes down to frequency zero, the mean of the
+#: logarithm of such a pair below that of what it estimates, and what undoes the bias of the exponential of a line's end
+#: (Heidelberger and Welch, table 1)
 _PAIRS, _LOG_BIAS, _LINE_BIAS = 15, 0.270, 0.948
 #: blocks about whose straight lines the running sum is taken to sway
 _SWAYING = 25
@@ -33,8 +35,9 @@ class MeanEstimate:
 def autocorrelation_time(samples: Vector) -> float:
     """Integrated autocorrelation time in samples, `1 + 2 sum rho_k`, at least 1.
 
-    The sum is cut at the first lag beyond five times its own running value (Sokal, Monte Carlo methods in statistical mechanics,
-    1997, section 3). 1 for white noise and for constant input; anticorrelated input also gives 1, which errs on the safe side.
+    The sum is cut at the first lag beyond five times its own running value (Sokal, Monte Carlo methods in statistical
+    mechanics, 1997, section 3). 1 for white noise and for constant input; anticorrelated input also gives 1, which errs
+    on the safe side.
     """
     n = len(samples)
     centred = samples - np.mean(samples)
@@ -52,12 +55,13 @@ def autocorrelation_time(samples: Vector) -> float:
 def mean_with_error(samples: Vector) -> MeanEstimate:
     """Mean of a stationary series, shape (n,), with a standard error that counts its autocorrelation, of either sign.
 
-    Torque that a loop makes of gyro noise is anticorrelated: what it adds now it takes away later, and its mean is far better known than
-    white noise of that size would allow, or than means of batches tell. Two things are left. The spectrum at frequency zero, found from
-    its lowest frequencies (Heidelberger and Welch, A spectral method for confidence interval generation, Communications of the ACM 24,
-    1981); and the ends: what the loop has not taken back yet when the record begins and ends, which is how far its running sum sways.
-    Where the series is positively correlated, `s sqrt(tau / n)` counts too, corrected for the mean having been taken from the same
-    samples. With fewer than about ten autocorrelation times in the record the error is a lower bound.
+    Torque that a loop makes of gyro noise is anticorrelated: what it adds now it takes away later, and its mean is far
+    better known than white noise of that size would allow, or than means of batches tell. Two things are left. The
+    spectrum at frequency zero, found from its lowest frequencies (Heidelberger and Welch, A spectral method for
+    confidence interval generation, Communications of the ACM 24, 1981); and the ends: what the loop has not taken back
+    yet when the record begins and ends, which is how far its running sum sways. Where the series is positively
+    correlated, `s sqrt(tau / n)` counts too, corrected for the mean having been taken from the same samples. With fewer
+    than about ten autocorrelation times in the record the error is a lower bound.
     """
     n = len(samples)
     mean, spread = float(np.mean(samples)), float(np.var(samples))
@@ -105,8 +109,9 @@ def spread_about_lines(parts: Vector) -> float:
 def weighted_mean(means: Vector, errors: Vector) -> MeanEstimate:
     """Mean of several passes with the scatter between them counted.
 
-    Random-effects weights after DerSimonian and Laird (Controlled Clinical Trials 7, 1986): scatter between passes beyond what
-    their own errors explain is added to every pass, so three passes that disagree do not give a falsely small error.
+    Random-effects weights after DerSimonian and Laird (Controlled Clinical Trials 7, 1986): scatter between passes
+    beyond what their own errors explain is added to every pass, so three passes that disagree do not give a falsely
+    small error.
     """
     weights = 1.0 / errors**2
     mean = float(np.sum(weights * means) / np.sum(weights))
@@ -114,4 +119,6 @@ def weighted_mean(means: Vector, errors: Vector) -> MeanEstimate:
     scale = float(np.sum(weights) - np.sum(weights**2) / np.sum(weights))
     between = max(0.0, surplus / scale) if scale > 0.0 else 0.0
     weights = 1.0 / (errors**2 + between)
-    return MeanEstimate(float(np.sum(weights * means) / np.sum(weights)), float(np.sqrt(1.0 / np.sum(weights))), float(len(means)))
+    return MeanEstimate(
+        float(np.sum(weights * means) / np.sum(weights)), float(np.sqrt(1.0 / np.sum(weights))), float(len(means))
+    )

@@ -39,7 +39,9 @@ _LEAST_REGRESSION_ROWS = 1000
 
 @dataclass(frozen=True)
 class AxisIdentification:
-    """Everything found out about one axis. What the data did not allow is None; `estimates` are the final word per parameter."""
+    """Everything found out about one axis. What the data did not allow is None; `estimates` are the final word per
+    parameter.
+    """
 
     axis: str
     evidence: Evidence
@@ -67,11 +69,17 @@ def friction_of(model: AntennaModel, axis: str) -> LugreFriction:
 
 
 def identify_axis(
-    logs: Sequence[Log], model: AntennaModel, axis: str, executor: Executor | None = None, seed: int = 0, ramps_at_rest: bool = False
+    logs: Sequence[Log],
+    model: AntennaModel,
+    axis: str,
+    executor: Executor | None = None,
+    seed: int = 0,
+    ramps_at_rest: bool = False,
 ) -> AxisIdentification:
     """Identify one axis from logs, with the model as prior and as source of inertia, gravity and the encoder step.
 
-    With `ramps_at_rest` the torques at which slow ramps break away are points of the velocity map at rest, one a direction.
+    With `ramps_at_rest` the torques at which slow ramps break away are points of the velocity map at rest, one a
+    direction.
     """
     evidence = collect(logs, model, axis)
     prior = friction_of(model, axis)
@@ -81,11 +89,17 @@ def identify_axis(
     points = velocity_map.points if velocity_map else ()
     if ramps_at_rest and points:
         points = (*points, *points_at_rest(_break_aways(evidence, _bent(evidence, prior, step), step), points))
-    both, positive, negative = (fit_static(points, d, prior.static) for d in (Direction.BOTH, Direction.POSITIVE, Direction.NEGATIVE))
+    both, positive, negative = (
+        fit_static(points, d, prior.static) for d in (Direction.BOTH, Direction.POSITIVE, Direction.NEGATIVE)
+    )
     static = both or positive or negative
     known = prior if static is None else LugreFriction(static.friction, prior.sigma0, prior.sigma1)
     presliding, dynamic = _bristles(evidence, known, static is not None, step, OutputErrorRule(seed=seed), executor)
-    rigid = _rigid(logs, model, axis) if static is None and len(model.axes) == 1 and not _only_bends(logs, axis) else (None, None)
+    rigid = (
+        _rigid(logs, model, axis)
+        if static is None and len(model.axes) == 1 and not _only_bends(logs, axis)
+        else (None, None)
+    )
     estimates = _final(prior, static, presliding, dynamic, rigid[0])
     usable = [e for e in estimates if e.name in LUGRE_NAMES and np.isfinite(e.value)]
     friction = prior.with_values(tuple(e.name for e in usable), np.array([e.value for e in usable]))
@@ -121,7 +135,9 @@ def identify_axis(
 
 def _in_straight_units(found: AxisIdentification) -> AxisIdentification:
     """The same with the units of a linear axis: the fits know numbers only."""
-    fits = {name: fit for name in ("both", "positive", "negative", "dynamic") if (fit := getattr(found, name)) is not None}
+    fits = {
+        name: fit for name in ("both", "positive", "negative", "dynamic") if (fit := getattr(found, name)) is not None
+    }
     converted = {name: replace(fit, estimates=tuple(map(straight, fit.estimates))) for name, fit in fits.items()}
     if found.presliding is not None:
         sigma0, breakaway = straight(found.presliding.sigma0), straight(found.presliding.breakaway)
@@ -130,9 +146,16 @@ def _in_straight_units(found: AxisIdentification) -> AxisIdentification:
 
 
 def _bristles(
-    evidence: Evidence, known: LugreFriction, has_map: bool, step: float, rule: OutputErrorRule, executor: Executor | None
+    evidence: Evidence,
+    known: LugreFriction,
+    has_map: bool,
+    step: float,
+    rule: OutputErrorRule,
+    executor: Executor | None,
 ) -> tuple[PreslidingFit | None, OutputErrorFit | None]:
-    """sigma0 from the exact presliding curve, then sigma0 and sigma1 from simulated motion; the curve again with the new sigma1."""
+    """sigma0 from the exact presliding curve, then sigma0 and sigma1 from simulated motion; the curve again with the
+    new sigma1.
+    """
     breakaway = max(known.static.breakaway, 1e-9)
     presliding = (
         fit_presliding(evidence.presliding, breakaway, step, known.sigma0, known.sigma1, False, known.static)
@@ -149,7 +172,9 @@ def _bristles(
     dynamic = fit_output_error(records, evidence.inertia, known, free, step, rule, executor)
     sigma1 = next(e for e in dynamic.estimates if e.name == "sigma1")
     if presliding is not None and sigma1.verdict is Verdict.IDENTIFIED:
-        presliding = fit_presliding(evidence.presliding, breakaway, step, known.sigma0, sigma1.value, True, known.static)
+        presliding = fit_presliding(
+            evidence.presliding, breakaway, step, known.sigma0, sigma1.value, True, known.static
+        )
     return presliding, dynamic
 
 
@@ -168,19 +193,26 @@ def _cut(records: Sequence[AxisRecord], length: float) -> tuple[AxisRecord, ...]
 
 
 def _rigid(logs: Sequence[Log], model: AntennaModel, axis: str) -> tuple[RigidAxisFit | None, RigidAxisFit | None]:
-    """Regression of a single axis over its longest log, gravity taken out, symmetric and per direction; None when it hardly moves."""
+    """Regression of a single axis over its longest log, gravity taken out, symmetric and per direction; None when it
+    hardly moves.
+    """
     table = max(logs, key=lambda one: len(one.table)).table
     position = table.position(axis)
     if len(table) < _LEAST_REGRESSION_ROWS or np.ptp(position) <= 100.0 * model.number(axis, "encoder.step"):
         return None, None
     torque = axis_load(table, model, axis).drive
     rule = RigidAxisRule(bandwidth_hz=min(20.0, 0.05 / table.period_s))
-    fits = [fit_rigid_axis(table.time_s, position, torque, rule, per_direction=split, linear=model.is_linear) for split in (False, True)]
+    fits = [
+        fit_rigid_axis(table.time_s, position, torque, rule, per_direction=split, linear=model.is_linear)
+        for split in (False, True)
+    ]
     return fits[0], fits[1]
 
 
 def _only_bends(logs: Sequence[Log], axis: str) -> bool:
-    """Whether torque was commanded directly all the time: then the joint mostly stands, and a regression on its speed means nothing."""
+    """Whether torque was commanded directly all the time: then the joint mostly stands, and a regression on its speed
+    means nothing.
+    """
     stretches = [stretch for log in logs for stretch in log.stretches[axis]]
     return bool(stretches) and all(stretch.drive is Drive.TORQUE for stretch in stretches)
 
@@ -192,7 +224,9 @@ def _final(
     dynamic: OutputErrorFit | None,
     rigid: RigidAxisFit | None,
 ) -> tuple[Estimate, ...]:
-    """One estimate per parameter: static ones from the map, bristles from simulated motion or the presliding curve, else the prior."""
+    """One estimate per parameter: static ones from the map, bristles from simulated motion or the presliding curve,
+    else the prior.
+    """
     from_map = {e.name: e for e in static.estimates} if static else {}
     # where these fits began is not where the model stood: the map and the slow ramps have spoken before them
     given = dict(zip(LUGRE_NAMES, prior.values().tolist(), strict=True))
@@ -205,7 +239,8 @@ def _final(
             # simulated motion makes no approximation; the curve stands in where there is none
             candidates.append(replace(presliding.sigma0, prior=value))
         if name == "sigma1" and presliding is not None and presliding.travel_steps < STEPS_FOR_SIGMA1:
-            reason = f"presliding travel is only {presliding.travel_steps:.1f} encoder steps, {STEPS_FOR_SIGMA1:.0f} are needed"
+            travel = f"presliding travel is only {presliding.travel_steps:.1f} encoder steps"
+            reason = f"{travel}, {STEPS_FOR_SIGMA1:.0f} are needed"
             candidates = [withheld(name, unit, value, reason, EXPERIMENTS[name])]
         if not candidates:
             candidates = [withheld(name, unit, value, "no data that depend on it", EXPERIMENTS[name])]
@@ -232,7 +267,11 @@ def _bent(evidence: Evidence, prior: LugreFriction, step: float) -> LugreFrictio
     if not evidence.presliding:
         return prior
     shown = fit_presliding(evidence.presliding, max(prior.static.breakaway, 1e-9), step, prior.sigma0)
-    return prior if shown is None or shown.sigma0.verdict is Verdict.NOT_IDENTIFIED else replace(prior, sigma0=shown.sigma0.fitted)
+    return (
+        prior
+        if shown is None or shown.sigma0.verdict is Verdict.NOT_IDENTIFIED
+        else replace(prior, sigma0=shown.sigma0.fitted)
+    )
 
 
 def _disagreement(presliding: PreslidingFit | None, dynamic: OutputErrorFit | None, axis: str) -> tuple[Finding, ...]:
@@ -245,7 +284,8 @@ def _disagreement(presliding: PreslidingFit | None, dynamic: OutputErrorFit | No
     if slow.interval.low <= fast.interval.high and fast.interval.low <= slow.interval.high:
         return ()
     text = (
-        f"sigma0 from slow ramps {slow.fitted:.5g} ({slow.interval.low:.5g} to {slow.interval.high:.5g}) and from simulated motion "
-        f"{fast.fitted:.5g} ({fast.interval.low:.5g} to {fast.interval.high:.5g}) exclude each other: one bristle does not describe both"
+        f"sigma0 from slow ramps {slow.fitted:.5g} ({slow.interval.low:.5g} to {slow.interval.high:.5g}) and from "
+        f"simulated motion {fast.fitted:.5g} ({fast.interval.low:.5g} to {fast.interval.high:.5g}) exclude each other: "
+        "one bristle does not describe both"
     )
     return (Finding("stiffness_disagrees", text, axis),)

@@ -52,8 +52,8 @@ class Evidence:
 def collect(logs: Sequence[Log], model: AntennaModel, axis: str) -> Evidence:
     """Sort every stretch of every log into what it is good for.
 
-    Loop-driven stretches that travel far enough are tried as plateaus (the steadiness test decides). Torque-driven stretches that
-    start at rest are records for the output error; those with slow torque are presliding runs too.
+    Loop-driven stretches that travel far enough are tried as plateaus (the steadiness test decides). Torque-driven
+    stretches that start at rest are records for the output error; those with slow torque are presliding runs too.
     """
     plateaus: list[Plateau] = []
     presliding: list[PreslidingRun] = []
@@ -71,8 +71,12 @@ def collect(logs: Sequence[Log], model: AntennaModel, axis: str) -> Evidence:
                 continue
             far = abs(float(position[-1] - position[0])) > _PLATEAU_STEPS * step and duration > _PLATEAU_S
             command = log.table.torque(axis)[start : stretch.stop]
-            torque_driven = stretch.drive is Drive.TORQUE and _at_rest(position, command, log.table.period_s, step, stiffness)
-            if not torque_driven and not (stretch.drive is Drive.LOOP and far and _asks_for_one_speed(log.table, stretch, axis)):
+            torque_driven = stretch.drive is Drive.TORQUE and _at_rest(
+                position, command, log.table.period_s, step, stiffness
+            )
+            if not torque_driven and not (
+                stretch.drive is Drive.LOOP and far and _asks_for_one_speed(log.table, stretch, axis)
+            ):
                 continue
             part = log.table.rows(start, stretch.stop)
             load = axis_load(part, model, axis)
@@ -97,7 +101,9 @@ def _end_of_rest(table: SignalsTable, stretch: Stretch, axis: str) -> int:
 
 
 def _asks_for_one_speed(table: SignalsTable, stretch: Stretch, axis: str) -> bool:
-    """Whether the loop was to follow one constant speed, as far as its reference is known: moves and holds give no plateau."""
+    """Whether the loop was to follow one constant speed, as far as its reference is known: moves and holds give no
+    plateau.
+    """
     reference = table.signal(axis, "rate_ref")
     if reference is None:
         return True
@@ -106,7 +112,9 @@ def _asks_for_one_speed(table: SignalsTable, stretch: Stretch, axis: str) -> boo
 
 
 def _at_rest(position: np.ndarray, torque: np.ndarray, period_s: float, step: float, stiffness: float) -> bool:
-    """Whether the joint stands at first, or bends with a torque that changes from the first row on as bristles of that stiffness do."""
+    """Whether the joint stands at first, or bends with a torque that changes from the first row on as bristles of that
+    stiffness do.
+    """
     rows = max(2, int(round(_REST_S / period_s)))
     bend = _REST_BENDS * float(np.ptp(torque[:rows])) / stiffness if stiffness > 0.0 else 0.0
     return bool(np.ptp(position[:rows]) <= max(_REST_STEPS * step, bend))

@@ -20,10 +20,11 @@ _LEAST_RATIO = 0.02
 
 @dataclass(frozen=True)
 class ProfileTask:
-    """What is profiled: the residuals, their parameters and the best fit, with the difference step and tolerance of refits.
+    """What is profiled: the residuals, their parameters and the best fit, with the difference step and tolerance of
+    refits.
 
-    `variance_ratio` (p,) scales the threshold of each parameter by the ratio of its autocorrelation-robust variance to the naive
-    one (ones when residuals are independent).
+    `variance_ratio` (p,) scales the threshold of each parameter by the ratio of its autocorrelation-robust variance to
+    the naive one (ones when residuals are independent).
     """
 
     residuals: ResidualFunction
@@ -37,9 +38,9 @@ class ProfileTask:
 def profile_interval(task: ProfileTask, index: int) -> Interval:
     """95 % interval of parameter `index`, in physical units.
 
-    The side ends where the refitted sum of squares exceeds the minimum by `t^2 s^2` with Student's t at the fit's degrees of
-    freedom and s^2 its variance scale (Bates and Watts, Nonlinear Regression Analysis, 1988, section 6.1.2), or at the parameter's
-    bound, which makes that side open.
+    The side ends where the refitted sum of squares exceeds the minimum by `t^2 s^2` with Student's t at the fit's
+    degrees of freedom and s^2 its variance scale (Bates and Watts, Nonlinear Regression Analysis, 1988, section 6.1.2),
+    or at the parameter's bound, which makes that side open.
     """
     low, open_low = _side(task, index, -1.0)
     high, open_high = _side(task, index, +1.0)
@@ -49,10 +50,11 @@ def profile_interval(task: ProfileTask, index: int) -> Interval:
 def robust_variance_ratio(best: Fit) -> Vector:
     """Autocorrelation-robust variance over the naive one for each parameter, shape (p,).
 
-    Above 1 where neighbouring residuals err alike; below it where they take back what the last one gave, as displacements between
-    positions do that are each off by their own share of an encoder step.
+    Above 1 where neighbouring residuals err alike; below it where they take back what the last one gave, as
+    displacements between positions do that are each off by their own share of an encoder step.
 
-    Bartlett-weighted sandwich (Newey and West, Econometrica 55, 1987) with a window of five autocorrelation times of the residual.
+    Bartlett-weighted sandwich (Newey and West, Econometrica 55, 1987) with a window of five autocorrelation times of
+    the residual.
     """
     n, unknowns = best.jacobian.shape
     scores = best.jacobian * best.residuals[:, None]
@@ -83,7 +85,9 @@ def _side(task: ProfileTask, index: int, direction: float) -> tuple[float, bool]
     inside, inside_excess = 0.0, best.sum_of_squares - threshold
     while True:
         value = parameter.value(centre + direction * step)
-        refit = refit_with_fixed(task.residuals, task.parameters, start, {index: value}, task.difference_step, task.tolerance)
+        refit = refit_with_fixed(
+            task.residuals, task.parameters, start, {index: value}, task.difference_step, task.tolerance
+        )
         excess = refit.sum_of_squares - threshold
         if excess > 0.0:
             break
@@ -105,7 +109,9 @@ def _crossing(
     threshold: float,
     start: Vector,
 ) -> float:
-    """Distance from the best fit at which the profile meets the threshold: secant on the square root, kept in the bracket."""
+    """Distance from the best fit at which the profile meets the threshold: secant on the square root, kept in the
+    bracket.
+    """
     base = task.best.sum_of_squares
     limit = np.sqrt(threshold - base)
     (a, fa), (b, fb) = inside, outside
@@ -114,7 +120,9 @@ def _crossing(
         middle = a + (b - a) * (-ra / (rb - ra)) if rb > ra else 0.5 * (a + b)
         middle = min(max(middle, a + 0.05 * (b - a)), b - 0.05 * (b - a))
         value = task.parameters[index].value(centre + direction * middle)
-        refit = refit_with_fixed(task.residuals, task.parameters, start, {index: value}, task.difference_step, task.tolerance)
+        refit = refit_with_fixed(
+            task.residuals, task.parameters, start, {index: value}, task.difference_step, task.tolerance
+        )
         excess = refit.sum_of_squares - threshold
         if abs(excess) < 0.02 * (threshold - base):
             return float(middle)

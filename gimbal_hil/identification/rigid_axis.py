@@ -16,7 +16,8 @@ from gimbal_hil.identification.least_squares import Matrix
 _REPEATS = 2000
 #: a bootstrap block holds at least this many decorrelation times, and there are at least this many blocks
 _TIMES_PER_BLOCK, _MIN_BLOCKS = 5.0, 8
-#: a combination of columns, each of length 1, is nothing below this share of the largest; a column takes part in it above that share
+#: a combination of columns, each of length 1, is nothing below this share of the largest; a column takes part in it
+#: above that share
 _DEPENDENT, _TAKES_PART = 1e-6, 1e-2
 _EXPERIMENTS = {
     "inertia": "a trajectory with strong accelerations in both directions",
@@ -30,9 +31,10 @@ _EXPERIMENTS = {
 class RigidAxisRule:
     """How the regression is filtered: band of the fit, and what is dropped at each end.
 
-    Motion is differentiated behind a zero-phase filter at five times `bandwidth_hz`; then torque and every regressor pass the same
-    zero-phase filter at `bandwidth_hz`. The first and last `edge_periods / bandwidth_hz` seconds go, and so do rows slower than
-    `slowest_share` of the top speed: there the sign of the speed says nothing about the friction.
+    Motion is differentiated behind a zero-phase filter at five times `bandwidth_hz`; then torque and every regressor
+    pass the same zero-phase filter at `bandwidth_hz`. The first and last `edge_periods / bandwidth_hz` seconds go, and
+    so do rows slower than `slowest_share` of the top speed: there the sign of the speed says nothing about the
+    friction.
     """
 
     bandwidth_hz: float
@@ -63,20 +65,28 @@ class RigidAxisFit:
 def centred_torque(torque: Vector) -> Vector:
     """Held torque seen at the samples: mean of the two values that meet at t_k, shape (n,).
 
-    Row k acts over [t_k, t_k+1), so at t_k the mean of rows k-1 and k is in force; row k alone would be half a sample late and look
-    like a delay or a flexibility.
+    Row k acts over [t_k, t_k+1), so at t_k the mean of rows k-1 and k is in force; row k alone would be half a sample
+    late and look like a delay or a flexibility.
     """
     return np.asarray(np.concatenate([torque[:1], 0.5 * (torque[1:] + torque[:-1])]))
 
 
 def fit_rigid_axis(
-    time_s: Vector, position: Vector, torque: Vector, rule: RigidAxisRule, per_direction: bool = False, linear: bool = False, seed: int = 0
+    time_s: Vector,
+    position: Vector,
+    torque: Vector,
+    rule: RigidAxisRule,
+    per_direction: bool = False,
+    linear: bool = False,
+    seed: int = 0,
 ) -> RigidAxisFit:
-    """Regress `torque = inertia a + viscous v + coulomb sign(v) + offset`, or with viscous and Coulomb friction per direction.
+    """Regress `torque = inertia a + viscous v + coulomb sign(v) + offset`, or with viscous and Coulomb friction per
+    direction.
 
-    `time_s`, `position`, `torque` (commanded, held over the sample), shape (n,), constant rate. The least-squares solution uses every
-    sample behind the filters; intervals are percentiles of a block bootstrap (blocks of at least five decorrelation times of the
-    residual), because filtered residuals are neither white nor equal in size along the trajectory.
+    `time_s`, `position`, `torque` (commanded, held over the sample), shape (n,), constant rate. The least-squares
+    solution uses every sample behind the filters; intervals are percentiles of a block bootstrap (blocks of at least
+    five decorrelation times of the residual), because filtered residuals are neither white nor equal in size along the
+    trajectory.
 
     Raises:
         BadInputError: the table is shorter than the filters need or the joint does not move.
@@ -86,7 +96,9 @@ def fit_rigid_axis(
     edge = int(round(rule.edge_periods / rule.bandwidth_hz * rate_hz))
     if len(time_s) < 4 * edge + 200 or not np.ptp(position) > 0.0:
         raise BadInputError(
-            "signals table", "too short or without motion for a regression", f"at least {4 * edge + 200} rows of a moving axis"
+            "signals table",
+            "too short or without motion for a regression",
+            f"at least {4 * edge + 200} rows of a moving axis",
         )
     smooth = sosfiltfilt(_low_pass(5.0 * rule.bandwidth_hz, rate_hz), position)
     rate = np.gradient(smooth, step)
@@ -111,11 +123,20 @@ def fit_rigid_axis(
         family = name.split("_")[0]
         if index in open_ones:
             partners = ", ".join(n for i, n in enumerate(names) if i in open_ones and i != index)
-            reason = f"in this motion it cannot be told from {partners}" if partners else "this motion does not depend on it"
+            reason = (
+                f"in this motion it cannot be told from {partners}" if partners else "this motion does not depend on it"
+            )
             estimates.append(withheld(name, _unit(family, linear), None, reason, _EXPERIMENTS[family]))
             continue
         estimates.append(
-            settle(name, float(solution[index]), Interval(float(low), float(high)), _unit(family, linear), None, _EXPERIMENTS[family])
+            settle(
+                name,
+                float(solution[index]),
+                Interval(float(low), float(high)),
+                _unit(family, linear),
+                None,
+                _EXPERIMENTS[family],
+            )
         )
     rms = float(np.sqrt(np.mean(residual**2)))
     relative = rms / float(np.sqrt(np.mean(target**2)))
@@ -137,7 +158,9 @@ def _low_pass(cutoff_hz: float, rate_hz: float) -> Matrix:
 
 
 def _block_bootstrap(design: Matrix, target: Vector, residual: Vector, seed: int) -> tuple[Matrix, int]:
-    """Solutions of resampled blocks, shape (repeats, p); normal equations are added up per block, so a repeat costs nothing."""
+    """Solutions of resampled blocks, shape (repeats, p); normal equations are added up per block, so a repeat costs
+    nothing.
+    """
     n, unknowns = design.shape
     length = int(np.ceil(_TIMES_PER_BLOCK * autocorrelation_time(residual)))
     blocks = max(_MIN_BLOCKS, n // max(1, length))
@@ -150,7 +173,8 @@ def _block_bootstrap(design: Matrix, target: Vector, residual: Vector, seed: int
     # a resample without any row of one direction has no solution for it: a trace of the full data keeps it finite
     matrices += 1e-9 * np.sum(normal, axis=0)
     moments = counts @ moment + 1e-9 * np.sum(moment, axis=0)
-    # columns of one size, so that what is cut off as dependent is that and not merely small; nothing is left of a column of zeros
+    # columns of one size, so that what is cut off as dependent is that and not merely small; nothing is left of a
+    # column of zeros
     size = np.sqrt(np.maximum(np.diag(np.sum(normal, axis=0)), 1e-300))
     inverse = np.linalg.pinv(matrices / np.outer(size, size), rcond=_DEPENDENT**2, hermitian=True)
     return np.einsum("rij,rj->ri", inverse, moments / size).reshape(_REPEATS, unknowns) / size, blocks

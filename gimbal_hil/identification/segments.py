@@ -16,7 +16,8 @@ from gimbal_hil.signals import SignalsTable
 #: without references, a change of block speed by this share of the larger one starts a new stretch
 _SPEED_CHANGE = 0.2
 _BLOCK_S = 0.25
-#: a reference belongs to a level while it is within this share of it: one that was logged with noise, or resampled, is no other speed
+#: a reference belongs to a level while it is within this share of it: one that was logged with noise, or resampled, is
+#: no other speed
 _LEVEL_SHARE, _LEVEL_LEAST = 0.01, 1e-9
 #: a reference without a level that lasts this long, s, says nothing about levels
 _LEVEL_S = 0.5
@@ -46,7 +47,8 @@ class Stretch:
 def stretches_of_run(run: Run, table: SignalsTable, axis: str) -> tuple[Stretch, ...]:
     """Stretches of a recorded run: one a step of its plan, cut further where the mode of the axis changes.
 
-    Steps begin where the log has a `segment` event, whose text is their name, or where the tick log's segment label changes.
+    Steps begin where the log has a `segment` event, whose text is their name, or where the tick log's segment label
+    changes.
     """
     ticks = run.ticks
     first = int(columns_of(run.frames, "drive_status", run.protocol).tick[0])

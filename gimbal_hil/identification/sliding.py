@@ -21,7 +21,8 @@ _SHAPE_BOUNDS = (0.3, 6.0)
 _ROUNDS = 8
 #: residuals beyond this many (robust) standard deviations pull with constant force only
 _OUTLIER = 2.5
-#: the fluctuation of the speed is told from torque, where bristle damping takes part of it: it may be this much less or more
+#: the fluctuation of the speed is told from torque, where bristle damping takes part of it: it may be this much less or
+#: more
 _DOUBT = (0.25, 1.75)
 _EXPERIMENTS = {
     "breakaway": "more plateaus below the Stribeck velocity, and slow torque ramps through break-away",

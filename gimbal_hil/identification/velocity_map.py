@@ -14,9 +14,11 @@ from gimbal_hil.identification.steadiness import SteadyRule, SteadyWindow, find_
 
 #: plateaus whose speeds differ by less than this share are passes of one speed
 _SAME_SPEED = 0.03
-#: bristles have settled to a hundred-thousandth after so many lengths Ts / sigma0 of travel; more than this share of a plateau never goes
+#: bristles have settled to a hundred-thousandth after so many lengths Ts / sigma0 of travel; more than this share of a
+#: plateau never goes
 _SETTLING_LENGTHS, _MOST_SETTLING = 12.0, 0.5
-#: the rate's fluctuation is taken at steps of this time, s, about straight lines over so many of them: a rate loop is faster than those
+#: the rate's fluctuation is taken at steps of this time, s, about straight lines over so many of them: a rate loop is
+#: faster than those
 _JITTER_S, _JITTER_STEPS = 0.01, 50
 #: a fluctuation beyond this share of the speed is no small one, and is not believed
 _MOST_JITTER = 0.3
@@ -28,10 +30,10 @@ _SHARED_TRAVEL = 0.7
 class Plateau:
     """One segment at constant commanded speed, one direction.
 
-    `time_s`, `position` (encoder), `friction`: shape (n,). `friction` is the applied torque minus what the model's rigid body needs
-    (gravity, base motion), centred on the samples; the acceleration term is left to the window's momentum balance. `inertia` is the
-    axis' inertia, used for that balance. `settling_s` is what the loop needs from the first
-    row on: zero where the rows were cut out of a steady motion.
+    `time_s`, `position` (encoder), `friction`: shape (n,). `friction` is the applied torque minus what the model's
+    rigid body needs (gravity, base motion), centred on the samples; the acceleration term is left to the window's
+    momentum balance. `inertia` is the axis' inertia, used for that balance. `settling_s` is what the loop needs from
+    the first row on: zero where the rows were cut out of a steady motion.
     """
 
     label: str
@@ -44,7 +46,9 @@ class Plateau:
 
 @dataclass(frozen=True)
 class VelocityPoint:
-    """Mean friction torque at one joint rate; both signed. `passes` windows went into it, in which the rate fluctuated by `jitter` rms."""
+    """Mean friction torque at one joint rate; both signed. `passes` windows went into it, in which the rate fluctuated
+    by `jitter` rms.
+    """
 
     rate: float
     torque: float
@@ -79,15 +83,19 @@ class VelocityMap:
 
 
 def measure_velocity_map(
-    plateaus: Sequence[Plateau], rule: SteadyRule | None = None, position_step: float | None = None, bristle_length: float = 0.0
+    plateaus: Sequence[Plateau],
+    rule: SteadyRule | None = None,
+    position_step: float | None = None,
+    bristle_length: float = 0.0,
 ) -> VelocityMap:
     """Velocity map of one axis from its constant-speed segments.
 
-    What the rigid body leaves over but depends on position alone (cogging, wrong centre of mass, cable) is fitted as a curve under
-    all speeds and taken out first: one curve for both directions when they pass over the same stretch (then what is odd in position
-    cancels and is measured), else one a direction, whose level where most plateaus pass cannot be told from friction. Windows that
-    travel less than 100 times `position_step` (the encoder's) are refused; `bristle_length` is Ts / sigma0 as far as known: the
-    travel over which friction settles is kept out of the position curve.
+    What the rigid body leaves over but depends on position alone (cogging, wrong centre of mass, cable) is fitted as a
+    curve under all speeds and taken out first: one curve for both directions when they pass over the same stretch (then
+    what is odd in position cancels and is measured), else one a direction, whose level where most plateaus pass cannot
+    be told from friction. Windows that travel less than 100 times `position_step` (the encoder's) are refused;
+    `bristle_length` is Ts / sigma0 as far as known: the travel over which friction settles is kept out of the position
+    curve.
     """
     windows: list[tuple[Plateau, SteadyWindow]] = []
     rejected: list[RejectedPlateau] = []
@@ -96,10 +104,14 @@ def measure_velocity_map(
         if window is None:
             rejected.append(
                 RejectedPlateau(
-                    plateau.label, "no stretch of constant speed passes the trend and level tests (stick-slip or still settling)"
+                    plateau.label,
+                    "no stretch of constant speed passes the trend and level tests (stick-slip or still settling)",
                 )
             )
-        elif position_step is not None and abs(plateau.position[window.stop - 1] - plateau.position[window.start]) < 100.0 * position_step:
+        elif (
+            position_step is not None
+            and abs(plateau.position[window.stop - 1] - plateau.position[window.start]) < 100.0 * position_step
+        ):
             rejected.append(RejectedPlateau(plateau.label, "travels less than 100 encoder steps"))
         else:
             windows.append((plateau, window))
@@ -111,13 +123,17 @@ def measure_velocity_map(
     return VelocityMap(_pool(passes), tuple(passes), tuple(rejected), curves[True], curves[False])
 
 
-def _position_curves(windows: Sequence[tuple[Plateau, SteadyWindow]], bristle_length: float) -> dict[bool, PositionCurve | None]:
+def _position_curves(
+    windows: Sequence[tuple[Plateau, SteadyWindow]], bristle_length: float
+) -> dict[bool, PositionCurve | None]:
     """One curve when both directions pass over the same stretch, else one a direction (keyed by `rate > 0`)."""
     pieces: dict[bool, list[tuple[Vector, Vector]]] = {False: [], True: []}
     for plateau, window in windows:
         inside = slice(_settled_row(plateau, window, bristle_length), window.stop)
         pieces[window.rate > 0.0].append((plateau.position[inside], plateau.friction[inside]))
-    ends = [(min(float(q.min()) for q, _ in side), max(float(q.max()) for q, _ in side)) for side in pieces.values() if side]
+    ends = [
+        (min(float(q.min()) for q, _ in side), max(float(q.max()) for q, _ in side)) for side in pieces.values() if side
+    ]
     shared = min(high for _, high in ends) - max(low for low, _ in ends) if ends else 0.0
     whole = max(high for _, high in ends) - min(low for low, _ in ends) if ends else 0.0
     if len(ends) == 2 and shared > _SHARED_TRAVEL * whole:
@@ -127,7 +143,9 @@ def _position_curves(windows: Sequence[tuple[Plateau, SteadyWindow]], bristle_le
 
 
 def _settled_row(plateau: Plateau, window: SteadyWindow, bristle_length: float) -> int:
-    """First row of the window by which the bristles, of a length `Ts / sigma0`, and the loop have had time to settle."""
+    """First row of the window by which the bristles, of a length `Ts / sigma0`, and the loop have had time to
+    settle.
+    """
     travelled = np.abs(plateau.position[: window.stop] - plateau.position[0])
     since = plateau.time_s[: window.stop] - plateau.time_s[0]
     enough = min(_SETTLING_LENGTHS * bristle_length, _MOST_SETTLING * float(travelled[-1]))
@@ -162,10 +180,12 @@ def _measure(
 
 
 def _jitter(plateau: Plateau, window: SteadyWindow) -> float:
-    """How much the joint rate fluctuates (rms) while a loop follows its gyro's noise: what the torque, added up, does to the inertia.
+    """How much the joint rate fluctuates (rms) while a loop follows its gyro's noise: what the torque, added up, does
+    to the inertia.
 
-    Bristle damping takes part of that torque, which makes this too much; where a row is a whole block, the mean of the two torques that
-    meet at it makes it a fifth too little. It is not more than the encoder shows, whose step is in that.
+    Bristle damping takes part of that torque, which makes this too much; where a row is a whole block, the mean of the
+    two torques that meet at it makes it a fifth too little. It is not more than the encoder shows, whose step is in
+    that.
     """
     period = float(plateau.time_s[1] - plateau.time_s[0])
     rows = max(1, round(_JITTER_S / period))
@@ -215,11 +235,21 @@ def _pool(passes: Sequence[VelocityPoint]) -> tuple[VelocityPoint, ...]:
             pooled.append(points[0])
             continue
         smallest = 1e-6 * max(abs(point.torque) for point in points) + 1e-15
-        torque = weighted_mean(np.array([p.torque for p in points]), np.array([max(p.standard_error, smallest) for p in points]))
+        torque = weighted_mean(
+            np.array([p.torque for p in points]), np.array([max(p.standard_error, smallest) for p in points])
+        )
         rate = float(np.mean([p.rate for p in points]))
         labels = tuple(label for p in points for label in p.labels)
         pooled.append(
-            replace(points[0], rate=rate, torque=torque.mean, standard_error=torque.standard_error, passes=len(points), labels=labels,
-                    effective_samples=sum(p.effective_samples for p in points), jitter=float(np.mean([p.jitter for p in points])))
-        )  # fmt: skip
+            replace(
+                points[0],
+                rate=rate,
+                torque=torque.mean,
+                standard_error=torque.standard_error,
+                passes=len(points),
+                labels=labels,
+                effective_samples=sum(p.effective_samples for p in points),
+                jitter=float(np.mean([p.jitter for p in points])),
+            )
+        )
     return tuple(pooled)

@@ -1,4 +1,5 @@
-"""Host and virtual antenna bound by sequence number, in this process: tick by tick, compiled, or from a recorded run.
+"""Host and virtual antenna bound by sequence number, in this process: tick by tick, compiled, or from a recorded
+run.
 """
 
 from gimbal_hil.lockstep.paths import CHUNK_ROWS, CompiledPath, FramePath, Lockstep, Recorded, joined

@@ -1,4 +1,5 @@
-"""Host and device in one compiled loop, mail to mail: what the frame path does, without the frames that nobody reads.
+"""Host and device in one compiled loop, mail to mail: what the frame path does, without the frames that nobody
+reads.
 """
 
 from __future__ import annotations

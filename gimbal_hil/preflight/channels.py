@@ -72,7 +72,8 @@ class Channel:
 
 
 def channels_of(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> dict[str, Channel]:
-    """Channels by the column that they are about, over all tables; axes that do not move or are not driven give none.
+    """Channels by the column that they are about, over all tables; axes that do not move or are not driven give
+    none.
     """
     parts: dict[str, list[Channel]] = {}
     for table in tables:

@@ -100,8 +100,8 @@ class Page:
             '<!doctype html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" '
             'content="width=device-width">'
             f"<title>{html.escape(self.title)}</title><style>{_STYLE}</style>{script}</head><body>"
-            "<header><div "
-            f'class="mark">gimbal-hil</div><h1>{html.escape(self.title)}</h1><p>{html.escape(self.subtitle)}</p></header>'
+            f'<header><div class="mark">gimbal-hil</div><h1>{html.escape(self.title)}</h1>'
+            f"<p>{html.escape(self.subtitle)}</p></header>"
             f"{f'<nav>{contents}</nav>' if len(headings) > 2 else ''}<main>{body}</main></body></html>"
         )
 
@@ -146,7 +146,8 @@ def _render(block: Block) -> str:
         case Listing(text, caption):
             return f"<figure><pre>{html.escape(text)}</pre>{_caption(caption)}</figure>"
         case Details(summary, blocks):
-            return f"<details><summary>{html.escape(summary)}</summary>{''.join(_render(inner) for inner in blocks)}</details>"
+            inside = "".join(_render(inner) for inner in blocks)
+            return f"<details><summary>{html.escape(summary)}</summary>{inside}</details>"
 
 
 def _table(table: Table) -> str:
@@ -161,8 +162,8 @@ def _table(table: Table) -> str:
         for row in table.rows
     )
     return (
-        "<figure><div "
-        f'class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>{_caption(table.caption)}</figure>'
+        f'<figure><div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table></div>'
+        f"{_caption(table.caption)}</figure>"
     )
 
 
@@ -184,20 +185,39 @@ def _plotly_source() -> str:
 _RESIZE_WHEN_UNFOLDED = "document.addEventListener('toggle',()=>window.dispatchEvent(new Event('resize')),true)"
 
 _STYLE = """
-:root{--ink:#1c2530;--soft:#5b6775;--line:#dfe4ea;--accent:#1f6f8b;--paper:#fff;--good:#e8f5ec;--warning:#fdf3e1;--neutral:#eef4f8}
-*{box-sizing:border-box}body{margin:0;color:var(--ink);background:#f5f7f9;font:16px/1.55 system-ui,-apple-system,"Segoe UI",Roboto,"DejaVu Sans",sans-serif}
-header{background:#17324a;color:#fff;padding:28px max(24px,calc(50vw - 540px)) 24px}header h1{margin:2px 0 4px;font-size:28px;font-weight:650}
-header p{margin:0;color:#cfdae4}.mark{font-size:12px;letter-spacing:.14em;text-transform:uppercase;color:#8fb4cd}
-nav{position:sticky;top:0;z-index:5;background:var(--paper);border-bottom:1px solid var(--line);padding:8px max(24px,calc(50vw - 540px));display:flex;gap:18px;flex-wrap:wrap;font-size:14px}
-nav a{color:var(--accent);text-decoration:none}main{max-width:1080px;margin:18px auto 60px;padding:12px 32px 36px;background:var(--paper);border:1px solid var(--line);border-radius:8px}
-h2{font-size:20px;margin:34px 0 8px;padding-top:6px;scroll-margin-top:48px}p{max-width:76ch;margin:8px 0}
-figure{margin:14px 0 22px}figcaption{color:var(--soft);font-size:14px;max-width:84ch;margin-top:6px}
-.callout{border-left:4px solid var(--accent);background:var(--neutral);padding:12px 16px;margin:16px 0;border-radius:0 6px 6px 0;font-size:17px}
-.callout.good{background:var(--good);border-color:#2f8f57}.callout.warning{background:var(--warning);border-color:#c9861a}
-.tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(150px,1fr));gap:12px;margin:16px 0}.tile{border:1px solid var(--line);border-radius:6px;padding:10px 14px}
-.tile b{display:block;font-size:21px;font-weight:640}.tile span{color:var(--soft);font-size:14px}
-.scroll{overflow-x:auto}table{border-collapse:collapse;font-size:14px;min-width:50%}th{text-align:left;font-weight:640;border-bottom:2px solid var(--line);padding:5px 12px 5px 0;white-space:nowrap}
-td{border-bottom:1px solid var(--line);padding:4px 12px 4px 0;vertical-align:top}.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}
-pre{background:#f3f5f8;border:1px solid var(--line);border-radius:6px;padding:12px 14px;overflow-x:auto;font:13px/1.45 ui-monospace,"DejaVu Sans Mono",monospace}
-details{border:1px solid var(--line);border-radius:6px;padding:8px 14px;margin:12px 0}summary{cursor:pointer;font-weight:600}
+:root{--ink:#1c2530;--soft:#5b6775;--line:#dfe4ea;--accent:#1f6f8b;--paper:#fff;--good:#e8f5ec;--warning:#fdf3e1;
+  --neutral:#eef4f8}
+*{box-sizing:border-box}
+body{margin:0;color:var(--ink);background:#f5f7f9;
+  font:16px/1.55 system-ui,-apple-system,"Segoe UI",Roboto,"DejaVu Sans",sans-serif}
+header{background:#17324a;color:#fff;padding:28px max(24px,calc(50vw - 540px)) 24px}
+header h1{margin:2px 0 4px;font-size:28px;font-weight:650}
+header p{margin:0;color:#cfdae4}
+.mark{font-size:12px;letter-spacing:.14em;text-transform:uppercase;color:#8fb4cd}
+nav{position:sticky;top:0;z-index:5;background:var(--paper);border-bottom:1px solid var(--line);
+  padding:8px max(24px,calc(50vw - 540px));display:flex;gap:18px;flex-wrap:wrap;font-size:14px}
+nav a{color:var(--accent);text-decoration:none}
+main{max-width:1080px;margin:18px auto 60px;padding:12px 32px 36px;background:var(--paper);
+  border:1px solid var(--line);border-radius:8px}
+h2{font-size:20px;margin:34px 0 8px;padding-top:6px;scroll-margin-top:48px}
+p{max-width:76ch;margin:8px 0}
+figure{margin:14px 0 22px}
+figcaption{color:var(--soft);font-size:14px;max-width:84ch;margin-top:6px}
+.callout{border-left:4px solid var(--accent);background:var(--neutral);padding:12px 16px;margin:16px 0;
+  border-radius:0 6px 6px 0;font-size:17px}
+.callout.good{background:var(--good);border-color:#2f8f57}
+.callout.warning{background:var(--warning);border-color:#c9861a}
+.tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(150px,1fr));gap:12px;margin:16px 0}
+.tile{border:1px solid var(--line);border-radius:6px;padding:10px 14px}
+.tile b{display:block;font-size:21px;font-weight:640}
+.tile span{color:var(--soft);font-size:14px}
+.scroll{overflow-x:auto}
+table{border-collapse:collapse;font-size:14px;min-width:50%}
+th{text-align:left;font-weight:640;border-bottom:2px solid var(--line);padding:5px 12px 5px 0;white-space:nowrap}
+td{border-bottom:1px solid var(--line);padding:4px 12px 4px 0;vertical-align:top}
+.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}
+pre{background:#f3f5f8;border:1px solid var(--line);border-radius:6px;padding:12px 14px;overflow-x:auto;
+  font:13px/1.45 ui-monospace,"DejaVu Sans Mono",monospace}
+details{border:1px solid var(--line);border-radius:6px;padding:8px 14px;margin:12px 0}
+summary{cursor:pointer;font-weight:600}
 """

@@ -15,7 +15,9 @@ from gimbal_hil.runs.schema import FrameDirection
 
 @dataclass(frozen=True)
 class MessageColumns:
-    """All good frames of one message in order: `place` in the log, host `tick`, alive `counter`, and `raw` integers by field name."""
+    """All good frames of one message in order: `place` in the log, host `tick`, alive `counter`, and `raw` integers by
+    field name.
+    """
 
     message: Message
     place: NDArray[np.int64]
@@ -32,14 +34,17 @@ class MessageColumns:
 
 
 def columns_of(frames: NDArray[np.void], message_name: str, protocol: Protocol = CURRENT) -> MessageColumns:
-    """Decode the good frames of one message of a version of the wire: identifier and direction right, CRC right, every field within its
-    bounds. A message that the version does not have has no rows."""
+    """Decode the good frames of one message of a version of the wire: identifier and direction right, CRC right, every
+    field within its bounds. A message that the version does not have has no rows.
+    """
     message = protocol.by_name.get(message_name, CURRENT.by_name[message_name])
     multiples = {}
     if message.name in protocol.by_name and any(field.exponent for field in message.fields):
         units = columns_of(frames, "identity_unit", protocol)
         if len(units.place):
-            multiples = {field.name: 2.0 ** int(units.raw[field.exponent][-1]) for field in message.fields if field.exponent}
+            multiples = {
+                field.name: 2.0 ** int(units.raw[field.exponent][-1]) for field in message.fields if field.exponent
+            }
     if message.name not in protocol.by_name:
         frames = frames[:0]
     rows = np.flatnonzero((frames["identifier"] == message.can_id) & (frames["direction"] == message.direction))
@@ -50,7 +55,9 @@ def columns_of(frames: NDArray[np.void], message_name: str, protocol: Protocol =
         good &= (raw[field.name] >= field.raw_low) & (raw[field.name] <= field.raw_high)
     rows, words = rows[good], words[good]
     counter = (words >> np.uint64(COUNTER_START)).astype(np.int64) & 15
-    return MessageColumns(message, rows, frames["tick"][rows], counter, {name: values[good] for name, values in raw.items()}, multiples)
+    return MessageColumns(
+        message, rows, frames["tick"][rows], counter, {name: values[good] for name, values in raw.items()}, multiples
+    )
 
 
 def raw_fields(message: Message, words: NDArray[np.uint64]) -> dict[str, NDArray[np.int64]]:
@@ -87,7 +94,10 @@ def describe_difference(identifier: int, expected: int, found: int) -> tuple[str
             raw = raw_fields(message, words)[field.name]
             if raw[0] != raw[1]:
                 unit = f" {field.unit}" if field.unit else ""
-                values = [f"{value * field.step:.9g}{unit}" if field.is_physical else f"{value}{unit}" for value in raw.tolist()]
+                values = [
+                    f"{value * field.step:.9g}{unit}" if field.is_physical else f"{value}{unit}"
+                    for value in raw.tolist()
+                ]
                 return f"{message.name}.{field.name}", values[0], values[1]
         part = "counter" if (expected ^ found) >> COUNTER_START & 15 else "crc"
         start = COUNTER_START if part == "counter" else CRC_START

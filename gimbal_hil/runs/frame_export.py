@@ -82,7 +82,9 @@ def export_mcap(run: Run, path: Path, progress: Progress) -> int:
 
 
 def export_mf4(run: Run, path: Path, progress: Progress) -> int:
-    """Good frames and tick rows as MDF 4 channel groups in physical units, time in seconds of the run; answers the number of channels."""
+    """Good frames and tick rows as MDF 4 channel groups in physical units, time in seconds of the run; answers the
+    number of channels.
+    """
     try:
         from asammdf import MDF, Signal
     except ImportError:
@@ -91,14 +93,21 @@ def export_mf4(run: Run, path: Path, progress: Progress) -> int:
     period_s = run.record.header.period_ns / 1e9
     groups = [
         [
-            Signal(columns.physical(field.name), columns.tick * period_s, unit=field.unit, name=f"{message.name}.{field.name}")
+            Signal(
+                columns.physical(field.name),
+                columns.tick * period_s,
+                unit=field.unit,
+                name=f"{message.name}.{field.name}",
+            )
             for field in message.fields
         ]
         for message, columns in _decoded(run)
     ]
     times, axes = run.ticks["time_ns"] / 1e9, run.record.header.axes
     names = [name for name in TICK_ROW.names or () if name not in ("tick", "time_ns", "check")]
-    groups.append([Signal(np.ascontiguousarray(run.ticks[name]), times, name=f"host.{stored_name(name, axes)}") for name in names])
+    groups.append(
+        [Signal(np.ascontiguousarray(run.ticks[name]), times, name=f"host.{stored_name(name, axes)}") for name in names]
+    )
     with MDF(version="4.10") as file:
         for done, signals in enumerate(groups):
             progress(done, len(groups))
@@ -127,20 +136,27 @@ def _start_ns(run: Run) -> int:
         start = datetime.fromisoformat(run.record.started_utc)
     except ValueError:
         where = f"{run.folder / 'run.yaml'}: when.started_utc"
-        raise BadInputError(where, f"is {run.record.started_utc!r}", "a time such as 2026-01-31T12:00:00.000+00:00") from None
+        raise BadInputError(
+            where, f"is {run.record.started_utc!r}", "a time such as 2026-01-31T12:00:00.000+00:00"
+        ) from None
     return round(start.timestamp() * 1000) * 1_000_000
 
 
 def _json_records(columns: MessageColumns, start_ns: int, period_ns: int) -> Iterator[tuple[int, bytes]]:
     fields = columns.message.fields
-    values = [columns.physical(field.name).tolist() if field.is_physical else columns.raw[field.name].tolist() for field in fields]
+    values = [
+        columns.physical(field.name).tolist() if field.is_physical else columns.raw[field.name].tolist()
+        for field in fields
+    ]
     names = [field.attribute for field in fields]
     for tick, *row in zip(columns.tick.tolist(), *values, strict=True):
         yield start_ns + tick * period_ns, _json({"host_tick": tick, **dict(zip(names, row, strict=True))})
 
 
 def _properties(message: Message) -> dict[str, str]:
-    return {"host_tick": "integer"} | {field.attribute: "number" if field.is_physical else "integer" for field in message.fields}
+    return {"host_tick": "integer"} | {
+        field.attribute: "number" if field.is_physical else "integer" for field in message.fields
+    }
 
 
 def _channel(writer: Any, topic: str, properties: dict[str, str]) -> int:
@@ -152,9 +168,15 @@ def _channel(writer: Any, topic: str, properties: dict[str, str]) -> int:
 
 def _json(content: dict[str, Any]) -> bytes:
     """JSON proper: numbers that are none (references where there is no loop) become null."""
-    plain = {name: None if isinstance(value, float) and not np.isfinite(value) else value for name, value in content.items()}
+    plain = {
+        name: None if isinstance(value, float) and not np.isfinite(value) else value for name, value in content.items()
+    }
     return json.dumps(plain, separators=(",", ":")).encode()
 
 
 def _missing(extra: str, package: str) -> BadInputError:
-    return BadInputError(f"--format {extra}", f"needs the package {package}, which is not installed", f"pip install 'gimbal-hil[{extra}]'")
+    return BadInputError(
+        f"--format {extra}",
+        f"needs the package {package}, which is not installed",
+        f"pip install 'gimbal-hil[{extra}]'",
+    )

@@ -50,7 +50,8 @@ class RunHeader:
 
 @dataclass(frozen=True)
 class RunEnd:
-    """How a run ended: the exit code of the command, why, how many rows of each kind the log then held, and their hashes.
+    """How a run ended: the exit code of the command, why, how many rows of each kind the log then held, and their
+    hashes.
 
     `counts` and `hashes` have the keys `ticks`, `frames` and `events`.
     """
@@ -103,7 +104,9 @@ def _ending(document: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def write_header(folder: Path, header: RunHeader, started_utc: str, end: RunEnd | None) -> str:
-    """Write `run.yaml` so that at every moment it is whole: the old one or the new one; answers its genesis hash. Raises OSError."""
+    """Write `run.yaml` so that at every moment it is whole: the old one or the new one; answers its genesis hash.
+    Raises OSError.
+    """
     document: dict[str, Any] = {
         "schema": SCHEMA,
         "title": header.title,
@@ -151,7 +154,9 @@ def read_header(folder: Path) -> RunRecord:
 
 def _parse(path: Path, document: dict[str, Any]) -> RunRecord:
     if document.get("schema") != SCHEMA:
-        raise BadInputError(f"{path}: schema", f"is {document.get('schema')!r}", f"{SCHEMA}: this version reads no other")
+        raise BadInputError(
+            f"{path}: schema", f"is {document.get('schema')!r}", f"{SCHEMA}: this version reads no other"
+        )
     who, when = _get(path, document, "who", dict), _get(path, document, "when", dict)
     header = RunHeader(
         configuration=_get(path, document, "configuration", dict),

@@ -24,9 +24,10 @@ from gimbal_hil.runs.segments import segments_of
 class Run:
     """A run as far as its files are whole. `ticks` has TICK_ROW, `frames` FRAME_ROW rows in the order of recording.
 
-    `replayable_ticks` counts the leading tick rows whose frames are certain to be in `frames`. `notes` say in words what is
-    missing or unreadable; a row that fails its check is still in the arrays, and `broken_ticks`, `broken_frames` point at it.
-    `holes` are damaged stretches inside the files: where, and the tick with which the log goes on (-1: not at all).
+    `replayable_ticks` counts the leading tick rows whose frames are certain to be in `frames`. `notes` say in words
+    what is missing or unreadable; a row that fails its check is still in the arrays, and `broken_ticks`,
+    `broken_frames` point at it. `holes` are damaged stretches inside the files: where, and the tick with which the log
+    goes on (-1: not at all).
     """
 
     folder: Path
@@ -95,7 +96,9 @@ def open_run(folder: Path) -> Run:
     first = max(ticks.first_segment, frames.first_segment)
     notes += events.notes
     if first > 1:
-        notes.append(f"{folder}: the log begins with segment {first}; what was before it was given up (recording.keep_mb)")
+        notes.append(
+            f"{folder}: the log begins with segment {first}; what was before it was given up (recording.keep_mb)"
+        )
     else:
         found = {"ticks": len(ticks.rows), "frames": len(frames.rows), "events": len(events.lines)}
         notes += _missing_rows(folder, record, blocks, chain_damaged, found)
@@ -128,7 +131,8 @@ def open_run(folder: Path) -> Run:
 class _Stream:
     """All segments of a stream: rows, row count after each batch, and unreadable stretches.
 
-    A stretch is: file, first byte, byte past the last, rows before it, and whether the stream goes on, or is closed, behind it.
+    A stretch is: file, first byte, byte past the last, rows before it, and whether the stream goes on, or is closed,
+    behind it.
     """
 
     rows: NDArray[np.void]
@@ -150,15 +154,22 @@ def _read_stream(folder: Path, name: str, row_type: np.dtype, axes: tuple[str, s
         content: StreamContent = read_rows(path, row_type, axes)
         size, last = path.stat().st_size, place == len(segments) - 1
         ends += [total + end for end in content.batch_ends]
-        skipped += [(path, start, end, total + before, end < size or content.ended or not last) for start, end, before in content.skipped]
+        skipped += [
+            (path, start, end, total + before, end < size or content.ended or not last)
+            for start, end, before in content.skipped
+        ]
         pieces.append(content.rows)
         total += len(content.rows)
         ended = content.ended
     return _Stream(np.concatenate(pieces), tuple(ends), tuple(skipped), ended, segments[0][0])
 
 
-def _missing_rows(folder: Path, record: RunRecord, blocks: tuple[Block, ...], damaged: bool, found: dict[str, int]) -> list[str]:
+def _missing_rows(
+    folder: Path, record: RunRecord, blocks: tuple[Block, ...], damaged: bool, found: dict[str, int]
+) -> list[str]:
     counts = record.end.counts if record.end is not None else {}
     if record.end is None and blocks and not damaged:
         counts = {"ticks": blocks[-1].ticks, "frames": blocks[-1].frames, "events": blocks[-1].events}
-    return [f"{folder}: {found[part]} of {count} {part} are left" for part, count in counts.items() if found[part] < count]
+    return [
+        f"{folder}: {found[part]} of {count} {part} are left" for part, count in counts.items() if found[part] < count
+    ]

@@ -1,4 +1,6 @@
-"""Run a recorded run again: the same frames and commands into the same host core, bit by bit against what it did then."""
+"""Run a recorded run again: the same frames and commands into the same host core, bit by bit against what it did
+then.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +37,9 @@ class ReplayHost(Protocol):
 
 @dataclass(frozen=True)
 class ReplayResult:
-    """`difference` is None when every frame sent and every tick row came out bit for bit; `ticks` and `frames` count what was compared."""
+    """`difference` is None when every frame sent and every tick row came out bit for bit; `ticks` and `frames` count
+    what was compared.
+    """
 
     ticks: int
     frames: int
@@ -47,23 +51,35 @@ class ReplayResult:
         return self.difference is None
 
 
-def replay(run: Run, host: ReplayHost, give: Callable[[Event], None], progress: Callable[[int], None] = lambda done: None) -> ReplayResult:
+def replay(
+    run: Run, host: ReplayHost, give: Callable[[Event], None], progress: Callable[[int], None] = lambda done: None
+) -> ReplayResult:
     """Run a log again and stop at the first difference; damage of the log itself counts as one.
 
-    `give` hands a COMMAND event to the host. `progress` is told the ticks done now and then. Raises BadInputError when the log holds
-    no tick that could be run again.
+    `give` hands a COMMAND event to the host. `progress` is told the ticks done now and then. Raises BadInputError when
+    the log holds no tick that could be run again.
     """
     if run.protocol is not CURRENT:
-        wanted = f"a run of version {CURRENT.version}; one of version {run.protocol.version} replays with the software that recorded it"
-        raise BadInputError(str(run.folder), f"was recorded with version {run.protocol.version} of the wire", wanted)
+        theirs = run.protocol.version
+        wanted = (
+            f"a run of version {CURRENT.version}; one of version {theirs} replays with the software that recorded it"
+        )
+        raise BadInputError(str(run.folder), f"was recorded with version {theirs} of the wire", wanted)
     if run.first_segment > 1:
-        reason = "the beginning of the run was given up (recording.keep_mb), and a host can only be run again from its start"
+        reason = (
+            "the beginning of the run was given up (recording.keep_mb), and a host can only be run again from its start"
+        )
         return ReplayResult(0, 0, Difference(-1, "log", f"segment {run.first_segment} on", "segment 1 on", reason))
     if run.replayable_ticks == 0:
-        raise BadInputError(str(run.folder), "holds no whole batch of ticks and frames", "a run that was recorded for a moment at least")
+        raise BadInputError(
+            str(run.folder), "holds no whole batch of ticks and frames", "a run that was recorded for a moment at least"
+        )
     damage = first_damage(run)
     rows = run.ticks[: min(run.replayable_ticks, _sound_rows(run, damage))]
-    received, sent = _Blocks(run.frames, FrameDirection.DEVICE_TO_HOST), _Blocks(run.frames, FrameDirection.HOST_TO_DEVICE)
+    received, sent = (
+        _Blocks(run.frames, FrameDirection.DEVICE_TO_HOST),
+        _Blocks(run.frames, FrameDirection.HOST_TO_DEVICE),
+    )
     commands = sorted(run.commands(), key=lambda event: event.tick)
     recorded = np.ascontiguousarray(rows).tobytes()
     given = frames = 0
@@ -78,7 +94,9 @@ def replay(run: Run, host: ReplayHost, give: Callable[[Event], None], progress: 
         if answer != expected:
             return ReplayResult(place + 1, frames, _frame_difference(tick, expected, answer, arrived))
         if host.row[:_CONTENT_BYTES] != recorded[start : start + _CONTENT_BYTES]:
-            return ReplayResult(place + 1, frames, _row_difference(rows[place], host.row, arrived, run.record.header.axes))
+            return ReplayResult(
+                place + 1, frames, _row_difference(rows[place], host.row, arrived, run.record.header.axes)
+            )
         if place % 1024 == 1023:
             progress(place + 1)
     progress(len(rows))
@@ -104,7 +122,9 @@ class _Blocks:
         rows = rows[np.argsort(rows["tick"], kind="stable")]
         ticks, starts, counts = np.unique(rows["tick"], return_index=True, return_counts=True)
         self._data = blocks_of_frames(rows)
-        self._spans = dict(zip(ticks.tolist(), zip(starts.tolist(), (starts + counts).tolist(), strict=True), strict=True))
+        self._spans = dict(
+            zip(ticks.tolist(), zip(starts.tolist(), (starts + counts).tolist(), strict=True), strict=True)
+        )
 
     def of(self, tick: int) -> bytes:
         """The block of one tick, empty where nothing went this way."""
@@ -129,12 +149,19 @@ def _row_difference(recorded: np.void, row: bytes, arrived: bytes, axes: tuple[s
     again = np.frombuffer(row, TICK_ROW)[0]
     names = [name for name in TICK_ROW.names or () if recorded[name].tobytes() != again[name].tobytes()]
     values = str(recorded[names[0]].item()), str(again[names[0]].item())
-    return Difference(int(recorded["tick"]), stored_name(names[0], axes), *values, f"the host core comes to another result{_hint(arrived)}")
+    return Difference(
+        int(recorded["tick"]),
+        stored_name(names[0], axes),
+        *values,
+        f"the host core comes to another result{_hint(arrived)}",
+    )
 
 
 def _hint(arrived: bytes) -> str:
     """Received frames that may be the cause: those that fail their CRC."""
-    bad = [describe_frame(identifier, 1) for identifier, payload in _records(arrived) if not _is_good(identifier, payload)]
+    bad = [
+        describe_frame(identifier, 1) for identifier, payload in _records(arrived) if not _is_good(identifier, payload)
+    ]
     return f"; at this tick {bad[0]} in the log fails its CRC" if bad else ""
 
 

@@ -24,7 +24,6 @@ def _let_go() -> None:
 os.register_at_fork(after_in_child=_let_go)
 
 
-
 class RunLock:
     """Held from before the first file is touched until `release`; BadInputError where another process records into the
     folder.
@@ -49,7 +48,8 @@ class RunLock:
         _held.add(self._file)
 
     def release(self) -> None:
-        """Let others in; the empty lock file stays, because taking it away could take it from under somebody who waits.
+        """Let others in; the empty lock file stays, because taking it away could take it from under somebody who
+        waits.
         """
         if self._file >= 0:
             _held.discard(self._file)

@@ -1,4 +1,5 @@
-"""The files that a stream of rows lies in: `ticks.arrow`, then `ticks.0002.arrow` and so on, each a whole Arrow stream.
+"""The files that a stream of rows lies in: `ticks.arrow`, then `ticks.0002.arrow` and so on, each a whole Arrow
+stream.
 """
 
 from __future__ import annotations

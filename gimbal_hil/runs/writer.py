@@ -1,9 +1,10 @@
 """Write a run folder while the run goes on.
 
-The tick path only appends to a list; whole batches go to the files twenty times a second, so a kill loses a tenth of a second at most.
-Between two flushes the frames of a tick are written before its tick row, and every flush adds one batch to each stream and one line to the
-chain that seals the run (see `chain`): the first n batches of both are a run that can be replayed. A disk that refuses, or a folder that is
-taken away, ends the recording, not the run: `failure` says why. A disk that is nearly full asks for an end in good order: `running_out`.
+The tick path only appends to a list; whole batches go to the files twenty times a second, so a kill loses a tenth of a
+second at most. Between two flushes the frames of a tick are written before its tick row, and every flush adds one batch
+to each stream and one line to the chain that seals the run (see `chain`): the first n batches of both are a run that
+can be replayed. A disk that refuses, or a folder that is taken away, ends the recording, not the run: `failure` says
+why. A disk that is nearly full asks for an end in good order: `running_out`.
 """
 
 from __future__ import annotations
@@ -28,6 +29,16 @@ from gimbal_hil.runs.chain import CHAIN_FILE, Block, linked, read_chain
 from gimbal_hil.runs.disk import MB, Retention, free_mb, require_free, vanished
 from gimbal_hil.runs.header import RUN_FILE, RunEnd, RunHeader, wall_clock_utc, write_header
 from gimbal_hil.runs.integrity import seal
+from gimbal_hil.runs.new_folder import (
+    FILES,
+    RESERVE_BYTES,
+    RESERVE_FILE,
+    STREAMS,
+    created,
+    open_folder,
+    remove,
+    write_all,
+)
 from gimbal_hil.runs.reader import open_run
 from gimbal_hil.runs.run_lock import RunLock
 from gimbal_hil.runs.schema import (
@@ -47,18 +58,14 @@ FLUSH_INTERVAL_NS = 50_000_000
 FLUSH_TICKS = 16384
 #: how often the disk is looked at
 _LOOK_INTERVAL_NS = 1_000_000_000
-#: kept free on the disk so that a full one can still take the last events and the exit status
-RESERVE_FILE, RESERVE_BYTES = ".reserve", 65536
-_STREAMS = {FRAMES_FILE: FRAME_ROW, TICKS_FILE: TICK_ROW}
-_FILES = (TICKS_FILE, FRAMES_FILE, EVENTS_FILE, CHAIN_FILE)
 _SEGMENT = "segment"
 
 
 class RunWriter:
     """The log of one run. Not for several threads; call `append_ticks` between ticks, never inside one.
 
-    `clock_ns` only paces the flushes. Raises BadInputError when the folder cannot be used, is recorded into by another process, or already
-    holds a run and `force` is false.
+    `clock_ns` only paces the flushes. Raises BadInputError when the folder cannot be used, is recorded into by another
+    process, or already holds a run and `force` is false.
     """
 
     def __init__(
@@ -73,7 +80,7 @@ class RunWriter:
         self._begin(Path(folder), header, retention, clock_ns)
         require_free(self.folder, self._retention)
         self._started_utc = wall_clock_utc()
-        self._lock, self._files, self._last_hash = _open_folder(self.folder, header, self._started_utc, force)
+        self._lock, self._files, self._last_hash = open_folder(self.folder, header, self._started_utc, force)
 
     def _begin(self, folder: Path, header: RunHeader, retention: Retention | None, clock_ns: Callable[[], int]) -> None:
         self.folder = folder
@@ -110,20 +117,27 @@ class RunWriter:
         try:
             writer._lock = RunLock(folder)
             writer._segment = mark[_SEGMENT]
-            paths = {name: folder / writer._name_of(name) for name in _FILES}
+            paths = {name: folder / writer._name_of(name) for name in FILES}
             for name, path in paths.items():
                 if path.stat().st_size < mark[name]:
-                    raise BadInputError(str(path), "is shorter than at its checkpoint", "the files that the stopped run left")
+                    raise BadInputError(
+                        str(path), "is shorter than at its checkpoint", "the files that the stopped run left"
+                    )
                 os.truncate(path, mark[name])
-            for name in _STREAMS:
+            for name in STREAMS:
                 for number, path in segments_of(folder, name):
                     if number > writer._segment:
                         path.unlink()
         except (OSError, KeyError) as error:
-            raise BadInputError(str(folder), f"cannot be gone on with ({error})", "the folder of a stopped run") from error
+            raise BadInputError(
+                str(folder), f"cannot be gone on with ({error})", "the folder of a stopped run"
+            ) from error
         run = open_run(folder)
         blocks, _ = read_chain(folder)
-        writer._started_utc, writer._last_hash = run.record.started_utc, blocks[-1].sha256 if blocks else run.record.genesis
+        writer._started_utc, writer._last_hash = (
+            run.record.started_utc,
+            blocks[-1].sha256 if blocks else run.record.genesis,
+        )
         writer._files = {name: os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CLOEXEC) for name, path in paths.items()}
         writer._segment_bytes = mark[FRAMES_FILE] + mark[TICKS_FILE]
         writer._counts = {TICKS_FILE: len(run.ticks), FRAMES_FILE: len(run.frames), EVENTS_FILE: len(run.events)}
@@ -175,13 +189,17 @@ class RunWriter:
         self._frames.append(np.array(frames, FRAME_ROW))
 
     def append_ticks(self, rows: NDArray[np.void]) -> None:
-        """Keep tick rows, shape (n,) of TICK_ROW, after all frames of these ticks; writes to disk when it is time to."""
+        """Keep tick rows, shape (n,) of TICK_ROW, after all frames of these ticks; writes to disk when it is time
+        to.
+        """
         self._ticks.append(np.array(rows, TICK_ROW))
         self._waiting_ticks += len(rows)
         if self._waiting_ticks >= FLUSH_TICKS or self._clock_ns() - self._flushed_ns >= FLUSH_INTERVAL_NS:
             self.flush()
 
-    def event(self, tick: int, time_ns: int, kind: EventKind, text: str, data: Mapping[str, object] | None = None) -> None:
+    def event(
+        self, tick: int, time_ns: int, kind: EventKind, text: str, data: Mapping[str, object] | None = None
+    ) -> None:
         """Keep one event; `data` must be plain JSON."""
         line = {"tick": tick, "time_ns": time_ns, "kind": kind.value, "text": text, "data": dict(data or {})}
         self._events.append(json.dumps(line, ensure_ascii=False) + "\n")
@@ -191,7 +209,9 @@ class RunWriter:
         self.event(tick, time_ns, EventKind.COMMAND, text, data)
 
     def flush(self) -> None:
-        """Write all that waits: events, then one batch of frames, then one of tick rows, then the line that seals them."""
+        """Write all that waits: events, then one batch of frames, then one of tick rows, then the line that seals
+        them.
+        """
         self._take_blocks()
         self._flushed_ns = self._clock_ns()
         if self._flushed_ns - self._looked_ns >= _LOOK_INTERVAL_NS:
@@ -203,9 +223,11 @@ class RunWriter:
         lines = "".join(events).encode()
         if events and not self._append(EVENTS_FILE, lines, len(events), lines):
             lines = b""
-        written = dict.fromkeys(_STREAMS, b"")
+        written = dict.fromkeys(STREAMS, b"")
         if frames or ticks:
-            written = {name: self._append_rows(name, pieces) for name, pieces in ((FRAMES_FILE, frames), (TICKS_FILE, ticks))}
+            written = {
+                name: self._append_rows(name, pieces) for name, pieces in ((FRAMES_FILE, frames), (TICKS_FILE, ticks))
+            }
         self._link(written[TICKS_FILE], written[FRAMES_FILE], lines)
         if self._segment_bytes >= self._retention.segment_mb * MB and self.failure is None:
             self._begin_segment()
@@ -220,17 +242,19 @@ class RunWriter:
         self._closed = True
         self._look_at_the_disk()
         self.flush()
-        for name in _STREAMS:
+        for name in STREAMS:
             self._append(name, END_OF_STREAM, 0, b"")
         if self._noted:
             self._link(b"", b"", b"")
         if self.failure is not None:
             reason = f"{reason}; recording ended early: {self.failure}".removeprefix("; ")
-        _remove(self.folder / RESERVE_FILE)
+        remove(self.folder / RESERVE_FILE)
         hashes = {name.split(".")[0]: content.hexdigest() for name, content in self._content.items()}
         counts = {name.split(".")[0]: count for name, count in self._counts.items()}
         try:
-            write_header(self.folder, self._header, self._started_utc, RunEnd(exit_code, reason, counts, hashes, self._last_hash))
+            write_header(
+                self.folder, self._header, self._started_utc, RunEnd(exit_code, reason, counts, hashes, self._last_hash)
+            )
         except OSError as error:
             self.failure = self.failure or f"{self.folder / RUN_FILE}: {error.strerror}"
         for file in self._files.values():
@@ -240,7 +264,9 @@ class RunWriter:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         if error is None:
             self.close()
             self.require_room()
@@ -259,7 +285,7 @@ class RunWriter:
 
     def _append_rows(self, name: str, pieces: list[NDArray[np.void]]) -> bytes:
         """One batch of rows; answers the rows as they are sealed."""
-        rows = np.concatenate(pieces) if pieces else np.zeros(0, _STREAMS[name])
+        rows = np.concatenate(pieces) if pieces else np.zeros(0, STREAMS[name])
         content = seal(rows)
         data = batch_bytes(rows, self._header.axes)
         if not self._append(name, data, len(rows), content.tobytes()):
@@ -272,20 +298,24 @@ class RunWriter:
         events += self._noted
         self._noted = b""
         self._last_hash = linked(self._last_hash, ticks, frames, events)
-        line = Block(self._counts[TICKS_FILE], self._counts[FRAMES_FILE], self._counts[EVENTS_FILE], self._last_hash).line()
+        line = Block(
+            self._counts[TICKS_FILE], self._counts[FRAMES_FILE], self._counts[EVENTS_FILE], self._last_hash
+        ).line()
         try:
-            _write_all(self._files[CHAIN_FILE], line)
+            write_all(self._files[CHAIN_FILE], line)
         except OSError as error:
             self.failure = self.failure or f"{self.folder / CHAIN_FILE}: {error.strerror}"
 
     def _append(self, name: str, data: bytes, count: int, content: bytes) -> bool:
-        """Write one whole piece or, when the disk refuses, none of it, and end the recording with the reason; whether it is written."""
+        """Write one whole piece or, when the disk refuses, none of it, and end the recording with the reason; whether
+        it is written.
+        """
         if self.failure is not None:
             return False
         file = self._files[name]
         good = os.lseek(file, 0, os.SEEK_END)
         try:
-            _write_all(file, data)
+            write_all(file, data)
         except OSError as error:
             os.ftruncate(file, good)
             self.failure = f"{self.folder / self._name_of(name)}: {error.strerror}"
@@ -298,7 +328,7 @@ class RunWriter:
 
     def _name_of(self, name: str) -> str:
         """Name of the file that a kind of content goes to now."""
-        return segment_name(name, self._segment) if name in _STREAMS else name
+        return segment_name(name, self._segment) if name in STREAMS else name
 
     def _look_at_the_disk(self) -> None:
         """Does what is written still reach the folder, and is there room for more?"""
@@ -310,24 +340,30 @@ class RunWriter:
             return
         if free < self._retention.stop_below_mb:
             least = self._retention.stop_below_mb
-            self.running_out = f"{self.folder}: {free:.0f} MiB are left on the disk, and recording.stop_below_mb is {least:g}"
+            self.running_out = (
+                f"{self.folder}: {free:.0f} MiB are left on the disk, and recording.stop_below_mb is {least:g}"
+            )
             self.event(-1, -1, EventKind.RECORDING, self.running_out, {"free_mb": round(free)})
         elif free < self._retention.warn_below_mb and not self._warned:
             self._warned = True
-            text = f"{free:.0f} MiB are left on the disk; the run ends in good order at {self._retention.stop_below_mb:g}"
+            text = (
+                f"{free:.0f} MiB are left on the disk; the run ends in good order at {self._retention.stop_below_mb:g}"
+            )
             self.event(-1, -1, EventKind.RECORDING, text, {"free_mb": round(free)})
 
     def _begin_segment(self) -> None:
-        """Close the streams, go on in the files of the next number, and give up the oldest ones where not all is to be kept."""
-        for name in _STREAMS:
+        """Close the streams, go on in the files of the next number, and give up the oldest ones where not all is to be
+        kept.
+        """
+        for name in STREAMS:
             self._append(name, END_OF_STREAM, 0, b"")
         self._segment += 1
         try:
-            for name, row_type in _STREAMS.items():
-                fresh = _created(self.folder / self._name_of(name))
+            for name, row_type in STREAMS.items():
+                fresh = created(self.folder / self._name_of(name))
                 os.close(self._files[name])
                 self._files[name] = fresh
-                _write_all(fresh, header_bytes(row_type, self._header.axes))
+                write_all(fresh, header_bytes(row_type, self._header.axes))
         except OSError as error:
             self.failure = f"{self.folder / self._name_of(TICKS_FILE)}: {error.strerror}"
             self._note_failure()
@@ -339,67 +375,25 @@ class RunWriter:
     def _give_up_old_segments(self, keep_mb: float) -> None:
         """Whole segments of both streams, oldest first, while the ones behind them hold `keep_mb`."""
         sizes: dict[int, int] = {}
-        for name in _STREAMS:
+        for name in STREAMS:
             for number, path in segments_of(self.folder, name):
                 with contextlib.suppress(OSError):
                     sizes[number] = sizes.get(number, 0) + path.stat().st_size
         for number in sorted(sizes)[:-1]:
             if sum(size for other, size in sizes.items() if other > number) < keep_mb * MB:
                 return
-            for name in _STREAMS:
-                _remove(self.folder / segment_name(name, number))
+            for name in STREAMS:
+                remove(self.folder / segment_name(name, number))
             del sizes[number]
             text = f"segment {number} of the log was given up: recording.keep_mb is {keep_mb:g}"
             self.event(-1, -1, EventKind.RECORDING, text, {"given_up_segment": number})
 
     def _note_failure(self) -> None:
-        _remove(self.folder / RESERVE_FILE)
+        remove(self.folder / RESERVE_FILE)
         line = {"tick": -1, "time_ns": -1, "kind": EventKind.RECORDING.value, "text": self.failure, "data": {}}
         data = (json.dumps(line) + "\n").encode()
         with contextlib.suppress(OSError):  # the reason stays in `failure`, which the daemon shows
-            _write_all(self._files[EVENTS_FILE], data)
+            write_all(self._files[EVENTS_FILE], data)
             self._counts[EVENTS_FILE] += 1
             self._content[EVENTS_FILE].update(data)
             self._noted += data
-
-
-def _open_folder(folder: Path, header: RunHeader, started_utc: str, force: bool) -> tuple[RunLock, dict[str, int], str]:
-    """Make the folder and its files, locked; the lock, file descriptors by name, and the hash with which the chain begins."""
-    lock: RunLock | None = None
-    files: dict[str, int] = {}
-    try:
-        there = [name for name in (RUN_FILE, *_FILES) if (folder / name).exists()]
-        if there and not force:
-            raise BadInputError(str(folder), "already holds a run", "a new folder, or --force to overwrite it")
-        folder.mkdir(parents=True, exist_ok=True)
-        lock = RunLock(folder)
-        for name in _STREAMS:
-            for _, path in segments_of(folder, name):
-                path.unlink()
-        for name in _FILES:
-            files[name] = _created(folder / name)
-        for name, row_type in _STREAMS.items():
-            _write_all(files[name], header_bytes(row_type, header.axes))
-        (folder / RESERVE_FILE).write_bytes(bytes(RESERVE_BYTES))
-        return lock, files, write_header(folder, header, started_utc, None)
-    except OSError as error:
-        for file in files.values():
-            os.close(file)
-        if lock is not None:
-            lock.release()
-        raise BadInputError(str(folder), error.strerror or str(error), "a folder that can be written to") from error
-
-
-def _created(path: Path) -> int:
-    return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND | os.O_CLOEXEC, 0o644)
-
-
-def _write_all(file: int, data: bytes) -> None:
-    view = memoryview(data)
-    while view:
-        view = view[os.write(file, view) :]
-
-
-def _remove(path: Path) -> None:
-    with contextlib.suppress(OSError):  # an empty place on the disk is all that is lost
-        path.unlink(missing_ok=True)

@@ -1,4 +1,5 @@
-"""Between the operator's door and the control process: checks requests, passes them on, brings answers and events back.
+"""Between the operator's door and the control process: checks requests, passes them on, brings answers and events
+back.
 """
 
 from __future__ import annotations

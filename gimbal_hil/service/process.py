@@ -1,7 +1,7 @@
 """The control process' handle on its service process: orders, start, end.
 
-The service is started with its orders as one JSON line on standard input, answers one JSON line on standard output when it is ready (or
-why it cannot be), and takes the end of its standard input as the end of the control process.
+The service is started with its orders as one JSON line on standard input, answers one JSON line on standard output when
+it is ready (or why it cannot be), and takes the end of its standard input as the end of the control process.
 """
 
 from __future__ import annotations
@@ -27,7 +27,9 @@ _START_TIMEOUT_S = 30.0
 
 @dataclass(frozen=True, slots=True)
 class ServiceSettings:
-    """What of the ticks is kept (their frames, one row in `every_ticks`), whether the folder may be overwritten, who may look on."""
+    """What of the ticks is kept (their frames, one row in `every_ticks`), whether the folder may be overwritten, who
+    may look on.
+    """
 
     force: bool = False
     frames: bool = True
@@ -52,7 +54,9 @@ class Orders:
 
 
 class ServiceProcess:
-    """The control process' handle on its service: starts it (`wait_ready` says when that is done), watches it, ends it."""
+    """The control process' handle on its service: starts it (`wait_ready` says when that is done), watches it, ends
+    it.
+    """
 
     def __init__(self, run: Path, header: RunHeader, settings: ServiceSettings) -> None:
         self.run = run
@@ -60,7 +64,9 @@ class ServiceProcess:
         telemetry, commands = create_ring(TELEMETRY_BYTES), create_ring(COMMAND_BYTES)
         try:
             self.telemetry, self.commands = RingWriter(telemetry), RingReader(commands)
-            orders = Orders(telemetry, commands, str(run), asdict(header), str(self.door.socket), self.door.token, asdict(settings))
+            orders = Orders(
+                telemetry, commands, str(run), asdict(header), str(self.door.socket), self.door.token, asdict(settings)
+            )
             self._process = subprocess.Popen(
                 [sys.executable, "-m", "gimbal_hil.service"],
                 pass_fds=(telemetry, commands),
@@ -114,7 +120,9 @@ class ServiceProcess:
         assert self._process.stdout
         readable, _, _ = select.select([self._process.stdout], [], [], _START_TIMEOUT_S)
         line = self._process.stdout.readline() if readable else b""
-        answer: Json = json.loads(line) if line else {"problem": "did not start", "where": "service process", "expected": ""}
+        answer: Json = (
+            json.loads(line) if line else {"problem": "did not start", "where": "service process", "expected": ""}
+        )
         if not answer.get("ready"):
             self.close(timeout_s=1.0)
             raise BadInputError(answer["where"], answer["problem"], answer["expected"])

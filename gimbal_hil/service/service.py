@@ -120,7 +120,8 @@ class Service:
                 self._desk.announce(event)
 
     def _notice(self, event: Json) -> None:
-        """Tell whoever started the daemon what it waits for; the control process itself must never wait for a terminal.
+        """Tell whoever started the daemon what it waits for; the control process itself must never wait for a
+        terminal.
         """
         if event["kind"] in _NOTICED and not self._quiet and not _is_chatter(event):
             print(f"{event['time_ns'] / 1e9:9.3f} s  {event['kind']}: {event['text']}", file=sys.stderr, flush=True)

@@ -39,7 +39,9 @@ class PositionLoop(Strict):
 
 
 class RateLoop(Strict):
-    """Gyro error to controller units, kp + ki/s; a unit is `torque_per_unit_nm`. With 1 N m the gains are N m s/rad and N m/rad."""
+    """Gyro error to controller units, kp + ki/s; a unit is `torque_per_unit_nm`. With 1 N m the gains are N m s/rad and
+    N m/rad.
+    """
 
     kp_s_per_rad: NotNegative
     ki_per_rad: NotNegative = 0.0
@@ -49,7 +51,9 @@ class RateLoop(Strict):
 
 
 class Prefilter(Strict):
-    """First-order filter of the position reference, num / (den[0] s + den[1]), as table 5.11 of the thesis writes it."""
+    """First-order filter of the position reference, num / (den[0] s + den[1]), as table 5.11 of the thesis writes
+    it.
+    """
 
     num: Positive
     den: tuple[Positive, Positive]

@@ -7,7 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_protocol.schema import TORQUE_STEP_NM, StopReaction, name_code
+from firmware_protocol.enumerations import StopReaction
+from firmware_protocol.schema import TORQUE_STEP_NM, name_code
 from gimbal_hil.control import layout as control
 from gimbal_hil.control.layout import AntiWindup
 from gimbal_hil.host import layout
@@ -32,9 +33,15 @@ def host_configuration(settings: DaemonSettings) -> NDArray[np.float64]:
     C[layout.STEP_S] = settings.step_s
     C[layout.CONNECT_TICKS], C[layout.LOST_TICKS] = supervisor.connect_ticks, supervisor.lost_ticks
     C[layout.DEBOUNCE_TICKS], C[layout.SET_POINT_LAG_TICKS] = supervisor.debounce_ticks, supervisor.set_point_lag_ticks
-    C[layout.SYNCHRONISE_TICKS], C[layout.RESET_PULSE_TICKS] = ticks(supervisor.synchronise_time_s), ticks(supervisor.reset_pulse_time_s)
+    C[layout.SYNCHRONISE_TICKS], C[layout.RESET_PULSE_TICKS] = (
+        ticks(supervisor.synchronise_time_s),
+        ticks(supervisor.reset_pulse_time_s),
+    )
     C[layout.STOP_TICKS], C[layout.REST_TICKS] = ticks(supervisor.stop_time_s), ticks(supervisor.rest_time_s)
-    C[layout.FOLLOWING_TICKS], C[layout.BASE_LOST_TICKS] = ticks(supervisor.following_time_s), ticks(supervisor.base_lost_time_s)
+    C[layout.FOLLOWING_TICKS], C[layout.BASE_LOST_TICKS] = (
+        ticks(supervisor.following_time_s),
+        ticks(supervisor.base_lost_time_s),
+    )
     C[layout.CONTROL_TICKS] = ticks(0.1)
     C[layout.DEADMAN_WINDOW] = supervisor.deadman.window_ticks
     C[layout.DEADMAN_REACTION] = StopReaction[supervisor.deadman.reaction.name]
@@ -43,7 +50,10 @@ def host_configuration(settings: DaemonSettings) -> NDArray[np.float64]:
     C[layout.PINNED_NAME] = -1.0 if pinned.name is None else name_code(pinned.name)
     C[layout.PINNED_SERIAL] = -1.0 if pinned.serial_number is None else pinned.serial_number
     C[layout.PLAUSIBILITY_SHARE] = -math.expm1(-settings.step_s / supervisor.gyro_encoder_time_s)
-    C[layout.DRIFT_KEPT], C[layout.DRIFT_SHARE] = math.exp(-settings.step_s / supervisor.gyro_encoder_window_s), _SENSOR_SHARE
+    C[layout.DRIFT_KEPT], C[layout.DRIFT_SHARE] = (
+        math.exp(-settings.step_s / supervisor.gyro_encoder_window_s),
+        _SENSOR_SHARE,
+    )
     C[layout.MOMENTUM_KEPT], C[layout.MODEL_SHARE] = math.exp(-settings.step_s / _MOMENTUM_WINDOW_S), _MODEL_SHARE
     for axis, section in enumerate(settings.axes.values()):
         block = C[layout.axis_c(axis) : layout.axis_c(axis) + layout.AXIS_C_SIZE]
@@ -55,7 +65,10 @@ def host_configuration(settings: DaemonSettings) -> NDArray[np.float64]:
 def _fill_law(block: NDArray[np.float64], axis: AxisSettings, step_s: float) -> None:
     position, rate, forward = axis.position_loop, axis.rate_loop, axis.feedforward
     block[control.POSITION_KP], block[control.POSITION_KI] = position.kp_per_s, position.ki_per_s2
-    block[control.POSITION_ANTI_WINDUP], block[control.POSITION_TRACKING] = _ANTI_WINDUP[position.anti_windup], position.tracking_time_s
+    block[control.POSITION_ANTI_WINDUP], block[control.POSITION_TRACKING] = (
+        _ANTI_WINDUP[position.anti_windup],
+        position.tracking_time_s,
+    )
     block[control.RATE_REFERENCE_LIMIT] = position.rate_limit_rad_s
     block[control.RATE_KP], block[control.RATE_KI] = rate.kp_s_per_rad, rate.ki_per_rad
     block[control.RATE_ANTI_WINDUP], block[control.RATE_TRACKING] = _ANTI_WINDUP[rate.anti_windup], rate.tracking_time_s
@@ -84,7 +97,10 @@ def _fill_limits(block: NDArray[np.float64], axis: AxisSettings, step_s: float) 
     block[layout.MAX_DISAGREEMENT] = _or_none(limits.gyro_encoder_rad_s, math.inf)
     block[layout.BRAKING_RAD_S2], block[layout.REST_RATE] = limits.braking_rad_s2, limits.rest_rate_rad_s
     block[layout.MAX_TEMPERATURE] = limits.winding_degc
-    block[layout.MAX_DRIFT], block[layout.STUCK_TICKS] = _or_none(limits.gyro_encoder_rad, math.inf), limits.stuck_gyro_ticks or 0
+    block[layout.MAX_DRIFT], block[layout.STUCK_TICKS] = (
+        _or_none(limits.gyro_encoder_rad, math.inf),
+        limits.stuck_gyro_ticks or 0,
+    )
     if axis.expectation is not None:
         block[layout.EXPECTED_INERTIA] = axis.expectation.inertia_kg_m2
         # a torque takes some ticks to act: until then its impulse is missing

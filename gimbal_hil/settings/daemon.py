@@ -118,16 +118,20 @@ class DaemonSettings(Strict):
         return outer, inner
 
     def for_axes(self, names: Sequence[str], where: str) -> DaemonSettings:
-        """These settings for an antenna whose axes have these names: a configuration of `outer` and `inner` fits any antenna.
+        """These settings for an antenna whose axes have these names: a configuration of `outer` and `inner` fits any
+        antenna.
 
-        Other names must be the antenna's own; BadInputError, which names `where` the antenna's stand, when they are not.
+        Other names must be the antenna's own; BadInputError, which names `where` the antenna's stand, when they are
+        not.
         """
         # a single axis is the carrying one of two, and the other one is not there
         outer, inner = (*names, INNER)[:2]
         if (outer, inner) == self.axis_names:
             return self
         if self.axis_names != (OUTER, INNER):
-            expected = f"{' and '.join(names)}, as in {where}, or {OUTER} and {INNER}, which fit any antenna of two axes"
+            expected = (
+                f"{' and '.join(names)}, as in {where}, or {OUTER} and {INNER}, which fit any antenna of two axes"
+            )
             raise BadInputError("axes", f"are {' and '.join(self.axis_names)}", expected)
         carried = self.axes[INNER].model_copy(update={"parent": outer})
         return self.model_copy(update={"axes": {outer: self.axes[OUTER], inner: carried}})
@@ -152,7 +156,9 @@ def load_settings(path: Path) -> DaemonSettings:
 
 
 def settings_from_document(document: Any, where: str, folder: Path | None = None) -> DaemonSettings:
-    """Check a configuration given as a mapping; BadInputError as in `load_settings`. A model's path counts from `folder`."""
+    """Check a configuration given as a mapping; BadInputError as in `load_settings`. A model's path counts from
+    `folder`.
+    """
     if not isinstance(document, dict):
         raise BadInputError(where, "holds no mapping", "the keys " + ", ".join(_KEYS))
     try:
@@ -165,6 +171,8 @@ def settings_from_document(document: Any, where: str, folder: Path | None = None
 
         require_link_carries(link, settings.rate_hz, f"{where}: rate_hz")
     elif folder is not None and link.embedded.is_file:
-        found = EmbeddedAntenna(embedded=Embedded(model=str((folder / link.embedded.model).resolve()), seed=link.embedded.seed))
+        found = EmbeddedAntenna(
+            embedded=Embedded(model=str((folder / link.embedded.model).resolve()), seed=link.embedded.seed)
+        )
         return settings.model_copy(update={"link": found})
     return settings

@@ -1,4 +1,5 @@
-"""The signals table: measured data from run folders, CSV and Parquet, checked at the door, on one grid where logs meet.
+"""The signals table: measured data from run folders, CSV and Parquet, checked at the door, on one grid where logs
+meet.
 """
 
 from gimbal_hil.signals.reading import read_signals, read_together, signals_of_run

@@ -96,7 +96,8 @@ def on_grid(table: SignalsTable, period_s: float) -> SignalsTable:
 
 
 def mean_of_held(at: Floats, values: Floats, grid: Floats, period: float) -> Floats:
-    """Mean over [g, g + period) of a value that holds from each sample to the next, shape of `grid`; the last holds on.
+    """Mean over [g, g + period) of a value that holds from each sample to the next, shape of `grid`; the last holds
+    on.
     """
     at = np.concatenate(([min(at[0], grid[0])], at[1:]))
     edges = np.append(at, max(at[-1], grid[-1]) + 2 * period)

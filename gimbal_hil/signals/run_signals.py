@@ -1,8 +1,8 @@
 """A run folder as a signals table, put in order by the device's own tick and by the echo of the set-points.
 
-A feedback set is the frames up to and with its `drive_status`. Set k was sampled at device tick k; its `last_sequence` names the
-set-point that acted up to then, so the torque of row k is that of the set-point which set k+1 echoes. This holds however long frames
-were under way and whichever ticks the host skipped.
+A feedback set is the frames up to and with its `drive_status`. Set k was sampled at device tick k; its `last_sequence`
+names the set-point that acted up to then, so the torque of row k is that of the set-point which set k+1 echoes. This
+holds however long frames were under way and whichever ticks the host skipped.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from firmware_protocol.enumerations import DriveState
 from firmware_protocol.errors import BadInputError
-from firmware_protocol.schema import DriveState
 from gimbal_hil.runs import AXES, MessageColumns, Run, columns_of
 from gimbal_hil.signals.table import BASE_ANGLES
 
@@ -29,7 +29,9 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class _FeedbackSets:
-    """The sets of one session of the device in time order: device tick (unwrapped), place of `drive_status` in the log, its columns."""
+    """The sets of one session of the device in time order: device tick (unwrapped), place of `drive_status` in the log,
+    its columns.
+    """
 
     tick: Integers
     rows: Integers
@@ -37,7 +39,9 @@ class _FeedbackSets:
 
 
 def run_columns(run: Run) -> tuple[Floats, dict[str, Floats], Integers | None, list[str]]:
-    """Time from the first set, columns with NaN where frames are missing, laps, and notes; raises BadInputError without feedback."""
+    """Time from the first set, columns with NaN where frames are missing, laps, and notes; raises BadInputError without
+    feedback.
+    """
     notes = list(run.notes)
     sets = _feedback_sets(run, notes)
     first, last = int(sets.tick[0]), int(sets.tick[-1])
@@ -53,7 +57,9 @@ def run_columns(run: Run) -> tuple[Floats, dict[str, Floats], Integers | None, l
         columns[f"{axis}.torque"] = torque
         for signal in ("position", "rate"):
             values = np.full(count + 1, np.nan)
-            values[place] = np.where(sampled >= 0, feedback.physical(signal)[sampled], np.nan) if len(feedback.place) else np.nan
+            values[place] = (
+                np.where(sampled >= 0, feedback.physical(signal)[sampled], np.nan) if len(feedback.place) else np.nan
+            )
             columns[f"{axis}.{signal}"] = values
     row_tick = np.full(count + 1, -1, np.int64)
     row_tick[place[1:] - 1] = host_tick[1:]
@@ -82,14 +88,18 @@ def _feedback_sets(run: Run, notes: list[str]) -> _FeedbackSets:
         notes.append(f"the drive braked by itself from tick {status.tick[rows[taken[0]]]} on: the table ends there")
         rows = rows[: taken[0]]
     if len(rows) < 2:
-        raise BadInputError(str(run.folder), "holds no two feedback sets in order", "a run in which the antenna answered")
+        raise BadInputError(
+            str(run.folder), "holds no two feedback sets in order", "a run in which the antenna answered"
+        )
     return _FeedbackSets(tick[rows], rows, status)
 
 
 def _device_ticks(status: MessageColumns) -> tuple[Integers, int]:
-    """The device's tick of every set, unwrapped, and the index of the first set after a restart (their number without one).
+    """The device's tick of every set, unwrapped, and the index of the first set after a restart (their number without
+    one).
 
-    A host that stalled finds many sets at once; the newest one at each host tick is in step with the host unless the device restarted.
+    A host that stalled finds many sets at once; the newest one at each host tick is in step with the host unless the
+    device restarted.
     """
     own = status.raw["tick"]
     newest = np.flatnonzero(np.append(np.diff(status.tick) > 0, True))
@@ -108,7 +118,9 @@ def _wrapped(ticks: Integers) -> Integers:
 
 
 def _acting_set_points(run: Run, sets: _FeedbackSets) -> tuple[Integers, dict[str, Floats]]:
-    """For each set the host tick (-1: unknown) whose set-point its echo names, and the torque by axis that acted, N m."""
+    """For each set the host tick (-1: unknown) whose set-point its echo names, and the torque by axis that acted, N
+    m.
+    """
     sent = columns_of(run.frames, "set_point", run.protocol)
     state = sets.status.raw["state"][sets.rows]
     unknown = np.full(len(sets.rows), -1)
@@ -119,7 +131,11 @@ def _acting_set_points(run: Run, sets: _FeedbackSets) -> tuple[Integers, dict[st
     back = np.mod(sent.raw["sequence"][newest] - sets.status.raw["last_sequence"][sets.rows], _SEQUENCES)
     wanted = sent.tick[newest] - back
     found = np.clip(np.searchsorted(sent.tick, wanted), 0, len(sent.tick) - 1)
-    known = (newest >= 0) & (sent.tick[found] == wanted) & (sent.raw["sequence"][found] == sets.status.raw["last_sequence"][sets.rows])
+    known = (
+        (newest >= 0)
+        & (sent.tick[found] == wanted)
+        & (sent.raw["sequence"][found] == sets.status.raw["last_sequence"][sets.rows])
+    )
     torques = {}
     for axis in AXES:
         commanded = np.where(sent.raw[f"enable_{axis}"] == 1, sent.physical(f"torque_{axis}"), 0.0)
@@ -135,7 +151,11 @@ def _rows_in_sets(feedback: MessageColumns, sets: _FeedbackSets) -> Integers:
     status_place = sets.status.place[sets.rows]
     found = np.searchsorted(feedback.place, status_place) - 1
     before = np.concatenate(([-1], status_place[:-1]))
-    inside = (found >= 0) & (feedback.place[np.maximum(found, 0)] > before) if len(feedback.place) else np.zeros(len(found), bool)
+    inside = (
+        (found >= 0) & (feedback.place[np.maximum(found, 0)] > before)
+        if len(feedback.place)
+        else np.zeros(len(found), bool)
+    )
     if inside.any():
         apart = np.mod(feedback.counter[found] - sets.status.counter[sets.rows], _COUNTERS)
         inside &= apart == np.argmax(np.bincount(apart[inside], minlength=_COUNTERS))
@@ -159,7 +179,8 @@ def _references(run: Run, row_tick: Integers, measured: dict[str, Floats], notes
             if closed.any():
                 columns[f"{axis}.{signal}_ref"] = np.where(np.isfinite(values), values, measured[f"{axis}.{signal}"])
             if closed.any() and not closed.all():
-                notes.append(f"{axis}.{signal}_ref is the measured {signal} in the {np.count_nonzero(~closed)} rows without this loop")
+                without = np.count_nonzero(~closed)
+                notes.append(f"{axis}.{signal}_ref is the measured {signal} in the {without} rows without this loop")
     return columns
 
 

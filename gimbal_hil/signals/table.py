@@ -51,7 +51,8 @@ class SignalsTable:
         source: str = "",
         notes: Sequence[str] = (),
     ) -> SignalsTable:
-        """A table of data that is known to be sound; the period is the mean one. Raises ValueError when shapes differ.
+        """A table of data that is known to be sound; the period is the mean one. Raises ValueError when shapes
+        differ.
         """
         names = column_names(axes)
         time_s = _frozen(time_s)

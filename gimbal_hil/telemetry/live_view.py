@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from firmware_protocol import schema
+from firmware_protocol.enumerations import DriveState, FaultCode
 from gimbal_hil.control.layout import Mode
 from gimbal_hil.host import HostState, LinkStatus
 from gimbal_hil.runs import AXES, TICK_ROW
@@ -37,8 +38,8 @@ class LiveView:
     latency: Histogram = field(default_factory=Histogram)
     computing: Histogram = field(default_factory=Histogram)
     row: np.void | None = None
-    drive_state: schema.DriveState | None = None
-    drive_fault: schema.FaultCode | None = None
+    drive_state: DriveState | None = None
+    drive_fault: FaultCode | None = None
     #: why the host last changed its state
     cause: str = "none"
     _measured: dict[str, float] = field(default_factory=dict)
@@ -137,8 +138,8 @@ class LiveView:
                 self._measured[f"rate_{axis}"] = _value(word, message, "rate")
             elif message.name == "drive_status":
                 state, fault = int(_value(word, message, "state")), int(_value(word, message, "fault"))
-                if state in schema.DriveState._value2member_map_ and fault in schema.FaultCode._value2member_map_:
-                    self.drive_state, self.drive_fault = schema.DriveState(state), schema.FaultCode(fault)
+                if state in DriveState._value2member_map_ and fault in FaultCode._value2member_map_:
+                    self.drive_state, self.drive_fault = DriveState(state), FaultCode(fault)
 
 
 def _value(word: int, message: schema.Message, name: str) -> float:

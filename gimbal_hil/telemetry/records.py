@@ -160,7 +160,8 @@ class Telemetry:
 
 
 class Commands:
-    """The service process' end of the other ring: requests that have been checked, on their way to the control process.
+    """The service process' end of the other ring: requests that have been checked, on their way to the control
+    process.
     """
 
     def __init__(self, ring: RingWriter) -> None:

@@ -59,7 +59,8 @@ class UnbalanceRun:
 def run_unbalance(
     unbalance: Unbalance, axis: str, reference_rad_s: float, case: int, slips: Slip = Slip.NONE
 ) -> UnbalanceRun:
-    """Run one case (counted from 1, as printed) of table 3.1 or 3.2, optionally with slips of the thesis switched on.
+    """Run one case (counted from 1, as printed) of table 3.1 or 3.2, optionally with slips of the thesis switched
+    on.
     """
     model = antenna_with(unbalance, slips).with_base({"motion": "case", "table": unbalance.table, "case": case})
     index = model.axes.index(axis)
@@ -129,7 +130,8 @@ class Claim:
 
 
 def claims(runs: Sequence[UnbalanceRun], with_gravity_slip: UnbalanceRun) -> tuple[Claim, ...]:
-    """Chapter 3's statements against the runs; `with_gravity_slip` is outer, static, case 1 with eq. 3.10 as printed.
+    """Chapter 3's statements against the runs; `with_gravity_slip` is outer, static, case 1 with eq. 3.10 as
+    printed.
     """
     at = {(run.unbalance, run.axis, run.reference_rad_s, run.case): run for run in runs}
     low, high = UNBALANCE_REFERENCES_RAD_S

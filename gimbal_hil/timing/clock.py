@@ -40,7 +40,8 @@ class Duration:
 
 @dataclass(frozen=True, slots=True, order=True)
 class Instant:
-    """A point on one clock's line, in nanoseconds since that clock's own zero; instants of two clocks do not compare.
+    """A point on one clock's line, in nanoseconds since that clock's own zero; instants of two clocks do not
+    compare.
     """
 
     ns: int

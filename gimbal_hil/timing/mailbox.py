@@ -1,15 +1,17 @@
 """A record ring in shared memory: one writer that never waits, one reader that may be slow, dead or absent.
 
-The writer overwrites the oldest records when the ring is full; the reader finds out how many it lost from the record numbers.
-Every record carries a CRC-32, so a reader on a machine that reorders stores sees an unfinished record as unfinished and not as data.
-The memory is an anonymous file handed to the other process by descriptor: it has no name that a killed process could leave behind.
+The writer overwrites the oldest records when the ring is full; the reader finds out how many it lost from the record
+numbers. Every record carries a CRC-32, so a reader on a machine that reorders stores sees an unfinished record as
+unfinished and not as data. The memory is an anonymous file handed to the other process by descriptor: it has no name
+that a killed process could leave behind.
 
     word 0       1         2          3             4              from byte 64
     magic        capacity  head       tail          reader         records
                            (end of    (start of     (how far the
                            written)   oldest whole) reader is)
 
-Positions count bytes since the start and never wrap; a record is at `position % capacity` and does not run over the end.
+Positions count bytes since the start and never wrap; a record is at `position % capacity` and does not run over the
+end.
 """
 
 from __future__ import annotations
@@ -60,7 +62,8 @@ class _Mapped:
     def __init__(self, descriptor: int) -> None:
         self._memory = mmap.mmap(descriptor, os.fstat(descriptor).st_size)
         view = memoryview(self._memory)
-        #: eight-byte items are stored and loaded in one instruction; `struct` in standard byte order would go byte by byte
+        #: eight-byte items are stored and loaded in one instruction; `struct` in standard byte order would go byte by
+        #: byte
         self._words = view[:_HEADER_BYTES].cast("Q")
         self._records = view[_HEADER_BYTES:]
         if self._words[0] != _MAGIC:
@@ -74,7 +77,9 @@ class _Mapped:
 
     @property
     def reader_position(self) -> int:
-        """How far the reader is, in bytes since the start: it moves on as long as the reader lives and there is something to take."""
+        """How far the reader is, in bytes since the start: it moves on as long as the reader lives and there is
+        something to take.
+        """
         return self._words[_READER]
 
     def close(self) -> None:
@@ -169,7 +174,9 @@ class RingReader(_Mapped):
         return records
 
     def _read_one(self) -> RingRecord | None:
-        """The record at the reader's position; None while it is unfinished. Jumps to the oldest one after an overrun."""
+        """The record at the reader's position; None while it is unfinished. Jumps to the oldest one after an
+        overrun.
+        """
         position = self._position
         if position >= self._words[_TAIL]:
             offset = position % self._capacity

@@ -55,11 +55,14 @@ _INNER = AXIS_J + AXIS_J_SIZE
 
 
 @compiled
-def device_tick(mail_in: np.ndarray, mail_out: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.ndarray, J: np.ndarray) -> None:
-    """One tick: read the host's messages in `mail_in`, decide, advance plant and sensors, write the device's messages into `mail_out`.
+def device_tick(
+    mail_in: np.ndarray, mail_out: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.ndarray, J: np.ndarray
+) -> None:
+    """One tick: read the host's messages in `mail_in`, decide, advance plant and sensors, write the device's messages
+    into `mail_out`.
 
-    Mails are int64 (MAIL_SIZE,) and may be one and the same array; P, X float64, K, J int64 as `Device` makes them. The torque
-    decided here acts over this tick; the feedback written is sampled at its end.
+    Mails are int64 (MAIL_SIZE,) and may be one and the same array; P, X float64, K, J int64 as `Device` makes them. The
+    torque decided here acts over this tick; the feedback written is sampled at its end.
     """
     clear_fresh(mail_out, _TO_HOST)
     J[TICK] += 1
@@ -87,7 +90,9 @@ def device_tick(mail_in: np.ndarray, mail_out: np.ndarray, P: np.ndarray, K: np.
 
 @compiled
 def _command_torque(K: np.ndarray, J: np.ndarray) -> None:
-    """Raw torque of each axis for this tick: the set-point, the drive's own stop, or nothing. Other states know no torque."""
+    """Raw torque of each axis for this tick: the set-point, the drive's own stop, or nothing. Other states know no
+    torque.
+    """
     J[LIMITS] = 0
     for axis in range(K[AXES]):
         j = AXIS_J + axis * AXIS_J_SIZE

@@ -7,8 +7,9 @@ import numpy as np
 from firmware_protocol import mail as m
 from firmware_protocol.block_codec import age_receivers, clear_fresh, decode_block, encode_mail, new_receivers
 from firmware_protocol.compiling import compiled, entry_point
+from firmware_protocol.enumerations import BrakeState, DriveState, FaultCode
 from firmware_protocol.receiver import CRC_ERRORS, DUPLICATES, OUT_OF_RANGE
-from firmware_protocol.schema import MESSAGES, RECORD_SIZE, BrakeState, Direction, DriveState, FaultCode
+from firmware_protocol.schema import MESSAGES, RECORD_SIZE, Direction
 from sim_backend.device import layout
 from sim_backend.device.core import applied_torque, device_tick
 from sim_backend.device.settings import FirmwareSettings, settings_to_plant, settings_to_state
@@ -17,7 +18,8 @@ from sim_backend.layout import K_SIZE, POSITION, RATE
 from sim_backend.model import AntennaModel, plant_arrays
 
 _FROM_HOST = int(Direction.HOST_TO_DEVICE)
-#: slow messages first, then the feedback set, which drive_status closes: who has seen the status has seen all of the tick
+#: slow messages first, then the feedback set, which drive_status closes: who has seen the status has seen all of the
+#: tick
 _SENDING_ORDER = np.array(
     [
         m.DRIVE_EVENT_MESSAGE,
@@ -78,8 +80,9 @@ def encode_device_mail(mail: np.ndarray, counters: np.ndarray, out: np.ndarray, 
 
 @entry_point
 def device_frame_tick(words: np.ndarray, x_size: int, received: int) -> int:
-    """One tick with frames on both sides on a device's words: the block of `received` bytes at the start of the octets is decoded, the
-    antenna goes on by one tick, its frames are encoded behind _RECEIVED_SIZE; answers how many bytes they are.
+    """One tick with frames on both sides on a device's words: the block of `received` bytes at the start of the octets
+    is decoded, the antenna goes on by one tick, its frames are encoded behind _RECEIVED_SIZE; answers how many bytes
+    they are.
 
     One array instead of nine, because each costs a tenth of a microsecond at every call; X has `x_size` numbers.
     """
@@ -105,7 +108,9 @@ class Device:
     `P`, `K`, `X`, `J` and `mail` are what `device_tick` works on; the compiled lockstep path uses them directly.
     """
 
-    def __init__(self, model: AntennaModel, settings: FirmwareSettings | None = None, rate_hz: float = 1000.0, seed: int = 0) -> None:
+    def __init__(
+        self, model: AntennaModel, settings: FirmwareSettings | None = None, rate_hz: float = 1000.0, seed: int = 0
+    ) -> None:
         self.model, self.rate_hz, self.seed = model, rate_hz, seed
         self.settings = settings or FirmwareSettings.for_model(model)
         arrays = plant_arrays(model, rate_hz, seed)
@@ -180,13 +185,19 @@ class Device:
 
     @property
     def repeated_frames(self) -> int:
-        """Frames dropped so far because their alive counter repeats, comes late, or is that of a host that has just started anew."""
+        """Frames dropped so far because their alive counter repeats, comes late, or is that of a host that has just
+        started anew.
+        """
         return int(self.receivers[:-1, DUPLICATES].sum())
 
     def spoil(self, axis: int, part: str, kind: Spoilt, amount: int = 0) -> None:
-        """Give an axis a fault of its `encoder`, `gyro` or `motor` from the next tick on, as on a bench; see `Spoilt`."""
+        """Give an axis a fault of its `encoder`, `gyro` or `motor` from the next tick on, as on a bench; see
+        `Spoilt`.
+        """
         spoil(self.J, axis, part, kind, amount)
 
     def set_supply(self, supply_v: float) -> None:
         """Let the supply have another voltage, as on a bench: below the firmware's least one the drive faults."""
-        self.J[layout.SUPPLY] = min(max(round(supply_v / m.MOTOR_STATUS_OUTER_SUPPLY_STEP), 0), m.MOTOR_STATUS_OUTER_SUPPLY_HIGH)
+        self.J[layout.SUPPLY] = min(
+            max(round(supply_v / m.MOTOR_STATUS_OUTER_SUPPLY_STEP), 0), m.MOTOR_STATUS_OUTER_SUPPLY_HIGH
+        )

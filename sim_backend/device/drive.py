@@ -1,7 +1,7 @@
 """The drive's state machine after CiA 402 (IEC 61800-7-201): who may go where, and the event that tells of it.
 
-At most one transition a tick, so the mail's single `drive_event` tells of every one. Requests act in the tick in which their
-frame arrives; a fault outranks them all.
+At most one transition a tick, so the mail's single `drive_event` tells of every one. Requests act in the tick in which
+their frame arrives; a fault outranks them all.
 """
 
 from __future__ import annotations
@@ -38,8 +38,16 @@ from sim_backend.device.layout import (
 from sim_backend.device.stopping import begin_stop, count_rest, reaction_over
 
 _NOT_READY, _SWITCH_ON_DISABLED = m.DRIVE_STATE_NOT_READY, m.DRIVE_STATE_SWITCH_ON_DISABLED
-_READY, _SWITCHED_ON, _ENABLED = m.DRIVE_STATE_READY_TO_SWITCH_ON, m.DRIVE_STATE_SWITCHED_ON, m.DRIVE_STATE_OPERATION_ENABLED
-_QUICK_STOP, _REACTING, _FAULT = m.DRIVE_STATE_QUICK_STOP_ACTIVE, m.DRIVE_STATE_FAULT_REACTION_ACTIVE, m.DRIVE_STATE_FAULT
+_READY, _SWITCHED_ON, _ENABLED = (
+    m.DRIVE_STATE_READY_TO_SWITCH_ON,
+    m.DRIVE_STATE_SWITCHED_ON,
+    m.DRIVE_STATE_OPERATION_ENABLED,
+)
+_QUICK_STOP, _REACTING, _FAULT = (
+    m.DRIVE_STATE_QUICK_STOP_ACTIVE,
+    m.DRIVE_STATE_FAULT_REACTION_ACTIVE,
+    m.DRIVE_STATE_FAULT,
+)
 _OUTER, _INNER = axis_j(0), axis_j(1)
 
 
@@ -52,7 +60,8 @@ def take_set_point(mail: np.ndarray, J: np.ndarray) -> None:
         return
     sequence = mail[m.SET_POINT_SEQUENCE]
     ahead = (sequence - J[LAST_SEQUENCE]) & 1023
-    # a repeat never counts; one from behind only when the deadman has run out, because then it is a host that started anew
+    # a repeat never counts; one from behind only when the deadman has run out, because then it is a host that started
+    # anew
     if J[LAST_SEQUENCE] >= 0 and (ahead == 0 or (ahead >= 512 and margin > 0)):
         J[REFUSED] += 1
         return
@@ -108,7 +117,8 @@ def step_state(mail_in: np.ndarray, mail_out: np.ndarray, K: np.ndarray, J: np.n
 
 @compiled
 def destination(state: int, request: int, deadman_fed: bool) -> int:
-    """Where a request leads: the transitions of CiA 402 without the optional 16, so a quick stop is left through SWITCH_ON_DISABLED.
+    """Where a request leads: the transitions of CiA 402 without the optional 16, so a quick stop is left through
+    SWITCH_ON_DISABLED.
 
     Torque is not switched on before set-points come.
     """

@@ -45,7 +45,9 @@ def has_power(state: int) -> bool:
 
 @compiled
 def find_fault(K: np.ndarray, J: np.ndarray) -> tuple[int, int]:
-    """FaultCode that holds now, and the axis it is about; sensors and temperature count in every state, the rest with power on."""
+    """FaultCode that holds now, and the axis it is about; sensors and temperature count in every state, the rest with
+    power on.
+    """
     fault, about = _fault_of_hardware(K, J)
     if fault != m.FAULT_CODE_NONE or not has_power(J[STATE]):
         return fault, about
@@ -57,7 +59,11 @@ def find_fault(K: np.ndarray, J: np.ndarray) -> tuple[int, int]:
         if disagreement(J, axis) > J[MAX_DISAGREEMENT]:
             return m.FAULT_CODE_SENSORS_DISAGREE, axis
     for axis in range(K[AXES]):
-        if J[TRAVEL_REACTION] == _FAULT_BEYOND_TRAVEL and J[TRAVEL_CLEARED] == 0 and _beyond_travel(J, AXIS_J + axis * AXIS_J_SIZE) != 0:
+        if (
+            J[TRAVEL_REACTION] == _FAULT_BEYOND_TRAVEL
+            and J[TRAVEL_CLEARED] == 0
+            and _beyond_travel(J, AXIS_J + axis * AXIS_J_SIZE) != 0
+        ):
             return m.FAULT_CODE_TRAVEL_LIMIT, axis
     if J[MARGIN] == 0:
         return m.FAULT_CODE_DEADMAN, 0

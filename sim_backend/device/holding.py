@@ -31,14 +31,20 @@ _OUTER, _INNER = AXIS_J, AXIS_J + AXIS_J_SIZE
 def take_brake_commands(mail: np.ndarray, J: np.ndarray) -> None:
     """What the host asks of the holding brakes."""
     if mail[m.DRIVE_CONTROL] > 0:
-        J[_OUTER + BRAKE_COMMAND], J[_INNER + BRAKE_COMMAND] = mail[m.DRIVE_CONTROL_BRAKE_OUTER], mail[m.DRIVE_CONTROL_BRAKE_INNER]
+        J[_OUTER + BRAKE_COMMAND], J[_INNER + BRAKE_COMMAND] = (
+            mail[m.DRIVE_CONTROL_BRAKE_OUTER],
+            mail[m.DRIVE_CONTROL_BRAKE_INNER],
+        )
 
 
 @compiled
 def hold_axes(K: np.ndarray, X: np.ndarray, J: np.ndarray) -> None:
-    """Short the windings and close or open the brakes for this tick: a brake opens at once and takes BRAKE_TICKS to close."""
+    """Short the windings and close or open the brakes for this tick: a brake opens at once and takes BRAKE_TICKS to
+    close.
+    """
     stop = stop_in_force(K, J)
-    # without power the winding is shorted, because nothing else slows an axis that has no brake; one that was told to coast coasts
+    # without power the winding is shorted, because nothing else slows an axis that has no brake; one that was told to
+    # coast coasts
     stopped = stops_by_itself(J) or J[STATE] == m.DRIVE_STATE_FAULT
     shorted = stop == m.STOP_REACTION_BRAKE if stopped else J[STATE] != m.DRIVE_STATE_OPERATION_ENABLED
     for axis in range(K[AXES]):

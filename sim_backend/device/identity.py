@@ -25,4 +25,7 @@ def report_identity_unit(mail: np.ndarray, J: np.ndarray) -> None:
     """Put the serial number and the units of torque into the mail."""
     mail[m.IDENTITY_UNIT] = 1
     mail[m.IDENTITY_UNIT_SERIAL_NUMBER] = J[SERIAL_NUMBER]
-    mail[m.IDENTITY_UNIT_TORQUE_EXPONENT_OUTER], mail[m.IDENTITY_UNIT_TORQUE_EXPONENT_INNER] = J[AXIS_J + EXPONENT], J[_INNER + EXPONENT]
+    mail[m.IDENTITY_UNIT_TORQUE_EXPONENT_OUTER], mail[m.IDENTITY_UNIT_TORQUE_EXPONENT_INNER] = (
+        J[AXIS_J + EXPONENT],
+        J[_INNER + EXPONENT],
+    )

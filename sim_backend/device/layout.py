@@ -1,27 +1,29 @@
 """Where each number of the antenna's firmware lives in `J` (int64): state and settings, all in the wire's raw integers.
 
-The firmware computes in whole numbers only: what it compares with a limit is the very number that it reports, and a copied
-`J` goes on bit for bit. Torque counts
-`TORQUE_STEP_NM` times two to the axis' exponent, position `POSITION_STEP_RAD`, rate `RATE_STEP_RAD_S`, time ticks.
+The firmware computes in whole numbers only: what it compares with a limit is the very number that it reports, and a
+copied `J` goes on bit for bit. Torque counts `TORQUE_STEP_NM` times two to the axis' exponent, position
+`POSITION_STEP_RAD`, rate `RATE_STEP_RAD_S`, time ticks.
 """
 
 from __future__ import annotations
 
-# --- state --------------------------------------------------------------------------------------------------------------
+# --- state
 #: drive state, ticks in it; latched fault and what it is about; the tick of the last sample
 STATE, STATE_AGE, FAULT, FAULT_DETAIL, TICK = range(5)
-#: set-point: sequence of the last one taken (-1 before the first), ticks left before the deadman reacts, fresh ones taken, repeats refused
+#: set-point: sequence of the last one taken (-1 before the first), ticks left before the deadman reacts, fresh ones
+#: taken, repeats refused
 LAST_SEQUENCE, MARGIN, TAKEN, REFUSED = range(5, 9)
 #: deadman: window in ticks, reaction; what the drive does in this fault reaction
 WINDOW, REACTION, ACTIVE_REACTION = range(9, 12)
-#: drive_control: level of fault_reset when last heard, ticks since heard, whether torque that leads back from a travel limit is allowed
+#: drive_control: level of fault_reset when last heard, ticks since heard, whether torque that leads back from a travel
+#: limit is allowed
 RESET_LEVEL, CONTROL_AGE, TRAVEL_CLEARED = range(12, 15)
 #: ticks in a row at rest while stopping; limits that act now; supply voltage as measured
 REST_COUNT, LIMITS, SUPPLY = range(15, 18)
 #: attitude as sampled with the last base_attitude, until base_heading has told the rest: raw yaw, tick
 YAW, ATTITUDE_TICK = 18, 19
 
-# --- settings of the whole drive ----------------------------------------------------------------------------------------
+# --- settings of the whole drive
 STARTUP_TICKS, CONTROL_SILENCE_TICKS, TRAVEL_REACTION, FAULT_REACTION, MIN_SUPPLY = range(20, 25)
 REST_RATE, REST_TICKS, HOLD_TICKS, REACTION_TICKS = range(25, 29)
 #: raw rate of one count a tick (fraction of SCALE), counts a tick of a raw rate of one (fraction of SCALE)
@@ -31,7 +33,7 @@ BRAKE_TICKS, NAME_CODE, SERIAL_NUMBER = range(31, 34)
 #: raw rates by which encoder and gyro may differ: more is a fault; more than the second, and no stop relies on either
 MAX_DISAGREEMENT, STOP_DISAGREEMENT = 34, 35
 
-# --- one block per axis -------------------------------------------------------------------------------------------------
+# --- one block per axis
 AXIS_J = 40
 (
     SET_TORQUE,  # last set-point
@@ -42,7 +44,8 @@ AXIS_J = 40
     JOINT_RATE,  # low-passed difference of the encoder
     WINDING,  # temperature
     SENSOR_FAULT,  # FaultCode of this axis' sensors, latched by nothing: as of the last sample
-    STOP_RATE,  # stopping reference: rate, position (fraction of SCALE), integral of the error (torque, fraction of SCALE)
+    # stopping reference: rate, position (fraction of SCALE), integral of the error (torque, fraction of SCALE)
+    STOP_RATE,
     STOP_POSITION,
     STOP_INTEGRAL,
     BRAKE_COMMAND,  # BrakeCommand as last heard, BrakeState, ticks since it was to close
@@ -74,7 +77,8 @@ SCALE = 1 << SCALE_BITS
 #: the joint rate takes over 1 / 2^2 of each new difference
 JOINT_RATE_SHIFT = 2
 
-#: `detail` of a drive_event whose cause is NONE: the request that was granted (DriveRequest), or one of these; of a fault: the axis
+#: `detail` of a drive_event whose cause is NONE: the request that was granted (DriveRequest), or one of these; of a
+#: fault: the axis
 DETAIL_BY_ITSELF, DETAIL_FAULT_RESET = 0, 7
 #: the last sequence that a drive reports before its first set-point: the one before sequence 0
 NO_SEQUENCE = -1

@@ -83,7 +83,9 @@ def sample(P: np.ndarray, K: np.ndarray, X: np.ndarray, J: np.ndarray) -> None:
             continue
         position = quantise(read_encoder(P, K, X, axis, J[TICK]), _POSITION_STEP, _POSITION_LOW, _POSITION_HIGH)
         rate = quantise(read_gyro(P, K, X, axis, J[TICK]), _RATE_STEP, _RATE_LOW, _RATE_HIGH)
-        position = min(max(spoilt_reading(J, j + ENCODER_SPOILT, position, False, _POSITION_HIGH), _POSITION_LOW), _POSITION_HIGH)
+        position = min(
+            max(spoilt_reading(J, j + ENCODER_SPOILT, position, False, _POSITION_HIGH), _POSITION_LOW), _POSITION_HIGH
+        )
         rate = min(max(spoilt_reading(J, j + GYRO_SPOILT, rate, True, _RATE_HIGH), _RATE_LOW), _RATE_HIGH)
         # the first sample after power-up has none before it
         moved = (position - J[j + ENCODER]) * J[RATE_OF_COUNT] >> SCALE_BITS if J[TICK] > 1 else 0
@@ -132,7 +134,9 @@ def report_motor(mail: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.ndarray, 
 
 @compiled
 def report_base_attitude(mail: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.ndarray, J: np.ndarray) -> None:
-    """Put roll and pitch of the base into the mail, as its inertial navigation gives them, and keep the rest for `report_base_heading`."""
+    """Put roll and pitch of the base into the mail, as its inertial navigation gives them, and keep the rest for
+    `report_base_heading`.
+    """
     mail[m.BASE_ATTITUDE] = 1
     roll, pitch, yaw = base_attitude(P, K, X[STEPS] * P[STEP_S])
     mail[m.BASE_ATTITUDE_ROLL] = _angle(roll)
@@ -145,7 +149,11 @@ def report_base_attitude(mail: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.n
 def report_base_heading(mail: np.ndarray, J: np.ndarray) -> None:
     """Put the heading that belongs to the last `report_base_attitude` into the mail, and when both were true."""
     mail[m.BASE_HEADING] = 1
-    mail[m.BASE_HEADING_YAW], mail[m.BASE_HEADING_VALID_TICK], mail[m.BASE_HEADING_VALID_FRACTION] = J[YAW], J[ATTITUDE_TICK], 0
+    mail[m.BASE_HEADING_YAW], mail[m.BASE_HEADING_VALID_TICK], mail[m.BASE_HEADING_VALID_FRACTION] = (
+        J[YAW],
+        J[ATTITUDE_TICK],
+        0,
+    )
 
 
 @compiled
@@ -168,4 +176,6 @@ def report_base_rate(mail: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.ndarr
 @compiled
 def _angle(angle: float) -> int:
     """Raw angle between -pi and pi."""
-    return quantise(angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi)), _ANGLE_STEP, _ANGLE_LOW, _ANGLE_HIGH)
+    return quantise(
+        angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi)), _ANGLE_STEP, _ANGLE_LOW, _ANGLE_HIGH
+    )

@@ -1,4 +1,6 @@
-"""What the antenna's maker sets in its firmware: limits, travel, deadman, how it stops. Converted once to raw integers in `J`."""
+"""What the antenna's maker sets in its firmware: limits, travel, deadman, how it stops. Converted once to raw integers
+in `J`.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +11,9 @@ from enum import IntEnum
 import numpy as np
 
 from firmware_protocol import mail as m
+from firmware_protocol.enumerations import StopReaction
 from firmware_protocol.errors import BadInputError
-from firmware_protocol.schema import POSITION_STEP_RAD, RATE_STEP_RAD_S, TORQUE_STEP_NM, StopReaction, name_code
+from firmware_protocol.schema import POSITION_STEP_RAD, RATE_STEP_RAD_S, TORQUE_STEP_NM, name_code
 from sim_backend.device import layout
 from sim_backend.layout import BRAKE_DAMPING, BRAKE_STIFFNESS, BRAKE_TORQUE, SHORT_DAMPING, STEP_S, axis_block
 from sim_backend.model import ENDLESS, AntennaModel, Kind
@@ -36,7 +39,9 @@ class TravelReaction(IntEnum):
 
 @dataclass(frozen=True)
 class AxisSettings:
-    """Limits of one axis and what its stopping law is tuned for. A linear axis reads N for N m, m for rad, kg for kg m2."""
+    """Limits of one axis and what its stopping law is tuned for. A linear axis reads N for N m, m for rad, kg for kg
+    m2.
+    """
 
     torque_limit_nm: float
     inertia_kg_m2: float
@@ -60,13 +65,31 @@ class AxisSettings:
         """BadInputError names the first key that cannot be."""
         for key in ("torque_limit_nm", "inertia_kg_m2", "rate_limit_rad_s", "overspeed_rad_s", "deceleration_rad_s2"):
             _require(getattr(self, key) > 0.0, f"{where}.{key}", getattr(self, key), "a positive number")
-        _require(0 <= self.torque_exponent <= _MOST_EXPONENT, f"{where}.torque_exponent", self.torque_exponent, f"0 to {_MOST_EXPONENT}")
-        most = WIRE_TORQUE_NM * 2.0**self.torque_exponent
-        _require(self.torque_limit_nm <= most, f"{where}.torque_limit_nm", self.torque_limit_nm, f"at most {most:g}, or a torque_exponent")
-        _require(self.holding_torque_nm >= 0.0, f"{where}.holding_torque_nm", self.holding_torque_nm, "0 or more")
-        _require(self.overspeed_rad_s <= WIRE_RATE_RAD_S, f"{where}.overspeed_rad_s", self.overspeed_rad_s, f"at most {WIRE_RATE_RAD_S:g}")
         _require(
-            self.travel_low_rad < self.travel_high_rad, f"{where}.travel_low_rad", self.travel_low_rad, "a number below travel_high_rad"
+            0 <= self.torque_exponent <= _MOST_EXPONENT,
+            f"{where}.torque_exponent",
+            self.torque_exponent,
+            f"0 to {_MOST_EXPONENT}",
+        )
+        most = WIRE_TORQUE_NM * 2.0**self.torque_exponent
+        _require(
+            self.torque_limit_nm <= most,
+            f"{where}.torque_limit_nm",
+            self.torque_limit_nm,
+            f"at most {most:g}, or a torque_exponent",
+        )
+        _require(self.holding_torque_nm >= 0.0, f"{where}.holding_torque_nm", self.holding_torque_nm, "0 or more")
+        _require(
+            self.overspeed_rad_s <= WIRE_RATE_RAD_S,
+            f"{where}.overspeed_rad_s",
+            self.overspeed_rad_s,
+            f"at most {WIRE_RATE_RAD_S:g}",
+        )
+        _require(
+            self.travel_low_rad < self.travel_high_rad,
+            f"{where}.travel_low_rad",
+            self.travel_low_rad,
+            "a number below travel_high_rad",
         )
         _require(self.brake_damping >= 0.0, f"{where}.brake_damping", self.brake_damping, "0 or more")
 
@@ -108,17 +131,26 @@ class FirmwareSettings:
 
     @classmethod
     def for_model(cls, model: AntennaModel) -> FirmwareSettings:
-        """Torque limits and travel of the model, stopping tuned for its inertia with half the torque for deceleration."""
+        """Torque limits and travel of the model, stopping tuned for its inertia with half the torque for
+        deceleration.
+        """
         return cls(tuple(_axis_for(model, index, axis) for index, axis in enumerate(model.axes)), name=model.name)
 
     def check(self, where: str = "firmware") -> None:
         """BadInputError names the first key that cannot be."""
-        _require(1 <= self.deadman_window_ticks <= 255, f"{where}.deadman_window_ticks", self.deadman_window_ticks, "1 to 255")
+        _require(
+            1 <= self.deadman_window_ticks <= 255,
+            f"{where}.deadman_window_ticks",
+            self.deadman_window_ticks,
+            "1 to 255",
+        )
         _require(self.startup_ticks >= 1, f"{where}.startup_ticks", self.startup_ticks, "1 or more")
         for field in fields(self):
             value = getattr(self, field.name)
             if isinstance(value, int | float):
-                _require(value >= 0 and math.isfinite(value), f"{where}.{field.name}", value, "a finite number, 0 or more")
+                _require(
+                    value >= 0 and math.isfinite(value), f"{where}.{field.name}", value, "a finite number, 0 or more"
+                )
         for index, axis in enumerate(self.axes):
             axis.check(f"{where}.axes.{index}")
 
@@ -150,7 +182,9 @@ def _axis_for(model: AntennaModel, index: int, axis: str) -> AxisSettings:
 
 
 def _weight_moves(model: AntennaModel, index: int, axis: str) -> bool:
-    """Whether an axis may fall when nothing holds it on a level base: the inner one of a gimbal, whose weight is more than its friction."""
+    """Whether an axis may fall when nothing holds it on a level base: the inner one of a gimbal, whose weight is more
+    than its friction.
+    """
     if model.kind is not Kind.GIMBAL or index == 0:
         return False
     lever = math.hypot(model.number(axis, "body.cog.x"), model.number(axis, "body.cog.z"))
@@ -197,7 +231,10 @@ def settings_to_plant(settings: FirmwareSettings, P: np.ndarray) -> None:
 
 def _fill_axis(J: np.ndarray, j: int, axis: AxisSettings, settings: FirmwareSettings, rate_hz: float) -> None:
     step = TORQUE_STEP_NM * 2**axis.torque_exponent
-    J[j + layout.EXPONENT], J[j + layout.TORQUE_LIMIT] = axis.torque_exponent, math.floor(axis.torque_limit_nm / step + 1e-9)
+    J[j + layout.EXPONENT], J[j + layout.TORQUE_LIMIT] = (
+        axis.torque_exponent,
+        math.floor(axis.torque_limit_nm / step + 1e-9),
+    )
     if axis.holding_torque_nm > 0.0:
         # a brake holds without power: it is closed when the drive wakes up
         J[j + layout.HAS_BRAKE], J[j + layout.BRAKE_STATE] = 1, m.BRAKE_STATE_RELEASED
@@ -209,8 +246,8 @@ def _fill_axis(J: np.ndarray, j: int, axis: AxisSettings, settings: FirmwareSett
         round(axis.overspeed_rad_s / RATE_STEP_RAD_S),
     )
     J[j + layout.MAX_WINDING] = round(axis.max_temperature_degc / m.MOTOR_STATUS_OUTER_TEMPERATURE_STEP)
-    # torque from rate, count, and count and tick; a triple pole at w: I (3 w, 3 w^2, w^3). A torque that is held for a tick and a rate
-    # that is low-passed over four cannot be faster than this share of the tick rate
+    # torque from rate, count, and count and tick; a triple pole at w: I (3 w, 3 w^2, w^3). A torque that is held for a
+    # tick and a rate that is low-passed over four cannot be faster than this share of the tick rate
     per_rate = layout.SCALE * RATE_STEP_RAD_S / step
     per_count = layout.SCALE * POSITION_STEP_RAD / step
     inertia, w = axis.inertia_kg_m2, min(settings.stop_bandwidth_rad_s, rate_hz / 40.0)

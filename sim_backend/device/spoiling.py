@@ -1,7 +1,7 @@
 """Faults that the virtual antenna can be given: sensors that lie and motors that are wired wrong, each from a tick on.
 
-A real antenna has them by itself; here they are switched on by `Device.spoil`, so that guards can be tried. They act where the firmware
-reads its sensors and drives its motor: firmware and host see the same lie.
+A real antenna has them by itself; here they are switched on by `Device.spoil`, so that guards can be tried. They act
+where the firmware reads its sensors and drives its motor: firmware and host see the same lie.
 """
 
 from __future__ import annotations
@@ -40,7 +40,12 @@ class Spoilt(IntEnum):
     NOISY = 6
 
 
-_NOTHING, _FROZEN, _REVERSED, _DRIFTING = int(Spoilt.NOTHING), int(Spoilt.FROZEN), int(Spoilt.REVERSED), int(Spoilt.DRIFTING)
+_NOTHING, _FROZEN, _REVERSED, _DRIFTING = (
+    int(Spoilt.NOTHING),
+    int(Spoilt.FROZEN),
+    int(Spoilt.REVERSED),
+    int(Spoilt.DRIFTING),
+)
 _OFF, _DEAD, _NOISY = int(Spoilt.OFF), int(Spoilt.DEAD), int(Spoilt.NOISY)
 _KIND, _AMOUNT, _SINCE, _KEPT = range(SPOILT_SIZE)
 #: places of a sensor's or motor's fault in the axis' block

@@ -1,4 +1,5 @@
-"""How the drive stops by itself: coast, short the winding, torque against the gyro's rate, or a ramp down to rest where it then holds.
+"""How the drive stops by itself: coast, short the winding, torque against the gyro's rate, or a ramp down to rest where
+it then holds.
 
 Only the last two need a sensor, one each: a stop is chosen so that it never uses the sensor that is suspected.
 """
@@ -49,12 +50,18 @@ def begin_stop(K: np.ndarray, J: np.ndarray) -> None:
     J[REST_COUNT] = 0
     for axis in range(K[AXES]):
         j = AXIS_J + axis * AXIS_J_SIZE
-        J[j + STOP_RATE], J[j + STOP_POSITION], J[j + STOP_INTEGRAL] = J[j + JOINT_RATE], J[j + ENCODER] << SCALE_BITS, 0
+        J[j + STOP_RATE], J[j + STOP_POSITION], J[j + STOP_INTEGRAL] = (
+            J[j + JOINT_RATE],
+            J[j + ENCODER] << SCALE_BITS,
+            0,
+        )
 
 
 @compiled
 def ramp_torque(J: np.ndarray, axis: int) -> int:
-    """Raw torque that keeps an axis on a ramp to rest and then where it came to rest; PID with the integral held at the torque limit."""
+    """Raw torque that keeps an axis on a ramp to rest and then where it came to rest; PID with the integral held at the
+    torque limit.
+    """
     j = AXIS_J + axis * AXIS_J_SIZE
     rate, step = J[j + STOP_RATE], J[j + STOP_RATE_PER_TICK]
     rate = max(rate - step, 0) if rate > 0 else min(rate + step, 0)
@@ -63,7 +70,9 @@ def ramp_torque(J: np.ndarray, axis: int) -> int:
     error = (J[j + STOP_POSITION] >> SCALE_BITS) - J[j + ENCODER]
     most = J[j + TORQUE_LIMIT] << SCALE_BITS
     J[j + STOP_INTEGRAL] = min(max(J[j + STOP_INTEGRAL] + error * J[j + STOP_INTEGRAL_GAIN], -most), most)
-    fraction = J[j + STOP_RATE_GAIN] * (rate - J[j + JOINT_RATE]) + J[j + STOP_POSITION_GAIN] * error + J[j + STOP_INTEGRAL]
+    fraction = (
+        J[j + STOP_RATE_GAIN] * (rate - J[j + JOINT_RATE]) + J[j + STOP_POSITION_GAIN] * error + J[j + STOP_INTEGRAL]
+    )
     return int(fraction >> SCALE_BITS)
 
 
@@ -76,7 +85,9 @@ def gyro_torque(J: np.ndarray, axis: int) -> int:
 
 @compiled
 def stop_in_force(K: np.ndarray, J: np.ndarray) -> int:
-    """The stop that acts now: the one chosen while what it needs serves, else the shorted winding, which needs nothing."""
+    """The stop that acts now: the one chosen while what it needs serves, else the shorted winding, which needs
+    nothing.
+    """
     reaction = int(J[ACTIVE_REACTION])
     if reaction != _HOLD and reaction != _BY_GYRO:
         return reaction

@@ -74,7 +74,8 @@ class AxisScale:
 
     @property
     def friction(self) -> float:
-        """Dry friction to count in: the model's Coulomb level, or a share of the torque where it states next to none.
+        """Dry friction to count in: the model's Coulomb level, or a share of the torque where it states next to
+        none.
         """
         return max(self.numbers["friction.coulomb"], _LEAST_SHARE * self.torque_rms)
 

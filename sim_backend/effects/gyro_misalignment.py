@@ -16,7 +16,8 @@ LEAK_X, LEAK_Y, LEAK_Z = range(3)
 
 @compiled
 def leaked_rate(P: np.ndarray, o: int, X: np.ndarray, s: int, axis: int, wx: float, wy: float, wz: float) -> float:
-    """Rate (rad/s) added to the gyro: the outer one reads z and leaks x and y, the inner one reads y and leaks x and z.
+    """Rate (rad/s) added to the gyro: the outer one reads z and leaks x and y, the inner one reads y and leaks x and
+    z.
     """
     if axis == INNER:
         return P[o + LEAK_X] * wx + P[o + LEAK_Z] * wz

@@ -14,11 +14,11 @@ from firmware_protocol.errors import BadInputError
 from sim_backend import layout
 from sim_backend.base_motion import gravity_at
 from sim_backend.effects import Hook, effects_at
+from sim_backend.friction_in_force import derive_friction
 from sim_backend.layout import BaseKind, GravityReading, PlantKind
 from sim_backend.model.file import Angles, BaseSection, Kind, Motion
 from sim_backend.model.model import AntennaModel
 from sim_backend.model.numbers import AXIS_NUMBERS, Block, gyro_filter
-from sim_backend.step import derive_friction
 from sim_backend.stribeck_expansion import put_bump_table
 from sim_backend.thesis_slips import Slip
 
@@ -242,7 +242,8 @@ def _start_axis(P: np.ndarray, K: np.ndarray, X: np.ndarray, index: int) -> None
 
 
 def put_friction(P: np.ndarray, X: np.ndarray, index: int, numbers: np.ndarray) -> None:
-    """Put friction's numbers (7,), in the order of an axis block, in force for an axis, with what steps want of them.
+    """Put friction's numbers (7,), in the order of an axis block, in force for an axis, with what steps want of
+    them.
     """
     force = layout.IN_FORCE + index * layout.IN_FORCE_SIZE
     X[force : force + len(numbers)] = numbers

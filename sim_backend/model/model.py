@@ -1,28 +1,27 @@
 """A model of an antenna (or of one axis): the file's numbers, checked, and what one may change in it.
 
-A model is frozen. `with_number`, `with_effect` and `with_base` answer a new one that has been through the same checks, so a
-model that exists is a model that can be simulated and saved.
+A model is frozen. `with_number`, `with_effect` and `with_base` answer a new one that has been through the same checks,
+so a model that exists is a model that can be simulated and saved.
 """
 
 from __future__ import annotations
 
 import copy
 import difflib
-import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from pydantic import ValidationError
 
-from firmware_protocol.documents import LARGEST_NUMBER, yaml_text
+from firmware_protocol.documents import yaml_text
 from firmware_protocol.errors import BadInputError
 from sim_backend.effects import Effect, effect_named
 from sim_backend.model.file import PARENT, EffectSection, Kind, ModelFile, Quantity, read_document, validated
-from sim_backend.model.numbers import AXIS_NUMBERS, FRICTION_ROW, NUMBER_AT, beside
+from sim_backend.model.numbers import AXIS_NUMBERS, NUMBER_AT, beside
+from sim_backend.model.physical_checks import check_body, check_friction, temperature_table
 from sim_backend.model.uncertainty import DEFAULT_SOURCE, Uncertainty, relative_by_source
 
 
@@ -54,7 +53,8 @@ class AntennaModel:
     where: str
     numbers: Mapping[tuple[str, str], Quantity] = field(repr=False)
     effects: tuple[EffectEntry, ...]
-    #: per axis: rows of (temperature degC, friction numbers in FRICTION_ROW order), empty when friction does not depend on it
+    #: per axis: rows of (temperature degC, friction numbers in FRICTION_ROW order), empty when friction does not depend
+    #: on it
     friction_over_temperature: Mapping[str, tuple[tuple[float, ...], ...]]
 
     @property
@@ -82,15 +82,20 @@ class AntennaModel:
         return self.numbers[axis, path].value
 
     def uncertainty(self, axis: str, path: str) -> float:
-        """Standard deviation of one number, in its unit: as stated beside it, else for the whole file, else by its source.
+        """Standard deviation of one number, in its unit: as stated beside it, else for the whole file, else by its
+        source.
 
-        Zero where the file does not give the number. What is stated for the file or follows from a source is a share of the number's
-        size, which for centres of gravity and products of inertia is that of all three together: their zeros are not exact. The gain of
-        an axis whose logs are in amperes is known as well as its torque constant.
+        Zero where the file does not give the number. What is stated for the file or follows from a source is a share of
+        the number's size, which for centres of gravity and products of inertia is that of all three together: their
+        zeros are not exact. The gain of an axis whose logs are in amperes is known as well as its torque constant.
         """
         path = self.number_path(axis, path)
         quantity = self.numbers[axis, path]
-        spread = quantity.uncertainty.absolute(abs(quantity.value)) if quantity.uncertainty else self._by_source(axis, path, quantity)
+        spread = (
+            quantity.uncertainty.absolute(abs(quantity.value))
+            if quantity.uncertainty
+            else self._by_source(axis, path, quantity)
+        )
         constant = self.number(axis, "actuator.torque_constant")
         if path == "actuator.gain_error" and constant > 0.0:
             spread = math.hypot(spread, self.uncertainty(axis, "actuator.torque_constant") / constant)
@@ -112,14 +117,21 @@ class AntennaModel:
         """A path as effects give it, with `body.own_inertia` resolved for this axis."""
         return self.own_inertia_path(axis) if path == "body.own_inertia" else path
 
-    def with_number(self, axis: str, path: str, value: float, source: str | None = None, uncertainty: float | None = None) -> AntennaModel:
+    def with_number(
+        self, axis: str, path: str, value: float, source: str | None = None, uncertainty: float | None = None
+    ) -> AntennaModel:
         """A model in which one number has another value."""
         return self.with_numbers(axis, {path: value}, source, {} if uncertainty is None else {path: uncertainty})
 
     def with_numbers(
-        self, axis: str, values: Mapping[str, float], source: str | None = None, uncertainties: Mapping[str, float] | None = None
+        self,
+        axis: str,
+        values: Mapping[str, float],
+        source: str | None = None,
+        uncertainties: Mapping[str, float] | None = None,
     ) -> AntennaModel:
-        """A model in which several numbers of an axis (path -> value) change at once, so that only the outcome need be possible.
+        """A model in which several numbers of an axis (path -> value) change at once, so that only the outcome need be
+        possible.
 
         `uncertainties` are standard deviations by path; a number without one keeps what the file states beside it.
         """
@@ -143,7 +155,8 @@ class AntennaModel:
         source: str | None = None,
         uncertainties: Mapping[str, float] | None = None,
     ) -> AntennaModel:
-        """A model with one more effect; a number effect (the model already has its numbers) changes those numbers instead.
+        """A model with one more effect; a number effect (the model already has its numbers) changes those numbers
+        instead.
 
         `uncertainties` are standard deviations by parameter.
         """
@@ -152,7 +165,9 @@ class AntennaModel:
         if effect.is_number:
             paths = {p.name: p.path for p in effect.parameters if p.path is not None}
             given = {path: parameters[key] for key, path in paths.items() if key in parameters}
-            return self.with_numbers(axis, given, source, {path: stated[key] for key, path in paths.items() if key in stated})
+            return self.with_numbers(
+                axis, given, source, {path: stated[key] for key, path in paths.items() if key in stated}
+            )
         document = copy.deepcopy(self.document)
         entry: dict[str, Any] = {"name": name, "axis": axis}
         for parameter in effect.parameters:
@@ -193,7 +208,9 @@ def model_from_document(document: dict[str, Any], where: str) -> AntennaModel:
     expected = 2 if file.kind is Kind.GIMBAL else 1
     if len(file.axes) != expected:
         raise BadInputError(
-            f"{where}: axes", f"{len(file.axes)} axes", f"{expected} for kind {file.kind.value} (a gimbal: one axis carries the other)"
+            f"{where}: axes",
+            f"{len(file.axes)} axes",
+            f"{expected} for kind {file.kind.value} (a gimbal: one axis carries the other)",
         )
     numbers: dict[tuple[str, str], Quantity] = {}
     tables: dict[str, tuple[tuple[float, ...], ...]] = {}
@@ -202,11 +219,17 @@ def model_from_document(document: dict[str, Any], where: str) -> AntennaModel:
         friction = section.get("friction")
         if isinstance(friction, dict) and "over_temperature" in friction:
             friction = dict(friction)
-            tables[axis] = _temperature_table(friction.pop("over_temperature"), f"{where}: axes.{axis}.friction.over_temperature")
+            tables[axis] = temperature_table(
+                friction.pop("over_temperature"), f"{where}: axes.{axis}.friction.over_temperature"
+            )
             section = {**section, "friction": friction}
         numbers.update(_axis_numbers(section, axis, file, where))
     if tables and len({len(table) for table in tables.values()} | ({0} if len(tables) < len(file.axes) else set())) > 1:
-        raise BadInputError(f"{where}: axes", "friction tables over temperature differ in length", "the same number of rows on every axis")
+        raise BadInputError(
+            f"{where}: axes",
+            "friction tables over temperature differ in length",
+            "the same number of rows on every axis",
+        )
     effects = tuple(_effect_entry(entry, i, file, where) for i, entry in enumerate(file.effects))
     model = AntennaModel(file, document, where, numbers, effects, tables)
     for given, entry in zip(file.effects, effects, strict=True):
@@ -220,15 +243,17 @@ def model_from_document(document: dict[str, Any], where: str) -> AntennaModel:
                     uncertainty=Uncertainty(entry.uncertainty(parameter.name), False),
                 )
     for axis in file.axes:
-        _check_body(numbers, axis, file, where)
-        _check_friction(numbers, axis, where)
+        check_body(numbers, axis, file, where)
+        check_friction(numbers, axis, where)
     return model
 
 
 def _in_its_section(document: dict[str, Any]) -> dict[str, Any]:
     """The document with a torque constant that stands on an axis itself put where the actuator's numbers are."""
     axes = document.get("axes")
-    if not isinstance(axes, dict) or not any(isinstance(axis, dict) and "torque_constant" in axis for axis in axes.values()):
+    if not isinstance(axes, dict) or not any(
+        isinstance(axis, dict) and "torque_constant" in axis for axis in axes.values()
+    ):
         return document
     document = copy.deepcopy(document)
     for axis in document["axes"].values():
@@ -245,7 +270,9 @@ def _axis_numbers(section: dict[str, Any], axis: str, file: ModelFile, where: st
         place = f"{where}: axes.{axis}.{path}"
         if path not in NUMBER_AT:
             near = difflib.get_close_matches(path, NUMBER_AT, 1)
-            raise BadInputError(place, "unknown key", f"{near[0]!r} perhaps" if near else "a number of the model schema")
+            raise BadInputError(
+                place, "unknown key", f"{near[0]!r} perhaps" if near else "a number of the model schema"
+            )
         number = NUMBER_AT[path]
         found[axis, path] = _quantity(raw, place, number.unit_for(file.kind is Kind.LINEAR), number.low, number.high)
     for number in AXIS_NUMBERS:
@@ -258,7 +285,9 @@ def _axis_numbers(section: dict[str, Any], axis: str, file: ModelFile, where: st
 
 def _leaves(section: Any, prefix: str) -> list[tuple[str, Any]]:
     if isinstance(section, dict) and "value" not in section:
-        return [leaf for key, value in section.items() for leaf in _leaves(value, f"{prefix}.{key}" if prefix else str(key))]
+        return [
+            leaf for key, value in section.items() for leaf in _leaves(value, f"{prefix}.{key}" if prefix else str(key))
+        ]
     return [(prefix, section)]
 
 
@@ -266,7 +295,9 @@ def _quantity(raw: Any, place: str, unit: str, low: float, high: float) -> Quant
     if isinstance(raw, int | float) and not isinstance(raw, bool):
         raw = {"value": raw}
     if not isinstance(raw, dict):
-        raise BadInputError(place, f"{raw!r} is no number", f"a number in {unit}, or {{value, unit, source, uncertainty}}")
+        raise BadInputError(
+            place, f"{raw!r} is no number", f"a number in {unit}, or {{value, unit, source, uncertainty}}"
+        )
     try:
         quantity = Quantity.model_validate(raw)
     except ValidationError as error:
@@ -286,77 +317,6 @@ def _written(value: float, unit: str, source: str | None, uncertainty: float | s
 
 def _plain(unit: str) -> str:
     return unit.replace("^", "").replace("*", " ").replace("²", "2")
-
-
-def _check_body(numbers: Mapping[tuple[str, str], Quantity], axis: str, file: ModelFile, where: str) -> None:
-    def at(path: str) -> float:
-        return numbers[axis, path].value
-
-    if file.kind is Kind.LINEAR:
-        if at("body.mass") <= 0.0:
-            raise BadInputError(f"{where}: axes.{axis}.body.mass", "is missing or not positive", "the moving mass, kg")
-        return
-    own = "zz" if file.kind is Kind.ROTARY or list(file.axes).index(axis) == 0 else "yy"
-    if at(f"body.inertia.{own}") <= 0.0:
-        raise BadInputError(
-            f"{where}: axes.{axis}.body.inertia.{own}", "is missing or not positive", "the moment about the joint's own axis, kg m2"
-        )
-    if file.kind is Kind.ROTARY:
-        return
-    xx, yy, zz, xy, xz, yz = (at(f"body.inertia.{k}") for k in ("xx", "yy", "zz", "xy", "xz", "yz"))
-    moments = np.linalg.eigvalsh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
-    slack = 1e-9 * moments[2]
-    if moments[0] < -slack or moments[0] + moments[1] < moments[2] - slack:
-        shown = ", ".join(f"{m:.4g}" for m in moments)
-        raise BadInputError(
-            f"{where}: axes.{axis}.body.inertia",
-            f"no body has principal moments {shown} kg m2",
-            "positive moments, none above the sum of the others",
-        )
-
-
-def _check_friction(numbers: Mapping[tuple[str, str], Quantity], axis: str, where: str) -> None:
-    breakaway, coulomb, sigma0 = (numbers[axis, f"friction.{name}"].value for name in ("breakaway", "coulomb", "sigma0"))
-    _check_bristle(breakaway, coulomb, sigma0, f"{where}: axes.{axis}.friction")
-
-
-def _check_bristle(breakaway: float, coulomb: float, sigma0: float, place: str) -> None:
-    """Without a bristle the map may dip towards standstill, as measured rigs do; with one there must be something to break away from."""
-    if sigma0 <= 0.0:
-        return
-    if coulomb <= 0.0:
-        raise BadInputError(f"{place}.coulomb", "must be positive where sigma0 is given", "Tc above 0")
-    if breakaway < coulomb:
-        raise BadInputError(
-            f"{place}.breakaway", f"{breakaway:g} is below coulomb {coulomb:g}", "break-away at or above Coulomb where sigma0 is given"
-        )
-
-
-def _temperature_table(raw: Any, place: str) -> tuple[tuple[float, ...], ...]:
-    expected = "rows {temperature, " + ", ".join(FRICTION_ROW) + "}, two to eight, temperature rising"
-    if not isinstance(raw, list) or not 2 <= len(raw) <= 8 or not all(isinstance(row, dict) for row in raw):
-        raise BadInputError(place, "is no table", expected)
-    rows: list[tuple[float, ...]] = []
-    for i, row in enumerate(raw):
-        if set(row) != {"temperature", *FRICTION_ROW}:
-            raise BadInputError(f"{place}.{i}", f"has the keys {', '.join(map(str, row))}", expected)
-        if not all(_is_number(value) for value in row.values()):
-            raise BadInputError(f"{place}.{i}", "holds something that is no number", expected)
-        for key in FRICTION_ROW:
-            number = NUMBER_AT[f"friction.{key}"]
-            if not number.low <= row[key] <= number.high:
-                raise BadInputError(
-                    f"{place}.{i}.{key}", f"{row[key]:g} is out of bounds", f"{number.low:g} to {number.high:g} {number.unit}"
-                )
-        _check_bristle(row["breakaway"], row["coulomb"], row["sigma0"], f"{place}.{i}")
-        rows.append((float(row["temperature"]), *(float(row[key]) for key in FRICTION_ROW)))
-    if any(after[0] <= before[0] for before, after in itertools.pairwise(rows)):
-        raise BadInputError(place, "temperatures do not rise", expected)
-    return tuple(rows)
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST_NUMBER
 
 
 def _effect_entry(entry: EffectSection, index: int, file: ModelFile, where: str) -> EffectEntry:

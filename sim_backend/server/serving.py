@@ -6,9 +6,10 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from firmware_protocol.enumerations import DriveState
 from firmware_protocol.links import Link, LinkState
 from firmware_protocol.mail import DRIVE_STATUS_STATE
-from firmware_protocol.schema import BY_NAME, RECORD_SIZE, DriveState
+from firmware_protocol.schema import BY_NAME, RECORD_SIZE
 from sim_backend.device import Device
 from sim_backend.server.schedule import TickCause, TickSchedule
 

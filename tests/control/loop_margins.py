@@ -14,7 +14,8 @@ Response = NDArray[np.complex128]
 
 @dataclass(frozen=True)
 class Axis:
-    """One axis as the loop sees it; friction linearised: viscous while sliding, bristle spring and damper while stuck.
+    """One axis as the loop sees it; friction linearised: viscous while sliding, bristle spring and damper while
+    stuck.
     """
 
     inertia: float
@@ -41,7 +42,8 @@ def torque_to_rate(w: NDArray[np.float64], axis: Axis, step_s: float, delay_tick
 
 
 def phase_margin_deg(w: NDArray[np.float64], loop: Response) -> tuple[float, float]:
-    """Least phase margin over all crossings of unit gain, and the highest such frequency (rad/s); infinite without one.
+    """Least phase margin over all crossings of unit gain, and the highest such frequency (rad/s); infinite without
+    one.
     """
     size = np.abs(loop)
     at = np.flatnonzero((size[:-1] - 1.0) * (size[1:] - 1.0) <= 0.0)

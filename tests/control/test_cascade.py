@@ -1,4 +1,5 @@
-"""The cascade of one axis: torque limit, bumpless closing, base rate, prefilter, the thesis' form without anti-windup.
+"""The cascade of one axis: torque limit, bumpless closing, base rate, prefilter, the thesis' form without
+anti-windup.
 """
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
-"""The shipped gains leave margin: with two ticks of extra delay and a 200 Hz gyro, sliding or stuck, at any elevation.
+"""The shipped gains leave margin: with two ticks of extra delay and a 200 Hz gyro, sliding or stuck, at any
+elevation.
 """
 
 from __future__ import annotations

@@ -171,7 +171,9 @@ def test_time_in_link_calls_is_charged_to_the_link() -> None:
 def test_a_listening_link_waits_without_complaint_until_somebody_connects(tmp_path: Path) -> None:
     told = Told(problems=0)
     path = tmp_path / "socket"
-    told.keeper = LinkKeeper(told.clock, lambda: UnixLink(path, listen=True), lambda is_open, text: told.said.append((is_open, text)))
+    told.keeper = LinkKeeper(
+        told.clock, lambda: UnixLink(path, listen=True), lambda is_open, text: told.said.append((is_open, text))
+    )
     told.tick(500)
     assert not told.keeper.is_open and len(told.said) == 1
     peer = UnixLink(path)

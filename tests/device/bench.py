@@ -8,19 +8,15 @@ from typing import Any, Protocol
 
 from firmware_protocol.block_codec import new_mail
 from firmware_protocol.codec import from_raw, raw_values, schema_of
-from firmware_protocol.messages import AnyMessage, DriveControl, DriveEvent, DriveStatus, SetPoint
-from firmware_protocol.schema import (
-    MESSAGES,
-    POSITION_STEP_RAD,
-    TORQUE_STEP_NM,
+from firmware_protocol.enumerations import (
     BrakeCommand,
-    Direction,
     DriveRequest,
     DriveState,
     FaultCode,
     StopReaction,
-    offset,
 )
+from firmware_protocol.messages import AnyMessage, DriveControl, DriveEvent, DriveStatus, SetPoint
+from firmware_protocol.schema import MESSAGES, POSITION_STEP_RAD, TORQUE_STEP_NM, Direction, offset
 from sim_backend.device import Device, FirmwareSettings, device_tick, layout
 from sim_backend.layout import POSITION, RATE, TEMPERATURE
 from sim_backend.model import AntennaModel, model_from_document, shipped_model
@@ -66,7 +62,9 @@ class MailWire:
         for definition in MESSAGES:
             slot = offset(definition.name)
             if definition.direction is Direction.DEVICE_TO_HOST and self.mail[slot] > 0:
-                answer.append(from_raw(definition, [int(x) for x in self.mail[slot + 1 : slot + 1 + len(definition.fields)]]))
+                answer.append(
+                    from_raw(definition, [int(x) for x in self.mail[slot + 1 : slot + 1 + len(definition.fields)]])
+                )
         return answer
 
 
@@ -74,7 +72,9 @@ def bench_model(coarse: bool = False) -> AntennaModel:
     """The thesis antenna; `coarse` with one plant step a tick, for interpreted code."""
     if coarse not in _CACHED:
         model = shipped_model()
-        _CACHED[coarse] = model_from_document({**model.document, "plant_step_s": 1e-3}, model.where) if coarse else model
+        _CACHED[coarse] = (
+            model_from_document({**model.document, "plant_step_s": 1e-3}, model.where) if coarse else model
+        )
     return _CACHED[coarse]
 
 
@@ -88,7 +88,11 @@ class Bench:
         self.answer: list[AnyMessage] = []
 
     def tick(
-        self, torque: tuple[float, float] | None = (0.0, 0.0), *others: AnyMessage, sequence: int | None = None, **set_point: Any
+        self,
+        torque: tuple[float, float] | None = (0.0, 0.0),
+        *others: AnyMessage,
+        sequence: int | None = None,
+        **set_point: Any,
     ) -> DriveStatus:
         """One tick with a fresh set-point (none when torque is None) and other messages; answers the status."""
         messages = list(others)
@@ -102,7 +106,9 @@ class Bench:
         self.events += [message for message in self.answer if isinstance(message, DriveEvent)]
         return self.status
 
-    def request(self, request: DriveRequest, torque: tuple[float, float] | None = (0.0, 0.0), **flags: Any) -> DriveStatus:
+    def request(
+        self, request: DriveRequest, torque: tuple[float, float] | None = (0.0, 0.0), **flags: Any
+    ) -> DriveStatus:
         """One tick with a drive request."""
         return self.tick(torque, control(request, **flags))
 
@@ -181,15 +187,21 @@ def bench(
     brakes: bool = True,
     **settings: Any,
 ) -> Bench:
-    """A bench with the thesis antenna and firmware settings as given; `travel` limits of both axes (rad), `brakes` False for none."""
+    """A bench with the thesis antenna and firmware settings as given; `travel` limits of both axes (rad), `brakes`
+    False for none.
+    """
     model = bench_model(coarse=interpreted)
     if base is not None:
         model = model.with_base(base)
     firmware = FirmwareSettings.for_model(model)
     if not brakes:
-        firmware = dataclasses.replace(firmware, axes=tuple(dataclasses.replace(axis, holding_torque_nm=0.0) for axis in firmware.axes))
+        firmware = dataclasses.replace(
+            firmware, axes=tuple(dataclasses.replace(axis, holding_torque_nm=0.0) for axis in firmware.axes)
+        )
     if travel is not None:
-        axes = tuple(dataclasses.replace(axis, travel_low_rad=travel[0], travel_high_rad=travel[1]) for axis in firmware.axes)
+        axes = tuple(
+            dataclasses.replace(axis, travel_low_rad=travel[0], travel_high_rad=travel[1]) for axis in firmware.axes
+        )
         settings = {"axes": axes, **settings}
     firmware = dataclasses.replace(firmware, **{"deadman_window_ticks": WINDOW, **settings})
     return Bench(Device(model, firmware, seed=3), MailWire() if interpreted else FrameWire())

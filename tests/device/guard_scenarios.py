@@ -1,4 +1,6 @@
-"""One scenario per guard of the drive: what triggers it, what must come of it. Compiled in the tests, interpreted for the mutants."""
+"""One scenario per guard of the drive: what triggers it, what must come of it. Compiled in the tests, interpreted for
+the mutants.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from firmware_protocol.messages import DeadmanConfig
-from firmware_protocol.schema import (
+from firmware_protocol.enumerations import (
     BrakeCommand,
     BrakeState,
     DriveRequest,
@@ -16,6 +17,7 @@ from firmware_protocol.schema import (
     LimitFlags,
     StopReaction,
 )
+from firmware_protocol.messages import DeadmanConfig
 from sim_backend.device import Spoilt, TravelReaction, layout
 from tests.device.bench import WINDOW, Bench, control
 
@@ -36,7 +38,11 @@ def silence_trips_the_deadman_at_the_end_of_its_window(make: MakeBench) -> None:
     bench.tick((1.0, 0.5))
     for left in range(WINDOW - 1, 0, -1):
         status = bench.tick(None)
-        assert (status.state, status.deadman_margin_ticks, bench.torque) == (DriveState.OPERATION_ENABLED, left, (1.0, 0.5))
+        assert (status.state, status.deadman_margin_ticks, bench.torque) == (
+            DriveState.OPERATION_ENABLED,
+            left,
+            (1.0, 0.5),
+        )
     bench.tick(None)
     _expect_fault(bench, FaultCode.DEADMAN)
     assert bench.run(2 * WINDOW, None).deadman_margin_ticks == 0

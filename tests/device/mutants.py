@@ -1,4 +1,6 @@
-"""The drive's code with one guard taken out, interpreted: prints as JSON which mutants no scenario noticed. Run by test_mutants.py."""
+"""The drive's code with one guard taken out, interpreted: prints as JSON which mutants no scenario noticed. Run by
+test_mutants.py.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,10 @@ from tests.device import bench as bench_module
 from tests.device import guard_scenarios
 
 #: in the order of import, so that each one takes the mutated names of those before it
-_MODULES = [importlib.import_module(f"sim_backend.device.{name}") for name in ("guards", "stopping", "holding", "drive", "sensing", "core")]
+_MODULES = [
+    importlib.import_module(f"sim_backend.device.{name}")
+    for name in ("guards", "stopping", "holding", "drive", "sensing", "core")
+]
 _PACKAGE = importlib.import_module("sim_backend.device")
 
 
@@ -34,7 +39,12 @@ def _mutant(module: str, source: str, instead: str, *scenarios: str) -> Mutant:
 
 MUTANTS = (
     _mutant("guards", "if J[MARGIN] == 0:", "if False:", "silence_trips_the_deadman_at_the_end_of_its_window"),
-    _mutant("guards", "or state == m.DRIVE_STATE_QUICK_STOP_ACTIVE)", ")", "silence_trips_the_deadman_during_a_quick_stop_too"),
+    _mutant(
+        "guards",
+        "or state == m.DRIVE_STATE_QUICK_STOP_ACTIVE)",
+        ")",
+        "silence_trips_the_deadman_during_a_quick_stop_too",
+    ),
     _mutant("drive", "J[MARGIN] = max(margin - 1, 0)", "pass", "silence_trips_the_deadman_at_the_end_of_its_window"),
     _mutant("drive", "max(margin - 1, 0)", "margin - 1", "silence_trips_the_deadman_at_the_end_of_its_window"),
     _mutant("drive", "ahead == 0 or", "", "a_repeated_set_point_does_not_feed_the_deadman"),
@@ -42,43 +52,104 @@ MUTANTS = (
     _mutant("drive", "and margin > 0)", ")", "a_host_that_started_anew_is_heard_once_the_deadman_has_run_out"),
     _mutant("drive", "and not has_power(J[STATE]) and", "and", "the_deadman_cannot_be_changed_while_it_guards_torque"),
     _mutant("drive", "and deadman_fed:", ":", "torque_is_not_switched_on_before_set_points_come"),
-    _mutant("guards", "J[CONTROL_AGE] > J[CONTROL_SILENCE_TICKS]:", "False:", "silence_of_the_requests_is_a_communication_fault"),
+    _mutant(
+        "guards",
+        "J[CONTROL_AGE] > J[CONTROL_SILENCE_TICKS]:",
+        "False:",
+        "silence_of_the_requests_is_a_communication_fault",
+    ),
     _mutant("guards", "return m.FAULT_CODE_TRAVEL_LIMIT, axis", "pass", "travel_beyond_the_upper_limit_is_a_fault"),
     _mutant("guards", "return 1\n", "return 0\n", "travel_beyond_the_upper_limit_is_a_fault"),
     _mutant("guards", "return -1 if", "return 0 if", "travel_beyond_the_lower_limit_is_a_fault"),
     _mutant("guards", "if side * torque > 0:", "if False:", "torque_that_leads_out_of_travel_is_cut"),
-    _mutant("guards", "and J[TRAVEL_CLEARED] == 0", "", "cleared_travel_leads_back_in_and_is_a_fault_again_the_next_time"),
-    _mutant("drive", "J[TRAVEL_CLEARED] = 0\n", "pass\n", "cleared_travel_leads_back_in_and_is_a_fault_again_the_next_time"),
-    _mutant("drive", "mail[m.DRIVE_CONTROL_CLEAR_TRAVEL] == 1 and", "", "travel_that_nobody_cleared_is_a_fault_as_soon_as_torque_is_on"),
-    _mutant("guards", "max(abs(J[j + JOINT_RATE]), abs(J[j + GYRO]))", "abs(J[j + GYRO])", "a_joint_that_is_too_fast_is_a_fault"),
-    _mutant("guards", "max(abs(J[j + JOINT_RATE]), abs(J[j + GYRO]))", "abs(J[j + JOINT_RATE])", "a_gyro_that_sees_too_much_is_a_fault"),
+    _mutant(
+        "guards", "and J[TRAVEL_CLEARED] == 0", "", "cleared_travel_leads_back_in_and_is_a_fault_again_the_next_time"
+    ),
+    _mutant(
+        "drive", "J[TRAVEL_CLEARED] = 0\n", "pass\n", "cleared_travel_leads_back_in_and_is_a_fault_again_the_next_time"
+    ),
+    _mutant(
+        "drive",
+        "mail[m.DRIVE_CONTROL_CLEAR_TRAVEL] == 1 and",
+        "",
+        "travel_that_nobody_cleared_is_a_fault_as_soon_as_torque_is_on",
+    ),
+    _mutant(
+        "guards",
+        "max(abs(J[j + JOINT_RATE]), abs(J[j + GYRO]))",
+        "abs(J[j + GYRO])",
+        "a_joint_that_is_too_fast_is_a_fault",
+    ),
+    _mutant(
+        "guards",
+        "max(abs(J[j + JOINT_RATE]), abs(J[j + GYRO]))",
+        "abs(J[j + JOINT_RATE])",
+        "a_gyro_that_sees_too_much_is_a_fault",
+    ),
     _mutant("guards", "return 0 if too_fast and", "return 0 if False and", "torque_that_drives_a_fast_axis_on_is_cut"),
     _mutant("guards", "and (torque > 0) == (J[j + JOINT_RATE] > 0)", "", "torque_that_drives_a_fast_axis_on_is_cut"),
     _mutant("guards", "min(max(torque, -limit), limit)", "max(torque, -limit)", "torque_is_held_within_its_limit"),
     _mutant("guards", "min(max(torque, -limit), limit)", "min(torque, limit)", "torque_is_held_within_its_limit"),
-    _mutant("core", "without_outward(J, axis, J[j + SET_TORQUE])", "J[j + SET_TORQUE]", "torque_that_leads_out_of_travel_is_cut"),
-    _mutant("core", "within_torque_limit(J, axis, torque)", "torque", "the_drives_own_stop_is_held_within_the_torque_limit"),
+    _mutant(
+        "core",
+        "without_outward(J, axis, J[j + SET_TORQUE])",
+        "J[j + SET_TORQUE]",
+        "torque_that_leads_out_of_travel_is_cut",
+    ),
+    _mutant(
+        "core", "within_torque_limit(J, axis, torque)", "torque", "the_drives_own_stop_is_held_within_the_torque_limit"
+    ),
     _mutant("core", "if J[j + SET_ENABLE] == 1:", "if True:", "an_axis_that_is_not_enabled_gets_no_torque"),
     _mutant(
-        "core", "if J[STATE] == m.DRIVE_STATE_OPERATION_ENABLED:", "if J[STATE] >= 2:", "states_below_operation_enabled_know_no_torque"
+        "core",
+        "if J[STATE] == m.DRIVE_STATE_OPERATION_ENABLED:",
+        "if J[STATE] >= 2:",
+        "states_below_operation_enabled_know_no_torque",
     ),
-    _mutant("guards", "if J[j + WINDING] > J[j + MAX_WINDING]:", "if False:", "a_hot_winding_is_a_fault_in_every_state"),
-    _mutant("guards", "if J[SUPPLY] < J[MIN_SUPPLY] and", "if False and", "a_low_supply_is_a_fault_once_the_power_stage_needs_it"),
+    _mutant(
+        "guards", "if J[j + WINDING] > J[j + MAX_WINDING]:", "if False:", "a_hot_winding_is_a_fault_in_every_state"
+    ),
+    _mutant(
+        "guards",
+        "if J[SUPPLY] < J[MIN_SUPPLY] and",
+        "if False and",
+        "a_low_supply_is_a_fault_once_the_power_stage_needs_it",
+    ),
     _mutant(
         "guards",
         "if fault != m.FAULT_CODE_NONE:\n            return fault, axis",
         "pass",
         "an_encoder_at_the_end_of_its_range_is_a_fault_and_never_wraps",
     ),
-    _mutant("sensing", "return m.FAULT_CODE_ENCODER", "pass", "an_encoder_at_the_end_of_its_range_is_a_fault_and_never_wraps"),
+    _mutant(
+        "sensing",
+        "return m.FAULT_CODE_ENCODER",
+        "pass",
+        "an_encoder_at_the_end_of_its_range_is_a_fault_and_never_wraps",
+    ),
     _mutant("sensing", "else m.FAULT_CODE_GYRO", "else 0", "a_gyro_at_the_end_of_its_range_is_a_fault_and_never_wraps"),
     _mutant("sensing", "J[j + SENSOR_FAULT] = m.FAULT_CODE_INTERNAL", "pass", "a_motion_that_is_no_number_is_a_fault"),
     _mutant("drive", "if reset_edge and", "if True and", "a_fault_latches_when_its_cause_has_gone"),
     _mutant("drive", "level == 1 and J[RESET_LEVEL] == 0", "level == 1", "a_fault_is_reset_by_an_edge_only"),
-    _mutant("drive", "if reset_edge and fault == m.FAULT_CODE_NONE:", "if reset_edge:", "a_fault_is_not_reset_while_its_cause_is_there"),
+    _mutant(
+        "drive",
+        "if reset_edge and fault == m.FAULT_CODE_NONE:",
+        "if reset_edge:",
+        "a_fault_is_not_reset_while_its_cause_is_there",
+    ),
     _mutant("drive", "J[RESET_LEVEL] = level\n", "pass\n", "a_fault_is_reset_by_an_edge_only"),
-    _mutant("drive", "mail_in[m.DRIVE_CONTROL_QUICK_STOP] == 1 and", "False and", "a_quick_stop_outranks_the_request_beside_it"),
-    _mutant("drive", "SHUTDOWN and state != _QUICK_STOP:", "SHUTDOWN:", "a_quick_stop_is_left_through_switch_on_disabled_only"),
+    _mutant(
+        "drive",
+        "mail_in[m.DRIVE_CONTROL_QUICK_STOP] == 1 and",
+        "False and",
+        "a_quick_stop_outranks_the_request_beside_it",
+    ),
+    _mutant(
+        "drive",
+        "SHUTDOWN and state != _QUICK_STOP:",
+        "SHUTDOWN:",
+        "a_quick_stop_is_left_through_switch_on_disabled_only",
+    ),
     _mutant(
         "drive",
         "ENABLE_OPERATION and state == _SWITCHED_ON and",
@@ -86,11 +157,18 @@ MUTANTS = (
         "a_quick_stop_is_left_through_switch_on_disabled_only",
     ),
     _mutant("stopping", "J[j + STOP_INTEGRAL] = min(max(", "_ = min(max(", "a_quick_stop_at_rest_stays_where_it_was"),
-    _mutant("stopping", "rate = max(rate - step, 0)", "rate = max(rate, 0)", "a_quick_stop_decelerates_and_holds_against_gravity"),
+    _mutant(
+        "stopping",
+        "rate = max(rate - step, 0)",
+        "rate = max(rate, 0)",
+        "a_quick_stop_decelerates_and_holds_against_gravity",
+    ),
     _mutant("stopping", "if stop == _BY_GYRO else 0", "", "coasting_applies_no_torque"),
     _mutant("stopping", "return int(-(J[j", "return int((J[j", "the_drives_own_stop_is_held_within_the_torque_limit"),
     _mutant("stopping", "if not supply_serves(K, J):", "if False:", "holding_becomes_braking_when_a_winding_gets_hot"),
-    _mutant("guards", "return m.FAULT_CODE_SENSORS_DISAGREE, axis", "pass", "sensors_that_contradict_each_other_are_a_fault"),
+    _mutant(
+        "guards", "return m.FAULT_CODE_SENSORS_DISAGREE, axis", "pass", "sensors_that_contradict_each_other_are_a_fault"
+    ),
     _mutant(
         "stopping",
         "or disagreement(J, axis) > J[STOP_DISAGREEMENT]",
@@ -98,16 +176,48 @@ MUTANTS = (
         "a_stop_uses_no_sensor_while_they_contradict_each_other",
     ),
     _mutant("stopping", "if fault == broken or", "if", "a_stop_does_not_use_the_sensor_that_failed"),
-    _mutant("holding", "J[j + SHORTED] = 1 if shorted", "J[j + SHORTED] = 1 if False", "a_shorted_winding_stops_an_axis_whose_sensors_lie"),
-    _mutant("holding", "else J[STATE] != m.DRIVE_STATE_OPERATION_ENABLED", "else False", "a_drive_without_power_shorts_its_windings"),
+    _mutant(
+        "holding",
+        "J[j + SHORTED] = 1 if shorted",
+        "J[j + SHORTED] = 1 if False",
+        "a_shorted_winding_stops_an_axis_whose_sensors_lie",
+    ),
+    _mutant(
+        "holding",
+        "else J[STATE] != m.DRIVE_STATE_OPERATION_ENABLED",
+        "else False",
+        "a_drive_without_power_shorts_its_windings",
+    ),
     _mutant("holding", "held |= _BRAKED", "pass", "an_axis_that_its_weight_moves_is_held_by_its_brake_without_power"),
-    _mutant("holding", "J[_OUTER + SET_ENABLE] == 0 and", "", "a_brake_opens_for_torque_and_closes_when_no_axis_is_under_torque"),
+    _mutant(
+        "holding",
+        "J[_OUTER + SET_ENABLE] == 0 and",
+        "",
+        "a_brake_opens_for_torque_and_closes_when_no_axis_is_under_torque",
+    ),
     _mutant("holding", "J[j + BRAKE_COMMAND] == m.BRAKE_COMMAND_ENGAGE)", "False)", "a_brake_obeys_its_command"),
-    _mutant("drive", "J[ACTIVE_REACTION] = mail_in[m.DRIVE_CONTROL_STOP]", "pass", "a_quick_stop_takes_the_way_that_it_is_asked_for"),
+    _mutant(
+        "drive",
+        "J[ACTIVE_REACTION] = mail_in[m.DRIVE_CONTROL_STOP]",
+        "pass",
+        "a_quick_stop_takes_the_way_that_it_is_asked_for",
+    ),
     _mutant("drive", "or _asks_for_another_stop(mail_in, J)", "", "a_quick_stop_that_runs_can_be_asked_to_trust_less"),
-    _mutant("drive", "and J[ACTIVE_REACTION] > m.STOP_REACTION_BRAKE", "", "a_quick_stop_that_runs_can_be_asked_to_trust_less"),
-    _mutant("stopping", "or J[STATE_AGE] >= J[REACTION_TICKS] + hold", "", "a_reaction_that_does_not_come_to_rest_ends_in_time"),
-    _mutant("stopping", "J[REST_COUNT] >= J[REST_TICKS] + hold or", "", "decelerating_holds_for_its_time_and_then_lets_go"),
+    _mutant(
+        "drive",
+        "and J[ACTIVE_REACTION] > m.STOP_REACTION_BRAKE",
+        "",
+        "a_quick_stop_that_runs_can_be_asked_to_trust_less",
+    ),
+    _mutant(
+        "stopping",
+        "or J[STATE_AGE] >= J[REACTION_TICKS] + hold",
+        "",
+        "a_reaction_that_does_not_come_to_rest_ends_in_time",
+    ),
+    _mutant(
+        "stopping", "J[REST_COUNT] >= J[REST_TICKS] + hold or", "", "decelerating_holds_for_its_time_and_then_lets_go"
+    ),
     _mutant("stopping", "J[HOLD_TICKS] if", "10**9 if", "decelerating_holds_for_its_time_and_then_lets_go"),
 )
 

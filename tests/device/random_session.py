@@ -1,4 +1,6 @@
-"""A seeded session between a host that does all sorts of things and the device; prints a digest of every frame and of the final state."""
+"""A seeded session between a host that does all sorts of things and the device; prints a digest of every frame and of
+the final state.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +8,8 @@ import hashlib
 import random
 from collections.abc import Iterator
 
+from firmware_protocol.enumerations import DriveRequest, DriveState, StopReaction
 from firmware_protocol.messages import AnyMessage, DeadmanConfig, SetPoint
-from firmware_protocol.schema import DriveRequest, DriveState, StopReaction
 from sim_backend.device import Device, FirmwareSettings
 from sim_backend.model import shipped_model
 from tests.device.bench import Bench, FrameWire, MailWire, Wire, control
@@ -56,10 +58,16 @@ def _host(bench: Bench) -> Iterator[list[AnyMessage]]:
         if tick == 3:
             messages.append(DeadmanConfig(6, StopReaction.DECELERATE_AND_HOLD))
         if tick % 5 == 0:
-            messages.append(control(_NEXT.get(state, DriveRequest.NONE), fault_reset=tick % 10 == 0, quick_stop=dice.random() < 0.01))
+            messages.append(
+                control(
+                    _NEXT.get(state, DriveRequest.NONE), fault_reset=tick % 10 == 0, quick_stop=dice.random() < 0.01
+                )
+            )
         if dice.random() < 0.93 and not 400 < tick < 420:
             sequence += 1
-            messages.append(SetPoint(dice.uniform(-8.0, 16.0), dice.uniform(-3.0, 3.0), sequence % 1024, True, dice.random() < 0.9))
+            messages.append(
+                SetPoint(dice.uniform(-8.0, 16.0), dice.uniform(-3.0, 3.0), sequence % 1024, True, dice.random() < 0.9)
+            )
         yield messages
         state = bench.state
 

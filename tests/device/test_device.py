@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_protocol import mail as m
+from firmware_protocol.enumerations import BrakeState, DriveState
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.messages import (
     BaseAttitude,
@@ -24,7 +25,7 @@ from firmware_protocol.messages import (
     MotorStatusOuter,
     SetPoint,
 )
-from firmware_protocol.schema import RECORD_SIZE, BrakeState, Direction, DriveState
+from firmware_protocol.schema import RECORD_SIZE, Direction
 from sim_backend.device import AxisSettings, Device, FirmwareSettings
 from sim_backend.model import load_model, model_from_document, shipped_model
 from sim_backend.shipped import shipped_file

@@ -6,8 +6,8 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
+from firmware_protocol.enumerations import DriveRequest, DriveState, FaultCode, StopReaction
 from firmware_protocol.messages import AnyMessage, DeadmanConfig, DriveEvent, DriveStatus
-from firmware_protocol.schema import DriveRequest, DriveState, FaultCode, StopReaction
 from sim_backend.device import layout
 from tests.device.bench import WINDOW, bench, control
 

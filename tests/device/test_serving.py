@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from firmware_protocol import mail as m
+from firmware_protocol.enumerations import DriveState, FaultCode
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.links import (
     CanLinkConfig,
@@ -27,7 +28,7 @@ from firmware_protocol.links import (
     open_link,
 )
 from firmware_protocol.messages import AnyMessage, DriveStatus, SetPoint
-from firmware_protocol.schema import Direction, DriveState, FaultCode
+from firmware_protocol.schema import Direction
 from sim_backend.device import Device
 from sim_backend.server import DeviceServer, OutletKind, join_bus, open_outlet, parse_outlet
 from tests.device.bench import bench_model, control
@@ -52,7 +53,9 @@ class Host:
 
     def listen(self) -> None:
         self.receiver.age()
-        self.heard += [message for message in self.receiver.receive(self.link.receive()) if isinstance(message, DriveStatus)]
+        self.heard += [
+            message for message in self.receiver.receive(self.link.receive()) if isinstance(message, DriveStatus)
+        ]
 
     def tick_until(self, condition: Callable[[], bool], *others: AnyMessage) -> None:
         end = time.monotonic() + PATIENCE_S
@@ -130,7 +133,11 @@ def test_a_host_that_dies_leaves_a_drive_in_fault_and_a_new_one_can_reset_it(tmp
     outlet = open_outlet(OutletKind.UNIX, tmp_path / "antenna")
     with served(outlet.link, rate_hz=100.0) as server:
         host = Host(_host_end(OutletKind.UNIX, outlet.path))
-        for request, state in ((1, DriveState.READY_TO_SWITCH_ON), (2, DriveState.SWITCHED_ON), (3, DriveState.OPERATION_ENABLED)):
+        for request, state in (
+            (1, DriveState.READY_TO_SWITCH_ON),
+            (2, DriveState.SWITCHED_ON),
+            (3, DriveState.OPERATION_ENABLED),
+        ):
             host.tick_until(lambda state=state: bool(host.heard) and host.heard[-1].state is state, control(request))  # type: ignore[misc, arg-type]
         host.link.close()
         end = time.monotonic() + PATIENCE_S
@@ -183,7 +190,8 @@ def _serve_plan(plan: list[tuple[int, bytes]], duration_ns: int) -> DeviceServer
 def test_every_set_point_of_a_steady_host_gets_its_own_tick() -> None:
     sender = Sender()
     plan = [
-        (k * 1_000_000 - 400_000 + (k * 7919) % 300_000, sender.encode(SetPoint(0.0, 0.0, k % 1024, True, True))) for k in range(1, 2000)
+        (k * 1_000_000 - 400_000 + (k * 7919) % 300_000, sender.encode(SetPoint(0.0, 0.0, k % 1024, True, True)))
+        for k in range(1, 2000)
     ]
     statistics = _serve_plan(plan, 2_000_000_000).statistics
     assert statistics.ticks_by_set_point == 1999
@@ -221,7 +229,9 @@ def _command(*options: str) -> Iterator[subprocess.Popen[str]]:
 
 @pytest.mark.realtime
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 130), (signal.SIGINT, 130), (None, 0)])
-def test_the_command_announces_its_path_and_ends_cleanly(number: signal.Signals | None, code: int, tmp_path: Path) -> None:
+def test_the_command_announces_its_path_and_ends_cleanly(
+    number: signal.Signals | None, code: int, tmp_path: Path
+) -> None:
     antenna, ready = tmp_path / "antenna", tmp_path / "ready"
     options = ["--duration", "0.3"] if number is None else []
     with _command("--link", f"serial:{antenna}", "--ready-file", str(ready), "--json", *options) as process:

@@ -53,7 +53,9 @@ def conducted(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, str], 
     return outcome
 
 
-@pytest.mark.xfail(reason="standard errors of short plateaus are too small since record 0092: 7 and 16 of them", strict=True)
+@pytest.mark.xfail(
+    reason="standard errors of short plateaus are too small since record 0092: 7 and 16 of them", strict=True
+)
 @pytest.mark.parametrize("axis", ["outer", "inner"])
 def test_short_sliding_finds_the_curve_of_the_model_within_its_errors(
     conducted: Callable[[str, str], Outcome], axis: str

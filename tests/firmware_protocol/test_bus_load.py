@@ -49,7 +49,11 @@ def test_a_rate_that_the_bus_cannot_carry_is_refused_with_the_highest_it_can():
     assert require_bus_carries(1000.0, 1_000_000, "daemon.yaml: rate_hz") < 0.6
     with pytest.raises(BadInputError) as refused:
         require_bus_carries(2000.0, 1_000_000, "daemon.yaml: rate_hz")
-    assert "daemon.yaml: rate_hz" in str(refused.value) and "119%" in str(refused.value) and "1005 Hz" in str(refused.value)
+    assert (
+        "daemon.yaml: rate_hz" in str(refused.value)
+        and "119%" in str(refused.value)
+        and "1005 Hz" in str(refused.value)
+    )
     require_bus_carries(highest_rate_hz(1_000_000) - 1e-6, 1_000_000, "")
 
 

@@ -1,4 +1,6 @@
-"""The two codecs read the schema independently of one another: table-driven Python, and emitted straight-line compiled code."""
+"""The two codecs read the schema independently of one another: table-driven Python, and emitted straight-line compiled
+code.
+"""
 
 from __future__ import annotations
 
@@ -85,13 +87,18 @@ def test_typed_messages_keep_their_raw_integers(sent):
 @settings(max_examples=30, deadline=None)
 def test_a_number_beyond_its_field_is_held_at_the_bound_and_never_wraps(message, data):
     wild = data.draw(st.tuples(*(st.integers(-(2**62), 2**62) for _ in message.fields)))
-    held = tuple(min(max(number, field.raw_low), field.raw_high) for number, field in zip(wild, message.fields, strict=True))
+    held = tuple(
+        min(max(number, field.raw_low), field.raw_high) for number, field in zip(wild, message.fields, strict=True)
+    )
     record = compiled_record(message, wild, 0)
     assert codec.unpack_raw(message, record[2:]) == held
     assert codec.pack_raw(message, wild, 0) == record[2:]
 
 
-@given(st.floats(allow_nan=True, allow_infinity=True), st.sampled_from([field for message in MESSAGES for field in message.fields]))
+@given(
+    st.floats(allow_nan=True, allow_infinity=True),
+    st.sampled_from([field for message in MESSAGES for field in message.fields]),
+)
 @settings(deadline=None)
 def test_quantising_is_the_same_compiled_and_plain_for_every_float(value, field):
     plain = block_codec.quantise.py_func(value, field.step, field.raw_low, field.raw_high)

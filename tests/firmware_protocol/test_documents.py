@@ -1,4 +1,5 @@
-"""Documents: what the reader takes a text for, what it refuses in which words, and that what is written is read again.
+"""Documents: what the reader takes a text for, what it refuses in which words, and that what is written is read
+again.
 """
 
 from __future__ import annotations

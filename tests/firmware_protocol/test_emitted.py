@@ -14,18 +14,9 @@ from hypothesis import strategies as st
 from firmware_protocol import codec, mail
 from firmware_protocol.emit import FORMS, committed_path, emit
 from firmware_protocol.emit.dbc import field_text
+from firmware_protocol.enumerations import ENUMERATIONS
 from firmware_protocol.messages import CLASSES
-from firmware_protocol.schema import (
-    BY_CAN_ID,
-    ENUMERATIONS,
-    FIELD_BITS,
-    INDEX,
-    MAIL_SIZE,
-    MESSAGES,
-    Direction,
-    Message,
-    offset,
-)
+from firmware_protocol.schema import BY_CAN_ID, FIELD_BITS, INDEX, MAIL_SIZE, MESSAGES, Direction, Message, offset
 
 DATABASE = cantools.database.load_file(committed_path("dbc"))
 
@@ -70,7 +61,9 @@ def test_the_mail_constants_are_the_layout_of_the_schema():
             assert getattr(mail, f"{name}_{field.name.upper()}") == offset(message.name) + place
 
 
-@given(st.sampled_from(MESSAGES).flatmap(lambda message: st.tuples(st.just(message), drawn(message))), st.integers(0, 15))
+@given(
+    st.sampled_from(MESSAGES).flatmap(lambda message: st.tuples(st.just(message), drawn(message))), st.integers(0, 15)
+)
 @settings(max_examples=300, deadline=None)
 def test_cantools_decodes_every_frame_to_the_same_numbers(sent, counter):
     message, raw = sent
@@ -94,7 +87,9 @@ def test_cantools_knows_the_names_of_states_the_comments_and_the_cycle_times():
             assert signal.comment == field_text(field)
             assert (signal.unit or "") == field.unit
             if field.enum is not None:
-                assert {int(value): str(name) for value, name in signal.choices.items()} == {int(each): each.name for each in field.enum}
+                assert {int(value): str(name) for value, name in signal.choices.items()} == {
+                    int(each): each.name for each in field.enum
+                }
 
 
 def test_every_dataclass_has_the_fields_of_its_message():
@@ -193,7 +188,9 @@ def test_the_command_prints_writes_and_checks(tmp_path: Path, capsys: pytest.Cap
     assert target.read_text() == emit("c")
 
 
-@pytest.mark.parametrize("arguments", [["--emit", "svg"], [], ["--check", "--out", "x"], ["--emit", "dbc", "--out", "/no such folder/x"]])
+@pytest.mark.parametrize(
+    "arguments", [["--emit", "svg"], [], ["--check", "--out", "x"], ["--emit", "dbc", "--out", "/no such folder/x"]]
+)
 def test_the_command_refuses_wrong_use_in_one_line(arguments, capsys):
     with pytest.raises(SystemExit) as ended:
         run_protocol(*arguments)

@@ -1,4 +1,6 @@
-"""Every link carries blocks both ways, tells of a lost peer by its state, and never waits on a peer that does not read."""
+"""Every link carries blocks both ways, tells of a lost peer by its state, and never waits on a peer that does not
+read.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
+from firmware_protocol.enumerations import BrakeCommand, DriveRequest, StopReaction
 from firmware_protocol.errors import BadInputError, LinkError
 from firmware_protocol.links import (
     CanLink,
@@ -32,7 +35,7 @@ from firmware_protocol.links import (
 )
 from firmware_protocol.links.descriptor import DescriptorPort
 from firmware_protocol.messages import DriveControl, FeedbackOuter, SetPoint
-from firmware_protocol.schema import BrakeCommand, Direction, DriveRequest, StopReaction
+from firmware_protocol.schema import Direction
 from tests.endpoints import Receiver, Sender
 
 CONFIG = TypeAdapter(LinkConfig)
@@ -62,7 +65,9 @@ def slcan_links(_: Path, __: ExitStack) -> Pair:
 
 def virtual_can_links(_: Path, __: ExitStack) -> Pair:
     channel = f"test {next(CHANNELS)}"
-    return opened(kind="can", interface="virtual", channel=channel), opened(kind="can", interface="virtual", channel=channel)
+    return opened(kind="can", interface="virtual", channel=channel), opened(
+        kind="can", interface="virtual", channel=channel
+    )
 
 
 def unix_links(folder: Path, _: ExitStack) -> Pair:
@@ -94,7 +99,9 @@ def pair(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Pair]:
 
 
 def set_points(count: int) -> bytes:
-    return Sender().encode(*[SetPoint(0.001 * number, -0.002 * number, number % 1024, True, False) for number in range(count)])
+    return Sender().encode(
+        *[SetPoint(0.001 * number, -0.002 * number, number % 1024, True, False) for number in range(count)]
+    )
 
 
 def received(link: Link, size: int) -> bytes:
@@ -152,7 +159,16 @@ def test_a_peer_that_never_reads_costs_counted_frames_and_no_waiting(pair):
         host.send(b"" if isinstance(host, UnixLink) else set_points(1))
         device.wait(10_000_000)
         device.receive()
-    request = (DriveRequest.SHUTDOWN, False, False, False, StopReaction.COAST, BrakeCommand.AUTOMATIC, BrakeCommand.AUTOMATIC, False)
+    request = (
+        DriveRequest.SHUTDOWN,
+        False,
+        False,
+        False,
+        StopReaction.COAST,
+        BrakeCommand.AUTOMATIC,
+        BrakeCommand.AUTOMATIC,
+        False,
+    )
     fresh = Sender().encode(DriveControl(*request))
     host.send(fresh)
     assert received(device, len(fresh)).endswith(fresh)

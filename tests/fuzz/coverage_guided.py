@@ -2,9 +2,9 @@
 
     python -m tests.fuzz.coverage_guided TARGET [--runs N | --seconds S] [--corpus DIR]
 
-Targets: wire (stream parsers and codec), log (every file of a run folder), loaders (configuration, plan, model), door (the operator's
-lines, pieces and all). An input is read or refused with the project's own error; anything else ends the fuzzing with the input that did it.
-libFuzzer's last lines give inputs, covered edges (`cov`) and the corpus.
+Targets: wire (stream parsers and codec), log (every file of a run folder), loaders (configuration, plan, model), door
+(the operator's lines, pieces and all). An input is read or refused with the project's own error; anything else ends the
+fuzzing with the input that did it. libFuzzer's last lines give inputs, covered edges (`cov`) and the corpus.
 """
 
 from __future__ import annotations
@@ -60,7 +60,13 @@ def wire() -> tuple[Target, list[bytes]]:
             assert isinstance(answer, Rejection) or answer is not None
 
     frames = [m.can_id.to_bytes(2, "little") + pack_raw(m, [0] * len(m.fields), 3) for m in MESSAGES]
-    return target, [*frames, *(encode_packets(frame) for frame in frames), b"t1008" + b"00" * 8 + b"\r", b"S8\rO\r", b"V\rN\r"]
+    return target, [
+        *frames,
+        *(encode_packets(frame) for frame in frames),
+        b"t1008" + b"00" * 8 + b"\r",
+        b"S8\rO\r",
+        b"V\rN\r",
+    ]
 
 
 def log() -> tuple[Target, list[bytes]]:
@@ -154,7 +160,12 @@ def _own_error() -> type[Exception]:
     return GimbalHilError
 
 
-TARGETS: dict[str, Callable[[], tuple[Target, list[bytes]]]] = {"wire": wire, "log": log, "loaders": loaders, "door": door}
+TARGETS: dict[str, Callable[[], tuple[Target, list[bytes]]]] = {
+    "wire": wire,
+    "log": log,
+    "loaders": loaders,
+    "door": door,
+}
 
 
 def main() -> None:
@@ -173,7 +184,13 @@ def main() -> None:
     for place, seed in enumerate(seeds):
         (corpus / f"seed-{place}").write_bytes(seed)
     longest = max(20_000, max(map(len, seeds)))
-    options = [f"-runs={words.runs}", f"-max_total_time={words.seconds}", f"-max_len={longest}", "-len_control=0", "-seed=1"]
+    options = [
+        f"-runs={words.runs}",
+        f"-max_total_time={words.seconds}",
+        f"-max_len={longest}",
+        "-len_control=0",
+        "-seed=1",
+    ]
     atheris.Setup([sys.argv[0], *options, "-timeout=60", "-rss_limit_mb=3000", str(corpus)], target)
     atheris.Fuzz()
 

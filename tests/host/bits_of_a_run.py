@@ -1,4 +1,5 @@
-"""Prints a digest of what host and virtual antenna do in a short run, mail to mail; run with and without the compiler.
+"""Prints a digest of what host and virtual antenna do in a short run, mail to mail; run with and without the
+compiler.
 """
 
 from __future__ import annotations

@@ -35,9 +35,16 @@ class FakeAntenna:
         self._mail, self._receivers, self._counters = new_mail(), new_receivers(), new_counters()
         self._out = np.zeros(512, dtype=np.uint8)
         self._messages = np.array([m.FEEDBACK_OUTER_MESSAGE, m.FEEDBACK_INNER_MESSAGE, m.DRIVE_STATUS_MESSAGE])
-        self._with_base = np.array([m.BASE_ATTITUDE_MESSAGE, m.BASE_RATE_MESSAGE, m.BASE_HEADING_MESSAGE, *self._messages])
+        self._with_base = np.array(
+            [m.BASE_ATTITUDE_MESSAGE, m.BASE_RATE_MESSAGE, m.BASE_HEADING_MESSAGE, *self._messages]
+        )
         self._with_identity = np.array([m.IDENTITY_MESSAGE, m.IDENTITY_UNIT_MESSAGE, *self._with_base])
-        self.protocol_version, self.name, self.serial_number, self.torque_exponents = PROTOCOL_VERSION, "fake", 7, (0, 0)
+        self.protocol_version, self.name, self.serial_number, self.torque_exponents = (
+            PROTOCOL_VERSION,
+            "fake",
+            7,
+            (0, 0),
+        )
         self.says_who_it_is, self.introduce_unasked = True, False
         self._ticks = 0
 
@@ -75,7 +82,9 @@ class FakeAntenna:
         slots = ((m.FEEDBACK_OUTER_POSITION, m.FEEDBACK_OUTER_RATE), (m.FEEDBACK_INNER_POSITION, m.FEEDBACK_INNER_RATE))
         for axis, (position, rate) in enumerate(slots):
             mail[position] = round((positions or {}).get(axis, self.position[axis]) / m.FEEDBACK_OUTER_POSITION_STEP)
-            mail[rate] = round((self.rate[axis] + self._base_part(axis) + self.gyro_error[axis]) / m.FEEDBACK_OUTER_RATE_STEP)
+            mail[rate] = round(
+                (self.rate[axis] + self._base_part(axis) + self.gyro_error[axis]) / m.FEEDBACK_OUTER_RATE_STEP
+            )
 
     def _introduce_itself(self) -> None:
         mail = self._mail
@@ -108,7 +117,9 @@ class FakeAntenna:
             self.last_sequence = int(mail[m.SET_POINT_SEQUENCE])
             for axis in range(2):
                 allowed = enabled and mail[m.SET_POINT_ENABLE_OUTER + axis]
-                self.torque[axis] = float(mail[m.SET_POINT_TORQUE_OUTER + axis]) * m.SET_POINT_TORQUE_OUTER_STEP if allowed else 0.0
+                self.torque[axis] = (
+                    float(mail[m.SET_POINT_TORQUE_OUTER + axis]) * m.SET_POINT_TORQUE_OUTER_STEP if allowed else 0.0
+                )
 
     def _move(self) -> None:
         for axis in range(2):

@@ -72,7 +72,9 @@ def test_without_automatic_reconnect_the_fault_waits_for_the_operator() -> None:
     assert loop.host.state is HostState.IDLE
 
 
-@pytest.mark.parametrize(("fault", "state"), [(m.FAULT_CODE_DEADMAN, HostState.IDLE), (m.FAULT_CODE_OVERTEMPERATURE, HostState.FAULT)])
+@pytest.mark.parametrize(
+    ("fault", "state"), [(m.FAULT_CODE_DEADMAN, HostState.IDLE), (m.FAULT_CODE_OVERTEMPERATURE, HostState.FAULT)]
+)
 def test_only_what_a_lost_link_leaves_behind_is_reset_without_being_asked(fault: int, state: HostState) -> None:
     loop = HostLoop()
     loop.antenna.drive_state, loop.antenna.fault = m.DRIVE_STATE_FAULT, fault

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from firmware_protocol.schema import FaultCode
+from firmware_protocol.enumerations import FaultCode
 from gimbal_hil.host import Cause
 from gimbal_hil.host.guard_table import DRIVE_GUARDS, HOST_GUARDS, NO_GUARD, NOT_IN_THE_VIRTUAL_ANTENNA, guard_page
 from tests.device.guard_scenarios import SCENARIOS

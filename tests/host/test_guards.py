@@ -54,7 +54,11 @@ def test_a_moving_base_is_no_disagreement() -> None:
 
 
 def test_a_following_error_that_lasts_is_a_fault() -> None:
-    limits = {"outer__limits__following_position_rad": 0.1, "supervisor__following_time_s": 0.2, "outer__expectation": None}
+    limits = {
+        "outer__limits__following_position_rad": 0.1,
+        "supervisor__following_time_s": 0.2,
+        "outer__expectation": None,
+    }
     loop = HostLoop(Host(configuration(**limits))).connected().command(hold(Mode.POSITION)).run(50)
     loop.antenna.load[0] = 16.5
     loop.run(1500)
@@ -76,7 +80,12 @@ def test_a_torque_that_is_no_number_is_never_sent() -> None:
 
 
 def test_a_stop_that_takes_too_long_is_a_fault() -> None:
-    loop = HostLoop(Host(configuration(supervisor__stop_time_s=1.0, outer__expectation=None))).connected().command(hold(Mode.RATE)).run(50)
+    loop = (
+        HostLoop(Host(configuration(supervisor__stop_time_s=1.0, outer__expectation=None)))
+        .connected()
+        .command(hold(Mode.RATE))
+        .run(50)
+    )
     loop.antenna.load[0] = 16.5
     loop.host.stop()
     loop.run(1200)
@@ -149,7 +158,9 @@ def test_a_guard_of_the_segment_is_looked_at_before_the_first_torque() -> None:
 
 
 def test_a_guard_ends_the_whole_program() -> None:
-    guarded = Segment(AxisCommand(Mode.RATE, Shape.HOLD, (1.0,), guard=Guard(high_rad=0.3)), AxisCommand(), 1000, label=4)
+    guarded = Segment(
+        AxisCommand(Mode.RATE, Shape.HOLD, (1.0,), guard=Guard(high_rad=0.3)), AxisCommand(), 1000, label=4
+    )
     loop = HostLoop().connected().command(guarded, hold(Mode.RATE, 1.0, label=5)).run(1500)
     assert "segment 4 ended (guard)" in loop.texts()
     assert "segment 5 started" not in loop.texts()

@@ -1,4 +1,6 @@
-"""Who answers on the link: no torque before it has said so, none for another than the one pinned, and its own units of torque."""
+"""Who answers on the link: no torque before it has said so, none for another than the one pinned, and its own units of
+torque.
+"""
 
 from __future__ import annotations
 

@@ -64,7 +64,8 @@ def test_both_paths_leave_the_same_log_for_any_program(segments: list[Segment], 
 
 
 def digest_of_any_run(model: AntennaModel, seed: int, longest: int, through_frames: bool) -> tuple[str, int]:
-    """Digest of rows, events, frames and final state of an antenna following a random plan, and how many ticks it ran.
+    """Digest of rows, events, frames and final state of an antenna following a random plan, and how many ticks it
+    ran.
     """
     program, every = program_of(random_segments(seed, longest)), 1 + 6 * (seed % 2)
     ticks: list[int] = []

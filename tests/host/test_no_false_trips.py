@@ -1,4 +1,6 @@
-"""Guards are quiet while nothing is wrong: the shipped limits on healthy antennas of many kinds, in motions that come near them."""
+"""Guards are quiet while nothing is wrong: the shipped limits on healthy antennas of many kinds, in motions that come
+near them.
+"""
 
 from __future__ import annotations
 
@@ -49,7 +51,9 @@ ANTENNAS = {
 }
 
 
-def _hold(mode: Mode, outer: float = 0.0, inner: float = 0.0, seconds: float = 1.0, origin: Origin = Origin.ABSOLUTE) -> Segment:
+def _hold(
+    mode: Mode, outer: float = 0.0, inner: float = 0.0, seconds: float = 1.0, origin: Origin = Origin.ABSOLUTE
+) -> Segment:
     commands = (AxisCommand(mode, Shape.HOLD, (value,), origin) for value in (outer, inner))
     return Segment(*commands, round(seconds * 1000))
 
@@ -57,18 +61,24 @@ def _hold(mode: Mode, outer: float = 0.0, inner: float = 0.0, seconds: float = 1
 def _ramp(mode: Mode, outer: tuple[float, float], inner: tuple[float, float], seconds: float) -> Segment:
     # value, slope, seconds
     return Segment(
-        AxisCommand(mode, Shape.RAMP, (*outer, seconds)), AxisCommand(mode, Shape.RAMP, (*inner, seconds)), round(seconds * 1000)
+        AxisCommand(mode, Shape.RAMP, (*outer, seconds)),
+        AxisCommand(mode, Shape.RAMP, (*inner, seconds)),
+        round(seconds * 1000),
     )
 
 
 MOTIONS = {
     "steps": [_hold(Mode.POSITION, *target, 1.5) for target in ((0.5, 0.3), (-0.5, -0.3), (1.5, 0.8), (0.0, 0.0))],
-    "slow sliding": [_hold(Mode.RATE, *rate, 3.0) for rate in ((0.005, 0.005), (-0.01, -0.01), (0.05, 0.05), (-0.1, -0.1))],
+    "slow sliding": [
+        _hold(Mode.RATE, *rate, 3.0) for rate in ((0.005, 0.005), (-0.01, -0.01), (0.05, 0.05), (-0.1, -0.1))
+    ],
     "fast to and fro": [_hold(Mode.RATE, *rate, 0.5) for rate in ((3.0, 1.2), (-3.0, -1.2), (3.0, 1.2), (-3.0, -1.2))],
     "holding": [_hold(Mode.POSITION, 0.0, 0.0, 8.0, Origin.START)],
     "torque below breaking away": [
         Segment(
-            AxisCommand(Mode.TORQUE, Shape.SINE, (0.0, 0.2, 0.5, 0.0)), AxisCommand(Mode.POSITION, Shape.HOLD, (0.0,), Origin.START), 6000
+            AxisCommand(Mode.TORQUE, Shape.SINE, (0.0, 0.2, 0.5, 0.0)),
+            AxisCommand(Mode.POSITION, Shape.HOLD, (0.0,), Origin.START),
+            6000,
         )
     ],
     "chirp": [

@@ -1,11 +1,13 @@
-"""Sensors that lie slowly, stand still or contradict the torque: each guard trips for its cause, and the stop uses no suspect."""
+"""Sensors that lie slowly, stand still or contradict the torque: each guard trips for its cause, and the stop uses no
+suspect.
+"""
 
 from __future__ import annotations
 
 import pytest
 
 from firmware_protocol import mail as m
-from firmware_protocol.schema import StopReaction
+from firmware_protocol.enumerations import StopReaction
 from gimbal_hil.host import Cause, Host, HostState, Mode
 from gimbal_hil.host.reactions import BY_ENCODER, stop_for
 from tests.host.host_loop import HostLoop, configuration, hold

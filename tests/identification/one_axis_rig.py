@@ -95,7 +95,8 @@ def _record(rig: Rig, reference: np.ndarray, feed: np.ndarray, seed: int, base_r
 
 
 def follow_rate(rig: Rig, reference: np.ndarray, seed: int, base_rate: np.ndarray | None = None) -> Recorded:
-    """A rate loop on the gyro follows a joint-rate reference (n,); `base_rate` (n,) is what the base adds to the gyro.
+    """A rate loop on the gyro follows a joint-rate reference (n,); `base_rate` (n,) is what the base adds to the
+    gyro.
     """
     return _record(rig, reference, np.full(len(reference), np.nan), seed, base_rate)
 

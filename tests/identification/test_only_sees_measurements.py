@@ -10,17 +10,28 @@ import pytest
 import gimbal_hil.identification
 
 MODULES = sorted(Path(gimbal_hil.identification.__file__).parent.rglob("*.py"))
-#: the only things of a run that a measurement consists of, and what they are to be read by: version of the wire, names of the axes
+#: the only things of a run that a measurement consists of, and what they are to be read by: version of the wire, names
+#: of the axes
 SEEN = {"ticks", "frames", "events", "notes", "folder", "protocol", "record.header.axes"}
 #: files and modules that could bring it in by another way
-FORBIDDEN_IMPORTS = ("gimbal_hil.settings", "gimbal_hil.runs.header", "sim_backend.device", "sim_backend.plant", "sim_backend.server")
+FORBIDDEN_IMPORTS = (
+    "gimbal_hil.settings",
+    "gimbal_hil.runs.header",
+    "sim_backend.device",
+    "sim_backend.plant",
+    "sim_backend.server",
+)
 
 
 def runs_in(function: ast.FunctionDef) -> set[str]:
     """Names in a function that hold a run: arguments of type Run, and what `open_run` answers."""
     names = {a.arg for a in function.args.args if isinstance(a.annotation, ast.Name) and a.annotation.id == "Run"}
     for node in ast.walk(function):
-        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call) and getattr(node.value.func, "id", "") == "open_run":
+        if (
+            isinstance(node, ast.Assign)
+            and isinstance(node.value, ast.Call)
+            and getattr(node.value.func, "id", "") == "open_run"
+        ):
             names |= {target.id for target in node.targets if isinstance(target, ast.Name)}
     return names
 
@@ -58,5 +69,7 @@ def test_nothing_is_imported_that_knows_the_antenna(path: Path) -> None:
 
 
 def test_the_guard_sees_a_run_that_is_read_where_it_should_not_be() -> None:
-    guilty = ast.parse("def peek(run: Run) -> float:\n    return run.record.model.number('outer', 'friction.viscous')\n").body[0]
+    guilty = ast.parse(
+        "def peek(run: Run) -> float:\n    return run.record.model.number('outer', 'friction.viscous')\n"
+    ).body[0]
     assert isinstance(guilty, ast.FunctionDef) and read_of(guilty) == {"record.model.number"}

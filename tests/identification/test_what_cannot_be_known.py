@@ -50,14 +50,18 @@ def presliding_ramps(folder: Path, count: int, seconds: float) -> list[str]:
         torque = (1.6 if k % 2 == 0 else -1.6) * t / seconds
         bend = -2.4 / 3000.0 * np.log(1.0 - np.abs(torque) / 2.4) * np.sign(torque)
         position = 1e-6 * np.round(bend / 1e-6)
-        paths.append(str(write_log(folder / f"ramp{k}.csv", {"time_s": t, "arm.torque": torque, "arm.position": position})))
+        paths.append(
+            str(write_log(folder / f"ramp{k}.csv", {"time_s": t, "arm.torque": torque, "arm.position": position}))
+        )
     return paths
 
 
 @pytest.mark.parametrize(("sigma0", "seconds"), [(0.0, 3.0), (4000.0, 1.5)])
 def test_six_short_ramps_below_break_away_say_what_they_can(tmp_path: Path, sigma0: float, seconds: float) -> None:
     model, logs = rig(tmp_path, sigma0), presliding_ramps(tmp_path, 6, seconds)
-    code = run("identify", [*logs, "--model", str(model), "--torque-driven", "--out", str(tmp_path / "out"), "--workers", "1"])
+    code = run(
+        "identify", [*logs, "--model", str(model), "--torque-driven", "--out", str(tmp_path / "out"), "--workers", "1"]
+    )
     answer = json.loads((tmp_path / "out" / "identification.json").read_text())
     found = {e["name"]: e for e in answer["axes"][0]["estimates"]}
     assert code in (0, 1)

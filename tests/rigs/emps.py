@@ -28,7 +28,8 @@ def emps_signals(name: str = "DATA_EMPS") -> tuple[np.ndarray, np.ndarray, np.nd
 
 
 def write_emps(folder: Path, scaled: Mapping[str, float] | None = None) -> Rig:
-    """Both files (keys as in `FILES`) and the model that is shipped, or one with numbers scaled (`{"body.mass": 0.5}`).
+    """Both files (keys as in `FILES`) and the model that is shipped, or one with numbers scaled (`{"body.mass":
+    0.5}`).
     """
     folder.mkdir(parents=True, exist_ok=True)
     logs = {}

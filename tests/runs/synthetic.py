@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.block_codec import encode_messages, new_counters, new_mail
-from firmware_protocol.schema import BY_NAME, INDEX, DriveState, offset
+from firmware_protocol.enumerations import DriveState
+from firmware_protocol.schema import BY_NAME, INDEX, offset
 from gimbal_hil.runs import RunHeader, RunWriter, tick_rows
 
 CONFIGURATION = {"rate_hz": 1000, "gains": {"kp": 2.5e-5}}
@@ -57,9 +58,17 @@ def device_block(device: Sender, tick: int, last_sequence: int, device_tick: int
     if number % 50 == 0:
         messages["motor_status_outer"] = {"torque": 0.1, "temperature": 20 + number * 1e-3, "supply": 28}
         messages["motor_status_inner"] = {"torque": 0.1, "temperature": 25, "supply": 28}
-    messages["feedback_outer"] = {"position": float(position_rad(number)), "rate": float(0.3 / 0.2 * np.cos(number / 200))}
+    messages["feedback_outer"] = {
+        "position": float(position_rad(number)),
+        "rate": float(0.3 / 0.2 * np.cos(number / 200)),
+    }
     messages["feedback_inner"] = {"position": 0.1, "rate": 0.0}
-    status = {"state": DriveState.OPERATION_ENABLED, "last_sequence": last_sequence % 1024, "deadman_margin": 5, "tick": number % 4096}
+    status = {
+        "state": DriveState.OPERATION_ENABLED,
+        "last_sequence": last_sequence % 1024,
+        "deadman_margin": 5,
+        "tick": number % 4096,
+    }
     messages["drive_status"] = status
     return device.block(**messages)
 
@@ -85,7 +94,9 @@ def record_run(folder: Path, ticks: int, *, close: bool = True, flush_every: int
     host, device = Sender(), Sender()
     for tick in range(ticks):
         if tick % 1000 == 0:
-            writer.command(tick, tick * 1_000_000, "segment", {"mode": "torque", "number": tick // 1000, "value": 0.1 + 0.2})
+            writer.command(
+                tick, tick * 1_000_000, "segment", {"mode": "torque", "number": tick // 1000, "value": 0.1 + 0.2}
+            )
         writer.append_exchange(tick, device_block(device, tick, tick - 1), host_block(host, tick))
         writer.append_ticks(row_of(tick))
         if flush_every and tick % flush_every == flush_every - 1:

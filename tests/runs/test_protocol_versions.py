@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import yaml
 
+from firmware_protocol.enumerations import DriveState
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.protocol_versions import CURRENT, protocol
-from firmware_protocol.schema import DriveState
 from gimbal_hil.runs.frame_columns import columns_of
 from gimbal_hil.runs.schema import FRAME_ROW, FrameDirection
 
@@ -44,7 +44,11 @@ def test_frames_of_the_first_version_are_read_as_it_meant_them() -> None:
     status = int(DriveState.OPERATION_ENABLED) | 77 << 10 | 20 << 20 | 5 << 36
     rows = _rows((0x160, first_version_frame(0x16, attitude, 3)), (0x130, first_version_frame(0x13, status, 4)))
     told = columns_of(rows, "base_attitude", first)
-    assert [told.physical(name).tolist() for name in ("roll", "pitch", "yaw")] == [[100 * 1e-4], [-200 * 1e-4], [300 * 1e-4]]
+    assert [told.physical(name).tolist() for name in ("roll", "pitch", "yaw")] == [
+        [100 * 1e-4],
+        [-200 * 1e-4],
+        [300 * 1e-4],
+    ]
     assert columns_of(rows, "drive_status", first).raw["last_sequence"].tolist() == [77]
     assert len(columns_of(rows, "identity", first).place) == 0
     assert len(columns_of(rows, "drive_status", CURRENT).place) == 0

@@ -1,4 +1,5 @@
-"""A finished run is sealed, a folder has one writer, and what is recorded is still there: each said where it is not so.
+"""A finished run is sealed, a folder has one writer, and what is recorded is still there: each said where it is not
+so.
 """
 
 from __future__ import annotations

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from firmware_protocol.enumerations import DriveState
 from firmware_protocol.errors import BadInputError
-from firmware_protocol.schema import BY_NAME, POSITION_STEP_RAD, TORQUE_STEP_NM, DriveState
+from firmware_protocol.schema import BY_NAME, POSITION_STEP_RAD, TORQUE_STEP_NM
 from gimbal_hil.runs import EventKind, RunWriter, open_run
 from gimbal_hil.signals import SignalsTable, read_signals, signals_of_run, write_signals
 from tests.runs.synthetic import (

@@ -1,4 +1,5 @@
-"""Signals tables from CSV and Parquet: what is sound comes in exactly, what is not is refused by file, row and column.
+"""Signals tables from CSV and Parquet: what is sound comes in exactly, what is not is refused by file, row and
+column.
 """
 
 from __future__ import annotations

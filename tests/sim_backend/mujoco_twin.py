@@ -54,7 +54,8 @@ def mujoco_accelerations(
     v: np.ndarray,
     torque: np.ndarray,
 ) -> np.ndarray:
-    """Joint accelerations (2,) for a base driven with given Euler angles (yaw, pitch, roll), rates and accelerations.
+    """Joint accelerations (2,) for a base driven with given Euler angles (yaw, pitch, roll), rates and
+    accelerations.
     """
     data = mujoco.MjData(antenna)
     data.qpos[:] = np.concatenate([euler, q])

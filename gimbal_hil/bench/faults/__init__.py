@@ -1,4 +1,6 @@
-"""`gimbal-hil bench faults`: what can go wrong, in every motion, on every transport, and whether the antenna was safe in time."""
+"""`gimbal-hil bench faults`: what can go wrong, in every motion, on every transport, and whether the antenna was safe
+in time.
+"""
 
 from gimbal_hil.bench.faults.matrix import FaultOutcome, run_matrix, run_row
 from gimbal_hil.bench.faults.matrix_page import matrix_blocks, matrix_text

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from firmware_protocol.schema import DriveState
+from firmware_protocol.enumerations import DriveState
 from gimbal_hil.bench.faults.rig import Rig, Transport
 from gimbal_hil.bench.faults.rows import SPEED_RAD_S, FaultRow, Motion
 from gimbal_hil.host import AxisCommand, HostState, Mode, Origin, Program, Segment, Shape, program_of
@@ -21,7 +21,9 @@ _LOOK_S, _UNSEEN_RAD_S = 4.0, 0.1
 
 @dataclass(frozen=True)
 class FaultOutcome:
-    """What came of a row: seconds until the drive stopped by itself or by request (None: it did not), until rest, and how far and fast."""
+    """What came of a row: seconds until the drive stopped by itself or by request (None: it did not), until rest, and
+    how far and fast.
+    """
 
     row: FaultRow
     transport: Transport
@@ -41,7 +43,10 @@ class FaultOutcome:
 
 
 def run_matrix(
-    rows: Iterable[FaultRow], settings: DaemonSettings, model: AntennaModel, say: Callable[[str], None] = lambda name: None
+    rows: Iterable[FaultRow],
+    settings: DaemonSettings,
+    model: AntennaModel,
+    say: Callable[[str], None] = lambda name: None,
 ) -> list[FaultOutcome]:
     """Every row on every transport."""
     found = []
@@ -59,7 +64,9 @@ def run_row(row: FaultRow, settings: DaemonSettings, model: AntennaModel, transp
     rig.advance(round((0.3 if row.motion is Motion.REST else 0.8) * settings.rate_hz))
     began = rig.tick
     if rig.host.state is not HostState.ACTIVE:
-        return FaultOutcome(row, transport, rig.host.cause.name.lower(), None, None, 0.0, 0.0, False, "tripped before the fault came")
+        return FaultOutcome(
+            row, transport, rig.host.cause.name.lower(), None, None, 0.0, 0.0, False, "tripped before the fault came"
+        )
     start, before = np.array(rig.device.joint_positions), np.abs(rig.device.joint_rates).max()
     rig.suffer(row)
     motions, safe = [], None

@@ -31,7 +31,9 @@ class Transport(StrEnum):
 
 
 class Line:
-    """Blocks as bytes and back: packets with a CRC-16 of their own on a serial line, lines of text on an slcan adapter."""
+    """Blocks as bytes and back: packets with a CRC-16 of their own on a serial line, lines of text on an slcan
+    adapter.
+    """
 
     def __init__(self, transport: Transport) -> None:
         self._host: Framing = CobsFraming() if transport is Transport.SERIAL else _open_adapter()

@@ -1,4 +1,6 @@
-"""The rows of the fault matrix: what goes wrong, in which motion, and within which bounds the antenna must then be safe."""
+"""The rows of the fault matrix: what goes wrong, in which motion, and within which bounds the antenna must then be
+safe.
+"""
 
 from __future__ import annotations
 
@@ -42,8 +44,8 @@ class Trouble(StrEnum):
 class FaultRow:
     """One row: a part of an axis spoilt, or trouble elsewhere.
 
-    Bounds: safe within `safe_s`, peak rate at most `excess_rad_s` above the one before, travel at most `travel_rad` from where the fault
-    came. `may_pass`: nothing need happen as long as the axis moves as it was asked to.
+    Bounds: safe within `safe_s`, peak rate at most `excess_rad_s` above the one before, travel at most `travel_rad`
+    from where the fault came. `may_pass`: nothing need happen as long as the axis moves as it was asked to.
     """
 
     axis: int
@@ -59,7 +61,9 @@ class FaultRow:
 
     @property
     def rest_rad_s(self) -> float:
-        """Below this an axis is at rest; a power stage that keeps its torque whatever it is told drags a shorted motor along."""
+        """Below this an axis is at rest; a power stage that keeps its torque whatever it is told drags a shorted motor
+        along.
+        """
         return 0.1 if (self.part, self.kind) == ("motor", Spoilt.FROZEN) else 0.02
 
     @property
@@ -119,7 +123,17 @@ def fault_rows() -> tuple[FaultRow, ...]:
             for part, faults in (("encoder", _ENCODER), ("gyro", _GYRO), ("motor", _MOTOR)):
                 for kind, amount, times in faults:
                     within = times[motion]
-                    rows.append(_row(axis, motion, 1.0 if within is None else within, within is None, part=part, kind=kind, amount=amount))
+                    rows.append(
+                        _row(
+                            axis,
+                            motion,
+                            1.0 if within is None else within,
+                            within is None,
+                            part=part,
+                            kind=kind,
+                            amount=amount,
+                        )
+                    )
             for trouble, within_s in _TROUBLES.items():
                 rows.append(_row(axis, motion, within_s, trouble is Trouble.NOISY_LINE, trouble=trouble))
     return tuple(rows)

@@ -1,4 +1,5 @@
-"""One axis driven while the other holds an angle, then the other one, at two angles: coupling of bodies or of the gyro.
+"""One axis driven while the other holds an angle, then the other one, at two angles: coupling of bodies or of the
+gyro.
 """
 
 from __future__ import annotations

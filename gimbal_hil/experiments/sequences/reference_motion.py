@@ -54,7 +54,8 @@ class Path:
         return self
 
     def pass_at(self, speed_rad_s: float, travel_rad: float) -> Path:
-        """There and back at a constant speed over a travel; the sign of the travel is the direction in which it begins.
+        """There and back at a constant speed over a travel; the sign of the travel is the direction in which it
+        begins.
         """
         here, seconds = self.positions_rad[-1], abs(travel_rad) / speed_rad_s
         return self.to(here + travel_rad, seconds).to(here, seconds)
@@ -73,7 +74,8 @@ class Path:
 def motion_experiment(
     name: str, text: str, options: SequenceOptions, references: Mapping[str, Floats], said: str
 ) -> Experiment:
-    """Rest, the way to the start, then the references (rad, one value every `ROW_S`) of both axes as one measured step.
+    """Rest, the way to the start, then the references (rad, one value every `ROW_S`) of both axes as one measured
+    step.
     """
     rate = options.rate_hz
     duration_s = ROW_S * (max(map(len, references.values())) - 1)

@@ -143,7 +143,8 @@ def decimation(ticks: float) -> int:
 
 
 def measure(step: Step, signals: Signals) -> Row | None:
-    """Mean rate and torque between the two positions that both directions share, with the standard error of the torque.
+    """Mean rate and torque between the two positions that both directions share, with the standard error of the
+    torque.
     """
     meaning = step.meaning
     mean = plateau_mean(signals, meaning["axis"], meaning["from_rad"], meaning["to_rad"])
