@@ -195,7 +195,10 @@ class _WithOthers(Silent):
 
 @contextmanager
 def _alone(folder: Path) -> Iterator[None]:
-    """Wait for one's turn at a part: a process of a killed parent may still be at its last step. The turn goes with the process."""
+    """Wait for a turn at a part: the process of a killed parent may still be at its last step.
+
+    The turn ends with the process that has it.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / _TURN_FILE).open("w") as file:
         fcntl.flock(file, fcntl.LOCK_EX)

@@ -135,7 +135,7 @@ class Telemetry:
         self._push(TelemetryKind.MISS, MISS_RECORD.pack(tick, periods, MISS_CODE[cause]))
 
     def reply(self, request: int, tick: int, time_ns: int, problem: str = "", not_ready: bool = False) -> None:
-        """What became of a request: taken at `tick`, or why not; `not_ready` where it may be asked again in a moment."""
+        """What became of a request: taken at `tick`, or why not; `not_ready`: ask again in a moment."""
         told = {"request": request, "tick": tick, "time_ns": time_ns, "problem": problem, "not_ready": not_ready}
         self._push_json(TelemetryKind.REPLY, told)
 
