@@ -11,12 +11,18 @@ from gimbal_hil.identification.output_error import OutputErrorFit, OutputErrorRu
 from gimbal_hil.identification.pages import identification_page, identification_record
 from gimbal_hil.identification.presliding import PreslidingFit, PreslidingRun, fit_presliding
 from gimbal_hil.identification.reading import read_logs
-from gimbal_hil.identification.rigid_axis import RigidAxisFit, RigidAxisRule, fit_rigid_axis
+from gimbal_hil.identification.rigid_axis import RigidAxisFit, RigidAxisRule, centred_torque, fit_rigid_axis
 from gimbal_hil.identification.segments import Drive, Stretch, stretches_of_run, stretches_of_table
 from gimbal_hil.identification.sliding import Direction, StaticFit, fit_static
 from gimbal_hil.identification.steadiness import SteadyRule, SteadyWindow, find_steady_window
 from gimbal_hil.identification.stribeck import LUGRE_NAMES, LugreFriction, StaticFriction
-from gimbal_hil.identification.velocity_map import Plateau, VelocityMap, VelocityPoint, measure_velocity_map
+from gimbal_hil.identification.velocity_map import (
+    Plateau,
+    VelocityMap,
+    VelocityPoint,
+    measure_velocity_map,
+    rate_jitter,
+)
 
 __all__ = [
     "LUGRE_NAMES",
@@ -50,6 +56,7 @@ __all__ = [
     "break_away",
     "break_away_below_sliding",
     "break_away_findings",
+    "centred_torque",
     "collect",
     "find_steady_window",
     "fit_output_error",
@@ -62,6 +69,7 @@ __all__ = [
     "identify_axis",
     "mean_with_error",
     "measure_velocity_map",
+    "rate_jitter",
     "read_logs",
     "simulate_axis",
     "stretches_of_run",

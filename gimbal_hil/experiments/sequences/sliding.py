@@ -48,7 +48,7 @@ MARGIN_RAD, MARGIN_S = 0.012, 1.0
 PASSES_S, MOST_PASSES = 60.0, 3
 #: from the end of one stretch to the start of the next
 MOVE_S, MOVE_RAD_S = 1.0, 0.4
-SHORT_SPEEDS, SHORT_TRAVEL_RAD, SHORT_PASS_S = 12, 0.03, 5.0
+SHORT_SPEEDS, SHORT_TRAVEL_RAD, SHORT_PASS_S = 12, 0.04, 5.0
 SHORT_MARGIN = 0.25
 #: rows of one pass that are kept at most, the ticks in a row that may be chosen for it, and those between two rows of
 #: the log
@@ -82,7 +82,7 @@ def passes_of(speed_rad_s: float) -> tuple[Pass, ...]:
 
 def _short_passes_of(speed_rad_s: float) -> tuple[Pass, ...]:
     travel = max(SHORT_TRAVEL_RAD, SHORT_PASS_S * speed_rad_s)
-    return (Pass(0.0, travel, SHORT_MARGIN * travel),)
+    return (Pass(0.0, travel, max(MARGIN_RAD, SHORT_MARGIN * travel)),)
 
 
 def build(options: SequenceOptions) -> Experiment:
@@ -177,7 +177,14 @@ def fitted_curve(pairs: Sequence[Pair]) -> StaticFit | None:
 
     points = [
         VelocityPoint(
-            p.speed_rad_s, p.friction_nm, p.friction_error_nm, 0.0, p.passes, (f"{p.speed_rad_s:.5f} rad/s",), 0.0
+            p.speed_rad_s,
+            p.friction_nm,
+            p.friction_error_nm,
+            0.0,
+            p.passes,
+            (f"{p.speed_rad_s:.5f} rad/s",),
+            0.0,
+            p.jitter_rad_s,
         )
         for p in pairs
         if p.steady
@@ -238,7 +245,7 @@ def _numbers(curve: StaticFit) -> Table:
 
 
 def _table(axis: str, pairs: Sequence[Pair]) -> Table:
-    header = ("Speed [rad/s]", "Friction [mN m]", "± [µN m]", "Positional [mN m]", "Passes", "Steady")
+    header = ("Speed [rad/s]", "Friction [mN m]", "± [µN m]", "Positional [mN m]", "Jitter [µrad/s]", "Passes", "Steady")
     rows = [
         (
             f"{pair.speed_rad_s:.5f}",
@@ -246,6 +253,7 @@ def _table(axis: str, pairs: Sequence[Pair]) -> Table:
             f"{1e6 * pair.friction_error_nm:.1f}",
             # no minus before a zero
             f"{round(1e3 * pair.positional_nm, 2) + 0.0:+.2f}",
+            f"{1e6 * pair.jitter_rad_s:.0f}",
             str(pair.passes),
             "yes" if pair.steady else "no",
         )
@@ -255,7 +263,7 @@ def _table(axis: str, pairs: Sequence[Pair]) -> Table:
         header,
         rows,
         f"The {axis} axis; ± is one standard error with autocorrelation counted; positional: half the sum of both "
-        "directions.",
+        "directions; jitter: how much the speed fluctuates, rms, which the curve allows for.",
     )
 
 
