@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 EXIT_DONE, EXIT_NO, EXIT_BAD_INPUT, EXIT_SAFETY_STOP, EXIT_INTERRUPTED = 0, 1, 2, 3, 130
 #: characters of what was handed in that an error quotes
 _LONGEST = 600
@@ -14,10 +16,14 @@ class GimbalHilError(Exception):
 
 
 class BadInputError(GimbalHilError):
-    """Input was refused: `where` names file and key, `expected` says what would have been accepted."""
+    """Input was refused: `where` names file and key, `expected` says what would have been accepted.
 
-    def __init__(self, where: str, problem: str, expected: str = "") -> None:
+    `others` are what else is wrong with the same document, as far as it was looked at.
+    """
+
+    def __init__(self, where: str, problem: str, expected: str = "", others: Sequence[BadInputError] = ()) -> None:
         self.where, self.problem, self.expected = _one_line(where), _one_line(problem), expected
+        self.others = tuple(others)
         super().__init__(f"{self.where}: {self.problem}" + (f"; expected {expected}" if expected else ""))
 
 

@@ -4,7 +4,7 @@ line.
 
 from firmware_protocol.documents.json_reading import json_line, read_json
 from firmware_protocol.documents.limits import DocumentLimits
-from firmware_protocol.documents.refusal import refusal_of
+from firmware_protocol.documents.refusal import Refusals, refusal_of
 from firmware_protocol.documents.strict import LARGEST_NUMBER, Strict, with_strict_numbers
 from firmware_protocol.documents.yaml_reading import read_yaml, yaml_mapping
 from firmware_protocol.documents.yaml_writing import yaml_text
@@ -12,6 +12,7 @@ from firmware_protocol.documents.yaml_writing import yaml_text
 __all__ = [
     "LARGEST_NUMBER",
     "DocumentLimits",
+    "Refusals",
     "Strict",
     "json_line",
     "read_json",

@@ -1,47 +1,82 @@
-"""The first thing that is wrong with a document, as one line: which key, what stands there, what was expected."""
+"""What is wrong with a document, each thing as one line: which key, what stands there, what was expected."""
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, get_args, get_origin
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
 from firmware_protocol.errors import BadInputError
 
+if TYPE_CHECKING:
+    from pydantic_core import ErrorDetails
+
 _LONGEST_SHOWN = 60
+
+
+class Refusals:
+    """What is refused while a document is looked at piece by piece: kept, so that one look tells all."""
+
+    def __init__(self) -> None:
+        self._kept: list[BadInputError] = []
+
+    @contextmanager
+    def kept(self) -> Iterator[None]:
+        """A refusal within is kept, and what comes after is looked at too."""
+        try:
+            yield
+        except BadInputError as refusal:
+            self._kept += (refusal, *refusal.others)
+
+    def settle(self) -> None:
+        """Raise the first of what was kept, with the others; nothing when nothing was."""
+        if self._kept:
+            raise _together(self._kept)
+
+
+def _together(refusals: Sequence[BadInputError]) -> BadInputError:
+    first, *others = refusals
+    more = f" (and {len(others)} more)" if others else ""
+    return BadInputError(first.where, first.problem + more, first.expected, others)
 
 
 def refusal_of(
     error: ValidationError, where: str, top: type[BaseModel], kinds: Mapping[str, type[BaseModel]] = {}
 ) -> BadInputError:
-    """What validation against `top` found first, with the file `where`.
+    """What validation against `top` found first, with the file `where`, and the rest beside it as `others`.
 
     `kinds` names the members of tagged unions: their tags stand in pydantic's path of an error, but not in the file.
     """
     # a misspelt key tells more than the one that is missing because of it
-    first = min(error.errors(include_url=False), key=lambda one: one["type"] != "extra_forbidden")
+    found = sorted(error.errors(include_url=False), key=lambda one: one["type"] != "extra_forbidden")
+    return _together([_of_one(one, where, top, kinds) for one in found])
+
+
+def _of_one(
+    one: ErrorDetails, where: str, top: type[BaseModel], kinds: Mapping[str, type[BaseModel]]
+) -> BadInputError:
     section: type[BaseModel] | None = top
     path: list[str] = []
-    places = first["loc"]
+    places = one["loc"]
     for index, part in enumerate(places):
         name = str(part)
-        is_key = index == len(places) - 1 and first["type"] == "extra_forbidden"
+        is_key = index == len(places) - 1 and one["type"] == "extra_forbidden"
         if name in kinds and not is_key and _field(section, name) is None:
             section = kinds[name]
             continue
         path.append(name[:_LONGEST_SHOWN])
         if not isinstance(part, int) and not is_key:
             section = _section(section, name)
-    more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
     place = f"{where}: {'.'.join(path)}" if path else where
-    if first["type"] == "extra_forbidden":
-        return BadInputError(place, f"unknown key{more}", _instead(path[-1], section))
-    if first["type"] == "missing":
-        return BadInputError(place, f"is missing{more}", "a value")
-    problem, _, expected = str(first["msg"]).removeprefix("Value error, ").partition(": expected ")
-    return BadInputError(place, f"{_shown(first['input'])}{problem}{more}", expected)
+    if one["type"] == "extra_forbidden":
+        return BadInputError(place, "unknown key", _instead(path[-1], section))
+    if one["type"] == "missing":
+        return BadInputError(place, "is missing", "a value")
+    problem, _, expected = str(one["msg"]).removeprefix("Value error, ").partition(": expected ")
+    return BadInputError(place, f"{_shown(one['input'])}{problem}", expected)
 
 
 def _instead(key: str, section: type[BaseModel] | None) -> str:

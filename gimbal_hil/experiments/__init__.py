@@ -5,8 +5,11 @@ from gimbal_hil.experiments.checkpoint import CHECKPOINT_FILE
 from gimbal_hil.experiments.conducting import conduct, conduct_through_daemon, embedded_model_of
 from gimbal_hil.experiments.experiment import Experiment, Row, Signals, Step, axes_of, move_to, position_hold, step_of
 from gimbal_hil.experiments.frequency import FrequencyResponse, Lap, Margins, frequency_response, margins_of
+from gimbal_hil.experiments.plan import Plan, load_plan
 from gimbal_hil.experiments.planned import experiment_of_file
 from gimbal_hil.experiments.plateau import Pair, pair_of, plateau_mean, pooled
+from gimbal_hil.experiments.references import SHAPES as REFERENCE_SHAPES
+from gimbal_hil.experiments.references import UNITS as REFERENCE_UNITS
 from gimbal_hil.experiments.response import step_response
 from gimbal_hil.experiments.runner import TEARDOWN_S, Outcome, ProgressSink, Silent
 from gimbal_hil.experiments.side_by_side import PARTS_FOLDER
@@ -14,6 +17,8 @@ from gimbal_hil.experiments.side_by_side import PARTS_FOLDER
 __all__ = [
     "CHECKPOINT_FILE",
     "PARTS_FOLDER",
+    "REFERENCE_SHAPES",
+    "REFERENCE_UNITS",
     "TEARDOWN_S",
     "EmbeddedAntenna",
     "Experiment",
@@ -22,6 +27,7 @@ __all__ = [
     "Margins",
     "Outcome",
     "Pair",
+    "Plan",
     "ProgressSink",
     "Row",
     "Signals",
@@ -33,6 +39,7 @@ __all__ = [
     "embedded_model_of",
     "experiment_of_file",
     "frequency_response",
+    "load_plan",
     "margins_of",
     "move_to",
     "pair_of",

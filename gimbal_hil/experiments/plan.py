@@ -219,7 +219,8 @@ def _in_own_words(refusal: BadInputError, document: dict[str, Any], axes: Sequen
         lambda found: dict(zip(AXIS_NAMES, axes, strict=True))[found[1]],
         refusal.where,
     )
-    return BadInputError(where, refusal.problem, refusal.expected)
+    others = [_in_own_words(other, document, axes) for other in refusal.others]
+    return BadInputError(where, refusal.problem, refusal.expected, others)
 
 
 def _by_place(document: dict[str, Any], axes: Sequence[str]) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from gimbal_hil.runs.disk import Retention
 from gimbal_hil.runs.frame_columns import MessageColumns, columns_of
 from gimbal_hil.runs.frame_export import Progress, export_blf, export_mcap, export_mf4
 from gimbal_hil.runs.growing import GrowingLog
-from gimbal_hil.runs.header import RunEnd, RunHeader, RunRecord, read_header, wall_clock_utc
+from gimbal_hil.runs.header import RUN_FILE, RunEnd, RunHeader, RunRecord, read_header, wall_clock_utc
 from gimbal_hil.runs.integrity import content_hash
 from gimbal_hil.runs.log_damage import damage_of
 from gimbal_hil.runs.reader import Run, is_run_folder, open_run
@@ -26,6 +26,7 @@ from gimbal_hil.runs.writer import RunWriter
 __all__ = [
     "AXES",
     "FRAME_ROW",
+    "RUN_FILE",
     "TICK_ROW",
     "Difference",
     "Event",

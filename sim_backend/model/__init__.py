@@ -1,7 +1,7 @@
 """Model files: read, checked, changed, written, and turned into the plant's arrays."""
 
 from sim_backend.model.arrays import THESIS_BASE_CASES, PlantArrays, lag_decay, plant_arrays, put_friction
-from sim_backend.model.file import Kind, Motion, Quantity
+from sim_backend.model.file import Kind, ModelFile, Motion, Quantity
 from sim_backend.model.model import AntennaModel, EffectEntry, load_model, model_from_document
 from sim_backend.model.numbers import ENDLESS, NUMBER_AT, Block
 from sim_backend.model.shipped import shipped_model, shipped_model_path
@@ -14,6 +14,7 @@ __all__ = [
     "Block",
     "EffectEntry",
     "Kind",
+    "ModelFile",
     "Motion",
     "PlantArrays",
     "Quantity",

@@ -16,7 +16,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from firmware_protocol.documents import yaml_text
+from firmware_protocol.documents import Refusals, yaml_text
 from firmware_protocol.errors import BadInputError
 from sim_backend.effects import Effect, effect_named
 from sim_backend.model.file import PARENT, EffectSection, Kind, ModelFile, Quantity, read_document, validated
@@ -214,23 +214,30 @@ def model_from_document(document: dict[str, Any], where: str) -> AntennaModel:
         )
     numbers: dict[tuple[str, str], Quantity] = {}
     tables: dict[str, tuple[tuple[float, ...], ...]] = {}
+    refusals = Refusals()
     for axis, section in file.axes.items():
         section = {key: value for key, value in section.items() if key != PARENT}
         friction = section.get("friction")
         if isinstance(friction, dict) and "over_temperature" in friction:
             friction = dict(friction)
-            tables[axis] = temperature_table(
-                friction.pop("over_temperature"), f"{where}: axes.{axis}.friction.over_temperature"
-            )
+            with refusals.kept():
+                place = f"{where}: axes.{axis}.friction.over_temperature"
+                tables[axis] = temperature_table(friction.pop("over_temperature"), place)
             section = {**section, "friction": friction}
-        numbers.update(_axis_numbers(section, axis, file, where))
+        with refusals.kept():
+            numbers.update(_axis_numbers(section, axis, file, where))
+    refusals.settle()
     if tables and len({len(table) for table in tables.values()} | ({0} if len(tables) < len(file.axes) else set())) > 1:
         raise BadInputError(
             f"{where}: axes",
             "friction tables over temperature differ in length",
             "the same number of rows on every axis",
         )
-    effects = tuple(_effect_entry(entry, i, file, where) for i, entry in enumerate(file.effects))
+    effects: tuple[EffectEntry, ...] = ()
+    for index, entry_section in enumerate(file.effects):
+        with refusals.kept():
+            effects += (_effect_entry(entry_section, index, file, where),)
+    refusals.settle()
     model = AntennaModel(file, document, where, numbers, effects, tables)
     for given, entry in zip(file.effects, effects, strict=True):
         for parameter in entry.effect.parameters:
@@ -243,8 +250,11 @@ def model_from_document(document: dict[str, Any], where: str) -> AntennaModel:
                     uncertainty=Uncertainty(entry.uncertainty(parameter.name), False),
                 )
     for axis in file.axes:
-        check_body(numbers, axis, file, where)
-        check_friction(numbers, axis, where)
+        with refusals.kept():
+            check_body(numbers, axis, file, where)
+        with refusals.kept():
+            check_friction(numbers, axis, where)
+    refusals.settle()
     return model
 
 
@@ -266,15 +276,17 @@ def _in_its_section(document: dict[str, Any]) -> dict[str, Any]:
 def _axis_numbers(section: dict[str, Any], axis: str, file: ModelFile, where: str) -> dict[tuple[str, str], Quantity]:
     given = dict(_leaves(section, ""))
     found: dict[tuple[str, str], Quantity] = {}
+    refusals = Refusals()
     for path, raw in given.items():
         place = f"{where}: axes.{axis}.{path}"
-        if path not in NUMBER_AT:
-            near = difflib.get_close_matches(path, NUMBER_AT, 1)
-            raise BadInputError(
-                place, "unknown key", f"{near[0]!r} perhaps" if near else "a number of the model schema"
-            )
-        number = NUMBER_AT[path]
-        found[axis, path] = _quantity(raw, place, number.unit_for(file.kind is Kind.LINEAR), number.low, number.high)
+        with refusals.kept():
+            if path not in NUMBER_AT:
+                near = difflib.get_close_matches(path, NUMBER_AT, 1)
+                expected = f"{near[0]!r} perhaps" if near else "a number of the model schema"
+                raise BadInputError(place, "unknown key", expected)
+            number = NUMBER_AT[path]
+            found[axis, path] = _quantity(raw, place, number.unit_for(file.kind is Kind.LINEAR), number.low, number.high)
+    refusals.settle()
     for number in AXIS_NUMBERS:
         if (axis, number.path) not in found:
             found[axis, number.path] = Quantity(

@@ -1,0 +1,7 @@
+"""Files that people write, recognised and checked by the loaders that read them in earnest; their JSON schemas."""
+
+from gimbal_hil.checking.checks import Checked, check_files
+from gimbal_hil.checking.kinds import FileKind, kind_of
+from gimbal_hil.checking.schemas import SCHEMA_KINDS, SCHEMA_LINE, schema_of, schema_text
+
+__all__ = ["SCHEMA_KINDS", "SCHEMA_LINE", "Checked", "FileKind", "check_files", "kind_of", "schema_of", "schema_text"]

@@ -1,0 +1,153 @@
+"""Checks files by the loaders that read them in earnest, and tells everything that is wrong with each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from firmware_protocol.errors import BadInputError, GimbalHilError
+from gimbal_hil.checking.kinds import FileKind, kind_of
+from gimbal_hil.experiments import embedded_model_of, load_plan
+from gimbal_hil.runs import open_run
+from gimbal_hil.settings import EmbeddedAntenna, load_settings
+from gimbal_hil.signals import read_signals
+from sim_backend.carrying import INNER, OUTER
+from sim_backend.model import load_model
+
+#: keys of a plan's segment that hold a table and are no axis
+_NO_AXES = ("guards", "meaning")
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What was found out about one file: its kind, what it holds in one line, and everything that is wrong with it."""
+
+    path: Path
+    kind: FileKind
+    text: str
+    faults: tuple[GimbalHilError, ...] = ()
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "file": str(self.path),
+            "kind": self.kind.value,
+            "good": not self.faults,
+            "text": self.text,
+            "faults": [
+                {"where": fault.where, "problem": fault.problem, "expected": fault.expected}
+                if isinstance(fault, BadInputError)
+                else {"where": str(self.path), "problem": str(fault), "expected": ""}
+                for fault in self.faults
+            ],
+        }
+
+
+def check_files(paths: Sequence[Path], axes: Sequence[str] = ()) -> list[Checked]:
+    """Check each file; BadInputError only for one that is not there or of no kind that is known.
+
+    Plans and tables call axes by names that they do not declare: those of `axes`, else those of a model or configuration
+    among the files, else any.
+    """
+    kinds = [kind_of(path) for path in paths]
+    named = tuple(axes) or _declared(kinds)
+    return [_checked(path, kind, document, named) for path, (kind, document) in zip(paths, kinds, strict=True)]
+
+
+def _declared(kinds: Sequence[tuple[FileKind, dict[str, Any]]]) -> tuple[str, ...]:
+    for kind, document in kinds:
+        section = document.get("axes")
+        if kind in (FileKind.MODEL, FileKind.CONFIGURATION) and isinstance(section, dict):
+            return _carrying_first(section)
+    return ()
+
+
+def _carrying_first(axes: dict[str, Any]) -> tuple[str, ...]:
+    def is_carried(name: str) -> bool:
+        return isinstance(axes[name], dict) and "parent" in axes[name]
+
+    return tuple(sorted(axes, key=is_carried))
+
+
+def _checked(path: Path, kind: FileKind, document: dict[str, Any], axes: tuple[str, ...]) -> Checked:
+    try:
+        return Checked(path, kind, _LOOKS[kind](path, document, axes))
+    except BadInputError as refusal:
+        return Checked(path, kind, "", (_alone(refusal), *refusal.others) if refusal.others else (refusal,))
+    except GimbalHilError as error:
+        return Checked(path, kind, "", (error,))
+
+
+def _alone(refusal: BadInputError) -> BadInputError:
+    """The first of several without the words that count the others."""
+    return BadInputError(refusal.where, refusal.problem.rpartition(" (and ")[0], refusal.expected)
+
+
+def _configuration(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> str:
+    settings = load_settings(path)
+    if isinstance(settings.link, EmbeddedAntenna):
+        model, _ = embedded_model_of(settings)
+        settings = settings.for_axes(model.axes, model.where)
+        place = f"the virtual antenna {model.name}"
+    else:
+        place = f"a {settings.link.kind} link"
+    return f"{settings.rate_hz:g} Hz, {place}, axes {' and '.join(settings.axis_names)}"
+
+
+def _model(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> str:
+    model = load_model(path)
+    effects = ", ".join(f"{entry.effect.name} on {entry.axis}" for entry in model.effects) or "no effects"
+    return f"{model.name}, {model.kind.value}, axes {' and '.join(model.axes)}, {effects}"
+
+
+def _plan(path: Path, document: dict[str, Any], axes: tuple[str, ...]) -> str:
+    names = _two(axes or _named_in(document))
+    plan = load_plan(path, names)
+    # what only shows when the plan is made into what the host follows: shapes that are too long, targets that are none
+    plan.host_segments(1000.0)
+    said = f"{plan.name}, {plan.laps * len(plan.segments)} segments, {plan.longest_s:g} s at most"
+    return said if axes else f"{said}; axes {' and '.join(names)}, which the antenna must have"
+
+
+def _two(axes: Sequence[str]) -> tuple[str, str]:
+    first, second = (*axes, *(name for name in (OUTER, INNER) if name not in axes))[:2]
+    return first, second
+
+
+def _named_in(document: dict[str, Any]) -> tuple[str, ...]:
+    """The tables in a plan's segments that are no key of a segment: its axes, in the order in which they appear."""
+    segments = document.get("segments")
+    names = [
+        key
+        for segment in (segments if isinstance(segments, list) else ())
+        if isinstance(segment, dict)
+        for key, value in segment.items()
+        if isinstance(value, dict) and key not in _NO_AXES
+    ]
+    found = tuple(dict.fromkeys(names))
+    return (OUTER, INNER) if set(found) <= {OUTER, INNER} or len(found) > 2 else found
+
+
+def _signals(path: Path, _document: dict[str, Any], axes: tuple[str, ...]) -> str:
+    if not axes:
+        raise BadInputError(str(path), "axes are not known", "--axes NAME,NAME, or the model file beside it")
+    table = read_signals(path, axes)
+    notes = "".join(f"; {note}" for note in table.notes)
+    return f"{len(table)} rows at {1.0 / table.period_s:g} Hz, axes {' and '.join(axes)}{notes}"
+
+
+def _run(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> str:
+    run = open_run(path)
+    header = run.record.header
+    return f"{header.title or 'run'}, {len(run.ticks)} ticks at {1e9 / header.period_ns:g} Hz, axes {' and '.join(header.axes)}"
+
+
+_LOOKS = {
+    FileKind.CONFIGURATION: _configuration,
+    FileKind.MODEL: _model,
+    FileKind.PLAN: _plan,
+    FileKind.SIGNALS: _signals,
+    FileKind.RUN: _run,
+}
