@@ -48,8 +48,8 @@ class Checked:
 def check_files(paths: Sequence[Path], axes: Sequence[str] = ()) -> list[Checked]:
     """Check each file; BadInputError only for one that is not there or of no kind that is known.
 
-    Plans and tables call axes by names that they do not declare: those of `axes`, else those of a model or configuration
-    among the files, else any.
+    Plans and tables call axes by names that they do not declare: those of `axes`, else those of a model or
+    configuration among the files, else any.
     """
     kinds = [kind_of(path) for path in paths]
     named = tuple(axes) or _declared(kinds)
@@ -141,7 +141,8 @@ def _signals(path: Path, _document: dict[str, Any], axes: tuple[str, ...]) -> st
 def _run(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> str:
     run = open_run(path)
     header = run.record.header
-    return f"{header.title or 'run'}, {len(run.ticks)} ticks at {1e9 / header.period_ns:g} Hz, axes {' and '.join(header.axes)}"
+    rate_hz, axes = 1e9 / header.period_ns, " and ".join(header.axes)
+    return f"{header.title or 'run'}, {len(run.ticks)} ticks at {rate_hz:g} Hz, axes {axes}"
 
 
 _LOOKS = {

@@ -51,7 +51,7 @@ def kind_of(path: Path) -> tuple[FileKind, dict[str, Any]]:
 
 
 def _has_loops(document: dict[str, Any]) -> bool:
-    """Whether its axes have what only a configuration gives them; such a file may leave everything else at its default."""
+    """Whether its axes have what only a configuration gives them; such a file may leave out everything else."""
     axes = document.get("axes")
     sections = axes.values() if isinstance(axes, dict) else ()
     return any(isinstance(section, dict) and {"rate_loop", "position_loop"} & section.keys() for section in sections)

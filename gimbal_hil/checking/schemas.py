@@ -23,7 +23,10 @@ SCHEMA_LINE = "# yaml-language-server: $schema={path}\n"
 _DRAFT = "https://json-schema.org/draft/2020-12/schema"
 _UNCERTAINTY: Schema = {
     "description": "one standard deviation: in the number's unit, or relative as in 10%",
-    "anyOf": [{"type": "number", "minimum": 0}, {"type": "string", "pattern": r"^\s*[0-9.]+([eE][+-]?[0-9]+)?\s*%\s*$"}],
+    "anyOf": [
+        {"type": "number", "minimum": 0},
+        {"type": "string", "pattern": r"^\s*[0-9.]+([eE][+-]?[0-9]+)?\s*%\s*$"},
+    ],
 }
 _TITLES = {
     FileKind.CONFIGURATION: "gimbal-hil configuration",

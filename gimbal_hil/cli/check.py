@@ -18,7 +18,7 @@ def command(
     ] = None,
     axes: Annotated[
         str | None,
-        typer.Option(metavar="NAME,NAME", help="Axes of plans and tables; else those of a model or configuration here."),
+        typer.Option(metavar="NAME,NAME", help="Axes of plans and tables; else those of a model here."),
     ] = None,
     schema: Annotated[
         str | None,

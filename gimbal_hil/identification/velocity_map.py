@@ -201,10 +201,12 @@ def _jitter(plateau: Plateau, window: SteadyWindow) -> float:
 
 
 def rate_jitter(time_s: Vector, position: Vector) -> float:
-    """How much the rate of a steady motion fluctuates, rms, from the encoder alone, both (n,): for those who know no inertia.
+    """How much the rate of a steady motion fluctuates, rms, from the encoder alone, both (n,): for those who know no
+    inertia.
 
-    The scatter of travels of 10 ms (of a row where rows are longer: too little then) less what the encoder's step makes of it: the
-    smallest difference between two travels of one row. Zero where fewer than fifty travels of 10 ms are there.
+    The scatter of travels of 10 ms (of a row where rows are longer: too little then) less what the encoder's step makes
+    of it: the smallest difference between two travels of one row. Zero where fewer than fifty travels of 10 ms are
+    there.
     """
     period = float(np.median(np.diff(time_s)))
     rows = max(1, round(_JITTER_S / period))

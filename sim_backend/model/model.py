@@ -285,7 +285,8 @@ def _axis_numbers(section: dict[str, Any], axis: str, file: ModelFile, where: st
                 expected = f"{near[0]!r} perhaps" if near else "a number of the model schema"
                 raise BadInputError(place, "unknown key", expected)
             number = NUMBER_AT[path]
-            found[axis, path] = _quantity(raw, place, number.unit_for(file.kind is Kind.LINEAR), number.low, number.high)
+            unit = number.unit_for(file.kind is Kind.LINEAR)
+            found[axis, path] = _quantity(raw, place, unit, number.low, number.high)
     refusals.settle()
     for number in AXIS_NUMBERS:
         if (axis, number.path) not in found:

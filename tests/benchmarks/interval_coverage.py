@@ -67,7 +67,8 @@ def said(name: str, errors: list[float]) -> str:
     rms = float(np.sqrt(np.mean(np.square(errors))))
     share = 100.0 * holds / len(errors)
     worst = max(errors, key=abs)
-    return f"{name:<18}{holds:>4} of {len(errors):<4} hold ({share:.0f} %), rms {rms:.2f}, worst {worst:+.2f} half widths"
+    hold = f"{holds:>4} of {len(errors):<4} hold ({share:.0f} %)"
+    return f"{name:<18}{hold}, rms {rms:.2f}, worst {worst:+.2f} half widths"
 
 
 def main() -> None:

@@ -72,9 +72,12 @@ def test_all_that_is_wrong_with_a_configuration_is_told_at_once_as_json(
     assert all("(and" not in fault["problem"] for fault in faults)
 
 
-def test_a_configuration_whose_model_has_other_axes_is_wrong(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_configuration_whose_model_has_other_axes_is_wrong(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     document = yaml_mapping(CONFIGURATION.read_text(), "x", "y")
-    document["axes"] = {"azimuth": document["axes"]["outer"], "elevation": document["axes"]["inner"] | {"parent": "azimuth"}}
+    outer, inner = document["axes"].values()
+    document["axes"] = {"azimuth": outer, "elevation": inner | {"parent": "azimuth"}}
     file = tmp_path / "antenna.yaml"
     file.write_text(yaml_text(document))
     code, out, _ = ask(capsys, str(file))
@@ -85,7 +88,9 @@ def test_a_plan_is_checked_against_the_axes_of_the_model_beside_it(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     model, plan = tmp_path / "model.yaml", tmp_path / "plan.yaml"
-    model.write_text(THESIS.read_text().replace("  outer:\n", "  azimuth:\n").replace("parent: outer", "parent: azimuth"))
+    model.write_text(
+        THESIS.read_text().replace("  outer:\n", "  azimuth:\n").replace("parent: outer", "parent: azimuth")
+    )
     plan.write_text(PLAN.read_text().replace("outer: {mode", "azimuth: {mode"))
     code, out, _ = ask(capsys, str(plan), str(model))
     assert code == 0, out

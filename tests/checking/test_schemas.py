@@ -1,4 +1,4 @@
-"""JSON schemas: they ship, they are those that the models give, they take what the loaders take and refuse typing errors."""
+"""JSON schemas: they ship, are those that the models give, take what the loaders take, refuse typing errors."""
 
 from __future__ import annotations
 

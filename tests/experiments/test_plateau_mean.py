@@ -21,7 +21,11 @@ def _pass(speed: float, sign: int, friction: float, slope: float) -> dict[str, n
     noise = np.random.default_rng(3).normal(0.0, 1e-6, len(time_s))
     # what a loop gives it takes back in the next row
     torque = held + np.diff(noise, prepend=0.0)
-    return {"time_s": time_s, "outer.position": np.round(position / ENCODER_STEP) * ENCODER_STEP, "outer.torque": torque}
+    return {
+        "time_s": time_s,
+        "outer.position": np.round(position / ENCODER_STEP) * ENCODER_STEP,
+        "outer.torque": torque,
+    }
 
 
 def _pair(speed: float, slope: float) -> Pair:

@@ -245,7 +245,15 @@ def _numbers(curve: StaticFit) -> Table:
 
 
 def _table(axis: str, pairs: Sequence[Pair]) -> Table:
-    header = ("Speed [rad/s]", "Friction [mN m]", "± [µN m]", "Positional [mN m]", "Jitter [µrad/s]", "Passes", "Steady")
+    header = (
+        "Speed [rad/s]",
+        "Friction [mN m]",
+        "± [µN m]",
+        "Positional [mN m]",
+        "Jitter [µrad/s]",
+        "Passes",
+        "Steady",
+    )
     rows = [
         (
             f"{pair.speed_rad_s:.5f}",
