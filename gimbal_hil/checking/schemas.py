@@ -40,12 +40,24 @@ SCHEMA_KINDS = tuple(_TITLES)
 def schema_of(kind: FileKind) -> Schema:
     """The schema of a kind of YAML file; KeyError for kinds that are no YAML."""
     made = {FileKind.CONFIGURATION: _of_configuration, FileKind.MODEL: _of_model, FileKind.PLAN: _of_plan}[kind]()
-    return {"$schema": _DRAFT, **made, "title": _TITLES[kind]}
+    return {"$schema": _DRAFT, **_in_one_line(made), "title": _TITLES[kind]}
 
 
 def schema_text(kind: FileKind) -> str:
     """The schema as a file holds it."""
     return json.dumps(schema_of(kind), indent=1, ensure_ascii=False) + "\n"
+
+
+def _in_one_line(schema: Any) -> Any:
+    """Descriptions without the line breaks of the docstrings that they come from."""
+    if isinstance(schema, list):
+        return [_in_one_line(one) for one in schema]
+    if not isinstance(schema, dict):
+        return schema
+    return {
+        key: " ".join(one.split()) if key == "description" and isinstance(one, str) else _in_one_line(one)
+        for key, one in schema.items()
+    }
 
 
 def _of_configuration() -> Schema:
