@@ -2,7 +2,7 @@
 
 from gimbal_hil.control import layout
 from gimbal_hil.control.cascade import axis_torque, enter_mode
-from gimbal_hil.control.compensation import base_rates, friction_torque, gravity_torques, has_moments
+from gimbal_hil.control.compensation import base_rates, friction_torque, gravity_in_base, gravity_torques, has_moments
 from gimbal_hil.control.layout import AntiWindup, Mode
 from gimbal_hil.control.pi import clamp, next_integral
 
@@ -14,6 +14,7 @@ __all__ = [
     "clamp",
     "enter_mode",
     "friction_torque",
+    "gravity_in_base",
     "gravity_torques",
     "has_moments",
     "layout",

@@ -12,7 +12,7 @@ import numpy as np
 
 from firmware_protocol.compiling import compiled
 from firmware_protocol.elementary import sine_cosine
-from gimbal_hil.control.layout import COULOMB, MOMENT_X, MOMENT_Y, MOMENT_Z, SIGN_WIDTH, VISCOUS
+from gimbal_hil.control.layout import COULOMB, SIGN_WIDTH, VISCOUS
 
 GRAVITY_M_S2 = 9.81
 
@@ -36,27 +36,34 @@ def friction_torque(joint_rate: float, C: np.ndarray, c: int) -> float:
 
 @compiled
 def has_moments(C: np.ndarray, outer: int, inner: int) -> bool:
-    """Whether gravity compensation is configured on either body."""
+    """Whether there are moments of either body at `outer` and `inner` in C."""
     total = 0.0
-    for k in range(MOMENT_X, MOMENT_Z + 1):
+    for k in range(3):
         total += abs(C[outer + k]) + abs(C[inner + k])
     return total > 0.0
 
 
 @compiled
+def gravity_in_base(roll: float, pitch: float) -> tuple[float, float, float]:
+    """Gravity (m/s^2) in base axes."""
+    (sr, cr), (sp, cp) = sine_cosine(roll), sine_cosine(pitch)
+    return GRAVITY_M_S2 * sp, -GRAVITY_M_S2 * cp * sr, -GRAVITY_M_S2 * cp * cr
+
+
+@compiled
 def gravity_torques(
-    azimuth: float, elevation: float, roll: float, pitch: float, C: np.ndarray, outer: int, inner: int
+    azimuth: float, elevation: float, gravity: tuple[float, float, float], C: np.ndarray, outer: int, inner: int
 ) -> tuple[float, float]:
-    """Torques (N m) that hold both bodies' unbalance; the moments (kg m, mass times centre of gravity) are in each
-    body's axes.
+    """Torques (N m) that hold both bodies' unbalance against `gravity` (m/s^2, base axes, an acceleration of the pivot taken off).
+
+    The moments (kg m, mass times centre of gravity, in each body's axes) are three numbers each at `outer` and `inner` in C.
     """
     (sa, ca), (se, ce) = sine_cosine(azimuth), sine_cosine(elevation)
-    (sr, cr), (sp, cp) = sine_cosine(roll), sine_cosine(pitch)
-    bx, by, gz = GRAVITY_M_S2 * sp, -GRAVITY_M_S2 * cp * sr, -GRAVITY_M_S2 * cp * cr
+    bx, by, gz = gravity
     gx, gy = ca * bx + sa * by, ca * by - sa * bx
     # inner moment turned into the outer axes
-    ix, iy, iz = C[inner + MOMENT_X], C[inner + MOMENT_Y], C[inner + MOMENT_Z]
+    ix, iy, iz = C[inner], C[inner + 1], C[inner + 2]
     x, z = ce * ix + se * iz, ce * iz - se * ix
     load_inner = z * gx - x * gz
-    load_outer = (C[outer + MOMENT_X] + x) * gy - (C[outer + MOMENT_Y] + iy) * gx
+    load_outer = (C[outer] + x) * gy - (C[outer + 1] + iy) * gx
     return float(-load_outer), float(-load_inner)

@@ -6,7 +6,7 @@ import numpy as np
 
 from firmware_protocol.compiling import compiled
 from gimbal_hil.control import axis_torque, enter_mode, friction_torque, gravity_torques, has_moments
-from gimbal_hil.control.layout import LOOP_ERROR, LOOP_REFERENCE, TORQUE, Mode
+from gimbal_hil.control.layout import LOOP_ERROR, LOOP_REFERENCE, MOMENT_X, TORQUE, Mode
 from gimbal_hil.host.following import set_references, stopping_reference, wanted_mode
 from gimbal_hil.host.layout import (
     AXES,
@@ -16,7 +16,7 @@ from gimbal_hil.host.layout import (
     AXIS_G_SIZE,
     AXIS_H,
     AXIS_H_SIZE,
-    BASE_ANGLES,
+    BASE_GRAVITY,
     BASE_RATE,
     BRAKING_RAD_S2,
     FEEDFORWARD,
@@ -32,7 +32,8 @@ from gimbal_hil.host.limits import joint_rate, rates_towards_limits
 from gimbal_hil.host.states import number
 
 _OFF, _RATE, _POSITION = number(Mode.OFF), number(Mode.RATE), number(Mode.POSITION)
-_INNER_H, _INNER_C = AXIS_H + AXIS_H_SIZE, AXIS_C + AXIS_C_SIZE
+_INNER_H = AXIS_H + AXIS_H_SIZE
+_MOMENTS = (AXIS_C + MOMENT_X, AXIS_C + AXIS_C_SIZE + MOMENT_X)
 
 
 @compiled
@@ -82,15 +83,14 @@ def let_go(H: np.ndarray, G: np.ndarray) -> None:
 @compiled
 def _set_gravity(H: np.ndarray, C: np.ndarray) -> None:
     outer, inner = 0.0, 0.0
-    if has_moments(C, AXIS_C, _INNER_C):
+    if has_moments(C, _MOMENTS[0], _MOMENTS[1]):
         outer, inner = gravity_torques(
             H[AXIS_H + MEASURED_POSITION],
             H[_INNER_H + MEASURED_POSITION],
-            H[BASE_ANGLES],
-            H[BASE_ANGLES + 1],
+            (H[BASE_GRAVITY], H[BASE_GRAVITY + 1], H[BASE_GRAVITY + 2]),
             C,
-            AXIS_C,
-            _INNER_C,
+            _MOMENTS[0],
+            _MOMENTS[1],
         )
     H[AXIS_H + FEEDFORWARD], H[_INNER_H + FEEDFORWARD] = outer, inner
 

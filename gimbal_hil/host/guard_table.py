@@ -143,6 +143,12 @@ DRIVE_GUARDS = (
         "sensors_that_contradict_each_other_are_a_fault",
     ),
     DriveGuard(
+        FaultCode.RUNAWAY,
+        "momentum gained is not the torque's, beyond the heaviest weight and friction, over 30 ms",
+        "winding shorted, brake",
+        "a_motor_that_turns_the_wrong_way_is_a_fault",
+    ),
+    DriveGuard(
         FaultCode.OVERTEMPERATURE,
         "winding above 120 degC",
         "winding shorted, brake",
@@ -177,7 +183,7 @@ DRIVE_GUARDS = (
 NO_GUARD = {
     Cause.NONE, Cause.OPERATOR, Cause.DURATION, Cause.END_CONDITION, Cause.REPLACED, Cause.NOT_READY,
 }  # fmt: skip
-NOT_IN_THE_VIRTUAL_ANTENNA = {FaultCode.SENSOR_STUCK, FaultCode.RUNAWAY, FaultCode.HOLDING_BRAKE}
+NOT_IN_THE_VIRTUAL_ANTENNA = {FaultCode.SENSOR_STUCK, FaultCode.HOLDING_BRAKE}
 
 _HEAD = """# Guards
 

@@ -29,8 +29,10 @@ PINNED_NAME, PINNED_SERIAL = 16, 17
 #: gyro against encoder over a window: share of the past kept, share of the path that they may differ by; motion against
 #: torque: likewise
 DRIFT_KEPT, DRIFT_SHARE, MOMENTUM_KEPT, MODEL_SHARE = range(18, 22)
+#: time that a torque may act late (s); whether the weight of the bodies is expected
+LATE_S, EXPECTS_WEIGHT = 22, 23
 #: one block per axis: the control law's parameters, then the supervisor's limits
-AXIS_C = 22
+AXIS_C = 24
 (
     POSITION_LOW,  # soft limits of the joint (rad), -inf and inf without
     POSITION_HIGH,
@@ -47,17 +49,20 @@ AXIS_C = 22
     MAX_DRIFT,  # gyro against encoder over the window (rad)
     STUCK_TICKS,  # samples in a row after which a gyro that has noise is stuck, 0 for a gyro that may repeat itself
     EXPECTED_INERTIA,  # of the axis (kg m2), 0 for no guard on motion against torque
-    DISTURBANCE,  # impulse within that guard's window which is not the torque's (N m s)
-) = range(CONTROL_PARAMETERS, CONTROL_PARAMETERS + 16)
-AXIS_C_SIZE = CONTROL_PARAMETERS + 16
+    DISTURBANCE,  # impulse within that guard's window which is neither the torque's nor the weight's (N m s)
+    EXPECTED_MOMENT,  # mass times centre of gravity of the axis' body, in its axes: x, y, z (kg m)
+) = range(CONTROL_PARAMETERS, CONTROL_PARAMETERS + 17)
+AXIS_C_SIZE = CONTROL_PARAMETERS + 19
 C_SIZE = AXIS_C + AXES * AXIS_C_SIZE
 
 # --- H: state
 #: base as last heard: roll, pitch, yaw (rad), p, q, r (rad/s), acceleration of the pivot without gravity (m/s^2), in
 #: base axes
 BASE_ANGLES, BASE_RATES, BASE_ACCELERATION = 0, 3, 6
+#: what pulls at a body on this base: gravity less the pivot's acceleration (m/s^2), in base axes
+BASE_GRAVITY = 9
 #: one block per axis: the control law's state, then what was measured and asked
-AXIS_H = 10
+AXIS_H = 12
 (
     MEASURED_POSITION,  # encoder (rad)
     MEASURED_RATE,  # gyro (rad/s)
@@ -77,10 +82,11 @@ AXIS_H = 10
     PATH,
     MOMENTUM,
     EFFORT,
+    PEAK_TORQUE,
     LAST_RATE,
     LAST_JOINT_RATE,
-) = range(CONTROL_STATES, CONTROL_STATES + 20)
-AXIS_H_SIZE = CONTROL_STATES + 20
+) = range(CONTROL_STATES, CONTROL_STATES + 21)
+AXIS_H_SIZE = CONTROL_STATES + 21
 H_SIZE = AXIS_H + AXES * AXIS_H_SIZE
 
 # --- G: state

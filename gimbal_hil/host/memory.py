@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from firmware_protocol.block_codec import new_counters, new_receivers
 from firmware_protocol.schema import MAIL_SIZE, TORQUE_STEP_NM
+from gimbal_hil.control.compensation import GRAVITY_M_S2
 from gimbal_hil.host import layout
 from gimbal_hil.host.reception import NEVER
 from gimbal_hil.host.states import LinkStatus
@@ -66,6 +67,8 @@ def new_memory(configuration: NDArray[np.float64]) -> HostMemory:
     G[layout.FEEDBACK_AGE] = G[layout.BASE_AGE] = NEVER
     G[layout.LINK_STATUS] = int(LinkStatus.LOST)
     G[layout.SENT_CONTROL] = G[layout.SEGMENT] = G[layout.TICK_SEGMENT] = G[layout.LAST_TICK] = -1
+    # a base that was never heard is level
+    memory.H[layout.BASE_GRAVITY + 2] = -GRAVITY_M_S2
     for axis in range(layout.AXES):
         memory.H[layout.axis_h(axis) + layout.TORQUE_STEP] = TORQUE_STEP_NM
     memory.receivers[:], memory.C[:] = _RECEIVERS, configuration

@@ -10,6 +10,7 @@ import numpy as np
 
 from firmware_protocol import mail as m
 from firmware_protocol.compiling import compiled
+from gimbal_hil.control import gravity_torques
 from gimbal_hil.control.layout import TORQUE
 from gimbal_hil.host.layout import (
     AXES,
@@ -19,6 +20,7 @@ from gimbal_hil.host.layout import (
     AXIS_G_SIZE,
     AXIS_H,
     AXIS_H_SIZE,
+    BASE_GRAVITY,
     BASE_RATE,
     DEBOUNCE_TICKS,
     DEVICE_TICK,
@@ -29,12 +31,15 @@ from gimbal_hil.host.layout import (
     EFFORT,
     ENCODER_SAME,
     EXPECTED_INERTIA,
+    EXPECTED_MOMENT,
+    EXPECTS_WEIGHT,
     GYRO_QUIET_CHANGES,
     GYRO_QUIET_TICKS,
     GYRO_SAME,
     LAST_JOINT_RATE,
     LAST_POSITION,
     LAST_RATE,
+    LATE_S,
     MAX_DRIFT,
     MEASURED_POSITION,
     MEASURED_RATE,
@@ -43,6 +48,7 @@ from gimbal_hil.host.layout import (
     MOMENTUM,
     MOMENTUM_KEPT,
     PATH,
+    PEAK_TORQUE,
     REST_RATE,
     STATUS_SAME,
     STEP_S,
@@ -55,6 +61,8 @@ _FROZEN, _RUNAWAY = number(Cause.FEEDBACK_FROZEN), number(Cause.RUNAWAY)
 #: a gyro with noise is known by it: it changed in half of at least so many samples taken at rest without torque;
 #: counting ends
 _QUIET_LEAST, _QUIET_MOST = 10, 10000
+_INNER = AXIS_H + AXIS_H_SIZE
+_MOMENTS = (AXIS_C + EXPECTED_MOMENT, AXIS_C + AXIS_C_SIZE + EXPECTED_MOMENT)
 
 
 @compiled
@@ -70,30 +78,31 @@ def watch_sensors(H: np.ndarray, G: np.ndarray, C: np.ndarray, begin: bool, tick
     """Take in a fresh sample, `ticks` after the one before; `begin` when there was none for long. Call before
     LAST_POSITION moves on.
 
-    DRIFT: what encoder and gyro have moved apart (rad), forgotten with the window's time constant; PATH: how far the
-    axis went meanwhile. MOMENTUM: what the axis gained beyond the impulse of its torque (N m s), EFFORT: the size of
-    that impulse, both over a short window.
+    DRIFT: what encoder and gyro have moved apart (rad), forgotten with the window's time constant; PATH: how far the axis went meanwhile.
+    MOMENTUM: what the axis gained beyond the impulse of its torque and its weight (N m s), EFFORT: the size of the torque's impulse,
+    PEAK_TORQUE: its largest size, all over a short window.
     """
     dt = C[STEP_S] * ticks
+    weights = _weights(H, G, C)
     for axis in range(AXES):
         h, c, g = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE, AXIS_G + axis * AXIS_G_SIZE
         rate = H[h + MEASURED_RATE]
         joint = rate - H[h + BASE_RATE]
         if begin:
-            H[h + DRIFT] = H[h + PATH] = H[h + MOMENTUM] = H[h + EFFORT] = 0.0
+            H[h + DRIFT] = H[h + PATH] = H[h + MOMENTUM] = H[h + EFFORT] = H[h + PEAK_TORQUE] = 0.0
             G[g + GYRO_SAME] = G[g + ENCODER_SAME] = 0
         else:
             moved, turned = H[h + MEASURED_POSITION] - H[h + LAST_POSITION], 0.5 * (joint + H[h + LAST_JOINT_RATE]) * dt
             H[h + DRIFT] = C[DRIFT_KEPT] * H[h + DRIFT] + (moved - turned)
             H[h + PATH] = C[DRIFT_KEPT] * H[h + PATH] + max(abs(moved), abs(turned))
             impulse = H[h + TORQUE] * dt
-            H[h + MOMENTUM] = C[MOMENTUM_KEPT] * H[h + MOMENTUM] + (
-                C[c + EXPECTED_INERTIA] * (rate - H[h + LAST_RATE]) - impulse
-            )
+            gained = C[c + EXPECTED_INERTIA] * (rate - H[h + LAST_RATE]) - impulse - weights[axis] * dt
+            H[h + MOMENTUM] = C[MOMENTUM_KEPT] * H[h + MOMENTUM] + gained
             H[h + EFFORT] = C[MOMENTUM_KEPT] * H[h + EFFORT] + abs(impulse)
+            H[h + PEAK_TORQUE] = max(C[MOMENTUM_KEPT] * H[h + PEAK_TORQUE], abs(H[h + TORQUE]))
             if G[g + MODE] == 0:
                 # what moves an axis that is off is not this host's torque
-                H[h + MOMENTUM] = H[h + EFFORT] = 0.0
+                H[h + MOMENTUM] = H[h + EFFORT] = H[h + PEAK_TORQUE] = 0.0
             changed = rate != H[h + LAST_RATE]
             G[g + GYRO_SAME] = 0 if changed else G[g + GYRO_SAME] + 1
             G[g + ENCODER_SAME] = 0 if moved != 0.0 else G[g + ENCODER_SAME] + 1
@@ -115,9 +124,20 @@ def implausible(H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) -> int:
     path = H[AXIS_H + PATH] + H[AXIS_H + AXIS_H_SIZE + PATH]
     if abs(H[h + DRIFT]) > C[c + MAX_DRIFT] + C[DRIFT_SHARE] * path:
         return _DRIFT
-    if C[c + EXPECTED_INERTIA] > 0.0 and abs(H[h + MOMENTUM]) > C[c + DISTURBANCE] + C[MODEL_SHARE] * H[h + EFFORT]:
-        return _RUNAWAY
-    return _NONE
+    # a torque that changes acts some ticks late
+    allowed = C[c + DISTURBANCE] + C[MODEL_SHARE] * H[h + EFFORT] + C[LATE_S] * H[h + PEAK_TORQUE]
+    return _RUNAWAY if C[c + EXPECTED_INERTIA] > 0.0 and abs(H[h + MOMENTUM]) > allowed else _NONE
+
+
+@compiled
+def _weights(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> tuple[float, float]:
+    """Torques (N m) of both bodies' weight about their axes on the base as it stands and moves; zero while nothing is under torque."""
+    if C[EXPECTS_WEIGHT] == 0.0 or (G[AXIS_G + MODE] == 0 and G[AXIS_G + AXIS_G_SIZE + MODE] == 0):
+        return 0.0, 0.0
+    gravity = (H[BASE_GRAVITY], H[BASE_GRAVITY + 1], H[BASE_GRAVITY + 2])
+    positions = H[AXIS_H + MEASURED_POSITION], H[_INNER + MEASURED_POSITION]
+    outer, inner = gravity_torques(positions[0], positions[1], gravity, C, _MOMENTS[0], _MOMENTS[1])
+    return -outer, -inner
 
 
 @compiled

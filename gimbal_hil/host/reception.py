@@ -8,7 +8,7 @@ import numpy as np
 
 from firmware_protocol import mail as m
 from firmware_protocol.compiling import compiled
-from gimbal_hil.control import base_rates
+from gimbal_hil.control import base_rates, gravity_in_base
 from gimbal_hil.host.event_ring import report
 from gimbal_hil.host.identity import forget_identity, receive_identity
 from gimbal_hil.host.layout import (
@@ -20,6 +20,7 @@ from gimbal_hil.host.layout import (
     BASE_ACCELERATION,
     BASE_AGE,
     BASE_ANGLES,
+    BASE_GRAVITY,
     BASE_LOST_TICKS,
     BASE_RATE,
     BASE_RATES,
@@ -128,6 +129,9 @@ def _receive_base(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray)
         H[BASE_ANGLES] = mail[m.BASE_ATTITUDE_ROLL] * m.BASE_ATTITUDE_ROLL_STEP
         H[BASE_ANGLES + 1] = mail[m.BASE_ATTITUDE_PITCH] * m.BASE_ATTITUDE_PITCH_STEP
         H[BASE_ANGLES + 2] = mail[m.BASE_HEADING_YAW] * m.BASE_HEADING_YAW_STEP
+        gravity = gravity_in_base(H[BASE_ANGLES], H[BASE_ANGLES + 1])
+        for k in range(3):
+            H[BASE_GRAVITY + k] = gravity[k] - H[BASE_ACCELERATION + k]
     if mail[m.BASE_ACCELERATION] > 0:
         for k in range(3):
             H[BASE_ACCELERATION + k] = mail[m.BASE_ACCELERATION_AX + k] * m.BASE_ACCELERATION_AX_STEP

@@ -54,11 +54,14 @@ def host_configuration(settings: DaemonSettings) -> NDArray[np.float64]:
         math.exp(-settings.step_s / supervisor.gyro_encoder_window_s),
         _SENSOR_SHARE,
     )
+    C[layout.LATE_S] = _LATE_TICKS * settings.step_s
     C[layout.MOMENTUM_KEPT], C[layout.MODEL_SHARE] = math.exp(-settings.step_s / _MOMENTUM_WINDOW_S), _MODEL_SHARE
     for axis, section in enumerate(settings.axes.values()):
         block = C[layout.axis_c(axis) : layout.axis_c(axis) + layout.AXIS_C_SIZE]
         _fill_law(block, section, settings.step_s)
-        _fill_limits(block, section, settings.step_s)
+        _fill_limits(block, section)
+        if section.expectation is not None and any(section.expectation.moment_kg_m):
+            C[layout.EXPECTS_WEIGHT] = 1.0
     return C
 
 
@@ -85,7 +88,7 @@ def _fill_law(block: NDArray[np.float64], axis: AxisSettings, step_s: float) -> 
     block[control.MOMENT_X : control.MOMENT_Z + 1] = forward.moment_kg_m
 
 
-def _fill_limits(block: NDArray[np.float64], axis: AxisSettings, step_s: float) -> None:
+def _fill_limits(block: NDArray[np.float64], axis: AxisSettings) -> None:
     limits = axis.limits
     turns = math.inf if limits.cable_wrap_turns is None else 2.0 * math.pi * limits.cable_wrap_turns
     block[layout.POSITION_LOW] = _or_none(limits.position_low_rad, -math.inf)
@@ -103,9 +106,8 @@ def _fill_limits(block: NDArray[np.float64], axis: AxisSettings, step_s: float) 
     )
     if axis.expectation is not None:
         block[layout.EXPECTED_INERTIA] = axis.expectation.inertia_kg_m2
-        # a torque takes some ticks to act: until then its impulse is missing
-        late = _LATE_TICKS * step_s * limits.torque_nm
-        block[layout.DISTURBANCE] = axis.expectation.disturbance_nm * _MOMENTUM_WINDOW_S + late
+        block[layout.DISTURBANCE] = axis.expectation.disturbance_nm * _MOMENTUM_WINDOW_S
+        block[layout.EXPECTED_MOMENT : layout.EXPECTED_MOMENT + 3] = axis.expectation.moment_kg_m
 
 
 def _or_none(value: float | None, otherwise: float) -> float:

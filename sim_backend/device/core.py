@@ -39,7 +39,7 @@ from sim_backend.device.sensing import (
     sample,
 )
 from sim_backend.device.spoiling import spoilt_torque
-from sim_backend.device.stopping import stop_torque, stops_by_itself
+from sim_backend.device.stopping import stop_in_force, stop_torque, stops_by_itself
 from sim_backend.layout import AXES
 from sim_backend.step import plant_tick
 
@@ -72,7 +72,7 @@ def device_tick(
     step_state(mail_in, mail_out, K, J)
     _command_torque(K, J)
     hold_axes(K, X, J)
-    plant_tick(P, K, X, (motor_torque(J, AXIS_J), motor_torque(J, _INNER)))
+    plant_tick(P, K, X, (motor_torque(K, J, AXIS_J), motor_torque(K, J, _INNER)))
     sample(P, K, X, J)
     flag_travel_and_rate(K, J)
     report_motion(mail_out, K, J)
@@ -112,9 +112,19 @@ def applied_torque(J: np.ndarray, j: int) -> float:
 
 
 @compiled
-def motor_torque(J: np.ndarray, j: int) -> float:
+def motor_torque(K: np.ndarray, J: np.ndarray, j: int) -> float:
     """Torque (N m) that its motor makes of it: another one when it was spoilt."""
-    return float(spoilt_torque(J, j, J[j + APPLIED_TORQUE]) << J[j + EXPONENT]) * m.SET_POINT_TORQUE_OUTER_STEP
+    return (
+        float(spoilt_torque(J, j, J[j + APPLIED_TORQUE], _stage_is_on(K, J)) << J[j + EXPONENT])
+        * m.SET_POINT_TORQUE_OUTER_STEP
+    )
+
+
+@compiled
+def _stage_is_on(K: np.ndarray, J: np.ndarray) -> bool:
+    """Whether the power stage makes current: not while the winding is shorted or the axis coasts."""
+    by_torque = stop_in_force(K, J) > m.STOP_REACTION_BRAKE
+    return bool(J[STATE] == m.DRIVE_STATE_OPERATION_ENABLED or (stops_by_itself(J) and by_torque))
 
 
 @compiled

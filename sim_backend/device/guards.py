@@ -31,6 +31,7 @@ from sim_backend.device.layout import (
     TRAVEL_REACTION,
     WINDING,
 )
+from sim_backend.device.runaway import runs_away
 from sim_backend.device.settings import TravelReaction
 from sim_backend.layout import AXES
 
@@ -58,6 +59,9 @@ def find_fault(K: np.ndarray, J: np.ndarray) -> tuple[int, int]:
     for axis in range(K[AXES]):
         if disagreement(J, axis) > J[MAX_DISAGREEMENT]:
             return m.FAULT_CODE_SENSORS_DISAGREE, axis
+    for axis in range(K[AXES]):
+        if runs_away(J, axis):
+            return m.FAULT_CODE_RUNAWAY, axis
     for axis in range(K[AXES]):
         if (
             J[TRAVEL_REACTION] == _FAULT_BEYOND_TRAVEL

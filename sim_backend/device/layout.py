@@ -32,6 +32,8 @@ RATE_OF_COUNT, COUNT_OF_RATE = 29, 30
 BRAKE_TICKS, NAME_CODE, SERIAL_NUMBER = range(31, 34)
 #: raw rates by which encoder and gyro may differ: more is a fault; more than the second, and no stop relies on either
 MAX_DISAGREEMENT, STOP_DISAGREEMENT = 34, 35
+#: share of momentum that is remembered from tick to tick (fraction of SCALE)
+MOMENTUM_KEPT = 36
 
 # --- one block per axis
 AXIS_J = 40
@@ -52,6 +54,10 @@ AXIS_J = 40
     BRAKE_STATE,
     BRAKE_AGE,
     SHORTED,  # whether the winding is shorted
+    MOMENTUM,  # see `runaway`: torque times ticks (fraction of SCALE), twice, then torque, then whether the axis ran away
+    EFFORT,
+    PEAK_TORQUE,
+    RAN_AWAY,
     HAS_BRAKE,  # settings from here on
     EXPONENT,  # of two, by which a raw torque counts more than TORQUE_STEP_NM
     TORQUE_LIMIT,
@@ -64,8 +70,10 @@ AXIS_J = 40
     STOP_POSITION_GAIN,
     STOP_INTEGRAL_GAIN,
     STOP_RATE_PER_TICK,  # deceleration
+    IMPULSE_OF_RATE,  # torque times ticks for a rate of one (fraction of SCALE), most impulse that is not the motor's, 0 for no guard
+    STRANGE_IMPULSE,
     ENCODER_SPOILT,  # faults given on purpose, see `spoiling`: kind, amount, ticks since, value kept
-) = range(28)
+) = range(34)
 SPOILT_SIZE = 4
 GYRO_SPOILT, MOTOR_SPOILT = ENCODER_SPOILT + SPOILT_SIZE, ENCODER_SPOILT + 2 * SPOILT_SIZE
 AXIS_J_SIZE = ENCODER_SPOILT + 3 * SPOILT_SIZE

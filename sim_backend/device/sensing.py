@@ -31,6 +31,7 @@ from sim_backend.device.layout import (
     WINDING,
     YAW,
 )
+from sim_backend.device.runaway import watch_momentum
 from sim_backend.device.spoiling import spoilt_reading
 from sim_backend.layout import (
     APPLIED,
@@ -90,7 +91,9 @@ def sample(P: np.ndarray, K: np.ndarray, X: np.ndarray, J: np.ndarray) -> None:
         # the first sample after power-up has none before it
         moved = (position - J[j + ENCODER]) * J[RATE_OF_COUNT] >> SCALE_BITS if J[TICK] > 1 else 0
         J[j + JOINT_RATE] += (moved - J[j + JOINT_RATE]) >> JOINT_RATE_SHIFT
+        before = J[j + GYRO]
         J[j + ENCODER], J[j + GYRO] = position, rate
+        watch_momentum(J, j, before)
         J[j + WINDING] = quantise(X[TEMPERATURE + axis], _HEAT_STEP, _HEAT_LOW, _HEAT_HIGH)
         J[j + SENSOR_FAULT] = _sensor_fault(position, rate)
 

@@ -26,6 +26,8 @@ WIRE_RATE_RAD_S = m.FEEDBACK_OUTER_RATE_HIGH * RATE_STEP_RAD_S
 WIRE_POSITION_RAD = m.FEEDBACK_OUTER_POSITION_HIGH * POSITION_STEP_RAD
 
 
+#: window in which the runaway guard adds up momentum
+_MOMENTUM_WINDOW_S = 0.03
 #: how stiff a holding brake is: the natural frequency of the axis on it
 _BRAKE_BANDWIDTH_RAD_S = 500.0
 
@@ -58,6 +60,8 @@ class AxisSettings:
     brake_damping: float = 0.0
     #: torque of the holding brake; 0 without one
     holding_torque_nm: float = 0.0
+    #: most torque that is not the motor's, on any base: weight, friction, coupling; more is a runaway, 0 for no such guard
+    strange_torque_nm: float = 0.0
     #: torques on the wire count `TORQUE_STEP_NM` times two to this
     torque_exponent: int = 0
 
@@ -91,6 +95,7 @@ class AxisSettings:
             self.travel_low_rad,
             "a number below travel_high_rad",
         )
+        _require(self.strange_torque_nm >= 0.0, f"{where}.strange_torque_nm", self.strange_torque_nm, "0 or more")
         _require(self.brake_damping >= 0.0, f"{where}.brake_damping", self.brake_damping, "0 or more")
 
 
@@ -177,8 +182,29 @@ def _axis_for(model: AntennaModel, index: int, axis: str) -> AxisSettings:
         deceleration_rad_s2=0.5 * torque / inertia,
         brake_damping=20.0 * inertia,
         holding_torque_nm=torque if _weight_moves(model, index, axis) else 0.0,
+        strange_torque_nm=_heaviest(model, index, axis),
         torque_exponent=exponent,
     )
+
+
+def _heaviest(model: AntennaModel, index: int, axis: str) -> float:
+    """Most torque that weight and friction have on an axis, however the base stands, at the rate at which torque is cut."""
+    friction = (
+        model.number(axis, "friction.breakaway")
+        + model.number(axis, "friction.viscous") * AxisSettings.rate_limit_rad_s
+    )
+    if model.kind is Kind.LINEAR:
+        return friction + model.number(axis, "body.mass") * model.file.gravity_m_s2
+    # a lever along the outer axis counts no weight; what it carries may be turned anyhow
+    moment = _moment(model, axis, "xy" if index == 0 else "xyz")
+    if model.kind is Kind.GIMBAL and index == 0:
+        moment += _moment(model, model.axes[1], "xyz")
+    return friction + moment * model.file.gravity_m_s2
+
+
+def _moment(model: AntennaModel, axis: str, along: str) -> float:
+    """Mass times distance of an axis' centre of gravity, kg m, counted along these axes of the body."""
+    return math.hypot(*(model.number(axis, f"body.cog.{x}") for x in along)) * model.number(axis, "body.mass")
 
 
 def _weight_moves(model: AntennaModel, index: int, axis: str) -> bool:
@@ -211,6 +237,7 @@ def settings_to_state(settings: FirmwareSettings, rate_hz: float) -> np.ndarray:
     J[layout.RATE_OF_COUNT] = round(POSITION_STEP_RAD * rate_hz / RATE_STEP_RAD_S * layout.SCALE)
     J[layout.COUNT_OF_RATE] = round(RATE_STEP_RAD_S / (POSITION_STEP_RAD * rate_hz) * layout.SCALE)
     J[layout.NAME_CODE], J[layout.SERIAL_NUMBER] = name_code(settings.name), settings.serial_number
+    J[layout.MOMENTUM_KEPT] = round(math.exp(-1.0 / (_MOMENTUM_WINDOW_S * rate_hz)) * layout.SCALE)
     J[layout.BRAKE_TICKS] = round(settings.brake_closing_s * rate_hz)
     for index, axis in enumerate(settings.axes):
         _fill_axis(J, layout.axis_j(index), axis, settings, rate_hz)
@@ -254,6 +281,10 @@ def _fill_axis(J: np.ndarray, j: int, axis: AxisSettings, settings: FirmwareSett
     J[j + layout.STOP_RATE_GAIN] = round(3.0 * w * inertia * per_rate)
     J[j + layout.STOP_POSITION_GAIN] = round(3.0 * w * w * inertia * per_count)
     J[j + layout.STOP_INTEGRAL_GAIN] = round(w * w * w * inertia * per_count / rate_hz)
+    J[j + layout.IMPULSE_OF_RATE] = round(inertia * rate_hz * per_rate)
+    # held within the torque of the axis times the window, so that a number that is too large is a guard that never trips
+    strange = min(axis.strange_torque_nm, 100.0 * axis.torque_limit_nm)
+    J[j + layout.STRANGE_IMPULSE] = round(strange / step * _MOMENTUM_WINDOW_S * rate_hz * layout.SCALE)
     J[j + layout.STOP_RATE_PER_TICK] = max(1, round(axis.deceleration_rad_s2 / rate_hz / RATE_STEP_RAD_S))
 
 

@@ -30,9 +30,9 @@ class Spoilt(IntEnum):
     FROZEN = 1
     #: a sensor counts the other way from now on; a motor turns the other way
     REVERSED = 2
-    #: the value walks away by the amount in every tick, 1 / 2^16 of a raw unit; a motor adds the amount
+    #: the value walks away by the amount in every tick, 1 / 2^16 of a raw unit; a motor adds the amount while its power stage is on
     DRIFTING = 3
-    #: the value is off by the amount
+    #: the value is off by the amount, a motor's torque while its power stage is on
     OFF = 4
     #: a sensor answers the end of its range; a motor gives nothing
     DEAD = 5
@@ -81,8 +81,8 @@ def spoilt_reading(J: np.ndarray, slot: int, raw: int, about_zero: bool, highest
 
 
 @compiled
-def spoilt_torque(J: np.ndarray, j: int, raw: int) -> int:
-    """What a faulty motor makes of the torque that the firmware asks of it."""
+def spoilt_torque(J: np.ndarray, j: int, raw: int, powered: bool) -> int:
+    """What a faulty motor makes of the torque that the firmware asks of it; `powered` while the firmware has its power stage on."""
     slot = j + MOTOR_SPOILT
     kind = J[slot + _KIND]
     if kind == _NOTHING:
@@ -95,4 +95,5 @@ def spoilt_torque(J: np.ndarray, j: int, raw: int) -> int:
         return -raw
     if kind == _DEAD:
         return 0
-    return raw + int(J[slot + _AMOUNT])
+    # a current sensor that is off, which counts while there is current; a stage that keeps its torque keeps it for good
+    return raw + int(J[slot + _AMOUNT]) if powered else raw

@@ -38,6 +38,7 @@ from sim_backend.device.layout import (
     STOP_RATE_PER_TICK,
     TORQUE_LIMIT,
 )
+from sim_backend.device.runaway import runs_away
 from sim_backend.layout import AXES
 
 _COAST, _BRAKE = m.STOP_REACTION_COAST, m.STOP_REACTION_BRAKE
@@ -95,6 +96,8 @@ def stop_in_force(K: np.ndarray, J: np.ndarray) -> int:
         return _BRAKE
     broken = m.FAULT_CODE_ENCODER if reaction == _HOLD else m.FAULT_CODE_GYRO
     for axis in range(K[AXES]):
+        if runs_away(J, axis):
+            return _BRAKE
         fault = J[AXIS_J + axis * AXIS_J_SIZE + SENSOR_FAULT]
         if fault == broken or fault == m.FAULT_CODE_INTERNAL or disagreement(J, axis) > J[STOP_DISAGREEMENT]:
             return _BRAKE

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gimbal_hil.control import base_rates, friction_torque, gravity_torques
+from gimbal_hil.control import base_rates, friction_torque, gravity_in_base, gravity_torques
 from gimbal_hil.control.layout import COULOMB, MOMENT_X, SIGN_WIDTH, VISCOUS
 from gimbal_hil.host import layout
 
@@ -37,7 +37,7 @@ def test_gravity_compensation_balances_the_moment_about_each_joint(
     down = np.array([0.0, 0.0, -9.81])
     in_outer = (turn("y", pitch) @ turn("x", roll) @ turn("z", azimuth)).T @ down
     moment = outer_moment + turn("y", elevation) @ inner_moment
-    torque = gravity_torques(azimuth, elevation, roll, pitch, C, OUTER, INNER)
+    torque = gravity_torques(azimuth, elevation, gravity_in_base(roll, pitch), C, OUTER + MOMENT_X, INNER + MOMENT_X)
     assert torque[0] == pytest.approx(-np.cross(moment, in_outer)[2], abs=1e-9)
     assert torque[1] == pytest.approx(-np.cross(turn("y", elevation) @ inner_moment, in_outer)[1], abs=1e-9)
 

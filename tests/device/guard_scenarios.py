@@ -478,7 +478,9 @@ def a_stop_uses_no_sensor_while_they_contradict_each_other(make: MakeBench) -> N
 
 
 def a_stop_does_not_use_the_sensor_that_failed(make: MakeBench) -> None:
-    bench = make(fault_reaction=StopReaction.DECELERATE_AND_HOLD, stop_disagreement_rad_s=1e5).enable()
+    bench = make(
+        fault_reaction=StopReaction.DECELERATE_AND_HOLD, stop_disagreement_rad_s=1e5, travel=(-100.0, 100.0)
+    ).enable()
     bench.spin(0, 3.0)
     bench.place(1, 60.0)
     bench.run(2)
@@ -506,6 +508,53 @@ def holding_becomes_braking_when_a_winding_gets_hot(make: MakeBench) -> None:
     bench.run(2, None)
     assert (bench.state, bench.fault) == (DriveState.FAULT_REACTION_ACTIVE, FaultCode.DEADMAN)
     assert abs(bench.torque[1]) < 0.1
+
+
+def a_motor_that_turns_the_wrong_way_is_a_fault(make: MakeBench) -> None:
+    for axis, torque in ((0, 15.0), (1, 6.0)):
+        bench = make(brakes=False).enable()
+        bench.device.spoil(axis, "motor", Spoilt.REVERSED)
+        pair = (torque, 0.0) if axis == 0 else (0.0, torque)
+        for _ in range(40):
+            bench.tick(pair)
+            if bench.fault is not FaultCode.NONE:
+                break
+        assert (bench.state, bench.fault) == (DriveState.FAULT_REACTION_ACTIVE, FaultCode.RUNAWAY)
+        assert abs(bench.device.joint_rates[axis]) < (1.0 if axis == 0 else 2.5)
+
+
+def torque_that_moves_the_axis_as_it_should_is_no_runaway(make: MakeBench) -> None:
+    bench = make(brakes=False).enable()
+    for sign in (1.0, -1.0, 1.0):
+        bench.run(60, (sign * 15.0, sign * 6.0))
+        assert bench.state is DriveState.OPERATION_ENABLED
+    bench.run(60, (0.0, 0.0))
+    assert bench.state is DriveState.OPERATION_ENABLED
+
+
+def a_stop_by_torque_that_drives_the_axis_on_becomes_a_short(make: MakeBench) -> None:
+    bench = make(deadman_reaction=StopReaction.DECELERATE_AND_HOLD, brakes=False).enable()
+    bench.device.spoil(0, "motor", Spoilt.REVERSED)
+    bench.spin(0, 3.0)
+    bench.run(WINDOW, None)
+    assert bench.fault is FaultCode.DEADMAN
+    bench.run(60, None)
+    assert bench.device.J[layout.AXIS_J + layout.SHORTED] == 1 and abs(bench.device.joint_rates[0]) < 3.5
+
+
+def an_axis_that_ran_away_may_be_reset(make: MakeBench) -> None:
+    bench = make(brakes=False).enable()
+    bench.device.spoil(0, "motor", Spoilt.REVERSED)
+    bench.run(60, (15.0, 0.0))
+    assert bench.fault is FaultCode.RUNAWAY
+    bench.device.spoil(0, "motor", Spoilt.NOTHING)
+    bench.run(3000)
+    bench.tick((0.0, 0.0), control())
+    bench.tick((0.0, 0.0), control(fault_reset=True))
+    assert bench.state is DriveState.SWITCH_ON_DISABLED
+    bench.enable()
+    bench.run(50, (5.0, 0.0))
+    assert bench.state is DriveState.OPERATION_ENABLED
 
 
 def a_reaction_that_does_not_come_to_rest_ends_in_time(make: MakeBench) -> None:

@@ -16,10 +16,8 @@ from tests.device import bench as bench_module
 from tests.device import guard_scenarios
 
 #: in the order of import, so that each one takes the mutated names of those before it
-_MODULES = [
-    importlib.import_module(f"sim_backend.device.{name}")
-    for name in ("guards", "stopping", "holding", "drive", "sensing", "core")
-]
+_NAMES = ("runaway", "guards", "stopping", "holding", "drive", "sensing", "core")
+_MODULES = [importlib.import_module(f"sim_backend.device.{name}") for name in _NAMES]
 _PACKAGE = importlib.import_module("sim_backend.device")
 
 
@@ -156,6 +154,19 @@ MUTANTS = (
         "ENABLE_OPERATION and",
         "a_quick_stop_is_left_through_switch_on_disabled_only",
     ),
+    _mutant("guards", "return m.FAULT_CODE_RUNAWAY, axis", "pass", "a_motor_that_turns_the_wrong_way_is_a_fault"),
+    _mutant(
+        "stopping", "if runs_away(J, axis):", "if False:", "a_stop_by_torque_that_drives_the_axis_on_becomes_a_short"
+    ),
+    _mutant("runaway", "J[j + RAN_AWAY] = 0", "pass", "an_axis_that_ran_away_may_be_reset"),
+    _mutant(
+        "runaway",
+        "- (torque << SCALE_BITS)",
+        "+ (torque << SCALE_BITS)",
+        "torque_that_moves_the_axis_as_it_should_is_no_runaway",
+    ),
+    _mutant("runaway", "(J[j + EFFORT] >> 1)", "(J[j + EFFORT] << 2)", "a_motor_that_turns_the_wrong_way_is_a_fault"),
+    _mutant("sensing", "watch_momentum(J, j, before)", "pass", "a_motor_that_turns_the_wrong_way_is_a_fault"),
     _mutant("stopping", "J[j + STOP_INTEGRAL] = min(max(", "_ = min(max(", "a_quick_stop_at_rest_stays_where_it_was"),
     _mutant(
         "stopping",

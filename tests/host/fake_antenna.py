@@ -23,7 +23,7 @@ class FakeAntenna:
         self.step_s = step_s
         self.position, self.rate, self.torque = [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]
         self.load = [0.0, 0.0]
-        self.base_rate = [0.0, 0.0, 0.0]
+        self.base_rate, self.base_acceleration, self.base_roll = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0], 0.0
         self.gyro_error = [0.0, 0.0]
         self.drive_state, self.fault, self.last_sequence = m.DRIVE_STATE_SWITCH_ON_DISABLED, 0, 0
         self.silent, self.tick_stands_still = False, False
@@ -35,9 +35,8 @@ class FakeAntenna:
         self._mail, self._receivers, self._counters = new_mail(), new_receivers(), new_counters()
         self._out = np.zeros(512, dtype=np.uint8)
         self._messages = np.array([m.FEEDBACK_OUTER_MESSAGE, m.FEEDBACK_INNER_MESSAGE, m.DRIVE_STATUS_MESSAGE])
-        self._with_base = np.array(
-            [m.BASE_ATTITUDE_MESSAGE, m.BASE_RATE_MESSAGE, m.BASE_HEADING_MESSAGE, *self._messages]
-        )
+        base = (m.BASE_ATTITUDE_MESSAGE, m.BASE_RATE_MESSAGE, m.BASE_HEADING_MESSAGE, m.BASE_ACCELERATION_MESSAGE)
+        self._with_base = np.array([*base, *self._messages])
         self._with_identity = np.array([m.IDENTITY_MESSAGE, m.IDENTITY_UNIT_MESSAGE, *self._with_base])
         self.protocol_version, self.name, self.serial_number, self.torque_exponents = (
             PROTOCOL_VERSION,
@@ -70,6 +69,8 @@ class FakeAntenna:
         mail[m.DRIVE_STATUS_LAST_SEQUENCE], mail[m.DRIVE_STATUS_DEADMAN_MARGIN] = self.last_sequence, 20
         for k in range(3):
             mail[m.BASE_RATE_P + k] = round(self.base_rate[k] / m.BASE_RATE_P_STEP)
+            mail[m.BASE_ACCELERATION_AX + k] = round(self.base_acceleration[k] / m.BASE_ACCELERATION_AX_STEP)
+        mail[m.BASE_ATTITUDE_ROLL] = round(self.base_roll / m.BASE_ATTITUDE_ROLL_STEP)
         messages = self._with_base if self._ticks % 10 == 1 else self._messages
         asked = mail[m.DRIVE_CONTROL] > 0 and mail[m.DRIVE_CONTROL_IDENTIFY] > 0
         if self.says_who_it_is and (asked or self.introduce_unasked):

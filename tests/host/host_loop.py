@@ -30,8 +30,13 @@ class Sent:
 
 
 def configuration(**changes: object) -> np.ndarray:
-    """C of the shipped settings with changes, keys as `inner__limits__rate_rad_s` or `supervisor__lost_ticks`."""
+    """C of the shipped settings with changes, keys as `inner__limits__rate_rad_s` or `supervisor__lost_ticks`.
+
+    The fake antenna has no weight, so none is expected of it.
+    """
     document = shipped_settings().model_dump(mode="json", by_alias=True)
+    for axis in document["axes"].values():
+        axis["expectation"]["moment_kg_m"] = [0.0, 0.0, 0.0]
     for name, value in changes.items():
         section = document if name.startswith("supervisor") else document["axes"]
         *path, key = name.split("__")
