@@ -54,9 +54,11 @@ def gravity_in_base(roll: float, pitch: float) -> tuple[float, float, float]:
 def gravity_torques(
     azimuth: float, elevation: float, gravity: tuple[float, float, float], C: np.ndarray, outer: int, inner: int
 ) -> tuple[float, float]:
-    """Torques (N m) that hold both bodies' unbalance against `gravity` (m/s^2, base axes, an acceleration of the pivot taken off).
+    """Torques (N m) that hold both bodies' unbalance against `gravity` (m/s^2, base axes, an acceleration of the pivot
+    taken off).
 
-    The moments (kg m, mass times centre of gravity, in each body's axes) are three numbers each at `outer` and `inner` in C.
+    The moments (kg m, mass times centre of gravity, in each body's axes) are three numbers each at `outer` and `inner`
+    in C.
     """
     (sa, ca), (se, ce) = sine_cosine(azimuth), sine_cosine(elevation)
     bx, by, gz = gravity

@@ -78,9 +78,9 @@ def watch_sensors(H: np.ndarray, G: np.ndarray, C: np.ndarray, begin: bool, tick
     """Take in a fresh sample, `ticks` after the one before; `begin` when there was none for long. Call before
     LAST_POSITION moves on.
 
-    DRIFT: what encoder and gyro have moved apart (rad), forgotten with the window's time constant; PATH: how far the axis went meanwhile.
-    MOMENTUM: what the axis gained beyond the impulse of its torque and its weight (N m s), EFFORT: the size of the torque's impulse,
-    PEAK_TORQUE: its largest size, all over a short window.
+    DRIFT: what encoder and gyro have moved apart (rad), forgotten with the window's time constant; PATH: how far the
+    axis went meanwhile. MOMENTUM: what the axis gained beyond the impulse of its torque and its weight (N m s), EFFORT:
+    the size of the torque's impulse, PEAK_TORQUE: its largest size, all over a short window.
     """
     dt = C[STEP_S] * ticks
     weights = _weights(H, G, C)
@@ -131,7 +131,9 @@ def implausible(H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) -> int:
 
 @compiled
 def _weights(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> tuple[float, float]:
-    """Torques (N m) of both bodies' weight about their axes on the base as it stands and moves; zero while nothing is under torque."""
+    """Torques (N m) of both bodies' weight about their axes on the base as it stands and moves; zero while nothing is
+    under torque.
+    """
     if C[EXPECTS_WEIGHT] == 0.0 or (G[AXIS_G + MODE] == 0 and G[AXIS_G + AXIS_G_SIZE + MODE] == 0):
         return 0.0, 0.0
     gravity = (H[BASE_GRAVITY], H[BASE_GRAVITY + 1], H[BASE_GRAVITY + 2])

@@ -108,9 +108,11 @@ class Expectation(Strict):
     """How the axis answers torque, for the guard that trips when it does not: it need be right to a half only."""
 
     inertia_kg_m2: Positive
-    #: most torque that is neither the motor's nor the weight's of `moment_kg_m`: friction, coupling of the axes, a cable
+    #: most torque that is neither the motor's nor the weight's of `moment_kg_m`: friction, coupling of the axes, a
+    #: cable
     disturbance_nm: Positive
-    #: mass times centre of gravity of this axis' body, in its axes: its weight on a base that tilts and shifts is expected
+    #: mass times centre of gravity of this axis' body, in its axes: its weight on a base that tilts and shifts is
+    #: expected
     moment_kg_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 

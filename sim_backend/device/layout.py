@@ -54,7 +54,8 @@ AXIS_J = 40
     BRAKE_STATE,
     BRAKE_AGE,
     SHORTED,  # whether the winding is shorted
-    MOMENTUM,  # see `runaway`: torque times ticks (fraction of SCALE), twice, then torque, then whether the axis ran away
+    # see `runaway`: torque times ticks (fraction of SCALE), twice, then torque, then whether the axis ran away
+    MOMENTUM,
     EFFORT,
     PEAK_TORQUE,
     RAN_AWAY,
@@ -70,7 +71,8 @@ AXIS_J = 40
     STOP_POSITION_GAIN,
     STOP_INTEGRAL_GAIN,
     STOP_RATE_PER_TICK,  # deceleration
-    IMPULSE_OF_RATE,  # torque times ticks for a rate of one (fraction of SCALE), most impulse that is not the motor's, 0 for no guard
+    # torque times ticks for a rate of one (fraction of SCALE), most impulse that is not the motor's, 0 for no guard
+    IMPULSE_OF_RATE,
     STRANGE_IMPULSE,
     ENCODER_SPOILT,  # faults given on purpose, see `spoiling`: kind, amount, ticks since, value kept
 ) = range(34)

@@ -1,7 +1,9 @@
-"""The drive's own guard against a motor that does not do as it is told: momentum that an axis gains against the impulse of its torque.
+"""The drive's own guard against a motor that does not do as it is told: momentum that an axis gains against the impulse
+of its torque.
 
-It knows the heaviest that the antenna can pull on any base, and no more: a coarse guard behind the host's, for a motor that turns the
-wrong way at full torque. The gyro is its sensor, because torque makes inertial acceleration whatever the base does.
+It knows the heaviest that the antenna can pull on any base, and no more: a coarse guard behind the host's, for a motor
+that turns the wrong way at full torque. The gyro is its sensor, because torque makes inertial acceleration whatever the
+base does.
 """
 
 from __future__ import annotations

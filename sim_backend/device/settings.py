@@ -60,7 +60,8 @@ class AxisSettings:
     brake_damping: float = 0.0
     #: torque of the holding brake; 0 without one
     holding_torque_nm: float = 0.0
-    #: most torque that is not the motor's, on any base: weight, friction, coupling; more is a runaway, 0 for no such guard
+    #: most torque that is not the motor's, on any base: weight, friction, coupling; more is a runaway, 0 for no such
+    #: guard
     strange_torque_nm: float = 0.0
     #: torques on the wire count `TORQUE_STEP_NM` times two to this
     torque_exponent: int = 0
@@ -188,7 +189,9 @@ def _axis_for(model: AntennaModel, index: int, axis: str) -> AxisSettings:
 
 
 def _heaviest(model: AntennaModel, index: int, axis: str) -> float:
-    """Most torque that weight and friction have on an axis, however the base stands, at the rate at which torque is cut."""
+    """Most torque that weight and friction have on an axis, however the base stands, at the rate at which torque is
+    cut.
+    """
     friction = (
         model.number(axis, "friction.breakaway")
         + model.number(axis, "friction.viscous") * AxisSettings.rate_limit_rad_s
@@ -282,7 +285,8 @@ def _fill_axis(J: np.ndarray, j: int, axis: AxisSettings, settings: FirmwareSett
     J[j + layout.STOP_POSITION_GAIN] = round(3.0 * w * w * inertia * per_count)
     J[j + layout.STOP_INTEGRAL_GAIN] = round(w * w * w * inertia * per_count / rate_hz)
     J[j + layout.IMPULSE_OF_RATE] = round(inertia * rate_hz * per_rate)
-    # held within the torque of the axis times the window, so that a number that is too large is a guard that never trips
+    # held within the torque of the axis times the window, so that a number that is too large is a guard that never
+    # trips
     strange = min(axis.strange_torque_nm, 100.0 * axis.torque_limit_nm)
     J[j + layout.STRANGE_IMPULSE] = round(strange / step * _MOMENTUM_WINDOW_S * rate_hz * layout.SCALE)
     J[j + layout.STOP_RATE_PER_TICK] = max(1, round(axis.deceleration_rad_s2 / rate_hz / RATE_STEP_RAD_S))

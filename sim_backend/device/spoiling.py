@@ -30,7 +30,8 @@ class Spoilt(IntEnum):
     FROZEN = 1
     #: a sensor counts the other way from now on; a motor turns the other way
     REVERSED = 2
-    #: the value walks away by the amount in every tick, 1 / 2^16 of a raw unit; a motor adds the amount while its power stage is on
+    #: the value walks away by the amount in every tick, 1 / 2^16 of a raw unit; a motor adds the amount while its power
+    #: stage is on
     DRIFTING = 3
     #: the value is off by the amount, a motor's torque while its power stage is on
     OFF = 4
@@ -82,7 +83,9 @@ def spoilt_reading(J: np.ndarray, slot: int, raw: int, about_zero: bool, highest
 
 @compiled
 def spoilt_torque(J: np.ndarray, j: int, raw: int, powered: bool) -> int:
-    """What a faulty motor makes of the torque that the firmware asks of it; `powered` while the firmware has its power stage on."""
+    """What a faulty motor makes of the torque that the firmware asks of it; `powered` while the firmware has its power
+    stage on.
+    """
     slot = j + MOTOR_SPOILT
     kind = J[slot + _KIND]
     if kind == _NOTHING:

@@ -1,4 +1,6 @@
-"""The shipped experiments ask nothing that trips a guard of the shipped configuration, with half of what the guards allow."""
+"""The shipped experiments ask nothing that trips a guard of the shipped configuration, with half of what the guards
+allow.
+"""
 
 from __future__ import annotations
 

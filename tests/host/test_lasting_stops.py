@@ -1,4 +1,6 @@
-"""However the shipped antenna is stopped, its unbalanced inner axis stays where it came to rest, and the drive keeps to its travel."""
+"""However the shipped antenna is stopped, its unbalanced inner axis stays where it came to rest, and the drive keeps to
+its travel.
+"""
 
 from __future__ import annotations
 
