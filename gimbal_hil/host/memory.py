@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from firmware_protocol.block_codec import new_counters, new_receivers
 from firmware_protocol.schema import MAIL_SIZE, TORQUE_STEP_NM
-from gimbal_hil.control.compensation import GRAVITY_M_S2
+from gimbal_hil.control import GRAVITY_M_S2
 from gimbal_hil.host import layout
 from gimbal_hil.host.reception import NEVER
 from gimbal_hil.host.states import LinkStatus
