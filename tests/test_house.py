@@ -45,6 +45,7 @@ FLOORS = (
     "experiments",
     "experiments.sequences",
     "checking",
+    "starting",
     "thesis",
     "discrepancy",
     "improvement",

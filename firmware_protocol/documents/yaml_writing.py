@@ -12,11 +12,16 @@ from typing import Any
 from firmware_protocol.documents.yaml_reading import FLOAT
 
 
-def yaml_text(document: Mapping[str, Any]) -> str:
-    """The text of a document that `yaml_mapping` reads back as it is."""
+def yaml_text(document: Mapping[str, Any], leaves_in_line: bool = False) -> str:
+    """The text of a document that `yaml_mapping` reads back as it is; `leaves_in_line` writes the tables that hold no
+    other one in braces, for people.
+    """
     import yaml
 
-    return yaml.dump(dict(document), Dumper=_dumper(), sort_keys=False, allow_unicode=True, width=120)
+    flow = None if leaves_in_line else False
+    return yaml.dump(
+        dict(document), Dumper=_dumper(), default_flow_style=flow, sort_keys=False, allow_unicode=True, width=120
+    )
 
 
 @cache

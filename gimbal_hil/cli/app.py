@@ -21,6 +21,7 @@ _LARGEST_NUMBER = 1e15
 #: annotations
 COMMANDS: dict[str, tuple[str, str]] = {
     "demo": ("demo", "The whole story on the virtual antenna in under two minutes."),
+    "init": ("init", "Files of an antenna of your own: configuration, model, plan, next commands."),
     "check": ("check", "Check configuration, model, plan or data files: every error with its key."),
     "daemon": ("daemon", "Run the fixed-rate control daemon on the link that the configuration names."),
     "plant": ("plant", "Serve the virtual antenna's frames on a serial, slcan or Unix-socket link."),

@@ -27,7 +27,10 @@ def command(
     holdout: Annotated[
         list[Path] | None, typer.Option(metavar="LOG", help="Another trajectory to judge on; may be repeated.")
     ] = None,
-    model: Annotated[Path | None, typer.Option(help="Model file; without it the shipped thesis model.")] = None,
+    model: Annotated[
+        str | None,
+        typer.Option(metavar="MODEL", help="Model file, or name of a shipped one; without it thesis."),
+    ] = None,
     resample: Annotated[
         bool,
         typer.Option("--resample", help="Accept tables of uneven time or different rates and put all on one grid."),
@@ -76,7 +79,7 @@ def command(
     from gimbal_hil.preflight import preflight
     from gimbal_hil.signals import read_together
     from sim_backend.effects import effect_named
-    from sim_backend.model import load_model, shipped_model
+    from sim_backend.model import model_named, shipped_model
 
     for name in (MODEL_FILE, VERDICT_FILE, REPORT_FILE):
         if (out / name).exists() and not force:
@@ -85,7 +88,7 @@ def command(
     for option, names in (("--only", only), ("--without", without)):
         for effect in names or ():
             effect_named(effect, option)
-    given = load_model(model) if model else shipped_model()
+    given = model_named(model) if model else shipped_model()
     sources = [str(path) for path in (*measured, *(holdout or ()))]
     try:
         tables = read_together(

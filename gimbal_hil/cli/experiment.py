@@ -19,9 +19,11 @@ def command(
         Path | None, typer.Option(help="Configuration file; without it the shipped virtual antenna.")
     ] = None,
     model: Annotated[
-        Path | None,
+        str | None,
         typer.Option(
-            help="Model of the embedded antenna, not the configuration's; with --run where torques come from."
+            metavar="MODEL",
+            help="Model (file or shipped name) of the embedded antenna, not the configuration's; with --run where "
+            "torques come from.",
         ),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Run folder; without it a new one below ./runs.")] = None,
@@ -99,7 +101,7 @@ def command(
 def _conduct(
     name: str,
     config: Path | None,
-    model: Path | None,
+    model: str | None,
     folder: Path,
     axis: list[str] | None,
     short: bool,
@@ -115,12 +117,12 @@ def _conduct(
     from gimbal_hil.experiments import conduct, embedded_model_of
     from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
     from gimbal_hil.settings import load_settings, shipped_settings
-    from sim_backend.model import load_model
+    from sim_backend.model import model_named
 
     settings = load_settings(config) if config else shipped_settings()
     antenna, own_seed = embedded_model_of(settings)
     if model is not None:
-        antenna = load_model(model)
+        antenna = model_named(model)
     settings = settings.for_axes(antenna.axes, antenna.where)
     names = settings.axis_names
     known = breakaway_torques(antenna) | torques_by_axis(breakaway, names)
@@ -142,7 +144,7 @@ def _conduct(
 def _conduct_through_daemon(
     name: str,
     run: Path,
-    model: Path | None,
+    model: str | None,
     folder: Path,
     axis: list[str] | None,
     short: bool,
@@ -155,11 +157,11 @@ def _conduct_through_daemon(
     from gimbal_hil.experiments import conduct_through_daemon
     from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
     from gimbal_hil.runs import read_header
-    from sim_backend.model import load_model
+    from sim_backend.model import model_named
 
     header = read_header(run).header
     rate_hz, names = 1e9 / header.period_ns, header.axes
-    known = (breakaway_torques(load_model(model)) if model else {}) | torques_by_axis(breakaway, names)
+    known = (breakaway_torques(model_named(model)) if model else {}) | torques_by_axis(breakaway, names)
     # a real antenna's log is not thinned: it cannot be made again
     experiment = build_experiment(name, SequenceOptions(rate_hz, _axes(axis, names), short, 1, known, names=names))
     return conduct_through_daemon(experiment, run, folder, resume=resume, force=force, progress=progress)  # type: ignore[arg-type]

@@ -33,7 +33,8 @@ def command(
         Path, typer.Option(metavar="DIR", help=f"Folder for {MODEL_FILE}, {ANSWER_FILE} and {REPORT_FILE}.")
     ],
     model: Annotated[
-        Path | None, typer.Option(help="Model file with prior and rigid body; without it the shipped thesis model.")
+        str | None,
+        typer.Option(metavar="MODEL", help="Prior and rigid body: a model file or a shipped name; without it thesis."),
     ] = None,
     axis: Annotated[list[str] | None, typer.Option(help="Identify this axis only; may be repeated.")] = None,
     torque_driven: Annotated[
@@ -80,14 +81,14 @@ def command(
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
     from gimbal_hil.cli.torques import torques_by_axis
     from gimbal_hil.identification import Verdict, identification_page, identification_record, updated_model
-    from sim_backend.model import load_model, shipped_model
+    from sim_backend.model import model_named, shipped_model
 
     for name in (MODEL_FILE, ANSWER_FILE, REPORT_FILE):
         if (out / name).exists() and not force:
             raise BadInputError(str(out / name), "already exists", "a new folder, or --force to overwrite it")
     if out.exists() and not out.is_dir():
         raise BadInputError(str(out), "is a file", "a folder")
-    given = load_model(model) if model else shipped_model()
+    given = model_named(model) if model else shipped_model()
     for name in axis or ():
         if name not in given.axes:
             raise BadInputError("--axis", f"no axis {name!r}", "one of " + ", ".join(given.axes))

@@ -25,7 +25,8 @@ def command(
         Path | None, typer.Option(help="Run folder of a running daemon: experiments go through it, in real time.")
     ] = None,
     model: Annotated[
-        Path | None, typer.Option(help="Model to start from; without it the shipped thesis model.")
+        str | None,
+        typer.Option(metavar="MODEL", help="Model to start from, or name of a shipped one; without it thesis."),
     ] = None,
     rounds: Annotated[int, typer.Option(help="Rounds (a diagnosis each) at most.", min=1)] = 6,
     budget: Annotated[float, typer.Option(help="Antenna time at most, s.", min=1.0)] = 900.0,
@@ -65,7 +66,7 @@ def command(
         travels_of,
     )
     from gimbal_hil.settings import load_settings, shipped_settings
-    from sim_backend.model import load_model, shipped_model
+    from sim_backend.model import model_named, shipped_model
 
     if resume and force:
         raise BadInputError("--resume", "keeps what is there, --force does not", "one of the two")
@@ -74,7 +75,7 @@ def command(
             str(out / JOURNAL_FILE), "already exists", "a new folder, --resume to go on, or --force to overwrite it"
         )
     settings = load_settings(config) if config else shipped_settings()
-    start = load_model(model) if model else shipped_model()
+    start = model_named(model) if model else shipped_model()
     settings = settings.for_axes(start.axes, start.where)
     budgets = budgets_of(settings, budget, rounds, torques_of(torque or []), travels_of(travel or []))
     task = Task(settings, start, out, budgets, SHORT_SURVEY_S if short else survey, workers, dask)

@@ -106,12 +106,10 @@ def _serve(server: DeviceServer, duration_s: float | None) -> None:
 def _antenna_of(settings: DaemonSettings, model: str | None, seed: int | None) -> tuple[AntennaModel, int]:
     """Model and seed: the command line's, else the configuration's, else the shipped ones."""
     from gimbal_hil.settings import EmbeddedAntenna
-    from sim_backend.model import load_model, shipped_model
+    from sim_backend.model import model_named
 
     embedded = settings.link.embedded if isinstance(settings.link, EmbeddedAntenna) else EmbeddedAntenna().embedded
-    name = model or embedded.model
-    is_file = name.endswith((".yaml", ".yml")) or "/" in name
-    return load_model(name) if is_file else shipped_model(name), embedded.seed if seed is None else seed
+    return model_named(model or embedded.model), embedded.seed if seed is None else seed
 
 
 def _place_of(settings: DaemonSettings, link: str | None, where: str) -> tuple[OutletKind, Path | None] | CanLinkConfig:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from firmware_protocol.links import LinkBasis
 from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna
 from sim_backend.device import Device
-from sim_backend.model import AntennaModel, load_model, shipped_model
+from sim_backend.model import AntennaModel, model_named
 
 #: a virtual antenna is carried over at most this many missed periods: its deadman has stopped it long before
 _MOST_PASSED_OVER = 2000
@@ -55,8 +55,7 @@ class EmbeddedLink(LinkBasis):
 
 def embedded_model(link: EmbeddedAntenna) -> AntennaModel:
     """The model that an embedded antenna follows: a shipped name or a file."""
-    name = link.embedded.model
-    return load_model(name) if link.embedded.is_file else shipped_model(name)
+    return model_named(link.embedded.model)
 
 
 def embedded_antenna(settings: DaemonSettings, link: EmbeddedAntenna) -> EmbeddedLink:

@@ -5,7 +5,7 @@ from gimbal_hil.experiments.checkpoint import CHECKPOINT_FILE
 from gimbal_hil.experiments.conducting import conduct, conduct_through_daemon, embedded_model_of
 from gimbal_hil.experiments.experiment import Experiment, Row, Signals, Step, axes_of, move_to, position_hold, step_of
 from gimbal_hil.experiments.frequency import FrequencyResponse, Lap, Margins, frequency_response, margins_of
-from gimbal_hil.experiments.plan import Plan, load_plan
+from gimbal_hil.experiments.plan import Plan, load_plan, plan_from_document
 from gimbal_hil.experiments.planned import experiment_of_file
 from gimbal_hil.experiments.plateau import Pair, pair_of, plateau_mean, pooled
 from gimbal_hil.experiments.references import SHAPES as REFERENCE_SHAPES
@@ -43,6 +43,7 @@ __all__ = [
     "margins_of",
     "move_to",
     "pair_of",
+    "plan_from_document",
     "plateau_mean",
     "pooled",
     "position_hold",

@@ -18,7 +18,7 @@ from gimbal_hil.report import Details, Listing, Page
 from gimbal_hil.runs import RunHeader
 from gimbal_hil.settings import DaemonSettings
 from gimbal_hil.settings import EmbeddedAntenna as EmbeddedLink
-from sim_backend.model import AntennaModel, Kind, load_model, shipped_model
+from sim_backend.model import AntennaModel, Kind, model_named
 
 TABLE_FILE, REPORT_FILE = "table.csv", "report.html"
 
@@ -33,7 +33,7 @@ def embedded_model_of(settings: DaemonSettings) -> tuple[AntennaModel, int]:
             "an embedded antenna for --lockstep, or a daemon with --run",
         )
     named = link.embedded
-    return (load_model(named.model) if named.is_file else shipped_model(named.model)), named.seed
+    return model_named(named.model), named.seed
 
 
 def run_header(settings: DaemonSettings, model: AntennaModel, seed: int, title: str, every: int) -> RunHeader:

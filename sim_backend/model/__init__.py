@@ -4,7 +4,7 @@ from sim_backend.model.arrays import THESIS_BASE_CASES, PlantArrays, lag_decay, 
 from sim_backend.model.file import Kind, ModelFile, Motion, Quantity
 from sim_backend.model.model import AntennaModel, EffectEntry, load_model, model_from_document
 from sim_backend.model.numbers import ENDLESS, NUMBER_AT, Block
-from sim_backend.model.shipped import shipped_model, shipped_model_path
+from sim_backend.model.shipped import model_named, shipped_model, shipped_model_path
 
 __all__ = [
     "ENDLESS",
@@ -21,6 +21,7 @@ __all__ = [
     "lag_decay",
     "load_model",
     "model_from_document",
+    "model_named",
     "plant_arrays",
     "put_friction",
     "shipped_model",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from firmware_protocol.errors import BadInputError
 from sim_backend.model.model import AntennaModel, load_model
 from sim_backend.shipped import shipped_file
 
@@ -16,3 +17,15 @@ def shipped_model_path(name: str = "thesis") -> Path:
 def shipped_model(name: str = "thesis") -> AntennaModel:
     """A shipped model; `thesis` is the antenna of the thesis with the corrections in docs/reading-the-thesis.md."""
     return load_model(shipped_model_path(name))
+
+
+def model_named(name: str | Path) -> AntennaModel:
+    """The model that a person means: a file, or the name of a shipped model; BadInputError lists those."""
+    text = str(name)
+    if text.endswith((".yaml", ".yml")) or "/" in text or Path(text).is_file():
+        return load_model(text)
+    shipped = sorted(path.stem for path in shipped_file("models").glob("*.yaml"))
+    if text not in shipped:
+        expected = f"{', '.join(shipped)}, or the path of a model file"
+        raise BadInputError("--model", f"no shipped model {text!r}", expected)
+    return shipped_model(text)

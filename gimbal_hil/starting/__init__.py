@@ -1,0 +1,23 @@
+"""A user's own antenna from a few numbers: configuration, model, plan and a page of next commands."""
+
+from gimbal_hil.starting.description import (
+    AntennaDescription,
+    AxisDescription,
+    LinkChoice,
+    parse_link,
+    usual_axis,
+    usual_names,
+)
+from gimbal_hil.starting.readme import first_command
+from gimbal_hil.starting.writing import write_antenna
+
+__all__ = [
+    "AntennaDescription",
+    "AxisDescription",
+    "LinkChoice",
+    "first_command",
+    "parse_link",
+    "usual_axis",
+    "usual_names",
+    "write_antenna",
+]

@@ -1,0 +1,143 @@
+"""What a person knows of an antenna before anything was measured, and what stands in for what he does not know."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+from firmware_protocol.errors import BadInputError
+from sim_backend.model import Kind
+
+#: a body of which only the mass is told is a ball of this radius, m
+_BALL_M = 0.2
+#: friction over the torque limit, break-away over Coulomb, viscous over Coulomb (s/rad), of an axis nobody measured
+_COULOMB_SHARE, _BUMP, _VISCOUS_SHARE = 0.015, 1.07, 0.25
+#: bristles bend so far before they break away, rad (m), with this damping of the inertia on them
+_BRISTLE, _BRISTLE_DAMPING = 1e-3, 0.5
+_STRIBECK = 0.01
+_SIZES = {
+    Kind.GIMBAL: ({"mass_kg": 12.0, "torque_nm": 15.0}, {"mass_kg": 5.0, "torque_nm": 6.0}),
+    Kind.ROTARY: ({"mass_kg": 12.0, "torque_nm": 15.0},),
+    Kind.LINEAR: ({"mass_kg": 20.0, "torque_nm": 300.0},),
+}
+_NAMES = {Kind.GIMBAL: ("azimuth", "elevation"), Kind.ROTARY: ("joint",), Kind.LINEAR: ("carriage",)}
+STATED, ASSUMED = "stated at init", "assumed"
+_LINKS = "virtual, unix:PATH, serial:PORT, socketcan:CHANNEL or slcan:PORT"
+
+
+@dataclass(frozen=True)
+class AxisDescription:
+    """Numbers of one axis in SI units (N, kg and m on a linear axis); None where nobody told it."""
+
+    name: str
+    mass_kg: float | None = None
+    inertia_kg_m2: float | None = None
+    #: largest distance of the centre of gravity from the axis
+    offset_m: float | None = None
+    coulomb_nm: float | None = None
+    breakaway_nm: float | None = None
+    viscous_nm_s: float | None = None
+    torque_nm: float | None = None
+    rate_rad_s: float | None = None
+    travel_rad: tuple[float, float] | None = None
+    encoder_counts: float | None = None
+    told: frozenset[str] = frozenset()
+
+    def stated(self) -> AxisDescription:
+        """The same, with what has been told marked as such."""
+        told = {one.name for one in fields(self) if one.name != "told" and getattr(self, one.name) is not None}
+        return replace(self, told=frozenset(told))
+
+    def source(self, *names: str) -> str:
+        """Where a number that follows from these comes from."""
+        return STATED if self.told.intersection(names) else ASSUMED
+
+
+@dataclass(frozen=True)
+class LinkChoice:
+    """How the antenna is reached: a word for people, and the `link` section of the configuration."""
+
+    word: str
+    section: dict[str, Any] = field(default_factory=dict)
+    rate_hz: float = 1000.0
+
+    @property
+    def is_virtual(self) -> bool:
+        """Whether the antenna is in the program itself."""
+        return self.word == "virtual"
+
+
+@dataclass(frozen=True)
+class AntennaDescription:
+    """A whole antenna, the carrying axis first."""
+
+    name: str
+    kind: Kind
+    axes: tuple[AxisDescription, ...]
+    link: LinkChoice
+    rate_hz: float
+    has_gyro: bool = True
+
+
+def usual_names(kind: Kind) -> tuple[str, ...]:
+    """What the axes of this kind are mostly called."""
+    return _NAMES[kind]
+
+
+def usual_axis(told: AxisDescription, kind: Kind, place: int) -> AxisDescription:
+    """An axis with everything that was not told filled in; `told` keeps which numbers were."""
+    told = told.stated()
+    size = _SIZES[kind][place]
+    mass = told.mass_kg or size["mass_kg"]
+    inertia = mass if kind is Kind.LINEAR else told.inertia_kg_m2 or 0.4 * mass * _BALL_M**2
+    torque = told.torque_nm or size["torque_nm"]
+    coulomb = told.coulomb_nm or (told.breakaway_nm / _BUMP if told.breakaway_nm else _COULOMB_SHARE * torque)
+    return replace(
+        told,
+        mass_kg=mass,
+        inertia_kg_m2=inertia,
+        offset_m=told.offset_m or 0.0,
+        coulomb_nm=coulomb,
+        breakaway_nm=told.breakaway_nm or _BUMP * coulomb,
+        viscous_nm_s=told.viscous_nm_s or _VISCOUS_SHARE * coulomb,
+        torque_nm=torque,
+        rate_rad_s=told.rate_rad_s or 6.0,
+        travel_rad=told.travel_rad or (None if place == 0 else (-2.0, 2.0)),
+        encoder_counts=told.encoder_counts or 2.0**20,
+    )
+
+
+def friction_of(axis: AxisDescription) -> dict[str, tuple[float, str]]:
+    """LuGre numbers of a described axis, each with its source."""
+    assert axis.coulomb_nm and axis.breakaway_nm and axis.viscous_nm_s and axis.inertia_kg_m2
+    stiffness = axis.breakaway_nm / _BRISTLE
+    damping = 2.0 * _BRISTLE_DAMPING * math.sqrt(stiffness * axis.inertia_kg_m2)
+    bump = axis.breakaway_nm - axis.coulomb_nm
+    # beyond this the bristles would give energy back
+    most = 0.9 * axis.viscous_nm_s * axis.coulomb_nm / bump if bump > 0.0 else damping
+    return {
+        "coulomb": (axis.coulomb_nm, axis.source("coulomb_nm", "breakaway_nm")),
+        "breakaway": (axis.breakaway_nm, axis.source("breakaway_nm", "coulomb_nm")),
+        "stribeck_velocity": (_STRIBECK, ASSUMED),
+        "shape": (1.0, ASSUMED),
+        "sigma0": (stiffness, ASSUMED),
+        "sigma1": (min(damping, most), ASSUMED),
+        "viscous": (axis.viscous_nm_s, axis.source("viscous_nm_s")),
+    }
+
+
+def parse_link(text: str) -> LinkChoice:
+    """A link as a person writes it, `KIND` or `KIND:PLACE`; BadInputError lists the kinds."""
+    kind, _, place = text.partition(":")
+    if kind == "virtual" and not place:
+        return LinkChoice("virtual")
+    if not place:
+        raise BadInputError("--link", f"{text!r} is no link", _LINKS)
+    if kind == "unix":
+        return LinkChoice(kind, {"kind": "unix", "path": place})
+    if kind == "serial":
+        return LinkChoice(kind, {"kind": "serial", "port": place})
+    if kind in ("socketcan", "slcan"):
+        return LinkChoice(kind, {"kind": "can", "interface": kind, "channel": place, "bitrate": 1_000_000})
+    raise BadInputError("--link", f"no link {kind!r}", _LINKS)

@@ -1,0 +1,179 @@
+"""`gimbal-hil init`: a stranger's antenna runs from the files that it writes, and nothing impossible is written."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from firmware_protocol.documents import read_yaml
+from gimbal_hil.checking import check_files
+from gimbal_hil.cli import main
+from gimbal_hil.cli.init import _described
+from gimbal_hil.experiments import conduct, embedded_model_of
+from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
+from gimbal_hil.settings import load_settings
+from gimbal_hil.starting import parse_link, write_antenna
+from sim_backend.model import load_model
+
+
+def begin(capsys: pytest.CaptureFixture[str], folder: Path, *words: str) -> tuple[int, str, str]:
+    with pytest.raises(SystemExit) as end:
+        main(["init", str(folder), *words])
+    said = capsys.readouterr()
+    assert isinstance(end.value.code, int)
+    return end.value.code, said.out, said.err
+
+
+def test_without_a_single_number_the_antenna_steps_and_settles(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, out, _ = begin(capsys, tmp_path / "mine", "--yes", "--json")
+    assert code == 0
+    assert json.loads(out)["next"].startswith("gimbal-hil experiment step --config ")
+    settings = load_settings(tmp_path / "mine" / "antenna.yaml")
+    model, seed = embedded_model_of(settings)
+    assert settings.axis_names == model.axes == ("azimuth", "elevation")
+    experiment = build_experiment("step", SequenceOptions(settings.rate_hz, names=settings.axis_names))
+    rows = conduct(experiment, settings, model, seed, tmp_path / "run").rows
+    assert len(rows) == 8
+    for row in rows:
+        assert row["overshoot_percent"] < 5.0 and row["settling_s"] < 1.5, row["step"]
+
+
+def test_its_plan_runs_on_its_antenna(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "mine"
+    assert begin(capsys, folder, "--yes", "--axes", "pan,tilt", "--breakaway", "pan=0.4")[0] == 0
+    with pytest.raises(SystemExit) as end:
+        main(["experiment", str(folder / "plan.yaml"), "--config", str(folder / "antenna.yaml"),
+              "--out", str(tmp_path / "run"), "--json"])  # fmt: skip
+    assert end.value.code == 0
+    assert [row["axis"] for row in json.loads(capsys.readouterr().out)["rows"]] == ["pan", "pan", "tilt", "tilt"]
+
+
+def test_told_numbers_stand_in_the_model_as_told_and_the_others_as_assumed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["--torque", "azimuth=40", "--inertia", "elevation=0.3", "--travel", "elevation=-0.3..1.6", "--encoder",
+             "azimuth=65536", "--cog", "elevation=0.02", "--coulomb", "azimuth=0.5", "--rate-limit", "azimuth=2"]  # fmt: skip
+    assert begin(capsys, tmp_path, "--yes", *words)[0] == 0
+    model = load_model(tmp_path / "model.yaml")
+    told = {("azimuth", "actuator.limit"): 40.0, ("elevation", "body.inertia.yy"): 0.3, ("elevation", "body.cog.x"): 0.02,
+            ("azimuth", "friction.coulomb"): 0.5}  # fmt: skip
+    for (axis, path), value in told.items():
+        assert model.number(axis, path) == value
+        assert model.numbers[axis, path].source == "stated at init"
+    assert model.numbers["elevation", "actuator.limit"].source == "assumed"
+    assert (
+        model.uncertainty("azimuth", "actuator.limit") < 0.1 * 40.0 < model.uncertainty("azimuth", "body.mass") * 10.0
+    )
+    assert model.number("azimuth", "encoder.step") == pytest.approx(6.283185307 / 65536)
+    limits = load_settings(tmp_path / "antenna.yaml").axes
+    assert (limits["elevation"].limits.position_low_rad, limits["elevation"].limits.position_high_rad) == (-0.3, 1.6)
+    assert limits["azimuth"].limits.rate_rad_s == 2.0
+
+
+@pytest.mark.parametrize(
+    ("link", "section"),
+    [
+        ("unix:/tmp/a.sock", {"kind": "unix", "path": "/tmp/a.sock"}),
+        ("serial:/dev/ttyUSB0", {"kind": "serial", "port": "/dev/ttyUSB0"}),
+        ("socketcan:can0", {"kind": "can", "interface": "socketcan", "channel": "can0", "bitrate": 1000000}),
+        ("slcan:/dev/ttyACM0", {"kind": "can", "interface": "slcan", "channel": "/dev/ttyACM0", "bitrate": 1000000}),
+    ],
+)
+def test_an_antenna_behind_a_link_comes_with_a_rehearsal_on_the_virtual_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], link: str, section: dict[str, Any]
+) -> None:
+    assert begin(capsys, tmp_path, "--yes", "--link", link)[0] == 0
+    real, rehearsal = (read_yaml(tmp_path / f"{name}.yaml", "") for name in ("antenna", "rehearsal"))
+    assert real.pop("link") == section
+    assert rehearsal.pop("link") == {"embedded": {"model": "model.yaml", "seed": 1}}
+    assert real == rehearsal
+    assert "## Then, on the link" in (tmp_path / "README.md").read_text()
+
+
+@pytest.mark.parametrize("kind", ["gimbal", "rotary", "linear"])
+def test_every_file_is_good_and_every_command_of_its_page_is_understood(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], kind: str
+) -> None:
+    assert begin(capsys, tmp_path / "mine", "--yes", "--kind", kind)[0] == 0
+    files = sorted((tmp_path / "mine").glob("*.yaml"))
+    assert all(not one.faults for one in check_files(files))
+    assert all(path.read_text().startswith("# yaml-language-server: $schema=.schemas/") for path in files)
+    page = (tmp_path / "mine" / "README.md").read_text()
+    commands = [shlex.split(line) for line in page.splitlines() if line.startswith("gimbal-hil ")]
+    assert len(commands) >= 3
+    for words in commands:
+        options = {word for word in words if word.startswith("--")}
+        with pytest.raises(SystemExit) as end:
+            main([words[1], "--help"])
+        assert end.value.code == 0
+        assert not {option for option in options if option not in capsys.readouterr().out} or not options
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--kind", "tripod"), "--kind: no kind 'tripod'; expected gimbal, rotary, linear"),
+        (("--axes", "azimuth"), "--axes: 'azimuth'; expected 2 name(s)"),
+        (("--axes", "base,tilt"), "cannot be the name of an axis"),
+        (("--torque", "roll=3"), "--torque: no axis 'roll'"),
+        (("--torque", "azimuth=-3"), "--torque azimuth: '-3' is no such number"),
+        (("--travel", "elevation=0.3..1"), "does not hold zero"),
+        (("--link", "can0"), "--link: 'can0' is no link"),
+        (("--link", "firewire:1"), "no link 'firewire'"),
+        (("--rate", "20000", "--link", "socketcan:can0"), "rate_hz"),
+    ],
+)
+def test_what_is_impossible_is_refused_before_anything_is_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: tuple[str, ...], said: str
+) -> None:
+    code, _, err = begin(capsys, tmp_path / "mine", "--yes", *words)
+    assert code == 2 and said in err and len(err.splitlines()) == 1
+    assert not (tmp_path / "mine").exists()
+
+
+def test_nothing_is_overwritten_without_force(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "plan.yaml").write_text("mine\n")
+    code, _, err = begin(capsys, tmp_path, "--yes")
+    assert code == 2 and "plan.yaml: already exists" in err
+    assert [path.name for path in tmp_path.iterdir()] == ["plan.yaml"]
+    assert begin(capsys, tmp_path, "--yes", "--force")[0] == 0
+    assert (tmp_path / "plan.yaml").read_text() != "mine\n"
+
+
+def test_without_a_terminal_and_without_yes_nobody_is_asked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, _, err = begin(capsys, tmp_path / "mine")
+    assert code == 2 and "--yes" in err
+
+
+def test_answers_to_the_questions_count_as_told_and_a_return_as_assumed(tmp_path: Path) -> None:
+    asked = []
+
+    def answer(question: str, usual: str) -> str:
+        asked.append(question)
+        return {"link": "unix:a.sock", "elevation: largest torque, N m": "9"}.get(question, usual)
+
+    nothing: dict[str, list[str] | None] = dict.fromkeys(
+        ("mass", "inertia", "cog", "coulomb", "breakaway", "viscous", "torque", "rate_limit", "encoder")
+    )
+    antenna = _described(tmp_path, None, "azimuth,elevation", None, None, nothing, None, True, answer)
+    assert asked[:2] == ["kind (gimbal, rotary, linear)", "link"] and len(asked) == 2 + 2 * 6
+    assert antenna.link.word == "unix" and antenna.axes[1].torque_nm == 9.0
+    assert antenna.axes[1].told == {"torque_nm"} and antenna.axes[0].told == frozenset()
+
+
+def test_a_link_in_the_description_is_the_section_of_the_configuration(tmp_path: Path) -> None:
+    nothing: dict[str, list[str] | None] = dict.fromkeys(
+        ("mass", "inertia", "cog", "coulomb", "breakaway", "viscous", "torque", "rate_limit", "encoder")
+    )
+    antenna = _described(tmp_path, "gimbal", None, "serial:/dev/x", 500.0, nothing, None, False, lambda _, usual: usual)
+    assert antenna.link == parse_link("serial:/dev/x") and antenna.rate_hz == 500.0
+    files = write_antenna(antenna, tmp_path / "mine", False)
+    assert files[-1].name == "README.md"
+    limits = load_settings(tmp_path / "mine" / "antenna.yaml").axes["azimuth"].limits
+    assert limits.gyro_encoder_rad is None and limits.stuck_gyro_ticks is None
