@@ -46,7 +46,9 @@ class AxisDescription:
 
     def stated(self) -> AxisDescription:
         """The same, with what has been told marked as such."""
-        told = {one.name for one in fields(self) if one.name != "told" and getattr(self, one.name) is not None}
+        told = {
+            one.name for one in fields(self) if one.name not in ("name", "told") and getattr(self, one.name) is not None
+        }
         return replace(self, told=frozenset(told))
 
     def source(self, *names: str) -> str:
