@@ -7,11 +7,13 @@ from gimbal_hil.bench.real_time_page import real_time_blocks, real_time_text
 from gimbal_hil.bench.results import bench_page, bench_text, speed_blocks
 from gimbal_hil.bench.search import search_figures
 from gimbal_hil.bench.search_page import search_blocks, search_text
+from gimbal_hil.bench.soak import SoakFigures, soak, soak_text
 from gimbal_hil.bench.speed import speed_figures
 
 __all__ = [
     "BlindChoice",
     "Figure",
+    "SoakFigures",
     "bench_page",
     "bench_text",
     "paired",
@@ -22,6 +24,8 @@ __all__ = [
     "search_blocks",
     "search_figures",
     "search_text",
+    "soak",
+    "soak_text",
     "speed_blocks",
     "speed_figures",
 ]

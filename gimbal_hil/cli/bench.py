@@ -1,5 +1,5 @@
-"""`gimbal-hil bench`: speed, real time and the search's cost as ratios, the fault matrix, or the blind bench of the
-discrepancy search.
+"""`gimbal-hil bench`: speed, real time and the search's cost as ratios, the fault matrix, the soak, or the blind bench
+of the discrepancy search.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ import typer
 if TYPE_CHECKING:
     from gimbal_hil.report import Block
 
-BENCHES = ("speed", "realtime", "search", "blind", "faults")
+BENCHES = ("speed", "realtime", "search", "blind", "faults", "soak")
 
 
 def command(
     what: Annotated[
-        str, typer.Argument(help="speed, realtime, search, faults, or blind (needs the source checkout).")
+        str, typer.Argument(help="speed, realtime, search, faults, soak, or blind (needs the source checkout).")
     ] = "speed",
     repeats: Annotated[int, typer.Option(help="speed, search: pairs per figure.", min=3)] = 9,
     out: Annotated[Path | None, typer.Option(help="Folder for the results page.")] = None,
@@ -46,6 +46,7 @@ def command(
         Path | None, typer.Option(metavar="OLD", help="blind: only say what differs from the results in this folder.")
     ] = None,
     every: Annotated[int, typer.Option(help="faults: take every n-th row only.", min=1)] = 1,
+    hours: Annotated[float, typer.Option(help="soak: antenna time.", min=0.001)] = 24.0,
     workers: Annotated[int, typer.Option(help="search, blind: processes (blind: a case in each).", min=1)] = 2,
     dask: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="blind: diagnose on a Dask cluster instead.")
@@ -86,11 +87,14 @@ def command(
     elif what == "faults":
         text, figures, blocks = _faults(every, say)
         words = "faults" + (f" --every {every}" if every > 1 else "")
+    elif what == "soak":
+        text, figures, blocks = _soak(hours, seed or 0, say)
+        words = f"soak --hours {hours:g}"
     else:
         text, figures, blocks = _speed(repeats, say)
         words = f"--repeats {repeats}"
     print(json.dumps(figures) if as_json else text, flush=True)
-    all_right = what != "faults" or not any(figure["problem"] for figure in figures)
+    all_right = what not in ("faults", "soak") or not any(figure["problem"] for figure in figures)
     if page is not None:
         from gimbal_hil.bench import bench_page
 
@@ -105,6 +109,20 @@ def _faults(every: int, say: Any) -> tuple[str, Any, list[Block]]:
 
     found = run_matrix(fault_rows()[::every], shipped_settings(), shipped_model(), say)
     return matrix_text(found), [one.as_dict() for one in found], matrix_blocks(found)
+
+
+def _soak(hours: float, seed: int, say: Any) -> tuple[str, Any, list[Block]]:
+    from dataclasses import asdict
+
+    from gimbal_hil.bench import soak, soak_text
+    from gimbal_hil.report import Heading, Text
+    from gimbal_hil.settings import shipped_settings
+    from sim_backend.model import shipped_model
+
+    found = soak(shipped_settings(), shipped_model(), hours, seed, say)
+    text = soak_text(found)
+    figures = [{**asdict(found), "problem": "; ".join(found.problems)}]
+    return text, figures, [Heading("Soak"), *(Text(line) for line in text.splitlines())]
 
 
 def _speed(repeats: int, say: Any) -> tuple[str, Any, list[Block]]:

@@ -28,6 +28,7 @@ from gimbal_hil.host.layout import (
     DRIFT,
     DRIFT_KEPT,
     DRIFT_SHARE,
+    DRIVE_LIMITS,
     EFFORT,
     ENCODER_SAME,
     EXPECTED_INERTIA,
@@ -95,7 +96,7 @@ def watch_sensors(H: np.ndarray, G: np.ndarray, C: np.ndarray, begin: bool, tick
             moved, turned = H[h + MEASURED_POSITION] - H[h + LAST_POSITION], 0.5 * (joint + H[h + LAST_JOINT_RATE]) * dt
             H[h + DRIFT] = C[DRIFT_KEPT] * H[h + DRIFT] + (moved - turned)
             H[h + PATH] = C[DRIFT_KEPT] * H[h + PATH] + max(abs(moved), abs(turned))
-            impulse = H[h + TORQUE] * dt
+            impulse = _acting_torque(H, G, axis) * dt
             gained = C[c + EXPECTED_INERTIA] * (rate - H[h + LAST_RATE]) - impulse - weights[axis] * dt
             H[h + MOMENTUM] = C[MOMENTUM_KEPT] * H[h + MOMENTUM] + gained
             H[h + EFFORT] = C[MOMENTUM_KEPT] * H[h + EFFORT] + abs(impulse)
@@ -127,6 +128,20 @@ def implausible(H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) -> int:
     # a torque that changes acts some ticks late
     allowed = C[c + DISTURBANCE] + C[MODEL_SHARE] * H[h + EFFORT] + C[LATE_S] * H[h + PEAK_TORQUE]
     return _RUNAWAY if C[c + EXPECTED_INERTIA] > 0.0 and abs(H[h + MOMENTUM]) > allowed else _NONE
+
+
+@compiled
+def _acting_torque(H: np.ndarray, G: np.ndarray, axis: int) -> float:
+    """The torque (N m) asked of an axis, or what the drive says that it makes of it: beyond its limits of travel and
+    rate it cuts what leads on.
+    """
+    h = AXIS_H + axis * AXIS_H_SIZE
+    torque, limits = H[h + TORQUE], G[DRIVE_LIMITS]
+    if limits == 0:
+        return float(torque)
+    side = m.LIMIT_FLAGS_OUTER_TRAVEL_HIGH if torque > 0.0 else m.LIMIT_FLAGS_OUTER_TRAVEL_LOW
+    too_fast = limits & (m.LIMIT_FLAGS_OUTER_RATE << axis) and torque * (H[h + MEASURED_RATE] - H[h + BASE_RATE]) > 0.0
+    return 0.0 if too_fast or limits & (side << (2 * axis)) else float(torque)
 
 
 @compiled

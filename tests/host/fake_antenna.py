@@ -26,7 +26,7 @@ class FakeAntenna:
         self.base_rate, self.base_acceleration, self.base_roll = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0], 0.0
         self.gyro_error = [0.0, 0.0]
         self.drive_state, self.fault, self.last_sequence = m.DRIVE_STATE_SWITCH_ON_DISABLED, 0, 0
-        self.silent, self.tick_stands_still = False, False
+        self.silent, self.tick_stands_still, self.limits = False, False, 0
         self.motor_sign = [1.0, 1.0]
         self.friction = (0.06, 0.03)
         self.requests: list[tuple[int, int, int]] = []
@@ -70,6 +70,7 @@ class FakeAntenna:
         for k in range(3):
             mail[m.BASE_RATE_P + k] = round(self.base_rate[k] / m.BASE_RATE_P_STEP)
             mail[m.BASE_ACCELERATION_AX + k] = round(self.base_acceleration[k] / m.BASE_ACCELERATION_AX_STEP)
+        mail[m.DRIVE_STATUS_LIMITS] = self.limits
         mail[m.BASE_ATTITUDE_ROLL] = round(self.base_roll / m.BASE_ATTITUDE_ROLL_STEP)
         messages = self._with_base if self._ticks % 10 == 1 else self._messages
         asked = mail[m.DRIVE_CONTROL] > 0 and mail[m.DRIVE_CONTROL_IDENTIFY] > 0

@@ -9,7 +9,7 @@ import math
 import pytest
 
 from firmware_protocol import mail as m
-from firmware_protocol.enumerations import StopReaction
+from firmware_protocol.enumerations import LimitFlags, StopReaction
 from gimbal_hil.host import Cause, Host, HostState, Mode
 from gimbal_hil.host.reactions import BY_ENCODER, stop_for
 from tests.host.host_loop import HostLoop, configuration, hold
@@ -148,6 +148,18 @@ def test_motion_without_torque_is_noticed() -> None:
     loop.antenna.load[0] = 12.0
     loop.run(60)
     _tripped(loop, Cause.RUNAWAY)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_torque_that_the_drive_says_it_cuts_is_not_expected_to_move_the_axis(axis: int, side: float) -> None:
+    high, low = LimitFlags.OUTER_TRAVEL_HIGH << (2 * axis), LimitFlags.OUTER_TRAVEL_LOW << (2 * axis)
+    cut, other = (high, low) if side > 0.0 else (low, high)
+    for flags, cause in ((cut, Cause.NONE), (other, Cause.RUNAWAY), (0, Cause.RUNAWAY)):
+        loop = HostLoop().connected()
+        loop.antenna.limits, loop.antenna.motor_sign[axis] = int(flags), 0.0
+        loop.command(hold(Mode.TORQUE, *((side * 5.0, 0.0) if axis == 0 else (0.0, side * 3.0)))).run(100)
+        assert loop.host.cause is cause, (flags, loop.texts())
 
 
 def test_torque_without_motion_is_noticed() -> None:
