@@ -16,6 +16,7 @@ __all__ = [
     "mail",
     "protocol_versions",
     "receiver",
+    "records",
     "schema",
     "stream",
     "words",

@@ -55,9 +55,7 @@ def refusal_of(
     return _together([_of_one(one, where, top, kinds) for one in found])
 
 
-def _of_one(
-    one: ErrorDetails, where: str, top: type[BaseModel], kinds: Mapping[str, type[BaseModel]]
-) -> BadInputError:
+def _of_one(one: ErrorDetails, where: str, top: type[BaseModel], kinds: Mapping[str, type[BaseModel]]) -> BadInputError:
     section: type[BaseModel] | None = top
     path: list[str] = []
     places = one["loc"]

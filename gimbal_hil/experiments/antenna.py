@@ -141,7 +141,7 @@ class EmbeddedAntenna:
             "host_integers": host.memory.integers,
             "host_floats": host.memory.floats,
             "X": device.X,
-            "J": device.J,
+            "drive": device.drive_words,
             "device_mail": device.mail,
             "counters": self.engine.alive_counters,
         }

@@ -29,7 +29,7 @@ from gimbal_hil.host.layout import (
     SEGMENT_SIZE,
     TICK_SEGMENT,
 )
-from sim_backend.device import device_tick, encode_device_mail
+from sim_backend.device import DRIVE, device_tick, encode_device_mail
 
 _TO_HOST, _TO_DEVICE = int(Direction.DEVICE_TO_HOST), int(Direction.HOST_TO_DEVICE)
 #: a tick has at most this many frames, both directions together
@@ -70,7 +70,7 @@ def run_ticks(
     P: np.ndarray,
     K: np.ndarray,
     X: np.ndarray,
-    J: np.ndarray,
+    drive_words: np.ndarray,
     device_counters: np.ndarray,
     rows: np.ndarray,
     frames: np.ndarray,
@@ -84,13 +84,29 @@ def run_ticks(
 ) -> int:
     """Run up to `ticks` ticks from number `tick` on; answers how many were run.
 
-    `words` are a HostMemory's, P K X J a Device's. `rows` int64 (n, LOG_WORDS) gets a row every `every` ticks, `frames`
-    int64 (m, FRAME_WORDS) all frames unless it has no room for one tick; `counts` int64 (2,) says how many of each.
+    `words` are a HostMemory's, P, K, X and `drive_words` a Device's. `rows` int64 (n, LOG_WORDS) gets a row every
+    `every` ticks, `frames` int64 (m, FRAME_WORDS) all frames unless it has no room for one tick; `counts` int64 (2,)
+    says how many of each.
     With `until_done` the run ends with the tick in which no segment runs or is due any more. Stops early when `rows`,
     `frames` or the event ring is full.
     """
     return _run_ticks(
-        words, plan, P, K, X, J, device_counters, rows, frames, octets, counts, tick, ticks, step_ns, every, until_done
+        words,
+        plan,
+        P,
+        K,
+        X,
+        drive_words,
+        device_counters,
+        rows,
+        frames,
+        octets,
+        counts,
+        tick,
+        ticks,
+        step_ns,
+        every,
+        until_done,
     )
 
 
@@ -101,7 +117,7 @@ def _run_ticks(
     P: np.ndarray,
     K: np.ndarray,
     X: np.ndarray,
-    J: np.ndarray,
+    drive_words: np.ndarray,
     device_counters: np.ndarray,
     rows: np.ndarray,
     frames: np.ndarray,
@@ -116,6 +132,7 @@ def _run_ticks(
     # here and not in the entry point, because there every view would be counted
     G, mail, counters = words[:MAIL_AT], words[MAIL_AT:COUNTERS_AT], words[COUNTERS_AT:RECEIVERS_AT]
     H, C = words[H_AT:C_AT].view(np.float64), words[C_AT:OCTETS_AT].view(np.float64)
+    drive = drive_words.view(DRIVE)[0]
     row_floats = rows.view(np.float64)
     logs_frames = frames.shape[0] >= MOST_FRAMES
     written, framed, events = 0, 0, G[EVENT_COUNT]
@@ -135,7 +152,7 @@ def _run_ticks(
         if now % record_every(G, plan, every) == 0:
             write_row(rows[written], row_floats[written], H, G, now, now * step_ns, 0)
             written += 1
-        device_tick(mail, mail, P, K, X, J)
+        device_tick(mail, mail, P, K, X, drive)
         if until_done and G[SEGMENT_RUNS] == 0 and G[REQUESTS] == 0:
             counts[0], counts[1] = written, framed
             return k + 1

@@ -224,7 +224,7 @@ class CompiledPath(_Engine):
                 device.P,
                 device.K,
                 device.X,
-                device.J,
+                device.drive_words,
                 self.alive_counters,
                 rows,
                 frames,

@@ -1,6 +1,6 @@
 """The device core: one tick of the antenna, firmware and plant, a pure compiled function from mail to mail.
 
-Everything it keeps is in `J` (firmware) and `X` (plant); both may be copied and continued.
+Everything it keeps is in `drive` (firmware, see `records`) and `X` (plant); both may be copied and continued.
 """
 
 from __future__ import annotations
@@ -15,20 +15,7 @@ from sim_backend.device.drive import step_state, take_deadman_config, take_set_p
 from sim_backend.device.guards import flag_travel_and_rate, within_torque_limit, without_outward
 from sim_backend.device.holding import hold_axes, take_brake_commands
 from sim_backend.device.identity import report_identity, report_identity_unit
-from sim_backend.device.layout import (
-    APPLIED_TORQUE,
-    AXIS_J,
-    AXIS_J_SIZE,
-    EXPONENT,
-    FAULT,
-    LAST_SEQUENCE,
-    LIMITS,
-    MARGIN,
-    SET_ENABLE,
-    SET_TORQUE,
-    STATE,
-    TICK,
-)
+from sim_backend.device.records import Drive, Joint
 from sim_backend.device.sensing import (
     report_base_acceleration,
     report_base_attitude,
@@ -51,101 +38,99 @@ _MOTOR_PHASES = (3, 3 + _MOTOR_PERIOD // 2)
 _ATTITUDE_PHASE, _HEADING_PHASE, _RATE_PHASE, _ACCELERATION_PHASE = 0, 1, _BASE_PERIOD // 2, 7
 _ACCELERATION_PERIOD, _IDENTITY_PERIOD = BY_NAME["base_acceleration"].period_ticks, BY_NAME["identity"].period_ticks
 _IDENTITY_PHASE, _UNIT_PHASE = 2, 4
-_INNER = AXIS_J + AXIS_J_SIZE
 
 
 @compiled
 def device_tick(
-    mail_in: np.ndarray, mail_out: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.ndarray, J: np.ndarray
+    mail_in: np.ndarray, mail_out: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.ndarray, drive: Drive
 ) -> None:
     """One tick: read the host's messages in `mail_in`, decide, advance plant and sensors, write the device's messages
     into `mail_out`.
 
-    Mails are int64 (MAIL_SIZE,) and may be one and the same array; P, X float64, K, J int64 as `Device` makes them. The
-    torque decided here acts over this tick; the feedback written is sampled at its end.
+    Mails are int64 (MAIL_SIZE,) and may be one and the same array; P, X float64, K int64 and `drive` as `Device` makes
+    them. The torque decided here acts over this tick; the feedback written is sampled at its end.
     """
     clear_fresh(mail_out, _TO_HOST)
-    J[TICK] += 1
-    take_set_point(mail_in, J)
-    take_deadman_config(mail_in, J)
-    take_brake_commands(mail_in, J)
-    step_state(mail_in, mail_out, K, J)
-    _command_torque(K, J)
-    hold_axes(K, X, J)
-    plant_tick(P, K, X, (motor_torque(K, J, AXIS_J), motor_torque(K, J, _INNER)))
-    sample(P, K, X, J)
-    flag_travel_and_rate(K, J)
-    report_motion(mail_out, K, J)
+    drive.tick += 1
+    take_set_point(mail_in, drive)
+    take_deadman_config(mail_in, drive)
+    take_brake_commands(mail_in, drive)
+    step_state(mail_in, mail_out, K, drive)
+    _command_torque(K, drive)
+    hold_axes(K, X, drive)
+    plant_tick(P, K, X, (motor_torque(K, drive, 0), motor_torque(K, drive, 1)))
+    sample(P, K, X, drive)
+    flag_travel_and_rate(K, drive)
+    report_motion(mail_out, K, drive)
     for axis in range(2):
-        if J[TICK] % _MOTOR_PERIOD == _MOTOR_PHASES[axis]:
-            report_motor(mail_out, P, K, X, J, axis)
-    _report_base(mail_out, P, K, X, J)
+        if drive.tick % _MOTOR_PERIOD == _MOTOR_PHASES[axis]:
+            report_motor(mail_out, P, K, X, drive, axis)
+    _report_base(mail_out, P, K, X, drive)
     asked = mail_in[m.DRIVE_CONTROL] > 0 and mail_in[m.DRIVE_CONTROL_IDENTIFY] == 1
-    if asked or J[TICK] % _IDENTITY_PERIOD == _IDENTITY_PHASE:
-        report_identity(mail_out, J)
-    if asked or J[TICK] % _IDENTITY_PERIOD == _UNIT_PHASE:
-        report_identity_unit(mail_out, J)
-    _report_status(mail_out, J)
+    if asked or drive.tick % _IDENTITY_PERIOD == _IDENTITY_PHASE:
+        report_identity(mail_out, drive)
+    if asked or drive.tick % _IDENTITY_PERIOD == _UNIT_PHASE:
+        report_identity_unit(mail_out, drive)
+    _report_status(mail_out, drive)
 
 
 @compiled
-def _command_torque(K: np.ndarray, J: np.ndarray) -> None:
+def _command_torque(K: np.ndarray, drive: Drive) -> None:
     """Raw torque of each axis for this tick: the set-point, the drive's own stop, or nothing. Other states know no
     torque.
     """
-    J[LIMITS] = 0
+    drive.limits = 0
     for axis in range(K[AXES]):
-        j = AXIS_J + axis * AXIS_J_SIZE
+        joint = drive.joints[axis]
         torque = 0
-        if J[STATE] == m.DRIVE_STATE_OPERATION_ENABLED:
-            if J[j + SET_ENABLE] == 1:
-                torque = without_outward(J, axis, J[j + SET_TORQUE])
-        elif stops_by_itself(J):
-            torque = stop_torque(K, J, axis)
-        J[j + APPLIED_TORQUE] = within_torque_limit(J, axis, torque)
+        if drive.state == m.DRIVE_STATE_OPERATION_ENABLED:
+            if joint.set_enable == 1:
+                torque = without_outward(drive, axis, joint.set_torque)
+        elif stops_by_itself(drive):
+            torque = stop_torque(K, drive, axis)
+        joint.applied_torque = within_torque_limit(drive, axis, torque)
 
 
 @compiled
-def applied_torque(J: np.ndarray, j: int) -> float:
-    """Torque (N m) that the drive asks of the current loop of the axis whose block begins at `j`."""
-    return float(J[j + APPLIED_TORQUE] << J[j + EXPONENT]) * m.SET_POINT_TORQUE_OUTER_STEP
+def applied_torque(joint: Joint) -> float:
+    """Torque (N m) that the drive asks of the current loop of an axis."""
+    return float(joint.applied_torque << joint.exponent) * m.SET_POINT_TORQUE_OUTER_STEP
 
 
 @compiled
-def motor_torque(K: np.ndarray, J: np.ndarray, j: int) -> float:
-    """Torque (N m) that its motor makes of it: another one when it was spoilt."""
-    return (
-        float(spoilt_torque(J, j, J[j + APPLIED_TORQUE], _stage_is_on(K, J)) << J[j + EXPONENT])
-        * m.SET_POINT_TORQUE_OUTER_STEP
-    )
+def motor_torque(K: np.ndarray, drive: Drive, axis: int) -> float:
+    """Torque (N m) that the motor of an axis makes of it: another one when it was spoilt."""
+    joint = drive.joints[axis]
+    torque = spoilt_torque(joint, joint.applied_torque, _stage_is_on(K, drive))
+    return float(torque << joint.exponent) * m.SET_POINT_TORQUE_OUTER_STEP
 
 
 @compiled
-def _stage_is_on(K: np.ndarray, J: np.ndarray) -> bool:
+def _stage_is_on(K: np.ndarray, drive: Drive) -> bool:
     """Whether the power stage makes current: not while the winding is shorted or the axis coasts."""
-    by_torque = stop_in_force(K, J) > m.STOP_REACTION_BRAKE
-    return bool(J[STATE] == m.DRIVE_STATE_OPERATION_ENABLED or (stops_by_itself(J) and by_torque))
+    by_torque = stop_in_force(K, drive) > m.STOP_REACTION_BRAKE
+    return bool(drive.state == m.DRIVE_STATE_OPERATION_ENABLED or (stops_by_itself(drive) and by_torque))
 
 
 @compiled
-def _report_base(mail: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.ndarray, J: np.ndarray) -> None:
+def _report_base(mail: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.ndarray, drive: Drive) -> None:
     """What the base's inertial navigation says at this tick, at most one message."""
-    phase = J[TICK] % _BASE_PERIOD
+    phase = drive.tick % _BASE_PERIOD
     if phase == _ATTITUDE_PHASE:
-        report_base_attitude(mail, P, K, X, J)
+        report_base_attitude(mail, P, K, X, drive)
     elif phase == _HEADING_PHASE:
-        report_base_heading(mail, J)
+        report_base_heading(mail, drive)
     elif phase == _RATE_PHASE:
         report_base_rate(mail, P, K, X)
-    elif J[TICK] % _ACCELERATION_PERIOD == _ACCELERATION_PHASE:
+    elif drive.tick % _ACCELERATION_PERIOD == _ACCELERATION_PHASE:
         report_base_acceleration(mail)
 
 
 @compiled
-def _report_status(mail: np.ndarray, J: np.ndarray) -> None:
+def _report_status(mail: np.ndarray, drive: Drive) -> None:
     """Put the drive's status into the mail; it closes the feedback set of the tick."""
     mail[m.DRIVE_STATUS] = 1
-    mail[m.DRIVE_STATUS_STATE], mail[m.DRIVE_STATUS_FAULT] = J[STATE], J[FAULT]
-    mail[m.DRIVE_STATUS_LAST_SEQUENCE] = J[LAST_SEQUENCE] & 1023
-    mail[m.DRIVE_STATUS_DEADMAN_MARGIN], mail[m.DRIVE_STATUS_LIMITS] = J[MARGIN], J[LIMITS]
-    mail[m.DRIVE_STATUS_TICK] = J[TICK] & 4095
+    mail[m.DRIVE_STATUS_STATE], mail[m.DRIVE_STATUS_FAULT] = drive.state, drive.fault
+    mail[m.DRIVE_STATUS_LAST_SEQUENCE] = drive.last_sequence & 1023
+    mail[m.DRIVE_STATUS_DEADMAN_MARGIN], mail[m.DRIVE_STATUS_LIMITS] = drive.margin, drive.limits
+    mail[m.DRIVE_STATUS_TICK] = drive.tick & 4095

@@ -10,8 +10,8 @@ from firmware_protocol.compiling import compiled, entry_point
 from firmware_protocol.enumerations import BrakeState, DriveState, FaultCode
 from firmware_protocol.receiver import CRC_ERRORS, DUPLICATES, OUT_OF_RANGE
 from firmware_protocol.schema import MESSAGES, RECORD_SIZE, Direction
-from sim_backend.device import layout
 from sim_backend.device.core import applied_torque, device_tick
+from sim_backend.device.records import DRIVE, DRIVE_WORDS, Drive
 from sim_backend.device.settings import FirmwareSettings, settings_to_plant, settings_to_state
 from sim_backend.device.spoiling import Spoilt, spoil
 from sim_backend.layout import K_SIZE, POSITION, RATE
@@ -58,10 +58,10 @@ _FRESH_SLOTS = np.array(
 
 #: bytes of the block received, behind which the block to be sent stands
 _RECEIVED_SIZE = 65536
-#: places in a device's 64-bit words: J, K, mail, alive counters, receivers, octets, then as float64 X and P
+#: places in a device's 64-bit words: drive, K, mail, alive counters, receivers, octets, then as float64 X and P
 _RECEIVERS = new_receivers()
 _ROWS, _COLUMNS = _RECEIVERS.shape
-_K_AT = layout.J_SIZE
+_K_AT = DRIVE_WORDS
 _MAIL_AT = _K_AT + K_SIZE
 _COUNTERS_AT = _MAIL_AT + m.MAIL_SIZE
 _RECEIVERS_AT = _COUNTERS_AT + m.MESSAGE_COUNT
@@ -92,20 +92,20 @@ def device_frame_tick(words: np.ndarray, x_size: int, received: int) -> int:
 @compiled
 def _frame_tick(words: np.ndarray, x_size: int, received: int) -> int:
     # here and not in the entry point, because there every view would be counted, a tenth of a microsecond in all
-    J, K, mail = words[:_K_AT], words[_K_AT:_MAIL_AT], words[_MAIL_AT:_COUNTERS_AT]
+    drive, K, mail = words[:_K_AT].view(DRIVE)[0], words[_K_AT:_MAIL_AT], words[_MAIL_AT:_COUNTERS_AT]
     counters, receivers = words[_COUNTERS_AT:_RECEIVERS_AT], words[_RECEIVERS_AT:_OCTETS_AT].reshape(_ROWS, _COLUMNS)
     octets, floats = words[_OCTETS_AT:_FLOATS_AT].view(np.uint8), words[_FLOATS_AT:].view(np.float64)
     age_receivers(receivers, _FROM_HOST)
     clear_fresh(mail, _FROM_HOST)
     decode_block(octets[:_RECEIVED_SIZE], received, mail, receivers, _FROM_HOST)
-    device_tick(mail, mail, floats[x_size:], K, floats[:x_size], J)
+    device_tick(mail, mail, floats[x_size:], K, floats[:x_size], drive)
     return encode_device_mail(mail, counters, octets, _RECEIVED_SIZE) - _RECEIVED_SIZE
 
 
 class Device:
     """A virtual antenna: plant, firmware and its end of the wire.
 
-    `P`, `K`, `X`, `J` and `mail` are what `device_tick` works on; the compiled lockstep path uses them directly.
+    `P`, `K`, `X`, `drive` and `mail` are what `device_tick` works on; the compiled lockstep path uses them directly.
     """
 
     def __init__(
@@ -119,11 +119,16 @@ class Device:
         self._octets = words[_OCTETS_AT:_FLOATS_AT].view(np.uint8).data
         floats = words[_FLOATS_AT:].view(np.float64)
         self.X, self.P = floats[: self._x_size], floats[self._x_size :]
-        self.J, self.K, self.mail = words[:_K_AT], words[_K_AT:_MAIL_AT], words[_MAIL_AT:_COUNTERS_AT]
+        self.drive_words, self.K, self.mail = words[:_K_AT], words[_K_AT:_MAIL_AT], words[_MAIL_AT:_COUNTERS_AT]
         self.receivers = words[_RECEIVERS_AT:_OCTETS_AT].reshape(_ROWS, _COLUMNS)
         self.X[:], self.P[:] = arrays.X, arrays.P
         settings_to_plant(self.settings, self.P)
-        self.J[:], self.K[:], self.receivers[:] = settings_to_state(self.settings, rate_hz), arrays.K, _RECEIVERS
+        self.drive: Drive = self.drive_words.view(DRIVE)[0]
+        self.drive_words[:], self.K[:], self.receivers[:] = (
+            settings_to_state(self.settings, rate_hz),
+            arrays.K,
+            _RECEIVERS,
+        )
 
     def tick(self, received: bytes = b"") -> bytes:
         """Take a block of frames, whatever is in it, go on by one tick, and answer the block of this tick's feedback.
@@ -142,17 +147,17 @@ class Device:
     @property
     def state(self) -> DriveState:
         """State of the drive."""
-        return DriveState(int(self.J[layout.STATE]))
+        return DriveState(int(self.drive.state))
 
     @property
     def fault(self) -> FaultCode:
         """Latched fault."""
-        return FaultCode(int(self.J[layout.FAULT]))
+        return FaultCode(int(self.drive.fault))
 
     @property
     def ticks(self) -> int:
         """Ticks since power-up."""
-        return int(self.J[layout.TICK])
+        return int(self.drive.tick)
 
     @property
     def joint_positions(self) -> tuple[float, ...]:
@@ -167,16 +172,16 @@ class Device:
     @property
     def torques_nm(self) -> tuple[float, ...]:
         """Torque that the drive applied in the last tick, N m (N on a linear axis)."""
-        return tuple(float(applied_torque(self.J, layout.axis_j(axis))) for axis in range(len(self.model.axes)))
+        return tuple(float(applied_torque(self.drive.joints[axis])) for axis in range(len(self.model.axes)))
 
     def brake(self, axis: int) -> BrakeState:
         """Where an axis' holding brake stands."""
-        return BrakeState(int(self.J[layout.axis_j(axis) + layout.BRAKE_STATE]))
+        return BrakeState(int(self.drive.joints[axis].brake_state))
 
     @property
     def set_points(self) -> tuple[int, int]:
         """Set-points that fed the deadman, and repeats or stale ones that did not."""
-        return int(self.J[layout.TAKEN]), int(self.J[layout.REFUSED])
+        return int(self.drive.taken), int(self.drive.refused)
 
     @property
     def bad_frames(self) -> int:
@@ -194,10 +199,10 @@ class Device:
         """Give an axis a fault of its `encoder`, `gyro` or `motor` from the next tick on, as on a bench; see
         `Spoilt`.
         """
-        spoil(self.J, axis, part, kind, amount)
+        spoil(self.drive, axis, part, kind, amount)
 
     def set_supply(self, supply_v: float) -> None:
         """Let the supply have another voltage, as on a bench: below the firmware's least one the drive faults."""
-        self.J[layout.SUPPLY] = min(
+        self.drive.supply = min(
             max(round(supply_v / m.MOTOR_STATUS_OUTER_SUPPLY_STEP), 0), m.MOTOR_STATUS_OUTER_SUPPLY_HIGH
         )

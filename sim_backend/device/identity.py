@@ -7,25 +7,22 @@ import numpy as np
 from firmware_protocol import mail as m
 from firmware_protocol.compiling import compiled
 from firmware_protocol.schema import PROTOCOL_VERSION
-from sim_backend.device.layout import AXIS_J, AXIS_J_SIZE, EXPONENT, HAS_BRAKE, NAME_CODE, SERIAL_NUMBER
-
-_INNER = AXIS_J + AXIS_J_SIZE
+from sim_backend.device.records import Drive
 
 
 @compiled
-def report_identity(mail: np.ndarray, J: np.ndarray) -> None:
+def report_identity(mail: np.ndarray, drive: Drive) -> None:
     """Put the protocol's version, the name's code and the brakes into the mail."""
     mail[m.IDENTITY] = 1
-    mail[m.IDENTITY_PROTOCOL_VERSION], mail[m.IDENTITY_NAME] = PROTOCOL_VERSION, J[NAME_CODE]
-    mail[m.IDENTITY_HAS_BRAKE_OUTER], mail[m.IDENTITY_HAS_BRAKE_INNER] = J[AXIS_J + HAS_BRAKE], J[_INNER + HAS_BRAKE]
+    mail[m.IDENTITY_PROTOCOL_VERSION], mail[m.IDENTITY_NAME] = PROTOCOL_VERSION, drive.name_code
+    for axis in range(2):
+        mail[m.IDENTITY_HAS_BRAKE_OUTER + axis] = drive.joints[axis].has_brake
 
 
 @compiled
-def report_identity_unit(mail: np.ndarray, J: np.ndarray) -> None:
+def report_identity_unit(mail: np.ndarray, drive: Drive) -> None:
     """Put the serial number and the units of torque into the mail."""
     mail[m.IDENTITY_UNIT] = 1
-    mail[m.IDENTITY_UNIT_SERIAL_NUMBER] = J[SERIAL_NUMBER]
-    mail[m.IDENTITY_UNIT_TORQUE_EXPONENT_OUTER], mail[m.IDENTITY_UNIT_TORQUE_EXPONENT_INNER] = (
-        J[AXIS_J + EXPONENT],
-        J[_INNER + EXPONENT],
-    )
+    mail[m.IDENTITY_UNIT_SERIAL_NUMBER] = drive.serial_number
+    for axis in range(2):
+        mail[m.IDENTITY_UNIT_TORQUE_EXPONENT_OUTER + axis] = drive.joints[axis].exponent

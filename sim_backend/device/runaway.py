@@ -8,57 +8,38 @@ base does.
 
 from __future__ import annotations
 
-import numpy as np
-
 from firmware_protocol import mail as m
 from firmware_protocol.compiling import compiled
-from sim_backend.device.layout import (
-    APPLIED_TORQUE,
-    AXIS_J,
-    AXIS_J_SIZE,
-    BRAKE_STATE,
-    EFFORT,
-    GYRO,
-    IMPULSE_OF_RATE,
-    MOMENTUM,
-    MOMENTUM_KEPT,
-    PEAK_TORQUE,
-    RAN_AWAY,
-    SCALE_BITS,
-    SET_ENABLE,
-    SHORTED,
-    STATE,
-    STRANGE_IMPULSE,
-)
+from sim_backend.device.records import SCALE_BITS, Drive, Joint
 
 #: ticks that a torque may act late
 _LATE_TICKS = 3
 
 
 @compiled
-def watch_momentum(J: np.ndarray, j: int, gyro_before: int) -> None:
+def watch_momentum(drive: Drive, joint: Joint, gyro_before: int) -> None:
     """Take in the sample just taken; the verdict stays until the drive is without power."""
-    state = J[STATE]
-    running = state == m.DRIVE_STATE_OPERATION_ENABLED and J[j + SET_ENABLE] == 1
+    state = drive.state
+    running = state == m.DRIVE_STATE_OPERATION_ENABLED and joint.set_enable == 1
     stopping = state == m.DRIVE_STATE_QUICK_STOP_ACTIVE or state == m.DRIVE_STATE_FAULT_REACTION_ACTIVE
     if not running and not stopping:
-        J[j + RAN_AWAY] = 0
+        joint.ran_away = 0
     # what a shorted winding and a brake do to the axis is not the torque's
-    free = J[j + SHORTED] == 0 and J[j + BRAKE_STATE] != m.BRAKE_STATE_ENGAGED
-    if J[j + STRANGE_IMPULSE] == 0 or not (running or stopping) or not free:
-        J[j + MOMENTUM] = J[j + EFFORT] = J[j + PEAK_TORQUE] = 0
+    free = joint.shorted == 0 and joint.brake_state != m.BRAKE_STATE_ENGAGED
+    if joint.strange_impulse == 0 or not (running or stopping) or not free:
+        joint.momentum = joint.effort = joint.peak_torque = 0
         return
-    torque, kept = J[j + APPLIED_TORQUE], J[MOMENTUM_KEPT]
-    gained = (J[j + GYRO] - gyro_before) * J[j + IMPULSE_OF_RATE] - (torque << SCALE_BITS)
-    J[j + MOMENTUM] = (J[j + MOMENTUM] * kept >> SCALE_BITS) + gained
-    J[j + EFFORT] = (J[j + EFFORT] * kept >> SCALE_BITS) + (abs(torque) << SCALE_BITS)
-    J[j + PEAK_TORQUE] = max(J[j + PEAK_TORQUE] * kept >> SCALE_BITS, abs(torque))
-    allowed = J[j + STRANGE_IMPULSE] + (J[j + EFFORT] >> 1) + _LATE_TICKS * (J[j + PEAK_TORQUE] << SCALE_BITS)
-    if abs(J[j + MOMENTUM]) > allowed:
-        J[j + RAN_AWAY] = 1
+    torque, kept = joint.applied_torque, drive.momentum_kept
+    gained = (joint.gyro - gyro_before) * joint.impulse_of_rate - (torque << SCALE_BITS)
+    joint.momentum = (joint.momentum * kept >> SCALE_BITS) + gained
+    joint.effort = (joint.effort * kept >> SCALE_BITS) + (abs(torque) << SCALE_BITS)
+    joint.peak_torque = max(joint.peak_torque * kept >> SCALE_BITS, abs(torque))
+    allowed = joint.strange_impulse + (joint.effort >> 1) + _LATE_TICKS * (joint.peak_torque << SCALE_BITS)
+    if abs(joint.momentum) > allowed:
+        joint.ran_away = 1
 
 
 @compiled
-def runs_away(J: np.ndarray, axis: int) -> bool:
+def runs_away(drive: Drive, axis: int) -> bool:
     """Whether an axis moved as its torque cannot have moved it since the drive got power."""
-    return bool(J[AXIS_J + axis * AXIS_J_SIZE + RAN_AWAY] == 1)
+    return bool(drive.joints[axis].ran_away == 1)

@@ -10,27 +10,7 @@ from firmware_protocol import mail as m
 from firmware_protocol.block_codec import quantise
 from firmware_protocol.compiling import compiled
 from sim_backend.base_motion import base_attitude, base_state
-from sim_backend.device.layout import (
-    ATTITUDE_TICK,
-    AXIS_J,
-    AXIS_J_SIZE,
-    BRAKE_STATE,
-    ENCODER,
-    ENCODER_SPOILT,
-    EXPONENT,
-    GYRO,
-    GYRO_SPOILT,
-    JOINT_RATE,
-    JOINT_RATE_SHIFT,
-    RATE_OF_COUNT,
-    SCALE_BITS,
-    SENSOR_FAULT,
-    SHORTED,
-    SUPPLY,
-    TICK,
-    WINDING,
-    YAW,
-)
+from sim_backend.device.records import JOINT_RATE_SHIFT, SCALE_BITS, Drive
 from sim_backend.device.runaway import watch_momentum
 from sim_backend.device.spoiling import spoilt_reading
 from sim_backend.layout import (
@@ -73,29 +53,29 @@ _TORQUE_CHANNEL = 4
 
 
 @compiled
-def sample(P: np.ndarray, K: np.ndarray, X: np.ndarray, J: np.ndarray) -> None:
-    """Read encoders and gyros at this instant into J, with the joint rate and what is wrong with the sensors."""
+def sample(P: np.ndarray, K: np.ndarray, X: np.ndarray, drive: Drive) -> None:
+    """Read encoders and gyros at this instant into drive, with the joint rate and what is wrong with the sensors."""
     true_rates(P, K, X)
     for axis in range(K[AXES]):
-        j = AXIS_J + axis * AXIS_J_SIZE
+        joint = drive.joints[axis]
         # a motion that is no number is the simulator's own failure; sensors keep what they last said
         if not (math.isfinite(X[POSITION + axis]) and math.isfinite(X[RATE + axis])):
-            J[j + SENSOR_FAULT] = m.FAULT_CODE_INTERNAL
+            joint.sensor_fault = m.FAULT_CODE_INTERNAL
             continue
-        position = quantise(read_encoder(P, K, X, axis, J[TICK]), _POSITION_STEP, _POSITION_LOW, _POSITION_HIGH)
-        rate = quantise(read_gyro(P, K, X, axis, J[TICK]), _RATE_STEP, _RATE_LOW, _RATE_HIGH)
+        position = quantise(read_encoder(P, K, X, axis, drive.tick), _POSITION_STEP, _POSITION_LOW, _POSITION_HIGH)
+        rate = quantise(read_gyro(P, K, X, axis, drive.tick), _RATE_STEP, _RATE_LOW, _RATE_HIGH)
         position = min(
-            max(spoilt_reading(J, j + ENCODER_SPOILT, position, False, _POSITION_HIGH), _POSITION_LOW), _POSITION_HIGH
+            max(spoilt_reading(joint.encoder_spoilt, position, False, _POSITION_HIGH), _POSITION_LOW), _POSITION_HIGH
         )
-        rate = min(max(spoilt_reading(J, j + GYRO_SPOILT, rate, True, _RATE_HIGH), _RATE_LOW), _RATE_HIGH)
+        rate = min(max(spoilt_reading(joint.gyro_spoilt, rate, True, _RATE_HIGH), _RATE_LOW), _RATE_HIGH)
         # the first sample after power-up has none before it
-        moved = (position - J[j + ENCODER]) * J[RATE_OF_COUNT] >> SCALE_BITS if J[TICK] > 1 else 0
-        J[j + JOINT_RATE] += (moved - J[j + JOINT_RATE]) >> JOINT_RATE_SHIFT
-        before = J[j + GYRO]
-        J[j + ENCODER], J[j + GYRO] = position, rate
-        watch_momentum(J, j, before)
-        J[j + WINDING] = quantise(X[TEMPERATURE + axis], _HEAT_STEP, _HEAT_LOW, _HEAT_HIGH)
-        J[j + SENSOR_FAULT] = _sensor_fault(position, rate)
+        moved = (position - joint.encoder) * drive.rate_of_count >> SCALE_BITS if drive.tick > 1 else 0
+        joint.joint_rate += (moved - joint.joint_rate) >> JOINT_RATE_SHIFT
+        before = joint.gyro
+        joint.encoder, joint.gyro = position, rate
+        watch_momentum(drive, joint, before)
+        joint.winding = quantise(X[TEMPERATURE + axis], _HEAT_STEP, _HEAT_LOW, _HEAT_HIGH)
+        joint.sensor_fault = _sensor_fault(position, rate)
 
 
 @compiled
@@ -107,36 +87,36 @@ def _sensor_fault(position: int, rate: int) -> int:
 
 
 @compiled
-def report_motion(mail: np.ndarray, K: np.ndarray, J: np.ndarray) -> None:
+def report_motion(mail: np.ndarray, K: np.ndarray, drive: Drive) -> None:
     """Put the feedback of this tick into the mail; the inner fields of a single axis stay zero."""
     mail[m.FEEDBACK_OUTER] = mail[m.FEEDBACK_INNER] = 1
     for axis in range(K[AXES]):
         slot = m.FEEDBACK_OUTER_POSITION + axis * (m.FEEDBACK_INNER_POSITION - m.FEEDBACK_OUTER_POSITION)
-        j = AXIS_J + axis * AXIS_J_SIZE
-        mail[slot], mail[slot + 1] = J[j + ENCODER], J[j + GYRO]
+        joint = drive.joints[axis]
+        mail[slot], mail[slot + 1] = joint.encoder, joint.gyro
 
 
 @compiled
-def report_motor(mail: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.ndarray, J: np.ndarray, axis: int) -> None:
+def report_motor(mail: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.ndarray, drive: Drive, axis: int) -> None:
     """Put one motor's torque, temperature and supply into the mail; zeros for an axis that the model does not have."""
     fresh = m.MOTOR_STATUS_OUTER + axis * (m.MOTOR_STATUS_INNER - m.MOTOR_STATUS_OUTER)
     mail[fresh] = 1
     if axis >= K[AXES]:
         return
     torque = X[APPLIED + axis]
-    if J[AXIS_J + axis * AXIS_J_SIZE + SHORTED] == 1:
+    if drive.joints[axis].shorted == 1:
         torque -= P[AXIS_BLOCK + axis * AXIS_SIZE + SHORT_DAMPING] * X[RATE + axis]
     noise = P[AXIS_BLOCK + axis * AXIS_SIZE + TORQUE_NOISE]
     if noise > 0.0:
-        torque += noise * normal(K[SEED], J[TICK], _TORQUE_CHANNEL + axis)
-    j = AXIS_J + axis * AXIS_J_SIZE
-    mail[fresh + 1] = quantise(torque, _TORQUE_STEP * (1 << J[j + EXPONENT]), _TORQUE_LOW, _TORQUE_HIGH)
-    mail[fresh + 2], mail[fresh + 3] = J[j + WINDING], J[SUPPLY]
-    mail[fresh + 4], mail[fresh + 5] = J[j + BRAKE_STATE], J[j + SHORTED]
+        torque += noise * normal(K[SEED], drive.tick, _TORQUE_CHANNEL + axis)
+    joint = drive.joints[axis]
+    mail[fresh + 1] = quantise(torque, _TORQUE_STEP * (1 << joint.exponent), _TORQUE_LOW, _TORQUE_HIGH)
+    mail[fresh + 2], mail[fresh + 3] = joint.winding, drive.supply
+    mail[fresh + 4], mail[fresh + 5] = joint.brake_state, joint.shorted
 
 
 @compiled
-def report_base_attitude(mail: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.ndarray, J: np.ndarray) -> None:
+def report_base_attitude(mail: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.ndarray, drive: Drive) -> None:
     """Put roll and pitch of the base into the mail, as its inertial navigation gives them, and keep the rest for
     `report_base_heading`.
     """
@@ -144,17 +124,17 @@ def report_base_attitude(mail: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.n
     roll, pitch, yaw = base_attitude(P, K, X[STEPS] * P[STEP_S])
     mail[m.BASE_ATTITUDE_ROLL] = _angle(roll)
     mail[m.BASE_ATTITUDE_PITCH] = _angle(pitch)
-    mail[m.BASE_ATTITUDE_SET] = J[TICK] & m.BASE_ATTITUDE_SET_HIGH
-    J[YAW], J[ATTITUDE_TICK] = _angle(yaw), J[TICK] & m.BASE_HEADING_VALID_TICK_HIGH
+    mail[m.BASE_ATTITUDE_SET] = drive.tick & m.BASE_ATTITUDE_SET_HIGH
+    drive.yaw, drive.attitude_tick = _angle(yaw), drive.tick & m.BASE_HEADING_VALID_TICK_HIGH
 
 
 @compiled
-def report_base_heading(mail: np.ndarray, J: np.ndarray) -> None:
+def report_base_heading(mail: np.ndarray, drive: Drive) -> None:
     """Put the heading that belongs to the last `report_base_attitude` into the mail, and when both were true."""
     mail[m.BASE_HEADING] = 1
     mail[m.BASE_HEADING_YAW], mail[m.BASE_HEADING_VALID_TICK], mail[m.BASE_HEADING_VALID_FRACTION] = (
-        J[YAW],
-        J[ATTITUDE_TICK],
+        drive.yaw,
+        drive.attitude_tick,
         0,
     )
 

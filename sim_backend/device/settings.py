@@ -1,5 +1,5 @@
 """What the antenna's maker sets in its firmware: limits, travel, deadman, how it stops. Converted once to raw integers
-in `J`.
+in `Drive`.
 """
 
 from __future__ import annotations
@@ -9,12 +9,13 @@ from dataclasses import dataclass, fields
 from enum import IntEnum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from firmware_protocol import mail as m
 from firmware_protocol.enumerations import StopReaction
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.schema import POSITION_STEP_RAD, RATE_STEP_RAD_S, TORQUE_STEP_NM, name_code
-from sim_backend.device import layout
+from sim_backend.device.records import DRIVE, DRIVE_WORDS, NO_SEQUENCE, SCALE, Drive, Joint
 from sim_backend.layout import BRAKE_DAMPING, BRAKE_STIFFNESS, BRAKE_TORQUE, SHORT_DAMPING, STEP_S, axis_block
 from sim_backend.model import ENDLESS, AntennaModel, Kind
 
@@ -220,31 +221,34 @@ def _weight_moves(model: AntennaModel, index: int, axis: str) -> bool:
     return lever * model.number(axis, "body.mass") * model.file.gravity_m_s2 > model.number(axis, "friction.breakaway")
 
 
-def settings_to_state(settings: FirmwareSettings, rate_hz: float) -> np.ndarray:
-    """`J` of a drive that has just got its supply: int64 (J_SIZE,), settings in raw integers for ticks at `rate_hz`."""
+def settings_to_state(settings: FirmwareSettings, rate_hz: float) -> NDArray[np.int64]:
+    """Words of a `Drive` that has just got its supply: int64 (DRIVE_WORDS,), settings in raw integers for ticks at
+    `rate_hz`.
+    """
     settings.check()
-    J = np.zeros(layout.J_SIZE, dtype=np.int64)
-    J[layout.LAST_SEQUENCE] = layout.NO_SEQUENCE
-    J[layout.WINDOW], J[layout.REACTION] = settings.deadman_window_ticks, settings.deadman_reaction
+    words = np.zeros(DRIVE_WORDS, dtype=np.int64)
+    drive: Drive = words.view(DRIVE)[0]
+    drive.last_sequence = NO_SEQUENCE
+    drive.window, drive.reaction = settings.deadman_window_ticks, settings.deadman_reaction
     # an edge needs a level that was seen low before
-    J[layout.RESET_LEVEL] = 1
-    J[layout.SUPPLY] = round(settings.supply_v / m.MOTOR_STATUS_OUTER_SUPPLY_STEP)
-    J[layout.MIN_SUPPLY] = round(settings.min_supply_v / m.MOTOR_STATUS_OUTER_SUPPLY_STEP)
-    J[layout.STARTUP_TICKS], J[layout.CONTROL_SILENCE_TICKS] = settings.startup_ticks, settings.control_silence_ticks
-    J[layout.TRAVEL_REACTION], J[layout.FAULT_REACTION] = settings.travel_reaction, settings.fault_reaction
-    J[layout.REST_RATE] = round(settings.rest_rate_rad_s / RATE_STEP_RAD_S)
-    J[layout.MAX_DISAGREEMENT] = round(settings.disagreement_rad_s / RATE_STEP_RAD_S)
-    J[layout.STOP_DISAGREEMENT] = round(settings.stop_disagreement_rad_s / RATE_STEP_RAD_S)
-    J[layout.REST_TICKS], J[layout.HOLD_TICKS] = round(settings.rest_s * rate_hz), round(settings.hold_s * rate_hz)
-    J[layout.REACTION_TICKS] = round(settings.reaction_timeout_s * rate_hz)
-    J[layout.RATE_OF_COUNT] = round(POSITION_STEP_RAD * rate_hz / RATE_STEP_RAD_S * layout.SCALE)
-    J[layout.COUNT_OF_RATE] = round(RATE_STEP_RAD_S / (POSITION_STEP_RAD * rate_hz) * layout.SCALE)
-    J[layout.NAME_CODE], J[layout.SERIAL_NUMBER] = name_code(settings.name), settings.serial_number
-    J[layout.MOMENTUM_KEPT] = round(math.exp(-1.0 / (_MOMENTUM_WINDOW_S * rate_hz)) * layout.SCALE)
-    J[layout.BRAKE_TICKS] = round(settings.brake_closing_s * rate_hz)
+    drive.reset_level = 1
+    drive.supply = round(settings.supply_v / m.MOTOR_STATUS_OUTER_SUPPLY_STEP)
+    drive.min_supply = round(settings.min_supply_v / m.MOTOR_STATUS_OUTER_SUPPLY_STEP)
+    drive.startup_ticks, drive.control_silence_ticks = settings.startup_ticks, settings.control_silence_ticks
+    drive.travel_reaction, drive.fault_reaction = settings.travel_reaction, settings.fault_reaction
+    drive.rest_rate = round(settings.rest_rate_rad_s / RATE_STEP_RAD_S)
+    drive.max_disagreement = round(settings.disagreement_rad_s / RATE_STEP_RAD_S)
+    drive.stop_disagreement = round(settings.stop_disagreement_rad_s / RATE_STEP_RAD_S)
+    drive.rest_ticks, drive.hold_ticks = round(settings.rest_s * rate_hz), round(settings.hold_s * rate_hz)
+    drive.reaction_ticks = round(settings.reaction_timeout_s * rate_hz)
+    drive.rate_of_count = round(POSITION_STEP_RAD * rate_hz / RATE_STEP_RAD_S * SCALE)
+    drive.count_of_rate = round(RATE_STEP_RAD_S / (POSITION_STEP_RAD * rate_hz) * SCALE)
+    drive.name_code, drive.serial_number = name_code(settings.name), settings.serial_number
+    drive.momentum_kept = round(math.exp(-1.0 / (_MOMENTUM_WINDOW_S * rate_hz)) * SCALE)
+    drive.brake_ticks = round(settings.brake_closing_s * rate_hz)
     for index, axis in enumerate(settings.axes):
-        _fill_axis(J, layout.axis_j(index), axis, settings, rate_hz)
-    return J
+        _fill_joint(drive.joints[index], axis, settings, rate_hz)
+    return words
 
 
 def settings_to_plant(settings: FirmwareSettings, P: np.ndarray) -> None:
@@ -259,37 +263,37 @@ def settings_to_plant(settings: FirmwareSettings, P: np.ndarray) -> None:
         P[block + BRAKE_DAMPING] = bandwidth * axis.inertia_kg_m2
 
 
-def _fill_axis(J: np.ndarray, j: int, axis: AxisSettings, settings: FirmwareSettings, rate_hz: float) -> None:
+def _fill_joint(joint: Joint, axis: AxisSettings, settings: FirmwareSettings, rate_hz: float) -> None:
     step = TORQUE_STEP_NM * 2**axis.torque_exponent
-    J[j + layout.EXPONENT], J[j + layout.TORQUE_LIMIT] = (
+    joint.exponent, joint.torque_limit = (
         axis.torque_exponent,
         math.floor(axis.torque_limit_nm / step + 1e-9),
     )
     if axis.holding_torque_nm > 0.0:
         # a brake holds without power: it is closed when the drive wakes up
-        J[j + layout.HAS_BRAKE], J[j + layout.BRAKE_STATE] = 1, m.BRAKE_STATE_RELEASED
-        J[j + layout.BRAKE_AGE] = round(settings.brake_closing_s * rate_hz)
-    J[j + layout.TRAVEL_LOW] = _counts(axis.travel_low_rad)
-    J[j + layout.TRAVEL_HIGH] = _counts(axis.travel_high_rad)
-    J[j + layout.RATE_LIMIT], J[j + layout.OVERSPEED] = (
+        joint.has_brake, joint.brake_state = 1, m.BRAKE_STATE_RELEASED
+        joint.brake_age = round(settings.brake_closing_s * rate_hz)
+    joint.travel_low = _counts(axis.travel_low_rad)
+    joint.travel_high = _counts(axis.travel_high_rad)
+    joint.rate_limit, joint.overspeed = (
         round(axis.rate_limit_rad_s / RATE_STEP_RAD_S),
         round(axis.overspeed_rad_s / RATE_STEP_RAD_S),
     )
-    J[j + layout.MAX_WINDING] = round(axis.max_temperature_degc / m.MOTOR_STATUS_OUTER_TEMPERATURE_STEP)
+    joint.max_winding = round(axis.max_temperature_degc / m.MOTOR_STATUS_OUTER_TEMPERATURE_STEP)
     # torque from rate, count, and count and tick; a triple pole at w: I (3 w, 3 w^2, w^3). A torque that is held for a
     # tick and a rate that is low-passed over four cannot be faster than this share of the tick rate
-    per_rate = layout.SCALE * RATE_STEP_RAD_S / step
-    per_count = layout.SCALE * POSITION_STEP_RAD / step
+    per_rate = SCALE * RATE_STEP_RAD_S / step
+    per_count = SCALE * POSITION_STEP_RAD / step
     inertia, w = axis.inertia_kg_m2, min(settings.stop_bandwidth_rad_s, rate_hz / 40.0)
-    J[j + layout.STOP_RATE_GAIN] = round(3.0 * w * inertia * per_rate)
-    J[j + layout.STOP_POSITION_GAIN] = round(3.0 * w * w * inertia * per_count)
-    J[j + layout.STOP_INTEGRAL_GAIN] = round(w * w * w * inertia * per_count / rate_hz)
-    J[j + layout.IMPULSE_OF_RATE] = round(inertia * rate_hz * per_rate)
+    joint.stop_rate_gain = round(3.0 * w * inertia * per_rate)
+    joint.stop_position_gain = round(3.0 * w * w * inertia * per_count)
+    joint.stop_integral_gain = round(w * w * w * inertia * per_count / rate_hz)
+    joint.impulse_of_rate = round(inertia * rate_hz * per_rate)
     # held within the torque of the axis times the window, so that a number that is too large is a guard that never
     # trips
     strange = min(axis.strange_torque_nm, 100.0 * axis.torque_limit_nm)
-    J[j + layout.STRANGE_IMPULSE] = round(strange / step * _MOMENTUM_WINDOW_S * rate_hz * layout.SCALE)
-    J[j + layout.STOP_RATE_PER_TICK] = max(1, round(axis.deceleration_rad_s2 / rate_hz / RATE_STEP_RAD_S))
+    joint.strange_impulse = round(strange / step * _MOMENTUM_WINDOW_S * rate_hz * SCALE)
+    joint.stop_rate_per_tick = max(1, round(axis.deceleration_rad_s2 / rate_hz / RATE_STEP_RAD_S))
 
 
 def _counts(position_rad: float) -> int:

@@ -8,18 +8,8 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-import numpy as np
-
 from firmware_protocol.compiling import compiled
-from sim_backend.device.layout import (
-    AXIS_J,
-    AXIS_J_SIZE,
-    ENCODER_SPOILT,
-    GYRO_SPOILT,
-    MOTOR_SPOILT,
-    SCALE_BITS,
-    SPOILT_SIZE,
-)
+from sim_backend.device.records import SCALE_BITS, Drive, Fault, Joint
 
 
 class Spoilt(IntEnum):
@@ -48,55 +38,54 @@ _NOTHING, _FROZEN, _REVERSED, _DRIFTING = (
     int(Spoilt.DRIFTING),
 )
 _OFF, _DEAD, _NOISY = int(Spoilt.OFF), int(Spoilt.DEAD), int(Spoilt.NOISY)
-_KIND, _AMOUNT, _SINCE, _KEPT = range(SPOILT_SIZE)
-#: places of a sensor's or motor's fault in the axis' block
-PARTS = {"encoder": ENCODER_SPOILT, "gyro": GYRO_SPOILT, "motor": MOTOR_SPOILT}
+#: what of an axis can be spoilt
+PARTS = ("encoder", "gyro", "motor")
 
 
-def spoil(J: np.ndarray, axis: int, part: str, kind: Spoilt, amount: int = 0) -> None:
+def spoil(drive: Drive, axis: int, part: str, kind: Spoilt, amount: int = 0) -> None:
     """Give an axis a fault of its `encoder`, `gyro` or `motor` from the next tick on; NOTHING mends it."""
-    slot = AXIS_J + axis * AXIS_J_SIZE + PARTS[part]
-    J[slot : slot + SPOILT_SIZE] = (int(kind), amount, 0, 0)
+    fault: Fault = getattr(drive.joints[axis], f"{part}_spoilt")
+    fault.kind, fault.amount, fault.since, fault.kept = int(kind), amount, 0, 0
 
 
 @compiled
-def spoilt_reading(J: np.ndarray, slot: int, raw: int, about_zero: bool, highest: int) -> int:
+def spoilt_reading(fault: Fault, raw: int, about_zero: bool, highest: int) -> int:
     """What a faulty sensor reads in place of `raw`; a reversed one turns about zero, or about where it was."""
-    kind, amount = J[slot + _KIND], J[slot + _AMOUNT]
+    kind, amount = fault.kind, fault.amount
     if kind == _NOTHING:
         return raw
-    if J[slot + _SINCE] == 0:
-        J[slot + _KEPT] = raw
-    J[slot + _SINCE] += 1
+    if fault.since == 0:
+        fault.kept = raw
+    fault.since += 1
     if kind == _FROZEN:
-        return int(J[slot + _KEPT])
+        return int(fault.kept)
     if kind == _REVERSED:
-        return -raw if about_zero else int(2 * J[slot + _KEPT] - raw)
+        return -raw if about_zero else int(2 * fault.kept - raw)
     if kind == _DRIFTING:
-        return raw + int(amount * J[slot + _SINCE] >> SCALE_BITS)
+        return raw + int(amount * fault.since >> SCALE_BITS)
     if kind == _NOISY:
         # a number that looks random and is the same every time
-        mixed = (J[slot + _SINCE] * 2654435761) & 0xFFFFFFFF
+        mixed = (fault.since * 2654435761) & 0xFFFFFFFF
         return raw + int((mixed * (2 * amount + 1) >> 32) - amount)
     return raw + amount if kind == _OFF else highest
 
 
 @compiled
-def spoilt_torque(J: np.ndarray, j: int, raw: int, powered: bool) -> int:
+def spoilt_torque(joint: Joint, raw: int, powered: bool) -> int:
     """What a faulty motor makes of the torque that the firmware asks of it; `powered` while the firmware has its power
     stage on.
     """
-    slot = j + MOTOR_SPOILT
-    kind = J[slot + _KIND]
+    fault = joint.motor_spoilt
+    kind = fault.kind
     if kind == _NOTHING:
         return raw
-    if J[slot + _SINCE] == 0:
-        J[slot + _KEPT], J[slot + _SINCE] = raw, 1
+    if fault.since == 0:
+        fault.kept, fault.since = raw, 1
     if kind == _FROZEN:
-        return int(J[slot + _KEPT])
+        return int(fault.kept)
     if kind == _REVERSED:
         return -raw
     if kind == _DEAD:
         return 0
     # a current sensor that is off, which counts while there is current; a stage that keeps its torque keeps it for good
-    return raw + int(J[slot + _AMOUNT]) if powered else raw
+    return raw + int(fault.amount) if powered else raw

@@ -17,7 +17,7 @@ from firmware_protocol.enumerations import (
 )
 from firmware_protocol.messages import AnyMessage, DriveControl, DriveEvent, DriveStatus, SetPoint
 from firmware_protocol.schema import MESSAGES, POSITION_STEP_RAD, TORQUE_STEP_NM, Direction, offset
-from sim_backend.device import Device, FirmwareSettings, device_tick, layout
+from sim_backend.device import Device, FirmwareSettings, device_tick
 from sim_backend.layout import POSITION, RATE, TEMPERATURE
 from sim_backend.model import AntennaModel, model_from_document, shipped_model
 from tests.endpoints import Receiver, Sender
@@ -57,7 +57,7 @@ class MailWire:
             slot = offset(schema_of(message).name)
             raw = raw_values(message)
             self.mail[slot : slot + 1 + len(raw)] = (1, *raw)
-        device_tick(self.mail, self.mail, device.P, device.K, device.X, device.J)
+        device_tick(self.mail, self.mail, device.P, device.K, device.X, device.drive)
         answer = []
         for definition in MESSAGES:
             slot = offset(definition.name)
@@ -129,16 +129,14 @@ class Bench:
 
     def place(self, axis: int, position_rad: float) -> None:
         """Turn an axis by hand and let it rest there."""
-        j = layout.axis_j(axis)
         self.device.X[POSITION + axis], self.device.X[RATE + axis] = position_rad, 0.0
-        self.device.J[j + layout.ENCODER] = round(position_rad / POSITION_STEP_RAD)
-        self.device.J[j + layout.JOINT_RATE] = 0
+        self.device.drive.joints[axis].encoder = round(position_rad / POSITION_STEP_RAD)
+        self.device.drive.joints[axis].joint_rate = 0
 
     def spin(self, axis: int, rate_rad_s: float) -> None:
         """Give an axis a joint rate, as if it had had it for some time."""
         self.device.X[RATE + axis] = rate_rad_s
-        j = layout.axis_j(axis)
-        self.device.J[j + layout.JOINT_RATE] = self.device.J[j + layout.GYRO] = round(rate_rad_s / 1e-5)
+        self.device.drive.joints[axis].joint_rate = self.device.drive.joints[axis].gyro = round(rate_rad_s / 1e-5)
 
     def heat(self, axis: int, temperature_degc: float) -> None:
         """Warm a winding."""
@@ -162,7 +160,7 @@ class Bench:
     @property
     def torque(self) -> tuple[float, float]:
         """Torque applied in the last tick, N m."""
-        outer, inner = (int(self.device.J[layout.axis_j(axis) + layout.APPLIED_TORQUE]) for axis in (0, 1))
+        outer, inner = (int(self.device.drive.joints[axis].applied_torque) for axis in (0, 1))
         return round(outer * TORQUE_STEP_NM, 9), round(inner * TORQUE_STEP_NM, 9)
 
 

@@ -18,7 +18,7 @@ from firmware_protocol.enumerations import (
     StopReaction,
 )
 from firmware_protocol.messages import DeadmanConfig
-from sim_backend.device import Spoilt, TravelReaction, layout
+from sim_backend.device import Spoilt, TravelReaction
 from tests.device.bench import WINDOW, Bench, control
 
 MakeBench = Callable[..., Bench]
@@ -158,7 +158,7 @@ def a_joint_that_is_too_fast_is_a_fault(make: MakeBench) -> None:
     for axis, rate in ((0, {"r": -10.0}), (1, {"q": -10.0})):
         bench = make(**_COAST, base={"motion": "constant_rate", "rate_rad_s": rate}).enable()
         bench.spin(axis, 19.0)
-        bench.device.J[layout.axis_j(axis) + layout.GYRO] = 900000
+        bench.device.drive.joints[axis].gyro = 900000
         bench.tick()
         _expect_fault(bench, FaultCode.OVERSPEED)
 
@@ -373,7 +373,7 @@ def a_shorted_winding_stops_an_axis_whose_sensors_lie(make: MakeBench) -> None:
         bench.tick(None)
     for _ in range(400):
         # what the drive has read says the opposite of what is true
-        bench.device.J[layout.axis_j(0) + layout.JOINT_RATE] = bench.device.J[layout.axis_j(0) + layout.GYRO] = -400000
+        bench.device.drive.joints[0].joint_rate = bench.device.drive.joints[0].gyro = -400000
         bench.tick(None)
         assert bench.torque == (0.0, 0.0)
     assert bench.state in (DriveState.FAULT_REACTION_ACTIVE, DriveState.FAULT)
@@ -396,7 +396,7 @@ def a_drive_without_power_shorts_its_windings(make: MakeBench) -> None:
     bench.run(300)
     assert bench.state is DriveState.SWITCH_ON_DISABLED and abs(bench.device.joint_rates[0]) < 0.1
     bench.enable()
-    assert bench.device.J[layout.axis_j(0) + layout.SHORTED] == 0
+    assert bench.device.drive.joints[0].shorted == 0
 
 
 def a_brake_opens_for_torque_and_closes_when_no_axis_is_under_torque(make: MakeBench) -> None:
@@ -444,7 +444,7 @@ def a_quick_stop_takes_the_way_that_it_is_asked_for(make: MakeBench) -> None:
         bench.request(DriveRequest.QUICK_STOP, stop=stop)
         bench.tick()
         assert (bench.torque[0] < 0.0) is (stop is StopReaction.GYRO_STOP)
-        assert bench.device.J[layout.axis_j(0) + layout.SHORTED] == (stop is StopReaction.BRAKE)
+        assert bench.device.drive.joints[0].shorted == (stop is StopReaction.BRAKE)
 
 
 def a_quick_stop_that_runs_can_be_asked_to_trust_less(make: MakeBench) -> None:
@@ -452,9 +452,9 @@ def a_quick_stop_that_runs_can_be_asked_to_trust_less(make: MakeBench) -> None:
     bench.spin(0, 3.0)
     bench.request(DriveRequest.QUICK_STOP)
     bench.request(DriveRequest.QUICK_STOP, quick_stop=True, stop=StopReaction.BRAKE)
-    assert bench.torque[0] == 0.0 and bench.device.J[layout.axis_j(0) + layout.SHORTED] == 1
+    assert bench.torque[0] == 0.0 and bench.device.drive.joints[0].shorted == 1
     bench.request(DriveRequest.QUICK_STOP, quick_stop=True, stop=StopReaction.DECELERATE_AND_HOLD)
-    assert bench.device.J[layout.axis_j(0) + layout.SHORTED] == 1
+    assert bench.device.drive.joints[0].shorted == 1
 
 
 def sensors_that_contradict_each_other_are_a_fault(make: MakeBench) -> None:
@@ -474,7 +474,7 @@ def a_stop_uses_no_sensor_while_they_contradict_each_other(make: MakeBench) -> N
     bench.run(12)
     bench.request(DriveRequest.QUICK_STOP)
     bench.tick()
-    assert bench.torque[0] == 0.0 and bench.device.J[layout.axis_j(0) + layout.SHORTED] == 1
+    assert bench.torque[0] == 0.0 and bench.device.drive.joints[0].shorted == 1
 
 
 def a_stop_does_not_use_the_sensor_that_failed(make: MakeBench) -> None:
@@ -485,7 +485,7 @@ def a_stop_does_not_use_the_sensor_that_failed(make: MakeBench) -> None:
     bench.place(1, 60.0)
     bench.run(2)
     assert bench.fault is FaultCode.ENCODER
-    assert bench.torque[0] == 0.0 and bench.device.J[layout.axis_j(0) + layout.SHORTED] == 1
+    assert bench.torque[0] == 0.0 and bench.device.drive.joints[0].shorted == 1
 
 
 def decelerating_holds_for_its_time_and_then_lets_go(make: MakeBench) -> None:
@@ -539,7 +539,7 @@ def a_stop_by_torque_that_drives_the_axis_on_becomes_a_short(make: MakeBench) ->
     bench.run(WINDOW, None)
     assert bench.fault is FaultCode.DEADMAN
     bench.run(60, None)
-    assert bench.device.J[layout.AXIS_J + layout.SHORTED] == 1 and abs(bench.device.joint_rates[0]) < 3.5
+    assert bench.device.drive.joints[0].shorted == 1 and abs(bench.device.joint_rates[0]) < 3.5
 
 
 def an_axis_that_ran_away_may_be_reset(make: MakeBench) -> None:

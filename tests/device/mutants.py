@@ -36,23 +36,25 @@ def _mutant(module: str, source: str, instead: str, *scenarios: str) -> Mutant:
 
 
 MUTANTS = (
-    _mutant("guards", "if J[MARGIN] == 0:", "if False:", "silence_trips_the_deadman_at_the_end_of_its_window"),
+    _mutant("guards", "if drive.margin == 0:", "if False:", "silence_trips_the_deadman_at_the_end_of_its_window"),
     _mutant(
         "guards",
         "or state == m.DRIVE_STATE_QUICK_STOP_ACTIVE)",
         ")",
         "silence_trips_the_deadman_during_a_quick_stop_too",
     ),
-    _mutant("drive", "J[MARGIN] = max(margin - 1, 0)", "pass", "silence_trips_the_deadman_at_the_end_of_its_window"),
+    _mutant("drive", "drive.margin = max(margin - 1, 0)", "pass", "silence_trips_the_deadman_at_the_end_of_its_window"),
     _mutant("drive", "max(margin - 1, 0)", "margin - 1", "silence_trips_the_deadman_at_the_end_of_its_window"),
     _mutant("drive", "ahead == 0 or", "", "a_repeated_set_point_does_not_feed_the_deadman"),
     _mutant("drive", "or (ahead >= 512 and margin > 0)", "", "a_set_point_from_behind_does_not_feed_the_deadman"),
     _mutant("drive", "and margin > 0)", ")", "a_host_that_started_anew_is_heard_once_the_deadman_has_run_out"),
-    _mutant("drive", "and not has_power(J[STATE]) and", "and", "the_deadman_cannot_be_changed_while_it_guards_torque"),
+    _mutant(
+        "drive", "and not has_power(drive.state) and", "and", "the_deadman_cannot_be_changed_while_it_guards_torque"
+    ),
     _mutant("drive", "and deadman_fed:", ":", "torque_is_not_switched_on_before_set_points_come"),
     _mutant(
         "guards",
-        "J[CONTROL_AGE] > J[CONTROL_SILENCE_TICKS]:",
+        "drive.control_age > drive.control_silence_ticks:",
         "False:",
         "silence_of_the_requests_is_a_communication_fault",
     ),
@@ -61,10 +63,13 @@ MUTANTS = (
     _mutant("guards", "return -1 if", "return 0 if", "travel_beyond_the_lower_limit_is_a_fault"),
     _mutant("guards", "if side * torque > 0:", "if False:", "torque_that_leads_out_of_travel_is_cut"),
     _mutant(
-        "guards", "and J[TRAVEL_CLEARED] == 0", "", "cleared_travel_leads_back_in_and_is_a_fault_again_the_next_time"
+        "guards", "and drive.travel_cleared == 0", "", "cleared_travel_leads_back_in_and_is_a_fault_again_the_next_time"
     ),
     _mutant(
-        "drive", "J[TRAVEL_CLEARED] = 0\n", "pass\n", "cleared_travel_leads_back_in_and_is_a_fault_again_the_next_time"
+        "drive",
+        "drive.travel_cleared = 0\n",
+        "pass\n",
+        "cleared_travel_leads_back_in_and_is_a_fault_again_the_next_time",
     ),
     _mutant(
         "drive",
@@ -74,42 +79,43 @@ MUTANTS = (
     ),
     _mutant(
         "guards",
-        "max(abs(J[j + JOINT_RATE]), abs(J[j + GYRO]))",
-        "abs(J[j + GYRO])",
+        "max(abs(joint.joint_rate), abs(joint.gyro))",
+        "abs(joint.gyro)",
         "a_joint_that_is_too_fast_is_a_fault",
     ),
     _mutant(
         "guards",
-        "max(abs(J[j + JOINT_RATE]), abs(J[j + GYRO]))",
-        "abs(J[j + JOINT_RATE])",
+        "max(abs(joint.joint_rate), abs(joint.gyro))",
+        "abs(joint.joint_rate)",
         "a_gyro_that_sees_too_much_is_a_fault",
     ),
     _mutant("guards", "return 0 if too_fast and", "return 0 if False and", "torque_that_drives_a_fast_axis_on_is_cut"),
-    _mutant("guards", "and (torque > 0) == (J[j + JOINT_RATE] > 0)", "", "torque_that_drives_a_fast_axis_on_is_cut"),
+    _mutant("guards", "and (torque > 0) == (joint.joint_rate > 0)", "", "torque_that_drives_a_fast_axis_on_is_cut"),
     _mutant("guards", "min(max(torque, -limit), limit)", "max(torque, -limit)", "torque_is_held_within_its_limit"),
     _mutant("guards", "min(max(torque, -limit), limit)", "min(torque, limit)", "torque_is_held_within_its_limit"),
     _mutant(
         "core",
-        "without_outward(J, axis, J[j + SET_TORQUE])",
-        "J[j + SET_TORQUE]",
+        "without_outward(drive, axis, joint.set_torque)",
+        "joint.set_torque",
         "torque_that_leads_out_of_travel_is_cut",
     ),
     _mutant(
-        "core", "within_torque_limit(J, axis, torque)", "torque", "the_drives_own_stop_is_held_within_the_torque_limit"
+        "core",
+        "within_torque_limit(drive, axis, torque)",
+        "torque",
+        "the_drives_own_stop_is_held_within_the_torque_limit",
     ),
-    _mutant("core", "if J[j + SET_ENABLE] == 1:", "if True:", "an_axis_that_is_not_enabled_gets_no_torque"),
+    _mutant("core", "if joint.set_enable == 1:", "if True:", "an_axis_that_is_not_enabled_gets_no_torque"),
     _mutant(
         "core",
-        "if J[STATE] == m.DRIVE_STATE_OPERATION_ENABLED:",
-        "if J[STATE] >= 2:",
+        "if drive.state == m.DRIVE_STATE_OPERATION_ENABLED:",
+        "if drive.state >= 2:",
         "states_below_operation_enabled_know_no_torque",
     ),
-    _mutant(
-        "guards", "if J[j + WINDING] > J[j + MAX_WINDING]:", "if False:", "a_hot_winding_is_a_fault_in_every_state"
-    ),
+    _mutant("guards", "if joint.winding > joint.max_winding:", "if False:", "a_hot_winding_is_a_fault_in_every_state"),
     _mutant(
         "guards",
-        "if J[SUPPLY] < J[MIN_SUPPLY] and",
+        "if drive.supply < drive.min_supply and",
         "if False and",
         "a_low_supply_is_a_fault_once_the_power_stage_needs_it",
     ),
@@ -126,16 +132,16 @@ MUTANTS = (
         "an_encoder_at_the_end_of_its_range_is_a_fault_and_never_wraps",
     ),
     _mutant("sensing", "else m.FAULT_CODE_GYRO", "else 0", "a_gyro_at_the_end_of_its_range_is_a_fault_and_never_wraps"),
-    _mutant("sensing", "J[j + SENSOR_FAULT] = m.FAULT_CODE_INTERNAL", "pass", "a_motion_that_is_no_number_is_a_fault"),
+    _mutant("sensing", "joint.sensor_fault = m.FAULT_CODE_INTERNAL", "pass", "a_motion_that_is_no_number_is_a_fault"),
     _mutant("drive", "if reset_edge and", "if True and", "a_fault_latches_when_its_cause_has_gone"),
-    _mutant("drive", "level == 1 and J[RESET_LEVEL] == 0", "level == 1", "a_fault_is_reset_by_an_edge_only"),
+    _mutant("drive", "level == 1 and drive.reset_level == 0", "level == 1", "a_fault_is_reset_by_an_edge_only"),
     _mutant(
         "drive",
         "if reset_edge and fault == m.FAULT_CODE_NONE:",
         "if reset_edge:",
         "a_fault_is_not_reset_while_its_cause_is_there",
     ),
-    _mutant("drive", "J[RESET_LEVEL] = level\n", "pass\n", "a_fault_is_reset_by_an_edge_only"),
+    _mutant("drive", "drive.reset_level = level\n", "pass\n", "a_fault_is_reset_by_an_edge_only"),
     _mutant(
         "drive",
         "mail_in[m.DRIVE_CONTROL_QUICK_STOP] == 1 and",
@@ -156,18 +162,21 @@ MUTANTS = (
     ),
     _mutant("guards", "return m.FAULT_CODE_RUNAWAY, axis", "pass", "a_motor_that_turns_the_wrong_way_is_a_fault"),
     _mutant(
-        "stopping", "if runs_away(J, axis):", "if False:", "a_stop_by_torque_that_drives_the_axis_on_becomes_a_short"
+        "stopping",
+        "if runs_away(drive, axis):",
+        "if False:",
+        "a_stop_by_torque_that_drives_the_axis_on_becomes_a_short",
     ),
-    _mutant("runaway", "J[j + RAN_AWAY] = 0", "pass", "an_axis_that_ran_away_may_be_reset"),
+    _mutant("runaway", "joint.ran_away = 0", "pass", "an_axis_that_ran_away_may_be_reset"),
     _mutant(
         "runaway",
         "- (torque << SCALE_BITS)",
         "+ (torque << SCALE_BITS)",
         "torque_that_moves_the_axis_as_it_should_is_no_runaway",
     ),
-    _mutant("runaway", "(J[j + EFFORT] >> 1)", "(J[j + EFFORT] << 2)", "a_motor_that_turns_the_wrong_way_is_a_fault"),
-    _mutant("sensing", "watch_momentum(J, j, before)", "pass", "a_motor_that_turns_the_wrong_way_is_a_fault"),
-    _mutant("stopping", "J[j + STOP_INTEGRAL] = min(max(", "_ = min(max(", "a_quick_stop_at_rest_stays_where_it_was"),
+    _mutant("runaway", "(joint.effort >> 1)", "(joint.effort << 2)", "a_motor_that_turns_the_wrong_way_is_a_fault"),
+    _mutant("sensing", "watch_momentum(drive, joint, before)", "pass", "a_motor_that_turns_the_wrong_way_is_a_fault"),
+    _mutant("stopping", "joint.stop_integral = min(max(", "_ = min(max(", "a_quick_stop_at_rest_stays_where_it_was"),
     _mutant(
         "stopping",
         "rate = max(rate - step, 0)",
@@ -175,61 +184,70 @@ MUTANTS = (
         "a_quick_stop_decelerates_and_holds_against_gravity",
     ),
     _mutant("stopping", "if stop == _BY_GYRO else 0", "", "coasting_applies_no_torque"),
-    _mutant("stopping", "return int(-(J[j", "return int((J[j", "the_drives_own_stop_is_held_within_the_torque_limit"),
-    _mutant("stopping", "if not supply_serves(K, J):", "if False:", "holding_becomes_braking_when_a_winding_gets_hot"),
+    _mutant(
+        "stopping", "return int(-(joint", "return int((joint", "the_drives_own_stop_is_held_within_the_torque_limit"
+    ),
+    _mutant(
+        "stopping", "if not supply_serves(K, drive):", "if False:", "holding_becomes_braking_when_a_winding_gets_hot"
+    ),
     _mutant(
         "guards", "return m.FAULT_CODE_SENSORS_DISAGREE, axis", "pass", "sensors_that_contradict_each_other_are_a_fault"
     ),
     _mutant(
         "stopping",
-        "or disagreement(J, axis) > J[STOP_DISAGREEMENT]",
+        "or disagreement(drive, axis) > drive.stop_disagreement",
         "",
         "a_stop_uses_no_sensor_while_they_contradict_each_other",
     ),
     _mutant("stopping", "if fault == broken or", "if", "a_stop_does_not_use_the_sensor_that_failed"),
     _mutant(
         "holding",
-        "J[j + SHORTED] = 1 if shorted",
-        "J[j + SHORTED] = 1 if False",
+        "joint.shorted = 1 if shorted",
+        "joint.shorted = 1 if False",
         "a_shorted_winding_stops_an_axis_whose_sensors_lie",
     ),
     _mutant(
         "holding",
-        "else J[STATE] != m.DRIVE_STATE_OPERATION_ENABLED",
+        "else drive.state != m.DRIVE_STATE_OPERATION_ENABLED",
         "else False",
         "a_drive_without_power_shorts_its_windings",
     ),
     _mutant("holding", "held |= _BRAKED", "pass", "an_axis_that_its_weight_moves_is_held_by_its_brake_without_power"),
     _mutant(
         "holding",
-        "J[_OUTER + SET_ENABLE] == 0 and",
+        "drive.joints[0].set_enable == 0 and",
         "",
         "a_brake_opens_for_torque_and_closes_when_no_axis_is_under_torque",
     ),
-    _mutant("holding", "J[j + BRAKE_COMMAND] == m.BRAKE_COMMAND_ENGAGE)", "False)", "a_brake_obeys_its_command"),
+    _mutant("holding", "joint.brake_command == m.BRAKE_COMMAND_ENGAGE)", "False)", "a_brake_obeys_its_command"),
     _mutant(
         "drive",
-        "J[ACTIVE_REACTION] = mail_in[m.DRIVE_CONTROL_STOP]",
+        "drive.active_reaction = mail_in[m.DRIVE_CONTROL_STOP]",
         "pass",
         "a_quick_stop_takes_the_way_that_it_is_asked_for",
     ),
-    _mutant("drive", "or _asks_for_another_stop(mail_in, J)", "", "a_quick_stop_that_runs_can_be_asked_to_trust_less"),
+    _mutant(
+        "drive", "or _asks_for_another_stop(mail_in, drive)", "", "a_quick_stop_that_runs_can_be_asked_to_trust_less"
+    ),
     _mutant(
         "drive",
-        "and J[ACTIVE_REACTION] > m.STOP_REACTION_BRAKE",
+        "and drive.active_reaction > m.STOP_REACTION_BRAKE",
         "",
         "a_quick_stop_that_runs_can_be_asked_to_trust_less",
     ),
     _mutant(
         "stopping",
-        "or J[STATE_AGE] >= J[REACTION_TICKS] + hold",
+        "or drive.state_age >= drive.reaction_ticks + hold",
         "",
         "a_reaction_that_does_not_come_to_rest_ends_in_time",
     ),
     _mutant(
-        "stopping", "J[REST_COUNT] >= J[REST_TICKS] + hold or", "", "decelerating_holds_for_its_time_and_then_lets_go"
+        "stopping",
+        "drive.rest_count >= drive.rest_ticks + hold or",
+        "",
+        "decelerating_holds_for_its_time_and_then_lets_go",
     ),
-    _mutant("stopping", "J[HOLD_TICKS] if", "10**9 if", "decelerating_holds_for_its_time_and_then_lets_go"),
+    _mutant("stopping", "drive.hold_ticks if", "10**9 if", "decelerating_holds_for_its_time_and_then_lets_go"),
 )
 
 

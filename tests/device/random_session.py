@@ -45,7 +45,7 @@ def session(wire: Wire) -> str:
         bench.answer = wire.exchange(bench.device, messages)
         digest.update(sender.encode(*sorted(bench.answer, key=lambda message: type(message).__name__)))
     device = bench.device
-    for array in (device.X, device.J):
+    for array in (device.X, device.drive_words):
         digest.update(array.tobytes())
     return f"{digest.hexdigest()} {bench.state.name} {sum(abs(rate) > 0.1 for rate in device.joint_rates)}"
 

@@ -143,14 +143,14 @@ def test_a_corrupted_set_point_is_counted_and_changes_nothing() -> None:
 def test_a_copied_state_goes_on_bit_for_bit() -> None:
     first, second = bench().enable(), bench().enable()
     first.run(50, (1.0, -0.5))
-    for name in ("X", "J"):
+    for name in ("X", "drive_words"):
         getattr(second.device, name)[:] = getattr(first.device, name)
     second.sequence = first.sequence
     for _ in range(200):
         first.tick((-1.0, 0.5))
         second.tick((-1.0, 0.5))
     assert first.device.X.tobytes() == second.device.X.tobytes()
-    assert first.device.J.tobytes() == second.device.J.tobytes()
+    assert first.device.drive_words.tobytes() == second.device.drive_words.tobytes()
 
 
 def test_interpreted_and_compiled_devices_give_the_same_bits() -> None:

@@ -8,7 +8,6 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, ru
 
 from firmware_protocol.enumerations import DriveRequest, DriveState, FaultCode, StopReaction
 from firmware_protocol.messages import AnyMessage, DeadmanConfig, DriveEvent, DriveStatus
-from sim_backend.device import layout
 from tests.device.bench import WINDOW, bench, control
 
 _S = DriveState
@@ -117,14 +116,14 @@ class DriveStates(RuleBasedStateMachine):
     def _tick(self, torque: tuple[float, float] | None, others: list[AnyMessage], sequence: int | None = None) -> None:
         before = self.status
         last = before.last_sequence
-        taken = int(self.bench.device.J[layout.TAKEN])
+        taken = int(self.bench.device.drive.taken)
 
         def go() -> DriveStatus:
             return self.bench.tick(torque, *others, sequence=sequence)
 
         self._expect_after(before, go, others)
         fresh = torque is not None and sequence is None
-        assert int(self.bench.device.J[layout.TAKEN]) - taken == int(fresh)
+        assert int(self.bench.device.drive.taken) - taken == int(fresh)
         assert self.status.last_sequence == (self.bench.sequence if fresh else last)
 
     def _receive(self, block: bytes) -> DriveStatus:
@@ -134,10 +133,10 @@ class DriveStates(RuleBasedStateMachine):
 
     def _expect_after(self, before: DriveStatus, go, others: list[AnyMessage]) -> None:  # type: ignore[no-untyped-def]
         self.bench.events.clear()
-        taken = int(self.bench.device.J[layout.TAKEN])
+        taken = int(self.bench.device.drive.taken)
         after: DriveStatus = go()
         self.status = after
-        self.silent_ticks = 0 if int(self.bench.device.J[layout.TAKEN]) > taken else self.silent_ticks + 1
+        self.silent_ticks = 0 if int(self.bench.device.drive.taken) > taken else self.silent_ticks + 1
         moved = before.state is not after.state
         assert after.tick == (before.tick + 1) % 4096
         assert [(e.from_state, e.to_state, e.tick) for e in self.bench.events] == (

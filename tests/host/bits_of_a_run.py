@@ -43,7 +43,7 @@ def digest_of_run() -> str:
         path.host.memory.floats.tobytes()
         + path.host.memory.integers.tobytes()
         + path.device.X.tobytes()
-        + path.device.J.tobytes()
+        + path.device.drive_words.tobytes()
     )
     return digest.hexdigest()
 

@@ -97,7 +97,7 @@ def digest_of_any_run(model: AntennaModel, seed: int, longest: int, through_fram
     digest = hashlib.sha256(
         connected.log.tobytes() + ran.log.tobytes() + repr(connected.events + ran.events).encode() + frames.tobytes()
     )
-    for array in (path.host.memory.floats, path.host.memory.G, path.device.X, path.device.J):
+    for array in (path.host.memory.floats, path.host.memory.G, path.device.X, path.device.drive_words):
         digest.update(array.tobytes())
     return digest.hexdigest(), connected.ticks + ran.ticks
 
