@@ -11,6 +11,8 @@ from __future__ import annotations
 from binascii import crc_hqx
 from dataclasses import dataclass
 
+from cobs import cobs
+
 from firmware_protocol.schema import RECORD_SIZE
 
 #: most frames in one packet; a longer block goes out as several packets
@@ -26,39 +28,6 @@ PACKET_LIMIT = _PACKET_BLOCK + _CRC_SIZE + (_PACKET_BLOCK + _CRC_SIZE) // _LONGE
 DELIMITER = b"\0"
 
 
-def cobs_encode(octets: bytes) -> bytes:
-    """`octets` with every zero byte replaced by the distance to the next."""
-    coded = bytearray()
-    runs = octets.split(DELIMITER)
-    last = len(runs) - 1
-    for place, run in enumerate(runs):
-        while len(run) >= _LONGEST_RUN:
-            coded.append(255)
-            coded += run[:_LONGEST_RUN]
-            run = run[_LONGEST_RUN:]
-            if not run and place == last:
-                return bytes(coded)
-        coded.append(len(run) + 1)
-        coded += run
-    return bytes(coded)
-
-
-def cobs_decode(coded: bytes) -> bytes | None:
-    """The bytes that were coded, or None when no such bytes exist. `coded` holds no zero."""
-    octets = bytearray()
-    at, end = 0, len(coded)
-    while at < end:
-        code = coded[at]
-        behind = at + code
-        if code == 0 or behind > end:
-            return None
-        octets += coded[at + 1 : behind]
-        if code != 255 and behind < end:
-            octets.append(0)
-        at = behind
-    return bytes(octets)
-
-
 def encode_packets(block: bytes) -> bytes:
     """A block of whole records as packets with their delimiters."""
     if len(block) <= _PACKET_BLOCK:
@@ -67,7 +36,7 @@ def encode_packets(block: bytes) -> bytes:
 
 
 def _packet(block: bytes) -> bytes:
-    return cobs_encode(block + crc_hqx(block, 0xFFFF).to_bytes(_CRC_SIZE, "big")) + DELIMITER
+    return cobs.encode(block + crc_hqx(block, 0xFFFF).to_bytes(_CRC_SIZE, "big")) + DELIMITER
 
 
 @dataclass
@@ -119,10 +88,12 @@ class StreamParser:
         if len(packet) > PACKET_LIMIT:
             self.counts.too_long += 1
             return None
-        sealed = cobs_decode(packet)
-        if sealed is None:
+        try:
+            sealed = cobs.decode(packet)
+        except cobs.DecodeError:
             self.counts.bad_coding += 1
-        elif len(sealed) <= _CRC_SIZE or (len(sealed) - _CRC_SIZE) % RECORD_SIZE:
+            return None
+        if len(sealed) <= _CRC_SIZE or (len(sealed) - _CRC_SIZE) % RECORD_SIZE:
             self.counts.bad_length += 1
         elif crc_hqx(sealed, 0xFFFF):  # a CRC over data and its own CRC is zero
             self.counts.bad_crc += 1

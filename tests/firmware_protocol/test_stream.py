@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from firmware_protocol.messages import SetPoint
 from firmware_protocol.schema import Direction
-from firmware_protocol.stream import PACKET_FRAMES, PACKET_LIMIT, StreamParser, cobs_decode, cobs_encode, encode_packets
+from firmware_protocol.stream import PACKET_FRAMES, PACKET_LIMIT, StreamParser, encode_packets
 from tests.endpoints import Receiver, Sender
 
 blocks = st.integers(1, 12).flatmap(lambda frames: st.binary(min_size=10 * frames, max_size=10 * frames))
@@ -21,32 +21,13 @@ def fed_in_pieces(parser: StreamParser, stream: bytes, cuts: list[int]) -> bytes
     return b"".join(parser.feed(stream[start:end]) for start, end in itertools.pairwise(edges))
 
 
-@given(st.one_of(st.binary(max_size=1200), st.lists(st.sampled_from([0, 1, 254, 255]), max_size=1200).map(bytes)))
-def test_cobs_gives_back_every_byte_string_and_holds_no_zero(octets):
-    coded = cobs_encode(octets)
-    assert 0 not in coded
-    assert cobs_decode(coded) == octets
-    assert len(coded) <= len(octets) + len(octets) // 254 + 1
-
-
-def test_cobs_matches_the_worked_examples_of_its_authors_around_the_longest_run():
-    assert cobs_encode(b"\0") == b"\x01\x01"
-    assert cobs_encode(b"\x11\x22\0\x33") == b"\x03\x11\x22\x02\x33"
-    run = bytes(range(1, 255))
-    assert cobs_encode(run) == b"\xff" + run
-    assert cobs_encode(b"\0" + run) == b"\x01\xff" + run
-    assert cobs_encode(run + b"\xff") == b"\xff" + run + b"\x02\xff"
-    assert cobs_encode(run + b"\0") == b"\xff" + run + b"\x01\x01"
-
-
 def test_the_crc_is_ccitt_false():
     assert crc_hqx(b"123456789", 0xFFFF) == 0x29B1
 
 
 @given(st.binary(max_size=400))
-def test_cobs_decoding_never_raises(octets):
-    decoded = cobs_decode(octets)
-    assert decoded is None or isinstance(decoded, bytes)
+def test_no_bytes_make_the_parser_raise(octets):
+    assert isinstance(StreamParser().feed(octets + b"\0"), bytes)
 
 
 @given(st.lists(blocks, max_size=8), st.lists(st.integers(0, 10**6), max_size=20))
