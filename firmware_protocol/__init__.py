@@ -1,7 +1,7 @@
 """The wire: every message, its bytes, and the links that carry them.
 
-What other packages may import is these modules and the folders `links` and `emit`. They are not imported here, because
-half of them need numba and the other half serves commands that must answer at once.
+What other packages may import is these modules and the folders `links`, `emit` and `adapters`. They are not imported
+here, because half of them need numba and the other half serves commands that must answer at once.
 """
 
 __all__ = [
@@ -14,6 +14,7 @@ __all__ = [
     "errors",
     "layout",
     "mail",
+    "messages",
     "protocol_versions",
     "receiver",
     "records",

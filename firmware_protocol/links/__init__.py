@@ -1,7 +1,16 @@
 """Links: what carries blocks of frames between host and device. Public names of the folder."""
 
 from firmware_protocol.links.can_link import CanLink
-from firmware_protocol.links.config import CanLinkConfig, LinkConfig, MemoryLinkConfig, SerialLinkConfig, UnixLinkConfig
+from firmware_protocol.links.config import (
+    AdapterLinkConfig,
+    CanLinkConfig,
+    DriveSection,
+    LinkConfig,
+    MemoryLinkConfig,
+    SerialLinkConfig,
+    UnixLinkConfig,
+)
+from firmware_protocol.links.descriptor import wait_readable
 from firmware_protocol.links.faults import Cut, DirectionFaults, FaultsConfig, FaultyLink
 from firmware_protocol.links.link import Link, LinkBasis, LinkLost, LinkState, LinkStatistics
 from firmware_protocol.links.memory_link import MemoryLink, memory_pair
@@ -12,11 +21,13 @@ from firmware_protocol.links.stream_link import CobsFraming, Framing, StreamLink
 from firmware_protocol.links.unix_link import UnixLink
 
 __all__ = [
+    "AdapterLinkConfig",
     "CanLink",
     "CanLinkConfig",
     "CobsFraming",
     "Cut",
     "DirectionFaults",
+    "DriveSection",
     "FaultsConfig",
     "FaultyLink",
     "Framing",
@@ -37,4 +48,5 @@ __all__ = [
     "open_link",
     "pty_link",
     "require_link_carries",
+    "wait_readable",
 ]

@@ -47,6 +47,39 @@ class UnixLinkConfig(_LinkConfig):
     listen: bool = Field(default=False, description="whether this end makes the socket and waits for the other")
 
 
+class DriveSection(Strict):
+    """One drive of an adapter link, the carrying axis first."""
+
+    id: int = Field(ge=0, le=127, description="of the drive on the bus: moteus id, ODrive node_id, CANopen node")
+    torque_nm: float = Field(gt=0.0, le=1e6, description="largest torque at the joint, N m")
+    sign: Literal[-1, 1] = Field(default=1, description="-1 where the drive turns the other way")
+    gear: float = Field(default=1.0, gt=0.0, description="turns of the drive's shaft for one turn of the joint")
+    zero_rad: float = Field(default=0.0, description="the joint's position where the drive reads zero, rad")
+    counts_per_turn: float | None = Field(default=None, gt=0.0, description="CiA 402: increments a turn of the shaft")
+    rated_torque_nm: float | None = Field(default=None, gt=0.0, description="CiA 402: object 0x6076, N m")
+    map: Path | None = Field(default=None, description="dbc: the YAML file that maps the drive's DBC")
+
+
+class AdapterLinkConfig(_LinkConfig):
+    """Two drives of another make behind the antenna's frames."""
+
+    kind: Literal["adapter"]
+    drive: str = Field(description="moteus, odrive, cia402, dbc, or a plug-in's name")
+    interface: str = Field(description="python-can's name of the interface, or unix for simulated drives")
+    channel: str | int = Field(description="can0, a number, or the path of the socket")
+    bitrate: int = Field(default=1_000_000, gt=0, description="bit/s")
+    data_bitrate: int | None = Field(default=None, gt=0, description="bit/s of CAN FD; classic CAN without it")
+    options: dict[str, str | int | float | bool] = Field(
+        default_factory=dict, description="handed to python-can as they are"
+    )
+    name: str = Field(default="adapter", min_length=1, description="what the antenna is called towards the host")
+    rate_hz: float = Field(default=1000.0, ge=10.0, le=20000.0, description="left out: that of the configuration")
+    watchdog_s: float = Field(
+        default=0.02, gt=0.0, le=10.0, description="a set-point is valid so long at the drive; left out: the deadman's"
+    )
+    drives: Annotated[tuple[DriveSection, ...], Field(min_length=2, max_length=2)]
+
+
 class MemoryLinkConfig(_LinkConfig):
     """The virtual antenna in the same process."""
 
@@ -54,5 +87,6 @@ class MemoryLinkConfig(_LinkConfig):
 
 
 LinkConfig = Annotated[
-    CanLinkConfig | SerialLinkConfig | UnixLinkConfig | MemoryLinkConfig, Field(discriminator="kind")
+    CanLinkConfig | SerialLinkConfig | UnixLinkConfig | AdapterLinkConfig | MemoryLinkConfig,
+    Field(discriminator="kind"),
 ]

@@ -4,10 +4,16 @@ from __future__ import annotations
 
 from firmware_protocol.bus_load import require_bus_carries, require_serial_carries
 from firmware_protocol.links.can_link import CanLink
-from firmware_protocol.links.config import CanLinkConfig, LinkConfig, MemoryLinkConfig, SerialLinkConfig
+from firmware_protocol.links.config import (
+    AdapterLinkConfig,
+    CanLinkConfig,
+    LinkConfig,
+    MemoryLinkConfig,
+    SerialLinkConfig,
+)
 from firmware_protocol.links.faults import FaultyLink
 from firmware_protocol.links.link import Link
-from firmware_protocol.links.memory_link import MemoryLink, memory_pair
+from firmware_protocol.links.memory_link import memory_pair
 from firmware_protocol.links.serial_port import open_serial
 from firmware_protocol.links.stream_link import CobsFraming, StreamLink
 from firmware_protocol.links.unix_link import UnixLink
@@ -31,7 +37,12 @@ def require_link_carries(config: LinkConfig, rate_hz: float, where: str) -> None
         require_serial_carries(rate_hz, config.baudrate, where)
 
 
-def _open(config: LinkConfig) -> CanLink | StreamLink | UnixLink | MemoryLink:
+def _open(config: LinkConfig) -> Link:
+    if isinstance(config, AdapterLinkConfig):
+        # here, because it stands on the links
+        from firmware_protocol.adapters import AdapterLink
+
+        return AdapterLink(config)
     if isinstance(config, CanLinkConfig):
         return CanLink(config.interface, config.channel, config.bitrate, config.options)
     if isinstance(config, SerialLinkConfig):

@@ -36,7 +36,10 @@ def command(
     axes: Annotated[str | None, typer.Option(metavar="NAME,NAME", help="Names, the carrying axis first.")] = None,
     link: Annotated[
         str | None,
-        typer.Option(help="virtual, unix:PATH, serial:PORT, socketcan:CHANNEL, slcan:PORT."),
+        typer.Option(
+            help="virtual, unix:PATH, serial:PORT, socketcan:CHANNEL, slcan:PORT; moteus:, odrive: or cia402:CHANNEL "
+            "(can0, or a path for simulated drives)."
+        ),
     ] = None,
     rate: Annotated[float | None, typer.Option(metavar="HZ", help="Control rate.", min=10.0, max=20000.0)] = None,
     mass: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="kg.")] = None,
@@ -123,7 +126,9 @@ def _described(
     numbers = {option: _by_axis(words, names, f"--{option.replace('_', '-')}") for option, words in given.items()}
     limits = {axis: _range(text) for axis, text in _pairs(travel, names, "--travel").items()}
     sections = tuple(_axis(name, place, what, numbers, limits, ask) for place, name in enumerate(names))
-    return AntennaDescription(folder.absolute().name, what, sections, chosen, rate or chosen.rate_hz, gyro)
+    # drives of other makes tell no inertial rate
+    has_gyro = gyro and not chosen.is_drives
+    return AntennaDescription(folder.absolute().name, what, sections, chosen, rate or chosen.rate_hz, has_gyro)
 
 
 def _names(text: str, kind: Kind) -> tuple[str, ...]:

@@ -50,13 +50,18 @@ def command(
     import sys
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED
+    from firmware_protocol.links import AdapterLinkConfig
     from gimbal_hil.settings import load_settings, shipped_settings
     from sim_backend.device import Device
     from sim_backend.server import DeviceServer, join_bus, open_outlet
 
     settings = load_settings(config) if config else shipped_settings()
-    place = _place_of(settings, link, str(config or "--link"))
     antenna, noise_seed = _antenna_of(settings, model, seed)
+    if link is None and isinstance(settings.link, AdapterLinkConfig):
+        from gimbal_hil.cli.plant_drives import serve_drives
+
+        return serve_drives(settings.link, antenna, noise_seed, duration, as_json)
+    place = _place_of(settings, link, str(config or "--link"))
     print("preparing the compiled antenna", file=sys.stderr, flush=True)
     Device(antenna, rate_hz=settings.rate_hz).tick()
     outlet = open_outlet(*place) if isinstance(place, tuple) else join_bus(place)

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from firmware_protocol.errors import LinkError
-from firmware_protocol.links import CanLinkConfig, Link, SerialLinkConfig, UnixLinkConfig, open_link
+from firmware_protocol.links import AdapterLinkConfig, CanLinkConfig, Link, SerialLinkConfig, UnixLinkConfig, open_link
 
-PortConfig = CanLinkConfig | SerialLinkConfig | UnixLinkConfig
+PortConfig = CanLinkConfig | SerialLinkConfig | UnixLinkConfig | AdapterLinkConfig
 #: device nodes come with a driver, not with an antenna that is started later
 _DEVICES = Path("/dev")
 
@@ -40,6 +40,8 @@ def comes_with_the_antenna(config: PortConfig) -> bool:
         return config.path.parent.is_dir()
     if isinstance(config, SerialLinkConfig):
         return config.port.startswith("socket://") or _may_be_made(config.port)
+    if isinstance(config, AdapterLinkConfig) and config.interface == "unix":
+        return Path(str(config.channel)).parent.is_dir()
     return config.interface == "slcan" and _may_be_made(str(config.channel))
 
 

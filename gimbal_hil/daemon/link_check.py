@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from firmware_protocol.bus_load import bus_load
 from firmware_protocol.errors import LinkError
-from firmware_protocol.links import CanLinkConfig, open_link
+from firmware_protocol.links import AdapterLinkConfig, CanLinkConfig, open_link
 from firmware_protocol.schema import BY_CAN_ID, RECORD_SIZE
 from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna
 
@@ -59,6 +59,8 @@ def check_link(settings: DaemonSettings) -> LinkReport:
             f"virtual antenna {config.embedded.model} in this process", remarks=["an embedded antenna needs no link"]
         )
     report = LinkReport(str(config.kind))
+    if isinstance(config, AdapterLinkConfig):
+        report.remarks += _not_given(config)
     if isinstance(config, CanLinkConfig):
         report.bus_load = bus_load(settings.rate_hz, config.bitrate)
     try:
@@ -81,6 +83,14 @@ def check_link(settings: DaemonSettings) -> LinkReport:
     if link.statistics.malformed:
         report.remarks.append(f"{link.statistics.malformed} packets were not whole frames")
     return report
+
+
+def _not_given(config: AdapterLinkConfig) -> list[str]:
+    """What the drives do not tell, and which guards are absent because of it."""
+    from firmware_protocol.adapters import gives_of, missing_text
+
+    found = [gives_of(config.drive, section) for section in config.drives]
+    return missing_text(frozenset.intersection(*found))
 
 
 def _count(block: bytes, frames: dict[str, int]) -> None:

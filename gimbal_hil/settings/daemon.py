@@ -11,6 +11,7 @@ from pydantic import Field, ValidationError, field_validator
 
 from firmware_protocol.documents import Strict, read_yaml, refusal_of
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.links import AdapterLinkConfig
 from gimbal_hil.settings.axis import AxisSettings, NotNegative, Positive
 from gimbal_hil.settings.link import LINK_KINDS, Embedded, EmbeddedAntenna, LinkSettings
 from sim_backend.carrying import INNER, OUTER, in_order, require_plain_names
@@ -170,9 +171,46 @@ def settings_from_document(document: Any, where: str, folder: Path | None = None
         from firmware_protocol.links import require_link_carries
 
         require_link_carries(link, settings.rate_hz, f"{where}: rate_hz")
+        if isinstance(link, AdapterLinkConfig):
+            return adapted(settings, link, where, folder)
     elif folder is not None and link.embedded.is_file:
         found = EmbeddedAntenna(
             embedded=Embedded(model=str((folder / link.embedded.model).resolve()), seed=link.embedded.seed)
         )
         return settings.model_copy(update={"link": found})
     return settings
+
+
+#: guards of an axis that hold the gyro against something, and say nothing where the encoder stands in for it
+_GYRO_GUARDS = ("gyro_encoder_rad_s", "gyro_encoder_rad", "stuck_gyro_ticks")
+
+
+def adapted(settings: DaemonSettings, link: AdapterLinkConfig, where: str, folder: Path | None) -> DaemonSettings:
+    """Settings whose drives know rate and deadman; paths count from `folder`.
+
+    BadInputError for a drive that is none, for torque that a drive must not give, and for guards that need a sensor
+    which the drive does not have: a guard that cannot trip is none.
+    """
+    from firmware_protocol.adapters import Gives, gives_of
+
+    def found(path: Path | None) -> Path | None:
+        return path if path is None or folder is None else (folder / path).resolve()
+
+    drives = tuple(drive.model_copy(update={"map": found(drive.map)}) for drive in link.drives)
+    given = link.model_fields_set
+    follows: dict[str, Any] = {"drives": drives}
+    if "rate_hz" not in given:
+        follows["rate_hz"] = settings.rate_hz
+    if "watchdog_s" not in given:
+        follows["watchdog_s"] = settings.supervisor.deadman.window_ticks * settings.step_s
+    for drive, (name, axis) in zip(drives, settings.axes.items(), strict=True):
+        place = f"{where}: axes.{name}.limits"
+        if axis.limits.torque_nm > drive.torque_nm:
+            expected = f"at most {drive.torque_nm:g} N m, the drive's torque_nm"
+            raise BadInputError(f"{place}.torque_nm", f"{axis.limits.torque_nm:g} N m", expected)
+        if Gives.GYRO not in gives_of(link.drive, drive):
+            guard = next((one for one in _GYRO_GUARDS if getattr(axis.limits, one) is not None), None)
+            if guard is not None:
+                problem = f"drive {link.drive} has no gyro, so this guard could never trip"
+                raise BadInputError(f"{place}.{guard}", problem, "no such key")
+    return settings.model_copy(update={"link": link.model_copy(update=follows)})

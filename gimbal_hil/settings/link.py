@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, Discriminator, Field, Tag
 
 from firmware_protocol.documents import Strict
-from firmware_protocol.links import CanLinkConfig, SerialLinkConfig, UnixLinkConfig
+from firmware_protocol.links import AdapterLinkConfig, CanLinkConfig, SerialLinkConfig, UnixLinkConfig
 
 
 class Embedded(Strict):
@@ -41,11 +41,13 @@ LinkSettings = Annotated[
     Annotated[EmbeddedAntenna, Tag("embedded")]
     | Annotated[CanLinkConfig, Tag("can")]
     | Annotated[SerialLinkConfig, Tag("serial")]
-    | Annotated[UnixLinkConfig, Tag("unix")],
+    | Annotated[UnixLinkConfig, Tag("unix")]
+    | Annotated[AdapterLinkConfig, Tag("adapter")],
     Discriminator(
         _kind,
         custom_error_type="link_kind",
-        custom_error_message="names no link that there is: embedded: {model, seed}, or kind: can, serial or unix",
+        custom_error_message="names no link that there is: embedded: {model, seed}, or kind: can, serial, unix, "
+        "adapter",
     ),
 ]
 #: names of the kinds, which stand in the path of an error but not in the file
@@ -54,4 +56,5 @@ LINK_KINDS: dict[str, type[BaseModel]] = {
     "can": CanLinkConfig,
     "serial": SerialLinkConfig,
     "unix": UnixLinkConfig,
+    "adapter": AdapterLinkConfig,
 }

@@ -23,7 +23,9 @@ _SIZES = {
 }
 _NAMES = {Kind.GIMBAL: ("azimuth", "elevation"), Kind.ROTARY: ("joint",), Kind.LINEAR: ("carriage",)}
 STATED, ASSUMED = "stated at init", "assumed"
-_LINKS = "virtual, unix:PATH, serial:PORT, socketcan:CHANNEL or slcan:PORT"
+_LINKS = "virtual, unix:PATH, serial:PORT, socketcan:CHANNEL, slcan:PORT, or a drive: moteus:, odrive:, cia402:CHANNEL"
+#: drives of other makes, and the bit rate of CAN FD where they need it
+_DRIVES: dict[str, int | None] = {"moteus": 5_000_000, "odrive": None, "cia402": None}
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,11 @@ class LinkChoice:
     word: str
     section: dict[str, Any] = field(default_factory=dict)
     rate_hz: float = 1000.0
+
+    @property
+    def is_drives(self) -> bool:
+        """Whether two drives of another make are at its other end."""
+        return self.section.get("kind") == "adapter"
 
     @property
     def is_virtual(self) -> bool:
@@ -142,4 +149,9 @@ def parse_link(text: str) -> LinkChoice:
         return LinkChoice(kind, {"kind": "serial", "port": place})
     if kind in ("socketcan", "slcan"):
         return LinkChoice(kind, {"kind": "can", "interface": kind, "channel": place, "bitrate": 1_000_000})
+    if kind in _DRIVES:
+        # a socket of simulated drives has a path, a bus a name
+        interface, channel = ("unix", place.removeprefix("unix:")) if "/" in place else ("socketcan", place)
+        section = {"kind": "adapter", "drive": kind, "interface": interface, "channel": channel}
+        return LinkChoice(kind, section | ({"data_bitrate": _DRIVES[kind]} if _DRIVES[kind] else {}))
     raise BadInputError("--link", f"no link {kind!r}", _LINKS)

@@ -91,6 +91,21 @@ def configuration_document(antenna: AntennaDescription, model_file: str, link: D
     }
 
 
+def link_document(antenna: AntennaDescription) -> Document | None:
+    """The `link` section: none for a virtual antenna; drives of another make with ids 1 and 2 and the axes' torques."""
+    if antenna.link.is_virtual:
+        return None
+    if not antenna.link.is_drives:
+        return antenna.link.section
+    drives = []
+    for number, axis in enumerate(antenna.axes, 1):
+        drive: Document = {"id": number, "torque_nm": _rounded(axis.torque_nm or 0.0), "sign": 1, "gear": 1.0}
+        if antenna.link.word == "cia402":
+            drive |= {"counts_per_turn": axis.encoder_counts, "rated_torque_nm": _rounded(axis.torque_nm or 0.0)}
+        drives.append(drive)
+    return antenna.link.section | {"name": antenna.name, "drives": drives}
+
+
 def moved_inertia(antenna: AntennaDescription, place: int) -> float:
     """What an axis moves: the carrying one both bodies, kg m2."""
     return sum(axis.inertia_kg_m2 or 0.0 for axis in antenna.axes[place:])

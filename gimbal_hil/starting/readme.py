@@ -47,8 +47,10 @@ def link_commands(antenna: AntennaDescription, folder: Path) -> list[tuple[str, 
     if antenna.link.is_virtual or antenna.kind is not Kind.GIMBAL:
         return []
     real = f"--config {folder}/antenna.yaml"
-    serve = [("a virtual antenna at the other end, in another terminal", f"gimbal-hil plant {real} "
-              f"--model {folder}/model.yaml")] if antenna.link.word in ("unix", "serial", "slcan") else []  # fmt: skip
+    plant = f"gimbal-hil plant {real} --model {folder}/model.yaml"
+    can_be_served = antenna.link.word in ("unix", "serial", "slcan") or antenna.link.section.get("interface") == "unix"
+    what = "simulated drives" if antenna.link.is_drives else "a virtual antenna"
+    serve = [(f"{what} at the other end, in another terminal", plant)] if can_be_served else []
     run = f"{folder}/runs/daemon"
     return [
         *serve,

@@ -10,7 +10,7 @@ from gimbal_hil.checking import SCHEMA_LINE, FileKind, schema_text
 from gimbal_hil.experiments import plan_from_document
 from gimbal_hil.settings import settings_from_document
 from gimbal_hil.starting.description import AntennaDescription
-from gimbal_hil.starting.documents import configuration_document, model_document, plan_document
+from gimbal_hil.starting.documents import configuration_document, link_document, model_document, plan_document
 from gimbal_hil.starting.readme import readme_text
 from sim_backend.model import Kind, model_from_document
 
@@ -32,7 +32,7 @@ def write_antenna(antenna: AntennaDescription, folder: Path, force: bool) -> lis
     """
     documents = {MODEL: (FileKind.MODEL, model_document(antenna))}
     if antenna.kind is Kind.GIMBAL:
-        link = None if antenna.link.is_virtual else antenna.link.section
+        link = link_document(antenna)
         documents[CONFIGURATION] = (FileKind.CONFIGURATION, configuration_document(antenna, MODEL, link))
         if link is not None:
             documents[REHEARSAL] = (FileKind.CONFIGURATION, configuration_document(antenna, MODEL, None))

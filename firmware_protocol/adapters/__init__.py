@@ -1,0 +1,47 @@
+"""Other drives behind the antenna's frames: their messages become the signals of an axis, and back."""
+
+from firmware_protocol.adapters.adapter_link import AdapterLink
+from firmware_protocol.adapters.bus import Bus, CanFrame, PythonCanBus, UnixCanBus, open_bus
+from firmware_protocol.adapters.cia402 import Cia402Drive
+from firmware_protocol.adapters.drive import (
+    AxisSample,
+    Drive,
+    DriveTiming,
+    Gives,
+    Power,
+    missing_text,
+    on_the_joint,
+)
+from firmware_protocol.adapters.gateway import Gateway, torque_exponent
+from firmware_protocol.adapters.mapped import DriveMap, MappedDrive, load_map
+from firmware_protocol.adapters.moteus import MoteusDrive
+from firmware_protocol.adapters.odrive import OdriveDrive
+from firmware_protocol.adapters.registry import DRIVES, GROUP, drive_named, gives_of
+
+__all__ = [
+    "DRIVES",
+    "GROUP",
+    "AdapterLink",
+    "AxisSample",
+    "Bus",
+    "CanFrame",
+    "Cia402Drive",
+    "Drive",
+    "DriveMap",
+    "DriveTiming",
+    "Gateway",
+    "Gives",
+    "MappedDrive",
+    "MoteusDrive",
+    "OdriveDrive",
+    "Power",
+    "PythonCanBus",
+    "UnixCanBus",
+    "drive_named",
+    "gives_of",
+    "load_map",
+    "missing_text",
+    "on_the_joint",
+    "open_bus",
+    "torque_exponent",
+]

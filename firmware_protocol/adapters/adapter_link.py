@@ -1,0 +1,122 @@
+"""A link at whose other end are two drives of somebody else: frames of the antenna above, theirs below."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from firmware_protocol.adapters.bus import Bus, CanFrame, open_bus
+from firmware_protocol.adapters.drive import DriveTiming
+from firmware_protocol.adapters.gateway import Gateway
+from firmware_protocol.adapters.registry import drive_named
+from firmware_protocol.errors import LinkError
+from firmware_protocol.links import AdapterLinkConfig, LinkBasis, LinkState, wait_readable
+
+
+class AdapterLink(LinkBasis):
+    """Both drives of an antenna. LinkError when the bus cannot be opened.
+
+    The host's set-point is the edge of a tick. While none comes, drives that must be asked are asked once a period, so
+    that the antenna is heard before anything is asked of it; then the deadman counts those periods.
+    """
+
+    def __init__(
+        self,
+        config: AdapterLinkConfig,
+        opened: Callable[[], Bus] | None = None,
+        now_ns: Callable[[], int] = time.monotonic_ns,
+    ) -> None:
+        super().__init__(f"{config.drive} on {config.interface} {config.channel}")
+        self._config, self._now_ns = config, now_ns
+        self._open = opened or (
+            lambda: open_bus(config.interface, config.channel, config.bitrate, config.data_bitrate, config.options)
+        )
+        self._period_ns = round(1e9 / config.rate_hz)
+        self._bus: Bus | None = None
+        self.gateway = self._new_gateway()
+        self._edge_ns = 0
+        self._connect()
+
+    def send(self, block: bytes) -> None:
+        """The host's block of this tick: heard, and what follows from it sent to the drives."""
+        if self._bus is None:
+            self._count_sent(block, False)
+            return
+        self._edge_ns = self._now_ns()
+        self._emit(self.gateway.hear(block))
+        self._count_sent(block, self._bus is not None)
+
+    def receive(self) -> bytes:
+        """A feedback set where both drives have told something new since the last one."""
+        if self._bus is None:
+            return b""
+        if self._now_ns() - self._edge_ns >= 2 * self._period_ns:
+            self._edge_ns = self._now_ns()
+            self._emit(self.gateway.pass_over())
+        if self._bus is None:
+            return b""
+        try:
+            frames = self._bus.receive()
+        except OSError as error:
+            self._lose(error)
+            return b""
+        self._statistics.malformed += self.gateway.take(frames)
+        return self._count_received(self.gateway.feedback())
+
+    def wait(self, timeout_ns: int) -> bool:
+        """Sleep until a frame has come, at most that long."""
+        descriptor = self.fileno()
+        if descriptor >= 0:
+            return wait_readable(descriptor, min(timeout_ns, self._period_ns))
+        return self._bus is not None
+
+    def reopen(self) -> bool:
+        """Open a lost bus again."""
+        if self._state is not LinkState.OPEN:
+            try:
+                self._connect()
+            except LinkError as error:
+                self._lost(error)
+        return self._state is LinkState.OPEN
+
+    def close(self) -> None:
+        """Let both drives go and leave the bus."""
+        if self._bus is not None:
+            self._emit([frame for drive in self.gateway.drives for frame in drive.release()])
+        if self._bus is not None:
+            self._bus.close()
+        self._bus, self._state = None, LinkState.CLOSED
+
+    def fileno(self) -> int:
+        """Descriptor of the bus, -1 where it has none."""
+        return -1 if self._bus is None else self._bus.fileno()
+
+    def _connect(self) -> None:
+        self._bus = self._open()
+        self.gateway = self._new_gateway()
+        self._edge_ns = self._now_ns()
+        self._opened()
+        self._emit(self.gateway.begin())
+
+    def _new_gateway(self) -> Gateway:
+        config = self._config
+        timing = DriveTiming(1.0 / config.rate_hz, config.watchdog_s)
+        drives = [drive_named(config.drive)(section, timing) for section in config.drives]
+        return Gateway(drives, config.drives, config.name)
+
+    def _emit(self, frames: list[CanFrame]) -> None:
+        # what both drives ask of everybody (SYNC) goes out once
+        for frame in dict.fromkeys(frames):
+            if self._bus is None:
+                return
+            try:
+                if not self._bus.send(frame):
+                    self._statistics.frames_dropped += 1
+            except OSError as error:
+                self._lose(error)
+
+    def _lose(self, reason: object) -> None:
+        bus, self._bus = self._bus, None
+        if bus is not None:
+            bus.close()
+        self._lost(reason)

@@ -1,0 +1,153 @@
+"""CiA 402 drives over CANopen: cyclic synchronous torque by PDO, set up by SDO when the bus is opened.
+
+Facts from CiA 402 / IEC 61800-7-201 (objects 0x6040, 0x6041, 0x6060, 0x6064, 0x606C, 0x6071, 0x6077; states in the
+statusword) and CiA 301 (NMT, SYNC, expedited SDO, PDO mapping, heartbeat). Torque is in thousandths of the motor's
+rated torque (0x6076), position in increments: both are stated in the configuration. The drive watches this side's
+heartbeat (0x1016) where it can; what it does without one is its object 0x6007.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from collections import deque
+from dataclasses import replace
+
+from firmware_protocol.adapters.bus import CanFrame
+from firmware_protocol.adapters.drive import AxisSample, DriveTiming, Gives, Power
+from firmware_protocol.errors import BadInputError
+from firmware_protocol.links import DriveSection
+
+NMT, SYNC, STATUS_PDO, MOTION_PDO, COMMAND_PDO, SDO_ANSWER, SDO_REQUEST = 0x000, 0x80, 0x180, 0x280, 0x200, 0x580, 0x600
+HEARTBEAT, HOST_NODE = 0x700, 127
+_OPERATIONAL, _START = 5, 1
+_SHUTDOWN, _SWITCH_ON, _ENABLE, _QUICK_STOP, _RESET = 0x06, 0x07, 0x0F, 0x02, 0x80
+_CYCLIC_TORQUE = 10
+_OFF, _EVERY_SYNC, _ON_CHANGE = 0x8000_0000, 1, 255
+_WRITE = {1: 0x2F, 2: 0x2B, 4: 0x23}
+_WRITTEN, _ABORTED = 0x60, 0x80
+_HEARTBEAT_CONSUMER = 0x1016
+_LARGEST = 32767
+
+
+class Cia402Drive:
+    """One CANopen node with the drive profile."""
+
+    gives = frozenset({Gives.TORQUE})
+
+    def __init__(self, section: DriveSection, timing: DriveTiming) -> None:
+        if section.counts_per_turn is None or section.rated_torque_nm is None:
+            missing = "counts_per_turn" if section.counts_per_turn is None else "rated_torque_nm"
+            raise BadInputError(
+                f"link.drives: {missing}", "is missing", "a number, which a CiA 402 drive does not tell"
+            )
+        if not section.id:
+            raise BadInputError("link.drives: id", "0 is no CANopen node", "1 to 127")
+        self._id = section.id
+        self._radian, self._rated = 2.0 * math.pi / section.counts_per_turn, section.rated_torque_nm
+        self._watchdog_ms = max(1, round(timing.watchdog_s * 1e3))
+        self._writes: deque[tuple[int, int, int, int]] = deque()
+        self._status = 0
+        self._outbox: list[CanFrame] = []
+        self.sample = AxisSample()
+
+    def begin(self) -> list[CanFrame]:
+        self._writes = deque(self._set_up())
+        return [self._next_write()]
+
+    def ask(self) -> list[CanFrame]:
+        return [*self._queued(), CanFrame(HEARTBEAT + HOST_NODE, bytes([_OPERATIONAL])), CanFrame(SYNC, b"")]
+
+    def enable(self) -> list[CanFrame]:
+        step = {0x40: _SHUTDOWN, 0x21: _SWITCH_ON, 0x23: _ENABLE, 0x27: _ENABLE}.get(state_of(self._status), _SHUTDOWN)
+        return [self._command(step, 0.0), *self.ask()]
+
+    def command(self, torque_nm: float) -> list[CanFrame]:
+        return [self._command(_ENABLE, torque_nm), *self.ask()]
+
+    def release(self) -> list[CanFrame]:
+        return [self._command(_SHUTDOWN, 0.0)]
+
+    def stop(self) -> list[CanFrame]:
+        return [self._command(_QUICK_STOP, 0.0)]
+
+    def reset(self) -> list[CanFrame]:
+        # an edge: low first
+        return [self._command(0, 0.0), self._command(_RESET, 0.0)]
+
+    def take(self, frame: CanFrame) -> bool:
+        if frame.extended:
+            return False
+        kind, data = frame.identifier - self._id, frame.data
+        if kind == STATUS_PDO and len(data) >= 6:
+            self._status, counts = struct.unpack_from("<Hi", data)
+            power = {0x27: Power.ON, 0x08: Power.FAULT, 0x0F: Power.FAULT}.get(state_of(self._status), Power.OFF)
+            self.sample = replace(
+                self.sample, updates=self.sample.updates + 1, position_rad=counts * self._radian, power=power
+            )
+        elif kind == MOTION_PDO and len(data) >= 6:
+            rate, torque = struct.unpack_from("<ih", data)
+            self.sample = replace(self.sample, rate_rad_s=rate * self._radian, torque_nm=1e-3 * torque * self._rated)
+        elif kind == SDO_ANSWER and len(data) == 8:
+            self._answered(data)
+        else:
+            return kind in (HEARTBEAT, SYNC)
+        return True
+
+    def _answered(self, data: bytes) -> None:
+        """The next object once the last one was written; what the drive does not have is a fault, but a watch."""
+        if not self._writes or data[0] not in (_WRITTEN, _ABORTED):
+            return
+        index, _, _, _ = self._writes[0]
+        if data[0] == _ABORTED and index != _HEARTBEAT_CONSUMER:
+            self._writes.clear()
+            self.sample = replace(self.sample, power=Power.FAULT)
+            return
+        self._writes.popleft()
+        self._outbox.append(self._next_write())
+
+    def _next_write(self) -> CanFrame:
+        if not self._writes:
+            return CanFrame(NMT, bytes([_START, self._id]))
+        index, sub, size, value = self._writes[0]
+        return CanFrame(SDO_REQUEST + self._id, struct.pack("<BHBI", _WRITE[size], index, sub, value))
+
+    def _queued(self) -> list[CanFrame]:
+        queued, self._outbox = self._outbox, []
+        return queued
+
+    def _command(self, controlword: int, torque_nm: float) -> CanFrame:
+        thousandths = round(1e3 * torque_nm / self._rated)
+        held = max(-_LARGEST, min(_LARGEST, thousandths))
+        return CanFrame(COMMAND_PDO + self._id, struct.pack("<Hh", controlword, held))
+
+    def _set_up(self) -> list[tuple[int, int, int, int]]:
+        """(object, sub-index, bytes, value), in order."""
+        return [
+            (_HEARTBEAT_CONSUMER, 1, 4, HOST_NODE << 16 | min(self._watchdog_ms, 0xFFFF)),
+            *self._pdo(0x1400, 0x1600, COMMAND_PDO, _ON_CHANGE, (0x60400010, 0x60710010)),
+            *self._pdo(0x1800, 0x1A00, STATUS_PDO, _EVERY_SYNC, (0x60410010, 0x60640020)),
+            *self._pdo(0x1801, 0x1A01, MOTION_PDO, _EVERY_SYNC, (0x606C0020, 0x60770010)),
+            (0x6060, 0, 1, _CYCLIC_TORQUE),
+        ]
+
+    def _pdo(
+        self, parameters: int, mapping: int, base: int, kind: int, objects: tuple[int, ...]
+    ) -> list[tuple[int, int, int, int]]:
+        """Switch a PDO off, map it, switch it on again."""
+        identifier = base + self._id
+        return [
+            (parameters, 1, 4, _OFF | identifier),
+            (mapping, 0, 1, 0),
+            *((mapping, place, 4, entry) for place, entry in enumerate(objects, 1)),
+            (mapping, 0, 1, len(objects)),
+            (parameters, 2, 1, kind),
+            (parameters, 1, 4, identifier),
+        ]
+
+
+def state_of(statusword: int) -> int:
+    """The bits of a statusword that tell the state: 0x40 switch-on disabled, 0x21 ready, 0x23 switched on, 0x27
+    enabled, 0x07 quick stop, 0x0F fault reaction, 0x08 fault, 0x00 not ready.
+    """
+    return statusword & 0x4F if statusword & 0x4F in (0x40, 0x08, 0x0F, 0x00) else statusword & 0x6F

@@ -1,0 +1,124 @@
+"""What a drive of somebody else must be able to do for an axis, and what stands in the configuration for one.
+
+A drive is sans-IO: it answers the frames to send and is given the frames that came. Its numbers are those of its own
+shaft and signs; `on_the_joint` makes them the joint's.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import Protocol
+
+from firmware_protocol.adapters.bus import CanFrame
+from firmware_protocol.links import DriveSection
+
+
+class Power(Enum):
+    """Whether the drive can apply torque."""
+
+    OFF = "off"
+    ON = "on"
+    FAULT = "fault"
+
+
+class Gives(Enum):
+    """What a drive may tell; the value says what is missing without it."""
+
+    GYRO = (
+        "inertial rate: the encoder's rate stands in, right on a base that rests; absent are the guards "
+        "gyro_encoder_rad_s, gyro_encoder_rad and stuck_gyro_ticks, and the reaction gyro_stop"
+    )
+    DEADMAN_ECHO = (
+        "deadman margin: this side counts by itself; what stops a drive whose host is gone is the drive's own watchdog"
+    )
+    SEQUENCE = "echo of the set-point's number: a set-point counts as acted on when the drive's next feedback comes"
+    TORQUE = "measured torque"
+    TEMPERATURE = "winding temperature: absent is the guard winding_degc"
+    SUPPLY = "supply voltage"
+
+
+@dataclass(frozen=True)
+class DriveTiming:
+    """Time between set-points, and how long a set-point may be kept, both s."""
+
+    period_s: float
+    watchdog_s: float
+
+
+@dataclass(frozen=True)
+class AxisSample:
+    """What a drive last said; None for what it never says. `updates` counts new positions."""
+
+    updates: int = 0
+    position_rad: float = 0.0
+    rate_rad_s: float | None = None
+    gyro_rad_s: float | None = None
+    torque_nm: float | None = None
+    temperature_degc: float | None = None
+    supply_v: float | None = None
+    power: Power = Power.OFF
+
+
+class Drive(Protocol):
+    """One drive; every method answers the frames that are to be sent for it."""
+
+    gives: frozenset[Gives]
+    sample: AxisSample
+
+    def __init__(self, section: DriveSection, timing: DriveTiming) -> None:
+        """From its section of the configuration."""
+
+    def begin(self) -> list[CanFrame]:
+        """After the bus was opened: whatever must be set once; no torque."""
+
+    def ask(self) -> list[CanFrame]:
+        """Ask for a sample; nothing for a drive that sends by itself."""
+
+    def enable(self) -> list[CanFrame]:
+        """One step towards torque, called each tick until `sample.power` is ON."""
+
+    def command(self, torque_nm: float) -> list[CanFrame]:
+        """A torque at the drive's shaft, which is to feed its watchdog, and the question for the next sample."""
+
+    def release(self) -> list[CanFrame]:
+        """No torque any more."""
+
+    def stop(self) -> list[CanFrame]:
+        """The drive's own quick stop; `release` where it has none."""
+
+    def reset(self) -> list[CanFrame]:
+        """Clear a latched fault; no torque."""
+
+    def take(self, frame: CanFrame) -> bool:
+        """Whether a frame is of this drive and was understood; `sample` is new then."""
+
+
+def on_the_joint(sample: AxisSample, section: DriveSection) -> AxisSample:
+    """A sample of the drive's shaft as one of the joint: gear, sign and zero."""
+    sign, gear = section.sign, section.gear
+
+    def turned(value: float | None, factor: float) -> float | None:
+        return None if value is None else value * factor
+
+    return replace(
+        sample,
+        position_rad=section.zero_rad + sign * sample.position_rad / gear,
+        rate_rad_s=turned(sample.rate_rad_s, sign / gear),
+        gyro_rad_s=turned(sample.gyro_rad_s, sign),
+        torque_nm=turned(sample.torque_nm, sign * gear),
+    )
+
+
+def shaft_torque(torque_nm: float, section: DriveSection) -> float:
+    """A torque at the joint as one at the drive's shaft, held at the largest; none where it is no number."""
+    if not math.isfinite(torque_nm):
+        return 0.0
+    held = min(max(torque_nm, -section.torque_nm), section.torque_nm)
+    return (section.sign) * held / section.gear
+
+
+def missing_text(gives: frozenset[Gives]) -> list[str]:
+    """What a drive that gives these does not give, each in a line for people."""
+    return [f"not given: {one.value}" for one in Gives if one not in gives]

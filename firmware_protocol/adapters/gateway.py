@@ -1,0 +1,286 @@
+"""The antenna's side of the wire on behalf of two drives: state machine, deadman, feedback sets. Sans-IO.
+
+Towards the host this is an antenna (docs/wire.md): it may tell of a drive state after CiA 402, echoes the sequence of
+the set-point that acted before the sample, and stops when set-points stay away. It lives in the host's process: that it
+counts a deadman guards against a host that no longer decides, not against one that is gone; for that there is the
+drive's own watchdog.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from firmware_protocol.adapters.bus import CanFrame
+from firmware_protocol.adapters.drive import AxisSample, Drive, Power, on_the_joint, shaft_torque
+from firmware_protocol.codec import Rejection, alive_counter, pack, record, records, schema_of, unpack
+from firmware_protocol.enumerations import BrakeState, DriveRequest, DriveState, FaultCode, LimitFlags
+from firmware_protocol.links import DriveSection
+from firmware_protocol.messages import (
+    AnyMessage,
+    DeadmanConfig,
+    DriveControl,
+    DriveEvent,
+    DriveStatus,
+    FeedbackInner,
+    FeedbackOuter,
+    Identity,
+    IdentityUnit,
+    MotorStatusInner,
+    MotorStatusOuter,
+    SetPoint,
+)
+from firmware_protocol.schema import BY_CAN_ID, PROTOCOL_VERSION, TORQUE_STEP_NM, Direction, name_code
+
+_STATE, _REQUEST = DriveState, DriveRequest
+_LARGEST_RAW = 2**17 - 1
+_STATUS_EVERY, _IDENTITY_EVERY = 50, 1000
+_DETAIL_BY_ITSELF, _DETAIL_RESET = 0, 7
+#: ticks without drive_control, and ticks in which a drive has lost its torque, that are too many while torque is on
+_CONTROL_TICKS, _LOST_POWER_TICKS = 1000, 20
+_LIMITS = (LimitFlags.OUTER_TORQUE, LimitFlags.INNER_TORQUE)
+
+
+def torque_exponent(largest_nm: float) -> int:
+    """How often the wire's torque step is doubled for an axis of this largest torque."""
+    exponent = 0
+    while _LARGEST_RAW * TORQUE_STEP_NM * 2.0**exponent < largest_nm:
+        exponent += 1
+    return exponent
+
+
+class Gateway:
+    """An antenna made of two drives, the carrying axis first."""
+
+    def __init__(self, drives: Sequence[Drive], sections: Sequence[DriveSection], name: str) -> None:
+        self.drives, self._sections, self._name = tuple(drives), tuple(sections), name
+        self.state, self.fault = _STATE.SWITCH_ON_DISABLED, FaultCode.NONE
+        self._units = [2.0 ** torque_exponent(section.torque_nm) for section in sections]
+        self._counters: dict[str, int] = {}
+        self._heard: dict[int, int] = {}
+        self._set_point = SetPoint(0.0, 0.0, 0, False, False)
+        self._window, self._margin, self._tick, self._control_age = 20, 0, 0, 0
+        self._enabling, self._powerless, self._reset_level, self._identify = False, 0, True, True
+        self._told: list[AnyMessage] = []
+        self._seen = [0, 0]
+
+    @property
+    def margin_ticks(self) -> int:
+        """Ticks left before the deadman reacts."""
+        return self._margin
+
+    def begin(self) -> list[CanFrame]:
+        """Frames for a bus that was just opened."""
+        return [frame for drive in self.drives for frame in (*drive.begin(), *drive.ask())]
+
+    def hear(self, block: bytes) -> list[CanFrame]:
+        """A block of the host's, which is the edge of a tick; answers what the drives are to be sent."""
+        fed, control = False, None
+        for can_id, payload in records(block):
+            message = self._fresh(can_id, payload)
+            if isinstance(message, SetPoint):
+                self._set_point, self._margin, fed = message, self._window, True
+            elif isinstance(message, DriveControl):
+                control = message
+            elif isinstance(message, DeadmanConfig) and self.state is not _STATE.OPERATION_ENABLED:
+                self._window = message.window_ticks
+        return self._advance(control, fed)
+
+    def pass_over(self) -> list[CanFrame]:
+        """A tick in which the host said nothing."""
+        return self._advance(None, False)
+
+    def take(self, frames: Sequence[CanFrame]) -> int:
+        """Frames of the bus; how many nobody here understood."""
+        return sum(not any(drive.take(frame) for drive in self.drives) for frame in frames)
+
+    def feedback(self) -> bytes:
+        """The feedback set of this tick, once both drives have said something new; else nothing."""
+        updates = [drive.sample.updates for drive in self.drives]
+        if any(new == seen for new, seen in zip(updates, self._seen, strict=True)):
+            return b""
+        self._seen = updates
+        samples = [
+            on_the_joint(drive.sample, section) for drive, section in zip(self.drives, self._sections, strict=True)
+        ]
+        messages, self._told = self._told, []
+        if self._tick % _STATUS_EVERY == 0:
+            messages += self._motor_status(samples)
+        if self._identify or self._tick % _IDENTITY_EVERY == 0:
+            messages += self._who()
+            self._identify = False
+        outer, inner = samples
+        messages += [
+            FeedbackOuter(outer.position_rad, _rate(outer)),
+            FeedbackInner(inner.position_rad, _rate(inner)),
+            DriveStatus(
+                self.state,
+                self.fault,
+                self._set_point.sequence,
+                min(self._margin, 255),
+                self._limits(),
+                self._tick % 4096,
+            ),
+        ]
+        return b"".join(self._record(message) for message in messages)
+
+    def _advance(self, control: DriveControl | None, fed: bool) -> list[CanFrame]:
+        self._tick += 1
+        if not fed:
+            self._margin = max(0, self._margin - 1)
+        self._control_age = 0 if control is not None else self._control_age + 1
+        frames = self._follow(control)
+        if self.state is _STATE.OPERATION_ENABLED:
+            return [*frames, *self._commands()]
+        if self._enabling:
+            return [*frames, *(frame for drive in self.drives for frame in drive.enable())]
+        return [*frames, *(frame for drive in self.drives for frame in drive.ask())]
+
+    def _follow(self, control: DriveControl | None) -> list[CanFrame]:
+        """One transition at most: a fault before a request."""
+        reset = False
+        if control is not None:
+            reset, self._reset_level = control.fault_reset and not self._reset_level, control.fault_reset
+            self._identify = self._identify or control.identify
+        fault = self._found_fault()
+        if self.state is _STATE.FAULT:
+            faulty = any(drive.sample.power is Power.FAULT for drive in self.drives)
+            if reset and faulty:
+                return [frame for drive in self.drives for frame in drive.reset()]
+            if reset:
+                self.fault = FaultCode.NONE
+                self._enter(_STATE.SWITCH_ON_DISABLED, FaultCode.NONE, _DETAIL_RESET)
+            return []
+        if self.state is _STATE.FAULT_REACTION_ACTIVE:
+            self._enter(_STATE.FAULT, self.fault, _DETAIL_BY_ITSELF)
+            return self._release()
+        if fault is not FaultCode.NONE:
+            self.fault, powered = fault, self.state in (_STATE.OPERATION_ENABLED, _STATE.QUICK_STOP_ACTIVE)
+            self._enter(_STATE.FAULT_REACTION_ACTIVE, fault, _DETAIL_BY_ITSELF)
+            return self._stop() if powered else self._release()
+        return self._request(control)
+
+    def _request(self, control: DriveControl | None) -> list[CanFrame]:
+        if self._enabling and all(drive.sample.power is Power.ON for drive in self.drives):
+            self._enabling = False
+            self._enter(_STATE.OPERATION_ENABLED, FaultCode.NONE, _REQUEST.ENABLE_OPERATION)
+            return []
+        if control is None:
+            return []
+        request = _REQUEST.QUICK_STOP if control.quick_stop else control.request
+        wanted = _destination(self.state, request)
+        if request is _REQUEST.ENABLE_OPERATION and self.state is _STATE.SWITCHED_ON:
+            # told as enabled once both drives say so, and never without set-points
+            self._enabling = self._margin > 0
+            return []
+        if wanted is self.state and request in (_REQUEST.NONE, _REQUEST.SWITCH_ON, _REQUEST.ENABLE_OPERATION):
+            return []
+        left = self._enabling or self.state in (_STATE.OPERATION_ENABLED, _STATE.QUICK_STOP_ACTIVE)
+        self._enabling = False
+        if wanted is self.state:
+            return self._release() if left and wanted is not _STATE.QUICK_STOP_ACTIVE else []
+        self._enter(wanted, FaultCode.NONE, request)
+        if wanted is _STATE.QUICK_STOP_ACTIVE:
+            return self._stop()
+        return self._release() if left else []
+
+    def _found_fault(self) -> FaultCode:
+        powers = [drive.sample.power for drive in self.drives]
+        if Power.FAULT in powers:
+            return FaultCode.INTERNAL
+        if self.state is not _STATE.OPERATION_ENABLED:
+            self._powerless = 0
+            return FaultCode.NONE
+        self._powerless = 0 if Power.OFF not in powers else self._powerless + 1
+        if self._margin == 0:
+            return FaultCode.DEADMAN
+        if self._control_age > _CONTROL_TICKS:
+            return FaultCode.COMMUNICATION
+        return FaultCode.INTERNAL if self._powerless > _LOST_POWER_TICKS else FaultCode.NONE
+
+    def _commands(self) -> list[CanFrame]:
+        asked = self._asked_nm()
+        return [
+            frame
+            for drive, section, torque in zip(self.drives, self._sections, asked, strict=True)
+            for frame in drive.command(shaft_torque(torque, section))
+        ]
+
+    def _asked_nm(self) -> tuple[float, float]:
+        """Torques asked for, N m at the joints; none where the axis is not enabled."""
+        now = self._set_point
+        outer, inner = now.torque_outer_nm * self._units[0], now.torque_inner_nm * self._units[1]
+        return outer * now.enable_outer, inner * now.enable_inner
+
+    def _limits(self) -> LimitFlags:
+        flags = LimitFlags(0)
+        if self.state is _STATE.OPERATION_ENABLED:
+            for flag, torque, section in zip(_LIMITS, self._asked_nm(), self._sections, strict=True):
+                flags |= flag if abs(torque) >= section.torque_nm else LimitFlags(0)
+        return flags
+
+    def _release(self) -> list[CanFrame]:
+        return [frame for drive in self.drives for frame in drive.release()]
+
+    def _stop(self) -> list[CanFrame]:
+        return [frame for drive in self.drives for frame in drive.stop()]
+
+    def _enter(self, state: DriveState, cause: FaultCode, detail: int) -> None:
+        self._told.append(DriveEvent(self.state, state, cause, int(detail), self._tick % 4096))
+        self.state, self._enabling = state, False
+
+    def _motor_status(self, samples: Sequence[AxisSample]) -> list[AnyMessage]:
+        """Only of a drive that gives all three: a number that nobody measured is not told."""
+        told: list[AnyMessage] = []
+        builds: tuple[type[MotorStatusOuter | MotorStatusInner], ...] = (MotorStatusOuter, MotorStatusInner)
+        for build, sample, unit in zip(builds, samples, self._units, strict=True):
+            torque, temperature, supply = sample.torque_nm, sample.temperature_degc, sample.supply_v
+            if torque is not None and temperature is not None and supply is not None:
+                told.append(build(torque / unit, temperature, supply, BrakeState.ABSENT, False))
+        return told
+
+    def _who(self) -> list[AnyMessage]:
+        exponents = [torque_exponent(section.torque_nm) for section in self._sections]
+        return [
+            Identity(PROTOCOL_VERSION, name_code(self._name), False, False),
+            IdentityUnit(0, exponents[0], exponents[1]),
+        ]
+
+    def _fresh(self, can_id: int, payload: bytes) -> AnyMessage | None:
+        """A message of the host's with a good CRC and a counter that is not that of the last one."""
+        definition = BY_CAN_ID.get(can_id)
+        if definition is None or definition.direction is not Direction.HOST_TO_DEVICE:
+            return None
+        message = unpack(can_id, payload)
+        if isinstance(message, Rejection):
+            return None
+        counter = alive_counter(payload)
+        if self._heard.get(can_id) == counter:
+            return None
+        self._heard[can_id] = counter
+        return message
+
+    def _record(self, message: AnyMessage) -> bytes:
+        definition = schema_of(message)
+        counter = self._counters[definition.name] = (self._counters.get(definition.name, -1) + 1) & 15
+        return record(definition.can_id, pack(message, counter))
+
+
+def _rate(sample: AxisSample) -> float:
+    return sample.gyro_rad_s if sample.gyro_rad_s is not None else sample.rate_rad_s or 0.0
+
+
+def _destination(state: DriveState, request: DriveRequest) -> DriveState:
+    """Where a request leads after CiA 402, without the optional transition 16; enabling is decided by the drives."""
+    if request is _REQUEST.DISABLE_VOLTAGE:
+        return _STATE.SWITCH_ON_DISABLED
+    if request is _REQUEST.QUICK_STOP:
+        if state is _STATE.OPERATION_ENABLED:
+            return _STATE.QUICK_STOP_ACTIVE
+        return state if state is _STATE.QUICK_STOP_ACTIVE else _STATE.SWITCH_ON_DISABLED
+    if request is _REQUEST.SHUTDOWN and state is not _STATE.QUICK_STOP_ACTIVE:
+        return _STATE.READY_TO_SWITCH_ON
+    if request is _REQUEST.SWITCH_ON and state is _STATE.READY_TO_SWITCH_ON:
+        return _STATE.SWITCHED_ON
+    if request is _REQUEST.DISABLE_OPERATION and state is _STATE.OPERATION_ENABLED:
+        return _STATE.SWITCHED_ON
+    return state

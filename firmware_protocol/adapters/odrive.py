@@ -1,0 +1,93 @@
+"""ODrive: the CANSimple protocol, classic frames of identifier `node_id << 5 | command`.
+
+Facts from ODrive's CAN protocol page (docs.odriverobotics.com, "CAN Protocol"): commands, fields, axis states, units of
+turns. The drive sends by itself what its `can.*_msg_rate_ms` say: heartbeat, encoder estimates, torques, temperature
+and bus voltage must be switched on there. What stops an axis whose host is gone is its own watchdog
+(`config.enable_watchdog`, `config.watchdog_timeout`), which set-points feed; this side can neither set nor see it.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+from dataclasses import replace
+
+from firmware_protocol.adapters.bus import CanFrame
+from firmware_protocol.adapters.drive import AxisSample, DriveTiming, Gives, Power
+from firmware_protocol.links import DriveSection
+
+HEARTBEAT, SET_AXIS_STATE, ENCODER_ESTIMATES, SET_CONTROLLER_MODE = 0x01, 0x07, 0x09, 0x0B
+SET_INPUT_TORQUE, TEMPERATURE, BUS_VOLTAGE, CLEAR_ERRORS, TORQUES = 0x0E, 0x15, 0x17, 0x18, 0x1C
+IDLE, CLOSED_LOOP = 1, 8
+_TORQUE_CONTROL, _PASS_THROUGH = 1, 1
+_TURN = 2.0 * math.pi
+#: asking again for a state before the heartbeat has told of the last one helps nobody
+_ASK_EVERY = 50
+
+
+class OdriveDrive:
+    """One axis of an ODrive."""
+
+    gives = frozenset({Gives.TORQUE, Gives.TEMPERATURE, Gives.SUPPLY})
+
+    def __init__(self, section: DriveSection, timing: DriveTiming) -> None:
+        self._id = section.id
+        self._asked = 0
+        self.sample = AxisSample()
+
+    def begin(self) -> list[CanFrame]:
+        return [self._frame(SET_CONTROLLER_MODE, struct.pack("<II", _TORQUE_CONTROL, _PASS_THROUGH))]
+
+    def ask(self) -> list[CanFrame]:
+        return []
+
+    def enable(self) -> list[CanFrame]:
+        self._asked += 1
+        if self._asked % _ASK_EVERY != 1:
+            return self.command(0.0)
+        mode = self._frame(SET_CONTROLLER_MODE, struct.pack("<II", _TORQUE_CONTROL, _PASS_THROUGH))
+        return [mode, *self.command(0.0), self._state(CLOSED_LOOP)]
+
+    def command(self, torque_nm: float) -> list[CanFrame]:
+        return [self._frame(SET_INPUT_TORQUE, struct.pack("<f", torque_nm))]
+
+    def release(self) -> list[CanFrame]:
+        self._asked = 0
+        return [self._frame(SET_INPUT_TORQUE, struct.pack("<f", 0.0)), self._state(IDLE)]
+
+    def stop(self) -> list[CanFrame]:
+        return self.release()
+
+    def reset(self) -> list[CanFrame]:
+        return [*self.release(), self._frame(CLEAR_ERRORS, b"\x00")]
+
+    def take(self, frame: CanFrame) -> bool:
+        if frame.extended or frame.identifier >> 5 != self._id:
+            return False
+        command, data = frame.identifier & 0x1F, frame.data
+        if command == HEARTBEAT and len(data) >= 5:
+            errors, state = struct.unpack_from("<IB", data)
+            power = Power.FAULT if errors else Power.ON if state == CLOSED_LOOP else Power.OFF
+            self.sample = replace(self.sample, power=power)
+            return True
+        if command not in (ENCODER_ESTIMATES, TORQUES, TEMPERATURE, BUS_VOLTAGE) or len(data) < 8:
+            return False
+        first, second = struct.unpack_from("<ff", data)
+        if not (math.isfinite(first) and math.isfinite(second)):
+            self.sample = replace(self.sample, power=Power.FAULT)
+        elif command == ENCODER_ESTIMATES:
+            place, rate = first * _TURN, second * _TURN
+            self.sample = replace(self.sample, updates=self.sample.updates + 1, position_rad=place, rate_rad_s=rate)
+        elif command == TORQUES:
+            self.sample = replace(self.sample, torque_nm=second)
+        elif command == TEMPERATURE:
+            self.sample = replace(self.sample, temperature_degc=second)
+        else:
+            self.sample = replace(self.sample, supply_v=first)
+        return True
+
+    def _state(self, state: int) -> CanFrame:
+        return self._frame(SET_AXIS_STATE, struct.pack("<I", state))
+
+    def _frame(self, command: int, data: bytes) -> CanFrame:
+        return CanFrame(self._id << 5 | command, data)

@@ -1,0 +1,49 @@
+"""Drives by name: those that ship, and those of other packages by entry points.
+
+A package offers a drive with an entry point in the group `gimbal_hil.drives` that names a class with the methods of
+`Drive`:
+
+    [project.entry-points."gimbal_hil.drives"]
+    acme = "acme_gimbal:AcmeDrive"
+"""
+
+from __future__ import annotations
+
+from importlib.metadata import entry_points
+from typing import cast
+
+from firmware_protocol.adapters.cia402 import Cia402Drive
+from firmware_protocol.adapters.drive import Drive, DriveTiming, Gives
+from firmware_protocol.adapters.mapped import MappedDrive
+from firmware_protocol.adapters.moteus import MoteusDrive
+from firmware_protocol.adapters.odrive import OdriveDrive
+from firmware_protocol.errors import BadInputError
+from firmware_protocol.links import DriveSection
+
+GROUP = "gimbal_hil.drives"
+DRIVES: dict[str, type[Drive]] = {
+    "moteus": MoteusDrive,
+    "odrive": OdriveDrive,
+    "cia402": Cia402Drive,
+    "dbc": MappedDrive,
+}
+
+
+def drive_named(name: str) -> type[Drive]:
+    """The class of a drive; BadInputError lists the names, or says why a plug-in cannot be loaded."""
+    if name in DRIVES:
+        return DRIVES[name]
+    found = {one.name: one for one in entry_points(group=GROUP)}
+    if name not in found:
+        raise BadInputError("link.drive", f"no drive {name!r}", ", ".join([*DRIVES, *found]))
+    try:
+        return cast(type[Drive], found[name].load())
+    except Exception as error:  # a plug-in may fail in any way
+        raise BadInputError(
+            "link.drive", f"{name} cannot be loaded: {error}", f"the package of {found[name].value}"
+        ) from None
+
+
+def gives_of(name: str, section: DriveSection) -> frozenset[Gives]:
+    """What a drive of this name gives, as configured."""
+    return drive_named(name)(section, DriveTiming(1e-3, 0.02)).gives

@@ -1,0 +1,73 @@
+"""Simulated drives in real time on a bus: frames are answered as they come, the plant ticks at absolute deadlines."""
+
+from __future__ import annotations
+
+import select
+import time
+from dataclasses import dataclass
+
+from firmware_protocol.adapters import Bus, CanFrame
+from sim_backend.drives.gimbal import DrivenGimbal
+
+#: periods that nobody was awake for are passed over beyond so many
+_MOST_CAUGHT_UP = 50
+
+
+@dataclass
+class ServedDrives:
+    """What was served."""
+
+    ticks: int = 0
+    frames_received: int = 0
+    frames_sent: int = 0
+    frames_dropped: int = 0
+    skipped: int = 0
+
+
+class DriveServer:
+    """Serves until `stop`, or for a time."""
+
+    def __init__(self, gimbal: DrivenGimbal, bus: Bus, rate_hz: float) -> None:
+        self._gimbal, self._bus, self._period_ns = gimbal, bus, round(1e9 / rate_hz)
+        self._stopped = False
+        self.statistics = ServedDrives()
+
+    def stop(self) -> None:
+        """End the serving with the next frame or tick."""
+        self._stopped = True
+
+    def serve(self, duration_ns: int | None = None) -> None:
+        """Answer frames and tick; a bus that is gone ends it with OSError."""
+        poll = select.poll()
+        registered = -1
+        begun = deadline = time.monotonic_ns()
+        while not self._stopped and (duration_ns is None or time.monotonic_ns() - begun < duration_ns):
+            descriptor = self._bus.fileno()
+            if descriptor != registered:
+                poll = select.poll()
+                if descriptor >= 0:
+                    poll.register(descriptor, select.POLLIN)
+                registered = descriptor
+            left_ns = deadline + self._period_ns - time.monotonic_ns()
+            if left_ns > 0:
+                poll.poll(left_ns / 1e6)
+            frames = self._bus.receive()
+            self.statistics.frames_received += len(frames)
+            self._send(self._gimbal.hear(frames))
+            now = time.monotonic_ns()
+            due = (now - deadline) // self._period_ns
+            if due > _MOST_CAUGHT_UP:
+                self.statistics.skipped += due - _MOST_CAUGHT_UP
+                deadline += (due - _MOST_CAUGHT_UP) * self._period_ns
+                due = _MOST_CAUGHT_UP
+            for _ in range(due):
+                deadline += self._period_ns
+                self.statistics.ticks += 1
+                self._send(self._gimbal.tick())
+
+    def _send(self, frames: list[CanFrame]) -> None:
+        for frame in frames:
+            if self._bus.send(frame):
+                self.statistics.frames_sent += 1
+            else:
+                self.statistics.frames_dropped += 1

@@ -1,0 +1,111 @@
+"""A host, an adapter and two simulated drives tick by tick on python-can's virtual bus."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from firmware_protocol.adapters import AdapterLink, CanFrame, PythonCanBus
+from firmware_protocol.links import AdapterLinkConfig
+from gimbal_hil.host import AxisCommand, Host, HostState, Mode, Segment, Shape, program_of
+from gimbal_hil.settings import DaemonSettings, host_configuration, settings_from_document
+from gimbal_hil.starting import AntennaDescription, AxisDescription, LinkChoice, usual_axis
+from gimbal_hil.starting.documents import configuration_document, model_document
+from sim_backend.drives import DrivenGimbal, SimulatedDrive
+from sim_backend.model import Kind, model_from_document
+
+RATE_HZ, PERIOD_NS = 1000.0, 1_000_000
+_CHANNELS = itertools.count()
+
+
+def link_section(drive: str, **more: Any) -> dict[str, Any]:
+    """The `link` section of two drives of one make on a virtual bus of their own."""
+    each: dict[str, Any] = {"cia402": {"counts_per_turn": 262144.0, "rated_torque_nm": 2.0}}.get(drive, {})
+    sections = [{"id": 1, "torque_nm": 15.0} | each, {"id": 2, "torque_nm": 6.0, "sign": -1, "gear": 2.0} | each]
+    section = {"kind": "adapter", "drive": drive, "interface": "virtual", "channel": f"bus{next(_CHANNELS)}"}
+    section |= {"drives": [one | more for one in sections]}
+    return section | ({"data_bitrate": 5_000_000} if drive == "moteus" else {})
+
+
+def settings_and_model(link: dict[str, Any], **more: Any) -> tuple[DaemonSettings, Any]:
+    """A stranger's gimbal without gyros, as `init` writes it, behind this link."""
+    axes = tuple(usual_axis(AxisDescription(name), Kind.GIMBAL, place) for place, name in enumerate(("pan", "tilt")))
+    antenna = AntennaDescription("mine", Kind.GIMBAL, axes, LinkChoice("adapter", link), RATE_HZ, has_gyro=False)
+    document = configuration_document(antenna, "model.yaml", link)
+    return settings_from_document(document | more, "antenna.yaml"), model_from_document(model_document(antenna), "m")
+
+
+@dataclass
+class AdapterRig:
+    """Everything, advanced by `run`; `lost` makes the bus lose frames of the drives."""
+
+    drive: str
+    drives: list[SimulatedDrive] | None = None
+    link_more: dict[str, Any] = field(default_factory=dict)
+    lost: Callable[[CanFrame], bool] = lambda frame: False
+    number: int = 0
+
+    def __post_init__(self) -> None:
+        section = link_section(self.drive, **self.link_more)
+        self.settings, model = settings_and_model(section)
+        config = self.settings.link
+        assert isinstance(config, AdapterLinkConfig)
+        self.far = PythonCanBus("virtual", str(config.channel), config.bitrate, config.data_bitrate)
+        drives = self.drives
+        self.gimbal = (
+            DrivenGimbal.of_link(model, config)
+            if drives is None
+            else DrivenGimbal(model, drives, config.drives, RATE_HZ)
+        )
+        self.link = AdapterLink(config, now_ns=lambda: self.number * PERIOD_NS)
+        self.host = Host(host_configuration(self.settings))
+        self.events: list[str] = []
+        self.host_speaks = True
+
+    @property
+    def gateway(self) -> Any:
+        return self.link.gateway
+
+    def run(self, ticks: int) -> AdapterRig:
+        """As the daemon does it: nothing is sent before something was heard."""
+        for _ in range(ticks):
+            block = self.link.receive()
+            if self.host_speaks:
+                out = self.host.tick(self.number, self.number * PERIOD_NS, block)
+                self.events += [event.text for event in self.host.events()]
+                if self.link.statistics.frames_received:
+                    self.link.send(out)
+            self._drives()
+            self.number += 1
+        return self
+
+    def _drives(self) -> None:
+        """What was sent is heard and answered, then the period passes."""
+        for frame in (*self.gimbal.hear(self.far.receive()), *self.gimbal.tick()):
+            if not self.lost(frame):
+                self.far.send(frame)
+
+    def connected(self) -> AdapterRig:
+        """Run until idle."""
+        self.run(400)
+        assert self.host.state is HostState.IDLE, (self.host.state, self.events)
+        return self
+
+    def position(self, pan: float, tilt: float) -> AdapterRig:
+        """Ask for positions from the next tick on."""
+        self.host.command(
+            program_of([Segment(*(AxisCommand(Mode.POSITION, Shape.HOLD, (target,)) for target in (pan, tilt)))])
+        )
+        return self
+
+    @property
+    def joints(self) -> np.ndarray:
+        return self.gimbal.plant.position
+
+    def close(self) -> None:
+        self.link.close()
+        self.far.close()

@@ -1,0 +1,90 @@
+"""A host's daemon loop on simulated drives of other makes: it connects, moves, stops, and never leaves torque on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from firmware_protocol.adapters import CanFrame
+from firmware_protocol.enumerations import DriveState, FaultCode
+from gimbal_hil.host import HostState
+from tests.adapters.rig import AdapterRig
+
+DRIVES = ("moteus", "odrive", "cia402")
+
+
+@pytest.fixture(params=DRIVES)
+def rig(request: pytest.FixtureRequest) -> Iterator[AdapterRig]:
+    made = AdapterRig(request.param)
+    yield made
+    made.close()
+
+
+def test_both_axes_go_where_they_are_asked_through_gear_and_sign(rig: AdapterRig) -> None:
+    rig.connected().position(0.4, -0.3).run(3000)
+    assert rig.gateway.state is DriveState.OPERATION_ENABLED
+    np.testing.assert_allclose(rig.joints, (0.4, -0.3), atol=2e-3)
+    assert not [event for event in rig.events if "fault" in event]
+
+
+def test_a_host_that_falls_silent_leaves_no_torque_on_the_drives(rig: AdapterRig) -> None:
+    rig.connected().position(0.4, -0.3).run(300)
+    assert any(abs(drive.torque_nm) > 0.0 for drive in rig.gimbal.drives)
+    rig.host_speaks = False
+    rig.run(200)
+    assert rig.gateway.fault is FaultCode.DEADMAN
+    assert all(drive.torque_nm == 0.0 for drive in rig.gimbal.drives)
+
+
+def test_drives_whose_host_is_gone_let_go_by_their_own_watchdog(rig: AdapterRig) -> None:
+    rig.connected().position(0.4, -0.3).run(300)
+    for _ in range(100):
+        rig.gimbal.tick()
+    assert all(drive.torque_nm == 0.0 for drive in rig.gimbal.drives)
+
+
+def test_a_fault_of_one_drive_stops_both_and_is_reset_on_request(rig: AdapterRig) -> None:
+    rig.connected().position(0.4, -0.3).run(300)
+    drive = rig.gimbal.drives[1]
+    drive.trip(*() if rig.drive == "cia402" else (33,))  # type: ignore[attr-defined]
+    rig.run(60)
+    assert rig.host.state is HostState.FAULT and rig.gateway.fault is FaultCode.INTERNAL
+    assert all(one.torque_nm == 0.0 for one in rig.gimbal.drives)
+    rig.host.reset_fault()
+    rig.run(400)
+    assert rig.host.state is HostState.IDLE, rig.events[-6:]
+    rig.position(0.1, 0.1).run(2500)
+    np.testing.assert_allclose(rig.joints, (0.1, 0.1), atol=2e-3)
+
+
+def test_a_drive_that_falls_silent_is_lost_feedback_and_torque_goes(rig: AdapterRig) -> None:
+    rig.connected().position(0.4, -0.3).run(300)
+    number = 2 if rig.drive != "odrive" else 2 << 5
+
+    def of_the_second(frame: CanFrame) -> bool:
+        sender = {"moteus": frame.identifier >> 8, "odrive": frame.identifier & ~0x1F}.get(
+            rig.drive, frame.identifier & 0x7F
+        )
+        return sender == number
+
+    rig.lost = of_the_second
+    rig.run(100)
+    assert rig.host.state is not HostState.ACTIVE
+    assert all(drive.torque_nm == 0.0 for drive in rig.gimbal.drives)
+
+
+def test_no_torque_is_commanded_before_the_host_has_asked_for_any(rig: AdapterRig) -> None:
+    for _ in range(500):
+        rig.run(1)
+        assert all(drive.torque_nm == 0.0 for drive in rig.gimbal.drives)
+    assert rig.host.state is HostState.IDLE
+
+
+def test_a_quick_stop_takes_the_torque_away(rig: AdapterRig) -> None:
+    rig.connected().position(0.4, -0.3).run(300)
+    rig.host.quick_stop()
+    rig.run(30)
+    assert rig.gateway.state is not DriveState.OPERATION_ENABLED
+    assert all(drive.torque_nm == 0.0 for drive in rig.gimbal.drives)
