@@ -1,6 +1,6 @@
 """moteus: CAN-FD frames of register reads and writes.
 
-Facts from the moteus controller reference (mjbots/moteus, docs/reference.md, sections A.1 and A.2): identifiers,
+Facts from the moteus controller reference (mjbots/moteus on GitHub, sections A.1 and A.2): identifiers,
 subframes, registers 0x000 to 0x00f and 0x020 to 0x027, units of turns. Torque control is position mode with both gains
 scaled to zero; register 0x027 keeps each command valid for so long only, which is the deadman that stops a drive whose
 host is gone. Its state after that is `timeout` (11), in which what it does is its own setting.

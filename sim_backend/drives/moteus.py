@@ -1,4 +1,4 @@
-"""A moteus controller: register reads and writes in CAN-FD frames (mjbots/moteus, docs/reference.md)."""
+"""A moteus controller: register reads and writes in CAN-FD frames, after the controller reference of mjbots."""
 
 from __future__ import annotations
 
