@@ -18,12 +18,18 @@ INTERRUPTED = "interrupted"
 #: as `documents.LARGEST_NUMBER`, which --help must not import
 _LARGEST_NUMBER = 1e15
 #: command -> (module in gimbal_hil.cli, one line for --help); a module defines `command`, a function with typer's
-#: annotations
+#: annotations, or the function named after a colon
 COMMANDS: dict[str, tuple[str, str]] = {
     "demo": ("demo", "The whole story on the virtual antenna in under two minutes."),
     "init": ("init", "Files of an antenna of your own: configuration, model, plan, next commands."),
     "check": ("check", "Check configuration, model, plan or data files: every error with its key."),
     "daemon": ("daemon", "Run the fixed-rate control daemon on the link that the configuration names."),
+    "watch": ("watch", "A running daemon in the terminal: state, axes, torque, misses, recording."),
+    "set": ("operate:set_axes", "Have the axes of a running daemon go to values: azimuth=0.5 elevation=-0.3."),
+    "stop": ("operate:stop", "Brake both axes to rest, torque off; the daemon stays connected."),
+    "quick-stop": ("operate:quick_stop", "Torque off now, the drive's own quick stop."),
+    "reset": ("operate:reset", "Leave a fault and connect anew."),
+    "shut-down": ("operate:shut_down", "Brake to rest, then end the daemon."),
     "plant": ("plant", "Serve the virtual antenna's frames on a serial, slcan or Unix-socket link."),
     "experiment": (
         "experiment",
@@ -87,8 +93,10 @@ def run(name: str, arguments: list[str]) -> int:
     module, line = COMMANDS[name]
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
     try:
-        loaded = importlib.import_module(f"gimbal_hil.cli.{module}")
-        app.command(name=name, help=line)(_guarded(loaded.command))
+        place, _, function = module.partition(":")
+        loaded = importlib.import_module(f"gimbal_hil.cli.{place}")
+        answer = getattr(loaded, function or "command")
+        app.command(name=name, help=line)(_guarded(answer))
         arguments = _repeated(arguments, getattr(loaded, "MANY_VALUED", ()))
         code = app(arguments, prog_name=f"gimbal-hil {name}", standalone_mode=False)
     except GimbalHilError as error:

@@ -19,13 +19,20 @@ MODEL_FILE, VERDICT_FILE, REPORT_FILE, RECALIBRATED_FILE = (
 
 def command(
     measured: Annotated[
-        list[Path], typer.Option(metavar="LOG", help="Run folder, CSV or Parquet to search in; may be repeated.")
+        list[Path],
+        typer.Option(
+            metavar="LOG",
+            help="To search in: a run of `experiment survey`, or your own CSV or Parquet; may be repeated.",
+        ),
     ],
     out: Annotated[
         Path, typer.Option(metavar="DIR", help=f"Folder for {VERDICT_FILE}, {MODEL_FILE} and {REPORT_FILE}.")
     ],
     holdout: Annotated[
-        list[Path] | None, typer.Option(metavar="LOG", help="Another trajectory to judge on; may be repeated.")
+        list[Path] | None,
+        typer.Option(
+            metavar="LOG", help="To judge on, another trajectory: a run of `experiment survey_holdout`, or a file."
+        ),
     ] = None,
     model: Annotated[
         str | None,
@@ -62,7 +69,11 @@ def command(
     as_json: Annotated[bool, typer.Option("--json", help="Print the verdict as JSON.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
 ) -> int:
-    """Find what the model lacks, name it, add it, and show the gap shrink on data that had no part in the search."""
+    """Find what the model lacks, name it, add it, and show the gap shrink on data that had no part in the search.
+
+    Logs come from `gimbal-hil experiment survey` (to search in) and `survey_holdout` (to judge on), or are tables of
+    your own with the columns time_s, AXIS.position and AXIS.torque (docs/signals-table.md).
+    """
     import json
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError

@@ -14,7 +14,14 @@ if TYPE_CHECKING:
 
 
 def command(
-    name: Annotated[str, typer.Argument(help="A sequence (step, sliding, presliding, ...), thesis, or a plan file.")],
+    name: Annotated[
+        str,
+        typer.Argument(
+            help="A plan file, thesis, or a sequence: step, sliding, presliding, gravity_map, sweep, base_motion, "
+            "warm_up, survey, survey_holdout, plateaus, full_turn, creep, reversals, two_loads, one_locked, "
+            "warm_and_cool."
+        ),
+    ],
     config: Annotated[
         Path | None, typer.Option(help="Configuration file; without it the shipped virtual antenna.")
     ] = None,
@@ -95,7 +102,23 @@ def command(
     else:
         print(f"{outcome.experiment.text}: {len(outcome.rows)} rows")
         print(f"  table   {folder / 'table.csv'}\n  report  {folder / 'report.html'}")
+        print(f"next: {_following(outcome.experiment.name, folder, config, model, run)}")
     return 0
+
+
+def _following(name: str, folder: Path, config: Path | None, model: str | None, run: Path | None) -> str:
+    """The command that one mostly wants after this experiment."""
+    named = f" --model {model}" if model else ""
+    where = "".join(f" --{option} {value}" for option, value in (("config", config), ("run", run)) if value) + named
+    beside = folder.parent
+    if name in ("sliding", "presliding"):
+        return f"gimbal-hil identify {folder}{named} --out {beside / 'identified'}"
+    if name == "survey":
+        return f"gimbal-hil experiment survey_holdout{where} --out {beside / 'survey_holdout'}"
+    if name == "survey_holdout":
+        logs = f"--measured {beside / 'survey'} --holdout {folder}"
+        return f"gimbal-hil discrepancy{named} {logs} --out {beside / 'verdict'}"
+    return f"gimbal-hil experiment survey{where} --out {beside / 'survey'}"
 
 
 def _conduct(

@@ -1,0 +1,97 @@
+"""`gimbal-hil watch`: a running daemon in a terminal, over ssh too. It asks the service process, never the loop."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+_WIDTH = 24
+
+
+def command(
+    run: Annotated[
+        Path | None,
+        typer.Argument(metavar="RUN", help="Run folder of the daemon; without it the newest below ./runs."),
+    ] = None,
+    every: Annotated[float, typer.Option(metavar="SECONDS", help="Time between two looks.", min=0.05)] = 0.25,
+    once: Annotated[bool, typer.Option("--once", help="One look, then end (as for scripts).")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="The daemon's own answer, one JSON object a look.")] = False,
+) -> int:
+    """Show state, axes, torque, deadline misses and recording of a running daemon, until it ends or Ctrl-C."""
+    import json
+    import sys
+
+    from firmware_protocol.errors import EXIT_DONE, LinkError
+    from gimbal_hil.cli.operate import daemon_run
+    from gimbal_hil.operator import OperatorClient
+
+    folder = daemon_run(run)
+    in_place = sys.stdout.isatty() and not once and not as_json
+    with OperatorClient(folder) as client:
+        while True:
+            try:
+                answer = client.request("status")
+            except LinkError:
+                print(f"the daemon has ended\nnext: gimbal-hil replay {folder}")
+                return EXIT_DONE
+            if as_json:
+                print(json.dumps(answer), flush=True)
+            else:
+                lines = status_lines(answer)
+                print(
+                    "".join(f"\033[2K{line}\n" for line in lines) if in_place else "\n".join(lines), end="", flush=True
+                )
+                print(f"\033[{len(lines)}A" if in_place and not once else "" if in_place else "\n", end="", flush=True)
+            if once:
+                return EXIT_DONE
+            time.sleep(every)
+
+
+def status_lines(answer: dict[str, Any]) -> list[str]:
+    """What a `status` answer says, a line each."""
+    status = answer["status"]
+    statistics = status["statistics"]
+    latency = statistics["latency_us"]
+    fault = status["drive_fault"]
+    state = f"{status['host_state']:<14} drive {status['drive_state'] or 'not heard':<24} link {status['link']}"
+    lines = [
+        f"tick {status['tick']:>10}   {status['time_ns'] / 1e9:>10.1f} s   host {state}",
+        f"fault: {fault}"
+        if fault not in (None, "none")
+        else f"segment {status['segment']}, last cause {status['cause']}",
+    ]
+    for axis, position in status["position_rad"].items():
+        rate, torque = status["rate_rad_s"][axis], status["torque_nm"][axis]
+        bar = _bar(position)
+        lines.append(
+            f"{axis:<12} {status['mode'][axis]:<14} {_number(position, 'rad')} {bar} {_number(rate, 'rad/s')} "
+            f"{_number(torque, 'N m')}"
+        )
+    causes = ", ".join(f"{name} {count}" for name, count in statistics["missed_by_cause"].items() if count)
+    lines.append(
+        f"ticks missed {statistics['missed']}{f' ({causes})' if causes else ''}; late by p50 {latency['p50']:.0f}, "
+        f"p99 {latency['p99']:.0f}, most {latency['max']:.0f} us; frames rejected {status['rejected_frames']}"
+    )
+    recording = answer.get("recording")
+    if isinstance(recording, dict):
+        lines.append(f"recording {recording.get('lamp')}, {recording.get('free_mb', 0):.0f} MB free")
+    return lines
+
+
+def _number(value: float | None, unit: str) -> str:
+    return f"{'-':>9} {unit:<5}" if value is None else f"{value:>+9.4f} {unit:<5}"
+
+
+def _bar(position: float | None) -> str:
+    """Where a joint is between half a turn either way; the middle is zero."""
+    import math
+
+    cells = [" "] * (_WIDTH + 1)
+    cells[_WIDTH // 2] = "|"
+    if position is not None:
+        place = round((min(max(position / math.pi, -1.0), 1.0) + 1.0) * _WIDTH / 2)
+        cells[place] = "#"
+    return f"[{''.join(cells)}]"

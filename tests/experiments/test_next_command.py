@@ -1,0 +1,43 @@
+"""`experiment` names all its sequences in its help, and ends with the command that one mostly wants next."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from gimbal_hil.cli import main
+from gimbal_hil.cli.experiment import _following
+from gimbal_hil.experiments.sequences.registry import SEQUENCES
+
+
+def test_the_help_names_every_sequence(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["experiment", "--help"])
+    said = capsys.readouterr().out.replace("│", " ")
+    words = " ".join(said.split()).replace(",", " ").replace(".", " ").split()
+    assert not set(SEQUENCES) - set(words)
+
+
+def test_the_help_of_discrepancy_says_where_logs_come_from(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["discrepancy", "--help"])
+    said = " ".join(capsys.readouterr().out.split())
+    assert "experiment survey" in said and "survey_holdout" in said
+
+
+def test_the_way_from_a_step_to_a_verdict_is_shown_command_by_command() -> None:
+    config, runs = Path("mine/antenna.yaml"), Path("mine/runs")
+    assert _following("step", runs / "step", config, None, None) == (
+        "gimbal-hil experiment survey --config mine/antenna.yaml --out mine/runs/survey"
+    )
+    assert _following("survey", runs / "survey", config, "m.yaml", None) == (
+        "gimbal-hil experiment survey_holdout --config mine/antenna.yaml --model m.yaml --out mine/runs/survey_holdout"
+    )
+    assert _following("survey_holdout", runs / "survey_holdout", config, "m.yaml", None) == (
+        "gimbal-hil discrepancy --model m.yaml --measured mine/runs/survey --holdout mine/runs/survey_holdout "
+        "--out mine/runs/verdict"
+    )
+    assert _following("sliding", runs / "sliding", None, None, None) == (
+        "gimbal-hil identify mine/runs/sliding --out mine/runs/identified"
+    )

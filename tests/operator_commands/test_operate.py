@@ -1,0 +1,142 @@
+"""`set`, `stop`, `quick-stop`, `reset`, `shut-down` and `watch`: what they ask of a daemon, and what they say."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, Self
+
+import pytest
+
+from gimbal_hil.cli import main, operate
+from gimbal_hil.cli.watch import status_lines
+
+STATUS: dict[str, Any] = {
+    "tick": 3017,
+    "time_ns": 3_017_000_000,
+    "host_state": "idle",
+    "cause": "none",
+    "link": "open",
+    "drive_state": "operation_enabled",
+    "drive_fault": "none",
+    "segment": 0,
+    "mode": {"pan": "position", "tilt": "off"},
+    "position_rad": {"pan": 0.25, "tilt": -0.1},
+    "rate_rad_s": {"pan": 0.0, "tilt": 0.0},
+    "torque_nm": {"pan": 1.5, "tilt": 0.0},
+    "rejected_frames": 2,
+    "statistics": {
+        "missed": 3,
+        "missed_by_cause": {"own_computing": 0, "preemption": 3},
+        "latency_us": {"p50": 21.0, "p99": 80.0, "max": 950.0},
+    },
+}
+
+
+class Daemon:
+    """Answers like the door does, and keeps what it was asked."""
+
+    def __init__(self) -> None:
+        self.asked: list[tuple[str, dict[str, object]]] = []
+
+    def request(self, command: str, /, **fields: object) -> dict[str, Any]:
+        self.asked.append((command, fields))
+        return {"ok": True, "status": STATUS} if command == "status" else {"ok": True, "tick": 3020}
+
+    when_ready = request
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+
+@pytest.fixture
+def daemon(monkeypatch: pytest.MonkeyPatch) -> Daemon:
+    made = Daemon()
+    monkeypatch.setattr(operate, "_client", lambda folder: made)
+    return made
+
+
+def ask(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
+    with pytest.raises(SystemExit) as end:
+        main(list(words))
+    said = capsys.readouterr()
+    assert isinstance(end.value.code, int)
+    return end.value.code, said.out, said.err
+
+
+def test_an_axis_that_is_not_named_stays_where_it_is(daemon: Daemon, capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = ask(capsys, "set", "pan=0.5", "--over", "2", "--run", "R")
+    assert code == 0
+    assert daemon.asked[-1] == ("set_point", {"mode": "position", "over_s": 2.0, "pan": 0.5, "tilt": -0.1})
+    assert "pan to 0.5 rad" in out and "next: gimbal-hil watch R" in out
+
+
+def test_a_negative_value_is_a_value_and_rate_of_an_unnamed_axis_is_zero(
+    daemon: Daemon, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert ask(capsys, "set", "tilt=-0.3", "--mode", "rate", "--run", "R", "--json")[0] == 0
+    assert daemon.asked[-1][1] == {"mode": "rate", "over_s": 0.0, "pan": 0.0, "tilt": -0.3}
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("roll=1",), "no axis 'roll'; expected pan=VALUE tilt=VALUE"),
+        (("pan=fast",), "'fast' is no number"),
+        (("pan=nan",), "'nan' is no number"),
+        (("pan=1", "--mode", "speed"), "no mode 'speed'"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_and_nothing_moves(
+    daemon: Daemon, capsys: pytest.CaptureFixture[str], words: tuple[str, ...], said: str
+) -> None:
+    code, _, err = ask(capsys, "set", *words, "--run", "R")
+    assert code == 2 and said in err
+    assert "set_point" not in [name for name, _ in daemon.asked]
+
+
+@pytest.mark.parametrize(
+    ("word", "request_name"),
+    [("stop", "stop"), ("quick-stop", "quick_stop"), ("reset", "fault_reset"), ("shut-down", "shut_down")],
+)
+def test_a_word_is_one_request(
+    daemon: Daemon, capsys: pytest.CaptureFixture[str], word: str, request_name: str
+) -> None:
+    code, out, _ = ask(capsys, word, "--run", "R")
+    assert code == 0 and daemon.asked == [(request_name, {})]
+    assert "next: gimbal-hil " in out
+    assert json.loads(ask(capsys, word, "--run", "R", "--json")[1])["tick"] == 3020
+
+
+def test_without_a_run_the_newest_daemon_below_runs_is_meant(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, daemon: Daemon, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    code, _, err = ask(capsys, "stop")
+    assert code == 2 and "no daemon records below ./runs" in err and not daemon.asked
+    import os
+
+    for name, seconds in (("old", 1000), ("new", 2000)):
+        door = tmp_path / "runs" / name / "operator.json"
+        door.parent.mkdir(parents=True)
+        door.write_text("{}")
+        os.utime(door, (seconds, seconds))
+    assert operate.daemon_run(None) == Path("runs/new")
+
+
+def test_the_terminal_shows_axes_by_name_misses_by_cause_and_a_fault_above_all() -> None:
+    text = "\n".join(status_lines({"status": STATUS, "recording": {"lamp": "ok", "free_mb": 1234.0}}))
+    assert "pan" in text and "+0.2500 rad" in text and "+1.5000 N m" in text
+    assert "missed 3 (preemption 3)" in text and "recording ok, 1234 MB free" in text
+    assert "fault" not in text
+    tripped = "\n".join(status_lines({"status": STATUS | {"drive_fault": "deadman"}}))
+    assert "fault: deadman" in tripped
+
+
+def test_a_position_that_nobody_has_heard_yet_is_no_number() -> None:
+    unheard = STATUS | {"position_rad": {"pan": None, "tilt": None}, "drive_state": None}
+    text = "\n".join(status_lines({"status": unheard}))
+    assert "not heard" in text and "nan" not in text.lower()
