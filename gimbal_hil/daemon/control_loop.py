@@ -12,7 +12,7 @@ from typing import Any
 from firmware_protocol.enumerations import DriveState
 from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, EXIT_SAFETY_STOP
 from gimbal_hil.daemon.link_keeper import LinkKeeper
-from gimbal_hil.host import EventCode, Host, HostEvent, HostState, LinkStatus
+from gimbal_hil.host import EventCode, FirstTest, FirstTestState, Host, HostEvent, HostState, LinkStatus
 from gimbal_hil.host.layout import AXES, BASE_RATE, DRIVE_STATE, MEASURED_RATE, REST_RATE, axis_c, axis_h
 from gimbal_hil.telemetry import Command, CommandKind, Telemetry, take_commands, unpack_program
 from gimbal_hil.timing import Clock, Duration, Instant, Miss, MissCause, RingReader, Tick
@@ -102,6 +102,7 @@ class ControlLoop:
         duration_ticks: int | None = None,
         pass_over: Callable[[int], None] | None = None,
         heartbeat: Heartbeat | None = None,
+        first_test: FirstTest | None = None,
     ) -> None:
         """`pass_over(periods)` is called when ticks were skipped: a virtual antenna in this process has to go on
         meanwhile. Without a `heartbeat` a service process that hangs is not noticed.
@@ -116,6 +117,7 @@ class ControlLoop:
         self._last_tick = sys.maxsize if duration_ticks is None else duration_ticks
         self._pass_over = pass_over
         self._heartbeat = heartbeat
+        self._first_test = first_test
         self._service_check_ticks = max(1, _SERVICE_CHECK // period)
         self._leave_ticks = max(1, _LEAVE_TIMEOUT // period)
         self._tick = 0
@@ -139,6 +141,8 @@ class ControlLoop:
         time_ns = tick.number * self._period_ns
         for command in self._due:
             self._obey(command, time_ns)
+        if self._first_test is not None and self._stopping is Stopping.NOT:
+            self._try_first(self._first_test)
         if self._asked is not None or self._stopping is not Stopping.NOT or tick.number >= self._last_tick:
             self._leave_when_due()
         if tick.skipped and self._pass_over is not None:
@@ -200,7 +204,7 @@ class ControlLoop:
             self._ask(LoopEnd(EXIT_SAFETY_STOP, f"recording failed: {command.payload.decode()}"))
             return
         leaving = self._asked is not None or self._stopping is not Stopping.NOT
-        connecting = self._host.state in (HostState.WAITING, HostState.SYNCHRONISING)
+        connecting = self._first_test is not None or self._host.state in (HostState.WAITING, HostState.SYNCHRONISING)
         problem = "the daemon is stopping" if leaving else self._give(command)
         self._telemetry.reply(command.number, self._tick, time_ns, problem, not leaving and connecting)
 
@@ -208,6 +212,8 @@ class ControlLoop:
         """Answers why the host does not take the command, empty when it does."""
         host = self._host
         if command.kind is CommandKind.START:
+            if self._first_test is not None:
+                return "the antenna is being tried with a small torque before its first motion"
             if host.state not in (HostState.IDLE, HostState.ACTIVE):
                 connecting = host.state in (HostState.WAITING, HostState.SYNCHRONISING)
                 hint = ", which passes once the antenna answers" if connecting else ""
@@ -221,6 +227,19 @@ class ControlLoop:
         ask(host)
         self._record_command(word)
         return ""
+
+    def _try_first(self, test: FirstTest) -> None:
+        """The test before the first motion goes on; the daemon ends where the antenna does not pass it."""
+        program = test.before_tick()
+        if program is not None:
+            document = {"command": "start", "program": program.as_document()}
+            self._event("command", "start", document)
+        if test.state is FirstTestState.FAILED:
+            self._record_command("distrust")
+            self._ask(LoopEnd(EXIT_SAFETY_STOP, test.problem))
+        if test.state in (FirstTestState.PASSED, FirstTestState.FAILED):
+            self._event("note", test.problem or "first test: each axis turns as its torque, gyro and encoder say", {})
+            self._first_test = None
 
     def _record_command(self, word: str) -> None:
         self._event("command", word, {"command": word})

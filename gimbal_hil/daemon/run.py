@@ -22,10 +22,10 @@ from gimbal_hil.daemon.antenna_link import EmbeddedLink, embedded_antenna, embed
 from gimbal_hil.daemon.control_loop import ControlLoop, Heartbeat, LoopEnd
 from gimbal_hil.daemon.first_opening import opener_of
 from gimbal_hil.daemon.link_keeper import LinkKeeper
-from gimbal_hil.host import Host
+from gimbal_hil.host import FirstTest, Host
 from gimbal_hil.runs import RunHeader, read_header
 from gimbal_hil.service import ServiceProcess, ServiceSettings
-from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna, host_configuration
+from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna, FirstTestChoice, host_configuration
 from gimbal_hil.telemetry import Telemetry
 from gimbal_hil.timing import (
     Clock,
@@ -133,8 +133,9 @@ def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport
         timeout = Duration.of_seconds(settings.supervisor.service_timeout_s)
         heartbeat = None if options.lockstep else Heartbeat(service.progress, timeout, clock.now())
         pass_over = embedded.pass_over if embedded else None
+        tried = FirstTest(host, settings.step_s) if _is_tried_first(settings) else None
         loop = ControlLoop(
-            host, link, telemetry, service.commands, service.alive, clock, period, ticks, pass_over, heartbeat
+            host, link, telemetry, service.commands, service.alive, clock, period, ticks, pass_over, heartbeat, tried
         )
         engine = TickEngine(
             clock,
@@ -218,6 +219,12 @@ def _compile(settings: DaemonSettings, embedded: EmbeddedLink | None) -> None:
     for tick in range(2):
         host.tick(tick, 0, b"")
     host.events()
+
+
+def _is_tried_first(settings: DaemonSettings) -> bool:
+    choice = settings.supervisor.first_test
+    real = choice is FirstTestChoice.REAL_LINK and not isinstance(settings.link, EmbeddedAntenna)
+    return real or choice is FirstTestChoice.ALWAYS
 
 
 def _service_settings(settings: DaemonSettings, options: DaemonOptions) -> ServiceSettings:

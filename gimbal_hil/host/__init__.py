@@ -4,6 +4,7 @@ from gimbal_hil.control.layout import Mode
 from gimbal_hil.host import layout
 from gimbal_hil.host.core import host_tick
 from gimbal_hil.host.events import AXIS_NAMES, HostEvent
+from gimbal_hil.host.first_test import MOMENTUM_WINDOW_S, FirstTest, FirstTestState
 from gimbal_hil.host.frame_tick import encode_host_mail
 from gimbal_hil.host.host import Host
 from gimbal_hil.host.memory import C_AT, COUNTERS_AT, H_AT, MAIL_AT, OCTETS_AT, RECEIVERS_AT, ROWS_KEPT
@@ -19,6 +20,7 @@ __all__ = [
     "LOG_WORDS",
     "MAIL_AT",
     "MEASURED",
+    "MOMENTUM_WINDOW_S",
     "OCTETS_AT",
     "RECEIVERS_AT",
     "ROWS_KEPT",
@@ -28,6 +30,8 @@ __all__ = [
     "EndCondition",
     "EndKind",
     "EventCode",
+    "FirstTest",
+    "FirstTestState",
     "Guard",
     "Host",
     "HostEvent",

@@ -37,6 +37,7 @@ from gimbal_hil.host.layout import (
     MAY_RESET,
     MODE,
     MOST_TORQUE,
+    REQUEST_DISTRUST,
     REQUEST_QUICK_STOP,
     REQUEST_RESET,
     REQUEST_START,
@@ -73,7 +74,7 @@ _STOP_TIMEOUT, _SET_POINT_LOST, _NOT_A_NUMBER = (
     number(Cause.SET_POINT_LOST),
     number(Cause.NOT_A_NUMBER),
 )
-_WRONG_ANTENNA = number(Cause.WRONG_ANTENNA)
+_WRONG_ANTENNA, _FIRST_TEST = number(Cause.WRONG_ANTENNA), number(Cause.FIRST_TEST)
 _GUARD, _OPERATOR, _REPLACED = number(Cause.GUARD), number(Cause.OPERATOR), number(Cause.REPLACED)
 _TRIPPED, _COMMAND_REFUSED = number(EventCode.TRIPPED), number(EventCode.COMMAND_REFUSED)
 #: SEGMENT_RUNS: the next segment of the plan starts with the next fresh tick
@@ -124,6 +125,8 @@ def _take_requests(G: np.ndarray) -> None:
         G[CLEAR_TRAVEL] = 1 if G[DRIVE_FAULT] == m.FAULT_CODE_TRAVEL_LIMIT else 0
         forget_identity(G)
         enter_state(G, _WAITING, _OPERATOR)
+    if requests & REQUEST_DISTRUST and G[STATE] != _FAULT:
+        _fault(G, _FIRST_TEST)
     if requests & REQUEST_QUICK_STOP and G[STATE] != _FAULT:
         _fault(G, _OPERATOR)
     if requests & REQUEST_STOP:

@@ -108,6 +108,12 @@ HOST_GUARDS = (
         _OPERATOR,
         "tests/host/test_identity.py",
     ),
+    HostGuard(
+        Cause.FIRST_TEST,
+        "a small torque before the first motion turns an axis the wrong way, or not, or gyro and encoder differ",
+        _OPERATOR,
+        "tests/host/test_first_test.py",
+    ),
     HostGuard(Cause.GUARD, "a segment's own bounds", "the next command", _HOST, "brakes under control, program ends"),
 )
 

@@ -60,6 +60,10 @@ class Host:
         """Torque off now and the drive's own quick stop; ends in FAULT, left by `reset_fault`."""
         self.memory.G[layout.REQUESTS] |= layout.REQUEST_QUICK_STOP
 
+    def distrust(self) -> None:
+        """Torque off now and a stop without sensors, because the antenna failed its first test; ends in FAULT."""
+        self.memory.G[layout.REQUESTS] |= layout.REQUEST_DISTRUST
+
     def reset_fault(self) -> None:
         """Leave FAULT, reset the drive's fault whatever it was, and connect anew."""
         self.memory.G[layout.REQUESTS] |= layout.REQUEST_RESET

@@ -130,7 +130,7 @@ G_SIZE = EVENTS + EVENT_CAPACITY * EVENT_SIZE
 #: IDENTITY once both frames were heard since the link was last lost
 IDENTITY_HEARD = 3
 #: bits of REQUESTS
-REQUEST_START, REQUEST_STOP, REQUEST_RESET, REQUEST_QUICK_STOP = 1, 2, 4, 8
+REQUEST_START, REQUEST_STOP, REQUEST_RESET, REQUEST_QUICK_STOP, REQUEST_DISTRUST = 1, 2, 4, 8, 16
 
 # --- plan: segments in a row, then the rows of tables
 #: id (label), duration (ticks, 0 without end), ticks between recorded rows (0: as the recording says), then what to do

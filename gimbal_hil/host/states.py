@@ -79,6 +79,8 @@ class Cause(IntEnum):
     FEEDBACK_FROZEN = 23
     #: the axis does not move as its torque says
     RUNAWAY = 24
+    #: the test before the first motion found it wired or configured wrong
+    FIRST_TEST = 25
 
 
 class EventCode(IntEnum):

@@ -26,6 +26,7 @@ def give_again(host: Host, run: Run, event: Event) -> None:
     where = f"{run.folder / 'events.jsonl'}: command at tick {event.tick}"
     command, program = event.data.get("command"), event.data.get("program")
     plain: dict[object, Any] = {"stop": host.stop, "quick_stop": host.quick_stop, "fault_reset": host.reset_fault}
+    plain |= {"distrust": host.distrust}
     if command == "start" and isinstance(program, dict):
         host.command(Program.from_document(program, where))
     elif command in plain:

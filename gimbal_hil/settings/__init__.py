@@ -2,7 +2,7 @@
 
 from gimbal_hil.settings.axis import WIRE_TURNS, AxisSettings
 from gimbal_hil.settings.configuration import host_configuration
-from gimbal_hil.settings.daemon import AxisNames, DaemonSettings, load_settings, settings_from_document
+from gimbal_hil.settings.daemon import AxisNames, DaemonSettings, FirstTestChoice, load_settings, settings_from_document
 from gimbal_hil.settings.link import EmbeddedAntenna
 from gimbal_hil.settings.shipped import shipped_settings, shipped_settings_path
 
@@ -12,6 +12,7 @@ __all__ = [
     "AxisSettings",
     "DaemonSettings",
     "EmbeddedAntenna",
+    "FirstTestChoice",
     "host_configuration",
     "load_settings",
     "settings_from_document",

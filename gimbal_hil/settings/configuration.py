@@ -11,14 +11,14 @@ from firmware_protocol.enumerations import StopReaction
 from firmware_protocol.schema import TORQUE_STEP_NM, name_code
 from gimbal_hil.control import layout as control
 from gimbal_hil.control.layout import AntiWindup
-from gimbal_hil.host import layout
+from gimbal_hil.host import MOMENTUM_WINDOW_S, layout
 from gimbal_hil.settings.axis import AntiWindupChoice, AxisSettings
 from gimbal_hil.settings.daemon import DaemonSettings
 
 #: by how much of its path a gyro may be wrong: its scale, and the share of other rates that it reads
 _SENSOR_SHARE = 0.05
-#: motion against torque: window, by how much of its impulse a torque may be wrong, ticks that it may act late
-_MOMENTUM_WINDOW_S, _MODEL_SHARE, _LATE_TICKS = 0.03, 0.5, 3
+#: motion against torque: by how much of its impulse a torque may be wrong, ticks that it may act late
+_MODEL_SHARE, _LATE_TICKS = 0.5, 3
 _ANTI_WINDUP = {
     AntiWindupChoice.NONE: AntiWindup.NONE,
     AntiWindupChoice.CLAMPING: AntiWindup.CLAMPING,
@@ -55,7 +55,7 @@ def host_configuration(settings: DaemonSettings) -> NDArray[np.float64]:
         _SENSOR_SHARE,
     )
     C[layout.LATE_S] = _LATE_TICKS * settings.step_s
-    C[layout.MOMENTUM_KEPT], C[layout.MODEL_SHARE] = math.exp(-settings.step_s / _MOMENTUM_WINDOW_S), _MODEL_SHARE
+    C[layout.MOMENTUM_KEPT], C[layout.MODEL_SHARE] = math.exp(-settings.step_s / MOMENTUM_WINDOW_S), _MODEL_SHARE
     for axis, section in enumerate(settings.axes.values()):
         block = C[layout.axis_c(axis) : layout.axis_c(axis) + layout.AXIS_C_SIZE]
         _fill_law(block, section, settings.step_s)
@@ -106,7 +106,7 @@ def _fill_limits(block: NDArray[np.float64], axis: AxisSettings) -> None:
     )
     if axis.expectation is not None:
         block[layout.EXPECTED_INERTIA] = axis.expectation.inertia_kg_m2
-        block[layout.DISTURBANCE] = axis.expectation.disturbance_nm * _MOMENTUM_WINDOW_S
+        block[layout.DISTURBANCE] = axis.expectation.disturbance_nm * MOMENTUM_WINDOW_S
         block[layout.EXPECTED_MOMENT : layout.EXPECTED_MOMENT + 3] = axis.expectation.moment_kg_m
 
 

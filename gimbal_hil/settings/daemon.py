@@ -25,6 +25,14 @@ class Reaction(StrEnum):
     DECELERATE_AND_HOLD = "decelerate_and_hold"
 
 
+class FirstTestChoice(StrEnum):
+    """When an antenna is tried with a small torque on each axis before it may be moved."""
+
+    ALWAYS = "always"
+    REAL_LINK = "real_link"
+    NEVER = "never"
+
+
 class Deadman(Strict):
     """The drive's deadman, sent to it at connection."""
 
@@ -57,6 +65,8 @@ class Supervisor(Strict):
     gyro_encoder_window_s: Positive = 2.0
     #: connect again by itself when feedback returns; torque stays off until the next command
     automatic_reconnect: bool = True
+    #: once in the life of a daemon; a virtual antenna in the daemon's own process is no real link
+    first_test: FirstTestChoice = FirstTestChoice.REAL_LINK
     deadman: Deadman = Deadman()
 
 

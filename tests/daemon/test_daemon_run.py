@@ -19,7 +19,7 @@ from gimbal_hil.host.program import AxisCommand, Segment, program_of
 from gimbal_hil.host.states import Shape
 from gimbal_hil.operator.client import RequestRefusedError
 from gimbal_hil.runs import open_run
-from gimbal_hil.settings import shipped_settings
+from gimbal_hil.settings import FirstTestChoice, settings_from_document, shipped_settings
 from tests.daemon.daemons import Json, RunningDaemon
 
 STEP = {"mode": "position", "outer": 0.3, "inner": -0.2}
@@ -207,3 +207,26 @@ def test_a_recording_that_fails_stops_the_daemon(tmp_path: Path) -> None:
         code, answer, _ = daemon.wait()
     assert code == 3 and "recording failed" in answer["reason"] and "too large" in answer["reason"]
     assert open_run(run).record.end is not None or "too large" in (run / "events.jsonl").read_text()
+
+
+def test_a_daemon_tries_its_antenna_before_the_first_motion_and_the_run_replays(tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    settings = shipped_settings()
+    tried = settings.supervisor.model_copy(update={"first_test": FirstTestChoice.ALWAYS})
+    options = DaemonOptions(run, duration_s=0.8, lockstep=True, quiet=True)
+    report = run_daemon(settings.model_copy(update={"supervisor": tried}), options)
+    assert report.ending.exit_code == 0
+    assert sum("first test: each axis turns" in text for text in event_texts(run)) == 1
+    assert torques_after(run, 0).any()
+    assert run_command("replay", [str(run), "--json"]) == 0
+
+
+def test_a_daemon_whose_antenna_fails_its_first_test_ends_and_says_why(tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    document = shipped_settings().model_dump(mode="json", by_alias=True)
+    document["supervisor"]["first_test"] = "always"
+    document["axes"]["inner"]["expectation"] |= {"inertia_kg_m2": 1.5, "disturbance_nm": 100.0}
+    options = DaemonOptions(run, duration_s=0.8, lockstep=True, quiet=True)
+    report = run_daemon(settings_from_document(document, "test"), options)
+    assert report.ending.exit_code == 3 and "first test: inner moved" in report.ending.reason
+    assert run_command("replay", [str(run), "--json"]) == 0

@@ -124,7 +124,7 @@ def step(daemon: RunningDaemon, client: OperatorClient, outer: float, inner: flo
             if client.request("status")["status"]["host_state"] == "fault":
                 client.request("fault_reset")
             continue
-        client.request("set_point", mode="position", outer=outer, inner=inner)
+        client.when_ready("set_point", mode="position", outer=outer, inner=inner)
         began = time.monotonic()
         while time.monotonic() - began < HALF_S and status["host_state"] in ("active", "idle"):
             time.sleep(0.02)

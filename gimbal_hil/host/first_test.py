@@ -1,0 +1,179 @@
+"""The test before the first motion: a small known torque on each axis, and whether it turns the right way and gyro and
+encoder say the same.
+
+It runs as a program of the host like any other, so guards, limits and the log are as always; one axis is tried while
+the other one's weight is held. The size follows from the configured `expectation`; an axis without one is not tried.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from firmware_protocol.enumerations import FaultCode
+from gimbal_hil.control import gravity_torques
+from gimbal_hil.control.layout import TORQUE, TORQUE_LIMIT, Mode
+from gimbal_hil.host import layout
+from gimbal_hil.host.host import Host
+from gimbal_hil.host.program import AxisCommand, Program, Segment, program_of
+from gimbal_hil.host.states import Cause, HostState, Shape
+
+#: window of the runaway guard, in which the configured disturbance adds up
+MOMENTUM_WINDOW_S = 0.03
+#: joint rate that a pulse leads to without friction, and how long a pulse is
+_RATE_RAD_S, _PULSE_S = 0.15, 0.015
+#: there, twice as long back, there again, then a while of nothing
+_PATTERN = (1.0, -1.0, -1.0, 1.0, 0.0, 0.0)
+#: how much of the pattern is judged, in pulses
+_JUDGED_PULSES = 5
+#: motion for torque, and encoder for gyro, as shares of what is expected
+_MOTION, _SENSORS = (0.3, 3.0), (0.7, 1.4)
+#: a test that the link spoilt is made again
+_MOST_TRIES = 5
+_LINK_CAUSES = (Cause.FEEDBACK_LOST, Cause.SET_POINT_LOST)
+_LINK_FAULTS = (FaultCode.DEADMAN, FaultCode.COMMUNICATION)
+
+
+class FirstTestState(Enum):
+    """How far the test is."""
+
+    DUE = "due"
+    RUNS = "runs"
+    PASSED = "passed"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True, slots=True)
+class _Sample:
+    tick: int
+    torque: float
+    rates: tuple[float, float]
+    positions: tuple[float, float]
+
+
+class FirstTest:
+    """One test of one antenna. Call `before_tick` before every tick until it has passed or failed."""
+
+    def __init__(self, host: Host, step_s: float) -> None:
+        self._host, self._step_s = host, step_s
+        C = host.memory.C
+        # the carried axis first: it is the one that falls where its motor does nothing
+        self._tried = [a for a in reversed(range(layout.AXES)) if C[layout.axis_c(a) + layout.EXPECTED_INERTIA] > 0.0]
+        self._samples: list[list[_Sample]] = [[], []]
+        self._tries = 0
+        #: the axis that is being tried
+        self._axis = self._tried[0] if self._tried else 0
+        #: why it failed, in words
+        self.problem = ""
+        self.state = FirstTestState.DUE if self._tried else FirstTestState.PASSED
+
+    def before_tick(self) -> Program | None:
+        """Go on; answers a program that has just been given to the host, for the record. On failure the host has been
+        told to stop without sensors.
+        """
+        host = self._host
+        if self.state is FirstTestState.DUE and host.state is HostState.IDLE:
+            self._tries += 1
+            self._samples = [[], []]
+            program = program_of([self._segment(axis) for axis in self._tried])
+            host.command(program)
+            self.state = FirstTestState.RUNS
+            return program
+        if self.state is FirstTestState.RUNS:
+            self._look()
+        return None
+
+    def _look(self) -> None:
+        host, G = self._host, self._host.memory.G
+        if host.state is HostState.FAULT:
+            drive = FaultCode(int(G[layout.DRIVE_FAULT])) if host.cause is Cause.DRIVE_FAULT else FaultCode.NONE
+            if (host.cause in _LINK_CAUSES or drive in _LINK_FAULTS) and self._tries < _MOST_TRIES:
+                self.state = FirstTestState.DUE
+            else:
+                why = f"the drive's {drive.name.lower()}" if drive else host.cause.name.lower()
+                self._fail(f"{host.axes[self._axis]} brought a fault ({why})")
+            return
+        axis = int(G[layout.TICK_SEGMENT])
+        if axis in self._tried:
+            self._axis = axis
+            self._samples[axis].append(self._sample(axis))
+            elapsed = self._samples[axis][-1].tick - self._samples[axis][0].tick
+            if elapsed >= _JUDGED_PULSES * self._pulse_ticks and self.state is FirstTestState.RUNS:
+                problem = _judged(host, self._samples[axis], axis, self._step_s)
+                if problem:
+                    self._fail(problem)
+        elif host.state is HostState.IDLE and not host.following and all(self._samples[axis] for axis in self._tried):
+            self.state = FirstTestState.PASSED
+
+    def _fail(self, problem: str) -> None:
+        self.problem, self.state = f"first test: {problem}", FirstTestState.FAILED
+        self._host.distrust()
+
+    @property
+    def _pulse_ticks(self) -> int:
+        return max(3, round(_PULSE_S / self._step_s))
+
+    def _sample(self, axis: int) -> _Sample:
+        H, G = self._host.memory.H, self._host.memory.G
+        places = [layout.axis_h(a) for a in range(layout.AXES)]
+        outer, inner = (H[h + layout.MEASURED_RATE] - H[h + layout.BASE_RATE] for h in places)
+        positions = H[places[0] + layout.MEASURED_POSITION], H[places[1] + layout.MEASURED_POSITION]
+        return _Sample(int(G[layout.LAST_TICK]), float(H[places[axis] + TORQUE]), (outer, inner), positions)
+
+    def _segment(self, axis: int) -> Segment:
+        """The pattern on one axis, on top of what holds the weight; the last number of the program is nothing."""
+        held = _weights_held(self._host)
+        C, c = self._host.memory.C, layout.axis_c(axis)
+        size = C[c + layout.EXPECTED_INERTIA] * _RATE_RAD_S / (self._pulse_ticks * self._step_s)
+        size = min(size, 0.5 * C[c + TORQUE_LIMIT])
+        commands = [AxisCommand(Mode.TORQUE, Shape.HOLD, (held[a],)) for a in range(layout.AXES)]
+        table = held[axis] + size * np.repeat(_PATTERN, self._pulse_ticks)
+        commands[axis] = AxisCommand(Mode.TORQUE, Shape.TABLE, (self._step_s, 1.0), table=table)
+        last = axis == self._tried[-1]
+        return Segment(*commands, len(table), label=axis, switch_off_afterwards=last)
+
+
+def _weights_held(host: Host) -> tuple[float, float]:
+    """Torques (N m) against both bodies' weight as configured, where the axes stand now."""
+    H, C = host.memory.H, host.memory.C
+    gravity = tuple(float(H[layout.BASE_GRAVITY + k]) for k in range(3))
+    outer, inner = (float(H[layout.axis_h(axis) + layout.MEASURED_POSITION]) for axis in range(layout.AXES))
+    moments = [layout.axis_c(axis) + layout.EXPECTED_MOMENT for axis in range(layout.AXES)]
+    held = gravity_torques(outer, inner, gravity, C, moments[0], moments[1])
+    return float(held[0]), float(held[1])
+
+
+def _judged(host: Host, samples: list[_Sample], axis: int, step_s: float) -> str:
+    """What is wrong with an axis in words, empty when nothing is."""
+    name, other = host.axes[axis], host.axes[1 - axis]
+    inertia = host.memory.C[layout.axis_c(axis) + layout.EXPECTED_INERTIA]
+    times = np.array([sample.tick for sample in samples]) * step_s
+    torque = np.array([sample.torque for sample in samples])
+    rates, positions = (np.array([getattr(sample, what) for sample in samples]) for what in ("rates", "positions"))
+    rates, positions, steps = rates - rates[0], positions - positions[0], np.diff(times)
+    # the last rows of the pattern are nothing but what holds the weight
+    driving = torque - torque[-1]
+    expected = np.concatenate([[0.0], np.cumsum(driving[:-1] * steps)]) / inertia
+    turned = np.concatenate([[0.0], np.cumsum(0.5 * (rates[1:, axis] + rates[:-1, axis]) * steps)])
+    # a load that nobody knows of makes the rate grow evenly
+    (motion, growth), *_ = np.linalg.lstsq(np.stack([expected, times - times[0]], axis=1), rates[:, axis], rcond=None)
+    if motion < -_MOTION[0]:
+        return f"{name} turned against its torque: its motor or its gyro is wired the wrong way round"
+    if abs(motion) < _MOTION[0]:
+        moved = np.abs(positions).max(axis=0)
+        if moved[1 - axis] > _MOTION[0] * np.abs(np.cumsum(expected[:-1] * steps)).max():
+            return f"{name}'s torque turned {other}: the motors are swapped"
+        return f"{name} moved {max(motion, 0.0):.0%} of what its torque should do: motor, brake, gyro or `expectation`"
+    strange = abs(growth) * inertia
+    if strange > host.memory.C[layout.axis_c(axis) + layout.DISTURBANCE] / MOMENTUM_WINDOW_S:
+        return f"{name} is pulled by {strange:.1f} N m that its `expectation` does not know of"
+    if motion > _MOTION[1]:
+        return f"{name} moved {motion:.1f} times what its torque should do: see `expectation`"
+    sensors = float(positions[:, axis] @ turned / (turned @ turned))
+    if sensors < 0.0:
+        return f"{name}'s encoder counts against its gyro: one of them is the wrong way round"
+    if not _SENSORS[0] <= sensors <= _SENSORS[1]:
+        return f"{name}'s encoder turned {sensors:.0%} of what its gyro says"
+    return ""
