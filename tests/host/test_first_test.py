@@ -102,3 +102,26 @@ def test_a_test_that_a_lost_link_ended_is_made_again() -> None:
         rig.antenna_heard = not 80 <= tick < 300
         rig.advance(1)
     assert (test.state, rig.host.state) == (FirstTestState.PASSED, HostState.IDLE)
+
+
+def test_ticks_that_the_machine_missed_make_no_wrong_verdict() -> None:
+    rig = Rig(shipped_settings(), shipped_model(), Transport.SERIAL, seed=5)
+    test = FirstTest(rig.host, 1e-3)
+    for tick in range(3000):
+        test.before_tick()
+        # one tick in seven hears nothing, and then two sets at once
+        rig.antenna_heard = tick % 7 != 0
+        rig.advance(1)
+        if tick % 11 == 0:
+            rig.tick += 2
+    assert test.state is FirstTestState.PASSED, test.problem
+
+
+def test_where_most_ticks_are_missed_it_says_that_it_cannot_tell() -> None:
+    rig = Rig(shipped_settings(), shipped_model(), Transport.SERIAL, seed=5)
+    test = FirstTest(rig.host, 1e-3)
+    for tick in range(9000):
+        test.before_tick()
+        rig.antenna_heard = tick < 100 or tick % 2 == 0 or test.state is not FirstTestState.RUNS
+        rig.advance(1)
+    assert test.state is FirstTestState.FAILED and "too many ticks were missed" in test.problem
