@@ -152,7 +152,7 @@ class FirstTest:
         table = held[axis] + size * np.repeat(_PATTERN, self._pulse_ticks)
         commands[axis] = AxisCommand(Mode.TORQUE, Shape.TABLE, (self._step_s, 1.0), table=table)
         last = axis == self._tried[-1]
-        return Segment(*commands, len(table), label=axis, switch_off_afterwards=last)
+        return Segment(commands[0], commands[1], len(table), label=axis, switch_off_afterwards=last)
 
 
 def _weights_held(host: Host) -> tuple[float, float]:
