@@ -158,10 +158,10 @@ class FirstTest:
 def _weights_held(host: Host) -> tuple[float, float]:
     """Torques (N m) against both bodies' weight as configured, where the axes stand now."""
     H, C = host.memory.H, host.memory.C
-    gravity = tuple(float(H[layout.BASE_GRAVITY + k]) for k in range(3))
+    x, y, z = (float(H[layout.BASE_GRAVITY + k]) for k in range(3))
     outer, inner = (float(H[layout.axis_h(axis) + layout.MEASURED_POSITION]) for axis in range(layout.AXES))
     moments = [layout.axis_c(axis) + layout.EXPECTED_MOMENT for axis in range(layout.AXES)]
-    held = gravity_torques(outer, inner, gravity, C, moments[0], moments[1])
+    held = gravity_torques(outer, inner, (x, y, z), C, moments[0], moments[1])
     return float(held[0]), float(held[1])
 
 
