@@ -22,6 +22,7 @@ from gimbal_hil.thesis.figures import (
 from gimbal_hil.thesis.printed import UNBALANCE_REFERENCES_RAD_S
 from gimbal_hil.thesis.text import (
     CONVERGENCE_HEADER,
+    RECOVERY_HEADER,
     SLIP_HEADER,
     SUMMARY_HEADER,
     TABLE_HEADER,
@@ -29,6 +30,7 @@ from gimbal_hil.thesis.text import (
     UNBALANCE_HEADER,
     as_text,
     convergence_rows,
+    recovery_rows,
     slip_rows,
     summary_rows,
     table_rows,
@@ -79,6 +81,19 @@ def as_document(report: ThesisReport) -> dict[str, Any]:
         ],
         "convergence": {"step_s": list(report.convergence.step_s), "error_rad": list(report.convergence.error_rad)},
         "claims": [{"claim": claim.text, "holds": claim.holds, "evidence": claim.evidence} for claim in report.claims],
+        "recovered": [
+            {
+                "axis": found.axis,
+                "number": found.symbol,
+                "unit": found.unit,
+                "true": found.true,
+                "thesis": found.thesis,
+                "value": found.here,
+                "low": found.low,
+                "high": found.high,
+            }
+            for found in report.recovered
+        ],
         "slips": [
             {
                 "slip": str(effect.slip.name).lower(),
@@ -105,6 +120,7 @@ def thesis_page(report: ThesisReport) -> Page:
             *_unbalance(report),
             *_slips(report),
             *_friction(report),
+            *_recovery(report),
             *_temperature(report),
             *_step_size(report),
         ),
@@ -253,6 +269,22 @@ def _friction(report: ThesisReport) -> list[Block]:
         )
     )
     return blocks
+
+
+def _recovery(report: ThesisReport) -> list[Block]:
+    return [
+        Heading("Friction found again"),
+        Text(
+            "Tables 4.7 to 4.10 of the thesis hold the friction that a fit of its own simulation found again. Beside "
+            "it stands what this project's identification finds from short sliding and presliding runs of the virtual "
+            "antenna with the same friction, with encoder, gyro and gravity, from priors half as large again."
+        ),
+        Table(
+            RECOVERY_HEADER,
+            recovery_rows(report.recovered),
+            "True: tables 4.1 to 4.6. Interval: 95 %. The thesis gives none.",
+        ),
+    ]
 
 
 def _temperature(report: ThesisReport) -> list[Block]:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from gimbal_hil.thesis.controller_tables import REGRESSION_BOUND, TableResult
 from gimbal_hil.thesis.friction_curves import FrictionCurves
+from gimbal_hil.thesis.recovery import Recovered
 from gimbal_hil.thesis.slip_effects import SlipEffect
 from gimbal_hil.thesis.thesis_report import ThesisReport
 from gimbal_hil.thesis.unbalance import Unbalance, UnbalanceRun
@@ -24,6 +25,9 @@ def as_text(report: ThesisReport) -> str:
             *_slips(report),
             "",
             *_friction(report.friction),
+            "",
+            "Tables 4.7 to 4.10: friction found again, by the thesis and here (95 % interval)",
+            *columns(RECOVERY_HEADER, recovery_rows(report.recovered)),
             "",
             *_temperature(report),
             "",
@@ -213,6 +217,27 @@ def _friction(curves: Sequence[FrictionCurves]) -> list[str]:
             f"    a secant (eq. 4.11) over sigma0: {secants}",
         ]
     return lines
+
+
+RECOVERY_HEADER = ("axis", "number", "unit", "true", "thesis", "error %", "here", "error %", "interval")
+
+
+def recovery_rows(recovered: Sequence[Recovered]) -> list[list[str]]:
+    """Per axis and friction number: the true one, what the thesis' fit found again, and what this project found."""
+    return [
+        [
+            found.axis,
+            found.symbol,
+            found.unit,
+            f"{found.true:.5g}",
+            f"{found.thesis:.5g}",
+            f"{found.thesis_error_percent:+.1f}",
+            f"{found.here:.5g}",
+            f"{found.error_percent:+.2f}",
+            f"{found.low:.5g} to {found.high:.5g}",
+        ]
+        for found in recovered
+    ]
 
 
 TEMPERATURE_HEADER = ("axis", "degC", "0.001 rad/s", "0.01", "0.1", "lowest N m", "at rad/s")

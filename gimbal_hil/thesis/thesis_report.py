@@ -7,6 +7,7 @@ from pathlib import Path
 
 from gimbal_hil.thesis.controller_tables import REGRESSION_BOUND, Agreement, TableResult
 from gimbal_hil.thesis.friction_curves import FrictionCurves
+from gimbal_hil.thesis.recovery import Recovered
 from gimbal_hil.thesis.sliding import SlidingSweep
 from gimbal_hil.thesis.slip_effects import SlipEffect
 from gimbal_hil.thesis.step_size import Convergence
@@ -26,6 +27,8 @@ class ThesisReport:
     claims: tuple[Claim, ...]
     slips: tuple[SlipEffect, ...]
     friction: tuple[FrictionCurves, ...]
+    #: tables 4.7 to 4.10 beside this project's own identification
+    recovered: tuple[Recovered, ...]
     #: per axis, then per temperature; 20 degC is the thesis' own antenna
     sweeps: tuple[tuple[SlidingSweep, ...], ...]
     convergence: Convergence

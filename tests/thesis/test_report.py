@@ -36,12 +36,17 @@ def test_the_whole_validation_leaves_page_text_and_numbers_that_agree(tmp_path: 
     agreements = [table["agreement"] for table in numbers["tables"]]
     assert agreements.count("reproduced") == 4 and agreements.count("close, within its regression bound") == 3
     assert agreements.count("not reproducible") == 3
+    for found in numbers["recovered"]:
+        # better than the thesis, and sure of it: the interval holds the truth
+        assert found["low"] <= found["true"] <= found["high"]
+        assert abs(found["value"] - found["true"]) < abs(found["thesis"] - found["true"])
     page, text = report.page.read_text(), (tmp_path / "thesis" / "report.txt").read_text()
     assert text == as_text(report) + "\n"
     for heading in (
         "Controller tables",
         "Unbalance on a moving base",
         "Slips of the thesis",
+        "Friction found again",
         "Friction over temperature",
         "Step size of the plant",
     ):
