@@ -74,7 +74,7 @@ def decide(inquiry: Inquiry, null: State, found: State, heard: tuple[Response, .
             if not fallen:
                 return (
                     Decision(kind_of(told), state, told, left)
-                    if _a_gap(inquiry, null)
+                    if stands_out(inquiry, null)
                     else Decision(Kind.NO_DISCREPANCY, null, (), left)
                 )
             rest = state.hypothesis
@@ -87,7 +87,7 @@ def decide(inquiry: Inquiry, null: State, found: State, heard: tuple[Response, .
     return Decision(Kind.NO_DISCREPANCY if _only_noise(inquiry, null, left) else Kind.UNEXPLAINED, null, (), left)
 
 
-def _a_gap(inquiry: Inquiry, null: State) -> bool:
+def stands_out(inquiry: Inquiry, null: State) -> bool:
     """Whether anything stands above the noise and what the pipeline leaves of the model itself."""
     return bool(np.any(null.left() > inquiry.policy.least_gap * np.hypot(1.0, inquiry.inexact)))
 
@@ -97,16 +97,16 @@ def _only_noise(inquiry: Inquiry, null: State, left: tuple[Remainder, ...]) -> b
     wanders.
     """
     policy = inquiry.policy
-    if not _a_gap(inquiry, null):
+    if not stands_out(inquiry, null):
         return True
     small = all(r.after <= _NOT_REPEATED and r.predictable.beyond < policy.exhausted for r in left)
-    return small or bool(np.all(left_beside_wander(inquiry, null) <= policy.least_gap))
+    return small or bool(np.all(left_beside_wander(inquiry, null) <= _NOT_REPEATED))
 
 
 def _told(inquiry: Inquiry, standing: Standing, left: tuple[Remainder, ...], suspected_only: bool) -> Told:
     policy = inquiry.policy
     close = tuple(r for r in standing.rivals if r.close(policy.same, policy.sure))[:_MOST_RIVALS]
-    of_class = class_probability(standing, left[standing.channel], policy)
+    of_class = class_probability(standing, left[standing.channel], policy, len(inquiry.families))
     shown = not suspected_only and not standing.silent and not standing.at_bound
     return rejudged(inquiry, Told(standing, Status.AMBIGUOUS, close, of_class, of_class, shown), close)
 
@@ -135,15 +135,18 @@ def kind_of(told: tuple[Told, ...]) -> Kind:
     return Kind.NAMED if all(one.status is Status.NAMED for one in told) else Kind.AMBIGUOUS
 
 
-def class_probability(standing: Standing, left: Remainder, policy: Policy) -> float:
+def class_probability(standing: Standing, left: Remainder, policy: Policy, candidates: int) -> float:
     """Probability that the cause, or one that this data cannot tell from it, is there.
 
-    Four things speak against it: what it takes may be chance; its own variables still predict what is left; much is left
-    that nothing predicts; and it took little.
+    Five things speak against it: what it takes may be chance; any curve over position takes as much; its own variables
+    still predict what is left; much is left that nothing predicts; and it took little.
     """
     from scipy.stats import norm
 
-    evident = float(norm.cdf(standing.sure))
+    if standing.any_curve:
+        return 0.0
+    # that the best of so many candidates does not do so well by chance (Sidak)
+    evident = float(norm.cdf(standing.sure)) ** candidates
     shape = 1.0 / (1.0 + (standing.exhausted.beyond / (2.0 * policy.exhausted)) ** 3)
     # what is left beyond a small multiple of the noise, over what was there
     beyond = max(0.0, left.unpredicted**2 - _SMALL**2) / max(left.before**2, 1.0)

@@ -14,7 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from gimbal_hil.discrepancy.hypothesis import Hypothesis, parameters_of
-from gimbal_hil.discrepancy.record import TORQUE
+from gimbal_hil.discrepancy.origin import placed
+from gimbal_hil.discrepancy.record import TORQUE, Record
 from gimbal_hil.discrepancy.smoothing import Floats, scored
 from gimbal_hil.discrepancy.twin import Structure, Twin
 from sim_backend.effects import CATALOGUE, Effect, Hook
@@ -26,36 +27,60 @@ _DITHER = 1e-3
 _WINDOW_S, _CUT_OFF = 0.25, 0.05
 
 
+#: share of a small change of the command that comes through, (rows that count, channels), per record
+Shares = tuple[Floats, ...]
+
+
 def command_residual(twin: Twin, hypothesis: Hypothesis, floor: Floats) -> Floats:
     """Residual of all records in units of the logged command, over the floors, (rows, channels)."""
+    return with_shares(twin, hypothesis, floor)[0]
+
+
+def with_shares(
+    twin: Twin, hypothesis: Hypothesis, floor: Floats, shares: Shares | None = None
+) -> tuple[Floats, Shares | None]:
+    """The same, and the shares of the command that it was divided by; None where nothing shapes the command.
+
+    `shares` are those of a hypothesis that differs in nothing that shapes the command.
+    """
     structure, P = parameters_of(twin, hypothesis)
-    shaped = shapes_command(twin, hypothesis)
-    rows = []
-    for which in range(len(twin.records)):
-        left = twin.leftover(structure, P, which)
+    records = placed(twin.records, hypothesis)
+    rows, found = [], []
+    shaped = shares is not None or shapes_command(twin, hypothesis)
+    for which in range(len(records)):
+        left = twin.leftover(structure, P, which, records)
         part = twin.scored_rows(left, which)
-        rows.append(part / transmitted(twin, structure, P, which, left) if shaped else part)
-    return np.asarray(np.concatenate(rows) / floor)
+        if shaped:
+            found.append(transmitted(twin, structure, P, which, left, records) if shares is None else shares[which])
+            part = part / found[-1]
+        rows.append(part)
+    return np.asarray(np.concatenate(rows) / floor), tuple(found) if shaped else None
 
 
 def torque_residual(twin: Twin, hypothesis: Hypothesis, floor: Floats) -> Floats:
     """Residual of all records as torque at the joint (and rate errors), over the floors, (rows, channels)."""
-    return np.asarray(twin.residual(*parameters_of(twin, hypothesis)) / floor)
+    structure, P = parameters_of(twin, hypothesis)
+    records = placed(twin.records, hypothesis)
+    rows = [twin.scored_rows(twin.leftover(structure, P, which, records), which) for which in range(len(records))]
+    return np.asarray(np.concatenate(rows) / floor)
 
 
 def shapes_command(twin: Twin, hypothesis: Hypothesis) -> bool:
     """Whether anything in the model or the hypothesis stands between the command and the joint."""
-    own = any(_carries_command(entry.effect) for entry in twin.model.effects)
-    return own or any(_carries_command(CATALOGUE[name]) for name, _ in hypothesis.labels)
+    own = any(carries_command(entry.effect) for entry in twin.model.effects)
+    return own or any(carries_command(CATALOGUE[name]) for name, _ in hypothesis.labels)
 
 
-def _carries_command(effect: Effect) -> bool:
+def carries_command(effect: Effect) -> bool:
+    """Whether an effect stands between the command and the joint."""
     if effect.hook is not None:
         return effect.hook in (Hook.COMMAND, Hook.STRUCTURE)
     return any((parameter.path or "").startswith("actuator.") for parameter in effect.parameters)
 
 
-def transmitted(twin: Twin, structure: Structure, P: Floats, which: int, left: Floats) -> Floats:
+def transmitted(
+    twin: Twin, structure: Structure, P: Floats, which: int, left: Floats, records: tuple[Record, ...]
+) -> Floats:
     """Share of a small change of the command that reaches the residual `left` of one record, around every scored row
     and per channel.
 
@@ -63,12 +88,12 @@ def transmitted(twin: Twin, structure: Structure, P: Floats, which: int, left: F
     """
     from scipy.ndimage import uniform_filter1d
 
-    record = twin.records[which]
+    record = records[which]
     rng = np.random.default_rng(17)
     size = _DITHER * np.sqrt(np.mean(record.torque**2, axis=0))
     dither = size * rng.standard_normal(record.torque.shape)
     moved = replace(record, torque=record.torque + dither)
-    change = twin.leftover(structure, P, which, twin.records[:which] + (moved,) + twin.records[which + 1 :]) - left
+    change = twin.leftover(structure, P, which, (*records[:which], moved)) - left
     if not np.isfinite(change).all():
         return np.ones((int(record.keep.sum()), len(twin.channels)))
     sent, came = (scored(part, record.bands)[record.keep] for part in (dither, change[:, :2]))

@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 
 from gimbal_hil.discrepancy.inquiry import Inquiry, State
+from gimbal_hil.discrepancy.origin import placed
 from gimbal_hil.discrepancy.record import Record
 from gimbal_hil.discrepancy.smoothing import Floats
-from gimbal_hil.discrepancy.twin import Twin
 from sim_backend.effects import Variable
 
 #: rows that a regression is taught with at most, and shares of the remainder's length by which the controls are shifted
@@ -46,8 +46,8 @@ class Predictable:
 def predictable(inquiry: Inquiry, state: State, column: int, variables: frozenset[Variable]) -> Predictable:
     """How much of one channel's remainder some variables predict on the whole hold-out."""
     axis = inquiry.twin.model.axes.index(inquiry.twin.channels[column].axis)
-    taught = _inputs(inquiry.twin, axis, variables)
-    asked = _inputs(inquiry.holdout, axis, variables)
+    taught = _inputs(placed(inquiry.twin.records, state.hypothesis), axis, variables)
+    asked = _inputs(placed(inquiry.holdout.records, state.held), axis, variables)
     y = state.fitted[:, column]
     target = np.empty(len(inquiry.selecting))
     target[inquiry.selecting], target[~inquiry.selecting] = state.selecting[:, column], state.untouched[:, column]
@@ -77,8 +77,8 @@ def _learn(x: Floats, y: Floats) -> Any:
         return HistGradientBoostingRegressor(random_state=0, **settings).fit(x[::thin], y[::thin])
 
 
-def _inputs(twin: Twin, axis: int, variables: frozenset[Variable]) -> Floats:
-    return np.concatenate([np.column_stack(_columns(record, axis, variables)) for record in twin.records])
+def _inputs(records: tuple[Record, ...], axis: int, variables: frozenset[Variable]) -> Floats:
+    return np.concatenate([np.column_stack(_columns(record, axis, variables)) for record in records])
 
 
 def _columns(record: Record, axis: int, variables: frozenset[Variable]) -> Sequence[Floats]:

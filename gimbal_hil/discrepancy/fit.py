@@ -4,19 +4,26 @@ uncertainty.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from gimbal_hil.discrepancy.evidence import command_residual
+from gimbal_hil.discrepancy.evidence import Shares, carries_command, with_shares
 from gimbal_hil.discrepancy.hypothesis import Hypothesis
+from gimbal_hil.discrepancy.origin import aligned
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.estimation import bounded_fit
+from sim_backend.effects import CATALOGUE
 
 _STEP = 0.02
 #: a coordinate of a cause is held this loosely, so that one without effect on these data stays near its start
-_LOOSE = 1e3
+_LOOSE = 1e2
+#: how far a number may go on a leash (log), unless it is known even less
+_FARTHEST = 0.9
+#: shares of the way from neutral at which a start that is too far is tried
+_NEARER = (1.0, 0.5, 0.2, 0.05)
 #: residual, in floors, of a hypothesis that the twin cannot carry
 _BROKEN = 1e6
 
@@ -51,8 +58,8 @@ def prior_weights(hypothesis: Hypothesis) -> Floats:
     """One over the standard uncertainty of every coordinate: next to nothing for causes, what the model states for
     known numbers.
     """
-    causes = sum(len(cause.x) for cause in hypothesis.causes)
-    return np.array([1.0 / _LOOSE] * causes + [1.0 / known.trust for known in hypothesis.floating])
+    free = sum(len(cause.x) for cause in hypothesis.causes) + len(hypothesis.origins)
+    return np.array([1.0 / _LOOSE] * free + [1.0 / known.trust for known in hypothesis.floating])
 
 
 def fit(
@@ -64,30 +71,38 @@ def fit(
     known: Floats | None = None,
     leash: float = 1.0,
     enough: float = 1e-4,
+    ceiling: float | None = None,
 ) -> Fit:
     """Fit a hypothesis to a twin's logs from where it stands.
 
     Known numbers stay within `leash` times their uncertainty. `known` are the columns of their Jacobian where they have
-    been computed before: they hardly change.
+    been computed before: they hardly change. A newest cause that stands where the cost is above `ceiling`, that of the
+    state it was added to, is led back towards neutral first.
     """
+    hypothesis = aligned(twin, hypothesis, floor, weighing.scale)
     weights = prior_weights(hypothesis)
     channels = len(twin.channels)
     per_row = np.tile(1.0 / (np.array(weighing.scale) * weighing.spread), 1)
     low, high = bounds_of(hypothesis, leash)
     start = hypothesis.vector()
+    shaping = _shaping(hypothesis)
+    #: shares of the command at the last point that was looked at
+    shares: dict[bytes, Shares | None] = {}
 
     def residual_at(x: Floats) -> Floats:
-        rows = command_residual(twin, hypothesis.at(x), floor)
+        shares.clear()
+        rows, shares[x.tobytes()] = with_shares(twin, hypothesis.at(x), floor)
         return np.concatenate([(rows * per_row).ravel(), _pull(hypothesis, x, start) * weights])
 
     def jacobian_at(x: Floats, residual: Floats) -> Floats:
         rows = residual[: len(residual) - len(x)]
-        own = []
+        here, own = shares.get(x.tobytes()), []
         for i in range(len(x) if known is None else len(x) - known.shape[1]):
             step = _STEP if x[i] + _STEP <= high[i] or i >= len(x) - len(hypothesis.y) else -_STEP
             moved = x.copy()
             moved[i] += step
-            column = ((command_residual(twin, hypothesis.at(moved), floor) * per_row).ravel() - rows) / step
+            changed, _ = with_shares(twin, hypothesis.at(moved), floor, None if shaping[i] else here)
+            column = ((changed * per_row).ravel() - rows) / step
             # a coordinate that breaks the twin at its next step stays where it is
             own.append(column if np.all(np.isfinite(column)) else np.zeros(len(rows)))
         columns = np.column_stack(own) if own else np.zeros((len(rows), 0))
@@ -95,6 +110,8 @@ def fit(
             columns = np.hstack([columns, known * np.tile(per_row, len(rows) // channels)[:, None]])
         return np.vstack([columns, np.diag(weights)])
 
+    if ceiling is not None:
+        start = _led_back(hypothesis, start, ceiling, lambda x: float(np.sum(residual_at(x) ** 2)))
     found = bounded_fit(residual_at, jacobian_at, start, low, high, rounds, enough)
     here = hypothesis.at(found.x)
     n = len(found.residual) - len(start)
@@ -117,11 +134,34 @@ def weighed_cost(found: Fit, weighing: Weighing) -> float:
 
 
 def bounds_of(hypothesis: Hypothesis, leash: float) -> tuple[Floats, Floats]:
-    """Low and high of every coordinate: the catalogue's for causes, the stated uncertainty for known numbers."""
+    """Low and high of every coordinate: the catalogue's for causes, the stated uncertainty (times a leash) for known
+    numbers.
+    """
     knobs = [knob for cause in hypothesis.causes for knob in cause.family.knobs]
-    reach = [leash * known.trust for known in hypothesis.floating]
-    low = np.array([knob.low for knob in knobs] + [-r for r in reach])
-    return low, np.array([knob.high for knob in knobs] + reach)
+    reach = [max(known.trust, min(leash * known.trust, _FARTHEST)) for known in hypothesis.floating]
+    zeros = [np.inf] * len(hypothesis.origins)
+    low = np.array([knob.low for knob in knobs] + [-z for z in zeros] + [-r for r in reach])
+    return low, np.array([knob.high for knob in knobs] + zeros + reach)
+
+
+def _led_back(hypothesis: Hypothesis, start: Floats, ceiling: float, cost: Callable[[Floats], float]) -> Floats:
+    """A start whose newest cause stands nearer to neutral, until it costs no more than the ceiling."""
+    last = sum(len(cause.x) for cause in hypothesis.causes)
+    first = last - len(hypothesis.causes[-1].x)
+    neutral = np.zeros(last - first) if hypothesis.causes[-1].family.ripple is None else start[first:last].copy()
+    neutral[0] = 0.0
+    for nearer in _NEARER:
+        x = start.copy()
+        x[first:last] = neutral + nearer * (start[first:last] - neutral)
+        if cost(x) <= ceiling:
+            return x
+    return start
+
+
+def _shaping(hypothesis: Hypothesis) -> list[bool]:
+    """Of every coordinate whether it belongs to a cause that shapes the command."""
+    found = [carries_command(CATALOGUE[cause.family.effect]) for cause in hypothesis.causes for _ in cause.x]
+    return found + [False] * (len(hypothesis.vector()) - len(found))
 
 
 def _pull(hypothesis: Hypothesis, x: Floats, start: Floats) -> Floats:

@@ -55,12 +55,25 @@ class KnownNumber:
 
 
 @dataclass(frozen=True)
+class Origin:
+    """Where the encoder of an axis (its index) had its zero in one log, against the first fitted one: `shift` of
+    position, and the shift that is one unit of its coordinate.
+    """
+
+    record: str
+    axis: int
+    shift: float
+    size: float
+
+
+@dataclass(frozen=True)
 class Hypothesis:
-    """Causes beside a model whose known numbers may stand off by factors exp(y)."""
+    """Causes beside a model whose known numbers may stand off by factors exp(y), in logs whose zeros may differ."""
 
     causes: tuple[Cause, ...] = ()
     floating: tuple[KnownNumber, ...] = ()
     y: tuple[float, ...] = field(default=())
+    origins: tuple[Origin, ...] = ()
 
     @property
     def labels(self) -> tuple[tuple[str, str], ...]:
@@ -68,8 +81,9 @@ class Hypothesis:
         return tuple(cause.family.label for cause in self.causes)
 
     def vector(self) -> np.ndarray:
-        """All coordinates: causes in order, then known numbers."""
-        return np.array([x for cause in self.causes for x in cause.x] + list(self.y))
+        """All coordinates: causes in order, then zeros of the logs, then known numbers."""
+        zeros = [origin.shift / origin.size for origin in self.origins]
+        return np.array([x for cause in self.causes for x in cause.x] + zeros + list(self.y))
 
     def at(self, vector: np.ndarray) -> Hypothesis:
         """The same hypothesis at other coordinates, held inside the knobs' bounds."""
@@ -82,7 +96,12 @@ class Hypothesis:
                 )
             )
             k += len(knobs)
-        return replace(self, causes=tuple(causes), y=tuple(float(v) for v in vector[k:]))
+        zeros = len(self.origins)
+        origins = tuple(
+            replace(origin, shift=float(z) * origin.size)
+            for origin, z in zip(self.origins, vector[k : k + zeros], strict=True)
+        )
+        return replace(self, causes=tuple(causes), origins=origins, y=tuple(float(v) for v in vector[k + zeros :]))
 
     def plus(self, cause: Cause) -> Hypothesis:
         """With one more cause."""
@@ -91,7 +110,10 @@ class Hypothesis:
 
     def minus(self, index: int) -> Hypothesis:
         """Without cause number `index`."""
-        return replace(self, causes=tuple(c for i, c in enumerate(self.causes) if i != index))
+        left = tuple(c for i, c in enumerate(self.causes) if i != index)
+        # where zeros stand is only seen by what repeats over position
+        origins = self.origins if any(c.family.ripple for c in left) else ()
+        return replace(self, causes=left, origins=origins)
 
 
 def hook_list(hypothesis: Hypothesis) -> tuple[tuple[str, str], ...]:

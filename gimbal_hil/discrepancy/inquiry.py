@@ -14,6 +14,7 @@ from gimbal_hil.discrepancy.evidence import command_residual
 from gimbal_hil.discrepancy.families import Family
 from gimbal_hil.discrepancy.fit import Fit, Weighing, fit
 from gimbal_hil.discrepancy.hypothesis import Hypothesis
+from gimbal_hil.discrepancy.origin import aligned
 from gimbal_hil.discrepancy.policy import Policy
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
@@ -76,6 +77,8 @@ class State:
     fit: Fit
     selecting: Floats
     untouched: Floats
+    #: the hypothesis as it is put on the hold-out: with the zeros of those logs
+    held: Hypothesis
 
     @property
     def hypothesis(self) -> Hypothesis:
@@ -102,9 +105,11 @@ def shared(inquiry: Inquiry) -> Inquiry:
 
 def state_of(inquiry: Inquiry, found: Fit) -> State:
     """Put a fit on the hold-out."""
-    rows = command_residual(inquiry.holdout, found.hypothesis, inquiry.floor)
+    scale = tuple(float(x) for x in np.sqrt(np.maximum(found.squares, 1.0)))
+    held = aligned(inquiry.holdout, found.hypothesis, inquiry.floor, scale, inquiry.selecting)
+    rows = command_residual(inquiry.holdout, held, inquiry.floor)
     rows = np.nan_to_num(rows, nan=_BROKEN, posinf=_BROKEN, neginf=-_BROKEN)
-    return State(found, rows[inquiry.selecting], rows[~inquiry.selecting])
+    return State(found, rows[inquiry.selecting], rows[~inquiry.selecting], held)
 
 
 def weighing_of(inquiry: Inquiry, state: State) -> Weighing:

@@ -12,19 +12,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gimbal_hil.discrepancy.curve import left_by_a_curve
 from gimbal_hil.discrepancy.exhaustion import Predictable, predictable
 from gimbal_hil.discrepancy.fit import Fit, fit
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, gain_on, refitted, rms, state_of, weighing_of
+from gimbal_hil.discrepancy.record import TORQUE
 from gimbal_hil.discrepancy.screening import Response
 from gimbal_hil.discrepancy.search import candidates, control_share
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.estimation import Paired
-from sim_backend.effects import CATALOGUE, Variable
+from sim_backend.effects import CATALOGUE, Ripple, Variable
 
 PARTS = ("fitted", "selecting", "untouched")
 EVERYTHING = frozenset(Variable)
 #: a change of the hold-out below this share of what is left there is no trace
 _NO_TRACE = 0.1
+#: a curve that leaves this many times what a ripple leaves does as well
+_AS_WELL = 1.1
 
 
 @dataclass(frozen=True)
@@ -65,6 +69,8 @@ class Standing:
     channel: int
     #: squared floors a row, over all channels, that it takes of the hold-out
     taken: float
+    #: a smooth curve over position with as many numbers leaves no more of the hold-out
+    any_curve: bool
 
 
 @dataclass(frozen=True)
@@ -130,7 +136,17 @@ def _standing(inquiry: Inquiry, state: State, heard: tuple[Response, ...], label
         float(taken[channel] / max(_squares(without)[channel], 1e-300)), control_share(inquiry, without, lead), rivals,
         predictable(inquiry, state, channel, CATALOGUE[label[0]].acts_through), lead.at_bound, unseen, channel,
         float(np.sum(_held_squares(without) - _held_squares(state))),
+        _any_curve(inquiry, without, state, channel, len(entries), lead.family.ripple),
     )  # fmt: skip
+
+
+def _any_curve(
+    inquiry: Inquiry, without: State, state: State, channel: int, entries: int, ripple: Ripple | None
+) -> bool:
+    if ripple is None or inquiry.twin.channels[channel].signal != TORQUE:
+        return False
+    left = left_by_a_curve(inquiry, without, state, channel, entries, ripple)
+    return left <= _AS_WELL * max(float(_held_squares(state)[channel]), 1.0)
 
 
 def _unseen(inquiry: Inquiry, state: State, bare: State) -> bool:

@@ -40,7 +40,7 @@ def _keep_friction(P: NDArray[np.float64], block: int) -> None:
     if P[block + layout.TC] > 0.0 or P[block + layout.TS] > 0.0:
         P[block + layout.TC] = max(P[block + layout.TC], 1e-9)
         # a map without a bristle may also dip towards standstill; a bristle then had nothing to break away from
-        least = P[block + layout.TC] if P[block + layout.SIGMA0] > 0.0 else 0.05 * P[block + layout.TC]
+        least = 0.05 * P[block + layout.TC]
         P[block + layout.TS] = max(P[block + layout.TS], least)
     P[block + layout.SIGMA2] = max(P[block + layout.SIGMA2], 0.0)
 

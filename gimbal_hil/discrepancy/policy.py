@@ -14,8 +14,8 @@ LEAST_GAP = 1.5
 class Policy:
     """What a cause must show before it is told, and how far is looked."""
 
-    #: standard errors, over blocks of data that selected nothing else, by which a cause must pay
-    sure: float = 3.0
+    #: standard errors, over blocks of data, by which a cause must pay to be added; what is told must be surer than that
+    sure: float = 2.0
     #: share of what is left without it, on the channel where it shows most, that a cause must take
     least_share: float = 0.03
     #: and squared noise floors a row: less is within what a floor itself is known to
@@ -28,7 +28,7 @@ class Policy:
     #: acts through
     exhausted: float = 0.2
     #: share of what is left that tells two explanations apart, beyond their standard error: no twin is more exact
-    same: float = 0.003
+    same: float = 0.02
     #: probability from which a cause is called named
     named: float = 0.8
 

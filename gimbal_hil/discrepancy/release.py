@@ -17,8 +17,8 @@ from sim_backend.effects import CATALOGUE
 
 #: a number this close to its bound presses against it
 _PRESSING = 0.98
-#: how far numbers may go when they are let go, in units of their uncertainty, and at most (log)
-_LEASH, _FARTHEST = 25.0, 0.9
+#: how far numbers may go when they are let go, in units of their uncertainty
+_LEASH = 25.0
 
 
 def released(inquiry: Inquiry, state: State) -> State | None:
@@ -26,10 +26,7 @@ def released(inquiry: Inquiry, state: State) -> State | None:
     hypothesis = state.hypothesis
     if sum(abs(y) >= _PRESSING * known.trust for known, y in zip(hypothesis.floating, hypothesis.y, strict=True)) < 2:
         return None
-    leash = min(_LEASH, _FARTHEST / max(known.trust for known in hypothesis.floating if known.size == 0.0))
-    if leash <= 1.0:
-        return None
-    free = refitted(inquiry, state, hypothesis, rounds=3, leash=leash).hypothesis
+    free = refitted(inquiry, state, hypothesis, rounds=3, leash=_LEASH).hypothesis
     far = {known for known, y in zip(free.floating, free.y, strict=True) if abs(y) > known.trust}
     wanted = hypothesis
     for family in _covering(inquiry, far, set(hypothesis.labels)):

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gimbal_hil.discrepancy.deciding import Decision, Told, decide
+from gimbal_hil.discrepancy.deciding import Decision, Told, decide, stands_out
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, shared
 from gimbal_hil.discrepancy.measured_torque import with_measured_torque
 from gimbal_hil.discrepancy.policy import Policy
@@ -93,7 +93,8 @@ def _diagnose(request: Request, executor: WorkExecutor, progress: Callable[[str]
     stated = as_stated(inquiry)
     inquiry, null = recalibrated(inquiry, stated)
     inquiry = shared(inquiry)
-    path = explain(inquiry, null)
+    # where nothing stands above the noise, one cause shows whether it is noise
+    path = explain(inquiry, null) if stands_out(inquiry, null) else explain(inquiry, null, most=1)
     lower = noise.under(inquiry.twin, path.state.hypothesis)
     if path.state.hypothesis.causes and np.min(lower.effective(inquiry.twin) / inquiry.floor) < _FALLEN:
         # what seemed explained under the old floors may hide another cause under the new ones

@@ -16,6 +16,7 @@ from gimbal_hil.discrepancy.evidence import command_residual
 from gimbal_hil.discrepancy.families import Family
 from gimbal_hil.discrepancy.fit import Fit, Weighing, bounds_of, prior_weights
 from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis
+from gimbal_hil.discrepancy.origin import placed, zero_is_a_convention
 from gimbal_hil.discrepancy.record import TORQUE
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
@@ -82,7 +83,19 @@ def respond(twin: Twin, fit: Fit, floor: Floats, family: Family) -> list[Respons
     for start in family.starts or ripple_starts(twin, fit, family):
         columns = responses(twin, fit, floor, family, start)
         if columns is not None:
-            found.append(Response(family, start, columns))
+            free = family.ripple and zero_is_a_convention(twin.model, twin.model.axes.index(family.axis))
+            found.append(Response(family, start, _log_by_log(columns, twin) if free else columns))
+    return found
+
+
+def _log_by_log(columns: Floats, twin: Twin) -> Floats:
+    """Probes of a ripple whose phase is another one in every log: those of the first log, then those of the others."""
+    if len(twin.records) == 1:
+        return columns
+    ends = np.cumsum([int(record.keep.sum()) for record in twin.records]) * len(twin.channels)
+    found = np.zeros((len(columns), columns.shape[1] * len(ends)))
+    for which, (first, last) in enumerate(zip([0, *ends[:-1]], ends, strict=True)):
+        found[first:last, which * columns.shape[1] : (which + 1) * columns.shape[1]] = columns[first:last]
     return found
 
 
@@ -120,8 +133,9 @@ def ripple_starts(twin: Twin, fit: Fit, family: Family) -> list[Start]:
     """The most promising orders of a ripple over position, read from the spectrum of the residual over position."""
     i = twin.model.axes.index(family.axis)
     channel = next(j for j, c in enumerate(twin.channels) if c.axis == family.axis and c.signal == TORQUE)
-    position = np.concatenate([r.at_scored(r.motion[:, i]) for r in twin.records])
-    rate = np.concatenate([r.at_scored(r.motion[:, 2 + i]) for r in twin.records])
+    records = placed(twin.records, fit.hypothesis)
+    position = np.concatenate([r.at_scored(r.motion[:, i]) for r in records])
+    rate = np.concatenate([r.at_scored(r.motion[:, 2 + i]) for r in records])
     y = fit.residual[:, channel]
     travel = max(float(np.ptp(position)), 1e-9)
     moving = np.abs(rate)[np.abs(rate) > 0.05 * np.abs(rate).max()]
@@ -139,7 +153,10 @@ def ripple_starts(twin: Twin, fit: Fit, family: Family) -> list[Start]:
     weight = weight * (np.abs(rate) > 0.002 * np.abs(rate).max()) if family.ripple is Ripple.FRICTION else weight
     base = np.column_stack([weight, np.ones_like(rate)])
     y = y - base @ np.linalg.lstsq(base, y, rcond=None)[0]
-    gains = _ripple_gains(y, weight, position, orders)
+    free = zero_is_a_convention(twin.model, i)
+    ends = np.cumsum([int(record.keep.sum()) for record in twin.records])[:-1] if free else []
+    parts = zip(*(np.split(x, ends) for x in (y, weight, position)), strict=True)
+    gains = np.sum([_ripple_gains(*part, orders) for part in parts], axis=0)
     chosen: list[float] = []
     for k in np.argsort(-gains):
         if all(abs(orders[k] - n) > 1.5 * np.pi / travel for n in chosen):

@@ -35,8 +35,12 @@ from sim_backend.effects import Start
 
 #: families refined per round, after screening; those that are asked for their negative control
 _REFINED, _ASKED = 6, 4
+#: how often the search is begun again where a slot was filled anew
+_PASSES = 3
 #: rounds of a first fit, and of those that are still in the race: that leave at most so many times what the best leaves
 _FIRST, _RACING, _IN_THE_RACE = 1, 5, 2.0
+#: and that took this share of the least that a cause must take in their first step
+_PROMISE = 0.3
 #: a family of more coordinates than this is refined from more than two of its starts
 _VALLEYS = 3
 #: what the hold-out does not show may not make it worse by more than this, and must take so much of what is left of the
@@ -67,18 +71,41 @@ class Path:
     heard: tuple[Response, ...]
 
 
-def explain(inquiry: Inquiry, start: State, heard: tuple[Response, ...] = ()) -> Path:
-    """Add causes while they pay, trying every slot again from the second on; drop what does not pay beside the others."""
-    heard = heard or tuple(listen(inquiry, start, [f for f in inquiry.families if not f.ripple]))
-    path = Path(start, (), heard)
-    while _causes(path.state.hypothesis) <= MOST_CAUSES:
-        inquiry.tell(f"searching for cause {len(path.state.hypothesis.causes) + 1}")
-        longer = one_more(inquiry, path)
-        if longer.state is path.state:
-            path = longer
+def explain(inquiry: Inquiry, start: State, most: int = MOST_CAUSES) -> Path:
+    """The better of two stories: known numbers that leave their uncertainty, several at once, and whatever is missing
+    beside them; or single causes from the start. Numbers that are known to be uncertain come first.
+    """
+    numbers = released(inquiry, start) if most > 1 else None
+    if numbers is None or not pays(inquiry, start, numbers):
+        return extended(inquiry, start, most)
+    story = extended(inquiry, numbers, most)
+    story = replace(story, rounds=(Round(start, (numbers,), {}), *story.rounds))
+    if np.all(story.state.left() <= inquiry.policy.least_gap):
+        return story
+    other = extended(inquiry, start, most)
+    rounds = (*story.rounds, *other.rounds)
+    better = other if _clearly_better(inquiry, start, other.state, story.state) else story
+    return replace(better, rounds=rounds)
+
+
+def extended(inquiry: Inquiry, start: State, most: int) -> Path:
+    """Add up to `most` causes while they pay, drop what does not pay beside the others, try every slot again; from the
+    start where that changed anything.
+    """
+    path = Path(start, (), tuple(listen(inquiry, start, [f for f in inquiry.families if not f.ripple])))
+    for _ in range(_PASSES):
+        while _causes(path.state.hypothesis) < most:
+            inquiry.tell(f"searching for cause {len(path.state.hypothesis.causes) + 1}")
+            longer = one_more(inquiry, path)
+            ended, path = longer.state is path.state, longer
+            if ended:
+                break
+        kept = pruned(inquiry, path.state)
+        again = slots_again(inquiry, replace(path, state=kept))
+        ended, path = again.state is kept, again
+        if ended:
             break
-        path = slots_again(inquiry, longer)
-    return replace(path, state=pruned(inquiry, path.state, len(start.hypothesis.causes)))
+    return path
 
 
 def one_more(inquiry: Inquiry, path: Path) -> Path:
@@ -91,7 +118,7 @@ def one_more(inquiry: Inquiry, path: Path) -> Path:
     found = plainest(inquiry, before, paying) if paying else before
     several = released(inquiry, before)
     if several is not None and pays(inquiry, found, several) and _clearly_better(inquiry, before, several, found):
-        several = pruned(inquiry, several, len(before.hypothesis.causes))
+        several = pruned(inquiry, several)
         tried, found = [*tried, several], several
     return replace(path, state=found, rounds=(*path.rounds, Round(before, tuple(tried), controls)))
 
@@ -128,7 +155,7 @@ def candidates(
         for p in found[: _starts_refined(found[0].family)]
     ]
     kept: dict[tuple[str, str], Fit] = {}
-    for one in _refined(inquiry, starts, weighing):
+    for one in _refined(inquiry, before, starts, weighing):
         label = one.hypothesis.labels[-1]
         if label not in kept or one.cost < kept[label].cost:
             kept[label] = one
@@ -208,9 +235,12 @@ def control_share(inquiry: Inquiry, before: State, cause: Cause) -> float:
 
 
 def slots_again(inquiry: Inquiry, path: Path) -> Path:
-    """Replace each cause but the last by a better one given the others."""
-    for index in range(len(path.state.hypothesis.causes) - 1):
+    """Replace each cause by a better one given the others; the only one was found beside nothing else."""
+    for index in range(len(path.state.hypothesis.causes)):
         state = path.state
+        if len(set(state.hypothesis.labels)) == 1 or state.hypothesis.labels.count(state.hypothesis.labels[index]) > 1:
+            # entries of one ripple do not stand in each other's place
+            continue
         without = refitted(inquiry, state, state.hypothesis.minus(index))
         tried = candidates(inquiry, without, path.heard)
         path = replace(path, rounds=(*path.rounds, Round(without, tuple(tried), {})))
@@ -226,11 +256,11 @@ def _clearly_better(inquiry: Inquiry, without: State, new: State, old: State) ->
     )
 
 
-def pruned(inquiry: Inquiry, state: State, kept: int = 0) -> State:
-    """Drop every cause beyond the first `kept` that does not pay beside the others, the least first."""
+def pruned(inquiry: Inquiry, state: State) -> State:
+    """Drop every cause that does not pay beside the others, the least first."""
     for _ in range(len(state.hypothesis.causes)):
         losses = []
-        for index in range(kept, len(state.hypothesis.causes)):
+        for index in range(len(state.hypothesis.causes)):
             without = refitted(inquiry, state, state.hypothesis.minus(index))
             if not pays(inquiry, without, state):
                 losses.append((gain_on(inquiry, without, state, "fitted").mean, index, without))
@@ -255,7 +285,14 @@ def _starts_refined(family: Family) -> int:
     return 2 if family.ripple or 1 < len(family.knobs) <= _VALLEYS else len(family.knobs) // 2 + 1
 
 
-def _refined(inquiry: Inquiry, hypotheses: list[Hypothesis], weighing: Weighing) -> list[Fit]:
+def _promises(inquiry: Inquiry, before: Fit, one: Fit) -> bool:
+    """Whether a first step takes a part of what a cause must take to pay."""
+    policy = inquiry.policy
+    taken = before.squares - one.squares
+    return bool(np.any(taken > _PROMISE * np.maximum(policy.least_share * before.squares, policy.least_squares)))
+
+
+def _refined(inquiry: Inquiry, before: State, hypotheses: list[Hypothesis], weighing: Weighing) -> list[Fit]:
     """One step for all, more for those that are still in the race."""
 
     def fitted(chosen: list[Hypothesis], rounds: int) -> list[Fit]:
@@ -270,14 +307,20 @@ def _refined(inquiry: Inquiry, hypotheses: list[Hypothesis], weighing: Weighing)
             repeat(weighing),
             repeat(rounds),
             known,
+            repeat(1.0),
+            repeat(1e-4),
+            repeat(ceiling if rounds == _FIRST else None),
         )
         return list(inquiry.executor.map(fit, *work))
 
+    ceiling = weighed_cost(before.fit, weighing)
     fits = fitted(hypotheses, _FIRST)
     if not fits:
         return []
     least = min(one.cost for one in fits)
-    racing = [i for i, one in enumerate(fits) if one.cost <= _IN_THE_RACE * least]
+    racing = [
+        i for i, one in enumerate(fits) if one.cost <= _IN_THE_RACE * least and _promises(inquiry, before.fit, one)
+    ]
     for i, one in zip(racing, fitted([fits[i].hypothesis for i in racing], _RACING), strict=True):
         fits[i] = one
     return fits

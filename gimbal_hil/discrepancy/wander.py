@@ -1,9 +1,10 @@
-"""Friction whose level wanders by a fraction of a per cent: noise below the band, which no floor read above it can
-know.
+"""Friction whose level wanders by a fraction of a per cent, and an offset that drifts: noise below the band, which no
+floor read above it can know.
 
-The remainder is compared, block by block, with what a change of all friction levels by one per cent would do. If a
-level that wanders by no more than a real joint's does takes it to the floor, nothing is missing: a name could not be
-found for it, and no model can have it.
+Coloured noise in the sense of a Gaussian process: the friction torque times a share that changes over some tenths of a
+second, and a torque that changes over seconds. Both are estimated from what a state leaves (least squares on knots with
+straight lines between them). Where they are no larger than a real joint's and take the remainder to the noise, nothing
+is missing: no model can have them, and no name could be found.
 """
 
 from __future__ import annotations
@@ -17,10 +18,12 @@ from gimbal_hil.discrepancy.number_slots import read_number, write_number
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
 
-#: blocks in which a level is one number, s; and how far levels wander at most (standard deviation, share)
-_BLOCK_S, _MOST = 1.0, 0.02
+#: knots of the friction's level and of the drift, s; and how far both wander at most (standard deviation over friction)
+_LEVEL_S, _DRIFT_S, _MOST = 0.3, 2.0, 0.02
 _LEVELS = ("friction.coulomb", "friction.breakaway", "friction.viscous")
 _CHANGE = 0.01
+#: weight that holds a knob which no row speaks of
+_HELD = 1e-3
 
 
 def left_beside_wander(inquiry: Inquiry, state: State) -> Floats:
@@ -28,9 +31,14 @@ def left_beside_wander(inquiry: Inquiry, state: State) -> Floats:
     too far.
     """
     found = []
-    for twin in (inquiry.twin, inquiry.holdout):
-        rows = torque_residual(twin, state.hypothesis, inquiry.floor)
-        found.append(_beside(twin, rows, _friction(twin, state, inquiry.floor)))
+    for twin, hypothesis in ((inquiry.twin, state.hypothesis), (inquiry.holdout, state.held)):
+        rows = torque_residual(twin, hypothesis, inquiry.floor)
+        friction = _friction(twin, state, inquiry.floor)
+        ends = np.cumsum([int(record.keep.sum()) for record in twin.records])[:-1]
+        logs = zip(np.split(rows, ends), np.split(friction, ends), strict=True)
+        bands = twin.records[0].bands
+        left = [_beside(*log, bands.stride * bands.period_s) for log in logs]
+        found.append(np.max(left, axis=0))
     return np.max(found, axis=0)
 
 
@@ -44,17 +52,29 @@ def _friction(twin: Twin, state: State, floor: Floats) -> Floats:
     return np.asarray((twin.residual(structure, moved) - twin.residual(structure, P)) / (_CHANGE * floor))
 
 
-def _beside(twin: Twin, rows: Floats, friction: Floats) -> Floats:
-    bands = twin.records[0].bands
-    length = max(4, int(_BLOCK_S / (bands.stride * bands.period_s)))
-    starts = np.arange(0, len(rows), length)
-    products = np.add.reduceat(friction * rows, starts)
-    power = np.maximum(np.add.reduceat(friction**2, starts), 1e-300)
-    level = products / power
-    left = rows - friction * np.repeat(level, np.diff([*starts, len(rows)]), axis=0)
-    # blocks are known as well as friction stands above the noise in them
-    sure = power > np.median(power, axis=0)
-    wanders = np.array(
-        [float(np.std(level[sure[:, j], j])) if np.any(sure[:, j]) else np.inf for j in range(rows.shape[1])]
-    )
-    return np.where(wanders <= _MOST, rms(left), rms(rows))
+def _beside(rows: Floats, friction: Floats, row_s: float) -> Floats:
+    """What is left of one log, (rows, channels), per channel."""
+    left = rms(rows)
+    level, drift = _between_knots(len(rows), _LEVEL_S / row_s), _between_knots(len(rows), _DRIFT_S / row_s)
+    for j in range(rows.shape[1]):
+        size = float(np.sqrt(np.mean(friction[:, j] ** 2)))
+        if size == 0.0:
+            continue
+        columns = np.hstack([level * friction[:, j : j + 1], drift * size])
+        normal = columns.T @ columns + _HELD * size**2 * np.eye(columns.shape[1])
+        shares = np.linalg.solve(normal, columns.T @ rows[:, j])
+        wanders = max(float(np.std(part)) for part in np.split(shares, [level.shape[1]]))
+        freedom = max(len(rows) - len(shares), 1)
+        if wanders <= _MOST:
+            left[j] = np.sqrt(np.sum((rows[:, j] - columns @ shares) ** 2) / freedom)
+    return left
+
+
+def _between_knots(rows: int, spacing: float) -> Floats:
+    """Weights of evenly spaced knots at every row, straight lines between them, (rows, knots)."""
+    at = np.arange(rows) / max(spacing, 1.0)
+    first = np.floor(at).astype(int)
+    weights = np.zeros((rows, int(first[-1]) + 2))
+    weights[np.arange(rows), first] = 1.0 - (at - first)
+    weights[np.arange(rows), first + 1] = at - first
+    return weights

@@ -1,0 +1,48 @@
+"""Is it a ripple, or some curve over position? A name has to beat a function that knows nothing.
+
+Several orders together can draw any curve over a limited travel, such as a stop that hardens or rails that are not
+straight. So a ripple is compared with a smooth curve over the travel that has as many free numbers (a cosine series),
+fitted on the same rows and judged on the same hold-out.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gimbal_hil.discrepancy.inquiry import Inquiry, State
+from gimbal_hil.discrepancy.origin import placed
+from gimbal_hil.discrepancy.record import Record
+from gimbal_hil.discrepancy.smoothing import Floats
+from sim_backend.effects import Ripple
+
+#: free numbers of one order: amplitude, order and phase
+_NUMBERS = 3
+
+
+def left_by_a_curve(inquiry: Inquiry, without: State, state: State, channel: int, entries: int, over: Ripple) -> float:
+    """Mean square of a channel of the hold-out, in squared floors, that a curve with the numbers of so many orders
+    leaves of `without`; positions as `state` places them.
+    """
+    axis = inquiry.twin.model.axes.index(inquiry.twin.channels[channel].axis)
+    taught, asked = placed(inquiry.twin.records, state.hypothesis), placed(inquiry.holdout.records, state.held)
+    position = np.concatenate([record.at_scored(record.motion[:, axis]) for record in taught])
+    low, high = float(position.min()), float(position.max())
+    terms = 1 + _NUMBERS * entries
+    columns, held = (
+        np.concatenate([_terms(r, axis, low, high, terms, over) for r in logs]) for logs in (taught, asked)
+    )
+    weights = np.linalg.lstsq(columns, without.fitted[:, channel], rcond=None)[0]
+    target = np.empty(len(inquiry.selecting))
+    target[inquiry.selecting], target[~inquiry.selecting] = (
+        without.selecting[:, channel],
+        without.untouched[:, channel],
+    )
+    return float(np.mean((target - held @ weights) ** 2))
+
+
+def _terms(record: Record, axis: int, low: float, high: float, terms: int, over: Ripple) -> Floats:
+    """Cosines over the travel, (rows, terms); beyond the travel that was taught the curve stays where it ended."""
+    position, rate = (record.at_scored(record.motion[:, k]) for k in (axis, 2 + axis))
+    along = np.clip((position - low) / max(high - low, 1e-300), 0.0, 1.0)
+    found = np.cos(np.pi * np.outer(along, np.arange(terms)))
+    return np.asarray(found * np.sign(rate)[:, None] if over is Ripple.FRICTION else found)
