@@ -158,6 +158,6 @@ def class_probability(standing: Standing, left: Remainder, policy: Policy, candi
 
 #: floors that may be left; the share of the squares that were there that no variable predicts at which something else
 #: is as likely; the share of a channel at which a cause is; and the most that is said
-_SMALL, _LARGE, _LITTLE, _MOST = 1.5, 0.3, 0.03, 0.99
+_SMALL, _LARGE, _LITTLE, _MOST = 1.5, 0.6, 0.03, 0.99
 
 __all__ = ["Decision", "Kind", "Status", "Told", "class_probability", "decide", "kind_of", "rejudged"]

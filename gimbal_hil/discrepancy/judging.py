@@ -27,8 +27,8 @@ PARTS = ("fitted", "selecting", "untouched")
 EVERYTHING = frozenset(Variable)
 #: a change of the hold-out below this share of what is left there is no trace
 _NO_TRACE = 0.1
-#: a curve that leaves this many times what a ripple leaves does as well
-_AS_WELL = 1.1
+#: a curve that takes this share of what a ripple takes does as well
+_AS_WELL = 0.85
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,8 @@ def _any_curve(
     if ripple is None or inquiry.twin.channels[channel].signal != TORQUE:
         return False
     left = left_by_a_curve(inquiry, without, state, channel, entries, ripple)
-    return left <= _AS_WELL * max(float(_held_squares(state)[channel]), 1.0)
+    before, after = (float(_held_squares(s)[channel]) for s in (without, state))
+    return before - left > _AS_WELL * (before - after)
 
 
 def _unseen(inquiry: Inquiry, state: State, bare: State) -> bool:

@@ -115,7 +115,7 @@ def one_more(inquiry: Inquiry, path: Path) -> Path:
     asked = tried[:_ASKED]
     controls = {s.hypothesis.labels[-1]: control_share(inquiry, before, s.hypothesis.causes[-1]) for s in asked}
     paying = [s for s in asked if pays(inquiry, before, s, controls[s.hypothesis.labels[-1]])]
-    found = plainest(inquiry, before, paying) if paying else before
+    found = plainest(inquiry, before, _inside(paying) or paying) if paying else before
     several = released(inquiry, before)
     if several is not None and pays(inquiry, found, several) and _clearly_better(inquiry, before, several, found):
         several = pruned(inquiry, several)
@@ -130,6 +130,11 @@ def plainest(inquiry: Inquiry, before: State, paying: list[State]) -> State:
         if _numbers(other) < _numbers(best) and not _clearly_better(inquiry, before, best, other):
             return other
     return best
+
+
+def _inside(states: list[State]) -> list[State]:
+    """Those whose newest cause stands inside its bounds: one at the edge of what it may be is hardly that cause."""
+    return [state for state in states if not state.hypothesis.causes[-1].at_bound]
 
 
 def _numbers(state: State) -> int:
@@ -244,6 +249,7 @@ def slots_again(inquiry: Inquiry, path: Path) -> Path:
         without = refitted(inquiry, state, state.hypothesis.minus(index))
         tried = candidates(inquiry, without, path.heard)
         path = replace(path, rounds=(*path.rounds, Round(without, tuple(tried), {})))
+        tried = _inside(tried)
         if tried and _clearly_better(inquiry, without, tried[0], state):
             path = replace(path, state=tried[0])
     return path
