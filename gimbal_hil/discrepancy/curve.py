@@ -1,8 +1,8 @@
 """Is it a ripple, or some curve over position? A name has to beat a function that knows nothing.
 
 Several orders together can draw any curve over a limited travel, such as a stop that hardens or rails that are not
-straight. So a ripple is compared with a smooth curve over the travel that has as many free numbers (a cosine series),
-fitted on the same rows and judged on the same hold-out.
+straight. So the strongest order of a ripple is compared with a smooth curve over the travel that has as many free
+numbers (a cosine series), fitted on the same rows and judged on the same hold-out.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from sim_backend.effects import Ripple
 _NUMBERS = 3
 
 
-def left_by_a_curve(inquiry: Inquiry, without: State, state: State, channel: int, entries: int, over: Ripple) -> float:
-    """Mean square of a channel of the hold-out, in squared floors, that a curve with the numbers of so many orders
-    leaves of `without`; positions as `state` places them.
+def left_by_a_curve(inquiry: Inquiry, without: State, state: State, channel: int, over: Ripple) -> float:
+    """Mean square of a channel of the hold-out, in squared floors, that a curve with the numbers of one order leaves of
+    `without`; positions as `state` places them.
     """
     axis = inquiry.twin.model.axes.index(inquiry.twin.channels[channel].axis)
     taught, asked = placed(inquiry.twin.records, state.hypothesis), placed(inquiry.holdout.records, state.held)
     position = np.concatenate([record.at_scored(record.motion[:, axis]) for record in taught])
     low, high = float(position.min()), float(position.max())
-    terms = 1 + _NUMBERS * entries
+    terms = 1 + _NUMBERS
     columns, held = (
         np.concatenate([_terms(r, axis, low, high, terms, over) for r in logs]) for logs in (taught, asked)
     )

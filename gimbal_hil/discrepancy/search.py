@@ -124,10 +124,16 @@ def one_more(inquiry: Inquiry, path: Path) -> Path:
 
 
 def plainest(inquiry: Inquiry, before: State, paying: list[State]) -> State:
-    """Of states that pay, best first, the one with fewest numbers that the best does not clearly beat."""
+    """Of states that pay, best first, the plainest one that the best does not clearly beat: another order of a ripple
+    that is there, then the cause with fewest numbers.
+    """
+
+    def plainness(state: State) -> tuple[bool, int]:
+        return state.hypothesis.labels[-1] not in before.hypothesis.labels, _numbers(state)
+
     best = paying[0]
-    for other in sorted(paying[1:], key=_numbers):
-        if _numbers(other) < _numbers(best) and not _clearly_better(inquiry, before, best, other):
+    for other in sorted(paying[1:], key=plainness):
+        if plainness(other) < plainness(best) and not _clearly_better(inquiry, before, best, other):
             return other
     return best
 
