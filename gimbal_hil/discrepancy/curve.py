@@ -11,7 +11,7 @@ import numpy as np
 
 from gimbal_hil.discrepancy.inquiry import Inquiry, State
 from gimbal_hil.discrepancy.origin import placed
-from gimbal_hil.discrepancy.record import Record
+from gimbal_hil.discrepancy.record import TORQUE, Record
 from gimbal_hil.discrepancy.smoothing import Floats
 from sim_backend.effects import Ripple
 
@@ -19,7 +19,28 @@ from sim_backend.effects import Ripple
 _NUMBERS = 3
 
 
-def left_by_a_curve(inquiry: Inquiry, without: State, state: State, channel: int, over: Ripple) -> float:
+#: a curve that takes this share of what a ripple takes does as well
+_AS_WELL = 0.6
+
+
+def curve_does_as_well(inquiry: Inquiry, without: State, state: State) -> bool:
+    """Whether a smooth curve over position takes as much as the newest cause of a state, where that is a ripple of
+    torque, on the channel where it takes most.
+    """
+    family = state.hypothesis.causes[-1].family
+    before, after = (_held_squares(s) for s in (without, state))
+    channel = int(np.argmax((before - after) / np.maximum(before, 1.0)))
+    if family.ripple is None or inquiry.twin.channels[channel].signal != TORQUE:
+        return False
+    left = _left_by_a_curve(inquiry, without, state, channel, family.ripple)
+    return bool(before[channel] - left > _AS_WELL * (before[channel] - after[channel]))
+
+
+def _held_squares(state: State) -> Floats:
+    return np.asarray(np.mean(np.concatenate([state.selecting, state.untouched]) ** 2, axis=0))
+
+
+def _left_by_a_curve(inquiry: Inquiry, without: State, state: State, channel: int, over: Ripple) -> float:
     """Mean square of a channel of the hold-out, in squared floors, that a curve with the numbers of one order leaves of
     `without`; positions as `state` places them.
     """

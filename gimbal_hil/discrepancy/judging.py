@@ -12,11 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimbal_hil.discrepancy.curve import left_by_a_curve
+from gimbal_hil.discrepancy.curve import curve_does_as_well
 from gimbal_hil.discrepancy.exhaustion import Predictable, predictable
 from gimbal_hil.discrepancy.fit import Fit, fit
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, gain_on, refitted, rms, state_of, weighing_of
-from gimbal_hil.discrepancy.record import TORQUE
 from gimbal_hil.discrepancy.screening import Response
 from gimbal_hil.discrepancy.search import candidates, control_share
 from gimbal_hil.discrepancy.smoothing import Floats
@@ -27,8 +26,6 @@ PARTS = ("fitted", "selecting", "untouched")
 EVERYTHING = frozenset(Variable)
 #: a change of the hold-out below this share of what is left there is no trace
 _NO_TRACE = 0.1
-#: a curve that takes this share of what a ripple takes does as well
-_AS_WELL = 0.6
 
 
 @dataclass(frozen=True)
@@ -136,20 +133,16 @@ def _standing(inquiry: Inquiry, state: State, heard: tuple[Response, ...], label
         float(taken[channel] / max(_squares(without)[channel], 1e-300)), control_share(inquiry, without, lead), rivals,
         predictable(inquiry, state, channel, CATALOGUE[label[0]].acts_through), lead.at_bound, unseen, channel,
         float(np.sum(_held_squares(without) - _held_squares(state))),
-        _any_curve(inquiry, without, state, channel, entries),
+        _any_curve(inquiry, without, state, entries),
     )  # fmt: skip
 
 
-def _any_curve(inquiry: Inquiry, without: State, state: State, channel: int, entries: tuple[int, ...]) -> bool:
+def _any_curve(inquiry: Inquiry, without: State, state: State, entries: tuple[int, ...]) -> bool:
     """Whether a smooth curve does as well as the strongest order of a ripple."""
     lead = max((state.hypothesis.causes[i] for i in entries), key=lambda cause: abs(cause.x[0]))
-    ripple = lead.family.ripple
-    if ripple is None or inquiry.twin.channels[channel].signal != TORQUE:
+    if lead.family.ripple is None:
         return False
-    alone = state if len(entries) == 1 else refitted(inquiry, state, without.hypothesis.plus(lead), rounds=3)
-    left = left_by_a_curve(inquiry, without, alone, channel, ripple)
-    before, after = (float(_held_squares(s)[channel]) for s in (without, alone))
-    return before - left > _AS_WELL * (before - after)
+    return curve_does_as_well(inquiry, without, refitted(inquiry, state, without.hypothesis.plus(lead), rounds=3))
 
 
 def _unseen(inquiry: Inquiry, state: State, bare: State) -> bool:

@@ -14,6 +14,7 @@ from itertools import repeat
 
 import numpy as np
 
+from gimbal_hil.discrepancy.curve import curve_does_as_well
 from gimbal_hil.discrepancy.families import Family
 from gimbal_hil.discrepancy.fit import Fit, Weighing, fit, weighed_cost
 from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis
@@ -115,7 +116,7 @@ def one_more(inquiry: Inquiry, path: Path) -> Path:
     asked = tried[:_ASKED]
     controls = {s.hypothesis.labels[-1]: control_share(inquiry, before, s.hypothesis.causes[-1]) for s in asked}
     paying = [s for s in asked if pays(inquiry, before, s, controls[s.hypothesis.labels[-1]])]
-    found = plainest(inquiry, before, _inside(paying) or paying) if paying else before
+    found = plainest(inquiry, before, _sound(inquiry, before, paying) or paying) if paying else before
     several = released(inquiry, before)
     if several is not None and pays(inquiry, found, several) and _clearly_better(inquiry, before, several, found):
         several = pruned(inquiry, several)
@@ -138,9 +139,12 @@ def plainest(inquiry: Inquiry, before: State, paying: list[State]) -> State:
     return best
 
 
-def _inside(states: list[State]) -> list[State]:
-    """Those whose newest cause stands inside its bounds: one at the edge of what it may be is hardly that cause."""
-    return [state for state in states if not state.hypothesis.causes[-1].at_bound]
+def _sound(inquiry: Inquiry, before: State, states: list[State]) -> list[State]:
+    """Those whose newest cause stands inside its bounds and is no curve that several ripples could draw: at the edge of
+    what it may be it is hardly that cause.
+    """
+    inside = [state for state in states if not state.hypothesis.causes[-1].at_bound]
+    return [state for state in inside if not curve_does_as_well(inquiry, before, state)]
 
 
 def _numbers(state: State) -> int:
@@ -255,7 +259,7 @@ def slots_again(inquiry: Inquiry, path: Path) -> Path:
         without = refitted(inquiry, state, state.hypothesis.minus(index))
         tried = candidates(inquiry, without, path.heard)
         path = replace(path, rounds=(*path.rounds, Round(without, tuple(tried), {})))
-        tried = _inside(tried)
+        tried = _sound(inquiry, without, tried)
         if tried and _clearly_better(inquiry, without, tried[0], state):
             path = replace(path, state=tried[0])
     return path
