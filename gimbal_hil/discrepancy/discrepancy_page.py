@@ -144,7 +144,7 @@ def _effects_table(verdict: dict[str, Any]) -> Table:
     return Table(
         header,
         rows,
-        "Gain: share of the gap that the effect takes on the hold-out; control: what matched nonsense takes.",
+        "Gain: share of the gap that the effect takes on the hold-out; control: what its negative control takes.",
     )
 
 

@@ -1,4 +1,4 @@
-"""Screening: what each family could explain of the residual near its starts, and what matched nonsense could.
+"""Screening: what each family could explain of the residual near its starts, and what its negative control could.
 
 The response of the twin to a family's probes is put beside the residual after everything that is already in the
 hypothesis has been projected out of both. Nonsense of the same kind is the same response with its phase or its signs
@@ -190,11 +190,11 @@ def _ripple_gains(y: Floats, weight: Floats, position: Floats, orders: Floats) -
 def control_gain(
     columns: Floats, residual: Floats, rows: list[int], channels: int, block: int, seed: int, tries: int = 40
 ) -> float:
-    """Best gain of matched nonsense made of responses (rows * channels, k).
+    """Best gain of negative controls made of responses (rows * channels, k).
 
     block 0: reversed and shifted in time within every record, which scrambles the phase of a ripple. Otherwise: sign
     drawn anew for every `block` rows, since a response that repeats with the laps would come back upon itself when
-    shifted. A copy that still resembles the response is no nonsense: a short log of slow motion has few blocks, and
+    shifted. A copy that still resembles the response is no control: a short log of slow motion has few blocks, and
     some draws leave most signs as they were.
     """
     rng = np.random.default_rng(seed)
@@ -213,11 +213,11 @@ def control_gain(
                 )
             parts.append(part)
             at += n
-        nonsense = np.concatenate(parts).reshape(columns.shape)
-        if np.linalg.norm(own.T @ nonsense) ** 2 > _RESEMBLES * np.linalg.norm(nonsense) ** 2:
+        scrambled = np.concatenate(parts).reshape(columns.shape)
+        if np.linalg.norm(own.T @ scrambled) ** 2 > _RESEMBLES * np.linalg.norm(scrambled) ** 2:
             continue
-        coefficients = np.linalg.pinv(nonsense.T @ nonsense, rcond=1e-9, hermitian=True) @ (-nonsense.T @ residual)
-        best, made = max(best, float(-coefficients @ (nonsense.T @ residual))), made + 1
+        coefficients = np.linalg.pinv(scrambled.T @ scrambled, rcond=1e-9, hermitian=True) @ (-scrambled.T @ residual)
+        best, made = max(best, float(-coefficients @ (scrambled.T @ residual))), made + 1
         if made == tries:
             break
     return best

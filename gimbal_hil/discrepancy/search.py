@@ -200,7 +200,7 @@ def advantage(inquiry: Inquiry, before: State, after: State) -> float:
 
 def pays(inquiry: Inquiry, before: State, after: State, control: float = 0.0) -> bool:
     """Whether what is new in a state pays: surely and by enough, on fitted data and on data that were not, and more
-    than its nonsense.
+    than its negative control.
 
     What the hold-out hardly shows pays where it takes nearly all that is left of the fitted logs.
     """
@@ -235,7 +235,7 @@ def _enough(inquiry: Inquiry, before: Floats, after: Floats) -> bool:
 
 
 def control_share(inquiry: Inquiry, before: State, cause: Cause) -> float:
-    """Share that matched nonsense of a cause takes of the fitted rows beside a state: its own response, scrambled."""
+    """Share that the negative control of a cause takes of the fitted rows beside a state: its own response, scrambled."""
     columns = responses(inquiry.twin, before.fit, inquiry.floor, cause.family, Start((cause.x,), cause.x))
     if columns is None:
         return 0.0

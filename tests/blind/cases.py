@@ -11,9 +11,9 @@ from tests.blind.files import model_document
 from tests.blind.kinds import Stated
 
 
-def model_of(case: Case) -> AntennaModel:
-    """The model that the workflow is given."""
-    return model_from_document(model_document(case.rig, Stated.EXACT), "the case's model")
+def model_of(case: Case, stated: Stated = Stated.EXACT) -> AntennaModel:
+    """The model that the workflow is given, its numbers known as well as stated."""
+    return model_from_document(model_document(case.rig, stated), "the case's model")
 
 
 def tables_of(columns: list[dict[str, np.ndarray]], axes: tuple[str, ...]) -> tuple[SignalsTable, ...]:

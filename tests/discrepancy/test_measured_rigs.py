@@ -47,9 +47,11 @@ def test_a_slow_motor_has_its_ripple_of_seven_a_turn(tmp_path: Path, monkeypatch
     verdict = verdict_on(
         rig.model, [rig.logs["slow2/nocomp_0"]], rig.logs["slow2/nocomp_1"], tmp_path / "out", monkeypatch
     )
-    assert verdict["verdict"] == "named"
-    assert {e["name"] for e in verdict["effects"]} == {"cogging"}
-    found = verdict["effects"][0]["parameters"]
+    told = {e["name"]: e for e in verdict["effects"]}
+    assert told["cogging"]["status"] == "named"
+    # what deletes the torque, and what stands at its bounds, closed this gap "by 100 %" once
+    assert not set(told) & {"saturation", "torque_gain", "backlash", "inertia"}
+    found = told["cogging"]["parameters"]
     assert found["order"]["value"] == pytest.approx(7.0, abs=0.05)
     assert 6.5e-3 < found["amplitude"]["value"] < 9e-3
 
