@@ -154,9 +154,9 @@ def ripple_starts(twin: Twin, fit: Fit, family: Family) -> list[Start]:
     base = np.column_stack([weight, np.ones_like(rate)])
     y = y - base @ np.linalg.lstsq(base, y, rcond=None)[0]
     free = zero_is_a_convention(twin.model, i)
-    ends = np.cumsum([int(record.keep.sum()) for record in twin.records])[:-1] if free else []
-    parts = zip(*(np.split(x, ends) for x in (y, weight, position)), strict=True)
-    gains = np.sum([_ripple_gains(*part, orders) for part in parts], axis=0)
+    ends = [int(row) for row in np.cumsum([int(record.keep.sum()) for record in twin.records])[:-1]] if free else []
+    logs = zip(np.split(y, ends), np.split(weight, ends), np.split(position, ends), strict=True)
+    gains = np.sum([_ripple_gains(*log, orders) for log in logs], axis=0)
     chosen: list[float] = []
     for k in np.argsort(-gains):
         if all(abs(orders[k] - n) > 1.5 * np.pi / travel for n in chosen):
