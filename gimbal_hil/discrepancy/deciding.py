@@ -64,7 +64,9 @@ class Decision:
 
 
 def decide(inquiry: Inquiry, null: State, found: State, heard: tuple[Response, ...], suspected_only: bool) -> Decision:
-    """Judge the causes of a state; those that do not stand are left out, and the others judged once more without them."""
+    """Judge the causes of a state; those that do not stand are left out, and the others judged once more without
+    them.
+    """
     if found.hypothesis.causes:
         state = settled(inquiry, found)
         for _ in range(len(set(state.hypothesis.labels))):

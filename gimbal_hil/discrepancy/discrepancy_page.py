@@ -15,7 +15,10 @@ from gimbal_hil.discrepancy.where import regimes
 from gimbal_hil.report import Block, Callout, Details, Heading, Listing, Page, Plot, Table, Text, Tiles
 from sim_backend.model import AntennaModel
 
-_GAP_CAPTION = "Rms left over per channel on hold-out rows that neither selected nor tuned, before and after, beside noise and processing."
+_GAP_CAPTION = (
+    "Rms left over per channel on hold-out rows that neither selected nor tuned, before and after, beside noise and"
+    " processing."
+)
 _TONE = {"named": "good", "no_discrepancy": "good", "ambiguous": "warning", "unexplained": "warning"}
 
 
@@ -26,18 +29,23 @@ def discrepancy_page(result: Result, found: Verdict, corrected: AntennaModel | N
     blocks: list[Block] = [
         Callout(verdict["text"], _TONE[verdict["verdict"]]),
         *(Callout(f"{against['axis']}: {against['text']}.", "warning") for against in verdict["contradictions"]),
-        Tiles((
-            (verdict["verdict"].replace("_", " "), "verdict"),
+        Tiles(
             (
-                f"{gap['before'] / gap['noise_floor']:.1f} → {gap['after'] / gap['noise_floor']:.1f}",
-                f"largest gap in floors, {gap['axis']} {gap['signal']}",
-            ),
-            ("-" if gap["closed_fraction"] is None else f"{gap['closed_fraction']:.1%}", "of the gap closed on untouched data"),
-            (f"{gap['noise_floor']:.2g} {gap['unit']}", "noise floor"),
-        )),
+                (verdict["verdict"].replace("_", " "), "verdict"),
+                (
+                    f"{gap['before'] / gap['noise_floor']:.1f} → {gap['after'] / gap['noise_floor']:.1f}",
+                    f"largest gap in floors, {gap['axis']} {gap['signal']}",
+                ),
+                (
+                    "-" if gap["closed_fraction"] is None else f"{gap['closed_fraction']:.1%}",
+                    "of the gap closed on untouched data",
+                ),
+                (f"{gap['noise_floor']:.2g} {gap['unit']}", "noise floor"),
+            )
+        ),
         Heading("How large the gap is"),
         Plot(_gap_figure(verdict), _GAP_CAPTION),
-    ]  # fmt: skip
+    ]
     if verdict["effects"]:
         blocks += [Heading("What was named"), _effects_table(verdict)]
     if verdict["alternatives"]:
@@ -138,8 +146,19 @@ def _effects_table(verdict: dict[str, Any]) -> Table:
                 f"{p['value']:.4g} {p['unit'] if p['unit'] != '1' else ''}".rstrip(),
                 f"{p['low']:.4g} .. {p['high']:.4g}",
             )
-            rows.append((f"{e['name']} ({e['axis']})", e["status"], name, value, interval, nominal,
-                         f"{e['held_out_gain']:.1%}", f"{e['best_control_gain']:.1%}", f"{e['confidence']:.2f}"))  # fmt: skip
+            rows.append(
+                (
+                    f"{e['name']} ({e['axis']})",
+                    e["status"],
+                    name,
+                    value,
+                    interval,
+                    nominal,
+                    f"{e['held_out_gain']:.1%}",
+                    f"{e['best_control_gain']:.1%}",
+                    f"{e['confidence']:.2f}",
+                )
+            )
     header = ("effect", "status", "parameter", "value", "interval", "model had", "gain", "control", "confidence")
     return Table(
         header,
@@ -174,13 +193,21 @@ def _where_figure(result: Result, verdict: dict[str, Any]) -> Any:
         "",
         120 + 26 * len(found),
     )
-    drawn.add_trace(go.Bar(
-        y=labels, x=[r.share_of_gap for r in found], orientation="h", name="share of gap", marker_color=MEASURED,
-        error_x=dict(
-            type="data", symmetric=False,
-            array=[r.high - r.share_of_gap for r in found], arrayminus=[r.share_of_gap - r.low for r in found],
-        ),
-    ))  # fmt: skip
+    drawn.add_trace(
+        go.Bar(
+            y=labels,
+            x=[r.share_of_gap for r in found],
+            orientation="h",
+            name="share of gap",
+            marker_color=MEASURED,
+            error_x=dict(
+                type="data",
+                symmetric=False,
+                array=[r.high - r.share_of_gap for r in found],
+                arrayminus=[r.share_of_gap - r.low for r in found],
+            ),
+        )
+    )
     drawn.add_trace(
         go.Scatter(
             y=labels,
@@ -202,15 +229,24 @@ def _ranking(result: Result) -> Table:
             effect, axis = tried.hypothesis.labels[-1]
             fitted, held = (gain_on(result.inquiry, one.before, tried, part) for part in ("fitted", "selecting"))
             control = one.controls.get((effect, axis))
-            rows.append((
-                str(number), effect, axis, f"{fitted.mean:.3g}", f"{fitted.sure:.1f}", f"{held.mean:.3g}", f"{held.sure:.1f}",
-                "" if control is None else f"{control:.3g}",
-            ))  # fmt: skip
+            rows.append(
+                (
+                    str(number),
+                    effect,
+                    axis,
+                    f"{fitted.mean:.3g}",
+                    f"{fitted.sure:.1f}",
+                    f"{held.mean:.3g}",
+                    f"{held.sure:.1f}",
+                    "" if control is None else f"{control:.3g}",
+                )
+            )
     header = ("round", "candidate", "axis", "takes, fitted", "sure", "takes, hold-out", "sure", "its control takes")
     return Table(
         header,
         rows,
-        "What a candidate takes, in mean squares of what was left before it, on the fitted logs and on the part of the hold-out that "
+        "What a candidate takes, in mean squares of what was left before it, on the fitted logs and on the part of the "
+        "hold-out that "
         "selects; sure: standard errors over blocks. A control is the candidate's own response, scrambled in time.",
     )
 
@@ -227,8 +263,10 @@ def _rivals(result: Result) -> Table | None:
                 (name, f"{rival.label[0]} ({rival.label[1]})", f"{rival.sure:.1f}", f"{rival.extra:+.1%}", apart)
             )
     caption = (
-        "Every cause beside what could stand in its place, refitted there: by how many standard errors over blocks, and by which share of "
-        f"what is left, it explains less. Under {policy.sure:g}, or by less than {policy.same:.1%}, they cannot be told apart."
+        "Every cause beside what could stand in its place, refitted there: by how many standard errors over blocks, and"
+        " by which share of "
+        f"what is left, it explains less. Under {policy.sure:g}, or by less than {policy.same:.1%}, they cannot be told"
+        " apart."
     )
     return (
         Table(("cause", "in its place", "standard errors", "squares left", "told apart"), rows, caption)

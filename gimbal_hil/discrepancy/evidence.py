@@ -1,10 +1,11 @@
 """What is evidence: the commanded torque that the measured motion asks for, through the hypothesis' own actuator.
 
-A residual "torque given minus torque needed" can be shrunk by a hypothesis that deletes the torque: a low limit, a gain near zero, a
-long lag. What such a hypothesis cannot do is say which *command* was sent. So the residual is divided by the share of a small
-change of the command that comes through the hypothesis' actuator and structure, which is that of the log-likelihood's change of
-variables, p(u | motion) = p(residual) |d residual / d u|: a limit that cuts everything, or a gain of one per cent, gains nothing.
-The share is measured: the twin is evaluated with a small random change of the command, whatever the hypothesis is.
+A residual "torque given minus torque needed" can be shrunk by a hypothesis that deletes the torque: a low limit, a gain
+near zero, a long lag. What such a hypothesis cannot do is say which *command* was sent. So the residual is divided by
+the share of a small change of the command that comes through the hypothesis' actuator and structure, which is that of
+the log-likelihood's change of variables, p(u | motion) = p(residual) |d residual / d u|: a limit that cuts everything,
+or a gain of one per cent, gains nothing. The share is measured: the twin is evaluated with a small random change of the
+command, whatever the hypothesis is.
 """
 
 from __future__ import annotations

@@ -30,7 +30,9 @@ _BROKEN = 1e6
 
 @dataclass(frozen=True)
 class Weighing:
-    """What a row counts for: noise of every channel (in floors, at least one) and rows per independent one, as a root."""
+    """What a row counts for: noise of every channel (in floors, at least one) and rows per independent one, as a
+    root.
+    """
 
     scale: tuple[float, ...]
     spread: float
@@ -165,6 +167,8 @@ def _shaping(hypothesis: Hypothesis) -> list[bool]:
 
 
 def _pull(hypothesis: Hypothesis, x: Floats, start: Floats) -> Floats:
-    """How far each coordinate is from where its prior holds it: causes from their start, known numbers from the model."""
+    """How far each coordinate is from where its prior holds it: causes from their start, known numbers from the
+    model.
+    """
     causes = len(x) - len(hypothesis.y)
     return np.concatenate([x[:causes] - start[:causes], x[causes:]])

@@ -42,7 +42,9 @@ class Rival:
         return self.state.hypothesis.labels[-1]
 
     def close(self, same: float, sure: float) -> bool:
-        """Whether data do not tell the two apart: by less than a twin is exact to, or less surely than blocks can say."""
+        """Whether data do not tell the two apart: by less than a twin is exact to, or less surely than blocks can
+        say.
+        """
         return self.extra < same or self.sure < sure
 
 
@@ -146,7 +148,9 @@ def _any_curve(inquiry: Inquiry, without: State, state: State, entries: tuple[in
 
 
 def _unseen(inquiry: Inquiry, state: State, bare: State) -> bool:
-    """Whether the hold-out has no trace of a cause: taken away, everything else as it is, next to nothing changes there."""
+    """Whether the hold-out has no trace of a cause: taken away, everything else as it is, next to nothing changes
+    there.
+    """
     changes = [rms(getattr(bare, part) - getattr(state, part)) for part in PARTS[1:]]
     levels = [np.maximum(rms(getattr(state, part)), 1.0) for part in PARTS[1:]]
     return all(bool(np.all(change < _NO_TRACE * level)) for change, level in zip(changes, levels, strict=True))

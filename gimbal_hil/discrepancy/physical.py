@@ -1,4 +1,6 @@
-"""Numbers that an antenna can have: friction that holds, bodies that exist, every number within the catalogue's bounds."""
+"""Numbers that an antenna can have: friction that holds, bodies that exist, every number within the catalogue's
+bounds.
+"""
 
 from __future__ import annotations
 

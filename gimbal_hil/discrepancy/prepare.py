@@ -73,9 +73,15 @@ def scored_band(tables: Tables) -> float:
 
 
 def prepared(
-    model: AntennaModel, measured: Tables, holdout: Tables, band_hz: float | None, names: frozenset[str], policy: Policy,
-    executor: WorkExecutor, tell: Callable[[str], None],
-) -> tuple[Inquiry, Noise]:  # fmt: skip
+    model: AntennaModel,
+    measured: Tables,
+    holdout: Tables,
+    band_hz: float | None,
+    names: frozenset[str],
+    policy: Policy,
+    executor: WorkExecutor,
+    tell: Callable[[str], None],
+) -> tuple[Inquiry, Noise]:
     """Twins, floors and candidates (effects of these names); the band is narrowed where the encoder's error drowns what
     is there.
     """

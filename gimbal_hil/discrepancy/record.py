@@ -1,4 +1,6 @@
-"""A log as the twin takes it: interval means of motion and base, commanded torque, which scored rows count, and laps."""
+"""A log as the twin takes it: interval means of motion and base, commanded torque, which scored rows count, and
+laps.
+"""
 
 from __future__ import annotations
 

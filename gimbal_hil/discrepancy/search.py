@@ -1,9 +1,9 @@
 """The search, step by step, each a function from state to state: add a cause, try every slot again, drop what does not
 pay.
 
-A step takes an inquiry (what is searched) and a state (a fitted hypothesis), and gives another state, or the same one where
-nothing pays. What pays is decided by one score: squares that a cause takes, paired row by row with what is left without
-it, on rows of the hold-out that select, in units of the remainder, with the standard error of its blocks.
+A step takes an inquiry (what is searched) and a state (a fitted hypothesis), and gives another state, or the same one
+where nothing pays. What pays is decided by one score: squares that a cause takes, paired row by row with what is left
+without it, on rows of the hold-out that select, in units of the remainder, with the standard error of its blocks.
 """
 
 from __future__ import annotations
@@ -235,7 +235,9 @@ def _enough(inquiry: Inquiry, before: Floats, after: Floats) -> bool:
 
 
 def control_share(inquiry: Inquiry, before: State, cause: Cause) -> float:
-    """Share that the negative control of a cause takes of the fitted rows beside a state: its own response, scrambled."""
+    """Share that the negative control of a cause takes of the fitted rows beside a state: its own response,
+    scrambled.
+    """
     columns = responses(inquiry.twin, before.fit, inquiry.floor, cause.family, Start((cause.x,), cause.x))
     if columns is None:
         return 0.0

@@ -31,11 +31,19 @@ def standing(model: AntennaModel, table: SignalsTable) -> list[dict[str, Any]]:
     linear = model.is_linear
     return [
         {
-            "axis": channel.axis, "signal": channel.signal,
+            "axis": channel.axis,
+            "signal": channel.signal,
             "unit": ("m/s" if linear else "rad/s") if channel.signal == RATE_ERROR else ("N" if linear else "N m"),
-            "band_hz": [0.0, hz], "before": float(rms[j]), "after": float(rms[j]), "noise_floor": float(floor[j]),
-            "noise_floor_from": "this log", "processing_floor": float(processing[j]),
-            "closed_fraction": None, "closed_low": None, "closed_high": None, "on": "a motion that the model has not seen",
+            "band_hz": [0.0, hz],
+            "before": float(rms[j]),
+            "after": float(rms[j]),
+            "noise_floor": float(floor[j]),
+            "noise_floor_from": "this log",
+            "processing_floor": float(processing[j]),
+            "closed_fraction": None,
+            "closed_low": None,
+            "closed_high": None,
+            "on": "a motion that the model has not seen",
         }
         for j, channel in enumerate(twin.channels)
-    ]  # fmt: skip
+    ]

@@ -54,11 +54,21 @@ class Verdict:
     def document(self) -> Entry:
         """What verdict.json holds."""
         return {
-            "schema": 1, "verdict": self.kind.value, "text": self.text, "where": list(self.where), "effects": list(self.effects),
-            "alternatives": list(self.alternatives), "next_experiment": self.next_experiment, "not_testable": list(self.not_testable),
-            "gap": asdict(self.gap), "gaps": [asdict(gap) for gap in self.gaps], "recalibrated": list(self.recalibrated),
-            "contradictions": list(self.contradictions), "something_else": round(self.something_else, 3), "notes": list(self.notes),
-        }  # fmt: skip
+            "schema": 1,
+            "verdict": self.kind.value,
+            "text": self.text,
+            "where": list(self.where),
+            "effects": list(self.effects),
+            "alternatives": list(self.alternatives),
+            "next_experiment": self.next_experiment,
+            "not_testable": list(self.not_testable),
+            "gap": asdict(self.gap),
+            "gaps": [asdict(gap) for gap in self.gaps],
+            "recalibrated": list(self.recalibrated),
+            "contradictions": list(self.contradictions),
+            "something_else": round(self.something_else, 3),
+            "notes": list(self.notes),
+        }
 
 
 def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequence[str] = ()) -> Verdict:
@@ -77,9 +87,20 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
     text = told(result, effects, alternatives, gaps) + "".join(told_against(found) for found in against)
     something_else = 1.0 - min((one.of_class for one in result.told), default=0.0 if kind is Kind.UNEXPLAINED else 1.0)
     return Verdict(
-        kind, text, where, effects, alternatives, run, tuple(not_testable(result)), gaps[worst], gaps, _recalibrated(result), against,
-        something_else, tuple(notes),
-    )  # fmt: skip
+        kind,
+        text,
+        where,
+        effects,
+        alternatives,
+        run,
+        tuple(not_testable(result)),
+        gaps[worst],
+        gaps,
+        _recalibrated(result),
+        against,
+        something_else,
+        tuple(notes),
+    )
 
 
 def _effect_entry(result: Result, one: Told) -> tuple[Entry, list[Entry], Entry | None]:
@@ -87,12 +108,17 @@ def _effect_entry(result: Result, one: Told) -> tuple[Entry, list[Entry], Entry 
     name, axis = one.standing.label
     index = one.standing.entries[0]
     entry: Entry = {
-        "name": name, "axis": axis, "status": one.status.value, "parameters": _parameters(result, index),
+        "name": name,
+        "axis": axis,
+        "status": one.status.value,
+        "parameters": _parameters(result, index),
         "held_out_gain": min(1.0, one.standing.untouched.share if one.standing.silent else _gain(result, one)),
-        "best_control_gain": one.standing.control, "probability": round(one.probability, 3), "confidence": round(one.probability, 3),
+        "best_control_gain": one.standing.control,
+        "probability": round(one.probability, 3),
+        "confidence": round(one.probability, 3),
         "probability_of_class": round(one.of_class, 3),
         "predicted_from_its_variables": round(one.standing.exhausted.beyond, 3),
-    }  # fmt: skip
+    }
     if len(one.standing.entries) > 1:
         entry["entries"] = [_parameters(result, i) for i in one.standing.entries]
     if one.standing.at_bound:
@@ -105,11 +131,13 @@ def _effect_entry(result: Result, one: Told) -> tuple[Entry, list[Entry], Entry 
         entry["form_undetermined"] = form
     others = [
         {
-            "name": rival.label[0], "axis": rival.label[1], "instead_of": name,
+            "name": rival.label[0],
+            "axis": rival.label[1],
+            "instead_of": name,
             "reason": f"on this data it leaves {rival.extra:+.1%} squares, {rival.sure:.1f} standard errors apart",
         }
         for rival in one.close
-    ]  # fmt: skip
+    ]
     return entry, others, _separating(one, result.suspected_only)
 
 
@@ -165,7 +193,9 @@ def _run_for(result: Result, worst: int) -> Entry:
 
 
 def where_of(result: Result, worst: int) -> list[Regime]:
-    """The most telling regimes of the channel `worst`, which the verdict speaks of, and of the next one that has a gap."""
+    """The most telling regimes of the channel `worst`, which the verdict speaks of, and of the next one that has a
+    gap.
+    """
     levels = rms(result.null.fitted)
     others = [int(j) for j in np.argsort(-levels) if j != worst and levels[j] > _HAS_A_GAP]
     found = []
@@ -176,8 +206,15 @@ def where_of(result: Result, worst: int) -> list[Regime]:
 
 
 def _where_entry(regime: Regime) -> Entry:
-    return {"axis": regime.axis, "signal": regime.signal, "regime": regime.regime, "share_of_gap": round(regime.share_of_gap, 4),
-            "low": round(regime.low, 4), "high": round(regime.high, 4), "share_of_time": round(regime.share_of_time, 4)}  # fmt: skip
+    return {
+        "axis": regime.axis,
+        "signal": regime.signal,
+        "regime": regime.regime,
+        "share_of_gap": round(regime.share_of_gap, 4),
+        "low": round(regime.low, 4),
+        "high": round(regime.high, 4),
+        "share_of_time": round(regime.share_of_time, 4),
+    }
 
 
 def _recalibrated(result: Result) -> tuple[Entry, ...]:
@@ -195,11 +232,20 @@ def _recalibrated(result: Result) -> tuple[Entry, ...]:
         nominal = model.number(known.axis, known.path)
         if abs(y) < _MOVED * known.trust or (known.axis, known.path) in named:
             continue
-        found.append({
-            "axis": known.axis, "path": known.path, "from": nominal, "to": known.moved(nominal, y), "low": known.moved(nominal, low),
-            "high": known.moved(nominal, high), "uncertainty": model.uncertainty(known.axis, known.path), "named": False,
-            "value": known.moved(nominal, y), "nominal": nominal,
-        })  # fmt: skip
+        found.append(
+            {
+                "axis": known.axis,
+                "path": known.path,
+                "from": nominal,
+                "to": known.moved(nominal, y),
+                "low": known.moved(nominal, low),
+                "high": known.moved(nominal, high),
+                "uncertainty": model.uncertainty(known.axis, known.path),
+                "named": False,
+                "value": known.moved(nominal, y),
+                "nominal": nominal,
+            }
+        )
     for one in result.told:
         effect, axis = one.standing.label
         for name, number in _parameters(result, one.standing.entries[0]).items():
@@ -207,11 +253,20 @@ def _recalibrated(result: Result) -> tuple[Entry, ...]:
             if parameter.path is None or number["nominal"] is None or number["value"] == number["nominal"]:
                 continue
             path = model.number_path(axis, parameter.path)
-            found.append({
-                "axis": axis, "path": path, "from": number["nominal"], "to": number["value"], "low": number["low"],
-                "high": number["high"], "uncertainty": model.uncertainty(axis, path), "named": True, "value": number["value"],
-                "nominal": number["nominal"],
-            })  # fmt: skip
+            found.append(
+                {
+                    "axis": axis,
+                    "path": path,
+                    "from": number["nominal"],
+                    "to": number["value"],
+                    "low": number["low"],
+                    "high": number["high"],
+                    "uncertainty": model.uncertainty(axis, path),
+                    "named": True,
+                    "value": number["value"],
+                    "nominal": number["nominal"],
+                }
+            )
     return tuple(found)
 
 

@@ -29,7 +29,8 @@ def told(result: Result, effects: Sequence[Entry], alternatives: Sequence[Entry]
     share = (
         "" if gap.closed_fraction is None else f", which closes {gap.closed_fraction:.0%} of it {_where_judged(result)}"
     )
-    first = f"{_size('The largest gap is' if gap is _largest(gaps) else 'A gap is', gap)}{moved}. It is explained by {names}{share}."
+    size = _size("The largest gap is" if gap is _largest(gaps) else "A gap is", gap)
+    first = f"{size}{moved}. It is explained by {names}{share}."
     against = "".join(f" {e['contradiction']}" for e in effects if "contradiction" in e)
     forms = "".join(_undetermined(e) for e in effects if "form_undetermined" in e)
     return first + _doubts(result, alternatives) + forms + against + _remainder(gaps)
@@ -58,7 +59,8 @@ def _unexplained(result: Result, gaps: Sequence[Gap]) -> str:
     if not tried:
         return f"{size}. Nothing in the catalogue explains it: no candidate pays on the hold-out.{seen}"
     least = float(np.max(result.path.state.left()))
-    return f"{size}. Nothing in the catalogue explains it: the best attempt ({tried}) leaves {least:.1f} floors and does not stand.{seen}"
+    attempt = f"the best attempt ({tried}) leaves {least:.1f} floors and does not stand"
+    return f"{size}. Nothing in the catalogue explains it: {attempt}.{seen}"
 
 
 def _doubts(result: Result, alternatives: Sequence[Entry]) -> str:
@@ -74,14 +76,16 @@ def _doubts(result: Result, alternatives: Sequence[Entry]) -> str:
         if others:
             told_from = " or ".join(dict.fromkeys(others))
             found.append(
-                f" {_name(name, axis).capitalize()} cannot be told from {told_from} on this data; the run that would is proposed."
+                f" {_name(name, axis).capitalize()} cannot be told from {told_from} on this data; the run that would is"
+                " proposed."
             )
         elif one.standing.silent:
             found.append(f" The hold-out has no trace of {_name(name, axis)}, which is therefore suspected, not shown.")
         elif one.standing.at_bound:
             stands = ", ".join(one.standing.at_bound)
             found.append(
-                f" {_name(name, axis).capitalize()} stands at the bound of what is possible ({stands}): nothing is known of it."
+                f" {_name(name, axis).capitalize()} stands at the bound of what is possible ({stands}): nothing is"
+                " known of it."
             )
         else:
             found.append(f" {_name(name, axis).capitalize()} is probable only ({one.probability:.0%}).")
@@ -104,12 +108,14 @@ def _size(start: str, gap: Gap) -> str:
 def _undetermined(effect: Entry) -> str:
     form = effect["form_undetermined"]
     name, alike = _name(effect["name"], effect["axis"]), " and ".join(form["between"])
-    return f" The form of {name} is undetermined on this data: {alike} have a canonical correlation of {form['canonical_correlation']:.2f}."
+    correlation = f"{alike} have a canonical correlation of {form['canonical_correlation']:.2f}"
+    return f" The form of {name} is undetermined on this data: {correlation}."
 
 
 def told_against(found: Entry) -> str:
     """A contradiction of the logs among themselves, in one sentence."""
-    return f" The data contradict themselves on {found['axis']} ({found['rule'].replace('_', ' ')}, {found['text'].split(':')[0]})."
+    rule, why = found["rule"].replace("_", " "), found["text"].split(":")[0]
+    return f" The data contradict themselves on {found['axis']} ({rule}, {why})."
 
 
 def _remainder(gaps: Sequence[Gap]) -> str:

@@ -71,7 +71,7 @@ def decorrelation_rows(rows: Floats) -> float:
 
 
 def block_length(parts: Sequence[Floats]) -> int:
-    """Rows of a block for series of one kind, several decorrelation times long and short enough to leave some blocks."""
+    """Rows of a block for series of one kind: several decorrelation times, and short enough to leave some blocks."""
     total = sum(len(part) for part in parts)
     times = max((decorrelation_rows(part) for part in parts if len(part) > 3), default=1.0)
     return int(max(1, min(_TIMES_A_BLOCK * times, total / _FEWEST_BLOCKS)))

@@ -46,8 +46,8 @@ def bounded_fit(
 ) -> BoundedFit:
     """Minimise the sum of squares of `residual_at(x)` over low <= x <= high from x.
 
-    `jacobian_at(x, residual)` gives (n, k). At most `rounds` steps; one that takes less than the share `enough` is the last.
-    A residual that is not finite is a step too far.
+    `jacobian_at(x, residual)` gives (n, k). At most `rounds` steps; one that takes less than the share `enough` is the
+    last. A residual that is not finite is a step too far.
     """
     x = np.clip(x, low, high)
     residual = residual_at(x)

@@ -243,10 +243,20 @@ class _Loop:
                 text = "What was taken over explains a motion that it had not seen to its noise."
                 return self._noted(
                     Diagnosed(
-                        number, "no_discrepancy", text, gaps, [], [], Decision.AT_THE_FLOOR.value, None, [], "", None,
+                        number,
+                        "no_discrepancy",
+                        text,
+                        gaps,
+                        [],
+                        [],
+                        Decision.AT_THE_FLOOR.value,
+                        None,
+                        [],
+                        "",
+                        None,
                         time.monotonic() - began,
                     )
-                ), None  # fmt: skip
+                ), None
         diagnosis = self._searched(number)
         found = verdict_of(diagnosis)
         verdict = found.document
@@ -257,9 +267,19 @@ class _Loop:
             None if choice is None else {key: getattr(choice, key) for key in ("sequence", "axes", "why", "considered")}
         )
         one = Diagnosed(
-            number, verdict["verdict"], verdict["text"], verdict["gaps"], verdict["effects"], verdict["alternatives"], decision.value,
-            run, self.considered, remark, place, time.monotonic() - began,
-        )  # fmt: skip
+            number,
+            verdict["verdict"],
+            verdict["text"],
+            verdict["gaps"],
+            verdict["effects"],
+            verdict["alternatives"],
+            decision.value,
+            run,
+            self.considered,
+            remark,
+            place,
+            time.monotonic() - began,
+        )
         if model is not None:
             self.model = model
             self.base = recalibrated_model(diagnosis) if diagnosis.model is self.base else self.base
@@ -369,7 +389,8 @@ class _Loop:
                 )
             return None
         (one, axis), (other, other_axis) = pair.names
-        why = f"separates {_words(one)} on {axis} from {_words(other)} on {other_axis}: largest expected difference of the menu"
+        two = f"{_words(one)} on {axis} from {_words(other)} on {other_axis}"
+        why = f"separates {two}: largest expected difference of the menu"
         if pair.against_chance:
             why = f"a hold-out that shows {_words(one)} on {axis}, which only the searched runs have shown"
         return Chosen(number + 1, "", best.sequence, [best.axis], why, considered)

@@ -1,4 +1,6 @@
-"""The one report of an improvement: the gap round by round, experiments and why, what the model gained, what is left."""
+"""The one report of an improvement: the gap round by round, experiments and why, what the model gained, what is
+left.
+"""
 
 from __future__ import annotations
 

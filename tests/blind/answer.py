@@ -26,7 +26,9 @@ class TooSlow(Exception):
 
 @contextlib.contextmanager
 def _within(seconds: int) -> Iterator[None]:
-    """Raises TooSlow in the main thread when the processor time is over: a busy machine is no fault of the command's."""
+    """Raises TooSlow in the main thread when the processor time is over: a busy machine is no fault of the
+    command's.
+    """
 
     def over(*_: object) -> None:
         raise TooSlow
@@ -41,7 +43,8 @@ def _within(seconds: int) -> Iterator[None]:
 
 
 def answer_of(data: Path, out: Path, limit_s: int, guest: Path | None) -> tuple[dict[str, Any], dict[str, float]]:
-    """What the command leaves, and its seconds on the wall clock and of one processor. It is told the data folder and nothing else.
+    """What the command leaves, and its seconds on the wall clock and of one processor. It is told the data folder and
+    nothing else.
 
     A crash or a time-out is an answer as well. `guest` is a folder with an installed effect.
     """

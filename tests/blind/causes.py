@@ -76,7 +76,8 @@ def catalogue(rng: Generator, axis: str, kind: int) -> list[Cause]:
             dict(res_w=2 * np.pi * float(rng.uniform(9, 28)), res_z=float(rng.uniform(0.01, 0.05)), res_share=0.1),
             scaled=("res_share",),
         ),
-        # half of the outer rotors count in the inertia that the model states; the others come on top of it, and then carry the magnitude
+        # half of the outer rotors count in the inertia that the model states; the others come on top of it, and then
+        # carry the magnitude
         Cause("backlash", axis, dict(gap=2e-3, rotor=0.02 if axis == "inner" else 0.1, play_share=1.0), scaled=("gap",))
         if rng.random() < 0.5 and axis == "outer"
         else Cause(
@@ -141,19 +142,53 @@ def _outside_since(rng: Generator, axis: str) -> list[Cause]:
     return [
         _strange("hardening_stop", axis, "stop_k", 0.5, stop_q=centre, stop_w=free),
         _strange("hysteretic_cable", axis, "hyst_a", 0.1, ("cable_spring",), hyst_w=width, hyst_n=2.0),
-        _strange("worked_grease", axis, "grease_a", 0.1, grease_tau=float(rng.uniform(3, 12)), grease_p=float(rng.uniform(0.05, 0.2))),
-        _strange("dwell_stiction", axis, "dwell_a", 0.02),
-        _strange("cable_snag", axis, "snag_a", 0.1, snag_q=centre + float(rng.uniform(-0.2, 0.2)), snag_w=float(rng.uniform(0.02, 0.08))),
         _strange(
-            "slosh", axis, "slosh_j", 0.02, ("structural_resonance",),
-            slosh_w=2 * np.pi * float(rng.uniform(0.5, 2.0)), slosh_z=float(rng.uniform(0.1, 0.4)),
+            "worked_grease",
+            axis,
+            "grease_a",
+            0.1,
+            grease_tau=float(rng.uniform(3, 12)),
+            grease_p=float(rng.uniform(0.05, 0.2)),
+        ),
+        _strange("dwell_stiction", axis, "dwell_a", 0.02),
+        _strange(
+            "cable_snag",
+            axis,
+            "snag_a",
+            0.1,
+            snag_q=centre + float(rng.uniform(-0.2, 0.2)),
+            snag_w=float(rng.uniform(0.02, 0.08)),
+        ),
+        _strange(
+            "slosh",
+            axis,
+            "slosh_j",
+            0.02,
+            ("structural_resonance",),
+            slosh_w=2 * np.pi * float(rng.uniform(0.5, 2.0)),
+            slosh_z=float(rng.uniform(0.1, 0.4)),
         ),
         _strange("torque_leak", axis, "leak_t", 0.05 * float(rng.choice([-1.0, 1.0]))),
-        _strange("encoder_subdivision", axis, "sub_a", 5e-5, sub_n=float(rng.integers(60, 400)), sub_ph=float(rng.uniform(0.3, 1.5))),
-        _strange("position_viscosity", axis, "visc_a", 0.3, ("position_dependent_friction",), visc_n=float(rng.integers(1, 9)), visc_ph=ph),
+        _strange(
+            "encoder_subdivision",
+            axis,
+            "sub_a",
+            5e-5,
+            sub_n=float(rng.integers(60, 400)),
+            sub_ph=float(rng.uniform(0.3, 1.5)),
+        ),
+        _strange(
+            "position_viscosity",
+            axis,
+            "visc_a",
+            0.3,
+            ("position_dependent_friction",),
+            visc_n=float(rng.integers(1, 9)),
+            visc_ph=ph,
+        ),
         Cause("torque_dropouts", axis, dict(weather=0.5), scaled=("weather",), inside=False),
         Cause("friction_switching", axis, dict(weather=0.1), scaled=("weather",), inside=False),
-    ]  # fmt: skip
+    ]
 
 
 def _strange(name: str, axis: str, scaled: str, size: float, akin: tuple[str, ...] = (), **shape: float) -> Cause:

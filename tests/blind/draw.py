@@ -46,13 +46,27 @@ class Wrong:
     most: float
 
 
-def draw(seed: int, names: list[str] | None = None, *, outside_cause: bool = False, field_on_null: bool = False, off: float = 0.0,
-         magnitude: float | None = None, rig: str = "thesis", duration_s: float = 45.0, axis: str | None = None,
-         count: int = 1, apart: bool = False, wrong: Wrong | None = None, wander: bool = False,
-         plugged_in: bool = False) -> Case:  # fmt: skip
-    """Draw and simulate a case. `names` fixes the causes ([] is a null), `off` moves the known numbers by up to that share,
-    `apart` puts one cause in each axis' torque and one in a sensor, `wander` lets friction levels and offsets drift, `plugged_in` makes
-    a cause of no catalogue one that somebody has plugged in, so that it can be named."""
+def draw(
+    seed: int,
+    names: list[str] | None = None,
+    *,
+    outside_cause: bool = False,
+    field_on_null: bool = False,
+    off: float = 0.0,
+    magnitude: float | None = None,
+    rig: str = "thesis",
+    duration_s: float = 45.0,
+    axis: str | None = None,
+    count: int = 1,
+    apart: bool = False,
+    wrong: Wrong | None = None,
+    wander: bool = False,
+    plugged_in: bool = False,
+) -> Case:
+    """Draw and simulate a case. `names` fixes the causes ([] is a null), `off` moves the known numbers by up to that
+    share, `apart` puts one cause in each axis' torque and one in a sensor, `wander` lets friction levels and offsets
+    drift, `plugged_in` makes a cause of no catalogue one that somebody has plugged in, so that it can be named.
+    """
     rng = np.random.default_rng(seed)
     late = rng.spawn(1)[0]  # what was added to the draws later has a stream of its own
     antenna = rig_named(rig, late)
@@ -128,8 +142,17 @@ def _wrong_numbers(rng: Generator, rig: Rig, wrong: Wrong, taken: list[tuple[str
     return found
 
 
-def _scene(rng: Generator, late: Generator, seed: int, rig: Rig, chosen: list[Cause], moving: bool, duration_s: float, off: float,
-           wander: bool) -> tuple[Scene, bool]:  # fmt: skip
+def _scene(
+    rng: Generator,
+    late: Generator,
+    seed: int,
+    rig: Rig,
+    chosen: list[Cause],
+    moving: bool,
+    duration_s: float,
+    off: float,
+    wander: bool,
+) -> tuple[Scene, bool]:
     """The scene, and whether the gyro stands in the logs."""
     gimbal = rig.axes is Axes.GIMBAL
     base = motion.base_motion(rng, moving, tilted=gimbal and rng.random() < 0.4)
@@ -152,8 +175,22 @@ def _scene(rng: Generator, late: Generator, seed: int, rig: Rig, chosen: list[Ca
     references = tuple(reference_of(i, lap_s * rig.lengths[i], rng, rig, inner_centre) for i in range(3))
     moves = rng.uniform(-1, 1, (2, 40))
     shapes = tuple(_wander(late, friction["Tc"]) for friction in rig.friction.values())
-    scene = Scene(seed, rig, tuple(chosen), base, references, laps if repeats else 0, gains, gyro_noise, torque_noise,
-                  warming if warm else (0.0, 1.0), use_gyro, off, moves, shapes if wander else ())  # fmt: skip
+    scene = Scene(
+        seed,
+        rig,
+        tuple(chosen),
+        base,
+        references,
+        laps if repeats else 0,
+        gains,
+        gyro_noise,
+        torque_noise,
+        warming if warm else (0.0, 1.0),
+        use_gyro,
+        off,
+        moves,
+        shapes if wander else (),
+    )
     return scene, gyro_in_table
 
 
@@ -203,19 +240,32 @@ def _truth(scene: Scene, scales: list[tuple[float, float]], rig: str, logs: list
         for i, path in enumerate(_BODY_PATH):
             numbers.append((axis, f"body.{path}", scene.rig.bodies[axis][i], bodies[axis][i]))
     causes = [
-        {"name": c.name, "axis": called[c.axis], "inside": c.inside, "number": c.number, "magnitude_floors": m,
-         "akin": list(_akin(c, logs)),
-         "row": {k: float(true[0 if c.axis == "outer" else 1, IX[k]]) for k in c.row if k in IX},
-         "body": {str(k): float(bodies[c.axis][k]) for k in c.body}}
+        {
+            "name": c.name,
+            "axis": called[c.axis],
+            "inside": c.inside,
+            "number": c.number,
+            "magnitude_floors": m,
+            "akin": list(_akin(c, logs)),
+            "row": {k: float(true[0 if c.axis == "outer" else 1, IX[k]]) for k in c.row if k in IX},
+            "body": {str(k): float(bodies[c.axis][k]) for k in c.body},
+        }
         for c, (_, m) in zip(scene.causes, scales, strict=True)
-    ]  # fmt: skip
+    ]
     return {
-        "seed": scene.seed, "causes": causes, "moving": bool(np.any(scene.base[:, 1] != 0.0)), "off": scene.off, "rig": rig,
-        "repeats": scene.laps > 0, "wander": [list(w) for w in scene.wander],
+        "seed": scene.seed,
+        "causes": causes,
+        "moving": bool(np.any(scene.base[:, 1] != 0.0)),
+        "off": scene.off,
+        "rig": rig,
+        "repeats": scene.laps > 0,
+        "wander": [list(w) for w in scene.wander],
         # a model without a bristle lacks one, whatever else is hidden
         "lacking": [] if scene.rig.states_bristle else [["presliding", name] for name in scene.rig.names],
-        "off_numbers": [{"axis": called[a], "path": p, "model": float(m), "true": float(t)} for a, p, m, t in numbers if m != t],
-    }  # fmt: skip
+        "off_numbers": [
+            {"axis": called[a], "path": p, "model": float(m), "true": float(t)} for a, p, m, t in numbers if m != t
+        ],
+    }
 
 
 def _table(x: Array, scene: Scene, gyro: bool, rng: Generator) -> dict[str, Array]:

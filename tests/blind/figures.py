@@ -51,7 +51,8 @@ class CaseResult:
     parameters: tuple[tuple[str, float, bool], ...]
     #: name, axis, told probability, right
     told: tuple[tuple[str, str, float | None, bool], ...]
-    #: told probability that the told causes and their alternatives hold what is hidden, and whether they do; none without one told
+    #: told probability that the told causes and their alternatives hold what is hidden, and whether they do; none
+    #: without one told
     told_class: tuple[float, bool] | None
     #: known numbers that were named though they are off only as far as the model says they may be
     near: tuple[tuple[str, str], ...]
@@ -89,19 +90,27 @@ def case_result(name: str, truth: dict[str, Any], verdict: dict[str, Any], secon
     gap = verdict["gap"] or {}
     floor = gap.get("noise_floor")
     return CaseResult(
-        name=name, outcome=outcome(truth, verdict), verdict=verdict["verdict"], seconds=seconds["wall"],
+        name=name,
+        outcome=outcome(truth, verdict),
+        verdict=verdict["verdict"],
+        seconds=seconds["wall"],
         cpu_seconds=seconds["cpu"],
         hidden=tuple((c["name"], c["axis"], float(c["magnitude_floors"])) for c in truth["causes"]),
         wrong_numbers=sum(c["number"] for c in truth["causes"]),
         named=tuple((e["name"], e["axis"], e["status"]) for e in verdict["effects"]),
         alternatives=tuple((a["name"], a["axis"]) for a in verdict["alternatives"]),
-        parameters=tuple(parameter_errors(truth, verdict)), told=tuple(told_names(truth, verdict)),
+        parameters=tuple(parameter_errors(truth, verdict)),
+        told=tuple(told_names(truth, verdict)),
         told_class=told_class(truth, verdict),
-        near=tuple(sorted({(n, a) for n, a, _, _ in told_names(truth, verdict)} & near_numbers(truth) - demanded(truth))),
-        numbers=tuple(numbers_found(truth, verdict)), closed=gap.get("closed_fraction"),
-        before_floors=gap["before"] / floor if floor else None, after_floors=gap["after"] / floor if floor else None,
+        near=tuple(
+            sorted({(n, a) for n, a, _, _ in told_names(truth, verdict)} & near_numbers(truth) - demanded(truth))
+        ),
+        numbers=tuple(numbers_found(truth, verdict)),
+        closed=gap.get("closed_fraction"),
+        before_floors=gap["before"] / floor if floor else None,
+        after_floors=gap["after"] / floor if floor else None,
         stated=truth["stated"],
-    )  # fmt: skip
+    )
 
 
 def results(folder: Path, names: Iterable[str]) -> list[CaseResult]:
@@ -164,7 +173,9 @@ def reliability(cases: Iterable[CaseResult]) -> list[Bin]:
 
 
 def class_reliability(cases: Iterable[CaseResult]) -> list[Bin]:
-    """The same of whole classes: 1 - `something_else` against the share in which a told name or an alternative is right."""
+    """The same of whole classes: 1 - `something_else` against the share in which a told name or an alternative is
+    right.
+    """
     return _binned([c.told_class for c in cases if c.told_class is not None])
 
 

@@ -1,4 +1,6 @@
-"""A case on disk: logs and model for the workflow in one folder, the truth apart from it. Writes with no code of the product."""
+"""A case on disk: logs and model for the workflow in one folder, the truth apart from it. Writes with no code of the
+product.
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,8 @@
-"""Effects that a user could have written and plugged in: two of the bench's causes outside the catalogue, as packages with an entry point.
+"""Effects that a user could have written and plugged in: two of the bench's causes outside the catalogue, as packages
+with an entry point.
 
-The text below is what such a user writes: it uses the product's API and none of the bench's code, whose antenna has its own form of both.
+The text below is what such a user writes: it uses the product's API and none of the bench's code, whose antenna has its
+own form of both.
 """
 
 from __future__ import annotations

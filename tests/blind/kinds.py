@@ -1,4 +1,6 @@
-"""The bench's list of cases. Every case is drawn from (bench seed, its name), so that another seed is a whole fresh bench."""
+"""The bench's list of cases. Every case is drawn from (bench seed, its name), so that another seed is a whole fresh
+bench.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +37,9 @@ class Stated(Enum):
 
 @dataclass(frozen=True)
 class Job:
-    """One case of the bench: its name (the kind first), what `draw` is called with, what its model file says of itself."""
+    """One case of the bench: its name (the kind first), what `draw` is called with, what its model file says of
+    itself.
+    """
 
     name: str
     arguments: dict[str, Any] = field(default_factory=dict)
@@ -62,7 +66,9 @@ def _digest(*words: object) -> int:
 
 
 def sealed_seed(release: str, folder: Path) -> int:
-    """The seed that belongs to a release: from the hash of its commit, which nobody knows before that commit is made."""
+    """The seed that belongs to a release: from the hash of its commit, which nobody knows before that commit is
+    made.
+    """
     done = subprocess.run(
         ["git", "rev-parse", "--verify", "--quiet", f"{release}^{{commit}}"], cwd=folder, capture_output=True, text=True
     )
@@ -130,7 +136,9 @@ KINDS = tuple(dict.fromkeys(job.kind for job in all_jobs()))
 
 @dataclass(frozen=True)
 class Part:
-    """Which cases of a bench are wanted: of these kinds, of names like this pattern, at most so many of a kind, so many in all."""
+    """Which cases of a bench are wanted: of these kinds, of names like this pattern, at most so many of a kind, so many
+    in all.
+    """
 
     kinds: tuple[str, ...] = ()
     like: str = "*"
@@ -139,7 +147,9 @@ class Part:
 
 
 def jobs(bench_seed: int, part: Part | None = None) -> list[Job]:
-    """The cases of a bench, or of a part of it, in mixed order; a case of a kind comes at the same place whatever the part."""
+    """The cases of a bench, or of a part of it, in mixed order; a case of a kind comes at the same place whatever the
+    part.
+    """
     part = part or Part()
     for kind in part.kinds:
         if kind not in KINDS:

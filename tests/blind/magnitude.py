@@ -1,4 +1,6 @@
-"""How large a hidden cause is in units of the noise that its trace stands in, and the size that gives it a magnitude."""
+"""How large a hidden cause is in units of the noise that its trace stands in, and the size that gives it a
+magnitude.
+"""
 
 from __future__ import annotations
 

@@ -56,7 +56,9 @@ def turned(q0, q1):
 
 @njit(cache=True, error_model="numpy")
 def inverse_dynamics(kind, BO, BI, cs, v0, v1, a0, a1, wb, ab, gb):
-    """Torques that the motion needs, the two bodies' rates, and the inertial accelerations about both axes; `cs` as from `turned`."""
+    """Torques that the motion needs, the two bodies' rates, and the inertial accelerations about both axes; `cs` as
+    from `turned`.
+    """
     c0, s0, c1, s1 = cs
     if kind == 1:  # rotary, horizontal axis
         weight = BO[9] * GRAVITY * (BO[6] * c0 - BO[7] * s0)

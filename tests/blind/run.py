@@ -1,7 +1,8 @@
 """Run the blind bench: draw cases, run the shipped command on the written files, and only then open the truth.
 
-`gimbal-hil bench blind --out DIR` calls this. A case whose result is in the folder is not made again: a bench that was interrupted
-goes on, and another version of the code needs a new folder. Cases are spread over processes, one process a case.
+`gimbal-hil bench blind --out DIR` calls this. A case whose result is in the folder is not made again: a bench that was
+interrupted goes on, and another version of the code needs a new folder. Cases are spread over processes, one process a
+case.
 """
 
 from __future__ import annotations

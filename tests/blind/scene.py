@@ -64,7 +64,9 @@ class Scene:
     wander: tuple[tuple[float, float, float], ...] = ()
 
     def rows(self, scales: list[float], *, moved: bool = True) -> tuple[Array, Array, dict[str, Array]]:
-        """Rows of the model's antenna, rows of the true one with every cause at its scale (0: absent), the true bodies."""
+        """Rows of the model's antenna, rows of the true one with every cause at its scale (0: absent), the true
+        bodies.
+        """
         nominal = np.zeros((2, len(COLUMNS)))
         nominal[:, IX["limit"]] = 1e9
         bodies = {a: self.rig.bodies[a].copy() for a in ("outer", "inner")}

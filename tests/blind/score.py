@@ -9,18 +9,31 @@ from tests.blind.guests import ROWS as GUEST_ROWS
 
 #: parameter of the catalogue -> column of the bench's antenna, by effect
 _ROWS = {
-    "viscous": {"viscous": "s2"}, "coulomb": {"coulomb": "Tc", "breakaway": "Ts"},
+    "viscous": {"viscous": "s2"},
+    "coulomb": {"coulomb": "Tc", "breakaway": "Ts"},
     "stribeck": {"breakaway": "Ts", "stribeck_velocity": "vs"},
-    "presliding": {"sigma0": "s0"}, "coulomb_asymmetry": {"asymmetry": "asym_c"}, "viscous_asymmetry": {"asymmetry": "asym_v"},
-    "load_dependent_friction": {"coefficient": "load_c"}, "quadratic_drag": {"coefficient": "quad"},
+    "presliding": {"sigma0": "s0"},
+    "coulomb_asymmetry": {"asymmetry": "asym_c"},
+    "viscous_asymmetry": {"asymmetry": "asym_v"},
+    "load_dependent_friction": {"coefficient": "load_c"},
+    "quadratic_drag": {"coefficient": "quad"},
     "position_dependent_friction": {"relative_amplitude": "pos_a", "order": "pos_n"},
-    "temperature_viscosity": {"temperature_coefficient": "temp_b"}, "cogging": {"amplitude": "cog_a", "order": "cog_n"},
-    "cable_spring": {"stiffness": "spring_k", "rest_position": "spring_q0"}, "structural_resonance": {"inertia_share": "res_share"},
-    "backlash": {"gap": "gap", "rotor_inertia": "rotor"}, "torque_gain": {"gain_error": "gain"}, "torque_offset": {"offset": "offset"},
-    "actuator_lag": {"time_constant": "lag"}, "transport_delay": {"delay": "delay"}, "saturation": {"limit": "limit"},
-    "back_emf": {"coefficient": "emf"}, "gyro_bias": {"bias": "g_bias"}, "gyro_scale": {"scale_error": "g_scale"},
-    "gyro_misalignment": {"leak_x": "leak_x", "leak_y": "leak_y", "leak_z": "leak_z"}, "encoder_eccentricity": {"amplitude": "ecc_a"},
-}  # fmt: skip
+    "temperature_viscosity": {"temperature_coefficient": "temp_b"},
+    "cogging": {"amplitude": "cog_a", "order": "cog_n"},
+    "cable_spring": {"stiffness": "spring_k", "rest_position": "spring_q0"},
+    "structural_resonance": {"inertia_share": "res_share"},
+    "backlash": {"gap": "gap", "rotor_inertia": "rotor"},
+    "torque_gain": {"gain_error": "gain"},
+    "torque_offset": {"offset": "offset"},
+    "actuator_lag": {"time_constant": "lag"},
+    "transport_delay": {"delay": "delay"},
+    "saturation": {"limit": "limit"},
+    "back_emf": {"coefficient": "emf"},
+    "gyro_bias": {"bias": "g_bias"},
+    "gyro_scale": {"scale_error": "g_scale"},
+    "gyro_misalignment": {"leak_x": "leak_x", "leak_y": "leak_y", "leak_z": "leak_z"},
+    "encoder_eccentricity": {"amplitude": "ecc_a"},
+}
 
 
 #: body column -> parameter, by effect
@@ -28,7 +41,7 @@ _BODY = {
     "inertia": {"1": "inertia", "2": "inertia", "9": "inertia"},
     "static_unbalance": {"6": "cog_x", "7": "cog_y", "8": "cog_z"},
     "dynamic_unbalance": {"3": "ixy", "4": "ixz", "5": "iyz"},
-}  # fmt: skip
+}
 
 
 Pair = tuple[str, str]
@@ -130,7 +143,9 @@ def _where_nothing_can_be_named(truth: dict[str, Any], told: set[Pair], firm: se
 
 
 def _is_class(wanted: set[Pair], told: dict[Pair, str], right: set[Pair], verdict: dict[str, Any]) -> bool:
-    """Whether what is wanted is told or is an alternative to an ambiguous guess, and every other guess has a right alternative."""
+    """Whether what is wanted is told or is an alternative to an ambiguous guess, and every other guess has a right
+    alternative.
+    """
     others = [(_folded(a["name"], a["axis"]), _folded(a["instead_of"], a["axis"])[0]) for a in verdict["alternatives"]]
     if not wanted <= set(told) | {pair for pair, _ in others} or not verdict["next_experiment"]:
         return False
@@ -139,7 +154,9 @@ def _is_class(wanted: set[Pair], told: dict[Pair, str], right: set[Pair], verdic
 
 
 def told_names(truth: dict[str, Any], verdict: dict[str, Any]) -> list[tuple[str, str, float | None, bool]]:
-    """(name, axis, told probability, right) of every name in a verdict; orders of one ripple count once, with the highest."""
+    """(name, axis, told probability, right) of every name in a verdict; orders of one ripple count once, with the
+    highest.
+    """
     right, found = right_names(truth), dict[Pair, float | None]()
     for effect in verdict["effects"]:
         pair = _folded(effect["name"], effect["axis"])
@@ -150,7 +167,9 @@ def told_names(truth: dict[str, Any], verdict: dict[str, Any]) -> list[tuple[str
 
 
 def told_class(truth: dict[str, Any], verdict: dict[str, Any]) -> tuple[float, bool] | None:
-    """(probability that the told causes or their alternatives hold it, whether they do); None where nothing is told or no such number."""
+    """(probability that the told causes or their alternatives hold it, whether they do); None where nothing is told or
+    no such number.
+    """
     if verdict.get("something_else") is None or not verdict["effects"]:
         return None
     told = {_folded(e["name"], e["axis"]) for e in (*verdict["effects"], *verdict["alternatives"])}
@@ -158,7 +177,9 @@ def told_class(truth: dict[str, Any], verdict: dict[str, Any]) -> tuple[float, b
 
 
 def numbers_found(truth: dict[str, Any], verdict: dict[str, Any]) -> list[tuple[str, bool, bool]]:
-    """(number's effect @ axis, named, named or recalibrated to within 10 % of the truth) of every wrong number that shows."""
+    """(number's effect @ axis, named, named or recalibrated to within 10 % of the truth) of every wrong number that
+    shows.
+    """
     named = {_folded(e["name"], e["axis"]) for e in verdict["effects"] if e["status"] == "named"}
     moved = {(r["axis"], r["path"]): r["to"] for r in verdict.get("recalibrated") or () if r.get("to") is not None}
     found = []
@@ -182,7 +203,9 @@ def _is_of(path: str, cause: dict[str, Any]) -> bool:
 
 
 def parameter_errors(truth: dict[str, Any], verdict: dict[str, Any]) -> list[tuple[str, float, bool]]:
-    """(effect.parameter, relative error, interval covers the truth) of every rightly named effect; of several entries the nearest."""
+    """(effect.parameter, relative error, interval covers the truth) of every rightly named effect; of several entries
+    the nearest.
+    """
     found = []
     for cause in truth["causes"]:
         columns = _ROWS | GUEST_ROWS

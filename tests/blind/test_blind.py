@@ -1,4 +1,6 @@
-"""The bench itself: draws are reproducible, the truth stays apart, and the scorer says of a verdict what it was worth."""
+"""The bench itself: draws are reproducible, the truth stays apart, and the scorer says of a verdict what it was
+worth.
+"""
 
 from __future__ import annotations
 
@@ -103,8 +105,11 @@ def test_the_data_folder_holds_logs_and_model_and_nothing_of_the_truth(tmp_path:
     job = Job("known.0", {"rig": "plain", "off": 0.10, "wrong": Wrong(2, 0.25, 0.25)} | SHORT, Stated.MEASURED)
     write_case(job, 1, tmp_path)
     assert sorted(path.name for path in (tmp_path / "data").iterdir()) == [
-        "holdout_0.parquet", "measured_0.parquet", "measured_1.parquet", "model.yaml",
-    ]  # fmt: skip
+        "holdout_0.parquet",
+        "measured_0.parquet",
+        "measured_1.parquet",
+        "model.yaml",
+    ]
     truth = json.loads((tmp_path / "truth.json").read_text())
     assert sum(c["number"] for c in truth["causes"]) == 2
     stated = (tmp_path / "data" / "model.yaml").read_text()
@@ -157,23 +162,32 @@ WORTH: dict[str, tuple[dict[str, Any], dict[str, Any], Outcome]] = {
     "named with two orders": (truth_of(COGGING), verdict_of(effect("cogging"), effect("cogging")), Outcome.EXACT),
     "on the wrong axis": (truth_of(COGGING), verdict_of(effect("cogging", "inner")), Outcome.FALSE),
     "with a phantom": (truth_of(COGGING), verdict_of(effect("cogging"), effect("viscous")), Outcome.FALSE),
-    "with a phantom and a run": (truth_of(COGGING), verdict_of(effect("cogging"), effect("viscous"), run=True),
-    Outcome.FALSE),
+    "with a phantom and a run": (
+        truth_of(COGGING),
+        verdict_of(effect("cogging"), effect("viscous"), run=True),
+        Outcome.FALSE,
+    ),
     "half": (truth_of(COGGING, SPRING), verdict_of(effect("cogging")), Outcome.PARTLY),
     "nothing said": (truth_of(COGGING), verdict_of(), Outcome.MISSED),
-    "a guess that is right": (truth_of(COGGING), verdict_of(effect("cogging", status="ambiguous"), run=True),
-    Outcome.CLASS),
+    "a guess that is right": (
+        truth_of(COGGING),
+        verdict_of(effect("cogging", status="ambiguous"), run=True),
+        Outcome.CLASS,
+    ),
     "a class": (
-        truth_of(COGGING), verdict_of(effect("encoder_eccentricity", status="ambiguous"), alternatives=INSTEAD,
-        run=True), Outcome.CLASS,
+        truth_of(COGGING),
+        verdict_of(effect("encoder_eccentricity", status="ambiguous"), alternatives=INSTEAD, run=True),
+        Outcome.CLASS,
     ),
     "a class without a run": (
-        truth_of(COGGING), verdict_of(effect("encoder_eccentricity", status="ambiguous"), alternatives=INSTEAD),
+        truth_of(COGGING),
+        verdict_of(effect("encoder_eccentricity", status="ambiguous"), alternatives=INSTEAD),
         Outcome.FALSE,
     ),
     "a class that does not hold it": (
-        truth_of(SPRING), verdict_of(effect("encoder_eccentricity", status="ambiguous"), alternatives=INSTEAD,
-        run=True), Outcome.FALSE,
+        truth_of(SPRING),
+        verdict_of(effect("encoder_eccentricity", status="ambiguous"), alternatives=INSTEAD, run=True),
+        Outcome.FALSE,
     ),
     "back-EMF for viscous": (truth_of(cause("viscous")), verdict_of(effect("back_emf")), Outcome.EXACT),
     "nothing is nothing": (truth_of(), verdict_of(), Outcome.ABSTAINED),
@@ -185,12 +199,24 @@ WORTH: dict[str, tuple[dict[str, Any], dict[str, Any], Outcome]] = {
     "a number that shows": (truth_of(SMALL, LARGE), verdict_of(effect("inertia")), Outcome.EXACT),
     "and one that does not": (truth_of(SMALL, LARGE), verdict_of(effect("inertia"), effect("viscous")), Outcome.EXACT),
     "only one that does not": (truth_of(SMALL, LARGE), verdict_of(effect("viscous")), Outcome.PARTLY),
-    "a number within its uncertainty": (truth_of(off=0.08, off_numbers=NEAR), verdict_of(effect("viscous")), Outcome.NEAR),
-    "beside an effect": (truth_of(COGGING, off=0.08, off_numbers=NEAR), verdict_of(effect("cogging"), effect("viscous")), Outcome.EXACT),
-    "what the model lacks anyway": (truth_of(COGGING) | LACKING, verdict_of(effect("cogging"), effect("presliding")), Outcome.EXACT),
+    "a number within its uncertainty": (
+        truth_of(off=0.08, off_numbers=NEAR),
+        verdict_of(effect("viscous")),
+        Outcome.NEAR,
+    ),
+    "beside an effect": (
+        truth_of(COGGING, off=0.08, off_numbers=NEAR),
+        verdict_of(effect("cogging"), effect("viscous")),
+        Outcome.EXACT,
+    ),
+    "what the model lacks anyway": (
+        truth_of(COGGING) | LACKING,
+        verdict_of(effect("cogging"), effect("presliding")),
+        Outcome.EXACT,
+    ),
     "that alone": (truth_of() | LACKING, verdict_of(effect("presliding")), Outcome.AKIN),
     "refused": (truth_of(), verdict_of(verdict="unusable_data"), Outcome.NO_ANSWER),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("what", WORTH)

@@ -1,4 +1,6 @@
-"""Numbers of a corrected model: bristles hold break-away at or above Coulomb, a map without them takes what was found."""
+"""Numbers of a corrected model: bristles hold break-away at or above Coulomb, a map without them takes what was
+found.
+"""
 
 from __future__ import annotations
 

@@ -64,7 +64,9 @@ def judged(antenna: AntennaModel, model: AntennaModel, number: int = LAST_SURVEY
 
 
 def effects(axis: str, rng: np.random.Generator, model: AntennaModel) -> dict[str, Callable[[float], Parameters]]:
-    """Every effect that a level, fixed antenna shows, as a function of its size (1 is a usual one) to its parameters."""
+    """Every effect that a level, fixed antenna shows, as a function of its size (1 is a usual one) to its
+    parameters.
+    """
     sign, phase = float(rng.choice([-1.0, 1.0])), float(rng.uniform(-math.pi, math.pi))
     order, slow = float(rng.integers(5, 37)), float(rng.integers(3, 13))
     shift, hz, zeta = float(rng.uniform(1.5, 3.5)), float(rng.uniform(9.0, 28.0)), float(rng.uniform(0.01, 0.05))
@@ -150,7 +152,9 @@ def _surveyed(antenna: AntennaModel) -> SignalsTable | None:
 
 
 def draw(seed: int, count: int = 2, off: float = 0.0) -> Antenna:
-    """An antenna with `count` hidden effects; `off` moves every known number by half to all of that share, up or down."""
+    """An antenna with `count` hidden effects; `off` moves every known number by half to all of that share, up or
+    down.
+    """
     rng = np.random.default_rng(seed)
     start = shipped_model()
     hidden: list[Hidden] = []
