@@ -201,8 +201,9 @@ def _keep_busy(run: Path, daemon: subprocess.Popen[str], began: float, result: R
         while daemon.poll() is None:
             state = operator.request("status")["status"]["host_state"]
             if state == "idle":
-                operator.when_ready("segments", segments=[{"outer": _SINE, "inner": _SINE, "duration_s": 1e6, "label":
-                1}])
+                operator.when_ready(
+                    "segments", segments=[{"outer": _SINE, "inner": _SINE, "duration_s": 1e6, "label": 1}]
+                )
             elif state == "fault":
                 result.interruptions += 1
                 operator.request("fault_reset")

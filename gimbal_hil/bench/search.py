@@ -12,14 +12,19 @@ from pathlib import Path
 import numpy as np
 
 from gimbal_hil.bench.speed import SINES, sines
-from gimbal_hil.discrepancy import Request, diagnose, verdict_of
-from gimbal_hil.discrepancy.families import families
-from gimbal_hil.discrepancy.fit import Weighing, fit
-from gimbal_hil.discrepancy.hypothesis import Hypothesis
-from gimbal_hil.discrepancy.prepare import scored_band
-from gimbal_hil.discrepancy.record import record_of
-from gimbal_hil.discrepancy.screening import respond
-from gimbal_hil.discrepancy.twin import Twin
+from gimbal_hil.discrepancy import (
+    Hypothesis,
+    Request,
+    Twin,
+    Weighing,
+    diagnose,
+    families,
+    fit,
+    record_of,
+    respond,
+    scored_band,
+    verdict_of,
+)
 from gimbal_hil.experiments import conduct
 from gimbal_hil.experiments.sequences import SequenceOptions, survey_motion
 from gimbal_hil.settings import shipped_settings

@@ -12,16 +12,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gimbal_hil.discrepancy import Result, Status
-from gimbal_hil.discrepancy.corrected import explained_by
-from gimbal_hil.discrepancy.evidence import command_residual
-from gimbal_hil.discrepancy.fit import prior_weights
-from gimbal_hil.discrepancy.hypothesis import Hypothesis
-from gimbal_hil.discrepancy.inquiry import State, refitted
-from gimbal_hil.discrepancy.record import record_of
-from gimbal_hil.discrepancy.separating import CHANCE, all_sequences, separating_runs, showing_sequences
-from gimbal_hil.discrepancy.smoothing import Floats
-from gimbal_hil.discrepancy.twin import Twin
+from gimbal_hil.discrepancy import (
+    CHANCE,
+    Floats,
+    Hypothesis,
+    Result,
+    State,
+    Status,
+    Twin,
+    all_sequences,
+    command_residual,
+    explained_by,
+    prior_weights,
+    record_of,
+    refitted,
+    separating_runs,
+    showing_sequences,
+)
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel
 

@@ -25,9 +25,9 @@ from gimbal_hil.discrepancy import (
     diagnose,
     discrepancy_page,
     recalibrated_model,
+    standing,
     verdict_of,
 )
-from gimbal_hil.discrepancy.standing import standing
 from gimbal_hil.experiments import Experiment, ProgressSink, Silent
 from gimbal_hil.experiments.sequences import (
     SequenceOptions,

@@ -1,5 +1,4 @@
-"""The test before the first motion passes healthy antennas and says of a wrong one what is wrong, before it moves far.
-"""
+"""The test before the first motion passes healthy antennas and says of a wrong one what is wrong, early."""
 
 from __future__ import annotations
 
