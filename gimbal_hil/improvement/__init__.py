@@ -2,9 +2,10 @@
 
 from gimbal_hil.improvement.budgets import Budgets, budgets_of, torques_of, travels_of
 from gimbal_hil.improvement.journal import JOURNAL_FILE, Journal, Measured, Resumed, Started, Stopped, read_journal
-from gimbal_hil.improvement.loop import Ending, Improvement, Task, improve, session_of
+from gimbal_hil.improvement.loop import improve
 from gimbal_hil.improvement.page import improvement_page
 from gimbal_hil.improvement.site import Site, VirtualSite, site_of
+from gimbal_hil.improvement.task import Ending, Improvement, Task, session_of
 
 __all__ = [
     "JOURNAL_FILE",

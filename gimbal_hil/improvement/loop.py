@@ -52,7 +52,7 @@ from gimbal_hil.improvement.measured import measured_table
 from gimbal_hil.improvement.rehearsal import Rehearsal, rehearse
 from gimbal_hil.improvement.site import Site
 from gimbal_hil.improvement.tables import Role, Tables
-from gimbal_hil.improvement.task import Decision, Ending, Improvement, Task, session_of
+from gimbal_hil.improvement.task import Decision, Ending, Improvement, Task, ending_text
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel, load_model
 
@@ -117,7 +117,7 @@ class _Loop:
             else:
                 round_number += 1
                 ending = self._next_run(round_number, decision, choice)
-        text = self._text(ending)
+        text = ending_text(ending, self.diagnoses, self.left)
         self.journal.write(Ended(ending.name.lower(), text, self.used_s, round_number))
         self.say(text)
         return Improvement(self.model, ending, text, tuple(self.diagnoses), self.used_s)
@@ -408,31 +408,11 @@ class _Loop:
         (folder / _MODEL_FILE).write_text(model.to_yaml(), encoding="utf-8")
         return f"round_{number}/{_MODEL_FILE}"
 
-    def _text(self, ending: Ending) -> str:
-        """The ending with what is left."""
-        worst = worst_gap(self.diagnoses[-1]) if self.diagnoses else None
-        said = ending.value[0].upper() + ending.value[1:]
-        if ending is Ending.AT_THE_FLOOR and worst is not None:
-            said = f"{said}: its largest gap is {worst:.2f} floors on a motion that it had not seen."
-            return " ".join([said, *(one.remark for one in self.diagnoses if one.remark)])
-        if ending is Ending.TIME_USED_UP:
-            return f"{said}: {self.left or 'the next experiment does not fit'}."
-        last = self.diagnoses[-1]
-        return f"{said}. {last.remark or last.text}"
-
 
 def _settled(result: Result) -> bool:
     """Whether a search ended with an answer."""
     return result.decision.kind is not Kind.UNEXPLAINED
 
 
-def worst_gap(diagnosed: Diagnosed, key: str = "before") -> float:
-    """Largest gap of a diagnosis over its channels, in floors, before or after what it proposes."""
-    return max((gap[key] / gap["noise_floor"] for gap in diagnosed.gaps), default=0.0)
-
-
 def _words(name: str) -> str:
     return name.replace("_", " ")
-
-
-__all__ = ["Decision", "Ending", "Improvement", "Task", "improve", "session_of", "worst_gap"]

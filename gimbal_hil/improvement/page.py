@@ -25,7 +25,7 @@ from gimbal_hil.report import Block, Callout, Details, Heading, Listing, Page, P
 from sim_backend.model import AntennaModel, load_model
 
 if TYPE_CHECKING:
-    from gimbal_hil.improvement.loop import Task
+    from gimbal_hil.improvement.task import Task
 
 _GAP_CAPTION = (
     "Rms left over per channel in noise floors. Each round begins with the model as it was then (dot) on data that "

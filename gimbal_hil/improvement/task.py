@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
@@ -70,3 +71,20 @@ def session_of(task: Task) -> dict[str, Any]:
         "model": task.start.document,
         "survey_s": task.survey_s,
     }
+
+
+def ending_text(ending: Ending, diagnoses: Sequence[Diagnosed], left: str) -> str:
+    """An ending with what is left, in a sentence."""
+    worst = worst_gap(diagnoses[-1]) if diagnoses else None
+    said = ending.value[0].upper() + ending.value[1:]
+    if ending is Ending.AT_THE_FLOOR and worst is not None:
+        said = f"{said}: its largest gap is {worst:.2f} floors on a motion that it had not seen."
+        return " ".join([said, *(one.remark for one in diagnoses if one.remark)])
+    if ending is Ending.TIME_USED_UP:
+        return f"{said}: {left or 'the next experiment does not fit'}."
+    return f"{said}. {diagnoses[-1].remark or diagnoses[-1].text}"
+
+
+def worst_gap(diagnosed: Diagnosed, key: str = "before") -> float:
+    """Largest gap of a diagnosis over its channels, in floors, before or after what it proposes."""
+    return max((gap[key] / gap["noise_floor"] for gap in diagnosed.gaps), default=0.0)
