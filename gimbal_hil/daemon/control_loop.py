@@ -12,7 +12,7 @@ from typing import Any
 from firmware_protocol.enumerations import DriveState
 from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, EXIT_SAFETY_STOP
 from gimbal_hil.daemon.link_keeper import LinkKeeper
-from gimbal_hil.host import EventCode, FirstTest, FirstTestState, Host, HostEvent, HostState, LinkStatus
+from gimbal_hil.host import EventCode, FirstTest, FirstTestState, Host, HostEvent, HostState, LinkStatus, Program
 from gimbal_hil.host.layout import AXES, BASE_RATE, DRIVE_STATE, MEASURED_RATE, REST_RATE, axis_c, axis_h
 from gimbal_hil.telemetry import Command, CommandKind, Telemetry, take_commands, unpack_program
 from gimbal_hil.timing import Clock, Duration, Instant, Miss, MissCause, RingReader, Tick
@@ -230,12 +230,12 @@ class ControlLoop:
 
     def _try_first(self, test: FirstTest) -> None:
         """The test before the first motion goes on; the daemon ends where the antenna does not pass it."""
-        program = test.before_tick()
-        if program is not None:
-            document = {"command": "start", "program": program.as_document()}
-            self._event("command", "start", document)
+        given = test.before_tick()
+        if isinstance(given, Program):
+            self._event("command", "start", {"command": "start", "program": given.as_document()})
+        elif given:
+            self._record_command(given)
         if test.state is FirstTestState.FAILED:
-            self._record_command("distrust")
             self._ask(LoopEnd(EXIT_SAFETY_STOP, test.problem))
         if test.state in (FirstTestState.PASSED, FirstTestState.FAILED):
             self._event("note", test.problem or "first test: each axis turns as its torque, gyro and encoder say", {})

@@ -81,9 +81,9 @@ class FirstTest:
         self.problem = ""
         self.state = FirstTestState.DUE if self._tried else FirstTestState.PASSED
 
-    def before_tick(self) -> Program | None:
-        """Go on; answers a program that has just been given to the host, for the record. On failure the host has been
-        told to stop without sensors.
+    def before_tick(self) -> Program | str:
+        """Go on; answers what has just been given to the host, for the record: a program, or the word of a plain
+        command ("stop", "distrust"), empty where nothing was.
         """
         host = self._host
         if self.state is FirstTestState.DUE and host.state is HostState.IDLE:
@@ -93,11 +93,9 @@ class FirstTest:
             host.command(program)
             self.state = FirstTestState.RUNS
             return program
-        if self.state is FirstTestState.RUNS:
-            self._look()
-        return None
+        return self._look() if self.state is FirstTestState.RUNS else ""
 
-    def _look(self) -> None:
+    def _look(self) -> str:
         host, G = self._host, self._host.memory.G
         if host.state is HostState.FAULT:
             drive = FaultCode(int(G[layout.DRIVE_FAULT])) if host.cause is Cause.DRIVE_FAULT else FaultCode.NONE
@@ -105,29 +103,33 @@ class FirstTest:
                 self.state = FirstTestState.DUE
             else:
                 why = f"the drive's {drive.name.lower()}" if drive else host.cause.name.lower()
-                self._fail(f"{host.axes[self._axis]} brought a fault ({why})")
-            return
+                return self._fail(f"{host.axes[self._axis]} brought a fault ({why})")
+            return ""
         axis = int(G[layout.TICK_SEGMENT])
         if axis in self._tried:
             self._axis = axis
             self._samples[axis].append(self._sample(axis))
             elapsed = self._samples[axis][-1].tick - self._samples[axis][0].tick
             if elapsed >= _JUDGED_PULSES * self._pulse_ticks and self.state is FirstTestState.RUNS:
-                self._judge(axis)
+                return self._judge(axis)
         elif host.state is HostState.IDLE and not host.following and all(self._samples[axis] for axis in self._tried):
             self.state = FirstTestState.PASSED
+        return ""
 
-    def _judge(self, axis: int) -> None:
+    def _judge(self, axis: int) -> str:
         problem = _judged(self._host, self._samples[axis], axis, self._step_s)
         if problem is None and self._tries < _MOST_TRIES:
             self._host.stop()
             self.state = FirstTestState.DUE
-        elif problem != "":
-            self._fail(problem or "too many ticks were missed to tell; see `gimbal-hil doctor`")
+            return "stop"
+        if problem != "":
+            return self._fail(problem or "too many ticks were missed to tell; see `gimbal-hil doctor`")
+        return ""
 
-    def _fail(self, problem: str) -> None:
+    def _fail(self, problem: str) -> str:
         self.problem, self.state = f"first test: {problem}", FirstTestState.FAILED
         self._host.distrust()
+        return "distrust"
 
     @property
     def _pulse_ticks(self) -> int:

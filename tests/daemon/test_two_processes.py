@@ -45,6 +45,8 @@ def configuration(folder: Path, kind: str) -> Path:
         "lost_ticks": 100,
         "set_point_lag_ticks": 200,
         "deadman": {"window_ticks": 250, "reaction": "decelerate_and_hold"},
+        # the test before the first motion may be unable to tell on such a machine; it has tests of its own
+        "first_test": "never",
     }
     path = folder / "daemon.yaml"
     path.write_text(yaml.safe_dump(document))
