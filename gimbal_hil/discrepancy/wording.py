@@ -31,6 +31,8 @@ def told(result: Result, effects: Sequence[Entry], alternatives: Sequence[Entry]
     )
     size = _size("The largest gap is" if gap is _largest(gaps) else "A gap is", gap)
     first = f"{size}{moved}. It is explained by {names}{share}."
+    if all(one.standing.silent for one in result.told):
+        first = f"Only the searched logs show a gap{moved}; it is explained by {names}."
     against = "".join(f" {e['contradiction']}" for e in effects if "contradiction" in e)
     forms = "".join(_undetermined(e) for e in effects if "form_undetermined" in e)
     return first + _doubts(result, alternatives) + forms + against + _remainder(gaps)
