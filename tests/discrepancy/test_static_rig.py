@@ -4,12 +4,14 @@ nothing is made up.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from gimbal_hil.discrepancy import Request, diagnose, verdict_of
+from gimbal_hil.signals import SignalsTable
 from tests.discrepancy.static_rig import AXIS, Rig, log, model
 
 
@@ -54,4 +56,22 @@ def test_a_screws_ripple_is_found_over_many_turns() -> None:
     verdict = verdict_on(replace(Rig(), ripple=0.3), "crawl")
     assert "cogging" in {e["name"] for e in verdict["effects"]}
     # 160 turns in the travel, 2,513 rad/m
+    assert number(verdict, "cogging", "order") == pytest.approx(2513.3, rel=0.002)
+
+
+def test_a_screws_ripple_is_found_where_the_encoder_starts_every_log_anew() -> None:
+    rig, turn_m = replace(Rig(), ripple=0.3), 2.0 * math.pi / 2513.3
+    fitted, judged = log(rig, "crawl", seed=1), log(rig, "laps", seed=2)
+    elsewhere = SignalsTable.of(
+        (AXIS,),
+        judged.time_s,
+        {
+            f"{AXIS}.torque": judged.torque(AXIS),
+            # a third of a ripple further on
+            f"{AXIS}.position": judged.position(AXIS) + turn_m / 3.0,
+        },
+        source="another session",
+    )
+    verdict = verdict_of(diagnose(Request(model("2%"), (fitted,), (elsewhere,)))).document
+    assert {e["name"] for e in verdict["effects"]} == {"cogging"}
     assert number(verdict, "cogging", "order") == pytest.approx(2513.3, rel=0.002)
