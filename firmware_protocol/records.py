@@ -1,10 +1,10 @@
 """Memory read by name: one definition gives layout, names, types and documentation of what compiled code works on.
 
-    class Joint(Record):
+    class Joint(MemoryRecord):
         #: joint angle, rad
         position: float
 
-    class Antenna(Record):
+    class Antenna(MemoryRecord):
         joints: Annotated[Sequence[Joint], 2]
 
     ANTENNA = layout_of(Antenna)
@@ -21,23 +21,23 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-__all__ = ["Annotated", "Record", "Sequence", "layout_of"]
+__all__ = ["Annotated", "MemoryRecord", "Sequence", "layout_of"]
 
 _NUMBERS: dict[object, type[np.generic]] = {int: np.int64, float: np.float64}
 
 
-class Record:
-    """Base of a definition: fields in order, each `int` (int64), `float` (float64), a Record, or several of one of them
-    as `Annotated[Sequence[...], count]`.
+class MemoryRecord:
+    """Base of a definition: fields in order, each `int` (int64), `float` (float64), another definition, or several of
+    one of them as `Annotated[Sequence[...], count]`.
     """
 
 
-def layout_of(definition: type[Record]) -> np.dtype[Any]:
+def layout_of(definition: type[MemoryRecord]) -> np.dtype[Any]:
     """The memory layout of a definition, eight bytes a number and nothing between them."""
     return np.dtype((np.record, _fields(definition)))
 
 
-def _fields(definition: type[Record]) -> list[tuple[Any, ...]]:
+def _fields(definition: type[MemoryRecord]) -> list[tuple[Any, ...]]:
     hints = get_type_hints(definition, include_extras=True)
     return [(name, *_field(hint)) for name, hint in hints.items()]
 

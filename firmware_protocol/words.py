@@ -70,18 +70,18 @@ def crc12(sealed: int, initial: int, table: Numbers) -> int:
 def read_fields(block: Numbers, at: int) -> int:
     """Field word from the six payload bytes that begin at `at`."""
     return (
-        (0 + block[at])
-        | ((0 + block[at + 1]) << 8)
-        | ((0 + block[at + 2]) << 16)
-        | ((0 + block[at + 3]) << 24)
-        | ((0 + block[at + 4]) << 32)
-        | ((0 + block[at + 5]) << 40)
+        (0 + int(block[at]))
+        | ((0 + int(block[at + 1])) << 8)
+        | ((0 + int(block[at + 2])) << 16)
+        | ((0 + int(block[at + 3])) << 24)
+        | ((0 + int(block[at + 4])) << 32)
+        | ((0 + int(block[at + 5])) << 40)
     )
 
 
 def read_pair(block: Numbers, at: int) -> int:
     """Little-endian 16-bit number at `at`: an identifier, or the tail of a payload."""
-    return (0 + block[at]) | ((0 + block[at + 1]) << 8)
+    return (0 + int(block[at])) | ((0 + int(block[at + 1])) << 8)
 
 
 def crc_table(polynomial: int, width: int, places: int) -> tuple[int, ...]:

@@ -1,6 +1,15 @@
-"""The controller service: control, daemon, runs, experiments, identification, discrepancy."""
+"""The controller service: control, daemon, runs, experiments, identification, discrepancy.
+
+In a script: `from gimbal_hil import Run, Antenna, identify, find_discrepancy` (docs/library.md).
+"""
+
+from __future__ import annotations
 
 import os
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from gimbal_hil.library import Antenna, Finding, Friction, Run, find_discrepancy, identify
 
 # The last bits of a matrix product depend on how many threads share it, and on small matrices threads only wait for one
 # another: one thread everywhere gives the same answers on every executor. It has to be said before numpy is loaded; the
@@ -10,4 +19,13 @@ os.environ.setdefault("MKL_NUM_THREADS", "1")
 
 __version__ = "0.1.0"
 
-__all__ = ["__version__"]
+__all__ = ["Antenna", "Finding", "Friction", "Run", "__version__", "find_discrepancy", "identify"]
+
+
+def __getattr__(name: str) -> Any:
+    """The library's names; nothing is loaded before one of them is asked for."""
+    if name in __all__:
+        import importlib
+
+        return getattr(importlib.import_module("gimbal_hil.library"), name)
+    raise AttributeError(f"module 'gimbal_hil' has no attribute {name!r}")

@@ -1,4 +1,5 @@
-"""How the base moves: gravity, angular rate and angular acceleration in base axes as functions of time.
+"""How the base moves: gravity less the acceleration of the pivot, angular rate and angular acceleration in base axes as
+functions of time.
 
 Attitude is `R_eb = Rz(yaw) Ry(pitch) Rx(roll)`, z up. Constant body rates are solved in closed form, sinusoids are sums
 in the Euler angles, a recorded motion is interpolated linearly between its rows.
@@ -34,8 +35,8 @@ Vector = tuple[float, float, float]
 
 @compiled
 def base_state(P: np.ndarray, K: np.ndarray, t: float) -> tuple[Vector, Vector, Vector]:
-    """Gravity (m/s^2), angular rate (rad/s) and angular acceleration (rad/s^2) of the base at t seconds, in base
-    axes.
+    """Gravity less the acceleration of the pivot (m/s^2), angular rate (rad/s) and angular acceleration (rad/s^2) of
+    the base at t seconds, in base axes.
     """
     kind = K[BASE_KIND]
     if kind == _FIXED:
@@ -164,6 +165,8 @@ def _between(P: np.ndarray, row: int, share: float, column: int) -> float:
 @compiled
 def _recorded(P: np.ndarray, K: np.ndarray, t: float) -> tuple[Vector, Vector, Vector]:
     row, share = _row(P, K, t)
-    gravity = gravity_in_base(P[GRAVITY_M_S2], _between(P, row, share, 0), _between(P, row, share, 1))
+    gx, gy, gz = gravity_in_base(P[GRAVITY_M_S2], _between(P, row, share, 0), _between(P, row, share, 1))
+    # bodies that are carried along by an accelerated pivot feel it as gravity the other way
+    felt = (gx - _between(P, row, share, 9), gy - _between(P, row, share, 10), gz - _between(P, row, share, 11))
     rate = (_between(P, row, share, 3), _between(P, row, share, 4), _between(P, row, share, 5))
-    return gravity, rate, (_between(P, row, share, 6), _between(P, row, share, 7), _between(P, row, share, 8))
+    return felt, rate, (_between(P, row, share, 6), _between(P, row, share, 7), _between(P, row, share, 8))

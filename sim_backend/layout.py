@@ -114,8 +114,8 @@ BUMP_OCTAVES, BUMP_TERMS = 18, 8
 BUMP_CELLS = 64 * BUMP_OCTAVES
 BUMP_TABLE_SIZE = BUMP_CELLS * BUMP_TERMS
 P_SIZE = BUMP_TABLE + MAX_AXES * BUMP_TABLE_SIZE
-#: a recorded base motion follows at P_SIZE: rows of roll, pitch, yaw, p, q, r, p', q', r'
-BASE_COLUMNS = 9
+#: a recorded base motion follows at P_SIZE: rows of roll, pitch, yaw, p, q, r, p', q', r', ax, ay, az
+BASE_COLUMNS = 12
 
 # --- X: state
 #: steps done since the start, exact in a float64 up to 2^53

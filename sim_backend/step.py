@@ -98,7 +98,8 @@ def advance(P: np.ndarray, K: np.ndarray, X: np.ndarray, command: Pair, steps: i
     """Advance the plant by steps of P[STEP_S] seconds under commanded torques (N m) held over them; `begin_tick` comes
     before.
     """
-    if K[KIND] == _GIMBAL and K[BASE_KIND] == _FIXED and K[INSTANCES] == 0 and K[SLIPS] == 0:
+    held = X[HELD] > 0.0 or X[HELD + 1] > 0.0
+    if K[KIND] == _GIMBAL and K[BASE_KIND] == _FIXED and K[INSTANCES] == 0 and K[SLIPS] == 0 and not held:
         _advance(P, K, X, command, steps, True)
     else:
         _advance(P, K, X, command, steps, False)
@@ -106,15 +107,12 @@ def advance(P: np.ndarray, K: np.ndarray, X: np.ndarray, command: Pair, steps: i
 
 @compiled
 def _advance(P: np.ndarray, K: np.ndarray, X: np.ndarray, command: Pair, steps: int, plain: bool) -> None:
-    """The steps themselves; `plain` is a literal, so that the compiler leaves out what a gimbal without effects, slips
-    or a moving base does not have. The state is in locals from step to step: through X each step would wait for the
-    stores of the one before.
+    """The steps themselves; `plain` is a literal, so that the compiler leaves out what a gimbal without effects, slips,
+    brakes or a moving base does not have. The state is in locals from step to step: through X each step would wait for
+    the stores of the one before.
     """
-    effects, slips, turning = (
-        not plain and K[INSTANCES] > 0,
-        not plain and K[SLIPS] != 0,
-        not plain and K[BASE_KIND] != _FIXED,
-    )
+    effects, slips = not plain and K[INSTANCES] > 0, not plain and K[SLIPS] != 0
+    turning, held = not plain and K[BASE_KIND] != _FIXED, not plain and (X[HELD] > 0.0 or X[HELD + 1] > 0.0)
     gimbal, two = plain or K[KIND] == _GIMBAL, plain or K[AXES] > 1
     h = P[STEP_S]
     half = 0.5 * h
@@ -141,6 +139,8 @@ def _advance(P: np.ndarray, K: np.ndarray, X: np.ndarray, command: Pair, steps: 
         if slips:
             extra = slip_torque(P, K, q, v, base)
             bias = (bias[0] + extra[0], bias[1] + extra[1])
+        if held:
+            bias = (bias[0] + _holding_torque(P, X, 0, q[0], v[0]), bias[1] + _holding_torque(P, X, 1, q[1], v[1]))
         net0, own0, joint0 = joint_law(
             P, K, X, 0, effects, h, command[0], q[0], v[0], mass[0], carried[0], joint0, in_force0
         )
@@ -249,8 +249,6 @@ def joint_law(
     net = -friction
     if P[block + STOP_STIFFNESS] > 0.0:
         net += _stop_torque(P, block, q, v)
-    if X[HELD + axis] > 0.0:
-        net += _holding_torque(P, X, axis, q, v)
     taken_off = 0.0
     if effects and K[HOOK_COUNT + _TORQUE] > 0:
         for i in range(K[HOOK_FIRST + _TORQUE], K[HOOK_FIRST + _TORQUE] + K[HOOK_COUNT + _TORQUE]):

@@ -5,8 +5,8 @@ from firmware_protocol.adapters.bus import Bus, CanFrame, PythonCanBus, UnixCanB
 from firmware_protocol.adapters.cia402 import Cia402Drive
 from firmware_protocol.adapters.drive import (
     AxisSample,
-    Drive,
     DriveTiming,
+    ForeignDrive,
     Gives,
     Power,
     missing_text,
@@ -26,9 +26,9 @@ __all__ = [
     "Bus",
     "CanFrame",
     "Cia402Drive",
-    "Drive",
     "DriveMap",
     "DriveTiming",
+    "ForeignDrive",
     "Gateway",
     "Gives",
     "MappedDrive",

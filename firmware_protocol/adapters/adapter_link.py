@@ -9,7 +9,6 @@ from firmware_protocol.adapters.bus import Bus, CanFrame, open_bus
 from firmware_protocol.adapters.drive import DriveTiming
 from firmware_protocol.adapters.gateway import Gateway
 from firmware_protocol.adapters.registry import drive_named
-from firmware_protocol.errors import LinkError
 from firmware_protocol.links import AdapterLinkConfig, LinkBasis, LinkState, wait_readable
 
 
@@ -69,15 +68,6 @@ class AdapterLink(LinkBasis):
         if descriptor >= 0:
             return wait_readable(descriptor, min(timeout_ns, self._period_ns))
         return self._bus is not None
-
-    def reopen(self) -> bool:
-        """Open a lost bus again."""
-        if self._state is not LinkState.OPEN:
-            try:
-                self._connect()
-            except LinkError as error:
-                self._lost(error)
-        return self._state is LinkState.OPEN
 
     def close(self) -> None:
         """Let both drives go and leave the bus."""

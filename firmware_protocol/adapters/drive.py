@@ -61,7 +61,7 @@ class AxisSample:
     power: Power = Power.OFF
 
 
-class Drive(Protocol):
+class ForeignDrive(Protocol):
     """One drive; every method answers the frames that are to be sent for it."""
 
     gives: frozenset[Gives]

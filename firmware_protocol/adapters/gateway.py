@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from firmware_protocol.adapters.bus import CanFrame
-from firmware_protocol.adapters.drive import AxisSample, Drive, Power, on_the_joint, shaft_torque
+from firmware_protocol.adapters.drive import AxisSample, ForeignDrive, Power, on_the_joint, shaft_torque
 from firmware_protocol.codec import Rejection, alive_counter, pack, record, records, schema_of, unpack
 from firmware_protocol.enumerations import BrakeState, DriveRequest, DriveState, FaultCode, LimitFlags
 from firmware_protocol.links import DriveSection
@@ -51,7 +51,7 @@ def torque_exponent(largest_nm: float) -> int:
 class Gateway:
     """An antenna made of two drives, the carrying axis first."""
 
-    def __init__(self, drives: Sequence[Drive], sections: Sequence[DriveSection], name: str) -> None:
+    def __init__(self, drives: Sequence[ForeignDrive], sections: Sequence[DriveSection], name: str) -> None:
         self.drives, self._sections, self._name = tuple(drives), tuple(sections), name
         self.state, self.fault = _STATE.SWITCH_ON_DISABLED, FaultCode.NONE
         self._units = [2.0 ** torque_exponent(section.torque_nm) for section in sections]

@@ -1,7 +1,7 @@
 """Drives by name: those that ship, and those of other packages by entry points.
 
 A package offers a drive with an entry point in the group `gimbal_hil.drives` that names a class with the methods of
-`Drive`:
+`ForeignDrive`:
 
     [project.entry-points."gimbal_hil.drives"]
     acme = "acme_gimbal:AcmeDrive"
@@ -13,7 +13,7 @@ from importlib.metadata import entry_points
 from typing import cast
 
 from firmware_protocol.adapters.cia402 import Cia402Drive
-from firmware_protocol.adapters.drive import Drive, DriveTiming, Gives
+from firmware_protocol.adapters.drive import DriveTiming, ForeignDrive, Gives
 from firmware_protocol.adapters.mapped import MappedDrive
 from firmware_protocol.adapters.moteus import MoteusDrive
 from firmware_protocol.adapters.odrive import OdriveDrive
@@ -21,7 +21,7 @@ from firmware_protocol.errors import BadInputError
 from firmware_protocol.links import DriveSection
 
 GROUP = "gimbal_hil.drives"
-DRIVES: dict[str, type[Drive]] = {
+DRIVES: dict[str, type[ForeignDrive]] = {
     "moteus": MoteusDrive,
     "odrive": OdriveDrive,
     "cia402": Cia402Drive,
@@ -29,7 +29,7 @@ DRIVES: dict[str, type[Drive]] = {
 }
 
 
-def drive_named(name: str) -> type[Drive]:
+def drive_named(name: str) -> type[ForeignDrive]:
     """The class of a drive; BadInputError lists the names, or says why a plug-in cannot be loaded."""
     if name in DRIVES:
         return DRIVES[name]
@@ -37,7 +37,7 @@ def drive_named(name: str) -> type[Drive]:
     if name not in found:
         raise BadInputError("link.drive", f"no drive {name!r}", ", ".join([*DRIVES, *found]))
     try:
-        return cast(type[Drive], found[name].load())
+        return cast(type[ForeignDrive], found[name].load())
     except Exception as error:  # a plug-in may fail in any way
         raise BadInputError(
             "link.drive", f"{name} cannot be loaded: {error}", f"the package of {found[name].value}"

@@ -3,6 +3,7 @@ line.
 """
 
 from firmware_protocol.documents.json_reading import json_line, read_json
+from firmware_protocol.documents.key_tables import Column, key_table
 from firmware_protocol.documents.limits import DocumentLimits
 from firmware_protocol.documents.refusal import Refusals, refusal_of
 from firmware_protocol.documents.strict import LARGEST_NUMBER, Strict, with_strict_numbers
@@ -11,10 +12,12 @@ from firmware_protocol.documents.yaml_writing import yaml_text
 
 __all__ = [
     "LARGEST_NUMBER",
+    "Column",
     "DocumentLimits",
     "Refusals",
     "Strict",
     "json_line",
+    "key_table",
     "read_json",
     "read_yaml",
     "refusal_of",

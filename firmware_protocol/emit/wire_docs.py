@@ -82,12 +82,14 @@ def _row(message: Message, field: Field) -> str:
 
 
 def _enumerations() -> str:
-    return "## Enumerations\n\n" + "\n".join(map(_enumeration, ENUMERATIONS))
+    guards = "What raises each `FaultCode`, and what the antenna then does: [guards](guards.md#drive).\n\n"
+    return "## Enumerations\n\n" + guards + "\n".join(map(_enumeration, ENUMERATIONS))
 
 
 def _enumeration(enumeration: type[Enum]) -> str:
-    listed = ", ".join(f"{int(member.value)} {member.name}" for member in enumeration)
-    return f"**{enumeration.__name__}**: {_sentence((enumeration.__doc__ or '').strip())}\n{listed}\n"
+    text = _sentence(" ".join((enumeration.__doc__ or "").split()))
+    rows = "".join(f"| {int(member.value)} | `{member.name}` |\n" for member in enumeration)
+    return f"**{enumeration.__name__}**: {text}\n\n| value | name |\n|---|---|\n{rows}"
 
 
 def _seal() -> str:

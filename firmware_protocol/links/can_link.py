@@ -71,15 +71,6 @@ class CanLink(LinkBasis):
         self._early = self._receive_frame(max(0, timeout_ns) * 1e-9)
         return self._early is not None
 
-    def reopen(self) -> bool:
-        """Open a lost bus again."""
-        if self._state is not LinkState.OPEN:
-            try:
-                self._connect()
-            except LinkError as error:
-                self._lost(error)
-        return self._state is LinkState.OPEN
-
     def close(self) -> None:
         """Leave the bus."""
         self._release()

@@ -22,7 +22,7 @@ class _LinkConfig(Strict):
 class CanLinkConfig(_LinkConfig):
     """A CAN bus through python-can."""
 
-    kind: Literal["can"]
+    kind: Literal["can"] = Field(description="which kind of link this is")
     interface: str = Field(description="python-can's name of the interface: socketcan, slcan, virtual, pcan, ...")
     channel: str | int = Field(description="can0, a serial port for slcan, a number, ...")
     bitrate: int = Field(default=1_000_000, gt=0, description="bit/s")
@@ -34,7 +34,7 @@ class CanLinkConfig(_LinkConfig):
 class SerialLinkConfig(_LinkConfig):
     """A serial port, pseudo-terminal or TCP socket with COBS packets."""
 
-    kind: Literal["serial"]
+    kind: Literal["serial"] = Field(description="which kind of link this is")
     port: str = Field(min_length=1, description="device path, pseudo-terminal or socket://host:port")
     baudrate: int = Field(default=921_600, gt=0, description="bit/s; without meaning for a pseudo-terminal or socket")
 
@@ -42,8 +42,8 @@ class SerialLinkConfig(_LinkConfig):
 class UnixLinkConfig(_LinkConfig):
     """A Unix socket of the packet kind."""
 
-    kind: Literal["unix"]
-    path: Path
+    kind: Literal["unix"] = Field(description="which kind of link this is")
+    path: Path = Field(description="of the socket")
     listen: bool = Field(default=False, description="whether this end makes the socket and waits for the other")
 
 
@@ -63,7 +63,7 @@ class DriveSection(Strict):
 class AdapterLinkConfig(_LinkConfig):
     """Two drives of another make behind the antenna's frames."""
 
-    kind: Literal["adapter"]
+    kind: Literal["adapter"] = Field(description="which kind of link this is")
     drive: str = Field(description="moteus, odrive, cia402, dbc, or a plug-in's name")
     interface: str = Field(description="python-can's name of the interface, or unix for simulated drives")
     channel: str | int = Field(description="can0, a number, or the path of the socket")
@@ -77,13 +77,15 @@ class AdapterLinkConfig(_LinkConfig):
     watchdog_s: float = Field(
         default=0.02, gt=0.0, le=10.0, description="a set-point is valid so long at the drive; left out: the deadman's"
     )
-    drives: Annotated[tuple[DriveSection, ...], Field(min_length=2, max_length=2)]
+    drives: Annotated[tuple[DriveSection, ...], Field(min_length=2, max_length=2)] = Field(
+        description="both drives, the carrying axis first"
+    )
 
 
 class MemoryLinkConfig(_LinkConfig):
     """The virtual antenna in the same process."""
 
-    kind: Literal["memory"]
+    kind: Literal["memory"] = Field(description="which kind of link this is")
 
 
 LinkConfig = Annotated[

@@ -20,16 +20,16 @@ from firmware_protocol.schema import RECORD_SIZE
 class DirectionFaults(Strict):
     """How often a frame (for `truncate`: a block) suffers what; probabilities from 0 to 1."""
 
-    drop: float = Field(default=0.0, ge=0, le=1)
-    duplicate: float = Field(default=0.0, ge=0, le=1)
+    drop: float = Field(default=0.0, ge=0, le=1, description="the frame is lost")
+    duplicate: float = Field(default=0.0, ge=0, le=1, description="it comes twice")
     reorder: float = Field(default=0.0, ge=0, le=1, description="the frame comes after the next one")
-    corrupt: float = Field(default=0.0, ge=0, le=1)
+    corrupt: float = Field(default=0.0, ge=0, le=1, description="bits of it are flipped")
     corrupt_bits: int = Field(
         default=1, ge=1, le=80, description="bits flipped at random places of identifier and payload"
     )
     truncate: float = Field(default=0.0, ge=0, le=1, description="the block ends at a random byte")
-    delay: float = Field(default=0.0, ge=0, le=1)
-    delay_ticks: int = Field(default=1, ge=1)
+    delay: float = Field(default=0.0, ge=0, le=1, description="it comes later")
+    delay_ticks: int = Field(default=1, ge=1, description="by so many ticks")
 
 
 class Cut(Strict):
@@ -37,9 +37,9 @@ class Cut(Strict):
     reopened.
     """
 
-    start_tick: int = Field(ge=0)
-    ticks: int = Field(ge=1)
-    visible: bool = False
+    start_tick: int = Field(ge=0, description="first tick of the cut")
+    ticks: int = Field(ge=1, description="how long it lasts")
+    visible: bool = Field(default=False, description="the port itself is gone meanwhile and has to be reopened")
 
     def covers(self, tick: int) -> bool:
         """Whether the line is cut at this tick."""
@@ -49,10 +49,10 @@ class Cut(Strict):
 class FaultsConfig(Strict):
     """Faults of both directions of a link."""
 
-    seed: int = 0
-    send: DirectionFaults = DirectionFaults()
-    receive: DirectionFaults = DirectionFaults()
-    cuts: tuple[Cut, ...] = ()
+    seed: int = Field(default=0, description="of the faults; the same seed and frames give the same faults")
+    send: DirectionFaults = Field(default=DirectionFaults(), description="of frames that this end sends")
+    receive: DirectionFaults = Field(default=DirectionFaults(), description="of frames that this end receives")
+    cuts: tuple[Cut, ...] = Field(default=(), description="times at which nothing passes")
 
 
 class FaultyDirection:

@@ -4,10 +4,12 @@ tick.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
 
+from firmware_protocol.errors import LinkError
 from firmware_protocol.schema import RECORD_SIZE
 
 #: bytes of whole records that a link hands out or buffers at most in one call
@@ -92,8 +94,8 @@ class Link(Protocol):
         """File descriptor that becomes readable with the link, or -1 where there is none."""
 
 
-class LinkBasis:
-    """Name, state and counts of a link."""
+class LinkBasis(ABC):
+    """Name, state and counts of a link, and how a lost one is opened again."""
 
     speaks_first = True
 
@@ -118,6 +120,19 @@ class LinkBasis:
     @property
     def statistics(self) -> LinkStatistics:
         return self._statistics
+
+    def reopen(self) -> bool:
+        """Try once to open a lost link again; whether it is open now."""
+        if self._state is not LinkState.OPEN:
+            try:
+                self._connect()
+            except LinkError as error:
+                self._lost(error)
+        return self._state is LinkState.OPEN
+
+    @abstractmethod
+    def _connect(self) -> None:
+        """Open it and call `_opened`, or raise LinkError. A listening end may also go on waiting for its peer."""
 
     def _opened(self) -> None:
         if self._loss is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 
+from firmware_protocol.errors import LinkError
 from firmware_protocol.links.link import BLOCK_LIMIT, LinkBasis, LinkState
 
 
@@ -49,14 +50,6 @@ class MemoryLink(LinkBasis):
         """Whether something is there; answers at once, since both ends live in the thread that asks."""
         return bool(self._inbox)
 
-    def reopen(self) -> bool:
-        """Open again; True when the peer is there."""
-        if self.peer.state is LinkState.CLOSED:
-            self._lost("the other end was closed")
-        else:
-            self._opened()
-        return self.state is LinkState.OPEN
-
     def close(self) -> None:
         """Leave; what was not fetched is gone."""
         self._inbox.clear()
@@ -66,6 +59,11 @@ class MemoryLink(LinkBasis):
     def fileno(self) -> int:
         """There is none."""
         return -1
+
+    def _connect(self) -> None:
+        if self.peer.state is LinkState.CLOSED:
+            raise LinkError("the other end was closed")
+        self._opened()
 
 
 def memory_pair(name: str = "memory") -> tuple[MemoryLink, MemoryLink]:

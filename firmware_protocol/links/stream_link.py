@@ -6,7 +6,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Protocol
 
-from firmware_protocol.errors import LinkError
 from firmware_protocol.links.descriptor import DescriptorPort, wait_readable
 from firmware_protocol.links.link import LinkBasis, LinkState
 from firmware_protocol.stream import DELIMITER, StreamParser, encode_packets
@@ -96,15 +95,6 @@ class StreamLink(LinkBasis):
     def wait(self, timeout_ns: int) -> bool:
         """Sleep until bytes have come, at most that long."""
         return self._port is not None and wait_readable(self._port.descriptor, timeout_ns)
-
-    def reopen(self) -> bool:
-        """Open a lost port again."""
-        if self._state is not LinkState.OPEN:
-            try:
-                self._connect()
-            except LinkError as error:
-                self._lost(error)
-        return self._state is LinkState.OPEN
 
     def close(self) -> None:
         """Give the port back."""

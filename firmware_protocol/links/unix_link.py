@@ -74,19 +74,6 @@ class UnixLink(LinkBasis):
         descriptor = self.fileno()
         return descriptor >= 0 and wait_readable(descriptor, timeout_ns)
 
-    def reopen(self) -> bool:
-        """Connect again, or look whether a peer has come."""
-        if self._peer is not None:
-            return True
-        if self._listener is not None:
-            return self._accept()
-        try:
-            self._connect()
-        except LinkError as error:
-            self._lost(error)
-            return False
-        return True
-
     def close(self) -> None:
         """Close both sockets; the listening end takes its path away."""
         self._drop_peer()
@@ -106,6 +93,9 @@ class UnixLink(LinkBasis):
         return -1 if current is None else current.fileno()
 
     def _connect(self) -> None:
+        if self._listener is not None:
+            self._accept()
+            return
         end = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         try:
             if self._listen:

@@ -8,12 +8,16 @@ from gimbal_hil.bench.results import bench_page, bench_text, speed_blocks
 from gimbal_hil.bench.search import search_figures
 from gimbal_hil.bench.search_page import search_blocks, search_text
 from gimbal_hil.bench.soak import SoakFigures, soak, soak_text
-from gimbal_hil.bench.speed import speed_figures
+from gimbal_hil.bench.soak_across import AcrossFigures, across_text, soak_across
+from gimbal_hil.bench.speed import ask_for_kernels, speed_figures
 
 __all__ = [
+    "AcrossFigures",
     "BlindChoice",
     "Figure",
     "SoakFigures",
+    "across_text",
+    "ask_for_kernels",
     "bench_page",
     "bench_text",
     "paired",
@@ -25,6 +29,7 @@ __all__ = [
     "search_figures",
     "search_text",
     "soak",
+    "soak_across",
     "soak_text",
     "speed_blocks",
     "speed_figures",

@@ -23,6 +23,15 @@ class Figure:
     repeats: int
     target: str = ""
 
+    @property
+    def problem(self) -> str:
+        """How the ratio misses its target (`10`: at least, `< 1.3`: below); empty where it does not, or has none."""
+        if not self.target:
+            return ""
+        most = self.target.removeprefix("<")
+        missed = self.ratio >= float(most) if most != self.target else self.ratio < float(most)
+        return f"{self.name}: ratio {self.ratio:.3g}, target {self.target}" if missed else ""
+
     def as_row(self) -> list[str]:
         """The figure as table cells."""
         spread = f"{self.ratio_low:.3g} to {self.ratio_high:.3g}"
@@ -33,7 +42,7 @@ class Figure:
             f"{self.ratio:.3g}",
             spread,
             str(self.repeats),
-            self.target,
+            f"{self.target} MISSED" if self.problem else self.target,
         ]
 
 

@@ -8,14 +8,12 @@ records every frame and serves its page and metrics, which are read once a secon
 from __future__ import annotations
 
 import json
-import signal
 import subprocess
-import sys
 import tempfile
 import time
 import urllib.request
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -23,24 +21,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_protocol.documents import read_yaml, yaml_text
 from firmware_protocol.errors import BadInputError, GimbalHilError
+from gimbal_hil.bench.two_processes import COMMAND, running_plant, two_process_configuration
 from gimbal_hil.operator import OperatorClient
 from gimbal_hil.runs import EventKind, open_run
-from gimbal_hil.settings import shipped_settings_path
 from gimbal_hil.timing import Duration, Histogram, MissCause, ReferenceLoop, compiler
 
 Json = dict[str, Any]
 #: a daemon's turn and the C loop's, idle and at work, s
 SLICE_S, REFERENCE_SLICE_S = 30.0, 10.0
+#: p99 of the wake-up latency over that of the C loop, and p99 of computing up to this rate
+ASKED_RATIO, ASKED_COMPUTING_US, ASKED_AT_HZ = 1.5, 100.0, 1000.0
 #: causes that are the daemon's own; a wait for the bus is the driver's, all others are the machine's
 OWN = (MissCause.OWN_COMPUTING, MissCause.GARBAGE_COLLECTION, MissCause.PAGE_FAULT)
-LINKS = ("unix", "serial", "slcan")
 _START_S = 300.0
-#: a line that carries 2 kHz
-_BAUDRATE = 2_000_000
 _LOOK_S = 1.0
-_COMMAND = (sys.executable, "-c", "from gimbal_hil.cli import main; main()")
 _SINE = {"mode": "position", "shape": "sine", "parameters": [0.0, 0.5, 0.3, 0.0]}
 
 
@@ -80,9 +75,23 @@ class RealTime:
         """p99 of all wake-ups over that of the C loop."""
         return self.latency.quantile_ns(0.99) / max(1, self.reference.quantile_ns(0.99))
 
+    @property
+    def problem(self) -> str:
+        """Which targets are missed, and by what; empty where none is."""
+        computing_us = self.computing.quantile_ns(0.99) / 1e3
+        missed = []
+        if self.own_misses:
+            missed.append(f"{self.own_misses} own misses, target 0")
+        if self.ratio > ASKED_RATIO:
+            missed.append(f"p99 ratio {self.ratio:.3g}, target at most {ASKED_RATIO:g}")
+        if self.rate_hz <= ASKED_AT_HZ and computing_us >= ASKED_COMPUTING_US:
+            missed.append(f"computing p99 {computing_us:.0f} us, target under {ASKED_COMPUTING_US:g}")
+        return f"{self.link} {self.rate_hz:g} Hz: {'; '.join(missed)}" if missed else ""
+
     def as_dict(self) -> Json:
         """For JSON, in microseconds."""
         return {
+            "problem": self.problem,
             "link": self.link,
             "rate_hz": self.rate_hz,
             "ticks": self.latency.count,
@@ -120,8 +129,8 @@ def _measured(link: str, rate_hz: float, seconds: float) -> RealTime:
     turns = max(1, round(seconds / SLICE_S))
     with tempfile.TemporaryDirectory(prefix="gimbal-hil-") as name, ReferenceLoop() as loop:
         folder = Path(name)
-        configuration = _configuration(folder, link, rate_hz)
-        with _plant(configuration):
+        configuration = two_process_configuration(folder, link, rate_hz)
+        with running_plant(configuration):
             for turn in range(turns):
                 wakes, granted = _daemon_turn(folder / f"run_{turn}", configuration, seconds / turns, result)
                 reference = _reference_turn(loop, granted, min(seconds / turns, REFERENCE_SLICE_S), result)
@@ -160,7 +169,7 @@ def _daemon_turn(run: Path, configuration: Path, seconds: float, result: RealTim
         "--json",
     ]
     with (run.parent / "daemon.err").open("w+") as said:
-        daemon = subprocess.Popen([*_COMMAND, *words], stdout=subprocess.PIPE, stderr=said, text=True)
+        daemon = subprocess.Popen([*COMMAND, *words], stdout=subprocess.PIPE, stderr=said, text=True)
         try:
             _keep_busy(run, daemon, began, result)
             answer = json.loads(daemon.communicate()[0])
@@ -219,44 +228,3 @@ def _histogram(values_ns: NDArray[np.integer]) -> Histogram:
     for value in values_ns.tolist():
         histogram.add(value)
     return histogram
-
-
-def _configuration(folder: Path, link: str, rate_hz: float) -> Path:
-    """The shipped configuration on another link; a stall of the machine must not end the motion at once."""
-    port = str(folder / "antenna")
-    places: dict[str, Json] = {
-        "unix": {"kind": "unix", "path": port},
-        "serial": {"kind": "serial", "port": port, "baudrate": _BAUDRATE},
-        "slcan": {"kind": "can", "interface": "slcan", "channel": port},
-    }
-    if link not in places:
-        raise BadInputError("--link", f"no link {link!r}", ", ".join(places))
-    document = read_yaml(shipped_settings_path(), "the shipped configuration")
-    document |= {"link": places[link], "rate_hz": rate_hz}
-    document["supervisor"] |= {
-        "lost_ticks": 100,
-        "set_point_lag_ticks": 200,
-        "deadman": {"window_ticks": 250, "reaction": "coast"},
-    }
-    path = folder / "daemon.yaml"
-    path.write_text(yaml_text(document), encoding="utf-8")
-    return path
-
-
-@contextmanager
-def _plant(configuration: Path) -> Iterator[None]:
-    """The virtual antenna in a process of its own."""
-    process = subprocess.Popen(
-        [*_COMMAND, "plant", "--config", str(configuration), "--json"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-    )
-    try:
-        assert process.stdout is not None
-        if not process.stdout.readline():
-            raise GimbalHilError(f"the plant did not start on {configuration}")
-        yield
-    finally:
-        process.send_signal(signal.SIGTERM)
-        process.communicate()

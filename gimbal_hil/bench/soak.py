@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from firmware_protocol.schema import RECORD_SIZE
 from gimbal_hil.host import (
@@ -25,13 +26,13 @@ from gimbal_hil.host import (
     Host,
     HostState,
     Mode,
-    Origin,
     Program,
+    ReferenceOrigin,
     Segment,
     Shape,
     program_of,
 )
-from gimbal_hil.runs import TICK_ROW, EventKind, Retention, RunHeader, RunWriter, open_run
+from gimbal_hil.runs import TICK_ROW, EventKind, Retention, RunHeader, RunWriter, read_header
 from gimbal_hil.settings import DaemonSettings, host_configuration
 from sim_backend.device import Device
 from sim_backend.model import AntennaModel
@@ -139,7 +140,7 @@ def soak(
                 if tick % hour_ticks == hour_ticks - 1:
                     figures.memory_mb.append(_memory_mb())
                     say(f"{(tick + 1) // hour_ticks} h of {hours:g}, {figures.memory_mb[-1]:.1f} MiB")
-        end = open_run(Path(folder)).record.end
+        end = read_header(Path(folder)).end
         figures.recorded = end.counts["ticks"] if end else 0
     figures.ticks, figures.antenna_h, figures.wall_s = device.ticks, hours, time.monotonic() - began
     figures.frames, figures.frames_hurt = (sum(getattr(line, what) for line in lines) for what in ("frames", "hurt"))
@@ -176,14 +177,15 @@ def _ask(host: Host, draw: random.Random, figures: SoakFigures, rate_hz: float) 
     else:
         name = draw.choices(("program", "stop", "quick_stop"), (0.85, 0.1, 0.05))[0]
         if name == "program":
-            host.command(_program(draw, rate_hz))
+            host.command(random_program(draw, rate_hz))
         else:
             getattr(host, name)()
     figures.commands[name] = figures.commands.get(name, 0) + 1
     return 1 + int(draw.expovariate(1.0 / (2.0 * rate_hz)))
 
 
-def _program(draw: random.Random, rate_hz: float) -> Program:
+def random_program(draw: random.Random, rate_hz: float) -> Program:
+    """One to three segments in any modes and shapes."""
     return program_of(
         [
             Segment(
@@ -212,9 +214,8 @@ def _axis(draw: random.Random, most: tuple[float, float, float]) -> AxisCommand:
             (Shape.CHIRP, (0.0, 0.2 * swing, 0.5, 1.0, 3.0)),
         )
     )
-    return AxisCommand(
-        mode, shape, parameters, draw.choice(tuple(Origin)) if mode is not Mode.TORQUE else Origin.ABSOLUTE
-    )
+    origin = draw.choice(tuple(ReferenceOrigin)) if mode is not Mode.TORQUE else ReferenceOrigin.ABSOLUTE
+    return AxisCommand(mode, shape, parameters, origin)
 
 
 def _account(
@@ -226,13 +227,8 @@ def _account(
     if not np.array_equal(rows["tick"], np.arange(figures.rows, figures.rows + len(rows))):
         figures.problems.append(f"rows before tick {tick} are not its own")
     figures.rows += len(rows)
-    torque = np.abs(np.stack([rows["torque_outer"], rows["torque_inner"]]))
-    off = ~np.isin(rows["host_state"], [int(state) for state in _TORQUE_STATES])
     limits = [axis.limits.torque_nm for axis in settings.axes.values()]
-    if torque[:, off].any():
-        figures.problems.append(f"torque in a state without torque, before tick {tick}")
-    if (torque.max(axis=1) > np.array(limits) + 1e-9).any():
-        figures.problems.append(f"torques of {torque.max(axis=1)} N m before tick {tick}")
+    figures.problems += [f"{problem}, before tick {tick}" for problem in torque_problems(rows, limits)]
     fastest = float(np.abs(log.view(np.float64)[:, MEASURED + 2 : MEASURED + 4]).max())
     figures.fastest_rad_s = max(figures.fastest_rad_s, fastest)
     if fastest > _FASTEST_RAD_S:
@@ -243,6 +239,17 @@ def _account(
             figures.faults_of_host[cause] = figures.faults_of_host.get(cause, 0) + 1
         writer.event(event.tick, event.tick * step_ns, EventKind.NOTE, event.text, event.data)
     writer.append_ticks(rows)
+
+
+def torque_problems(rows: NDArray[np.void], limits_nm: list[float]) -> list[str]:
+    """What is wrong with the torques of tick rows: in a state without torque, or beyond the axes' limits."""
+    torque = np.abs(np.stack([rows["torque_outer"], rows["torque_inner"]]))
+    problems = []
+    if torque[:, ~np.isin(rows["host_state"], [int(state) for state in _TORQUE_STATES])].any():
+        problems.append("torque in a state without torque")
+    if (torque.max(axis=1) > np.array(limits_nm) + 1e-9).any():
+        problems.append(f"torques of {torque.max(axis=1)} N m")
+    return problems
 
 
 def _memory_mb() -> float:

@@ -101,6 +101,13 @@ def effect_figures(repeats: int) -> Iterator[Figure]:
             )
 
 
+def ask_for_kernels() -> None:
+    """Compile what this bench alone calls, for this machine."""
+    sum_of_sines(1)
+    arrays = plant_arrays(shipped_model())
+    run_steps(arrays.P, arrays.K, arrays.X, 0.0, 0.0, 1)
+
+
 def work_program(settings: DaemonSettings) -> Program:
     """Both axes follow sines in position: control, friction and rigid body all at work."""
     outer = AxisCommand(Mode.POSITION, Shape.SINE, (0.0, 0.5, 0.3, 0.0))

@@ -8,13 +8,17 @@ import importlib
 import os
 import sys
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from functools import wraps
+from types import ModuleType
 from typing import Any, NoReturn
 
 from firmware_protocol.errors import EXIT_BAD_INPUT, EXIT_DONE, EXIT_INTERRUPTED, BadInputError, GimbalHilError
 from gimbal_hil import __version__
 
 INTERRUPTED = "interrupted"
+#: set by a shell that asks for completions
+COMPLETE = "_GIMBAL_HIL_COMPLETE"
 #: as `documents.LARGEST_NUMBER`, which --help must not import
 _LARGEST_NUMBER = 1e15
 #: command -> (module in gimbal_hil.cli, one line for --help); a module defines `command`, a function with typer's
@@ -27,7 +31,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "watch": ("watch", "A running daemon in the terminal: state, axes, torque, misses, recording."),
     "set": ("operate:set_axes", "Have the axes of a running daemon go to values: azimuth=0.5 elevation=-0.3."),
     "stop": ("operate:stop", "Brake both axes to rest, torque off; the daemon stays connected."),
-    "quick-stop": ("operate:quick_stop", "Torque off now, the drive's own quick stop."),
+    "quick-stop": ("operate:quick_stop", "The drive brakes both axes by itself, then is off."),
     "reset": ("operate:reset", "Leave a fault and connect anew."),
     "shut-down": ("operate:shut_down", "Brake to rest, then end the daemon."),
     "plant": ("plant", "Serve the virtual antenna's frames on a serial, slcan or Unix-socket link."),
@@ -45,12 +49,19 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "replay",
         "Re-run a recorded run against its frames: identical, or the first tick and signal that differ.",
     ),
-    "export": ("export", "Write a run as Parquet, CSV, MCAP, BLF or MF4."),
+    "runs": ("runs", "List recorded runs, show one, or compare two side by side."),
+    "export": ("export", "Write a run as Parquet, CSV, MAT, MCAP, BLF or MF4."),
     "effects": ("effects", "The catalogue of effects: parameters, units, bounds, and the run that excites each."),
     "protocol": ("protocol", "Emit the wire definition as DBC, C header or documentation."),
+    "service": ("service", "Write a systemd unit, a container file, a Grafana dashboard, or man pages."),
     "doctor": ("doctor", "Can this machine hold the rate? A verdict with reasons."),
     "bench": ("bench", "The speed figures, each as a ratio to a plain reference from the same run."),
+    "warm": ("warm", "Compile everything now, with a bar, so that no later command waits for it."),
 }
+#: commands that may meet a kernel that is not on disk yet
+COMPILING = frozenset(
+    ("demo", "daemon", "plant", "experiment", "identify", "discrepancy", "improve", "replay", "bench", "warm", "check")
+)
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -68,8 +79,12 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _answer(words: list[str]) -> int:
+    if COMPLETE in os.environ or words[:1] in (["--install-completion"], ["--show-completion"]):
+        from gimbal_hil.cli.completion import complete
+
+        return complete(words)
     if not words or words[0] in ("--help", "-h", "help"):
-        print(_overview())
+        print(overview())
         return EXIT_DONE
     if words[0] == "--version":
         print(f"gimbal-hil {__version__}")
@@ -90,13 +105,10 @@ def run(name: str, arguments: list[str]) -> int:
     """
     import typer
 
-    module, line = COMMANDS[name]
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
     try:
-        place, _, function = module.partition(":")
-        loaded = importlib.import_module(f"gimbal_hil.cli.{place}")
-        answer = getattr(loaded, function or "command")
-        app.command(name=name, help=line)(_guarded(answer))
+        loaded, answer = function_of(name)
+        app.command(name=name)(_guarded(answer, name in COMPILING))
         arguments = _repeated(arguments, getattr(loaded, "MANY_VALUED", ()))
         code = app(arguments, prog_name=f"gimbal-hil {name}", standalone_mode=False)
     except GimbalHilError as error:
@@ -119,8 +131,18 @@ def run(name: str, arguments: list[str]) -> int:
     return code if isinstance(code, int) else EXIT_DONE
 
 
-def _guarded(command: Callable[..., int]) -> Callable[..., int]:
-    """The command with a line for Ctrl-C (typer would end it without a word), given finite numbers only."""
+def function_of(name: str) -> tuple[ModuleType, Callable[..., int]]:
+    """The module of a command and the function in it that answers."""
+    place, _, function = COMMANDS[name][0].partition(":")
+    loaded = importlib.import_module(f"gimbal_hil.cli.{place}")
+    answer: Callable[..., int] = getattr(loaded, function or "command")
+    return loaded, answer
+
+
+def _guarded(command: Callable[..., int], compiles: bool) -> Callable[..., int]:
+    """The command with a line for Ctrl-C (typer would end it without a word), given finite numbers only; what it
+    compiles is shown.
+    """
 
     @wraps(command)
     def saying(*arguments: Any, **named: Any) -> int:
@@ -131,7 +153,8 @@ def _guarded(command: Callable[..., int]) -> Callable[..., int]:
                     option, f"{value:g} is no number that can be worked with", f"a size of at most {_LARGEST_NUMBER:g}"
                 )
         try:
-            return command(*arguments, **named)
+            with _shown(compiles):
+                return command(*arguments, **named)
         except KeyboardInterrupt:
             print(INTERRUPTED, file=sys.stderr)
             return EXIT_INTERRUPTED
@@ -140,6 +163,15 @@ def _guarded(command: Callable[..., int]) -> Callable[..., int]:
             return _without_a_reader()
 
     return saying
+
+
+def _shown(compiles: bool) -> AbstractContextManager[None]:
+    if not compiles:
+        return nullcontext()
+    # numba, which such a command loads anyway
+    from gimbal_hil.cli.compiling import compiling_shown
+
+    return compiling_shown()
 
 
 def _repeated(arguments: list[str], options: tuple[str, ...]) -> list[str]:
@@ -155,7 +187,8 @@ def _repeated(arguments: list[str], options: tuple[str, ...]) -> list[str]:
     return spread
 
 
-def _overview() -> str:
+def overview() -> str:
+    """What `gimbal-hil --help` says."""
     width = max(map(len, COMMANDS))
     table = "\n".join(f"  {name:<{width}}  {line}" for name, (_, line) in COMMANDS.items())
     return f"""Usage: gimbal-hil COMMAND [OPTIONS]
@@ -165,8 +198,8 @@ def _overview() -> str:
 Commands:
 {table}
 
-Each command explains itself with --help. Exit codes: 0 done and good, 1 the answer is no,
-2 bad input, 3 safety stop, 130 interrupted."""
+Each command explains itself with --help; gimbal-hil --install-completion has the shell complete them.
+Exit codes: 0 done and good, 1 the answer is no, 2 bad input, 3 safety stop, 130 interrupted."""
 
 
 def _without_a_reader() -> int:

@@ -12,6 +12,9 @@ import typer
 if TYPE_CHECKING:
     from gimbal_hil.report import Block
 
+#: words of the command line, text for the terminal, figures for JSON, blocks of the page
+_Measured = tuple[str, str, Any, "list[Block]"]
+
 BENCHES = ("speed", "realtime", "search", "blind", "faults", "soak")
 
 
@@ -23,7 +26,12 @@ def command(
     out: Annotated[Path | None, typer.Option(help="Folder for the results page.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
-    link: Annotated[list[str] | None, typer.Option(help="realtime: unix, serial or slcan; may be repeated.")] = None,
+    link: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="realtime: unix, serial or slcan; may be repeated. soak: on this link in real time, across processes."
+        ),
+    ] = None,
     rate: Annotated[list[float] | None, typer.Option(help="realtime: Hz; may be repeated.", min=1.0)] = None,
     seconds: Annotated[float, typer.Option(help="realtime: for each link and rate.", min=1.0)] = 60.0,
     seed: Annotated[
@@ -57,18 +65,13 @@ def command(
     import sys
 
     from firmware_protocol.errors import BadInputError
+    from gimbal_hil.cli.following import print_next
 
     if what not in BENCHES:
         raise BadInputError("bench", f"no bench {what!r}", ", ".join(BENCHES))
     if what == "blind":
-        from gimbal_hil.bench import BlindChoice, run_blind
-
-        if out is None:
-            raise BadInputError("--out", "is missing", "a folder for the blind cases and their verdicts")
         chosen = tuple(kinds.split(",")) if kinds else ()
-        return run_blind(
-            BlindChoice(out, seed, sealed, chosen, cases, most, first, workers, dask, keep, table, compare)
-        )
+        return _blind(out, seed, sealed, chosen, cases, most, first, workers, dask, keep, table, compare)
     page = None if out is None else out / "report.html"
     if page is not None and page.exists() and not force:
         raise BadInputError(str(page), "already exists", "a new folder, or --force to overwrite it")
@@ -76,42 +79,60 @@ def command(
     def say(name: str) -> None:
         print(f"measuring {name} ...", file=sys.stderr, flush=True)
 
-    if what == "realtime":
-        text, figures, blocks = _real_time(
+    words, text, figures, blocks = {
+        "speed": lambda: _speed(repeats, say),
+        "realtime": lambda: _real_time(
             tuple(link or ("unix", "serial")), tuple(rate or (1000.0, 2000.0)), seconds, say
-        )
-        words = f"realtime --seconds {seconds:g}"
-    elif what == "search":
-        text, figures, blocks = _search(workers, repeats, say)
-        words = f"search --workers {workers}"
-    elif what == "faults":
-        text, figures, blocks = _faults(every, say)
-        words = "faults" + (f" --every {every}" if every > 1 else "")
-    elif what == "soak":
-        text, figures, blocks = _soak(hours, seed or 0, say)
-        words = f"soak --hours {hours:g}"
-    else:
-        text, figures, blocks = _speed(repeats, say)
-        words = f"--repeats {repeats}"
+        ),
+        "search": lambda: _search(workers, repeats, say),
+        "faults": lambda: _faults(every, say),
+        "soak": lambda: _soak_across(link[0], hours, seed or 0, say) if link else _soak(hours, seed or 0, say),
+    }[what]()
     print(json.dumps(figures) if as_json else text, flush=True)
-    all_right = what not in ("faults", "soak") or not any(figure["problem"] for figure in figures)
+    # what the search costs has no target: it is a table of costs
+    all_right = what == "search" or not any(figure["problem"] for figure in figures)
     if page is not None:
         from gimbal_hil.bench import bench_page
 
         bench_page(blocks, f"gimbal-hil bench {words}").write(page)
+    if not as_json:
+        print_next("gimbal-hil doctor")
     return 0 if all_right else 1
 
 
-def _faults(every: int, say: Any) -> tuple[str, Any, list[Block]]:
+def _blind(out: Path | None, *choice: Any) -> int:
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.bench import BlindChoice, run_blind
+
+    if out is None:
+        raise BadInputError("--out", "is missing", "a folder for the blind cases and their verdicts")
+    return run_blind(BlindChoice(out, *choice))
+
+
+def _faults(every: int, say: Any) -> _Measured:
     from gimbal_hil.bench.faults import fault_rows, matrix_blocks, matrix_text, run_matrix
     from gimbal_hil.settings import shipped_settings
     from sim_backend.model import shipped_model
 
     found = run_matrix(fault_rows()[::every], shipped_settings(), shipped_model(), say)
-    return matrix_text(found), [one.as_dict() for one in found], matrix_blocks(found)
+    words = "faults" + (f" --every {every}" if every > 1 else "")
+    return words, matrix_text(found), [one.as_dict() for one in found], matrix_blocks(found)
 
 
-def _soak(hours: float, seed: int, say: Any) -> tuple[str, Any, list[Block]]:
+def _soak_across(link: str, hours: float, seed: int, say: Any) -> _Measured:
+    from dataclasses import asdict
+
+    from gimbal_hil.bench import across_text, soak_across
+    from gimbal_hil.report import Heading, Text
+
+    found = soak_across(link, hours, seed, say)
+    text = across_text(found)
+    figures = [{**asdict(found), "problem": "; ".join(found.problems)}]
+    blocks: list[Block] = [Heading("Soak across processes"), *(Text(line) for line in text.splitlines())]
+    return f"soak --hours {hours:g} --link {link}", text, figures, blocks
+
+
+def _soak(hours: float, seed: int, say: Any) -> _Measured:
     from dataclasses import asdict
 
     from gimbal_hil.bench import soak, soak_text
@@ -122,31 +143,31 @@ def _soak(hours: float, seed: int, say: Any) -> tuple[str, Any, list[Block]]:
     found = soak(shipped_settings(), shipped_model(), hours, seed, say)
     text = soak_text(found)
     figures = [{**asdict(found), "problem": "; ".join(found.problems)}]
-    return text, figures, [Heading("Soak"), *(Text(line) for line in text.splitlines())]
+    return f"soak --hours {hours:g}", text, figures, [Heading("Soak"), *(Text(line) for line in text.splitlines())]
 
 
-def _speed(repeats: int, say: Any) -> tuple[str, Any, list[Block]]:
+def _speed(repeats: int, say: Any) -> _Measured:
     from dataclasses import asdict
 
     from gimbal_hil.bench import bench_text, speed_blocks, speed_figures
 
     figures = speed_figures(repeats, say)
-    return bench_text(figures), [asdict(figure) for figure in figures], speed_blocks(figures)
+    rows = [asdict(one) | {"problem": one.problem} for one in figures]
+    return f"--repeats {repeats}", bench_text(figures), rows, speed_blocks(figures)
 
 
-def _real_time(
-    links: tuple[str, ...], rates_hz: tuple[float, ...], seconds: float, say: Any
-) -> tuple[str, Any, list[Block]]:
+def _real_time(links: tuple[str, ...], rates_hz: tuple[float, ...], seconds: float, say: Any) -> _Measured:
     from gimbal_hil.bench import real_time_blocks, real_time_figures, real_time_text
 
     found = real_time_figures(links, rates_hz, seconds, say)
-    return real_time_text(found), [one.as_dict() for one in found], real_time_blocks(found)
+    figures = [one.as_dict() for one in found]
+    return f"realtime --seconds {seconds:g}", real_time_text(found), figures, real_time_blocks(found)
 
 
-def _search(workers: int, repeats: int, say: Any) -> tuple[str, Any, list[Block]]:
+def _search(workers: int, repeats: int, say: Any) -> _Measured:
     from dataclasses import asdict
 
     from gimbal_hil.bench import search_blocks, search_figures, search_text
 
     found = search_figures(workers, repeats, say)
-    return search_text(found), asdict(found), search_blocks(found)
+    return f"search --workers {workers}", search_text(found), asdict(found), search_blocks(found)

@@ -24,6 +24,7 @@ def command(
         str | None,
         typer.Option(metavar="KIND", help="Print the JSON schema of a configuration, model or plan instead."),
     ] = None,
+    junit: Annotated[Path | None, typer.Option(metavar="FILE", help="The findings as JUnit XML too (CI).")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as one JSON object.")] = False,
 ) -> int:
     """Say what each file is and everything that is wrong with it: file, key, what was expected.
@@ -34,6 +35,8 @@ def command(
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
     from gimbal_hil.checking import check_files
+    from gimbal_hil.cli.following import after_check, print_next
+    from gimbal_hil.report import Case, write_junit
 
     if schema is not None:
         return _print_schema(schema)
@@ -42,10 +45,14 @@ def command(
     names = tuple(name for name in (axes or "").split(",") if name)
     checked = check_files([file for given in files for file in _spread(given)], names)
     good = all(not one.faults for one in checked)
+    if junit is not None:
+        cases = [Case(str(one.path), "\n".join(_lines(one)), bool(one.faults)) for one in checked]
+        write_junit(junit, "gimbal-hil check", cases)
     if as_json:
         print(json.dumps({"good": good, "files": [one.as_dict() for one in checked]}))
     else:
         print("\n".join(line for one in checked for line in _lines(one)))
+        print_next(after_check(files, [(one.kind.value, one.path) for one in checked], good))
     return EXIT_DONE if good else EXIT_NO
 
 

@@ -66,9 +66,11 @@ def command(
     if as_json:
         print(json.dumps(report.as_dict()))
     else:
+        from gimbal_hil.cli.following import after_daemon, print_next
         from gimbal_hil.daemon import summary_lines
 
         print("\n".join(summary_lines(report)))
+        print_next(after_daemon(folder, report.ending.exit_code))
     return report.ending.exit_code
 
 

@@ -25,6 +25,7 @@ def command(
     import time
 
     from firmware_protocol.errors import BadInputError
+    from gimbal_hil.cli.following import after_demo, print_next
     from gimbal_hil.cli.progress import ProgressBar
     from gimbal_hil.runs import wall_clock_utc
 
@@ -34,7 +35,7 @@ def command(
     began = time.monotonic()
     if not as_json:
         print(
-            "gimbal-hil demo: loading the virtual antenna (the first time it is compiled, about a minute)",
+            "gimbal-hil demo: loading the virtual antenna",
             file=sys.stderr,
         )
     from gimbal_hil.demo import tell
@@ -54,5 +55,6 @@ def command(
             json.dumps({"stages": found, "report": str(report.resolve()), "took_s": round(time.monotonic() - began, 1)})
         )
     else:
+        print_next(after_demo())
         print(f"report: {report.resolve()}")
     return 0

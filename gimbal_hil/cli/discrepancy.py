@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from gimbal_hil.cli.completion import model_names
+
+if TYPE_CHECKING:
+    from gimbal_hil.library import Finding
 
 #: options that take several values after one another
 MANY_VALUED = ("--measured", "--holdout")
@@ -36,7 +41,9 @@ def command(
     ] = None,
     model: Annotated[
         str | None,
-        typer.Option(metavar="MODEL", help="Model file, or name of a shipped one; without it thesis."),
+        typer.Option(
+            metavar="MODEL", autocompletion=model_names, help="Model file, or name of a shipped one; without it thesis."
+        ),
     ] = None,
     resample: Annotated[
         bool,
@@ -62,6 +69,7 @@ def command(
     fail_on: Annotated[
         str, typer.Option(metavar="VERDICTS", help="Verdicts that exit 1, such as unexplained,ambiguous (CI).")
     ] = "",
+    junit: Annotated[Path | None, typer.Option(metavar="FILE", help="The verdict as JUnit XML too (CI).")] = None,
     workers: Annotated[int, typer.Option(help="Processes that score candidates.", min=1)] = 2,
     dask: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Score candidates on a Dask cluster instead.")
@@ -74,65 +82,74 @@ def command(
     Logs come from `gimbal-hil experiment survey` (to search in) and `survey_holdout` (to judge on), or are tables of
     your own with the columns time_s, AXIS.position and AXIS.torque (docs/signals-table.md).
     """
-    import json
-
-    from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
-    from gimbal_hil.discrepancy import (
-        Request,
-        check_logs,
-        corrected_model,
-        diagnose,
-        discrepancy_page,
-        ramps_apart,
-        recalibrated_model,
-        verdict_of,
-    )
-    from gimbal_hil.preflight import preflight
-    from gimbal_hil.signals import read_together
-    from sim_backend.effects import effect_named
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.library import question_of
     from sim_backend.model import model_named, shipped_model
+
+    fails = _verdicts(fail_on)
+    _refuse(out, force, only, without)
+    given = model_named(model) if model else shipped_model()
+    logs: dict[str, Any] = {"resample": resample, "drop_invalid": drop_invalid, "rate_hz": rate}
+    try:
+        question = question_of(
+            given, measured, holdout or (), only=only or (), without=without or (), band_hz=band, **logs
+        )
+    except BadInputError as error:
+        _unusable(out, str(error), force)
+        raise
+    with _progress(as_json) as tell:
+        finding = question.asked(workers=workers, dask=dask, progress=tell)
+        tell("writing the report")
+        _write(out, finding)
+    return _told(finding, model, out, fails, junit, as_json)
+
+
+def _refuse(out: Path, force: bool, only: list[str] | None, without: list[str] | None) -> None:
+    """What would be overwritten, and names that are no effects, before anything is read."""
+    from firmware_protocol.errors import BadInputError
+    from sim_backend.effects import effect_named
 
     for name in (MODEL_FILE, VERDICT_FILE, REPORT_FILE):
         if (out / name).exists() and not force:
             raise BadInputError(str(out / name), "already exists", "a new folder, or --force to overwrite it")
-    fails = _verdicts(fail_on)
     for option, names in (("--only", only), ("--without", without)):
         for effect in names or ():
             effect_named(effect, option)
-    given = model_named(model) if model else shipped_model()
-    sources = [str(path) for path in (*measured, *(holdout or ()))]
-    try:
-        tables = read_together(
-            [*measured, *(holdout or [])], given, resample=resample, drop_invalid=drop_invalid, rate_hz=rate
-        )
-        fitted, judged = tables[: len(measured)], tables[len(measured) :]
-        check_logs(given, (*fitted, *judged), band)
-        preflight(given, (*fitted, *judged))
-    except BadInputError as error:
-        _unusable(out, str(error), force)
-        raise
-    fitted, ramps, notes = ramps_apart(given, fitted)
-    request = Request(given, fitted, judged, band, tuple(only or ()), tuple(without or ()))
-    with _progress(as_json) as tell:
-        result = diagnose(request, workers=workers, dask=dask, progress=tell)
-        tell("writing the report")
-        logs = (*fitted, *judged, *ramps)
-        found = verdict_of(
-            result, logs, (*notes, *(f"{table.source}: {note}" for table in logs for note in table.notes))
-        )
-    verdict = found.document
-    corrected = corrected_model(result)
+
+
+def _write(out: Path, finding: Finding) -> None:
+    """The verdict, the model where it changed, and the report."""
+    import json
+
     out.mkdir(parents=True, exist_ok=True)
-    for stale in (MODEL_FILE, RECALIBRATED_FILE):
-        (out / stale).unlink(missing_ok=True)
-    if corrected is not None:
-        (out / MODEL_FILE).write_text(corrected.to_yaml(), encoding="utf-8")
-    elif verdict["recalibrated"]:
-        (out / RECALIBRATED_FILE).write_text(recalibrated_model(result).to_yaml(), encoding="utf-8")
-    (out / VERDICT_FILE).write_text(json.dumps(verdict, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-    discrepancy_page(result, found, corrected, sources).write(out / REPORT_FILE)
+    for name, changed in ((MODEL_FILE, finding.model), (RECALIBRATED_FILE, finding.recalibrated)):
+        (out / name).unlink(missing_ok=True)
+        if changed is not None:
+            (out / name).write_text(changed.to_yaml(), encoding="utf-8")
+    text = json.dumps(finding.verdict.document, indent=2, allow_nan=False)
+    (out / VERDICT_FILE).write_text(text + "\n", encoding="utf-8")
+    finding.page.write(out / REPORT_FILE)
+
+
+def _told(
+    finding: Finding, model: str | None, out: Path, fails: frozenset[str], junit: Path | None, as_json: bool
+) -> int:
+    """The answer on the terminal, and as JUnit where asked; the exit code."""
+    import json
+
+    from firmware_protocol.errors import EXIT_DONE, EXIT_NO
+    from gimbal_hil.cli.following import after_discrepancy, print_next
+    from gimbal_hil.report import Case, write_junit
+
+    verdict = finding.verdict.document
     print(json.dumps(verdict, allow_nan=False) if as_json else _summary(verdict, out))
-    return EXIT_NO if verdict["verdict"] in fails else EXIT_DONE
+    if not as_json:
+        print_next(after_discrepancy(verdict, model, len(finding.result.model.axes), out))
+    failed = finding.kind.value in fails
+    if junit is not None:
+        case = Case("discrepancy", f"{finding.kind.value}: {finding.verdict.text}", failed)
+        write_junit(junit, "gimbal-hil discrepancy", [case])
+    return EXIT_NO if failed else EXIT_DONE
 
 
 def _verdicts(text: str) -> frozenset[str]:
@@ -173,9 +190,9 @@ class _progress:
     """A line on the terminal that says what is being done; silent where nobody looks."""
 
     def __init__(self, quiet: bool) -> None:
-        from rich.console import Console
+        from gimbal_hil.cli.progress import error_console
 
-        console = Console(stderr=True)
+        console = error_console()
         self._status = console.status("starting") if console.is_terminal and not quiet else None
 
     def __enter__(self) -> Any:
@@ -195,5 +212,5 @@ def _summary(verdict: dict[str, Any], out: Path) -> str:
         lines.append(f"  {effect['name']} on {effect['axis']} ({effect['status']}): {values}")
     lines += [f"  ! {found['axis']}: {found['text']}" for found in verdict["contradictions"]]
     if verdict["next_experiment"]:
-        lines.append(f"  next: {verdict['next_experiment']['plan']}")
+        lines.append(f"  to decide it: {verdict['next_experiment']['plan']}")
     return "\n".join([*lines, f"report: {out / REPORT_FILE}"])

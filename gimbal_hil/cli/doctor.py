@@ -33,6 +33,7 @@ def command(
     import json
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
+    from gimbal_hil.cli.following import after_doctor, print_next
     from gimbal_hil.daemon import check_link
     from gimbal_hil.settings import load_settings, shipped_settings
 
@@ -50,17 +51,18 @@ def command(
         print(json.dumps(answer))
     else:
         print("\n".join([*_machine_lines(machine), *link.lines(), _verdict(holds, [*machine.reasons, *link.reasons])]))
+        print_next(after_doctor(config, holds))
     return EXIT_DONE if holds else EXIT_NO
 
 
 def _measure(settings: DaemonSettings, seconds: float, quiet: bool) -> MachineReport:
     """With a bar that moves between slices only: a thread of its own would disturb what is measured."""
-    from rich.console import Console
     from rich.progress import Progress
 
+    from gimbal_hil.cli.progress import error_console
     from gimbal_hil.timing import Duration, check_machine
 
-    console = Console(stderr=True)
+    console = error_console()
     with Progress(console=console, transient=True, auto_refresh=False, disable=quiet or not console.is_terminal) as bar:
         task = bar.add_task("measuring wake-ups", total=1.0)
 

@@ -20,6 +20,7 @@ def command(
     """The catalogue of effects by domain: definition, parameters with unit, bounds and neutral value, and the run that
     excites each.
     """
+    from gimbal_hil.cli.following import after_effects, print_next
     from sim_backend.effects import CATALOGUE, Domain, effect_named
 
     chosen = list(CATALOGUE.values()) if name is None else [effect_named(name, "gimbal-hil effects")]
@@ -36,6 +37,10 @@ def command(
             f"\n{len(chosen)} effects. In a model file:  effects: [{{name: cogging, axis: outer, amplitude: 0.02, "
             f"order: 12}}]"
         )
+        print_next(after_effects(None, None))
+    else:
+        made = [run.sequence for run in chosen[0].separated_by if run.sequence]
+        print_next(after_effects(name, made[0] if made else None))
     return EXIT_DONE
 
 

@@ -4,22 +4,45 @@ controls.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gimbal_hil.cli.completion import model_names, one_of
+
 if TYPE_CHECKING:
+    from gimbal_hil.cli.progress import ProgressBar
     from gimbal_hil.experiments import Outcome
+
+
+#: those of the registry, which --help and completion do not wait for
+_SEQUENCES = (
+    "step", "sliding", "presliding", "gravity_map", "sweep", "base_motion", "warm_up", "survey", "survey_holdout",
+    "plateaus", "full_turn", "creep", "reversals", "two_loads", "one_locked", "warm_and_cool",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Wanted:
+    """What is wanted whoever conducts the experiment: the options of the same names."""
+
+    name: str
+    model: str | None
+    folder: Path
+    axis: list[str] | None
+    short: bool
+    breakaway: list[str] | None
+    resume: bool
+    force: bool
 
 
 def command(
     name: Annotated[
         str,
         typer.Argument(
-            help="A plan file, thesis, or a sequence: step, sliding, presliding, gravity_map, sweep, base_motion, "
-            "warm_up, survey, survey_holdout, plateaus, full_turn, creep, reversals, two_loads, one_locked, "
-            "warm_and_cool."
+            help=f"A plan file, thesis, or a sequence: {', '.join(_SEQUENCES)}.", autocompletion=one_of(*_SEQUENCES)
         ),
     ],
     config: Annotated[
@@ -29,6 +52,7 @@ def command(
         str | None,
         typer.Option(
             metavar="MODEL",
+            autocompletion=model_names,
             help="Model (file or shipped name) of the embedded antenna, not the configuration's; with --run where "
             "torques come from.",
         ),
@@ -64,46 +88,54 @@ def command(
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
 ) -> int:
     """Run a sequence; leaves a run folder with log, table.csv and report.html."""
-    import json
     import sys
 
-    from firmware_protocol.errors import EXIT_INTERRUPTED, BadInputError
+    from firmware_protocol.errors import EXIT_INTERRUPTED
+    from gimbal_hil.cli.following import print_next
     from gimbal_hil.cli.progress import ProgressBar
     from gimbal_hil.experiments import CHECKPOINT_FILE, PARTS_FOLDER
-    from gimbal_hil.runs import wall_clock_utc
 
-    if not lockstep and run is None:
-        raise BadInputError("--real-time", "does not say which daemon", "--run with the run folder of a running daemon")
-    if resume and out is None:
-        raise BadInputError("--resume", "does not say which run", "--out with the folder of the stopped experiment")
-    folder = out or Path("runs") / f"{Path(name).stem}-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
+    folder = _folder(name, out, run, lockstep, resume)
     if name == "thesis":
         return _thesis(folder, force, as_json)
+    wanted = _Wanted(name, model, folder, axis, short, breakaway, resume, force)
     try:
         with ProgressBar(not as_json) as progress:
-            outcome = (
-                _conduct(
-                    name, config, model, folder, axis, short, every, base, breakaway, seed, resume, force, progress
-                )
-                if run is None
-                else _conduct_through_daemon(name, run, model, folder, axis, short, breakaway, resume, force, progress)
-            )
+            if run is None:
+                outcome = _conduct(wanted, config, every, base, seed, progress)
+            else:
+                outcome = _conduct_through_daemon(wanted, run, progress)
     except KeyboardInterrupt:
         begun = (folder / CHECKPOINT_FILE).exists() or (folder / PARTS_FOLDER).is_dir()
         how = f"; the same command with --out {folder} --resume goes on after the last whole step" if begun else ""
         print(f"interrupted{how}", file=sys.stderr)
         return EXIT_INTERRUPTED
     if as_json:
-        print(
-            json.dumps(
-                {"experiment": outcome.experiment.name, "run": str(folder), "rows": list(outcome.rows)}, allow_nan=False
-            )
-        )
+        _print_json(outcome, folder)
     else:
         print(f"{outcome.experiment.text}: {len(outcome.rows)} rows")
         print(f"  table   {folder / 'table.csv'}\n  report  {folder / 'report.html'}")
-        print(f"next: {_following(outcome.experiment.name, folder, config, model, run)}")
+        print_next(_following(outcome.experiment.name, folder, config, model, run))
     return 0
+
+
+def _folder(name: str, out: Path | None, run: Path | None, lockstep: bool, resume: bool) -> Path:
+    """Where the run goes; BadInputError where the options do not go together."""
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.runs import wall_clock_utc
+
+    if not lockstep and run is None:
+        raise BadInputError("--real-time", "does not say which daemon", "--run with the run folder of a running daemon")
+    if resume and out is None:
+        raise BadInputError("--resume", "does not say which run", "--out with the folder of the stopped experiment")
+    return out or Path("runs") / f"{Path(name).stem}-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
+
+
+def _print_json(outcome: Outcome, folder: Path) -> None:
+    import json
+
+    document = {"experiment": outcome.experiment.name, "run": str(folder), "rows": list(outcome.rows)}
+    print(json.dumps(document, allow_nan=False))
 
 
 def _following(name: str, folder: Path, config: Path | None, model: str | None, run: Path | None) -> str:
@@ -122,19 +154,7 @@ def _following(name: str, folder: Path, config: Path | None, model: str | None, 
 
 
 def _conduct(
-    name: str,
-    config: Path | None,
-    model: str | None,
-    folder: Path,
-    axis: list[str] | None,
-    short: bool,
-    every: int | None,
-    base: str | None,
-    breakaway: list[str] | None,
-    seed: int | None,
-    resume: bool,
-    force: bool,
-    progress: object,
+    wanted: _Wanted, config: Path | None, every: int | None, base: str | None, seed: int | None, progress: ProgressBar
 ) -> Outcome:
     from gimbal_hil.cli.torques import torques_by_axis
     from gimbal_hil.experiments import conduct, embedded_model_of
@@ -144,38 +164,27 @@ def _conduct(
 
     settings = load_settings(config) if config else shipped_settings()
     antenna, own_seed = embedded_model_of(settings)
-    if model is not None:
-        antenna = model_named(model)
+    if wanted.model is not None:
+        antenna = model_named(wanted.model)
     settings = settings.for_axes(antenna.axes, antenna.where)
     names = settings.axis_names
-    known = breakaway_torques(antenna) | torques_by_axis(breakaway, names)
-    experiment = build_experiment(
-        name, SequenceOptions(settings.rate_hz, _axes(axis, names), short, every, known, base, names)
-    )
+    known = breakaway_torques(antenna) | torques_by_axis(wanted.breakaway, names)
+    axes = _axes(wanted.axis, names)
+    options = SequenceOptions(settings.rate_hz, axes, wanted.short, every, known, base, names)
+    experiment = build_experiment(wanted.name, options)
     return conduct(
         experiment,
         settings,
         antenna,
         own_seed if seed is None else seed,
-        folder,
-        resume=resume,
-        force=force,
-        progress=progress,  # type: ignore[arg-type]
+        wanted.folder,
+        resume=wanted.resume,
+        force=wanted.force,
+        progress=progress,
     )
 
 
-def _conduct_through_daemon(
-    name: str,
-    run: Path,
-    model: str | None,
-    folder: Path,
-    axis: list[str] | None,
-    short: bool,
-    breakaway: list[str] | None,
-    resume: bool,
-    force: bool,
-    progress: object,
-) -> Outcome:
+def _conduct_through_daemon(wanted: _Wanted, run: Path, progress: ProgressBar) -> Outcome:
     from gimbal_hil.cli.torques import torques_by_axis
     from gimbal_hil.experiments import conduct_through_daemon
     from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
@@ -184,10 +193,15 @@ def _conduct_through_daemon(
 
     header = read_header(run).header
     rate_hz, names = 1e9 / header.period_ns, header.axes
-    known = (breakaway_torques(model_named(model)) if model else {}) | torques_by_axis(breakaway, names)
+    known = (breakaway_torques(model_named(wanted.model)) if wanted.model else {}) | torques_by_axis(
+        wanted.breakaway, names
+    )
     # a real antenna's log is not thinned: it cannot be made again
-    experiment = build_experiment(name, SequenceOptions(rate_hz, _axes(axis, names), short, 1, known, names=names))
-    return conduct_through_daemon(experiment, run, folder, resume=resume, force=force, progress=progress)  # type: ignore[arg-type]
+    options = SequenceOptions(rate_hz, _axes(wanted.axis, names), wanted.short, 1, known, names=names)
+    experiment = build_experiment(wanted.name, options)
+    return conduct_through_daemon(
+        experiment, run, wanted.folder, resume=wanted.resume, force=wanted.force, progress=progress
+    )
 
 
 def _axes(asked: list[str] | None, names: tuple[str, str]) -> tuple[str, ...]:

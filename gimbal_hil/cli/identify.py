@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from gimbal_hil.cli.completion import model_names
 
 if TYPE_CHECKING:
     from gimbal_hil.identification import AxisIdentification, Log
@@ -34,7 +36,11 @@ def command(
     ],
     model: Annotated[
         str | None,
-        typer.Option(metavar="MODEL", help="Prior and rigid body: a model file or a shipped name; without it thesis."),
+        typer.Option(
+            metavar="MODEL",
+            autocompletion=model_names,
+            help="Prior and rigid body: a model file or a shipped name; without it thesis.",
+        ),
     ] = None,
     axis: Annotated[list[str] | None, typer.Option(help="Identify this axis only; may be repeated.")] = None,
     torque_driven: Annotated[
@@ -78,39 +84,57 @@ def command(
     """
     import json
 
-    from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
-    from gimbal_hil.cli.torques import torques_by_axis
-    from gimbal_hil.identification import Verdict, identification_page, identification_record, updated_model
-    from sim_backend.model import model_named, shipped_model
+    from firmware_protocol.errors import EXIT_DONE, EXIT_NO
+    from gimbal_hil.cli.following import after_identify, print_next
+    from gimbal_hil.identification import Determination, identification_record
+
+    _refuse_what_stands_there(out, force)
+    given, axes = _prior(model, axis, breakaway)
+    reading = _Reading(torque_driven, resample, drop_invalid, rate)
+    results = _identify(runs, given, axes, reading, workers, seed, ramps_at_rest, as_json)
+    record = identification_record(results, [str(path) for path in runs])
+    _write(out, given, results, record)
+    print(json.dumps(record, allow_nan=False) if as_json else "\n".join(_lines(results, out)))
+    found = any(e.verdict is Determination.IDENTIFIED for result in results for e in result.estimates)
+    if not as_json:
+        print_next(after_identify(out, runs, len(given.axes), found))
+    return EXIT_DONE if found else EXIT_NO
+
+
+def _refuse_what_stands_there(out: Path, force: bool) -> None:
+    from firmware_protocol.errors import BadInputError
 
     for name in (MODEL_FILE, ANSWER_FILE, REPORT_FILE):
         if (out / name).exists() and not force:
             raise BadInputError(str(out / name), "already exists", "a new folder, or --force to overwrite it")
     if out.exists() and not out.is_dir():
         raise BadInputError(str(out), "is a file", "a folder")
+
+
+def _prior(
+    model: str | None, axis: list[str] | None, breakaway: list[str] | None
+) -> tuple[AntennaModel, tuple[str, ...]]:
+    """The model that is begun from, and the axes to identify; BadInputError where one cannot be."""
+    from gimbal_hil.cli.torques import torques_by_axis
+    from gimbal_hil.identification import axes_to_identify
+    from sim_backend.model import model_named, shipped_model
+
     given = model_named(model) if model else shipped_model()
-    for name in axis or ():
-        if name not in given.axes:
-            raise BadInputError("--axis", f"no axis {name!r}", "one of " + ", ".join(given.axes))
+    axes = axes_to_identify(given, axis, "--axis")
     for name, torque in torques_by_axis(breakaway, given.axes).items():
         given = given.with_numbers(name, {"friction.breakaway": torque})
-    axes, reading = tuple(axis or given.axes), _Reading(torque_driven, resample, drop_invalid, rate)
-    for name in axes:
-        if name in given.friction_over_temperature:
-            where = f"{given.where}: axes.{name}.friction.over_temperature"
-            raise BadInputError(
-                where, "would hide the numbers identified", "a model whose friction does not follow a table"
-            )
-    results = _identify(runs, given, axes, reading, workers, seed, ramps_at_rest, as_json)
-    sources = [str(path) for path in runs]
-    record = identification_record(results, sources)
+    return given, axes
+
+
+def _write(out: Path, given: AntennaModel, results: list[AxisIdentification], record: dict[str, Any]) -> None:
+    import json
+
+    from gimbal_hil.identification import identification_page, updated_model
+
     _make_folder(out)
     (out / MODEL_FILE).write_text(updated_model(given, results).to_yaml(), encoding="utf-8")
     (out / ANSWER_FILE).write_text(json.dumps(record, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-    identification_page(given, results, sources).write(out / REPORT_FILE)
-    print(json.dumps(record, allow_nan=False) if as_json else "\n".join(_lines(results, out)))
-    found = any(e.verdict is Verdict.IDENTIFIED for result in results for e in result.estimates)
-    return EXIT_DONE if found else EXIT_NO
+    identification_page(given, results, record["sources"]).write(out / REPORT_FILE)
 
 
 def _make_folder(out: Path) -> None:
@@ -132,14 +156,14 @@ def _identify(
     ramps_at_rest: bool,
     quiet: bool,
 ) -> list[AxisIdentification]:
-    from rich.console import Console
     from rich.progress import Progress
 
+    from gimbal_hil.cli.progress import error_console
     from gimbal_hil.executor import open_executor
     from gimbal_hil.identification import identify_axis, read_logs
     from gimbal_hil.preflight import preflight
 
-    console = Console(stderr=True)
+    console = error_console()
     with Progress(console=console, transient=True, disable=quiet or not console.is_terminal) as bar:
         task = bar.add_task("reading logs", total=len(runs) + len(axes))
         logs: list[Log] = []

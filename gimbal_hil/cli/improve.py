@@ -7,8 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gimbal_hil.cli.completion import model_names
+
 if TYPE_CHECKING:
     from gimbal_hil.improvement import Improvement, Journal, Task
+    from gimbal_hil.settings import DaemonSettings
+    from sim_backend.model import AntennaModel
 
 RESULT_FILE, MODEL_FILE, REPORT_FILE = "improve.json", "model.yaml", "report.html"
 
@@ -26,7 +30,11 @@ def command(
     ] = None,
     model: Annotated[
         str | None,
-        typer.Option(metavar="MODEL", help="Model to start from, or name of a shipped one; without it thesis."),
+        typer.Option(
+            metavar="MODEL",
+            autocompletion=model_names,
+            help="Model to start from, or name of a shipped one; without it thesis.",
+        ),
     ] = None,
     rounds: Annotated[int, typer.Option(help="Rounds (a diagnosis each) at most.", min=1)] = 6,
     budget: Annotated[float, typer.Option(help="Antenna time at most, s.", min=1.0)] = 900.0,
@@ -51,7 +59,8 @@ def command(
     Ctrl-C or SIGTERM brings the joints back, switches torque off, ends with 130; --resume goes on with the finished
     runs kept.
     """
-    from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
+    from firmware_protocol.errors import EXIT_DONE, EXIT_NO
+    from gimbal_hil.cli.following import after_improve, print_next
     from gimbal_hil.cli.progress import ProgressBar
     from gimbal_hil.experiments.sequences import SHORT_SURVEY_S
     from gimbal_hil.improvement import (
@@ -65,18 +74,9 @@ def command(
         torques_of,
         travels_of,
     )
-    from gimbal_hil.settings import load_settings, shipped_settings
-    from sim_backend.model import model_named, shipped_model
 
-    if resume and force:
-        raise BadInputError("--resume", "keeps what is there, --force does not", "one of the two")
-    if not resume and not force and (out / JOURNAL_FILE).exists():
-        raise BadInputError(
-            str(out / JOURNAL_FILE), "already exists", "a new folder, --resume to go on, or --force to overwrite it"
-        )
-    settings = load_settings(config) if config else shipped_settings()
-    start = model_named(model) if model else shipped_model()
-    settings = settings.for_axes(start.axes, start.where)
+    _refuse_what_stands_there(out, resume, force)
+    settings, start = _begun_from(config, model)
     budgets = budgets_of(settings, budget, rounds, torques_of(torque or []), travels_of(travel or []))
     task = Task(settings, start, out, budgets, SHORT_SURVEY_S if short else survey, workers, dask)
     journal = Journal(out / JOURNAL_FILE, resume=resume)
@@ -92,7 +92,30 @@ def command(
     finally:
         journal.close()
     _write_results(task, journal, done, as_json)
+    if not as_json:
+        print_next(after_improve(out, config, done.ending is Ending.AT_THE_FLOOR))
     return EXIT_DONE if done.ending is Ending.AT_THE_FLOOR else EXIT_NO
+
+
+def _begun_from(config: Path | None, model: str | None) -> tuple[DaemonSettings, AntennaModel]:
+    from gimbal_hil.settings import load_settings, shipped_settings
+    from sim_backend.model import model_named, shipped_model
+
+    settings = load_settings(config) if config else shipped_settings()
+    start = model_named(model) if model else shipped_model()
+    return settings.for_axes(start.axes, start.where), start
+
+
+def _refuse_what_stands_there(out: Path, resume: bool, force: bool) -> None:
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.improvement import JOURNAL_FILE
+
+    if resume and force:
+        raise BadInputError("--resume", "keeps what is there, --force does not", "one of the two")
+    if not resume and not force and (out / JOURNAL_FILE).exists():
+        raise BadInputError(
+            str(out / JOURNAL_FILE), "already exists", "a new folder, --resume to go on, or --force to overwrite it"
+        )
 
 
 def _end_like_ctrl_c() -> None:
@@ -166,7 +189,7 @@ def _write_results(task: Task, journal: Journal, done: Improvement, as_json: boo
 
     record = {
         "schema": 1,
-        "ending": done.ending.name.lower(),
+        "ending": done.ending.word,
         "text": done.text,
         "antenna_s": done.antenna_s,
         "rounds": [asdict(one) for one in done.diagnoses],

@@ -11,7 +11,7 @@ import typer
 
 if TYPE_CHECKING:
     from gimbal_hil.starting import AntennaDescription, AxisDescription
-    from sim_backend.model import Kind
+    from sim_backend.model import ModelKind
 
 _EACH = "AXIS=NUMBER"
 #: option -> field of an axis, what is asked, whether a linear axis has it
@@ -64,6 +64,7 @@ def command(
     import json
 
     from firmware_protocol.errors import EXIT_DONE
+    from gimbal_hil.cli.following import print_next
     from gimbal_hil.starting import first_command, write_antenna
 
     given = {
@@ -84,7 +85,8 @@ def command(
         print(json.dumps({"files": [str(path) for path in written], "next": following}))
     else:
         shown = ", ".join(path.name for path in written if path.parent == folder)
-        print(f"{folder}: {shown}\nnext: {following}")
+        print(f"{folder}: {shown}")
+        print_next(following)
     return EXIT_DONE
 
 
@@ -115,14 +117,14 @@ def _described(
 ) -> AntennaDescription:
     from firmware_protocol.errors import BadInputError
     from gimbal_hil.starting import AntennaDescription, parse_link, usual_names
-    from sim_backend.model import Kind
+    from sim_backend.model import ModelKind
 
-    word = kind or ask("kind (gimbal, rotary, linear)", Kind.GIMBAL.value)
-    what = next((one for one in Kind if one.value == word), None)
+    word = kind or ask("kind (gimbal, rotary, linear)", ModelKind.GIMBAL.value)
+    what = next((one for one in ModelKind if one.value == word), None)
     if what is None:
-        raise BadInputError("--kind", f"no kind {word!r}", ", ".join(Kind))
+        raise BadInputError("--kind", f"no kind {word!r}", ", ".join(ModelKind))
     names = _names(axes or ask("axes, the carrying one first", ",".join(usual_names(what))), what)
-    chosen = parse_link(link or (ask("link", "virtual") if what is Kind.GIMBAL else "virtual"))
+    chosen = parse_link(link or (ask("link", "virtual") if what is ModelKind.GIMBAL else "virtual"))
     numbers = {option: _by_axis(words, names, f"--{option.replace('_', '-')}") for option, words in given.items()}
     limits = {axis: _range(text) for axis, text in _pairs(travel, names, "--travel").items()}
     sections = tuple(_axis(name, place, what, numbers, limits, ask) for place, name in enumerate(names))
@@ -131,7 +133,7 @@ def _described(
     return AntennaDescription(folder.absolute().name, what, sections, chosen, rate or chosen.rate_hz, has_gyro)
 
 
-def _names(text: str, kind: Kind) -> tuple[str, ...]:
+def _names(text: str, kind: ModelKind) -> tuple[str, ...]:
     from firmware_protocol.errors import BadInputError
     from gimbal_hil.starting import usual_names
 
@@ -143,7 +145,7 @@ def _names(text: str, kind: Kind) -> tuple[str, ...]:
 
 
 def _axis(
-    name: str, place: int, kind: Kind, numbers: dict[str, dict[str, float]], travel: dict[str, Any], ask: Asker
+    name: str, place: int, kind: ModelKind, numbers: dict[str, dict[str, float]], travel: dict[str, Any], ask: Asker
 ) -> AxisDescription:
     from gimbal_hil.starting import AxisDescription, usual_axis
 

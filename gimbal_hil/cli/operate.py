@@ -18,7 +18,9 @@ _MODES = {"position": "rad", "rate": "rad/s", "inertial_rate": "rad/s", "torque"
 
 
 def set_axes(
-    values: Annotated[list[str], typer.Argument(metavar="AXIS=VALUE...", help="As in azimuth=0.5 elevation=-0.3.")],
+    values: Annotated[
+        list[str], typer.Argument(metavar="AXIS=VALUE...", help="As in outer=0.5 inner=-0.3: names of your model.")
+    ],
     mode: Annotated[
         str, typer.Option(help="position (rad), rate or inertial_rate (rad/s), torque (N m).")
     ] = "position",
@@ -54,7 +56,7 @@ def stop(run: Run = None, as_json: AsJson = False) -> int:
 
 
 def quick_stop(run: Run = None, as_json: AsJson = False) -> int:
-    """Torque off now, and the drive's own quick stop; a fault that `reset` leaves."""
+    """The drive brakes both axes by itself, with torque, and holds them until it is switched off; left by `reset`."""
     return _plain("quick_stop", "quick stop", run, as_json, "gimbal-hil reset")
 
 
@@ -117,6 +119,9 @@ def _tell(answer: dict[str, Any], said: str, following: str, as_json: bool) -> i
     import json
 
     from firmware_protocol.errors import EXIT_DONE
+    from gimbal_hil.cli.following import print_next
 
-    print(json.dumps(answer) if as_json else f"{said}\nnext: {following}")
+    print(json.dumps(answer) if as_json else said)
+    if not as_json:
+        print_next(following)
     return EXIT_DONE

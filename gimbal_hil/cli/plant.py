@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gimbal_hil.cli.completion import model_names
+
 if TYPE_CHECKING:
     from firmware_protocol.links import CanLinkConfig
     from gimbal_hil.settings import DaemonSettings
@@ -23,7 +25,10 @@ def command(
         Path | None, typer.Option(help="The daemon's configuration file: its rate, model, seed and link are used.")
     ] = None,
     model: Annotated[
-        str | None, typer.Option(help="Model file or name of a shipped model; goes before the configuration's.")
+        str | None,
+        typer.Option(
+            autocompletion=model_names, help="Model file or name of a shipped model; goes before the configuration's."
+        ),
     ] = None,
     link: Annotated[
         str | None,
@@ -51,6 +56,7 @@ def command(
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED
     from firmware_protocol.links import AdapterLinkConfig
+    from gimbal_hil.cli.following import after_plant, print_next
     from gimbal_hil.settings import load_settings, shipped_settings
     from sim_backend.device import Device
     from sim_backend.server import DeviceServer, join_bus, open_outlet
@@ -69,6 +75,8 @@ def command(
         server = DeviceServer(Device(antenna, rate_hz=settings.rate_hz, seed=noise_seed), outlet.link)
         with _signals_stop(server) as signals:
             _announce(outlet, antenna.name, settings.rate_hz, ready_file, as_json)
+            if not as_json:
+                print_next(after_plant(config, outlet.kind.value, outlet.path))
             _serve(server, duration)
     finally:
         outlet.link.close()
@@ -175,8 +183,8 @@ def _announce(outlet: Outlet, model: str, rate_hz: float, ready_file: Path | Non
 def _lines(server: DeviceServer) -> list[str]:
     s = server.statistics
     return [
-        f"ticks: {s.ticks_by_set_point} by set-points, {s.ticks_by_own_clock} by own clock; skipped {s.skipped}, "
-        f"merged {s.merged}",
+        f"ticks: {s.ticks_by_set_point} by set-points, {s.ticks_by_own_clock} by own clock; skipped {s.skipped} "
+        f"({s.passed_over} of them made up for), merged {s.merged}",
         f"frames: {s.frames_received} received, {s.frames_sent} sent, {s.frames_dropped} dropped, "
         f"{s.malformed + s.bad_frames} bad",
         f"drive: {s.state.replace('_', ' ')}, fault {s.fault}; refused set-points {s.refused_set_points}; link lost "

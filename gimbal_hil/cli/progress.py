@@ -3,11 +3,22 @@
 from __future__ import annotations
 
 import sys
+from functools import lru_cache
 from types import TracebackType
-from typing import Self
+from typing import Self, TextIO
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+
+def error_console() -> Console:
+    """The one console on stderr: displays on the same console stand below each other, on two they overwrite."""
+    return _console_of(sys.stderr)
+
+
+@lru_cache(maxsize=1)
+def _console_of(stream: TextIO) -> Console:
+    return Console(file=stream)
 
 
 class ProgressBar:
@@ -22,7 +33,7 @@ class ProgressBar:
             TextColumn("left"),
             TimeRemainingColumn(),
             TextColumn("{task.description}", style="dim"),
-            console=Console(stderr=True),
+            console=error_console(),
             disable=not (enabled and sys.stderr.isatty()),
             transient=True,
         )

@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
+from gimbal_hil.cli.following import command_line, print_next
 
 
 def command(
@@ -45,6 +46,7 @@ def command(
         out.write_text(text, encoding="utf-8", newline="\n")
     except OSError as error:
         raise BadInputError(str(out), error.strerror or str(error), "a file that can be written") from error
+    print_next(command_line("protocol", "--check", emit=emit, out=out))
     return EXIT_DONE
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from gimbal_hil.runs import ReplayResult, Run
+    from gimbal_hil.runs import Again, RecordedRun, ReplayResult
 
 ANSWER_FILE = "replay.json"
 
@@ -19,39 +19,55 @@ def command(
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help=f"Also write the answer to {ANSWER_FILE} in this folder.")
     ] = None,
+    junit: Annotated[Path | None, typer.Option(metavar="FILE", help="The answer as JUnit XML too (CI).")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an answer that is there.")] = False,
+    update: Annotated[
+        bool, typer.Option("--update", help="Where it differs: make what the host does now the reference in RUN.")
+    ] = False,
 ) -> int:
     """Run the recorded frames and commands through the host core again; the first tick and signal that differ, or
-    identical.
+    identical. Where they differ, what changed is told signal by signal.
     """
     import time
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
+    from gimbal_hil.cli.following import after_replay, print_next
+    from gimbal_hil.report import Case, write_junit
     from gimbal_hil.runs import open_run
+    from gimbal_hil.runs import update as make_reference
 
     if out is not None and (out / ANSWER_FILE).exists() and not force:
         raise BadInputError(str(out / ANSWER_FILE), "already exists", "a new folder, or --force to overwrite it")
     log = open_run(run)
     began = time.perf_counter()
     result = _replay(log, quiet=as_json)
-    answer = _answer(log, result, time.perf_counter() - began)
+    again = None if result.identical else _again(log, must=update)
+    answer = _answer(log, result, time.perf_counter() - began) | {"changes": _changes(log, again)}
+    if update and again is not None:
+        make_reference(log, again)
+        answer |= {"updated": True}
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         (out / ANSWER_FILE).write_text(json.dumps(answer, indent=2) + "\n", encoding="utf-8")
     print(json.dumps(answer, indent=2) if as_json else "\n".join(_lines(answer)))
-    return EXIT_DONE if result.identical else EXIT_NO
+    if junit is not None:
+        failed = not result.identical and not update
+        write_junit(junit, "gimbal-hil replay", [Case(str(run), "\n".join(_lines(answer)), failed)])
+    if not as_json:
+        print_next(after_replay(run, result.identical or update))
+    return EXIT_DONE if result.identical or update else EXIT_NO
 
 
-def _replay(log: Run, *, quiet: bool) -> ReplayResult:
-    from rich.console import Console
+def _replay(log: RecordedRun, *, quiet: bool) -> ReplayResult:
     from rich.progress import Progress
 
+    from gimbal_hil.cli.progress import error_console
     from gimbal_hil.lockstep import give_again, host_of
     from gimbal_hil.runs import replay
 
     host = host_of(log)
-    console = Console(stderr=True)
+    console = error_console()
     with Progress(console=console, transient=True, disable=quiet or not console.is_terminal) as bar:
         task = bar.add_task("replaying ticks", total=log.replayable_ticks)
         return replay(
@@ -59,7 +75,32 @@ def _replay(log: Run, *, quiet: bool) -> ReplayResult:
         )
 
 
-def _answer(log: Run, result: ReplayResult, took_s: float) -> dict[str, Any]:
+def _again(log: RecordedRun, must: bool) -> Again | None:
+    """What the host does now; None (an error where it must be) for a log that is damaged: then it is no reference."""
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.lockstep import give_again, host_of
+    from gimbal_hil.runs import run_again
+
+    try:
+        host = host_of(log)
+        return run_again(log, host, lambda event: give_again(host, log, event))
+    except BadInputError:
+        if must:
+            raise
+        return None
+
+
+def _changes(log: RecordedRun, again: Again | None) -> list[dict[str, Any]]:
+    """What came out otherwise, signal by signal."""
+    from dataclasses import asdict
+
+    from gimbal_hil.runs import changes
+
+    found = [] if again is None else changes(log, again)
+    return [asdict(change) | {"text": change.in_words(len(log.ticks))} for change in found]
+
+
+def _answer(log: RecordedRun, result: ReplayResult, took_s: float) -> dict[str, Any]:
     return {
         "identical": result.identical,
         "ticks": result.ticks,
@@ -83,5 +124,7 @@ def _lines(answer: dict[str, Any]) -> list[str]:
     place = f"tick {found['tick']}" if found["tick"] >= 0 else "no single tick"
     return [
         f"differs at {place}: {found['signal']} is {found['recorded']}, not {found['expected']}: {found['reason']}",
+        *(f"  {change['text']}" for change in answer["changes"]),
+        *(["updated: what the host does now is the reference from here on"] if answer.get("updated") else []),
         *answer["notes"],
     ]

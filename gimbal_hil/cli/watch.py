@@ -25,6 +25,7 @@ def command(
     import sys
 
     from firmware_protocol.errors import EXIT_DONE, LinkError
+    from gimbal_hil.cli.following import after_daemon, print_next
     from gimbal_hil.cli.operate import daemon_run
     from gimbal_hil.operator import OperatorClient
 
@@ -35,7 +36,8 @@ def command(
             try:
                 answer = client.request("status")
             except LinkError:
-                print(f"the daemon has ended\nnext: gimbal-hil replay {folder}")
+                print("the daemon has ended")
+                print_next(after_daemon(folder, EXIT_DONE))
                 return EXIT_DONE
             if as_json:
                 print(json.dumps(answer), flush=True)

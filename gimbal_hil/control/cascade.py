@@ -7,12 +7,15 @@ inertial rate hold it is not. All state is in `H` from offset `h`, all parameter
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from firmware_protocol.compiling import compiled
 from gimbal_hil.control.layout import (
     BASE_RATE_SHARE,
     FILTERED,
+    FILTERED_RATE,
     LOOP_ERROR,
     LOOP_REFERENCE,
     POSITION_ANTI_WINDUP,
@@ -20,9 +23,11 @@ from gimbal_hil.control.layout import (
     POSITION_KI,
     POSITION_KP,
     POSITION_TRACKING,
+    PREFILTER_ACCELERATION,
     PREFILTER_CORNER,
     PREFILTER_DECAY,
     PREFILTER_GAIN,
+    PREFILTER_RATE,
     RATE_ANTI_WINDUP,
     RATE_FEEDFORWARD,
     RATE_INTEGRAL,
@@ -54,7 +59,7 @@ def enter_mode(
     limit = C[c + TORQUE_LIMIT]
     H[h + RATE_INTEGRAL] = (clamp(H[h + TORQUE], -limit, limit) - feedforward_nm) / C[c + TORQUE_SCALE]
     H[h + POSITION_INTEGRAL] = rate - C[c + BASE_RATE_SHARE] * base_rate
-    H[h + FILTERED] = position
+    H[h + FILTERED], H[h + FILTERED_RATE] = position, 0.0
 
 
 @compiled
@@ -130,7 +135,12 @@ def _follow_position(
         ahead = C[c + RATE_FEEDFORWARD] * slope / C[c + PREFILTER_CORNER]
         gap = C[c + PREFILTER_GAIN] * (reference + ahead) - H[h + FILTERED]
         wanted_slope = C[c + PREFILTER_CORNER] * gap
-        H[h + FILTERED] += (1.0 - C[c + PREFILTER_DECAY]) * gap
+        if C[c + PREFILTER_ACCELERATION] > 0.0:
+            wanted_slope = _feasible_slope(gap, H[h + FILTERED_RATE], step_s, C, c)
+            H[h + FILTERED] += wanted_slope * step_s
+        else:
+            H[h + FILTERED] += (1.0 - C[c + PREFILTER_DECAY]) * gap
+        H[h + FILTERED_RATE] = wanted_slope
         wanted = H[h + FILTERED]
     else:
         H[h + FILTERED] = reference
@@ -154,6 +164,18 @@ def _follow_position(
             anti_windup,
             C[c + POSITION_TRACKING],
         )
+
+
+@compiled
+def _feasible_slope(gap: float, last: float, step_s: float, C: np.ndarray, c: int) -> float:
+    """Slope (rad/s) of the prefilter's output that closes a gap (rad) within its limits: the filter's own near the end,
+    from where it would brake too hard the speed from which the acceleration allowed just comes to rest.
+    """
+    corner, most = C[c + PREFILTER_CORNER], C[c + PREFILTER_ACCELERATION]
+    size, near = abs(gap), most / (corner * corner)
+    speed = corner * size if size <= near else math.sqrt(2.0 * most * (size - 0.5 * near))
+    slope = math.copysign(min(speed, C[c + PREFILTER_RATE]), gap)
+    return clamp(slope, last - most * step_s, last + most * step_s)
 
 
 @compiled

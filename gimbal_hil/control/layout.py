@@ -38,11 +38,15 @@ RATE_FEEDFORWARD, BASE_RATE_SHARE = 14, 15
 #: compensation, zero means none: Coulomb (N m), viscous (N m s/rad), width of the smoothed sign (rad/s), mass moment of
 #: the body (kg m)
 COULOMB, VISCOUS, SIGN_WIDTH, MOMENT_X, MOMENT_Y, MOMENT_Z = range(16, 22)
-CONTROL_PARAMETERS = 22
+#: the prefilter's output moves no faster than these (rad/s, rad/s^2); zero means no limit
+PREFILTER_RATE, PREFILTER_ACCELERATION = 22, 23
+CONTROL_PARAMETERS = 24
 
 # --- H: state of one axis ---------------------------------------------------------------------------------------------
 #: integrators of the two loops (rad/s; controller units), prefilter output (rad), torque of the last tick (N m)
 POSITION_INTEGRAL, RATE_INTEGRAL, FILTERED, TORQUE = range(4)
 #: what the loops followed at the last tick, for limits and the record: loop reference and its error
 LOOP_REFERENCE, LOOP_ERROR = 4, 5
-CONTROL_STATES = 6
+#: slope of the prefilter's output, rad/s
+FILTERED_RATE = 6
+CONTROL_STATES = 7

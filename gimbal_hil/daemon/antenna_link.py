@@ -20,7 +20,7 @@ class EmbeddedLink(LinkBasis):
         super().__init__(f"virtual antenna {device.model.name}")
         self.device = device
         self._feedback: list[bytes] = []
-        self._opened()
+        self._connect()
 
     def receive(self) -> bytes:
         """Feedback since the last call."""
@@ -41,16 +41,15 @@ class EmbeddedLink(LinkBasis):
         """Whether there is feedback; more of it comes with the next set-point only."""
         return bool(self._feedback)
 
-    def reopen(self) -> bool:
-        """It cannot be lost."""
-        return True
-
     def close(self) -> None:
         """The antenna stays as it is."""
 
     def fileno(self) -> int:
         """None."""
         return -1
+
+    def _connect(self) -> None:
+        self._opened()
 
 
 def embedded_model(link: EmbeddedAntenna) -> AntennaModel:

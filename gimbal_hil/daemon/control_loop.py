@@ -12,7 +12,17 @@ from typing import Any
 from firmware_protocol.enumerations import DriveState
 from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, EXIT_SAFETY_STOP
 from gimbal_hil.daemon.link_keeper import LinkKeeper
-from gimbal_hil.host import EventCode, FirstTest, FirstTestState, Host, HostEvent, HostState, LinkStatus, Program
+from gimbal_hil.host import (
+    EventCode,
+    FirstTest,
+    FirstTestState,
+    Host,
+    HostEvent,
+    HostState,
+    LinkStatus,
+    Program,
+    word_of,
+)
 from gimbal_hil.host.layout import AXES, BASE_RATE, DRIVE_STATE, MEASURED_RATE, REST_RATE, axis_c, axis_h
 from gimbal_hil.telemetry import Command, CommandKind, Telemetry, take_commands, unpack_program
 from gimbal_hil.timing import Clock, Duration, Instant, Miss, MissCause, RingReader, Tick
@@ -29,6 +39,8 @@ _EVENT_KIND = {
     EventCode.IDENTITY: "link",
     EventCode.BEYOND_LIMIT: "note",
 }
+#: both ends call it the same: the host's state and the drive's
+_FAULTS = (word_of(HostState.FAULT), word_of(DriveState.FAULT))
 #: how often the service process is asked whether it lives
 _SERVICE_CHECK = Duration(20_000_000)
 #: after a stop the drive is given this long to come to rest and switch off before the process ends
@@ -212,8 +224,11 @@ class ControlLoop:
         """Answers why the host does not take the command, empty when it does."""
         host = self._host
         if command.kind is CommandKind.START:
+            if command.is_stale:
+                return "the request is too old: the control process stood still meanwhile"
             if self._first_test is not None:
-                return "the antenna is being tried with a small torque before its first motion"
+                spoilt = f"; the last try told nothing: {self._first_test.spoilt}" if self._first_test.spoilt else ""
+                return f"the antenna is being tried with a small torque before its first motion{spoilt}"
             if host.state not in (HostState.IDLE, HostState.ACTIVE):
                 connecting = host.state in (HostState.WAITING, HostState.SYNCHRONISING)
                 hint = ", which passes once the antenna answers" if connecting else ""
@@ -230,7 +245,10 @@ class ControlLoop:
 
     def _try_first(self, test: FirstTest) -> None:
         """The test before the first motion goes on; the daemon ends where the antenna does not pass it."""
+        before = test.state
         given = test.before_tick()
+        if before is FirstTestState.RUNS and test.state is FirstTestState.DUE:
+            self._event("note", f"the first test is made again: {test.spoilt}", {})
         if isinstance(given, Program):
             self._event("command", "start", {"command": "start", "program": given.as_document()})
         elif given:
@@ -324,4 +342,4 @@ class ControlLoop:
 
 
 def _kind(event: HostEvent) -> str:
-    return "fault" if event.data.get("to") == "fault" else _EVENT_KIND[event.code]
+    return "fault" if event.data.get("to") in _FAULTS else _EVENT_KIND[event.code]

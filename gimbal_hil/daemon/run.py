@@ -23,7 +23,7 @@ from gimbal_hil.daemon.control_loop import ControlLoop, Heartbeat, LoopEnd
 from gimbal_hil.daemon.first_opening import opener_of
 from gimbal_hil.daemon.link_keeper import LinkKeeper
 from gimbal_hil.host import FirstTest, Host
-from gimbal_hil.runs import RunHeader, read_header
+from gimbal_hil.runs import RunHeader, newest_events_file, read_header
 from gimbal_hil.service import ServiceProcess, ServiceSettings
 from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna, FirstTestChoice, host_configuration
 from gimbal_hil.telemetry import Telemetry
@@ -285,8 +285,9 @@ def _note_in_log(run: Path, tick: int, ending: LoopEnd) -> None:
     with contextlib.suppress(GimbalHilError):
         if read_header(run).end is not None:
             return  # the service has finished the log, and sealed it
-    with contextlib.suppress(OSError), (run / "events.jsonl").open("ab") as file:
-        file.write(b"\n" if _ends_within_a_line(run / "events.jsonl") else b"")
+    events = newest_events_file(run)
+    with contextlib.suppress(OSError), events.open("ab") as file:
+        file.write(b"\n" if _ends_within_a_line(events) else b"")
         file.write(json.dumps(line).encode() + b"\n")
 
 

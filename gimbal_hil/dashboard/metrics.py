@@ -11,6 +11,8 @@ from gimbal_hil.timing import Histogram
 
 #: upper bounds of the exported buckets, microseconds
 _BOUNDS_US = (10, 20, 50, 100, 200, 500, 1_000, 2_000, 5_000, 10_000, 50_000, 200_000, 1_000_000)
+#: how recording may stand
+LAMPS = ("ok", "low", "stopping", "failed")
 CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
 
 
@@ -56,12 +58,36 @@ class _Collector:
             for state in kind:
                 family.add_metric([state.name.lower()], float(state.name.lower() == now))
             yield family
+        yield from _lamps(view)
         for key in ("position_rad", "rate_rad_s", "torque_nm"):
             family = GaugeMetricFamily(f"gimbal_{key}", "Last measured value (torque: commanded).", labels=["axis"])
             for axis in view.axes:
                 if status[key][axis] is not None:
                     family.add_metric([axis], status[key][axis])
             yield family
+
+
+def _lamps(view: LiveView) -> Iterator[Any]:
+    """Which guard has tripped, how often each one did, and whether what happens is recorded."""
+    from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily
+
+    tripped = GaugeMetricFamily("gimbal_guard_tripped", "1 for the guard that stops the axes now.", labels=["guard"])
+    trips = CounterMetricFamily("gimbal_guard_trips", "How often each guard has tripped.", labels=["guard"])
+    for guard, count in view.trips.items():
+        tripped.add_metric([guard], float(guard == view.guard))
+        trips.add_metric([guard], count)
+    yield tripped
+    yield trips
+    recording = view.recording()
+    lamp = GaugeMetricFamily(
+        "gimbal_recording_lamp", "1 for how recording stands; low, stopping: the disk fills.", labels=["lamp"]
+    )
+    for name in LAMPS:
+        lamp.add_metric([name], float(name == recording.get("lamp")))
+    yield lamp
+    if recording.get("free_mb") is not None:
+        free = "gimbal_recording_free_bytes", "Room on the disk that the run is recorded on."
+        yield GaugeMetricFamily(*free, value=recording["free_mb"] * float(1 << 20))
 
 
 def _histogram(name: str, text: str, histogram: Histogram) -> Any:

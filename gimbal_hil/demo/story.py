@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,20 +11,23 @@ from gimbal_hil.experiments import ProgressSink, conduct, embedded_model_of
 from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
 from gimbal_hil.identification import Log, identification_page, identify_axis, read_logs
 from gimbal_hil.lockstep import give_again, host_of
-from gimbal_hil.report import Block, Page, Text
+from gimbal_hil.report import Block, Details, Heading, Page, Text, Tiles, plots_in
 from gimbal_hil.runs import open_run, replay
 from gimbal_hil.settings import DaemonSettings
 from gimbal_hil.signals import read_signals
 from sim_backend.model import AntennaModel
 
+#: plots of the last stage that stand at the top: how large the gap is, and what is left over position and speed
+PROOFS = 2
 _FRICTION = ("breakaway", "coulomb", "stribeck_velocity", "viscous", "shape", "sigma0", "sigma1")
 
 
 @dataclass(frozen=True)
-class Told:
-    """What a stage has to say: one line for the terminal, blocks for the page."""
+class StageResult:
+    """What a stage says: a line for the terminal, its key figure as (value, what it is), blocks for the page."""
 
     line: str
+    figure: tuple[str, str]
     blocks: list[Block]
 
 
@@ -34,29 +37,31 @@ class Stage:
 
     name: str
     text: str
-    run: Callable[[DaemonSettings, Path, ProgressSink], Told]
+    run: Callable[[DaemonSettings, Path, ProgressSink], StageResult]
 
 
-def _step(settings: DaemonSettings, out: Path, progress: ProgressSink) -> Told:
+def _step(settings: DaemonSettings, out: Path, progress: ProgressSink) -> StageResult:
     model, seed = embedded_model_of(settings)
     experiment = build_experiment("step", SequenceOptions(settings.rate_hz, names=settings.axis_names))
     outcome = conduct(experiment, settings, model, seed, out / "step", force=True, progress=progress)
     slowest = max(row["settling_s"] or float("inf") for row in outcome.rows)
     most = max(row["overshoot_percent"] for row in outcome.rows)
     line = f"{len(outcome.rows)} steps of both axes settled within {slowest:.2f} s, overshoot at most {most:.2f} %"
-    return Told(line, experiment.conclude(outcome.rows, outcome.drawn))
+    said = f"slowest of {len(outcome.rows)} steps settles"
+    return StageResult(line, (f"{slowest:.2f} s", said), experiment.conclude(outcome.rows, outcome.drawn))
 
 
-def _replay(settings: DaemonSettings, out: Path, progress: ProgressSink) -> Told:
+def _replay(settings: DaemonSettings, out: Path, progress: ProgressSink) -> StageResult:
     run = open_run(out / "step")
     host = host_of(run)
     result = replay(run, host, lambda event: give_again(host, run, event))
     said = "identical" if result.identical else f"differs: {result.difference}"
     line = f"the recorded run again, against its own frames: {said} ({result.ticks} ticks, {result.frames} frames)"
-    return Told(line, [Text(line[0].upper() + line[1:] + ".")])
+    figure = ("identical" if result.identical else "differs", f"{result.ticks} recorded ticks, run again")
+    return StageResult(line, figure, [Text(line[0].upper() + line[1:] + ".")])
 
 
-def _friction(settings: DaemonSettings, out: Path, progress: ProgressSink) -> Told:
+def _friction(settings: DaemonSettings, out: Path, progress: ProgressSink) -> StageResult:
     model, seed = embedded_model_of(settings)
     axis = model.axes[0]
     blocks: list[Block] = []
@@ -76,7 +81,9 @@ def _friction(settings: DaemonSettings, out: Path, progress: ProgressSink) -> To
     found = {estimate.name: estimate for estimate in result.estimates}
     worst = max(abs(found[name].value / model.number(axis, f"friction.{name}") - 1.0) for name in _FRICTION)
     line = f"seven friction numbers of the {axis} axis, the worst {100 * worst:.1f} % from the truth"
-    return Told(line, [*blocks, *identification_page(model, [result], ["sliding", "presliding"]).blocks])
+    figure = (f"{100 * worst:.1f} %", "from the truth: the worst of seven friction numbers")
+    found_blocks = [*identification_page(model, [result], ["sliding", "presliding"]).blocks, *blocks]
+    return StageResult(line, figure, found_blocks)
 
 
 def _doubtful(model: AntennaModel, axis: str) -> AntennaModel:
@@ -86,7 +93,7 @@ def _doubtful(model: AntennaModel, axis: str) -> AntennaModel:
     )
 
 
-def _missing(settings: DaemonSettings, out: Path, progress: ProgressSink) -> Told:
+def _missing(settings: DaemonSettings, out: Path, progress: ProgressSink) -> StageResult:
     model, seed = embedded_model_of(settings)
     hidden = model.with_effect("cogging", model.axes[0], {"amplitude": 0.03, "order": 12.0, "phase": 0.7})
     tables = []
@@ -103,8 +110,10 @@ def _missing(settings: DaemonSettings, out: Path, progress: ProgressSink) -> Tol
     if corrected is not None:
         (out / "model.yaml").write_text(corrected.to_yaml(), encoding="utf-8")
     page = discrepancy_page(diagnosis, verdict, corrected, ["survey", "survey_holdout"])
-    return Told(
-        f"an antenna with a hidden effect, judged blind: {verdict.kind.value}. {verdict.text}", list(page.blocks)
+    return StageResult(
+        f"an antenna with a hidden effect, judged blind: {verdict.kind.value}. {verdict.text}",
+        (verdict.kind.value.replace("_", " "), "the effect that was hidden, judged blind"),
+        list(page.blocks),
     )
 
 
@@ -121,10 +130,22 @@ def tell(settings: DaemonSettings, out: Path, progress: ProgressSink, say: Calla
     """Run every stage; `say(stage, line)` is told what each found. Answers the path of the report."""
     antenna, _ = embedded_model_of(settings)
     settings = settings.for_axes(antenna.axes, antenna.where)
-    blocks: list[Block] = []
+    told: list[StageResult] = []
     for stage in STAGES:
-        told = stage.run(settings, out, progress)
-        say(stage.name, told.line)
-        blocks += told.blocks
-    subtitle = "virtual antenna in this process, the same frames as a real one"
-    return Page("What gimbal-hil does", subtitle, blocks).write(out / "report.html")
+        told.append(stage.run(settings, out, progress))
+        say(stage.name, told[-1].line)
+    return story_page(told).write(out / "report.html")
+
+
+def story_page(told: Sequence[StageResult]) -> Page:
+    """The answer of the last stage, a figure of each, the plots that prove the answer; all else is folded away."""
+    answer = told[-1].blocks
+    blocks: list[Block] = [*answer[:1], Tiles([one.figure for one in told]), *list(plots_in(answer))[:PROOFS]]
+    for stage, one in zip(STAGES, told, strict=True):
+        line = one.line[:1].upper() + one.line[1:]
+        blocks += [
+            Heading(stage.text[:1].upper() + stage.text[1:]),
+            Text(line if line.endswith(".") else f"{line}."),
+            Details("All of it", one.blocks),
+        ]
+    return Page("What gimbal-hil does", "virtual antenna in this process, the same frames as a real one", blocks)

@@ -17,7 +17,7 @@ from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel
 
 if TYPE_CHECKING:
-    from gimbal_hil.identification import BreakAway, Finding, PreslidingRun, StaticFit, VelocityPoint
+    from gimbal_hil.identification import BreakAway, DataWarning, PreslidingRun, StaticFit, VelocityPoint
 
 #: slow ramps: the torque changes by less than this share of break-away a row, as identification takes it
 _SLOW_SHARE = 0.02
@@ -105,10 +105,10 @@ def _stiffness(model: AntennaModel, axis: str, runs: Sequence[PreslidingRun]) ->
 
 def _of_axis(model: AntennaModel, axis: str, tables: Sequence[SignalsTable]) -> list[dict[str, str]]:
     from gimbal_hil.identification import (
-        Direction,
-        Drive,
         Log,
+        MapHalf,
         Stretch,
+        TorqueSource,
         break_away,
         collect,
         fit_static,
@@ -120,12 +120,12 @@ def _of_axis(model: AntennaModel, axis: str, tables: Sequence[SignalsTable]) -> 
     logs = []
     for table in tables:
         ramp = _is_ramp(table, model, axis)
-        stretches = (Stretch("ramp", 0, len(table), Drive.TORQUE),) if ramp else stretches_of_table(table, axis)
+        stretches = (Stretch("ramp", 0, len(table), TorqueSource.TORQUE),) if ramp else stretches_of_table(table, axis)
         logs.append(
             Log(
                 table.source,
                 table,
-                {axis: tuple(replace(s, drive=Drive.TORQUE if ramp else Drive.LOOP) for s in stretches)},
+                {axis: tuple(replace(s, drive=TorqueSource.TORQUE if ramp else TorqueSource.LOOP) for s in stretches)},
             )
         )
     evidence = collect(logs, model, axis)
@@ -138,7 +138,7 @@ def _of_axis(model: AntennaModel, axis: str, tables: Sequence[SignalsTable]) -> 
         return []
     prior = friction_of(model, axis)
     points = measure_velocity_map(evidence.plateaus, None, step or None, prior.static.breakaway / stiffness).points
-    sides = [fit_static(points, direction, prior.static) for direction in (Direction.POSITIVE, Direction.NEGATIVE)]
+    sides = [fit_static(points, direction, prior.static) for direction in (MapHalf.POSITIVE, MapHalf.NEGATIVE)]
     found, generous = (
         _findings(at, sides, points, axis) for at in (ramps, _raised(ramps, _by_position(model, axis, tables)))
     )
@@ -148,7 +148,7 @@ def _of_axis(model: AntennaModel, axis: str, tables: Sequence[SignalsTable]) -> 
 
 def _findings(
     ramps: Sequence[BreakAway], sides: Sequence[StaticFit | None], points: Sequence[VelocityPoint], axis: str
-) -> list[Finding]:
+) -> list[DataWarning]:
     """One finding a direction at most, the positive one first: by the fitted Coulomb torque, else by the lowest sliding
     torque.
     """
@@ -160,7 +160,7 @@ def _findings(
     return sorted((*fitted, *seen), key=_direction, reverse=True)
 
 
-def _direction(finding: Finding) -> str:
+def _direction(finding: DataWarning) -> str:
     return finding.text.split()[0]
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gimbal_hil.discrepancy.inquiry import Inquiry, State
+from gimbal_hil.discrepancy.inquiry import Inquiry, State, mean_squares
 from gimbal_hil.discrepancy.origin import placed
 from gimbal_hil.discrepancy.record import TORQUE, Record
 from gimbal_hil.discrepancy.smoothing import Floats
@@ -17,8 +17,6 @@ from sim_backend.effects import Ripple
 
 #: free numbers of one order: amplitude, order and phase
 _NUMBERS = 3
-
-
 #: a curve that takes this share of what a ripple takes does as well
 _AS_WELL = 0.6
 
@@ -28,16 +26,12 @@ def curve_does_as_well(inquiry: Inquiry, without: State, state: State) -> bool:
     torque, on the channel where it takes most.
     """
     family = state.hypothesis.causes[-1].family
-    before, after = (_held_squares(s) for s in (without, state))
+    before, after = (mean_squares(s.held_out()) for s in (without, state))
     channel = int(np.argmax((before - after) / np.maximum(before, 1.0)))
     if family.ripple is None or inquiry.twin.channels[channel].signal != TORQUE:
         return False
     left = _left_by_a_curve(inquiry, without, state, channel, family.ripple)
     return bool(before[channel] - left > _AS_WELL * (before[channel] - after[channel]))
-
-
-def _held_squares(state: State) -> Floats:
-    return np.asarray(np.mean(np.concatenate([state.selecting, state.untouched]) ** 2, axis=0))
 
 
 def _left_by_a_curve(inquiry: Inquiry, without: State, state: State, channel: int, over: Ripple) -> float:
@@ -53,12 +47,7 @@ def _left_by_a_curve(inquiry: Inquiry, without: State, state: State, channel: in
         np.concatenate([_terms(r, axis, low, high, terms, over) for r in logs]) for logs in (taught, asked)
     )
     weights = np.linalg.lstsq(columns, without.fitted[:, channel], rcond=None)[0]
-    target = np.empty(len(inquiry.selecting))
-    target[inquiry.selecting], target[~inquiry.selecting] = (
-        without.selecting[:, channel],
-        without.untouched[:, channel],
-    )
-    return float(np.mean((target - held @ weights) ** 2))
+    return float(np.mean((inquiry.in_order(without)[:, channel] - held @ weights) ** 2))
 
 
 def _terms(record: Record, axis: int, low: float, high: float, terms: int, over: Ripple) -> Floats:

@@ -7,10 +7,10 @@ from enum import Enum
 
 import numpy as np
 
-from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted
+from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, stands_out
 from gimbal_hil.discrepancy.judging import Remainder, Rival, Standing, remainders, settled, standings
 from gimbal_hil.discrepancy.policy import Policy
-from gimbal_hil.discrepancy.screening import Response
+from gimbal_hil.discrepancy.search import NO_WORSE, Path
 from gimbal_hil.discrepancy.wander import left_beside_wander
 from sim_backend.effects import CATALOGUE
 
@@ -63,15 +63,18 @@ class Decision:
     remainders: tuple[Remainder, ...]
 
 
-def decide(inquiry: Inquiry, null: State, found: State, heard: tuple[Response, ...], suspected_only: bool) -> Decision:
-    """Judge the causes of a state; those that do not stand are left out, and the others judged once more without
-    them.
+def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool) -> Decision:
+    """Judge the causes that a search ended with; those that do not stand are left out, and the others judged once more
+    without them.
     """
-    if found.hypothesis.causes:
-        state = settled(inquiry, found)
+    if path.state.hypothesis.causes:
+        state = settled(inquiry, path.state)
         for _ in range(len(set(state.hypothesis.labels))):
+            if np.sum(state.untouched**2) > NO_WORSE * np.sum(null.untouched**2):
+                # what leaves more than the model alone explains nothing
+                break
             left = remainders(inquiry, null, state)
-            told = tuple(_told(inquiry, s, left, suspected_only) for s in standings(inquiry, state, heard))
+            told = tuple(_told(inquiry, s, left, suspected_only) for s in standings(inquiry, state, path))
             fallen = [t for t in told if t.of_class < 0.5]
             if not fallen:
                 return (
@@ -87,11 +90,6 @@ def decide(inquiry: Inquiry, null: State, found: State, heard: tuple[Response, .
             state = settled(inquiry, refitted(inquiry, state, rest))
     left = remainders(inquiry, null, null)
     return Decision(Kind.NO_DISCREPANCY if _only_noise(inquiry, null, left) else Kind.UNEXPLAINED, null, (), left)
-
-
-def stands_out(inquiry: Inquiry, null: State) -> bool:
-    """Whether anything stands above the noise and what the pipeline leaves of the model itself."""
-    return bool(np.any(null.left() > inquiry.policy.least_gap * np.hypot(1.0, inquiry.inexact)))
 
 
 def _only_noise(inquiry: Inquiry, null: State, left: tuple[Remainder, ...]) -> bool:
@@ -153,7 +151,7 @@ def class_probability(standing: Standing, left: Remainder, policy: Policy, candi
     # what is left beyond a small multiple of the noise, over what was there
     beyond = max(0.0, left.unpredicted**2 - _SMALL**2) / max(left.before**2, 1.0)
     size = 1.0 / (1.0 + (beyond / _LARGE) ** 2)
-    share = max(standing.share, left.closed)
+    share = max(standing.share, left.closed if left.before > policy.least_gap else 0.0)
     taken = share / (share + _LITTLE)
     return float(np.clip(_MOST * evident * shape * size * taken, 0.0, _MOST))
 

@@ -7,47 +7,23 @@ from __future__ import annotations
 import difflib
 from typing import Any
 
-from gimbal_hil.discrepancy.evidence import torque_residual
 from gimbal_hil.discrepancy.inquiry import gain_on
+from gimbal_hil.discrepancy.page_figures import gap_figure, over_figure, time_figure, where_figure
 from gimbal_hil.discrepancy.run import Result
 from gimbal_hil.discrepancy.verdict import Verdict
-from gimbal_hil.discrepancy.where import regimes
 from gimbal_hil.report import Block, Callout, Details, Heading, Listing, Page, Plot, Table, Text, Tiles
 from sim_backend.model import AntennaModel
 
-_GAP_CAPTION = (
-    "Rms left over per channel on hold-out rows that neither selected nor tuned, before and after, beside noise and"
-    " processing."
-)
+_GAP_CAPTION = "Rms left over per channel {}, before and after, beside noise and processing."
 _TONE = {"named": "good", "no_discrepancy": "good", "ambiguous": "warning", "unexplained": "warning"}
 
 
 def discrepancy_page(result: Result, found: Verdict, corrected: AntennaModel | None, sources: list[str]) -> Page:
     """The page for one result."""
     verdict = found.document
-    gap = verdict["gap"]
-    blocks: list[Block] = [
-        Callout(verdict["text"], _TONE[verdict["verdict"]]),
-        *(Callout(f"{against['axis']}: {against['text']}.", "warning") for against in verdict["contradictions"]),
-        Tiles(
-            (
-                (verdict["verdict"].replace("_", " "), "verdict"),
-                (
-                    f"{gap['before'] / gap['noise_floor']:.1f} → {gap['after'] / gap['noise_floor']:.1f}",
-                    f"largest gap in floors, {gap['axis']} {gap['signal']}",
-                ),
-                (
-                    "-" if gap["closed_fraction"] is None else f"{gap['closed_fraction']:.1%}",
-                    "of the gap closed on untouched data",
-                ),
-                (f"{gap['noise_floor']:.2g} {gap['unit']}", "noise floor"),
-            )
-        ),
-        Heading("How large the gap is"),
-        Plot(_gap_figure(verdict), _GAP_CAPTION),
-    ]
+    blocks = _answer(result, verdict)
     if verdict["effects"]:
-        blocks += [Heading("What was named"), _effects_table(verdict)]
+        blocks += [Heading("What was found"), _effects_table(verdict)]
     if verdict["alternatives"]:
         blocks += [Heading("What it could also be"), _alternatives(verdict)]
     if verdict["next_experiment"]:
@@ -55,8 +31,9 @@ def discrepancy_page(result: Result, found: Verdict, corrected: AntennaModel | N
     blocks += [
         Heading("Where it sits"),
         Plot(
-            _where_figure(result, verdict),
-            "Share of the squared gap by regime with 90 % block-bootstrap intervals; the mark is the share of time.",
+            where_figure(result, verdict),
+            "Share of the squared gap with 90 % block-bootstrap intervals; red marks are the share of time. Every group"
+            " cuts the same data in another way: within one group the bars add up to 1.",
         ),
     ]
     rivals = _rivals(result)
@@ -64,7 +41,7 @@ def discrepancy_page(result: Result, found: Verdict, corrected: AntennaModel | N
     blocks += [
         Heading("Before and after"),
         Plot(
-            _time_figure(result),
+            time_figure(result),
             "Left over on the hold-out, before and, where something explains it, after; lines: the noise floor.",
         ),
     ]
@@ -103,38 +80,50 @@ def discrepancy_page(result: Result, found: Verdict, corrected: AntennaModel | N
     )
 
 
-def _gap_figure(verdict: dict[str, Any]) -> Any:
-    import plotly.graph_objects as go
+def _answer(result: Result, verdict: dict[str, Any]) -> list[Block]:
+    """What a reader came for: the sentence, the figures, how large the gap is, and the plot that shows its kind."""
+    gap = verdict["gap"]
+    return [
+        Callout(verdict["text"], _TONE[verdict["verdict"]]),
+        *(Callout(f"{against['axis']}: {against['text']}.", "warning") for against in verdict["contradictions"]),
+        Tiles(
+            (
+                (verdict["verdict"].replace("_", " "), "verdict"),
+                (
+                    f"{gap['before'] / gap['noise_floor']:.1f} → {gap['after'] / gap['noise_floor']:.1f}",
+                    f"largest gap in floors, {gap['axis']} {gap['signal']}",
+                ),
+                (
+                    "-" if gap["closed_fraction"] is None else f"{gap['closed_fraction']:.1%}",
+                    f"of the gap closed {_judged_on(result)}",
+                ),
+                (f"{gap['noise_floor']:.2g} {gap['unit']}", "noise floor"),
+            )
+        ),
+        Heading("How large the gap is"),
+        Plot(gap_figure(verdict), _GAP_CAPTION.format(_judged_on(result))),
+        *_proof(result, verdict),
+    ]
 
-    from gimbal_hil.plots import ALERT, MODEL, REFERENCE, SECOND, figure
 
-    labels = [f"{g['axis']} {g['signal'].replace('_', ' ')}" for g in verdict["gaps"]]
-    drawn = figure("Left over, in noise floors", "", "rms / noise floor", 360)
-    drawn.add_trace(
-        go.Bar(
-            name="before", x=labels, y=[g["before"] / g["noise_floor"] for g in verdict["gaps"]], marker_color=REFERENCE
-        )
+def _judged_on(result: Result) -> str:
+    """What the sizes of the page were measured on."""
+    if result.suspected_only:
+        return "on the last part of the same log"
+    return "on hold-out rows that neither selected nor tuned"
+
+
+def _proof(result: Result, verdict: dict[str, Any]) -> list[Block]:
+    """The plot that shows what kind of thing is missing: what is left over position, speed and temperature."""
+    gap = verdict["gap"]
+    caption = (
+        "Dots: the hold-out row by row; lines: the mean in each slice of the travel (speed, temperature). A ripple in"
+        " the first panel is tied to position, a slope in the second to speed, a step at zero speed to direction."
     )
-    drawn.add_trace(
-        go.Bar(name="after", x=labels, y=[g["after"] / g["noise_floor"] for g in verdict["gaps"]], marker_color=MODEL)
-    )
-    drawn.add_trace(
-        go.Bar(
-            name="processing floor",
-            x=labels,
-            y=[g["processing_floor"] / g["noise_floor"] for g in verdict["gaps"]],
-            marker_color=SECOND,
-        )
-    )
-    drawn.add_hline(y=1.0, line_color=ALERT)
-    # on a logarithmic axis annotations stand at the logarithm
-    drawn.add_annotation(
-        x=1.0, xref="paper", xanchor="right", y=0.0, yanchor="bottom", text="noise floor", showarrow=False
-    )
-    # one, two and five of every decade that a bar can reach, written out
-    ticks = [digit * 10.0**decade for decade in range(-3, 7) for digit in (1, 2, 5)]
-    drawn.update_yaxes(type="log", tickvals=ticks, ticktext=[f"{tick:g}" for tick in ticks])
-    return drawn
+    return [
+        Heading(f"What is left of {gap['axis']} {gap['signal'].replace('_', ' ')}, and over what"),
+        Plot(over_figure(result, verdict), caption),
+    ]
 
 
 def _effects_table(verdict: dict[str, Any]) -> Table:
@@ -174,54 +163,6 @@ def _alternatives(verdict: dict[str, Any]) -> Table:
     )
 
 
-def _where_figure(result: Result, verdict: dict[str, Any]) -> Any:
-    import plotly.graph_objects as go
-
-    from gimbal_hil.plots import ALERT, MEASURED, figure
-
-    residual = result.null.fitted
-    # the channel that the text speaks of
-    gap = verdict["gap"]
-    j = next(
-        j for j, c in enumerate(result.inquiry.twin.channels) if (c.axis, c.signal) == (gap["axis"], gap["signal"])
-    )
-    found = regimes(result.inquiry.twin, residual, result.inquiry.twin.channels[j], j)
-    labels = [f"{r.group}: {r.regime}" for r in found]
-    drawn = figure(
-        f"Where the gap of {found[0].axis} {found[0].signal} sits" if found else "Where",
-        "share of the squared gap",
-        "",
-        120 + 26 * len(found),
-    )
-    drawn.add_trace(
-        go.Bar(
-            y=labels,
-            x=[r.share_of_gap for r in found],
-            orientation="h",
-            name="share of gap",
-            marker_color=MEASURED,
-            error_x=dict(
-                type="data",
-                symmetric=False,
-                array=[r.high - r.share_of_gap for r in found],
-                arrayminus=[r.share_of_gap - r.low for r in found],
-            ),
-        )
-    )
-    drawn.add_trace(
-        go.Scatter(
-            y=labels,
-            x=[r.share_of_time for r in found],
-            mode="markers",
-            name="share of time",
-            marker=dict(symbol="line-ns-open", size=14, color=ALERT),
-        )
-    )
-    drawn.update_layout(margin=dict(l=260))
-    drawn.update_yaxes(autorange="reversed")
-    return drawn
-
-
 def _ranking(result: Result) -> Table:
     rows = []
     for number, one in enumerate(result.path.rounds, start=1):
@@ -259,9 +200,8 @@ def _rivals(result: Result) -> Table | None:
         name = f"{one.standing.label[0]} ({one.standing.label[1]})"
         for rival in one.standing.rivals[:4]:
             apart = "no" if rival.close(policy.same, policy.sure) else "yes"
-            rows.append(
-                (name, f"{rival.label[0]} ({rival.label[1]})", f"{rival.sure:.1f}", f"{rival.extra:+.1%}", apart)
-            )
+            other = " and ".join(f"{effect} ({axis})" for effect, axis in rival.labels)
+            rows.append((name, other, f"{rival.sure:.1f}", f"{rival.extra:+.1%}", apart))
     caption = (
         "Every cause beside what could stand in its place, refitted there: by how many standard errors over blocks, and"
         " by which share of "
@@ -273,48 +213,3 @@ def _rivals(result: Result) -> Table | None:
         if rows
         else None
     )
-
-
-def _time_figure(result: Result) -> Any:
-    import plotly.graph_objects as go
-
-    from gimbal_hil.plots import ALERT, MODEL, REFERENCE, stacked, thinned
-
-    search = result.inquiry
-    before = torque_residual(search.holdout, result.null.hypothesis, search.floor)
-    after = torque_residual(search.holdout, result.best.hypothesis, search.floor)
-    first = int(search.holdout.records[0].keep.sum())
-    time = search.holdout.records[0].time_s[search.holdout.records[0].keep]
-    part = thinned(first, 2500)
-    channels = search.twin.channels
-    drawn = stacked(
-        [f"{c.axis} {c.signal.replace('_', ' ')}" for c in channels], "time [s]", ["floors"] * len(channels)
-    )
-    for j in range(len(channels)):
-        row = j + 1
-        drawn.add_trace(
-            go.Scatter(
-                x=time[part],
-                y=before[:first, j][part],
-                name="before",
-                line=dict(color=REFERENCE, width=1),
-                showlegend=row == 1,
-            ),
-            row=row,
-            col=1,
-        )
-        if result.told:
-            drawn.add_trace(
-                go.Scatter(
-                    x=time[part],
-                    y=after[:first, j][part],
-                    name="after",
-                    line=dict(color=MODEL, width=1),
-                    showlegend=row == 1,
-                ),
-                row=row,
-                col=1,
-            )
-        for level in (-1.0, 1.0):
-            drawn.add_hline(y=level, line_color=ALERT, line_width=0.7, row=row, col=1)
-    return drawn

@@ -16,13 +16,11 @@ import numpy as np
 
 from gimbal_hil.discrepancy.hypothesis import Hypothesis, parameters_of
 from gimbal_hil.discrepancy.origin import placed
-from gimbal_hil.discrepancy.record import TORQUE, Record
-from gimbal_hil.discrepancy.smoothing import Floats, scored
-from gimbal_hil.discrepancy.twin import Structure, Twin
+from gimbal_hil.discrepancy.record import TORQUE
+from gimbal_hil.discrepancy.smoothing import Floats
+from gimbal_hil.discrepancy.twin import Evaluation, Structure, Twin
 from sim_backend.effects import CATALOGUE, Effect, Hook
 
-#: size of the change of the command over its own rms
-_DITHER = 1e-3
 #: window in which the share that comes through is measured, s; a command that is cut off there could have been
 #: anything, and what is left counts twenty times
 _WINDOW_S, _CUT_OFF = 0.25, 0.05
@@ -49,10 +47,10 @@ def with_shares(
     rows, found = [], []
     shaped = shares is not None or shapes_command(twin, hypothesis)
     for which in range(len(records)):
-        left = twin.leftover(structure, P, which, records)
+        left = twin.evaluated(structure, P, records[which])
         part = twin.scored_rows(left, which)
         if shaped:
-            found.append(transmitted(twin, structure, P, which, left, records) if shares is None else shares[which])
+            found.append(transmitted(twin, structure, P, which, left) if shares is None else shares[which])
             part = part / found[-1]
         rows.append(part)
     return np.asarray(np.concatenate(rows) / floor), tuple(found) if shaped else None
@@ -62,7 +60,7 @@ def torque_residual(twin: Twin, hypothesis: Hypothesis, floor: Floats) -> Floats
     """Residual of all records as torque at the joint (and rate errors), over the floors, (rows, channels)."""
     structure, P = parameters_of(twin, hypothesis)
     records = placed(twin.records, hypothesis)
-    rows = [twin.scored_rows(twin.leftover(structure, P, which, records), which) for which in range(len(records))]
+    rows = [twin.scored_rows(twin.evaluated(structure, P, record), which) for which, record in enumerate(records)]
     return np.asarray(np.concatenate(rows) / floor)
 
 
@@ -76,12 +74,12 @@ def carries_command(effect: Effect) -> bool:
     """Whether an effect stands between the command and the joint."""
     if effect.hook is not None:
         return effect.hook in (Hook.COMMAND, Hook.STRUCTURE)
-    return any((parameter.path or "").startswith("actuator.") for parameter in effect.parameters)
+    # an offset adds to the command and leaves a change of it as it is
+    paths = {parameter.path or "" for parameter in effect.parameters} - {"actuator.offset"}
+    return any(path.startswith("actuator.") for path in paths)
 
 
-def transmitted(
-    twin: Twin, structure: Structure, P: Floats, which: int, left: Floats, records: tuple[Record, ...]
-) -> Floats:
+def transmitted(twin: Twin, structure: Structure, P: Floats, which: int, left: Evaluation) -> Floats:
     """Share of a small change of the command that reaches the residual `left` of one record, around every scored row
     and per channel.
 
@@ -89,19 +87,19 @@ def transmitted(
     """
     from scipy.ndimage import uniform_filter1d
 
-    record = records[which]
-    rng = np.random.default_rng(17)
-    size = _DITHER * np.sqrt(np.mean(record.torque**2, axis=0))
-    dither = size * rng.standard_normal(record.torque.shape)
-    moved = replace(record, torque=record.torque + dither)
-    change = twin.leftover(structure, P, which, (*records[:which], moved)) - left
-    if not np.isfinite(change).all():
-        return np.ones((int(record.keep.sum()), len(twin.channels)))
-    sent, came = (scored(part, record.bands)[record.keep] for part in (dither, change[:, :2]))
+    record, moved = twin.records[which], twin.dithered(which)
+    if left.record is not record:
+        # positions are counted from another zero there
+        moved = replace(moved, motion=left.record.motion)
+    changed = twin.evaluated(structure, P, moved)
+    shares = np.ones((int(record.keep.sum()), len(twin.channels)))
     length = max(5, round(_WINDOW_S / (record.bands.stride * record.bands.period_s)))
-    shares = np.ones((len(sent), len(twin.channels)))
     for j, channel in enumerate(twin.channels):
         if channel.signal == TORQUE:
-            power = [uniform_filter1d(part[:, channel.column] ** 2, length, mode="nearest") for part in (came, sent)]
+            sent = twin.dither(which)[record.keep, channel.column]
+            came = (changed.thinned(channel.column) - left.thinned(channel.column))[record.keep]
+            if not np.isfinite(came).all():
+                return np.ones_like(shares)
+            power = [uniform_filter1d(part**2, length, mode="nearest") for part in (came, sent)]
             shares[:, j] = np.clip(np.sqrt(np.maximum(power[0], 0.0) / np.maximum(power[1], 1e-300)), _CUT_OFF, 1.0)
     return shares

@@ -49,8 +49,7 @@ def predictable(inquiry: Inquiry, state: State, column: int, variables: frozense
     taught = _inputs(placed(inquiry.twin.records, state.hypothesis), axis, variables)
     asked = _inputs(placed(inquiry.holdout.records, state.held), axis, variables)
     y = state.fitted[:, column]
-    target = np.empty(len(inquiry.selecting))
-    target[inquiry.selecting], target[~inquiry.selecting] = state.selecting[:, column], state.untouched[:, column]
+    target = inquiry.in_order(state)[:, column]
     total = float(np.mean(target**2))
     shares = []
     for shift in (0.0, *_SHIFTS):

@@ -57,7 +57,7 @@ class Fit:
 
 
 def prior_weights(hypothesis: Hypothesis) -> Floats:
-    """One over the standard uncertainty of every coordinate: next to nothing for causes, what the model states for
+    """One over the uncertainty of every coordinate: next to nothing for causes, what the model states for
     known numbers.
     """
     free = sum(len(cause.x) for cause in hypothesis.causes) + len(hypothesis.origins)
@@ -74,32 +74,41 @@ def fit(
     leash: float = 1.0,
     enough: float = 1e-4,
     ceiling: float | None = None,
+    earlier: Floats | None = None,
 ) -> Fit:
     """Fit a hypothesis to a twin's logs from where it stands.
 
-    Known numbers stay within `leash` times their uncertainty. `known` are the columns of their Jacobian where they have
-    been computed before: they hardly change. A newest cause that stands where the cost is above `ceiling`, that of the
-    state it was added to, is led back towards neutral first.
+    Known numbers stay within `leash` times their uncertainty. `known` are the columns of their Jacobian, and `earlier`
+    those of the first causes, where they have been computed before: they hardly change. A newest cause that stands
+    where the cost is above `ceiling`, that of the state it was added to, is led back towards neutral first.
     """
     hypothesis = aligned(twin, hypothesis, floor, weighing.scale)
     weights = prior_weights(hypothesis)
     channels = len(twin.channels)
-    per_row = np.tile(1.0 / (np.array(weighing.scale) * weighing.spread), 1)
+    per_row = 1.0 / (np.array(weighing.scale) * weighing.spread)
     low, high = bounds_of(hypothesis, leash)
     start = hypothesis.vector()
     shaping = _shaping(hypothesis)
-    #: shares of the command at the last point that was looked at
-    shares: dict[bytes, Shares | None] = {}
+    given = [
+        None if part is None else part * np.tile(per_row, len(part) // channels)[:, None] for part in (earlier, known)
+    ]
+    first, last = (0 if part is None else part.shape[1] for part in given)
+    #: weighed rows and shares of the command at the last point that was looked at
+    seen: dict[bytes, tuple[Floats, Shares | None]] = {}
+
+    def seen_at(x: Floats) -> tuple[Floats, Shares | None]:
+        if x.tobytes() not in seen:
+            seen.clear()
+            rows, shares = with_shares(twin, hypothesis.at(x), floor)
+            seen[x.tobytes()] = (rows * per_row).ravel(), shares
+        return seen[x.tobytes()]
 
     def residual_at(x: Floats) -> Floats:
-        shares.clear()
-        rows, shares[x.tobytes()] = with_shares(twin, hypothesis.at(x), floor)
-        return np.concatenate([(rows * per_row).ravel(), _pull(hypothesis, x, start) * weights])
+        return np.concatenate([seen_at(x)[0], _pull(hypothesis, x, start) * weights])
 
     def jacobian_at(x: Floats, residual: Floats) -> Floats:
-        rows = residual[: len(residual) - len(x)]
-        here, own = shares.get(x.tobytes()), []
-        for i in range(len(x) if known is None else len(x) - known.shape[1]):
+        (rows, here), own = seen_at(x), []
+        for i in range(first, len(x) - last):
             step = _STEP if x[i] + _STEP <= high[i] or i >= len(x) - len(hypothesis.y) else -_STEP
             moved = x.copy()
             moved[i] += step
@@ -107,10 +116,8 @@ def fit(
             column = ((changed * per_row).ravel() - rows) / step
             # a coordinate that breaks the twin at its next step stays where it is
             own.append(column if np.all(np.isfinite(column)) else np.zeros(len(rows)))
-        columns = np.column_stack(own) if own else np.zeros((len(rows), 0))
-        if known is not None:
-            columns = np.hstack([columns, known * np.tile(per_row, len(rows) // channels)[:, None]])
-        return np.vstack([columns, np.diag(weights)])
+        before, after = (np.zeros((len(rows), 0)) if part is None else part for part in given)
+        return np.vstack([np.column_stack([before, *own, after]), np.diag(weights)])
 
     if ceiling is not None:
         start = _led_back(hypothesis, start, ceiling, lambda x: float(np.sum(residual_at(x) ** 2)))

@@ -59,6 +59,12 @@ class Inquiry:
         """Scored rows of every log of the hold-out."""
         return tuple(int(record.keep.sum()) for record in self.holdout.records)
 
+    def in_order(self, state: State) -> Floats:
+        """What a state leaves of the hold-out, rows in the order of its logs, (rows, channels)."""
+        rows = np.empty((len(self.selecting), state.selecting.shape[1]))
+        rows[self.selecting], rows[~self.selecting] = state.selecting, state.untouched
+        return rows
+
     def split(self, fitted: Floats) -> list[Floats]:
         """Rows of the fitted logs, log by log."""
         return np.split(fitted, np.cumsum(self.row_counts)[:-1])
@@ -90,6 +96,10 @@ class State:
         """What is left of the fitted rows."""
         return self.fit.residual
 
+    def held_out(self) -> Floats:
+        """What is left of the whole hold-out, rows in the order in which the halves lie one after the other."""
+        return np.concatenate([self.selecting, self.untouched])
+
     def left(self) -> Floats:
         """Rms per channel in floors, the larger of fitted data and both halves of the hold-out."""
         return np.max([rms(part) for part in (self.fitted, self.selecting, self.untouched)], axis=0)
@@ -112,6 +122,11 @@ def state_of(inquiry: Inquiry, found: Fit) -> State:
     return State(found, rows[inquiry.selecting], rows[~inquiry.selecting], held)
 
 
+def stands_out(inquiry: Inquiry, state: State) -> bool:
+    """Whether what a state leaves stands above the noise and what the pipeline leaves of the model itself."""
+    return bool(np.any(state.left() > inquiry.policy.least_gap * np.hypot(1.0, inquiry.inexact)))
+
+
 def weighing_of(inquiry: Inquiry, state: State) -> Weighing:
     """What rows count for beside a state: what it leaves is noise to whatever else is fitted, correlated as it is."""
     squares = state.fit.squares
@@ -126,13 +141,13 @@ def refitted(inquiry: Inquiry, state: State, hypothesis: Hypothesis, rounds: int
     return state_of(inquiry, fit(inquiry.twin, hypothesis, inquiry.floor, weighing, rounds, known, leash))
 
 
-def gain_on(inquiry: Inquiry, before: State, after: State, where: str) -> Paired:
+def gain_on(inquiry: Inquiry, before: State, after: State, where: str, unit: Floats | None = None) -> Paired:
     """Mean squares a row that `after` takes from `before`, channels each in units of what `before` leaves of the fitted
-    rows.
+    rows, or in units of these squares.
 
     `where` is "fitted", "selecting" or "untouched".
     """
-    scale = np.sqrt(np.maximum(before.fit.squares, 1.0))
+    scale = np.sqrt(np.maximum(before.fit.squares if unit is None else unit, 1.0))
     parts = []
     for state in (before, after):
         rows = getattr(state, where) / scale
@@ -140,9 +155,14 @@ def gain_on(inquiry: Inquiry, before: State, after: State, where: str) -> Paired
     return paired(*parts)
 
 
+def mean_squares(rows: Floats) -> Floats:
+    """Mean square per channel of (rows, channels)."""
+    return np.asarray(np.mean(rows**2, axis=0))
+
+
 def rms(rows: Floats) -> Floats:
     """Root mean square per channel of (rows, channels)."""
-    return np.asarray(np.sqrt(np.mean(rows**2, axis=0)))
+    return np.asarray(np.sqrt(mean_squares(rows)))
 
 
 def selectable(twin: Twin, holdout: Twin, selecting: NDArray[np.bool_]) -> Twin:

@@ -15,9 +15,9 @@ import numpy as np
 from gimbal_hil.discrepancy.curve import curve_does_as_well
 from gimbal_hil.discrepancy.exhaustion import Predictable, predictable
 from gimbal_hil.discrepancy.fit import Fit, fit
-from gimbal_hil.discrepancy.inquiry import Inquiry, State, gain_on, refitted, rms, state_of, weighing_of
-from gimbal_hil.discrepancy.screening import Response
-from gimbal_hil.discrepancy.search import candidates, control_share
+from gimbal_hil.discrepancy.inquiry import Inquiry, State, gain_on, mean_squares, refitted, rms, state_of, weighing_of
+from gimbal_hil.discrepancy.release import numbers_instead
+from gimbal_hil.discrepancy.search import Path, control_share, in_its_place
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.estimation import Paired
 from sim_backend.effects import CATALOGUE, Variable
@@ -30,16 +30,24 @@ _NO_TRACE = 0.1
 
 @dataclass(frozen=True)
 class Rival:
-    """What could stand in the place of a cause: squares that it leaves more, as a share, and how surely."""
+    """What could stand in the place of a cause: one other, or several known numbers that leave their uncertainty;
+    squares that it leaves more, as a share, and how surely.
+    """
 
     state: State
+    labels: tuple[tuple[str, str], ...]
     extra: float
     sure: float
 
     @property
     def label(self) -> tuple[str, str]:
-        """(effect, axis)."""
-        return self.state.hypothesis.labels[-1]
+        """(effect, axis) of the first."""
+        return self.labels[0]
+
+    @property
+    def is_cause(self) -> bool:
+        """Whether it is a cause of its state, not numbers that moved."""
+        return self.label in self.state.hypothesis.labels
 
     def close(self, same: float, sure: float) -> bool:
         """Whether data do not tell the two apart: by less than a twin is exact to, or less surely than blocks can
@@ -107,13 +115,13 @@ def settled(inquiry: Inquiry, state: State) -> State:
     )
 
 
-def standings(inquiry: Inquiry, state: State, heard: tuple[Response, ...]) -> tuple[Standing, ...]:
-    """Every cause of a state by its own evidence, those that take most first."""
+def standings(inquiry: Inquiry, state: State, path: Path) -> tuple[Standing, ...]:
+    """Every cause of a state by its own evidence, those that take most first; `path` is what was tried on the way."""
     labels = list(dict.fromkeys(state.hypothesis.labels))
-    return tuple(sorted((_standing(inquiry, state, heard, label) for label in labels), key=lambda s: -s.share))
+    return tuple(sorted((_standing(inquiry, state, path, label) for label in labels), key=lambda s: -s.share))
 
 
-def _standing(inquiry: Inquiry, state: State, heard: tuple[Response, ...], label: tuple[str, str]) -> Standing:
+def _standing(inquiry: Inquiry, state: State, path: Path, label: tuple[str, str]) -> Standing:
     inquiry.tell(f"what else could {label[0].replace('_', ' ')} be")
     entries = tuple(i for i, other in enumerate(state.hypothesis.labels) if other == label)
     rest = state.hypothesis
@@ -124,8 +132,11 @@ def _standing(inquiry: Inquiry, state: State, heard: tuple[Response, ...], label
     channel = int(np.argmax(taken / np.maximum(_squares(without), 1.0)))
     rivals: tuple[Rival, ...] = ()
     if len(entries) == 1:
-        others = {f.label for f in inquiry.families} - {label}
-        found = [rival(inquiry, state, one) for one in candidates(inquiry, without, heard, others)]
+        others = in_its_place(inquiry, path, without, state, label)
+        found = [rival(inquiry, state, one, (one.hypothesis.labels[-1],)) for one in others]
+        numbers = numbers_instead(inquiry, without, label)
+        if numbers is not None:
+            found.append(rival(inquiry, state, *numbers))
         rivals = tuple(sorted(found, key=lambda r: r.extra))
     lead = state.hypothesis.causes[entries[0]]
     late = gain_on(inquiry, without, state, "untouched")
@@ -134,7 +145,7 @@ def _standing(inquiry: Inquiry, state: State, heard: tuple[Response, ...], label
         entries, label, late, _sure(inquiry, without, state),
         float(taken[channel] / max(_squares(without)[channel], 1e-300)), control_share(inquiry, without, lead), rivals,
         predictable(inquiry, state, channel, CATALOGUE[label[0]].acts_through), lead.at_bound, unseen, channel,
-        float(np.sum(_held_squares(without) - _held_squares(state))),
+        float(np.sum(mean_squares(without.held_out()) - mean_squares(state.held_out()))),
         _any_curve(inquiry, without, state, entries),
     )  # fmt: skip
 
@@ -156,34 +167,31 @@ def _unseen(inquiry: Inquiry, state: State, bare: State) -> bool:
     return all(bool(np.all(change < _NO_TRACE * level)) for change, level in zip(changes, levels, strict=True))
 
 
-def rival(inquiry: Inquiry, state: State, other: State) -> Rival:
+def rival(inquiry: Inquiry, state: State, other: State, labels: tuple[tuple[str, str], ...]) -> Rival:
     """Another explanation against a state, over all data."""
     mine, theirs = _squares(state), _squares(other)
     scale = np.maximum(mine, 1.0)
     extra = float(np.sum((theirs - mine) / scale) / np.sum(mine / scale))
-    return Rival(other, extra, _sure(inquiry, other, state))
+    # where one leaves much of one channel and the other much of another, neither is the unit of both
+    return Rival(other, labels, extra, _sure(inquiry, other, state, np.minimum(other.fit.squares, state.fit.squares)))
 
 
-def _sure(inquiry: Inquiry, before: State, after: State) -> float:
+def _sure(inquiry: Inquiry, before: State, after: State, unit: Floats | None = None) -> float:
     """How surely a state leaves less, over fitted rows and both halves of the hold-out (Stouffer's sum of normal
     deviates).
     """
-    return float(sum(gain_on(inquiry, before, after, part).sure for part in PARTS) / math.sqrt(len(PARTS)))
+    return float(sum(gain_on(inquiry, before, after, part, unit).sure for part in PARTS) / math.sqrt(len(PARTS)))
 
 
 def _squares(state: State) -> Floats:
-    return np.asarray(np.mean(np.concatenate([getattr(state, part) for part in PARTS]) ** 2, axis=0))
-
-
-def _held_squares(state: State) -> Floats:
-    return np.asarray(np.mean(np.concatenate([state.selecting, state.untouched]) ** 2, axis=0))
+    return mean_squares(np.concatenate([state.fitted, state.held_out()]))
 
 
 def remainders(inquiry: Inquiry, null: State, state: State) -> tuple[Remainder, ...]:
     """What is left of every channel on the hold-out."""
     found = []
     for j in range(len(inquiry.twin.channels)):
-        before, after = (float(rms(np.concatenate([s.selecting, s.untouched]))[j]) for s in (null, state))
+        before, after = (float(rms(s.held_out())[j]) for s in (null, state))
         shape = predictable(inquiry, state, j, EVERYTHING) if after > 1.3 else Predictable(0.0, 0.0)
         found.append(Remainder(before, after, shape))
     return tuple(found)

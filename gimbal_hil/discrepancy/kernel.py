@@ -7,6 +7,8 @@ step with the acceleration given instead of solved for: the same laws, so an eff
 
 from __future__ import annotations
 
+from enum import IntFlag
+
 import numpy as np
 
 from firmware_protocol.compiling import compiled, entry_point
@@ -44,6 +46,18 @@ from sim_backend.rigid_body import equations_of_motion
 from sim_backend.sensors import gyro_reading, gyro_step
 from sim_backend.step import advance_structures, joint_torque
 
+
+class Part(IntFlag):
+    """What is evaluated by itself: a joint's torque, and a gyro's rate."""
+
+    JOINT_0 = 1
+    JOINT_1 = 2
+    GYRO_0 = 4
+    GYRO_1 = 8
+
+
+EVERY_PART = Part.JOINT_0 | Part.JOINT_1 | Part.GYRO_0 | Part.GYRO_1
+_JOINT_0, _JOINT_1, _GYRO_0, _GYRO_1 = (int(part) for part in Part)
 _STRUCTURE, _ENCODER, _GYRO = int(Hook.STRUCTURE), int(Hook.ENCODER), int(Hook.GYRO)
 _GIMBAL = int(PlantKind.GIMBAL)
 _BLOCK = (axis_block(0), axis_block(1))
@@ -124,16 +138,21 @@ def balance(
     motion: np.ndarray,
     base: np.ndarray,
     heat: np.ndarray,
+    parts: int,
     out: np.ndarray,
 ) -> None:
-    """Left-over torque and predicted gyro rate of every interval.
+    """Left-over torque and predicted gyro rate of every interval; of the parts that are asked for (`Part`), the others
+    stay as they are in `out`.
 
     torque (n, 2) commanded, N m; motion (n, 8) interval means of q, q, v, v, a, a and how far a standing bristle is led
-    per axis; base (n, 9) gravity, rate and angular acceleration of the base in base axes; heat (n, 2) degC. Fills out
-    (n, 6): torque given minus torque needed per axis (N m), gyro rate predicted per axis (rad/s), torque that the
-    actuator gives per axis (N m). P[STEP_S] times `steps` is the interval.
+    per axis; base (n, 9) gravity less the pivot's acceleration, rate and angular acceleration of the base in base axes;
+    heat (n, 2) degC. Fills out (6, n): torque given minus torque needed per axis (N m), gyro rate predicted per axis
+    (rad/s), torque that the actuator gives per axis (N m). P[STEP_S] times `steps` is the interval.
     """
     h = P[STEP_S]
+    two = K[AXES] > 1
+    joint0, joint1 = parts & _JOINT_0 != 0, two and parts & _JOINT_1 != 0
+    gyro0, gyro1 = parts & _GYRO_0 != 0, two and parts & _GYRO_1 != 0
     for k in range(torque.shape[0]):
         g = (
             (base[k, 0], base[k, 1], base[k, 2]),
@@ -142,7 +161,7 @@ def balance(
         )
         q0, v0, a0 = _true_motion(P, K, X, 0, motion[k, 0], motion[k, 2], motion[k, 4])
         q1, v1, a1 = 0.0, 0.0, 0.0
-        if K[AXES] > 1:
+        if two:
             q1, v1, a1 = _true_motion(P, K, X, 1, motion[k, 1], motion[k, 3], motion[k, 5])
         mass, bias, outer, inner, carried = equations_of_motion(P, K, (q0, q1), (v0, v1), g)
         for axis in range(K[AXES]):
@@ -152,10 +171,11 @@ def balance(
         left0, left1, given0, given1 = 0.0, 0.0, 0.0, 0.0
         for s in range(steps):
             t = (s + 0.5 - 0.5 * steps) * h
-            net, own = joint_torque(P, K, X, 0, h, torque[k, 0], q0 + v0 * t, v0 + a0 * t, mass[0], carried[0])
-            given0 += X[APPLIED]
-            left0 += net + bias[0] - (mass[0] - own) * a0 - mass[1] * a1
-            if K[AXES] > 1:
+            if joint0:
+                net, own = joint_torque(P, K, X, 0, h, torque[k, 0], q0 + v0 * t, v0 + a0 * t, mass[0], carried[0])
+                given0 += X[APPLIED]
+                left0 += net + bias[0] - (mass[0] - own) * a0 - mass[1] * a1
+            if joint1:
                 net, own = joint_torque(P, K, X, 1, h, torque[k, 1], q1 + v1 * t, v1 + a1 * t, mass[2], carried[1])
                 given1 += X[APPLIED + 1]
                 left1 += net + bias[1] - (mass[2] - own) * a1 - mass[1] * a0
@@ -163,11 +183,17 @@ def balance(
                 torques = (X[APPLIED], X[APPLIED + 1])
                 advance_structures(P, K, X, h, torques, (mass[0], mass[2]), (a0 + carried[0], a1 + carried[1]))
             X[STEPS] += 1.0
-        out[k, 0], out[k, 1], out[k, 4], out[k, 5] = left0 / steps, left1 / steps, given0 / steps, given1 / steps
-        for axis in range(K[AXES]):
-            if motion[k, 6 + axis] > 0.0:
-                _lead_bristle(X, axis, motion[k, 6 + axis] * out[k, axis])
+        if joint0:
+            out[0, k], out[4, k] = left0 / steps, given0 / steps
+            if motion[k, 6] > 0.0:
+                _lead_bristle(X, 0, motion[k, 6] * out[0, k])
+        if joint1:
+            out[1, k], out[5, k] = left1 / steps, given1 / steps
+            if motion[k, 7] > 0.0:
+                _lead_bristle(X, 1, motion[k, 7] * out[1, k])
         X[BODY_RATE], X[BODY_RATE + 1], X[BODY_RATE + 2] = outer
         X[BODY_RATE + 3], X[BODY_RATE + 4], X[BODY_RATE + 5] = inner
-        out[k, 2] = _gyro(P, K, X, 0, steps)
-        out[k, 3] = _gyro(P, K, X, 1, steps) if K[AXES] > 1 else 0.0
+        if gyro0:
+            out[2, k] = _gyro(P, K, X, 0, steps)
+        if gyro1:
+            out[3, k] = _gyro(P, K, X, 1, steps)

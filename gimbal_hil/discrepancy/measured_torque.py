@@ -44,8 +44,9 @@ def with_measured_torque(inquiry: Inquiry, decision: Decision, measured: tuple[S
         least = min(left.values(), key=lambda blocks: float(np.mean(blocks)))
         out = {key for key, blocks in left.items() if _clearly_worse(blocks, least)}
         kept = tuple(rival for rival in one.close if id(rival.state) not in out)
-        if id(decision.state) in out and len(decision.told) == 1 and kept:
-            lead, rest = kept[0], kept[1:]
+        lead = next((rival for rival in kept if rival.is_cause), None)
+        if id(decision.state) in out and len(decision.told) == 1 and lead is not None:
+            rest = tuple(rival for rival in kept if rival is not lead)
             standing = replace(one.standing, label=lead.label)
             swapped = rejudged(inquiry, replace(one, standing=standing), rest)
             return replace(decision, state=lead.state, told=(swapped,), kind=kind_of((swapped,)))

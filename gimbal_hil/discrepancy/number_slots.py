@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_backend import layout
-from sim_backend.model import NUMBER_AT, AntennaModel, Block, lag_decay
+from sim_backend.model import NUMBER_AT, AntennaModel, SlotBase, lag_decay
 
 _TIME_CONSTANT = "actuator.time_constant"
 #: a lag that moves never quite vanishes: its response stays smooth there
@@ -21,10 +21,10 @@ def number_slot(model: AntennaModel, axis: str, path: str) -> int:
         return layout.axis_block(index) + layout.LAG_DECAY
     number = NUMBER_AT[path]
     first = {
-        Block.AXIS: layout.axis_block(index),
-        Block.INERTIA: (layout.INERTIA_OUTER, layout.INERTIA_INNER)[index],
-        Block.COG: (layout.COG_OUTER, layout.COG_INNER)[index],
-        Block.MASS: (layout.MASS_OUTER, layout.MASS_INNER)[index],
+        SlotBase.AXIS: layout.axis_block(index),
+        SlotBase.INERTIA: (layout.INERTIA_OUTER, layout.INERTIA_INNER)[index],
+        SlotBase.COG: (layout.COG_OUTER, layout.COG_INNER)[index],
+        SlotBase.MASS: (layout.MASS_OUTER, layout.MASS_INNER)[index],
     }[number.block]
     return first + number.slot
 

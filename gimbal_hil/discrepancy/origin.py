@@ -15,21 +15,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimbal_hil.discrepancy.hypothesis import Hypothesis, Origin, parameters_of
-from gimbal_hil.discrepancy.record import Record
+from gimbal_hil.discrepancy.record import Record, searched_name
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
 from sim_backend.effects import NEUTRAL_ORDER, Variable
-from sim_backend.model import AntennaModel, Kind
+from sim_backend.model import AntennaModel, ModelKind
 
 #: the record whose zero the others are measured against
-REFERENCE = "measured 0"
+_REFERENCE = searched_name(0)
 #: shifts tried within a period of the highest order, and at most; halvings of the distance between them after that
 _A_PERIOD, _MOST_TRIED, _HALVINGS = 8, 64, 4
 
 
 def zero_is_a_convention(model: AntennaModel, axis: int) -> bool:
     """Whether nothing in the model says where position is zero."""
-    if model.kind is Kind.GIMBAL or model.file.incline_sine != 0.0:
+    if model.kind is ModelKind.GIMBAL or model.file.incline_sine != 0.0:
         return False
     own = (entry for entry in model.effects if entry.axis == model.axes[axis])
     return not any(Variable.POSITION in entry.effect.acts_through for entry in own)
@@ -62,7 +62,7 @@ def aligned(
             rows = int(record.keep.sum())
             mine = np.ones(rows, dtype=bool) if counted is None else counted[first : first + rows]
             first += rows
-            if record.name != REFERENCE and record.name not in present:
+            if record.name != _REFERENCE and record.name not in present:
                 hypothesis = _with_best_shift(twin, hypothesis, which, axis, floor * np.array(scale), mine)
     return hypothesis
 
@@ -78,7 +78,7 @@ def _with_best_shift(
 
     def cost(shift: float) -> float:
         shifts = [shift if i == axis else 0.0 for i in range(2)]
-        left = twin.leftover(structure, P, 0, (_moved(record, shifts),))
+        left = twin.evaluated(structure, P, _moved(record, shifts))
         return float(np.sum((twin.scored_rows(left, which)[counted] / noise) ** 2))
 
     step = 2.0 * math.pi / max(orders) / _A_PERIOD

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gimbal_hil.discrepancy.number_slots import read_number, write_number
 from sim_backend import layout
-from sim_backend.model import AntennaModel, Kind
+from sim_backend.model import AntennaModel, ModelKind
 
 #: where a body that would not exist is led back to what the model states: halvings of the way
 _HALVINGS = 40
@@ -33,7 +33,7 @@ def keep_physical(model: AntennaModel, P: NDArray[np.float64], stated: NDArray[n
     """Friction and bodies that exist; `stated` are the parameters as the model has them, where they do."""
     for i in range(len(model.axes)):
         _keep_friction(P, layout.axis_block(i))
-        if model.kind is Kind.GIMBAL:
+        if model.kind is ModelKind.GIMBAL:
             first = (layout.INERTIA_OUTER, layout.INERTIA_INNER)[i]
             _keep_body(P[first : first + 6], stated[first : first + 6])
 

@@ -17,7 +17,7 @@ from gimbal_hil.discrepancy.hypothesis import Hypothesis, KnownNumber, known_num
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, rms, selectable, state_of, weighing_of
 from gimbal_hil.discrepancy.policy import Policy
 from gimbal_hil.discrepancy.processing import processing_floors
-from gimbal_hil.discrepancy.record import record_of
+from gimbal_hil.discrepancy.record import judging_name, record_of, searched_name
 from gimbal_hil.discrepancy.row_noise import encoder_noise, row_scales
 from gimbal_hil.discrepancy.smoothing import Bands, Floats, scored, scoring_reach
 from gimbal_hil.discrepancy.twin import Twin
@@ -137,8 +137,8 @@ def _in_band(
     model: AntennaModel, measured: Tables, holdout: Tables, hz: float, widest: float
 ) -> tuple[Twin, Twin, Noise]:
     """Twins of both sets of logs in one band, and the noise there."""
-    twin = Twin(model, tuple(record_of(table, model, hz, f"measured {i}") for i, table in enumerate(measured)))
-    held = Twin(model, tuple(record_of(table, model, hz, f"hold-out {i}") for i, table in enumerate(holdout)))
+    twin = Twin(model, tuple(record_of(table, model, hz, searched_name(i)) for i, table in enumerate(measured)))
+    held = Twin(model, tuple(record_of(table, model, hz, judging_name(i)) for i, table in enumerate(holdout)))
     gyros = tuple(all(r.has_gyro[i] for r in (*twin.records, *held.records)) for i in range(len(model.axes)))
     twin.gyro_everywhere = held.gyro_everywhere = gyros
     wide, structure = wide_twin(twin, measured, max(hz, widest)), twin.structure(())

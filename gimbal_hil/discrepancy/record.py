@@ -20,7 +20,7 @@ from gimbal_hil.discrepancy.smoothing import (
     scoring_reach,
     taps_for,
 )
-from gimbal_hil.signals import SignalsTable
+from gimbal_hil.signals import SignalsTable, body_rates
 from sim_backend.model import AntennaModel
 
 #: channels in the order of every residual: torque per axis, then gyro minus encoder rate per axis
@@ -32,6 +32,16 @@ _AMBIENT_DEGC = 20.0
 _STANDING_S, _STANDING_SHARE = 0.4, 0.3
 #: time constant with which a standing bristle is led to what holds the joint
 _LED_S = 0.06
+
+
+def searched_name(which: int) -> str:
+    """Name of one of the logs that are fitted."""
+    return f"measured {which}"
+
+
+def judging_name(which: int) -> str:
+    """Name of one of the logs that judge."""
+    return f"hold-out {which}"
 
 
 @dataclass(frozen=True)
@@ -55,7 +65,7 @@ class Record:
     torque: Floats
     #: interval means q, q, v, v, a, a, then the share by which a standing bristle is led per axis (see `_led`), (n, 8)
     motion: Floats
-    #: gravity, rate and angular acceleration of the base in base axes, (n, 9)
+    #: gravity less the pivot's acceleration, rate and angular acceleration of the base in base axes, (n, 9)
     base: Floats
     #: joint temperature per axis, (n, 2), degC
     heat: Floats
@@ -120,7 +130,9 @@ def record_of(
 
 
 def _base(table: SignalsTable, model: AntennaModel, bands: Bands, n: int) -> tuple[Floats, bool]:
-    """Gravity, rate and angular acceleration in base axes, (n, 9); absent columns mean level and fixed."""
+    """Gravity less the pivot's acceleration, rate and angular acceleration in base axes, (n, 9); absent columns mean
+    level and fixed.
+    """
     g = model.file.gravity_m_s2
     angles = [table.base(name) for name in ("roll", "pitch", "yaw")]
     rates = [table.base(name) for name in ("p", "q", "r")]
@@ -129,7 +141,7 @@ def _base(table: SignalsTable, model: AntennaModel, bands: Bands, n: int) -> tup
     if any(x is not None for x in rates):
         body = np.column_stack([x if x is not None else np.zeros(count) for x in rates])
     else:
-        body = _body_rates(attitude, bands)
+        body = body_rates(table)
     out = np.zeros((n, 9))
     roll, pitch = interval_mean(attitude[:, 0], bands), interval_mean(attitude[:, 1], bands)
     out[:, 0], out[:, 1], out[:, 2] = (
@@ -137,24 +149,15 @@ def _base(table: SignalsTable, model: AntennaModel, bands: Bands, n: int) -> tup
         -g * np.cos(pitch) * np.sin(roll),
         -g * np.cos(pitch) * np.cos(roll),
     )
+    pushed = [table.base(name) for name in ("ax", "ay", "az")]
+    for i, acceleration in enumerate(pushed):
+        if acceleration is not None:
+            out[:, i] -= interval_mean(acceleration, bands)
     moving = bool(np.ptp(body, axis=0).max() > 1e-4 or np.abs(body).max() > 1e-4)
     if moving:
         out[:, 3:6] = interval_mean(body, bands)
         out[:, 6:9] = interval_slope(body, bands)
     return out, moving
-
-
-def _body_rates(attitude: Floats, bands: Bands) -> Floats:
-    """Body rates from 3-2-1 angles alone."""
-    slope = np.gradient(np.unwrap(attitude, axis=0), bands.period_s, axis=0)
-    cr, sr, cp, sp = np.cos(attitude[:, 0]), np.sin(attitude[:, 0]), np.cos(attitude[:, 1]), np.sin(attitude[:, 1])
-    return np.column_stack(
-        [
-            slope[:, 0] - slope[:, 2] * sp,
-            slope[:, 1] * cr + slope[:, 2] * sr * cp,
-            -slope[:, 1] * sr + slope[:, 2] * cr * cp,
-        ]
-    )
 
 
 def _led(position: Floats, model: AntennaModel, bands: Bands) -> Floats:

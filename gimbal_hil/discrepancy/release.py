@@ -8,6 +8,8 @@ them.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from gimbal_hil.discrepancy.families import Family
@@ -19,6 +21,8 @@ from sim_backend.effects import CATALOGUE
 _PRESSING = 0.98
 #: how far numbers may go when they are let go, in units of their uncertainty
 _LEASH = 25.0
+#: an uncertainty that was stated too small by this factor surprises nobody
+_PLAUSIBLE = 2.0
 
 
 def released(inquiry: Inquiry, state: State) -> State | None:
@@ -34,6 +38,26 @@ def released(inquiry: Inquiry, state: State) -> State | None:
     if len(wanted.causes) - len(hypothesis.causes) < 2:
         return None
     return refitted(inquiry, state, wanted, rounds=8)
+
+
+def numbers_instead(
+    inquiry: Inquiry, without: State, label: tuple[str, str]
+) -> tuple[State, tuple[tuple[str, str], ...]] | None:
+    """A state without a cause in which known numbers may leave their uncertainty a little, all but the cause's own; and
+    the effects that those which do are told as. None where none does.
+    """
+    model, hypothesis = inquiry.twin.model, without.hypothesis
+    own = {model.number_path(label[1], p.path) for p in CATALOGUE[label[0]].parameters if p.path}
+    wider = tuple(
+        known if known.axis == label[1] and known.path in own else replace(known, trust=_PLAUSIBLE * known.trust)
+        for known in hypothesis.floating
+    )
+    if not wider:
+        return None
+    free = refitted(inquiry, without, replace(hypothesis, floating=wider))
+    far = {k for k, y in zip(hypothesis.floating, free.hypothesis.y, strict=True) if abs(y) > k.trust}
+    found = tuple(family.label for family in _covering(inquiry, far, set(hypothesis.labels)))
+    return (free, found) if found else None
 
 
 def _covering(inquiry: Inquiry, far: set[KnownNumber], present: set[tuple[str, str]]) -> list[Family]:

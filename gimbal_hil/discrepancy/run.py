@@ -12,8 +12,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gimbal_hil.discrepancy.deciding import Decision, Told, decide, stands_out
-from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, shared
+from gimbal_hil.discrepancy.deciding import Decision, Told, decide
+from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, shared, stands_out
 from gimbal_hil.discrepancy.measured_torque import with_measured_torque
 from gimbal_hil.discrepancy.policy import Policy
 from gimbal_hil.discrepancy.prepare import Noise, as_stated, effect_names, prepared, recalibrated
@@ -93,14 +93,17 @@ def _diagnose(request: Request, executor: WorkExecutor, progress: Callable[[str]
     stated = as_stated(inquiry)
     inquiry, null = recalibrated(inquiry, stated)
     inquiry = shared(inquiry)
-    # where nothing stands above the noise, one cause shows whether it is noise
-    path = explain(inquiry, null) if stands_out(inquiry, null) else explain(inquiry, null, most=1)
+    if stands_out(inquiry, null):
+        path = explain(inquiry, null)
+    else:
+        # one cause, however small its gap, shows whether it passed for noise
+        path = explain(replace(inquiry, policy=replace(request.policy, least_gap=0.0)), null, most=1)
     lower = noise.under(inquiry.twin, path.state.hypothesis)
     if path.state.hypothesis.causes and np.min(lower.effective(inquiry.twin) / inquiry.floor) < _FALLEN:
         # what seemed explained under the old floors may hide another cause under the new ones
         inquiry, noise, stated, null, path = _under(inquiry, lower, path)
     progress("judging what was found")
-    decision = decide(inquiry, null, path.state, path.heard, suspected_only)
+    decision = decide(inquiry, null, path, suspected_only)
     decision = with_measured_torque(inquiry, decision, measured)
     return Result(request, inquiry, noise, stated, null, decision, path, suspected_only)
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from gimbal_hil.discrepancy.evidence import command_residual
 from gimbal_hil.discrepancy.families import Family
 from gimbal_hil.discrepancy.fit import Fit, Weighing, bounds_of, prior_weights
-from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis
+from gimbal_hil.discrepancy.hypothesis import Cause
 from gimbal_hil.discrepancy.origin import placed, zero_is_a_convention
 from gimbal_hil.discrepancy.record import TORQUE
 from gimbal_hil.discrepancy.smoothing import Floats
@@ -221,9 +221,3 @@ def control_gain(
         if made == tries:
             break
     return best
-
-
-def family_table(hypothesis: Hypothesis, families: list[Family]) -> list[Family]:
-    """Families that may still be added to a hypothesis: what is not in it yet."""
-    present = set(hypothesis.labels)
-    return [f for f in families if f.label not in present]

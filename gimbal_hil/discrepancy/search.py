@@ -18,7 +18,7 @@ from gimbal_hil.discrepancy.curve import curve_does_as_well
 from gimbal_hil.discrepancy.families import Family
 from gimbal_hil.discrepancy.fit import Fit, Weighing, fit, weighed_cost
 from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis
-from gimbal_hil.discrepancy.inquiry import Inquiry, State, gain_on, refitted, state_of, weighing_of
+from gimbal_hil.discrepancy.inquiry import Inquiry, State, gain_on, refitted, stands_out, state_of, weighing_of
 from gimbal_hil.discrepancy.policy import MOST_CAUSES, MOST_ENTRIES
 from gimbal_hil.discrepancy.release import released
 from gimbal_hil.discrepancy.screening import (
@@ -34,8 +34,8 @@ from gimbal_hil.discrepancy.screening import (
 from gimbal_hil.discrepancy.smoothing import Floats
 from sim_backend.effects import Start
 
-#: families refined per round, after screening; those that are asked for their negative control
-_REFINED, _ASKED = 6, 4
+#: families refined per round, after screening; in the place of a cause; those asked for their negative control
+_REFINED, _IN_PLACE, _ASKED = 6, 3, 4
 #: how often the search is begun again where a slot was filled anew
 _PASSES = 3
 #: rounds of a first fit, and of those that are still in the race: that leave at most so many times what the best leaves
@@ -46,7 +46,7 @@ _PROMISE = 0.3
 _VALLEYS = 3
 #: what the hold-out does not show may not make it worse by more than this, and must take so much of what is left of the
 #: fitted logs
-_NO_WORSE, _NEARLY_ALL = 1.1, 0.85
+NO_WORSE, _NEARLY_ALL = 1.1, 0.85
 #: length of the blocks whose signs a negative control draws, s
 _SIGN_S = 0.7
 #: a slot is filled anew where another cause leaves this share less
@@ -74,30 +74,31 @@ class Path:
 
 def explain(inquiry: Inquiry, start: State, most: int = MOST_CAUSES) -> Path:
     """The better of two stories: known numbers that leave their uncertainty, several at once, and whatever is missing
-    beside them; or single causes from the start. Numbers that are known to be uncertain come first.
+    beside them; or single causes from the start. Of two that the data do not tell apart it is the one with fewer
+    numbers: a drive's gain that is off looks like every inertia and friction being off.
     """
     numbers = released(inquiry, start) if most > 1 else None
     if numbers is None or not pays(inquiry, start, numbers):
         return extended(inquiry, start, most)
     story = extended(inquiry, numbers, most)
     story = replace(story, rounds=(Round(start, (numbers,), {}), *story.rounds))
-    if np.all(story.state.left() <= inquiry.policy.least_gap):
-        return story
-    other = extended(inquiry, start, most)
-    rounds = (*story.rounds, *other.rounds)
-    better = other if _clearly_better(inquiry, start, other.state, story.state) else story
-    return replace(better, rounds=rounds)
+    # where nothing is left to explain, one cause alone could still be plainer
+    other = extended(inquiry, start, most if stands_out(inquiry, story.state) else 1)
+    plainer, fuller = sorted((other, story), key=lambda path: _free_numbers(path.state.hypothesis))
+    better = fuller if _clearly_better(inquiry, start, fuller.state, plainer.state) else plainer
+    return replace(better, rounds=(*story.rounds, *other.rounds))
 
 
 def extended(inquiry: Inquiry, start: State, most: int) -> Path:
-    """Add up to `most` causes while they pay, drop what does not pay beside the others, try every slot again; from the
-    start where that changed anything.
+    """Add up to `most` causes to a start while they pay, drop what does not pay beside the others, try every slot
+    again; once more where that changed anything.
     """
     path = Path(start, (), tuple(listen(inquiry, start, [f for f in inquiry.families if not f.ripple])))
     for _ in range(_PASSES):
-        while _causes(path.state.hypothesis) < most:
+        while _causes(path.state.hypothesis) - _causes(start.hypothesis) < most and stands_out(inquiry, path.state):
             inquiry.tell(f"searching for cause {len(path.state.hypothesis.causes) + 1}")
-            longer = one_more(inquiry, path)
+            # beside the start numbers have been let go of already
+            longer = one_more(inquiry, path, release=path.state is not start)
             ended, path = longer.state is path.state, longer
             if ended:
                 break
@@ -109,15 +110,19 @@ def extended(inquiry: Inquiry, start: State, most: int) -> Path:
     return path
 
 
-def one_more(inquiry: Inquiry, path: Path) -> Path:
-    """The state with the one cause more that pays best, or the same state."""
+def one_more(inquiry: Inquiry, path: Path, release: bool) -> Path:
+    """The state with the one cause more that pays best, or with several numbers that leave their uncertainty, where
+    those may be let go of; or the same state.
+    """
     before = path.state
     tried = candidates(inquiry, before, path.heard)
     asked = tried[:_ASKED]
     controls = {s.hypothesis.labels[-1]: control_share(inquiry, before, s.hypothesis.causes[-1]) for s in asked}
     paying = [s for s in asked if pays(inquiry, before, s, controls[s.hypothesis.labels[-1]])]
     found = plainest(inquiry, before, _sound(inquiry, before, paying) or paying) if paying else before
-    several = released(inquiry, before)
+    if found is not before and before.hypothesis.causes:
+        found = refitted(inquiry, before, found.hypothesis)
+    several = released(inquiry, before) if release else None
     if several is not None and pays(inquiry, found, several) and _clearly_better(inquiry, before, several, found):
         several = pruned(inquiry, several)
         tried, found = [*tried, several], several
@@ -130,7 +135,7 @@ def plainest(inquiry: Inquiry, before: State, paying: list[State]) -> State:
     """
 
     def plainness(state: State) -> tuple[bool, int]:
-        return state.hypothesis.labels[-1] not in before.hypothesis.labels, _numbers(state)
+        return state.hypothesis.labels[-1] not in before.hypothesis.labels, _numbers(state.hypothesis.causes[-1])
 
     best = paying[0]
     for other in sorted(paying[1:], key=plainness):
@@ -147,30 +152,41 @@ def _sound(inquiry: Inquiry, before: State, states: list[State]) -> list[State]:
     return [state for state in inside if not curve_does_as_well(inquiry, before, state)]
 
 
-def _numbers(state: State) -> int:
-    """Numbers of the newest cause that the data must give."""
-    return sum(not knob.nuisance for knob in state.hypothesis.causes[-1].family.knobs)
+def _numbers(cause: Cause) -> int:
+    """Numbers of a cause that the data must give."""
+    return sum(not knob.nuisance for knob in cause.family.knobs)
+
+
+def _free_numbers(hypothesis: Hypothesis) -> int:
+    return sum(_numbers(cause) for cause in hypothesis.causes)
 
 
 def candidates(
-    inquiry: Inquiry, before: State, heard: tuple[Response, ...], only: set[tuple[str, str]] | None = None
+    inquiry: Inquiry, before: State, heard: tuple[Response, ...], instead_of: State | None = None
 ) -> list[State]:
-    """The most promising families beside a state, refitted with everything that is there; best first."""
+    """The most promising families beside a state, refitted with everything that is there; best first.
+
+    `instead_of` is a state with one cause more, whose place is looked at: that cause needs no second fit, and another
+    one has to come near it.
+    """
     weighing = weighing_of(inquiry, before)
-    allowed = [f for f in addable(before.hypothesis, inquiry.families) if only is None or f.label in only]
+    taken = set() if instead_of is None else set(instead_of.hypothesis.labels) - set(before.hypothesis.labels)
+    allowed = [f for f in addable(before.hypothesis, inquiry.families) if f.label not in taken]
     labels = {f.label for f in allowed}
-    there = [r for r in heard if r.family.label in labels] + listen(inquiry, before, [f for f in allowed if f.ripple])
+    known = [r for r in heard if r.family.label in labels] + listen(inquiry, before, [f for f in allowed if f.ripple])
     best: dict[tuple[str, str], list[Proposal]] = {}
-    for proposal in propose(before.fit, there, weighing):
+    for proposal in propose(before.fit, known, weighing):
         best.setdefault(proposal.family.label, []).append(proposal)
-    ranked = sorted(best.values(), key=lambda found: -found[0].gain)[:_REFINED]
+    ranked = sorted(best.values(), key=lambda found: -found[0].gain)
+    ranked = ranked[: _REFINED if instead_of is None else _IN_PLACE]
     starts = [
         before.hypothesis.plus(Cause(p.family, p.x))
         for found in ranked
         for p in found[: _starts_refined(found[0].family)]
     ]
     kept: dict[tuple[str, str], Fit] = {}
-    for one in _refined(inquiry, before, starts, weighing):
+    to_beat = math.inf if instead_of is None else weighed_cost(instead_of.fit, weighing)
+    for one in _refined(inquiry, before, starts, weighing, to_beat):
         label = one.hypothesis.labels[-1]
         if label not in kept or one.cost < kept[label].cost:
             kept[label] = one
@@ -178,6 +194,21 @@ def candidates(
     ceiling = weighed_cost(before.fit, weighing)
     states = [state_of(inquiry, one) for one in kept.values() if one.cost <= ceiling]
     return sorted(states, key=lambda state: -advantage(inquiry, before, state))
+
+
+def in_its_place(inquiry: Inquiry, path: Path, without: State, state: State, label: tuple[str, str]) -> list[State]:
+    """States with another cause in the place of the one with a label, beside the others of a state: what was tried on
+    the way, otherwise anew.
+    """
+    others = sorted(without.hypothesis.labels)
+    for one in reversed(path.rounds):
+        if (
+            sorted(one.before.hypothesis.labels) == others
+            and one.before.hypothesis.floating == without.hypothesis.floating
+        ):
+            alone = (state for state in one.tried if sorted(state.hypothesis.labels[:-1]) == others)
+            return [state for state in alone if state.hypothesis.labels[-1] != label]
+    return candidates(inquiry, without, path.heard, state)
 
 
 def listen(inquiry: Inquiry, state: State, families: list[Family]) -> list[Response]:
@@ -199,12 +230,14 @@ def advantage(inquiry: Inquiry, before: State, after: State) -> float:
 
 
 def pays(inquiry: Inquiry, before: State, after: State, control: float = 0.0) -> bool:
-    """Whether what is new in a state pays: surely and by enough, on fitted data and on data that were not, and more
-    than its negative control.
+    """Whether what is new in a state pays: there was something to explain, and it takes of it surely and enough, on
+    fitted data and on data that were not, and more than its negative control.
 
     What the hold-out hardly shows pays where it takes nearly all that is left of the fitted logs.
     """
     policy = inquiry.policy
+    if not stands_out(inquiry, before):
+        return False
     fitted, held = (gain_on(inquiry, before, after, part) for part in ("fitted", "selecting"))
     taken = float(np.sum(before.fit.squares - after.fit.squares))
     # one event in a log has no blocks to be sure by, but what takes nearly all of a gap needs none
@@ -215,7 +248,7 @@ def pays(inquiry: Inquiry, before: State, after: State, control: float = 0.0) ->
         return False
     if shown(inquiry, before, after):
         return nearly_all or (fitted.sure + held.sure) / math.sqrt(2.0) > policy.sure
-    return nearly_all and float(np.sum(after.selecting**2)) <= _NO_WORSE * float(np.sum(before.selecting**2))
+    return nearly_all and float(np.sum(after.selecting**2)) <= NO_WORSE * float(np.sum(before.selecting**2))
 
 
 def shown(inquiry: Inquiry, before: State, after: State) -> bool:
@@ -259,11 +292,11 @@ def slots_again(inquiry: Inquiry, path: Path) -> Path:
             # entries of one ripple do not stand in each other's place
             continue
         without = refitted(inquiry, state, state.hypothesis.minus(index))
-        tried = candidates(inquiry, without, path.heard)
+        tried = candidates(inquiry, without, path.heard, state)
         path = replace(path, rounds=(*path.rounds, Round(without, tuple(tried), {})))
         tried = _sound(inquiry, without, tried)
         if tried and _clearly_better(inquiry, without, tried[0], state):
-            path = replace(path, state=tried[0])
+            path = replace(path, state=plainest(inquiry, without, tried))
     return path
 
 
@@ -310,8 +343,13 @@ def _promises(inquiry: Inquiry, before: Fit, one: Fit) -> bool:
     return bool(np.any(taken > _PROMISE * np.maximum(policy.least_share * before.squares, policy.least_squares)))
 
 
-def _refined(inquiry: Inquiry, before: State, hypotheses: list[Hypothesis], weighing: Weighing) -> list[Fit]:
-    """One step for all, more for those that are still in the race."""
+def _refined(
+    inquiry: Inquiry, before: State, hypotheses: list[Hypothesis], weighing: Weighing, to_beat: float
+) -> list[Fit]:
+    """One step for all, more for those that are still in the race with the best of them and with a cost to beat."""
+
+    # what is there already hardly changes what it does when something is added
+    earlier = before.fit.jacobian[:, : sum(len(cause.x) for cause in before.hypothesis.causes)]
 
     def fitted(chosen: list[Hypothesis], rounds: int) -> list[Fit]:
         known = [
@@ -328,6 +366,7 @@ def _refined(inquiry: Inquiry, before: State, hypotheses: list[Hypothesis], weig
             repeat(1.0),
             repeat(1e-4),
             repeat(ceiling if rounds == _FIRST else None),
+            repeat(earlier),
         )
         return list(inquiry.executor.map(fit, *work))
 
@@ -335,7 +374,7 @@ def _refined(inquiry: Inquiry, before: State, hypotheses: list[Hypothesis], weig
     fits = fitted(hypotheses, _FIRST)
     if not fits:
         return []
-    least = min(one.cost for one in fits)
+    least = min(to_beat, *(one.cost for one in fits))
     racing = [
         i for i, one in enumerate(fits) if one.cost <= _IN_THE_RACE * least and _promises(inquiry, before.fit, one)
     ]

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -169,17 +170,14 @@ def scored(rows: Floats, bands: Bands) -> Floats:
     bridge = np.linspace(0.0, 1.0, m * stride - n + 2)[1:-1, None]
     closed = np.concatenate([rows, rows[-1:] + bridge * (rows[:1] - rows[-1:])])
     spectrum = rfft(closed, axis=0)[: m // 2 + 1]
-    f = np.arange(len(spectrum)) / (m * stride * bands.period_s)
-    thin = irfft(spectrum * scoring_gain(f, bands)[:, None], m, axis=0) / stride
+    thin = irfft(spectrum * _gains_of(m, bands)[:, None], m, axis=0) / stride
     return np.ascontiguousarray(thin[: scored_length(n, bands)])
 
 
-def block_means(scored_rows: Floats, bands: Bands, seconds: float) -> Floats:
-    """Means over blocks of so many seconds of one number a scored row, (n,) -> (blocks,); what does not fill a block is
-    left out.
-    """
-    length = max(2, int(seconds / (bands.stride * bands.period_s)))
-    return np.asarray(scored_rows[: len(scored_rows) // length * length].reshape(-1, length).mean(axis=1))
+@lru_cache(maxsize=16)
+def _gains_of(rows: int, bands: Bands) -> Floats:
+    """Gain of the scoring low-pass at the frequencies of so many scored rows, (rows // 2 + 1,)."""
+    return scoring_gain(np.arange(rows // 2 + 1) / (rows * bands.stride * bands.period_s), bands)
 
 
 def scoring_reach(bands: Bands) -> int:

@@ -16,6 +16,7 @@ from gimbal_hil.discrepancy.gaps import Gap, gaps_of
 from gimbal_hil.discrepancy.hypothesis import values_of
 from gimbal_hil.discrepancy.inquiry import rms
 from gimbal_hil.discrepancy.intervals import number_intervals, parameter_intervals
+from gimbal_hil.discrepancy.judging import Rival
 from gimbal_hil.discrepancy.record import Channel
 from gimbal_hil.discrepancy.run import Result
 from gimbal_hil.discrepancy.separating import CHANCE, separating_run
@@ -134,11 +135,17 @@ def _effect_entry(result: Result, one: Told) -> tuple[Entry, list[Entry], Entry 
             "name": rival.label[0],
             "axis": rival.label[1],
             "instead_of": name,
-            "reason": f"on this data it leaves {rival.extra:+.1%} squares, {rival.sure:.1f} standard errors apart",
+            "reason": _reason(rival),
         }
         for rival in one.close
     ]
     return entry, others, _separating(one, result.suspected_only)
+
+
+def _reason(rival: Rival) -> str:
+    leaves = f"on this data it leaves {rival.extra:+.1%} squares, {rival.sure:.1f} standard errors apart"
+    beside = " and ".join(f"{name} of the {axis} axis" for name, axis in rival.labels[1:])
+    return f"together with {beside}, {leaves}" if beside else leaves
 
 
 def _parameters(result: Result, index: int) -> Entry:

@@ -22,8 +22,6 @@ from gimbal_hil.discrepancy.twin import Twin
 _LEVEL_S, _DRIFT_S, _MOST = 0.3, 2.0, 0.02
 _LEVELS = ("friction.coulomb", "friction.breakaway", "friction.viscous")
 _CHANGE = 0.01
-#: weight that holds a knob which no row speaks of
-_HELD = 1e-3
 
 
 def left_beside_wander(inquiry: Inquiry, state: State) -> Floats:
@@ -61,12 +59,14 @@ def _beside(rows: Floats, friction: Floats, row_s: float) -> Floats:
         if size == 0.0:
             continue
         columns = np.hstack([level * friction[:, j : j + 1], drift * size])
-        normal = columns.T @ columns + _HELD * size**2 * np.eye(columns.shape[1])
-        shares = np.linalg.solve(normal, columns.T @ rows[:, j])
-        wanders = max(float(np.std(part)) for part in np.split(shares, [level.shape[1]]))
-        freedom = max(len(rows) - len(shares), 1)
-        if wanders <= _MOST:
-            left[j] = np.sqrt(np.sum((rows[:, j] - columns @ shares) ** 2) / freedom)
+        own = columns.T @ columns
+        # in floors noise is one: a knot which hardly any row speaks of stays where its prior has it
+        held = np.linalg.inv(own + np.eye(len(own)) / _MOST**2)
+        shares = held @ (columns.T @ rows[:, j])
+        freedom = max(len(rows) - float(np.trace(held @ own)), 1.0)
+        parts = np.split(shares, [level.shape[1]])
+        if max(float(np.mean(knots**2)) for knots in parts) <= _MOST**2:
+            left[j] = np.sqrt(float(np.sum((rows[:, j] - columns @ shares) ** 2)) / freedom)
     return left
 
 

@@ -1,32 +1,44 @@
 """Experiments: what is asked of an antenna, the runner that follows it, and what comes out."""
 
-from gimbal_hil.experiments.antenna import EmbeddedAntenna
+from gimbal_hil.experiments.antenna import LockstepAntenna
 from gimbal_hil.experiments.checkpoint import CHECKPOINT_FILE
 from gimbal_hil.experiments.conducting import conduct, conduct_through_daemon, embedded_model_of
 from gimbal_hil.experiments.experiment import Experiment, Row, Signals, Step, axes_of, move_to, position_hold, step_of
-from gimbal_hil.experiments.frequency import FrequencyResponse, Lap, Margins, frequency_response, margins_of
+from gimbal_hil.experiments.frequency import (
+    CLOSED_STARTS_DEG,
+    OPEN_STARTS_DEG,
+    FrequencyResponse,
+    Lap,
+    Margins,
+    frequency_response,
+    margins_of,
+    phase_deg,
+)
 from gimbal_hil.experiments.plan import Plan, load_plan, plan_from_document
 from gimbal_hil.experiments.planned import experiment_of_file
-from gimbal_hil.experiments.plateau import Pair, pair_of, plateau_mean, pooled
+from gimbal_hil.experiments.plateau import DirectionPair, pair_of, plateau_mean, pooled
 from gimbal_hil.experiments.references import SHAPES as REFERENCE_SHAPES
 from gimbal_hil.experiments.references import UNITS as REFERENCE_UNITS
-from gimbal_hil.experiments.response import step_response
+from gimbal_hil.experiments.response import SETTLING_BAND, step_response
 from gimbal_hil.experiments.runner import TEARDOWN_S, Outcome, ProgressSink, Silent
 from gimbal_hil.experiments.side_by_side import PARTS_FOLDER
 
 __all__ = [
     "CHECKPOINT_FILE",
+    "CLOSED_STARTS_DEG",
+    "OPEN_STARTS_DEG",
     "PARTS_FOLDER",
     "REFERENCE_SHAPES",
     "REFERENCE_UNITS",
+    "SETTLING_BAND",
     "TEARDOWN_S",
-    "EmbeddedAntenna",
+    "DirectionPair",
     "Experiment",
     "FrequencyResponse",
     "Lap",
+    "LockstepAntenna",
     "Margins",
     "Outcome",
-    "Pair",
     "Plan",
     "ProgressSink",
     "Row",
@@ -43,6 +55,7 @@ __all__ = [
     "margins_of",
     "move_to",
     "pair_of",
+    "phase_deg",
     "plan_from_document",
     "plateau_mean",
     "pooled",

@@ -1,6 +1,6 @@
 """The antenna under test, as the runner sees it: it follows one step after the other and answers what was measured.
 
-`EmbeddedAntenna` is the virtual antenna in this process, advanced in lockstep on the compiled path; its whole state can
+`LockstepAntenna` is the virtual antenna in this process, advanced in lockstep on the compiled path; its whole state can
 be kept and put back, so an experiment that was stopped goes on with the same bits.
 """
 
@@ -40,7 +40,7 @@ class Followed:
     program: Program | None = None
 
 
-class Antenna(Protocol):
+class AntennaUnderTest(Protocol):
     """What the runner needs of an antenna."""
 
     rate_hz: float
@@ -71,7 +71,7 @@ class Antenna(Protocol):
         """Go on from a kept state."""
 
 
-class EmbeddedAntenna:
+class LockstepAntenna:
     """The virtual antenna in this process, in lockstep; of its log one row in `log_every` ticks, with frames where that
     is every tick.
     """

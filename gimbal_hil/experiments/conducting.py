@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.experiments.antenna import EmbeddedAntenna
+from gimbal_hil.experiments.antenna import LockstepAntenna
 from gimbal_hil.experiments.checkpoint import remove_checkpoint
 from gimbal_hil.experiments.daemon_antenna import DaemonAntenna
 from gimbal_hil.experiments.experiment import Experiment
@@ -16,9 +16,8 @@ from gimbal_hil.experiments.runner import Outcome, ProgressSink, run_experiment,
 from gimbal_hil.experiments.side_by_side import remove_parts, run_side_by_side
 from gimbal_hil.report import Details, Listing, Page
 from gimbal_hil.runs import RunHeader
-from gimbal_hil.settings import DaemonSettings
-from gimbal_hil.settings import EmbeddedAntenna as EmbeddedLink
-from sim_backend.model import AntennaModel, Kind, model_named
+from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna
+from sim_backend.model import AntennaModel, ModelKind, model_named
 
 TABLE_FILE, REPORT_FILE = "table.csv", "report.html"
 
@@ -26,7 +25,7 @@ TABLE_FILE, REPORT_FILE = "table.csv", "report.html"
 def embedded_model_of(settings: DaemonSettings) -> tuple[AntennaModel, int]:
     """Model and seed of the virtual antenna that the configuration names; BadInputError where it names a real link."""
     link = settings.link
-    if not isinstance(link, EmbeddedLink):
+    if not isinstance(link, EmbeddedAntenna):
         raise BadInputError(
             "link",
             f"is {link.kind}, which has no time of its own to wait",
@@ -63,14 +62,14 @@ def conduct(
     progress: ProgressSink | None = None,
 ) -> Outcome:
     """Run an experiment on the virtual antenna in lockstep and leave log, table and report in `folder`."""
-    if model.kind is not Kind.GIMBAL:
+    if model.kind is not ModelKind.GIMBAL:
         raise BadInputError(
             f"{model.where}: kind", f"is {model.kind.value}, a single axis", "gimbal: experiments move two axes"
         )
     settings = settings.for_axes(model.axes, model.where)
     if experiment.base is not None:
         model = model.with_base(experiment.base)
-    antenna = partial(EmbeddedAntenna, settings, model, seed, experiment.every)
+    antenna = partial(LockstepAntenna, settings, model, seed, experiment.every)
     header = run_header(settings, model, seed, experiment.name, experiment.every)
     if experiment.parts:
         outcome = run_side_by_side(experiment, antenna, folder, header, resume=resume, force=force, progress=progress)

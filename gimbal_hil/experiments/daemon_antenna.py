@@ -19,9 +19,20 @@ from numpy.typing import NDArray
 from firmware_protocol.errors import LinkError, SafetyStopError
 from gimbal_hil.experiments.antenna import Followed
 from gimbal_hil.experiments.experiment import Signals, Step, move_to
-from gimbal_hil.host import AxisCommand, Mode, Origin, Segment, Shape, program_of
+from gimbal_hil.host import (
+    AxisCommand,
+    EventCode,
+    HostCause,
+    HostState,
+    Mode,
+    ReferenceOrigin,
+    Segment,
+    Shape,
+    program_of,
+    word_of,
+)
 from gimbal_hil.operator import Json, OperatorClient
-from gimbal_hil.runs import AXES, FRAME_ROW, TICK_ROW, GrowingLog, Run
+from gimbal_hil.runs import AXES, FRAME_ROW, TICK_ROW, GrowingLog, RecordedRun
 
 #: a batch has at least so many steps (fewer only at the end)
 BATCH = 12
@@ -31,7 +42,11 @@ PATIENCE_S = 30.0
 _AFTER_TICKS = 3
 #: further away than this a joint is led to the start of an absolute position reference, at this speed
 _LEAD_IN_RAD, _LEAD_IN_RAD_S = 0.01, 0.2
-_STOPPED = ("stopping", "fault", "waiting", "idle")
+_ACTIVE, _STOPPING = word_of(HostState.ACTIVE), word_of(HostState.STOPPING)
+_STOPPED = (_STOPPING, *map(word_of, (HostState.FAULT, HostState.WAITING, HostState.IDLE)))
+_STARTED, _ENDED, _STATE = map(word_of, (EventCode.SEGMENT_STARTED, EventCode.SEGMENT_ENDED, EventCode.STATE))
+#: how a step ends that was not stopped
+_AS_PLANNED = (word_of(HostCause.DURATION), word_of(HostCause.END_CONDITION))
 
 
 @dataclass(frozen=True)
@@ -140,15 +155,15 @@ class DaemonAntenna:
                 continue
             data = event.get("data", {})
             code = data.get("code")
-            if code == "segment_started":
+            if code == _STARTED:
                 self._started[int(data["segment"])] = int(event["tick"])
-            elif code == "segment_ended" and data["segment"] == label:
-                if data["cause"] not in ("duration", "end_condition"):
+            elif code == _ENDED and data["segment"] == label:
+                if data["cause"] not in _AS_PLANNED:
                     self._under_way = []
                     raise SafetyStopError(f"step {step.name!r}: {data['cause']}")
                 last = int(event["tick"])
                 return _Span(self._started.pop(label, last - step.segment.duration_ticks + 1), last)
-            elif code == "state" and data["to"] in _STOPPED and data["from"] == "active":
+            elif code == _STATE and data["to"] in _STOPPED and data["from"] == _ACTIVE:
                 self._under_way = []
                 raise SafetyStopError(f"step {step.name!r}: host went {event['text']}")
         self._under_way = []
@@ -156,7 +171,7 @@ class DaemonAntenna:
 
     def _until_idle(self) -> None:
         end = time.monotonic() + self._patience_s
-        while self._status()["host_state"] == "stopping" and time.monotonic() < end:
+        while self._status()["host_state"] == _STOPPING and time.monotonic() < end:
             time.sleep(0.02)
 
     def _followed(self, step: Step, span: _Span) -> Followed:
@@ -175,7 +190,7 @@ class DaemonAntenna:
         return Followed(signals, rows, frames, (), span.first, span.last - span.first + 1, program_of([step.segment]))
 
 
-def signals_between(run: Run, first: int, last: int) -> Signals:
+def signals_between(run: RecordedRun, first: int, last: int) -> Signals:
     """Signals table columns of the ticks from `first` to `last` of a run that goes on; lost frames are interpolated."""
     from gimbal_hil.signals import signals_of_run
 
@@ -234,7 +249,7 @@ def _lead_in(segment: Segment, positions: Sequence[float], rate_hz: float) -> Se
 def _start(command: AxisCommand, position: float) -> float:
     led = (
         command.mode is Mode.POSITION
-        and command.origin is Origin.ABSOLUTE
+        and command.origin is ReferenceOrigin.ABSOLUTE
         and command.shape in (Shape.HOLD, Shape.RAMP)
     )
     return command.parameters[0] if led else position

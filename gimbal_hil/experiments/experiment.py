@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gimbal_hil.host import AxisCommand, EndCondition, Mode, Origin, Segment, Shape
+from gimbal_hil.host import AxisCommand, EndCondition, Mode, ReferenceOrigin, Segment, Shape
 
 if TYPE_CHECKING:
     from gimbal_hil.report import Block
@@ -73,7 +73,7 @@ def move_to(target_rad: float, duration_s: float) -> AxisCommand:
 
 def constant_speed(rate_rad_s: float, span_rad: float) -> AxisCommand:
     """Go on from where the joint stands at a constant rate until a span is travelled."""
-    return AxisCommand(Mode.POSITION, Shape.RAMP, (0.0, rate_rad_s, abs(span_rad)), Origin.START)
+    return AxisCommand(Mode.POSITION, Shape.RAMP, (0.0, rate_rad_s, abs(span_rad)), ReferenceOrigin.START)
 
 
 def axes_of(signals: Iterable[str]) -> tuple[str, ...]:

@@ -18,6 +18,10 @@ Vector = NDArray[np.float64]
 Response = NDArray[np.complex128]
 #: bands a decade, and the share of a lap that is faded in and out
 BANDS_PER_DECADE, FADE = 40, 0.04
+#: coherence from which on a band is read
+LEAST_COHERENCE = 0.3
+#: where the phase of a loop that integrates starts (between -180 and 0 degrees), and that of one that is closed
+OPEN_STARTS_DEG, CLOSED_STARTS_DEG = -90.0, 0.0
 
 
 @dataclass(frozen=True)
@@ -82,7 +86,30 @@ def frequency_response(laps: Sequence[Lap], low_hz: float, high_hz: float) -> Fr
     return FrequencyResponse(middle, sry / srr, sry / sre, np.asarray(np.clip(coherence, 0.0, 1.0)))
 
 
-def margins_of(response: FrequencyResponse, least_coherence: float = 0.3) -> Margins:
+def phase_deg(loop: Response, coherence: Vector, start_deg: float) -> Vector:
+    """Phase without jumps, degrees, (m,), on the sheet that lies nearest to `start_deg` at the first band one can read.
+
+    Each band is put within 180 degrees of the last one that was coherent: bands of noise follow their neighbours and
+    cannot shift those behind them by a turn.
+    """
+    angle = np.degrees(np.angle(loop))
+    good = np.flatnonzero(coherence >= LEAST_COHERENCE)
+    first = int(good[0]) if len(good) else 0
+    phase = np.empty(len(angle))
+
+    def near(value: float, to: float) -> float:
+        return value + 360.0 * round((to - value) / 360.0)
+
+    last = phase[first] = near(float(angle[first]), start_deg)
+    for k in range(first + 1, len(angle)):
+        phase[k] = near(float(angle[k]), last)
+        last = phase[k] if coherence[k] >= LEAST_COHERENCE else last
+    for k in range(first - 1, -1, -1):
+        phase[k] = near(float(angle[k]), phase[first])
+    return phase
+
+
+def margins_of(response: FrequencyResponse, least_coherence: float = LEAST_COHERENCE) -> Margins:
     """Margins of the open loop, from where the coherence is high enough to read them.
 
     A band holds hundreds of lines of the spectrum at high frequencies, so a low coherence still gives a good mean
@@ -93,15 +120,13 @@ def margins_of(response: FrequencyResponse, least_coherence: float = 0.3) -> Mar
     if len(frequency) < 4:
         return Margins(None, None, None, None, None)
     gain_db = 20.0 * np.log10(np.abs(loop))
-    phase_deg = np.degrees(np.unwrap(np.angle(loop)))
-    # the phase of an integrating loop starts between -180 and 0 degrees; unwrapping may have begun on another sheet
-    phase_deg -= 360.0 * np.round((phase_deg[0] + 90.0) / 360.0)
+    phase = phase_deg(loop, response.coherence[good], OPEN_STARTS_DEG)
     crossover = _falls_through(frequency, gain_db, 0.0)
-    turn = _falls_through(frequency, phase_deg, -180.0)
+    turn = _falls_through(frequency, phase, -180.0)
     bandwidth = _falls_through(frequency, 20.0 * np.log10(np.abs(closed)), -3.0)
     return Margins(
         crossover,
-        None if crossover is None else 180.0 + _at(frequency, phase_deg, crossover),
+        None if crossover is None else 180.0 + _at(frequency, phase, crossover),
         turn,
         None if turn is None else -_at(frequency, gain_db, turn),
         bandwidth,

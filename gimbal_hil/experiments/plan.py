@@ -72,13 +72,15 @@ class AxisPlan(Strict):
 class End(Strict):
     """One condition that ends a segment early, once it has held for a time."""
 
-    axis: str
-    rate_above_rad_s: Annotated[float, Field(ge=0.0)] | None = None
-    rate_below_rad_s: Annotated[float, Field(gt=0.0)] | None = None
-    position_above_rad: float | None = None
-    position_below_rad: float | None = None
-    torque_above_nm: Annotated[float, Field(ge=0.0)] | None = None
-    for_s: Annotated[float, Field(ge=0.0)] = 0.0
+    axis: str = Field(description="name of the axis that is looked at")
+    rate_above_rad_s: Annotated[float, Field(ge=0.0)] | None = Field(default=None, description="joint rate, by size")
+    rate_below_rad_s: Annotated[float, Field(gt=0.0)] | None = Field(default=None, description="joint rate, by size")
+    position_above_rad: float | None = Field(default=None, description="joint position, by value")
+    position_below_rad: float | None = Field(default=None, description="joint position, by value")
+    torque_above_nm: Annotated[float, Field(ge=0.0)] | None = Field(
+        default=None, description="torque asked for, by size"
+    )
+    for_s: Annotated[float, Field(ge=0.0)] = Field(default=0.0, description="how long it must hold without a break")
 
     @model_validator(mode="after")
     def _one(self) -> End:
@@ -99,10 +101,10 @@ class End(Strict):
 class GuardPlan(Strict):
     """What an axis may do while a segment runs; looked at before its first torque. A guard ends the whole plan."""
 
-    low_rad: float | None = None
-    high_rad: float | None = None
-    rate_rad_s: Annotated[float, Field(gt=0.0)] | None = None
-    torque_nm: Annotated[float, Field(gt=0.0)] | None = None
+    low_rad: float | None = Field(default=None, description="lowest joint position")
+    high_rad: float | None = Field(default=None, description="highest joint position")
+    rate_rad_s: Annotated[float, Field(gt=0.0)] | None = Field(default=None, description="largest joint rate, by size")
+    torque_nm: Annotated[float, Field(gt=0.0)] | None = Field(default=None, description="largest torque, by size")
 
     def guard(self) -> Guard:
         """For the host."""
@@ -124,18 +126,23 @@ class Guards(Strict):
 class SegmentPlan(Strict):
     """One stretch of a plan; it needs a duration, which is its longest where it has end conditions."""
 
-    name: str = ""
+    name: str = Field(default="", description="step's name in tables; `segment N` without one")
     outer: AxisPlan = AxisPlan()
     inner: AxisPlan = AxisPlan()
-    duration_s: Annotated[float, Field(gt=0.0)]
-    end: Annotated[tuple[End, ...], Field(max_length=2)] = ()
-    guards: Guards = Guards()
-    #: one log row in so many ticks; 0 leaves it to the run
-    record_every_ticks: Annotated[int, Field(ge=0)] = 0
-    #: whether the runner makes a table row of it
-    measure: bool = False
-    #: plain values that go with the segment into events and tables
-    meaning: dict[str, str | int | float | bool] = Field(default_factory=dict)
+    duration_s: Annotated[float, Field(gt=0.0)] = Field(
+        description="how long it lasts, or at most where it has `end` conditions"
+    )
+    end: Annotated[tuple[End, ...], Field(max_length=2)] = Field(
+        default=(), description="conditions that end it early, two at most; the first that holds counts"
+    )
+    guards: Guards = Field(default=Guards(), description="by axis: what it may do meanwhile")
+    record_every_ticks: Annotated[int, Field(ge=0)] = Field(
+        default=0, description="one log row in so many; 0 leaves it to the run"
+    )
+    measure: bool = Field(default=False, description="whether the report has a table row of it")
+    meaning: dict[str, str | int | float | bool] = Field(
+        default_factory=dict, description="plain values that go with the segment into events and tables"
+    )
 
     def segment(self, label: int, rate_hz: float, last: bool) -> Segment:
         """For the host; after the last segment torque is switched off."""
@@ -153,11 +160,11 @@ class SegmentPlan(Strict):
 class Plan(Strict):
     """A whole plan; `laps` repeats its segments."""
 
-    schema_: Literal[1] = Field(alias="schema")
-    name: str
-    text: str = ""
-    laps: Annotated[int, Field(ge=1, le=10000)] = 1
-    segments: Annotated[tuple[SegmentPlan, ...], Field(min_length=1)]
+    schema_: Literal[1] = Field(alias="schema", description="version of this format")
+    name: str = Field(description="name of the experiment")
+    text: str = Field(default="", description="what it is for")
+    laps: Annotated[int, Field(ge=1, le=10000)] = Field(default=1, description="how often the segments are repeated")
+    segments: Annotated[tuple[SegmentPlan, ...], Field(min_length=1)] = Field(description="one after the other")
 
     @field_validator("segments")
     @classmethod

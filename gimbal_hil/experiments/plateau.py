@@ -91,7 +91,7 @@ def _over_stretch(position: Vector, torque: Vector, low_rad: float, high_rad: fl
 
 
 @dataclass(frozen=True)
-class Pair:
+class DirectionPair:
     """Both directions at one speed over one stretch: half the difference is friction, half the sum depends on position
     alone. The speed fluctuates by `jitter_rad_s`, rms.
     """
@@ -106,7 +106,7 @@ class Pair:
     passes: int
 
 
-def pooled(pairs: Sequence[Pair]) -> Pair:
+def pooled(pairs: Sequence[DirectionPair]) -> DirectionPair:
     """Pairs of one speed, each over a stretch of its own, as one: gravity differs between stretches, friction should
     not.
 
@@ -116,7 +116,7 @@ def pooled(pairs: Sequence[Pair]) -> Pair:
     frictions = [pair.friction_nm for pair in pairs]
     own = float(np.sqrt(np.sum([pair.friction_error_nm**2 for pair in pairs]))) / count
     between = float(np.std(frictions, ddof=1) / np.sqrt(count)) if count > 2 else 0.0
-    return Pair(
+    return DirectionPair(
         float(np.mean([pair.speed_rad_s for pair in pairs])),
         float(np.mean([pair.jitter_rad_s for pair in pairs])),
         float(np.mean(frictions)),
@@ -128,7 +128,7 @@ def pooled(pairs: Sequence[Pair]) -> Pair:
     )
 
 
-def pair_of(forward: Sequence[Row], backward: Sequence[Row]) -> Pair | None:
+def pair_of(forward: Sequence[Row], backward: Sequence[Row]) -> DirectionPair | None:
     """Passes of one speed and stretch in both directions as one pair; None when a direction is missing."""
     if not forward or not backward:
         return None
@@ -136,7 +136,7 @@ def pair_of(forward: Sequence[Row], backward: Sequence[Row]) -> Pair | None:
     back, back_error = _pooled(backward)
     rows = [*forward, *backward]
     error = 0.5 * float(np.hypot(ahead_error, back_error))
-    return Pair(
+    return DirectionPair(
         float(np.mean([abs(row["rate_rad_s"]) for row in rows])),
         float(np.mean([row["jitter_rad_s"] for row in rows])),
         0.5 * (ahead - back),

@@ -17,7 +17,7 @@ from pydantic import Field, TypeAdapter
 from firmware_protocol.documents import Strict
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.control.layout import Mode
-from gimbal_hil.host import AxisCommand, Guard, Origin, Shape
+from gimbal_hil.host import AxisCommand, Guard, ReferenceOrigin, Shape
 
 #: unit of a value, of its slope and of its curvature
 UNITS: dict[Mode, tuple[str, str, str]] = {
@@ -37,7 +37,12 @@ class Reference(Strict):
 
     #: quantities by how often they are differentiated
     quantities: ClassVar[dict[str, int]] = {}
-    from_start: bool = False
+    from_start: bool = Field(
+        default=False,
+        description=(
+            "count from where the axis is when the segment starts (or from the reference before it), not from zero"
+        ),
+    )
 
     @abstractmethod
     def host_shape(self, step_s: float) -> tuple[Shape, tuple[float, ...], NDArray[np.float64]]:
@@ -46,7 +51,8 @@ class Reference(Strict):
     def command(self, mode: Mode, guard: Guard, step_s: float) -> AxisCommand:
         """What the host follows."""
         shape, parameters, table = self.host_shape(step_s)
-        return AxisCommand(mode, shape, parameters, Origin.START if self.from_start else Origin.ABSOLUTE, guard, table)
+        origin = ReferenceOrigin.START if self.from_start else ReferenceOrigin.ABSOLUTE
+        return AxisCommand(mode, shape, parameters, origin, guard, table)
 
 
 _NO_TABLE = np.zeros(0)
@@ -57,7 +63,7 @@ class Hold(Reference):
 
     quantities: ClassVar[dict[str, int]] = {"value": 0}
     shape: Literal["hold"] = "hold"
-    value: float = 0.0
+    value: float = Field(default=0.0, description="what is held")
 
     def host_shape(self, step_s: float) -> tuple[Shape, tuple[float, ...], NDArray[np.float64]]:
         return Shape.HOLD, (self.value,), _NO_TABLE
@@ -68,9 +74,9 @@ class Ramp(Reference):
 
     quantities: ClassVar[dict[str, int]] = {"value": 0, "slope": 1, "span": 0}
     shape: Literal["ramp"]
-    value: float = 0.0
-    slope: float
-    span: Positive | None = None
+    value: float = Field(default=0.0, description="where it begins")
+    slope: float = Field(description="its slope")
+    span: Positive | None = Field(default=None, description="how far it goes; for ever without it")
 
     def host_shape(self, step_s: float) -> tuple[Shape, tuple[float, ...], NDArray[np.float64]]:
         return Shape.RAMP, (self.value, self.slope, math.inf if self.span is None else self.span), _NO_TABLE
@@ -81,10 +87,10 @@ class Sine(Reference):
 
     quantities: ClassVar[dict[str, int]] = {"value": 0, "amplitude": 0}
     shape: Literal["sine"]
-    value: float = 0.0
-    amplitude: float
-    frequency_hz: Positive
-    phase_rad: float = 0.0
+    value: float = Field(default=0.0, description="middle")
+    amplitude: float = Field(description="amplitude")
+    frequency_hz: Positive = Field(description="frequency")
+    phase_rad: float = Field(default=0.0, description="phase at the start")
 
     def host_shape(self, step_s: float) -> tuple[Shape, tuple[float, ...], NDArray[np.float64]]:
         return Shape.SINE, (self.value, self.amplitude, self.frequency_hz, self.phase_rad), _NO_TABLE
@@ -95,11 +101,11 @@ class Chirp(Reference):
 
     quantities: ClassVar[dict[str, int]] = {"value": 0, "amplitude": 0}
     shape: Literal["chirp"]
-    value: float = 0.0
-    amplitude: float
-    first_hz: Positive
-    last_hz: Positive
-    sweep_s: Positive
+    value: float = Field(default=0.0, description="middle")
+    amplitude: float = Field(description="amplitude")
+    first_hz: Positive = Field(description="frequency at the start")
+    last_hz: Positive = Field(description="frequency at the end")
+    sweep_s: Positive = Field(description="time from first to last")
 
     def host_shape(self, step_s: float) -> tuple[Shape, tuple[float, ...], NDArray[np.float64]]:
         growth = math.log(self.last_hz / self.first_hz) / self.sweep_s
@@ -111,9 +117,9 @@ class Trapezoid(Reference):
 
     quantities: ClassVar[dict[str, int]] = {"target": 0, "largest_slope": 1, "largest_curvature": 2}
     shape: Literal["trapezoid"]
-    target: float
-    largest_slope: Positive
-    largest_curvature: Positive
+    target: float = Field(description="where it ends")
+    largest_slope: Positive = Field(description="largest slope")
+    largest_curvature: Positive = Field(description="largest curvature")
 
     def host_shape(self, step_s: float) -> tuple[Shape, tuple[float, ...], NDArray[np.float64]]:
         return Shape.TRAPEZOID, (self.target, self.largest_slope, self.largest_curvature), _NO_TABLE
@@ -124,8 +130,8 @@ class Smooth(Reference):
 
     quantities: ClassVar[dict[str, int]] = {"target": 0}
     shape: Literal["smooth"]
-    target: float
-    over_s: Positive
+    target: float = Field(description="where it ends")
+    over_s: Positive = Field(description="duration of the move")
 
     def host_shape(self, step_s: float) -> tuple[Shape, tuple[float, ...], NDArray[np.float64]]:
         return Shape.SMOOTH, (self.target, self.over_s), _NO_TABLE
@@ -136,12 +142,12 @@ class Pulses(Reference):
 
     quantities: ClassVar[dict[str, int]] = {"value": 0, "amplitude": 0}
     shape: Literal["pulses"]
-    value: float = 0.0
-    amplitude: float
-    period_s: Positive
-    width_s: Positive
-    alternating: bool = False
-    count: Annotated[int, Field(ge=1)] | None = None
+    value: float = Field(default=0.0, description="between the pulses")
+    amplitude: float = Field(description="of a pulse, added to the value")
+    period_s: Positive = Field(description="from pulse to pulse")
+    width_s: Positive = Field(description="length of a pulse")
+    alternating: bool = Field(default=False, description="every other one is negative")
+    count: Annotated[int, Field(ge=1)] | None = Field(default=None, description="how many; without end without it")
 
     def host_shape(self, step_s: float) -> tuple[Shape, tuple[float, ...], NDArray[np.float64]]:
         count = float(self.count or 2**40)
@@ -152,14 +158,14 @@ class Pulses(Reference):
         )
 
 
-class Table(Reference):
+class TableReference(Reference):
     """Values at equal times, joined by straight lines."""
 
     quantities: ClassVar[dict[str, int]] = {"values": 0}
     shape: Literal["table"]
-    values: Annotated[tuple[float, ...], Field(min_length=1)]
-    row_s: Positive
-    scale: float = 1.0
+    values: Annotated[tuple[float, ...], Field(min_length=1)] = Field(description="the values, at equal times")
+    row_s: Positive = Field(description="time between two of them")
+    scale: float = Field(default=1.0, description="factor on all of them")
 
     def host_shape(self, step_s: float) -> tuple[Shape, tuple[float, ...], NDArray[np.float64]]:
         return Shape.TABLE, (self.row_s, self.scale), np.array(self.values)
@@ -172,14 +178,13 @@ class Multisine(Reference):
 
     quantities: ClassVar[dict[str, int]] = {"value": 0, "amplitude": 0}
     shape: Literal["multisine"]
-    value: float = 0.0
-    #: largest size of the sum
-    amplitude: Positive
-    first_hz: Positive
-    last_hz: Positive
-    lines: Annotated[int, Field(ge=1)]
-    period_s: Positive
-    periods: Annotated[int, Field(ge=1)] = 1
+    value: float = Field(default=0.0, description="middle")
+    amplitude: Positive = Field(description="largest size of the sum")
+    first_hz: Positive = Field(description="lowest frequency")
+    last_hz: Positive = Field(description="highest frequency")
+    lines: Annotated[int, Field(ge=1)] = Field(description="how many sines")
+    period_s: Positive = Field(description="period that all of them share")
+    periods: Annotated[int, Field(ge=1)] = Field(default=1, description="how often it is repeated")
 
     def host_shape(self, step_s: float) -> tuple[Shape, tuple[float, ...], NDArray[np.float64]]:
         rows = self.period_s / step_s * max(self.periods, self.lines)
@@ -201,7 +206,7 @@ class Multisine(Reference):
 
 
 AnyReference = Annotated[
-    Hold | Ramp | Sine | Chirp | Trapezoid | Smooth | Pulses | Table | Multisine,
+    Hold | Ramp | Sine | Chirp | Trapezoid | Smooth | Pulses | TableReference | Multisine,
     Field(discriminator="shape"),
 ]
 ANY_REFERENCE: TypeAdapter[Any] = TypeAdapter(AnyReference)
@@ -213,7 +218,7 @@ SHAPES: dict[str, type[Reference]] = {
     "trapezoid": Trapezoid,
     "smooth": Smooth,
     "pulses": Pulses,
-    "table": Table,
+    "table": TableReference,
     "multisine": Multisine,
 }
 

@@ -1,8 +1,8 @@
 """Runs an experiment on an antenna into a run folder: guards on entry, a checkpoint after every step, a teardown that
 always comes.
 
-The runner knows nothing of links and clocks: an `Antenna` follows steps, whether it is the virtual one in lockstep or a
-real one behind the daemon.
+The runner knows nothing of links and clocks: an `AntennaUnderTest` follows steps, whether it is the virtual one in
+lockstep or a real one behind the daemon.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import Protocol
 import numpy as np
 
 from firmware_protocol.errors import BadInputError, GimbalHilError, SafetyStopError
-from gimbal_hil.experiments.antenna import Antenna, Followed
+from gimbal_hil.experiments.antenna import AntennaUnderTest, Followed
 from gimbal_hil.experiments.checkpoint import Checkpoint, read_checkpoint, remove_checkpoint, write_checkpoint
 from gimbal_hil.experiments.experiment import Experiment, Row, Signals, Step, move_to
 from gimbal_hil.experiments.step_signals import STEPS_FOLDER, write_step_signals
@@ -73,7 +73,7 @@ def plan_hash(experiment: Experiment) -> str:
 
 def run_experiment(
     experiment: Experiment,
-    antenna: Antenna,
+    antenna: AntennaUnderTest,
     folder: Path,
     header: RunHeader,
     *,
@@ -111,7 +111,7 @@ class _Session:
     """One run of the runner: the log, the table and the checkpoints of one experiment."""
 
     def __init__(
-        self, experiment: Experiment, antenna: Antenna, writer: RunWriter, progress: ProgressSink, digest: str
+        self, experiment: Experiment, antenna: AntennaUnderTest, writer: RunWriter, progress: ProgressSink, digest: str
     ) -> None:
         self.experiment, self.antenna, self.writer, self.progress, self.digest = (
             experiment,
@@ -202,7 +202,7 @@ class _Session:
             self._log(self.antenna.follow(step, lambda ticks: None))
 
 
-def check_guards(step: Step, antenna: Antenna) -> None:
+def check_guards(step: Step, antenna: AntennaUnderTest) -> None:
     """Refuse to enter a step whose guards the antenna already violates; SafetyStopError names step, axis and value."""
     for axis, command in zip(antenna.axes, (step.segment.outer, step.segment.inner), strict=True):
         position = antenna.position_rad(axis)

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import EXIT_INTERRUPTED, BadInputError
-from gimbal_hil.experiments.antenna import Antenna
+from gimbal_hil.experiments.antenna import AntennaUnderTest
 from gimbal_hil.experiments.checkpoint import CHECKPOINT_FILE, read_checkpoint
 from gimbal_hil.experiments.experiment import Experiment, Row, Signals
 from gimbal_hil.experiments.runner import Outcome, ProgressSink, Silent, run_experiment
@@ -45,7 +45,7 @@ class _Part:
     """One part: what is run, on what, where; picklable."""
 
     experiment: Experiment
-    antenna: Callable[[], Antenna]
+    antenna: Callable[[], AntennaUnderTest]
     folder: Path
     header: RunHeader
 
@@ -60,7 +60,7 @@ class _Part:
 
 def run_side_by_side(
     experiment: Experiment,
-    antenna: Callable[[], Antenna],
+    antenna: Callable[[], AntennaUnderTest],
     folder: Path,
     header: RunHeader,
     *,

@@ -3,19 +3,29 @@
 from gimbal_hil.control.layout import Mode
 from gimbal_hil.host import layout
 from gimbal_hil.host.core import host_tick
-from gimbal_hil.host.events import AXIS_NAMES, HostEvent
+from gimbal_hil.host.events import AXIS_NAMES, HostEvent, word_of
 from gimbal_hil.host.first_test import MOMENTUM_WINDOW_S, FirstTest, FirstTestState
 from gimbal_hil.host.frame_tick import encode_host_mail
 from gimbal_hil.host.host import Host
 from gimbal_hil.host.memory import C_AT, COUNTERS_AT, H_AT, MAIL_AT, OCTETS_AT, RECEIVERS_AT, ROWS_KEPT
 from gimbal_hil.host.program import AxisCommand, EndCondition, Guard, Program, Segment, program_of
-from gimbal_hil.host.states import Cause, EndKind, EventCode, HostState, LinkStatus, Origin, Shape
+from gimbal_hil.host.states import (
+    GUARD_CAUSES,
+    EndKind,
+    EventCode,
+    HostCause,
+    HostState,
+    LinkStatus,
+    ReferenceOrigin,
+    Shape,
+)
 from gimbal_hil.host.tick_row import LOG_WORDS, MEASURED, ROW_WORDS, write_row
 
 __all__ = [
     "AXIS_NAMES",
     "COUNTERS_AT",
     "C_AT",
+    "GUARD_CAUSES",
     "H_AT",
     "LOG_WORDS",
     "MAIL_AT",
@@ -26,7 +36,6 @@ __all__ = [
     "ROWS_KEPT",
     "ROW_WORDS",
     "AxisCommand",
-    "Cause",
     "EndCondition",
     "EndKind",
     "EventCode",
@@ -34,17 +43,19 @@ __all__ = [
     "FirstTestState",
     "Guard",
     "Host",
+    "HostCause",
     "HostEvent",
     "HostState",
     "LinkStatus",
     "Mode",
-    "Origin",
     "Program",
+    "ReferenceOrigin",
     "Segment",
     "Shape",
     "encode_host_mail",
     "host_tick",
     "layout",
     "program_of",
+    "word_of",
     "write_row",
 ]

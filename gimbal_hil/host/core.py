@@ -62,20 +62,27 @@ from gimbal_hil.host.layout import (
 from gimbal_hil.host.limits import fault_of, forget_counts, report_beyond_limits, stop_cause
 from gimbal_hil.host.reactions import stop_kind
 from gimbal_hil.host.reception import receive
-from gimbal_hil.host.states import NOTHING, Cause, EventCode, HostState, LinkStatus, number
+from gimbal_hil.host.states import NOTHING, EventCode, HostCause, HostState, LinkStatus, number
 
 _WAITING, _SYNCHRONISING, _IDLE = number(HostState.WAITING), number(HostState.SYNCHRONISING), number(HostState.IDLE)
 _ACTIVE, _STOPPING, _FAULT = number(HostState.ACTIVE), number(HostState.STOPPING), number(HostState.FAULT)
 _LOST, _OK = number(LinkStatus.LOST), number(LinkStatus.OK)
-_NONE, _FEEDBACK_LOST, _DRIVE_FAULT = number(Cause.NONE), number(Cause.FEEDBACK_LOST), number(Cause.DRIVE_FAULT)
-_DRIVE_LEFT, _SYNCHRONISATION_TIMEOUT = number(Cause.DRIVE_LEFT_OPERATION), number(Cause.SYNCHRONISATION_TIMEOUT)
-_STOP_TIMEOUT, _SET_POINT_LOST, _NOT_A_NUMBER = (
-    number(Cause.STOP_TIMEOUT),
-    number(Cause.SET_POINT_LOST),
-    number(Cause.NOT_A_NUMBER),
+_NONE, _FEEDBACK_LOST, _DRIVE_FAULT = (
+    number(HostCause.NONE),
+    number(HostCause.FEEDBACK_LOST),
+    number(HostCause.DRIVE_FAULT),
 )
-_WRONG_ANTENNA, _FIRST_TEST = number(Cause.WRONG_ANTENNA), number(Cause.FIRST_TEST)
-_GUARD, _OPERATOR, _REPLACED = number(Cause.GUARD), number(Cause.OPERATOR), number(Cause.REPLACED)
+_DRIVE_LEFT, _SYNCHRONISATION_TIMEOUT = (
+    number(HostCause.DRIVE_LEFT_OPERATION),
+    number(HostCause.SYNCHRONISATION_TIMEOUT),
+)
+_STOP_TIMEOUT, _SET_POINT_LOST, _NOT_A_NUMBER = (
+    number(HostCause.STOP_TIMEOUT),
+    number(HostCause.SET_POINT_LOST),
+    number(HostCause.NOT_A_NUMBER),
+)
+_WRONG_ANTENNA, _FIRST_TEST = number(HostCause.WRONG_ANTENNA), number(HostCause.FIRST_TEST)
+_GUARD, _OPERATOR, _REPLACED = number(HostCause.GUARD), number(HostCause.OPERATOR), number(HostCause.REPLACED)
 _TRIPPED, _COMMAND_REFUSED = number(EventCode.TRIPPED), number(EventCode.COMMAND_REFUSED)
 #: SEGMENT_RUNS: the next segment of the plan starts with the next fresh tick
 _DUE = 2

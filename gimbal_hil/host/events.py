@@ -4,9 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from enum import IntEnum
 
 from firmware_protocol.enumerations import DriveState, FaultCode
-from gimbal_hil.host.states import Cause, EventCode, HostState, LinkStatus, Refusal
+from gimbal_hil.host.states import EventCode, HostCause, HostState, LinkStatus, Refusal
+
+
+def word_of(state: IntEnum) -> str:
+    """How a state, cause or event is called in files, requests and pages: its name in lower case."""
+    return state.name.lower()
+
 
 #: what the axes are called where nobody has named them
 AXIS_NAMES = ("outer", "inner")
@@ -26,18 +33,18 @@ def host_event(axes: Sequence[str], tick: int, code: int, first: int, second: in
     """One entry of the ring, in words; `axes` are the names of both."""
     kind = EventCode(code)
     if kind is EventCode.STATE:
-        was, now, cause = _name(HostState, first), _name(HostState, second), _name(Cause, third)
-        because = "" if third == Cause.NONE else f" ({cause})"
+        was, now, cause = _name(HostState, first), _name(HostState, second), _name(HostCause, third)
+        because = "" if third == HostCause.NONE else f" ({cause})"
         return HostEvent(tick, kind, f"{was} to {now}{because}", {"from": was, "to": now, "cause": cause})
     if kind is EventCode.SEGMENT_STARTED:
         return HostEvent(tick, kind, f"segment {second} started", {"place": first, "segment": second})
     if kind is EventCode.SEGMENT_ENDED:
-        cause = _name(Cause, third)
+        cause = _name(HostCause, third)
         return HostEvent(
             tick, kind, f"segment {second} ended ({cause})", {"place": first, "segment": second, "cause": cause}
         )
     if kind is EventCode.COMMAND_REFUSED:
-        state, cause = _name(HostState, first), _name(Cause, second)
+        state, cause = _name(HostState, first), _name(HostCause, second)
         return HostEvent(tick, kind, f"command refused in state {state}", {"state": state, "cause": cause})
     if kind is EventCode.LINK:
         was, now = _name(LinkStatus, first), _name(LinkStatus, second)
@@ -47,7 +54,7 @@ def host_event(axes: Sequence[str], tick: int, code: int, first: int, second: in
         because = "" if third == FaultCode.NONE else f" ({fault})"
         return HostEvent(tick, kind, f"drive {was} to {now}{because}", {"from": was, "to": now, "fault": fault})
     if kind is EventCode.TRIPPED:
-        cause = _name(Cause, first)
+        cause = _name(HostCause, first)
         return HostEvent(
             tick, kind, f"{cause} on {axes[second]}", {"cause": cause, "axis": axes[second], "braking": bool(third)}
         )
@@ -68,7 +75,7 @@ def host_event(axes: Sequence[str], tick: int, code: int, first: int, second: in
 
 
 def _name(
-    kind: type[HostState] | type[LinkStatus] | type[Cause] | type[DriveState] | type[FaultCode] | type[Refusal],
+    kind: type[HostState] | type[LinkStatus] | type[HostCause] | type[DriveState] | type[FaultCode] | type[Refusal],
     value: int,
 ) -> str:
-    return kind(value).name.lower()
+    return word_of(kind(value))

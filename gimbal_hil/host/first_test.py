@@ -20,7 +20,7 @@ from gimbal_hil.control.layout import TORQUE, TORQUE_LIMIT, Mode
 from gimbal_hil.host import layout
 from gimbal_hil.host.host import Host
 from gimbal_hil.host.program import AxisCommand, Program, Segment, program_of
-from gimbal_hil.host.states import Cause, HostState, LinkStatus, Shape
+from gimbal_hil.host.states import HostCause, HostState, LinkStatus, Shape
 
 #: window of the runaway guard, in which the configured disturbance adds up
 MOMENTUM_WINDOW_S = 0.03
@@ -34,9 +34,9 @@ _JUDGED_PULSES = 5
 _MOTION, _SENSORS = (0.3, 3.0), (0.7, 1.4)
 #: share of the ticks that must follow each other
 _LEAST_SHARE = 0.5
-#: a test that the link spoilt is made again
-_MOST_TRIES = 5
-_LINK_CAUSES = (Cause.FEEDBACK_LOST, Cause.SET_POINT_LOST)
+#: a try that told nothing is made again after this long, twice as long each time
+_FIRST_WAIT_S, _LONGEST_WAIT_S = 0.2, 10.0
+_LINK_CAUSES = (HostCause.FEEDBACK_LOST, HostCause.SET_POINT_LOST)
 _LINK_FAULTS = (FaultCode.DEADMAN, FaultCode.COMMUNICATION)
 
 
@@ -66,7 +66,11 @@ class _Sample:
 
 
 class FirstTest:
-    """One test of one antenna. Call `before_tick` before every tick until it has passed or failed."""
+    """One test of one antenna. Call `before_tick` before every tick until it has passed or failed.
+
+    Only the antenna can fail it. A try that the link, the machine or an operator spoilt says nothing about the antenna
+    and is made again, after longer and longer waits; until one has passed, the caller lets nothing else move.
+    """
 
     def __init__(self, host: Host, step_s: float) -> None:
         self._host, self._step_s = host, step_s
@@ -74,62 +78,107 @@ class FirstTest:
         # the carried axis first: it is the one that falls where its motor does nothing
         self._tried = [a for a in reversed(range(layout.AXES)) if C[layout.axis_c(a) + layout.EXPECTED_INERTIA] > 0.0]
         self._samples: list[list[_Sample]] = [[], []]
-        self._tries = 0
+        self._right: set[int] = set()
+        self._spoilt_tries = self._due_at = 0
         #: the axis that is being tried
         self._axis = self._tried[0] if self._tried else 0
         #: why it failed, in words
         self.problem = ""
+        #: why the last try told nothing, in words
+        self.spoilt = ""
         self.state = FirstTestState.DUE if self._tried else FirstTestState.PASSED
+        # compiled and paged in now: in the middle of the ticks a kernel costs half a second, and the solver's 32 MB of
+        # work space 12 ms
+        _weights_held(host)
+        np.linalg.lstsq(np.eye(2), np.ones(2))
 
     def before_tick(self) -> Program | str:
         """Go on; answers what has just been given to the host, for the record: a program, or the word of a plain
-        command ("stop", "distrust"), empty where nothing was.
+        command ("stop", "fault_reset", "distrust"), empty where nothing was.
         """
+        if self.state is FirstTestState.RUNS:
+            return self._look()
+        return self._begin() if self.state is FirstTestState.DUE and self._now >= self._due_at else ""
+
+    def _begin(self) -> Program | str:
         host = self._host
-        if self.state is FirstTestState.DUE and host.state is HostState.IDLE:
-            self._tries += 1
-            self._samples = [[], []]
+        if host.state is HostState.IDLE:
+            self._samples, self._right = [[], []], set()
             program = program_of([self._segment(axis) for axis in self._tried])
             host.command(program)
             self.state = FirstTestState.RUNS
             return program
-        return self._look() if self.state is FirstTestState.RUNS else ""
+        if host.state is HostState.FAULT and self._is_links_fault() and self._may_reconnect():
+            # nobody may stand at the door of a daemon that has just been started
+            host.reset_fault()
+            self._due_at = self._now + self._wait_ticks
+            return "fault_reset"
+        return ""
 
     def _look(self) -> str:
         host, G = self._host, self._host.memory.G
         if host.state is HostState.FAULT:
-            drive = FaultCode(int(G[layout.DRIVE_FAULT])) if host.cause is Cause.DRIVE_FAULT else FaultCode.NONE
-            if (host.cause in _LINK_CAUSES or drive in _LINK_FAULTS) and self._tries < _MOST_TRIES:
-                self.state = FirstTestState.DUE
-            else:
-                why = f"the drive's {drive.name.lower()}" if drive else host.cause.name.lower()
-                return self._fail(f"{host.axes[self._axis]} brought a fault ({why})")
-            return ""
+            if self._is_links_fault():
+                return self._again("the link was lost, or the machine stood still")
+            if host.cause is HostCause.OPERATOR:
+                return self._again("an operator stopped it")
+            drive = FaultCode(int(G[layout.DRIVE_FAULT])) if host.cause is HostCause.DRIVE_FAULT else FaultCode.NONE
+            why = f"the drive's {drive.name.lower()}" if drive else host.cause.name.lower()
+            return self._fail(f"{host.axes[self._axis]} brought a fault ({why})")
         axis = int(G[layout.TICK_SEGMENT])
-        if axis in self._tried:
+        if axis in self._tried and axis not in self._right:
             self._axis = axis
             self._samples[axis].append(self._sample(axis))
             elapsed = self._samples[axis][-1].tick - self._samples[axis][0].tick
-            if elapsed >= _JUDGED_PULSES * self._pulse_ticks and self.state is FirstTestState.RUNS:
+            if elapsed >= _JUDGED_PULSES * self._pulse_ticks:
                 return self._judge(axis)
-        elif host.state is HostState.IDLE and not host.following and all(self._samples[axis] for axis in self._tried):
-            self.state = FirstTestState.PASSED
+        elif host.state is HostState.IDLE and not host.following:
+            if len(self._right) == len(self._tried):
+                self.state = FirstTestState.PASSED
+            else:
+                return self._again(f"it ended before {host.axes[self._axis]} was through ({host.cause.name.lower()})")
         return ""
 
     def _judge(self, axis: int) -> str:
         problem = _judged(self._host, self._samples[axis], axis, self._step_s)
-        if problem is None and self._tries < _MOST_TRIES:
+        if problem is None:
             self._host.stop()
-            self.state = FirstTestState.DUE
+            self._again("too many ticks were missed to tell; see `gimbal-hil doctor`")
             return "stop"
-        if problem != "":
-            return self._fail(problem or "too many ticks were missed to tell; see `gimbal-hil doctor`")
+        if problem:
+            return self._fail(problem)
+        self._right.add(axis)
+        return ""
+
+    def _again(self, why: str) -> str:
+        self.state, self.spoilt = FirstTestState.DUE, why
+        self._spoilt_tries += 1
+        self._due_at = self._now + self._wait_ticks
         return ""
 
     def _fail(self, problem: str) -> str:
         self.problem, self.state = f"first test: {problem}", FirstTestState.FAILED
         self._host.distrust()
         return "distrust"
+
+    def _is_links_fault(self) -> bool:
+        """Whether the host's fault is silence on the way, seen from either end, and the drive has no other."""
+        drive = FaultCode(int(self._host.memory.G[layout.DRIVE_FAULT]))
+        of_the_drive = self._host.cause is HostCause.DRIVE_FAULT and drive in _LINK_FAULTS
+        return of_the_drive or (self._host.cause in _LINK_CAUSES and drive in (FaultCode.NONE, *_LINK_FAULTS))
+
+    def _may_reconnect(self) -> bool:
+        G, C = self._host.memory.G, self._host.memory.C
+        return C[layout.AUTOMATIC_RECONNECT] != 0.0 and G[layout.FRESH_IN_A_ROW] >= C[layout.CONNECT_TICKS]
+
+    @property
+    def _now(self) -> int:
+        return int(self._host.memory.G[layout.LAST_TICK])
+
+    @property
+    def _wait_ticks(self) -> int:
+        wait_s = min(_LONGEST_WAIT_S, _FIRST_WAIT_S * 2.0 ** min(self._spoilt_tries - 1, 10))
+        return max(1, round(wait_s / self._step_s))
 
     @property
     def _pulse_ticks(self) -> int:

@@ -61,15 +61,15 @@ from gimbal_hil.host.layout import (
 )
 from gimbal_hil.host.limits import joint_rate
 from gimbal_hil.host.references import reference_at
-from gimbal_hil.host.states import NOTHING, Cause, EndKind, EventCode, Origin, number
+from gimbal_hil.host.states import NOTHING, EndKind, EventCode, HostCause, ReferenceOrigin, number
 
 _OFF, _TORQUE, _RATE, _POSITION = number(Mode.OFF), number(Mode.TORQUE), number(Mode.RATE), number(Mode.POSITION)
 _INERTIAL_RATE = number(Mode.INERTIAL_RATE)
-_START = number(Origin.START)
+_START = number(ReferenceOrigin.START)
 _NO_END, _RATE_ABOVE, _RATE_BELOW = number(EndKind.NONE), number(EndKind.RATE_ABOVE), number(EndKind.RATE_BELOW)
 _POSITION_ABOVE, _POSITION_BELOW = number(EndKind.POSITION_ABOVE), number(EndKind.POSITION_BELOW)
 _SEGMENT_STARTED, _SEGMENT_ENDED = number(EventCode.SEGMENT_STARTED), number(EventCode.SEGMENT_ENDED)
-_NONE, _DURATION, _END_CONDITION = number(Cause.NONE), number(Cause.DURATION), number(Cause.END_CONDITION)
+_NONE, _DURATION, _END_CONDITION = number(HostCause.NONE), number(HostCause.DURATION), number(HostCause.END_CONDITION)
 
 
 @compiled
@@ -158,7 +158,7 @@ def guard_trips(H: np.ndarray, G: np.ndarray, plan: np.ndarray) -> bool:
 
 @compiled
 def segment_over(H: np.ndarray, G: np.ndarray, plan: np.ndarray) -> int:
-    """The Cause for which the segment in force ends with this tick, NONE while it goes on."""
+    """The HostCause for which the segment in force ends with this tick, NONE while it goes on."""
     base = G[SEGMENT] * SEGMENT_SIZE
     for k in range(END_CONDITIONS):
         e = base + END + k * END_SIZE

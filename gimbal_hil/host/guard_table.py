@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 from firmware_protocol.enumerations import FaultCode, StopReaction
 from gimbal_hil.host.reactions import stop_for
-from gimbal_hil.host.states import Cause
+from gimbal_hil.host.states import HostCause
 
-_OPERATOR, _RETURN = "operator's reset", "by itself when the antenna is back, torque off"
+_OPERATOR, _RETURN = "operator's reset", "by itself when feedback returns; torque stays off"
 _HOST, _PLAUSIBLE, _CONNECTING = (
     "tests/host/test_guards.py",
     "tests/host/test_plausibility.py",
@@ -33,7 +33,7 @@ STOPS = {
 class HostGuard:
     """A guard of the host; its reaction follows from the cause (`reactions`)."""
 
-    cause: Cause
+    cause: HostCause
     trigger: str
     reset: str
     test: str
@@ -57,64 +57,84 @@ class DriveGuard:
 
 
 HOST_GUARDS = (
-    HostGuard(Cause.FEEDBACK_LOST, "no whole feedback set for `lost_ticks`", _RETURN, _CONNECTING),
+    HostGuard(HostCause.FEEDBACK_LOST, "no whole feedback set for `lost_ticks`", _RETURN, _CONNECTING),
     HostGuard(
-        Cause.DRIVE_FAULT,
+        HostCause.DRIVE_FAULT,
         "the drive tells a fault",
         f"{_RETURN}; else {_OPERATOR}",
         _CONNECTING,
         "the drive's own reaction",
     ),
-    HostGuard(Cause.DRIVE_LEFT_OPERATION, "the drive leaves operation by itself", _OPERATOR, _HOST),
-    HostGuard(Cause.SYNCHRONISATION_TIMEOUT, "the drive does not come to operation", _OPERATOR, _CONNECTING),
-    HostGuard(Cause.STOP_TIMEOUT, "braking under control takes longer than `stop_time_s`", _OPERATOR, _HOST),
-    HostGuard(Cause.SET_POINT_LOST, "the drive's echo lags more than `set_point_lag_ticks`", _OPERATOR, _HOST),
-    HostGuard(Cause.OVERSPEED, "joint rate above `limits.rate_rad_s` for `debounce_ticks`", _OPERATOR, _HOST),
-    HostGuard(Cause.FOLLOWING_ERROR, "loop error above its limit for `following_time_s`", _OPERATOR, _HOST),
-    HostGuard(Cause.GYRO_ENCODER_DISAGREE, "rates of gyro and encoder apart by `gyro_encoder_rad_s`", _OPERATOR, _HOST),
+    HostGuard(HostCause.DRIVE_LEFT_OPERATION, "the drive leaves operation by itself", _OPERATOR, _HOST),
     HostGuard(
-        Cause.SENSOR_DRIFT,
+        HostCause.SYNCHRONISATION_TIMEOUT,
+        "the drive is not in OPERATION_ENABLED after `synchronise_time_s`",
+        _OPERATOR,
+        _CONNECTING,
+    ),
+    HostGuard(HostCause.STOP_TIMEOUT, "braking under control takes longer than `stop_time_s`", _OPERATOR, _HOST),
+    HostGuard(HostCause.SET_POINT_LOST, "the drive's echo lags more than `set_point_lag_ticks`", _OPERATOR, _HOST),
+    HostGuard(HostCause.OVERSPEED, "joint rate above `limits.rate_rad_s` for `debounce_ticks`", _OPERATOR, _HOST),
+    HostGuard(HostCause.FOLLOWING_ERROR, "loop error above its limit for `following_time_s`", _OPERATOR, _HOST),
+    HostGuard(
+        HostCause.GYRO_ENCODER_DISAGREE, "rates of gyro and encoder apart by `gyro_encoder_rad_s`", _OPERATOR, _HOST
+    ),
+    HostGuard(
+        HostCause.SENSOR_DRIFT,
         "angles of gyro and encoder apart by `gyro_encoder_rad` and 5 % of the path, 2 s window",
         _OPERATOR,
         _PLAUSIBLE,
     ),
-    HostGuard(Cause.GYRO_STUCK, "a gyro that had noise unchanged for `stuck_gyro_ticks`", _OPERATOR, _PLAUSIBLE),
     HostGuard(
-        Cause.FEEDBACK_FROZEN,
-        "gyro and encoder unchanged likewise, or the device's tick stands still",
+        HostCause.GYRO_STUCK,
+        "a gyro that had noise before does not change for `stuck_gyro_ticks`",
         _OPERATOR,
         _PLAUSIBLE,
     ),
-    HostGuard(Cause.RUNAWAY, "momentum gained is not the torque's, over 30 ms (`expectation`)", _OPERATOR, _PLAUSIBLE),
     HostGuard(
-        Cause.TRAVEL,
+        HostCause.FEEDBACK_FROZEN,
+        "gyro and encoder do not change for `stuck_gyro_ticks`, or the device's tick stands still",
+        _OPERATOR,
+        _PLAUSIBLE,
+    ),
+    HostGuard(
+        HostCause.RUNAWAY,
+        "over 30 ms the axis gains momentum that its torque does not explain (`expectation`), or a quarter of that"
+        " which grew eightfold out of quiet while the torque turned round explained it",
+        _OPERATOR,
+        _PLAUSIBLE,
+    ),
+    HostGuard(
+        HostCause.TRAVEL,
         "braking distance reaches a soft limit",
         "the next command",
         _HOST,
-        "brakes under control; beyond the margin a fault",
+        "brakes under control; beyond the margin: fault",
     ),
     HostGuard(
-        Cause.CABLE_WRAP,
+        HostCause.CABLE_WRAP,
         "braking distance reaches the cable's end",
         "the next command",
         _HOST,
-        "brakes under control; beyond a fault",
+        "brakes under control; beyond the margin: fault",
     ),
-    HostGuard(Cause.TEMPERATURE, "winding above `limits.winding_degc`", _OPERATOR, _HOST),
-    HostGuard(Cause.NOT_A_NUMBER, "a torque that is no number", _OPERATOR, _HOST),
+    HostGuard(HostCause.TEMPERATURE, "winding above `limits.winding_degc`", _OPERATOR, _HOST),
+    HostGuard(HostCause.NOT_A_NUMBER, "a torque that is no number", _OPERATOR, _HOST),
     HostGuard(
-        Cause.WRONG_ANTENNA,
-        "another protocol, name, serial number or torque range than may be",
+        HostCause.WRONG_ANTENNA,
+        "it reports another protocol version, name, serial number or torque range than the configuration allows",
         _OPERATOR,
         "tests/host/test_identity.py",
     ),
     HostGuard(
-        Cause.FIRST_TEST,
-        "a small torque before the first motion turns an axis the wrong way, or not, or gyro and encoder differ",
+        HostCause.FIRST_TEST,
+        "the small torque before the first motion turns an axis the wrong way or not at all, or its sensors differ",
         _OPERATOR,
         "tests/host/test_first_test.py",
     ),
-    HostGuard(Cause.GUARD, "a segment's own bounds", "the next command", _HOST, "brakes under control, program ends"),
+    HostGuard(
+        HostCause.GUARD, "a segment's own bounds", "the next command", _HOST, "brakes under control, program ends"
+    ),
 )
 
 DRIVE_GUARDS = (
@@ -126,7 +146,7 @@ DRIVE_GUARDS = (
     ),
     DriveGuard(
         FaultCode.COMMUNICATION,
-        "no `drive_control` for 1 s",
+        "no `drive_control` for 1000 ticks",
         "the host's choice",
         "silence_of_the_requests_is_a_communication_fault",
     ),
@@ -150,7 +170,7 @@ DRIVE_GUARDS = (
     ),
     DriveGuard(
         FaultCode.RUNAWAY,
-        "momentum gained is not the torque's, beyond the heaviest weight and friction, over 30 ms",
+        "over 30 ms more momentum is gained than torque, heaviest weight and friction explain",
         "winding shorted, brake",
         "a_motor_that_turns_the_wrong_way_is_a_fault",
     ),
@@ -185,10 +205,7 @@ DRIVE_GUARDS = (
         "a_motion_that_is_no_number_is_a_fault",
     ),
 )
-#: causes that are no guard, and faults that the wire has for drives which see them and the virtual antenna has not
-NO_GUARD = {
-    Cause.NONE, Cause.OPERATOR, Cause.DURATION, Cause.END_CONDITION, Cause.REPLACED, Cause.NOT_READY,
-}  # fmt: skip
+#: faults that the wire has for drives which see them and the virtual antenna has not
 NOT_IN_THE_VIRTUAL_ANTENNA = {FaultCode.SENSOR_STUCK, FaultCode.HOLDING_BRAKE}
 
 _HEAD = """# Guards
@@ -196,10 +213,10 @@ _HEAD = """# Guards
 Made from `gimbal_hil/host/guard_table.py` by `python -m gimbal_hil.host.guard_table`; do not edit.
 
 A stop never uses the sensor that is in doubt: the host chooses it by cause and asks the drive for it
-(`drive_control.stop`); a drive that does not believe its own sensors (encoder and gyro more than 1 rad/s apart) shorts
-its windings whatever it was asked for. An axis that its weight can move has a holding brake, which is closed whenever
-no axis is under torque; without power the windings are shorted. Not seen by any guard: an encoder or gyro that goes
-wrong by less than 0.015 rad/s, or by less than 5 % of the rate.
+(`drive_control.stop`). Where encoder and gyro are more than 1 rad/s apart, the drive's own stop uses neither and shorts
+the windings, whatever it was asked for; 4 rad/s apart is a fault (`SENSORS_DISAGREE`). An axis that its weight can move
+has a holding brake, which is closed whenever no axis is under torque; without power the windings are shorted. Not seen
+by any guard: an encoder or gyro that goes wrong by less than 0.015 rad/s, or by less than 5 % of the rate.
 
 """
 
@@ -210,6 +227,9 @@ def guard_page() -> str:
     lines += [f"| `{g.cause.name}` | {g.trigger} | {g.reaction} | {g.reset} | `{g.test}` |" for g in HOST_GUARDS]
     lines += [
         "",
+        "An operator's `quick-stop` has the cause `OPERATOR`: ramp to rest by the encoder, held, brake closes; left by",
+        "`reset`. Keys and their shipped values are in [the configuration](configuration.md).",
+        "",
         "Beside them: torque is held within its limit on the wire; an axis without torque that goes past a soft limit",
         f"is an event (`{_PLAUSIBLE}`);",
         "a service process that dies or does no work for `service_timeout_s` ends the daemon (exit 3).",
@@ -218,6 +238,7 @@ def guard_page() -> str:
     lines += [f"| `{g.fault.name}` | {g.trigger} | {g.reaction} | `{g.test}` |" for g in DRIVE_GUARDS]
     lines += [
         "",
+        "`SENSOR_STUCK` and `HOLDING_BRAKE` are for other drives; the virtual antenna does not raise them.",
         "A fault latches; it is reset by an edge of `fault_reset` once its cause has gone.",
         f"The tests are in `{_DRIVE}`.",
     ]

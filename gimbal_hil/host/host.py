@@ -15,7 +15,7 @@ from gimbal_hil.host.events import AXIS_NAMES, HostEvent, host_event
 from gimbal_hil.host.frame_tick import host_frame_tick
 from gimbal_hil.host.memory import LOG_COUNT, RECEIVED_SIZE, ROWS_KEPT, SENT_AT, new_memory
 from gimbal_hil.host.program import AxisCommand, Program, Segment, program_of
-from gimbal_hil.host.states import Cause, HostState, LinkStatus
+from gimbal_hil.host.states import HostCause, HostState, LinkStatus
 from gimbal_hil.host.tick_row import LOG_WORDS, ROW_WORDS
 
 _RECORD_SIZE = 10
@@ -57,7 +57,7 @@ class Host:
         self.memory.G[layout.REQUESTS] |= layout.REQUEST_STOP
 
     def quick_stop(self) -> None:
-        """Torque off now and the drive's own quick stop; ends in FAULT, left by `reset_fault`."""
+        """No more torque from here: the drive brakes by itself; ends in FAULT, left by `reset_fault`."""
         self.memory.G[layout.REQUESTS] |= layout.REQUEST_QUICK_STOP
 
     def distrust(self) -> None:
@@ -123,9 +123,9 @@ class Host:
         return HostState(int(self.memory.integers[layout.STATE]))
 
     @property
-    def cause(self) -> Cause:
+    def cause(self) -> HostCause:
         """Why the host last stopped or went to FAULT."""
-        return Cause(int(self.memory.integers[layout.CAUSE]))
+        return HostCause(int(self.memory.integers[layout.CAUSE]))
 
     @property
     def link_status(self) -> LinkStatus:

@@ -47,11 +47,11 @@ from gimbal_hil.host.layout import (
     WRAP_LOW,
 )
 from gimbal_hil.host.plausibility import implausible
-from gimbal_hil.host.states import NOTHING, YES, Cause, EventCode, number
+from gimbal_hil.host.states import NOTHING, YES, EventCode, HostCause, number
 
-_NONE, _TRAVEL, _WRAP = number(Cause.NONE), number(Cause.TRAVEL), number(Cause.CABLE_WRAP)
-_OVERSPEED, _FOLLOWING = number(Cause.OVERSPEED), number(Cause.FOLLOWING_ERROR)
-_DISAGREE, _TEMPERATURE = number(Cause.GYRO_ENCODER_DISAGREE), number(Cause.TEMPERATURE)
+_NONE, _TRAVEL, _WRAP = number(HostCause.NONE), number(HostCause.TRAVEL), number(HostCause.CABLE_WRAP)
+_OVERSPEED, _FOLLOWING = number(HostCause.OVERSPEED), number(HostCause.FOLLOWING_ERROR)
+_DISAGREE, _TEMPERATURE = number(HostCause.GYRO_ENCODER_DISAGREE), number(HostCause.TEMPERATURE)
 _OFF, _POSITION, _RATE = number(Mode.OFF), number(Mode.POSITION), number(Mode.RATE)
 _TRIPPED, _BEYOND_LIMIT = number(EventCode.TRIPPED), number(EventCode.BEYOND_LIMIT)
 
@@ -76,7 +76,7 @@ def _moving_rate(H: np.ndarray, C: np.ndarray, axis: int) -> float:
 
 @compiled
 def fault_of(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> int:
-    """The Cause that any axis has for a fault at this fresh sample, NONE when all is well."""
+    """The HostCause that any axis has for a fault at this fresh sample, NONE when all is well."""
     for axis in range(AXES):
         cause = _fault_of_axis(H, G, C, axis)
         if cause != _NONE:
@@ -87,7 +87,7 @@ def fault_of(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> int:
 
 @compiled
 def stop_cause(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> int:
-    """The Cause to stop now: an axis whose braking distance reaches a limit; NONE when there is none."""
+    """The HostCause to stop now: an axis whose braking distance reaches a limit; NONE when there is none."""
     for axis in range(AXES):
         h, c = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE
         rate = _moving_rate(H, C, axis)

@@ -37,6 +37,7 @@ from gimbal_hil.host.layout import (
     GYRO_QUIET_CHANGES,
     GYRO_QUIET_TICKS,
     GYRO_SAME,
+    IMPULSE,
     LAST_JOINT_RATE,
     LAST_POSITION,
     LAST_RATE,
@@ -50,18 +51,22 @@ from gimbal_hil.host.layout import (
     MOMENTUM_KEPT,
     PATH,
     PEAK_TORQUE,
+    QUIET_MOMENTUM,
     REST_RATE,
     STATUS_SAME,
     STEP_S,
     STUCK_TICKS,
 )
-from gimbal_hil.host.states import Cause, number
+from gimbal_hil.host.states import HostCause, number
 
-_NONE, _DRIFT, _STUCK = number(Cause.NONE), number(Cause.SENSOR_DRIFT), number(Cause.GYRO_STUCK)
-_FROZEN, _RUNAWAY = number(Cause.FEEDBACK_FROZEN), number(Cause.RUNAWAY)
+_NONE, _DRIFT, _STUCK = number(HostCause.NONE), number(HostCause.SENSOR_DRIFT), number(HostCause.GYRO_STUCK)
+_FROZEN, _RUNAWAY = number(HostCause.FEEDBACK_FROZEN), number(HostCause.RUNAWAY)
 #: a gyro with noise is known by it: it changed in half of at least so many samples taken at rest without torque;
 #: counting ends
 _QUIET_LEAST, _QUIET_MOST = 10, 10000
+#: a motor that turns the wrong way: how near the torque turned round must come to what was gained, by how much that has
+#: grown meanwhile, from which share of the allowance on, and in how many windows quiet is forgotten
+_NEAR, _GROWN, _EARLY, _QUIET_WINDOWS = 0.25, 8.0, 0.25, 10.0
 _INNER = AXIS_H + AXIS_H_SIZE
 _MOMENTS = (AXIS_C + EXPECTED_MOMENT, AXIS_C + AXIS_C_SIZE + EXPECTED_MOMENT)
 
@@ -80,8 +85,8 @@ def watch_sensors(H: np.ndarray, G: np.ndarray, C: np.ndarray, begin: bool, tick
     LAST_POSITION moves on.
 
     DRIFT: what encoder and gyro have moved apart (rad), forgotten with the window's time constant; PATH: how far the
-    axis went meanwhile. MOMENTUM: what the axis gained beyond the impulse of its torque and its weight (N m s), EFFORT:
-    the size of the torque's impulse, PEAK_TORQUE: its largest size, all over a short window.
+    axis went meanwhile. Over a short window, in N m s: MOMENTUM that the axis gained beyond the impulse of its torque
+    and its weight, IMPULSE of its torque, EFFORT, that of the torque's size; PEAK_TORQUE: the largest size (N m).
     """
     dt = C[STEP_S] * ticks
     weights = _weights(H, G, C)
@@ -90,7 +95,8 @@ def watch_sensors(H: np.ndarray, G: np.ndarray, C: np.ndarray, begin: bool, tick
         rate = H[h + MEASURED_RATE]
         joint = rate - H[h + BASE_RATE]
         if begin:
-            H[h + DRIFT] = H[h + PATH] = H[h + MOMENTUM] = H[h + EFFORT] = H[h + PEAK_TORQUE] = 0.0
+            H[h + DRIFT] = H[h + PATH] = 0.0
+            _forget_momentum(H, h)
             G[g + GYRO_SAME] = G[g + ENCODER_SAME] = 0
         else:
             moved, turned = H[h + MEASURED_POSITION] - H[h + LAST_POSITION], 0.5 * (joint + H[h + LAST_JOINT_RATE]) * dt
@@ -99,11 +105,13 @@ def watch_sensors(H: np.ndarray, G: np.ndarray, C: np.ndarray, begin: bool, tick
             impulse = _acting_torque(H, G, axis) * dt
             gained = C[c + EXPECTED_INERTIA] * (rate - H[h + LAST_RATE]) - impulse - weights[axis] * dt
             H[h + MOMENTUM] = C[MOMENTUM_KEPT] * H[h + MOMENTUM] + gained
+            H[h + IMPULSE] = C[MOMENTUM_KEPT] * H[h + IMPULSE] + impulse
             H[h + EFFORT] = C[MOMENTUM_KEPT] * H[h + EFFORT] + abs(impulse)
             H[h + PEAK_TORQUE] = max(C[MOMENTUM_KEPT] * H[h + PEAK_TORQUE], abs(H[h + TORQUE]))
+            _watch_quiet(H, C, h)
             if G[g + MODE] == 0:
                 # what moves an axis that is off is not this host's torque
-                H[h + MOMENTUM] = H[h + EFFORT] = H[h + PEAK_TORQUE] = 0.0
+                _forget_momentum(H, h)
             changed = rate != H[h + LAST_RATE]
             G[g + GYRO_SAME] = 0 if changed else G[g + GYRO_SAME] + 1
             G[g + ENCODER_SAME] = 0 if moved != 0.0 else G[g + ENCODER_SAME] + 1
@@ -115,7 +123,7 @@ def watch_sensors(H: np.ndarray, G: np.ndarray, C: np.ndarray, begin: bool, tick
 
 @compiled
 def implausible(H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) -> int:
-    """The Cause that the sensors of an axis give to stop without them, NONE when all is well."""
+    """The HostCause that the sensors of an axis give to stop without them, NONE when all is well."""
     h, c, g = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE, AXIS_G + axis * AXIS_G_SIZE
     if G[STATUS_SAME] >= C[DEBOUNCE_TICKS]:
         return _FROZEN
@@ -125,9 +133,38 @@ def implausible(H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) -> int:
     path = H[AXIS_H + PATH] + H[AXIS_H + AXIS_H_SIZE + PATH]
     if abs(H[h + DRIFT]) > C[c + MAX_DRIFT] + C[DRIFT_SHARE] * path:
         return _DRIFT
+    if C[c + EXPECTED_INERTIA] == 0.0:
+        return _NONE
     # a torque that changes acts some ticks late
-    allowed = C[c + DISTURBANCE] + C[MODEL_SHARE] * H[h + EFFORT] + C[LATE_S] * H[h + PEAK_TORQUE]
-    return _RUNAWAY if C[c + EXPECTED_INERTIA] > 0.0 and abs(H[h + MOMENTUM]) > allowed else _NONE
+    gained, late = abs(H[h + MOMENTUM]), C[LATE_S] * H[h + PEAK_TORQUE]
+    if gained > C[c + DISTURBANCE] + C[MODEL_SHARE] * H[h + EFFORT] + late:
+        return _RUNAWAY
+    # nothing but a motor that turns the wrong way makes it grow so far while the torque turned round explains it
+    grown = gained > _EARLY * C[c + DISTURBANCE] + late and gained > _GROWN * H[h + QUIET_MOMENTUM]
+    return _RUNAWAY if grown and _is_turned_round(H, h) else _NONE
+
+
+@compiled
+def _is_turned_round(H: np.ndarray, h: int) -> bool:
+    """Whether the torque turned round would explain what an axis gained."""
+    return bool(abs(H[h + MOMENTUM] + 2.0 * H[h + IMPULSE]) <= _NEAR * abs(H[h + MOMENTUM]))
+
+
+@compiled
+def _watch_quiet(H: np.ndarray, C: np.ndarray, h: int) -> None:
+    """QUIET_MOMENTUM: largest size of MOMENTUM (N m s) that the torque turned round did not explain, forgotten slowly.
+
+    A push, too, is for a moment what the torque turned round would make, while the loop takes it up; until then it has
+    become half as large as it will be.
+    """
+    H[h + QUIET_MOMENTUM] *= 1.0 - (1.0 - C[MOMENTUM_KEPT]) / _QUIET_WINDOWS
+    if not _is_turned_round(H, h):
+        H[h + QUIET_MOMENTUM] = max(H[h + QUIET_MOMENTUM], abs(H[h + MOMENTUM]))
+
+
+@compiled
+def _forget_momentum(H: np.ndarray, h: int) -> None:
+    H[h + MOMENTUM] = H[h + IMPULSE] = H[h + EFFORT] = H[h + QUIET_MOMENTUM] = H[h + PEAK_TORQUE] = 0.0
 
 
 @compiled

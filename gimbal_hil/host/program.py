@@ -17,7 +17,7 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.control.layout import Mode
 from gimbal_hil.host import layout
 from gimbal_hil.host.program_check import PARAMETER_COUNT, require_program
-from gimbal_hil.host.states import EndKind, Origin, Shape
+from gimbal_hil.host.states import EndKind, ReferenceOrigin, Shape
 
 #: a program of more numbers than this goes into JSON as base64: a person would not read them, and a machine reads them
 #: 50 times faster
@@ -45,7 +45,7 @@ class AxisCommand:
     mode: Mode = Mode.OFF
     shape: Shape = Shape.HOLD
     parameters: tuple[float, ...] = (0.0,)
-    origin: Origin = Origin.ABSOLUTE
+    origin: ReferenceOrigin = ReferenceOrigin.ABSOLUTE
     guard: Guard = Guard()
     table: tuple[float, ...] | NDArray[np.float64] = ()
 

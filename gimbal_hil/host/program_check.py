@@ -13,7 +13,7 @@ from firmware_protocol.documents import LARGEST_NUMBER
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.control.layout import Mode
 from gimbal_hil.host import layout
-from gimbal_hil.host.states import EndKind, Origin, Shape
+from gimbal_hil.host.states import EndKind, ReferenceOrigin, Shape
 
 PARAMETER_COUNT = {
     Shape.HOLD: 1,
@@ -85,7 +85,7 @@ def _of_headers(segments: NDArray[np.float64]) -> Iterator[Finding]:
 
 def _of_axis(block: NDArray[np.float64], tables: int, size: int) -> Iterator[Finding]:
     """Modes, shapes and their parameters; tables lie from value number `tables` on in a program of `size` values."""
-    named = [np.isin(block[:, place], list(kind)) for place, kind in enumerate((Mode, Shape, Origin))]
+    named = [np.isin(block[:, place], list(kind)) for place, kind in enumerate((Mode, Shape, ReferenceOrigin))]
     yield ~np.all(named, axis=0), "a mode, shape or origin that does not exist", "one of the lists in gimbal_hil.host"
     shapes, parameters = block[:, 1], block[:, layout.SHAPE_PARAMETERS :]
     used = np.zeros(parameters.shape, bool)

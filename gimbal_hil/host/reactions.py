@@ -4,25 +4,25 @@ from __future__ import annotations
 
 from firmware_protocol.compiling import compiled
 from firmware_protocol.enumerations import StopReaction
-from gimbal_hil.host.states import Cause, number
+from gimbal_hil.host.states import HostCause, number
 
 #: encoder and drive are trusted: a ramp to rest by the encoder, held there. Every other cause leaves a sensor, the
 #: motor or the whole feedback in doubt: the winding is shorted, and an axis that its weight moves is held by its brake
 BY_ENCODER = (
-    Cause.TRAVEL,
-    Cause.CABLE_WRAP,
-    Cause.OPERATOR,
-    Cause.SET_POINT_LOST,
-    Cause.DRIVE_LEFT_OPERATION,
-    Cause.SYNCHRONISATION_TIMEOUT,
+    HostCause.TRAVEL,
+    HostCause.CABLE_WRAP,
+    HostCause.OPERATOR,
+    HostCause.SET_POINT_LOST,
+    HostCause.DRIVE_LEFT_OPERATION,
+    HostCause.SYNCHRONISATION_TIMEOUT,
     # the gyro is the one in doubt
-    Cause.GYRO_STUCK,
+    HostCause.GYRO_STUCK,
 )
 _BY_ENCODER = tuple(number(cause) for cause in BY_ENCODER)
 _RAMP, _SHORT = number(StopReaction.DECELERATE_AND_HOLD), number(StopReaction.BRAKE)
 
 
-def stop_for(cause: Cause) -> StopReaction:
+def stop_for(cause: HostCause) -> StopReaction:
     """How the drive is asked to stop for a cause."""
     return StopReaction.DECELERATE_AND_HOLD if cause in BY_ENCODER else StopReaction.BRAKE
 

@@ -44,7 +44,7 @@ class LinkStatus(IntEnum):
     OK = 2
 
 
-class Cause(IntEnum):
+class HostCause(IntEnum):
     """Why the host stopped or faulted, why a segment ended, or why a command was refused."""
 
     NONE = 0
@@ -81,6 +81,18 @@ class Cause(IntEnum):
     RUNAWAY = 24
     #: the test before the first motion found it wired or configured wrong
     FIRST_TEST = 25
+
+
+_NO_GUARDS = {
+    HostCause.NONE,
+    HostCause.OPERATOR,
+    HostCause.DURATION,
+    HostCause.END_CONDITION,
+    HostCause.REPLACED,
+    HostCause.NOT_READY,
+}
+#: causes that are a guard's
+GUARD_CAUSES = tuple(cause for cause in HostCause if cause not in _NO_GUARDS)
 
 
 class EventCode(IntEnum):
@@ -147,7 +159,7 @@ class Shape(IntEnum):
     TABLE = 7
 
 
-class Origin(IntEnum):
+class ReferenceOrigin(IntEnum):
     """What a reference counts from: zero, or where the axis (or the reference before) is when the segment starts."""
 
     ABSOLUTE = 0

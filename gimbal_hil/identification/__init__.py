@@ -1,10 +1,15 @@
 """Friction identified from measured motion, every number with an interval and a verdict."""
 
 from gimbal_hil.identification.averaging import MeanEstimate, mean_with_error
-from gimbal_hil.identification.axis_identification import AxisIdentification, friction_of, identify_axis
+from gimbal_hil.identification.axis_identification import (
+    AxisIdentification,
+    axes_to_identify,
+    friction_of,
+    identify_axis,
+)
 from gimbal_hil.identification.axis_response import AxisRecord, simulate_axis
 from gimbal_hil.identification.consistency import BreakAway, break_away, break_away_below_sliding, break_away_findings
-from gimbal_hil.identification.estimate import Estimate, Finding, Interval, Verdict
+from gimbal_hil.identification.estimate import DataWarning, Determination, Estimate, Interval
 from gimbal_hil.identification.evidence import Evidence, Log, collect
 from gimbal_hil.identification.model_update import updated_model
 from gimbal_hil.identification.output_error import OutputErrorFit, OutputErrorRule, fit_output_error
@@ -12,8 +17,8 @@ from gimbal_hil.identification.pages import identification_page, identification_
 from gimbal_hil.identification.presliding import PreslidingFit, PreslidingRun, fit_presliding
 from gimbal_hil.identification.reading import read_logs
 from gimbal_hil.identification.rigid_axis import RigidAxisFit, RigidAxisRule, centred_torque, fit_rigid_axis
-from gimbal_hil.identification.segments import Drive, Stretch, stretches_of_run, stretches_of_table
-from gimbal_hil.identification.sliding import Direction, StaticFit, fit_static
+from gimbal_hil.identification.segments import Stretch, TorqueSource, stretches_of_run, stretches_of_table
+from gimbal_hil.identification.sliding import MapHalf, StaticFit, fit_static
 from gimbal_hil.identification.steadiness import SteadyRule, SteadyWindow, find_steady_window
 from gimbal_hil.identification.stribeck import LUGRE_NAMES, LugreFriction, StaticFriction
 from gimbal_hil.identification.velocity_map import (
@@ -29,14 +34,14 @@ __all__ = [
     "AxisIdentification",
     "AxisRecord",
     "BreakAway",
-    "Direction",
-    "Drive",
+    "DataWarning",
+    "Determination",
     "Estimate",
     "Evidence",
-    "Finding",
     "Interval",
     "Log",
     "LugreFriction",
+    "MapHalf",
     "MeanEstimate",
     "OutputErrorFit",
     "OutputErrorRule",
@@ -50,9 +55,10 @@ __all__ = [
     "SteadyRule",
     "SteadyWindow",
     "Stretch",
+    "TorqueSource",
     "VelocityMap",
     "VelocityPoint",
-    "Verdict",
+    "axes_to_identify",
     "break_away",
     "break_away_below_sliding",
     "break_away_findings",

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from firmware_protocol.errors import BadInputError
 from gimbal_hil.identification.axis_response import AxisRecord
 from gimbal_hil.identification.consistency import (
     BreakAway,
@@ -17,14 +18,14 @@ from gimbal_hil.identification.consistency import (
     points_at_rest,
     repeatability_findings,
 )
-from gimbal_hil.identification.estimate import Estimate, Finding, Verdict, straight, withheld
+from gimbal_hil.identification.estimate import DataWarning, Determination, Estimate, straight, withheld
 from gimbal_hil.identification.evidence import Evidence, Log, collect
 from gimbal_hil.identification.output_error import EXPERIMENTS, OutputErrorFit, OutputErrorRule, fit_output_error
 from gimbal_hil.identification.presliding import STEPS_FOR_SIGMA1, PreslidingFit, fit_presliding
 from gimbal_hil.identification.rigid_axis import RigidAxisFit, RigidAxisRule, fit_rigid_axis
 from gimbal_hil.identification.rigid_load import axis_load
-from gimbal_hil.identification.segments import Drive
-from gimbal_hil.identification.sliding import Direction, StaticFit, fit_static
+from gimbal_hil.identification.segments import TorqueSource
+from gimbal_hil.identification.sliding import MapHalf, StaticFit, fit_static
 from gimbal_hil.identification.stribeck import LUGRE_NAMES, LUGRE_UNITS, LugreFriction, StaticFriction
 from gimbal_hil.identification.velocity_map import VelocityMap, measure_velocity_map
 from sim_backend.model import AntennaModel
@@ -56,7 +57,7 @@ class AxisIdentification:
     break_aways: tuple[BreakAway, ...]
     estimates: tuple[Estimate, ...]
     friction: LugreFriction
-    findings: tuple[Finding, ...]
+    findings: tuple[DataWarning, ...]
 
 
 def friction_of(model: AntennaModel, axis: str) -> LugreFriction:
@@ -66,6 +67,23 @@ def friction_of(model: AntennaModel, axis: str) -> LugreFriction:
         StaticFriction(*(model.number(axis, f"friction.{name}") for name in static)),
         *(model.number(axis, f"friction.{name}") for name in dynamic),
     )
+
+
+def axes_to_identify(model: AntennaModel, asked: Sequence[str] | None, where: str) -> tuple[str, ...]:
+    """The axes asked for, or all; BadInputError for a name that the model has not (told with `where`), and where a
+    table over temperature would hide the numbers identified.
+    """
+    for name in asked or ():
+        if name not in model.axes:
+            raise BadInputError(where, f"no axis {name!r}", "one of " + ", ".join(model.axes))
+    axes = tuple(asked or model.axes)
+    for name in axes:
+        if name in model.friction_over_temperature:
+            table = f"{model.where}: axes.{name}.friction.over_temperature"
+            raise BadInputError(
+                table, "would hide the numbers identified", "a model whose friction does not follow a table"
+            )
+    return axes
 
 
 def identify_axis(
@@ -90,7 +108,7 @@ def identify_axis(
     if ramps_at_rest and points:
         points = (*points, *points_at_rest(_break_aways(evidence, _bent(evidence, prior, step), step), points))
     both, positive, negative = (
-        fit_static(points, d, prior.static) for d in (Direction.BOTH, Direction.POSITIVE, Direction.NEGATIVE)
+        fit_static(points, d, prior.static) for d in (MapHalf.BOTH, MapHalf.POSITIVE, MapHalf.NEGATIVE)
     )
     static = both or positive or negative
     known = prior if static is None else LugreFriction(static.friction, prior.sigma0, prior.sigma1)
@@ -111,7 +129,7 @@ def identify_axis(
         for finding in break_away_findings(broken, fit, axis)
     ]
     findings += repeatability_findings(velocity_map.points if velocity_map else (), axis)
-    decided = {e.name for e in estimates if e.verdict is not Verdict.NOT_IDENTIFIED}
+    decided = {e.name for e in estimates if e.verdict is not Determination.NOT_IDENTIFIED}
     findings += [finding for finding in physical_findings(friction, axis) if decided & finding.concerns]
     findings += _disagreement(presliding, dynamic, axis)
     found = AxisIdentification(
@@ -162,7 +180,7 @@ def _bristles(
         if evidence.presliding
         else None
     )
-    if presliding is not None and presliding.sigma0.verdict is not Verdict.NOT_IDENTIFIED:
+    if presliding is not None and presliding.sigma0.verdict is not Determination.NOT_IDENTIFIED:
         known = replace(known, sigma0=presliding.sigma0.fitted)
     free = ("breakaway", "sigma0", "sigma1") if has_map else LUGRE_NAMES
     length = _BRISTLE_LENGTHS * breakaway / known.sigma0 if has_map and known.sigma0 > 0.0 else float("inf")
@@ -171,7 +189,7 @@ def _bristles(
         return presliding, None
     dynamic = fit_output_error(records, evidence.inertia, known, free, step, rule, executor)
     sigma1 = next(e for e in dynamic.estimates if e.name == "sigma1")
-    if presliding is not None and sigma1.verdict is Verdict.IDENTIFIED:
+    if presliding is not None and sigma1.verdict is Determination.IDENTIFIED:
         presliding = fit_presliding(
             evidence.presliding, breakaway, step, known.sigma0, sigma1.value, True, known.static
         )
@@ -214,7 +232,7 @@ def _only_bends(logs: Sequence[Log], axis: str) -> bool:
     means nothing.
     """
     stretches = [stretch for log in logs for stretch in log.stretches[axis]]
-    return bool(stretches) and all(stretch.drive is Drive.TORQUE for stretch in stretches)
+    return bool(stretches) and all(stretch.drive is TorqueSource.TORQUE for stretch in stretches)
 
 
 def _final(
@@ -235,7 +253,8 @@ def _final(
     final = []
     for name, unit, value in zip(LUGRE_NAMES, LUGRE_UNITS, prior.values().tolist(), strict=True):
         candidates = [source[name] for source in (from_map, from_regression, from_motion) if name in source]
-        if name == "sigma0" and presliding is not None and not any(c.verdict is Verdict.IDENTIFIED for c in candidates):
+        identified = any(c.verdict is Determination.IDENTIFIED for c in candidates)
+        if name == "sigma0" and presliding is not None and not identified:
             # simulated motion makes no approximation; the curve stands in where there is none
             candidates.append(replace(presliding.sigma0, prior=value))
         if name == "sigma1" and presliding is not None and presliding.travel_steps < STEPS_FOR_SIGMA1:
@@ -251,7 +270,7 @@ def _final(
 
 def _rank(estimate: Estimate) -> tuple[int, float]:
     """Better verdict first, then the narrower interval."""
-    order = (Verdict.IDENTIFIED, Verdict.WEAKLY_IDENTIFIED, Verdict.NOT_IDENTIFIED)
+    order = (Determination.IDENTIFIED, Determination.WEAKLY_IDENTIFIED, Determination.NOT_IDENTIFIED)
     return order.index(estimate.verdict), estimate.interval.high - estimate.interval.low
 
 
@@ -269,17 +288,19 @@ def _bent(evidence: Evidence, prior: LugreFriction, step: float) -> LugreFrictio
     shown = fit_presliding(evidence.presliding, max(prior.static.breakaway, 1e-9), step, prior.sigma0)
     return (
         prior
-        if shown is None or shown.sigma0.verdict is Verdict.NOT_IDENTIFIED
+        if shown is None or shown.sigma0.verdict is Determination.NOT_IDENTIFIED
         else replace(prior, sigma0=shown.sigma0.fitted)
     )
 
 
-def _disagreement(presliding: PreslidingFit | None, dynamic: OutputErrorFit | None, axis: str) -> tuple[Finding, ...]:
+def _disagreement(
+    presliding: PreslidingFit | None, dynamic: OutputErrorFit | None, axis: str
+) -> tuple[DataWarning, ...]:
     """Slow and fast presliding that ask for different stiffness: the bristle model itself is then in doubt."""
     if presliding is None or dynamic is None:
         return ()
     slow, fast = presliding.sigma0, next((e for e in dynamic.estimates if e.name == "sigma0"), None)
-    if fast is None or Verdict.NOT_IDENTIFIED in (slow.verdict, fast.verdict):
+    if fast is None or Determination.NOT_IDENTIFIED in (slow.verdict, fast.verdict):
         return ()
     if slow.interval.low <= fast.interval.high and fast.interval.low <= slow.interval.high:
         return ()
@@ -288,4 +309,4 @@ def _disagreement(presliding: PreslidingFit | None, dynamic: OutputErrorFit | No
         f"simulated motion {fast.fitted:.5g} ({fast.interval.low:.5g} to {fast.interval.high:.5g}) exclude each other: "
         "one bristle does not describe both"
     )
-    return (Finding("stiffness_disagrees", text, axis),)
+    return (DataWarning("stiffness_disagrees", text, axis),)

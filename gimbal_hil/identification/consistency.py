@@ -9,9 +9,9 @@ from itertools import pairwise
 import numpy as np
 
 from gimbal_hil.identification.averaging import Vector
-from gimbal_hil.identification.estimate import Finding
+from gimbal_hil.identification.estimate import DataWarning
 from gimbal_hil.identification.presliding import PreslidingRun
-from gimbal_hil.identification.sliding import Direction, StaticFit
+from gimbal_hil.identification.sliding import MapHalf, StaticFit
 from gimbal_hil.identification.stribeck import LugreFriction
 from gimbal_hil.identification.velocity_map import VelocityPoint
 
@@ -78,7 +78,7 @@ def points_at_rest(found: Sequence[BreakAway], points: Sequence[VelocityPoint]) 
     return tuple(at_rest)
 
 
-def break_away_findings(found: Sequence[BreakAway], static: StaticFit, axis: str = "") -> tuple[Finding, ...]:
+def break_away_findings(found: Sequence[BreakAway], static: StaticFit, axis: str = "") -> tuple[DataWarning, ...]:
     """A contradiction for each direction whose break-away torque lies below its Coulomb torque.
 
     LuGre, and every Stribeck curve, needs Ts at or above Tc. When ramps break away lower than the sliding torque
@@ -86,7 +86,7 @@ def break_away_findings(found: Sequence[BreakAway], static: StaticFit, axis: str
     through.
     """
     findings = []
-    sides = {Direction.POSITIVE: (1.0,), Direction.NEGATIVE: (-1.0,), Direction.BOTH: (1.0, -1.0)}[static.direction]
+    sides = {MapHalf.POSITIVE: (1.0,), MapHalf.NEGATIVE: (-1.0,), MapHalf.BOTH: (1.0, -1.0)}[static.direction]
     coulomb = next(e for e in static.estimates if e.name == "coulomb")
     for side in sides:
         torques = np.array([abs(b.torque) for b in found if b.torque * side > 0.0])
@@ -101,13 +101,13 @@ def break_away_findings(found: Sequence[BreakAway], static: StaticFit, axis: str
                 "contradict each other, "
                 "and no friction curve is fitted through both"
             )
-            findings.append(Finding("break_away_below_coulomb", text, axis))
+            findings.append(DataWarning("break_away_below_coulomb", text, axis))
     return tuple(findings)
 
 
 def break_away_below_sliding(
     found: Sequence[BreakAway], points: Sequence[VelocityPoint], axis: str = ""
-) -> tuple[Finding, ...]:
+) -> tuple[DataWarning, ...]:
     """A contradiction for each direction whose ramps break away below every torque at which it slid, however slow or
     fast.
 
@@ -129,7 +129,7 @@ def break_away_below_sliding(
                 f"of {len(sliding)} "
                 "speeds: the two experiments contradict each other, and no friction curve is fitted through both"
             )
-            findings.append(Finding("break_away_below_sliding", text, axis))
+            findings.append(DataWarning("break_away_below_sliding", text, axis))
     return tuple(findings)
 
 
@@ -139,7 +139,7 @@ def _highest_mean(torques: np.ndarray) -> float:
     return float(np.mean(torques)) + 2.0 * spread / float(np.sqrt(len(torques)))
 
 
-def repeatability_findings(points: Sequence[VelocityPoint], axis: str = "") -> tuple[Finding, ...]:
+def repeatability_findings(points: Sequence[VelocityPoint], axis: str = "") -> tuple[DataWarning, ...]:
     """Neighbouring speeds of one direction whose torques differ by far more than their errors: the runs were not made
     alike.
     """
@@ -158,18 +158,18 @@ def repeatability_findings(points: Sequence[VelocityPoint], axis: str = "") -> t
                 f"{gap / np.hypot(a.standard_error, b.standard_error):.0f} standard errors apart ({a.labels[0]}; "
                 f"{b.labels[0]})"
             )
-            findings.append(Finding("not_repeatable", text, axis))
+            findings.append(DataWarning("not_repeatable", text, axis))
     return tuple(findings)
 
 
-def physical_findings(friction: LugreFriction, axis: str = "") -> tuple[Finding, ...]:
+def physical_findings(friction: LugreFriction, axis: str = "") -> tuple[DataWarning, ...]:
     """Violated bounds of a parameter set: break-away under Coulomb, and passivity `sigma2 > sigma1 (Ts - Tc) / Tc`."""
     static = friction.static
     findings = []
     if static.breakaway < static.coulomb:
         taken = "the model takes Ts = Tc" if friction.sigma0 > 0.0 else "friction falls towards standstill"
         text = f"break-away {static.breakaway:.4g} is below Coulomb {static.coulomb:.4g}: no Stribeck bump, {taken}"
-        findings.append(Finding("breakaway_below_coulomb_in_fit", text, axis, frozenset({"breakaway"})))
+        findings.append(DataWarning("breakaway_below_coulomb_in_fit", text, axis, frozenset({"breakaway"})))
     limit = static.largest_sigma1()
     if friction.sigma1 > limit:
         text = (
@@ -178,5 +178,5 @@ def physical_findings(friction: LugreFriction, axis: str = "") -> tuple[Finding,
             f"sigma1 (Ts - Tc) / Tc = {friction.sigma1 * (static.breakaway - static.coulomb) / static.coulomb:.4g}"
             f" (sigma1 up to {limit:.4g} is passive, and so is one that falls with speed)"
         )
-        findings.append(Finding("not_passive", text, axis, frozenset({"sigma1", "viscous"})))
+        findings.append(DataWarning("not_passive", text, axis, frozenset({"sigma1", "viscous"})))
     return tuple(findings)

@@ -9,11 +9,9 @@ from enum import Enum
 #: half of the interval relative to the value, up to which a parameter counts as identified, and as weakly identified
 IDENTIFIED_RELATIVE_WIDTH = 0.25
 WEAK_RELATIVE_WIDTH = 1.0
-#: half of the 95 % interval of a normal distribution, in standard deviations
-_NORMAL_95 = 1.959964
 
 
-class Verdict(Enum):
+class Determination(Enum):
     """How far the data determine a parameter."""
 
     IDENTIFIED = "identified"
@@ -31,9 +29,9 @@ class Interval:
     open_high: bool = False
 
     @property
-    def standard_deviation(self) -> float:
-        """That of a normal distribution with a 95 % interval of this width."""
-        return (self.high - self.low) / (2.0 * _NORMAL_95)
+    def half_width(self) -> float:
+        """How far off the value may be, to either side: the uncertainty that a model file states."""
+        return 0.5 * (self.high - self.low)
 
     def covers(self, value: float) -> bool:
         """True when the value lies in the interval, bounds included."""
@@ -56,7 +54,7 @@ class Estimate:
     value: float
     interval: Interval
     unit: str
-    verdict: Verdict
+    verdict: Determination
     fitted: float
     prior: float | None = None
     reason: str = ""
@@ -80,7 +78,7 @@ def straight(estimate: Estimate) -> Estimate:
 
 
 @dataclass(frozen=True)
-class Finding:
+class DataWarning:
     """A contradiction in the data or a violated physical bound: `rule` is its short name, `text` the sentence a person
     reads.
 
@@ -93,7 +91,7 @@ class Finding:
     concerns: frozenset[str] = frozenset()
 
 
-def judge(interval: Interval, fitted: float) -> Verdict:
+def judge(interval: Interval, fitted: float) -> Determination:
     """The verdict that an interval alone supports.
 
     Identified: closed on both sides and at most 25 % half width; weakly identified: at most one side open and at most
@@ -103,10 +101,10 @@ def judge(interval: Interval, fitted: float) -> Verdict:
     relative = (interval.high - interval.low) / (2.0 * scale) if scale > 0.0 else float("inf")
     open_sides = interval.open_low + interval.open_high
     if open_sides == 0 and relative <= IDENTIFIED_RELATIVE_WIDTH:
-        return Verdict.IDENTIFIED
+        return Determination.IDENTIFIED
     if open_sides <= 1 and relative <= WEAK_RELATIVE_WIDTH:
-        return Verdict.WEAKLY_IDENTIFIED
-    return Verdict.NOT_IDENTIFIED
+        return Determination.WEAKLY_IDENTIFIED
+    return Determination.NOT_IDENTIFIED
 
 
 def settle(
@@ -116,9 +114,9 @@ def settle(
     says so.
     """
     verdict = judge(interval, fitted)
-    if verdict is Verdict.IDENTIFIED:
+    if verdict is Determination.IDENTIFIED:
         return Estimate(name, fitted, interval, unit, verdict, fitted, prior, reason)
-    if verdict is Verdict.WEAKLY_IDENTIFIED:
+    if verdict is Determination.WEAKLY_IDENTIFIED:
         why = reason or "the interval is wider than a quarter of the value or ends at a physical bound"
         return Estimate(name, fitted, interval, unit, verdict, fitted, prior, why, experiment)
     kept = "; the prior is kept" if prior is not None else "; no prior to fall back on"
@@ -132,4 +130,4 @@ def withheld(name: str, unit: str, prior: float | None, reason: str, experiment:
     """
     value = float("nan") if prior is None else prior
     nothing = Interval(0.0, float("inf"), open_low=True, open_high=True)
-    return Estimate(name, value, nothing, unit, Verdict.NOT_IDENTIFIED, float("nan"), prior, reason, experiment)
+    return Estimate(name, value, nothing, unit, Determination.NOT_IDENTIFIED, float("nan"), prior, reason, experiment)

@@ -10,7 +10,7 @@ import numpy as np
 from gimbal_hil.identification.axis_response import AxisRecord
 from gimbal_hil.identification.presliding import PreslidingRun
 from gimbal_hil.identification.rigid_load import axis_load
-from gimbal_hil.identification.segments import Drive, Stretch
+from gimbal_hil.identification.segments import Stretch, TorqueSource
 from gimbal_hil.identification.velocity_map import Plateau
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel
@@ -64,18 +64,18 @@ def collect(logs: Sequence[Log], model: AntennaModel, axis: str) -> Evidence:
     stiffness = model.number(axis, "friction.sigma0")
     for log in logs:
         for stretch in log.stretches[axis]:
-            start = _end_of_rest(log.table, stretch, axis) if stretch.drive is Drive.TORQUE else stretch.start
+            start = _end_of_rest(log.table, stretch, axis) if stretch.drive is TorqueSource.TORQUE else stretch.start
             position = log.table.position(axis)[start : stretch.stop]
             duration = len(position) * log.table.period_s
-            if stretch.drive is Drive.OFF or len(position) < 40:
+            if stretch.drive is TorqueSource.OFF or len(position) < 40:
                 continue
             far = abs(float(position[-1] - position[0])) > _PLATEAU_STEPS * step and duration > _PLATEAU_S
             command = log.table.torque(axis)[start : stretch.stop]
-            torque_driven = stretch.drive is Drive.TORQUE and _at_rest(
+            torque_driven = stretch.drive is TorqueSource.TORQUE and _at_rest(
                 position, command, log.table.period_s, step, stiffness
             )
             if not torque_driven and not (
-                stretch.drive is Drive.LOOP and far and _asks_for_one_speed(log.table, stretch, axis)
+                stretch.drive is TorqueSource.LOOP and far and _asks_for_one_speed(log.table, stretch, axis)
             ):
                 continue
             part = log.table.rows(start, stretch.stop)

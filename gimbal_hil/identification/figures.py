@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gimbal_hil.identification.estimate import Estimate, Verdict
+from gimbal_hil.identification.estimate import Determination, Estimate
 from gimbal_hil.identification.output_error import OutputErrorFit, displacements
 from gimbal_hil.identification.presliding import PreslidingFit
 from gimbal_hil.identification.sliding import StaticFit
@@ -19,7 +19,11 @@ if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
 
-_COLOURS = {Verdict.IDENTIFIED: MEASURED, Verdict.WEAKLY_IDENTIFIED: SECOND, Verdict.NOT_IDENTIFIED: ALERT}
+_COLOURS = {
+    Determination.IDENTIFIED: MEASURED,
+    Determination.WEAKLY_IDENTIFIED: SECOND,
+    Determination.NOT_IDENTIFIED: ALERT,
+}
 
 
 def velocity_map_figure(

@@ -43,7 +43,7 @@ class Unknown:
 
 
 @dataclass(frozen=True)
-class Fit:
+class LeastSquaresFit:
     """The best of all starts.
 
     `values` (p,) physical, `coordinates` (p,) the same in search coordinates, `residuals` (n,), `jacobian` (n, p) with
@@ -97,7 +97,7 @@ def fit(
     executor: Executor | None = None,
     difference_step: float | None = None,
     tolerance: float = 1e-12,
-) -> Fit:
+) -> LeastSquaresFit:
     """Minimise the sum of squared residuals within the bounds, from every start (physical values), and keep the best.
 
     `difference_step` is the relative step of the finite-difference Jacobian in search coordinates; give it when the
@@ -119,7 +119,7 @@ def refit_with_fixed(
     fixed: dict[int, float],
     difference_step: float | None = None,
     tolerance: float = 1e-12,
-) -> Fit:
+) -> LeastSquaresFit:
     """Minimise over the free parameters while those in `fixed` (index to physical value) stay; values keep the full
     length.
     """
@@ -133,7 +133,7 @@ def refit_with_fixed(
 
     if not free:
         r = residuals(base)
-        return Fit(base, np.zeros(0), r, np.zeros((len(r), 0)), float(r @ r), len(r), 1)
+        return LeastSquaresFit(base, np.zeros(0), r, np.zeros((len(r), 0)), float(r @ r), len(r), 1)
     inner = fit(
         partial_residuals,
         [parameters[index] for index in free],
@@ -146,7 +146,7 @@ def refit_with_fixed(
     return replace(inner, values=full)
 
 
-def _solve(problem: _Problem, start: Vector) -> Fit:
+def _solve(problem: _Problem, start: Vector) -> LeastSquaresFit:
     low, high = problem.bounds()
     margin = 1e-6 * (high - low)
     x0 = np.clip([p.coordinate(v) for p, v in zip(problem.parameters, start, strict=True)], low + margin, high - margin)
@@ -156,4 +156,6 @@ def _solve(problem: _Problem, start: Vector) -> Fit:
     )  # fmt: skip
     values = np.array([p.value(c) for p, c in zip(problem.parameters, solution.x, strict=True)])
     r = np.asarray(solution.fun)
-    return Fit(values, solution.x, r, np.asarray(solution.jac), float(r @ r), max(1, len(r) - len(values)), 1)
+    return LeastSquaresFit(
+        values, solution.x, r, np.asarray(solution.jac), float(r @ r), max(1, len(r) - len(values)), 1
+    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from gimbal_hil.identification.axis_identification import AxisIdentification
-from gimbal_hil.identification.estimate import Estimate, Verdict
+from gimbal_hil.identification.estimate import Determination, Estimate
 from gimbal_hil.identification.stribeck import LUGRE_NAMES
 from sim_backend.model import AntennaModel
 
@@ -19,11 +19,11 @@ def updated_model(model: AntennaModel, results: Sequence[AxisIdentification]) ->
     Coulomb where it stood there.
     """
     for result in results:
-        by_name = {e.name: e for e in result.estimates if e.verdict is not Verdict.NOT_IDENTIFIED}
+        by_name = {e.name: e for e in result.estimates if e.verdict is not Determination.NOT_IDENTIFIED}
         axis = result.axis
         values = {name: (by_name[name].value, *_stated(by_name[name])) for name in LUGRE_NAMES if name in by_name}
         spread = (
-            by_name["coulomb"].interval.standard_deviation
+            by_name["coulomb"].interval.half_width
             if "coulomb" in by_name
             else model.uncertainty(axis, "friction.coulomb")
         )
@@ -55,6 +55,6 @@ def updated_model(model: AntennaModel, results: Sequence[AxisIdentification]) ->
 
 def _stated(estimate: Estimate) -> tuple[str, float]:
     """Source and uncertainty of an estimate, as a model file states them."""
-    word = "identified" if estimate.verdict is Verdict.IDENTIFIED else "weakly identified"
+    word = "identified" if estimate.verdict is Determination.IDENTIFIED else "weakly identified"
     source = f"{word}, 95 % interval {estimate.interval.low:.6g} to {estimate.interval.high:.6g}"
-    return source, estimate.interval.standard_deviation
+    return source, estimate.interval.half_width

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from gimbal_hil.identification.axis_identification import AxisIdentification, friction_of
-from gimbal_hil.identification.estimate import Estimate, Verdict
+from gimbal_hil.identification.estimate import Determination, Estimate
 from gimbal_hil.identification.output_error import OutputErrorFit
-from gimbal_hil.identification.sliding import Direction
+from gimbal_hil.identification.sliding import MapHalf
 from gimbal_hil.identification.stribeck import LUGRE_NAMES
 from gimbal_hil.identification.units import LINEAR, ROTARY, Units
 from gimbal_hil.identification.velocity_map import VelocityMap
@@ -17,14 +17,14 @@ from gimbal_hil.report import Block, Callout, Details, Heading, Page, Plot, Tabl
 from sim_backend.model import AntennaModel
 
 _DIRECTIONS = {
-    Direction.BOTH: "Both directions",
-    Direction.POSITIVE: "Positive direction",
-    Direction.NEGATIVE: "Negative direction",
+    MapHalf.BOTH: "Both directions",
+    MapHalf.POSITIVE: "Positive direction",
+    MapHalf.NEGATIVE: "Negative direction",
 }
 _WORDS = {
-    Verdict.IDENTIFIED: "identified",
-    Verdict.WEAKLY_IDENTIFIED: "weakly identified",
-    Verdict.NOT_IDENTIFIED: "not identified, prior kept",
+    Determination.IDENTIFIED: "identified",
+    Determination.WEAKLY_IDENTIFIED: "weakly identified",
+    Determination.NOT_IDENTIFIED: "not identified, prior kept",
 }
 
 
@@ -55,7 +55,7 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
 
     prior = friction_of(model, result.axis)
     units = LINEAR if model.is_linear else ROTARY
-    count = sum(e.verdict is Verdict.IDENTIFIED for e in result.estimates)
+    count = sum(e.verdict is Determination.IDENTIFIED for e in result.estimates)
     blocks: list[Block] = [Heading(result.axis)]
     tone = (
         "good"

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from gimbal_hil.identification.averaging import Vector
-from gimbal_hil.identification.estimate import Estimate, Verdict, settle, withheld
-from gimbal_hil.identification.least_squares import Fit, Unknown, fit
+from gimbal_hil.identification.estimate import Determination, Estimate, settle, withheld
+from gimbal_hil.identification.least_squares import LeastSquaresFit, Unknown, fit
 from gimbal_hil.identification.profile import ProfileTask, profile_interval, robust_variance_ratio
 from gimbal_hil.identification.stribeck import StaticFriction, stribeck_bump
 
@@ -204,9 +204,9 @@ def fit_presliding(
     intervals = [profile_interval(task, index).stretched_over(spread[:, index].tolist()) for index in (0, 1)]
     sigma0 = settle("sigma0", float(best.values[0]), intervals[0], "N m/rad", prior_sigma0, _SIGMA0_EXPERIMENT)
     seen = settle("breakaway", float(best.values[1]), intervals[1], "N m", breakaway, _BREAKAWAY_EXPERIMENT)
-    if sigma0.verdict is Verdict.IDENTIFIED and steps < STEPS_FOR_SIGMA1:
+    if sigma0.verdict is Determination.IDENTIFIED and steps < STEPS_FOR_SIGMA1:
         few = f"only {steps:.1f} encoder steps of presliding travel"
-        sigma0 = replace(sigma0, verdict=Verdict.WEAKLY_IDENTIFIED, reason=few, experiment=_SIGMA0_EXPERIMENT)
+        sigma0 = replace(sigma0, verdict=Determination.WEAKLY_IDENTIFIED, reason=few, experiment=_SIGMA0_EXPERIMENT)
     predicted = tuple(residuals.aligned(number, best.values) for number in range(len(used)))
     misfit = np.concatenate([run.position - path for run, path in zip(used, predicted, strict=True)])
     return PreslidingFit(sigma0, seen, used, predicted, steps, _secant(used), float(np.sqrt(np.nanmean(misfit**2))))
@@ -219,7 +219,7 @@ def _parameters(runs: Sequence[PreslidingRun], breakaway: float) -> tuple[Unknow
 
 def _solve(
     runs: tuple[PreslidingRun, ...], breakaway: float, encoder_step: float, sigma1: float, curve: StaticFriction | None
-) -> tuple[_PathResiduals, Fit]:
+) -> tuple[_PathResiduals, LeastSquaresFit]:
     """Fit once with the encoder's own error, once more with the scatter that was found."""
     floor = max(encoder_step / np.sqrt(12.0), 1e-12)
     parameters = _parameters(runs, breakaway)

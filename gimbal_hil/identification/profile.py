@@ -10,7 +10,7 @@ from scipy.stats import t as student
 
 from gimbal_hil.identification.averaging import Vector, autocorrelation_time
 from gimbal_hil.identification.estimate import Interval
-from gimbal_hil.identification.least_squares import Fit, Matrix, ResidualFunction, Unknown, refit_with_fixed
+from gimbal_hil.identification.least_squares import LeastSquaresFit, Matrix, ResidualFunction, Unknown, refit_with_fixed
 
 _LEVEL = 0.95
 _SEARCH_STEPS = 12
@@ -29,7 +29,7 @@ class ProfileTask:
 
     residuals: ResidualFunction
     parameters: Sequence[Unknown]
-    best: Fit
+    best: LeastSquaresFit
     variance_ratio: Vector | None = None
     difference_step: float | None = None
     tolerance: float = 1e-12
@@ -47,7 +47,7 @@ def profile_interval(task: ProfileTask, index: int) -> Interval:
     return Interval(low, high, open_low, open_high)
 
 
-def robust_variance_ratio(best: Fit) -> Vector:
+def robust_variance_ratio(best: LeastSquaresFit) -> Vector:
     """Autocorrelation-robust variance over the naive one for each parameter, shape (p,).
 
     Above 1 where neighbouring residuals err alike; below it where they take back what the last one gave, as

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from gimbal_hil.identification.evidence import Log
-from gimbal_hil.identification.segments import Drive, Stretch, stretches_of_run, stretches_of_table
+from gimbal_hil.identification.segments import Stretch, TorqueSource, stretches_of_run, stretches_of_table
 from gimbal_hil.runs import is_run_folder, open_run
 from gimbal_hil.signals import SignalsTable, on_grid, read_signals, signals_of_run
 from sim_backend.model import AntennaModel
@@ -77,5 +77,5 @@ def _on_grid(log: Log, rate_hz: float | None) -> Log:
 
 def _stretches(table: SignalsTable, axis: str, torque_driven: bool) -> tuple[Stretch, ...]:
     if torque_driven and table.signal(axis, "rate_ref") is None and table.signal(axis, "position_ref") is None:
-        return (Stretch(f"{axis}, whole table", 0, len(table), Drive.TORQUE),)
-    return tuple(replace(stretch, drive=Drive.LOOP) for stretch in stretches_of_table(table, axis))
+        return (Stretch(f"{axis}, whole table", 0, len(table), TorqueSource.TORQUE),)
+    return tuple(replace(stretch, drive=TorqueSource.LOOP) for stretch in stretches_of_table(table, axis))

@@ -10,7 +10,7 @@ import numpy as np
 
 from gimbal_hil.control.layout import Mode
 from gimbal_hil.identification.averaging import Vector
-from gimbal_hil.runs import AXES, EventKind, Run, columns_of
+from gimbal_hil.runs import AXES, EventKind, RecordedRun, columns_of
 from gimbal_hil.signals import SignalsTable
 
 #: without references, a change of block speed by this share of the larger one starts a new stretch
@@ -23,7 +23,7 @@ _LEVEL_SHARE, _LEVEL_LEAST = 0.01, 1e-9
 _LEVEL_S = 0.5
 
 
-class Drive(Enum):
+class TorqueSource(Enum):
     """Who set the torque in a stretch."""
 
     #: torque was commanded directly
@@ -41,10 +41,10 @@ class Stretch:
     label: str
     start: int
     stop: int
-    drive: Drive
+    drive: TorqueSource
 
 
-def stretches_of_run(run: Run, table: SignalsTable, axis: str) -> tuple[Stretch, ...]:
+def stretches_of_run(run: RecordedRun, table: SignalsTable, axis: str) -> tuple[Stretch, ...]:
     """Stretches of a recorded run: one a step of its plan, cut further where the mode of the axis changes.
 
     Steps begin where the log has a `segment` event, whose text is their name, or where the tick log's segment label
@@ -63,12 +63,12 @@ def stretches_of_run(run: Run, table: SignalsTable, axis: str) -> tuple[Stretch,
         low = int(np.clip(ticks["tick"][start] - first, 0, len(table)))
         high = int(np.clip(ticks["tick"][stop] - first, 0, len(table))) if stop < len(ticks) else len(table)
         if high > low:
-            drive = _DRIVES.get(int(mode[start]), Drive.LOOP)
+            drive = _DRIVES.get(int(mode[start]), TorqueSource.LOOP)
             stretches.append(Stretch(f"{name} ({table.time_s[low]:.1f} s)", low, high, drive))
     return tuple(stretches)
 
 
-_DRIVES = {int(Mode.OFF): Drive.OFF, int(Mode.TORQUE): Drive.TORQUE}
+_DRIVES = {int(Mode.OFF): TorqueSource.OFF, int(Mode.TORQUE): TorqueSource.TORQUE}
 
 
 def stretches_of_table(table: SignalsTable, axis: str) -> tuple[Stretch, ...]:
@@ -80,7 +80,7 @@ def stretches_of_table(table: SignalsTable, axis: str) -> tuple[Stretch, ...]:
     found = []
     for start, stop in pairwise(edges):
         if stop - start > 1:
-            found.append(Stretch(f"{axis} from {table.time_s[start]:.2f} s", int(start), int(stop), Drive.LOOP))
+            found.append(Stretch(f"{axis} from {table.time_s[start]:.2f} s", int(start), int(stop), TorqueSource.LOOP))
     return tuple(found)
 
 

@@ -9,8 +9,8 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
 
-from gimbal_hil.identification.estimate import Estimate, Interval, Verdict, settle, withheld
-from gimbal_hil.identification.least_squares import Fit, refit_with_fixed
+from gimbal_hil.identification.estimate import Determination, Estimate, Interval, settle, withheld
+from gimbal_hil.identification.least_squares import LeastSquaresFit, refit_with_fixed
 from gimbal_hil.identification.profile import ProfileTask, profile_interval
 
 
@@ -30,7 +30,7 @@ class Asked:
 
 def settle_parameters(
     task: ProfileTask, asked: Sequence[Asked], executor: Executor | None = None
-) -> tuple[tuple[Estimate, ...], Fit]:
+) -> tuple[tuple[Estimate, ...], LeastSquaresFit]:
     """Estimates of the first `len(asked)` parameters, and the fit that holds with the undetermined ones at their prior.
 
     An interval is that of the joint fit, in which nothing was fixed, stretched to hold the value after the refit:
@@ -47,7 +47,9 @@ def settle_parameters(
         else:
             fitted = float(task.best.values[index])
             estimates.append(settle(one.name, fitted, intervals[index], one.unit, one.prior, one.experiment))
-    fixed = {i: e.value for i, e in enumerate(estimates) if e.verdict is Verdict.NOT_IDENTIFIED and e.prior is not None}
+    fixed = {
+        i: e.value for i, e in enumerate(estimates) if e.verdict is Determination.NOT_IDENTIFIED and e.prior is not None
+    }
     if not fixed:
         return tuple(estimates), task.best
     again = refit_with_fixed(

@@ -10,7 +10,7 @@ import numpy as np
 
 from gimbal_hil.identification.averaging import Vector
 from gimbal_hil.identification.estimate import Estimate
-from gimbal_hil.identification.least_squares import Fit, Matrix, Unknown, fit
+from gimbal_hil.identification.least_squares import LeastSquaresFit, Matrix, Unknown, fit
 from gimbal_hil.identification.profile import ProfileTask
 from gimbal_hil.identification.settled import Asked, settle_parameters
 from gimbal_hil.identification.stribeck import LUGRE_UNITS, StaticFriction, stribeck_bump
@@ -33,7 +33,7 @@ _EXPERIMENTS = {
 }
 
 
-class Direction(Enum):
+class MapHalf(Enum):
     """Which half of the map a curve describes."""
 
     BOTH = "both"
@@ -50,7 +50,7 @@ class StaticFit:
     points' own errors that had to be granted to every point; `outliers` are the labels that were held down.
     """
 
-    direction: Direction
+    direction: MapHalf
     friction: StaticFriction
     estimates: tuple[Estimate, ...]
     offset: float
@@ -82,7 +82,7 @@ class _MapResiduals:
 
 
 def fit_static(
-    points: Sequence[VelocityPoint], direction: Direction = Direction.BOTH, prior: StaticFriction | None = None
+    points: Sequence[VelocityPoint], direction: MapHalf = MapHalf.BOTH, prior: StaticFriction | None = None
 ) -> StaticFit | None:
     """Fit `F(v) = Tc + (Ts - Tc) exp(-(v/vs)^delta) + sigma2 v` to a map; None when fewer points than unknowns are
     there.
@@ -94,15 +94,15 @@ def fit_static(
     physical bounds. Outliers are held down by Huber weights at 2.5 robust deviations. Intervals are profile likelihood.
     Parameters that the map does not determine keep their `prior`.
     """
-    used = [p for p in points if direction is Direction.BOTH or (p.rate > 0.0) == (direction is Direction.POSITIVE)]
-    unknowns = 6 if direction is Direction.BOTH else 5
+    used = [p for p in points if direction is MapHalf.BOTH or (p.rate > 0.0) == (direction is MapHalf.POSITIVE)]
+    unknowns = 6 if direction is MapHalf.BOTH else 5
     if len(used) <= unknowns:
         return None
     rate = np.array([p.rate for p in used])
     torque = np.array([p.torque for p in used])
     error = _point_errors(used)
     base = _MapResiduals(np.abs(rate), np.sign(rate), torque, 1.0 / error, np.array([p.jitter for p in used]))
-    parameters = _parameters(base, with_offset=direction is Direction.BOTH)
+    parameters = _parameters(base, with_offset=direction is MapHalf.BOTH)
     residuals, best, between = _robust_fit(base, parameters)
     estimates, best = _estimates(
         residuals, parameters, best, prior, (float(np.min(np.abs(rate))), float(np.max(np.abs(rate))))
@@ -161,7 +161,7 @@ def _starts(data: _MapResiduals, parameters: Sequence[Unknown], count: int = 6) 
     return [values for _, values in candidates[:count]]
 
 
-def _robust_fit(base: _MapResiduals, parameters: Sequence[Unknown]) -> tuple[_MapResiduals, Fit, float]:
+def _robust_fit(base: _MapResiduals, parameters: Sequence[Unknown]) -> tuple[_MapResiduals, LeastSquaresFit, float]:
     """Reweighted least squares; answers the last round's residuals (for the intervals), its fit, and the scatter
     between runs.
     """
@@ -184,10 +184,10 @@ def _robust_fit(base: _MapResiduals, parameters: Sequence[Unknown]) -> tuple[_Ma
 def _estimates(
     residuals: _MapResiduals,
     parameters: Sequence[Unknown],
-    best: Fit,
+    best: LeastSquaresFit,
     prior: StaticFriction | None,
     speeds: tuple[float, float],
-) -> tuple[tuple[Estimate, ...], Fit]:
+) -> tuple[tuple[Estimate, ...], LeastSquaresFit]:
     """Estimates of the static parameters, and the fit with the undetermined ones at their prior."""
     priors = (
         [None] * 5
@@ -205,7 +205,7 @@ def _estimates(
 
 
 def _doubting_jitter(
-    estimates: tuple[Estimate, ...], residuals: _MapResiduals, parameters: Sequence[Unknown], best: Fit
+    estimates: tuple[Estimate, ...], residuals: _MapResiduals, parameters: Sequence[Unknown], best: LeastSquaresFit
 ) -> tuple[Estimate, ...]:
     """Intervals stretched over what much less and much more fluctuation of the speed would give: it is inferred."""
     if not np.any(residuals.jitter):
@@ -221,7 +221,7 @@ def _doubting_jitter(
     )
 
 
-def _no_bump(residuals: _MapResiduals, parameters: Sequence[Unknown], best: Fit) -> bool:
+def _no_bump(residuals: _MapResiduals, parameters: Sequence[Unknown], best: LeastSquaresFit) -> bool:
     """True when Coulomb plus viscous friction fits as well, by the Bayesian information criterion (three parameters
     fewer).
     """

@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from firmware_protocol.documents import json_line
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.runs import wall_clock_utc
 
@@ -154,16 +155,16 @@ class Journal:
 def read_journal(path: Path) -> list[Entry]:
     """All whole lines of a journal; a last line that was cut is left out. BadInputError where there is no journal."""
     try:
-        lines = path.read_text(encoding="utf-8").split("\n")
+        lines = path.read_bytes().split(b"\n")
     except FileNotFoundError:
         raise BadInputError(str(path), "no such file", "the folder of an improvement that was stopped") from None
     entries: list[Entry] = []
     for number, line in enumerate(lines[:-1], start=1):
+        document = json_line(line, f"{path} line {number}", "an unchanged journal")
         try:
-            document = json.loads(line)
             kind = _KINDS[document["kind"]]
             entries.append(kind(**{one.name: document[one.name] for one in fields(kind)}))
-        except (ValueError, KeyError, TypeError) as error:
+        except (KeyError, TypeError) as error:
             raise BadInputError(
                 f"{path} line {number}", f"is no journal entry ({error})", "an unchanged journal"
             ) from None

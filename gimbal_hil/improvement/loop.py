@@ -20,6 +20,7 @@ from gimbal_hil.discrepancy import (
     Kind,
     Request,
     Result,
+    Status,
     Verdict,
     corrected_model,
     diagnose,
@@ -52,7 +53,7 @@ from gimbal_hil.improvement.measured import measured_table
 from gimbal_hil.improvement.rehearsal import Rehearsal, rehearse
 from gimbal_hil.improvement.site import Site
 from gimbal_hil.improvement.tables import Role, Tables
-from gimbal_hil.improvement.task import Decision, Ending, Improvement, Task, ending_text
+from gimbal_hil.improvement.task import Ending, Improvement, NextStep, Task, ending_text
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel, load_model
 
@@ -105,20 +106,20 @@ class _Loop:
         round_number = 1
         while ending is None:
             diagnosed, choice = self._diagnosed(round_number)
-            decision = Decision(diagnosed.decision)
-            if decision is Decision.AT_THE_FLOOR:
+            decision = NextStep(diagnosed.decision)
+            if decision is NextStep.AT_THE_FLOOR:
                 ending = Ending.AT_THE_FLOOR
-            elif decision is Decision.SUSPECT:
+            elif decision is NextStep.SUSPECT:
                 ending = Ending.SUSPECTED
-            elif decision is Decision.GIVE_UP:
-                ending = Ending.AMBIGUOUS if diagnosed.verdict == "ambiguous" else Ending.UNEXPLAINED
+            elif decision is NextStep.GIVE_UP:
+                ending = Ending.AMBIGUOUS if diagnosed.verdict == Kind.AMBIGUOUS.value else Ending.UNEXPLAINED
             elif round_number >= self.task.budgets.rounds:
                 ending = Ending.ROUNDS_USED_UP
             else:
                 round_number += 1
                 ending = self._next_run(round_number, decision, choice)
         text = ending_text(ending, self.diagnoses, self.left)
-        self.journal.write(Ended(ending.name.lower(), text, self.used_s, round_number))
+        self.journal.write(Ended(ending.word, text, self.used_s, round_number))
         self.say(text)
         return Improvement(self.model, ending, text, tuple(self.diagnoses), self.used_s)
 
@@ -141,8 +142,8 @@ class _Loop:
                 return Ending.TIME_USED_UP
         return None
 
-    def _next_run(self, round_number: int, decision: Decision, choice: Chosen | None) -> Ending | None:
-        if decision is Decision.CHECK:
+    def _next_run(self, round_number: int, decision: NextStep, choice: Chosen | None) -> Ending | None:
+        if decision is NextStep.CHECK:
             experiment, role, axes = self._survey(len(self.data.judge) + 1), Role.JUDGE, list(self.task.start.axes)
             why = "a motion that no model has seen, to check what was taken over"
             refusal = self._measure(round_number, experiment, role, axes, why)
@@ -150,10 +151,10 @@ class _Loop:
             assert choice is not None
             experiment = self._separating(choice.sequence, choice.axes)
             self.separated += [(choice.sequence, axis) for axis in choice.axes]
-            role = Role.SHOWN if decision is Decision.SHOW else Role.SEPARATING
+            role = Role.SHOWN if decision is NextStep.SHOW else Role.SEPARATING
             refusal = self._measure(round_number, experiment, role, choice.axes, choice.why, choice.considered)
         if refusal is None:
-            self.unseen = decision is Decision.CHECK
+            self.unseen = decision is NextStep.CHECK
             return None
         self.left = f"{experiment.name} {refusal}"
         return Ending.TIME_USED_UP
@@ -249,7 +250,7 @@ class _Loop:
                         gaps,
                         [],
                         [],
-                        Decision.AT_THE_FLOOR.value,
+                        NextStep.AT_THE_FLOOR.value,
                         None,
                         [],
                         "",
@@ -318,27 +319,27 @@ class _Loop:
 
     def _decide(
         self, number: int, diagnosis: Result, verdict: Verdict
-    ) -> tuple[Decision, AntennaModel | None, Chosen | None]:
-        """Decision, the model to go on with where it changed, and the separating run where one is needed."""
+    ) -> tuple[NextStep, AntennaModel | None, Chosen | None]:
+        """What to do next, the model to go on with where it changed, and the separating run where one is needed."""
         untouched = max(gap.before / gap.noise_floor for gap in verdict.gaps)
         if max(untouched, float(np.max(diagnosis.stated.left()))) <= LEAST_GAP:
-            return Decision.AT_THE_FLOOR, diagnosis.model, None
+            return NextStep.AT_THE_FLOOR, diagnosis.model, None
         if verdict.kind is Kind.NO_DISCREPANCY:
             moved = recalibrated_model(diagnosis) if verdict.recalibrated else None
-            return (Decision.AT_THE_FLOOR, diagnosis.model, None) if moved is None else (Decision.CHECK, moved, None)
+            return (NextStep.AT_THE_FLOOR, diagnosis.model, None) if moved is None else (NextStep.CHECK, moved, None)
         corrected = corrected_model(diagnosis)
         if verdict.kind is Kind.NAMED:
-            return Decision.CHECK, corrected, None
+            return NextStep.CHECK, corrected, None
         ambiguous = verdict.kind is Kind.AMBIGUOUS
         pairs = open_pairs(diagnosis, self._shown()) if ambiguous else self._unexplained(diagnosis)
         for pair in pairs:
             choice = self._choice(number, diagnosis, pair, verdict)
             if choice is not None:
-                return Decision.SHOW if pair.against_chance else Decision.SEPARATE, None, choice
+                return NextStep.SHOW if pair.against_chance else NextStep.SEPARATE, None, choice
         if any(pair.against_chance for pair in pairs):
-            return Decision.SUSPECT, corrected, None
+            return NextStep.SUSPECT, corrected, None
         # where neither a run of the antenna's own nor a person could tell, the two are the same for every purpose
-        return (Decision.CHECK if ambiguous and self.same else Decision.GIVE_UP), corrected, None
+        return (NextStep.CHECK if ambiguous and self.same else NextStep.GIVE_UP), corrected, None
 
     def _shown(self) -> set[tuple[str, str]]:
         """Effects that an earlier diagnosis named: a hold-out has shown them."""
@@ -346,12 +347,12 @@ class _Loop:
             (effect["name"], effect["axis"])
             for one in self.diagnoses
             for effect in one.effects
-            if effect["status"] == "named"
+            if effect["status"] == Status.NAMED.value
         }
 
     def _unexplained(self, diagnosis: Result) -> list[Pair]:
         """A gap that nothing explains gets one more kind of motion to show itself in, not the whole menu."""
-        tried = any(one.verdict == "unexplained" and one.choice is not None for one in self.diagnoses)
+        tried = any(one.verdict == Kind.UNEXPLAINED.value and one.choice is not None for one in self.diagnoses)
         pair = None if tried else unexplained_pair(diagnosis)
         return [] if pair is None else [pair]
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.runs import EventKind, Run, open_run
+from gimbal_hil.runs import EventKind, RecordedRun, open_run
 from gimbal_hil.signals import SignalsTable, signals_of_run
 
 
@@ -28,7 +28,7 @@ def measured_table(folder: Path, axes: Sequence[str]) -> SignalsTable:
     return signals_of_run(part, axes, resample=True, drop_invalid=True)
 
 
-def _between(run: Run, first: int, last: int | None) -> Run:
+def _between(run: RecordedRun, first: int, last: int | None) -> RecordedRun:
     """The rows from one tick up to another."""
     end = np.inf if last is None else last
     ticks, frames = run.ticks["tick"], run.frames["tick"]

@@ -21,6 +21,7 @@ from gimbal_hil.improvement.journal import (
     Resumed,
     Stopped,
 )
+from gimbal_hil.improvement.task import Ending
 from gimbal_hil.report import Block, Callout, Details, Heading, Listing, Page, Plot, Table, Text, Tiles
 from sim_backend.model import AntennaModel, load_model
 
@@ -64,7 +65,7 @@ def _last_model(task: Task, rounds: Sequence[Diagnosed]) -> AntennaModel:
 
 def _conclusion(end: Ended | Stopped | None) -> Callout:
     if isinstance(end, Ended):
-        return Callout(end.text, "good" if end.ending == "at_the_floor" else "warning")
+        return Callout(end.text, "good" if end.ending == Ending.AT_THE_FLOOR.word else "warning")
     return Callout(
         f"Stopped before its end: {end.reason if end else 'the log goes no further'}. --resume goes on from here.",
         "warning",
@@ -92,7 +93,7 @@ def _worst(one: Diagnosed, key: str = "before") -> float:
 
 def _last_gap(rounds: Sequence[Diagnosed], end: Ended | Stopped | None) -> float:
     """What the last model leaves: as measured where it was checked, else as its diagnosis says."""
-    checked = isinstance(end, Ended) and end.ending == "at_the_floor"
+    checked = isinstance(end, Ended) and end.ending == Ending.AT_THE_FLOOR.word
     return _worst(rounds[-1], "before" if checked else "after")
 
 
@@ -229,7 +230,7 @@ def _left(last: Diagnosed, end: Ended | Stopped | None) -> list[Block]:
     blocks: list[Block] = [
         Table(header, rows, f"Round {last.round}, on data that neither selected nor tuned anything.")
     ]
-    if not (isinstance(end, Ended) and end.ending == "at_the_floor"):
+    if not (isinstance(end, Ended) and end.ending == Ending.AT_THE_FLOOR.word):
         blocks.append(Text(last.text))
     if last.remark:
         blocks.append(Callout(last.remark, "warning"))

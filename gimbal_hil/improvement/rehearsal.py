@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from firmware_protocol.errors import SafetyStopError
-from gimbal_hil.experiments import EmbeddedAntenna, Experiment, Signals
+from gimbal_hil.experiments import Experiment, LockstepAntenna, Signals
 from gimbal_hil.settings import DaemonSettings
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel
@@ -36,7 +36,7 @@ def rehearse(experiment: Experiment, settings: DaemonSettings, model: AntennaMod
     """Run an experiment on a virtual antenna made from `model`, in lockstep and without a log."""
     if experiment.base is not None:
         model = model.with_base(experiment.base)
-    antenna = EmbeddedAntenna(settings, model, seed, log_every=1000)
+    antenna = LockstepAntenna(settings, model, seed, log_every=1000)
     parts: list[Signals] = []
     stopped = None
     try:

@@ -16,12 +16,14 @@ from typing import Protocol
 
 from firmware_protocol.errors import GimbalHilError, LinkError
 from gimbal_hil.experiments import Experiment, ProgressSink, conduct, conduct_through_daemon, embedded_model_of
+from gimbal_hil.host import HostState, word_of
 from gimbal_hil.operator import OperatorClient, RequestRefusedError
 from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna
 from sim_backend.model import AntennaModel
 
 #: a daemon may take so long until its door is open (it may have to compile first), and so long to end
 _OPENING_S, _ENDING_S = 300.0, 20.0
+_READY, _FAULT = (word_of(HostState.IDLE), word_of(HostState.ACTIVE)), word_of(HostState.FAULT)
 #: the host may take so long until it is ready
 _READY_S = 30.0
 
@@ -141,11 +143,11 @@ def _until_ready(run: Path, reset_faults: bool) -> None:
     end = time.monotonic() + _OPENING_S
     ticking = False
     with OperatorClient(run, timeout_s=_OPENING_S) as client:
-        while (state := (status := client.request("status")["status"])["host_state"]) not in ("idle", "active"):
+        while (state := (status := client.request("status")["status"])["host_state"]) not in _READY:
             if not ticking and status["tick"] > 0:
                 # before its first tick a daemon may have to compile; after it the antenna has to answer
                 ticking, end = True, time.monotonic() + _READY_S
-            if state == "fault" and reset_faults:
+            if state == _FAULT and reset_faults:
                 client.request("fault_reset")
             if time.monotonic() > end:
                 raise LinkError(f"{run}: no antenna is ready on the link; the host is {state}")

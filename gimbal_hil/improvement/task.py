@@ -25,8 +25,13 @@ class Ending(Enum):
     ROUNDS_USED_UP = "the rounds allowed are used up"
     TIME_USED_UP = "the antenna time allowed is used up"
 
+    @property
+    def word(self) -> str:
+        """How the journal calls it."""
+        return self.name.lower()
 
-class Decision(Enum):
+
+class NextStep(Enum):
     """What the loop makes of a diagnosis."""
 
     AT_THE_FLOOR = "at the floor"

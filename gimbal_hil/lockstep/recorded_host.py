@@ -6,11 +6,11 @@ from typing import Any
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.host import Host, Program
-from gimbal_hil.runs import Event, Run
+from gimbal_hil.runs import Event, RecordedRun
 from gimbal_hil.settings import host_configuration, settings_from_document
 
 
-def host_of(run: Run) -> Host:
+def host_of(run: RecordedRun) -> Host:
     """A host with the run's configuration; raises BadInputError where the run keeps too little to be run again."""
     where = f"{run.folder / 'run.yaml'}: configuration"
     settings = settings_from_document(dict(run.record.header.configuration), where)
@@ -21,7 +21,7 @@ def host_of(run: Run) -> Host:
     return Host(host_configuration(settings), run.record.header.axes)
 
 
-def give_again(host: Host, run: Run, event: Event) -> None:
+def give_again(host: Host, run: RecordedRun, event: Event) -> None:
     """Ask of the host what a COMMAND event says was asked; raises BadInputError for an event that is no command."""
     where = f"{run.folder / 'events.jsonl'}: command at tick {event.tick}"
     command, program = event.data.get("command"), event.data.get("program")

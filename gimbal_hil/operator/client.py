@@ -38,14 +38,14 @@ class NotReadyError(RequestRefusedError):
 
 
 class OperatorClient:
-    """A connection to the daemon that records into `run` (its run folder, or the `operator.json` in it).
+    """A connection to the daemon that records into `run` (its run folder, the `operator.json` in it, or its door).
 
     Raises BadInputError when there is no such daemon or the token file is not the caller's own, LinkError when the
     daemon does not answer within `timeout_s` or has gone.
     """
 
-    def __init__(self, run: Path, timeout_s: float = 5.0) -> None:
-        door = Door.read(Path(run))
+    def __init__(self, run: Path | Door, timeout_s: float = 5.0) -> None:
+        door = run if isinstance(run, Door) else Door.read(Path(run))
         self._where = str(door.socket)
         self._timeout_s = timeout_s
         self._events: deque[Json] = deque()

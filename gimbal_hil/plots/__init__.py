@@ -1,6 +1,17 @@
 """The common look of every figure; apart from the pages, because plotly is heavy."""
 
-from gimbal_hil.plots.figures import ALERT, AXIS_COLOURS, MEASURED, MODEL, REFERENCE, SECOND, figure, stacked, thinned
+from gimbal_hil.plots.figures import (
+    ALERT,
+    AXIS_COLOURS,
+    MEASURED,
+    MODEL,
+    REFERENCE,
+    SECOND,
+    figure,
+    figure_of_panels,
+    stacked,
+    thinned,
+)
 
 __all__ = [
     "ALERT",
@@ -10,6 +21,7 @@ __all__ = [
     "REFERENCE",
     "SECOND",
     "figure",
+    "figure_of_panels",
     "stacked",
     "thinned",
 ]

@@ -32,7 +32,7 @@ _LEAST_RATE = 1e-3
 
 
 @dataclass(frozen=True)
-class Channel:
+class ChannelEquation:
     """`target` (n,) is to be made of `columns` (n, k).
 
     A column of `known` size (k,) counts once, within a factor; one that is not known counts between `low` and `high`
@@ -71,24 +71,24 @@ class Channel:
         return float(np.sqrt((2.0 * found.cost + corner[k, k] ** 2) / len(self.target)))
 
 
-def channels_of(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> dict[str, Channel]:
+def channels_of(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> dict[str, ChannelEquation]:
     """Channels by the column that they are about, over all tables; axes that do not move or are not driven give
     none.
     """
-    parts: dict[str, list[Channel]] = {}
+    parts: dict[str, list[ChannelEquation]] = {}
     for table in tables:
         for name, channel in _of_table(model, table):
             parts.setdefault(name, []).append(channel)
     return {name: _joined(channels) for name, channels in parts.items()}
 
 
-def _joined(channels: list[Channel]) -> Channel:
+def _joined(channels: list[ChannelEquation]) -> ChannelEquation:
     first = channels[0]
     target = np.concatenate([channel.target for channel in channels])
     return replace(first, target=target, columns=np.concatenate([channel.columns for channel in channels]))
 
 
-def _of_table(model: AntennaModel, table: SignalsTable) -> list[tuple[str, Channel]]:
+def _of_table(model: AntennaModel, table: SignalsTable) -> list[tuple[str, ChannelEquation]]:
     from scipy.ndimage import gaussian_filter1d
 
     width = max(2.0, _SMOOTHING_S / table.period_s)
@@ -128,7 +128,7 @@ def _of_table(model: AntennaModel, table: SignalsTable) -> list[tuple[str, Chann
     return found
 
 
-def _torque_channel(torque: Floats, motion: tuple[Floats, Floats, Floats, Floats], coulomb: float) -> Channel:
+def _torque_channel(torque: Floats, motion: tuple[Floats, Floats, Floats, Floats], coulomb: float) -> ChannelEquation:
     position, rate, inertial, load = motion
     top = float(np.abs(rate).max()) or 1.0
     place = (position - position.mean()) / (float(np.ptp(position)) or 1.0)
@@ -145,12 +145,12 @@ def _torque_channel(torque: Floats, motion: tuple[Floats, Floats, Floats, Floats
     # viscous
     low, high = np.full(len(columns), -np.inf), np.full(len(columns), np.inf)
     low[2:4], high[2] = 0.0, coulomb if coulomb > 0.0 else np.inf
-    return Channel(torque, np.column_stack(columns), known, low, high)
+    return ChannelEquation(torque, np.column_stack(columns), known, low, high)
 
 
-def _twice_measured(one: Floats, other: Floats) -> Channel:
+def _twice_measured(one: Floats, other: Floats) -> ChannelEquation:
     columns = np.column_stack([other, np.ones_like(other)])
-    return Channel(one, columns, np.array([True, False]), np.full(2, -np.inf), np.full(2, np.inf))
+    return ChannelEquation(one, columns, np.array([True, False]), np.full(2, -np.inf), np.full(2, np.inf))
 
 
 def in_blocks(table: SignalsTable) -> SignalsTable:

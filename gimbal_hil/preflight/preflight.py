@@ -9,7 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.preflight.channels import Channel, channels_of, in_blocks
+from gimbal_hil.preflight.channels import ChannelEquation, channels_of, in_blocks
 from gimbal_hil.preflight.readings import OtherReading, in_amperes, other_readings
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel
@@ -82,7 +82,9 @@ def _is_right(as_read: Misfits, left: Misfits) -> bool:
     )
 
 
-def _amperes(model: AntennaModel, channels: Mapping[str, Channel], others: Misfits) -> list[tuple[float, OtherReading]]:
+def _amperes(
+    model: AntennaModel, channels: Mapping[str, ChannelEquation], others: Misfits
+) -> list[tuple[float, OtherReading]]:
     """Torque in another unit: every part of it off by one factor, on every axis that is driven, beyond what gains are
     off by.
     """

@@ -9,7 +9,7 @@ from itertools import chain, combinations
 import numpy as np
 
 from gimbal_hil.signals import SignalsTable
-from sim_backend.model import AntennaModel, Kind
+from sim_backend.model import AntennaModel, ModelKind
 
 _RADIANS = float(np.deg2rad(1.0))
 _ANGLES, _RATES = ("base.roll", "base.pitch", "base.yaw"), ("base.p", "base.q", "base.r")
@@ -30,7 +30,7 @@ class OtherReading:
 def other_readings(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> Iterator[OtherReading]:
     """Every misreading that these tables allow, with one unit or sign wrong at a time."""
     present = set.intersection(*(set(table.columns) for table in tables))
-    rotary = model.kind is not Kind.LINEAR
+    rotary = model.kind is not ModelKind.LINEAR
     joints = [
         tuple(some) for some in (*([axis] for axis in model.axes), *([model.axes] if len(model.axes) > 1 else []))
     ]

@@ -1,5 +1,24 @@
 """What people read: pages and the look of figures (`figures` is imported where plotly is needed)."""
 
-from gimbal_hil.report.page import Block, Callout, Details, Heading, Listing, Page, Plot, Table, Text, Tiles
+from gimbal_hil.report.blocks import Block, Callout, Details, Heading, Listing, Plot, Table, Text, Tiles, plots_in
+from gimbal_hil.report.junit import Case, write_junit
+from gimbal_hil.report.made import Made, command_of
+from gimbal_hil.report.page import Page
 
-__all__ = ["Block", "Callout", "Details", "Heading", "Listing", "Page", "Plot", "Table", "Text", "Tiles"]
+__all__ = [
+    "Block",
+    "Callout",
+    "Case",
+    "Details",
+    "Heading",
+    "Listing",
+    "Made",
+    "Page",
+    "Plot",
+    "Table",
+    "Text",
+    "Tiles",
+    "command_of",
+    "plots_in",
+    "write_junit",
+]

@@ -1,14 +1,14 @@
-"""Run folders: write while running, read in any state, replay, export."""
+"""Run folders: write while running, read in any state, replay."""
 
 from gimbal_hil.runs.difference import Difference
 from gimbal_hil.runs.disk import Retention
 from gimbal_hil.runs.frame_columns import MessageColumns, columns_of
-from gimbal_hil.runs.frame_export import Progress, export_blf, export_mcap, export_mf4
+from gimbal_hil.runs.golden import Again, Change, changes, run_again, update
 from gimbal_hil.runs.growing import GrowingLog
 from gimbal_hil.runs.header import RUN_FILE, RunEnd, RunHeader, RunRecord, read_header, wall_clock_utc
 from gimbal_hil.runs.integrity import content_hash
 from gimbal_hil.runs.log_damage import damage_of
-from gimbal_hil.runs.reader import Run, is_run_folder, open_run
+from gimbal_hil.runs.reader import RecordedRun, is_run_folder, open_run
 from gimbal_hil.runs.replaying import ReplayResult, replay
 from gimbal_hil.runs.schema import (
     AXES,
@@ -19,8 +19,11 @@ from gimbal_hil.runs.schema import (
     FrameDirection,
     StepPurpose,
     blocks_of_frames,
+    frames_of_blocks,
+    stored_name,
     tick_rows,
 )
+from gimbal_hil.runs.segments import newest_events_file
 from gimbal_hil.runs.writer import RunWriter
 
 __all__ = [
@@ -28,32 +31,36 @@ __all__ = [
     "FRAME_ROW",
     "RUN_FILE",
     "TICK_ROW",
+    "Again",
+    "Change",
     "Difference",
     "Event",
     "EventKind",
     "FrameDirection",
     "GrowingLog",
     "MessageColumns",
-    "Progress",
+    "RecordedRun",
     "ReplayResult",
     "Retention",
-    "Run",
     "RunEnd",
     "RunHeader",
     "RunRecord",
     "RunWriter",
     "StepPurpose",
     "blocks_of_frames",
+    "changes",
     "columns_of",
     "content_hash",
     "damage_of",
-    "export_blf",
-    "export_mcap",
-    "export_mf4",
+    "frames_of_blocks",
     "is_run_folder",
+    "newest_events_file",
     "open_run",
     "read_header",
     "replay",
+    "run_again",
+    "stored_name",
     "tick_rows",
+    "update",
     "wall_clock_utc",
 ]

@@ -18,12 +18,13 @@ from typing import Any
 
 from firmware_protocol.documents import json_line
 from firmware_protocol.errors import BadInputError
+from gimbal_hil.runs.segments import segments_of
 
 CHAIN_FILE = "chain.jsonl"
 
 
 @dataclass(frozen=True, slots=True)
-class Block:
+class SealedBlock:
     """One line: how many rows of each kind the log holds up to and with this block, and the hash of all of them."""
 
     ticks: int
@@ -57,28 +58,30 @@ def sealed_with(last: str, end: Mapping[str, Any]) -> str:
     return hashlib.sha256(bytes.fromhex(last) + bytes.fromhex(plain_hash(end))).hexdigest()
 
 
-def read_chain(folder: Path) -> tuple[tuple[Block, ...], bool]:
+def read_chain(folder: Path) -> tuple[tuple[SealedBlock, ...], bool]:
     """The whole lines of the chain, and whether one of them is damaged (what follows it is left out); nothing in an
     older run.
+
+    The chain of a further segment begins with the last line of the one before. Where that was given up, the first block
+    here stands for all that is gone.
     """
-    try:
-        lines = (folder / CHAIN_FILE).read_bytes().split(b"\n")
-    except FileNotFoundError:
-        return (), False
-    except OSError as error:
-        raise BadInputError(
-            str(folder / CHAIN_FILE), error.strerror or "cannot be read", "the seal of the run"
-        ) from error
-    blocks: list[Block] = []
-    for line in lines[:-1]:
-        block = _block(line)
-        if block is None:
-            return tuple(blocks), True
-        blocks.append(block)
+    blocks: list[SealedBlock] = []
+    for _, path in segments_of(folder, CHAIN_FILE):
+        try:
+            lines = path.read_bytes().split(b"\n")[:-1]
+        except OSError as error:
+            raise BadInputError(str(path), error.strerror or "cannot be read", "the seal of the run") from error
+        before = tuple(blocks)
+        for place, line in enumerate(lines):
+            block = _block(line)
+            if block is None or (place == 0 and before and block != before[-1]):
+                return tuple(blocks), True
+            if place or not before:
+                blocks.append(block)
     return tuple(blocks), False
 
 
-def _block(line: bytes) -> Block | None:
+def _block(line: bytes) -> SealedBlock | None:
     try:
         document = json_line(line, CHAIN_FILE, "a block")
     except BadInputError:
@@ -89,4 +92,4 @@ def _block(line: bytes) -> Block | None:
     )
     if not counted or not isinstance(sha256, str) or len(sha256) != 64 or not set(sha256) <= set("0123456789abcdef"):
         return None
-    return Block(ticks, frames, events, sha256)  # type: ignore[arg-type]
+    return SealedBlock(ticks, frames, events, sha256)  # type: ignore[arg-type]

@@ -1,4 +1,4 @@
-"""`events.jsonl` read line by line: a damaged line costs the event in it, no other."""
+"""`events.jsonl` and its further segments read line by line: a damaged line costs the event in it, no other."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from pathlib import Path
 
 from firmware_protocol.documents import DocumentLimits, json_line
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.runs.schema import Event, EventKind
+from gimbal_hil.runs.schema import EVENTS_FILE, Event, EventKind
+from gimbal_hil.runs.segments import segments_of
 
 #: a command carries its whole program
 _LIMITS = DocumentLimits(size_bytes=64 << 20, values=4_000_000, finite=False)
@@ -17,36 +18,48 @@ _LIMITS = DocumentLimits(size_bytes=64 << 20, values=4_000_000, finite=False)
 @dataclass(frozen=True)
 class EventLines:
     """The events that could be read, the lines as they stand (with their line feeds), and the numbers of those that
-    hold none.
+    hold none, counted through all segments.
     """
 
     events: tuple[Event, ...]
     lines: tuple[bytes, ...]
     damaged: tuple[int, ...]
     notes: tuple[str, ...]
+    #: the segment that they begin with
+    first_segment: int
 
 
-def read_event_lines(path: Path) -> EventLines:
-    """All events of a file; a last line that was cut is no damage but the end of what was written. BadInputError where
+def read_event_lines(folder: Path) -> EventLines:
+    """All events of a run; a last line that was cut is no damage but the end of what was written. BadInputError where
     there is no file.
     """
-    try:
-        lines = path.read_bytes().splitlines(keepends=True)
-    except OSError as error:
-        raise BadInputError(str(path), error.strerror or "cannot be read", "the events of the run") from error
+    segments = segments_of(folder, EVENTS_FILE)
+    if not segments:
+        raise BadInputError(str(folder / EVENTS_FILE), "is missing", "the events of the run")
+    lines: list[bytes] = []
     events: list[Event] = []
     damaged: list[int] = []
     notes: list[str] = []
-    for number, line in enumerate(lines, 1):
-        found = list(_events_in(line))
-        events += found
-        if number == len(lines) and not line.endswith(b"\n"):
-            notes.append(f"{path}: the last line is cut" + ("" if found else " and was left out"))
-        elif len(found) != 1:
-            damaged.append(number)
-            kept = f"{len(found)} events in it were kept" if found else "its event is lost"
-            notes.append(f"{path}: line {number} is damaged; {kept}")
-    return EventLines(tuple(events), tuple(lines), tuple(damaged), tuple(notes))
+    for _, path in segments:
+        here = _lines_of(path)
+        lines += here
+        for number, line in enumerate(here, 1):
+            found = list(_events_in(line))
+            events += found
+            if number == len(here) and path == segments[-1][1] and not line.endswith(b"\n"):
+                notes.append(f"{path}: the last line is cut" + ("" if found else " and was left out"))
+            elif len(found) != 1:
+                damaged.append(len(lines) - len(here) + number)
+                kept = f"{len(found)} events in it were kept" if found else "its event is lost"
+                notes.append(f"{path}: line {number} is damaged; {kept}")
+    return EventLines(tuple(events), tuple(lines), tuple(damaged), tuple(notes), segments[0][0])
+
+
+def _lines_of(path: Path) -> list[bytes]:
+    try:
+        return path.read_bytes().splitlines(keepends=True)
+    except OSError as error:
+        raise BadInputError(str(path), error.strerror or "cannot be read", "the events of the run") from error
 
 
 def _events_in(line: bytes) -> Iterator[Event]:

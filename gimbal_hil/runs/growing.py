@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gimbal_hil.runs.arrow_stream import GrowingStream
 from gimbal_hil.runs.header import read_header
-from gimbal_hil.runs.reader import Run
+from gimbal_hil.runs.reader import RecordedRun
 from gimbal_hil.runs.schema import FRAME_ROW, FRAMES_FILE, TICK_ROW, TICKS_FILE
 from gimbal_hil.runs.segments import segment_name, segments_of
 
@@ -23,12 +23,12 @@ class GrowingLog:
         self._ticks = _Kept(self.folder, TICKS_FILE, TICK_ROW, self.record.header.axes)
         self._frames = _Kept(self.folder, FRAMES_FILE, FRAME_ROW, self.record.header.axes)
 
-    def look(self, from_tick: int) -> Run:
+    def look(self, from_tick: int) -> RecordedRun:
         """The log from a tick on as far as it is written by now, without events; rows before that tick are let go."""
         # frames of a tick are written before its row: read the other way round, a row could come without its frames
         ticks = self._ticks.from_tick(from_tick)
         frames = self._frames.from_tick(from_tick)
-        return Run(self.folder, self.record, ticks, frames, (), len(ticks), (), ())
+        return RecordedRun(self.folder, self.record, ticks, frames, (), len(ticks), (), ())
 
 
 class _Kept:

@@ -12,17 +12,17 @@ import numpy as np
 from gimbal_hil.runs.difference import Difference
 from gimbal_hil.runs.frame_columns import describe_difference, describe_frame
 from gimbal_hil.runs.integrity import explain
-from gimbal_hil.runs.reader import Run
+from gimbal_hil.runs.reader import RecordedRun
 from gimbal_hil.runs.schema import FrameDirection, stored_name
 from gimbal_hil.runs.seal_check import broken_seal
 
 
-def first_damage(run: Run) -> Difference | None:
+def first_damage(run: RecordedRun) -> Difference | None:
     """The earliest damage, None in a sound log. A log that a kill ended early is sound."""
     return min(damage_of(run), key=lambda found: (found.tick < 0, found.tick), default=None)
 
 
-def damage_of(run: Run) -> Iterator[Difference]:
+def damage_of(run: RecordedRun) -> Iterator[Difference]:
     """All that is wrong with a log in itself: damaged rows, holes, lost rows and events, content that is not what was
     sealed.
     """
@@ -42,7 +42,7 @@ def damage_of(run: Run) -> Iterator[Difference]:
     yield from _changed_content(run)
 
 
-def _broken_frame(run: Run, row: int) -> Difference:
+def _broken_frame(run: RecordedRun, row: int) -> Difference:
     found = explain(run.frames, row)
     frame = run.frames[row]
     identifier, direction = int(frame["identifier"]), int(frame["direction"])
@@ -65,7 +65,7 @@ def _value(value: object) -> str:
     return "?" if value is None else str(value)
 
 
-def _missing_ticks(run: Run) -> Difference | None:
+def _missing_ticks(run: RecordedRun) -> Difference | None:
     """Rows that are not there although the host ran: a step in the tick that `skipped_ticks` does not explain."""
     ticks = run.ticks["tick"]
     unexplained = np.flatnonzero(np.diff(ticks) - 1 != run.ticks["skipped_ticks"][1:])
@@ -75,7 +75,7 @@ def _missing_ticks(run: Run) -> Difference | None:
     return Difference(int(ticks[at]) + 1, "tick", str(ticks[at + 1]), str(ticks[at] + 1), "the log has lost rows here")
 
 
-def _changed_content(run: Run) -> Iterator[Difference]:
+def _changed_content(run: RecordedRun) -> Iterator[Difference]:
     """Content whose hash is not the one in run.yaml, for what no single row shows."""
     record = run.record
     # a run that was recorded before there was a chain has the hashes of two parts only

@@ -12,7 +12,7 @@ from gimbal_hil.runs.chain import CHAIN_FILE
 from gimbal_hil.runs.header import RUN_FILE, RunHeader, write_header
 from gimbal_hil.runs.run_lock import RunLock
 from gimbal_hil.runs.schema import EVENTS_FILE, FRAME_ROW, FRAMES_FILE, TICK_ROW, TICKS_FILE
-from gimbal_hil.runs.segments import segments_of
+from gimbal_hil.runs.segments import segment_name, segments_of
 
 #: kept free on the disk so that a full one can still take the last events and the exit status
 RESERVE_FILE, RESERVE_BYTES = ".reserve", 65536
@@ -30,13 +30,10 @@ def open_folder(folder: Path, header: RunHeader, started_utc: str, force: bool) 
             raise BadInputError(str(folder), "already holds a run", "a new folder, or --force to overwrite it")
         folder.mkdir(parents=True, exist_ok=True)
         lock = RunLock(folder)
-        for name in STREAMS:
+        for name in FILES:
             for _, path in segments_of(folder, name):
                 path.unlink()
-        for name in FILES:
-            files[name] = created(folder / name)
-        for name, row_type in STREAMS.items():
-            write_all(files[name], header_bytes(row_type, header.axes))
+        files = open_segment(folder, 1, header.axes, b"")
         (folder / RESERVE_FILE).write_bytes(bytes(RESERVE_BYTES))
         return lock, files, write_header(folder, header, started_utc, None)
     except OSError as error:
@@ -45,6 +42,25 @@ def open_folder(folder: Path, header: RunHeader, started_utc: str, force: bool) 
         if lock is not None:
             lock.release()
         raise BadInputError(str(folder), error.strerror or str(error), "a folder that can be written to") from error
+
+
+def open_segment(folder: Path, number: int, axes: tuple[str, str], last_line: bytes) -> dict[str, int]:
+    """Make the files of a segment: descriptors by name of the part. Its chain begins with the last line of the chain
+    before, so that it can be checked without it. OSError with nothing left behind where one of them cannot be made.
+    """
+    files: dict[str, int] = {}
+    try:
+        for name in FILES:
+            files[name] = created(folder / segment_name(name, number))
+        for name, row_type in STREAMS.items():
+            write_all(files[name], header_bytes(row_type, axes))
+        write_all(files[CHAIN_FILE], last_line)
+    except OSError:
+        for name, file in files.items():
+            os.close(file)
+            remove(folder / segment_name(name, number))
+        raise
+    return files
 
 
 def created(path: Path) -> int:

@@ -12,16 +12,16 @@ from numpy.typing import NDArray
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.protocol_versions import Protocol, protocol
 from gimbal_hil.runs.arrow_stream import StreamContent, read_rows
-from gimbal_hil.runs.chain import Block, read_chain
+from gimbal_hil.runs.chain import SealedBlock, read_chain
 from gimbal_hil.runs.event_lines import read_event_lines
 from gimbal_hil.runs.header import RUN_FILE, RunRecord, read_header
 from gimbal_hil.runs.integrity import broken_rows, content_hash
-from gimbal_hil.runs.schema import EVENTS_FILE, FRAME_ROW, FRAMES_FILE, TICK_ROW, TICKS_FILE, Event, EventKind
+from gimbal_hil.runs.schema import FRAME_ROW, FRAMES_FILE, TICK_ROW, TICKS_FILE, Event, EventKind
 from gimbal_hil.runs.segments import segments_of
 
 
 @dataclass(frozen=True)
-class Run:
+class RecordedRun:
     """A run as far as its files are whole. `ticks` has TICK_ROW, `frames` FRAME_ROW rows in the order of recording.
 
     `replayable_ticks` counts the leading tick rows whose frames are certain to be in `frames`. `notes` say in words
@@ -42,7 +42,7 @@ class Run:
     event_lines: tuple[bytes, ...] = ()
     damaged_events: tuple[int, ...] = ()
     #: the chain that seals the run as far as it is readable, and whether it is not
-    blocks: tuple[Block, ...] = ()
+    blocks: tuple[SealedBlock, ...] = ()
     chain_damaged: bool = False
     #: the segment that the log begins with; above 1 where older ones were given up on purpose
     first_segment: int = 1
@@ -76,13 +76,13 @@ def is_run_folder(path: Path) -> bool:
     return path.is_dir()
 
 
-def open_run(folder: Path) -> Run:
+def open_run(folder: Path) -> RecordedRun:
     """Read all that is whole; raises BadInputError that names the file when something else than a run is there."""
     folder = Path(folder)
     record = read_header(folder)
     ticks = _read_stream(folder, TICKS_FILE, TICK_ROW, record.header.axes)
     frames = _read_stream(folder, FRAMES_FILE, FRAME_ROW, record.header.axes)
-    events = read_event_lines(folder / EVENTS_FILE)
+    events = read_event_lines(folder)
     blocks, chain_damaged = read_chain(folder)
     both = min(len(ticks.batch_ends), len(frames.batch_ends))
     whole = ticks.batch_ends[both - 1] if both else 0
@@ -93,7 +93,7 @@ def open_run(folder: Path) -> Run:
         for stream in (ticks, frames)
         for path, start, end, _, _ in stream.skipped
     ]
-    first = max(ticks.first_segment, frames.first_segment)
+    first = max(ticks.first_segment, frames.first_segment, events.first_segment)
     notes += events.notes
     if first > 1:
         notes.append(
@@ -110,7 +110,7 @@ def open_run(folder: Path) -> Run:
         for path, start, _, before, inside in stream.skipped
         if inside
     )
-    return Run(
+    return RecordedRun(
         folder,
         record,
         ticks.rows,
@@ -165,7 +165,7 @@ def _read_stream(folder: Path, name: str, row_type: np.dtype, axes: tuple[str, s
 
 
 def _missing_rows(
-    folder: Path, record: RunRecord, blocks: tuple[Block, ...], damaged: bool, found: dict[str, int]
+    folder: Path, record: RunRecord, blocks: tuple[SealedBlock, ...], damaged: bool, found: dict[str, int]
 ) -> list[str]:
     counts = record.end.counts if record.end is not None else {}
     if record.end is None and blocks and not damaged:

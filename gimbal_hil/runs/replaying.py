@@ -17,7 +17,7 @@ from firmware_protocol.schema import BY_CAN_ID
 from gimbal_hil.runs.difference import Difference
 from gimbal_hil.runs.frame_columns import crc_holds, describe_difference, describe_frame
 from gimbal_hil.runs.log_damage import first_damage
-from gimbal_hil.runs.reader import Run
+from gimbal_hil.runs.reader import RecordedRun
 from gimbal_hil.runs.schema import CONTENT_WORDS, TICK_ROW, Event, FrameDirection, blocks_of_frames, stored_name
 
 _RECORD = 10
@@ -52,7 +52,10 @@ class ReplayResult:
 
 
 def replay(
-    run: Run, host: ReplayHost, give: Callable[[Event], None], progress: Callable[[int], None] = lambda done: None
+    run: RecordedRun,
+    host: ReplayHost,
+    give: Callable[[Event], None],
+    progress: Callable[[int], None] = lambda done: None,
 ) -> ReplayResult:
     """Run a log again and stop at the first difference; damage of the log itself counts as one.
 
@@ -77,8 +80,8 @@ def replay(
     damage = first_damage(run)
     rows = run.ticks[: min(run.replayable_ticks, _sound_rows(run, damage))]
     received, sent = (
-        _Blocks(run.frames, FrameDirection.DEVICE_TO_HOST),
-        _Blocks(run.frames, FrameDirection.HOST_TO_DEVICE),
+        BlocksByTick(run.frames, FrameDirection.DEVICE_TO_HOST),
+        BlocksByTick(run.frames, FrameDirection.HOST_TO_DEVICE),
     )
     commands = sorted(run.commands(), key=lambda event: event.tick)
     recorded = np.ascontiguousarray(rows).tobytes()
@@ -103,7 +106,7 @@ def replay(
     return ReplayResult(len(rows), frames, damage)
 
 
-def _sound_rows(run: Run, damage: Difference | None) -> int:
+def _sound_rows(run: RecordedRun, damage: Difference | None) -> int:
     """How many leading tick rows the damage of the log cannot touch, as the log stands and as it was."""
     touched = [*run.ticks["tick"][run.broken_ticks].tolist(), *run.frames["tick"][run.broken_frames].tolist()]
     if damage is not None and damage.tick >= 0:
@@ -114,7 +117,7 @@ def _sound_rows(run: Run, damage: Difference | None) -> int:
     return int(min([len(run.ticks), *stop[:1], *run.broken_ticks[:1]]))
 
 
-class _Blocks:
+class BlocksByTick:
     """The blocks of one direction by tick."""
 
     def __init__(self, frames: NDArray[np.void], direction: FrameDirection) -> None:

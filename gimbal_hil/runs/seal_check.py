@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gimbal_hil.runs.chain import CHAIN_FILE, Block, linked
+from gimbal_hil.runs.chain import CHAIN_FILE, SealedBlock, linked
 from gimbal_hil.runs.difference import Difference
-from gimbal_hil.runs.reader import Run
+from gimbal_hil.runs.reader import RecordedRun
 
 
-def broken_seal(run: Run) -> Iterator[Difference]:
+def broken_seal(run: RecordedRun) -> Iterator[Difference]:
     """What the seal shows, first things first; nothing in a sound run and in one that was recorded before there was a
     chain.
     """
@@ -42,7 +42,7 @@ def broken_seal(run: Run) -> Iterator[Difference]:
             yield Difference(-1, "seal", found, expected, reason)
 
 
-def _missing(run: Run, last: Block) -> Iterator[Difference]:
+def _missing(run: RecordedRun, last: SealedBlock) -> Iterator[Difference]:
     """Rows that were recorded and are not there. A run that was never finished may have lost its last ones with the
     machine's power.
     """
@@ -63,20 +63,24 @@ def _missing(run: Run, last: Block) -> Iterator[Difference]:
             yield Difference(-1, part, f"{found} rows", f"{recorded} rows", what)
 
 
-def _broken_block(run: Run) -> Iterator[Difference]:
+def _broken_block(run: RecordedRun) -> Iterator[Difference]:
     """The first block whose rows, or whose predecessor, are not those that were sealed."""
     before = run.record.genesis
     last = run.blocks[-1]
     # of a run whose old segments were given up, what is there is its end
-    gone_ticks = max(0, last.ticks - len(run.ticks)) if run.first_segment > 1 else 0
-    gone_frames = max(0, last.frames - len(run.frames)) if run.first_segment > 1 else 0
+    shortened = run.first_segment > 1
+    gone_ticks = max(0, last.ticks - len(run.ticks)) if shortened else 0
+    gone_frames = max(0, last.frames - len(run.frames)) if shortened else 0
+    gone_events = max(0, last.events - len(run.event_lines)) if shortened else 0
     ticks = frames = events = 0
     for number, block in enumerate(run.blocks, 1):
-        given_up = block.ticks <= gone_ticks and block.frames <= gone_frames and gone_ticks + gone_frames > 0
+        given_up = shortened and block.ticks <= gone_ticks and block.frames <= gone_frames
+        # events have been given up with their rows only since they have segments too
+        given_up = given_up and (block.events <= gone_events or gone_ticks + gone_frames > 0)
         if not given_up:
             rows = run.ticks[max(0, ticks - gone_ticks) : max(0, block.ticks - gone_ticks)]
             received = run.frames[max(0, frames - gone_frames) : max(0, block.frames - gone_frames)]
-            lines = b"".join(run.event_lines[events : block.events])
+            lines = b"".join(run.event_lines[max(0, events - gone_events) : max(0, block.events - gone_events)])
             if linked(before, rows.tobytes(), received.tobytes(), lines) != block.sha256:
                 if run.record.end is None and (block.ticks > len(run.ticks) or block.frames > len(run.frames)):
                     return  # its rows are not all there: the reader has said so

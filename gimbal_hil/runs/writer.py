@@ -24,8 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, BadInputError, SafetyStopError
-from gimbal_hil.runs.arrow_stream import END_OF_STREAM, batch_bytes, header_bytes
-from gimbal_hil.runs.chain import CHAIN_FILE, Block, linked, read_chain
+from gimbal_hil.runs.arrow_stream import END_OF_STREAM, batch_bytes
+from gimbal_hil.runs.chain import CHAIN_FILE, SealedBlock, linked, read_chain
 from gimbal_hil.runs.disk import MB, Retention, free_mb, require_free, vanished
 from gimbal_hil.runs.header import RUN_FILE, RunEnd, RunHeader, wall_clock_utc, write_header
 from gimbal_hil.runs.integrity import seal
@@ -34,8 +34,8 @@ from gimbal_hil.runs.new_folder import (
     RESERVE_BYTES,
     RESERVE_FILE,
     STREAMS,
-    created,
     open_folder,
+    open_segment,
     remove,
     write_all,
 )
@@ -52,7 +52,7 @@ from gimbal_hil.runs.schema import (
     frames_of_blocks,
     frames_of_rejected,
 )
-from gimbal_hil.runs.segments import segment_name, segments_of
+from gimbal_hil.runs.segments import give_up_old_segments, segment_name, segments_of
 
 FLUSH_INTERVAL_NS = 50_000_000
 FLUSH_TICKS = 16384
@@ -124,7 +124,7 @@ class RunWriter:
                         str(path), "is shorter than at its checkpoint", "the files that the stopped run left"
                     )
                 os.truncate(path, mark[name])
-            for name in STREAMS:
+            for name in FILES:
                 for number, path in segments_of(folder, name):
                     if number > writer._segment:
                         path.unlink()
@@ -139,12 +139,13 @@ class RunWriter:
             blocks[-1].sha256 if blocks else run.record.genesis,
         )
         writer._files = {name: os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CLOEXEC) for name, path in paths.items()}
-        writer._segment_bytes = mark[FRAMES_FILE] + mark[TICKS_FILE]
-        writer._counts = {TICKS_FILE: len(run.ticks), FRAMES_FILE: len(run.frames), EVENTS_FILE: len(run.events)}
+        writer._segment_bytes = sum(mark[name] for name in FILES)
+        last = blocks[-1] if blocks else SealedBlock(0, 0, 0, "")
+        writer._counts = {TICKS_FILE: last.ticks, FRAMES_FILE: last.frames, EVENTS_FILE: last.events}
         content = {
             TICKS_FILE: seal(run.ticks.copy()).tobytes(),
             FRAMES_FILE: seal(run.frames.copy()).tobytes(),
-            EVENTS_FILE: (folder / EVENTS_FILE).read_bytes(),
+            EVENTS_FILE: b"".join(run.event_lines),
         }
         writer._content = {name: hashlib.sha256(data) for name, data in content.items()}
         (folder / RESERVE_FILE).write_bytes(bytes(RESERVE_BYTES))
@@ -298,13 +299,17 @@ class RunWriter:
         events += self._noted
         self._noted = b""
         self._last_hash = linked(self._last_hash, ticks, frames, events)
-        line = Block(
-            self._counts[TICKS_FILE], self._counts[FRAMES_FILE], self._counts[EVENTS_FILE], self._last_hash
-        ).line()
+        line = self._last_line()
+        self._segment_bytes += len(events) + len(line)
         try:
             write_all(self._files[CHAIN_FILE], line)
         except OSError as error:
-            self.failure = self.failure or f"{self.folder / CHAIN_FILE}: {error.strerror}"
+            self.failure = self.failure or f"{self.folder / self._name_of(CHAIN_FILE)}: {error.strerror}"
+
+    def _last_line(self) -> bytes:
+        """The line of the chain that seals all that is written."""
+        counts = self._counts
+        return SealedBlock(counts[TICKS_FILE], counts[FRAMES_FILE], counts[EVENTS_FILE], self._last_hash).line()
 
     def _append(self, name: str, data: bytes, count: int, content: bytes) -> bool:
         """Write one whole piece or, when the disk refuses, none of it, and end the recording with the reason; whether
@@ -328,7 +333,7 @@ class RunWriter:
 
     def _name_of(self, name: str) -> str:
         """Name of the file that a kind of content goes to now."""
-        return segment_name(name, self._segment) if name in STREAMS else name
+        return segment_name(name, self._segment)
 
     def _look_at_the_disk(self) -> None:
         """Does what is written still reach the folder, and is there room for more?"""
@@ -352,39 +357,24 @@ class RunWriter:
             self.event(-1, -1, EventKind.RECORDING, text, {"free_mb": round(free)})
 
     def _begin_segment(self) -> None:
-        """Close the streams, go on in the files of the next number, and give up the oldest ones where not all is to be
-        kept.
-        """
+        """Close the streams, go on in the files of the next number, and give up the oldest where not all is kept."""
         for name in STREAMS:
             self._append(name, END_OF_STREAM, 0, b"")
-        self._segment += 1
+        self._segment_bytes = 0
+        if self.failure is not None:
+            return
         try:
-            for name, row_type in STREAMS.items():
-                fresh = created(self.folder / self._name_of(name))
-                os.close(self._files[name])
-                self._files[name] = fresh
-                write_all(fresh, header_bytes(row_type, self._header.axes))
+            fresh = open_segment(self.folder, self._segment + 1, self._header.axes, self._last_line())
         except OSError as error:
-            self.failure = f"{self.folder / self._name_of(TICKS_FILE)}: {error.strerror}"
+            self.failure = f"{self.folder / segment_name(TICKS_FILE, self._segment + 1)}: {error.strerror}"
             self._note_failure()
             self._link(b"", b"", b"")
-        self._segment_bytes = 0
-        if self._retention.keep_mb is not None:
-            self._give_up_old_segments(self._retention.keep_mb)
-
-    def _give_up_old_segments(self, keep_mb: float) -> None:
-        """Whole segments of both streams, oldest first, while the ones behind them hold `keep_mb`."""
-        sizes: dict[int, int] = {}
-        for name in STREAMS:
-            for number, path in segments_of(self.folder, name):
-                with contextlib.suppress(OSError):
-                    sizes[number] = sizes.get(number, 0) + path.stat().st_size
-        for number in sorted(sizes)[:-1]:
-            if sum(size for other, size in sizes.items() if other > number) < keep_mb * MB:
-                return
-            for name in STREAMS:
-                remove(self.folder / segment_name(name, number))
-            del sizes[number]
+            return
+        for file in self._files.values():
+            os.close(file)
+        self._files, self._segment = fresh, self._segment + 1
+        keep_mb = self._retention.keep_mb
+        for number in [] if keep_mb is None else give_up_old_segments(self.folder, FILES, keep_mb * MB):
             text = f"segment {number} of the log was given up: recording.keep_mb is {keep_mb:g}"
             self.event(-1, -1, EventKind.RECORDING, text, {"given_up_segment": number})
 

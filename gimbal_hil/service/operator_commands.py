@@ -11,11 +11,11 @@ from pydantic import Field, TypeAdapter, ValidationError
 from firmware_protocol.documents import Strict
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.control.layout import Mode
-from gimbal_hil.host import AXIS_NAMES, AxisCommand, Origin, Program, Segment, Shape, program_of
+from gimbal_hil.host import AXIS_NAMES, AxisCommand, Program, ReferenceOrigin, Segment, Shape, program_of
 
 _MODES = {mode.name.lower(): mode for mode in Mode}
 _SHAPES = {shape.name.lower(): shape for shape in Shape}
-_ORIGINS = {origin.name.lower(): origin for origin in Origin}
+_ORIGINS = {origin.name.lower(): origin for origin in ReferenceOrigin}
 ModeName = Literal["off", "torque", "rate", "position", "inertial_rate"]
 ShapeName = Literal["hold", "ramp", "sine", "chirp", "trapezoid", "smooth", "pulses", "table"]
 
@@ -53,7 +53,7 @@ class ModeRequest(_Request):
     def program(self, _period_s: float) -> Program:
         """One segment that never ends and counts from where each axis is."""
         outer, inner = (
-            AxisCommand(_MODES[name], Shape.HOLD, (0.0,), Origin.START) for name in (self.outer, self.inner)
+            AxisCommand(_MODES[name], Shape.HOLD, (0.0,), ReferenceOrigin.START) for name in (self.outer, self.inner)
         )
         return program_of([Segment(outer, inner)])
 

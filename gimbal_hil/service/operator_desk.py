@@ -15,7 +15,7 @@ from gimbal_hil.service.operator_commands import PlainRequest, SetPointRequest, 
 from gimbal_hil.service.recorder import Recorder
 from gimbal_hil.service.set_point_bounds import require_reachable
 from gimbal_hil.settings import DaemonSettings
-from gimbal_hil.telemetry import CommandKind, Commands, LiveView, pack_program
+from gimbal_hil.telemetry import MOTION_PATIENCE_S, CommandKind, Commands, LiveView, pack_program
 
 Json = dict[str, Any]
 _KINDS = {
@@ -24,8 +24,9 @@ _KINDS = {
     "fault_reset": CommandKind.FAULT_RESET,
     "shut_down": CommandKind.SHUT_DOWN,
 }
-#: an operator waits this long at most for the control process to take a request
-_PATIENCE_S = 3.0
+#: an operator waits this long at most for the control process to take a request, a little longer than a motion may
+#: still begin
+_PATIENCE_S = MOTION_PATIENCE_S + 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +47,8 @@ class OperatorDesk:
         self._view = view
         self._settings = settings
         self._waiting: dict[int, _Waiting] = {}
+        #: answered already, because the control process was silent for too long
+        self._given_up: dict[int, _Waiting] = {}
         self._socket: OperatorSocket | None = None
 
     def attach(self, socket: OperatorSocket) -> None:
@@ -91,8 +94,11 @@ class OperatorDesk:
         """Answer those whose request the control process has not taken."""
         now = time.monotonic()
         for number in [number for number, waiting in self._waiting.items() if waiting.deadline_s < now]:
-            waiting = self._waiting.pop(number)
-            self._answer(waiting, {"ok": False, "error": "the control process has not taken the request"})
+            waiting = self._given_up[number] = self._waiting.pop(number)
+            # before the first tick it is still preparing itself
+            preparing = waiting.program is not None and not self._view.ticks
+            told = {"ok": False, "error": "the control process has not taken the request", "not_ready": preparing}
+            self._answer(waiting, told)
 
     def recording_failed(self, reason: str) -> None:
         """Have the control process stop: what it does could not be kept."""
@@ -100,18 +106,22 @@ class OperatorDesk:
 
     def reply(self, reply: Json) -> None:
         """What the control process said to a request."""
-        waiting = self._waiting.pop(reply["request"], None)
+        late = self._given_up.pop(reply["request"], None)
+        waiting = late or self._waiting.pop(reply["request"], None)
         if waiting is None:
             return
         tick, time_ns = reply["tick"], reply["time_ns"]
-        if reply["problem"]:
-            self._answer(waiting, {"ok": False, "error": reply["problem"], "not_ready": reply["not_ready"]})
-            return
-        if waiting.program is not None:
+        if waiting.program is not None and not reply["problem"]:
+            # recorded whatever its caller has been told, or the run could not be computed again
             self._recorder.command(
                 tick, time_ns, "start", {"command": "start", "program": waiting.program.as_document()}
             )
-        self._answer(waiting, {"ok": True, "tick": tick})
+        if late is not None:
+            return
+        if reply["problem"]:
+            self._answer(waiting, {"ok": False, "error": reply["problem"], "not_ready": reply["not_ready"]})
+        else:
+            self._answer(waiting, {"ok": True, "tick": tick})
 
     def _answer(self, waiting: _Waiting, answer: Json) -> None:
         if self._socket is not None:

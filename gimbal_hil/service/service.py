@@ -11,13 +11,17 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import EXIT_SAFETY_STOP, BadInputError
+from gimbal_hil.dashboard import ScopeScreen
+from gimbal_hil.host import EventCode, LinkStatus, word_of
 from gimbal_hil.operator import Door, OperatorSocket
 from gimbal_hil.runs import Retention, RunHeader, RunWriter
+from gimbal_hil.service.excerpts import Excerpts
+from gimbal_hil.service.notice import Notice
 from gimbal_hil.service.operator_desk import OperatorDesk
 from gimbal_hil.service.process import Orders, ServiceSettings
 from gimbal_hil.service.recorder import Recorder
 from gimbal_hil.settings import settings_from_document
-from gimbal_hil.telemetry import MISS_RECORD, Commands, Exchange, LiveView, TelemetryKind, exchange_from
+from gimbal_hil.telemetry import MISS_RECORD, Commands, Exchange, LiveView, Scope, TelemetryKind, exchange_from
 from gimbal_hil.timing import RingReader, RingRecord, RingWriter
 
 if TYPE_CHECKING:
@@ -39,16 +43,20 @@ class Service:
         self._telemetry = RingReader(orders.telemetry)
         settings = ServiceSettings(**orders.settings)
         self._view = LiveView(header.period_ns, header.axes)
+        self._screen = ScopeScreen(Scope(header.period_ns, header.axes))
+        self._excerpts = Excerpts(Path(orders.run), header)
         self._page: PageServer | None = None
         if settings.page_port is not None:
             from gimbal_hil.dashboard import PageServer
 
-            self._page = PageServer(self._view, settings.page_port)
+            door = Door(Path(orders.socket), orders.token) if settings.operator else None
+            self._page = PageServer(self._view, settings.page_port, door, self._screen)
         configuration = settings_from_document(dict(header.configuration), "configuration")
         recording = configuration.recording
         retention = Retention(recording.segment_mb, recording.keep_mb, recording.warn_below_mb, recording.stop_below_mb)
         writer = RunWriter(Path(orders.run), header, force=settings.force, retention=retention)
         self._recorder = Recorder(writer, header.period_ns, settings.frames, settings.every_ticks)
+        self._view.recording = lambda: self._recorder.state
         self._desk = OperatorDesk(Commands(RingWriter(orders.commands)), self._recorder, self._view, configuration)
         self._door, self._run = Door(Path(orders.socket), orders.token), Path(orders.run)
         self._socket = OperatorSocket(self._door, self._desk.handle)
@@ -58,6 +66,7 @@ class Service:
         self._end: tuple[int, str] | None = None
         self._told_failure = False
         self._quiet = settings.quiet
+        self._notice_systemd = Notice()
 
     @property
     def page_url(self) -> str | None:
@@ -91,6 +100,11 @@ class Service:
             else:
                 self._take_rare(record)
         self._view.take(exchanges)
+        for capture in self._screen.scope.take(exchanges):
+            folder = self._excerpts.write(capture)
+            self._screen.show(capture, None if folder is None else str(folder), self._excerpts.failure)
+        if exchanges:
+            self._notice_systemd.ticks_came()
         self._recorder.take_exchanges(exchanges)
         self._recorder.note_lost(self._telemetry)
         self._recorder.write()
@@ -113,8 +127,8 @@ class Service:
         elif record.kind == TelemetryKind.EVENT:
             event = json.loads(record.payload)
             self._recorder.event(event)
-            if event["data"].get("code") == "state":
-                self._view.cause = event["data"]["cause"]
+            if event["data"].get("code") == word_of(EventCode.STATE):
+                self._view.state_changed(event["data"]["to"], event["data"]["cause"])
             self._notice(event)
             if not _is_chatter(event):
                 self._desk.announce(event)
@@ -148,7 +162,8 @@ def main() -> int:
 def _is_chatter(event: Json) -> bool:
     """Feedback that is late by a tick and comes back: in the log, but nothing to interrupt a person with."""
     data = event["data"]
-    return data.get("code") == "link" and "lost" not in (data.get("from"), data.get("to"))
+    lost = word_of(LinkStatus.LOST)
+    return data.get("code") == word_of(EventCode.LINK) and lost not in (data.get("from"), data.get("to"))
 
 
 class _AskedToLeave(BaseException):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Annotated
+from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
@@ -30,12 +30,13 @@ class AntiWindupChoice(StrEnum):
 class PositionLoop(Strict):
     """Encoder error to joint rate reference: kp + ki/s."""
 
-    kp_per_s: NotNegative
-    ki_per_s2: NotNegative = 0.0
-    rate_limit_rad_s: Positive
-    anti_windup: AntiWindupChoice = AntiWindupChoice.CLAMPING
-    #: of back-calculation
-    tracking_time_s: Positive = 0.1
+    kp_per_s: NotNegative = Field(description="proportional gain, 1/s")
+    ki_per_s2: NotNegative = Field(default=0.0, description="integral gain, 1/s^2")
+    rate_limit_rad_s: Positive = Field(description="largest rate that the loop asks for")
+    anti_windup: AntiWindupChoice = Field(
+        default=AntiWindupChoice.CLAMPING, description="what the integrator does while the output is limited"
+    )
+    tracking_time_s: Positive = Field(default=0.1, description="time constant of `back_calculation`")
 
 
 class RateLoop(Strict):
@@ -43,11 +44,17 @@ class RateLoop(Strict):
     N m/rad.
     """
 
-    kp_s_per_rad: NotNegative
-    ki_per_rad: NotNegative = 0.0
-    torque_per_unit_nm: Positive = 1.0
-    anti_windup: AntiWindupChoice = AntiWindupChoice.CLAMPING
-    tracking_time_s: Positive = 0.02
+    kp_s_per_rad: NotNegative = Field(
+        description="proportional gain, controller units per rad/s: N m s/rad where a unit is 1 N m"
+    )
+    ki_per_rad: NotNegative = Field(
+        default=0.0, description="integral gain, controller units per rad: N m/rad where a unit is 1 N m"
+    )
+    torque_per_unit_nm: Positive = Field(default=1.0, description="torque of one controller unit")
+    anti_windup: AntiWindupChoice = Field(
+        default=AntiWindupChoice.CLAMPING, description="what the integrator does while the output is limited"
+    )
+    tracking_time_s: Positive = Field(default=0.02, description="time constant of `back_calculation`")
 
 
 class Prefilter(Strict):
@@ -55,46 +62,76 @@ class Prefilter(Strict):
     it.
     """
 
-    num: Positive
-    den: tuple[Positive, Positive]
+    num: Positive = Field(description="numerator")
+    den: tuple[Positive, Positive] = Field(description="denominator, s term first")
+    rate_rad_s: Positive | None = Field(
+        default=None,
+        description="its output moves no faster, so that steps of any size can be followed; no limit unless given",
+    )
+    acceleration_rad_s2: Positive | None = Field(
+        default=None, description="nor does it speed up or brake harder; goes with `rate_rad_s`"
+    )
+
+    @model_validator(mode="after")
+    def _both_limits(self) -> Self:
+        if (self.rate_rad_s is None) != (self.acceleration_rad_s2 is None):
+            raise ValueError("has one of rate_rad_s and acceleration_rad_s2; expected both or neither")
+        return self
 
 
 class Feedforward(Strict):
     """What is given to the loops in advance; compensation of friction and gravity is off at zero."""
 
-    #: share of the position reference's slope that goes to the rate loop
-    reference_rate: Annotated[float, Field(ge=0.0, le=1.0)] = 1.0
-    #: add the base rate (from the INS) to joint rate references, because a gyro reads the inertial rate
-    base_rate: bool = True
-    coulomb_nm: NotNegative = 0.0
-    viscous_nm_s_per_rad: NotNegative = 0.0
-    sign_width_rad_s: Positive = 0.005
-    #: mass times centre of gravity of this axis' body, in its axes
-    moment_kg_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    reference_rate: Annotated[float, Field(ge=0.0, le=1.0)] = Field(
+        default=1.0, description="share of the position reference's slope that goes to the rate loop"
+    )
+    base_rate: bool = Field(
+        default=True,
+        description=(
+            "add the base rate (from the INS) to joint rate references, because a gyro reads the inertial rate; "
+            "without base messages the base counts as fixed"
+        ),
+    )
+    coulomb_nm: NotNegative = Field(
+        default=0.0, description="Coulomb friction compensated by the sign of the rate reference"
+    )
+    viscous_nm_s_per_rad: NotNegative = Field(default=0.0, description="viscous friction compensated, N m s/rad")
+    sign_width_rad_s: Positive = Field(default=0.005, description="rate over which that sign goes from -1 to 1")
+    moment_kg_m: tuple[float, float, float] = Field(
+        default=(0.0, 0.0, 0.0),
+        description="mass times centre of gravity of this axis' body, in its axes: its weight is compensated",
+    )
 
 
 class Limits(Strict):
     """What the supervisor holds this axis to."""
 
-    torque_nm: Annotated[float, Field(gt=0.0, le=WIRE_TORQUE_NM)]
-    #: soft travel limits of the joint; none without a number
-    position_low_rad: float | None = None
-    position_high_rad: float | None = None
-    #: how far the cable may be wound either way of zero
-    cable_wrap_turns: Annotated[float, Field(gt=0.0, lt=WIRE_TURNS)] | None = None
-    #: beyond a soft limit by this much is a fault
-    travel_margin_rad: NotNegative = 0.05
-    rate_rad_s: Positive
-    following_position_rad: Positive | None = None
-    following_rate_rad_s: Positive | None = None
-    gyro_encoder_rad_s: Positive | None = None
-    #: gyro against encoder over the supervisor's `gyro_encoder_window_s`
-    gyro_encoder_rad: Positive | None = None
-    #: samples in a row after which a gyro that has noise is stuck when it does not change
-    stuck_gyro_ticks: Annotated[int, Field(ge=2)] | None = None
-    braking_rad_s2: Positive
-    rest_rate_rad_s: Positive = 0.02
-    winding_degc: float = 110.0
+    torque_nm: Annotated[float, Field(gt=0.0, le=WIRE_TORQUE_NM)] = Field(
+        description="largest torque that the host asks for"
+    )
+    position_low_rad: float | None = Field(
+        default=None, description="lower soft travel limit of the joint; none without a number"
+    )
+    position_high_rad: float | None = Field(default=None, description="upper soft travel limit")
+    cable_wrap_turns: Annotated[float, Field(gt=0.0, lt=WIRE_TURNS)] | None = Field(
+        default=None, description="how far the cable may be wound either way of zero"
+    )
+    travel_margin_rad: NotNegative = Field(default=0.05, description="beyond a soft limit by this much is a fault")
+    rate_rad_s: Positive = Field(description="joint rate beyond which `OVERSPEED` trips")
+    following_position_rad: Positive | None = Field(default=None, description="position error for `FOLLOWING_ERROR`")
+    following_rate_rad_s: Positive | None = Field(default=None, description="rate error for `FOLLOWING_ERROR`")
+    gyro_encoder_rad_s: Positive | None = Field(
+        default=None, description="difference of both rates for `GYRO_ENCODER_DISAGREE`"
+    )
+    gyro_encoder_rad: Positive | None = Field(
+        default=None, description="difference of both angles over `supervisor.gyro_encoder_window_s` for `SENSOR_DRIFT`"
+    )
+    stuck_gyro_ticks: Annotated[int, Field(ge=2)] | None = Field(
+        default=None, description="samples in a row after which a gyro that had noise and does not change is stuck"
+    )
+    braking_rad_s2: Positive = Field(description="deceleration with which the axis is brought to rest")
+    rest_rate_rad_s: Positive = Field(default=0.02, description="slower than this counts as at rest")
+    winding_degc: float = Field(default=110.0, description="winding temperature for `TEMPERATURE`")
 
     @model_validator(mode="after")
     def _in_order(self) -> Limits:
@@ -107,26 +144,32 @@ class Limits(Strict):
 class Expectation(Strict):
     """How the axis answers torque, for the guard that trips when it does not: it need be right to a half only."""
 
-    inertia_kg_m2: Positive
-    #: most torque that is neither the motor's nor the weight's of `moment_kg_m`: friction, coupling of the axes, a
-    #: cable
-    disturbance_nm: Positive
-    #: mass times centre of gravity of this axis' body, in its axes: its weight on a base that tilts and shifts is
-    #: expected
-    moment_kg_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    inertia_kg_m2: Positive = Field(description="inertia about the axis")
+    disturbance_nm: Positive = Field(
+        description="most torque that is neither the motor's nor the weight's: friction, coupling of the axes, a cable"
+    )
+    moment_kg_m: tuple[float, float, float] = Field(
+        default=(0.0, 0.0, 0.0),
+        description=(
+            "mass times centre of gravity of this axis' body, in its axes: its weight on a base that tilts and shifts"
+            " is expected"
+        ),
+    )
 
 
 class AxisSettings(Strict):
     """One axis."""
 
-    #: the axis that carries this one; none for the one that turns on the base
-    parent: str | None = None
+    parent: str | None = Field(
+        default=None, description="the axis that carries this one; none for the one that turns on the base"
+    )
 
-    position_loop: PositionLoop
-    rate_loop: RateLoop
-    #: none unless given
-    prefilter: Prefilter | None = None
-    feedforward: Feedforward = Feedforward()
-    limits: Limits
-    #: none: no guard on motion against torque
-    expectation: Expectation | None = None
+    position_loop: PositionLoop = Field(description="encoder loop, over the rate loop")
+    rate_loop: RateLoop = Field(description="gyro loop")
+    prefilter: Prefilter | None = Field(default=None, description="of the position reference; none unless given")
+    feedforward: Feedforward = Field(default=Feedforward(), description="what is given to the loops in advance")
+    limits: Limits = Field(description="what the supervisor holds this axis to")
+    expectation: Expectation | None = Field(
+        default=None,
+        description="how it answers torque; without it no guard on motion against torque and no first test",
+    )

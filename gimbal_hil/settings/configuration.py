@@ -82,6 +82,8 @@ def _fill_law(block: NDArray[np.float64], axis: AxisSettings, step_s: float) -> 
         corner = axis.prefilter.den[1] / axis.prefilter.den[0]
         block[control.PREFILTER_GAIN] = axis.prefilter.num / axis.prefilter.den[1]
         block[control.PREFILTER_DECAY], block[control.PREFILTER_CORNER] = math.exp(-step_s * corner), corner
+        block[control.PREFILTER_RATE] = axis.prefilter.rate_rad_s or 0.0
+        block[control.PREFILTER_ACCELERATION] = axis.prefilter.acceleration_rad_s2 or 0.0
     block[control.RATE_FEEDFORWARD], block[control.BASE_RATE_SHARE] = forward.reference_rate, float(forward.base_rate)
     block[control.COULOMB], block[control.VISCOUS] = forward.coulomb_nm, forward.viscous_nm_s_per_rad
     block[control.SIGN_WIDTH] = forward.sign_width_rad_s

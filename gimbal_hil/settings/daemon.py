@@ -36,83 +36,122 @@ class FirstTestChoice(StrEnum):
 class Deadman(Strict):
     """The drive's deadman, sent to it at connection."""
 
-    window_ticks: Annotated[int, Field(ge=1, le=255)] = 20
-    reaction: Reaction = Reaction.DECELERATE_AND_HOLD
+    window_ticks: Annotated[int, Field(ge=1, le=255)] = Field(
+        default=20, description="ticks without a fresh set-point before the drive reacts"
+    )
+    reaction: Reaction = Field(default=Reaction.DECELERATE_AND_HOLD, description="what it does then")
 
 
 class Supervisor(Strict):
     """Times and counts of the supervisor; times become whole ticks."""
 
-    #: complete feedback sets in a row that make a connection
-    connect_ticks: Annotated[int, Field(ge=1)] = 5
-    #: ticks without feedback after which it is lost: torque zero, fault
-    lost_ticks: Annotated[int, Field(ge=0, le=100)] = 5
-    #: ticks in a row that a limit must be broken
-    debounce_ticks: Annotated[int, Field(ge=1)] = 5
-    #: set-points that the drive may lag behind
-    set_point_lag_ticks: Annotated[int, Field(ge=0, le=500)] = 10
-    synchronise_time_s: Positive = 5.0
-    reset_pulse_time_s: Positive = 0.05
-    stop_time_s: Positive = 5.0
-    rest_time_s: Positive = 0.05
-    following_time_s: Positive = 0.5
-    base_lost_time_s: Positive = 0.5
-    #: time constant of the filters that compare gyro and encoder
-    gyro_encoder_time_s: Positive = 0.05
-    #: a service process (recorder, operator's door) that does not work for so long stops the daemon
-    service_timeout_s: Positive = 5.0
-    #: window in which gyro and encoder are held against each other as angles
-    gyro_encoder_window_s: Positive = 2.0
-    #: connect again by itself when feedback returns; torque stays off until the next command
-    automatic_reconnect: bool = True
-    #: once in the life of a daemon; a virtual antenna in the daemon's own process is no real link
-    first_test: FirstTestChoice = FirstTestChoice.REAL_LINK
-    deadman: Deadman = Deadman()
+    connect_ticks: Annotated[int, Field(ge=1)] = Field(
+        default=5, description="complete feedback sets in a row that make a connection"
+    )
+    lost_ticks: Annotated[int, Field(ge=0, le=100)] = Field(
+        default=5, description="ticks without feedback after which it is lost: torque zero, fault"
+    )
+    debounce_ticks: Annotated[int, Field(ge=1)] = Field(
+        default=5, description="ticks in a row that a limit must be broken"
+    )
+    set_point_lag_ticks: Annotated[int, Field(ge=0, le=500)] = Field(
+        default=10, description="set-points that the drive's echo may lag behind"
+    )
+    synchronise_time_s: Positive = Field(default=5.0, description="longest time from connection to operation enabled")
+    reset_pulse_time_s: Positive = Field(default=0.05, description="length of a pulse of `fault_reset`")
+    stop_time_s: Positive = Field(
+        default=5.0,
+        description="longest time of a stop: under control, then `STOP_TIMEOUT`; by the drive, then it is switched off",
+    )
+    rest_time_s: Positive = Field(default=0.05, description="how long both axes must be at rest for a stop to be over")
+    following_time_s: Positive = Field(default=0.5, description="how long a following error must last")
+    base_lost_time_s: Positive = Field(
+        default=0.5, description="time without `base_rate` after which the base counts as fixed"
+    )
+    gyro_encoder_time_s: Positive = Field(
+        default=0.05, description="time constant of the filters that compare gyro and encoder"
+    )
+    service_timeout_s: Positive = Field(
+        default=5.0,
+        description="a service process (recorder, operator's socket) that does not work for so long ends the daemon",
+    )
+    gyro_encoder_window_s: Positive = Field(
+        default=2.0, description="window in which gyro and encoder are held against each other as angles"
+    )
+    automatic_reconnect: bool = Field(
+        default=True,
+        description="connect again by itself when feedback returns; torque stays off until the next command",
+    )
+    first_test: FirstTestChoice = Field(
+        default=FirstTestChoice.REAL_LINK,
+        description=(
+            "try each axis with a small torque before the first motion, once in the life of a daemon; a virtual "
+            "antenna in the daemon's own process is no `real_link`"
+        ),
+    )
+    deadman: Deadman = Field(default=Deadman(), description="the drive's deadman, sent to it at connection")
 
 
 class Recording(Strict):
     """What a run folder keeps."""
 
-    frames: bool = True
-    #: one tick row in so many
-    every_ticks: Annotated[int, Field(ge=1)] = 1
-    #: a new segment of the log begins when both streams of one hold this much together, MiB
-    segment_mb: Annotated[float, Field(ge=1.0)] = 512.0
-    #: give up the oldest segments where the newer ones hold this much, MiB; without it all are kept
-    keep_mb: Annotated[float, Field(ge=1.0)] | None = None
-    #: free space on the disk from which the run warns, and from which it ends in good order, MiB
-    warn_below_mb: Annotated[float, Field(ge=0.0)] = 2000.0
-    stop_below_mb: Annotated[float, Field(ge=0.0)] = 100.0
+    frames: bool = Field(default=True, description="keep the frames of both directions")
+    every_ticks: Annotated[int, Field(ge=1)] = Field(default=1, description="one tick row in so many")
+    segment_mb: Annotated[float, Field(ge=1.0)] = Field(
+        default=512.0,
+        description="a new segment of the log begins when both streams of one hold this much together, MiB",
+    )
+    keep_mb: Annotated[float, Field(ge=1.0)] | None = Field(
+        default=None,
+        description="delete the oldest segments as long as the newer ones hold this much, MiB; without it all are kept",
+    )
+    warn_below_mb: Annotated[float, Field(ge=0.0)] = Field(
+        default=2000.0, description="free space on the disk from which the run warns, MiB"
+    )
+    stop_below_mb: Annotated[float, Field(ge=0.0)] = Field(
+        default=100.0, description="free space from which it ends in good order, MiB"
+    )
 
 
 class Operator(Strict):
     """The operator's socket."""
 
-    enabled: bool = True
+    enabled: bool = Field(default=True, description="whether there is a socket for commands")
 
 
 AxisNames = tuple[str, str]
 
 
-class Antenna(Strict):
+class ExpectedAntenna(Strict):
     """The only antenna that may get torque; what is left out may be any."""
 
-    name: Annotated[str, Field(min_length=1)] | None = None
-    serial_number: Annotated[int, Field(ge=0, lt=2**31)] | None = None
+    name: Annotated[str, Field(min_length=1)] | None = Field(
+        default=None, description="its name, as `identity` tells it"
+    )
+    serial_number: Annotated[int, Field(ge=0, lt=2**31)] | None = Field(
+        default=None, description="its serial number, as `identity_unit` tells it"
+    )
 
 
 class DaemonSettings(Strict):
     """A whole configuration file."""
 
-    schema_: Literal[1] = Field(alias="schema")
-    rate_hz: Annotated[float, Field(ge=10.0, le=20000.0)] = 1000.0
-    link: LinkSettings = EmbeddedAntenna()
-    antenna: Antenna = Antenna()
-    #: by name, the carrying axis first whatever the file's order
-    axes: dict[str, AxisSettings]
-    supervisor: Supervisor = Supervisor()
-    recording: Recording = Recording()
-    operator: Operator = Operator()
+    schema_: Literal[1] = Field(alias="schema", description="version of this format")
+    rate_hz: Annotated[float, Field(ge=10.0, le=20000.0)] = Field(
+        default=1000.0, description="ticks a second of host and antenna"
+    )
+    link: LinkSettings = Field(default=EmbeddedAntenna(), description="where the antenna is: see the examples")
+    antenna: ExpectedAntenna = Field(
+        default=ExpectedAntenna(), description="the only antenna that may get torque; what is left out may be any"
+    )
+    axes: dict[str, AxisSettings] = Field(
+        description="two axes by name, in any order: one on the base, and one that it carries"
+    )
+    supervisor: Supervisor = Field(
+        default=Supervisor(), description="times and counts of the supervisor; times become whole ticks"
+    )
+    recording: Recording = Field(default=Recording(), description="what a run folder keeps")
+    operator: Operator = Field(default=Operator(), description="the operator's socket")
 
     @field_validator("axes")
     @classmethod

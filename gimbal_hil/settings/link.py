@@ -15,8 +15,10 @@ class Embedded(Strict):
     seed of its noise.
     """
 
-    model: str = "thesis"
-    seed: Annotated[int, Field(ge=0, lt=2**31)] = 1
+    model: str = Field(
+        default="thesis", description="name of a shipped model, or path of a model file (relative to this file)"
+    )
+    seed: Annotated[int, Field(ge=0, lt=2**31)] = Field(default=1, description="seed of its noise")
 
     @property
     def is_file(self) -> bool:
@@ -27,7 +29,7 @@ class Embedded(Strict):
 class EmbeddedAntenna(Strict):
     """`link: {embedded: {model: ..., seed: ...}}`."""
 
-    embedded: Embedded = Embedded()
+    embedded: Embedded = Field(default=Embedded(), description="which model, and which noise")
 
 
 def _kind(link: Any) -> str | None:

@@ -6,7 +6,8 @@ from gimbal_hil.signals.reading import read_signals, read_together, signals_of_r
 from gimbal_hil.signals.resampling import on_grid
 from gimbal_hil.signals.rigid_body import RigidMotion, base_rows, body_rates, rigid_motion
 from gimbal_hil.signals.table import SignalsTable, column_names
-from gimbal_hil.signals.table_file import TableKind, replacing, write_signals
+from gimbal_hil.signals.table_file import TableKind, csv_metadata, replacing, write_signals
+from gimbal_hil.signals.units import unit_of, units_of
 
 __all__ = [
     "RigidMotion",
@@ -15,11 +16,14 @@ __all__ = [
     "base_rows",
     "body_rates",
     "column_names",
+    "csv_metadata",
     "on_grid",
     "read_signals",
     "read_together",
     "replacing",
     "rigid_motion",
     "signals_of_run",
+    "unit_of",
+    "units_of",
     "write_signals",
 ]

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from firmware_protocol.errors import BadInputError, DamagedRunError
-from gimbal_hil.runs import Run, damage_of, is_run_folder, open_run
+from gimbal_hil.runs import RecordedRun, damage_of, is_run_folder, open_run
 from gimbal_hil.signals.form import AxisNames, Repair, checked_table
 from gimbal_hil.signals.resampling import on_grid
 from gimbal_hil.signals.run_signals import run_columns
@@ -79,7 +79,7 @@ def read_signals(
 
 
 def signals_of_run(
-    run: Run,
+    run: RecordedRun,
     axes: Sequence[str] | None = None,
     *,
     resample: bool = False,
@@ -96,7 +96,7 @@ def _read(path: Path, named: AxisNames, repair: Repair) -> SignalsTable:
     return checked_table(read_file(path), named, repair)
 
 
-def _of_run(run: Run, axes: Sequence[str], repair: Repair) -> SignalsTable:
+def _of_run(run: RecordedRun, axes: Sequence[str], repair: Repair) -> SignalsTable:
     own = run.record.header.axes
     if set(axes) != set(own):
         raise BadInputError(
@@ -110,7 +110,7 @@ def _of_run(run: Run, axes: Sequence[str], repair: Repair) -> SignalsTable:
     return SignalsTable.of(table.axes, table.time_s, table.columns, table.repeat, table.source, (*notes, *table.notes))
 
 
-def _require_sound(run: Run, repair: Repair) -> None:
+def _require_sound(run: RecordedRun, repair: Repair) -> None:
     """A run with lost or changed rows is taken where the caller has asked for repair; a damaged event changes no
     signal.
     """

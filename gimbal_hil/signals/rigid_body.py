@@ -74,7 +74,8 @@ def body_rates(table: SignalsTable) -> Floats:
     roll, pitch, yaw = (
         np.zeros(n) if (angle := table.base(name)) is None else angle for name in ("roll", "pitch", "yaw")
     )
-    d_roll, d_pitch, d_yaw = np.gradient(np.column_stack([roll, pitch, yaw]), table.period_s, axis=0).T
+    unwrapped = np.unwrap(np.column_stack([roll, pitch, yaw]), axis=0)
+    d_roll, d_pitch, d_yaw = np.gradient(unwrapped, table.period_s, axis=0).T
     return np.column_stack(
         [
             d_roll - d_yaw * np.sin(pitch),

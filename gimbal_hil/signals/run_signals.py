@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from firmware_protocol.enumerations import DriveState
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.runs import AXES, MessageColumns, Run, columns_of
+from gimbal_hil.runs import AXES, EventKind, MessageColumns, RecordedRun, columns_of
 from gimbal_hil.signals.table import BASE_ANGLES
 
 #: a device tick that jumps by more than this against the host's is a restarted device, not a stall
@@ -38,7 +38,7 @@ class _FeedbackSets:
     status: MessageColumns
 
 
-def run_columns(run: Run) -> tuple[Floats, dict[str, Floats], Integers | None, list[str]]:
+def run_columns(run: RecordedRun) -> tuple[Floats, dict[str, Floats], Integers | None, list[str]]:
     """Time from the first set, columns with NaN where frames are missing, laps, and notes; raises BadInputError without
     feedback.
     """
@@ -70,7 +70,7 @@ def run_columns(run: Run) -> tuple[Floats, dict[str, Floats], Integers | None, l
     return period_s * np.arange(count, dtype=np.float64), columns, None if laps is None else laps[:count], notes
 
 
-def _feedback_sets(run: Run, notes: list[str]) -> _FeedbackSets:
+def _feedback_sets(run: RecordedRun, notes: list[str]) -> _FeedbackSets:
     if len(run.ticks) and not len(run.frames):
         raise BadInputError(str(run.folder), "keeps no frames", "a run recorded with recording.frames: true")
     status = columns_of(run.frames, "drive_status", run.protocol)
@@ -117,7 +117,7 @@ def _wrapped(ticks: Integers) -> Integers:
     return wrapped
 
 
-def _acting_set_points(run: Run, sets: _FeedbackSets) -> tuple[Integers, dict[str, Floats]]:
+def _acting_set_points(run: RecordedRun, sets: _FeedbackSets) -> tuple[Integers, dict[str, Floats]]:
     """For each set the host tick (-1: unknown) whose set-point its echo names, and the torque by axis that acted, N
     m.
     """
@@ -162,7 +162,9 @@ def _rows_in_sets(feedback: MessageColumns, sets: _FeedbackSets) -> Integers:
     return np.where(inside, found, -1)
 
 
-def _references(run: Run, row_tick: Integers, measured: dict[str, Floats], notes: list[str]) -> dict[str, Floats]:
+def _references(
+    run: RecordedRun, row_tick: Integers, measured: dict[str, Floats], notes: list[str]
+) -> dict[str, Floats]:
     """Joint references of the tick whose torque acts in each row, for loops that were closed at some time.
 
     Where a loop was open there is no reference: the measured value stands in its place, so the loop's error reads zero.
@@ -184,7 +186,7 @@ def _references(run: Run, row_tick: Integers, measured: dict[str, Floats], notes
     return columns
 
 
-def _slow_columns(run: Run, sets: _FeedbackSets, first: int, count: int) -> dict[str, Floats]:
+def _slow_columns(run: RecordedRun, sets: _FeedbackSets, first: int, count: int) -> dict[str, Floats]:
     """Base motion and winding temperatures, interpolated linearly from the rate at which they come to the rows."""
     wanted = [("base_attitude", angle, f"base.{angle}") for angle in ("roll", "pitch")]
     yaw = "base_attitude" if run.protocol.version == 1 else "base_heading"
@@ -216,9 +218,9 @@ def _age_ticks(received: MessageColumns, sets: _FeedbackSets, in_set: Integers) 
     return None
 
 
-def _laps(run: Run, row_tick: Integers) -> Integers | None:
+def _laps(run: RecordedRun, row_tick: Integers) -> Integers | None:
     """Lap numbers that segments of a plan carry as `repeat`; -1 in rows that belong to no lap; None without any."""
-    marks = [(event.tick, event.data.get("repeat")) for event in run.events if event.kind.value == "segment"]
+    marks = [(event.tick, event.data.get("repeat")) for event in run.events if event.kind is EventKind.SEGMENT]
     if not any(isinstance(lap, int) for _, lap in marks):
         return None
     starts = np.array([tick for tick, _ in marks])

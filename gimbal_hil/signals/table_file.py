@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.signals.table import REPEAT, TIME, SignalsTable
+from gimbal_hil.signals.units import units_of
 
 _EXPECTED = "a CSV or Parquet file with a header row and one row per sample"
 _EMPTY_WORDS = frozenset(("", "nan", "na", "n/a", "null", "none"))
@@ -78,7 +79,9 @@ def write_signals(table: SignalsTable, path: Path, kind: TableKind | None = None
             raise BadInputError(str(path), f"has the ending {path.suffix!r}", "the ending .csv or .parquet")
         kind = kinds[path.suffix.lower()]
     columns = {TIME: table.time_s, **table.columns} | ({} if table.repeat is None else {REPEAT: table.repeat})
-    content = pa.table({name: pa.array(values) for name, values in columns.items()})
+    units = units_of(list(columns))
+    fields = [pa.field(name, pa.array(values).type, metadata={"unit": units[name]}) for name, values in columns.items()]
+    content = pa.table([pa.array(values) for values in columns.values()], schema=pa.schema(fields))
     with replacing(path, force) as temporary:
         if kind is TableKind.CSV:
             with temporary.open("wb") as file:
@@ -86,6 +89,22 @@ def write_signals(table: SignalsTable, path: Path, kind: TableKind | None = None
                 pa.csv.write_csv(content, file, pa.csv.WriteOptions(include_header=False))
         else:
             pa.parquet.write_table(content, temporary)
+
+
+def csv_metadata(table: SignalsTable, name: str) -> str:
+    """What the W3C calls metadata of tabular data, for a CSV file of that name: the unit of every column, which its
+    header has no place for. It lies beside the file as `NAME-metadata.json`.
+    """
+    import json
+
+    columns = [TIME, *table.columns, *([] if table.repeat is None else [REPEAT])]
+    described = [
+        {"name": column, "titles": column, "datatype": "integer" if column == REPEAT else "double"}
+        | ({"schema:unitText": unit} if unit else {})
+        for column, unit in units_of(columns).items()
+    ]
+    content = {"@context": "http://www.w3.org/ns/csvw", "url": name, "tableSchema": {"columns": described}}
+    return json.dumps(content, indent=1) + "\n"
 
 
 class replacing:

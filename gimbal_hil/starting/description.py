@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from firmware_protocol.errors import BadInputError
-from sim_backend.model import Kind
+from sim_backend.model import ModelKind
 
 #: a body of which only the mass is told is a ball of this radius, m
 _BALL_M = 0.2
@@ -17,11 +17,11 @@ _COULOMB_SHARE, _BUMP, _VISCOUS_SHARE = 0.015, 1.07, 0.25
 _BRISTLE, _BRISTLE_DAMPING = 1e-3, 0.5
 _STRIBECK = 0.01
 _SIZES = {
-    Kind.GIMBAL: ({"mass_kg": 12.0, "torque_nm": 15.0}, {"mass_kg": 5.0, "torque_nm": 6.0}),
-    Kind.ROTARY: ({"mass_kg": 12.0, "torque_nm": 15.0},),
-    Kind.LINEAR: ({"mass_kg": 20.0, "torque_nm": 300.0},),
+    ModelKind.GIMBAL: ({"mass_kg": 12.0, "torque_nm": 15.0}, {"mass_kg": 5.0, "torque_nm": 6.0}),
+    ModelKind.ROTARY: ({"mass_kg": 12.0, "torque_nm": 15.0},),
+    ModelKind.LINEAR: ({"mass_kg": 20.0, "torque_nm": 300.0},),
 }
-_NAMES = {Kind.GIMBAL: ("azimuth", "elevation"), Kind.ROTARY: ("joint",), Kind.LINEAR: ("carriage",)}
+_NAMES = {ModelKind.GIMBAL: ("azimuth", "elevation"), ModelKind.ROTARY: ("joint",), ModelKind.LINEAR: ("carriage",)}
 STATED, ASSUMED = "stated at init", "assumed"
 _LINKS = "virtual, unix:PATH, serial:PORT, socketcan:CHANNEL, slcan:PORT, or a drive: moteus:, odrive:, cia402:CHANNEL"
 #: drives of other makes, and the bit rate of CAN FD where they need it
@@ -82,24 +82,24 @@ class AntennaDescription:
     """A whole antenna, the carrying axis first."""
 
     name: str
-    kind: Kind
+    kind: ModelKind
     axes: tuple[AxisDescription, ...]
     link: LinkChoice
     rate_hz: float
     has_gyro: bool = True
 
 
-def usual_names(kind: Kind) -> tuple[str, ...]:
+def usual_names(kind: ModelKind) -> tuple[str, ...]:
     """What the axes of this kind are mostly called."""
     return _NAMES[kind]
 
 
-def usual_axis(told: AxisDescription, kind: Kind, place: int) -> AxisDescription:
+def usual_axis(told: AxisDescription, kind: ModelKind, place: int) -> AxisDescription:
     """An axis with everything that was not told filled in; `told` keeps which numbers were."""
     told = told.stated()
     size = _SIZES[kind][place]
     mass = told.mass_kg or size["mass_kg"]
-    inertia = mass if kind is Kind.LINEAR else told.inertia_kg_m2 or 0.4 * mass * _BALL_M**2
+    inertia = mass if kind is ModelKind.LINEAR else told.inertia_kg_m2 or 0.4 * mass * _BALL_M**2
     torque = told.torque_nm or size["torque_nm"]
     coulomb = told.coulomb_nm or (told.breakaway_nm / _BUMP if told.breakaway_nm else _COULOMB_SHARE * torque)
     return replace(

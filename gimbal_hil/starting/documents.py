@@ -11,7 +11,7 @@ import math
 from typing import Any
 
 from gimbal_hil.starting.description import ASSUMED, AntennaDescription, AxisDescription, friction_of
-from sim_backend.model import Kind
+from sim_backend.model import ModelKind
 
 Document = dict[str, Any]
 _CROSSING_RAD_S, _CROSSING_SHARE = 120.0, 0.12
@@ -20,6 +20,8 @@ _GRAVITY = 9.81
 _LEAST_DISTURBANCE = 0.3
 _BRAKING_SHARE, _PREFILTER_SHARE = 0.4, 0.8
 _FASTEST_PREFILTER = 8.0
+#: speed of a long motion over what the position loop may ask for: the rest is for catching up
+_MOTION_SHARE = 0.8
 
 
 def _rounded(value: float) -> float:
@@ -28,7 +30,7 @@ def _rounded(value: float) -> float:
 
 def model_document(antenna: AntennaDescription) -> Document:
     """The model: told numbers with a source that says so, the others assumed."""
-    linear = antenna.kind is Kind.LINEAR
+    linear = antenna.kind is ModelKind.LINEAR
     return {
         "schema": 1,
         "name": antenna.name,
@@ -66,7 +68,7 @@ def _model_axis(axis: AxisDescription, linear: bool, antenna: AntennaDescription
         "actuator": {"limit": _number(axis.torque_nm, torque, axis.source("torque_nm"))},
         "encoder": {"step": {"value": step, "unit": angle, "source": axis.source("encoder_counts"), "uncertainty": 0}},
     }
-    if antenna.kind is Kind.GIMBAL and antenna.has_gyro:
+    if antenna.kind is ModelKind.GIMBAL and antenna.has_gyro:
         section["gyro"] = {
             "noise": _number(2.0e-4, "rad/s", ASSUMED),
             "step": {"value": 1.0e-5, "unit": "rad/s", "source": "the wire's", "uncertainty": 0},
@@ -120,6 +122,7 @@ def _loops(antenna: AntennaDescription, place: int) -> Document:
     unbalance = sum((one.mass_kg or 0.0) * _GRAVITY * (one.offset_m or 0.0) for one in antenna.axes[place:])
     disturbance = max(_LEAST_DISTURBANCE * axis.torque_nm, 2.0 * axis.breakaway_nm + 1.5 * unbalance)
     corner = min(_FASTEST_PREFILTER, position / 2.5, _PREFILTER_SHARE * math.sqrt(axis.torque_nm / inertia))
+    rate_limit = 0.5 * axis.rate_rad_s
     limits: Document = {"torque_nm": _rounded(axis.torque_nm), "rate_rad_s": _rounded(axis.rate_rad_s)}
     if axis.travel_rad is not None:
         low, high = axis.travel_rad
@@ -138,7 +141,7 @@ def _loops(antenna: AntennaDescription, place: int) -> Document:
         "position_loop": {
             "kp_per_s": _rounded(position),
             "ki_per_s2": _rounded(position),
-            "rate_limit_rad_s": _rounded(0.5 * axis.rate_rad_s),
+            "rate_limit_rad_s": _rounded(rate_limit),
             "anti_windup": "clamping",
         },
         "rate_loop": {
@@ -146,7 +149,13 @@ def _loops(antenna: AntennaDescription, place: int) -> Document:
             "ki_per_rad": _rounded(crossing * inertia * crossing / 6.0),
             "anti_windup": "clamping",
         },
-        "prefilter": {"num": _rounded(corner), "den": [1.0, _rounded(corner)]},
+        "prefilter": {
+            "num": _rounded(corner),
+            "den": [1.0, _rounded(corner)],
+            # a step of any size becomes a motion that the loops can follow
+            "rate_rad_s": _rounded(_MOTION_SHARE * rate_limit),
+            "acceleration_rad_s2": limits["braking_rad_s2"],
+        },
         "limits": limits,
         "expectation": {"inertia_kg_m2": _rounded(inertia), "disturbance_nm": _rounded(disturbance)},
     }

@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from gimbal_hil.starting.description import AntennaDescription
-from sim_backend.model import Kind
+from sim_backend.model import ModelKind
 
 
 def first_commands(antenna: AntennaDescription, folder: Path) -> list[tuple[str, str]]:
     """(what it is for, command), in the order in which one runs them."""
     model = f"--model {folder}/model.yaml"
-    if antenna.kind is not Kind.GIMBAL:
+    if antenna.kind is not ModelKind.GIMBAL:
         return [
             ("check the files after a change", f"gimbal-hil check {folder}"),
             ("friction from logs of your own", f"gimbal-hil identify LOG.csv {model} --out {folder}/friction"),
@@ -44,7 +44,7 @@ def first_command(antenna: AntennaDescription, folder: Path) -> str:
 
 def link_commands(antenna: AntennaDescription, folder: Path) -> list[tuple[str, str]]:
     """The same for the antenna behind the link; none where it is virtual."""
-    if antenna.link.is_virtual or antenna.kind is not Kind.GIMBAL:
+    if antenna.link.is_virtual or antenna.kind is not ModelKind.GIMBAL:
         return []
     real = f"--config {folder}/antenna.yaml"
     plant = f"gimbal-hil plant {real} --model {folder}/model.yaml"
@@ -76,7 +76,7 @@ def readme_text(antenna: AntennaDescription, folder: Path) -> str:
         "|---|---|",
         "| `model.yaml` | masses, friction, sensors; nobody has told or measured what says `assumed` |",
     ]
-    if antenna.kind is Kind.GIMBAL:
+    if antenna.kind is ModelKind.GIMBAL:
         where = "on the virtual antenna" if antenna.link.is_virtual else "of the antenna behind the link"
         lines.append(f"| `antenna.yaml` | loops, limits and link {where} |")
         if not antenna.link.is_virtual:

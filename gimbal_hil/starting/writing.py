@@ -12,7 +12,7 @@ from gimbal_hil.settings import settings_from_document
 from gimbal_hil.starting.description import AntennaDescription
 from gimbal_hil.starting.documents import configuration_document, link_document, model_document, plan_document
 from gimbal_hil.starting.readme import readme_text
-from sim_backend.model import Kind, model_from_document
+from sim_backend.model import ModelKind, model_from_document
 
 MODEL, CONFIGURATION, REHEARSAL, PLAN, README = (
     "model.yaml",
@@ -31,7 +31,7 @@ def write_antenna(antenna: AntennaDescription, folder: Path, force: bool) -> lis
         BadInputError: a described number is impossible, or a file is there already and not to be overwritten.
     """
     documents = {MODEL: (FileKind.MODEL, model_document(antenna))}
-    if antenna.kind is Kind.GIMBAL:
+    if antenna.kind is ModelKind.GIMBAL:
         link = link_document(antenna)
         documents[CONFIGURATION] = (FileKind.CONFIGURATION, configuration_document(antenna, MODEL, link))
         if link is not None:

@@ -3,7 +3,9 @@
 from gimbal_hil.telemetry.live_view import LiveView
 from gimbal_hil.telemetry.records import (
     COMMAND_BYTES,
+    MISS_CODE,
     MISS_RECORD,
+    MOTION_PATIENCE_S,
     TELEMETRY_BYTES,
     Command,
     CommandKind,
@@ -16,20 +18,40 @@ from gimbal_hil.telemetry.records import (
     take_commands,
     unpack_program,
 )
+from gimbal_hil.telemetry.scope import (
+    Capture,
+    Scope,
+    ScopeMode,
+    ScopeSettings,
+    ScopeState,
+    capture_columns,
+    scope_settings,
+    signal_names,
+)
 
 __all__ = [
     "COMMAND_BYTES",
+    "MISS_CODE",
     "MISS_RECORD",
+    "MOTION_PATIENCE_S",
     "TELEMETRY_BYTES",
+    "Capture",
     "Command",
     "CommandKind",
     "Commands",
     "Exchange",
     "LiveView",
+    "Scope",
+    "ScopeMode",
+    "ScopeSettings",
+    "ScopeState",
     "Telemetry",
     "TelemetryKind",
+    "capture_columns",
     "exchange_from",
     "pack_program",
+    "scope_settings",
+    "signal_names",
     "take_commands",
     "unpack_program",
 ]

@@ -5,6 +5,7 @@ by.
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -13,7 +14,7 @@ import numpy as np
 from firmware_protocol import schema
 from firmware_protocol.enumerations import DriveState, FaultCode
 from gimbal_hil.control.layout import Mode
-from gimbal_hil.host import HostState, LinkStatus
+from gimbal_hil.host import GUARD_CAUSES, HostState, LinkStatus
 from gimbal_hil.runs import AXES, TICK_ROW
 from gimbal_hil.telemetry.records import MISS_CODE, Exchange
 from gimbal_hil.timing import Histogram, MissCause
@@ -21,6 +22,8 @@ from gimbal_hil.timing import Histogram, MissCause
 Json = dict[str, Any]
 #: rows per second and seconds that the trace keeps
 TRACE_RATE_HZ, TRACE_S = 50, 60
+#: host states in which a guard has stopped the axes, or does
+_STOPS = (HostState.FAULT.name.lower(), HostState.STOPPING.name.lower())
 _CAUSES = {code: cause for cause, code in MISS_CODE.items()}
 
 
@@ -42,6 +45,12 @@ class LiveView:
     drive_fault: FaultCode | None = None
     #: why the host last changed its state
     cause: str = "none"
+    #: the guard that holds the host in fault, or makes it brake, now; empty where none does
+    guard: str = ""
+    #: how often each guard has tripped
+    trips: dict[str, int] = field(default_factory=lambda: {cause.name.lower(): 0 for cause in GUARD_CAUSES})
+    #: how recording stands, as `Recorder.state` tells it
+    recording: Callable[[], Json] = dict
     _measured: dict[str, float] = field(default_factory=dict)
     _trace: deque[list[float]] = field(default_factory=lambda: deque(maxlen=TRACE_RATE_HZ * TRACE_S))
     _next_trace_ns: int = 0
@@ -65,6 +74,14 @@ class LiveView:
         self.row = rows[-1]
         self._listen(exchanges[-1].received)
 
+    def state_changed(self, to: str, cause: str) -> None:
+        """The host has changed its state: a guard trips, or lets go."""
+        self.cause = cause
+        stops = to in _STOPS
+        self.guard = cause if stops and cause in self.trips else self.guard if stops else ""
+        if stops and cause in self.trips:
+            self.trips[cause] += 1
+
     def miss(self, periods: int, code: int) -> None:
         """A miss has been explained."""
         self.misses_by_cause[_CAUSES[code]] += periods
@@ -77,6 +94,8 @@ class LiveView:
             "time_ns": int(row["time_ns"]),
             "host_state": HostState(int(row["host_state"])).name.lower(),
             "cause": self.cause,
+            "guard": self.guard,
+            "guard_trips": {guard: count for guard, count in self.trips.items() if count},
             "link": LinkStatus(int(row["link_status"])).name.lower(),
             "drive_state": self.drive_state.name.lower() if self.drive_state is not None else None,
             "drive_fault": self.drive_fault.name.lower() if self.drive_fault is not None else None,

@@ -50,7 +50,7 @@ _TICK = int(TelemetryKind.TICK)
 
 
 class CommandKind(IntEnum):
-    """What a record to the control process asks for; each starts with the number of the request, eight bytes."""
+    """What a record to the control process asks for; each starts with COMMAND_HEADER."""
 
     START = 1
     STOP = 2
@@ -61,7 +61,10 @@ class CommandKind(IntEnum):
     RECORDING_FAILED = 6
 
 
-COMMAND_HEADER = struct.Struct("<q")
+#: number of the request, and CLOCK_MONOTONIC when it was asked
+COMMAND_HEADER = struct.Struct("<qq")
+#: a motion that was asked for longer ago is not begun: by then its caller has been told that it was not taken
+MOTION_PATIENCE_S = 3.0
 _PROGRAM_LENGTH = struct.Struct("<q")
 
 
@@ -171,7 +174,7 @@ class Commands:
     def send(self, kind: CommandKind, payload: bytes = b"") -> int | None:
         """Hand on a request; answers its number, or None when the control process has not taken the ones before."""
         number = self._last_number + 1
-        if not self._ring.push_if_room(kind, COMMAND_HEADER.pack(number) + payload):
+        if not self._ring.push_if_room(kind, COMMAND_HEADER.pack(number, time.monotonic_ns()) + payload):
             return None
         self._last_number = number
         return number
@@ -184,13 +187,20 @@ class Command:
     kind: CommandKind
     number: int
     payload: bytes
+    asked_ns: int
+
+    @property
+    def is_stale(self) -> bool:
+        """Whether it was asked too long ago for a motion; both processes read the machine's own clock."""
+        return time.monotonic_ns() - self.asked_ns > MOTION_PATIENCE_S * NS_PER_S
 
 
 def take_commands(ring: RingReader) -> list[Command]:
     """Requests that came since the last call."""
     if ring.is_empty:
         return []
-    return [
-        Command(CommandKind(record.kind), COMMAND_HEADER.unpack_from(record.payload)[0], record.payload[8:])
-        for record in ring.take()
-    ]
+    commands = []
+    for record in ring.take():
+        number, asked_ns = COMMAND_HEADER.unpack_from(record.payload)
+        commands.append(Command(CommandKind(record.kind), number, record.payload[COMMAND_HEADER.size :], asked_ns))
+    return commands

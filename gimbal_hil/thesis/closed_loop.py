@@ -82,7 +82,7 @@ class AxisLoop:
 
 
 @dataclass(frozen=True)
-class Response:
+class LoopResponse:
     """A closed-loop run, n rows at the loop's rate, two axes: row k is sampled at t_k, its torque acts over [t_k,
     t_k+1).
     """
@@ -123,7 +123,7 @@ def _run(
 
 def run_closed_loop(
     model: AntennaModel, outer: AxisLoop, inner: AxisLoop, reference: np.ndarray, rate_hz: float = LOOP_RATE_HZ
-) -> Response:
+) -> LoopResponse:
     """Run both axes from rest under references (n, 2) in each mode's unit (rad, rad/s), one row a tick."""
     arrays = plant_arrays(model, rate_hz)
     C = np.concatenate([outer.parameters(1.0 / rate_hz), inner.parameters(1.0 / rate_hz)])
@@ -140,4 +140,4 @@ def run_closed_loop(
         rows,
     )
     time = np.arange(len(reference)) / rate_hz
-    return Response(time, *(rows[:, i : i + 2].copy() for i in range(0, 8, 2)))
+    return LoopResponse(time, *(rows[:, i : i + 2].copy() for i in range(0, 8, 2)))

@@ -10,7 +10,7 @@ from enum import Enum
 import numpy as np
 
 from gimbal_hil.control import Mode
-from gimbal_hil.thesis.closed_loop import LOOP_RATE_HZ, AxisLoop, Gains, Response, run_closed_loop
+from gimbal_hil.thesis.closed_loop import LOOP_RATE_HZ, AxisLoop, Gains, LoopResponse, run_closed_loop
 from gimbal_hil.thesis.inferred import SETTLING_BAND, STEP_TIME_S, Configuration
 from gimbal_hil.thesis.printed import (
     POSITION_GAINS,
@@ -92,7 +92,7 @@ class TableResult:
 
     table: StepTable
     rows: tuple[RowResult, ...]
-    responses: tuple[Response, ...]
+    responses: tuple[LoopResponse, ...]
 
     @property
     def overshoot_rms(self) -> float:
@@ -150,7 +150,7 @@ def step_figures(time_s: np.ndarray, signal: np.ndarray, size: float) -> tuple[f
 
 def _respond(
     table: StepTable, printed: PrintedRow, size: float, model: AntennaModel, configuration: Configuration
-) -> Response:
+) -> LoopResponse:
     samples = round(_DURATION_S[table.loop] * LOOP_RATE_HZ)
     reference = np.zeros((samples, 2))
     reference[round(STEP_TIME_S[table.loop, table.axis] * LOOP_RATE_HZ) :, model.axes.index(table.axis)] = size

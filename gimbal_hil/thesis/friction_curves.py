@@ -21,7 +21,7 @@ SECANT_SHARES = (0.1, 0.5, 0.9, 0.98)
 
 
 @dataclass(frozen=True)
-class Friction:
+class CurveFriction:
     """The seven numbers of a joint's friction, SI."""
 
     breakaway: float
@@ -44,7 +44,7 @@ class Friction:
 
 
 @dataclass(frozen=True)
-class Loop:
+class HysteresisLoop:
     """Friction along one sine period of velocity, after a period to forget the start."""
 
     period_s: float
@@ -57,13 +57,13 @@ class FrictionCurves:
     """Chapter 4 for one axis."""
 
     axis: str
-    friction: Friction
+    friction: CurveFriction
     rate_rad_s: np.ndarray
     steady_nm: np.ndarray
     minimum_rad_s: float
     #: eq. 4.3 as printed, at the fastest speed of the sliding experiment, N m
     printed_at_fastest_nm: float
-    loops: tuple[Loop, ...]
+    loops: tuple[HysteresisLoop, ...]
     #: (share of break-away, secant stiffness over sigma0)
     secants: tuple[tuple[float, float], ...]
     #: dT/dz of table 4.4, and what the angle of table 4.3 gives, N m/rad
@@ -73,10 +73,10 @@ class FrictionCurves:
     damping_ratio: float
 
 
-def friction_of(model: AntennaModel, axis: str) -> Friction:
+def friction_of(model: AntennaModel, axis: str) -> CurveFriction:
     """Friction of a model's axis."""
     names = ("breakaway", "coulomb", "stribeck_velocity", "sigma0", "sigma1", "viscous", "shape")
-    return Friction(*(model.number(axis, f"friction.{name}") for name in names))
+    return CurveFriction(*(model.number(axis, f"friction.{name}") for name in names))
 
 
 def sliding_speeds() -> np.ndarray:
@@ -108,15 +108,15 @@ def friction_curves(model: AntennaModel, axis: str) -> FrictionCurves:
     )
 
 
-def friction_loop(friction: Friction, amplitude_rad_s: float, period_s: float) -> Loop:
+def friction_loop(friction: CurveFriction, amplitude_rad_s: float, period_s: float) -> HysteresisLoop:
     """Friction along a sine of velocity: one period, after one to forget the start."""
     samples = round(period_s / _STEP_S)
     rate = amplitude_rad_s * np.sin(2.0 * math.pi * (np.arange(2 * samples) + 0.5) / samples)
     torque = friction_along(friction, rate, _STEP_S)
-    return Loop(period_s, rate[samples:], torque[samples:])
+    return HysteresisLoop(period_s, rate[samples:], torque[samples:])
 
 
-def friction_along(friction: Friction, rate_rad_s: np.ndarray, step_s: float) -> np.ndarray:
+def friction_along(friction: CurveFriction, rate_rad_s: np.ndarray, step_s: float) -> np.ndarray:
     """Torque (n,) that opposes a motion given by its rates (n,), each held for a step; the bristles start at rest."""
     torque = np.zeros(len(rate_rad_s))
     f = friction

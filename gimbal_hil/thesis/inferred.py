@@ -15,7 +15,7 @@ from sim_backend.model import AntennaModel, shipped_model
 
 
 @dataclass(frozen=True)
-class Drive:
+class InferredDrive:
     """Torque per controller unit and hard limit, both N m."""
 
     per_unit_nm: float
@@ -27,12 +27,12 @@ class Configuration:
     """One reading of what the thesis simulated."""
 
     name: str
-    outer: Drive
-    inner: Drive
+    outer: InferredDrive
+    inner: InferredDrive
     roll_rad: float
     pitch_rad: float
 
-    def drive(self, axis: str) -> Drive:
+    def drive(self, axis: str) -> InferredDrive:
         """The drive of an axis."""
         return self.outer if axis == "outer" else self.inner
 
@@ -53,8 +53,10 @@ def ideal_sensors(model: AntennaModel) -> AntennaModel:
     return model
 
 
-TILTED = Configuration("tilted base", Drive(2.84, 14.98), Drive(2.1, 6.6), math.radians(-7.2), math.radians(-9.6))
-LEVEL = Configuration("level base", Drive(2.5, 15.5), Drive(2.1, 6.6), 0.0, 0.0)
+TILTED = Configuration(
+    "tilted base", InferredDrive(2.84, 14.98), InferredDrive(2.1, 6.6), math.radians(-7.2), math.radians(-9.6)
+)
+LEVEL = Configuration("level base", InferredDrive(2.5, 15.5), InferredDrive(2.1, 6.6), 0.0, 0.0)
 
 #: when the step comes; settling counts from t = 0, to a band of 2 %
 STEP_TIME_S = {

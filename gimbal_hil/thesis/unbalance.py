@@ -14,7 +14,7 @@ from enum import Enum
 import numpy as np
 
 from gimbal_hil.control import Mode
-from gimbal_hil.thesis.closed_loop import AxisLoop, Gains, Response, run_closed_loop
+from gimbal_hil.thesis.closed_loop import AxisLoop, Gains, LoopResponse, run_closed_loop
 from gimbal_hil.thesis.inferred import LEVEL
 from gimbal_hil.thesis.printed import OTHER_AXIS_RAD_S, UNBALANCE_GAINS, UNBALANCE_REFERENCES_RAD_S
 from sim_backend.model import THESIS_BASE_CASES, AntennaModel, model_from_document
@@ -53,7 +53,7 @@ class UnbalanceRun:
     torque_peak_nm: float
     #: swing in the second half of the steady part over that in the first half: about 1 is a bounded, forced oscillation
     growth: float
-    response: Response
+    response: LoopResponse
 
 
 def run_unbalance(

@@ -54,7 +54,7 @@ _READ_EVERY = 8
 
 
 @dataclass(frozen=True, slots=True)
-class Gap:
+class Stall:
     """A stretch in which a process that had nothing to do could not wake."""
 
     start_ns: int
@@ -84,16 +84,16 @@ class Witness(Protocol):
     def seen_until_ns(self) -> int:
         """Up to which instant of CLOCK_MONOTONIC the observer has reported."""
 
-    def gaps_since(self, instant_ns: int) -> list[Gap]:
+    def gaps_since(self, instant_ns: int) -> list[Stall]:
         """The observer's gaps that end after `instant_ns`."""
 
-    def core_gaps_since(self, instant_ns: int) -> list[Gap]:
+    def core_gaps_since(self, instant_ns: int) -> list[Stall]:
         """Stretches, ending after `instant_ns`, in which the core of the observed process did not answer the
         observer's.
         """
 
 
-def cause_of(miss: Miss, gaps: list[Gap], core_gaps: Sequence[Gap] = ()) -> MissCause:
+def cause_of(miss: Miss, gaps: list[Stall], core_gaps: Sequence[Stall] = ()) -> MissCause:
     """Name what explains most of the lost time.
 
     A gap that an idle process on another core saw too comes first: during it nothing else that was measured means
@@ -133,7 +133,7 @@ def _largest(known_ns: dict[MissCause, int], lost_ns: int, otherwise: MissCause)
     return cause if 4 * most >= lost_ns else otherwise
 
 
-def _overlap_ns(miss: Miss, gaps: Iterable[Gap]) -> int:
+def _overlap_ns(miss: Miss, gaps: Iterable[Stall]) -> int:
     """How much of the time between the wake-up before a miss and the one after it lies in the gaps."""
     return sum(max(0, min(gap.end_ns, miss.woke_ns) - max(gap.start_ns, miss.began_ns)) for gap in gaps)
 

@@ -8,18 +8,18 @@ import sys
 import time
 
 from gimbal_hil.timing.membarrier import GLOBAL_EXPEDITED, membarrier
-from gimbal_hil.timing.miss_causes import Gap
+from gimbal_hil.timing.miss_causes import Stall
 from gimbal_hil.timing.scheduling import available_cores, set_timer_slack
 from gimbal_hil.timing.witness import PERIOD_NS, THRESHOLD_NS, WitnessPage
 
 
-def gap_between(asked_ns: int, woke_ns: int, queued_ns: int) -> Gap | None:
+def gap_between(asked_ns: int, woke_ns: int, queued_ns: int) -> Stall | None:
     """What a wake-up at `woke_ns` for `asked_ns` says of the machine, when `queued_ns` of it went to others on this
     core.
     """
     if woke_ns - asked_ns - queued_ns < THRESHOLD_NS:
         return None
-    return Gap(asked_ns, woke_ns)
+    return Stall(asked_ns, woke_ns)
 
 
 def watch(page: WitnessPage, parent: int) -> None:

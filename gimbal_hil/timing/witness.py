@@ -21,7 +21,7 @@ from types import TracebackType
 
 from gimbal_hil.timing.mailbox import anonymous_memory
 from gimbal_hil.timing.membarrier import REGISTER_GLOBAL_EXPEDITED, membarrier
-from gimbal_hil.timing.miss_causes import Gap
+from gimbal_hil.timing.miss_causes import Stall
 
 PERIOD_NS = 500_000
 #: a wake-up this much later than asked is a gap, and so is a core that does not answer for that long
@@ -45,20 +45,20 @@ class WitnessPage:
         """The last instant at which the witness was awake."""
         return self._words[_SEEN]
 
-    def gaps_since(self, instant_ns: int) -> list[Gap]:
+    def gaps_since(self, instant_ns: int) -> list[Stall]:
         """The witness's gaps that end after `instant_ns`, newest last; the page keeps the last 256."""
         return self._since(_OWN, instant_ns)
 
-    def core_gaps_since(self, instant_ns: int) -> list[Gap]:
+    def core_gaps_since(self, instant_ns: int) -> list[Stall]:
         """Stretches in which the control process ran on a core that did not answer."""
         return self._since(_CORE, instant_ns)
 
-    def _since(self, ring: int, instant_ns: int) -> list[Gap]:
+    def _since(self, ring: int, instant_ns: int) -> list[Stall]:
         count = self._words[ring]
-        gaps: list[Gap] = []
+        gaps: list[Stall] = []
         for number in range(count - 1, max(-1, count - _SLOTS), -1):
             word = ring + 1 + 2 * (number % _SLOTS)
-            gap = Gap(self._words[word], self._words[word + 1])
+            gap = Stall(self._words[word], self._words[word + 1])
             if gap.end_ns <= instant_ns:
                 break
             gaps.append(gap)
@@ -68,7 +68,7 @@ class WitnessPage:
         """How many gaps the witness has seen since it started."""
         return self._words[_OWN]
 
-    def publish(self, now_ns: int, gap: Gap | None, core_gap: Gap | None = None) -> None:
+    def publish(self, now_ns: int, gap: Stall | None, core_gap: Stall | None = None) -> None:
         """Called by the witness alone: the gaps first, then their numbers, then the heartbeat."""
         for ring, found in ((_OWN, gap), (_CORE, core_gap)):
             if found is not None:

@@ -3,13 +3,13 @@
 from sim_backend.device.core import device_tick
 from sim_backend.device.device import Device, encode_device_mail
 from sim_backend.device.records import DRIVE
-from sim_backend.device.settings import AxisSettings, FirmwareSettings, TravelReaction, settings_to_state
+from sim_backend.device.settings import DriveAxisSettings, FirmwareSettings, TravelReaction, settings_to_state
 from sim_backend.device.spoiling import Spoilt
 
 __all__ = [
     "DRIVE",
-    "AxisSettings",
     "Device",
+    "DriveAxisSettings",
     "FirmwareSettings",
     "Spoilt",
     "TravelReaction",

@@ -142,11 +142,14 @@ def _hear_control(mail: np.ndarray, K: np.ndarray, drive: Drive) -> bool:
 
 @compiled
 def _reaction_to(fault: int, state: int, drive: Drive) -> int:
-    """Without power there is nothing to stop; a lost link has the reaction that the host chose."""
+    """Without power there is nothing to stop; a lost link has the reaction that the host chose, but a stop that uses no
+    sensor goes on: the host had a reason to ask for it before it fell silent.
+    """
     if not has_power(state):
         return m.STOP_REACTION_COAST
     if fault == m.FAULT_CODE_DEADMAN or fault == m.FAULT_CODE_COMMUNICATION:
-        return int(drive.reaction)
+        without_sensor = state == _QUICK_STOP and drive.active_reaction <= m.STOP_REACTION_BRAKE
+        return int(drive.active_reaction) if without_sensor else int(drive.reaction)
     return int(drive.fault_reaction)
 
 

@@ -7,10 +7,10 @@ copied record goes on bit for bit. Torque counts `TORQUE_STEP_NM` times two to t
 
 from __future__ import annotations
 
-from firmware_protocol.records import Annotated, Record, Sequence, layout_of
+from firmware_protocol.records import Annotated, MemoryRecord, Sequence, layout_of
 
 
-class Fault(Record):
+class Fault(MemoryRecord):
     """A fault given on purpose to a sensor or a motor, see `spoiling`."""
 
     #: `Spoilt`, and how much, in raw units
@@ -21,7 +21,7 @@ class Fault(Record):
     kept: int
 
 
-class Joint(Record):
+class Joint(MemoryRecord):
     """What the firmware keeps of one axis."""
 
     # --- state
@@ -77,7 +77,7 @@ class Joint(Record):
     motor_spoilt: Fault
 
 
-class Drive(Record):
+class Drive(MemoryRecord):
     """What the firmware keeps of the whole drive."""
 
     # --- state

@@ -17,7 +17,7 @@ from firmware_protocol.errors import BadInputError
 from firmware_protocol.schema import POSITION_STEP_RAD, RATE_STEP_RAD_S, TORQUE_STEP_NM, name_code
 from sim_backend.device.records import DRIVE, DRIVE_WORDS, NO_SEQUENCE, SCALE, Drive, Joint
 from sim_backend.layout import BRAKE_DAMPING, BRAKE_STIFFNESS, BRAKE_TORQUE, SHORT_DAMPING, STEP_S, axis_block
-from sim_backend.model import ENDLESS, AntennaModel, Kind
+from sim_backend.model import ENDLESS, AntennaModel, ModelKind
 
 #: largest torque and rate that the wire can carry, the torque with exponent 0
 WIRE_TORQUE_NM = m.SET_POINT_TORQUE_OUTER_HIGH * TORQUE_STEP_NM
@@ -41,7 +41,7 @@ class TravelReaction(IntEnum):
 
 
 @dataclass(frozen=True)
-class AxisSettings:
+class DriveAxisSettings:
     """Limits of one axis and what its stopping law is tuned for. A linear axis reads N for N m, m for rad, kg for kg
     m2.
     """
@@ -105,7 +105,7 @@ class AxisSettings:
 class FirmwareSettings:
     """Settings of the drive; `for_model` gives what suits an antenna."""
 
-    axes: tuple[AxisSettings, ...]
+    axes: tuple[DriveAxisSettings, ...]
     #: who the antenna says it is
     name: str = ""
     serial_number: int = 1
@@ -167,16 +167,16 @@ def _require(holds: bool, where: str, value: float, expected: str) -> None:
         raise BadInputError(where, f"{value:g} cannot be", expected)
 
 
-def _axis_for(model: AntennaModel, index: int, axis: str) -> AxisSettings:
+def _axis_for(model: AntennaModel, index: int, axis: str) -> DriveAxisSettings:
     inertia = model.number(axis, model.own_inertia_path(axis))
-    if model.kind is Kind.GIMBAL and index == 0:
+    if model.kind is ModelKind.GIMBAL and index == 0:
         # the outer joint carries the inner gimbal along
         inertia += model.number(model.axes[1], "body.inertia.zz")
     limit = model.number(axis, "actuator.limit")
     torque = limit if limit > 0.0 else WIRE_TORQUE_NM
     exponent = max(0, math.ceil(math.log2(torque / WIRE_TORQUE_NM)))
     ends = abs(model.number(axis, "travel.low")) < ENDLESS or abs(model.number(axis, "travel.high")) < ENDLESS
-    return AxisSettings(
+    return DriveAxisSettings(
         torque_limit_nm=torque,
         inertia_kg_m2=inertia,
         travel_low_rad=model.number(axis, "travel.low") if ends else -math.inf,
@@ -195,13 +195,13 @@ def _heaviest(model: AntennaModel, index: int, axis: str) -> float:
     """
     friction = (
         model.number(axis, "friction.breakaway")
-        + model.number(axis, "friction.viscous") * AxisSettings.rate_limit_rad_s
+        + model.number(axis, "friction.viscous") * DriveAxisSettings.rate_limit_rad_s
     )
-    if model.kind is Kind.LINEAR:
+    if model.kind is ModelKind.LINEAR:
         return friction + model.number(axis, "body.mass") * model.file.gravity_m_s2
     # a lever along the outer axis counts no weight; what it carries may be turned anyhow
     moment = _moment(model, axis, "xy" if index == 0 else "xyz")
-    if model.kind is Kind.GIMBAL and index == 0:
+    if model.kind is ModelKind.GIMBAL and index == 0:
         moment += _moment(model, model.axes[1], "xyz")
     return friction + moment * model.file.gravity_m_s2
 
@@ -215,7 +215,7 @@ def _weight_moves(model: AntennaModel, index: int, axis: str) -> bool:
     """Whether an axis may fall when nothing holds it on a level base: the inner one of a gimbal, whose weight is more
     than its friction.
     """
-    if model.kind is not Kind.GIMBAL or index == 0:
+    if model.kind is not ModelKind.GIMBAL or index == 0:
         return False
     lever = math.hypot(model.number(axis, "body.cog.x"), model.number(axis, "body.cog.z"))
     return lever * model.number(axis, "body.mass") * model.file.gravity_m_s2 > model.number(axis, "friction.breakaway")
@@ -263,7 +263,7 @@ def settings_to_plant(settings: FirmwareSettings, P: np.ndarray) -> None:
         P[block + BRAKE_DAMPING] = bandwidth * axis.inertia_kg_m2
 
 
-def _fill_joint(joint: Joint, axis: AxisSettings, settings: FirmwareSettings, rate_hz: float) -> None:
+def _fill_joint(joint: Joint, axis: DriveAxisSettings, settings: FirmwareSettings, rate_hz: float) -> None:
     step = TORQUE_STEP_NM * 2**axis.torque_exponent
     joint.exponent, joint.torque_limit = (
         axis.torque_exponent,

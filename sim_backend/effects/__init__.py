@@ -1,7 +1,8 @@
 """Every effect that a real antenna can have, one file each, and the catalogue that finds them."""
 
 from sim_backend.effects.axis_scale import TORQUE_SHARES, AxisScale, Need
-from sim_backend.effects.effect import Domain, Effect, FittedNumber, Hook, Parameter, PlainerEffect, RateForm, Variable
+from sim_backend.effects.effect import Domain, Effect, FittedNumber, Hook, PlainerEffect, RateForm, Variable
+from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import (
     NEUTRAL_ORDER,
     Knob,

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from sim_backend.effects.axis_scale import AxisScale
-from sim_backend.effects.effect import Domain, Effect, Parameter, Variable
+from sim_backend.effects.effect import Domain, Effect, Variable
+from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import SearchProfile, one_knob
 from sim_backend.effects.separating_runs import REVERSAL_SIZES, TORQUE_SWEEP
 

@@ -14,7 +14,8 @@ import numpy as np
 
 from firmware_protocol.compiling import compiled
 from sim_backend.effects.axis_scale import AxisScale, Need
-from sim_backend.effects.effect import Domain, Effect, Hook, Parameter, PlainerEffect, Variable
+from sim_backend.effects.effect import Domain, Effect, Hook, PlainerEffect, Variable
+from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import Knob, Move, SearchProfile, point
 from sim_backend.effects.separating_runs import REVERSAL_SIZES
 from sim_backend.layout import STEP_S

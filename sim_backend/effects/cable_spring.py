@@ -12,7 +12,8 @@ import numpy as np
 
 from firmware_protocol.compiling import compiled
 from sim_backend.effects.axis_scale import AxisScale
-from sim_backend.effects.effect import Domain, Effect, Hook, Parameter, Variable
+from sim_backend.effects.effect import Domain, Effect, Hook, Variable
+from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import Knob, Reading, SearchProfile, Start
 from sim_backend.effects.separating_runs import FULL_TRAVEL, TWO_LOADS, TWO_TILTS
 from sim_backend.friction import decay_half

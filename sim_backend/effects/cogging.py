@@ -10,7 +10,8 @@ import numpy as np
 from firmware_protocol.compiling import compiled
 from firmware_protocol.elementary import sine_cosine
 from sim_backend.effects.axis_scale import AxisScale
-from sim_backend.effects.effect import Domain, Effect, Hook, Parameter, PlainerEffect, Variable
+from sim_backend.effects.effect import Domain, Effect, Hook, PlainerEffect, Variable
+from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import NEUTRAL_ORDER, Ripple, SearchProfile, ripple_profile
 from sim_backend.effects.separating_runs import TWO_SPEEDS
 

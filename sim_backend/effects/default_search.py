@@ -13,15 +13,12 @@ import itertools
 import math
 import re
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sim_backend.effects.axis_scale import AxisScale
+from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import Knob, Move, Reading, SearchProfile, Start, Vector
-
-if TYPE_CHECKING:
-    from sim_backend.effects.effect import Parameter
 
 #: most starts of a grid, and most along one parameter; a width takes few, since a place is found with a wrong one
 _MOST_STARTS, _MOST_ALONG, _MOST_WIDTHS = 48, 12, 4

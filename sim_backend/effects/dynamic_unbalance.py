@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from sim_backend.effects.axis_scale import AxisScale, Need
-from sim_backend.effects.effect import Domain, Effect, Parameter, Variable
+from sim_backend.effects.effect import Domain, Effect, Variable
+from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import Knob, SearchProfile, plane
 from sim_backend.effects.separating_runs import ONE_LOCKED
 

@@ -6,7 +6,8 @@ import numpy as np
 
 from firmware_protocol.compiling import compiled
 from sim_backend.effects.axis_scale import AxisScale, Need
-from sim_backend.effects.effect import Domain, Effect, Hook, Parameter, Variable
+from sim_backend.effects.effect import Domain, Effect, Hook, Variable
+from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import Knob, SearchProfile, plane
 from sim_backend.effects.separating_runs import ONE_LOCKED
 from sim_backend.layout import INNER

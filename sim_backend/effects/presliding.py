@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from sim_backend.effects.axis_scale import AxisScale
-from sim_backend.effects.effect import Domain, Effect, Parameter, Variable
+from sim_backend.effects.effect import Domain, Effect, Variable
+from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import Knob, Move, SearchProfile, plane, point
 from sim_backend.effects.separating_runs import CREEP, REVERSAL_SIZES
 

@@ -16,7 +16,16 @@ from sim_backend.effects.effect import Effect, Hook
 
 ENTRY_POINT_GROUP = "gimbal_hil.effects"
 #: modules of this folder that define no effect
-_NO_EFFECT = ("axis_scale", "default_search", "dispatch", "effect", "registry", "search_profile", "separating_runs")
+_NO_EFFECT = (
+    "axis_scale",
+    "default_search",
+    "dispatch",
+    "effect",
+    "parameter",
+    "registry",
+    "search_profile",
+    "separating_runs",
+)
 
 
 def _own_effects() -> list[Effect]:

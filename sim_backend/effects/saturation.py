@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from sim_backend.effects.axis_scale import AxisScale
-from sim_backend.effects.effect import Domain, Effect, Parameter, Variable
+from sim_backend.effects.effect import Domain, Effect, Variable
+from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import Knob, Move, SearchProfile, point
 
 #: how far a limit stands above the largest command where it does nothing

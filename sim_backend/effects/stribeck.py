@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from sim_backend.effects.axis_scale import AxisScale
-from sim_backend.effects.effect import Domain, Effect, FittedNumber, Parameter, Variable
+from sim_backend.effects.effect import Domain, Effect, FittedNumber, Variable
+from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import Knob, Move, SearchProfile, Start, plane
 from sim_backend.effects.separating_runs import CREEP
 

@@ -7,7 +7,8 @@ import numpy as np
 from firmware_protocol.compiling import compiled
 from firmware_protocol.elementary import exponential
 from sim_backend.effects.axis_scale import AxisScale, Need
-from sim_backend.effects.effect import Domain, Effect, Hook, Parameter, Variable
+from sim_backend.effects.effect import Domain, Effect, Hook, Variable
+from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import SearchProfile, one_knob
 from sim_backend.effects.separating_runs import WARM_AND_COOL
 

@@ -1,9 +1,9 @@
 """Model files: read, checked, changed, written, and turned into the plant's arrays."""
 
 from sim_backend.model.arrays import THESIS_BASE_CASES, PlantArrays, lag_decay, plant_arrays, put_friction
-from sim_backend.model.file import Kind, ModelFile, Motion, Quantity
+from sim_backend.model.file import BaseMotionKind, ModelFile, ModelKind, Quantity
 from sim_backend.model.model import AntennaModel, EffectEntry, load_model, model_from_document
-from sim_backend.model.numbers import ENDLESS, NUMBER_AT, Block
+from sim_backend.model.numbers import ENDLESS, NUMBER_AT, SlotBase
 from sim_backend.model.shipped import model_named, shipped_model, shipped_model_path
 
 __all__ = [
@@ -11,13 +11,13 @@ __all__ = [
     "NUMBER_AT",
     "THESIS_BASE_CASES",
     "AntennaModel",
-    "Block",
+    "BaseMotionKind",
     "EffectEntry",
-    "Kind",
     "ModelFile",
-    "Motion",
+    "ModelKind",
     "PlantArrays",
     "Quantity",
+    "SlotBase",
     "lag_decay",
     "load_model",
     "model_from_document",

@@ -16,13 +16,13 @@ from sim_backend.base_motion import gravity_at
 from sim_backend.effects import Hook, effects_at
 from sim_backend.friction_in_force import derive_friction
 from sim_backend.layout import BaseKind, GravityReading, PlantKind
-from sim_backend.model.file import Angles, BaseSection, Kind, Motion
+from sim_backend.model.file import Angles, BaseMotionKind, BaseSection, ModelKind
 from sim_backend.model.model import AntennaModel
-from sim_backend.model.numbers import AXIS_NUMBERS, Block, gyro_filter
+from sim_backend.model.numbers import AXIS_NUMBERS, SlotBase, gyro_filter
 from sim_backend.stribeck_expansion import put_bump_table
 from sim_backend.thesis_slips import Slip
 
-_KINDS = {Kind.GIMBAL: PlantKind.GIMBAL, Kind.ROTARY: PlantKind.ROTARY, Kind.LINEAR: PlantKind.LINEAR}
+_KINDS = {ModelKind.GIMBAL: PlantKind.GIMBAL, ModelKind.ROTARY: PlantKind.ROTARY, ModelKind.LINEAR: PlantKind.LINEAR}
 _FRICTION_SLOTS = (layout.TS, layout.TC, layout.VS, layout.SIGMA0, layout.SIGMA1, layout.SIGMA2, layout.DELTA)
 #: deg/s about x, y, z of the base: tables 3.1 and 3.2 of the thesis
 THESIS_BASE_CASES: dict[str, tuple[tuple[float, float, float], ...]] = {
@@ -99,13 +99,13 @@ def lag_decay(time_constant_s: float, step_s: float) -> tuple[float, float]:
 def _fill_axis(P: np.ndarray, model: AntennaModel, index: int, axis: str) -> None:
     block = layout.axis_block(index)
     first = {
-        Block.AXIS: block,
-        Block.INERTIA: (layout.INERTIA_OUTER, layout.INERTIA_INNER)[index],
-        Block.COG: (layout.COG_OUTER, layout.COG_INNER)[index],
-        Block.MASS: (layout.MASS_OUTER, layout.MASS_INNER)[index],
+        SlotBase.AXIS: block,
+        SlotBase.INERTIA: (layout.INERTIA_OUTER, layout.INERTIA_INNER)[index],
+        SlotBase.COG: (layout.COG_OUTER, layout.COG_INNER)[index],
+        SlotBase.MASS: (layout.MASS_OUTER, layout.MASS_INNER)[index],
     }
     for number in AXIS_NUMBERS:
-        if number.block is not Block.BUILD:
+        if number.block is not SlotBase.BUILD:
             P[first[number.block] + number.slot] = model.number(axis, number.path)
     put_bump_table(P, index, model.number(axis, "friction.shape"))
     time_constant = model.number(axis, "actuator.time_constant")
@@ -161,10 +161,10 @@ def _place_base(P: np.ndarray, K: np.ndarray, base: BaseSection, where: str) -> 
     P[layout.FIXED_GRAVITY : layout.FIXED_GRAVITY + 3] = getattr(gravity_at, "py_func", gravity_at)(
         P[layout.GRAVITY_M_S2], turn(base.attitude_rad.roll), turn(base.attitude_rad.pitch)
     )
-    if base.motion is Motion.CONSTANT_RATE:
+    if base.motion is BaseMotionKind.CONSTANT_RATE:
         K[layout.BASE_KIND] = BaseKind.CONSTANT_RATE
         P[layout.BASE_RATE : layout.BASE_RATE + 3] = base.rate_rad_s.p, base.rate_rad_s.q, base.rate_rad_s.r
-    elif base.motion is Motion.CASE:
+    elif base.motion is BaseMotionKind.CASE:
         cases = THESIS_BASE_CASES.get(base.table or "", ())
         if base.case is None or not 1 <= base.case <= len(cases):
             raise BadInputError(
@@ -174,17 +174,21 @@ def _place_base(P: np.ndarray, K: np.ndarray, base: BaseSection, where: str) -> 
             )
         K[layout.BASE_KIND] = BaseKind.CONSTANT_RATE
         P[layout.BASE_RATE : layout.BASE_RATE + 3] = np.deg2rad(cases[base.case - 1])
-    elif base.motion is Motion.SINUSOID:
+    elif base.motion is BaseMotionKind.SINUSOID:
         K[layout.BASE_KIND] = BaseKind.SINUSOID
         P[layout.BASE_AMPLITUDE : layout.BASE_AMPLITUDE + 3] = three(base.amplitude_rad)
         P[layout.BASE_FREQUENCY : layout.BASE_FREQUENCY + 3] = three(base.frequency_hz)
         P[layout.BASE_PHASE : layout.BASE_PHASE + 3] = three(base.phase_rad)
-    elif base.motion is Motion.RECORDED:
+    elif base.motion is BaseMotionKind.RECORDED:
         rows, period_s = _recorded(base, where)
         K[layout.BASE_KIND], K[layout.BASE_ROWS], K[layout.BASE_TABLE] = BaseKind.RECORDED, len(rows), len(P)
         P[layout.BASE_ROW_S] = period_s
         return np.concatenate([P, rows.ravel()])
     return P
+
+
+#: columns of a recorded base motion that may be absent: acceleration of the pivot in base axes, m/s^2
+_PIVOT = ("ax", "ay", "az")
 
 
 def _recorded(base: BaseSection, where: str) -> tuple[np.ndarray, float]:
@@ -193,14 +197,17 @@ def _recorded(base: BaseSection, where: str) -> tuple[np.ndarray, float]:
     path = Path(where).parent / base.file
     try:
         with path.open(newline="") as handle:
-            table = [
-                [float(row[name]) for name in ("time_s", "roll", "pitch", "yaw")] for row in csv.DictReader(handle)
-            ]
+            rows = list(csv.DictReader(handle))
+        pushed = bool(rows) and any(name in rows[0] for name in _PIVOT)
+        names = ("time_s", "roll", "pitch", "yaw", *(_PIVOT if pushed else ()))
+        table = [[float(row[name]) for name in names] for row in rows]
     except FileNotFoundError:
         raise BadInputError(str(path), "no such file", "a recorded base motion") from None
     except (KeyError, ValueError, TypeError) as error:
         raise BadInputError(
-            str(path), f"cannot be read: {error}", "numbers in the columns time_s, roll, pitch, yaw"
+            str(path),
+            f"cannot be read: {error}",
+            "numbers in the columns time_s, roll, pitch, yaw, and ax, ay, az where the pivot accelerates",
         ) from None
     data = np.array(table)
     if len(data) < 4:
@@ -208,12 +215,13 @@ def _recorded(base: BaseSection, where: str) -> tuple[np.ndarray, float]:
     spacing = np.diff(data[:, 0])
     if np.any(spacing <= 0.0) or np.ptp(spacing) > 0.05 * spacing.mean():
         raise BadInputError(f"{path}: time_s", "rows are not equally spaced", "a constant rate")
-    return base_rows(data[:, 1:], float(spacing.mean())), float(spacing.mean())
+    period_s = float(spacing.mean())
+    return base_rows(data[:, 1:4], data[:, 4:7] if pushed else np.zeros((len(data), 3)), period_s), period_s
 
 
-def base_rows(attitude_rad: np.ndarray, period_s: float) -> np.ndarray:
-    """Rows (roll, pitch, yaw, p, q, r, p', q', r') from attitudes (n, 3) at a constant period: splined, then
-    differentiated.
+def base_rows(attitude_rad: np.ndarray, pivot_m_s2: np.ndarray, period_s: float) -> np.ndarray:
+    """Rows (roll, pitch, yaw, p, q, r, p', q', r', ax, ay, az) from attitudes (n, 3), splined and differentiated, and
+    accelerations of the pivot in base axes (n, 3), at a constant period.
     """
     from scipy.interpolate import CubicSpline
 
@@ -223,7 +231,7 @@ def base_rows(attitude_rad: np.ndarray, period_s: float) -> np.ndarray:
     droll, dpitch, dyaw = spline(times, 1).T
     cr, sr, cp, sp = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch)
     rates = np.column_stack([droll - dyaw * sp, dpitch * cr + dyaw * sr * cp, -dpitch * sr + dyaw * cr * cp])
-    return np.column_stack([spline(times), rates, CubicSpline(times, rates)(times, 1)])
+    return np.column_stack([spline(times), rates, CubicSpline(times, rates)(times, 1), pivot_m_s2])
 
 
 def _start_axis(P: np.ndarray, K: np.ndarray, X: np.ndarray, index: int) -> None:

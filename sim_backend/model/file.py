@@ -30,7 +30,7 @@ class Quantity(Strict):
     uncertainty: StatedUncertainty | None = None
 
 
-class Kind(StrEnum):
+class ModelKind(StrEnum):
     """What moves: a two-axis gimbal, or one axis."""
 
     GIMBAL = "gimbal"
@@ -38,7 +38,7 @@ class Kind(StrEnum):
     LINEAR = "linear"
 
 
-class Motion(StrEnum):
+class BaseMotionKind(StrEnum):
     """How the base moves."""
 
     FIXED = "fixed"
@@ -67,13 +67,14 @@ class Rates(Strict):
 class BaseSection(Strict):
     """Base motion; which keys count depends on `motion`."""
 
-    motion: Motion = Motion.FIXED
+    motion: BaseMotionKind = BaseMotionKind.FIXED
     attitude_rad: Angles = Angles()
     rate_rad_s: Rates = Rates()
     amplitude_rad: Angles = Angles()
     frequency_hz: Angles = Angles()
     phase_rad: Angles = Angles()
-    #: recorded: CSV with columns time_s, roll, pitch, yaw (rad), constant rate; the path is relative to the model file
+    #: recorded: CSV with columns time_s, roll, pitch, yaw (rad) and, where the pivot accelerates, ax, ay, az (m/s^2,
+    #: base axes, gravity not included), constant rate; the path is relative to the model file
     file: str | None = None
     #: case: a row of table 3.1 or 3.2 of the thesis
     table: Literal["3.1", "3.2"] | None = None
@@ -98,7 +99,7 @@ class ModelFile(Strict):
     schema_: Literal[1] = Field(alias="schema")
     name: str
     text: str = ""
-    kind: Kind
+    kind: ModelKind
     #: of every number that states none of its own
     uncertainty: StatedUncertainty | None = None
     plant_step_s: Annotated[float, Field(gt=0.0, le=0.01)] = 1e-4

@@ -19,7 +19,7 @@ from pydantic import ValidationError
 from firmware_protocol.documents import Refusals, yaml_text
 from firmware_protocol.errors import BadInputError
 from sim_backend.effects import Effect, effect_named
-from sim_backend.model.file import PARENT, EffectSection, Kind, ModelFile, Quantity, read_document, validated
+from sim_backend.model.file import PARENT, EffectSection, ModelFile, ModelKind, Quantity, read_document, validated
 from sim_backend.model.numbers import AXIS_NUMBERS, NUMBER_AT, beside
 from sim_backend.model.physical_checks import check_body, check_friction, temperature_table
 from sim_backend.model.uncertainty import DEFAULT_SOURCE, Uncertainty, relative_by_source
@@ -32,7 +32,7 @@ class EffectEntry:
     effect: Effect
     axis: str
     parameters: tuple[float, ...]
-    #: standard deviation of each parameter, as stated or by its source
+    #: how far each parameter may be off, as stated or by its source
     uncertainties: tuple[float, ...] = ()
 
     def value(self, name: str) -> float:
@@ -40,7 +40,7 @@ class EffectEntry:
         return self.parameters[[p.name for p in self.effect.parameters].index(name)]
 
     def uncertainty(self, name: str) -> float:
-        """Standard deviation of one parameter by name."""
+        """How far one parameter, by name, may be off."""
         return self.uncertainties[[p.name for p in self.effect.parameters].index(name)]
 
 
@@ -63,7 +63,7 @@ class AntennaModel:
         return self.file.name
 
     @property
-    def kind(self) -> Kind:
+    def kind(self) -> ModelKind:
         """What moves."""
         return self.file.kind
 
@@ -75,15 +75,15 @@ class AntennaModel:
     @property
     def is_linear(self) -> bool:
         """Whether the axis is a linear one (m, N, kg)."""
-        return self.kind is Kind.LINEAR
+        return self.kind is ModelKind.LINEAR
 
     def number(self, axis: str, path: str) -> float:
         """One number, e.g. ("outer", "friction.viscous"), in the unit of the table in numbers.py."""
         return self.numbers[axis, path].value
 
     def uncertainty(self, axis: str, path: str) -> float:
-        """Standard deviation of one number, in its unit: as stated beside it, else for the whole file, else by its
-        source.
+        """How far one number may be off, to either side, in its unit: as stated beside it, else for the whole file,
+        else by its source.
 
         Zero where the file does not give the number. What is stated for the file or follows from a source is a share of
         the number's size, which for centres of gravity and products of inertia is that of all three together: their
@@ -109,9 +109,9 @@ class AntennaModel:
 
     def own_inertia_path(self, axis: str) -> str:
         """Path of the moment of a body about its own axis (the mass on a linear axis)."""
-        if self.kind is Kind.LINEAR:
+        if self.kind is ModelKind.LINEAR:
             return "body.mass"
-        return "body.inertia.yy" if self.kind is Kind.GIMBAL and self.axes.index(axis) == 1 else "body.inertia.zz"
+        return "body.inertia.yy" if self.kind is ModelKind.GIMBAL and self.axes.index(axis) == 1 else "body.inertia.zz"
 
     def number_path(self, axis: str, path: str) -> str:
         """A path as effects give it, with `body.own_inertia` resolved for this axis."""
@@ -133,7 +133,7 @@ class AntennaModel:
         """A model in which several numbers of an axis (path -> value) change at once, so that only the outcome need be
         possible.
 
-        `uncertainties` are standard deviations by path; a number without one keeps what the file states beside it.
+        `uncertainties` say by path how far off a number may be; one without keeps what the file states beside it.
         """
         document = copy.deepcopy(self.document)
         stated = {self.number_path(axis, path): spread for path, spread in (uncertainties or {}).items()}
@@ -158,7 +158,7 @@ class AntennaModel:
         """A model with one more effect; a number effect (the model already has its numbers) changes those numbers
         instead.
 
-        `uncertainties` are standard deviations by parameter.
+        `uncertainties` say by parameter how far off it may be.
         """
         effect = effect_named(name, f"{self.where}: effects")
         stated = uncertainties or {}
@@ -176,12 +176,6 @@ class AntennaModel:
             entry[parameter.name] = _written(value, unit, source, stated.get(parameter.name))
         document.setdefault("effects", [])
         document["effects"] = [*document["effects"], entry]
-        return model_from_document(document, self.where)
-
-    def without_effect(self, index: int) -> AntennaModel:
-        """A model without its effect number `index`."""
-        document = copy.deepcopy(self.document)
-        document["effects"] = [entry for i, entry in enumerate(document["effects"]) if i != index]
         return model_from_document(document, self.where)
 
     def with_base(self, base: Mapping[str, Any]) -> AntennaModel:
@@ -205,7 +199,7 @@ def model_from_document(document: dict[str, Any], where: str) -> AntennaModel:
     """Check a document that has the form of a model file; `where` names it in errors."""
     document = _in_its_section(document)
     file = validated(document, where)
-    expected = 2 if file.kind is Kind.GIMBAL else 1
+    expected = 2 if file.kind is ModelKind.GIMBAL else 1
     if len(file.axes) != expected:
         raise BadInputError(
             f"{where}: axes",
@@ -245,7 +239,7 @@ def model_from_document(document: dict[str, Any], where: str) -> AntennaModel:
                 path = model.number_path(entry.axis, parameter.path)
                 numbers[entry.axis, path] = Quantity(
                     value=entry.value(parameter.name),
-                    unit=NUMBER_AT[path].unit_for(file.kind is Kind.LINEAR),
+                    unit=NUMBER_AT[path].unit_for(file.kind is ModelKind.LINEAR),
                     source=f"effect {entry.effect.name}",
                     uncertainty=Uncertainty(entry.uncertainty(parameter.name), False),
                 )
@@ -285,13 +279,13 @@ def _axis_numbers(section: dict[str, Any], axis: str, file: ModelFile, where: st
                 expected = f"{near[0]!r} perhaps" if near else "a number of the model schema"
                 raise BadInputError(place, "unknown key", expected)
             number = NUMBER_AT[path]
-            unit = number.unit_for(file.kind is Kind.LINEAR)
+            unit = number.unit_for(file.kind is ModelKind.LINEAR)
             found[axis, path] = _quantity(raw, place, unit, number.low, number.high)
     refusals.settle()
     for number in AXIS_NUMBERS:
         if (axis, number.path) not in found:
             found[axis, number.path] = Quantity(
-                value=number.default or 0.0, unit=number.unit_for(file.kind is Kind.LINEAR), source=DEFAULT_SOURCE
+                value=number.default or 0.0, unit=number.unit_for(file.kind is ModelKind.LINEAR), source=DEFAULT_SOURCE
             )
     return found
 
@@ -337,7 +331,9 @@ def _effect_entry(entry: EffectSection, index: int, file: ModelFile, where: str)
     effect = effect_named(entry.name, f"{place}.name")
     if entry.axis not in file.axes:
         raise BadInputError(f"{place}.axis", f"no axis {entry.axis!r}", "one of " + ", ".join(file.axes))
-    if (effect.rotary_only and file.kind is Kind.LINEAR) or (effect.two_axis_only and file.kind is not Kind.GIMBAL):
+    if (effect.rotary_only and file.kind is ModelKind.LINEAR) or (
+        effect.two_axis_only and file.kind is not ModelKind.GIMBAL
+    ):
         raise BadInputError(f"{place}.name", f"{entry.name} cannot be on a {file.kind.value} axis")
     amounts = entry.amounts()
     names = [parameter.name for parameter in effect.parameters]
@@ -346,7 +342,7 @@ def _effect_entry(entry: EffectSection, index: int, file: ModelFile, where: str)
             raise BadInputError(f"{place}.{key}", "unknown key", f"parameters of {entry.name}: {', '.join(names)}")
     values, spreads = [], []
     for parameter in effect.parameters:
-        unit = parameter.linear_unit if file.kind is Kind.LINEAR and parameter.linear_unit else parameter.unit
+        unit = parameter.linear_unit if file.kind is ModelKind.LINEAR and parameter.linear_unit else parameter.unit
         raw = amounts.get(parameter.name, parameter.neutral)
         low, high = min(parameter.low, parameter.neutral), max(parameter.high, parameter.neutral)
         quantity = _quantity(raw, f"{place}.{parameter.name}", unit, low, high)

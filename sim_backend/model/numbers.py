@@ -12,7 +12,7 @@ from enum import IntEnum
 from sim_backend import layout
 
 
-class Block(IntEnum):
+class SlotBase(IntEnum):
     """Which run of P a slot counts from."""
 
     AXIS = 0
@@ -33,7 +33,7 @@ class Number:
     low: float
     high: float
     default: float | None
-    block: Block
+    block: SlotBase
     slot: int
     text: str
 
@@ -42,7 +42,7 @@ class Number:
         return self.linear_unit if linear else self.unit
 
 
-_A, _I, _C, _M, _B = Block.AXIS, Block.INERTIA, Block.COG, Block.MASS, Block.BUILD
+_A, _I, _C, _M, _B = SlotBase.AXIS, SlotBase.INERTIA, SlotBase.COG, SlotBase.MASS, SlotBase.BUILD
 _BIG = 1e9
 #: a travel limit that is none
 ENDLESS = 1e4

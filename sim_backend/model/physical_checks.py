@@ -10,7 +10,7 @@ import numpy as np
 
 from firmware_protocol.documents import LARGEST_NUMBER
 from firmware_protocol.errors import BadInputError
-from sim_backend.model.file import Kind, ModelFile, Quantity
+from sim_backend.model.file import ModelFile, ModelKind, Quantity
 from sim_backend.model.numbers import FRICTION_ROW, NUMBER_AT
 
 
@@ -18,18 +18,18 @@ def check_body(numbers: Mapping[tuple[str, str], Quantity], axis: str, file: Mod
     def at(path: str) -> float:
         return numbers[axis, path].value
 
-    if file.kind is Kind.LINEAR:
+    if file.kind is ModelKind.LINEAR:
         if at("body.mass") <= 0.0:
             raise BadInputError(f"{where}: axes.{axis}.body.mass", "is missing or not positive", "the moving mass, kg")
         return
-    own = "zz" if file.kind is Kind.ROTARY or list(file.axes).index(axis) == 0 else "yy"
+    own = "zz" if file.kind is ModelKind.ROTARY or list(file.axes).index(axis) == 0 else "yy"
     if at(f"body.inertia.{own}") <= 0.0:
         raise BadInputError(
             f"{where}: axes.{axis}.body.inertia.{own}",
             "is missing or not positive",
             "the moment about the joint's own axis, kg m2",
         )
-    if file.kind is Kind.ROTARY:
+    if file.kind is ModelKind.ROTARY:
         return
     xx, yy, zz, xy, xz, yz = (at(f"body.inertia.{k}") for k in ("xx", "yy", "zz", "xy", "xz", "yz"))
     moments = np.linalg.eigvalsh(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))

@@ -1,5 +1,5 @@
-"""How well a number of a model file is known: one standard deviation, stated in the file or taken from where the number
-comes from.
+"""How well a number of a model file is known: how far it may be off, to either side, stated in the file or taken from
+where the number comes from.
 
 `uncertainty` beside a value is absolute in the value's unit (`0.002`) or relative (`10%`). A file may state one for all
 its numbers (`uncertainty: 0.1%` at the top). Where neither is said, the first word of `source` that is known decides.
@@ -14,7 +14,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator
 
-#: standard deviation over value by the word that a source is told by; the word that comes first in the text counts
+#: how far off over value by the word that a source is told by; the word that comes first in the text counts
 RELATIVE_BY_WORD: dict[str, float] = {
     "measured": 0.05,
     "weighed": 0.05,
@@ -48,7 +48,7 @@ _EXPECTED = "an uncertainty is zero or more in the number's unit, or relative as
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """One standard deviation, in the number's unit or over its size."""
+    """How far a number may be off, to either side, in its unit or over its size."""
 
     amount: float
     relative: bool
@@ -75,7 +75,7 @@ StatedUncertainty = Annotated[Uncertainty, BeforeValidator(_as_uncertainty)]
 
 
 def relative_by_source(source: str | None) -> float:
-    """Standard deviation over value of a number with this source and no uncertainty of its own."""
+    """How far off, over its value, a number with this source and no uncertainty of its own may be."""
     if source == DEFAULT_SOURCE:
         return 0.0
     found = _WORD.search(source or "")

@@ -19,8 +19,8 @@ class TickSchedule:
 
     A set-point is the clock edge: its tick is due at once. Half a period is left for its jitter, then the antenna ticks
     by itself, at absolute deadlines one period apart. Edges closer than half a period belong to one tick, so that the
-    antenna's time keeps to the wall's when a host is late once. Periods that nobody was awake for are counted and
-    skipped, never caught up in a burst.
+    antenna's time keeps to the wall's when a host is late once. Periods that nobody was awake for are counted; the
+    phase is kept.
     """
 
     def __init__(self, period_ns: int, start_ns: int) -> None:

@@ -16,6 +16,8 @@ from sim_backend.server.schedule import TickCause, TickSchedule
 _SET_POINT = BY_NAME["set_point"].can_id.to_bytes(2, "little")
 #: between attempts to open a lost port again
 _REOPEN_NS = 100_000_000
+#: the antenna is carried over at most this many missed periods: its deadman has stopped it long before
+_MOST_PASSED_OVER = 2000
 
 
 @dataclass(slots=True)
@@ -25,8 +27,9 @@ class ServingStatistics:
     period_ns: int
     ticks_by_set_point: int = 0
     ticks_by_own_clock: int = 0
-    #: periods that passed while this process could not run
+    #: periods that passed while this process could not run, and how many of them the antenna was carried over
     skipped: int = 0
+    passed_over: int = 0
     #: set-points that came together with a later one and so did not get a tick of their own
     merged: int = 0
     link: str = ""
@@ -44,7 +47,7 @@ class ServingStatistics:
     @property
     def ticks(self) -> int:
         """All ticks."""
-        return self.ticks_by_set_point + self.ticks_by_own_clock
+        return self.ticks_by_set_point + self.ticks_by_own_clock + self.passed_over
 
     def as_dict(self) -> dict[str, object]:
         """For JSON."""
@@ -79,11 +82,12 @@ class DeviceServer:
             now = now_ns()
             if end is not None and now >= end:
                 break
+            before = schedule.skipped
             cause = schedule.due(now, self._waiting > 0)
             if cause is None:
                 self._sleep_until(schedule.next_ns(self._waiting > 0))
             else:
-                self._tick(cause)
+                self._tick(cause, schedule.skipped - before)
         statistics.skipped = schedule.skipped
         self._complete(statistics)
         return statistics
@@ -97,13 +101,19 @@ class DeviceServer:
             self._pending.append(block)
             self._waiting += _set_points(block)
 
-    def _tick(self, cause: TickCause) -> None:
-        self.link.send(self.device.tick(b"".join(self._pending)))
+    def _tick(self, cause: TickCause, missed: int) -> None:
+        """One tick, after those of the periods that were missed: an antenna's time does not stand still while this
+        process does. Set-points that came meanwhile each get a tick, as they would have.
+        """
+        passed_over = min(missed, _MOST_PASSED_OVER)
+        for block in _dealt(b"".join(self._pending), passed_over + 1):
+            self.link.send(self.device.tick(block))
         if cause is TickCause.SET_POINT:
             self.statistics.ticks_by_set_point += 1
         else:
             self.statistics.ticks_by_own_clock += 1
-        self.statistics.merged += max(0, self._waiting - 1)
+        self.statistics.passed_over += passed_over
+        self.statistics.merged += max(0, self._waiting - 1 - passed_over)
         self._pending.clear()
         self._waiting = 0
 
@@ -132,3 +142,17 @@ class DeviceServer:
 def _set_points(block: bytes) -> int:
     """How many frames of a block claim to be set-points; whether they are good is the device's business."""
     return sum(block.startswith(_SET_POINT, at) for at in range(0, len(block), RECORD_SIZE))
+
+
+def _dealt(block: bytes, ticks: int) -> list[bytes]:
+    """A block in as many pieces as there are ticks: the newest set-point, with what came since the one before it, is
+    the last tick's, and so on backwards; what is older than that many set-points is the first one's.
+    """
+    pieces: list[bytes] = []
+    ends = [at + RECORD_SIZE for at in range(0, len(block), RECORD_SIZE) if block.startswith(_SET_POINT, at)]
+    end = len(block)
+    for before in reversed(ends[:-1][1 - ticks :] if ticks > 1 else []):
+        pieces.append(block[before:end])
+        end = before
+    pieces.append(block[:end])
+    return [b""] * (ticks - len(pieces)) + pieces[::-1]

@@ -16,7 +16,7 @@ from gimbal_hil.settings import DaemonSettings, host_configuration, settings_fro
 from gimbal_hil.starting import AntennaDescription, AxisDescription, LinkChoice, usual_axis
 from gimbal_hil.starting.documents import configuration_document, model_document
 from sim_backend.drives import DrivenGimbal, SimulatedDrive
-from sim_backend.model import Kind, model_from_document
+from sim_backend.model import ModelKind, model_from_document
 
 RATE_HZ, PERIOD_NS = 1000.0, 1_000_000
 _CHANNELS = itertools.count()
@@ -33,8 +33,10 @@ def link_section(drive: str, **more: Any) -> dict[str, Any]:
 
 def settings_and_model(link: dict[str, Any], **more: Any) -> tuple[DaemonSettings, Any]:
     """A stranger's gimbal without gyros, as `init` writes it, behind this link."""
-    axes = tuple(usual_axis(AxisDescription(name), Kind.GIMBAL, place) for place, name in enumerate(("pan", "tilt")))
-    antenna = AntennaDescription("mine", Kind.GIMBAL, axes, LinkChoice("adapter", link), RATE_HZ, has_gyro=False)
+    axes = tuple(
+        usual_axis(AxisDescription(name), ModelKind.GIMBAL, place) for place, name in enumerate(("pan", "tilt"))
+    )
+    antenna = AntennaDescription("mine", ModelKind.GIMBAL, axes, LinkChoice("adapter", link), RATE_HZ, has_gyro=False)
     document = configuration_document(antenna, "model.yaml", link)
     return settings_from_document(document | more, "antenna.yaml"), model_from_document(model_document(antenna), "m")
 

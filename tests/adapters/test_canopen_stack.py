@@ -9,7 +9,7 @@ import pytest
 from firmware_protocol.adapters import Cia402Drive, DriveTiming, PythonCanBus
 from firmware_protocol.links import DriveSection
 
-canopen = pytest.importorskip("canopen")
+canopen = pytest.importorskip("canopen", reason="canopen is not installed (the extra test has it)")
 CHANNEL, NODE = "canopen-stack", 7
 
 

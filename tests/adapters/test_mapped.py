@@ -13,7 +13,7 @@ from firmware_protocol.documents import yaml_text
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.links import DriveSection
 
-cantools = pytest.importorskip("cantools")
+cantools = pytest.importorskip("cantools", reason="cantools is not installed (the extra test has it)")
 
 DBC = """VERSION ""
 NS_ :

@@ -83,7 +83,7 @@ def test_the_compiled_path_is_much_faster_than_the_frame_path() -> None:
 
 
 def test_a_plant_step_is_much_faster_than_one_of_mujoco() -> None:
-    pytest.importorskip("mujoco")
+    pytest.importorskip("mujoco", reason="mujoco is not installed (the extra test has it)")
     theirs = mujoco_steps(shipped_model(), PLANT_STEPS // 10)
     assert theirs is not None
     assert 10.0 * times_faster(moving_plant(shipped_model()), theirs) > PLANT_OVER_MUJOCO

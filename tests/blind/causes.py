@@ -164,7 +164,8 @@ def _outside_since(rng: Generator, axis: str) -> list[Cause]:
             axis,
             "slosh_j",
             0.02,
-            ("structural_resonance",),
+            # a sprung mass that comes on top of the axis' own inertia
+            ("structural_resonance", "inertia"),
             slosh_w=2 * np.pi * float(rng.uniform(0.5, 2.0)),
             slosh_z=float(rng.uniform(0.1, 0.4)),
         ),

@@ -5,6 +5,7 @@ worth.
 from __future__ import annotations
 
 import json
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import pytest
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.bench import BlindChoice
+from gimbal_hil.discrepancy import Policy
 from sim_backend.model import model_from_document
 from tests.blind.compare import comparison
 from tests.blind.draw import Wrong, draw
@@ -21,6 +23,7 @@ from tests.blind.files import model_document, write_case
 from tests.blind.guests import ROWS, SOURCES, install
 from tests.blind.kinds import KINDS, Job, Part, Stated, all_jobs, jobs, sealed_seed
 from tests.blind.page import write_page
+from tests.blind.policy import changed, rows
 from tests.blind.rig import STRANGERS, rig_named
 from tests.blind.score import Outcome, numbers_found, outcome, told_class
 from tests.blind.tally import tables, targets
@@ -307,4 +310,24 @@ def test_the_command_passes_the_choice_on_and_leaves_out_what_was_not_chosen(tmp
         "--keep",
         "wrong",
         "--table",
+    ]
+
+
+def test_a_policy_with_one_number_changed_is_the_policy_otherwise() -> None:
+    for field in fields(Policy):
+        moved = changed((field.name, 2.0))
+        assert getattr(moved, field.name) != getattr(Policy(), field.name)
+        assert replace(moved, **{field.name: getattr(Policy(), field.name)}) == Policy()
+    assert changed(("", 1.0)) == Policy() and changed(("named", 2.0)).named < 1.0
+
+
+def test_a_policy_s_curve_counts_only_cases_that_every_change_has() -> None:
+    ended = {
+        "a": {"*1": "EXACT", "sure*2": "MISSED"},
+        "b": {"*1": "FALSE", "sure*2": "ABSTAINED"},
+        "c": {"*1": "FALSE"},
+    }
+    assert rows(ended, [("", 1.0), ("sure", 2.0)]) == [
+        ("as it is", "-", "2", "1", "1", "0", "0"),
+        ("sure", "4", "2", "1", "0", "1", "0"),
     ]

@@ -28,9 +28,10 @@ def test_every_shipped_file_is_recognised_and_good(capsys: pytest.CaptureFixture
     folders = [shipped_file(), shipped_file("models"), shipped_file("plans")]
     code, out, _ = ask(capsys, *map(str, folders))
     assert code == 0
-    lines = out.splitlines()
+    *lines, following = out.splitlines()
     assert len(lines) == sum(len(list(folder.glob("*.yaml"))) for folder in folders)
     assert all(line.startswith("good") for line in lines)
+    assert following.startswith("next: gimbal-hil")
     for path, kind in ((THESIS, "model"), (CONFIGURATION, "configuration"), (PLAN, "plan")):
         assert any(f"{path}: {kind}:" in line for line in lines)
 
@@ -45,12 +46,14 @@ def test_all_that_is_wrong_with_a_model_is_told_at_once(tmp_path: Path, capsys: 
     )
     code, out, _ = ask(capsys, str(file))
     assert code == 1
-    assert [line.split(": ")[1] for line in out.splitlines()] == [
+    *lines, following = out.splitlines()
+    assert [line.split(": ")[1] for line in lines] == [
         "axes.outer.friction.coulomb",
         "axes.inner.friction.brakeaway",
         "axes.inner.actuator.limit",
     ]
-    assert "friction.breakaway" in out.splitlines()[1]
+    assert "friction.breakaway" in lines[1]
+    assert following == f"next: gimbal-hil check {file}"
 
 
 def test_all_that_is_wrong_with_a_configuration_is_told_at_once_as_json(

@@ -17,7 +17,7 @@ from gimbal_hil.experiments.plan import plan_from_document
 from sim_backend.effects import CATALOGUE
 from sim_backend.shipped import shipped_file
 
-jsonschema = pytest.importorskip("jsonschema")
+jsonschema = pytest.importorskip("jsonschema", reason="jsonschema is not installed (the extra test has it)")
 
 SHIPPED = sorted(path for folder in ("", "models", "plans") for path in shipped_file(folder).glob("*.yaml"))
 

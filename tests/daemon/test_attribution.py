@@ -18,6 +18,10 @@ from gimbal_hil.timing.witness import WitnessProcess
 
 LENGTH_NS = 6_000_000
 MADE = 12
+#: at 40 ms each: 12 s, then the machine is too busy to ask
+TRIES = 300
+#: a fault that took this much longer than what it did was lengthened by the machine; its cause is then two causes
+UNDISTURBED_NS = 1_000_000
 
 
 def compute(usage: ThreadUsage) -> None:
@@ -51,17 +55,25 @@ def wait_for_the_bus(usage: ThreadUsage) -> None:
     ],
 )
 def test_a_miss_made_on_purpose_is_given_its_own_cause(fault: Callable[[ThreadUsage], None], cause: MissCause) -> None:
-    """A stall of the machine may hit one of them at the same time; most are not hit, and these name what was done."""
+    """Only misses count whose fault took as long as it was made to take, by a clock that attribution does not read: a
+    stall of the machine in the middle of one is a cause of its own.
+    """
     control, watcher = control_and_witness_cores()
     given: Counter[MissCause] = Counter()
-    made: set[int] = set()
+    undisturbed: set[int] = set()
+    tried = 0
     usage = ThreadUsage()
 
     def step(tick: Tick) -> bool:
-        if tick.number // 40 > len(made):
-            made.add(tick.number)
+        nonlocal tried
+        if tick.number // 40 > tried:
+            tried += 1
+            began, busy = time.perf_counter_ns(), time.thread_time_ns()
             fault(usage)
-        return len(made) < MADE
+            meant = max(LENGTH_NS, time.thread_time_ns() - busy)
+            if time.perf_counter_ns() - began < meant + UNDISTURBED_NS:
+                undisturbed.add(tick.number)
+        return len(undisturbed) < MADE and tried < TRIES
 
     with WitnessProcess(watcher) as witness:
         assert witness.wait_awake()
@@ -73,8 +85,10 @@ def test_a_miss_made_on_purpose_is_given_its_own_cause(fault: Callable[[ThreadUs
                 step,
                 usage,
                 witness.page,
-                lambda missed, why: given.update([why] if missed.tick - 1 in made else []),
+                lambda missed, why: given.update([why] if missed.tick - 1 in undisturbed else []),
             )
             engine.run()
     usage.close()
+    if len(undisturbed) < MADE:
+        pytest.skip(f"the machine lengthened {tried - len(undisturbed)} of {tried} faults of {LENGTH_NS / 1e6:g} ms")
     assert given[cause] >= 0.7 * sum(given.values()) and given[cause] >= MADE // 2, given

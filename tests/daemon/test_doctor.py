@@ -31,12 +31,14 @@ def test_doctor_answers_with_a_verdict_and_its_reasons(tmp_path: Path, capsys: p
     )
 
 
-def test_doctor_for_people_ends_with_the_verdict(capsys: pytest.CaptureFixture[str]) -> None:
+def test_doctor_for_people_ends_with_the_verdict_and_the_next_command(capsys: pytest.CaptureFixture[str]) -> None:
     code = run_command("doctor", ["--seconds", "0.3"])
     lines = capsys.readouterr().out.splitlines()
     verdict = next(place for place, line in enumerate(lines) if line.startswith("verdict: "))
-    assert all(line.startswith("  - ") for line in lines[verdict + 1 :])
-    assert bool(lines[verdict + 1 :]) is (code == 1)
+    *reasons, following = lines[verdict + 1 :]
+    assert all(line.startswith("  - ") for line in reasons)
+    assert bool(reasons) is (code == 1)
+    assert following.startswith("next: gimbal-hil daemon ")
 
 
 def test_an_antenna_that_answers_is_told_from_a_port_that_is_open_and_silent(tmp_path: Path) -> None:

@@ -123,11 +123,11 @@ class CutLink(LinkBasis):
         assert self.state is LinkState.OPEN
         return BLOCK
 
-    def reopen(self) -> bool:
+    def _connect(self) -> None:
         self.away -= 1
-        if self.away <= 0:
-            self._opened()
-        return self.state is LinkState.OPEN
+        if self.away > 0:
+            raise LinkError("unplugged")
+        self._opened()
 
     def wait(self, timeout_ns: int) -> bool:
         return True

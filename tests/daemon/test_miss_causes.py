@@ -5,7 +5,7 @@ import gc
 
 import pytest
 
-from gimbal_hil.timing.miss_causes import NOTHING_USED, Gap, Miss, MissCause, ThreadUsage, Usage, cause_of
+from gimbal_hil.timing.miss_causes import NOTHING_USED, Miss, MissCause, Stall, ThreadUsage, Usage, cause_of
 
 
 def miss(**used: int) -> Miss:
@@ -43,22 +43,22 @@ def test_the_largest_share_of_the_lost_time_names_the_cause(used: dict[str, int]
 
 
 def test_a_gap_that_the_witness_saw_at_the_same_time_is_a_machine_stall_whatever_else_was_charged() -> None:
-    stall = [Gap(900_000, 4_100_000)]
+    stall = [Stall(900_000, 4_100_000)]
     assert cause_of(miss(computing_ns=4_000_000), stall) is MissCause.MACHINE_STALL
     assert cause_of(miss(), stall) is MissCause.MACHINE_STALL
 
 
 def test_a_gap_at_another_time_or_much_shorter_is_no_excuse() -> None:
-    assert cause_of(miss(computing_ns=4_000_000), [Gap(5_000_000, 9_000_000)]) is MissCause.OWN_COMPUTING
-    assert cause_of(miss(computing_ns=4_000_000), [Gap(1_000_000, 1_500_000)]) is MissCause.OWN_COMPUTING
+    assert cause_of(miss(computing_ns=4_000_000), [Stall(5_000_000, 9_000_000)]) is MissCause.OWN_COMPUTING
+    assert cause_of(miss(computing_ns=4_000_000), [Stall(1_000_000, 1_500_000)]) is MissCause.OWN_COMPUTING
 
 
 def test_computing_on_a_core_that_did_not_answer_is_a_core_that_was_taken() -> None:
     computing = miss(computing_ns=4_000_000)
-    assert cause_of(computing, [], [Gap(500_000, 3_900_000)]) is MissCause.CORE_TAKEN
-    assert cause_of(computing, [], [Gap(500_000, 900_000)]) is MissCause.OWN_COMPUTING
+    assert cause_of(computing, [], [Stall(500_000, 3_900_000)]) is MissCause.CORE_TAKEN
+    assert cause_of(computing, [], [Stall(500_000, 900_000)]) is MissCause.OWN_COMPUTING
     assert (
-        cause_of(miss(computing_ns=4_000_000, collecting_ns=3_000_000), [], [Gap(3_500_000, 4_200_000)])
+        cause_of(miss(computing_ns=4_000_000, collecting_ns=3_000_000), [], [Stall(3_500_000, 4_200_000)])
         is MissCause.GARBAGE_COLLECTION
     )
 
@@ -74,7 +74,7 @@ def test_a_step_that_was_done_in_time_is_not_to_blame_for_a_late_wake_up() -> No
 
 
 def test_several_short_stalls_add_up() -> None:
-    gaps = [Gap(100_000, 1_000_000), Gap(1_300_000, 2_000_000), Gap(2_500_000, 4_000_000)]
+    gaps = [Stall(100_000, 1_000_000), Stall(1_300_000, 2_000_000), Stall(2_500_000, 4_000_000)]
     assert cause_of(miss(computing_ns=3_000_000), gaps) is MissCause.MACHINE_STALL
 
 

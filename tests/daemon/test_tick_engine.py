@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gimbal_hil.timing.clock import Duration, Instant, LockstepClock, MonotonicClock
-from gimbal_hil.timing.miss_causes import Gap, Miss, MissCause
+from gimbal_hil.timing.miss_causes import Miss, MissCause, Stall
 from gimbal_hil.timing.tick_engine import Tick, TickEngine
 
 PERIOD = Duration(1_000_000)
@@ -31,17 +31,17 @@ class ScriptedClock:
 
 
 class SilentWitness:
-    def __init__(self, gaps: list[Gap]) -> None:
+    def __init__(self, gaps: list[Stall]) -> None:
         self.gaps = gaps
         self.awake_ns = 0
 
     def seen_until_ns(self) -> int:
         return self.awake_ns
 
-    def gaps_since(self, instant_ns: int) -> list[Gap]:
+    def gaps_since(self, instant_ns: int) -> list[Stall]:
         return [gap for gap in self.gaps if gap.end_ns > instant_ns]
 
-    def core_gaps_since(self, instant_ns: int) -> list[Gap]:
+    def core_gaps_since(self, instant_ns: int) -> list[Stall]:
         return []
 
 
@@ -112,7 +112,7 @@ def test_a_cause_is_named_only_after_the_witness_has_spoken() -> None:
 
     def step(tick: Tick) -> bool:
         if tick.skipped:
-            witness.gaps = [Gap(clock.ns - 20_000_000, clock.ns)]
+            witness.gaps = [Stall(clock.ns - 20_000_000, clock.ns)]
         if tick.number == 30:
             assert not told
             witness.awake_ns = clock.ns + PERIOD.ns

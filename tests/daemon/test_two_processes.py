@@ -17,13 +17,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 
 from gimbal_hil.cli.app import run as run_command
 from gimbal_hil.operator.client import OperatorClient
 from gimbal_hil.runs import open_run
-from gimbal_hil.settings import shipped_settings_path
-from tests.daemon.daemons import Json, RunningDaemon
+from tests.daemon.daemons import PATIENCE_S, Json, RunningDaemon, patient_configuration
 
 HALF_S = float(os.environ.get("GIMBAL_HIL_SCENARIO_S", "3"))
 LONGEST_HALF_S = HALF_S + 60.0
@@ -36,21 +34,9 @@ LINKS: dict[str, Json] = {
 }
 
 
-def configuration(folder: Path, kind: str) -> Path:
-    document = yaml.safe_load(shipped_settings_path().read_text())
-    document["link"] = {key: str(folder / PORT) if value == PORT else value for key, value in LINKS[kind].items()}
-    # a shared machine stalls for tens of milliseconds; how long a stall may be is the owner's choice and not what is
-    # tested here
-    document["supervisor"] |= {
-        "lost_ticks": 100,
-        "set_point_lag_ticks": 200,
-        "deadman": {"window_ticks": 250, "reaction": "decelerate_and_hold"},
-        # the test before the first motion may be unable to tell on such a machine; it has tests of its own
-        "first_test": "never",
-    }
-    path = folder / "daemon.yaml"
-    path.write_text(yaml.safe_dump(document))
-    return path
+def configuration(folder: Path, kind: str, first_test: str = "never") -> Path:
+    link = {key: str(folder / PORT) if value == PORT else value for key, value in LINKS[kind].items()}
+    return patient_configuration(folder, link, first_test=first_test)
 
 
 class RunningPlant:
@@ -109,6 +95,29 @@ def test_a_step_over_a_real_driver_stack_and_an_antenna_that_goes_away_and_comes
     assert served["bad_frames"] == 0
     assert run_command("replay", [str(run), "--json"]) == 0
     assert_stopped_while_the_antenna_was_away(run)
+
+
+@pytest.mark.realtime
+@pytest.mark.parametrize("kind", ["serial", "unix"])
+def test_the_first_test_passes_over_a_real_driver_stack_before_anything_else_moves(
+    tmp_path: Path, plants: list[RunningPlant], kind: str
+) -> None:
+    run, config = tmp_path / "run", configuration(tmp_path, kind, first_test="real_link")
+    plants.append(RunningPlant(tmp_path, kind))
+    with RunningDaemon(run, "--config", str(config)) as daemon, daemon.client() as client:
+        # what is asked before is put off, and not refused for good
+        client.when_ready("set_point", timeout_s=PATIENCE_S, mode="position", outer=0.1, inner=0.1)
+        daemon.until_state(client, "active")
+        client.request("shut_down")
+        code, answer, _ = daemon.wait()
+    assert (code, answer["reason"]) == (0, "shut down by the operator")
+    log = open_run(run)
+    passed = [event.tick for event in log.events if "first test: each axis turns" in event.text]
+    starts = [event.tick for event in log.commands() if event.data["command"] == "start"]
+    # its own programs (more than one where the machine stalled), and then the operator's
+    assert len(passed) == 1 and len(starts) >= 2
+    assert starts[0] < passed[0] <= starts[-1] and not any(passed[0] < tick < starts[-1] for tick in starts)
+    assert run_command("replay", [str(run), "--json"]) == 0
 
 
 def step(daemon: RunningDaemon, client: OperatorClient, outer: float, inner: float) -> None:

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gimbal_hil.timing.mailbox import anonymous_memory
-from gimbal_hil.timing.miss_causes import Gap
+from gimbal_hil.timing.miss_causes import Stall
 from gimbal_hil.timing.watching import gap_between
 from gimbal_hil.timing.witness import WitnessPage, WitnessProcess
 
@@ -23,7 +23,7 @@ def test_the_page_gives_back_the_newest_gaps_in_order(lengths: list[int], since:
     page = new_page()
     now, gaps = 0, []
     for length in lengths:
-        gaps.append(Gap(now, now + length))
+        gaps.append(Stall(now, now + length))
         now += length + 1_000
         page.publish(now, gaps[-1])
     assert page.count() == len(gaps)
@@ -34,15 +34,15 @@ def test_the_page_gives_back_the_newest_gaps_in_order(lengths: list[int], since:
 
 def test_gaps_of_the_watched_core_are_kept_apart_from_the_witness_own() -> None:
     page = new_page()
-    page.publish(10, Gap(1, 4), Gap(5, 9))
-    page.publish(20, None, Gap(11, 19))
-    assert page.gaps_since(0) == [Gap(1, 4)]
-    assert page.core_gaps_since(0) == [Gap(5, 9), Gap(11, 19)]
+    page.publish(10, Stall(1, 4), Stall(5, 9))
+    page.publish(20, None, Stall(11, 19))
+    assert page.gaps_since(0) == [Stall(1, 4)]
+    assert page.core_gaps_since(0) == [Stall(5, 9), Stall(11, 19)]
     page.close()
 
 
 def test_time_spent_queued_behind_others_is_not_a_stall_of_the_machine() -> None:
-    assert gap_between(1_000_000, 6_000_000, 0) == Gap(1_000_000, 6_000_000)
+    assert gap_between(1_000_000, 6_000_000, 0) == Stall(1_000_000, 6_000_000)
     assert gap_between(1_000_000, 6_000_000, 4_950_000) is None
     assert gap_between(1_000_000, 1_100_000, 0) is None
 

@@ -91,7 +91,7 @@ def test_the_live_data_is_json_also_where_there_is_no_reference(server: PageServ
 
 
 def test_metrics_are_what_prometheus_reads(server: PageServer, view: LiveView) -> None:
-    parser = pytest.importorskip("prometheus_client.parser")
+    parser = pytest.importorskip("prometheus_client.parser", reason="the extra metrics is not installed")
     status, content = get(server, "/metrics")
     assert status == 200
     families = {family.name: family for family in parser.text_string_to_metric_families(content.decode())}
@@ -106,6 +106,36 @@ def test_metrics_are_what_prometheus_reads(server: PageServer, view: LiveView) -
     counts = [sample.value for sample in buckets]
     assert counts == sorted(counts) and counts[-1] == view.ticks and math.isinf(float(buckets[-1].labels["le"]))
     assert sum(sample.value for sample in families["gimbal_host_state"].samples) == 1
+
+
+def test_the_guard_that_tripped_and_a_filling_disk_show_on_the_page_and_in_the_metrics(
+    server: PageServer, view: LiveView
+) -> None:
+    parser = pytest.importorskip("prometheus_client.parser", reason="the extra metrics is not installed")
+    told = {"lamp": "low", "free_mb": 1500, "problem": None}
+    view.recording = lambda: told
+
+    def lamps() -> tuple[dict[str, float], dict[str, float], dict[str, float]]:
+        families = {f.name: f for f in parser.text_string_to_metric_families(get(server, "/metrics")[1].decode())}
+        names = ("gimbal_guard_tripped", "gimbal_guard_trips", "gimbal_recording_lamp")
+        on, trips, recording = (
+            {next(iter(s.labels.values())): s.value for s in families[name].samples if s.value} for name in names
+        )
+        assert families["gimbal_recording_free_bytes"].samples[0].value == told["free_mb"] * 2**20
+        return on, trips, recording
+
+    assert lamps() == ({}, {}, {"low": 1.0})
+    view.state_changed("fault", "runaway")
+    live = json.loads(get(server, "/live.json")[1])
+    assert live["status"]["guard"] == "runaway" and live["status"]["guard_trips"] == {"runaway": 1}
+    assert live["recording"] == told
+    assert lamps() == ({"runaway": 1.0}, {"runaway": 1.0}, {"low": 1.0})
+    # reset, and then an operator's stop: the lamp is off, the count stays
+    for to, cause in (("waiting", "operator"), ("idle", "none"), ("active", "operator"), ("stopping", "operator")):
+        view.state_changed(to, cause)
+        assert lamps() == ({}, {"runaway": 1.0}, {"low": 1.0})
+    view.state_changed("stopping", "travel")
+    assert lamps() == ({"travel": 1.0}, {"runaway": 1.0, "travel": 1.0}, {"low": 1.0})
 
 
 def test_only_this_machine_is_answered_and_nothing_can_be_commanded(server: PageServer) -> None:

@@ -457,6 +457,22 @@ def a_quick_stop_that_runs_can_be_asked_to_trust_less(make: MakeBench) -> None:
     assert bench.device.drive.joints[0].shorted == 1
 
 
+def silence_during_a_stop_without_sensors_does_not_bring_them_back(make: MakeBench) -> None:
+    bench = make(deadman_reaction=StopReaction.DECELERATE_AND_HOLD).enable()
+    bench.spin(0, 0.5)
+    bench.request(DriveRequest.QUICK_STOP, stop=StopReaction.BRAKE)
+    for _ in range(2 * WINDOW):
+        bench.tick(None)
+        assert bench.torque == (0.0, 0.0)
+    assert bench.fault is FaultCode.DEADMAN
+    # one that trusts the encoder goes on as the host chose for silence
+    bench = make(deadman_reaction=StopReaction.BRAKE).enable()
+    bench.spin(0, 2.0)
+    bench.request(DriveRequest.QUICK_STOP, stop=StopReaction.DECELERATE_AND_HOLD)
+    bench.run(WINDOW + 1, None)
+    assert bench.torque == (0.0, 0.0) and bench.device.drive.joints[0].shorted == 1
+
+
 def sensors_that_contradict_each_other_are_a_fault(make: MakeBench) -> None:
     for kind, part in ((Spoilt.REVERSED, "encoder"), (Spoilt.REVERSED, "gyro"), (Spoilt.FROZEN, "encoder")):
         bench = make(**_COAST).enable()

@@ -43,6 +43,18 @@ MUTANTS = (
         ")",
         "silence_trips_the_deadman_during_a_quick_stop_too",
     ),
+    _mutant(
+        "drive",
+        "state == _QUICK_STOP and drive.active_reaction <= m.STOP_REACTION_BRAKE",
+        "False",
+        "silence_during_a_stop_without_sensors_does_not_bring_them_back",
+    ),
+    _mutant(
+        "drive",
+        "state == _QUICK_STOP and drive.active_reaction <= m.STOP_REACTION_BRAKE",
+        "state == _QUICK_STOP",
+        "silence_during_a_stop_without_sensors_does_not_bring_them_back",
+    ),
     _mutant("drive", "drive.margin = max(margin - 1, 0)", "pass", "silence_trips_the_deadman_at_the_end_of_its_window"),
     _mutant("drive", "max(margin - 1, 0)", "margin - 1", "silence_trips_the_deadman_at_the_end_of_its_window"),
     _mutant("drive", "ahead == 0 or", "", "a_repeated_set_point_does_not_feed_the_deadman"),

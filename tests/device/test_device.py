@@ -26,7 +26,7 @@ from firmware_protocol.messages import (
     SetPoint,
 )
 from firmware_protocol.schema import RECORD_SIZE, Direction
-from sim_backend.device import AxisSettings, Device, FirmwareSettings
+from sim_backend.device import Device, DriveAxisSettings, FirmwareSettings
 from sim_backend.model import load_model, model_from_document, shipped_model
 from sim_backend.shipped import shipped_file
 from tests.device.bench import FrameWire, bench, bench_model
@@ -194,7 +194,7 @@ def test_settings_follow_the_model() -> None:
 def test_settings_that_cannot_be_are_refused_by_name(key: str, value: float) -> None:
     good = {"torque_limit_nm": 1.0, "inertia_kg_m2": 1.0, "travel_high_rad": 1.0}
     with pytest.raises(BadInputError, match=f"firmware.axes.0.{key}"):
-        FirmwareSettings((AxisSettings(**{**good, key: value}),)).check()
+        FirmwareSettings((DriveAxisSettings(**{**good, key: value}),)).check()
 
 
 @pytest.mark.parametrize("path", sorted(shipped_file("models").glob("*.yaml")), ids=lambda path: path.stem)

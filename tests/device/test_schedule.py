@@ -1,6 +1,4 @@
-"""The antenna's clock: set-points are its edges, its own deadlines keep their phase, stalls are counted and not made up
-for.
-"""
+"""The antenna's clock: set-points are its edges, its own deadlines keep their phase, stalls are counted."""
 
 from __future__ import annotations
 

@@ -41,15 +41,14 @@ def test_a_cause_outside_the_catalogue_is_not_given_a_name() -> None:
 
 
 @pytest.mark.heavy
-def test_causes_that_leave_several_floors_yield_to_known_numbers_that_are_off() -> None:
-    # two wrong names close 97 % of this gap beside the model as it stands; with its numbers floating, the one right
-    # name closes it all
-    case = draw(51003, off=0.08)
+def test_known_numbers_that_are_off_are_told_as_themselves_and_not_as_a_gain() -> None:
+    # every number is 4 to 8 % off where 5 % is stated; a gain of the drive would say the same of many of them at once
+    case = draw(51003, rig="plain", off=0.08)
     model = model_of(case, Stated.MEASURED)
     logs = tables_of(case.measured, case.axes), tables_of(case.holdout, case.axes)
     verdict = verdict_of(diagnose(Request(model, *logs))).document
-    assert verdict["verdict"] == "named"
-    assert [(e["name"], e["axis"]) for e in verdict["effects"]] == [("viscous", "inner")]
+    assert outcome(case.truth, verdict) is not Outcome.FALSE
+    assert ("viscous", "inner") in [(e["name"], e["axis"]) for e in verdict["effects"] if e["status"] == "named"]
 
 
 def test_a_second_cause_under_the_first_ones_floor_is_looked_for() -> None:

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from gimbal_hil.cli import main
-from tests.rigs import write_bam, write_odrive
+from tests.rigs import write_bam, write_emps, write_odrive
 
 pytestmark = pytest.mark.heavy
 
@@ -42,18 +42,50 @@ def verdict_on(
     return found
 
 
-def test_a_slow_motor_has_its_ripple_of_seven_a_turn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("runs", [("nocomp_0", "nocomp_1"), ("comp_0", "comp_1")])
+def test_a_slow_motor_has_its_ripple_of_seven_a_turn_and_nothing_else(
+    runs: tuple[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     rig = write_odrive(tmp_path)
-    verdict = verdict_on(
-        rig.model, [rig.logs["slow2/nocomp_0"]], rig.logs["slow2/nocomp_1"], tmp_path / "out", monkeypatch
-    )
+    fitted, judged = (rig.logs[f"slow2/{run}"] for run in runs)
+    verdict = verdict_on(rig.model, [fitted], judged, tmp_path / "out", monkeypatch)
     told = {e["name"]: e for e in verdict["effects"]}
-    assert told["cogging"]["status"] == "named"
-    # what deletes the torque, and what stands at its bounds, closed this gap "by 100 %" once
-    assert not set(told) & {"saturation", "torque_gain", "backlash", "inertia"}
-    found = told["cogging"]["parameters"]
-    assert found["order"]["value"] == pytest.approx(7.0, abs=0.05)
-    assert 6.5e-3 < found["amplitude"]["value"] < 9e-3
+    assert {name for name, e in told.items() if e["status"] == "named"} == {"cogging"}
+    # in slow turns one way, an order of the torque is also one of the friction
+    assert set(told) <= {"cogging", "position_dependent_friction"}
+    entries = told["cogging"]["entries"]
+    lead = max(entries, key=lambda entry: entry["amplitude"]["value"])
+    assert lead["order"]["value"] == pytest.approx(7.0, abs=0.05)
+    assert 6.5e-3 < lead["amplitude"]["value"] < 9e-3
+    # further orders as the data carry them
+    assert {round(entry["order"]["value"]) for entry in entries} >= {7, 12, 14}
+
+
+#: number of the model, its effect, and what of it the effect gives
+_PLANTED = {
+    "body.mass": ("inertia", "inertia", 95.1089),
+    "friction.viscous": ("viscous", "viscous", 203.5034),
+    "friction.coulomb": ("coulomb", "coulomb", 20.3935),
+}
+
+
+@pytest.mark.parametrize("factor", [0.5, 2.0])
+@pytest.mark.parametrize("path", _PLANTED)
+def test_a_wrong_number_of_a_servo_drive_is_named_beside_its_story(
+    path: str, factor: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rig = write_emps(tmp_path, {path: factor} | ({"friction.breakaway": factor} if path == "friction.coulomb" else {}))
+    verdict = verdict_on(
+        rig.model, [rig.logs["DATA_EMPS"]], rig.logs["DATA_EMPS_PULSES"], tmp_path / "out", monkeypatch
+    )
+    effect, parameter, published = _PLANTED[path]
+    told = {e["name"]: e for e in verdict["effects"]}
+    assert told[effect]["status"] == "named"
+    # a dip towards standstill moves the level that Coulomb friction means by 6 %
+    near = 0.08 if effect == "coulomb" else 0.05
+    assert told[effect]["parameters"][parameter]["value"] == pytest.approx(published, rel=near)
+    # direction-dependent drag and the dip are in these data whatever the model says
+    assert {"viscous_asymmetry", "stribeck"} <= set(told)
 
 
 def test_a_pendulum_hangs_out_of_balance_or_in_a_class_that_says_so(

@@ -5,7 +5,11 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+from gimbal_hil.runs import FRAME_ROW, TICK_ROW
+from gimbal_hil.signals import read_signals
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 PAGES = sorted([*(ROOT / "docs").rglob("*.md"), *ROOT.glob("*.md")])
@@ -35,8 +39,30 @@ def test_every_page_that_code_cites_is_there() -> None:
 def test_a_decision_record_has_number_title_date_and_status_and_stands_in_the_index(record: Path) -> None:
     text = record.read_text()
     assert re.match(rf"# {record.name[:4]} \S", text), "the first line is '# NNNN title'"
-    assert re.search(r"\b20\d\d-\d\d-\d\d\b", "\n".join(text.splitlines()[:6])), "the date stands beside the status"
-    assert re.search(r"status", "\n".join(text.splitlines()[:6]), re.IGNORECASE)
-    assert f"({record.name})" in (ROOT / "docs" / "decisions" / "README.md").read_text(), (
-        "a line in docs/decisions/README.md"
-    )
+    number, title = text.splitlines()[0].removeprefix("# ").split(" ", 1)
+    said = re.search(r"Status: (.+?)\. Date: (20\d\d-\d\d-\d\d)\.", " ".join(text.splitlines()[1:6]))
+    assert said, "the third line is 'Status: .... Date: YYYY-MM-DD.'"
+    row = f"| [{number}]({record.name}) | {title} | {said[2]} | {said[1]} |"
+    assert row in (ROOT / "docs" / "decisions" / "README.md").read_text(), "the same in docs/decisions/README.md"
+
+
+@pytest.mark.parametrize(("file", "row"), [("ticks.arrow", TICK_ROW), ("frames.arrow", FRAME_ROW)])
+def test_the_page_on_the_run_folder_has_every_column_with_its_type(file: str, row: np.dtype) -> None:
+    page = (ROOT / "docs" / "run-folder.md").read_text()
+    table = page.split(f"| column of `{file}` |")[1].split("\n\n")[0]
+    listed = {
+        name: line.split("|")[2].split(",")[0].strip()
+        for line in table.splitlines()[2:]
+        for name in re.findall(r"`(\w+)`", line.split("|")[1])
+    }
+    assert listed == {name: row[name].name for name in row.names}
+
+
+def test_the_table_on_the_page_of_signals_is_read_as_it_stands(tmp_path: Path) -> None:
+    page = (ROOT / "docs" / "signals-table.md").read_text()
+    (lines,) = re.findall(r"^```csv\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)
+    file = tmp_path / "log.csv"
+    file.write_text(lines)
+    table = read_signals(file, ("azimuth", "elevation"))
+    assert len(table.time_s) == len(lines.splitlines()) - 1 >= 10
+    assert list(table.columns["azimuth.torque"][:2]) == [0.0, 0.084]

@@ -9,6 +9,7 @@ import pytest
 
 from gimbal_hil.cli.effects import as_document, command
 from sim_backend.effects import CATALOGUE, Effect, confused_with
+from sim_backend.effects.separating_runs import RUNS
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "effects.md"
 
@@ -60,5 +61,12 @@ def test_the_page_of_effects_says_what_the_catalogue_says(effect: Effect) -> Non
         ", ".join(words) or "-"
         for words in (sorted(v.value for v in effect.acts_through), [n.text for n in effect.needs])
     )
-    runs = "; ".join(run.text for run in effect.separated_by) or "-"
+    runs = ", ".join(f"R{RUNS.index(run) + 1}" for run in effect.separated_by) or "-"
     assert f"| `{effect.name}` | {through} | {needs} | {runs} |" in PAGE.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("place", range(len(RUNS)))
+def test_the_page_of_effects_numbers_the_runs_and_names_the_experiment_of_each(place: int) -> None:
+    run = RUNS[place]
+    made_by = f"`{run.sequence}`" if run.sequence else "by hand"
+    assert f"| R{place + 1} | {run.text} | {made_by} |" in PAGE.read_text(encoding="utf-8")

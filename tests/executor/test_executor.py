@@ -34,7 +34,7 @@ def fail(load: np.ndarray, factor: float) -> float:
 
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    pytest.importorskip("distributed")
+    pytest.importorskip("distributed", reason="the extra dask is not installed")
     with local_cluster(tmp_path_factory.mktemp("cluster")) as address:
         yield address
 
@@ -76,7 +76,7 @@ def test_a_missing_package_is_one_line_with_the_extra_to_install(monkeypatch: py
 
 
 def test_an_address_where_nothing_answers_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("distributed")
+    pytest.importorskip("distributed", reason="the extra dask is not installed")
     monkeypatch.setattr("gimbal_hil.executor.executor._CONNECT_S", 0.3)
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 
 from firmware_protocol.errors import BadInputError, LinkError, SafetyStopError
 from gimbal_hil.experiments.conducting import conduct, conduct_through_daemon
@@ -48,19 +47,8 @@ def conducted_in_spite_of_stalls(experiment: Experiment, daemon: RunningDaemon, 
     raise AssertionError(problems)
 
 
-def patient_configuration(folder: Path) -> Path:
-    """Host and antenna wait longer for each other than they should on an antenna: stalls of a busy machine are not
-    under test here.
-    """
-    path = configuration(folder, "serial")
-    document = yaml.safe_load(path.read_text())
-    document["supervisor"] |= {"lost_ticks": 100, "deadman": {"window_ticks": 250, "reaction": "decelerate_and_hold"}}
-    path.write_text(yaml.safe_dump(document))
-    return path
-
-
 def through_daemon(tmp_path: Path, experiment: Experiment) -> Outcome:
-    with RunningDaemon(tmp_path / "daemon", "--config", str(patient_configuration(tmp_path))) as daemon:
+    with RunningDaemon(tmp_path / "daemon", "--config", str(configuration(tmp_path, "serial"))) as daemon:
         plant = RunningPlant(tmp_path, "serial")
         try:
             outcome = conducted_in_spite_of_stalls(experiment, daemon, tmp_path / "experiment")

@@ -39,3 +39,17 @@ def test_a_shipped_experiment_trips_nothing(name: str, base: str | None) -> None
         ran = path.run(program_of([step.segment]), every=1000)
         done = HostState.IDLE if step.segment.switch_off_afterwards else HostState.ACTIVE
         assert path.host.state in (done, HostState.STOPPING), (step.name, [event.text for event in ran.events])
+
+
+@pytest.mark.parametrize("axis", ["outer", "inner"])
+@pytest.mark.parametrize("antiresonance_hz", [5.0, 10.0, 20.0, 40.0])
+def test_a_resonance_that_answers_the_wrong_way_round_is_no_motor_turned_round(
+    axis: str, antiresonance_hz: float
+) -> None:
+    hung = {"antiresonance_frequency": antiresonance_hz, "damping_ratio": 0.01, "inertia_share": 0.6}
+    experiment = build_experiment("sweep", SequenceOptions(1000.0, short=True, breakaway_nm=BREAKAWAY))
+    path = CompiledPath(shipped_settings(), shipped_model().with_effect("structural_resonance", axis, hung), seed=3)
+    path.connect()
+    for step in experiment.steps:
+        ran = path.run(program_of([step.segment]), every=1000)
+        assert path.host.state is not HostState.FAULT, (step.name, [event.text for event in ran.events])

@@ -13,7 +13,7 @@ import yaml
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.experiments.plan import Plan, load_plan, plan_from_document
-from gimbal_hil.host import AxisCommand, EndCondition, EndKind, HostState, Mode, Origin, Shape
+from gimbal_hil.host import AxisCommand, EndCondition, EndKind, HostState, Mode, ReferenceOrigin, Shape
 from gimbal_hil.lockstep import CompiledPath
 from gimbal_hil.settings import shipped_settings
 from sim_backend.model import shipped_model
@@ -48,7 +48,7 @@ def test_a_plan_becomes_segments_of_the_host() -> None:
     assert go.inner.mode is Mode.POSITION and go.inner.parameters == (0.0,)
     assert slow.duration_ticks == 3000 and slow.record_every == 5
     assert slow.ends == (EndCondition(EndKind.POSITION_ABOVE, 0, 0.3, 10),)
-    assert slow.inner.origin is Origin.START and slow.outer.guard.rate_rad_s == 1.0
+    assert slow.inner.origin is ReferenceOrigin.START and slow.outer.guard.rate_rad_s == 1.0
     assert [one.label for one in (go, slow, again, last)] == [0, 1, 2, 3]
     assert last.switch_off_afterwards and not again.switch_off_afterwards
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.experiments.plateau import Pair, pair_of, plateau_mean
+from gimbal_hil.experiments.plateau import DirectionPair, pair_of, plateau_mean
 from gimbal_hil.identification import rate_jitter
 
 PERIOD_S = 1e-3
@@ -28,7 +28,7 @@ def _pass(speed: float, sign: int, friction: float, slope: float) -> dict[str, n
     }
 
 
-def _pair(speed: float, slope: float) -> Pair:
+def _pair(speed: float, slope: float) -> DirectionPair:
     ways = []
     for sign in (1, -1):
         mean = plateau_mean(_pass(speed, sign, 0.02, slope), "outer", 0.1231, 0.3777)

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from firmware_protocol.errors import BadInputError, SafetyStopError
-from gimbal_hil.experiments.antenna import EmbeddedAntenna
+from gimbal_hil.experiments.antenna import LockstepAntenna
 from gimbal_hil.experiments.conducting import run_header, write_results
 from gimbal_hil.experiments.experiment import Experiment
 from gimbal_hil.experiments.runner import Outcome, Silent, run_experiment, table_csv
@@ -35,8 +35,8 @@ def header() -> RunHeader:
     return run_header(shipped_settings(), shipped_model(), SEED, "test", 1)
 
 
-def embedded() -> EmbeddedAntenna:
-    return EmbeddedAntenna(shipped_settings(), shipped_model(), SEED)
+def embedded() -> LockstepAntenna:
+    return LockstepAntenna(shipped_settings(), shipped_model(), SEED)
 
 
 class StopAt(Silent):

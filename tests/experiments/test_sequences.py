@@ -135,12 +135,12 @@ def test_every_speed_slides_both_ways_between_the_same_positions_over_the_travel
 
 
 def test_the_torque_of_a_thinned_step_is_the_mean_over_all_its_ticks() -> None:
-    from gimbal_hil.experiments.antenna import EmbeddedAntenna
+    from gimbal_hil.experiments.antenna import LockstepAntenna
 
     step = step_of("slide", RATE_HZ, 2.005, (constant_speed(0.05, 1.0), position_hold(0.0)))
     followed = []
     for every in (1, 10):
-        antenna = EmbeddedAntenna(shipped_settings(), MODEL, SEED, log_every=every)
+        antenna = LockstepAntenna(shipped_settings(), MODEL, SEED, log_every=every)
         antenna.connect()
         followed.append(antenna.follow(replace(step, every=every), lambda ticks: None))
     fine, thin = (one.signals for one in followed)

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firmware_protocol import block_codec, codec, receiver
+from firmware_protocol import block_codec, codec, receiver, words
 from firmware_protocol.schema import CRC_POLYNOMIAL, INDEX, MESSAGES, RECORD_SIZE, Direction, Message, offset
 from tests.endpoints import Receiver
 
@@ -59,6 +59,14 @@ def test_every_message_and_value_comes_back_as_it_was_and_both_codecs_write_the_
     assert good == 1 and mail[slot] == 1
     assert tuple(mail[slot + 1 : slot + 1 + len(raw)]) == raw
     assert np.count_nonzero(mail) <= 1 + len(raw)
+
+
+@given(st.binary(min_size=8, max_size=8))
+@settings(max_examples=50, deadline=None)
+def test_interpreted_code_reads_an_array_of_bytes_as_it_reads_bytes(payload):
+    block = octets(payload)
+    assert words.read_fields(block, 0) == int.from_bytes(payload[:6], "little")
+    assert words.read_pair(block, 6) == int.from_bytes(payload[6:], "little")
 
 
 @EACH_MESSAGE

@@ -16,7 +16,7 @@ import pytest
 from firmware_protocol.compiling import entry_point
 from firmware_protocol.elementary import exponential, logarithm_of_two, power_of_two, sine_cosine
 
-mpmath = pytest.importorskip("mpmath")
+mpmath = pytest.importorskip("mpmath", reason="mpmath is not installed (the extra test has it)")
 COUNT = 2000
 
 

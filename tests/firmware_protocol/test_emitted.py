@@ -164,7 +164,8 @@ def test_the_documentation_names_every_message_field_and_enumeration_member():
     for message in MESSAGES:
         assert f"`{message.name}` 0x{message.can_id:03X}" in page
         assert all(f"`{field.name}`" in page for field in message.fields)
-    assert all(f"{int(member.value)} {member.name}" in page for enumeration in ENUMERATIONS for member in enumeration)
+    for enumeration in ENUMERATIONS:
+        assert all(f"| {int(member.value)} | `{member.name}` |" in page for member in enumeration)
     assert "59.7%" in page
 
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from firmware_protocol.compiling import compiled, entry_point
-from firmware_protocol.records import Annotated, Record, Sequence, layout_of
+from firmware_protocol.records import Annotated, MemoryRecord, Sequence, layout_of
 
 
-class Joint(Record):
+class Joint(MemoryRecord):
     position: float
     count: int
 
 
-class Antenna(Record):
+class Antenna(MemoryRecord):
     tick: int
     joints: Annotated[Sequence[Joint], 2]
     spare: Annotated[Sequence[float], 3]

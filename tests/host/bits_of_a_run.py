@@ -1,13 +1,13 @@
-"""Prints a digest of what host and virtual antenna do in a short run, mail to mail; run with and without the
-compiler.
+"""Prints digests of what host and virtual antenna do in a short run, mail to mail and frame to frame; run with and
+without the compiler.
 """
 
 from __future__ import annotations
 
 import hashlib
 
-from gimbal_hil.host import AxisCommand, Mode, Origin, Segment, Shape, program_of
-from gimbal_hil.lockstep import CompiledPath, joined
+from gimbal_hil.host import AxisCommand, Mode, ReferenceOrigin, Segment, Shape, program_of
+from gimbal_hil.lockstep import CompiledPath, FramePath, joined
 from gimbal_hil.settings import shipped_settings
 from sim_backend.model import shipped_model
 
@@ -25,7 +25,7 @@ def digest_of_run() -> str:
     )
     third = Segment(
         AxisCommand(Mode.POSITION, Shape.SMOOTH, (0.3, 0.1)),
-        AxisCommand(Mode.POSITION, Shape.TRAPEZOID, (0.1, 1.0, 5.0), Origin.START),
+        AxisCommand(Mode.POSITION, Shape.TRAPEZOID, (0.1, 1.0, 5.0), ReferenceOrigin.START),
         30,
     )
     fourth = Segment(
@@ -48,5 +48,15 @@ def digest_of_run() -> str:
     return digest.hexdigest()
 
 
+def digest_over_frames() -> str:
+    """SHA-256 of log and final state of a run whose host and antenna hear each other as frames."""
+    path = FramePath(shipped_settings(), shipped_model(), seed=5)
+    sine = AxisCommand(Mode.POSITION, Shape.SINE, (0.0, 0.2, 3.0, 0.1))
+    whole = joined([path.connect(), path.run(program_of([Segment(sine, AxisCommand(Mode.RATE), 60)]))])
+    digest = hashlib.sha256(whole.log.tobytes() + repr(whole.events).encode())
+    digest.update(path.host.memory.integers.tobytes() + path.device.drive_words.tobytes())
+    return digest.hexdigest()
+
+
 if __name__ == "__main__":
-    print(digest_of_run())
+    print(digest_of_run(), digest_over_frames())

@@ -1,8 +1,9 @@
 """The host's guards with one piece changed at a time, made from their own source and interpreted: prints as JSON which
-mutants no test noticed. Run by test_mutants.py.
+mutants no test noticed.
 
 A mutant takes a condition away, turns a comparison round, drops one half of an `and` or `or`, forgets a sign, or
-answers that all is well.
+answers that all is well. In a first pass over the tests every change is only computed beside the original: a test in
+which a change never makes a difference cannot notice it, and is not asked.
 """
 
 from __future__ import annotations
@@ -29,7 +30,10 @@ _MODULES = {name: importlib.import_module(f"{_PACKAGE}.{name}") for name in (*_N
 #: where the guards are
 GUARDS = {
     "identity": ("receive_identity", "is_known", "is_refused", "_refusal", "_units_differ"),
-    "plausibility": ("watch_status", "watch_sensors", "implausible", "_acting_torque", "_weights", "_is_noisy"),
+    "plausibility": (
+        *("watch_status", "watch_sensors", "implausible", "_acting_torque", "_weights", "_is_noisy"),
+        *("_is_turned_round", "_watch_quiet"),
+    ),
     "limits": (
         "fault_of",
         "stop_cause",
@@ -43,7 +47,10 @@ GUARDS = {
     "drive": ("may_reset_fault",),
     "core": ("_take_requests", "_supervise", "_synchronise", "_leave_fault", "_check_limits", "_stop"),
 }
-TESTS = ("test_plausibility", "test_guards", "test_identity", "test_connecting")
+TESTS = (
+    *("test_plausibility", "test_either_way", "test_guards", "test_identity", "test_connecting"),
+    *("test_limits_of_an_axis", "test_supervisor", "test_following"),
+)
 _TURNED = {ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
 #: what a guard answers when it trips
 _CAUSES = (
@@ -51,25 +58,54 @@ _CAUSES = (
     *("_DISAGREE", "_FOLLOWING", "_TRAVEL", "_WRAP", "_TEMPERATURE", "_RAMP", "cause"),
 )
 #: mutants that change nothing that can be seen, and why
-EQUIVALENT: dict[str, str] = {}
+EQUIVALENT = {
+    "identity.is_refused: G[IDENTITY] == IDENTITY_HEARD and G[REFUSAL] != _NONE -> G[REFUSAL] != _NONE": (
+        "asked only where both frames were heard: before that the host waits, and a refusal is a fault at once"
+    ),
+    "plausibility._acting_torque: if limits == 0 -> never": "a short way: without a flag nothing is cut below either",
+    "plausibility._weights: C[EXPECTS_WEIGHT] == 0.0 or"
+    " (G[AXIS_G + MODE] == 0 and G[AXIS_G + AXIS_G_SIZE + MODE] == 0) ->"
+    " G[AXIS_G + MODE] == 0 and G[AXIS_G + AXIS_G_SIZE + MODE] == 0": "moments that are not expected are zero",
+    "plausibility._weights: C[EXPECTS_WEIGHT] == 0.0 or"
+    " (G[AXIS_G + MODE] == 0 and G[AXIS_G + AXIS_G_SIZE + MODE] == 0) -> C[EXPECTS_WEIGHT] == 0.0": (
+        "what an axis without torque gained is forgotten"
+    ),
+    "plausibility._weights: if C[EXPECTS_WEIGHT] == 0.0 or"
+    " (G[AXIS_G + MODE] == 0 and G[AXIS_G + AXIS_G_SIZE + MODE] == 0) -> never": (
+        "a short way: moments that are not expected are zero, and what an axis without torque gained is forgotten"
+    ),
+    "plausibility.implausible: grown and _is_turned_round(H, h) -> grown": (
+        "what the torque turned round does not explain is quiet itself, so that nothing has grown beyond it"
+    ),
+    "core._take_requests: if requests == 0 -> never": "a short way: without a bit nothing below does anything",
+}
 
 
 @dataclass(frozen=True)
 class Mutant:
-    """One change in one function."""
+    """One change in one function: `instead` of the node at `place`."""
 
     module: str
     function: str
     text: str
-    tree: ast.Module
+    place: int
+    instead: Any
 
     @property
     def name(self) -> str:
         """Which it is, as in EQUIVALENT."""
         return f"{self.module}.{self.function}: {self.text}"
 
+    def tree(self) -> ast.Module:
+        """Its module with the change made."""
+        whole = ast.parse(_source(_MODULES[self.module]))
+        for at, function in enumerate(whole.body):
+            if isinstance(function, ast.FunctionDef) and function.name == self.function:
+                whole.body[at] = _Replacing(self.place, copy.deepcopy(self.instead)).visit(function)
+        return ast.fix_missing_locations(whole)
 
-def _changes(node: ast.AST) -> Iterator[tuple[str, ast.AST]]:
+
+def _changes(node: ast.AST) -> Iterator[tuple[str, Any]]:
     """What may stand in place of a node."""
     if isinstance(node, ast.If | ast.IfExp):
         without = copy.copy(node)
@@ -93,7 +129,7 @@ class _Replacing(ast.NodeTransformer):
     def __init__(self, place: int, instead: ast.AST) -> None:
         self._place, self._instead, self._seen = place, instead, -1
 
-    def visit(self, node: ast.AST) -> ast.AST:
+    def visit(self, node: ast.AST) -> Any:
         self._seen += 1
         return self._instead if self._seen == self._place else self.generic_visit(node)
 
@@ -101,15 +137,75 @@ class _Replacing(ast.NodeTransformer):
 def mutants() -> Iterator[Mutant]:
     """Every mutant of every guard."""
     for module, functions in GUARDS.items():
-        tree = ast.parse(_source(_MODULES[module]))
-        for at, function in enumerate(tree.body):
-            if not isinstance(function, ast.FunctionDef) or function.name not in functions:
-                continue
+        for function in _functions(ast.parse(_source(_MODULES[module])), functions):
             for place, node in enumerate(_in_order(function)):
                 for text, instead in _changes(node):
-                    whole = copy.deepcopy(tree)
-                    whole.body[at] = _Replacing(place, copy.deepcopy(instead)).visit(copy.deepcopy(function))
-                    yield Mutant(module, function.name, text, ast.fix_missing_locations(whole))
+                    yield Mutant(module, function.name, text, place, copy.deepcopy(instead))
+
+
+def _functions(tree: ast.Module, names: tuple[str, ...]) -> list[ast.FunctionDef]:
+    return [node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name in names]
+
+
+class _Probing(ast.NodeTransformer):
+    """Computes changes beside the original and tells `_differs` about them."""
+
+    def __init__(self, changes: dict[ast.AST, list[tuple[int, Any]]]) -> None:
+        self._changes = changes
+
+    def visit(self, node: ast.AST) -> Any:
+        changes = self._changes.get(node, [])
+        probed: Any = self.generic_visit(node)
+        for number, instead in changes:
+            if isinstance(probed, ast.If):
+                probed.test = _probe(number, probed.test, ast.Constant(False))
+            elif isinstance(probed, ast.Return):
+                probed.value = _probe(number, probed.value, ast.Constant(None))
+            else:
+                probed = _probe(number, probed, instead)
+        return probed
+
+
+def _probe(number: int, value: Any, instead: Any) -> ast.expr:
+    nothing = ast.arguments(posonlyargs=[], args=[], kwonlyargs=[], kw_defaults=[], defaults=[])
+    changed = ast.Lambda(nothing, copy.deepcopy(instead))
+    return ast.Call(ast.Name("_differs", ast.Load()), [ast.Constant(number), value, changed], [])
+
+
+def _noticing(tests: dict[str, Callable[[], None]], chosen: list[Mutant]) -> tuple[dict[str, float], list[set[str]]]:
+    """What each test costs that passes, and for each mutant the tests in which it makes a difference."""
+    seen: set[int] = set()
+
+    def differs(number: int, value: Any, changed: Callable[[], Any]) -> Any:
+        if number not in seen:
+            try:
+                same = bool(value == changed())
+            except Exception:
+                same = False
+            if not same:
+                seen.add(number)
+        return value
+
+    for name, module in _MODULES.items():
+        tree = ast.parse(_source(module))
+        changes: dict[ast.AST, list[tuple[int, Any]]] = {}
+        for function in _functions(tree, GUARDS.get(name, ())):
+            nodes = list(_in_order(function))
+            for number, mutant in enumerate(chosen):
+                if (mutant.module, mutant.function) == (name, function.name):
+                    changes.setdefault(nodes[mutant.place], []).append((number, mutant.instead))
+        vars(module)["_differs"] = differs
+        _execute(module, ast.fix_missing_locations(_Probing(changes).visit(tree)))
+    cost: dict[str, float] = {}
+    noticing: list[set[str]] = [set() for _ in chosen]
+    for name, test in tests.items():
+        at = time.perf_counter()
+        seen.clear()
+        if _passes(test):
+            cost[name] = time.perf_counter() - at
+            for number in seen:
+                noticing[number].add(name)
+    return cost, noticing
 
 
 def _in_order(node: ast.AST) -> Iterator[ast.AST]:
@@ -128,9 +224,12 @@ def _source(module: ModuleType) -> str:
 def _build(mutant: Mutant | None) -> None:
     """Load the host anew, with one of its modules changed."""
     for name, module in _MODULES.items():
-        assert module.__file__ is not None
-        tree: Any = mutant.tree if mutant is not None and mutant.module == name else _source(module)
-        exec(compile(tree, module.__file__, "exec"), module.__dict__)
+        _execute(module, mutant.tree() if mutant is not None and mutant.module == name else _source(module))
+
+
+def _execute(module: ModuleType, tree: Any) -> None:
+    assert module.__file__ is not None
+    exec(compile(tree, module.__file__, "exec"), module.__dict__)
 
 
 def _tests() -> dict[str, Callable[[], None]]:
@@ -146,7 +245,7 @@ def _tests() -> dict[str, Callable[[], None]]:
                 for mark, value in zip(marks, values, strict=True):
                     keys = mark.args[0] if isinstance(mark.args[0], tuple | list) else mark.args[0].split(",")
                     given |= zip((key.strip() for key in keys), value if len(keys) > 1 else (value,), strict=True)
-                found[f"{name}{list(given.values()) or ''}"] = lambda run=function, given=given: run(**given)
+                found[f"{name}{list(given.values()) or ''}"] = functools.partial(function, **given)
     return found
 
 
@@ -159,28 +258,30 @@ def _passes(test: Callable[[], None]) -> bool:
 
 
 def main() -> None:
-    """Mutants, those that live, and how long it took; `MUTANTS_EVERY=n` takes every n-th one."""
+    """Mutants, those that live, and how long it took; `MUTANTS_EVERY=n` takes every n-th one, `MUTANTS_OF=text,text`
+    those with one of these texts in their names.
+    """
     began, tests = time.perf_counter(), _tests()
-    _build(None)
-    cost: dict[str, float] = {}
-    for name, test in tests.items():
-        at = time.perf_counter()
-        if _passes(test):
-            cost[name] = time.perf_counter() - at
+    every, of = int(os.environ.get("MUTANTS_EVERY", "1")), os.environ.get("MUTANTS_OF", "").split(",")
+    named = [mutant for mutant in mutants() if mutant.name not in EQUIVALENT]
+    chosen = [mutant for mutant in named if any(text in mutant.name for text in of)][::every]
+    cost, noticing = _noticing(tests, chosen)
+    print(f"{len(tests)} tests once: {time.perf_counter() - began:.0f} s", file=sys.stderr, flush=True)
     # what found a mutant is asked first for the next one, then the quick ones
     order = sorted(cost, key=lambda name: cost[name])
-    every = int(os.environ.get("MUTANTS_EVERY", "1"))
-    chosen = [mutant for mutant in mutants() if mutant.name not in EQUIVALENT][::every]
     survivors = []
-    for mutant in chosen:
+    for number, mutant in enumerate(chosen):
         _build(mutant)
-        killer = next((name for name in order if not _passes(tests[name])), None)
+        killer = next((name for name in order if name in noticing[number] and not _passes(tests[name])), None)
         if killer is None:
             survivors.append(mutant.name)
             print(f"lives: {mutant.name}", file=sys.stderr, flush=True)
         else:
             order.remove(killer)
             order.insert(0, killer)
+        if (number + 1) % 10 == 0:
+            passed = time.perf_counter() - began
+            print(f"{number + 1} of {len(chosen)}, {passed:.0f} s", file=sys.stderr, flush=True)
     answer = {"mutants": len(chosen), "tests": len(cost), "survivors": survivors}
     json.dump({**answer, "seconds": time.perf_counter() - began}, sys.stdout)
 

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from gimbal_hil.host import AxisCommand, EndCondition, EndKind, Guard, Mode, Origin, Segment, Shape
+from gimbal_hil.host import AxisCommand, EndCondition, EndKind, Guard, Mode, ReferenceOrigin, Segment, Shape
 from sim_backend.effects import CATALOGUE
-from sim_backend.effects.effect import Effect, Parameter
+from sim_backend.effects.effect import Effect
+from sim_backend.effects.parameter import Parameter
 from sim_backend.model import AntennaModel, model_from_document, shipped_model
 from sim_backend.model.numbers import AXIS_NUMBERS
 
@@ -186,5 +187,5 @@ def _command(rng: np.random.Generator) -> AxisCommand:
     if shape is Shape.TABLE:
         table = tuple(rng.uniform(-0.5, 0.5, int(rng.integers(1, 20))).tolist())
     guard = Guard(rate_rad_s=number(0.5, 5.0)) if rng.random() < 0.2 else Guard()
-    mode, origin = Mode(int(rng.choice([int(m) for m in Mode]))), Origin(int(rng.integers(2)))
+    mode, origin = Mode(int(rng.choice([int(m) for m in Mode]))), ReferenceOrigin(int(rng.integers(2)))
     return AxisCommand(mode, shape, parameters, origin, guard, table)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from firmware_protocol import mail as m
-from gimbal_hil.host import Cause, Host, HostState, LinkStatus, Mode
+from gimbal_hil.host import Host, HostCause, HostState, LinkStatus, Mode
 from tests.host.fake_antenna import FakeAntenna
 from tests.host.host_loop import HostLoop, configuration, hold
 
@@ -43,7 +43,7 @@ def test_lost_feedback_switches_torque_off_after_the_configured_ticks_and_faults
     assert [sent.torque for sent in loop.sent[silent_from:]] == [(4000, 1600)] * 5
     loop.run(200)
     assert loop.host.state is HostState.FAULT
-    assert loop.host.cause is Cause.FEEDBACK_LOST
+    assert loop.host.cause is HostCause.FEEDBACK_LOST
     assert all(sent.torque == (0, 0) and sent.enable == (0, 0) for sent in loop.sent[silent_from + 5 :])
 
 
@@ -73,7 +73,13 @@ def test_without_automatic_reconnect_the_fault_waits_for_the_operator() -> None:
 
 
 @pytest.mark.parametrize(
-    ("fault", "state"), [(m.FAULT_CODE_DEADMAN, HostState.IDLE), (m.FAULT_CODE_OVERTEMPERATURE, HostState.FAULT)]
+    ("fault", "state"),
+    [
+        (m.FAULT_CODE_DEADMAN, HostState.IDLE),
+        (m.FAULT_CODE_COMMUNICATION, HostState.IDLE),
+        (m.FAULT_CODE_NONE, HostState.IDLE),
+        (m.FAULT_CODE_OVERTEMPERATURE, HostState.FAULT),
+    ],
 )
 def test_only_what_a_lost_link_leaves_behind_is_reset_without_being_asked(fault: int, state: HostState) -> None:
     loop = HostLoop()
@@ -90,7 +96,7 @@ def test_a_drive_fault_ends_the_motion() -> None:
     loop.antenna.drive_state, loop.antenna.fault = m.DRIVE_STATE_FAULT, m.FAULT_CODE_OVERSPEED
     loop.run(2)
     assert loop.host.state is HostState.FAULT
-    assert loop.host.cause is Cause.DRIVE_FAULT
+    assert loop.host.cause is HostCause.DRIVE_FAULT
     assert loop.sent[-1].torque == (0, 0)
     assert "segment 0 ended (drive_fault)" in loop.texts()
 
@@ -107,4 +113,4 @@ def test_a_synchronisation_that_takes_too_long_is_a_fault() -> None:
     loop.antenna.drive_state = m.DRIVE_STATE_NOT_READY
     loop.run(300)
     assert loop.host.state is HostState.FAULT
-    assert loop.host.cause is Cause.SYNCHRONISATION_TIMEOUT
+    assert loop.host.cause is HostCause.SYNCHRONISATION_TIMEOUT

@@ -6,13 +6,13 @@ import itertools
 
 import pytest
 
-from gimbal_hil.host import AxisCommand, HostState, Mode, Origin, Segment, Shape, layout, program_of
+from gimbal_hil.host import AxisCommand, HostState, Mode, ReferenceOrigin, Segment, Shape, layout, program_of
 from tests.host.host_loop import HostLoop, hold
 
 
 def here(mode: Mode) -> AxisCommand:
     """Hold what there is."""
-    return AxisCommand(mode, Shape.HOLD, (0.0,), Origin.START)
+    return AxisCommand(mode, Shape.HOLD, (0.0,), ReferenceOrigin.START)
 
 
 @pytest.mark.parametrize("mode", [Mode.POSITION, Mode.RATE, Mode.INERTIAL_RATE])

@@ -5,22 +5,22 @@ from __future__ import annotations
 from pathlib import Path
 
 from firmware_protocol.enumerations import FaultCode
-from gimbal_hil.host import Cause
-from gimbal_hil.host.guard_table import DRIVE_GUARDS, HOST_GUARDS, NO_GUARD, NOT_IN_THE_VIRTUAL_ANTENNA, guard_page
+from gimbal_hil.host import GUARD_CAUSES
+from gimbal_hil.host.guard_table import DRIVE_GUARDS, HOST_GUARDS, NOT_IN_THE_VIRTUAL_ANTENNA, guard_page
 from tests.device.guard_scenarios import SCENARIOS
 
 ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_every_cause_and_every_fault_has_its_row() -> None:
-    assert {guard.cause for guard in HOST_GUARDS} | NO_GUARD == set(Cause)
+    assert {guard.cause for guard in HOST_GUARDS} == set(GUARD_CAUSES)
     assert {guard.fault for guard in DRIVE_GUARDS} | NOT_IN_THE_VIRTUAL_ANTENNA | {FaultCode.NONE} == set(FaultCode)
 
 
 def test_the_tests_that_the_table_names_are_there() -> None:
     for guard in HOST_GUARDS:
         text = (ROOT / guard.test).read_text()
-        assert f"Cause.{guard.cause.name}" in text or f"({guard.cause.name.lower()})" in text, guard.cause
+        assert f"HostCause.{guard.cause.name}" in text or f"({guard.cause.name.lower()})" in text, guard.cause
     assert {guard.test for guard in DRIVE_GUARDS} <= set(SCENARIOS)
 
 

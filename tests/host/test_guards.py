@@ -9,11 +9,11 @@ import pytest
 from gimbal_hil.control.layout import RATE_INTEGRAL
 from gimbal_hil.host import (
     AxisCommand,
-    Cause,
     EndCondition,
     EndKind,
     Guard,
     Host,
+    HostCause,
     HostState,
     Mode,
     Segment,
@@ -23,7 +23,7 @@ from gimbal_hil.host import (
 from tests.host.host_loop import HostLoop, configuration, hold
 
 
-def faulted(loop: HostLoop, cause: Cause) -> None:
+def faulted(loop: HostLoop, cause: HostCause) -> None:
     """The loop ended in FAULT for this cause, without torque."""
     assert loop.host.state is HostState.FAULT, loop.texts()
     assert loop.host.cause is cause
@@ -33,7 +33,7 @@ def faulted(loop: HostLoop, cause: Cause) -> None:
 
 def test_overspeed_is_a_fault() -> None:
     loop = HostLoop().connected().command(hold(Mode.TORQUE, 15.0)).run(600)
-    faulted(loop, Cause.OVERSPEED)
+    faulted(loop, HostCause.OVERSPEED)
 
 
 def test_a_gyro_that_disagrees_with_the_encoder_is_a_fault() -> None:
@@ -41,7 +41,7 @@ def test_a_gyro_that_disagrees_with_the_encoder_is_a_fault() -> None:
     loop = HostLoop(host).connected().command(hold(Mode.POSITION)).run(50)
     loop.antenna.gyro_error[1] = 1.5
     loop.run(500)
-    faulted(loop, Cause.GYRO_ENCODER_DISAGREE)
+    faulted(loop, HostCause.GYRO_ENCODER_DISAGREE)
 
 
 def test_a_moving_base_is_no_disagreement() -> None:
@@ -62,21 +62,21 @@ def test_a_following_error_that_lasts_is_a_fault() -> None:
     loop = HostLoop(Host(configuration(**limits))).connected().command(hold(Mode.POSITION)).run(50)
     loop.antenna.load[0] = 16.5
     loop.run(1500)
-    faulted(loop, Cause.FOLLOWING_ERROR)
+    faulted(loop, HostCause.FOLLOWING_ERROR)
 
 
 def test_a_hot_winding_is_a_fault() -> None:
     loop = HostLoop().connected().command(hold(Mode.POSITION)).run(50)
     loop.host.memory.H[layout.axis_h(1) + layout.MOTOR_TEMPERATURE] = 111.0
     loop.run(2)
-    faulted(loop, Cause.TEMPERATURE)
+    faulted(loop, HostCause.TEMPERATURE)
 
 
 def test_a_torque_that_is_no_number_is_never_sent() -> None:
     loop = HostLoop().connected().command(hold(Mode.RATE)).run(50)
     loop.host.memory.H[layout.axis_h(0) + RATE_INTEGRAL] = math.nan
     loop.run(1)
-    faulted(loop, Cause.NOT_A_NUMBER)
+    faulted(loop, HostCause.NOT_A_NUMBER)
 
 
 def test_a_stop_that_takes_too_long_is_a_fault() -> None:
@@ -89,14 +89,14 @@ def test_a_stop_that_takes_too_long_is_a_fault() -> None:
     loop.antenna.load[0] = 16.5
     loop.host.stop()
     loop.run(1200)
-    faulted(loop, Cause.STOP_TIMEOUT)
+    faulted(loop, HostCause.STOP_TIMEOUT)
 
 
 def test_a_drive_that_leaves_operation_ends_the_motion() -> None:
     loop = HostLoop().connected().command(hold(Mode.RATE, 0.2)).run(50)
     loop.antenna.drive_state = 2
     loop.run(2)
-    faulted(loop, Cause.DRIVE_LEFT_OPERATION)
+    faulted(loop, HostCause.DRIVE_LEFT_OPERATION)
 
 
 def test_set_points_that_the_drive_does_not_hear_are_a_fault() -> None:
@@ -105,7 +105,7 @@ def test_set_points_that_the_drive_does_not_hear_are_a_fault() -> None:
     original = stuck._obey
     stuck._obey = lambda: (original(), setattr(stuck, "last_sequence", 3))[0]  # type: ignore[method-assign]
     loop.run(100)
-    faulted(loop, Cause.SET_POINT_LOST)
+    faulted(loop, HostCause.SET_POINT_LOST)
 
 
 @pytest.mark.parametrize("rate", [0.5, 3.0, -1.5])
@@ -141,7 +141,7 @@ def test_an_axis_pushed_out_of_its_travel_is_a_fault() -> None:
     loop.connected().command(Segment(AxisCommand(), AxisCommand(Mode.TORQUE))).run(5)
     loop.antenna.load[1] = 9.0
     loop.run(400)
-    faulted(loop, Cause.TRAVEL)
+    faulted(loop, HostCause.TRAVEL)
 
 
 def test_torque_limits_hold_on_the_wire() -> None:
@@ -194,5 +194,5 @@ def test_a_quick_stop_takes_torque_off_at_once_and_stops_the_drive() -> None:
     loop = HostLoop().connected().command(hold(Mode.RATE, 1.0)).run(300)
     loop.host.quick_stop()
     loop.run(1)
-    faulted(loop, Cause.OPERATOR)
+    faulted(loop, HostCause.OPERATOR)
     assert loop.antenna.requests[-1][2] == 1

@@ -7,7 +7,7 @@ from __future__ import annotations
 import pytest
 
 from firmware_protocol.schema import PROTOCOL_VERSION, name_code
-from gimbal_hil.host import Cause, EventCode, Host, HostState, Mode
+from gimbal_hil.host import EventCode, Host, HostCause, HostState, Mode
 from gimbal_hil.settings import host_configuration, settings_from_document, shipped_settings
 from tests.host.fake_antenna import FakeAntenna
 from tests.host.host_loop import HostLoop, configuration, hold
@@ -56,18 +56,50 @@ def test_only_the_antenna_that_is_pinned_and_speaks_this_protocol_gets_torque(
         assert loop.host.state is HostState.IDLE
         return
     assert told.data["refusal"] == refusal and "refused" in told.text
-    assert (loop.host.state, loop.host.cause) == (HostState.FAULT, Cause.WRONG_ANTENNA)
+    assert (loop.host.state, loop.host.cause) == (HostState.FAULT, HostCause.WRONG_ANTENNA)
     assert all(sent.torque == (0, 0) and sent.enable == (0, 0) for sent in loop.sent)
 
 
-def test_another_antenna_on_the_same_line_is_noticed_although_the_link_never_fell_silent() -> None:
+@pytest.mark.parametrize(
+    ("attribute", "value"),
+    [
+        ("serial_number", 9),
+        ("name", "other"),
+        ("protocol_version", PROTOCOL_VERSION + 1),
+        ("torque_exponents", (1, 0)),
+        ("torque_exponents", (0, 1)),
+    ],
+)
+def test_another_antenna_on_the_same_line_is_noticed_although_the_link_never_fell_silent(
+    attribute: str, value: object
+) -> None:
     loop = HostLoop().connected().command(hold(Mode.TORQUE, 0.1)).run(20)
     stranger = loop.antenna
-    stranger.serial_number = 9
     # an antenna that is switched on says who it is without being asked
     stranger.introduce_unasked = True
+    setattr(stranger, attribute, value)
     loop.run(3)
-    assert (loop.host.state, loop.host.cause) == (HostState.FAULT, Cause.WRONG_ANTENNA)
+    assert (loop.host.state, loop.host.cause) == (HostState.FAULT, HostCause.WRONG_ANTENNA)
+
+
+def test_an_antenna_that_says_again_who_it_is_goes_on() -> None:
+    loop = HostLoop().connected().command(hold(Mode.TORQUE, 0.1)).run(20)
+    loop.antenna.introduce_unasked = True
+    loop.run(50)
+    assert loop.host.state is HostState.ACTIVE
+    told = [event for event in loop.events if event.code is EventCode.IDENTITY]
+    assert len(told) == 1
+
+
+def test_the_right_antenna_after_a_wrong_one_is_taken_once_it_has_said_who_it_is() -> None:
+    loop = HostLoop(host=_pinned(serial_number=7))
+    loop.antenna.serial_number = 8
+    loop.run(100)
+    assert loop.host.cause is HostCause.WRONG_ANTENNA
+    loop.antenna.serial_number = 7
+    loop.host.reset_fault()
+    loop.run(100)
+    assert loop.host.state is HostState.IDLE
 
 
 def test_after_a_lost_link_whoever_returns_is_asked_again() -> None:
@@ -77,7 +109,7 @@ def test_after_a_lost_link_whoever_returns_is_asked_again() -> None:
     loop.antenna = FakeAntenna()
     loop.antenna.serial_number = 8
     loop.run(150)
-    assert (loop.host.state, loop.host.cause) == (HostState.FAULT, Cause.WRONG_ANTENNA)
+    assert (loop.host.state, loop.host.cause) == (HostState.FAULT, HostCause.WRONG_ANTENNA)
 
 
 def test_four_hundred_newton_metres_reach_an_antenna_whose_units_are_larger() -> None:
@@ -92,5 +124,5 @@ def test_four_hundred_newton_metres_reach_an_antenna_whose_units_are_larger() ->
 
 def test_an_antenna_whose_frames_cannot_carry_the_configured_torque_is_refused() -> None:
     loop = HostLoop(host=Host(configuration(outer__limits__torque_nm=400.0))).run(60)
-    assert (loop.host.state, loop.host.cause) == (HostState.FAULT, Cause.WRONG_ANTENNA)
+    assert (loop.host.state, loop.host.cause) == (HostState.FAULT, HostCause.WRONG_ANTENNA)
     assert any("torque_range" in text for text in loop.texts())

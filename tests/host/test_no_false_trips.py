@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from gimbal_hil.host import AxisCommand, HostState, Mode, Origin, Segment, Shape, program_of
+from gimbal_hil.host import AxisCommand, HostState, Mode, ReferenceOrigin, Segment, Shape, program_of
 from gimbal_hil.lockstep import CompiledPath
 from gimbal_hil.settings import shipped_settings
 from sim_backend.model import AntennaModel, shipped_model
@@ -52,7 +52,11 @@ ANTENNAS = {
 
 
 def _hold(
-    mode: Mode, outer: float = 0.0, inner: float = 0.0, seconds: float = 1.0, origin: Origin = Origin.ABSOLUTE
+    mode: Mode,
+    outer: float = 0.0,
+    inner: float = 0.0,
+    seconds: float = 1.0,
+    origin: ReferenceOrigin = ReferenceOrigin.ABSOLUTE,
 ) -> Segment:
     commands = (AxisCommand(mode, Shape.HOLD, (value,), origin) for value in (outer, inner))
     return Segment(*commands, round(seconds * 1000))
@@ -73,11 +77,11 @@ MOTIONS = {
         _hold(Mode.RATE, *rate, 3.0) for rate in ((0.005, 0.005), (-0.01, -0.01), (0.05, 0.05), (-0.1, -0.1))
     ],
     "fast to and fro": [_hold(Mode.RATE, *rate, 0.5) for rate in ((3.0, 1.2), (-3.0, -1.2), (3.0, 1.2), (-3.0, -1.2))],
-    "holding": [_hold(Mode.POSITION, 0.0, 0.0, 8.0, Origin.START)],
+    "holding": [_hold(Mode.POSITION, 0.0, 0.0, 8.0, ReferenceOrigin.START)],
     "torque below breaking away": [
         Segment(
             AxisCommand(Mode.TORQUE, Shape.SINE, (0.0, 0.2, 0.5, 0.0)),
-            AxisCommand(Mode.POSITION, Shape.HOLD, (0.0,), Origin.START),
+            AxisCommand(Mode.POSITION, Shape.HOLD, (0.0,), ReferenceOrigin.START),
             6000,
         )
     ],

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware_protocol import mail as m
-from gimbal_hil.host import AxisCommand, Host, HostState, LinkStatus, Mode, Origin, Segment, Shape, program_of
+from gimbal_hil.host import AxisCommand, Host, HostState, LinkStatus, Mode, ReferenceOrigin, Segment, Shape, program_of
 from tests.host.host_loop import HostLoop, configuration
 
 TORQUE_LIMITS = (124000, 52800)
@@ -20,7 +20,7 @@ COMMANDS = st.builds(
     lambda mode, value, origin: AxisCommand(mode, Shape.HOLD, (value,), origin),
     MODES,
     VALUES,
-    st.sampled_from(list(Origin)),
+    st.sampled_from(list(ReferenceOrigin)),
 )
 ACTIONS = st.one_of(
     st.tuples(st.just("command"), COMMANDS, COMMANDS),

@@ -48,6 +48,21 @@ def test_a_position_step_settles_with_little_overshoot(name: str, size: float, s
     assert np.abs(position[-500:] - size).max() < 0.003 * size
 
 
+@pytest.mark.parametrize("size", [0.2, 2.5, 10.0])
+def test_a_step_of_any_size_within_travel_is_a_motion_that_the_loops_follow(size: float) -> None:
+    still = AxisCommand(Mode.POSITION, Shape.HOLD, (0.0,))
+    inner = AxisCommand(Mode.POSITION, Shape.HOLD, (min(size, 1.9),))
+    there = Segment(AxisCommand(Mode.POSITION, Shape.HOLD, (size,)), inner, 8000, label=1)
+    path = CompiledPath(shipped_settings(), shipped_model(), 1)
+    path.connect()
+    # a fault of the host ends the run with an error
+    recorded = path.run(program_of([Segment(still, still, 1500, label=0), there]))
+    for name, end in (("outer", size), ("inner", min(size, 1.9))):
+        position = after_step(recorded, name)
+        assert position.max() <= end + 0.02 * min(end, 1.0)
+        assert np.abs(position[-500:] - end).max() < 0.003
+
+
 @pytest.mark.parametrize("name", ["outer", "inner"])
 def test_a_slow_gyro_and_a_late_link_are_survived(name: str) -> None:
     model = shipped_model()

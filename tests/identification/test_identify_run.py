@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from gimbal_hil.cli.app import run
-from gimbal_hil.experiments.antenna import EmbeddedAntenna
+from gimbal_hil.experiments.antenna import LockstepAntenna
 from gimbal_hil.experiments.conducting import embedded_model_of, run_header
 from gimbal_hil.experiments.experiment import Experiment, Step, constant_speed, move_to, position_hold, step_of
 from gimbal_hil.experiments.runner import run_experiment
-from gimbal_hil.host import AxisCommand, Mode, Origin, Shape
+from gimbal_hil.host import AxisCommand, Mode, ReferenceOrigin, Shape
 from gimbal_hil.settings import shipped_settings
 from tests.identification.one_axis_rig import OUTER, pulses, slow_ramp
 
@@ -22,7 +22,7 @@ SPEEDS = (0.002, 0.004, 0.008, 0.015, 0.03, 0.06, 0.1)
 
 
 def _torque(values: np.ndarray) -> AxisCommand:
-    return AxisCommand(Mode.TORQUE, Shape.TABLE, (0.001, 1.0), Origin.ABSOLUTE, table=values)
+    return AxisCommand(Mode.TORQUE, Shape.TABLE, (0.001, 1.0), ReferenceOrigin.ABSOLUTE, table=values)
 
 
 def _steps(rate_hz: float) -> Sequence[Step]:
@@ -51,7 +51,7 @@ def test_a_run_of_the_virtual_antenna_gives_its_outer_friction(tmp_path: Path) -
         lambda rows, drawn: [],
     )
     header = run_header(settings, model, seed, "mixed", 1)
-    run_experiment(experiment, EmbeddedAntenna(settings, model, seed), tmp_path / "run", header)
+    run_experiment(experiment, LockstepAntenna(settings, model, seed), tmp_path / "run", header)
     assert (
         run("identify", [str(tmp_path / "run"), "--out", str(tmp_path / "out"), "--axis", "outer", "--workers", "1"])
         == 0

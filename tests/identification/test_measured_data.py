@@ -11,13 +11,13 @@ import yaml
 
 from gimbal_hil.cli.app import run
 from gimbal_hil.identification import (
-    Direction,
+    Determination,
     LugreFriction,
+    MapHalf,
     Plateau,
     RigidAxisRule,
     StaticFriction,
     VelocityPoint,
-    Verdict,
     fit_presliding,
     fit_rigid_axis,
     fit_static,
@@ -95,7 +95,7 @@ def test_emps_through_the_command_leaves_a_model_with_its_mass(tmp_path: Path) -
 
 def test_dd2dof_velocity_map_per_direction_is_within_half_a_newtonmetre() -> None:
     found = measure_velocity_map(dd2dof_plateaus(fastest_deg_s=65.0))
-    sides = [fit_static(found.points, direction) for direction in (Direction.POSITIVE, Direction.NEGATIVE)]
+    sides = [fit_static(found.points, direction) for direction in (MapHalf.POSITIVE, MapHalf.NEGATIVE)]
     residuals = np.concatenate([side.residuals for side in sides if side is not None])
     rms = float(np.sqrt(np.mean(residuals**2)))
     for side in sides:
@@ -109,7 +109,7 @@ def test_dd2dof_velocity_map_per_direction_is_within_half_a_newtonmetre() -> Non
 
 def test_dd2dof_plateaus_too_short_to_average_scatter_more_but_do_not_move_the_curve() -> None:
     all_speeds, up_to_65 = (
-        fit_static(measure_velocity_map(dd2dof_plateaus(top)).points, Direction.POSITIVE) for top in (100.0, 65.0)
+        fit_static(measure_velocity_map(dd2dof_plateaus(top)).points, MapHalf.POSITIVE) for top in (100.0, 65.0)
     )
     assert all_speeds is not None and up_to_65 is not None
     print(f"dd2dof positive, all speeds: rms {all_speeds.rms:.3f} N m")
@@ -121,7 +121,7 @@ def test_dd2dof_break_away_below_coulomb_is_flagged_in_both_directions() -> None
     found = measure_velocity_map(dd2dof_plateaus(fastest_deg_s=65.0))
     ramps = [one for run in dd2dof_ramps() if (one := break_away(run, 21418.98, STEP)) is not None]
     flagged = []
-    for direction in (Direction.POSITIVE, Direction.NEGATIVE):
+    for direction in (MapHalf.POSITIVE, MapHalf.NEGATIVE):
         side = fit_static(found.points, direction)
         assert side is not None
         flagged += [finding.text for finding in break_away_findings(ramps, side)]
@@ -138,7 +138,7 @@ def test_dd2dof_presliding_stiffness_comes_with_its_encoder_limit_and_not_from_t
         f"bend at {fit.breakaway.fitted:.2f} N m, {fit.travel_steps:.0f} encoder steps, first-loading secants below"
     )
     assert 40 < fit.travel_steps < 80
-    assert fit.sigma0.verdict is Verdict.IDENTIFIED
+    assert fit.sigma0.verdict is Determination.IDENTIFIED
     assert fit.sigma0.fitted > 2.0 * 21418.98
     first = fit_presliding(dd2dof_presliding()[:1], breakaway=10.75, encoder_step=STEP)
     assert first is not None
@@ -168,7 +168,7 @@ def test_dd2dof_open_loop_is_predicted_better_than_by_the_published_parameters_i
     points = list(measure_velocity_map([plateau for plateau in near if len(plateau.time_s) > 40]).points)
     ramps = [one.torque for run in dd2dof_ramps() if (one := break_away(run, 21418.98, STEP)) is not None]
     sides = []
-    for sign, direction in ((1.0, Direction.POSITIVE), (-1.0, Direction.NEGATIVE)):
+    for sign, direction in ((1.0, MapHalf.POSITIVE), (-1.0, MapHalf.NEGATIVE)):
         torques = np.array([torque for torque in ramps if torque * sign > 0.0])
         error = float(np.std(torques, ddof=1) / np.sqrt(len(torques)))
         at_rest = VelocityPoint(

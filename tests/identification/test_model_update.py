@@ -8,7 +8,7 @@ from typing import cast
 import pytest
 import yaml
 
-from gimbal_hil.identification import AxisIdentification, Estimate, Interval, Verdict, updated_model
+from gimbal_hil.identification import AxisIdentification, Determination, Estimate, Interval, updated_model
 from sim_backend.model import AntennaModel, model_from_document
 
 
@@ -19,7 +19,9 @@ def arm(**friction: float) -> AntennaModel:
 
 
 def found(**values: float) -> AxisIdentification:
-    estimates = tuple(Estimate(n, v, Interval(0.9 * v, 1.1 * v), "", Verdict.IDENTIFIED, v) for n, v in values.items())
+    estimates = tuple(
+        Estimate(n, v, Interval(0.9 * v, 1.1 * v), "", Determination.IDENTIFIED, v) for n, v in values.items()
+    )
     return cast(AxisIdentification, SimpleNamespace(axis="arm", estimates=estimates))
 
 
@@ -51,6 +53,6 @@ def test_with_bristles_it_is_put_at_coulomb_and_the_source_says_so() -> None:
 
 def test_an_identified_number_carries_its_interval_as_uncertainty() -> None:
     model = updated_model(arm(), [found(viscous=1.2)])
-    assert model.uncertainty("arm", "friction.viscous") == pytest.approx(0.12 / 1.96, rel=1e-3)
+    assert model.uncertainty("arm", "friction.viscous") == pytest.approx(0.12)
     read_again = model_from_document(yaml.safe_load(model.to_yaml()), "arm")
     assert read_again.uncertainty("arm", "friction.viscous") == model.uncertainty("arm", "friction.viscous")

@@ -8,9 +8,9 @@ import pytest
 from gimbal_hil.identification import (
     LUGRE_NAMES,
     AxisRecord,
+    Determination,
     OutputErrorFit,
     OutputErrorRule,
-    Verdict,
     fit_output_error,
     simulate_axis,
 )
@@ -65,7 +65,7 @@ def test_a_reversing_multisine_identifies_what_slides_and_what_bends() -> None:
     found = {e.name: e for e in fit.estimates}
     assert all(_covers(fit).values()), _covers(fit)
     for name in ("coulomb", "viscous", "sigma0", "sigma1"):
-        assert found[name].verdict is Verdict.IDENTIFIED
+        assert found[name].verdict is Determination.IDENTIFIED
         assert found[name].value == pytest.approx(TRUE[name], rel=0.05)
 
 
@@ -77,10 +77,10 @@ def test_a_step_cannot_identify_the_stribeck_speed_or_shape_and_says_so() -> Non
     )
     found = {e.name: e for e in fit.estimates}
     for name in ("stribeck_velocity", "shape"):
-        assert found[name].verdict is Verdict.NOT_IDENTIFIED
+        assert found[name].verdict is Determination.NOT_IDENTIFIED
         assert found[name].value == pytest.approx(dict(zip(LUGRE_NAMES, START.values(), strict=True))[name])
         assert "multisine" in found[name].experiment or "plateaus" in found[name].experiment
-    assert found["viscous"].verdict is Verdict.IDENTIFIED
+    assert found["viscous"].verdict is Determination.IDENTIFIED
     assert all(_covers(fit).values())
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.identification import PreslidingRun, Verdict, fit_presliding
+from gimbal_hil.identification import Determination, PreslidingRun, fit_presliding
 from gimbal_hil.identification.presliding import presliding_path
 from tests.identification.one_axis_rig import ENCODER_STEP, OUTER, Rig, apply_torque, slow_ramp
 
@@ -38,7 +38,7 @@ def test_a_closed_loop_of_torque_does_not_return_to_where_it_began() -> None:
 def test_stiffness_is_found_from_ramps_and_loops_where_the_secant_is_not() -> None:
     fit = fit_presliding([_run()], TS, ENCODER_STEP, prior_sigma0=100.0, sigma1=OUTER.sigma1, curve=OUTER.static)
     assert fit is not None
-    assert fit.sigma0.verdict is Verdict.IDENTIFIED
+    assert fit.sigma0.verdict is Determination.IDENTIFIED
     assert fit.sigma0.fitted == pytest.approx(SIGMA0, rel=0.03)
     assert fit.sigma0.interval.covers(SIGMA0)
     assert fit.breakaway.fitted == pytest.approx(TS, rel=0.05)
@@ -55,7 +55,7 @@ def test_too_little_travel_for_the_encoder_withholds_the_stiffness_and_keeps_the
     coarse = Rig(encoder_step=1e-3)
     fit = fit_presliding([_run(0.5, coarse)], TS, coarse.encoder_step, prior_sigma0=123.0)
     assert fit is not None
-    assert fit.sigma0.verdict is Verdict.NOT_IDENTIFIED
+    assert fit.sigma0.verdict is Determination.NOT_IDENTIFIED
     assert fit.sigma0.value == 123.0
     assert "encoder steps" in fit.sigma0.reason
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.identification import Direction, StaticFriction, VelocityPoint, Verdict, fit_static
+from gimbal_hil.identification import Determination, MapHalf, StaticFriction, VelocityPoint, fit_static
 from tests.identification.one_axis_rig import OUTER
 
 TRUE = OUTER.static
@@ -47,7 +47,7 @@ def test_with_half_a_millinewtonmetre_of_noise_the_errata_limits_are_met() -> No
     assert found.coulomb == pytest.approx(TRUE.coulomb, rel=0.005)
     assert found.stribeck_velocity == pytest.approx(TRUE.stribeck_velocity, rel=0.12)
     assert found.viscous == pytest.approx(TRUE.viscous, rel=0.2)
-    assert all(e.verdict is not Verdict.NOT_IDENTIFIED for e in fit.estimates)
+    assert all(e.verdict is not Determination.NOT_IDENTIFIED for e in fit.estimates)
 
 
 def test_a_constant_torque_of_both_directions_is_offset_and_not_friction() -> None:
@@ -60,7 +60,7 @@ def test_a_constant_torque_of_both_directions_is_offset_and_not_friction() -> No
 def test_a_direction_is_fitted_from_its_own_half_alone() -> None:
     weaker = StaticFriction(0.2, 0.19, 0.0054, 0.05, 1.0)
     points = [p for p in _map(TRUE, 2e-4, 5) if p.rate > 0.0] + [p for p in _map(weaker, 2e-4, 6) if p.rate < 0.0]
-    positive, negative = fit_static(points, Direction.POSITIVE), fit_static(points, Direction.NEGATIVE)
+    positive, negative = fit_static(points, MapHalf.POSITIVE), fit_static(points, MapHalf.NEGATIVE)
     assert positive is not None and negative is not None
     assert positive.friction.coulomb == pytest.approx(TRUE.coulomb, rel=0.01)
     assert negative.friction.coulomb == pytest.approx(weaker.coulomb, rel=0.01)
@@ -72,10 +72,10 @@ def test_without_a_stribeck_bump_its_speed_and_shape_are_not_identified_and_keep
     assert fit is not None
     by_name = {e.name: e for e in fit.estimates}
     for name in ("stribeck_velocity", "shape"):
-        assert by_name[name].verdict is Verdict.NOT_IDENTIFIED
+        assert by_name[name].verdict is Determination.NOT_IDENTIFIED
         assert by_name[name].value == _truth(name)
         assert by_name[name].experiment
-    assert by_name["coulomb"].verdict is Verdict.IDENTIFIED
+    assert by_name["coulomb"].verdict is Determination.IDENTIFIED
 
 
 def test_points_far_off_are_held_down_and_named() -> None:

@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from gimbal_hil.cli.app import run
-from gimbal_hil.identification import RigidAxisRule, Verdict, fit_rigid_axis
+from gimbal_hil.identification import Determination, RigidAxisRule, fit_rigid_axis
 from tests.rigs.rig import write_log
 
 STEP_S = 1e-3
@@ -28,7 +28,7 @@ def test_motion_one_way_leaves_coulomb_and_offset_to_each_other(per_direction: b
     assert found["inertia"].value == pytest.approx(0.5, rel=0.02)
     assert found["viscous_positive" if per_direction else "viscous"].value == pytest.approx(0.3, rel=0.05)
     for name in ("viscous_negative", "coulomb_negative") if per_direction else ("coulomb", "offset"):
-        assert found[name].verdict is Verdict.NOT_IDENTIFIED and found[name].reason
+        assert found[name].verdict is Determination.NOT_IDENTIFIED and found[name].reason
     if not per_direction:
         assert "offset" in found["coulomb"].reason
 

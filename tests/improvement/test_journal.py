@@ -49,8 +49,20 @@ def test_a_journal_that_was_cut_in_its_last_line_goes_on_after_the_line_before(t
     assert read_journal(path) == list(ENTRIES)
 
 
-def test_a_line_that_is_no_entry_is_refused_with_its_number(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "line",
+    [
+        b'{"kind": "danced"}',
+        b'{"kind": ["started"], "session": {}}',
+        b'{"kind": "started", "session": {}, "session": {}}',
+        b'{"kind": "started", "session": {"seed": ' + 5000 * b"9" + b"}}",
+        b'{"kind": "started", "session": ' + 5000 * b"[",
+        b"\xff\xfe",
+        b"[]",
+    ],
+)
+def test_a_line_that_is_no_entry_is_refused_with_its_number(tmp_path: Path, line: bytes) -> None:
     path = tmp_path / "journal.jsonl"
-    path.write_text('{"kind": "started", "session": {}}\n{"kind": "danced"}\n')
+    path.write_bytes(b'{"kind": "started", "session": {}}\n' + line + b"\n")
     with pytest.raises(BadInputError, match="line 2"):
         read_journal(path)

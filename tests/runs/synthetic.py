@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -88,7 +89,14 @@ def row_of(tick: int, skipped: int = 0) -> NDArray[np.void]:
     return row
 
 
-def record_run(folder: Path, ticks: int, *, close: bool = True, flush_every: int = 0) -> RunWriter:
+def record_run(
+    folder: Path,
+    ticks: int,
+    *,
+    close: bool = True,
+    flush_every: int = 0,
+    row: Callable[[int], NDArray[np.void]] = row_of,
+) -> RunWriter:
     """Record a made-up lockstep run; a flush every so many ticks, or when the writer sees fit."""
     writer = RunWriter(folder, HEADER, clock_ns=lambda: 0)
     host, device = Sender(), Sender()
@@ -98,7 +106,7 @@ def record_run(folder: Path, ticks: int, *, close: bool = True, flush_every: int
                 tick, tick * 1_000_000, "segment", {"mode": "torque", "number": tick // 1000, "value": 0.1 + 0.2}
             )
         writer.append_exchange(tick, device_block(device, tick, tick - 1), host_block(host, tick))
-        writer.append_ticks(row_of(tick))
+        writer.append_ticks(row(tick))
         if flush_every and tick % flush_every == flush_every - 1:
             writer.flush()
     if close:

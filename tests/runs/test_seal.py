@@ -265,7 +265,7 @@ def test_old_segments_are_given_up_and_the_rest_is_still_sealed(tmp_path: Path) 
     writer = RunWriter(tmp_path / "run", HEADER, retention=Retention(segment_mb=0.05, keep_mb=0.1), clock_ns=lambda: 0)
     fill(writer, range(2000))
     writer.close()
-    size = sum(path.stat().st_size for path in (tmp_path / "run").glob("*.arrow"))
+    size = sum(path.stat().st_size for path in (tmp_path / "run").glob("*.*"))
     assert 0.1 * MB < size < 0.25 * MB
     run = open_run(tmp_path / "run")
     assert run.ticks["tick"][-1] == 1999 and 100 < len(run.ticks) < 1500
@@ -276,6 +276,53 @@ def test_old_segments_are_given_up_and_the_rest_is_still_sealed(tmp_path: Path) 
     for path in (tmp_path / "run").glob("ticks.*.arrow"):
         path.write_bytes(path.read_bytes().replace(value, b"\1" * 8))
     assert list(damage_of(open_run(tmp_path / "run")))
+
+
+def noisy(writer: RunWriter, ticks: range, with_rows: bool) -> None:
+    """Ten events for every tick, as a bad line gives them, with or without the tick's row."""
+    for tick in ticks:
+        for _ in range(10):
+            writer.event(tick, tick * 1_000_000, EventKind.LINK, "feedback ok to degraded", {"code": "link"})
+        if with_rows:
+            writer.append_ticks(row_of(tick))
+        if tick % 10 == 9:
+            writer.flush()
+
+
+@pytest.mark.parametrize("with_rows", [True, False])
+def test_events_are_given_up_with_their_segment_and_the_seal_of_the_rest_is_whole(
+    tmp_path: Path, with_rows: bool
+) -> None:
+    folder = tmp_path / "run"
+    writer = RunWriter(folder, HEADER, retention=Retention(segment_mb=0.1, keep_mb=0.2), clock_ns=lambda: 0)
+    noisy(writer, range(1000), with_rows)
+    writer.close()
+    size = sum(path.stat().st_size for path in folder.glob("*.*"))
+    assert 0.2 * MB < size < 0.45 * MB
+    assert not (folder / "events.jsonl").exists() and not (folder / "chain.jsonl").exists()
+    run = open_run(folder)
+    ticks = [event.tick for event in run.events if event.kind is EventKind.LINK]
+    assert ticks == [tick for tick in range(ticks[0], 1000) for _ in range(10)] and 100 < ticks[0] < 900
+    assert not list(damage_of(run)), texts(folder)
+    last_full = sorted(folder.glob("events.*.jsonl"))[-2]
+    last_full.write_bytes(last_full.read_bytes().replace(b"ok to degraded", b"degraded to ok", 1))
+    assert "of this block are not those that were sealed" in texts(folder)
+
+
+def test_a_chain_in_segments_breaks_where_one_of_them_is_taken_out(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    writer = RunWriter(folder, HEADER, retention=Retention(segment_mb=0.05), clock_ns=lambda: 0)
+    noisy(writer, range(300), with_rows=True)
+    writer.close()
+    assert not list(damage_of(open_run(folder))) and not open_run(folder).notes
+    assert [event.tick for event in open_run(folder).events] == [tick for tick in range(300) for _ in range(10)]
+    for number in ("", ".0002", ".0004"):
+        part = folder / f"chain{number}.jsonl"
+        content = part.read_bytes()
+        part.unlink()
+        assert texts(folder)
+        part.write_bytes(content)
+    assert not texts(folder)
 
 
 def test_a_run_that_was_stopped_goes_on_in_its_segment_and_under_its_seal(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from sim_backend.friction import BUMP_GONE, decay_half, lugre_step, stribeck_lev
 from sim_backend.layout import P_SIZE
 from sim_backend.stribeck_expansion import bump_share, has_bump_table, put_bump_table
 
-mpmath = pytest.importorskip("mpmath")
+mpmath = pytest.importorskip("mpmath", reason="mpmath is not installed (the extra test has it)")
 
 TS, TC, VS, SIGMA0, SIGMA1, SIGMA2, DELTA = 0.2585, 0.2412, 0.0054, 238.88, 16.02, 0.0609, 1.0459
 H = 1e-4

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from sim_backend.base_motion import body_rates, gravity_in_base
 from sim_backend.model import AntennaModel, plant_arrays, shipped_model
 from sim_backend.plant import joint_accelerations
 from tests.sim_backend.mujoco_twin import mujoco_accelerations, mujoco_antenna
 
-mujoco = pytest.importorskip("mujoco")
+mujoco = pytest.importorskip("mujoco", reason="mujoco is not installed (the extra test has it)")
 
 
 def accelerations(model: AntennaModel, state: dict[str, np.ndarray]) -> np.ndarray:
-    """Our joint accelerations for a base given by Euler angles (yaw, pitch, roll) with rates and accelerations."""
-    _, pitch, roll = state["euler"]
+    """Our joint accelerations for a base given by Euler angles (yaw, pitch, roll) with rates and accelerations, and the
+    acceleration of its pivot in axes of the world.
+    """
+    yaw, pitch, roll = state["euler"]
     dyaw, dpitch, droll = state["euler_rate"]
     # angular acceleration by the chain rule, done numerically with a complex step so that it shares nothing with the
     # plant's formula
@@ -37,37 +40,40 @@ def accelerations(model: AntennaModel, state: dict[str, np.ndarray]) -> np.ndarr
         state["q"],
         state["v"],
         state["torque"],
-        np.array(gravity_in_base(model.file.gravity_m_s2, roll, pitch)),
+        np.array(gravity_in_base(model.file.gravity_m_s2, roll, pitch))
+        - Rotation.from_euler("ZYX", [yaw, pitch, roll]).inv().apply(state["pivot_acceleration"]),
         np.array(body_rates(roll, pitch, droll, dpitch, dyaw)),
         along.imag / step,
     )
 
 
-def random_state(rng: np.random.Generator, moving: bool) -> dict[str, np.ndarray]:
+def random_state(rng: np.random.Generator, moving: bool, translating: bool = False) -> dict[str, np.ndarray]:
     base = 1.0 if moving else 0.0
     return {
         "euler": rng.uniform(-1.2, 1.2, 3),
         "euler_rate": base * rng.normal(0.0, 2.0, 3),
         "euler_acceleration": base * rng.normal(0.0, 5.0, 3),
+        "pivot_acceleration": base * rng.normal(0.0, 8.0, 3) if translating else np.zeros(3),
         "q": rng.uniform(-3.0, 3.0, 2),
         "v": rng.normal(0.0, 3.0, 2),
         "torque": rng.normal(0.0, 5.0, 2),
     }
 
 
-@pytest.mark.parametrize("moving", [False, True])
-def test_accelerations_agree_with_mujoco(moving: bool) -> None:
+@pytest.mark.parametrize(("moving", "translating"), [(False, False), (True, False), (True, True)])
+def test_accelerations_agree_with_mujoco(moving: bool, translating: bool) -> None:
     model = shipped_model()
     antenna = mujoco_antenna(model)
     rng = np.random.default_rng(7)
     worst = 0.0
     for _ in range(300):
-        state = random_state(rng, moving)
+        state = random_state(rng, moving, translating)
         theirs = mujoco_accelerations(
             antenna,
             state["euler"],
             state["euler_rate"],
             state["euler_acceleration"],
+            state["pivot_acceleration"],
             state["q"],
             state["v"],
             state["torque"],
@@ -77,7 +83,7 @@ def test_accelerations_agree_with_mujoco(moving: bool) -> None:
 
 
 def test_accelerations_agree_with_a_symbolic_lagrangian() -> None:
-    pytest.importorskip("sympy")
+    pytest.importorskip("sympy", reason="sympy is not installed (the extra test has it)")
     from tests.sim_backend.symbolic_lagrangian import lagrangian_accelerations
 
     model = shipped_model()

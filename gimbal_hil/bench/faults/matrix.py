@@ -11,7 +11,7 @@ import numpy as np
 from firmware_protocol.enumerations import DriveState
 from gimbal_hil.bench.faults.rig import Rig, Transport
 from gimbal_hil.bench.faults.rows import SPEED_RAD_S, FaultRow, Motion
-from gimbal_hil.host import AxisCommand, HostState, Mode, Origin, Program, Segment, Shape, program_of
+from gimbal_hil.host import AxisCommand, HostState, Mode, Program, ReferenceOrigin, Segment, Shape, program_of
 from gimbal_hil.settings import DaemonSettings
 from sim_backend.model import AntennaModel
 
@@ -93,7 +93,7 @@ def run_row(row: FaultRow, settings: DaemonSettings, model: AntennaModel, transp
 
 
 def _motion(row: FaultRow) -> Program:
-    hold = AxisCommand(Mode.POSITION, Shape.HOLD, (0.0,), Origin.START)
+    hold = AxisCommand(Mode.POSITION, Shape.HOLD, (0.0,), ReferenceOrigin.START)
     speed = SPEED_RAD_S[row.motion] * (1.0 if row.axis == 0 else -1.0)
     moving = AxisCommand(Mode.RATE, Shape.HOLD, (speed,)) if row.motion is not Motion.REST else hold
     if row.axis == 1 and row.motion is Motion.FAST:

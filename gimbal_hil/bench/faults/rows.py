@@ -92,8 +92,7 @@ _GYRO = (
     (Spoilt.NOISY, round(2.0 / RATE_STEP_RAD_S), dict.fromkeys(Motion, 0.25)),
 )
 _MOTOR = (
-    # at rest it is the noise that grows first
-    (Spoilt.REVERSED, 0, {Motion.REST: 0.06, Motion.SLOW: 0.05, Motion.FAST: 0.05}),
+    (Spoilt.REVERSED, 0, dict.fromkeys(Motion, 0.05)),
     (Spoilt.DEAD, 0, {Motion.REST: None, Motion.SLOW: 0.15, Motion.FAST: 0.1}),
     (Spoilt.FROZEN, 0, {Motion.REST: None, Motion.SLOW: 0.5, Motion.FAST: 0.5}),
     (Spoilt.OFF, round(5.0 / TORQUE_STEP_NM), dict.fromkeys(Motion, 0.15)),

@@ -8,7 +8,13 @@ import numpy as np
 
 from gimbal_hil.experiments import Experiment
 from gimbal_hil.experiments.sequences.options import SequenceOptions
-from gimbal_hil.experiments.sequences.reference_motion import ROW_S, Floats, Path, both_or_held, motion_experiment
+from gimbal_hil.experiments.sequences.reference_motion import (
+    ROW_S,
+    Floats,
+    ReferencePath,
+    both_or_held,
+    motion_experiment,
+)
 
 LOWEST_RAD_S, HIGHEST_RAD_S, SPEEDS, SHORT_SPEEDS = 0.0008, 0.04, 7, 5
 PASS_S, SHORT_PASS_S = 2.5, 2.0
@@ -30,7 +36,7 @@ def build(options: SequenceOptions) -> Experiment:
 
 def _slow(speeds: list[float], seconds: float) -> Floats:
     # a first move makes the bristles forget how the log began
-    path = Path.at(0.0).pass_at(0.1, 0.1)
+    path = ReferencePath.at(0.0).pass_at(0.1, 0.1)
     for number, speed in enumerate(speeds):
         path.pass_at(speed, seconds * speed * (1.0 if number % 2 == 0 else -1.0))
     slow = path.sampled(path.end_s, rounded_s=0.05)

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from gimbal_hil.experiments import Experiment
 from gimbal_hil.experiments.sequences.options import SequenceOptions
-from gimbal_hil.experiments.sequences.reference_motion import Floats, Path, both_or_held, motion_experiment
+from gimbal_hil.experiments.sequences.reference_motion import Floats, ReferencePath, both_or_held, motion_experiment
 
 #: half of the travel (rad): a turn of the carrying axis, what its stops allow of the carried one
 HALF_RAD = (3.2, 1.8)
@@ -27,7 +27,7 @@ def build(options: SequenceOptions) -> Experiment:
 
 
 def _turns(half: float, speeds: tuple[float, float]) -> Floats:
-    path = Path.at(0.0).to(-half, half / 0.7)
+    path = ReferencePath.at(0.0).to(-half, half / 0.7)
     for speed in speeds:
         path.wait(0.5).pass_at(speed, 2.0 * half)
     path.wait(0.5).to(0.0, half / 0.7)

@@ -14,8 +14,8 @@ from itertools import pairwise
 import numpy as np
 
 from gimbal_hil.experiments import (
+    DirectionPair,
     Experiment,
-    Pair,
     Row,
     Signals,
     Step,
@@ -113,6 +113,8 @@ class GravityFit:
     cosine: float
     sine: float
     rms: float
+    #: standard errors of constant, cosine and sine, from what the fit leaves (N m)
+    errors: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def torque(self, position: np.ndarray) -> np.ndarray:
         """Holding torque at positions of any shape."""
@@ -125,7 +127,7 @@ class Window:
 
     middle_rad: float
     half_rad: float
-    pair: Pair
+    pair: DirectionPair
 
 
 def windows_of(rows: Sequence[Row], axis: str) -> list[Window]:
@@ -148,7 +150,28 @@ def fitted_gravity(windows: Sequence[Window]) -> GravityFit:
     design = np.stack([np.ones_like(place), averaging * np.cos(place), averaging * np.sin(place)], axis=1)
     constant, cosine, sine = np.linalg.lstsq(design, torque, rcond=None)[0]
     misfit = torque - design @ np.array([constant, cosine, sine])
-    return GravityFit(float(constant), float(cosine), float(sine), float(np.sqrt(np.mean(misfit**2))))
+    freedom = max(1, len(windows) - design.shape[1])
+    errors = np.sqrt(np.diag(np.linalg.pinv(design.T @ design)) * float(misfit @ misfit) / freedom)
+    return GravityFit(
+        float(constant),
+        float(cosine),
+        float(sine),
+        float(np.sqrt(np.mean(misfit**2))),
+        (float(errors[0]), float(errors[1]), float(errors[2])),
+    )
+
+
+def told(fit: GravityFit) -> str:
+    """The fit in one sentence: terms that stand above twice their standard error, or that there is none."""
+    terms = zip((fit.constant, fit.cosine, fit.sine), fit.errors, ("", " cos q", " sin q"), strict=True)
+    seen = [(value, word) for value, error, word in terms if abs(value) > max(2.0 * error, 5e-6)]
+    rest = f"what that leaves is {1e3 * fit.rms:.2g} mN m rms"
+    if not seen:
+        largest = 2e3 * max(fit.errors)
+        return f"No holding torque that depends on position, nor a constant one, above {largest:.2g} mN m; {rest}."
+    large = max(abs(value) for value, _ in seen) >= 0.1
+    said = (f"{value:+.4f}{word}" if large else f"{1e3 * value:+.2f}{word}" for value, word in seen)
+    return f"Holding torque {' '.join(said)} {'N m' if large else 'mN m'}; {rest}."
 
 
 def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
@@ -159,11 +182,7 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
         if len(windows) < 4:
             continue
         fit = fitted_gravity(windows)
-        said = (
-            f"Holding torque {fit.constant:+.4f} {fit.cosine:+.4f} cos q {fit.sine:+.4f} sin q N m; "
-            f"what that leaves is {1e3 * fit.rms:.2f} mN m rms."
-        )
-        blocks += [Heading(f"Gravity over the travel of the {axis} axis"), Callout(said, "good")]
+        blocks += [Heading(f"Gravity over the travel of the {axis} axis"), Callout(told(fit), "good")]
         caption = "Half the sum of both directions with its first harmonic; half the difference is friction."
         blocks.append(Plot(_figure(place, axis, windows, fit), caption))
         blocks.append(_table(windows))
@@ -186,7 +205,7 @@ def _table(windows: Sequence[Window]) -> Table:
 
 
 def _figure(number: int, axis: str, windows: Sequence[Window], fit: GravityFit) -> object:
-    from gimbal_hil.plots import AXIS_COLOURS, MODEL, stacked
+    from gimbal_hil.plots import AXIS_COLOURS, SECOND, stacked
 
     place = np.array([window.middle_rad for window in windows])
     pairs = [window.pair for window in windows]
@@ -201,7 +220,7 @@ def _figure(number: int, axis: str, windows: Sequence[Window], fit: GravityFit) 
         )
     fine = np.linspace(place[0], place[-1], 200)
     drawn.add_scatter(
-        x=fine, y=fit.torque(fine), mode="lines", name="first harmonic", line=dict(color=MODEL), row=1, col=1
+        x=fine, y=fit.torque(fine), mode="lines", name="first harmonic", line=dict(color=SECOND), row=1, col=1
     )
     drawn.update_yaxes(rangemode="tozero", row=2, col=1)
     return drawn

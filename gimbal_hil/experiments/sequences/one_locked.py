@@ -8,7 +8,7 @@ import numpy as np
 
 from gimbal_hil.experiments import Experiment
 from gimbal_hil.experiments.sequences.options import SequenceOptions
-from gimbal_hil.experiments.sequences.reference_motion import ROW_S, Path, motion_experiment
+from gimbal_hil.experiments.sequences.reference_motion import ROW_S, ReferencePath, motion_experiment
 
 #: angle at which the axis that is not driven holds (rad), speeds of the driven one (rad/s), its travel (rad), then
 #: quick sines
@@ -20,7 +20,7 @@ SINE_RAD, SINE_HZ, SINE_S, BETWEEN_S = 0.06, 2.2, 4.0, 2.5
 def build(options: SequenceOptions) -> Experiment:
     """The axes asked for are driven in turn, the other one holding at plus and minus an angle."""
     speeds = SHORT_SPEEDS_RAD_S if options.short else SPEEDS_RAD_S
-    paths = {axis: Path.at(0.0).wait(0.5) for axis in options.names}
+    paths = {axis: ReferencePath.at(0.0).wait(0.5) for axis in options.names}
     sines: list[tuple[str, float]] = []
     for driven in options.axes:
         other = options.other(driven)

@@ -6,7 +6,7 @@ import numpy as np
 
 from gimbal_hil.experiments import Experiment
 from gimbal_hil.experiments.sequences.options import SequenceOptions
-from gimbal_hil.experiments.sequences.reference_motion import Floats, Path, both_or_held, motion_experiment
+from gimbal_hil.experiments.sequences.reference_motion import Floats, ReferencePath, both_or_held, motion_experiment
 
 #: speeds of each axis, and of the other one in reverse order so that they can be run together
 LOWEST_RAD_S, HIGHEST_RAD_S, SPEEDS, SHORT_SPEEDS = 0.03, 1.5, 8, 6
@@ -25,7 +25,7 @@ def build(options: SequenceOptions) -> Experiment:
 
 
 def _passes(speeds: list[float]) -> Floats:
-    path = Path.at(0.0).wait(0.5)
+    path = ReferencePath.at(0.0).wait(0.5)
     for number, speed in enumerate(speeds):
         travel = min(PASS_S * speed, TRAVEL_RAD)
         side = 1.0 if number % 2 == 0 else -1.0

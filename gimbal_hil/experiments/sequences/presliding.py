@@ -9,14 +9,24 @@ A ramp ends when the joint has broken away, and the next step catches it in posi
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gimbal_hil.experiments import Experiment, Row, Signals, Step, move_to, position_hold, step_of
 from gimbal_hil.experiments.sequences.options import SequenceOptions
-from gimbal_hil.host import AxisCommand, EndCondition, EndKind, Guard, Mode, Origin, Shape
+from gimbal_hil.host import AxisCommand, EndCondition, EndKind, Guard, Mode, ReferenceOrigin, Shape
 from gimbal_hil.report import Block, Callout, Heading, Plot, Table, Text
+
+
+class _Kind(StrEnum):
+    """What a step does; the column `kind` of the table."""
+
+    RAMP = "ramp"
+    LOOP = "loop"
+    PULSES = "pulses"
+
 
 #: seconds in which a ramp rises by one break-away torque
 RAMPS_S, SHORT_RAMPS_S = (20.0, 8.0, 3.0), (8.0,)
@@ -70,11 +80,11 @@ def build(options: SequenceOptions) -> Experiment:
 
 
 def _here() -> AxisCommand:
-    return AxisCommand(Mode.POSITION, Shape.HOLD, (0.0,), Origin.START)
+    return AxisCommand(Mode.POSITION, Shape.HOLD, (0.0,), ReferenceOrigin.START)
 
 
 def _guarded(shape: Shape, parameters: tuple[float, ...], table: tuple[float, ...] = ()) -> AxisCommand:
-    return AxisCommand(Mode.TORQUE, shape, parameters, Origin.START, Guard(-GUARD_RAD, GUARD_RAD), table)
+    return AxisCommand(Mode.TORQUE, shape, parameters, ReferenceOrigin.START, Guard(-GUARD_RAD, GUARD_RAD), table)
 
 
 def _broken_away(axis: str, options: SequenceOptions) -> tuple[EndCondition, ...]:
@@ -89,7 +99,7 @@ def _broken_away(axis: str, options: SequenceOptions) -> tuple[EndCondition, ...
 
 
 def _relax(axis: str, before: str, options: SequenceOptions) -> Step:
-    moves = AxisCommand(Mode.POSITION, Shape.TABLE, (_RELAXING_LEG_S, 1.0), Origin.START, table=_RELAXING_RAD)
+    moves = AxisCommand(Mode.POSITION, Shape.TABLE, (_RELAXING_LEG_S, 1.0), ReferenceOrigin.START, table=_RELAXING_RAD)
     duration = _RELAXING_LEG_S * len(_RELAXING_RAD) + _REST_S
     return step_of(
         f"{axis} relaxes before {before}", options.rate_hz, duration, options.on_axis(axis, moves, position_hold(0.0))
@@ -99,7 +109,7 @@ def _relax(axis: str, before: str, options: SequenceOptions) -> Step:
 def _ramp(axis: str, level: float, seconds: float, sign: int, word: str, options: SequenceOptions) -> Step:
     shares = (0.0, *np.arange(0.0, HIGHEST_SHARE, BALANCE_S / seconds).tolist())
     command = _guarded(Shape.TABLE, (BALANCE_S, sign * level), shares)
-    meaning = {"axis": axis, "kind": "ramp", "direction": sign, "torque_rate_nm_s": level / seconds}
+    meaning = {"axis": axis, "kind": _Kind.RAMP, "direction": sign, "torque_rate_nm_s": level / seconds}
     name = f"{axis} ramp {word} in {seconds:g} s"
     ends = _broken_away(axis, options)
     return step_of(
@@ -115,7 +125,7 @@ def _ramp(axis: str, level: float, seconds: float, sign: int, word: str, options
 
 def _loop(axis: str, level: float, number: int, options: SequenceOptions) -> Step:
     command = _guarded(Shape.TABLE, (LEG_S, level), LOOP_SHARES)
-    meaning = {"axis": axis, "kind": "loop", "pass": number, "amplitude_nm": level * max(LOOP_SHARES)}
+    meaning = {"axis": axis, "kind": _Kind.LOOP, "pass": number, "amplitude_nm": level * max(LOOP_SHARES)}
     commands = options.on_axis(axis, command, position_hold(0.0))
     ends = _broken_away(axis, options)
     return step_of(
@@ -130,7 +140,7 @@ def _pulses(axis: str, level: float, options: SequenceOptions) -> Step:
         first = rests + number * period
         shares[first : first + width] = PULSE_SHARE * (1.0 if number % 2 == 0 else -1.0)
     command = _guarded(Shape.TABLE, (PULSE_EDGE_S, level), tuple(shares.tolist()))
-    meaning = {"axis": axis, "kind": "pulses", "amplitude_nm": PULSE_SHARE * level}
+    meaning = {"axis": axis, "kind": _Kind.PULSES, "amplitude_nm": PULSE_SHARE * level}
     commands = options.on_axis(axis, command, position_hold(0.0))
     ends = _broken_away(axis, options)
     return step_of(f"{axis} pulses", options.rate_hz, PULSE_EDGE_S * len(shares), commands, meaning, True, ends)
@@ -145,12 +155,12 @@ def measure(step: Step, signals: Signals) -> Row:
     torque = signals[f"{meaning['axis']}.torque"]
     held = float(torque[0])
     row: Row = {"holding_torque_nm": held, "travel_rad": float(np.ptp(position))}
-    if meaning["kind"] == "ramp":
+    if meaning["kind"] == _Kind.RAMP:
         place = _creeps(signals["time_s"], position)
         row["broke_away"] = place is not None
         row["breakaway_nm"] = None if place is None else float(torque[place])
         row["presliding_rad"] = None if place is None else float(abs(position[place]))
-    elif meaning["kind"] == "loop":
+    elif meaning["kind"] == _Kind.LOOP:
         row["stiffness_nm_per_rad"] = _stiffness(torque - held, position, 0.3 * meaning["amplitude_nm"])
     return row
 
@@ -192,18 +202,18 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
         blocks += [Heading(f"Presliding of the {axis} axis"), _said(own), _table(own)]
         for kind, caption in (
             (
-                "loop",
+                _Kind.LOOP,
                 "Loops below break-away: torque from the hold over displacement. The slope at zero friction is the "
                 "stiffness.",
             ),
             (
-                "ramp",
+                _Kind.RAMP,
                 "Ramps through break-away, both signs and all rates; the slide is cut off. Torque counts from the "
                 "load in the middle "
                 "between break-away up and down: a ramp begins with whatever its bristles held.",
             ),
             (
-                "pulses",
+                _Kind.PULSES,
                 "Pulses below break-away over time: how the joint comes to rest on its bristles holds the damping.",
             ),
         ):
@@ -212,7 +222,10 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
                 blocks.append(
                     Plot(
                         _figure(
-                            axis, kind, {name: drawn[name] for name in names}, _load_of(own) if kind == "ramp" else None
+                            axis,
+                            kind,
+                            {name: drawn[name] for name in names},
+                            _load_of(own) if kind == _Kind.RAMP else None,
                         ),
                         caption,
                     )
@@ -229,14 +242,18 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
 def _load_of(own: Sequence[Row]) -> float | None:
     """Torque in the middle between break-away up and down, N m; None unless ramps of both signs broke away."""
     broken = [
-        [row["breakaway_nm"] for row in own if row["kind"] == "ramp" and row["direction"] == sign and row["broke_away"]]
+        [
+            row["breakaway_nm"]
+            for row in own
+            if row["kind"] == _Kind.RAMP and row["direction"] == sign and row["broke_away"]
+        ]
         for sign in (1, -1)
     ]
     return 0.5 * sum(float(np.mean(torques)) for torques in broken) if all(broken) else None
 
 
 def _said(own: Sequence[Row]) -> Callout:
-    ramps = [row for row in own if row["kind"] == "ramp"]
+    ramps = [row for row in own if row["kind"] == _Kind.RAMP]
     load = _load_of(own)
     if load is None or not all(row["broke_away"] for row in ramps):
         return Callout(
@@ -285,7 +302,7 @@ def _number(value: float | None, scale: float, form: str) -> str:
 def _figure(axis: str, kind: str, drawn: Mapping[str, Signals], load: float | None) -> object:
     from gimbal_hil.plots import figure, thinned
 
-    over_time = kind == "pulses"
+    over_time = kind == _Kind.PULSES
     x_title = "time [s]" if over_time else "displacement [mrad]"
     picture = figure(
         f"{axis}: {kind}",

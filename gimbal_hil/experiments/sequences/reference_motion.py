@@ -27,14 +27,14 @@ REST_S, TO_START_S = 0.5, 2.0
 
 
 @dataclass
-class Path:
+class ReferencePath:
     """Corners of one axis' reference, in the order in which they are passed."""
 
     times_s: list[float] = field(default_factory=lambda: [0.0])
     positions_rad: list[float] = field(default_factory=lambda: [0.0])
 
     @classmethod
-    def at(cls, position_rad: float) -> Path:
+    def at(cls, position_rad: float) -> ReferencePath:
         """A path that begins at a position."""
         return cls([0.0], [position_rad])
 
@@ -43,17 +43,17 @@ class Path:
         """When the last corner is reached."""
         return self.times_s[-1]
 
-    def wait(self, seconds: float) -> Path:
+    def wait(self, seconds: float) -> ReferencePath:
         """Stay where it is."""
         return self.to(self.positions_rad[-1], seconds)
 
-    def to(self, position_rad: float, seconds: float) -> Path:
+    def to(self, position_rad: float, seconds: float) -> ReferencePath:
         """Go to a position in a time."""
         self.times_s.append(self.times_s[-1] + seconds)
         self.positions_rad.append(position_rad)
         return self
 
-    def pass_at(self, speed_rad_s: float, travel_rad: float) -> Path:
+    def pass_at(self, speed_rad_s: float, travel_rad: float) -> ReferencePath:
         """There and back at a constant speed over a travel; the sign of the travel is the direction in which it
         begins.
         """

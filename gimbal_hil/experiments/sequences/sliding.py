@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gimbal_hil.experiments import (
+    DirectionPair,
     Experiment,
-    Pair,
     Row,
     Signals,
     Step,
@@ -151,7 +151,7 @@ def measure(step: Step, signals: Signals) -> Row | None:
     return None if mean is None else mean.as_row()
 
 
-def pairs_of(rows: Sequence[Row], axis: str) -> list[Pair]:
+def pairs_of(rows: Sequence[Row], axis: str) -> list[DirectionPair]:
     """Both directions of each speed together, in order of speed; each pass is paired over its own stretch."""
     found = []
     for speed in dict.fromkeys(row["speed_rad_s"] for row in rows if row["axis"] == axis):
@@ -166,14 +166,14 @@ def pairs_of(rows: Sequence[Row], axis: str) -> list[Pair]:
     return found
 
 
-def _pair_of_pass(rows: Sequence[Row], number: int) -> Pair | None:
+def _pair_of_pass(rows: Sequence[Row], number: int) -> DirectionPair | None:
     ways = ([row for row in rows if row["pass"] == number and row["direction"] == sign] for sign in (1, -1))
     return pair_of(*ways)
 
 
-def fitted_curve(pairs: Sequence[Pair]) -> StaticFit | None:
+def fitted_curve(pairs: Sequence[DirectionPair]) -> StaticFit | None:
     """The steady LuGre curve through the pairs; None where there are too few."""
-    from gimbal_hil.identification import Direction, VelocityPoint, fit_static
+    from gimbal_hil.identification import MapHalf, VelocityPoint, fit_static
 
     points = [
         VelocityPoint(
@@ -189,7 +189,7 @@ def fitted_curve(pairs: Sequence[Pair]) -> StaticFit | None:
         for p in pairs
         if p.steady
     ]
-    return fit_static(points, Direction.POSITIVE)
+    return fit_static(points, MapHalf.POSITIVE)
 
 
 def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
@@ -244,7 +244,7 @@ def _numbers(curve: StaticFit) -> Table:
     )
 
 
-def _table(axis: str, pairs: Sequence[Pair]) -> Table:
+def _table(axis: str, pairs: Sequence[DirectionPair]) -> Table:
     header = (
         "Speed [rad/s]",
         "Friction [mN m]",
@@ -275,7 +275,9 @@ def _table(axis: str, pairs: Sequence[Pair]) -> Table:
     )
 
 
-def _figure(place: int, axis: str, rows: Sequence[Row], pairs: Sequence[Pair], curve: StaticFit | None) -> object:
+def _figure(
+    place: int, axis: str, rows: Sequence[Row], pairs: Sequence[DirectionPair], curve: StaticFit | None
+) -> object:
     from gimbal_hil.plots import AXIS_COLOURS, MODEL, REFERENCE, figure
 
     drawn = figure(f"Friction of the {axis} axis over speed", "speed [rad/s]", "friction [N m]", 460)

@@ -3,12 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gimbal_hil.experiments import Experiment, Row, Signals, Step, axes_of, position_hold, step_of, step_response
+from gimbal_hil.experiments import (
+    SETTLING_BAND,
+    Experiment,
+    Row,
+    Signals,
+    Step,
+    axes_of,
+    position_hold,
+    step_of,
+    step_response,
+)
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.report import Block, Callout, Heading, Plot, Table, Text
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
 
 #: sizes (rad) that both axes can step to without their torque limits deciding everything
 SIZES_RAD = ((0.2, 1.0), (0.2, 0.5))
@@ -30,7 +44,7 @@ def build(options: SequenceOptions) -> Experiment:
                         f"{axis} {word} {size:g} rad", options.rate_hz, RESPONSE_S, commands, meaning, measured=True
                     )
                 )
-    drawn = frozenset(step.name for step in steps if step.measured and step.meaning["to_rad"] != 0.0)
+    drawn = frozenset(step.name for step in steps if step.measured)
     return Experiment(
         "step", "Step responses of the position loops", tuple(steps), measure, conclude, drawn, options.every or 1
     )
@@ -58,7 +72,7 @@ def measure(step: Step, signals: Signals) -> Row:
 
 
 def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
-    """Table and one figure for each step out."""
+    """Table and one figure for each step, with what the table says marked in it."""
     settled = all(row["settling_s"] is not None for row in rows)
     worst = max((row["settling_s"] or 0.0 for row in rows), default=0.0)
     header = (
@@ -99,10 +113,9 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
             "last fifth.",
         ),
     ]
-    for name, signals in drawn.items():
-        blocks.append(
-            Plot(_figure(name, signals), f"{name}: position against its reference, gyro rate, and commanded torque.")
-        )
+    for row in rows:
+        if row["step"] in drawn:
+            blocks.append(Plot(_figure(row, drawn[row["step"]]), _caption(row)))
     blocks.append(
         Text(
             "The other axis holds its position; what it moves is the coupling through the inertia products and the "
@@ -112,33 +125,54 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
     return blocks
 
 
-def _figure(name: str, signals: Signals) -> object:
+def _caption(row: Row) -> str:
+    settled = "not settled" if row["settling_s"] is None else f"settled after {row['settling_s']:.3f} s (dashed)"
+    over = f"overshoot {row['overshoot_percent']:.2f} %"
+    return f"Position against its reference, gyro rate, commanded torque; {over}, {settled}; dotted: the 2 % band."
+
+
+def _figure(row: Row, signals: Signals) -> Figure:
     from gimbal_hil.plots import AXIS_COLOURS, REFERENCE, stacked, thinned
 
-    axis = name.split()[0]
-    few = thinned(len(signals["time_s"]))
-    time_s = (signals["time_s"] - signals["time_s"][0])[few]
-    drawn = stacked(("", "", ""), "time after the step [s]", ("position [rad]", "rate [rad/s]", "torque [N m]"), 170)
+    axis = row["axis"]
+    few = thinned(len(signals["time_s"]), 1500)
+    time_s = signals["time_s"] - signals["time_s"][0]
+    panels = ("position [rad]", "rate [rad/s]", "torque [N m]")
+    drawn = stacked(("", "", ""), "time after the step [s]", panels, 150, row["step"])
     colour = dict(color=AXIS_COLOURS[axes_of(signals).index(axis)])
+    reference = dict(color=REFERENCE, dash="dot")
+    for panel, name, line, word in (
+        (1, "position_ref", reference, "reference"),
+        (1, "position", colour, "measured"),
+        (2, "rate", colour, "measured"),
+        (3, "torque", colour | dict(shape="hv"), "measured"),
+    ):
+        y = signals[f"{axis}.{name}"][few]
+        drawn.add_scatter(x=time_s[few], y=y, name=word, line=line, showlegend=panel == 1, row=panel, col=1)
+    _mark(drawn, row, time_s, signals[f"{axis}.position"])
+    return drawn
+
+
+def _mark(drawn: Figure, row: Row, time_s: np.ndarray, position: np.ndarray) -> None:
+    """The peak of the overshoot, the band that counts as settled, and when it is entered for good."""
+    from gimbal_hil.plots import ALERT, REFERENCE
+
+    start, target = row["from_rad"], row["to_rad"]
+    size = target - start
+    for side in (-1.0, 1.0):
+        edge = target + side * SETTLING_BAND * size
+        drawn.add_hline(y=edge, line=dict(color=REFERENCE, width=1, dash="dot"), row=1, col=1)
+    peak = int(np.argmax((position - start) / size))
     drawn.add_scatter(
-        x=time_s,
-        y=signals[f"{axis}.position_ref"][few],
-        name="reference",
-        line=dict(color=REFERENCE, dash="dot"),
+        x=[time_s[peak]],
+        y=[position[peak]],
+        mode="markers+text",
+        marker=dict(color=ALERT, size=9, symbol="circle-open"),
+        text=[f"{row['overshoot_percent']:.2f} %"],
+        textposition="bottom right" if size > 0.0 else "top right",
+        name="peak",
         row=1,
         col=1,
     )
-    drawn.add_scatter(x=time_s, y=signals[f"{axis}.position"][few], name="position", line=colour, row=1, col=1)
-    drawn.add_scatter(
-        x=time_s, y=signals[f"{axis}.rate"][few], name="rate", line=colour, showlegend=False, row=2, col=1
-    )
-    drawn.add_scatter(
-        x=time_s,
-        y=signals[f"{axis}.torque"][few],
-        name="torque",
-        line=colour | dict(shape="hv"),
-        showlegend=False,
-        row=3,
-        col=1,
-    )
-    return drawn
+    if row["settling_s"] is not None:
+        drawn.add_vline(x=row["settling_s"], line=dict(color=ALERT, width=1, dash="dash"), row=1, col=1)

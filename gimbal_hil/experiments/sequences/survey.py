@@ -10,7 +10,7 @@ import numpy as np
 
 from gimbal_hil.experiments import Experiment
 from gimbal_hil.experiments.sequences.options import SequenceOptions
-from gimbal_hil.experiments.sequences.reference_motion import ROW_S, Floats, Path, motion_experiment
+from gimbal_hil.experiments.sequences.reference_motion import ROW_S, Floats, ReferencePath, motion_experiment
 
 #: largest excursion (rad) of each axis' slow and quick motion
 SLOW_RAD, QUICK_RAD = (0.7, 0.6), (0.05, 0.05)
@@ -49,7 +49,7 @@ def reference(place: int, duration_s: float, number: int) -> Floats:
     """
     legs, quick_hz = LEGS_S[place][number % VARIANTS], QUICK_HZ[place][number % VARIANTS]
     smaller = 0.55 - 0.07 * (number // VARIANTS)
-    path, side = Path.at(0.0), 1
+    path, side = ReferencePath.at(0.0), 1
     while path.end_s < duration_s:
         leg = len(path.times_s)
         path.to(SLOW_RAD[place] * side * (1.0 if leg % 3 else smaller), legs[(leg - 1) % len(legs)])

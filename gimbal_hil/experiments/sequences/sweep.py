@@ -12,6 +12,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from gimbal_hil.experiments import (
+    CLOSED_STARTS_DEG,
+    OPEN_STARTS_DEG,
     Experiment,
     FrequencyResponse,
     Lap,
@@ -22,6 +24,7 @@ from gimbal_hil.experiments import (
     frequency_response,
     margins_of,
     move_to,
+    phase_deg,
     position_hold,
     step_of,
 )
@@ -161,12 +164,12 @@ def _figure(place: int, axis: str, response: FrequencyResponse) -> object:
     from gimbal_hil.plots import AXIS_COLOURS, REFERENCE, stacked
 
     drawn = stacked(("", "", ""), "frequency [Hz]", ("gain [dB]", "phase [deg]", "coherence"), 190)
-    for loop, name, line in (
-        (response.open, "open", dict(color=AXIS_COLOURS[place])),
-        (response.closed, "closed", dict(color=REFERENCE, dash="dot")),
+    for loop, name, line, start_deg in (
+        (response.open, "open", dict(color=AXIS_COLOURS[place]), OPEN_STARTS_DEG),
+        (response.closed, "closed", dict(color=REFERENCE, dash="dot"), CLOSED_STARTS_DEG),
     ):
         x = response.frequency_hz
-        phase = np.degrees(np.unwrap(np.angle(loop)))
+        phase = phase_deg(loop, response.coherence, start_deg)
         drawn.add_scatter(x=x, y=20.0 * np.log10(np.abs(loop)), name=name, line=line, row=1, col=1)
         drawn.add_scatter(x=x, y=phase, name=name, line=line, showlegend=False, row=2, col=1)
     drawn.add_scatter(

@@ -8,7 +8,7 @@ import numpy as np
 
 from gimbal_hil.experiments import Experiment
 from gimbal_hil.experiments.sequences.options import SequenceOptions
-from gimbal_hil.experiments.sequences.reference_motion import ROW_S, Floats, Path, motion_experiment
+from gimbal_hil.experiments.sequences.reference_motion import ROW_S, Floats, ReferencePath, motion_experiment
 
 #: the poses of each axis (rad), and the motion about each: a slow pass of this travel, then a sine
 POSES_RAD = ((-1.2, 0.4, 1.2), (1.2, -0.2, -1.2))
@@ -27,7 +27,7 @@ def build(options: SequenceOptions) -> Experiment:
 
 
 def _posed(poses: tuple[float, ...], speed: float, moving: bool) -> Floats:
-    path = Path.at(0.0)
+    path = ReferencePath.at(0.0)
     starts = []
     for pose in poses:
         path.to(pose, BETWEEN_S)

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from gimbal_hil.experiments import Experiment
 from gimbal_hil.experiments.sequences.options import SequenceOptions
-from gimbal_hil.experiments.sequences.reference_motion import Floats, Path, both_or_held, motion_experiment
+from gimbal_hil.experiments.sequences.reference_motion import Floats, ReferencePath, both_or_held, motion_experiment
 
 #: plateaus of these speeds, in between either heating at this one or waiting, so long each
 SPEEDS_RAD_S, TRAVEL_RAD = (0.3, 1.2), 1.2
@@ -26,7 +26,7 @@ def build(options: SequenceOptions) -> Experiment:
 
 
 def _cycle(period_s: float) -> Floats:
-    path = Path.at(-0.5 * TRAVEL_RAD).wait(0.5)
+    path = ReferencePath.at(-0.5 * TRAVEL_RAD).wait(0.5)
     _plateaus(path)
     for _ in range(PERIODS):
         for _ in range(max(1, round(period_s * HEATING_RAD_S / (2.0 * TRAVEL_RAD)))):
@@ -38,6 +38,6 @@ def _cycle(period_s: float) -> Floats:
     return path.sampled(path.end_s + 0.5)
 
 
-def _plateaus(path: Path) -> None:
+def _plateaus(path: ReferencePath) -> None:
     for speed in SPEEDS_RAD_S:
         path.pass_at(speed, TRAVEL_RAD)

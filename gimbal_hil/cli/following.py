@@ -1,0 +1,140 @@
+"""What one mostly runs next: every command ends with one whole command line, made here.
+
+Each function answers that line for one command; `print_next` is the one place that says it.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+#: word in the regime that holds most of the gap -> sequence that dwells there
+_DWELLS = (
+    ("temperature", "warm_and_cool"),
+    ("warmer", "warm_and_cool"),
+    ("position", "full_turn"),
+    ("rate <", "creep"),
+    ("revers", "reversals"),
+    ("rate", "plateaus"),
+)
+_COMMAND_IN_WORDS = re.compile(r"\(gimbal-hil experiment (\w+)\)")
+
+
+def print_next(line: str) -> None:
+    """Say what to run next."""
+    print(f"next: {line}")
+
+
+def command_line(*words: object, **options: object) -> str:
+    """A command line that a shell takes: words, then options that are neither None nor empty; several values repeat."""
+    found = [str(word) for word in words]
+    for name, value in options.items():
+        values = value if isinstance(value, list | tuple) else [] if value in (None, "", False) else [value]
+        for one in values:
+            found += [f"--{name.replace('_', '-')}", str(one)]
+    return shlex.join(["gimbal-hil", *found])
+
+
+def after_demo() -> str:
+    """An antenna of one's own."""
+    return command_line("init", "mine")
+
+
+def after_check(given: Sequence[Path], kinds: Sequence[tuple[str, Path]], good: bool) -> str:
+    """Where something is wrong the same check again, else the first use of what was checked; `kinds` as in
+    `FileKind`.
+    """
+    if not good:
+        return command_line("check", *given)
+    first = dict(reversed(kinds))
+    configuration, model = first.get("configuration"), first.get("model")
+    for kind in ("run folder", "signals table"):
+        if kind in first:
+            return command_line("identify", first[kind], model=model, out="identified")
+    what = first.get("plan", "step")
+    return command_line("experiment", what, config=configuration, model=None if configuration else model)
+
+
+def after_daemon(run: Path, exit_code: int) -> str:
+    """A look at what happened where a safety stop ended it, else the proof that the log is what it says."""
+    return command_line("runs", "show", run) if exit_code == 3 else command_line("replay", run)
+
+
+def after_plant(config: Path | None, kind: str, path: str) -> str:
+    """The daemon for the antenna that is served, or the files of one: the daemon's link stands in its configuration."""
+    if config is not None:
+        return command_line("daemon", config=config)
+    return command_line("init", "mine", "--yes", link=f"{kind}:{path}")
+
+
+def after_identify(out: Path, runs: Sequence[Path], axes: int, found: bool) -> str:
+    """A log to judge the identified model on: a survey, or on a single axis the logs at hand."""
+    model = out / "model.yaml"
+    if axes == 1:
+        logs = [str(run) for run in runs]
+        return command_line("discrepancy", model=model, measured=logs, out=out.parent / "verdict")
+    if not found:
+        return command_line("experiment", "sliding", out=runs[0].parent / "sliding_again")
+    return command_line("experiment", "survey", model=model, out=out.parent / "survey")
+
+
+def after_discrepancy(verdict: dict[str, Any], model: str | None, axes: int, out: Path) -> str:
+    """The run that decides what is open, else a step with the model as it is now; on a single axis, which no
+    experiment moves, what the catalogue says of the cause.
+    """
+    from gimbal_hil.discrepancy import Kind
+
+    if axes == 1:
+        names = [entry["name"] for entry in (*verdict["effects"], *verdict.get("alternatives", []))]
+        return command_line("effects", *names[:1])
+    found = Kind(verdict["verdict"])
+    if found in (Kind.AMBIGUOUS, Kind.UNEXPLAINED):
+        name = _deciding(verdict)
+        return command_line("experiment", name, model=model, out=out.parent / name)
+    use = out / "model.yaml" if found is Kind.NAMED else model
+    return command_line("experiment", "step", model=use, out=out.parent / "step_with_model")
+
+
+def _deciding(verdict: dict[str, Any]) -> str:
+    """The sequence that the verdict proposes, else the one that dwells where most of the gap is."""
+    planned = verdict.get("next_experiment") or {}
+    told = _COMMAND_IN_WORDS.search(str(planned.get("plan", "")))
+    if told is not None:
+        return told.group(1)
+    regimes = " ".join(str(where["regime"]) for where in verdict.get("where", [])[:1])
+    return next((name for word, name in _DWELLS if word in regimes), "reversals")
+
+
+def after_improve(out: Path, config: Path | None, at_the_floor: bool) -> str:
+    """A step with the improved model, or another improvement from where this one ended."""
+    model = out / "model.yaml"
+    if at_the_floor:
+        return command_line("experiment", "step", model=model, out=out / "step_with_model")
+    return command_line("improve", config=config, model=model, out=out.with_name(f"{out.name}_on"))
+
+
+def after_replay(run: Path, identical: bool) -> str:
+    """The run for other tools; where the replay differs, what the run says of itself."""
+    if identical:
+        return command_line("export", run, format="csv", out=f"{run.name or 'run'}.csv")
+    return command_line("runs", "show", run)
+
+
+def after_export(run: Path, out: Path, is_table: bool) -> str:
+    """What reads a table; for frames, what the run holds."""
+    return command_line("check", out) if is_table else command_line("runs", "show", run)
+
+
+def after_effects(shown: str | None, sequence: str | None) -> str:
+    """One effect in full, or the run that shows it."""
+    if shown is None:
+        return command_line("effects", "cogging")
+    return command_line("experiment", sequence or "survey")
+
+
+def after_doctor(config: Path | None, holds: bool) -> str:
+    """The daemon, in virtual time where this machine cannot hold real time."""
+    return command_line("daemon", *([] if holds else ["--lockstep"]), config=config, duration=10)

@@ -1,0 +1,21 @@
+"""A run in other people's formats, every signal spelled the same in all of them."""
+
+from gimbal_hil.exports.blf_file import export_blf
+from gimbal_hil.exports.groups import ExportedSignal, Group, Progress, groups_of
+from gimbal_hil.exports.layouts import foxglove_layout, plotjuggler_layout
+from gimbal_hil.exports.mat_file import export_mat
+from gimbal_hil.exports.mcap_file import export_mcap
+from gimbal_hil.exports.mf4_file import export_mf4
+
+__all__ = [
+    "ExportedSignal",
+    "Group",
+    "Progress",
+    "export_blf",
+    "export_mat",
+    "export_mcap",
+    "export_mf4",
+    "foxglove_layout",
+    "groups_of",
+    "plotjuggler_layout",
+]

@@ -1,0 +1,12 @@
+"""What a script or a notebook uses: runs, the virtual antenna, identification and the search, with results as objects.
+
+`from gimbal_hil import Run, Antenna, identify, find_discrepancy` gives the same; nothing is loaded before it is used.
+"""
+
+from gimbal_hil.library.antenna import Antenna
+from gimbal_hil.library.finding import Finding, Question, find_discrepancy, question_of
+from gimbal_hil.library.friction import Friction, identify
+from gimbal_hil.library.run import Run
+from gimbal_hil.library.sources import Source
+
+__all__ = ["Antenna", "Finding", "Friction", "Question", "Run", "Source", "find_discrepancy", "identify", "question_of"]

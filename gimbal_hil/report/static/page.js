@@ -1,0 +1,102 @@
+"use strict";
+// Figures are drawn when one comes near them, before printing, and again when the colours change.
+(() => {
+  const DARK = window.matchMedia("(prefers-color-scheme: dark)"), PRINT_WIDTH = 680;
+  // the same hues, light enough to be seen on a dark page
+  const LIGHTER = {"#1f6f8b": "#5bb3d0", "#d1603d": "#ee8a66", "#6a4c93": "#b59ae0", "#8a94a0": "#a5afba",
+    "#b3261e": "#ff7b70", "#4a8c5c": "#7cc492", "#b8860b": "#d9a93a", "#1c2530": "#dde5ec"};
+  const places = [...document.querySelectorAll(".plot")];
+  let held = null, printing = false, library = null;
+
+  const inflated = async id => {
+    const bytes = Uint8Array.from(atob(document.getElementById(id).textContent), c => c.charCodeAt(0));
+    return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
+  };
+
+  const load = async () => {
+    const [source, figures] = await Promise.all([inflated("library"), inflated("figures")]);
+    const script = document.createElement("script");
+    script.textContent = source;
+    document.head.append(script);
+    held = JSON.parse(figures);
+  };
+
+  // a copy in the colours of now; `title` where the picture leaves the page
+  const figure_of = (place, title) => {
+    const found = held.figures[Number(place.dataset.figure)], dark = DARK.matches && !printing && !title;
+    let text = JSON.stringify({...found, template: held.templates[found.template]});
+    if (dark) for (const [from, to] of Object.entries(LIGHTER)) text = text.replaceAll(from, to);
+    const {data, layout, template} = JSON.parse(text);
+    const faint = dark ? "#333e49" : "#dfe4ea", line = dark ? "#5a6673" : "#c8d0d8";
+    layout.template = template;
+    for (const name of Object.keys(layout).filter(name => /^[xy]axis/.test(name)))
+      Object.assign(layout[name], {gridcolor: faint, linecolor: line, zerolinecolor: line});
+    if (title) return {data, layout: {...layout, showlegend: true}};
+    const panels = (layout.annotations || []).some(a => a.yref === "paper" && a.y >= 0.98 && a.text);
+    const narrow = place.clientWidth < 560;
+    layout.margin = {...layout.margin, t: panels ? 30 : 12, l: Math.min(layout.margin.l, narrow ? 40 : 1e3),
+      r: narrow ? 12 : layout.margin.r};
+    Object.assign(layout, {title: undefined, showlegend: false, paper_bgcolor: "rgba(0,0,0,0)",
+      plot_bgcolor: "rgba(0,0,0,0)", dragmode: matchMedia("(pointer: coarse)").matches ? false : "zoom"});
+    if (narrow) layout.font = {...layout.font, size: 11};
+    layout.width = printing ? Math.min(PRINT_WIDTH, place.clientWidth || PRINT_WIDTH) : undefined;
+    return {data, layout};
+  };
+
+  const swatch = trace => {
+    const lines = (trace.mode || "").includes("lines") && trace.line, colour = (lines ? trace.line : trace.marker).color;
+    const dash = lines && trace.line.dash !== "solid" ? "4 3" : "none";
+    const shape = lines ? `<line x1="0" x2="22" y1="6" y2="6" stroke-width="2.5" stroke-dasharray="${dash}"/>`
+      : trace.type === "bar" ? '<rect x="6" y="1" width="10" height="10"/>' : '<circle cx="11" cy="6" r="4"/>';
+    const span = document.createElement("span");
+    span.innerHTML = `<svg width="22" height="12" aria-hidden="true">${shape}</svg>`;
+    const one = Array.isArray(colour) ? colour[0] : colour;
+    span.firstChild.setAttribute(lines ? "stroke" : "fill", one);
+    return span.firstChild;
+  };
+
+  // the words beside the figure are its legend: they wrap, they lie over nothing, and a keyboard reaches them
+  const legend = place => {
+    for (const button of place.parentElement.querySelectorAll(".legend button")) {
+      const name = button.textContent, which = place._fullData.flatMap((t, k) => t.name === name ? [k] : []);
+      button.replaceChildren(swatch(place._fullData[which[0]]), name);
+      button.setAttribute("aria-pressed", "true");
+      button.onclick = () => {
+        const on = button.getAttribute("aria-pressed") !== "true";
+        button.setAttribute("aria-pressed", String(on));
+        Plotly.restyle(place, {visible: on}, which);
+      };
+    }
+  };
+
+  const draw = place => {
+    const {data, layout} = figure_of(place, false);
+    Plotly.react(place, data, layout, {displayModeBar: false, responsive: !printing});
+    legend(place);
+    place.dataset.drawn = "yes";
+    const save = place.parentElement.querySelector(".save"), title = place.parentElement.querySelector("h3");
+    save.hidden = false;
+    save.onclick = () => Plotly.downloadImage(figure_of(place, true), {format: "svg", width: 960,
+      height: place.clientHeight, filename: (title ? title.textContent : "figure").replace(/[^\w]+/g, "-")});
+  };
+
+  const ready = async () => { library = library || load(); await library; };
+  const near = new IntersectionObserver(async found => {
+    await ready();
+    for (const one of found) if (one.isIntersecting && !one.target.dataset.drawn) { draw(one.target); near.unobserve(one.target); }
+  }, {rootMargin: "300px"});
+  const again = all => { for (const place of places) if (all || place.dataset.drawn) draw(place); };
+
+  places.forEach(place => near.observe(place));
+  DARK.addEventListener("change", () => held && again(false));
+  window.addEventListener("beforeprint", () => {
+    printing = true;
+    for (const fold of document.querySelectorAll("details:not([open])")) { fold.open = true; fold.dataset.folded = "yes"; }
+    if (held) again(true);
+  });
+  window.addEventListener("afterprint", () => {
+    printing = false;
+    for (const fold of document.querySelectorAll("details[data-folded]")) fold.open = false;
+    if (held) again(false);
+  });
+})();

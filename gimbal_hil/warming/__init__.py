@@ -1,0 +1,5 @@
+"""All compiled kernels asked for once, so that no later command has to wait for one."""
+
+from gimbal_hil.warming.kernels import KERNELS, Kernel
+
+__all__ = ["KERNELS", "Kernel"]

@@ -1,0 +1,112 @@
+"""Every kernel that a command may ask for, each called once as the commands call it: that compiles it for this machine.
+
+A kernel is compiled for the types of its arguments, so it is reached through the code that calls it in earnest, with
+the least data that this code takes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+#: a log that the scored band's filters fit into
+_ROWS, _PERIOD_S, _BAND_HZ = 4000, 1e-3, 25.0
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """A compiled function: what it is for, and a call that asks for it."""
+
+    text: str
+    ask: Callable[[], object]
+
+
+def _antenna() -> None:
+    from sim_backend.device import Device
+    from sim_backend.model import shipped_model
+
+    Device(shipped_model()).tick()
+
+
+def _host() -> None:
+    from gimbal_hil.host import Host
+    from gimbal_hil.settings import host_configuration, shipped_settings
+
+    settings = shipped_settings()
+    Host(host_configuration(settings), settings.axis_names).tick(0, 0, b"")
+
+
+def _lockstep() -> None:
+    from gimbal_hil.lockstep import CompiledPath
+    from gimbal_hil.settings import shipped_settings
+    from sim_backend.model import shipped_model
+
+    CompiledPath(shipped_settings(), shipped_model()).advance(1)
+
+
+def _plant() -> None:
+    from sim_backend.model import shipped_model
+    from sim_backend.plant import Plant
+
+    Plant(shipped_model()).run(np.zeros((1, 2)))
+
+
+def _rigid_body() -> None:
+    from gimbal_hil.signals import SignalsTable, rigid_motion
+    from sim_backend.model import shipped_model
+
+    model = shipped_model()
+    rest = np.zeros((2, len(model.axes)))
+    table = SignalsTable.of(model.axes, np.array([0.0, _PERIOD_S]), {})
+    rigid_motion(model, table, rest, rest)
+
+
+def _friction_fit() -> None:
+    from gimbal_hil.identification import AxisRecord, friction_of, simulate_axis
+    from sim_backend.model import shipped_model
+
+    model = shipped_model()
+    simulate_axis(AxisRecord("", _PERIOD_S, np.zeros(2), np.zeros(2)), 1.0, friction_of(model, model.axes[0]))
+
+
+def _search() -> None:
+    from gimbal_hil.discrepancy import Twin, record_of
+    from gimbal_hil.signals import SignalsTable
+    from sim_backend.model import shipped_model
+
+    model = shipped_model()
+    time_s = _PERIOD_S * np.arange(_ROWS, dtype=np.float64)
+    columns = {f"{axis}.position": 0.1 * np.sin(time_s) for axis in model.axes}
+    columns |= {f"{axis}.torque": np.zeros(_ROWS) for axis in model.axes}
+    record = record_of(SignalsTable.of(model.axes, time_s, columns), model, _BAND_HZ, "")
+    twin = Twin(model, (record,))
+    structure = twin.structure(())
+    twin.applied(structure, structure.P, 0)
+
+
+def _thesis() -> None:
+    from gimbal_hil.thesis import ask_for_kernels
+
+    ask_for_kernels()
+
+
+def _bench() -> None:
+    from gimbal_hil.bench import ask_for_kernels
+
+    ask_for_kernels()
+
+
+#: in the order in which a newcomer needs them
+KERNELS = (
+    Kernel("virtual antenna, tick by tick", _antenna),
+    Kernel("host, tick by tick (daemon)", _host),
+    Kernel("both in one loop (experiment)", _lockstep),
+    Kernel("rigid body along a log (identify, discrepancy)", _rigid_body),
+    Kernel("friction of one axis (identify)", _friction_fit),
+    Kernel("balance of torques (discrepancy, improve)", _search),
+    Kernel("plant alone (simulated drives)", _plant),
+    Kernel("thesis (experiment thesis)", _thesis),
+    Kernel("yardsticks (bench)", _bench),
+)

@@ -1,0 +1,81 @@
+"""`runs` lists what was recorded, shows one run, and says how two of them differ."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from gimbal_hil.cli import app
+from tests.runs.synthetic import record_run
+
+
+@pytest.fixture
+def runs(tmp_path: Path) -> Path:
+    for name, ticks in (("first", 1200), ("second", 1600)):
+        record_run(tmp_path / "runs" / name, ticks)
+    (tmp_path / "runs" / "no run").mkdir()
+    return tmp_path / "runs"
+
+
+def answer(capsys: pytest.CaptureFixture[str], *words: str | Path) -> dict[str, object]:
+    capsys.readouterr()
+    assert app.run("runs", [*map(str, words), "--json"]) == 0
+    found: dict[str, object] = json.loads(capsys.readouterr().out)
+    return found
+
+
+def test_the_list_has_every_run_below_a_folder_with_its_length_and_ending(
+    runs: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    listed = answer(capsys, "list", runs)["runs"]
+    assert [(Path(one["folder"]).name, one["length_s"], one["ending"]) for one in listed] == [  # type: ignore[attr-defined]
+        ("first", 1.2, "done"),
+        ("second", 1.6, "done"),
+    ]
+    assert app.run("runs", ["list", str(runs)]) == 0
+    assert f"next: gimbal-hil runs show {runs / 'second'}" in capsys.readouterr().out
+
+
+def test_a_run_that_cannot_be_read_is_in_the_list_and_says_why(runs: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (runs / "first" / "run.yaml").write_text("schema: 7\n")
+    listed = answer(capsys, "list", runs)["runs"]
+    assert "cannot be read" in next(one["ending"] for one in listed if one["folder"].endswith("first"))  # type: ignore[attr-defined]
+
+
+def test_a_run_is_shown_with_figures_of_each_axis_and_what_was_commanded(
+    runs: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shown = answer(capsys, "show", runs / "first")
+    figures = {one["name"]: one["value"] for one in shown["figures"]}  # type: ignore[attr-defined]
+    # the made-up run: 0.3 rad times the sine, torque 0.25 N m times the sine
+    assert figures["ticks"] == 1200 and figures["ticks missed"] == 0
+    assert figures["outer: travel"] == pytest.approx(0.6, rel=0.01)
+    assert figures["outer: torque at most"] == pytest.approx(0.25, rel=0.01)
+    assert [event["kind"] for event in shown["events"]] == ["command", "command"]  # type: ignore[attr-defined]
+
+
+def test_two_runs_are_compared_by_figures_and_settings_and_drawn_over_each_other(
+    runs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    second = runs / "second" / "run.yaml"
+    second.write_text(second.read_text().replace("2.5e-05", "3.5e-05"))
+    out = tmp_path / "compared"
+    found = answer(capsys, "compare", runs / "first", runs / "second", "--out", out)
+    assert found["settings"] == [{"key": "configuration.gains.kp", "first": "2.5e-05", "second": "3.5e-05"}]
+    ticks = next(one for one in found["figures"] if one["name"] == "ticks")  # type: ignore[attr-defined]
+    assert (ticks["first"], ticks["second"]) == (1200, 1600)
+    assert json.loads((out / "comparison.json").read_text()) == found
+    page = (out / "report.html").read_text()
+    assert "outer: both runs from their first row on" in page and "configuration.gains.kp" in page
+    with pytest.raises(SystemExit) as end:
+        app.run("runs", ["compare", str(runs / "first"), str(runs / "second"), "--out", str(out)])
+    assert end.value.code == 2
+
+
+@pytest.mark.parametrize("words", [["show"], ["compare", "a"], ["list", "a", "b"], ["show", "nowhere"], ["list", "no"]])
+def test_the_wrong_number_of_runs_and_folders_that_are_none_are_refused(words: list[str]) -> None:
+    with pytest.raises(SystemExit) as end:
+        app.run("runs", words)
+    assert end.value.code == 2

@@ -1,0 +1,80 @@
+"""Every command ends with one whole command line that the program itself understands."""
+
+from __future__ import annotations
+
+import inspect
+import shlex
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer.main
+
+from gimbal_hil.cli import following
+from gimbal_hil.cli.app import COMMANDS, function_of
+from gimbal_hil.cli.completion import whole_app
+
+OPEN: dict[str, Any] = {"effects": [{"name": "cogging"}], "alternatives": [], "where": [], "next_experiment": None}
+HERE = Path("runs/one")
+LINES = [
+    following.after_demo(),
+    following.after_check([Path("a.yaml")], [("model", Path("a.yaml"))], False),
+    following.after_check([Path("a b")], [("model", Path("m.yaml")), ("configuration", Path("c.yaml"))], True),
+    following.after_check([HERE], [("run folder", HERE)], True),
+    following.after_daemon(HERE, 0),
+    following.after_plant(Path("c.yaml"), "unix", "/tmp/a"),
+    following.after_plant(None, "serial", "/dev/pts/3"),
+    following.after_identify(Path("out/friction"), [HERE], 2, True),
+    following.after_identify(Path("out/friction"), [HERE], 2, False),
+    following.after_identify(Path("out/friction"), [HERE, HERE], 1, True),
+    following.after_discrepancy(OPEN | {"verdict": "unexplained"}, "emps", 2, Path("out/verdict")),
+    following.after_discrepancy(OPEN | {"verdict": "named"}, None, 2, Path("out/verdict")),
+    following.after_discrepancy(OPEN | {"verdict": "ambiguous"}, None, 1, Path("out/verdict")),
+    following.after_improve(Path("better"), None, True),
+    following.after_improve(Path("better"), Path("c.yaml"), False),
+    following.after_replay(HERE, True),
+    following.after_export(HERE, Path("a.csv"), True),
+    following.after_effects(None, None),
+    following.after_effects("cogging", "full_turn"),
+    following.after_doctor(None, False),
+    following.after_doctor(Path("c.yaml"), True),
+]
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_what_is_proposed_is_a_command_with_options_that_it_has(line: str) -> None:
+    program, name, *words = shlex.split(line)
+    assert program == "gimbal-hil" and name in COMMANDS
+    command = typer.main.get_command(whole_app()).commands[name]  # type: ignore[attr-defined]
+    command.make_context(name, words)
+
+
+def test_every_command_says_what_comes_next() -> None:
+    silent = [name for name in COMMANDS if "print_next" not in (inspect.getsource(function_of(name)[0]))]
+    assert not silent
+
+
+@pytest.mark.parametrize(
+    ("planned", "regime", "expected"),
+    [
+        ("two constant speeds (gimbal-hil experiment full_turn)", "rate > 1 rad/s", "full_turn"),
+        (None, "position 0.10..0.40 rad", "full_turn"),
+        (None, "rate < 0.01 rad/s", "creep"),
+        (None, "rate > 0.2 rad/s", "plateaus"),
+        (None, "warmer than 31.0 degC", "warm_and_cool"),
+        (None, "everywhere", "reversals"),
+    ],
+)
+def test_an_open_verdict_proposes_the_planned_run_or_one_that_dwells_where_the_gap_is(
+    planned: str | None, regime: str, expected: str
+) -> None:
+    verdict = OPEN | {
+        "verdict": "unexplained",
+        "where": [{"regime": regime}],
+        "next_experiment": None if planned is None else {"plan": planned},
+    }
+    assert following.after_discrepancy(verdict, None, 2, Path("v")).startswith(f"gimbal-hil experiment {expected} ")
+
+
+def test_names_with_blanks_are_quoted_as_a_shell_wants_them() -> None:
+    assert following.command_line("replay", Path("my runs/1")) == "gimbal-hil replay 'my runs/1'"

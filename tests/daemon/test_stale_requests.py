@@ -1,0 +1,90 @@
+"""A request that the control process takes too late: no motion, and nothing that the record does not know of."""
+
+from __future__ import annotations
+
+import json
+import time
+from typing import Any, cast
+
+import pytest
+
+from gimbal_hil.daemon.antenna_link import embedded_antenna
+from gimbal_hil.daemon.control_loop import ControlLoop
+from gimbal_hil.daemon.link_keeper import LinkKeeper
+from gimbal_hil.host import AxisCommand, Host, HostState, Mode, Segment, program_of
+from gimbal_hil.operator import Client, OperatorSocket
+from gimbal_hil.service.operator_desk import OperatorDesk
+from gimbal_hil.service.recorder import Recorder
+from gimbal_hil.settings import host_configuration, shipped_settings
+from gimbal_hil.telemetry import (
+    COMMAND_BYTES,
+    TELEMETRY_BYTES,
+    CommandKind,
+    Commands,
+    LiveView,
+    Telemetry,
+    TelemetryKind,
+    pack_program,
+)
+from gimbal_hil.timing import NS_PER_S, Duration, LockstepClock, RingReader, RingWriter, TickEngine, create_ring
+
+Json = dict[str, Any]
+PROGRAM = program_of([Segment(AxisCommand(Mode.TORQUE, parameters=(0.1,)), AxisCommand())])
+
+
+class Told:
+    """Takes what a desk answers and has recorded."""
+
+    def __init__(self) -> None:
+        self.answers: list[Json] = []
+        self.commands: list[tuple[Any, ...]] = []
+
+    def answer(self, _client: object, line: Json) -> None:
+        self.answers.append(line)
+
+    def command(self, *told: Any) -> None:
+        self.commands.append(told)
+
+
+@pytest.mark.parametrize(("age_s", "state"), [(1.0, HostState.ACTIVE), (3.5, HostState.IDLE)])
+def test_a_motion_begins_only_while_its_caller_still_waits(
+    age_s: float, state: HostState, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settings, clock = shipped_settings(), LockstepClock()
+    antenna = embedded_antenna(settings, settings.link)  # type: ignore[arg-type]
+    orders, told = create_ring(COMMAND_BYTES), create_ring(TELEMETRY_BYTES)
+    host, telemetry = Host(host_configuration(settings)), Telemetry(RingWriter(told), lockstep=False)
+    period, link = Duration.of_seconds(settings.step_s), LinkKeeper(clock, lambda: antenna, lambda opened, text: None)
+    loop = ControlLoop(host, link, telemetry, RingReader(orders), lambda: True, clock, period)
+    engine = TickEngine(clock, period, loop.step)
+    engine.run(50)
+    assert host.state is HostState.IDLE
+    asked_ns = time.monotonic_ns()
+    Commands(RingWriter(orders)).send(CommandKind.START, pack_program(PROGRAM))
+    monkeypatch.setattr(time, "monotonic_ns", lambda: round(asked_ns + age_s * NS_PER_S))
+    engine.run(3)
+    assert host.state is state
+    answers = [json.loads(r.payload) for r in RingReader(told).take() if r.kind == TelemetryKind.REPLY]
+    assert [bool(answer["problem"]) for answer in answers] == [state is HostState.IDLE]
+
+
+def test_a_motion_that_began_late_is_recorded_although_its_caller_was_told_no(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen, now = Told(), [100.0]
+    commands = Commands(RingWriter(create_ring(COMMAND_BYTES)))
+    view, settings = LiveView(1_000_000), shipped_settings()
+    desk = OperatorDesk(commands, cast(Recorder, seen), view, settings)
+    desk.attach(cast(OperatorSocket, seen))
+    monkeypatch.setattr(time, "monotonic", lambda: now[0])
+    line = {"id": 7, "command": "set_point", "mode": "position", "outer": 0.1, "inner": 0.0}
+    assert desk.handle(cast(Client, None), line) is None
+    now[0] += 4.0
+    desk.give_up()
+    assert [(answer["ok"], answer["not_ready"]) for answer in seen.answers] == [(False, True)]
+    view.ticks = 1
+    assert desk.handle(cast(Client, None), {**line, "id": 8}) is None
+    now[0] += 4.0
+    desk.give_up()
+    assert [(answer["ok"], answer["not_ready"]) for answer in seen.answers[1:]] == [(False, False)]
+    desk.reply({"request": 1, "tick": 5, "time_ns": 5, "problem": "", "not_ready": False})
+    desk.reply({"request": 2, "tick": 5, "time_ns": 5, "problem": "the request is too old", "not_ready": False})
+    assert [told[0] for told in seen.commands] == [5] and len(seen.answers) == 2

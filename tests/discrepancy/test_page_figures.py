@@ -1,0 +1,56 @@
+"""What the report's figures are made of."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gimbal_hil.discrepancy.page_figures import sliced_mean, with_the_rest
+from gimbal_hil.discrepancy.where import Regime
+
+
+def regime(group: str, text: str, gap: float, time: float) -> Regime:
+    return Regime("outer", "torque", text, group, gap, gap - 0.05, gap + 0.05, time)
+
+
+def test_the_bars_of_every_group_add_up_to_one() -> None:
+    found = with_the_rest(
+        [
+            regime("speed", "slow", 0.5, 0.2),
+            regime("speed", "fast", 0.3, 0.6),
+            regime("time", "second half", 0.55, 0.5),
+            regime("position", "low", 0.4, 0.5),
+            regime("position", "high", 0.6, 0.5),
+        ]
+    )
+    for group in ("speed", "time", "position"):
+        own = [r for r in found if r.group == group]
+        assert sum(r.share_of_gap for r in own) == pytest.approx(1.0)
+        assert sum(r.share_of_time for r in own) == pytest.approx(1.0)
+        # bars of one group stand together
+        assert [found.index(r) for r in own] == list(range(found.index(own[0]), found.index(own[0]) + len(own)))
+    rest = {r.group: r for r in found if r.regime == "the rest"}
+    assert set(rest) == {"speed", "time"}
+    assert (rest["time"].low, rest["time"].high) == pytest.approx((0.40, 0.50))
+
+
+def test_a_ripple_of_seven_periods_a_turn_stands_in_the_mean_over_position_above_noise_ten_times_its_size() -> None:
+    rng = np.random.default_rng(3)
+    position = rng.uniform(-np.pi, np.pi, 400_000)
+    left = 0.02 * np.sin(7.0 * position) + rng.normal(0.0, 0.2, len(position))
+    place, mean = sliced_mean(position, left)
+    spectrum = np.abs(np.fft.rfft(mean))
+    assert int(np.argmax(spectrum)) == 7
+    assert 2.0 * spectrum[7] / len(mean) == pytest.approx(0.02, rel=0.1)
+    assert place[0] > -np.pi and place[-1] < np.pi
+
+
+def test_slices_with_few_rows_are_joined_with_the_next_and_no_row_is_lost() -> None:
+    rng = np.random.default_rng(1)
+    for count in (1, 3, 4, 5, 100, 3000):
+        x, y = rng.standard_normal(count) ** 3, rng.standard_normal(count)
+        place, mean = sliced_mean(x, y)
+        assert np.all(np.isfinite(mean)) and np.all(np.diff(place) > 0.0)
+        assert len(mean) <= max(1, count // 4)
+    place, mean = sliced_mean(np.array([0.0] * 4 + [0.5] + [1.0] * 4), np.array([1.0] * 4 + [5.0] + [0.0] * 4))
+    assert mean == pytest.approx([1.0, 1.0]) and place == pytest.approx([0.0, 0.9])

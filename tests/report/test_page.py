@@ -1,0 +1,127 @@
+from __future__ import annotations
+
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gimbal_hil.demo.story import STAGES, StageResult, story_page
+from gimbal_hil.plots import figure, stacked
+from gimbal_hil.report import Callout, Details, Heading, Made, Page, Plot, Table, Text, command_of
+from gimbal_hil.report.figures_packed import STEPS, rounded, unpacked
+
+MADE = Made("2026-11-22T12:00:00Z", "0.1.0", "gimbal-hil experiment step --out 'my runs/a'")
+
+
+def noisy_page(figures: int) -> Page:
+    rng = np.random.default_rng(1)
+    blocks = []
+    for number in range(figures):
+        drawn = figure(f"Figure {number}", "time [s]", "torque [N m]")
+        time = np.linspace(0.0, 10.0, 2000)
+        for name in ("measured", "model"):
+            drawn.add_scatter(x=time, y=np.sin(time) + rng.normal(0.0, 0.1, len(time)), name=name)
+        blocks.append(Plot(drawn, "what one sees"))
+    return Page("A title", "below it", blocks)
+
+
+def script(page: str, name: str) -> str:
+    found = re.search(rf'<script type="text/plain" id="{name}">([^<]+)</script>', page)
+    assert found
+    return found.group(1)
+
+
+class Outside(HTMLParser):
+    """Addresses that a page would load."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.found: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.found += [value or "" for name, value in attrs if name in ("src", "href") and (value or "")[:1] != "#"]
+
+
+def test_a_page_of_eight_figures_of_pure_noise_is_under_a_megabyte_and_loads_nothing() -> None:
+    page = noisy_page(8).render(MADE)
+    assert 500_000 < len(page.encode()) < 1_000_000
+    outside = Outside()
+    outside.feed(page)
+    assert outside.found == []
+
+
+def test_every_page_says_when_by_which_version_and_by_which_command_it_was_made() -> None:
+    page = Page("A title", "", [Text("words")]).render(MADE)
+    assert "2026-11-22T12:00:00Z" in page and "gimbal-hil 0.1.0" in page
+    assert "gimbal-hil experiment step --out &#x27;my runs/a&#x27;" in page
+    own = Page("A title", "", [Text("words")]).render()
+    assert re.search(r'<time datetime="\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ">', own)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (["/usr/bin/gimbal-hil", "demo", "--out", "a b"], "gimbal-hil demo --out 'a b'"),
+        (["/x/gimbal_hil/__main__.py", "bench"], "gimbal-hil bench"),
+        (["mine.py", "--fast"], "python mine.py --fast"),
+        (["-c"], "python"),
+        ([], "python"),
+    ],
+)
+def test_the_command_is_one_that_a_shell_takes(arguments: list[str], line: str) -> None:
+    assert command_of(arguments) == line
+
+
+def test_a_figure_comes_back_as_it_was_to_a_hundred_thousandth_of_its_range() -> None:
+    drawn = figure("Title", "x", "y")
+    values = np.array([0.0, np.nan, 1e-3, -2.5e-3, 1.234567e-3])
+    drawn.add_scatter(x=np.arange(5), y=values, name="one")
+    held = unpacked(script(Page("t", "", [Details("folded", [Plot(drawn)])]).render(MADE), "figures"))
+    (found,) = held["figures"]
+    back = found["data"][0]
+    assert back["x"] == [0, 1, 2, 3, 4] and back["y"][1] is None
+    error = np.abs(np.array(back["y"], float) - values)[np.isfinite(values)]
+    assert np.all(error <= 3.5e-3 / STEPS) and found["layout"]["title"]["text"] == "Title"
+    assert held["templates"][found["template"]]["layout"]
+
+
+def test_numbers_without_a_range_keep_their_digits_and_infinities_are_no_json() -> None:
+    assert rounded(np.array([0.123456789, 0.123456789])) == [0.123456789, 0.123456789]
+    assert rounded(np.array([1.0, np.inf, -np.inf])) == [1.0, None, None]
+    assert rounded(np.array([1e9, 1e9 + 1e7])) == [1e9, 1e9 + 1e7]
+    assert json.dumps(rounded(np.array([]))) == "[]"
+
+
+def test_small_numbers_keep_their_digits_for_logarithmic_axes() -> None:
+    values = np.geomspace(1e-12, 1.0, 25)
+    assert np.array(rounded(values)) == pytest.approx(values, rel=1e-3)
+
+
+def test_a_title_stands_above_its_figure_and_says_to_a_screen_reader_what_is_drawn() -> None:
+    drawn = stacked(("", ""), "time [s]", ("a", "b"), 150, "Steps <out>")
+    drawn.add_scatter(x=[0, 1], y=[0, 1], row=1, col=1)
+    page = Page("t", "", [Plot(drawn, "of both axes")]).render(MADE)
+    assert "<h3>Steps &lt;out&gt;</h3>" in page
+    assert 'role="img" aria-label="Steps &lt;out&gt; of both axes"' in page and "height:380px" in page
+
+
+def test_a_page_without_figures_carries_no_script(tmp_path: Path) -> None:
+    path = Page("t", "", [Heading("one"), Table(("a", "b"), [("x", "1.5")])]).write(tmp_path / "report.html")
+    page = path.read_text()
+    assert "<script" not in page and len(page) < 12_000 and '<th scope="col" class="n">b</th>' in page
+
+
+def test_the_demo_begins_with_the_answer_then_the_plots_that_prove_it_and_folds_the_rest() -> None:
+    plots = [Plot(figure(f"Proof {number}", "x", "y")) for number in range(3)]
+    answer = Callout("Cogging was hidden, and is named.", "good")
+    told = [StageResult(f"line of {stage.name}", (stage.name, "figure"), [Text("much")]) for stage in STAGES[:-1]]
+    told.append(StageResult("named", ("named", "judged blind"), [answer, *plots]))
+    page = story_page(told)
+    assert page.blocks[0] == answer
+    text = page.render(MADE)
+    order = [text.index(word) for word in ("Cogging was hidden", "Proof 0", "Proof 1", "<details>")]
+    assert order == sorted(order)
+    assert [block.summary for block in page.blocks if isinstance(block, Details)] == ["All of it"] * len(STAGES)
