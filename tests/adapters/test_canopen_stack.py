@@ -9,6 +9,8 @@ import pytest
 from firmware_protocol.adapters import Cia402Drive, DriveTiming, PythonCanBus
 from firmware_protocol.links import DriveSection
 
+pytestmark = pytest.mark.realtime
+
 canopen = pytest.importorskip("canopen", reason="canopen is not installed (the extra test has it)")
 CHANNEL, NODE = "canopen-stack", 7
 

@@ -16,6 +16,8 @@ from gimbal_hil.timing.scheduling import control_and_witness_cores, real_time
 from gimbal_hil.timing.tick_engine import Tick, TickEngine
 from gimbal_hil.timing.witness import WitnessProcess
 
+pytestmark = pytest.mark.realtime
+
 LENGTH_NS = 6_000_000
 MADE = 12
 #: at 40 ms each: 12 s, then the machine is too busy to ask
@@ -44,7 +46,6 @@ def wait_for_the_bus(usage: ThreadUsage) -> None:
     usage.add_bus_wait(time.monotonic_ns() - began)
 
 
-@pytest.mark.realtime
 @pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="a witness needs a core of its own")
 @pytest.mark.parametrize(
     ("fault", "cause"),

@@ -4,10 +4,13 @@ import signal
 import threading
 import time
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gimbal_hil.timing.clock import Duration, Instant, LockstepClock, MonotonicClock
+
+pytestmark = pytest.mark.realtime
 
 
 @settings(deadline=None)

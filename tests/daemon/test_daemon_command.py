@@ -11,6 +11,8 @@ from gimbal_hil.cli.app import main
 from gimbal_hil.settings import shipped_settings_path
 from tests.daemon.daemons import RunningDaemon
 
+pytestmark = pytest.mark.realtime
+
 
 def ended(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str]:
     """Exit code and standard error of a command."""

@@ -22,6 +22,8 @@ from gimbal_hil.runs import open_run
 from gimbal_hil.settings import FirstTestChoice, settings_from_document, shipped_settings
 from tests.daemon.daemons import Json, RunningDaemon
 
+pytestmark = pytest.mark.realtime
+
 STEP = {"mode": "position", "outer": 0.3, "inner": -0.2}
 
 

@@ -13,6 +13,8 @@ from gimbal_hil.settings import DaemonSettings, settings_from_document, shipped_
 from sim_backend.device import Device
 from sim_backend.model import shipped_model
 
+pytestmark = pytest.mark.realtime
+
 
 def settings_with(link: dict[str, object]) -> DaemonSettings:
     document = yaml.safe_load(shipped_settings_path().read_text())

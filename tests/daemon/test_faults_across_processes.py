@@ -18,6 +18,8 @@ from gimbal_hil.operator.client import OperatorClient
 from gimbal_hil.runs import columns_of, open_run
 from tests.daemon.daemons import Json, RunningDaemon, patient_configuration
 
+pytestmark = pytest.mark.realtime
+
 PLANT = """
 import signal, sys
 from pathlib import Path
@@ -89,7 +91,6 @@ def turn(daemon: RunningDaemon, client: OperatorClient) -> Json:
     raise AssertionError(f"did not turn: {status['cause']}")
 
 
-@pytest.mark.realtime
 @pytest.mark.heavy
 @pytest.mark.parametrize("kind", ["unix", "serial"])
 @pytest.mark.parametrize(("part", "fault"), list(SEEN_AS))

@@ -10,6 +10,8 @@ import pytest
 from gimbal_hil.timing.clock import Duration
 from gimbal_hil.timing.reference_loop import ReferenceLoop, compiler
 
+pytestmark = pytest.mark.realtime
+
 PERIOD = Duration(1_000_000)
 
 #: in a process of its own, because a check changes the policy and the collector of its process

@@ -11,6 +11,8 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, ru
 
 from gimbal_hil.timing.mailbox import RingReader, RingRecord, RingWriter, create_ring
 
+pytestmark = pytest.mark.realtime
+
 
 class RingMachine(RuleBasedStateMachine):
     """A reader that looks at any moment, also between the steps of a push, sees whole records, in order, and counts the

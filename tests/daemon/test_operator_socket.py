@@ -26,6 +26,8 @@ from gimbal_hil.service.operator_commands import SetPointRequest, parse_request
 from gimbal_hil.service.set_point_bounds import require_reachable
 from gimbal_hil.settings import shipped_settings
 
+pytestmark = pytest.mark.realtime
+
 Json = dict[str, Any]
 
 

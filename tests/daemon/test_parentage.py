@@ -15,6 +15,8 @@ import pytest
 from gimbal_hil.operator.client import OperatorClient
 from gimbal_hil.runs import open_run
 
+pytestmark = pytest.mark.realtime
+
 PATIENCE_S = 300.0
 DAEMON = """
 import os, subprocess, sys, time

@@ -28,6 +28,8 @@ from gimbal_hil.telemetry import (
 )
 from gimbal_hil.timing import NS_PER_S, Duration, LockstepClock, RingReader, RingWriter, TickEngine, create_ring
 
+pytestmark = pytest.mark.realtime
+
 Json = dict[str, Any]
 PROGRAM = program_of([Segment(AxisCommand(Mode.TORQUE, parameters=(0.1,)), AxisCommand())])
 

@@ -23,6 +23,8 @@ from gimbal_hil.operator.client import OperatorClient
 from gimbal_hil.runs import open_run
 from tests.daemon.daemons import PATIENCE_S, Json, RunningDaemon, patient_configuration
 
+pytestmark = pytest.mark.realtime
+
 HALF_S = float(os.environ.get("GIMBAL_HIL_SCENARIO_S", "3"))
 LONGEST_HALF_S = HALF_S + 60.0
 AT_PLACE_RAD = 0.02
@@ -69,7 +71,6 @@ def plants() -> Iterator[list[RunningPlant]]:
             plant.process.communicate()
 
 
-@pytest.mark.realtime
 @pytest.mark.parametrize("kind", list(LINKS))
 def test_a_step_over_a_real_driver_stack_and_an_antenna_that_goes_away_and_comes_back(
     tmp_path: Path, plants: list[RunningPlant], kind: str
@@ -97,7 +98,6 @@ def test_a_step_over_a_real_driver_stack_and_an_antenna_that_goes_away_and_comes
     assert_stopped_while_the_antenna_was_away(run)
 
 
-@pytest.mark.realtime
 @pytest.mark.parametrize("kind", ["serial", "unix"])
 def test_the_first_test_passes_over_a_real_driver_stack_before_anything_else_moves(
     tmp_path: Path, plants: list[RunningPlant], kind: str

@@ -4,6 +4,7 @@ import os
 import signal
 import time
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -11,6 +12,8 @@ from gimbal_hil.timing.mailbox import anonymous_memory
 from gimbal_hil.timing.miss_causes import Stall
 from gimbal_hil.timing.watching import gap_between
 from gimbal_hil.timing.witness import WitnessPage, WitnessProcess
+
+pytestmark = pytest.mark.realtime
 
 
 def new_page() -> WitnessPage:

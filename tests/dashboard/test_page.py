@@ -20,6 +20,8 @@ from gimbal_hil.telemetry.live_view import LiveView
 from gimbal_hil.telemetry.records import MISS_CODE, Exchange
 from gimbal_hil.timing.miss_causes import MissCause
 
+pytestmark = pytest.mark.realtime
+
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:

@@ -20,6 +20,8 @@ from gimbal_hil.service.notice import Notice
 from gimbal_hil.settings import shipped_settings_path
 from gimbal_hil.telemetry import LiveView
 
+pytestmark = pytest.mark.realtime
+
 
 def service(*words: str | Path) -> int:
     return app.run("service", [str(word) for word in words])

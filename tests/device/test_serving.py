@@ -34,6 +34,8 @@ from sim_backend.server import DeviceServer, OutletKind, join_bus, open_outlet, 
 from tests.device.bench import bench_model, control
 from tests.endpoints import Receiver, Sender
 
+pytestmark = pytest.mark.realtime
+
 PATIENCE_S = 30.0
 
 
@@ -95,7 +97,6 @@ def compiled_device() -> None:
     Device(bench_model(), rate_hz=500.0).tick()
 
 
-@pytest.mark.realtime
 @pytest.mark.parametrize("kind", [OutletKind.SERIAL, OutletKind.SLCAN, OutletKind.UNIX])
 def test_set_points_are_echoed_over_a_real_port_and_hosts_may_come_back(kind: OutletKind, tmp_path: Path) -> None:
     outlet = open_outlet(kind, tmp_path / "antenna")
@@ -116,7 +117,6 @@ def test_set_points_are_echoed_over_a_real_port_and_hosts_may_come_back(kind: Ou
     assert not (tmp_path / "antenna").exists()
 
 
-@pytest.mark.realtime
 def test_on_a_can_bus_the_antenna_is_a_node_beside_the_host() -> None:
     config = CanLinkConfig(kind="can", interface="virtual", channel="antenna")
     outlet = join_bus(config)
@@ -129,7 +129,6 @@ def test_on_a_can_bus_the_antenna_is_a_node_beside_the_host() -> None:
     assert server.statistics.bad_frames == 0
 
 
-@pytest.mark.realtime
 def test_a_host_that_dies_leaves_a_drive_in_fault_and_a_new_one_can_reset_it(tmp_path: Path) -> None:
     outlet = open_outlet(OutletKind.UNIX, tmp_path / "antenna")
     with served(outlet.link, rate_hz=100.0) as server:
@@ -269,7 +268,6 @@ def _command(*options: str) -> Iterator[subprocess.Popen[str]]:
         process.communicate()
 
 
-@pytest.mark.realtime
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 130), (signal.SIGINT, 130), (None, 0)])
 def test_the_command_announces_its_path_and_ends_cleanly(
     number: signal.Signals | None, code: int, tmp_path: Path

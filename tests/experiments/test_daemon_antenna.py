@@ -21,6 +21,8 @@ from tests.daemon.daemons import RunningDaemon
 from tests.daemon.test_two_processes import RunningPlant, configuration
 from tests.experiments.small_sequence import small_sequence
 
+pytestmark = pytest.mark.realtime
+
 #: a machine that stalls for longer than the antenna's deadman ends a try, as it should; then it is made again
 TRIES = 40
 
@@ -62,7 +64,6 @@ def through_daemon(tmp_path: Path, experiment: Experiment) -> Outcome:
 
 
 @pytest.mark.heavy
-@pytest.mark.realtime
 def test_a_small_sequence_through_the_daemon_measures_what_it_measures_in_lockstep(tmp_path: Path) -> None:
     real = through_daemon(tmp_path, small_sequence())
     virtual = conduct(small_sequence(), shipped_settings(), shipped_model(), 1, tmp_path / "lockstep")
@@ -72,7 +73,6 @@ def test_a_small_sequence_through_the_daemon_measures_what_it_measures_in_lockst
         assert one["torque_nm"] == pytest.approx(other["torque_nm"], rel=0.05)
 
 
-@pytest.mark.realtime
 @pytest.mark.heavy
 @pytest.mark.parametrize("axis", ["outer", "inner"])
 def test_short_sliding_and_presliding_through_daemon_and_plant_give_the_parameters_of_the_model(

@@ -38,6 +38,8 @@ from firmware_protocol.messages import DriveControl, FeedbackOuter, SetPoint
 from firmware_protocol.schema import Direction
 from tests.endpoints import Receiver, Sender
 
+pytestmark = pytest.mark.realtime
+
 CONFIG = TypeAdapter(LinkConfig)
 CHANNELS = itertools.count()
 Pair = tuple[Link, Link]

@@ -13,6 +13,8 @@ import pytest
 from firmware_protocol.errors import LinkError
 from firmware_protocol.links import UnixLink, pty_link
 
+pytestmark = pytest.mark.realtime
+
 
 def test_a_second_terminal_does_not_take_the_name_of_a_live_one(tmp_path: Path) -> None:
     name = tmp_path / "antenna"

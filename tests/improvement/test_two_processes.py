@@ -19,6 +19,8 @@ from gimbal_hil.runs.frame_columns import columns_of
 from gimbal_hil.settings import shipped_settings_path
 from sim_backend.model import shipped_model
 
+pytestmark = pytest.mark.realtime
+
 COGGING = {"amplitude": 0.03, "order": 12.0, "phase": 0.7}
 #: a machine that stalls for longer than the antenna's deadman stops an experiment, as it should; then the improvement
 #: is resumed
@@ -64,7 +66,6 @@ def plant(folder: Path) -> subprocess.Popen[str]:
 
 
 @pytest.mark.heavy
-@pytest.mark.realtime
 def test_an_improvement_in_real_time_survives_ctrl_c_and_finds_the_effect_hidden_in_the_other_process(
     tmp_path: Path,
 ) -> None:
@@ -111,7 +112,6 @@ def test_an_improvement_in_real_time_survives_ctrl_c_and_finds_the_effect_hidden
 
 
 @pytest.mark.heavy
-@pytest.mark.realtime
 def test_a_killed_improvement_leaves_no_daemon_that_goes_on(tmp_path: Path) -> None:
     config, out = configuration(tmp_path), tmp_path / "out"
     antenna = plant(tmp_path)

@@ -25,6 +25,8 @@ from gimbal_hil.runs.disk import MB
 from gimbal_hil.signals import signals_of_run
 from tests.runs.synthetic import HEADER, Sender, device_block, host_block, record_run, row_of
 
+pytestmark = pytest.mark.realtime
+
 TICKS = 500
 
 
