@@ -85,10 +85,11 @@ AXIS_H = 12
     IMPULSE,
     QUIET_MOMENTUM,
     PEAK_TORQUE,
+    LATE_IMPULSE,
     LAST_RATE,
     LAST_JOINT_RATE,
-) = range(CONTROL_STATES, CONTROL_STATES + 23)
-AXIS_H_SIZE = CONTROL_STATES + 23
+) = range(CONTROL_STATES, CONTROL_STATES + 24)
+AXIS_H_SIZE = CONTROL_STATES + 24
 H_SIZE = AXIS_H + AXES * AXIS_H_SIZE
 
 # --- G: state
@@ -113,10 +114,10 @@ TICK_SEGMENT, SKIPPED = 30, 31
 #: not be connected
 IDENTITY, PEER_PROTOCOL, PEER_NAME, PEER_SERIAL, REFUSAL = range(32, 37)
 #: the device's tick as last heard, feedback sets in a row in which it stood still; how the drive is asked to stop
-#: (StopReaction)
-DEVICE_TICK, STATUS_SAME, STOP_KIND = range(37, 40)
+#: (StopReaction); the device's tick of the last full set
+DEVICE_TICK, STATUS_SAME, STOP_KIND, SAMPLE_TICK = range(37, 41)
 #: one block per axis: mode in force, ticks in a row that a check failed
-AXIS_G = 40
+AXIS_G = 41
 MODE, OVERSPEED_COUNT, FOLLOWING_COUNT, DISAGREE_COUNT = range(4)
 HAS_BRAKE, BRAKE_STATE = range(4, 6)
 #: samples in a row in which gyro and encoder did not change; samples at rest without torque, and in how many of them

@@ -41,6 +41,8 @@ from gimbal_hil.host.layout import (
     LAST_JOINT_RATE,
     LAST_POSITION,
     LAST_RATE,
+    LAST_SEQUENCE,
+    LATE_IMPULSE,
     LATE_S,
     MAX_DRIFT,
     MEASURED_POSITION,
@@ -53,6 +55,7 @@ from gimbal_hil.host.layout import (
     PEAK_TORQUE,
     QUIET_MOMENTUM,
     REST_RATE,
+    SENT_SEQUENCE,
     STATUS_SAME,
     STEP_S,
     STUCK_TICKS,
@@ -81,15 +84,21 @@ def watch_status(mail: np.ndarray, G: np.ndarray) -> None:
 
 @compiled
 def watch_sensors(H: np.ndarray, G: np.ndarray, C: np.ndarray, begin: bool, ticks: int) -> None:
-    """Take in a fresh sample, `ticks` after the one before; `begin` when there was none for long. Call before
-    LAST_POSITION moves on.
+    """Take in a fresh sample, `ticks` of the antenna after the one before; `begin` when there was none for long. Call
+    before LAST_POSITION moves on.
 
     DRIFT: what encoder and gyro have moved apart (rad), forgotten with the window's time constant; PATH: how far the
     axis went meanwhile. Over a short window, in N m s: MOMENTUM that the axis gained beyond the impulse of its torque
-    and its weight, IMPULSE of its torque, EFFORT, that of the torque's size; PEAK_TORQUE: the largest size (N m).
+    and its weight, IMPULSE of its torque, EFFORT, that of the torque's size, LATE_IMPULSE: how far MOMENTUM may be off
+    where torques act later than they were asked for. PEAK_TORQUE: the largest size (N m).
     """
     dt = C[STEP_S] * ticks
     weights = _weights(H, G, C)
+    drift_kept, drift_new = _window(C[DRIFT_KEPT], ticks)
+    kept, new = _window(C[MOMENTUM_KEPT], ticks)
+    # a torque acts some ticks after it was asked for; later where the drive's echo is, or where much came at once
+    unheard = (G[SENT_SEQUENCE] - G[LAST_SEQUENCE]) & m.SET_POINT_SEQUENCE_HIGH
+    late_s = max(C[LATE_S], C[STEP_S] * (max(unheard, ticks) + 1))
     for axis in range(AXES):
         h, c, g = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE, AXIS_G + axis * AXIS_G_SIZE
         rate = H[h + MEASURED_RATE]
@@ -100,14 +109,15 @@ def watch_sensors(H: np.ndarray, G: np.ndarray, C: np.ndarray, begin: bool, tick
             G[g + GYRO_SAME] = G[g + ENCODER_SAME] = 0
         else:
             moved, turned = H[h + MEASURED_POSITION] - H[h + LAST_POSITION], 0.5 * (joint + H[h + LAST_JOINT_RATE]) * dt
-            H[h + DRIFT] = C[DRIFT_KEPT] * H[h + DRIFT] + (moved - turned)
-            H[h + PATH] = C[DRIFT_KEPT] * H[h + PATH] + max(abs(moved), abs(turned))
+            H[h + DRIFT] = drift_kept * H[h + DRIFT] + drift_new * (moved - turned)
+            H[h + PATH] = drift_kept * H[h + PATH] + drift_new * max(abs(moved), abs(turned))
             impulse = _acting_torque(H, G, axis) * dt
             gained = C[c + EXPECTED_INERTIA] * (rate - H[h + LAST_RATE]) - impulse - weights[axis] * dt
-            H[h + MOMENTUM] = C[MOMENTUM_KEPT] * H[h + MOMENTUM] + gained
-            H[h + IMPULSE] = C[MOMENTUM_KEPT] * H[h + IMPULSE] + impulse
-            H[h + EFFORT] = C[MOMENTUM_KEPT] * H[h + EFFORT] + abs(impulse)
+            H[h + MOMENTUM] = kept * H[h + MOMENTUM] + new * gained
+            H[h + IMPULSE] = kept * H[h + IMPULSE] + new * impulse
+            H[h + EFFORT] = kept * H[h + EFFORT] + new * abs(impulse)
             H[h + PEAK_TORQUE] = max(C[MOMENTUM_KEPT] * H[h + PEAK_TORQUE], abs(H[h + TORQUE]))
+            H[h + LATE_IMPULSE] = max(C[MOMENTUM_KEPT] * H[h + LATE_IMPULSE], late_s * H[h + PEAK_TORQUE])
             _watch_quiet(H, C, h)
             if G[g + MODE] == 0:
                 # what moves an axis that is off is not this host's torque
@@ -119,6 +129,17 @@ def watch_sensors(H: np.ndarray, G: np.ndarray, C: np.ndarray, begin: bool, tick
                 G[g + GYRO_QUIET_TICKS] += 1
                 G[g + GYRO_QUIET_CHANGES] += 1 if changed else 0
         H[h + LAST_RATE], H[h + LAST_JOINT_RATE] = rate, joint
+
+
+@compiled
+def _window(kept: float, ticks: int) -> tuple[float, float]:
+    """What a window that keeps a share of `kept` from tick to tick has left after so many ticks: of what it held, and
+    of what came evenly within them.
+    """
+    if ticks == 1:
+        return kept, 1.0
+    left = kept**ticks
+    return left, (1.0 - left) / (ticks * (1.0 - kept))
 
 
 @compiled
@@ -135,8 +156,7 @@ def implausible(H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) -> int:
         return _DRIFT
     if C[c + EXPECTED_INERTIA] == 0.0:
         return _NONE
-    # a torque that changes acts some ticks late
-    gained, late = abs(H[h + MOMENTUM]), C[LATE_S] * H[h + PEAK_TORQUE]
+    gained, late = abs(H[h + MOMENTUM]), H[h + LATE_IMPULSE]
     if gained > C[c + DISTURBANCE] + C[MODEL_SHARE] * H[h + EFFORT] + late:
         return _RUNAWAY
     # nothing but a motor that turns the wrong way makes it grow so far while the torque turned round explains it
@@ -164,7 +184,8 @@ def _watch_quiet(H: np.ndarray, C: np.ndarray, h: int) -> None:
 
 @compiled
 def _forget_momentum(H: np.ndarray, h: int) -> None:
-    H[h + MOMENTUM] = H[h + IMPULSE] = H[h + EFFORT] = H[h + QUIET_MOMENTUM] = H[h + PEAK_TORQUE] = 0.0
+    H[h + MOMENTUM] = H[h + IMPULSE] = H[h + EFFORT] = H[h + QUIET_MOMENTUM] = 0.0
+    H[h + PEAK_TORQUE] = H[h + LATE_IMPULSE] = 0.0
 
 
 @compiled

@@ -42,6 +42,7 @@ from gimbal_hil.host.layout import (
     MOTOR_TEMPERATURE,
     MOTOR_TORQUE,
     PLAUSIBILITY_SHARE,
+    SAMPLE_TICK,
     SKIPPED,
     STEP_S,
     TORQUE_STEP,
@@ -87,10 +88,22 @@ def receive(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray) -> No
         if status == _LOST:
             forget_identity(G)
     if fresh:
-        begin, ticks = G[LINK_STATUS] == _LOST, silence + 1 + G[SKIPPED]
+        begin, ticks = G[LINK_STATUS] == _LOST, _periods_since(mail, G, silence + 1 + G[SKIPPED])
         watch_sensors(H, G, C, begin, ticks)
         _compare_gyro_and_encoder(H, C, begin, ticks)
     G[LINK_STATUS] = status
+
+
+@compiled
+def _periods_since(mail: np.ndarray, G: np.ndarray, ticks: int) -> int:
+    """How many periods of the antenna lie between the last full set and this one; `ticks` of the host have passed.
+
+    By the antenna's own count: one that was kept from running makes up for what it missed, and what it measures has
+    then moved by many periods within one tick of the host. A count that stands still says nothing.
+    """
+    periods = (mail[m.DRIVE_STATUS_TICK] - G[SAMPLE_TICK]) & m.DRIVE_STATUS_TICK_HIGH
+    G[SAMPLE_TICK] = mail[m.DRIVE_STATUS_TICK]
+    return int(periods) if periods > 0 else ticks
 
 
 @compiled
@@ -151,7 +164,7 @@ def _receive_base(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray)
 
 @compiled
 def _compare_gyro_and_encoder(H: np.ndarray, C: np.ndarray, begin: bool, ticks: int) -> None:
-    """Low-pass both views of the joint rate alike; `ticks` is the time since the sample before."""
+    """Low-pass both views of the joint rate alike; `ticks` is how many periods ago the sample before was taken."""
     for axis in range(AXES):
         h = AXIS_H + axis * AXIS_H_SIZE
         joint = H[h + MEASURED_RATE] - H[h + BASE_RATE]
