@@ -32,8 +32,9 @@ GUARDS = {
     "identity": ("receive_identity", "is_known", "is_refused", "_refusal", "_units_differ"),
     "plausibility": (
         *("watch_status", "watch_sensors", "implausible", "_acting_torque", "_weights", "_is_noisy"),
-        *("_is_turned_round", "_watch_quiet"),
+        *("_is_turned_round", "_watch_quiet", "_window"),
     ),
+    "reception": ("_periods_since",),
     "limits": (
         "fault_of",
         "stop_cause",
@@ -49,7 +50,7 @@ GUARDS = {
 }
 TESTS = (
     *("test_plausibility", "test_either_way", "test_guards", "test_identity", "test_connecting"),
-    *("test_limits_of_an_axis", "test_supervisor", "test_following"),
+    *("test_limits_of_an_axis", "test_supervisor", "test_following", "test_antenna_that_catches_up"),
 )
 _TURNED = {ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
 #: what a guard answers when it trips
