@@ -30,6 +30,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "daemon": ("daemon", "Run the fixed-rate control daemon on the link that the configuration names."),
     "watch": ("watch", "A running daemon in the terminal: state, axes, torque, misses, recording."),
     "set": ("operate:set_axes", "Have the axes of a running daemon go to values: azimuth=0.5 elevation=-0.3."),
+    "adjust": (
+        "adjust",
+        "Gains and limits of a running daemon: show them, change them within their bounds, take back.",
+    ),
     "stop": ("operate:stop", "Brake both axes to rest, torque off; the daemon stays connected."),
     "quick-stop": ("operate:quick_stop", "The drive brakes both axes by itself, then is off."),
     "reset": ("operate:reset", "Leave a fault and connect anew."),

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 _WIDTH = 24
+_ACTS = {"s": "stop", "b": "adjust_back"}
+_KEYS = "keys: s stop, b gains and limits back to the configuration, q leave"
 
 
 def command(
@@ -20,7 +25,10 @@ def command(
     once: Annotated[bool, typer.Option("--once", help="One look, then end (as for scripts).")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="The daemon's own answer, one JSON object a look.")] = False,
 ) -> int:
-    """Show state, axes, torque, deadline misses and recording of a running daemon, until it ends or Ctrl-C."""
+    """Show state, axes, torque, deadline misses and recording of a running daemon, until it ends or Ctrl-C.
+
+    In a terminal one key acts: s stops, b takes gains and limits back to the configuration, q leaves.
+    """
     import json
     import sys
 
@@ -31,7 +39,7 @@ def command(
 
     folder = daemon_run(run)
     in_place = sys.stdout.isatty() and not once and not as_json
-    with OperatorClient(folder) as client:
+    with OperatorClient(folder) as client, _keys(in_place and sys.stdin.isatty()) as pressed:
         while True:
             try:
                 answer = client.request("status")
@@ -43,13 +51,53 @@ def command(
                 print(json.dumps(answer), flush=True)
             else:
                 lines = status_lines(answer)
+                if in_place:
+                    lines.append(_KEYS)
                 print(
                     "".join(f"\033[2K{line}\n" for line in lines) if in_place else "\n".join(lines), end="", flush=True
                 )
-                print(f"\033[{len(lines)}A" if in_place and not once else "" if in_place else "\n", end="", flush=True)
+                print(
+                    f"\033[J\033[{len(lines)}A" if in_place and not once else "" if in_place else "\n",
+                    end="",
+                    flush=True,
+                )
             if once:
                 return EXIT_DONE
-            time.sleep(every)
+            key = pressed(every)
+            if key == "q":
+                return EXIT_DONE
+            if key in _ACTS:
+                client.request(_ACTS[key])
+
+
+@contextlib.contextmanager
+def _keys(reading: bool) -> Iterator[Callable[[float], str]]:
+    """Waits for a key, which counts without Enter, so many seconds; the terminal is put back as it was."""
+    import sys
+
+    if not reading:
+
+        def wait(seconds: float) -> str:
+            time.sleep(seconds)
+            return ""
+
+        yield wait
+        return
+    import select
+    import termios
+    import tty
+
+    before = termios.tcgetattr(sys.stdin)
+    tty.setcbreak(sys.stdin)
+
+    def pressed(seconds: float) -> str:
+        ready, _, _ = select.select([sys.stdin], [], [], seconds)
+        return os.read(sys.stdin.fileno(), 1).decode(errors="replace") if ready else ""
+
+    try:
+        yield pressed
+    finally:
+        termios.tcsetattr(sys.stdin, termios.TCSADRAIN, before)
 
 
 def status_lines(answer: dict[str, Any]) -> list[str]:
@@ -72,6 +120,8 @@ def status_lines(answer: dict[str, Any]) -> list[str]:
             f"{axis:<12} {status['mode'][axis]:<14} {_number(position, 'rad')} {bar} {_number(rate, 'rad/s')} "
             f"{_number(torque, 'N m')}"
         )
+    if status.get("adjusted"):
+        lines.append("not as configured: " + ", ".join(status["adjusted"]))
     causes = ", ".join(f"{name} {count}" for name, count in statistics["missed_by_cause"].items() if count)
     lines.append(
         f"ticks missed {statistics['missed']}{f' ({causes})' if causes else ''}; late by p50 {latency['p50']:.0f}, "

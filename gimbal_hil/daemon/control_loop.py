@@ -24,7 +24,7 @@ from gimbal_hil.host import (
     word_of,
 )
 from gimbal_hil.host.layout import AXES, BASE_RATE, DRIVE_STATE, MEASURED_RATE, REST_RATE, axis_c, axis_h
-from gimbal_hil.telemetry import Command, CommandKind, Telemetry, take_commands, unpack_program
+from gimbal_hil.telemetry import Command, CommandKind, Telemetry, take_commands, unpack_configuration, unpack_program
 from gimbal_hil.timing import Clock, Duration, Instant, Miss, MissCause, RingReader, Tick
 
 _EVENT_KIND = {
@@ -235,6 +235,9 @@ class ControlLoop:
                 return f"the host is in state {host.state.name.lower()}{hint} (last cause: {host.cause.name.lower()})"
             host.command(unpack_program(command.payload))
             return ""  # the service records it: it has the program
+        if command.kind is CommandKind.ADJUST:
+            host.adjust(unpack_configuration(command.payload))
+            return ""  # the service records it: it knows the numbers by name
         if command.kind is CommandKind.SHUT_DOWN:
             self._leave(Stopping.BRAKING, LoopEnd(EXIT_DONE, "shut down by the operator"))
             return ""

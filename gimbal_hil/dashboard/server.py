@@ -27,7 +27,7 @@ _LOOPBACK = "127.0.0.1"
 _NAMES = (_LOOPBACK, "localhost")
 TOKEN_HEADER = "X-Operator-Token"
 #: what the page may ask for; experiments and programs come through the door itself
-_COMMANDS = ("set_point", "stop", "quick_stop", "fault_reset")
+_COMMANDS = ("set_point", "stop", "quick_stop", "fault_reset", "adjust", "adjust_back")
 _LONGEST_REQUEST = 4096
 _REQUEST = DocumentLimits(size_bytes=_LONGEST_REQUEST, values=50)
 
@@ -158,7 +158,13 @@ def live(view: LiveView, since_s: float) -> dict[str, Any]:
     """
     bins = [[upper_bound_ns(index) / 1e3, count] for index, count in enumerate(view.latency.counts) if count]
     trace = _without_nan(view.trace(since_s))
-    return {"status": view.status(), "recording": view.recording(), "trace": trace, "latency_bins_us": bins}
+    return {
+        "status": view.status(),
+        "recording": view.recording(),
+        "adjustable": view.adjustable(),
+        "trace": trace,
+        "latency_bins_us": bins,
+    }
 
 
 def _without_nan(columns: dict[str, list[float]]) -> dict[str, list[float | None]]:

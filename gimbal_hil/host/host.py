@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gimbal_hil.control.layout import TORQUE, Mode
+from gimbal_hil.control.layout import TORQUE, TORQUE_LIMIT, Mode
 from gimbal_hil.host import layout
 from gimbal_hil.host.events import AXIS_NAMES, HostEvent, host_event
 from gimbal_hil.host.frame_tick import host_frame_tick
+from gimbal_hil.host.identity import most_torque
 from gimbal_hil.host.memory import LOG_COUNT, RECEIVED_SIZE, ROWS_KEPT, SENT_AT, new_memory
 from gimbal_hil.host.program import AxisCommand, Program, Segment, program_of
 from gimbal_hil.host.states import HostCause, HostState, LinkStatus
@@ -51,6 +52,14 @@ class Host:
         G = self.memory.G
         G[layout.PLAN_LENGTH] = program.length
         G[layout.REQUESTS] |= layout.REQUEST_START
+
+    def adjust(self, configuration: NDArray[np.float64]) -> None:
+        """Other gains and limits from the next tick on: a whole array `C`, shape (C_SIZE,). Integrators stay."""
+        C, H = self.memory.C, self.memory.H
+        C[:] = configuration
+        for axis in range(layout.AXES):
+            h = layout.axis_h(axis)
+            H[h + layout.MOST_TORQUE] = most_torque(C[layout.axis_c(axis) + TORQUE_LIMIT], H[h + layout.TORQUE_STEP])
 
     def stop(self) -> None:
         """Brake to rest, then switch torque off."""

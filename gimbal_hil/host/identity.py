@@ -43,6 +43,14 @@ _NONE, _PROTOCOL, _NAME, _SERIAL = (
 _TORQUE_RANGE, _CHANGED = number(Refusal.TORQUE_RANGE), number(Refusal.CHANGED)
 
 
+def most_torque(limit_nm: float, step_nm: float) -> float:
+    """The largest raw torque within a limit: a whole number of units, so that rounding cannot lead beyond it."""
+    return min(math.floor(limit_nm / step_nm + 1e-9), float(m.SET_POINT_TORQUE_OUTER_HIGH))
+
+
+_most_torque = compiled(most_torque)
+
+
 @compiled
 def forget_identity(G: np.ndarray) -> None:
     """The link was lost: whoever answers next says who it is before it gets torque."""
@@ -121,6 +129,5 @@ def _take_units(mail: np.ndarray, H: np.ndarray, C: np.ndarray) -> None:
     """The units of torque that set-points and measured torques have from now on."""
     for axis in range(AXES):
         h, step = AXIS_H + axis * AXIS_H_SIZE, _unit(mail, axis)
-        # a whole number of units, so that rounding cannot lead beyond the limit
-        most = math.floor(C[AXIS_C + axis * AXIS_C_SIZE + TORQUE_LIMIT] / step + 1e-9)
-        H[h + TORQUE_STEP], H[h + MOST_TORQUE] = step, min(most, float(m.SET_POINT_TORQUE_OUTER_HIGH))
+        H[h + TORQUE_STEP] = step
+        H[h + MOST_TORQUE] = _most_torque(C[AXIS_C + axis * AXIS_C_SIZE + TORQUE_LIMIT], step)

@@ -7,18 +7,24 @@ from typing import Any
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.host import Host, Program
 from gimbal_hil.runs import Event, RecordedRun
-from gimbal_hil.settings import host_configuration, settings_from_document
+from gimbal_hil.settings import DaemonSettings, adjusted, adjustments_from, host_configuration, settings_from_document
 
 
 def host_of(run: RecordedRun) -> Host:
     """A host with the run's configuration; raises BadInputError where the run keeps too little to be run again."""
-    where = f"{run.folder / 'run.yaml'}: configuration"
-    settings = settings_from_document(dict(run.record.header.configuration), where)
+    settings = _settings_of(run)
     if not settings.recording.frames or settings.recording.every_ticks != 1:
         raise BadInputError(
-            f"{where}.recording", "this run does not keep every frame and tick", "frames: true and every_ticks: 1"
+            f"{run.folder / 'run.yaml'}: configuration.recording",
+            "this run does not keep every frame and tick",
+            "frames: true and every_ticks: 1",
         )
     return Host(host_configuration(settings), run.record.header.axes)
+
+
+def _settings_of(run: RecordedRun) -> DaemonSettings:
+    where = f"{run.folder / 'run.yaml'}: configuration"
+    return settings_from_document(dict(run.record.header.configuration), where)
 
 
 def give_again(host: Host, run: RecordedRun, event: Event) -> None:
@@ -29,7 +35,14 @@ def give_again(host: Host, run: RecordedRun, event: Event) -> None:
     plain |= {"distrust": host.distrust}
     if command == "start" and isinstance(program, dict):
         host.command(Program.from_document(program, where))
+    elif command == "adjust":
+        values = adjustments_from(event.data.get("values"), where)
+        host.adjust(host_configuration(adjusted(_settings_of(run), values, where)))
     elif command in plain:
         plain[command]()
     else:
-        raise BadInputError(where, f"is {command!r}", "start with its program, or one of " + ", ".join(map(str, plain)))
+        raise BadInputError(
+            where,
+            f"is {command!r}",
+            "start with its program, adjust with its values, or one of " + ", ".join(map(str, plain)),
+        )

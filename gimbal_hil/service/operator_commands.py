@@ -119,11 +119,23 @@ class StartRequest(_Request):
 class PlainRequest(_Request):
     """A request without parameters."""
 
-    command: Literal["stop", "quick_stop", "fault_reset", "shut_down", "status"]
+    command: Literal["stop", "quick_stop", "fault_reset", "shut_down", "status", "adjustable", "adjust_back"]
+
+
+class AdjustRequest(_Request):
+    """Other gains and limits: for each axis keys as `rate_loop.kp_s_per_rad` with their values."""
+
+    command: Literal["adjust"]
+    outer: dict[str, float] = Field(default={})
+    inner: dict[str, float] = Field(default={})
+
+    def changes(self, axes: Sequence[str]) -> dict[str, dict[str, float]]:
+        """Axis, key, value."""
+        return {axis: values for axis, values in zip(axes, (self.outer, self.inner), strict=True) if values}
 
 
 ProgramRequest = SetPointRequest | ModeRequest | SegmentsRequest | StartRequest
-Request = ProgramRequest | PlainRequest
+Request = ProgramRequest | PlainRequest | AdjustRequest
 _REQUEST: TypeAdapter[Request] = TypeAdapter(Annotated[Request, Field(discriminator="command")])
 
 

@@ -11,13 +11,15 @@ from typing import Any
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.host import Program
 from gimbal_hil.operator import Client, OperatorSocket
-from gimbal_hil.service.operator_commands import PlainRequest, SetPointRequest, parse_request
+from gimbal_hil.service.adjusting import LiveAdjustments
+from gimbal_hil.service.operator_commands import AdjustRequest, PlainRequest, SetPointRequest, parse_request
 from gimbal_hil.service.recorder import Recorder
 from gimbal_hil.service.set_point_bounds import require_reachable
-from gimbal_hil.settings import DaemonSettings
+from gimbal_hil.settings import Adjustments, DaemonSettings
 from gimbal_hil.telemetry import MOTION_PATIENCE_S, CommandKind, Commands, LiveView, pack_program
 
 Json = dict[str, Any]
+_ANSWERED_HERE = ("status", "adjustable")
 _KINDS = {
     "stop": CommandKind.STOP,
     "quick_stop": CommandKind.QUICK_STOP,
@@ -35,6 +37,7 @@ class _Waiting:
     request_id: object
     command: str
     program: Program | None
+    values: Adjustments | None
     deadline_s: float
 
 
@@ -45,7 +48,8 @@ class OperatorDesk:
         self._commands = commands
         self._recorder = recorder
         self._view = view
-        self._settings = settings
+        self._step_s = settings.step_s
+        self.adjusting = LiveAdjustments(settings, view)
         self._waiting: dict[int, _Waiting] = {}
         #: answered already, because the control process was silent for too long
         self._given_up: dict[int, _Waiting] = {}
@@ -57,31 +61,50 @@ class OperatorDesk:
 
     def handle(self, client: Client, line: Json) -> Json | None:
         """Answer a request that needs no one else, or pass it on; refusals in one line."""
+        program: Program | None = None
+        values: Adjustments | None = None
         try:
             request = parse_request(line, self._view.axes)
-            if isinstance(request, PlainRequest) and request.command == "status":
-                recorder = self._recorder
-                return {
-                    "ok": True,
-                    "status": self._view.status(),
-                    "recording": recorder.state,
-                    "recording_failure": recorder.failure,
-                }
-            if isinstance(request, SetPointRequest):
-                require_reachable(request, self._settings)
-            program = None if isinstance(request, PlainRequest) else request.program(self._settings.step_s)
+            if isinstance(request, PlainRequest):
+                if request.command in _ANSWERED_HERE:
+                    return self._looked_up(request.command)
+            elif isinstance(request, AdjustRequest):
+                values = self.adjusting.asked(request.changes(self._view.axes))
+            else:
+                if isinstance(request, SetPointRequest):
+                    require_reachable(request, self.adjusting.settings)
+                program = request.program(self._step_s)
         except BadInputError as error:
             return {"ok": False, "error": str(error)}
-        kind = CommandKind.START if program else _KINDS[request.command]
-        number = self._commands.send(kind, pack_program(program) if program else b"")
+        if request.command == "adjust_back":
+            values = self.adjusting.asked(None)
+        if values is not None:
+            number = self._commands.send(CommandKind.ADJUST, self.adjusting.packed(values))
+        elif program is not None:
+            number = self._commands.send(CommandKind.START, pack_program(program))
+        else:
+            number = self._commands.send(_KINDS[request.command])
         if number is None:
             return {
                 "ok": False,
                 "error": "the program is too long, or the control process is behind with earlier requests",
             }
+        if values is not None:
+            self.adjusting.sent(values)
         deadline = time.monotonic() + _PATIENCE_S
-        self._waiting[number] = _Waiting(client, line.get("id"), request.command, program, deadline)
+        self._waiting[number] = _Waiting(client, line.get("id"), request.command, program, values, deadline)
         return None
+
+    def _looked_up(self, command: str) -> Json:
+        if command == "adjustable":
+            return {"ok": True, "numbers": self.adjusting.numbers}
+        recorder = self._recorder
+        return {
+            "ok": True,
+            "status": self._view.status(),
+            "recording": recorder.state,
+            "recording_failure": recorder.failure,
+        }
 
     def announce(self, event: Json) -> None:
         """Pass an event on to every operator."""
@@ -116,6 +139,10 @@ class OperatorDesk:
             self._recorder.command(
                 tick, time_ns, "start", {"command": "start", "program": waiting.program.as_document()}
             )
+        if waiting.values is not None and reply["problem"]:
+            self.adjusting.refused()
+        elif waiting.values is not None:
+            self._recorder.command(tick, time_ns, "adjust", self.adjusting.taken(waiting.values))
         if late is not None:
             return
         if reply["problem"]:

@@ -58,6 +58,7 @@ class Service:
         self._recorder = Recorder(writer, header.period_ns, settings.frames, settings.every_ticks)
         self._view.recording = lambda: self._recorder.state
         self._desk = OperatorDesk(Commands(RingWriter(orders.commands)), self._recorder, self._view, configuration)
+        self._view.adjustable = lambda: self._desk.adjusting.numbers
         self._door, self._run = Door(Path(orders.socket), orders.token), Path(orders.run)
         self._socket = OperatorSocket(self._door, self._desk.handle)
         self._desk.attach(self._socket)

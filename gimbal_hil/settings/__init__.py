@@ -1,5 +1,14 @@
 """Configuration of the daemon: validated once at the door, typed inside."""
 
+from gimbal_hil.settings.adjusting import (
+    AdjustableNumber,
+    Adjustments,
+    adjustable_numbers,
+    adjusted,
+    adjustments_from,
+    merged,
+    require_adjustable,
+)
 from gimbal_hil.settings.axis import WIRE_TURNS, AxisSettings
 from gimbal_hil.settings.configuration import host_configuration
 from gimbal_hil.settings.daemon import AxisNames, DaemonSettings, FirstTestChoice, load_settings, settings_from_document
@@ -8,13 +17,20 @@ from gimbal_hil.settings.shipped import shipped_settings, shipped_settings_path
 
 __all__ = [
     "WIRE_TURNS",
+    "AdjustableNumber",
+    "Adjustments",
     "AxisNames",
     "AxisSettings",
     "DaemonSettings",
     "EmbeddedAntenna",
     "FirstTestChoice",
+    "adjustable_numbers",
+    "adjusted",
+    "adjustments_from",
     "host_configuration",
     "load_settings",
+    "merged",
+    "require_adjustable",
     "settings_from_document",
     "shipped_settings",
     "shipped_settings_path",

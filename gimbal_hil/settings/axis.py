@@ -157,6 +157,25 @@ class Expectation(Strict):
     )
 
 
+class AdjustableKey(StrEnum):
+    """Numbers of an axis that may be made adjustable; a limit can only be made tighter than the file has it."""
+
+    POSITION_KP = "position_loop.kp_per_s"
+    POSITION_KI = "position_loop.ki_per_s2"
+    POSITION_RATE = "position_loop.rate_limit_rad_s"
+    RATE_KP = "rate_loop.kp_s_per_rad"
+    RATE_KI = "rate_loop.ki_per_rad"
+    REFERENCE_RATE = "feedforward.reference_rate"
+    COULOMB = "feedforward.coulomb_nm"
+    VISCOUS = "feedforward.viscous_nm_s_per_rad"
+    TORQUE = "limits.torque_nm"
+    RATE = "limits.rate_rad_s"
+    TRAVEL_LOW = "limits.position_low_rad"
+    TRAVEL_HIGH = "limits.position_high_rad"
+    FOLLOWING_POSITION = "limits.following_position_rad"
+    FOLLOWING_RATE = "limits.following_rate_rad_s"
+
+
 class AxisSettings(Strict):
     """One axis."""
 
@@ -173,3 +192,41 @@ class AxisSettings(Strict):
         default=None,
         description="how it answers torque; without it no guard on motion against torque and no first test",
     )
+    adjustable: dict[AdjustableKey, tuple[float, float]] = Field(
+        default={},
+        description=(
+            "gains and limits that may be changed while the daemon runs, each with least and largest value, as in "
+            "`rate_loop.kp_s_per_rad: [30, 90]`; a limit can only be made tighter than this file has it"
+        ),
+    )
+
+    @model_validator(mode="after")
+    def _bounds_are_bounds(self) -> Self:
+        for key, (low, high) in self.adjustable.items():
+            if number_at(self, key.value) is None:
+                place = key.value.partition(".")[0]
+                raise ValueError(f"adjustable.{key.value}: the number itself is not given; expected it in {place}")
+            if not low <= high:
+                raise ValueError(f"adjustable.{key.value}: {low:g} to {high:g}; expected least and largest value")
+            if low < 0.0 and key not in (AdjustableKey.TRAVEL_LOW, AdjustableKey.TRAVEL_HIGH):
+                raise ValueError(f"adjustable.{key.value}: {low:g} is negative; expected 0 or more")
+        return self
+
+    def bounds(self, key: AdjustableKey) -> tuple[float, float]:
+        """Least and largest value that a number may be given: what the file allows, always with the configured number,
+        and for a limit nothing looser than that.
+        """
+        low, high = self.adjustable[key]
+        configured = number_at(self, key.value)
+        assert configured is not None, "the section was validated"
+        low, high = min(low, configured), max(high, configured)
+        if key is AdjustableKey.TRAVEL_LOW:
+            return configured, high
+        return low, configured if key.value.startswith("limits.") else high
+
+
+def number_at(axis: AxisSettings, key: str) -> float | None:
+    """The number that a dotted key names; None where the axis has none."""
+    section, _, name = key.partition(".")
+    value = getattr(getattr(axis, section, None), name, None)
+    return None if value is None else float(value)

@@ -22,6 +22,15 @@ _BRAKING_SHARE, _PREFILTER_SHARE = 0.4, 0.8
 _FASTEST_PREFILTER = 8.0
 #: speed of a long motion over what the position loop may ask for: the rest is for catching up
 _MOTION_SHARE = 0.8
+#: what may be changed while the daemon runs: bounds over the configured number
+_ADJUSTABLE = {
+    ("position_loop", "kp_per_s"): (0.5, 1.25),
+    ("position_loop", "ki_per_s2"): (0.0, 1.5),
+    ("rate_loop", "kp_s_per_rad"): (0.67, 1.33),
+    ("rate_loop", "ki_per_rad"): (0.5, 1.33),
+    ("limits", "torque_nm"): (0.2, 1.0),
+    ("limits", "rate_rad_s"): (0.1, 1.0),
+}
 
 
 def _rounded(value: float) -> float:
@@ -137,7 +146,7 @@ def _loops(antenna: AntennaDescription, place: int) -> Document:
     if antenna.has_gyro:
         limits |= {"gyro_encoder_rad_s": 0.5, "gyro_encoder_rad": 0.03, "stuck_gyro_ticks": 64}
     section: Document = {"parent": antenna.axes[0].name} if place else {}
-    return section | {
+    section |= {
         "position_loop": {
             "kp_per_s": _rounded(position),
             "ki_per_s2": _rounded(position),
@@ -159,6 +168,11 @@ def _loops(antenna: AntennaDescription, place: int) -> Document:
         "limits": limits,
         "expectation": {"inertia_kg_m2": _rounded(inertia), "disturbance_nm": _rounded(disturbance)},
     }
+    section["adjustable"] = {
+        f"{part}.{name}": [_rounded(share * section[part][name]) for share in shares]
+        for (part, name), shares in _ADJUSTABLE.items()
+    }
+    return section
 
 
 def plan_document(antenna: AntennaDescription) -> Document:

@@ -14,8 +14,10 @@ from gimbal_hil.telemetry.records import (
     Telemetry,
     TelemetryKind,
     exchange_from,
+    pack_configuration,
     pack_program,
     take_commands,
+    unpack_configuration,
     unpack_program,
 )
 from gimbal_hil.telemetry.scope import (
@@ -49,9 +51,11 @@ __all__ = [
     "TelemetryKind",
     "capture_columns",
     "exchange_from",
+    "pack_configuration",
     "pack_program",
     "scope_settings",
     "signal_names",
     "take_commands",
+    "unpack_configuration",
     "unpack_program",
 ]

@@ -51,6 +51,8 @@ class LiveView:
     trips: dict[str, int] = field(default_factory=lambda: {cause.name.lower(): 0 for cause in GUARD_CAUSES})
     #: how recording stands, as `Recorder.state` tells it
     recording: Callable[[], Json] = dict
+    #: gains and limits that may be changed, as `AdjustableNumber.as_dict` tells them
+    adjustable: Callable[[], list[Json]] = list
     _measured: dict[str, float] = field(default_factory=dict)
     _trace: deque[list[float]] = field(default_factory=lambda: deque(maxlen=TRACE_RATE_HZ * TRACE_S))
     _next_trace_ns: int = 0
@@ -105,6 +107,11 @@ class LiveView:
             "rate_rad_s": {axis: self._measured.get(f"rate_{own}") for own, axis in self._named()},
             "torque_nm": {axis: float(row[f"torque_{own}"]) for own, axis in self._named()},
             "rejected_frames": self.rejected_frames,
+            "adjusted": [
+                f"{one['axis']} {one['key']} {one['value']:g} (configured {one['configured']:g})"
+                for one in self.adjustable()
+                if one["value"] != one["configured"]
+            ],
             "statistics": self.statistics(),
         }
 

@@ -12,6 +12,7 @@ from enum import IntEnum
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gimbal_hil.host import Program
 from gimbal_hil.timing import NS_PER_S, MissCause, RingReader, RingWriter
@@ -59,6 +60,8 @@ class CommandKind(IntEnum):
     SHUT_DOWN = 5
     #: from the service itself: recording has failed, the reason follows
     RECORDING_FAILED = 6
+    #: other gains and limits: the host's whole array `C`
+    ADJUST = 7
 
 
 #: number of the request, and CLOCK_MONOTONIC when it was asked
@@ -77,6 +80,16 @@ def unpack_program(payload: bytes) -> Program:
     """The program of a START command: it was checked before it was packed."""
     (length,) = _PROGRAM_LENGTH.unpack_from(payload)
     return Program(np.frombuffer(payload, np.float64, offset=_PROGRAM_LENGTH.size).copy(), length)
+
+
+def pack_configuration(configuration: NDArray[np.float64]) -> bytes:
+    """The host's array as an ADJUST command carries it."""
+    return configuration.tobytes()
+
+
+def unpack_configuration(payload: bytes) -> NDArray[np.float64]:
+    """The array of an ADJUST command: it was checked before it was packed."""
+    return np.frombuffer(payload, np.float64)
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,6 +4,8 @@ elevation.
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -37,3 +39,18 @@ def test_rate_and_position_loops_keep_45_degrees_and_6_db(name: str, plant: Axis
     margin, _ = phase_margin_deg(w, position_loop)
     assert margin >= 45.0
     assert gain_margin_db(w, position_loop) >= 6.0
+
+
+@pytest.mark.parametrize(("name", "plant"), PLANTS)
+def test_every_corner_of_what_may_be_adjusted_while_it_runs_keeps_45_degrees_and_10_db(name: str, plant: Axis) -> None:
+    settings = shipped_settings()
+    step_s, w = settings.step_s, FREQUENCIES[::5]
+    bounds = {key.value: values for key, values in settings.axes[name].adjustable.items()}
+    gains = ("rate_loop.kp_s_per_rad", "rate_loop.ki_per_rad", "position_loop.kp_per_s", "position_loop.ki_per_s2")
+    for rate_kp, rate_ki, position_kp, position_ki in itertools.product(*(bounds[gain] for gain in gains)):
+        to_rate = pi(w, rate_kp, rate_ki, step_s) * torque_to_rate(w, plant, step_s, 0)
+        rate_loop = to_rate * gyro(w, 200.0)
+        position_loop = pi(w, position_kp, position_ki, step_s) * to_rate / (1.0 + rate_loop) / (1j * w)
+        for loop in (rate_loop, position_loop):
+            assert phase_margin_deg(w, loop)[0] >= 45.0
+            assert gain_margin_db(w, loop) >= 10.0
