@@ -56,6 +56,7 @@ FLOORS = (
     "bench",
     "bench.faults",
     "library",
+    "conformance",
     "deployment",
     "warming",
     "cli",

@@ -54,6 +54,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "Re-run a recorded run against its frames: identical, or the first tick and signal that differ.",
     ),
     "runs": ("runs", "List recorded runs, show one, or compare two side by side."),
+    "conformance": ("conformance", "Check an antenna's firmware against numbered requirements, with evidence."),
     "export": ("export", "Write a run as Parquet, CSV, MAT, MCAP, BLF or MF4."),
     "effects": ("effects", "The catalogue of effects: parameters, units, bounds, and the run that excites each."),
     "protocol": ("protocol", "Emit the wire definition as DBC, C header or documentation."),
@@ -64,7 +65,20 @@ COMMANDS: dict[str, tuple[str, str]] = {
 }
 #: commands that may meet a kernel that is not on disk yet
 COMPILING = frozenset(
-    ("demo", "daemon", "plant", "experiment", "identify", "discrepancy", "improve", "replay", "bench", "warm", "check")
+    (
+        "demo",
+        "daemon",
+        "plant",
+        "experiment",
+        "identify",
+        "discrepancy",
+        "improve",
+        "replay",
+        "bench",
+        "warm",
+        "check",
+        "conformance",
+    )
 )
 
 

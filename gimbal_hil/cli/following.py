@@ -63,6 +63,15 @@ def after_daemon(run: Path, exit_code: int) -> str:
     return command_line("runs", "show", run) if exit_code == 3 else command_line("replay", run)
 
 
+def after_conformance(config: Path | None, evidence: Path | None) -> str:
+    """What was recorded of the first requirement that failed; else the daemon on the same antenna."""
+    return (
+        command_line("daemon", config=config, duration=10)
+        if evidence is None
+        else command_line("runs", "show", evidence)
+    )
+
+
 def after_plant(config: Path | None, kind: str, path: str) -> str:
     """The daemon for the antenna that is served, or the files of one: the daemon's link stands in its configuration."""
     if config is not None:

@@ -22,6 +22,8 @@ LINES = [
     following.after_check([Path("a b")], [("model", Path("m.yaml")), ("configuration", Path("c.yaml"))], True),
     following.after_check([HERE], [("run folder", HERE)], True),
     following.after_daemon(HERE, 0),
+    following.after_conformance(None, None),
+    following.after_conformance(Path("c.yaml"), HERE),
     following.after_plant(Path("c.yaml"), "unix", "/tmp/a"),
     following.after_plant(None, "serial", "/dev/pts/3"),
     following.after_identify(Path("out/friction"), [HERE], 2, True),

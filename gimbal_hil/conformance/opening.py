@@ -1,0 +1,25 @@
+"""From a configuration to the antenna that is to be tested."""
+
+from __future__ import annotations
+
+from firmware_protocol.errors import LinkError
+from firmware_protocol.links import open_link
+from gimbal_hil.conformance.carriers import Carrier, InStep, OverLink
+from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna
+from sim_backend.device import Device
+from sim_backend.model import model_named
+
+
+def open_antenna(settings: DaemonSettings) -> Carrier:
+    """The virtual antenna in this process, in step, or whatever sends feedback on the link; LinkError where nothing
+    does.
+    """
+    link = settings.link
+    if isinstance(link, EmbeddedAntenna):
+        device = Device(model_named(link.embedded.model), rate_hz=settings.rate_hz, seed=link.embedded.seed)
+        return InStep(device, f"virtual antenna {device.model.name}", settings.rate_hz)
+    carrier = OverLink(open_link(link), settings.rate_hz)
+    if not carrier.heard():
+        carrier.close()
+        raise LinkError(f"{carrier.name} is open, but no antenna answered within 5 s; expected feedback from power-on")
+    return carrier
