@@ -78,6 +78,7 @@ EQUIVALENT = {
     "plausibility.implausible: grown and _is_turned_round(H, h) -> grown": (
         "what the torque turned round does not explain is quiet itself, so that nothing has grown beyond it"
     ),
+    "plausibility._window: if ticks == 1 -> never": "a short way: for one tick the formula gives the same bits",
     "core._take_requests: if requests == 0 -> never": "a short way: without a bit nothing below does anything",
 }
 
