@@ -30,6 +30,7 @@ from sim_backend.layout import (
 )
 
 _FIXED, _CONSTANT, _SINUSOID = int(BaseKind.FIXED), int(BaseKind.CONSTANT_RATE), int(BaseKind.SINUSOID)
+_RECORDED = int(BaseKind.RECORDED)
 Vector = tuple[float, float, float]
 
 
@@ -66,6 +67,15 @@ def base_attitude(P: np.ndarray, K: np.ndarray, t: float) -> Vector:
         return _angle(P, 0, t)[0], _angle(P, 1, t)[0], _angle(P, 2, t)[0]
     row, share = _row(P, K, t)
     return _between(P, row, share, 0), _between(P, row, share, 1), _between(P, row, share, 2)
+
+
+@compiled
+def pivot_acceleration(P: np.ndarray, K: np.ndarray, t: float) -> Vector:
+    """Acceleration of the pivot (m/s^2, base axes, gravity not included) at t seconds."""
+    if K[BASE_KIND] != _RECORDED:
+        return 0.0, 0.0, 0.0
+    row, share = _row(P, K, t)
+    return _between(P, row, share, 9), _between(P, row, share, 10), _between(P, row, share, 11)
 
 
 @compiled

@@ -82,6 +82,8 @@ MASS_OUTER, MASS_INNER = 22, 23
 BASE_ATTITUDE, BASE_RATE, BASE_AMPLITUDE, BASE_FREQUENCY, BASE_PHASE, BASE_ROW_S = 24, 27, 30, 33, 36, 39
 #: gravity in the axes of a base that does not move, or as it stands at t = 0
 FIXED_GRAVITY = 40
+#: how old what the inertial navigation tells is when it is sent
+INS_AGE_S = 43
 AXIS_BLOCK = 44
 AXIS_SIZE = 48
 #: within an axis block: friction

@@ -50,6 +50,7 @@ FLOORS = (
     "checking",
     "starting",
     "thesis",
+    "arena",
     "discrepancy",
     "improvement",
     "demo",
@@ -225,7 +226,9 @@ def test_help_needs_nothing_heavy() -> None:
 def test_every_package_is_in_the_distribution() -> None:
     listed = set(tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"])
     there = {".".join(path.parent.relative_to(ROOT).parts) for path in MODULES}
-    assert listed == there | {f"gimbal_hil.config{below}" for below in ("", ".models", ".plans", ".schemas")}
+    assert listed == there | {
+        f"gimbal_hil.config{below}" for below in ("", ".models", ".plans", ".scenarios", ".schemas")
+    }
 
 
 @in_a_checkout

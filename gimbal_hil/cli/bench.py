@@ -1,5 +1,5 @@
-"""`gimbal-hil bench`: speed, real time and the search's cost as ratios, the fault matrix, the soak, or the blind bench
-of the discrepancy search.
+"""`gimbal-hil bench`: speed, real time and the search's cost as ratios, the fault matrix, the soak, the arena of
+controllers, or the blind bench of the discrepancy search.
 """
 
 from __future__ import annotations
@@ -15,12 +15,13 @@ if TYPE_CHECKING:
 #: words of the command line, text for the terminal, figures for JSON, blocks of the page
 _Measured = tuple[str, str, Any, "list[Block]"]
 
-BENCHES = ("speed", "realtime", "search", "blind", "faults", "soak")
+BENCHES = ("speed", "realtime", "search", "blind", "faults", "soak", "pointing")
 
 
 def command(
     what: Annotated[
-        str, typer.Argument(help="speed, realtime, search, faults, soak, or blind (needs the source checkout).")
+        str,
+        typer.Argument(help="speed, realtime, search, faults, soak, pointing, or blind (needs the source checkout)."),
     ] = "speed",
     repeats: Annotated[int, typer.Option(help="speed, search: pairs per figure.", min=3)] = 9,
     out: Annotated[Path | None, typer.Option(help="Folder for the results page.")] = None,
@@ -55,17 +56,22 @@ def command(
     ] = None,
     every: Annotated[int, typer.Option(help="faults: take every n-th row only.", min=1)] = 1,
     hours: Annotated[float, typer.Option(help="soak: antenna time.", min=0.001)] = 24.0,
-    workers: Annotated[int, typer.Option(help="search, blind: processes (blind: a case in each).", min=1)] = 2,
+    workers: Annotated[
+        int, typer.Option(help="search, blind, pointing: processes (blind: a case in each).", min=1)
+    ] = 2,
+    controller: Annotated[
+        list[str] | None, typer.Option(help="pointing: by name, or a configuration file; may be repeated.")
+    ] = None,
+    antenna: Annotated[list[str] | None, typer.Option(help="pointing: a model by name or file; repeatable.")] = None,
+    scenario: Annotated[str | None, typer.Option(help="pointing: words of scenarios' names, or a file.")] = None,
+    seeds: Annotated[int, typer.Option(help="pointing: runs of each, noise and turbulence anew.", min=1)] = 3,
     dask: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="blind: diagnose on a Dask cluster instead.")
     ] = None,
 ) -> int:
     """The speed figures, each beside the same work done by a plain reference, as a ratio from one run."""
-    import json
-    import sys
-
     from firmware_protocol.errors import BadInputError
-    from gimbal_hil.cli.following import print_next
+    from gimbal_hil.cli.bench_pointing import ArenaChoice, pointing
 
     if what not in BENCHES:
         raise BadInputError("bench", f"no bench {what!r}", ", ".join(BENCHES))
@@ -75,19 +81,27 @@ def command(
     page = None if out is None else out / "report.html"
     if page is not None and page.exists() and not force:
         raise BadInputError(str(page), "already exists", "a new folder, or --force to overwrite it")
-
-    def say(name: str) -> None:
-        print(f"measuring {name} ...", file=sys.stderr, flush=True)
-
-    words, text, figures, blocks = {
-        "speed": lambda: _speed(repeats, say),
+    measured = {
+        "speed": lambda: _speed(repeats, _measuring),
         "realtime": lambda: _real_time(
-            tuple(link or ("unix", "serial")), tuple(rate or (1000.0, 2000.0)), seconds, say
+            tuple(link or ("unix", "serial")), tuple(rate or (1e3, 2e3)), seconds, _measuring
         ),
-        "search": lambda: _search(workers, repeats, say),
-        "faults": lambda: _faults(every, say),
-        "soak": lambda: _soak_across(link[0], hours, seed or 0, say) if link else _soak(hours, seed or 0, say),
+        "search": lambda: _search(workers, repeats, _measuring),
+        "faults": lambda: _faults(every, _measuring),
+        "pointing": lambda: pointing(ArenaChoice(controller or [], antenna or [], scenario, seeds, workers)),
+        "soak": lambda: (
+            _soak_across(link[0], hours, seed or 0, _measuring) if link else _soak(hours, seed or 0, _measuring)
+        ),
     }[what]()
+    return _answer(what, measured, page, as_json)
+
+
+def _answer(what: str, measured: _Measured, page: Path | None, as_json: bool) -> int:
+    import json
+
+    from gimbal_hil.cli.following import print_next
+
+    words, text, figures, blocks = measured
     print(json.dumps(figures) if as_json else text, flush=True)
     # what the search costs has no target: it is a table of costs
     all_right = what == "search" or not any(figure["problem"] for figure in figures)
@@ -98,6 +112,12 @@ def command(
     if not as_json:
         print_next("gimbal-hil doctor")
     return 0 if all_right else 1
+
+
+def _measuring(name: str) -> None:
+    import sys
+
+    print(f"measuring {name} ...", file=sys.stderr, flush=True)
 
 
 def _blind(out: Path | None, *choice: Any) -> int:

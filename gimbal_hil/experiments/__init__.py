@@ -14,7 +14,7 @@ from gimbal_hil.experiments.frequency import (
     margins_of,
     phase_deg,
 )
-from gimbal_hil.experiments.plan import Plan, load_plan, plan_from_document
+from gimbal_hil.experiments.plan import AxisPlan, Plan, load_plan, plan_from_document
 from gimbal_hil.experiments.planned import experiment_of_file
 from gimbal_hil.experiments.plateau import DirectionPair, pair_of, plateau_mean, pooled
 from gimbal_hil.experiments.references import SHAPES as REFERENCE_SHAPES
@@ -32,6 +32,7 @@ __all__ = [
     "REFERENCE_UNITS",
     "SETTLING_BAND",
     "TEARDOWN_S",
+    "AxisPlan",
     "DirectionPair",
     "Experiment",
     "FrequencyResponse",

@@ -1,9 +1,22 @@
 """The thesis that this project grew from, run again: controller tables, unbalance, friction, and what does not hold."""
 
 from gimbal_hil.thesis.asking import ask_for_kernels
+from gimbal_hil.thesis.controller_tables import step_figures
+from gimbal_hil.thesis.inferred import LEVEL
 from gimbal_hil.thesis.page import as_document
+from gimbal_hil.thesis.printed import POSITION_GAINS, RATE_GAINS
 from gimbal_hil.thesis.text import as_text
 from gimbal_hil.thesis.thesis_report import ThesisReport
 from gimbal_hil.thesis.validation import run_thesis
 
-__all__ = ["ThesisReport", "as_document", "as_text", "ask_for_kernels", "run_thesis"]
+__all__ = [
+    "LEVEL",
+    "POSITION_GAINS",
+    "RATE_GAINS",
+    "ThesisReport",
+    "as_document",
+    "as_text",
+    "ask_for_kernels",
+    "run_thesis",
+    "step_figures",
+]

@@ -123,7 +123,7 @@ def _report_base(mail: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.ndarray, 
     elif phase == _RATE_PHASE:
         report_base_rate(mail, P, K, X)
     elif drive.tick % _ACCELERATION_PERIOD == _ACCELERATION_PHASE:
-        report_base_acceleration(mail)
+        report_base_acceleration(mail, P, K, X)
 
 
 @compiled

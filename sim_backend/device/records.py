@@ -106,9 +106,11 @@ class Drive(MemoryRecord):
     rest_count: int
     limits: int
     supply: int
-    #: attitude as sampled with the last base_attitude, until base_heading has told the rest: raw yaw, tick
+    #: attitude as sampled with the last base_attitude, until base_heading has told the rest: raw yaw, tick and
+    #: fraction of it (1 / 256) at which it was true
     yaw: int
     attitude_tick: int
+    attitude_fraction: int
     # --- settings
     startup_ticks: int
     control_silence_ticks: int

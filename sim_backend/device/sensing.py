@@ -9,7 +9,7 @@ import numpy as np
 from firmware_protocol import mail as m
 from firmware_protocol.block_codec import quantise
 from firmware_protocol.compiling import compiled
-from sim_backend.base_motion import base_attitude, base_state
+from sim_backend.base_motion import base_attitude, base_state, pivot_acceleration
 from sim_backend.device.records import JOINT_RATE_SHIFT, SCALE_BITS, Drive
 from sim_backend.device.runaway import watch_momentum
 from sim_backend.device.spoiling import spoilt_reading
@@ -18,12 +18,14 @@ from sim_backend.layout import (
     AXES,
     AXIS_BLOCK,
     AXIS_SIZE,
+    INS_AGE_S,
     POSITION,
     RATE,
     SEED,
     SHORT_DAMPING,
     STEP_S,
     STEPS,
+    STEPS_PER_TICK,
     TEMPERATURE,
     TORQUE_NOISE,
 )
@@ -48,6 +50,12 @@ _HEAT_STEP, _HEAT_LOW, _HEAT_HIGH = (
 )
 _ANGLE_STEP, _ANGLE_LOW, _ANGLE_HIGH = m.BASE_ATTITUDE_ROLL_STEP, m.BASE_ATTITUDE_ROLL_LOW, m.BASE_ATTITUDE_ROLL_HIGH
 _BODY_STEP, _BODY_LOW, _BODY_HIGH = m.BASE_RATE_P_STEP, m.BASE_RATE_P_LOW, m.BASE_RATE_P_HIGH
+_ACCELERATION_STEP, _ACCELERATION_LOW, _ACCELERATION_HIGH = (
+    m.BASE_ACCELERATION_AX_STEP,
+    m.BASE_ACCELERATION_AX_LOW,
+    m.BASE_ACCELERATION_AX_HIGH,
+)
+_FRACTIONS = 1 << 8
 #: channel of the noise of measured torque, behind those of encoders and gyros
 _TORQUE_CHANNEL = 4
 
@@ -121,11 +129,14 @@ def report_base_attitude(mail: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.n
     `report_base_heading`.
     """
     mail[m.BASE_ATTITUDE] = 1
-    roll, pitch, yaw = base_attitude(P, K, X[STEPS] * P[STEP_S])
+    roll, pitch, yaw = base_attitude(P, K, _told_s(P, X))
     mail[m.BASE_ATTITUDE_ROLL] = _angle(roll)
     mail[m.BASE_ATTITUDE_PITCH] = _angle(pitch)
-    mail[m.BASE_ATTITUDE_SET] = drive.tick & m.BASE_ATTITUDE_SET_HIGH
-    drive.yaw, drive.attitude_tick = _angle(yaw), drive.tick & m.BASE_HEADING_VALID_TICK_HIGH
+    # when it was true, in 1 / 256 of a tick; rounded, so that an age of whole ticks has no fraction
+    valid = drive.tick * _FRACTIONS - int(math.floor(P[INS_AGE_S] / (P[STEP_S] * K[STEPS_PER_TICK]) * _FRACTIONS + 0.5))
+    drive.yaw, drive.attitude_tick = _angle(yaw), (valid // _FRACTIONS) & m.BASE_HEADING_VALID_TICK_HIGH
+    drive.attitude_fraction = valid % _FRACTIONS
+    mail[m.BASE_ATTITUDE_SET] = drive.attitude_tick & m.BASE_ATTITUDE_SET_HIGH
 
 
 @compiled
@@ -135,25 +146,34 @@ def report_base_heading(mail: np.ndarray, drive: Drive) -> None:
     mail[m.BASE_HEADING_YAW], mail[m.BASE_HEADING_VALID_TICK], mail[m.BASE_HEADING_VALID_FRACTION] = (
         drive.yaw,
         drive.attitude_tick,
-        0,
+        drive.attitude_fraction,
     )
 
 
 @compiled
-def report_base_acceleration(mail: np.ndarray) -> None:
-    """Put the acceleration of the pivot into the mail: the plant's base turns and does not shift."""
+def report_base_acceleration(mail: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.ndarray) -> None:
+    """Put the acceleration of the pivot, gravity not included, into the mail."""
     mail[m.BASE_ACCELERATION] = 1
-    mail[m.BASE_ACCELERATION_AX] = mail[m.BASE_ACCELERATION_AY] = mail[m.BASE_ACCELERATION_AZ] = 0
+    ax, ay, az = pivot_acceleration(P, K, _told_s(P, X))
+    mail[m.BASE_ACCELERATION_AX] = quantise(ax, _ACCELERATION_STEP, _ACCELERATION_LOW, _ACCELERATION_HIGH)
+    mail[m.BASE_ACCELERATION_AY] = quantise(ay, _ACCELERATION_STEP, _ACCELERATION_LOW, _ACCELERATION_HIGH)
+    mail[m.BASE_ACCELERATION_AZ] = quantise(az, _ACCELERATION_STEP, _ACCELERATION_LOW, _ACCELERATION_HIGH)
 
 
 @compiled
 def report_base_rate(mail: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.ndarray) -> None:
     """Put the body rates of the base into the mail."""
     mail[m.BASE_RATE] = 1
-    _, rates, _ = base_state(P, K, X[STEPS] * P[STEP_S])
+    _, rates, _ = base_state(P, K, _told_s(P, X))
     mail[m.BASE_RATE_P] = quantise(rates[0], _BODY_STEP, _BODY_LOW, _BODY_HIGH)
     mail[m.BASE_RATE_Q] = quantise(rates[1], _BODY_STEP, _BODY_LOW, _BODY_HIGH)
     mail[m.BASE_RATE_R] = quantise(rates[2], _BODY_STEP, _BODY_LOW, _BODY_HIGH)
+
+
+@compiled
+def _told_s(P: np.ndarray, X: np.ndarray) -> float:
+    """The time of which the inertial navigation tells at this instant (s)."""
+    return X[STEPS] * P[STEP_S] - P[INS_AGE_S]
 
 
 @compiled

@@ -1,7 +1,7 @@
 """Model files: read, checked, changed, written, and turned into the plant's arrays."""
 
 from sim_backend.model.arrays import THESIS_BASE_CASES, PlantArrays, lag_decay, plant_arrays, put_friction
-from sim_backend.model.file import BaseMotionKind, ModelFile, ModelKind, Quantity
+from sim_backend.model.file import BaseMotionKind, BaseSection, ModelFile, ModelKind, Quantity
 from sim_backend.model.model import AntennaModel, EffectEntry, load_model, model_from_document
 from sim_backend.model.numbers import ENDLESS, NUMBER_AT, SlotBase
 from sim_backend.model.shipped import model_named, shipped_model, shipped_model_path
@@ -12,6 +12,7 @@ __all__ = [
     "THESIS_BASE_CASES",
     "AntennaModel",
     "BaseMotionKind",
+    "BaseSection",
     "EffectEntry",
     "ModelFile",
     "ModelKind",

@@ -156,6 +156,7 @@ def _place_base(P: np.ndarray, K: np.ndarray, base: BaseSection, where: str) -> 
         return angles.roll, angles.pitch, angles.yaw
 
     P[layout.BASE_ATTITUDE : layout.BASE_ATTITUDE + 3] = three(base.attitude_rad)
+    P[layout.INS_AGE_S] = base.ins_age_s
     # interpreted: compiling them for one call would cost a third of a second
     turn = getattr(sine_cosine, "py_func", sine_cosine)
     P[layout.FIXED_GRAVITY : layout.FIXED_GRAVITY + 3] = getattr(gravity_at, "py_func", gravity_at)(

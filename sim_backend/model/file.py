@@ -79,6 +79,8 @@ class BaseSection(Strict):
     #: case: a row of table 3.1 or 3.2 of the thesis
     table: Literal["3.1", "3.2"] | None = None
     case: int | None = None
+    #: how old attitude, rates and acceleration of the base are when the antenna sends them
+    ins_age_s: Annotated[float, Field(ge=0.0, le=0.1)] = 0.0
 
 
 class EffectSection(Strict):

@@ -11,13 +11,15 @@ from gimbal_hil.cli import main
 from sim_backend.model import model_named, shipped_model_path
 
 
-@pytest.mark.parametrize("name", ["thesis", "emps", "thesis-temperature"])
+@pytest.mark.parametrize("name", ["thesis", "emps", "realistic", "thesis-temperature"])
 def test_a_shipped_name_and_its_file_are_the_same_model(name: str) -> None:
     assert model_named(name).document == model_named(shipped_model_path(name)).document
 
 
 def test_a_name_that_is_none_is_refused_with_those_that_are() -> None:
-    with pytest.raises(BadInputError, match="no shipped model 'thesys'; expected emps, thesis, thesis-temperature"):
+    with pytest.raises(
+        BadInputError, match="no shipped model 'thesys'; expected emps, realistic, thesis, thesis-temperature"
+    ):
         model_named("thesys")
 
 

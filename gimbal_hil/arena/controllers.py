@@ -1,0 +1,62 @@
+"""The controllers that the arena knows by name: each is a whole configuration, made from the shipped one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.settings import DaemonSettings, settings_from_document, shipped_settings
+from gimbal_hil.thesis import LEVEL, POSITION_GAINS, RATE_GAINS
+
+Document = dict[str, Any]
+
+
+def _thesis(document: Document) -> None:
+    """Cascade PI with the thesis' gains and the drive gain that its tables imply; nothing is fed forward. Wide guards:
+    it is judged by its errors.
+    """
+    _plain(document)
+    for name, axis in document["axes"].items():
+        (rate_kp, rate_ki), (position_kp, position_ki) = RATE_GAINS[name], POSITION_GAINS[name]
+        axis["rate_loop"] |= {
+            "kp_s_per_rad": rate_kp,
+            "ki_per_rad": rate_ki,
+            "torque_per_unit_nm": LEVEL.drive(name).per_unit_nm,
+        }
+        axis["position_loop"] |= {"kp_per_s": position_kp, "ki_per_s2": position_ki, "rate_limit_rad_s": 1000.0}
+        axis["prefilter"] = None
+        axis["limits"] |= {"rate_rad_s": 17.0, "following_position_rad": None, "following_rate_rad_s": None}
+
+
+def _plain(document: Document) -> None:
+    """The shipped gains, prefilter and limits; nothing is fed forward but the reference's own slope."""
+    for axis in document["axes"].values():
+        axis["feedforward"] |= {"base_rate": False, "moment_kg_m": [0.0, 0.0, 0.0]}
+
+
+def _shipped(document: Document) -> None:
+    """`config/virtual_antenna.yaml` as it is."""
+
+
+CONTROLLERS: dict[str, Callable[[Document], None]] = {
+    "thesis": _thesis,
+    "cascade": _plain,
+    "shipped": _shipped,
+}
+
+
+def controller_settings(name: str) -> DaemonSettings:
+    """The configuration of a named controller; BadInputError lists the names there are."""
+    if name not in CONTROLLERS:
+        raise BadInputError(
+            "--controller", f"no controller {name!r}", ", ".join(CONTROLLERS) + ", or a configuration file"
+        )
+    document = shipped_settings().model_dump(mode="json", by_alias=True)
+    CONTROLLERS[name](document)
+    return settings_from_document(document, f"controller {name}")
+
+
+def about(name: str) -> str:
+    """What a named controller is, in one sentence or two."""
+    return " ".join((CONTROLLERS[name].__doc__ or "").split())

@@ -1,0 +1,56 @@
+"""`gimbal-hil bench pointing`: controllers beside each other in the arena."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from gimbal_hil.report import Block
+
+
+@dataclass(frozen=True)
+class ArenaChoice:
+    """What the command line chose of the arena; empty is all."""
+
+    controllers: list[str]
+    antennas: list[str]
+    #: words of a scenario's name, or a file of scenarios
+    scenario: str | None
+    seeds: int
+    workers: int
+
+    def words(self) -> str:
+        """The choice as words of the command line."""
+        words = ["pointing", f"--seeds {self.seeds}"]
+        words += [f"--controller {name}" for name in self.controllers]
+        words += [f"--antenna {name}" for name in self.antennas]
+        return " ".join(words + ([f"--scenario '{self.scenario}'"] if self.scenario else []))
+
+
+def pointing(choice: ArenaChoice) -> tuple[str, str, Any, list[Block]]:
+    """Run the arena: words of the command line, text, figures for JSON, blocks of the page."""
+    from gimbal_hil.arena import (
+        CONTROLLERS,
+        arena_blocks,
+        arena_text,
+        chosen,
+        entrants,
+        load_scenarios,
+        run_arena,
+        shipped_scenarios,
+    )
+    from gimbal_hil.cli.progress import ProgressBar
+
+    if choice.scenario is not None and choice.scenario.endswith((".yaml", ".yml")):
+        picked = load_scenarios(Path(choice.scenario))
+    else:
+        picked = chosen(shipped_scenarios(), choice.scenario)
+    who, antennas = entrants(choice.controllers or list(CONTROLLERS)), choice.antennas or ["thesis", "realistic"]
+    with ProgressBar() as bar:
+        bar.begin("arena", len(picked) * len(antennas) * len(who) * choice.seeds, 0.0)
+        found = run_arena(picked, antennas, who, choice.seeds, choice.workers, lambda done: bar.at(done, 1.0))
+    # only the thesis' gains may trip: they are here to be compared with
+    figures = [row | {"problem": row["tripped"] if row["controller"] != "thesis" else ""} for row in found.rows()]
+    return choice.words(), arena_text(found), figures, arena_blocks(found)
