@@ -111,6 +111,7 @@ def _diagnose(request: Request, executor: WorkExecutor, progress: Callable[[str]
 def _under(inquiry: Inquiry, noise: Noise, path: Path) -> tuple[Inquiry, Noise, State, State, Path]:
     """The same search further, with floors that an explanation showed to lie lower."""
     floor = noise.effective(inquiry.twin)
+    heard = tuple(response.over(inquiry.floor / floor) for response in path.heard)
     inquiry = replace(inquiry, floor=floor, inexact=noise.processing / floor, known=None)
     stated = as_stated(inquiry)
     inquiry, null = recalibrated(inquiry, stated)
@@ -118,7 +119,7 @@ def _under(inquiry: Inquiry, noise: Noise, path: Path) -> tuple[Inquiry, Noise, 
     again = refitted(
         inquiry, null, replace(path.state.hypothesis, floating=null.hypothesis.floating, y=null.hypothesis.y)
     )
-    further = explain(inquiry, again)
+    further = explain(inquiry, again, heard=heard)
     return inquiry, noise, stated, null, replace(further, rounds=(*path.rounds, *further.rounds))
 
 

@@ -7,12 +7,12 @@ scrambled: it has the same size and shape, and cannot be the cause.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gimbal_hil.discrepancy.evidence import command_residual
+from gimbal_hil.discrepancy.evidence import carries_command, with_shares
 from gimbal_hil.discrepancy.families import Family
 from gimbal_hil.discrepancy.fit import Fit, Weighing, bounds_of, prior_weights
 from gimbal_hil.discrepancy.hypothesis import Cause
@@ -20,7 +20,7 @@ from gimbal_hil.discrepancy.origin import placed, zero_is_a_convention
 from gimbal_hil.discrepancy.record import TORQUE
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
-from sim_backend.effects import Ripple, Start, ripple_start
+from sim_backend.effects import CATALOGUE, Ripple, Start, ripple_start
 
 #: a coordinate within this share of its range from an end is at its bound
 _AT_BOUND = 1e-3
@@ -76,6 +76,10 @@ class Response:
     start: Start
     columns: Floats
 
+    def over(self, ratio: Floats) -> Response:
+        """The same over other floors: `ratio` is the floor of every channel over the new one."""
+        return replace(self, columns=self.columns * np.tile(ratio, len(self.columns) // len(ratio))[:, None])
+
 
 def respond(twin: Twin, fit: Fit, floor: Floats, family: Family) -> list[Response]:
     """Responses of one family at each of its starts; ripples at the orders that the residual suggests."""
@@ -121,8 +125,9 @@ def propose(fit: Fit, heard: list[Response], weighing: Weighing) -> list[Proposa
 def responses(twin: Twin, fit: Fit, floor: Floats, family: Family, start: Start) -> Floats | None:
     """Change of the residual (in floors) per probe, (rows * channels, probes); None where a probe breaks the twin."""
     columns = []
+    shares = None if carries_command(CATALOGUE[family.effect]) else with_shares(twin, fit.hypothesis, floor)[1]
     for probe in start.probes:
-        changed = command_residual(twin, fit.hypothesis.plus(Cause(family, probe)), floor) - fit.residual
+        changed = with_shares(twin, fit.hypothesis.plus(Cause(family, probe)), floor, shares)[0] - fit.residual
         if not np.all(np.isfinite(changed)):
             return None
         columns.append(changed.ravel())

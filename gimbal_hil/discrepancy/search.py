@@ -72,28 +72,32 @@ class Path:
     heard: tuple[Response, ...]
 
 
-def explain(inquiry: Inquiry, start: State, most: int = MOST_CAUSES) -> Path:
+def explain(inquiry: Inquiry, start: State, most: int = MOST_CAUSES, heard: tuple[Response, ...] | None = None) -> Path:
     """The better of two stories: known numbers that leave their uncertainty, several at once, and whatever is missing
     beside them; or single causes from the start. Of two that the data do not tell apart it is the one with fewer
     numbers: a drive's gain that is off looks like every inertia and friction being off.
+
+    `heard` is what the families do to the residual, where that has been listened to already.
     """
+    if heard is None:
+        heard = tuple(listen(inquiry, start, [f for f in inquiry.families if not f.ripple]))
     numbers = released(inquiry, start) if most > 1 else None
     if numbers is None or not pays(inquiry, start, numbers):
-        return extended(inquiry, start, most)
-    story = extended(inquiry, numbers, most)
+        return extended(inquiry, start, most, heard)
+    story = extended(inquiry, numbers, most, heard)
     story = replace(story, rounds=(Round(start, (numbers,), {}), *story.rounds))
     # where nothing is left to explain, one cause alone could still be plainer
-    other = extended(inquiry, start, most if stands_out(inquiry, story.state) else 1)
+    other = extended(inquiry, start, most if stands_out(inquiry, story.state) else 1, heard)
     plainer, fuller = sorted((other, story), key=lambda path: _free_numbers(path.state.hypothesis))
     better = fuller if _clearly_better(inquiry, start, fuller.state, plainer.state) else plainer
     return replace(better, rounds=(*story.rounds, *other.rounds))
 
 
-def extended(inquiry: Inquiry, start: State, most: int) -> Path:
+def extended(inquiry: Inquiry, start: State, most: int, heard: tuple[Response, ...]) -> Path:
     """Add up to `most` causes to a start while they pay, drop what does not pay beside the others, try every slot
     again; once more where that changed anything.
     """
-    path = Path(start, (), tuple(listen(inquiry, start, [f for f in inquiry.families if not f.ripple])))
+    path = Path(start, (), heard)
     for _ in range(_PASSES):
         while _causes(path.state.hypothesis) - _causes(start.hypothesis) < most and stands_out(inquiry, path.state):
             inquiry.tell(f"searching for cause {len(path.state.hypothesis.causes) + 1}")
@@ -102,8 +106,8 @@ def extended(inquiry: Inquiry, start: State, most: int) -> Path:
             ended, path = longer.state is path.state, longer
             if ended:
                 break
-        kept = pruned(inquiry, path.state)
-        again = slots_again(inquiry, replace(path, state=kept))
+        kept, without = pruned(inquiry, path.state)
+        again = slots_again(inquiry, replace(path, state=kept), without)
         ended, path = again.state is kept, again
         if ended:
             break
@@ -124,7 +128,7 @@ def one_more(inquiry: Inquiry, path: Path, release: bool) -> Path:
         found = refitted(inquiry, before, found.hypothesis)
     several = released(inquiry, before) if release else None
     if several is not None and pays(inquiry, found, several) and _clearly_better(inquiry, before, several, found):
-        several = pruned(inquiry, several)
+        several, _ = pruned(inquiry, several)
         tried, found = [*tried, several], several
     return replace(path, state=found, rounds=(*path.rounds, Round(before, tuple(tried), controls)))
 
@@ -284,14 +288,19 @@ def control_share(inquiry: Inquiry, before: State, cause: Cause) -> float:
     return gain * weighing.spread**2 / len(before.fitted)
 
 
-def slots_again(inquiry: Inquiry, path: Path) -> Path:
-    """Replace each cause by a better one given the others; the only one was found beside nothing else."""
-    for index in range(len(path.state.hypothesis.causes)):
+def slots_again(inquiry: Inquiry, path: Path, without_each: tuple[State, ...]) -> Path:
+    """Replace each cause by a better one given the others; the only one was found beside nothing else.
+
+    `without_each` are the states without one of the causes, each refitted.
+    """
+    began = path.state
+    for index in range(len(began.hypothesis.causes)):
         state = path.state
         if len(set(state.hypothesis.labels)) == 1 or state.hypothesis.labels.count(state.hypothesis.labels[index]) > 1:
             # entries of one ripple do not stand in each other's place
             continue
-        without = refitted(inquiry, state, state.hypothesis.minus(index))
+        same = state is began
+        without = without_each[index] if same else refitted(inquiry, state, state.hypothesis.minus(index))
         tried = candidates(inquiry, without, path.heard, state)
         path = replace(path, rounds=(*path.rounds, Round(without, tuple(tried), {})))
         tried = _sound(inquiry, without, tried)
@@ -307,18 +316,21 @@ def _clearly_better(inquiry: Inquiry, without: State, new: State, old: State) ->
     )
 
 
-def pruned(inquiry: Inquiry, state: State) -> State:
-    """Drop every cause that does not pay beside the others, the least first."""
-    for _ in range(len(state.hypothesis.causes)):
-        losses = []
-        for index in range(len(state.hypothesis.causes)):
-            without = refitted(inquiry, state, state.hypothesis.minus(index))
-            if not pays(inquiry, without, state):
-                losses.append((gain_on(inquiry, without, state, "fitted").mean, index, without))
+def pruned(inquiry: Inquiry, state: State) -> tuple[State, tuple[State, ...]]:
+    """Drop every cause that does not pay beside the others, the least first; answers what stays, and the states without
+    one of its causes.
+    """
+    while True:
+        hypothesis = state.hypothesis
+        without = tuple(refitted(inquiry, state, hypothesis.minus(i)) for i in range(len(hypothesis.causes)))
+        losses = [
+            (gain_on(inquiry, one, state, "fitted").mean, index)
+            for index, one in enumerate(without)
+            if not pays(inquiry, one, state)
+        ]
         if not losses:
-            break
-        state = min(losses, key=lambda loss: loss[0])[2]
-    return state
+            return state, without
+        state = without[min(losses)[1]]
 
 
 def addable(hypothesis: Hypothesis, families: tuple[Family, ...]) -> list[Family]:
