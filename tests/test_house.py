@@ -58,6 +58,7 @@ FLOORS = (
     "bench.faults",
     "library",
     "conformance",
+    "testing",
     "deployment",
     "warming",
     "cli",

@@ -1,0 +1,86 @@
+"""The pytest plugin: `pytest --gimbal-link LINK`, and the fixtures `antenna` and `recorded_run`.
+
+Loaded by every pytest where this package is installed, so what is heavy is loaded by the fixtures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from gimbal_hil.testing.antennas import AntennaOfTest
+    from gimbal_hil.testing.recorded import RecordedSignals
+
+_FIXTURE = "antenna"
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """The options; nothing changes for tests that do not use the fixtures."""
+    group = parser.getgroup("gimbal", "a gimballed antenna (gimbal-hil)")
+    group.addoption("--gimbal-link", metavar="LINK", help="virtual (default), unix:PATH, serial:PORT, ...")
+    group.addoption("--gimbal-config", metavar="FILE", help="configuration file; its link unless --gimbal-link")
+    group.addoption("--gimbal-out", metavar="DIR", help="keep the run folder of each test below this folder")
+    group.addoption("--gimbal-run", metavar="RUN", help="run folder that the fixture recorded_run opens")
+
+
+@pytest.fixture
+def antenna(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[AntennaOfTest]:
+    """An antenna that is connected and ready to be moved; what happens is recorded, and made safe at the end."""
+    from firmware_protocol.errors import GimbalHilError
+    from gimbal_hil.testing.antennas import antenna_of
+
+    try:
+        opened = antenna_of(_settings(request.config), _folder(request, tmp_path))
+    except GimbalHilError as error:
+        pytest.fail(f"no antenna: {error}", pytrace=False)
+    request.node.user_properties.append(("gimbal_run", str(opened.folder)))
+    try:
+        yield opened
+    finally:
+        opened.close()
+
+
+@pytest.fixture
+def recorded_run(request: pytest.FixtureRequest) -> RecordedSignals:
+    """The run folder of --gimbal-run; a test that uses it is skipped without."""
+    from gimbal_hil.testing.recorded import RecordedSignals
+
+    folder = request.config.getoption("--gimbal-run")
+    if folder is None:
+        pytest.skip("needs --gimbal-run RUN")
+    return RecordedSignals(Path(folder))
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Iterator[None]:
+    """The log of steps and the place of the recording, beside whatever a failed test says."""
+    outcome: Any = yield
+    opened: Any = getattr(item, "funcargs", {}).get(_FIXTURE)
+    if call.when == "call" and hasattr(opened, "steps"):
+        lines = [*opened.steps, f"recorded in {opened.folder}"]
+        outcome.get_result().sections.append(("antenna", "\n".join(lines)))
+
+
+def _settings(config: pytest.Config) -> Any:
+    from gimbal_hil.settings import load_settings, settings_from_document, shipped_settings
+    from gimbal_hil.starting import parse_link
+
+    file, link = config.getoption("--gimbal-config"), config.getoption("--gimbal-link")
+    settings = load_settings(Path(file)) if file else shipped_settings()
+    if link is None:
+        return settings
+    choice = parse_link(link)
+    section = {"embedded": {}} if choice.is_virtual else choice.section
+    return settings_from_document(settings.model_dump(mode="json", by_alias=True) | {"link": section}, "--gimbal-link")
+
+
+def _folder(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
+    out = request.config.getoption("--gimbal-out")
+    if out is None:
+        return tmp_path / "run"
+    name = "".join(letter if letter.isalnum() or letter in "-_" else "-" for letter in request.node.name)
+    return Path(out) / name
