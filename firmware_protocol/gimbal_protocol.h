@@ -18,6 +18,13 @@ extern "C" {
 #define GIMBAL_PAYLOAD_SIZE 8
 #define GIMBAL_PROTOCOL_VERSION 2u
 
+/* What a receiver does (docs/wire.md): the counter of a message is forgotten after so many of its periods of silence,
+   of a message sent on an event after so many ticks; a counter that many steps ahead is a late frame. */
+#define GIMBAL_LOST_PERIODS 10u
+#define GIMBAL_EVENT_MEMORY_TICKS 100u
+#define GIMBAL_LATE_STEP 12u
+#define GIMBAL_UNKNOWN_COUNTER (-1)
+
 /* States of the drive after CiA 402 (IEC 61800-7-201). */
 enum gimbal_drive_state {
     GIMBAL_DRIVE_STATE_NOT_READY = 0,
@@ -160,7 +167,7 @@ static inline int32_t gimbal_extract(uint64_t word, int start, int bits, bool is
    drive state requests, on change and repeated */
 #define GIMBAL_DRIVE_CONTROL_ID 0x010u
 #define GIMBAL_DRIVE_CONTROL_DATA_ID 0x01u
-#define GIMBAL_DRIVE_CONTROL_PERIOD_TICKS 100
+#define GIMBAL_DRIVE_CONTROL_PERIOD_TICKS 100u
 
 typedef struct {
     uint8_t request; /* state wanted, as a CiA 402 command */
@@ -188,13 +195,9 @@ static inline void gimbal_drive_control_pack(const gimbal_drive_control_t *messa
     gimbal_seal(GIMBAL_DRIVE_CONTROL_DATA_ID, fields, counter, payload);
 }
 
-/* False, and nothing written, when the CRC or a field is wrong. */
-static inline bool gimbal_drive_control_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
-    gimbal_drive_control_t *message)
+/* From fields whose CRC is right. False, and nothing written, when a field is out of its bounds. */
+static inline bool gimbal_drive_control_read(uint64_t fields, gimbal_drive_control_t *message)
 {
-    uint64_t fields;
-    if (!gimbal_unseal(GIMBAL_DRIVE_CONTROL_DATA_ID, payload, &fields))
-        return false;
     const int32_t request = gimbal_extract(fields, 0, 4, false);
     const int32_t fault_reset = gimbal_extract(fields, 4, 1, false);
     const int32_t quick_stop = gimbal_extract(fields, 5, 1, false);
@@ -205,38 +208,44 @@ static inline bool gimbal_drive_control_unpack(const uint8_t payload[GIMBAL_PAYL
     const int32_t identify = gimbal_extract(fields, 14, 1, false);
     if (request < 0 || request > 6)
         return false;
-    if (fault_reset < 0 || fault_reset > 1)
-        return false;
-    if (quick_stop < 0 || quick_stop > 1)
-        return false;
-    if (clear_travel < 0 || clear_travel > 1)
-        return false;
     if (stop < 0 || stop > 3)
         return false;
     if (brake_outer < 0 || brake_outer > 2)
         return false;
     if (brake_inner < 0 || brake_inner > 2)
         return false;
-    if (identify < 0 || identify > 1)
-        return false;
     message->request = (uint8_t)request;
-    message->fault_reset = (bool)fault_reset;
-    message->quick_stop = (bool)quick_stop;
-    message->clear_travel = (bool)clear_travel;
+    message->fault_reset = fault_reset != 0;
+    message->quick_stop = quick_stop != 0;
+    message->clear_travel = clear_travel != 0;
     message->stop = (uint8_t)stop;
     message->brake_outer = (uint8_t)brake_outer;
     message->brake_inner = (uint8_t)brake_inner;
-    message->identify = (bool)identify;
+    message->identify = identify != 0;
     return true;
+}
+
+/* False, and nothing written, when the CRC or a field is wrong. */
+static inline bool gimbal_drive_control_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
+    gimbal_drive_control_t *message)
+{
+    uint64_t fields;
+    if (!gimbal_unseal(GIMBAL_DRIVE_CONTROL_DATA_ID, payload, &fields))
+        return false;
+    return gimbal_drive_control_read(fields, message);
 }
 
 /* set_point, host to device:
    torque of both axes; a fresh one feeds the deadman */
 #define GIMBAL_SET_POINT_ID 0x020u
 #define GIMBAL_SET_POINT_DATA_ID 0x02u
-#define GIMBAL_SET_POINT_PERIOD_TICKS 1
+#define GIMBAL_SET_POINT_PERIOD_TICKS 1u
 #define GIMBAL_SET_POINT_TORQUE_OUTER_STEP 0.000125 /* N m */
 #define GIMBAL_SET_POINT_TORQUE_INNER_STEP 0.000125 /* N m */
+#define GIMBAL_SET_POINT_TORQUE_OUTER_LOW (-131072)
+#define GIMBAL_SET_POINT_TORQUE_OUTER_HIGH 131071
+#define GIMBAL_SET_POINT_TORQUE_INNER_LOW (-131072)
+#define GIMBAL_SET_POINT_TORQUE_INNER_HIGH 131071
 
 typedef struct {
     int32_t torque_outer; /* torque of the outer axis, held for one tick */
@@ -258,6 +267,22 @@ static inline void gimbal_set_point_pack(const gimbal_set_point_t *message, uint
     gimbal_seal(GIMBAL_SET_POINT_DATA_ID, fields, counter, payload);
 }
 
+/* From fields whose CRC is right. False, and nothing written, when a field is out of its bounds. */
+static inline bool gimbal_set_point_read(uint64_t fields, gimbal_set_point_t *message)
+{
+    const int32_t torque_outer = gimbal_extract(fields, 0, 18, true);
+    const int32_t torque_inner = gimbal_extract(fields, 18, 18, true);
+    const int32_t sequence = gimbal_extract(fields, 36, 10, false);
+    const int32_t enable_outer = gimbal_extract(fields, 46, 1, false);
+    const int32_t enable_inner = gimbal_extract(fields, 47, 1, false);
+    message->torque_outer = (int32_t)torque_outer;
+    message->torque_inner = (int32_t)torque_inner;
+    message->sequence = (uint16_t)sequence;
+    message->enable_outer = enable_outer != 0;
+    message->enable_inner = enable_inner != 0;
+    return true;
+}
+
 /* False, and nothing written, when the CRC or a field is wrong. */
 static inline bool gimbal_set_point_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
     gimbal_set_point_t *message)
@@ -265,34 +290,14 @@ static inline bool gimbal_set_point_unpack(const uint8_t payload[GIMBAL_PAYLOAD_
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_SET_POINT_DATA_ID, payload, &fields))
         return false;
-    const int32_t torque_outer = gimbal_extract(fields, 0, 18, true);
-    const int32_t torque_inner = gimbal_extract(fields, 18, 18, true);
-    const int32_t sequence = gimbal_extract(fields, 36, 10, false);
-    const int32_t enable_outer = gimbal_extract(fields, 46, 1, false);
-    const int32_t enable_inner = gimbal_extract(fields, 47, 1, false);
-    if (torque_outer < -131072 || torque_outer > 131071)
-        return false;
-    if (torque_inner < -131072 || torque_inner > 131071)
-        return false;
-    if (sequence < 0 || sequence > 1023)
-        return false;
-    if (enable_outer < 0 || enable_outer > 1)
-        return false;
-    if (enable_inner < 0 || enable_inner > 1)
-        return false;
-    message->torque_outer = (int32_t)torque_outer;
-    message->torque_inner = (int32_t)torque_inner;
-    message->sequence = (uint16_t)sequence;
-    message->enable_outer = (bool)enable_outer;
-    message->enable_inner = (bool)enable_inner;
-    return true;
+    return gimbal_set_point_read(fields, message);
 }
 
 /* deadman_config, host to device:
    deadman, sent at connection */
 #define GIMBAL_DEADMAN_CONFIG_ID 0x030u
 #define GIMBAL_DEADMAN_CONFIG_DATA_ID 0x03u
-#define GIMBAL_DEADMAN_CONFIG_PERIOD_TICKS 0
+#define GIMBAL_DEADMAN_CONFIG_PERIOD_TICKS 0u
 
 typedef struct {
     uint8_t window_ticks; /* ticks without a fresh set-point before the reaction */
@@ -308,13 +313,9 @@ static inline void gimbal_deadman_config_pack(const gimbal_deadman_config_t *mes
     gimbal_seal(GIMBAL_DEADMAN_CONFIG_DATA_ID, fields, counter, payload);
 }
 
-/* False, and nothing written, when the CRC or a field is wrong. */
-static inline bool gimbal_deadman_config_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
-    gimbal_deadman_config_t *message)
+/* From fields whose CRC is right. False, and nothing written, when a field is out of its bounds. */
+static inline bool gimbal_deadman_config_read(uint64_t fields, gimbal_deadman_config_t *message)
 {
-    uint64_t fields;
-    if (!gimbal_unseal(GIMBAL_DEADMAN_CONFIG_DATA_ID, payload, &fields))
-        return false;
     const int32_t window_ticks = gimbal_extract(fields, 0, 8, false);
     const int32_t reaction = gimbal_extract(fields, 8, 3, false);
     if (window_ticks < 1 || window_ticks > 255)
@@ -326,13 +327,27 @@ static inline bool gimbal_deadman_config_unpack(const uint8_t payload[GIMBAL_PAY
     return true;
 }
 
+/* False, and nothing written, when the CRC or a field is wrong. */
+static inline bool gimbal_deadman_config_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
+    gimbal_deadman_config_t *message)
+{
+    uint64_t fields;
+    if (!gimbal_unseal(GIMBAL_DEADMAN_CONFIG_DATA_ID, payload, &fields))
+        return false;
+    return gimbal_deadman_config_read(fields, message);
+}
+
 /* feedback_outer, device to host:
    sensors of the outer axis, sampled at this tick */
 #define GIMBAL_FEEDBACK_OUTER_ID 0x110u
 #define GIMBAL_FEEDBACK_OUTER_DATA_ID 0x11u
-#define GIMBAL_FEEDBACK_OUTER_PERIOD_TICKS 1
+#define GIMBAL_FEEDBACK_OUTER_PERIOD_TICKS 1u
 #define GIMBAL_FEEDBACK_OUTER_POSITION_STEP 1.4980281131695715e-06 /* rad */
 #define GIMBAL_FEEDBACK_OUTER_RATE_STEP 1e-05 /* rad/s */
+#define GIMBAL_FEEDBACK_OUTER_POSITION_LOW (-33554432)
+#define GIMBAL_FEEDBACK_OUTER_POSITION_HIGH 33554431
+#define GIMBAL_FEEDBACK_OUTER_RATE_LOW (-2097152)
+#define GIMBAL_FEEDBACK_OUTER_RATE_HIGH 2097151
 
 typedef struct {
     int32_t position; /* joint angle from the encoder, multi-turn */
@@ -348,6 +363,16 @@ static inline void gimbal_feedback_outer_pack(const gimbal_feedback_outer_t *mes
     gimbal_seal(GIMBAL_FEEDBACK_OUTER_DATA_ID, fields, counter, payload);
 }
 
+/* From fields whose CRC is right. False, and nothing written, when a field is out of its bounds. */
+static inline bool gimbal_feedback_outer_read(uint64_t fields, gimbal_feedback_outer_t *message)
+{
+    const int32_t position = gimbal_extract(fields, 0, 26, true);
+    const int32_t rate = gimbal_extract(fields, 26, 22, true);
+    message->position = (int32_t)position;
+    message->rate = (int32_t)rate;
+    return true;
+}
+
 /* False, and nothing written, when the CRC or a field is wrong. */
 static inline bool gimbal_feedback_outer_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
     gimbal_feedback_outer_t *message)
@@ -355,24 +380,20 @@ static inline bool gimbal_feedback_outer_unpack(const uint8_t payload[GIMBAL_PAY
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_FEEDBACK_OUTER_DATA_ID, payload, &fields))
         return false;
-    const int32_t position = gimbal_extract(fields, 0, 26, true);
-    const int32_t rate = gimbal_extract(fields, 26, 22, true);
-    if (position < -33554432 || position > 33554431)
-        return false;
-    if (rate < -2097152 || rate > 2097151)
-        return false;
-    message->position = (int32_t)position;
-    message->rate = (int32_t)rate;
-    return true;
+    return gimbal_feedback_outer_read(fields, message);
 }
 
 /* feedback_inner, device to host:
    sensors of the inner axis, sampled at this tick */
 #define GIMBAL_FEEDBACK_INNER_ID 0x120u
 #define GIMBAL_FEEDBACK_INNER_DATA_ID 0x12u
-#define GIMBAL_FEEDBACK_INNER_PERIOD_TICKS 1
+#define GIMBAL_FEEDBACK_INNER_PERIOD_TICKS 1u
 #define GIMBAL_FEEDBACK_INNER_POSITION_STEP 1.4980281131695715e-06 /* rad */
 #define GIMBAL_FEEDBACK_INNER_RATE_STEP 1e-05 /* rad/s */
+#define GIMBAL_FEEDBACK_INNER_POSITION_LOW (-33554432)
+#define GIMBAL_FEEDBACK_INNER_POSITION_HIGH 33554431
+#define GIMBAL_FEEDBACK_INNER_RATE_LOW (-2097152)
+#define GIMBAL_FEEDBACK_INNER_RATE_HIGH 2097151
 
 typedef struct {
     int32_t position; /* joint angle from the encoder, multi-turn */
@@ -388,6 +409,16 @@ static inline void gimbal_feedback_inner_pack(const gimbal_feedback_inner_t *mes
     gimbal_seal(GIMBAL_FEEDBACK_INNER_DATA_ID, fields, counter, payload);
 }
 
+/* From fields whose CRC is right. False, and nothing written, when a field is out of its bounds. */
+static inline bool gimbal_feedback_inner_read(uint64_t fields, gimbal_feedback_inner_t *message)
+{
+    const int32_t position = gimbal_extract(fields, 0, 26, true);
+    const int32_t rate = gimbal_extract(fields, 26, 22, true);
+    message->position = (int32_t)position;
+    message->rate = (int32_t)rate;
+    return true;
+}
+
 /* False, and nothing written, when the CRC or a field is wrong. */
 static inline bool gimbal_feedback_inner_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
     gimbal_feedback_inner_t *message)
@@ -395,22 +426,14 @@ static inline bool gimbal_feedback_inner_unpack(const uint8_t payload[GIMBAL_PAY
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_FEEDBACK_INNER_DATA_ID, payload, &fields))
         return false;
-    const int32_t position = gimbal_extract(fields, 0, 26, true);
-    const int32_t rate = gimbal_extract(fields, 26, 22, true);
-    if (position < -33554432 || position > 33554431)
-        return false;
-    if (rate < -2097152 || rate > 2097151)
-        return false;
-    message->position = (int32_t)position;
-    message->rate = (int32_t)rate;
-    return true;
+    return gimbal_feedback_inner_read(fields, message);
 }
 
 /* drive_status, device to host:
    state of the drive; closes the feedback set of a tick */
 #define GIMBAL_DRIVE_STATUS_ID 0x130u
 #define GIMBAL_DRIVE_STATUS_DATA_ID 0x13u
-#define GIMBAL_DRIVE_STATUS_PERIOD_TICKS 1
+#define GIMBAL_DRIVE_STATUS_PERIOD_TICKS 1u
 
 typedef struct {
     uint8_t state; /* drive state */
@@ -434,13 +457,9 @@ static inline void gimbal_drive_status_pack(const gimbal_drive_status_t *message
     gimbal_seal(GIMBAL_DRIVE_STATUS_DATA_ID, fields, counter, payload);
 }
 
-/* False, and nothing written, when the CRC or a field is wrong. */
-static inline bool gimbal_drive_status_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
-    gimbal_drive_status_t *message)
+/* From fields whose CRC is right. False, and nothing written, when a field is out of its bounds. */
+static inline bool gimbal_drive_status_read(uint64_t fields, gimbal_drive_status_t *message)
 {
-    uint64_t fields;
-    if (!gimbal_unseal(GIMBAL_DRIVE_STATUS_DATA_ID, payload, &fields))
-        return false;
     const int32_t state = gimbal_extract(fields, 0, 4, false);
     const int32_t fault = gimbal_extract(fields, 4, 6, false);
     const int32_t last_sequence = gimbal_extract(fields, 10, 10, false);
@@ -451,14 +470,6 @@ static inline bool gimbal_drive_status_unpack(const uint8_t payload[GIMBAL_PAYLO
         return false;
     if (fault < 0 || fault > 13)
         return false;
-    if (last_sequence < 0 || last_sequence > 1023)
-        return false;
-    if (deadman_margin < 0 || deadman_margin > 255)
-        return false;
-    if (limits < 0 || limits > 255)
-        return false;
-    if (tick < 0 || tick > 4095)
-        return false;
     message->state = (uint8_t)state;
     message->fault = (uint8_t)fault;
     message->last_sequence = (uint16_t)last_sequence;
@@ -468,14 +479,28 @@ static inline bool gimbal_drive_status_unpack(const uint8_t payload[GIMBAL_PAYLO
     return true;
 }
 
+/* False, and nothing written, when the CRC or a field is wrong. */
+static inline bool gimbal_drive_status_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
+    gimbal_drive_status_t *message)
+{
+    uint64_t fields;
+    if (!gimbal_unseal(GIMBAL_DRIVE_STATUS_DATA_ID, payload, &fields))
+        return false;
+    return gimbal_drive_status_read(fields, message);
+}
+
 /* motor_status_outer, device to host:
    motor of the outer axis */
 #define GIMBAL_MOTOR_STATUS_OUTER_ID 0x140u
 #define GIMBAL_MOTOR_STATUS_OUTER_DATA_ID 0x14u
-#define GIMBAL_MOTOR_STATUS_OUTER_PERIOD_TICKS 50
+#define GIMBAL_MOTOR_STATUS_OUTER_PERIOD_TICKS 50u
 #define GIMBAL_MOTOR_STATUS_OUTER_TORQUE_STEP 0.000125 /* N m */
 #define GIMBAL_MOTOR_STATUS_OUTER_TEMPERATURE_STEP 0.1 /* degC */
 #define GIMBAL_MOTOR_STATUS_OUTER_SUPPLY_STEP 0.02 /* V */
+#define GIMBAL_MOTOR_STATUS_OUTER_TORQUE_LOW (-131072)
+#define GIMBAL_MOTOR_STATUS_OUTER_TORQUE_HIGH 131071
+#define GIMBAL_MOTOR_STATUS_OUTER_TEMPERATURE_LOW (-2048)
+#define GIMBAL_MOTOR_STATUS_OUTER_TEMPERATURE_HIGH 2047
 
 typedef struct {
     int32_t torque; /* torque measured at the actuator, from motor current */
@@ -497,6 +522,24 @@ static inline void gimbal_motor_status_outer_pack(const gimbal_motor_status_oute
     gimbal_seal(GIMBAL_MOTOR_STATUS_OUTER_DATA_ID, fields, counter, payload);
 }
 
+/* From fields whose CRC is right. False, and nothing written, when a field is out of its bounds. */
+static inline bool gimbal_motor_status_outer_read(uint64_t fields, gimbal_motor_status_outer_t *message)
+{
+    const int32_t torque = gimbal_extract(fields, 0, 18, true);
+    const int32_t temperature = gimbal_extract(fields, 18, 12, true);
+    const int32_t supply = gimbal_extract(fields, 30, 12, false);
+    const int32_t brake = gimbal_extract(fields, 42, 2, false);
+    const int32_t shorted = gimbal_extract(fields, 44, 1, false);
+    if (brake < 0 || brake > 2)
+        return false;
+    message->torque = (int32_t)torque;
+    message->temperature = (int16_t)temperature;
+    message->supply = (uint16_t)supply;
+    message->brake = (uint8_t)brake;
+    message->shorted = shorted != 0;
+    return true;
+}
+
 /* False, and nothing written, when the CRC or a field is wrong. */
 static inline bool gimbal_motor_status_outer_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
     gimbal_motor_status_outer_t *message)
@@ -504,37 +547,21 @@ static inline bool gimbal_motor_status_outer_unpack(const uint8_t payload[GIMBAL
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_MOTOR_STATUS_OUTER_DATA_ID, payload, &fields))
         return false;
-    const int32_t torque = gimbal_extract(fields, 0, 18, true);
-    const int32_t temperature = gimbal_extract(fields, 18, 12, true);
-    const int32_t supply = gimbal_extract(fields, 30, 12, false);
-    const int32_t brake = gimbal_extract(fields, 42, 2, false);
-    const int32_t shorted = gimbal_extract(fields, 44, 1, false);
-    if (torque < -131072 || torque > 131071)
-        return false;
-    if (temperature < -2048 || temperature > 2047)
-        return false;
-    if (supply < 0 || supply > 4095)
-        return false;
-    if (brake < 0 || brake > 2)
-        return false;
-    if (shorted < 0 || shorted > 1)
-        return false;
-    message->torque = (int32_t)torque;
-    message->temperature = (int16_t)temperature;
-    message->supply = (uint16_t)supply;
-    message->brake = (uint8_t)brake;
-    message->shorted = (bool)shorted;
-    return true;
+    return gimbal_motor_status_outer_read(fields, message);
 }
 
 /* motor_status_inner, device to host:
    motor of the inner axis */
 #define GIMBAL_MOTOR_STATUS_INNER_ID 0x150u
 #define GIMBAL_MOTOR_STATUS_INNER_DATA_ID 0x15u
-#define GIMBAL_MOTOR_STATUS_INNER_PERIOD_TICKS 50
+#define GIMBAL_MOTOR_STATUS_INNER_PERIOD_TICKS 50u
 #define GIMBAL_MOTOR_STATUS_INNER_TORQUE_STEP 0.000125 /* N m */
 #define GIMBAL_MOTOR_STATUS_INNER_TEMPERATURE_STEP 0.1 /* degC */
 #define GIMBAL_MOTOR_STATUS_INNER_SUPPLY_STEP 0.02 /* V */
+#define GIMBAL_MOTOR_STATUS_INNER_TORQUE_LOW (-131072)
+#define GIMBAL_MOTOR_STATUS_INNER_TORQUE_HIGH 131071
+#define GIMBAL_MOTOR_STATUS_INNER_TEMPERATURE_LOW (-2048)
+#define GIMBAL_MOTOR_STATUS_INNER_TEMPERATURE_HIGH 2047
 
 typedef struct {
     int32_t torque; /* torque measured at the actuator, from motor current */
@@ -556,6 +583,24 @@ static inline void gimbal_motor_status_inner_pack(const gimbal_motor_status_inne
     gimbal_seal(GIMBAL_MOTOR_STATUS_INNER_DATA_ID, fields, counter, payload);
 }
 
+/* From fields whose CRC is right. False, and nothing written, when a field is out of its bounds. */
+static inline bool gimbal_motor_status_inner_read(uint64_t fields, gimbal_motor_status_inner_t *message)
+{
+    const int32_t torque = gimbal_extract(fields, 0, 18, true);
+    const int32_t temperature = gimbal_extract(fields, 18, 12, true);
+    const int32_t supply = gimbal_extract(fields, 30, 12, false);
+    const int32_t brake = gimbal_extract(fields, 42, 2, false);
+    const int32_t shorted = gimbal_extract(fields, 44, 1, false);
+    if (brake < 0 || brake > 2)
+        return false;
+    message->torque = (int32_t)torque;
+    message->temperature = (int16_t)temperature;
+    message->supply = (uint16_t)supply;
+    message->brake = (uint8_t)brake;
+    message->shorted = shorted != 0;
+    return true;
+}
+
 /* False, and nothing written, when the CRC or a field is wrong. */
 static inline bool gimbal_motor_status_inner_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
     gimbal_motor_status_inner_t *message)
@@ -563,36 +608,20 @@ static inline bool gimbal_motor_status_inner_unpack(const uint8_t payload[GIMBAL
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_MOTOR_STATUS_INNER_DATA_ID, payload, &fields))
         return false;
-    const int32_t torque = gimbal_extract(fields, 0, 18, true);
-    const int32_t temperature = gimbal_extract(fields, 18, 12, true);
-    const int32_t supply = gimbal_extract(fields, 30, 12, false);
-    const int32_t brake = gimbal_extract(fields, 42, 2, false);
-    const int32_t shorted = gimbal_extract(fields, 44, 1, false);
-    if (torque < -131072 || torque > 131071)
-        return false;
-    if (temperature < -2048 || temperature > 2047)
-        return false;
-    if (supply < 0 || supply > 4095)
-        return false;
-    if (brake < 0 || brake > 2)
-        return false;
-    if (shorted < 0 || shorted > 1)
-        return false;
-    message->torque = (int32_t)torque;
-    message->temperature = (int16_t)temperature;
-    message->supply = (uint16_t)supply;
-    message->brake = (uint8_t)brake;
-    message->shorted = (bool)shorted;
-    return true;
+    return gimbal_motor_status_inner_read(fields, message);
 }
 
 /* base_attitude, device to host:
    attitude of the base, R_eb = Rz(yaw) Ry(pitch) Rx(roll); base_heading in the next tick closes the set */
 #define GIMBAL_BASE_ATTITUDE_ID 0x160u
 #define GIMBAL_BASE_ATTITUDE_DATA_ID 0x16u
-#define GIMBAL_BASE_ATTITUDE_PERIOD_TICKS 10
+#define GIMBAL_BASE_ATTITUDE_PERIOD_TICKS 10u
 #define GIMBAL_BASE_ATTITUDE_ROLL_STEP 2e-06 /* rad */
 #define GIMBAL_BASE_ATTITUDE_PITCH_STEP 2e-06 /* rad */
+#define GIMBAL_BASE_ATTITUDE_ROLL_LOW (-2097152)
+#define GIMBAL_BASE_ATTITUDE_ROLL_HIGH 2097151
+#define GIMBAL_BASE_ATTITUDE_PITCH_LOW (-2097152)
+#define GIMBAL_BASE_ATTITUDE_PITCH_HIGH 2097151
 
 typedef struct {
     int32_t roll; /* base roll */
@@ -610,6 +639,18 @@ static inline void gimbal_base_attitude_pack(const gimbal_base_attitude_t *messa
     gimbal_seal(GIMBAL_BASE_ATTITUDE_DATA_ID, fields, counter, payload);
 }
 
+/* From fields whose CRC is right. False, and nothing written, when a field is out of its bounds. */
+static inline bool gimbal_base_attitude_read(uint64_t fields, gimbal_base_attitude_t *message)
+{
+    const int32_t roll = gimbal_extract(fields, 0, 22, true);
+    const int32_t pitch = gimbal_extract(fields, 22, 22, true);
+    const int32_t set = gimbal_extract(fields, 44, 4, false);
+    message->roll = (int32_t)roll;
+    message->pitch = (int32_t)pitch;
+    message->set = (uint8_t)set;
+    return true;
+}
+
 /* False, and nothing written, when the CRC or a field is wrong. */
 static inline bool gimbal_base_attitude_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
     gimbal_base_attitude_t *message)
@@ -617,29 +658,23 @@ static inline bool gimbal_base_attitude_unpack(const uint8_t payload[GIMBAL_PAYL
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_BASE_ATTITUDE_DATA_ID, payload, &fields))
         return false;
-    const int32_t roll = gimbal_extract(fields, 0, 22, true);
-    const int32_t pitch = gimbal_extract(fields, 22, 22, true);
-    const int32_t set = gimbal_extract(fields, 44, 4, false);
-    if (roll < -2097152 || roll > 2097151)
-        return false;
-    if (pitch < -2097152 || pitch > 2097151)
-        return false;
-    if (set < 0 || set > 15)
-        return false;
-    message->roll = (int32_t)roll;
-    message->pitch = (int32_t)pitch;
-    message->set = (uint8_t)set;
-    return true;
+    return gimbal_base_attitude_read(fields, message);
 }
 
 /* base_rate, device to host:
    angular rate of the base in base axes */
 #define GIMBAL_BASE_RATE_ID 0x170u
 #define GIMBAL_BASE_RATE_DATA_ID 0x17u
-#define GIMBAL_BASE_RATE_PERIOD_TICKS 10
+#define GIMBAL_BASE_RATE_PERIOD_TICKS 10u
 #define GIMBAL_BASE_RATE_P_STEP 0.0001 /* rad/s */
 #define GIMBAL_BASE_RATE_Q_STEP 0.0001 /* rad/s */
 #define GIMBAL_BASE_RATE_R_STEP 0.0001 /* rad/s */
+#define GIMBAL_BASE_RATE_P_LOW (-32768)
+#define GIMBAL_BASE_RATE_P_HIGH 32767
+#define GIMBAL_BASE_RATE_Q_LOW (-32768)
+#define GIMBAL_BASE_RATE_Q_HIGH 32767
+#define GIMBAL_BASE_RATE_R_LOW (-32768)
+#define GIMBAL_BASE_RATE_R_HIGH 32767
 
 typedef struct {
     int16_t p; /* base p */
@@ -657,6 +692,18 @@ static inline void gimbal_base_rate_pack(const gimbal_base_rate_t *message, uint
     gimbal_seal(GIMBAL_BASE_RATE_DATA_ID, fields, counter, payload);
 }
 
+/* From fields whose CRC is right. False, and nothing written, when a field is out of its bounds. */
+static inline bool gimbal_base_rate_read(uint64_t fields, gimbal_base_rate_t *message)
+{
+    const int32_t p = gimbal_extract(fields, 0, 16, true);
+    const int32_t q = gimbal_extract(fields, 16, 16, true);
+    const int32_t r = gimbal_extract(fields, 32, 16, true);
+    message->p = (int16_t)p;
+    message->q = (int16_t)q;
+    message->r = (int16_t)r;
+    return true;
+}
+
 /* False, and nothing written, when the CRC or a field is wrong. */
 static inline bool gimbal_base_rate_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
     gimbal_base_rate_t *message)
@@ -664,26 +711,14 @@ static inline bool gimbal_base_rate_unpack(const uint8_t payload[GIMBAL_PAYLOAD_
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_BASE_RATE_DATA_ID, payload, &fields))
         return false;
-    const int32_t p = gimbal_extract(fields, 0, 16, true);
-    const int32_t q = gimbal_extract(fields, 16, 16, true);
-    const int32_t r = gimbal_extract(fields, 32, 16, true);
-    if (p < -32768 || p > 32767)
-        return false;
-    if (q < -32768 || q > 32767)
-        return false;
-    if (r < -32768 || r > 32767)
-        return false;
-    message->p = (int16_t)p;
-    message->q = (int16_t)q;
-    message->r = (int16_t)r;
-    return true;
+    return gimbal_base_rate_read(fields, message);
 }
 
 /* drive_event, device to host:
    one transition of the drive state machine */
 #define GIMBAL_DRIVE_EVENT_ID 0x180u
 #define GIMBAL_DRIVE_EVENT_DATA_ID 0x18u
-#define GIMBAL_DRIVE_EVENT_PERIOD_TICKS 0
+#define GIMBAL_DRIVE_EVENT_PERIOD_TICKS 0u
 
 typedef struct {
     uint8_t from_state; /* state before */
@@ -705,13 +740,9 @@ static inline void gimbal_drive_event_pack(const gimbal_drive_event_t *message, 
     gimbal_seal(GIMBAL_DRIVE_EVENT_DATA_ID, fields, counter, payload);
 }
 
-/* False, and nothing written, when the CRC or a field is wrong. */
-static inline bool gimbal_drive_event_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
-    gimbal_drive_event_t *message)
+/* From fields whose CRC is right. False, and nothing written, when a field is out of its bounds. */
+static inline bool gimbal_drive_event_read(uint64_t fields, gimbal_drive_event_t *message)
 {
-    uint64_t fields;
-    if (!gimbal_unseal(GIMBAL_DRIVE_EVENT_DATA_ID, payload, &fields))
-        return false;
     const int32_t from_state = gimbal_extract(fields, 0, 4, false);
     const int32_t to_state = gimbal_extract(fields, 4, 4, false);
     const int32_t cause = gimbal_extract(fields, 8, 6, false);
@@ -723,10 +754,6 @@ static inline bool gimbal_drive_event_unpack(const uint8_t payload[GIMBAL_PAYLOA
         return false;
     if (cause < 0 || cause > 13)
         return false;
-    if (detail < 0 || detail > 255)
-        return false;
-    if (tick < 0 || tick > 4095)
-        return false;
     message->from_state = (uint8_t)from_state;
     message->to_state = (uint8_t)to_state;
     message->cause = (uint8_t)cause;
@@ -735,13 +762,25 @@ static inline bool gimbal_drive_event_unpack(const uint8_t payload[GIMBAL_PAYLOA
     return true;
 }
 
+/* False, and nothing written, when the CRC or a field is wrong. */
+static inline bool gimbal_drive_event_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
+    gimbal_drive_event_t *message)
+{
+    uint64_t fields;
+    if (!gimbal_unseal(GIMBAL_DRIVE_EVENT_DATA_ID, payload, &fields))
+        return false;
+    return gimbal_drive_event_read(fields, message);
+}
+
 /* base_heading, device to host:
    heading of the base, and when the attitude was true */
 #define GIMBAL_BASE_HEADING_ID 0x190u
 #define GIMBAL_BASE_HEADING_DATA_ID 0x19u
-#define GIMBAL_BASE_HEADING_PERIOD_TICKS 10
+#define GIMBAL_BASE_HEADING_PERIOD_TICKS 10u
 #define GIMBAL_BASE_HEADING_YAW_STEP 2e-06 /* rad */
 #define GIMBAL_BASE_HEADING_VALID_FRACTION_STEP 0.00390625 /* tick */
+#define GIMBAL_BASE_HEADING_YAW_LOW (-2097152)
+#define GIMBAL_BASE_HEADING_YAW_HIGH 2097151
 
 typedef struct {
     int32_t yaw; /* base yaw */
@@ -759,6 +798,18 @@ static inline void gimbal_base_heading_pack(const gimbal_base_heading_t *message
     gimbal_seal(GIMBAL_BASE_HEADING_DATA_ID, fields, counter, payload);
 }
 
+/* From fields whose CRC is right. False, and nothing written, when a field is out of its bounds. */
+static inline bool gimbal_base_heading_read(uint64_t fields, gimbal_base_heading_t *message)
+{
+    const int32_t yaw = gimbal_extract(fields, 0, 22, true);
+    const int32_t valid_tick = gimbal_extract(fields, 22, 12, false);
+    const int32_t valid_fraction = gimbal_extract(fields, 34, 8, false);
+    message->yaw = (int32_t)yaw;
+    message->valid_tick = (uint16_t)valid_tick;
+    message->valid_fraction = (uint8_t)valid_fraction;
+    return true;
+}
+
 /* False, and nothing written, when the CRC or a field is wrong. */
 static inline bool gimbal_base_heading_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
     gimbal_base_heading_t *message)
@@ -766,29 +817,23 @@ static inline bool gimbal_base_heading_unpack(const uint8_t payload[GIMBAL_PAYLO
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_BASE_HEADING_DATA_ID, payload, &fields))
         return false;
-    const int32_t yaw = gimbal_extract(fields, 0, 22, true);
-    const int32_t valid_tick = gimbal_extract(fields, 22, 12, false);
-    const int32_t valid_fraction = gimbal_extract(fields, 34, 8, false);
-    if (yaw < -2097152 || yaw > 2097151)
-        return false;
-    if (valid_tick < 0 || valid_tick > 4095)
-        return false;
-    if (valid_fraction < 0 || valid_fraction > 255)
-        return false;
-    message->yaw = (int32_t)yaw;
-    message->valid_tick = (uint16_t)valid_tick;
-    message->valid_fraction = (uint8_t)valid_fraction;
-    return true;
+    return gimbal_base_heading_read(fields, message);
 }
 
 /* base_acceleration, device to host:
    acceleration of the pivot in base axes, of the motion alone: gravity is not in it */
 #define GIMBAL_BASE_ACCELERATION_ID 0x1A0u
 #define GIMBAL_BASE_ACCELERATION_DATA_ID 0x1Au
-#define GIMBAL_BASE_ACCELERATION_PERIOD_TICKS 20
+#define GIMBAL_BASE_ACCELERATION_PERIOD_TICKS 20u
 #define GIMBAL_BASE_ACCELERATION_AX_STEP 0.002 /* m/s^2 */
 #define GIMBAL_BASE_ACCELERATION_AY_STEP 0.002 /* m/s^2 */
 #define GIMBAL_BASE_ACCELERATION_AZ_STEP 0.002 /* m/s^2 */
+#define GIMBAL_BASE_ACCELERATION_AX_LOW (-32768)
+#define GIMBAL_BASE_ACCELERATION_AX_HIGH 32767
+#define GIMBAL_BASE_ACCELERATION_AY_LOW (-32768)
+#define GIMBAL_BASE_ACCELERATION_AY_HIGH 32767
+#define GIMBAL_BASE_ACCELERATION_AZ_LOW (-32768)
+#define GIMBAL_BASE_ACCELERATION_AZ_HIGH 32767
 
 typedef struct {
     int16_t ax; /* base ax */
@@ -806,6 +851,18 @@ static inline void gimbal_base_acceleration_pack(const gimbal_base_acceleration_
     gimbal_seal(GIMBAL_BASE_ACCELERATION_DATA_ID, fields, counter, payload);
 }
 
+/* From fields whose CRC is right. False, and nothing written, when a field is out of its bounds. */
+static inline bool gimbal_base_acceleration_read(uint64_t fields, gimbal_base_acceleration_t *message)
+{
+    const int32_t ax = gimbal_extract(fields, 0, 16, true);
+    const int32_t ay = gimbal_extract(fields, 16, 16, true);
+    const int32_t az = gimbal_extract(fields, 32, 16, true);
+    message->ax = (int16_t)ax;
+    message->ay = (int16_t)ay;
+    message->az = (int16_t)az;
+    return true;
+}
+
 /* False, and nothing written, when the CRC or a field is wrong. */
 static inline bool gimbal_base_acceleration_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
     gimbal_base_acceleration_t *message)
@@ -813,26 +870,14 @@ static inline bool gimbal_base_acceleration_unpack(const uint8_t payload[GIMBAL_
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_BASE_ACCELERATION_DATA_ID, payload, &fields))
         return false;
-    const int32_t ax = gimbal_extract(fields, 0, 16, true);
-    const int32_t ay = gimbal_extract(fields, 16, 16, true);
-    const int32_t az = gimbal_extract(fields, 32, 16, true);
-    if (ax < -32768 || ax > 32767)
-        return false;
-    if (ay < -32768 || ay > 32767)
-        return false;
-    if (az < -32768 || az > 32767)
-        return false;
-    message->ax = (int16_t)ax;
-    message->ay = (int16_t)ay;
-    message->az = (int16_t)az;
-    return true;
+    return gimbal_base_acceleration_read(fields, message);
 }
 
 /* identity, device to host:
    who the antenna is; at once when asked. Without it and identity_unit no torque is switched on */
 #define GIMBAL_IDENTITY_ID 0x1B0u
 #define GIMBAL_IDENTITY_DATA_ID 0x1Bu
-#define GIMBAL_IDENTITY_PERIOD_TICKS 1000
+#define GIMBAL_IDENTITY_PERIOD_TICKS 1000u
 
 typedef struct {
     uint8_t protocol_version; /* version of this protocol */
@@ -852,6 +897,20 @@ static inline void gimbal_identity_pack(const gimbal_identity_t *message, uint8_
     gimbal_seal(GIMBAL_IDENTITY_DATA_ID, fields, counter, payload);
 }
 
+/* From fields whose CRC is right. False, and nothing written, when a field is out of its bounds. */
+static inline bool gimbal_identity_read(uint64_t fields, gimbal_identity_t *message)
+{
+    const int32_t protocol_version = gimbal_extract(fields, 0, 8, false);
+    const int32_t name = gimbal_extract(fields, 8, 31, false);
+    const int32_t has_brake_outer = gimbal_extract(fields, 39, 1, false);
+    const int32_t has_brake_inner = gimbal_extract(fields, 40, 1, false);
+    message->protocol_version = (uint8_t)protocol_version;
+    message->name = (uint32_t)name;
+    message->has_brake_outer = has_brake_outer != 0;
+    message->has_brake_inner = has_brake_inner != 0;
+    return true;
+}
+
 /* False, and nothing written, when the CRC or a field is wrong. */
 static inline bool gimbal_identity_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
     gimbal_identity_t *message)
@@ -859,30 +918,14 @@ static inline bool gimbal_identity_unpack(const uint8_t payload[GIMBAL_PAYLOAD_S
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_IDENTITY_DATA_ID, payload, &fields))
         return false;
-    const int32_t protocol_version = gimbal_extract(fields, 0, 8, false);
-    const int32_t name = gimbal_extract(fields, 8, 31, false);
-    const int32_t has_brake_outer = gimbal_extract(fields, 39, 1, false);
-    const int32_t has_brake_inner = gimbal_extract(fields, 40, 1, false);
-    if (protocol_version < 0 || protocol_version > 255)
-        return false;
-    if (name < 0 || name > 2147483647)
-        return false;
-    if (has_brake_outer < 0 || has_brake_outer > 1)
-        return false;
-    if (has_brake_inner < 0 || has_brake_inner > 1)
-        return false;
-    message->protocol_version = (uint8_t)protocol_version;
-    message->name = (uint32_t)name;
-    message->has_brake_outer = (bool)has_brake_outer;
-    message->has_brake_inner = (bool)has_brake_inner;
-    return true;
+    return gimbal_identity_read(fields, message);
 }
 
 /* identity_unit, device to host:
    which antenna of its kind it is, and what a unit of its torques is */
 #define GIMBAL_IDENTITY_UNIT_ID 0x1C0u
 #define GIMBAL_IDENTITY_UNIT_DATA_ID 0x1Cu
-#define GIMBAL_IDENTITY_UNIT_PERIOD_TICKS 1000
+#define GIMBAL_IDENTITY_UNIT_PERIOD_TICKS 1000u
 
 typedef struct {
     uint32_t serial_number; /* serial number */
@@ -900,6 +943,18 @@ static inline void gimbal_identity_unit_pack(const gimbal_identity_unit_t *messa
     gimbal_seal(GIMBAL_IDENTITY_UNIT_DATA_ID, fields, counter, payload);
 }
 
+/* From fields whose CRC is right. False, and nothing written, when a field is out of its bounds. */
+static inline bool gimbal_identity_unit_read(uint64_t fields, gimbal_identity_unit_t *message)
+{
+    const int32_t serial_number = gimbal_extract(fields, 0, 31, false);
+    const int32_t torque_exponent_outer = gimbal_extract(fields, 31, 5, false);
+    const int32_t torque_exponent_inner = gimbal_extract(fields, 36, 5, false);
+    message->serial_number = (uint32_t)serial_number;
+    message->torque_exponent_outer = (uint8_t)torque_exponent_outer;
+    message->torque_exponent_inner = (uint8_t)torque_exponent_inner;
+    return true;
+}
+
 /* False, and nothing written, when the CRC or a field is wrong. */
 static inline bool gimbal_identity_unit_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],
     gimbal_identity_unit_t *message)
@@ -907,19 +962,7 @@ static inline bool gimbal_identity_unit_unpack(const uint8_t payload[GIMBAL_PAYL
     uint64_t fields;
     if (!gimbal_unseal(GIMBAL_IDENTITY_UNIT_DATA_ID, payload, &fields))
         return false;
-    const int32_t serial_number = gimbal_extract(fields, 0, 31, false);
-    const int32_t torque_exponent_outer = gimbal_extract(fields, 31, 5, false);
-    const int32_t torque_exponent_inner = gimbal_extract(fields, 36, 5, false);
-    if (serial_number < 0 || serial_number > 2147483647)
-        return false;
-    if (torque_exponent_outer < 0 || torque_exponent_outer > 31)
-        return false;
-    if (torque_exponent_inner < 0 || torque_exponent_inner > 31)
-        return false;
-    message->serial_number = (uint32_t)serial_number;
-    message->torque_exponent_outer = (uint8_t)torque_exponent_outer;
-    message->torque_exponent_inner = (uint8_t)torque_exponent_inner;
-    return true;
+    return gimbal_identity_unit_read(fields, message);
 }
 
 #ifdef __cplusplus

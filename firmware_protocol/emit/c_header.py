@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from enum import Enum
 
+from firmware_protocol import receiver
 from firmware_protocol.emit.mail import screaming
 from firmware_protocol.enumerations import ENUMERATIONS
 from firmware_protocol.schema import CRC_CHECK, CRC_POLYNOMIAL, MESSAGES, PROTOCOL_VERSION, Direction, Field, Message
@@ -27,6 +28,13 @@ extern "C" {
 
 #define GIMBAL_PAYLOAD_SIZE 8
 #define GIMBAL_PROTOCOL_VERSION %(version)du
+
+/* What a receiver does (docs/wire.md): the counter of a message is forgotten after so many of its periods of silence,
+   of a message sent on an event after so many ticks; a counter that many steps ahead is a late frame. */
+#define GIMBAL_LOST_PERIODS %(lost_periods)du
+#define GIMBAL_EVENT_MEMORY_TICKS %(event_memory)du
+#define GIMBAL_LATE_STEP %(late_step)du
+#define GIMBAL_UNKNOWN_COUNTER (%(unknown_counter)d)
 """
 
 _ARITHMETIC = """
@@ -105,7 +113,14 @@ _FOOT = """
 def emit_c() -> str:
     """Text of the header."""
     arithmetic = _ARITHMETIC % {"polynomial": CRC_POLYNOMIAL, "check": CRC_CHECK}
-    parts = [_HEAD % {"version": PROTOCOL_VERSION}, *map(_enumeration, ENUMERATIONS), arithmetic]
+    constants = {
+        "version": PROTOCOL_VERSION,
+        "lost_periods": receiver.LOST_PERIODS,
+        "event_memory": receiver.EVENT_MEMORY_TICKS,
+        "late_step": receiver.LATE_STEP,
+        "unknown_counter": receiver.UNKNOWN_COUNTER,
+    }
+    parts = [_HEAD % constants, *map(_enumeration, ENUMERATIONS), arithmetic]
     return "".join([*parts, *map(_message, MESSAGES), _FOOT])
 
 
@@ -126,13 +141,17 @@ def _constants(message: Message) -> str:
         f"\n/* {message.name}, {arrow}:\n   {message.text} */",
         f"#define {label}_ID 0x{message.can_id:03X}u",
         f"#define {label}_DATA_ID 0x{message.data_id:02X}u",
-        f"#define {label}_PERIOD_TICKS {message.period_ticks}",
+        f"#define {label}_PERIOD_TICKS {message.period_ticks}u",
     ]
     lines += [
         f"#define {label}_{field.name.upper()}_STEP {field.step!r} /* {field.unit} */"
         for field in message.fields
         if field.is_physical
     ]
+    for field in message.fields:
+        if field.signed:
+            name = f"{label}_{field.name.upper()}"
+            lines += [f"#define {name}_LOW ({field.raw_low})", f"#define {name}_HIGH {field.raw_high}"]
     return "\n".join(lines) + "\n"
 
 
@@ -158,6 +177,24 @@ def _pack(message: Message) -> str:
 
 def _unpack(message: Message) -> str:
     lines = [
+        "\n/* From fields whose CRC is right. False, and nothing written, when a field is out of its bounds. */",
+        f"static inline bool gimbal_{message.name}_read(uint64_t fields, gimbal_{message.name}_t *message)",
+        "{",
+    ]
+    for field in message.fields:
+        sign = "true" if field.signed else "false"
+        place = f"{message.start(field.name)}, {field.bits}, {sign}"
+        lines.append(f"    const int32_t {field.name} = gimbal_extract(fields, {place});")
+    # a field that its bits cannot bring out of its bounds is not asked
+    lines += [
+        f"    if ({field.name} < {field.raw_low} || {field.name} > {field.raw_high})\n        return false;"
+        for field in message.fields
+        if _may_be_out(field)
+    ]
+    lines += [f"    message->{field.name} = {_from_raw(field)};" for field in message.fields]
+    lines += [
+        "    return true;",
+        "}",
         "\n/* False, and nothing written, when the CRC or a field is wrong. */",
         f"static inline bool gimbal_{message.name}_unpack(const uint8_t payload[GIMBAL_PAYLOAD_SIZE],",
         f"    gimbal_{message.name}_t *message)",
@@ -165,17 +202,19 @@ def _unpack(message: Message) -> str:
         "    uint64_t fields;",
         f"    if (!gimbal_unseal(GIMBAL_{message.name.upper()}_DATA_ID, payload, &fields))",
         "        return false;",
+        f"    return gimbal_{message.name}_read(fields, message);",
+        "}\n",
     ]
-    for field in message.fields:
-        sign = "true" if field.signed else "false"
-        place = f"{message.start(field.name)}, {field.bits}, {sign}"
-        lines.append(f"    const int32_t {field.name} = gimbal_extract(fields, {place});")
-    lines += [
-        f"    if ({field.name} < {field.raw_low} || {field.name} > {field.raw_high})\n        return false;"
-        for field in message.fields
-    ]
-    lines += [f"    message->{field.name} = ({_type(field)}){field.name};" for field in message.fields]
-    return "\n".join([*lines, "    return true;", "}\n"])
+    return "\n".join(lines)
+
+
+def _may_be_out(field: Field) -> bool:
+    least = -(1 << (field.bits - 1)) if field.signed else 0
+    return field.raw_low > least or field.raw_high < least + (1 << field.bits) - 1
+
+
+def _from_raw(field: Field) -> str:
+    return f"{field.name} != 0" if field.is_flag else f"({_type(field)}){field.name}"
 
 
 def _type(field: Field) -> str:

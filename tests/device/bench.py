@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 from firmware_protocol.block_codec import new_mail
@@ -183,10 +183,11 @@ def bench(
     base: dict[str, Any] | None = None,
     travel: tuple[float, float] | None = None,
     brakes: bool = True,
+    device: Callable[..., Device] = Device,
     **settings: Any,
 ) -> Bench:
     """A bench with the thesis antenna and firmware settings as given; `travel` limits of both axes (rad), `brakes`
-    False for none.
+    False for none. `device` makes the device of model, settings and seed.
     """
     model = bench_model(coarse=interpreted)
     if base is not None:
@@ -202,4 +203,4 @@ def bench(
         )
         settings = {"axes": axes, **settings}
     firmware = dataclasses.replace(firmware, **{"deadman_window_ticks": WINDOW, **settings})
-    return Bench(Device(model, firmware, seed=3), MailWire() if interpreted else FrameWire())
+    return Bench(device(model, firmware, seed=3), MailWire() if interpreted else FrameWire())

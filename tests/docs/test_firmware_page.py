@@ -34,6 +34,16 @@ def test_the_tick_on_the_page_compiles_against_the_header(tmp_path: Path) -> Non
     assert done.returncode == 0, done.stderr[-3000:]
 
 
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
+def test_the_main_loop_around_the_c_device_compiles(tmp_path: Path) -> None:
+    source, page = tmp_path / "main.c", PAGE.with_name("take-the-c-device.md").read_text()
+    source.write_text("\n".join(re.findall(r"^```c\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)))
+    folder = committed_path("c").parent
+    words = ["cc", "-std=c11", *STRICT[1:], "-Wno-missing-field-initializers", f"-I{folder}", f"-I{folder / 'c'}"]
+    done = subprocess.run([*words, str(source)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[-3000:]
+
+
 def test_the_figures_on_the_page_are_those_of_the_code() -> None:
     supervisor = shipped_settings().supervisor
     for key in ("lost_ticks", "set_point_lag_ticks", "debounce_ticks"):

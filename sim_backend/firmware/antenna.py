@@ -1,0 +1,155 @@
+"""The virtual antenna with the C device in place of the Python one: the same face, the same plant, the same frames."""
+
+from __future__ import annotations
+
+import ctypes
+from abc import abstractmethod
+from typing import Any
+
+import numpy as np
+
+from firmware_protocol.schema import RECORD_SIZE, TORQUE_STEP_NM
+from sim_backend.device import Device, FirmwareSettings
+from sim_backend.firmware.electronics import BASE_SIZE, SENSED_SIZE, WANTED_SIZE, pass_tick
+from sim_backend.firmware.library import BenchLibrary
+from sim_backend.firmware.structures import AXES, CSettings, HostBench
+from sim_backend.model import AntennaModel
+
+_INT32_LOW, _INT32_HIGH = -(1 << 31), (1 << 31) - 1
+#: bytes of a block that are handed over at most; of a longer one the newest frames count, as in `Device`
+_RECEIVED_SIZE = 65536
+
+
+def fill_settings(settings: CSettings, drive: Any, axes: int) -> None:
+    """Settings of the C device from a record of the drive that has just got its supply; a limit that is never reached
+    is the end of 32 bits.
+    """
+    for own, source, count in [(settings, drive, 0), *((settings.joints[k], drive.joints[k], k) for k in range(AXES))]:
+        for name, kind in type(own)._fields_:
+            if name not in ("axes", "joints", "deadman_window", "deadman_reaction"):
+                value = int(getattr(source, name))
+                narrow = kind is ctypes.c_int32
+                setattr(own, name, min(max(value, _INT32_LOW), _INT32_HIGH) if narrow else value)
+        if count == 0 and own is settings:
+            settings.axes = axes
+            settings.deadman_window, settings.deadman_reaction = int(drive.window), int(drive.reaction)
+
+
+class FirmwareAntenna(Device):
+    """A virtual antenna whose frames come from firmware; how that is run, a class below says.
+
+    `drive` is the state of the C device, `electronics` the record that its sensors and motors are in.
+    """
+
+    def __init__(
+        self, model: AntennaModel, settings: FirmwareSettings | None = None, rate_hz: float = 1000.0, seed: int = 0
+    ) -> None:
+        super().__init__(model, settings, rate_hz, seed)
+        self.electronics = self.drive
+        self._wanted = np.zeros(AXES * WANTED_SIZE, dtype=np.int64)
+        self._sensed = np.zeros(AXES * SENSED_SIZE + BASE_SIZE, dtype=np.int64)
+
+    def tick(self, received: bytes = b"") -> bytes:
+        """Take a block of frames, whatever is in it, go on by one tick, answer the block of this tick."""
+        if len(received) > _RECEIVED_SIZE:
+            end = len(received) - len(received) % RECORD_SIZE
+            received = received[max(0, end - (_RECEIVED_SIZE - _RECEIVED_SIZE % RECORD_SIZE)) : end]
+        return self._firmware_tick(received)
+
+    @abstractmethod
+    def _firmware_tick(self, received: bytes) -> bytes:
+        """One tick of the firmware, in the midst of which it calls `_pass`."""
+
+    def _pass(self, bench: Any) -> None:
+        """Let the tick pass on the plant as the firmware's actuation says, and give it what the sensors read."""
+        wanted, sensed = self._wanted, self._sensed
+        for axis in range(AXES):
+            asked = bench.wanted[axis]
+            wanted[WANTED_SIZE * axis : WANTED_SIZE * (axis + 1)] = (
+                asked.torque,
+                asked.powered,
+                asked.shorted,
+                asked.brake_held,
+            )
+        pass_tick(self.P, self.K, self.X, self.drive_words, self.mail, wanted, sensed)
+        values = sensed.tolist()
+        for axis in range(AXES):
+            sample, at = bench.samples[axis], SENSED_SIZE * axis
+            sample.position, sample.rate, sample.torque, sample.winding = values[at : at + 4]
+            sample.valid = bool(values[at + 4])
+        base = bench.base
+        base.roll, base.pitch, base.yaw, base.p, base.q, base.r = values[AXES * SENSED_SIZE :]
+
+    @property
+    def torques_nm(self) -> tuple[float, ...]:
+        """Torque that the drive applied in the last tick, N m (N on a linear axis)."""
+        return tuple(
+            float(self.drive.joints[axis].applied_torque << self.electronics.joints[axis].exponent) * TORQUE_STEP_NM
+            for axis in range(len(self.model.axes))
+        )
+
+    @property
+    def set_points(self) -> tuple[int, int]:
+        """Set-points that fed the deadman, and repeats or stale ones that did not."""
+        return int(self.drive.taken), int(self.drive.refused)
+
+    def set_supply(self, supply_v: float) -> None:
+        """Let the supply have another voltage, as on a bench: below the firmware's least one the drive faults."""
+        state, self.drive = self.drive, self.electronics
+        super().set_supply(supply_v)
+        self.drive = state
+
+    def spoil(self, axis: int, part: str, kind: Any, amount: int = 0) -> None:
+        """Give an axis a fault of its `encoder`, `gyro` or `motor` from the next tick on, as on a bench."""
+        state, self.drive = self.drive, self.electronics
+        super().spoil(axis, part, kind, amount)
+        self.drive = state
+
+
+class LibraryAntenna(FirmwareAntenna):
+    """The C device as a library of this process."""
+
+    def __init__(
+        self,
+        library: BenchLibrary,
+        model: AntennaModel,
+        settings: FirmwareSettings | None = None,
+        rate_hz: float = 1000.0,
+        seed: int = 0,
+    ) -> None:
+        super().__init__(model, settings, rate_hz, seed)
+        self._library = library
+        self.bench = HostBench()
+        fill_settings(self.bench.settings, self.electronics, int(len(self.model.axes)))
+        library.start(self.bench)
+        # kept, because the C side has only its address
+        self._callback = ctypes.CFUNCTYPE(None)(self._advance)
+        self.bench.advance = ctypes.cast(self._callback, ctypes.c_void_p)
+        self._failure: BaseException | None = None
+        self.drive = self.bench.device.drive
+
+    def _advance(self) -> None:
+        # an exception cannot pass through C
+        try:
+            self._pass(self.bench)
+        except BaseException as error:
+            self._failure = error
+
+    def _firmware_tick(self, received: bytes) -> bytes:
+        self.bench.supply = int(self.electronics.supply)
+        self._library.tick(self.bench, received, len(received))
+        if self._failure is not None:
+            failure, self._failure = self._failure, None
+            raise failure
+        return bytes(memoryview(self.bench.sent)[: self.bench.sent_size])
+
+    @property
+    def bad_frames(self) -> int:
+        """Frames dropped so far because of their CRC, a field's range or a strange identifier."""
+        device = self.bench.device
+        return int(device.stray_frames) + sum(int(one.crc_errors + one.out_of_range) for one in device.receivers)
+
+    @property
+    def repeated_frames(self) -> int:
+        """Frames dropped so far because their alive counter repeats or comes late."""
+        return sum(int(one.duplicates) for one in self.bench.device.receivers)
