@@ -9,7 +9,6 @@ import typer
 
 if TYPE_CHECKING:
     from gimbal_hil.conformance import Requirement, RequirementFinding
-    from gimbal_hil.settings import DaemonSettings
 
 ANSWER_FILE, REPORT_FILE = "conformance.json", "report.html"
 
@@ -17,7 +16,7 @@ ANSWER_FILE, REPORT_FILE = "conformance.json", "report.html"
 def command(
     link: Annotated[
         str | None,
-        typer.Option(help="virtual, unix:PATH, serial:PORT, socketcan:CHANNEL, slcan:PORT or drives of other makes."),
+        typer.Option(help="virtual, c or cortex-m (the C device), unix:PATH, serial:PORT, socketcan:CHANNEL, ..."),
     ] = None,
     config: Annotated[
         Path | None, typer.Option(help="Configuration file; its rate and, without --link, its link are used.")
@@ -48,13 +47,14 @@ def command(
     from gimbal_hil.conformance import Bench, RequirementVerdict, check_all, in_one_line, open_antenna, write_report
     from gimbal_hil.report import Case, write_junit
     from gimbal_hil.runs import wall_clock_utc
+    from gimbal_hil.starting import settings_on_link
 
     wanted = _wanted(only or [], torque_share)
-    settings = _settings(config, link)
+    settings, firmware = settings_on_link(config, link)
     folder = out or Path("runs") / f"conformance-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
     if (folder / ANSWER_FILE).exists() and not force:
         raise BadInputError(str(folder / ANSWER_FILE), "already exists", "a new folder, or --force to overwrite it")
-    antenna = open_antenna(settings)
+    antenna = open_antenna(settings, firmware)
     try:
         configuration = settings.model_dump(mode="json", by_alias=True)
         bench = Bench(antenna, configuration, folder, force)
@@ -93,19 +93,6 @@ def _wanted(only: list[str], torque_share: float) -> list[Requirement]:
         else one
         for one in found
     ]
-
-
-def _settings(config: Path | None, link: str | None) -> DaemonSettings:
-    from gimbal_hil.settings import load_settings, settings_from_document, shipped_settings
-    from gimbal_hil.starting import parse_link
-
-    settings = load_settings(config) if config else shipped_settings()
-    if link is None:
-        return settings
-    choice = parse_link(link)
-    section = {"embedded": {}} if choice.is_virtual else choice.section
-    document = settings.model_dump(mode="json", by_alias=True)
-    return settings_from_document(document | {"link": section}, "--link")
 
 
 def _say_nothing(finding: RequirementFinding) -> None:

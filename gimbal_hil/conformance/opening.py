@@ -7,14 +7,19 @@ from firmware_protocol.links import open_link
 from gimbal_hil.conformance.carriers import Carrier, InStep, OverLink
 from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna
 from sim_backend.device import Device
+from sim_backend.firmware import FirmwareRun, run_firmware
 from sim_backend.model import model_named
 
 
-def open_antenna(settings: DaemonSettings) -> Carrier:
-    """The virtual antenna in this process, in step, or whatever sends feedback on the link; LinkError where nothing
-    does.
+def open_antenna(settings: DaemonSettings, firmware: FirmwareRun | None = None) -> Carrier:
+    """The virtual antenna in this process, in step, with the C device as its firmware where that is wanted; or whatever
+    sends feedback on the link; LinkError where nothing does.
     """
     link = settings.link
+    if isinstance(link, EmbeddedAntenna) and firmware is not None:
+        model = model_named(link.embedded.model)
+        run = run_firmware(firmware, model, settings.rate_hz, link.embedded.seed)
+        return InStep(run, f"C device ({firmware.value}) with antenna {model.name}", settings.rate_hz)
     if isinstance(link, EmbeddedAntenna):
         device = Device(model_named(link.embedded.model), rate_hz=settings.rate_hz, seed=link.embedded.seed)
         return InStep(device, f"virtual antenna {device.model.name}", settings.rate_hz)

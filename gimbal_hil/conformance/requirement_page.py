@@ -17,6 +17,7 @@ What an antenna's firmware must do so that this software can control it, as COUN
 that checks each on whatever answers on a link:
 
     gimbal-hil conformance                                  # the virtual antenna in this process
+    gimbal-hil conformance --link cortex-m                  # the C device as machine code; --link c as a library
     gimbal-hil conformance --link serial:/dev/ttyUSB0       # your electronics; also unix:, socketcan:, slcan:
     gimbal-hil conformance --config antenna.yaml --without-motion --junit conformance.xml
     gimbal-hil conformance --only D-01 --only D-02          # some of them; a letter stands for its group

@@ -82,6 +82,7 @@ class Bench:
     configuration: Mapping[str, Any] = field(default_factory=dict)
     out: Path | None = None
     force: bool = False
+    _counters: dict[str, int] = field(default_factory=dict)
 
     def check(self, requirement: Requirement) -> RequirementFinding:
         """Check one requirement. One that fails while the tester was late is made again."""
@@ -100,7 +101,7 @@ class Bench:
     @contextmanager
     def _stand(self, requirement: Requirement, force: bool) -> Iterator[tuple[Stand, Path | None]]:
         if self.out is None:
-            yield Stand(self.carrier), None
+            yield Stand(self.carrier, None, self._counters), None
             return
         folder = self.out / "evidence" / requirement.id
         period_ns = round(1e9 / self.carrier.rate_hz)
@@ -113,7 +114,7 @@ class Bench:
             title=f"conformance {requirement.id}: {requirement.check}",
         )
         with RunWriter(folder, header, force=force) as writer:
-            stand = Stand(self.carrier, _Recording(writer, period_ns))
+            stand = Stand(self.carrier, _Recording(writer, period_ns), self._counters)
             yield stand, folder
             for text in stand.steps:
                 writer.event(stand.ticks, stand.ticks * period_ns, EventKind.NOTE, text, {})

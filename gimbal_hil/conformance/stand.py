@@ -93,7 +93,12 @@ class Counts:
 class Stand:
     """One antenna on the bench. `told` is called with every exchange: tick, block received, block sent."""
 
-    def __init__(self, carrier: Carrier, told: Callable[[int, bytes, bytes], None] | None = None) -> None:
+    def __init__(
+        self,
+        carrier: Carrier,
+        told: Callable[[int, bytes, bytes], None] | None = None,
+        counters: dict[str, int] | None = None,
+    ) -> None:
         self.carrier, self.told = carrier, told
         self.rate_hz = carrier.rate_hz
         self.ticks = 0
@@ -101,7 +106,8 @@ class Stand:
         self.sets: list[FeedbackSet] = []
         self.counts = Counts()
         self.steps: list[str] = []
-        self._counters: dict[str, int] = {}
+        #: alive counters, which go on from one stand to the next on the same antenna
+        self._counters = {} if counters is None else counters
         self._heard: dict[int, int] = {}
         self._partial: list[AnyMessage] = []
 
@@ -221,7 +227,7 @@ class Stand:
             off = status.state is DriveState.SWITCH_ON_DISABLED and status.fault is FaultCode.NONE
             # a deadman_config counts that went out after torque was off
             configured = configured + 1 if off and (configured or len(asked) > 1) else 0
-            if configured > _REPEAT_TICKS // 2 and status.deadman_margin_ticks >= window - 5:
+            if configured > _REPEAT_TICKS // 2 and window - 5 <= status.deadman_margin_ticks <= window:
                 break
         else:
             where = f"{self.state.name}, fault {self.latest.status.fault.name}" if self.sets else "silent"

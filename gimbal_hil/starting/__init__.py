@@ -8,6 +8,7 @@ from gimbal_hil.starting.description import (
     usual_axis,
     usual_names,
 )
+from gimbal_hil.starting.on_link import settings_on_link
 from gimbal_hil.starting.readme import first_command
 from gimbal_hil.starting.writing import write_antenna
 
@@ -17,6 +18,7 @@ __all__ = [
     "LinkChoice",
     "first_command",
     "parse_link",
+    "settings_on_link",
     "usual_axis",
     "usual_names",
     "write_antenna",

@@ -22,6 +22,7 @@ from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna
 from gimbal_hil.testing.assertions import Band, Judgement, MadeStep, Signal
 from gimbal_hil.testing.recorded import RecordedSignals
 from sim_backend.device import Device
+from sim_backend.firmware import FirmwareRun, run_firmware
 from sim_backend.model import model_named
 
 #: between two looks at a signal that is waited for
@@ -270,8 +271,14 @@ class DaemonAntennaOfTest(AntennaOfTest):
         time.sleep(_LOOK_S)
 
 
-def antenna_of(settings: DaemonSettings, folder: Path) -> AntennaOfTest:
-    """The antenna that a configuration names: virtual, in virtual time, or on its link, through a daemon."""
-    if isinstance(settings.link, EmbeddedAntenna):
+def antenna_of(settings: DaemonSettings, folder: Path, firmware: FirmwareRun | None = None) -> AntennaOfTest:
+    """The antenna that a configuration names: virtual, in virtual time, with the C device as its firmware where that is
+    wanted; or on its link, through a daemon.
+    """
+    if not isinstance(settings.link, EmbeddedAntenna):
+        return DaemonAntennaOfTest(settings, folder)
+    if firmware is None:
         return LockstepAntennaOfTest(settings, folder)
-    return DaemonAntennaOfTest(settings, folder)
+    embedded = settings.link.embedded
+    device = run_firmware(firmware, model_named(embedded.model), settings.rate_hz, embedded.seed)
+    return LockstepAntennaOfTest(settings, folder, device)

@@ -21,7 +21,7 @@ _FIXTURE = "antenna"
 def pytest_addoption(parser: pytest.Parser) -> None:
     """The options; nothing changes for tests that do not use the fixtures."""
     group = parser.getgroup("gimbal", "a gimballed antenna (gimbal-hil)")
-    group.addoption("--gimbal-link", metavar="LINK", help="virtual (default), unix:PATH, serial:PORT, ...")
+    group.addoption("--gimbal-link", metavar="LINK", help="virtual (default), c, cortex-m, unix:PATH, serial:PORT, ...")
     group.addoption("--gimbal-config", metavar="FILE", help="configuration file; its link unless --gimbal-link")
     group.addoption("--gimbal-out", metavar="DIR", help="keep the run folder of each test below this folder")
     group.addoption("--gimbal-run", metavar="RUN", help="run folder that the fixture recorded_run opens")
@@ -31,10 +31,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def antenna(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[AntennaOfTest]:
     """An antenna that is connected and ready to be moved; what happens is recorded, and made safe at the end."""
     from firmware_protocol.errors import GimbalHilError
+    from gimbal_hil.starting import settings_on_link
     from gimbal_hil.testing.antennas import antenna_of
 
     try:
-        opened = antenna_of(_settings(request.config), _folder(request, tmp_path))
+        file, link = request.config.getoption("--gimbal-config"), request.config.getoption("--gimbal-link")
+        settings, firmware = settings_on_link(Path(file) if file else None, link, "--gimbal-link")
+        opened = antenna_of(settings, _folder(request, tmp_path), firmware)
     except GimbalHilError as error:
         pytest.fail(f"no antenna: {error}", pytrace=False)
     request.node.user_properties.append(("gimbal_run", str(opened.folder)))
@@ -63,19 +66,6 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) ->
     if call.when == "call" and hasattr(opened, "steps"):
         lines = [*opened.steps, f"recorded in {opened.folder}"]
         outcome.get_result().sections.append(("antenna", "\n".join(lines)))
-
-
-def _settings(config: pytest.Config) -> Any:
-    from gimbal_hil.settings import load_settings, settings_from_document, shipped_settings
-    from gimbal_hil.starting import parse_link
-
-    file, link = config.getoption("--gimbal-config"), config.getoption("--gimbal-link")
-    settings = load_settings(Path(file)) if file else shipped_settings()
-    if link is None:
-        return settings
-    choice = parse_link(link)
-    section = {"embedded": {}} if choice.is_virtual else choice.section
-    return settings_from_document(settings.model_dump(mode="json", by_alias=True) | {"link": section}, "--gimbal-link")
 
 
 def _folder(request: pytest.FixtureRequest, tmp_path: Path) -> Path:

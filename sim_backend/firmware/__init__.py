@@ -1,4 +1,6 @@
-"""The C device of `firmware_protocol/c`, run here: as a library of this process, with the plant behind it."""
+"""The C device of `firmware_protocol/c`, run here with the plant behind it: as a library of this process, or as machine
+code of a microcontroller.
+"""
 
 from sim_backend.firmware.antenna import FirmwareAntenna, LibraryAntenna, fill_settings
 from sim_backend.firmware.library import (
@@ -10,6 +12,8 @@ from sim_backend.firmware.library import (
     build_library,
     firmware_sources,
 )
+from sim_backend.firmware.machine import MachineAntenna, MachineImage, build_image
+from sim_backend.firmware.running import FirmwareRun, run_firmware
 from sim_backend.firmware.structures import HostBench, SmallBench
 
 __all__ = [
@@ -19,10 +23,15 @@ __all__ = [
     "WARNINGS",
     "BenchLibrary",
     "FirmwareAntenna",
+    "FirmwareRun",
     "HostBench",
     "LibraryAntenna",
+    "MachineAntenna",
+    "MachineImage",
     "SmallBench",
+    "build_image",
     "build_library",
     "fill_settings",
     "firmware_sources",
+    "run_firmware",
 ]
