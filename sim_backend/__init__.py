@@ -11,6 +11,7 @@ __all__ = [
     "friction_in_force",
     "layout",
     "noise",
+    "observer",
     "plant",
     "rigid_body",
     "sensors",

@@ -35,6 +35,7 @@ FLOORS = (
     "plots",
     "report",
     "operator",
+    "observing",
     "dashboard",
     "service",
     "daemon",

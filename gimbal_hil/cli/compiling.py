@@ -25,6 +25,7 @@ _KERNELS: dict[str, tuple[str, int]] = {
     "host_frame_tick": ("the host", 124),
     "run_ticks": ("host and antenna in one loop", 300),
     "run_open_loop": ("the plant alone", 60),
+    "observe": ("the model beside the antenna", 110),
     "run_steps": ("the plant alone, for the bench", 60),
     "balance": ("the search's balance of torques", 60),
     "_respond": ("one axis with friction", 5),

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from sim_backend.model import AntennaModel
 
 
 def command(
@@ -27,6 +30,13 @@ def command(
     wait: Annotated[
         bool, typer.Option("--wait", help="Wait for the link even where it looks wrong, as a device that is not there.")
     ] = False,
+    then: Annotated[
+        str | None,
+        typer.Option(
+            metavar="MODEL@SECONDS",
+            help="The virtual antenna in this process follows another model from then on: an effect that sets in.",
+        ),
+    ] = None,
     end_with: Annotated[
         int | None,
         typer.Option(metavar="PID", help="End as by SIGTERM when this process, which started the daemon, is gone."),
@@ -62,7 +72,8 @@ def command(
         end_with_parent(end_with)
     settings = load_settings(config) if config else shipped_settings()
     folder = out or Path("runs") / f"daemon-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
-    report = run_daemon(settings, DaemonOptions(folder, force, duration, lockstep, spin_us, page, wait=wait))
+    options = DaemonOptions(folder, force, duration, lockstep, spin_us, page, wait=wait, then=_then(then))
+    report = run_daemon(settings, options)
     if as_json:
         print(json.dumps(report.as_dict()))
     else:
@@ -72,6 +83,18 @@ def command(
         print("\n".join(summary_lines(report)))
         print_next(after_daemon(folder, report.ending.exit_code))
     return report.ending.exit_code
+
+
+def _then(text: str | None) -> tuple[AntennaModel, float] | None:
+    from firmware_protocol.errors import BadInputError
+    from sim_backend.model import model_named
+
+    if text is None:
+        return None
+    name, _, after = text.rpartition("@")
+    if not name or not after.replace(".", "", 1).isdigit():
+        raise BadInputError("--then", f"is {text!r}", "MODEL@SECONDS, as in cogging.yaml@20")
+    return model_named(name), float(after)
 
 
 def _send(text: str, run: Path) -> int:

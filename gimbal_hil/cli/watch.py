@@ -12,8 +12,8 @@ from typing import Annotated, Any
 import typer
 
 _WIDTH = 24
-_ACTS = {"s": "stop", "b": "adjust_back"}
-_KEYS = "keys: s stop, b gains and limits back to the configuration, q leave"
+_ACTS = {"s": "stop", "b": "adjust_back", "n": "learn_anew"}
+_KEYS = "keys: s stop, b gains and limits back to the configuration, n learn anew what the model lacks, q leave"
 
 
 def command(
@@ -27,7 +27,8 @@ def command(
 ) -> int:
     """Show state, axes, torque, deadline misses and recording of a running daemon, until it ends or Ctrl-C.
 
-    In a terminal one key acts: s stops, b takes gains and limits back to the configuration, q leaves.
+    In a terminal one key acts: s stops, b takes gains and limits back to the configuration, n takes what the
+    model lacks from now on as usual, q leaves.
     """
     import json
     import sys
@@ -120,6 +121,7 @@ def status_lines(answer: dict[str, Any]) -> list[str]:
             f"{axis:<12} {status['mode'][axis]:<14} {_number(position, 'rad')} {bar} {_number(rate, 'rad/s')} "
             f"{_number(torque, 'N m')}"
         )
+    lines += _model_lines(status.get("observer") or {})
     if status.get("adjusted"):
         lines.append("not as configured: " + ", ".join(status["adjusted"]))
     causes = ", ".join(f"{name} {count}" for name, count in statistics["missed_by_cause"].items() if count)
@@ -131,6 +133,20 @@ def status_lines(answer: dict[str, Any]) -> list[str]:
     if isinstance(recording, dict):
         lines.append(f"recording {recording.get('lamp')}, {recording.get('free_mb', 0):.0f} MB free")
     return lines
+
+
+def _model_lines(observer: dict[str, Any]) -> list[str]:
+    """What the model beside the antenna lacks."""
+    if observer.get("state") in (None, "off"):
+        return []
+    if observer["state"] != "watching":
+        return [f"model {observer['model']}: {observer['problem'] or observer['state']}"]
+    told = []
+    for axis, one in observer["axes"].items():
+        rms, usual = ("-" if one[key] is None else f"{one[key]:.3g} N m" for key in ("rms_nm", "usual_nm"))
+        said = f"CHANGED: lacks {rms}, usual {usual}" if one["state"] == "changed" else f"{one['state']}, {rms}"
+        told.append(f"{axis} {said}")
+    return ["against model: " + "; ".join(told)]
 
 
 def _number(value: float | None, unit: str) -> str:

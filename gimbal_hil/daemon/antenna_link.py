@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from firmware_protocol.links import LinkBasis
 from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna
 from sim_backend.device import Device
@@ -20,7 +22,16 @@ class EmbeddedLink(LinkBasis):
         super().__init__(f"virtual antenna {device.model.name}")
         self.device = device
         self._feedback: list[bytes] = []
+        self._next: Device | None = None
+        self._next_tick = 0
+        self._told: Callable[[str], None] | None = None
         self._connect()
+
+    def becomes(self, device: Device, tick: int, told: Callable[[str], None]) -> None:
+        """From the antenna's tick `tick` on it is this device, in the motion that the one before has, and `told`
+        gets a line.
+        """
+        self._next, self._next_tick, self._told = device, tick, told
 
     def receive(self) -> bytes:
         """Feedback since the last call."""
@@ -30,6 +41,11 @@ class EmbeddedLink(LinkBasis):
     def send(self, block: bytes) -> None:
         """The host's set-point is the antenna's clock edge."""
         self._count_sent(block, True)
+        if self._next is not None and self.device.ticks >= self._next_tick:
+            self._next.take_over(self.device)
+            self.device, self._next = self._next, None
+            assert self._told is not None
+            self._told(f"the virtual antenna goes on as {self.device.model.name}")
         self._feedback.append(self.device.tick(block))
 
     def pass_over(self, periods: int) -> None:

@@ -210,6 +210,10 @@ class ControlLoop:
         """For the link keeper: the link has come or gone."""
         self._event("link", text, {"code": "port", "open": is_open})
 
+    def tell_note(self, text: str) -> None:
+        """Something that whoever reads the log should know."""
+        self._event("note", text, {})
+
     def _obey(self, command: Command, time_ns: int) -> None:
         """Hand a command to the host just before the tick that acts on it."""
         if command.kind is CommandKind.RECORDING_FAILED:

@@ -15,6 +15,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from firmware_protocol import receiver
 from firmware_protocol.errors import EXIT_SAFETY_STOP, BadInputError, GimbalHilError
 from firmware_protocol.links import Link
@@ -23,6 +25,7 @@ from gimbal_hil.daemon.control_loop import ControlLoop, Heartbeat, LoopEnd
 from gimbal_hil.daemon.first_opening import opener_of
 from gimbal_hil.daemon.link_keeper import LinkKeeper
 from gimbal_hil.host import FirstTest, Host
+from gimbal_hil.observing import observed_model
 from gimbal_hil.runs import RunHeader, newest_events_file, read_header
 from gimbal_hil.service import ServiceProcess, ServiceSettings
 from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna, FirstTestChoice, host_configuration
@@ -41,6 +44,8 @@ from gimbal_hil.timing import (
     real_time,
 )
 from sim_backend.device import Device
+from sim_backend.model import AntennaModel
+from sim_backend.observer import INPUTS, ModelObserver
 
 Json = dict[str, Any]
 #: sleeping costs the kernel's way of waking up and cold caches; waiting the last part awake costs a twentieth of a core
@@ -64,6 +69,8 @@ class DaemonOptions:
     quiet: bool = False
     #: wait for the link whatever is wrong with it
     wait: bool = False
+    #: a virtual antenna in this process follows this model from so many seconds on
+    then: tuple[AntennaModel, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,13 +120,17 @@ def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport
     opener, embedded = _link_opener(settings, options)
     if embedded is not None:
         settings = settings.for_axes(embedded.device.model.axes, embedded.device.model.where)
+    elif options.then is not None:
+        raise BadInputError("--then", "needs a virtual antenna in this process", "a configuration with one")
+    observed = observed_model(settings)
+    later = _later_antenna(settings, options)
     period = Duration.of_seconds(settings.step_s)
     service = ServiceProcess(options.run, _header(settings, period, options), _service_settings(settings, options))
     with contextlib.ExitStack() as stack:
         stack.callback(service.close)
         control_core, witness_core = control_and_witness_cores()
         witness = None if options.lockstep else stack.enter_context(WitnessProcess(witness_core))
-        _compile(settings, embedded)
+        _compile(settings, embedded, observed)
         service.wait_ready()
         clock: Clock = LockstepClock() if options.lockstep else MonotonicClock(Duration(round(options.spin_us * 1000)))
         usage = ThreadUsage()
@@ -137,6 +148,8 @@ def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport
         loop = ControlLoop(
             host, link, telemetry, service.commands, service.alive, clock, period, ticks, pass_over, heartbeat, tried
         )
+        if later is not None and embedded is not None:
+            embedded.becomes(*later, loop.tell_note)
         engine = TickEngine(
             clock,
             period,
@@ -209,12 +222,24 @@ def _link_opener(settings: DaemonSettings, options: DaemonOptions) -> tuple[Call
     return opener_of(link, options.wait), None
 
 
-def _compile(settings: DaemonSettings, embedded: EmbeddedLink | None) -> None:
+def _later_antenna(settings: DaemonSettings, options: DaemonOptions) -> tuple[Device, int] | None:
+    """The antenna that the embedded one becomes, made before time counts, and from which tick on."""
+    if options.then is None or not isinstance(settings.link, EmbeddedAntenna):
+        return None
+    model, after_s = options.then
+    device = Device(model, rate_hz=settings.rate_hz, seed=settings.link.embedded.seed)
+    return device, round(after_s * settings.rate_hz)
+
+
+def _compile(settings: DaemonSettings, embedded: EmbeddedLink | None, observed: AntennaModel | None) -> None:
     """Load what is compiled (meanwhile the service starts) before time counts; throwaway copies, so that nothing has
     happened yet.
     """
     if embedded is not None:
         Device(embedded.device.model, rate_hz=settings.rate_hz).tick()
+    if observed is not None:
+        # for the service, which would do it while ticks run
+        ModelObserver(observed, settings.rate_hz, 1.0).observe(np.zeros((1, INPUTS)))
     host = Host(host_configuration(settings), settings.axis_names)
     for tick in range(2):
         host.tick(tick, 0, b"")

@@ -65,6 +65,18 @@ class _Collector:
                 if status[key][axis] is not None:
                     family.add_metric([axis], status[key][axis])
             yield family
+        lacks = GaugeMetricFamily(
+            "gimbal_missing_torque_nm",
+            "Torque that the model beside the antenna lacks, rms of a second.",
+            labels=["axis"],
+        )
+        changed = GaugeMetricFamily("gimbal_model_changed", "1 where it lacks more than usual.", labels=["axis"])
+        for axis, one in status["observer"].get("axes", {}).items():
+            if one["rms_nm"] is not None:
+                lacks.add_metric([axis], one["rms_nm"])
+            changed.add_metric([axis], float(one["state"] == "changed"))
+        yield lacks
+        yield changed
 
 
 def _lamps(view: LiveView) -> Iterator[Any]:

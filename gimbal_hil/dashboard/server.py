@@ -27,7 +27,7 @@ _LOOPBACK = "127.0.0.1"
 _NAMES = (_LOOPBACK, "localhost")
 TOKEN_HEADER = "X-Operator-Token"
 #: what the page may ask for; experiments and programs come through the door itself
-_COMMANDS = ("set_point", "stop", "quick_stop", "fault_reset", "adjust", "adjust_back")
+_COMMANDS = ("set_point", "stop", "quick_stop", "fault_reset", "adjust", "adjust_back", "learn_anew")
 _LONGEST_REQUEST = 4096
 _REQUEST = DocumentLimits(size_bytes=_LONGEST_REQUEST, values=50)
 

@@ -119,7 +119,9 @@ class StartRequest(_Request):
 class PlainRequest(_Request):
     """A request without parameters."""
 
-    command: Literal["stop", "quick_stop", "fault_reset", "shut_down", "status", "adjustable", "adjust_back"]
+    command: Literal[
+        "stop", "quick_stop", "fault_reset", "shut_down", "status", "adjustable", "adjust_back", "learn_anew"
+    ]
 
 
 class AdjustRequest(_Request):

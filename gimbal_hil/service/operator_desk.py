@@ -5,6 +5,7 @@ back.
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +20,7 @@ from gimbal_hil.settings import Adjustments, DaemonSettings
 from gimbal_hil.telemetry import MOTION_PATIENCE_S, CommandKind, Commands, LiveView, pack_program
 
 Json = dict[str, Any]
-_ANSWERED_HERE = ("status", "adjustable")
+_ANSWERED_HERE = ("status", "adjustable", "learn_anew")
 _KINDS = {
     "stop": CommandKind.STOP,
     "quick_stop": CommandKind.QUICK_STOP,
@@ -54,6 +55,8 @@ class OperatorDesk:
         #: answered already, because the control process was silent for too long
         self._given_up: dict[int, _Waiting] = {}
         self._socket: OperatorSocket | None = None
+        #: has the model beside the antenna take what it lacks from now on as usual
+        self.learn_anew: Callable[[], None] = lambda: None
 
     def attach(self, socket: OperatorSocket) -> None:
         """Where answers that come later and events go."""
@@ -96,6 +99,9 @@ class OperatorDesk:
         return None
 
     def _looked_up(self, command: str) -> Json:
+        if command == "learn_anew":
+            self.learn_anew()
+            return {"ok": True}
         if command == "adjustable":
             return {"ok": True, "numbers": self.adjusting.numbers}
         recorder = self._recorder

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from firmware_protocol.errors import EXIT_SAFETY_STOP, BadInputError
 from gimbal_hil.dashboard import ScopeScreen
 from gimbal_hil.host import EventCode, LinkStatus, word_of
+from gimbal_hil.observing import AxisWatch, LiveObserver, WatchState
 from gimbal_hil.operator import Door, OperatorSocket
 from gimbal_hil.runs import Retention, RunHeader, RunWriter
 from gimbal_hil.service.excerpts import Excerpts
@@ -58,6 +59,9 @@ class Service:
         self._recorder = Recorder(writer, header.period_ns, settings.frames, settings.every_ticks)
         self._view.recording = lambda: self._recorder.state
         self._desk = OperatorDesk(Commands(RingWriter(orders.commands)), self._recorder, self._view, configuration)
+        self._observer = LiveObserver(configuration)
+        self._view.observed = self._observer.status
+        self._desk.learn_anew = self._observer.learn_anew
         self._view.adjustable = lambda: self._desk.adjusting.numbers
         self._door, self._run = Door(Path(orders.socket), orders.token), Path(orders.run)
         self._socket = OperatorSocket(self._door, self._desk.handle)
@@ -100,7 +104,9 @@ class Service:
                 exchanges.append(exchange_from(record.payload))
             else:
                 self._take_rare(record)
-        self._view.take(exchanges)
+        self._view.take(exchanges, self._observer.take(exchanges))
+        for axis, watch in self._observer.changes():
+            self._tell_change(axis, watch)
         for capture in self._screen.scope.take(exchanges):
             folder = self._excerpts.write(capture)
             self._screen.show(capture, None if folder is None else str(folder), self._excerpts.failure)
@@ -133,6 +139,24 @@ class Service:
             self._notice(event)
             if not _is_chatter(event):
                 self._desk.announce(event)
+
+    def _tell_change(self, axis: str, watch: AxisWatch) -> None:
+        """What the model lacks has changed: an event, in the log and for every operator."""
+        row = self._view.row
+        assert row is not None and watch.rms_nm is not None and watch.usual_nm is not None
+        now, usual = f"{watch.rms_nm:.3g} N m", f"{watch.usual_nm:.3g} N m"
+        changed = watch.state is WatchState.CHANGED
+        text = f"{axis}: the model lacks {now}, " + (f"usual is {usual}" if changed else f"as usual ({usual}) again")
+        event = {
+            "tick": int(row["tick"]),
+            "time_ns": int(row["time_ns"]),
+            "kind": "note",
+            "text": text,
+            "data": {"axis": axis, "rms_nm": watch.rms_nm, "usual_nm": watch.usual_nm, "state": watch.state.value},
+        }
+        self._recorder.event(event)
+        self._notice(event)
+        self._desk.announce(event)
 
     def _notice(self, event: Json) -> None:
         """Tell whoever started the daemon what it waits for; the control process itself must never wait for a

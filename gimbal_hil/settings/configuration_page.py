@@ -31,7 +31,15 @@ from gimbal_hil.settings.axis import (
     Prefilter,
     RateLoop,
 )
-from gimbal_hil.settings.daemon import DaemonSettings, Deadman, ExpectedAntenna, Operator, Recording, Supervisor
+from gimbal_hil.settings.daemon import (
+    DaemonSettings,
+    Deadman,
+    ExpectedAntenna,
+    Observer,
+    Operator,
+    Recording,
+    Supervisor,
+)
 from gimbal_hil.settings.link import Embedded
 from gimbal_hil.settings.shipped import shipped_settings
 
@@ -114,6 +122,11 @@ _SECTIONS: tuple[tuple[str, str, type[BaseModel]], ...] = (
     ("`supervisor.deadman`", "", Deadman),
     ("`recording`", "The [run folder](run-folder.md).", Recording),
     ("`operator`", "", Operator),
+    (
+        "`observer`",
+        "The [model beside the antenna](daemon.md#the-model-beside-the-antenna): what it lacks, while it runs.",
+        Observer,
+    ),
     ("`antenna`", "An antenna that says it is another one is refused ([wire](wire.md), `identity`).", ExpectedAntenna),
     ("`link.embedded`", "", Embedded),
     ("`link` of kind `can`", "", CanLinkConfig),

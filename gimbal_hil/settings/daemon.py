@@ -13,7 +13,7 @@ from firmware_protocol.documents import Strict, read_yaml, refusal_of
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.links import AdapterLinkConfig
 from gimbal_hil.settings.axis import AxisSettings, NotNegative, Positive
-from gimbal_hil.settings.link import LINK_KINDS, Embedded, EmbeddedAntenna, LinkSettings
+from gimbal_hil.settings.link import LINK_KINDS, Embedded, EmbeddedAntenna, LinkSettings, is_model_file
 from sim_backend.carrying import INNER, OUTER, in_order, require_plain_names
 
 
@@ -119,6 +119,25 @@ class Operator(Strict):
     enabled: bool = Field(default=True, description="whether there is a socket for commands")
 
 
+class Observer(Strict):
+    """The model beside the antenna, in the service process: it tells the torque that the model lacks, while it runs."""
+
+    enabled: bool = Field(default=True, description="whether there is one, where a model is known")
+    model: str | None = Field(
+        default=None,
+        description=(
+            "model file (relative to this file) or shipped name; without it that of a virtual antenna in the daemon's "
+            "own process, and none on a link"
+        ),
+    )
+    bandwidth_hz: Annotated[float, Field(gt=0.0, le=50.0)] = Field(
+        default=5.0, description="how fast it follows; slower is quieter"
+    )
+    least_share: Annotated[float, Field(gt=0.0, lt=1.0)] = Field(
+        default=0.0005, description="share of the torque limit below which a change is never told"
+    )
+
+
 AxisNames = tuple[str, str]
 
 
@@ -152,6 +171,7 @@ class DaemonSettings(Strict):
     )
     recording: Recording = Field(default=Recording(), description="what a run folder keeps")
     operator: Operator = Field(default=Operator(), description="the operator's socket")
+    observer: Observer = Field(default=Observer(), description="the model beside the antenna")
 
     @field_validator("axes")
     @classmethod
@@ -187,6 +207,14 @@ class DaemonSettings(Strict):
         return self.model_copy(update={"axes": {outer: self.axes[OUTER], inner: carried}})
 
     @property
+    def observed_model(self) -> str | None:
+        """The model beside the antenna, a shipped name or a path; None where there is none."""
+        if not self.observer.enabled:
+            return None
+        own = self.link.embedded.model if isinstance(self.link, EmbeddedAntenna) else None
+        return self.observer.model or own
+
+    @property
     def step_s(self) -> float:
         """One tick."""
         return 1.0 / self.rate_hz
@@ -215,6 +243,10 @@ def settings_from_document(document: Any, where: str, folder: Path | None = None
         settings = DaemonSettings.model_validate(document)
     except ValidationError as error:
         raise refusal_of(error, where, DaemonSettings, LINK_KINDS) from None
+    observed = settings.observer.model
+    if folder is not None and observed is not None and is_model_file(observed):
+        found = settings.observer.model_copy(update={"model": str((folder / observed).resolve())})
+        settings = settings.model_copy(update={"observer": found})
     link = settings.link
     if not isinstance(link, EmbeddedAntenna):
         from firmware_protocol.links import require_link_carries
@@ -222,11 +254,11 @@ def settings_from_document(document: Any, where: str, folder: Path | None = None
         require_link_carries(link, settings.rate_hz, f"{where}: rate_hz")
         if isinstance(link, AdapterLinkConfig):
             return adapted(settings, link, where, folder)
-    elif folder is not None and link.embedded.is_file:
-        found = EmbeddedAntenna(
+    elif folder is not None and is_model_file(link.embedded.model):
+        place = EmbeddedAntenna(
             embedded=Embedded(model=str((folder / link.embedded.model).resolve()), seed=link.embedded.seed)
         )
-        return settings.model_copy(update={"link": found})
+        return settings.model_copy(update={"link": place})
     return settings
 
 

@@ -10,6 +10,11 @@ from firmware_protocol.documents import Strict
 from firmware_protocol.links import AdapterLinkConfig, CanLinkConfig, SerialLinkConfig, UnixLinkConfig
 
 
+def is_model_file(name: str) -> bool:
+    """Whether a model is named by its path and not by a shipped name."""
+    return name.endswith((".yaml", ".yml")) or "/" in name
+
+
 class Embedded(Strict):
     """The virtual antenna in this process: name of a shipped model or path of a model file (relative to this file),
     seed of its noise.
@@ -19,11 +24,6 @@ class Embedded(Strict):
         default="thesis", description="name of a shipped model, or path of a model file (relative to this file)"
     )
     seed: Annotated[int, Field(ge=0, lt=2**31)] = Field(default=1, description="seed of its noise")
-
-    @property
-    def is_file(self) -> bool:
-        """Whether `model` is a path and not a shipped name."""
-        return self.model.endswith((".yaml", ".yml")) or "/" in self.model
 
 
 class EmbeddedAntenna(Strict):

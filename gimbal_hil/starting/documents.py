@@ -99,6 +99,8 @@ def configuration_document(antenna: AntennaDescription, model_file: str, link: D
         "supervisor": {"lost_ticks": 5, "deadman": {"window_ticks": 20, "reaction": "decelerate_and_hold"}},
         "recording": {"frames": True, "every_ticks": 1},
         "operator": {"enabled": True},
+        # what the model lacks shows while the antenna runs
+        "observer": {"model": model_file},
     }
 
 

@@ -4,8 +4,9 @@ by.
 
 from __future__ import annotations
 
+import math
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -53,12 +54,14 @@ class LiveView:
     recording: Callable[[], Json] = dict
     #: gains and limits that may be changed, as `AdjustableNumber.as_dict` tells them
     adjustable: Callable[[], list[Json]] = list
+    #: what the model beside the antenna tells, as `LiveObserver.status` does
+    observed: Callable[[], Json] = dict
     _measured: dict[str, float] = field(default_factory=dict)
     _trace: deque[list[float]] = field(default_factory=lambda: deque(maxlen=TRACE_RATE_HZ * TRACE_S))
     _next_trace_ns: int = 0
 
-    def take(self, exchanges: list[Exchange]) -> None:
-        """Take in ticks in their order."""
+    def take(self, exchanges: list[Exchange], missing_nm: Sequence[tuple[float, float]] = ()) -> None:
+        """Take in ticks in their order, with the torque that the model lacks after each where that is known."""
         if not exchanges:
             return
         rows = np.frombuffer(b"".join(exchange.row for exchange in exchanges), TICK_ROW)
@@ -69,7 +72,7 @@ class LiveView:
             if time_ns >= self._next_trace_ns:
                 self._next_trace_ns = time_ns + 1_000_000_000 // TRACE_RATE_HZ
                 self._listen(exchanges[index].received)
-                self._trace.append(self._point(rows[index]))
+                self._trace.append(self._point(rows[index], missing_nm[index] if missing_nm else (math.nan, math.nan)))
         self.ticks += len(exchanges)
         self.missed += int(rows["skipped_ticks"].sum())
         self.rejected_frames += int(rows["rejected_frames"].sum())
@@ -112,6 +115,7 @@ class LiveView:
                 for one in self.adjustable()
                 if one["value"] != one["configured"]
             ],
+            "observer": self.observed(),
             "statistics": self.statistics(),
         }
 
@@ -133,7 +137,7 @@ class LiveView:
             *(
                 f"{signal}_{axis}"
                 for axis in self.axes
-                for signal in ("position", "position_ref", "rate", "rate_ref", "torque")
+                for signal in ("position", "position_ref", "rate", "rate_ref", "torque", "missing_torque")
             ),
         ]
         points = [point for point in list(self._trace) if point[0] > since_s]
@@ -143,12 +147,17 @@ class LiveView:
         """(name in columns and messages, name of the axis)."""
         return zip(AXES, self.axes, strict=True)
 
-    def _point(self, row: np.void) -> list[float]:
+    def _point(self, row: np.void, missing_nm: tuple[float, float]) -> list[float]:
         point = [int(row["time_ns"]) / 1e9]
-        for axis in AXES:
+        for axis, missing in zip(AXES, missing_nm, strict=True):
             measured = self._measured.get
             point += [measured(f"position_{axis}", 0.0), float(row[f"position_ref_{axis}"])]
-            point += [measured(f"rate_{axis}", 0.0), float(row[f"rate_ref_{axis}"]), float(row[f"torque_{axis}"])]
+            point += [
+                measured(f"rate_{axis}", 0.0),
+                float(row[f"rate_ref_{axis}"]),
+                float(row[f"torque_{axis}"]),
+                missing,
+            ]
         return point
 
     def _listen(self, block: bytes) -> None:

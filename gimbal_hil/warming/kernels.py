@@ -53,6 +53,13 @@ def _plant() -> None:
     Plant(shipped_model()).run(np.zeros((1, 2)))
 
 
+def _observer() -> None:
+    from sim_backend.model import shipped_model
+    from sim_backend.observer import INPUTS, ModelObserver
+
+    ModelObserver(shipped_model(), 1000.0, 30.0).observe(np.zeros((1, INPUTS)))
+
+
 def _rigid_body() -> None:
     from gimbal_hil.signals import SignalsTable, rigid_motion
     from sim_backend.model import shipped_model
@@ -103,6 +110,7 @@ KERNELS = (
     Kernel("virtual antenna, tick by tick", _antenna),
     Kernel("host, tick by tick (daemon)", _host),
     Kernel("both in one loop (experiment)", _lockstep),
+    Kernel("model beside the antenna (daemon)", _observer),
     Kernel("rigid body along a log (identify, discrepancy)", _rigid_body),
     Kernel("friction of one axis (identify)", _friction_fit),
     Kernel("balance of torques (discrepancy, improve)", _search),

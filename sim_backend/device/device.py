@@ -14,7 +14,7 @@ from sim_backend.device.core import applied_torque, device_tick
 from sim_backend.device.records import DRIVE, DRIVE_WORDS, Drive
 from sim_backend.device.settings import FirmwareSettings, settings_to_plant, settings_to_state
 from sim_backend.device.spoiling import Spoilt, spoil
-from sim_backend.layout import K_SIZE, POSITION, RATE
+from sim_backend.layout import EFFECT_STATES, IN_FORCE, IN_FORCE_SIZE, K_SIZE, MAX_AXES, POSITION, RATE
 from sim_backend.model import AntennaModel, plant_arrays
 
 _FROM_HOST = int(Direction.HOST_TO_DEVICE)
@@ -143,6 +143,14 @@ class Device:
         self._octets[:size] = received
         sent = device_frame_tick(self._words, self._x_size, size)
         return self._octets[_RECEIVED_SIZE : _RECEIVED_SIZE + sent].tobytes()
+
+    def take_over(self, before: Device) -> None:
+        """Go on where another antenna stands, with this one's own model: an effect that sets in while it runs."""
+        words, others = self._words, before._words
+        words[:_K_AT], words[_MAIL_AT:_OCTETS_AT] = others[:_K_AT], others[_MAIL_AT:_OCTETS_AT]
+        own = self.X[IN_FORCE : IN_FORCE + MAX_AXES * IN_FORCE_SIZE].copy()
+        self.X[:EFFECT_STATES] = before.X[:EFFECT_STATES]
+        self.X[IN_FORCE : IN_FORCE + len(own)] = own
 
     @property
     def state(self) -> DriveState:
