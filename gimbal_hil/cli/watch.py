@@ -129,6 +129,11 @@ def status_lines(answer: dict[str, Any]) -> list[str]:
         f"ticks missed {statistics['missed']}{f' ({causes})' if causes else ''}; late by p50 {latency['p50']:.0f}, "
         f"p99 {latency['p99']:.0f}, most {latency['max']:.0f} us; frames rejected {status['rejected_frames']}"
     )
+    wire = status.get("wire") or {}
+    if wire.get("deadman_margin_ticks") is not None:
+        load = "" if wire["bus_load"] is None else f"; bus load {wire['bus_load']:.0%}"
+        margin, window = wire["deadman_margin_ticks"], wire["deadman_window_ticks"]
+        lines.append(f"deadman margin at least {margin} of {window} ticks{load}")
     recording = answer.get("recording")
     if isinstance(recording, dict):
         lines.append(f"recording {recording.get('lamp')}, {recording.get('free_mb', 0):.0f} MB free")

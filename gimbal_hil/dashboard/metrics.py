@@ -65,6 +65,17 @@ class _Collector:
                 if status[key][axis] is not None:
                     family.add_metric([axis], status[key][axis])
             yield family
+        wire = status["wire"]
+        for name, text, value in (
+            (
+                "gimbal_deadman_margin_ticks",
+                "Least margin of the drive's deadman lately.",
+                wire["deadman_margin_ticks"],
+            ),
+            ("gimbal_bus_load_ratio", "Share of the bus that frames took in the last second.", wire["bus_load"]),
+        ):
+            if value is not None:
+                yield GaugeMetricFamily(name, text, value=value)
         lacks = GaugeMetricFamily(
             "gimbal_missing_torque_nm",
             "Torque that the model beside the antenna lacks, rms of a second.",

@@ -145,7 +145,8 @@ class _Handler(BaseHTTPRequestHandler):
         self.send_header("Content-Length", str(len(content)))
         self.send_header("Cache-Control", "no-store")
         self.send_header(
-            "Content-Security-Policy", "default-src 'self'; script-src 'unsafe-inline'; style-src 'unsafe-inline'"
+            "Content-Security-Policy",
+            "default-src 'self'; img-src data:; script-src 'unsafe-inline'; style-src 'unsafe-inline'",
         )
         self.end_headers()
         if self.command != "HEAD":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from gimbal_hil.identification.stribeck import LUGRE_NAMES
 from gimbal_hil.identification.units import LINEAR, ROTARY, Units
 from gimbal_hil.identification.velocity_map import VelocityMap
 from gimbal_hil.report import Block, Callout, Details, Heading, Page, Plot, Table, Text, Tiles
-from sim_backend.model import AntennaModel
+from sim_backend.model import AntennaModel, shipped_model_path
 
 _DIRECTIONS = {
     MapHalf.BOTH: "Both directions",
@@ -30,12 +31,18 @@ _WORDS = {
 
 def identification_page(model: AntennaModel, results: Sequence[AxisIdentification], sources: Sequence[str]) -> Page:
     """Everything that was found, axis by axis; `sources` are the logs that were read."""
-    blocks: list[Block] = [Text(f"From {', '.join(sources)}, with {model.where} as prior. Intervals are 95 %.")]
+    blocks: list[Block] = [Text(f"From {', '.join(sources)}, with {_said(model)} as prior. Intervals are 95 %.")]
     for result in results:
         blocks += _axis_blocks(model, result)
     return Page(
         "Identified friction", f"model {model.name}, {len(results)} {'axis' if len(results) == 1 else 'axes'}", blocks
     )
+
+
+def _said(model: AntennaModel) -> str:
+    """The model as a person would name it: a shipped one by its name, wherever this machine keeps it."""
+    path = Path(model.where)
+    return f"the shipped model {path.stem}" if path == shipped_model_path(path.stem) else model.where
 
 
 def identification_record(results: Sequence[AxisIdentification], sources: Sequence[str]) -> dict[str, object]:

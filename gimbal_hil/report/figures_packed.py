@@ -26,27 +26,26 @@ STEPS = 100_000
 
 
 def packed(figures: Sequence[PlotlyFigure]) -> str:
-    """All figures of a page and their templates, each template once: JSON, gzip, base64."""
+    """All figures of a page and their templates, each of them once however often it is shown: JSON, gzip, base64."""
     templates: dict[str, int] = {}
-    found = []
+    found: dict[str, int] = {}
+    places = []
     for figure in figures:
         document = figure.to_dict()
         template = json.dumps(_light(document["layout"].pop("template", {})), sort_keys=True)
         layout = _light(document["layout"])
         data = [_light(trace) for trace in document["data"]]
-        found.append({"data": data, "layout": layout, "template": templates.setdefault(template, len(templates))})
-    text = json.dumps(
-        {"templates": [json.loads(one) for one in templates], "figures": found},
-        separators=(",", ":"),
-        allow_nan=False,
-    )
+        one = {"data": data, "layout": layout, "template": templates.setdefault(template, len(templates))}
+        text = json.dumps(one, separators=(",", ":"), allow_nan=False)
+        places.append(found.setdefault(text, len(found)))
+    text = f'{{"templates":[{",".join(templates)}],"figures":[{",".join(found)}],"places":{json.dumps(places)}}}'
     return base64.b64encode(gzip.compress(text.encode(), 9, mtime=0)).decode()
 
 
 def unpacked(text: str) -> Json:
     """What `packed` was given, as plain JSON: `figures` and `templates`."""
     found: Json = json.loads(gzip.decompress(base64.b64decode(text)))
-    return found
+    return {"figures": [found["figures"][place] for place in found["places"]], "templates": found["templates"]}
 
 
 def drawing_library() -> str:

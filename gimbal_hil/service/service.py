@@ -11,6 +11,7 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import EXIT_SAFETY_STOP, BadInputError
+from firmware_protocol.links import CanLinkConfig, SerialLinkConfig
 from gimbal_hil.dashboard import ScopeScreen
 from gimbal_hil.host import EventCode, LinkStatus, word_of
 from gimbal_hil.observing import AxisWatch, LiveObserver, WatchState
@@ -21,8 +22,8 @@ from gimbal_hil.service.notice import Notice
 from gimbal_hil.service.operator_desk import OperatorDesk
 from gimbal_hil.service.process import Orders, ServiceSettings
 from gimbal_hil.service.recorder import Recorder
-from gimbal_hil.settings import settings_from_document
-from gimbal_hil.telemetry import MISS_RECORD, Commands, Exchange, LiveView, Scope, TelemetryKind, exchange_from
+from gimbal_hil.settings import DaemonSettings, settings_from_document
+from gimbal_hil.telemetry import MISS_RECORD, Commands, Exchange, LiveView, Scope, TelemetryKind, Wire, exchange_from
 from gimbal_hil.timing import RingReader, RingRecord, RingWriter
 
 if TYPE_CHECKING:
@@ -43,7 +44,8 @@ class Service:
         header = RunHeader(**{**orders.header, **{key: tuple(orders.header[key]) for key in ("command_line", "axes")}})
         self._telemetry = RingReader(orders.telemetry)
         settings = ServiceSettings(**orders.settings)
-        self._view = LiveView(header.period_ns, header.axes)
+        configuration = settings_from_document(dict(header.configuration), "configuration")
+        self._view = LiveView(header.period_ns, header.axes, wire_of(configuration))
         self._screen = ScopeScreen(Scope(header.period_ns, header.axes))
         self._excerpts = Excerpts(Path(orders.run), header)
         self._page: PageServer | None = None
@@ -52,7 +54,6 @@ class Service:
 
             door = Door(Path(orders.socket), orders.token) if settings.operator else None
             self._page = PageServer(self._view, settings.page_port, door, self._screen)
-        configuration = settings_from_document(dict(header.configuration), "configuration")
         recording = configuration.recording
         retention = Retention(recording.segment_mb, recording.keep_mb, recording.warn_below_mb, recording.stop_below_mb)
         writer = RunWriter(Path(orders.run), header, force=settings.force, retention=retention)
@@ -164,6 +165,16 @@ class Service:
         """
         if event["kind"] in _NOTICED and not self._quiet and not _is_chatter(event):
             print(f"{event['time_ns'] / 1e9:9.3f} s  {event['kind']}: {event['text']}", file=sys.stderr, flush=True)
+
+
+def wire_of(settings: DaemonSettings) -> Wire:
+    """What carries the frames of this configuration; drives of another make have frames of their own, not counted."""
+    link, window = settings.link, settings.supervisor.deadman.window_ticks
+    if isinstance(link, CanLinkConfig):
+        return Wire(link.bitrate, False, window)
+    if isinstance(link, SerialLinkConfig):
+        return Wire(link.baudrate, True, window)
+    return Wire(None, False, window)
 
 
 def main() -> int:

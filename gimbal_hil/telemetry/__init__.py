@@ -30,6 +30,7 @@ from gimbal_hil.telemetry.scope import (
     scope_settings,
     signal_names,
 )
+from gimbal_hil.telemetry.wire_watch import Wire, WireWatch
 
 __all__ = [
     "COMMAND_BYTES",
@@ -49,6 +50,8 @@ __all__ = [
     "ScopeState",
     "Telemetry",
     "TelemetryKind",
+    "Wire",
+    "WireWatch",
     "capture_columns",
     "exchange_from",
     "pack_configuration",

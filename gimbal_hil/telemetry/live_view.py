@@ -18,6 +18,7 @@ from gimbal_hil.control.layout import Mode
 from gimbal_hil.host import GUARD_CAUSES, HostState, LinkStatus
 from gimbal_hil.runs import AXES, TICK_ROW
 from gimbal_hil.telemetry.records import MISS_CODE, Exchange
+from gimbal_hil.telemetry.wire_watch import Wire, WireWatch
 from gimbal_hil.timing import Histogram, MissCause
 
 Json = dict[str, Any]
@@ -35,6 +36,8 @@ class LiveView:
     period_ns: int
     #: names of the axes, the carrying one first
     axes: tuple[str, ...] = AXES
+    #: what carries the frames
+    wire: Wire = field(default_factory=Wire)
     ticks: int = 0
     missed: int = 0
     rejected_frames: int = 0
@@ -59,14 +62,20 @@ class LiveView:
     _measured: dict[str, float] = field(default_factory=dict)
     _trace: deque[list[float]] = field(default_factory=lambda: deque(maxlen=TRACE_RATE_HZ * TRACE_S))
     _next_trace_ns: int = 0
+    _wire_watch: WireWatch = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._wire_watch = WireWatch(self.period_ns, self.wire)
 
     def take(self, exchanges: list[Exchange], missing_nm: Sequence[tuple[float, float]] = ()) -> None:
         """Take in ticks in their order, with the torque that the model lacks after each where that is known."""
         if not exchanges:
             return
         rows = np.frombuffer(b"".join(exchange.row for exchange in exchanges), TICK_ROW)
-        columns = zip(*(rows[name].tolist() for name in ("time_ns", "wake_latency_ns", "computing_ns")), strict=True)
-        for index, (time_ns, late_ns, computing_ns) in enumerate(columns):
+        names = ("time_ns", "wake_latency_ns", "computing_ns", "rejected_frames")
+        columns = zip(*(rows[name].tolist() for name in names), strict=True)
+        for index, (time_ns, late_ns, computing_ns, rejected) in enumerate(columns):
+            self._wire_watch.take(exchanges[index], rejected)
             self.latency.add(late_ns)
             self.computing.add(computing_ns)
             if time_ns >= self._next_trace_ns:
@@ -116,6 +125,7 @@ class LiveView:
                 if one["value"] != one["configured"]
             ],
             "observer": self.observed(),
+            "wire": self._wire_watch.state(),
             "statistics": self.statistics(),
         }
 

@@ -124,11 +124,11 @@ def test_a_long_plan_is_drawn_as_far_as_memory_goes() -> None:
     [
         (GravityFit(0.0, 0.0, 0.0, 2e-4, (3e-5, 4e-5, 5e-5)), "No holding torque that depends on position"),
         (GravityFit(1e-9, -1e-9, 0.0, 0.0), "No holding torque that depends on position"),
-        (GravityFit(1e-5, 0.0123, -2e-5, 2e-4, (3e-5, 4e-5, 5e-5)), "Holding torque +12.30 cos q mN m"),
-        (GravityFit(0.0, -1.03856, -0.38647, 2e-6, (1e-6,) * 3), "Holding torque -1.0386 cos q -0.3865 sin q N m"),
+        (GravityFit(1e-5, 0.0123, -2e-5, 2e-4, (3e-5, 4e-5, 5e-5)), "Holding torque 12.30 cos q mN m"),
+        (GravityFit(0.0, -1.03856, -0.38647, 2e-6, (1e-6,) * 3), "Holding torque -1.0386 cos q - 0.3865 sin q N m"),
         (
             GravityFit(-0.0012, 0.0123, 0.0005, 2e-4, (3e-5, 4e-5, 5e-5)),
-            "Holding torque -1.20 +12.30 cos q +0.50 sin q mN m",
+            "Holding torque -1.20 + 12.30 cos q + 0.50 sin q mN m",
         ),
     ],
 )

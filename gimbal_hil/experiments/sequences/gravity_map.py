@@ -27,7 +27,7 @@ from gimbal_hil.experiments import (
 )
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.host import AxisCommand, Mode, Shape
-from gimbal_hil.report import Block, Callout, Heading, Plot, Table
+from gimbal_hil.report import Block, Callout, Details, Heading, Plot, Table
 
 #: half of the travel, rad, and windows over all of it
 HALF_TRAVEL_RAD, WINDOWS = (1.5, 1.5), 30
@@ -170,8 +170,11 @@ def told(fit: GravityFit) -> str:
         largest = 2e3 * max(fit.errors)
         return f"No holding torque that depends on position, nor a constant one, above {largest:.2g} mN m; {rest}."
     large = max(abs(value) for value, _ in seen) >= 0.1
-    said = (f"{value:+.4f}{word}" if large else f"{1e3 * value:+.2f}{word}" for value, word in seen)
-    return f"Holding torque {' '.join(said)} {'N m' if large else 'mN m'}; {rest}."
+    said = [f"{abs(value):.4f}{word}" if large else f"{1e3 * abs(value):.2f}{word}" for value, word in seen]
+    signs = ["-" if value < 0.0 else "+" for value, _ in seen]
+    first = f"{signs[0]}{said[0]}".removeprefix("+")
+    formula = " ".join([first, *(f"{sign} {term}" for sign, term in zip(signs[1:], said[1:], strict=True))])
+    return f"Holding torque {formula} {'N m' if large else 'mN m'}; {rest}."
 
 
 def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
@@ -185,7 +188,7 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
         blocks += [Heading(f"Gravity over the travel of the {axis} axis"), Callout(told(fit), "good")]
         caption = "Half the sum of both directions with its first harmonic; half the difference is friction."
         blocks.append(Plot(_figure(place, axis, windows, fit), caption))
-        blocks.append(_table(windows))
+        blocks.append(Details(f"Every window of the {axis} axis", [_table(windows)]))
     return blocks
 
 
@@ -194,7 +197,7 @@ def _table(windows: Sequence[Window]) -> Table:
     rows = [
         (
             f"{window.middle_rad:+.3f}",
-            f"{1e3 * window.pair.positional_nm:+.2f}",
+            f"{round(1e3 * window.pair.positional_nm, 2) + 0.0:+.2f}",
             f"{1e3 * window.pair.positional_error_nm:.2f}",
             f"{1e3 * window.pair.friction_nm:.2f}",
             "yes" if window.pair.steady else "no",

@@ -23,7 +23,7 @@
 
   // a copy in the colours of now; `title` where the picture leaves the page
   const figure_of = (place, title) => {
-    const found = held.figures[Number(place.dataset.figure)], dark = DARK.matches && !printing && !title;
+    const found = held.figures[held.places[Number(place.dataset.figure)]], dark = DARK.matches && !printing && !title;
     let text = JSON.stringify({...found, template: held.templates[found.template]});
     if (dark) for (const [from, to] of Object.entries(LIGHTER)) text = text.replaceAll(from, to);
     const {data, layout, template} = JSON.parse(text);

@@ -1,0 +1,117 @@
+"""The live page and a report in a headless Chromium: keys, lamps, phone, dark, print, pictures. Skipped without one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from gimbal_hil.operator import Door
+from gimbal_hil.plots import figure
+from gimbal_hil.report import Details, Made, Page, Plot, Text
+from tests.browser import CHROMIUM, Browser
+from tests.daemon.daemons import RunningDaemon
+from tests.daemon.test_adjusting import free_port
+
+pytestmark = [pytest.mark.realtime, pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium here")]
+ACTIVE = "document.activeElement.id"
+
+
+def lamp(browser: Browser, name: str) -> str:
+    """Colour and words of a lamp."""
+    spans = "[...document.querySelectorAll('#lamps span, #facts span')]"
+    found = f"{spans}.find(s => s.textContent.startsWith({name!r}))"
+    script = f"(s => s.querySelector('.lamp').className + ': ' + s.textContent)({found})"
+    return str(browser.value(script))
+
+
+def test_keys_act_and_lamps_tell_a_tripped_guard(tmp_path: Path) -> None:
+    run, port = tmp_path / "run", free_port()
+    with RunningDaemon(run, "--duration", "90", "--page", str(port)) as daemon, daemon.client() as client:
+        daemon.until_state(client, "idle")
+        with Browser() as browser:
+            browser.open(
+                f"http://127.0.0.1:{port}/#{Door.read(run).token}", "document.querySelectorAll('#plots canvas').length"
+            )
+            assert browser.value("document.querySelectorAll('#plots canvas').length") == 8
+            assert lamp(browser, "guards").startswith("lamp green: guards none")
+            browser.until("document.querySelector('#lamps').textContent.includes('deadman margin')")
+            assert "of 250 ticks" in lamp(browser, "deadman margin")
+            assert lamp(browser, "frames dropped") == "lamp green: frames dropped none"
+            # two steps by keyboard: arm, then Go from the field of the first axis
+            browser.value(
+                "document.querySelector('#to_outer').value = 0.3; document.querySelector('#over').value = 1; 1"
+            )
+            assert browser.value("document.querySelector('#go').disabled") is True
+            browser.value("document.activeElement.blur(); 1")
+            browser.press("a")
+            browser.until("!document.querySelector('#go').disabled")
+            browser.value("document.querySelector('#to_outer').focus(); 1")
+            browser.press("Enter")
+            daemon.until_state(client, "active")
+            # a changed gain, and the one key that takes it back
+            client.request("adjust", outer={"rate_loop.kp_s_per_rad": 50.0})
+            browser.until("document.querySelector('#lamps').textContent.includes('1 not as configured')")
+            browser.value("document.activeElement.blur(); 1")
+            browser.press("b")
+            browser.until("!document.querySelector('#lamps').textContent.includes('not as configured')")
+            # Escape stops from within a field too
+            browser.value("document.querySelector('#over').focus(); 1")
+            browser.press("Escape", 27)
+            daemon.until_state(client, "idle", "stopping")
+            client.request("quick_stop")
+            daemon.until_state(client, "fault")
+            browser.until("document.querySelector('#facts').textContent.includes('fault (operator)')")
+            assert lamp(browser, "state").startswith("lamp red: state fault")
+            # on a phone nothing is wider than the screen, and the stop is in view
+            browser.resize(390, 800)
+            browser.until("document.documentElement.scrollWidth <= 390")
+            box = browser.value("(r => [r.top, r.bottom])(document.querySelector('#stop').getBoundingClientRect())")
+            assert 0 <= box[0] < box[1] <= 800
+            assert browser.printed().startswith(b"%PDF")
+            assert not browser.problems
+        client.request("shut_down")
+
+
+def page_of_figures() -> str:
+    blocks = []
+    for number in range(3):
+        drawn = figure(f"Figure {number}", "time [s]", "torque [N m]")
+        for name in ("measured", "model"):
+            drawn.add_scatter(x=[0.0, 1.0, 2.0], y=[0.0, 1.0 + number, 0.5], name=name)
+        blocks.append(Plot(drawn, "what one sees"))
+    folded = Details("folded away", [blocks[2], blocks[0]])
+    return Page("A title", "", [Text("words"), blocks[0], blocks[1], folded]).render(
+        Made("2026-11-22T12:00:00Z", "0", "x")
+    )
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_a_report_draws_its_figures_hides_a_line_by_keyboard_saves_svg_and_prints(tmp_path: Path, dark: bool) -> None:
+    path = tmp_path / "report.html"
+    path.write_text(page_of_figures())
+    with Browser(390 if dark else 1280, 900, dark) as browser:
+        browser.open(path.as_uri(), "document.querySelectorAll('.plot[data-drawn]').length >= 2")
+        assert browser.value("document.documentElement.scrollWidth") <= (390 if dark else 1280)
+        shade = browser.value("getComputedStyle(document.body).backgroundColor.match(/\\d+/g).map(Number)")
+        assert (sum(shade[:3]) < 200) is dark
+        # the legend is a row of buttons
+        browser.value("document.querySelector('.legend button').focus(); 1")
+        browser.press("Enter", 13)
+        browser.until("document.querySelector('.plot')._fullData[0].visible === false")
+        # SVG: what the button saves is a drawing
+        browser.value(
+            "window.saved = ''; const made = URL.createObjectURL; URL.createObjectURL = b => "
+            "{ b.text().then(t => { window.saved = t }); return made(b) }; document.querySelector('.save').click(); 1"
+        )
+        browser.until("window.saved.includes('<svg')")
+        # a folded figure, shown twice on the page and stored once, draws when it is opened
+        browser.value(
+            "document.querySelector('details').open = true; document.querySelector('details').scrollIntoView(); 1"
+        )
+        browser.until("[...document.querySelectorAll('.plot')].every(p => p.dataset.drawn)")
+        held = browser.value("[...document.querySelectorAll('.plot')].map(p => p._fullLayout ? p.data[0].y[1] : null)")
+        assert held == [1.0, 2.0, 3.0, 1.0]
+        pdf = browser.printed()
+        assert pdf.startswith(b"%PDF") and len(pdf) > 10_000
+        assert not browser.problems
