@@ -18,8 +18,9 @@ from typing import Any
 import numpy as np
 
 from firmware_protocol import receiver
+from firmware_protocol.adapters import Gives, gives_of
 from firmware_protocol.errors import EXIT_SAFETY_STOP, BadInputError, GimbalHilError
-from firmware_protocol.links import Link
+from firmware_protocol.links import AdapterLinkConfig, Link
 from gimbal_hil.daemon.antenna_link import EmbeddedLink, embedded_antenna, embedded_model
 from gimbal_hil.daemon.control_loop import ControlLoop, Heartbeat, LoopEnd
 from gimbal_hil.daemon.first_opening import opener_of
@@ -144,7 +145,7 @@ def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport
         timeout = Duration.of_seconds(settings.supervisor.service_timeout_s)
         heartbeat = None if options.lockstep else Heartbeat(service.progress, timeout, clock.now())
         pass_over = embedded.pass_over if embedded else None
-        tried = FirstTest(host, settings.step_s) if _is_tried_first(settings) else None
+        tried = FirstTest(host, settings.step_s, _has_gyro(settings)) if _is_tried_first(settings) else None
         loop = ControlLoop(
             host, link, telemetry, service.commands, service.alive, clock, period, ticks, pass_over, heartbeat, tried
         )
@@ -250,6 +251,13 @@ def _is_tried_first(settings: DaemonSettings) -> bool:
     choice = settings.supervisor.first_test
     real = choice is FirstTestChoice.REAL_LINK and not isinstance(settings.link, EmbeddedAntenna)
     return real or choice is FirstTestChoice.ALWAYS
+
+
+def _has_gyro(settings: DaemonSettings) -> bool:
+    link = settings.link
+    return not isinstance(link, AdapterLinkConfig) or all(
+        Gives.GYRO in gives_of(link.drive, drive) for drive in link.drives
+    )
 
 
 def _service_settings(settings: DaemonSettings, options: DaemonOptions) -> ServiceSettings:

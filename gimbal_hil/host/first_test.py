@@ -32,6 +32,8 @@ _PATTERN = (1.0, -1.0, -1.0, 1.0, 0.0, 0.0)
 _JUDGED_PULSES = 5
 #: motion for torque, and encoder for gyro, as shares of what is expected
 _MOTION, _SENSORS = (0.3, 3.0), (0.7, 1.4)
+#: the second where the rate comes from the encoder too: turns for radians would be 6.3 times as much
+_RATE_OF_ENCODER = (0.3, 3.0)
 #: share of the ticks that must follow each other
 _LEAST_SHARE = 0.5
 #: a try that told nothing is made again after this long, twice as long each time
@@ -72,8 +74,12 @@ class FirstTest:
     and is made again, after longer and longer waits; until one has passed, the caller lets nothing else move.
     """
 
-    def __init__(self, host: Host, step_s: float) -> None:
+    def __init__(self, host: Host, step_s: float, has_gyro: bool = True) -> None:
+        """Without a gyro (`has_gyro` False) the rate is the encoder's own, read at another moment than the position:
+        then only units that do not fit count as wrong.
+        """
         self._host, self._step_s = host, step_s
+        self._sensors = _SENSORS if has_gyro else _RATE_OF_ENCODER
         C = host.memory.C
         # the carried axis first: it is the one that falls where its motor does nothing
         self._tried = [a for a in reversed(range(layout.AXES)) if C[layout.axis_c(a) + layout.EXPECTED_INERTIA] > 0.0]
@@ -140,7 +146,7 @@ class FirstTest:
         return ""
 
     def _judge(self, axis: int) -> str:
-        problem = _judged(self._host, self._samples[axis], axis, self._step_s)
+        problem = _judged(self._host, self._samples[axis], axis, self._step_s, self._sensors)
         if problem is None:
             self._host.stop()
             self._again("too many ticks were missed to tell; see `gimbal-hil doctor`")
@@ -216,7 +222,7 @@ def _weights_held(host: Host) -> tuple[float, float]:
     return float(held[0]), float(held[1])
 
 
-def _judged(host: Host, samples: list[_Sample], axis: int, step_s: float) -> str | None:
+def _judged(host: Host, samples: list[_Sample], axis: int, step_s: float, within: tuple[float, float]) -> str | None:
     """What is wrong with an axis in words, empty when nothing is; None where too many ticks were missed to tell.
 
     Only samples that follow each other count, so that a busy machine makes no wrong verdict.
@@ -252,6 +258,6 @@ def _judged(host: Host, samples: list[_Sample], axis: int, step_s: float) -> str
     sensors = float(moved[:, axis] @ turned / (turned @ turned))
     if sensors < 0.0:
         return f"{name}'s encoder counts against its gyro: one of them is the wrong way round"
-    if not _SENSORS[0] <= sensors <= _SENSORS[1]:
+    if not within[0] <= sensors <= within[1]:
         return f"{name}'s encoder turned {sensors:.0%} of what its gyro says"
     return ""

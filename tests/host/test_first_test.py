@@ -120,6 +120,19 @@ def test_ticks_that_the_machine_missed_make_no_wrong_verdict() -> None:
     assert test.state is FirstTestState.PASSED, test.problem
 
 
+@pytest.mark.parametrize(("has_gyro", "passes"), [(True, False), (False, True)])
+def test_a_rate_that_is_the_encoders_own_may_be_read_at_another_moment(has_gyro: bool, passes: bool) -> None:
+    """A gyro that reads two thirds stands for a drive whose position and rate are not of one moment."""
+    model = shipped_model().with_numbers("inner", {"gyro.scale_error": -1.0 / 3.0})
+    rig = Rig(shipped_settings(), model, Transport.SERIAL, seed=5)
+    test = FirstTest(rig.host, 1e-3, has_gyro)
+    for _ in range(1500):
+        test.before_tick()
+        rig.advance(1)
+    assert (test.state is FirstTestState.PASSED) is passes, test.problem
+    assert passes or "of what its gyro says" in test.problem
+
+
 def words_of(given: list[Program | str]) -> list[str]:
     return [word if isinstance(word, str) else "start" for word in given if word]
 
