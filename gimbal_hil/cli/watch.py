@@ -145,7 +145,7 @@ def _model_lines(observer: dict[str, Any]) -> list[str]:
     if observer.get("state") in (None, "off"):
         return []
     if observer["state"] != "watching":
-        return [f"model {observer['model']}: {observer['problem'] or observer['state']}"]
+        return [f"model {Path(observer['model']).name}: {observer['problem'] or observer['state']}"]
     told = []
     for axis, one in observer["axes"].items():
         rms, usual = ("-" if one[key] is None else f"{one[key]:.3g} N m" for key in ("rms_nm", "usual_nm"))
