@@ -50,6 +50,7 @@ FLOORS = (
     "experiments.sequences",
     "checking",
     "starting",
+    "tuning",
     "thesis",
     "arena",
     "discrepancy",

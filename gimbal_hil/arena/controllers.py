@@ -39,10 +39,51 @@ def _shipped(document: Document) -> None:
     """`config/virtual_antenna.yaml` as it is."""
 
 
+def _with_model(document: Document, **parts: bool) -> None:
+    """The shipped configuration with parts of the model, all others off."""
+    off = {"bodies": False, "friction": False, "extrapolate_base": False}
+    document["model_control"] = {"model": MODEL, **off, **parts}
+
+
+def _bodies(document: Document) -> None:
+    """Shipped, with inertia, coupling, weight and base motion fed forward by the model's bodies."""
+    _with_model(document, bodies=True)
+
+
+def _friction(document: Document) -> None:
+    """Shipped, with the model's friction fed forward."""
+    _with_model(document, friction=True)
+
+
+def _base(document: Document) -> None:
+    """Shipped, with the base's motion extrapolated by its age."""
+    _with_model(document, extrapolate_base=True)
+
+
+def _observer(document: Document) -> None:
+    """Shipped, with both loops closed by the observer, in place of gyro and integrators."""
+    _with_model(document)
+    for axis in document["axes"].values():
+        axis["observer"] = {"bandwidth_rad_s": OBSERVER_RAD_S}
+
+
+def _all(document: Document) -> None:
+    """Shipped, with every part together."""
+    _observer(document)
+    _with_model(document, bodies=True, friction=True, extrapolate_base=True)
+
+
+#: whose numbers the controllers with a model take, on whatever antenna; and the bandwidth of their observers
+MODEL, OBSERVER_RAD_S = "realistic", 150.0
 CONTROLLERS: dict[str, Callable[[Document], None]] = {
     "thesis": _thesis,
     "cascade": _plain,
     "shipped": _shipped,
+    "bodies": _bodies,
+    "friction": _friction,
+    "base": _base,
+    "observer": _observer,
+    "all": _all,
 }
 
 

@@ -10,13 +10,18 @@ from gimbal_hil.control.compensation import (
     gravity_torques,
     has_moments,
 )
+from gimbal_hil.control.kalman import ObservedJoint
 from gimbal_hil.control.layout import AntiWindup, Mode
+from gimbal_hil.control.model_torques import modelled_friction, rigid_torques
+from gimbal_hil.control.observer import observe, observed_torque, remember_torque, start_observing
 from gimbal_hil.control.pi import clamp, next_integral
+from gimbal_hil.control.shaping import shape_position, start_shaping
 
 __all__ = [
     "GRAVITY_M_S2",
     "AntiWindup",
     "Mode",
+    "ObservedJoint",
     "axis_torque",
     "base_rates",
     "clamp",
@@ -26,5 +31,13 @@ __all__ = [
     "gravity_torques",
     "has_moments",
     "layout",
+    "modelled_friction",
     "next_integral",
+    "observe",
+    "observed_torque",
+    "remember_torque",
+    "rigid_torques",
+    "shape_position",
+    "start_observing",
+    "start_shaping",
 ]

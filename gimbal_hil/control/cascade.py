@@ -35,6 +35,7 @@ from gimbal_hil.control.layout import (
     RATE_KP,
     RATE_REFERENCE_LIMIT,
     RATE_TRACKING,
+    SHAPED,
     TORQUE,
     TORQUE_LIMIT,
     TORQUE_SCALE,
@@ -130,7 +131,7 @@ def _follow_position(
 ) -> None:
     """Position PI to a rate reference, through the prefilter, then the rate loop."""
     wanted, wanted_slope = reference, slope
-    if C[c + PREFILTER_CORNER] > 0.0:
+    if C[c + PREFILTER_CORNER] > 0.0 and C[c + SHAPED] == 0.0:
         # with the slope the filter knows where a moving reference will be: it delays steps, not motions
         ahead = C[c + RATE_FEEDFORWARD] * slope / C[c + PREFILTER_CORNER]
         gap = C[c + PREFILTER_GAIN] * (reference + ahead) - H[h + FILTERED]

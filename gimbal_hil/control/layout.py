@@ -40,7 +40,18 @@ RATE_FEEDFORWARD, BASE_RATE_SHARE = 14, 15
 COULOMB, VISCOUS, SIGN_WIDTH, MOMENT_X, MOMENT_Y, MOMENT_Z = range(16, 22)
 #: the prefilter's output moves no faster than these (rad/s, rad/s^2); zero means no limit
 PREFILTER_RATE, PREFILTER_ACCELERATION = 22, 23
-CONTROL_PARAMETERS = 24
+#: what the model gives (`model_control`): whether the reference is shaped without delay, friction fed forward, and an
+#: observer closes the loops; inertia about the axis (kg m^2); ticks from a torque to its effect
+SHAPED, FRICTION_FORWARD, OBSERVED, INERTIA, DELAY_TICKS = range(24, 29)
+#: friction of the model: Ts, Tc (N m), vs (rad/s), sigma0 (N m/rad), sigma1, sigma2 (N m s/rad), delta
+FRICTION = 29
+FRICTION_TS, FRICTION_TC, FRICTION_VS, FRICTION_SIGMA0, FRICTION_SIGMA1, FRICTION_SIGMA2, FRICTION_DELTA = range(29, 36)
+#: the gyro's lag over a tick, second order: a11, a12, a21, a22, b1, b2; all zero for an ideal one
+GYRO_LAG = 36
+#: what an innovation of encoder (rad) and gyro (rad/s) corrects: two numbers for each state of the observer
+OBSERVER_GAIN = 42
+OBSERVER_STATES = 6
+CONTROL_PARAMETERS = OBSERVER_GAIN + 2 * OBSERVER_STATES
 
 # --- H: state of one axis ---------------------------------------------------------------------------------------------
 #: integrators of the two loops (rad/s; controller units), prefilter output (rad), torque of the last tick (N m)
@@ -49,4 +60,18 @@ POSITION_INTEGRAL, RATE_INTEGRAL, FILTERED, TORQUE = range(4)
 LOOP_REFERENCE, LOOP_ERROR = 4, 5
 #: slope of the prefilter's output, rad/s
 FILTERED_RATE = 6
-CONTROL_STATES = 7
+#: shaped reference: position (rad), rate, acceleration; what of the asked one is still to come (rad), how fast that
+#: changes (rad/s); the asked reference and its slope one tick before
+SHAPED_POSITION, SHAPED_RATE, SHAPED_ACCELERATION, TO_COME, TO_COME_RATE, ASKED, ASKED_SLOPE = range(7, 14)
+#: deflection of the bristles of the friction that is fed forward (rad)
+BRISTLE = 14
+#: observer: joint position (rad), joint rate, disturbance as an acceleration (rad/s^2), what the gyro reads beyond
+#: joint and base rate (rad/s), the gyro's lag (its output, and the slope of that)
+ESTIMATE = 15
+EST_POSITION, EST_RATE, EST_DISTURBANCE, EST_OFFSET, EST_GYRO, EST_GYRO_SLOPE = range(15, 21)
+#: torque that does not accelerate the joint: weight, friction, coupling (N m); inertia that the rest moves (kg m^2)
+DRAG, MOVED_INERTIA = 21, 22
+#: accelerations that past torques were to bring (rad/s^2), the newest first
+PENDING = 23
+MOST_DELAY_TICKS = 8
+CONTROL_STATES = PENDING + MOST_DELAY_TICKS + 1

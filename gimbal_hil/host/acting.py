@@ -5,8 +5,39 @@ from __future__ import annotations
 import numpy as np
 
 from firmware_protocol.compiling import compiled
-from gimbal_hil.control import axis_torque, enter_mode, friction_torque, gravity_torques, has_moments
-from gimbal_hil.control.layout import LOOP_ERROR, LOOP_REFERENCE, MOMENT_X, TORQUE, Mode
+from gimbal_hil.control import (
+    axis_torque,
+    enter_mode,
+    friction_torque,
+    gravity_torques,
+    has_moments,
+    modelled_friction,
+    observe,
+    observed_torque,
+    remember_torque,
+    rigid_torques,
+    shape_position,
+    start_observing,
+    start_shaping,
+)
+from gimbal_hil.control.layout import (
+    BRISTLE,
+    DELAY_TICKS,
+    DRAG,
+    FRICTION_FORWARD,
+    INERTIA,
+    LOOP_ERROR,
+    LOOP_REFERENCE,
+    MOMENT_X,
+    MOVED_INERTIA,
+    OBSERVED,
+    SHAPED,
+    SHAPED_ACCELERATION,
+    SHAPED_POSITION,
+    SHAPED_RATE,
+    TORQUE,
+    Mode,
+)
 from gimbal_hil.host.following import set_references, stopping_reference, wanted_mode
 from gimbal_hil.host.layout import (
     AXES,
@@ -16,13 +47,21 @@ from gimbal_hil.host.layout import (
     AXIS_G_SIZE,
     AXIS_H,
     AXIS_H_SIZE,
+    BASE_FELT,
     BASE_GRAVITY,
+    BASE_NOW,
     BASE_RATE,
+    BASE_RATES,
+    BASE_TURNING,
     BRAKING_RAD_S2,
+    EXTRAPOLATES_BASE,
     FEEDFORWARD,
+    FEEDS_BODIES,
     MEASURED_POSITION,
     MEASURED_RATE,
     MODE,
+    MODEL_BODY,
+    MODEL_TENSOR,
     REFERENCE,
     REST_RATE,
     SLOPE,
@@ -40,7 +79,7 @@ _MOMENTS = (AXIS_C + MOMENT_X, AXIS_C + AXIS_C_SIZE + MOMENT_X)
 def follow(H: np.ndarray, G: np.ndarray, C: np.ndarray, plan: np.ndarray) -> None:
     """Torques of both axes that follow the segment in force."""
     set_references(H, G, C, plan)
-    _set_gravity(H, C)
+    _feed_forward(wanted_mode(G, plan, 0), wanted_mode(G, plan, 1), H, G, C)
     for axis in range(AXES):
         _close(wanted_mode(G, plan, axis), H, G, C, axis)
 
@@ -48,19 +87,21 @@ def follow(H: np.ndarray, G: np.ndarray, C: np.ndarray, plan: np.ndarray) -> Non
 @compiled
 def begin_stop(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
     """Take every axis that is under control into its rate loop, from the rate that it has."""
-    _set_gravity(H, C)
+    _feed_forward(_RATE, _RATE, H, G, C)
     for axis in range(AXES):
         if G[AXIS_G + axis * AXIS_G_SIZE + MODE] != _OFF:
             h, c = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE
             H[h + REFERENCE] = joint_rate(H, axis)
             enter_mode(H[h + MEASURED_POSITION], H[h + MEASURED_RATE], H[h + BASE_RATE], H[h + FEEDFORWARD], H, h, C, c)
+            if C[c + OBSERVED] > 0.0 and G[AXIS_G + axis * AXIS_G_SIZE + MODE] < _RATE:
+                start_observing(H[h + MEASURED_POSITION], H[h + MEASURED_RATE], H[h + BASE_RATE], H, h)
             G[AXIS_G + axis * AXIS_G_SIZE + MODE] = _RATE
 
 
 @compiled
 def slow_down(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> bool:
     """Torques of both axes on the way to rest; answers whether they are at rest."""
-    _set_gravity(H, C)
+    _feed_forward(_RATE, _RATE, H, G, C)
     resting = True
     for axis in range(AXES):
         if G[AXIS_G + axis * AXIS_G_SIZE + MODE] == _RATE:
@@ -99,20 +140,98 @@ def _set_gravity(H: np.ndarray, C: np.ndarray) -> None:
 def _close(mode: int, H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) -> None:
     """One axis' torque in `mode`; a mode that was not in force before takes over without a bump."""
     h, c, g = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE, AXIS_G + axis * AXIS_G_SIZE
-    if mode == _RATE:
-        H[h + FEEDFORWARD] += friction_torque(H[h + REFERENCE], C, c)
-    elif mode == _POSITION:
-        H[h + FEEDFORWARD] += friction_torque(H[h + SLOPE], C, c)
+    if C[c + SHAPED] == 0.0:
+        if mode == _RATE:
+            H[h + FEEDFORWARD] += friction_torque(H[h + REFERENCE], C, c)
+        elif mode == _POSITION:
+            H[h + FEEDFORWARD] += friction_torque(H[h + SLOPE], C, c)
     position, rate, base_rate, forward = (
         H[h + MEASURED_POSITION],
         H[h + MEASURED_RATE],
         H[h + BASE_RATE],
         H[h + FEEDFORWARD],
     )
+    observed = C[c + OBSERVED] > 0.0 and mode >= _RATE
     if mode != G[g + MODE]:
         enter_mode(position, rate, base_rate, forward, H, h, C, c)
+        if observed and G[g + MODE] < _RATE:
+            start_observing(position, rate, base_rate, H, h)
         G[g + MODE] = mode
     allowed = rates_towards_limits(position, C, c)
-    axis_torque(
-        mode, H[h + REFERENCE], H[h + SLOPE], position, rate, base_rate, forward, allowed, C[STEP_S], H, h, C, c
+    if observed:
+        observe(position, rate, base_rate, C[STEP_S], H, h, C, c)
+        observed_torque(mode, H[h + REFERENCE], base_rate, allowed, C[STEP_S], H, h, C, c)
+        remember_torque(H, h)
+        return
+    reference, slope = H[h + REFERENCE], H[h + SLOPE]
+    if mode == _POSITION and C[c + SHAPED] > 0.0:
+        reference, slope = H[h + SHAPED_POSITION], H[h + SHAPED_RATE]
+    axis_torque(mode, reference, slope, position, rate, base_rate, forward, allowed, C[STEP_S], H, h, C, c)
+
+
+@compiled
+def _feed_forward(mode_outer: int, mode_inner: int, H: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
+    """What both axes are given in advance in these modes: their weight, or with a model all that the motion takes."""
+    _set_gravity(H, C)
+    for axis in range(AXES):
+        mode, h, c = (mode_inner if axis else mode_outer), AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE
+        if C[c + SHAPED] > 0.0:
+            _shape(mode, mode != G[AXIS_G + axis * AXIS_G_SIZE + MODE], H, h, C, c)
+    if C[FEEDS_BODIES] > 0.0:
+        _set_rigid(H, C)
+    for axis in range(AXES):
+        mode, h, c = (mode_inner if axis else mode_outer), AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE
+        if C[c + SHAPED] > 0.0:
+            if C[FEEDS_BODIES] == 0.0:
+                H[h + MOVED_INERTIA] = C[c + INERTIA]
+            if mode >= _RATE:
+                rate = H[h + SHAPED_RATE] + C[c + DELAY_TICKS] * C[STEP_S] * H[h + SHAPED_ACCELERATION]
+                if C[c + FRICTION_FORWARD] > 0.0:
+                    H[h + FEEDFORWARD] += modelled_friction(rate, C[STEP_S], H, h, C, c)
+                else:
+                    H[h + FEEDFORWARD] += friction_torque(rate, C, c)
+            H[h + DRAG] = H[h + FEEDFORWARD]
+            # a cascade without observer gets the whole torque in advance, an observer adds what accelerates itself
+            if C[c + OBSERVED] == 0.0 and C[FEEDS_BODIES] > 0.0:
+                H[h + FEEDFORWARD] += H[h + MOVED_INERTIA] * H[h + SHAPED_ACCELERATION]
+
+
+@compiled
+def _shape(mode: int, entered: bool, H: np.ndarray, h: int, C: np.ndarray, c: int) -> None:
+    """Shaped reference of an axis; in a mode of a rate its integral is nowhere needed."""
+    if entered:
+        start_shaping(H[h + MEASURED_POSITION], H, h)
+        H[h + BRISTLE] = 0.0
+    if mode == _POSITION:
+        shape_position(H[h + REFERENCE], H[h + SLOPE], C[STEP_S], H, h, C, c)
+    elif mode == _RATE:
+        H[h + SHAPED_POSITION] = H[h + MEASURED_POSITION]
+        H[h + SHAPED_RATE], H[h + SHAPED_ACCELERATION] = H[h + REFERENCE], H[h + SLOPE]
+    else:
+        H[h + SHAPED_POSITION] = H[h + MEASURED_POSITION]
+        H[h + SHAPED_RATE], H[h + SHAPED_ACCELERATION] = H[h + MEASURED_RATE] - H[h + BASE_RATE], 0.0
+
+
+@compiled
+def _set_rigid(H: np.ndarray, C: np.ndarray) -> None:
+    """Weight, coupling and base motion of both bodies by the model, at where the references are when torque acts."""
+    outer, inner = AXIS_H, _INNER_H
+    ahead = C[AXIS_C + DELAY_TICKS] * C[STEP_S]
+    ahead_inner = C[AXIS_C + AXIS_C_SIZE + DELAY_TICKS] * C[STEP_S]
+    q = (
+        H[outer + SHAPED_POSITION] + ahead * H[outer + SHAPED_RATE],
+        (H[inner + SHAPED_POSITION] + ahead_inner * H[inner + SHAPED_RATE]),
     )
+    a = H[outer + SHAPED_ACCELERATION], H[inner + SHAPED_ACCELERATION]
+    v = H[outer + SHAPED_RATE] + ahead * a[0], H[inner + SHAPED_RATE] + ahead_inner * a[1]
+    gravity, rates, turning = BASE_GRAVITY, BASE_RATES, BASE_TURNING
+    if C[EXTRAPOLATES_BASE] > 0.0:
+        gravity, rates = BASE_FELT, BASE_NOW
+    base = (
+        (H[gravity], H[gravity + 1], H[gravity + 2]),
+        (H[rates], H[rates + 1], H[rates + 2]),
+        (H[turning], H[turning + 1], H[turning + 2]),
+    )
+    drag, moved = rigid_torques(C[MODEL_TENSOR:], C[MODEL_BODY:], q, v, a, base)
+    H[outer + FEEDFORWARD], H[inner + FEEDFORWARD] = drag
+    H[outer + MOVED_INERTIA], H[inner + MOVED_INERTIA] = moved

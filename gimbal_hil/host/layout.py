@@ -31,8 +31,12 @@ PINNED_NAME, PINNED_SERIAL = 16, 17
 DRIFT_KEPT, DRIFT_SHARE, MOMENTUM_KEPT, MODEL_SHARE = range(18, 22)
 #: time that a torque may act late (s); whether the weight of the bodies is expected
 LATE_S, EXPECTS_WEIGHT = 22, 23
+#: whether base motion is extrapolated from when it was true, and whether torques are computed from the model's bodies
+EXTRAPOLATES_BASE, FEEDS_BODIES = 24, 25
+#: the model's bodies: parameters of the plant up to the outer tensor, at their own offsets, then `body_numbers`
+MODEL_TENSOR, MODEL_BODY = 26, 36
 #: one block per axis: the control law's parameters, then the supervisor's limits
-AXIS_C = 24
+AXIS_C = 48
 (
     POSITION_LOW,  # soft limits of the joint (rad), -inf and inf without
     POSITION_HIGH,
@@ -61,8 +65,12 @@ C_SIZE = AXIS_C + AXES * AXIS_C_SIZE
 BASE_ANGLES, BASE_RATES, BASE_ACCELERATION = 0, 3, 6
 #: what pulls at a body on this base: gravity less the pivot's acceleration (m/s^2), in base axes
 BASE_GRAVITY = 9
+#: base as it is now: rates (rad/s), angular acceleration (rad/s^2), gravity less the pivot's acceleration (m/s^2)
+BASE_NOW, BASE_TURNING, BASE_FELT = 12, 15, 18
+#: time since the attitude was true, and how old what the navigation tells is when it is sent (s)
+ATTITUDE_AGE_S, NAVIGATION_AGE_S = 21, 22
 #: one block per axis: the control law's state, then what was measured and asked
-AXIS_H = 12
+AXIS_H = 24
 (
     MEASURED_POSITION,  # encoder (rad)
     MEASURED_RATE,  # gyro (rad/s)

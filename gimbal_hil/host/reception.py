@@ -9,6 +9,7 @@ import numpy as np
 from firmware_protocol import mail as m
 from firmware_protocol.compiling import compiled
 from gimbal_hil.control import base_rates, gravity_in_base
+from gimbal_hil.host.base_now import extrapolate_base, learn_turning
 from gimbal_hil.host.event_ring import report
 from gimbal_hil.host.identity import forget_identity, receive_identity
 from gimbal_hil.host.layout import (
@@ -22,6 +23,7 @@ from gimbal_hil.host.layout import (
     BASE_ANGLES,
     BASE_GRAVITY,
     BASE_LOST_TICKS,
+    BASE_NOW,
     BASE_RATE,
     BASE_RATES,
     BRAKE_STATE,
@@ -30,6 +32,7 @@ from gimbal_hil.host.layout import (
     DRIVE_LIMITS,
     DRIVE_STATE,
     ENCODER_RATE,
+    EXTRAPOLATES_BASE,
     FEEDBACK_AGE,
     FRESH_IN_A_ROW,
     GYRO_RATE,
@@ -80,7 +83,11 @@ def receive(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray) -> No
         G[FEEDBACK_AGE] = min(silence + 1, NEVER)
         G[FRESH_IN_A_ROW] = 0
     _receive_motors(mail, H, G)
-    rates = base_rates(H[AXIS_H + MEASURED_POSITION], H[BASE_RATES], H[BASE_RATES + 1], H[BASE_RATES + 2])
+    at = BASE_RATES
+    if C[EXTRAPOLATES_BASE] > 0.0:
+        extrapolate_base(mail, H, G, C)
+        at = BASE_NOW
+    rates = base_rates(H[AXIS_H + MEASURED_POSITION], H[at], H[at + 1], H[at + 2])
     H[AXIS_H + BASE_RATE], H[AXIS_H + AXIS_H_SIZE + BASE_RATE] = rates
     status = _OK if fresh else (_DEGRADED if G[FEEDBACK_AGE] <= C[LOST_TICKS] else _LOST)
     if status != G[LINK_STATUS]:
@@ -151,6 +158,8 @@ def _receive_base(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray)
     if mail[m.BASE_RATE] > 0:
         if G[BASE_AGE] > C[BASE_LOST_TICKS]:
             report(G, _BASE, YES, NOTHING, NOTHING)
+        if C[EXTRAPOLATES_BASE] > 0.0:
+            learn_turning(mail, H, G, C)
         G[BASE_AGE] = 0
         for k in range(3):
             H[BASE_RATES + k] = mail[m.BASE_RATE_P + k] * m.BASE_RATE_P_STEP

@@ -13,6 +13,7 @@ from gimbal_hil.settings.axis import WIRE_TURNS, AxisSettings
 from gimbal_hil.settings.configuration import host_configuration
 from gimbal_hil.settings.daemon import AxisNames, DaemonSettings, FirstTestChoice, load_settings, settings_from_document
 from gimbal_hil.settings.link import EmbeddedAntenna
+from gimbal_hil.settings.model_control import observed_joint
 from gimbal_hil.settings.shipped import shipped_settings, shipped_settings_path
 
 __all__ = [
@@ -30,6 +31,7 @@ __all__ = [
     "host_configuration",
     "load_settings",
     "merged",
+    "observed_joint",
     "require_adjustable",
     "settings_from_document",
     "shipped_settings",

@@ -103,6 +103,22 @@ class Feedforward(Strict):
     )
 
 
+class Observer(Strict):
+    """Kalman observer of joint position, rate and disturbance, from encoder, gyro, base rate and the torque sent; the
+    loops work on its estimates, and the disturbance takes the integrators' place. Noises, gyro lag and delay are those
+    of `model_control.model`.
+    """
+
+    bandwidth_rad_s: Positive = Field(description="how fast a disturbance is taken over")
+    offset_walk_rad_s: Positive = Field(
+        default=0.003,
+        description="how fast the gyro may drift against joint and base rate, rad/s in a root second",
+    )
+    delay_ticks: Annotated[int, Field(ge=0, le=8)] | None = Field(
+        default=None, description="ticks from a torque to its effect, in place of the model's"
+    )
+
+
 class Limits(Strict):
     """What the supervisor holds this axis to."""
 
@@ -187,6 +203,9 @@ class AxisSettings(Strict):
     rate_loop: RateLoop = Field(description="gyro loop")
     prefilter: Prefilter | None = Field(default=None, description="of the position reference; none unless given")
     feedforward: Feedforward = Field(default=Feedforward(), description="what is given to the loops in advance")
+    observer: Observer | None = Field(
+        default=None, description="closes the loops in place of the raw sensors; needs `model_control`"
+    )
     limits: Limits = Field(description="what the supervisor holds this axis to")
     expectation: Expectation | None = Field(
         default=None,

@@ -14,6 +14,7 @@ from gimbal_hil.control.layout import AntiWindup
 from gimbal_hil.host import MOMENTUM_WINDOW_S, layout
 from gimbal_hil.settings.axis import AntiWindupChoice, AxisSettings
 from gimbal_hil.settings.daemon import DaemonSettings
+from gimbal_hil.settings.model_control import fill_model_control
 
 #: by how much of its path a gyro may be wrong: its scale, and the share of other rates that it reads
 _SENSOR_SHARE = 0.05
@@ -60,8 +61,12 @@ def host_configuration(settings: DaemonSettings) -> NDArray[np.float64]:
         block = C[layout.axis_c(axis) : layout.axis_c(axis) + layout.AXIS_C_SIZE]
         _fill_law(block, section, settings.step_s)
         _fill_limits(block, section)
+        if settings.model_control is not None:
+            block[control.SHAPED] = 1.0
         if section.expectation is not None and any(section.expectation.moment_kg_m):
             C[layout.EXPECTS_WEIGHT] = 1.0
+    if settings.model_control is not None:
+        fill_model_control(C, settings, settings.model_control)
     return C
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, ValidationError, field_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
 
 from firmware_protocol.documents import Strict, read_yaml, refusal_of
 from firmware_protocol.errors import BadInputError
@@ -92,6 +92,35 @@ class Supervisor(Strict):
     deadman: Deadman = Field(default=Deadman(), description="the drive's deadman, sent to it at connection")
 
 
+class ModelControl(Strict):
+    """What the loops take from a model file; each part can be switched alone. References are shaped without delay by
+    the prefilters' corner and limits.
+    """
+
+    model: str = Field(
+        default="thesis", description="name of a shipped model, or path of a model file (relative to this file)"
+    )
+    bodies: bool = Field(
+        default=True,
+        description=(
+            "torque for inertia, coupling, weight and base motion by the model's bodies, in place of "
+            "`feedforward.moment_kg_m`"
+        ),
+    )
+    friction: bool = Field(
+        default=True,
+        description="torque against the model's friction, in place of `feedforward.coulomb_nm` and its neighbours",
+    )
+    extrapolate_base: bool = Field(
+        default=True, description="base motion as it is now, from when it was true, in place of as it was told"
+    )
+
+    @property
+    def is_file(self) -> bool:
+        """Whether `model` is a path and not a shipped name."""
+        return self.model.endswith((".yaml", ".yml")) or "/" in self.model
+
+
 class Recording(Strict):
     """What a run folder keeps."""
 
@@ -166,6 +195,9 @@ class DaemonSettings(Strict):
     axes: dict[str, AxisSettings] = Field(
         description="two axes by name, in any order: one on the base, and one that it carries"
     )
+    model_control: ModelControl | None = Field(
+        default=None, description="what the loops take from a model file; nothing without it"
+    )
     supervisor: Supervisor = Field(
         default=Supervisor(), description="times and counts of the supervisor; times become whole ticks"
     )
@@ -180,6 +212,15 @@ class DaemonSettings(Strict):
             raise ValueError(f"{len(axes)} axes, not two: one on the base, and one that it carries")
         require_plain_names(axes)
         return {name: axes[name] for name in in_order({name: axis.parent for name, axis in axes.items()})}
+
+    @model_validator(mode="after")
+    def _what_a_model_needs(self) -> Self:
+        for name, axis in self.axes.items():
+            if axis.observer is not None and self.model_control is None:
+                raise ValueError(f"axes.{name}.observer: needs model_control, which says whose numbers it takes")
+            if self.model_control is not None and (axis.prefilter is None or axis.prefilter.rate_rad_s is None):
+                raise ValueError(f"axes.{name}.prefilter: expected with rate_rad_s, because of model_control")
+        return self
 
     @property
     def axis_names(self) -> AxisNames:
@@ -247,6 +288,10 @@ def settings_from_document(document: Any, where: str, folder: Path | None = None
     if folder is not None and observed is not None and is_model_file(observed):
         found = settings.observer.model_copy(update={"model": str((folder / observed).resolve())})
         settings = settings.model_copy(update={"observer": found})
+    control = settings.model_control
+    if control is not None and folder is not None and control.is_file:
+        update = {"model": str((folder / control.model).resolve())}
+        settings = settings.model_copy(update={"model_control": control.model_copy(update=update)})
     link = settings.link
     if not isinstance(link, EmbeddedAntenna):
         from firmware_protocol.links import require_link_carries

@@ -1,0 +1,76 @@
+"""A reference made feasible without delay: steps become motions, motions stay as they are.
+
+What a step adds is kept as a gap between the reference and its shaped copy, and closed by the prefilter's law within
+its limits of rate and acceleration. A reference that moves smoothly opens no gap, so it is
+followed exactly, slope and all.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from firmware_protocol.compiling import compiled
+from gimbal_hil.control.layout import (
+    ASKED,
+    ASKED_SLOPE,
+    PREFILTER_ACCELERATION,
+    PREFILTER_CORNER,
+    PREFILTER_GAIN,
+    PREFILTER_RATE,
+    SHAPED_ACCELERATION,
+    SHAPED_POSITION,
+    SHAPED_RATE,
+    TO_COME,
+    TO_COME_RATE,
+)
+from gimbal_hil.control.pi import clamp
+
+#: jumps below this share of what the acceleration limit moves in a tick are the sampling of a smooth motion (or of
+#: straight pieces), not steps
+_SAMPLING = 2.0
+
+
+@compiled
+def start_shaping(position: float, H: np.ndarray, h: int) -> None:
+    """The shaped reference begins at rest where the axis is (rad)."""
+    H[h + SHAPED_POSITION] = H[h + ASKED] = position
+    for state in (SHAPED_RATE, SHAPED_ACCELERATION, TO_COME, TO_COME_RATE, ASKED_SLOPE):
+        H[h + state] = 0.0
+
+
+@compiled
+def shape_position(asked: float, slope: float, step_s: float, H: np.ndarray, h: int, C: np.ndarray, c: int) -> None:
+    """Shaped position, rate and acceleration of this tick for a reference (rad) and its slope (rad/s)."""
+    # table 5.11 allows a prefilter whose gain is not one
+    asked, slope = C[c + PREFILTER_GAIN] * asked, C[c + PREFILTER_GAIN] * slope
+    corner, most = C[c + PREFILTER_CORNER], C[c + PREFILTER_ACCELERATION]
+    jump = asked - H[h + ASKED] - 0.5 * step_s * (H[h + ASKED_SLOPE] + slope)
+    if abs(jump) > _SAMPLING * most * step_s * step_s:
+        H[h + TO_COME] += jump
+    # the slope's own jump (a ramp begins) is a motion to catch up with, as well
+    H[h + TO_COME_RATE] += _slope_jump(slope - H[h + ASKED_SLOPE], most * step_s)
+    before = H[h + SHAPED_RATE]
+    H[h + TO_COME_RATE] = -_closing(H[h + TO_COME], -H[h + TO_COME_RATE], step_s, corner, most, C[c + PREFILTER_RATE])
+    H[h + TO_COME] += H[h + TO_COME_RATE] * step_s
+    H[h + ASKED], H[h + ASKED_SLOPE] = asked, slope
+    H[h + SHAPED_POSITION], H[h + SHAPED_RATE] = asked - H[h + TO_COME], slope - H[h + TO_COME_RATE]
+    H[h + SHAPED_ACCELERATION] = clamp((H[h + SHAPED_RATE] - before) / step_s, -2.0 * most, 2.0 * most)
+
+
+@compiled
+def _slope_jump(change: float, most: float) -> float:
+    """Change of a slope (rad/s) that no motion within the acceleration limit makes in a tick; else nothing."""
+    return change if abs(change) > _SAMPLING * most else 0.0
+
+
+@compiled
+def _closing(gap: float, last: float, step_s: float, corner: float, most: float, fastest: float) -> float:
+    """Rate (rad/s) at which a gap (rad) is closed after a tick at `last`: the filter's own near the end, from where it
+    would brake too hard the speed from which the acceleration allowed just comes to rest.
+    """
+    size, near = abs(gap), most / (corner * corner)
+    speed = corner * size if size <= near else math.sqrt(2.0 * most * (size - 0.5 * near))
+    wanted = math.copysign(min(speed, fastest), gap)
+    return clamp(wanted, last - most * step_s, last + most * step_s)

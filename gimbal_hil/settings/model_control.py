@@ -1,0 +1,92 @@
+"""From a model file to the numbers that the loops take from it: bodies, friction, sensors, delay, observer gains."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.control import ObservedJoint
+from gimbal_hil.control import layout as control
+from gimbal_hil.host import layout
+from gimbal_hil.settings.axis import Observer
+from gimbal_hil.settings.daemon import DaemonSettings, ModelControl
+
+if TYPE_CHECKING:
+    from sim_backend.model import AntennaModel
+
+_FRICTION = ("breakaway", "coulomb", "stribeck_velocity", "sigma0", "sigma1", "viscous", "shape")
+#: a sensor without noise or steps is still not believed beyond this
+_LEAST_NOISE_RAD, _LEAST_NOISE_RAD_S = 1e-7, 1e-5
+
+
+def fill_model_control(C: NDArray[np.float64], settings: DaemonSettings, chosen: ModelControl) -> None:
+    """Put what `chosen` asks for into `C`; BadInputError for a model that is not of two axes."""
+    from sim_backend.model import ModelKind, model_named, plant_arrays
+    from sim_backend.rigid_body import body_numbers
+
+    model = model_named(chosen.model)
+    if model.kind is not ModelKind.GIMBAL:
+        raise BadInputError("model_control.model", f"{model.name} is {model.kind.value}", "a gimbal of two axes")
+    C[layout.EXTRAPOLATES_BASE] = float(chosen.extrapolate_base)
+    C[layout.FEEDS_BODIES] = float(chosen.bodies)
+    arrays = plant_arrays(model, settings.rate_hz)
+    P = arrays.P
+    C[layout.MODEL_TENSOR : layout.MODEL_BODY] = P[: layout.MODEL_BODY - layout.MODEL_TENSOR]
+    # interpreted: compiling it for one call would cost a third of a second
+    numbers = getattr(body_numbers, "py_func", body_numbers)(P, arrays.K, (0.0, 1.0))
+    flat = [value for part in numbers for value in part]
+    C[layout.MODEL_BODY : layout.MODEL_BODY + len(flat)] = flat
+    for place, (name, section) in enumerate(zip(model.axes, settings.axes.values(), strict=True)):
+        block = C[layout.axis_c(place) : layout.axis_c(place) + layout.AXIS_C_SIZE]
+        block[control.INERTIA] = model.number(name, model.own_inertia_path(name)) + (
+            model.number(model.axes[1], "body.inertia.zz") if place == 0 else 0.0
+        )
+        block[control.FRICTION_FORWARD] = float(chosen.friction)
+        block[control.FRICTION : control.FRICTION + len(_FRICTION)] = [
+            model.number(name, f"friction.{key}") for key in _FRICTION
+        ]
+        block[control.DELAY_TICKS] = _delay_ticks(model, name, settings.step_s, section.observer)
+        if section.observer is not None:
+            joint = observed_joint(model, name, settings.step_s, section.observer)
+            block[control.OBSERVED] = 1.0
+            block[control.GYRO_LAG : control.GYRO_LAG + 6] = joint.gyro_lag
+            block[control.OBSERVER_GAIN : control.OBSERVER_GAIN + 2 * control.OBSERVER_STATES] = _gains(joint)
+
+
+def observed_joint(model: AntennaModel, axis: str, step_s: float, observer: Observer) -> ObservedJoint:
+    """What the observer of one joint is made of: the sensors' noises and lag by the model."""
+    from sim_backend.model import gyro_filter
+
+    def noise(sensor: str, least: float) -> float:
+        step = model.number(axis, f"{sensor}.step")
+        return max(least, math.hypot(model.number(axis, f"{sensor}.noise"), step / math.sqrt(12.0)))
+
+    bandwidth = model.number(axis, "gyro.bandwidth")
+    lag = gyro_filter(bandwidth, model.number(axis, "gyro.damping"), step_s) if bandwidth > 0.0 else (0.0,) * 6
+    return ObservedJoint(
+        step_s,
+        noise("encoder", _LEAST_NOISE_RAD),
+        noise("gyro", _LEAST_NOISE_RAD_S),
+        observer.bandwidth_rad_s,
+        observer.offset_walk_rad_s,
+        lag,
+    )
+
+
+def _delay_ticks(model: AntennaModel, axis: str, step_s: float, observer: Observer | None) -> int:
+    """Whole ticks from a torque to its effect: transport delays and the actuator's lag."""
+    if observer is not None and observer.delay_ticks is not None:
+        return observer.delay_ticks
+    late_s = model.number(axis, "actuator.time_constant")
+    late_s += sum(e.value("delay") for e in model.effects if e.effect.name == "transport_delay" and e.axis == axis)
+    return min(round(late_s / step_s), control.MOST_DELAY_TICKS)
+
+
+@lru_cache(maxsize=64)
+def _gains(joint: ObservedJoint) -> tuple[float, ...]:
+    return tuple(joint.gains().ravel().tolist())
