@@ -20,6 +20,7 @@ from pydantic import Discriminator, Field, Tag, ValidationError, field_validator
 from firmware_protocol.documents import Strict, read_yaml, refusal_of
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.arena.base_motions import AircraftMotion, Manoeuvre, Swing, Turbulence
+from gimbal_hil.control import Mode
 from gimbal_hil.experiments import AxisPlan
 from sim_backend.model import BaseSection
 from sim_backend.shipped import shipped_file
@@ -80,6 +81,20 @@ class Scenario(Strict):
     def _a_step_has_an_axis(self) -> Scenario:
         if (self.score is Score.STEP) != (self.axis is not None):
             raise ValueError("axis: expected with score step, and only there")
+        return self
+
+    @property
+    def points(self) -> bool:
+        """Whether a direction in space is held."""
+        return self.outer.mode is Mode.POINTING
+
+    @model_validator(mode="after")
+    def _a_direction_is_held_on_an_aircraft(self) -> Scenario:
+        modes = {self.outer.mode is Mode.POINTING, self.inner.mode is Mode.POINTING}
+        if True in modes:
+            held = all(getattr(axis.reference, "shape", "") == "hold" for axis in (self.outer, self.inner))
+            if len(modes) > 1 or not held or not isinstance(self.base, AircraftMotion):
+                raise ValueError("mode pointing: expected on both axes, held, and on a base of the arena's own")
         return self
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gimbal_hil.arena.base_motions import AircraftMotion
+from gimbal_hil.arena.base_motions import ROW_HZ, AircraftMotion
 from gimbal_hil.arena.scenarios import Scenario, Score
 from gimbal_hil.host import AXIS_NAMES, AxisCommand, Guard, HostState, Mode, Segment, Shape, program_of
 from gimbal_hil.lockstep import FramePath, Recorded
@@ -25,6 +25,8 @@ _PEAK_S = 0.4
 #: points of a drawn error
 _DRAWN = 1500
 _LEAD, _JUDGED = 0, 1
+#: modes whose values are positions of the joints, or nearly
+_PLACES = (Mode.POSITION, Mode.POINTING)
 
 
 @dataclass(frozen=True)
@@ -104,7 +106,7 @@ def _segments(scenario: Scenario, rate_hz: float) -> list[Segment]:
     """To the first value of both references (zero for a step), then what is judged."""
     commands = [axis.command(Guard(), 1.0 / rate_hz) for axis in (scenario.outer, scenario.inner)]
     first = [
-        0.0 if name == scenario.axis or command.mode is not Mode.POSITION else _first_value(command)
+        0.0 if name == scenario.axis or command.mode not in _PLACES else _first_value(command)
         for name, command in zip(AXIS_NAMES, commands, strict=True)
     ]
     outer, inner = (AxisCommand(Mode.POSITION, Shape.SMOOTH, (value, 0.6 * scenario.lead_s)) for value in first)
@@ -125,6 +127,8 @@ def _judged(trial: Trial, recorded: Recorded, true: Table) -> TrialOutcome:
     rows, signals = recorded.segment == _JUDGED, recorded.signals()
     position, time_s = true[rows], step_s * np.arange(np.count_nonzero(rows), dtype=np.float64)
     wanted = np.column_stack([signals[f"{axis}.position_ref"][rows] for axis in recorded.axes])
+    if scenario.points:
+        wanted = _true_joints(trial, signals["time_s"][rows], wanted)
     slope = np.column_stack([signals[f"{axis}.rate_ref"][rows] for axis in recorded.axes])
     torque = np.column_stack([signals[f"{axis}.torque"][rows] for axis in recorded.axes])
     late = time_s >= scenario.settle_s
@@ -148,6 +152,25 @@ def _judged(trial: Trial, recorded: Recorded, true: Table) -> TrialOutcome:
         trace=trace,
         **found,  # type: ignore[arg-type]
     )
+
+
+def _true_joints(trial: Trial, time_s: Table, asked: Table) -> Table:
+    """Joint positions (n, 2) that look in the scenario's direction from the base as it truly is: the first segment's
+    value in each axis, on the turn of what was asked.
+    """
+    scenario, base = trial.scenario, trial.scenario.base
+    assert isinstance(base, AircraftMotion), "the scenario was validated"
+    attitude, _ = base.rows(scenario.lead_s + scenario.duration_s + 1.0, trial.seed)
+    at = np.arange(len(attitude)) / ROW_HZ
+    roll, pitch, yaw = (np.interp(time_s, at, angle) for angle in attitude.T)
+    values = [axis.command(Guard(), 1.0).parameters[0] for axis in (scenario.outer, scenario.inner)]
+    x, y, z = boresight(np.array([values]))[0]
+    x1, y1 = np.cos(yaw) * x + np.sin(yaw) * y, np.cos(yaw) * y - np.sin(yaw) * x
+    x2, z2 = np.cos(pitch) * x1 - np.sin(pitch) * z, np.sin(pitch) * x1 + np.cos(pitch) * z
+    y3, z3 = np.cos(roll) * y1 + np.sin(roll) * z2, np.cos(roll) * z2 - np.sin(roll) * y1
+    azimuth = np.arctan2(y3, x2)
+    azimuth += 2.0 * math.pi * np.round((asked[:, 0] - azimuth) / (2.0 * math.pi))
+    return np.column_stack([azimuth, -np.arcsin(z3)])
 
 
 def boresight(joints: Table) -> Table:

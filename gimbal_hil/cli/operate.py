@@ -14,7 +14,7 @@ Run = Annotated[
     Path | None, typer.Option(metavar="RUN", help="Run folder of the daemon; without it the newest one below ./runs.")
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the daemon's answer as one JSON object.")]
-_MODES = {"position": "rad", "rate": "rad/s", "inertial_rate": "rad/s", "torque": "N m"}
+_MODES = {"position": "rad", "rate": "rad/s", "inertial_rate": "rad/s", "torque": "N m", "pointing": "rad"}
 
 
 def set_axes(
@@ -22,7 +22,7 @@ def set_axes(
         list[str], typer.Argument(metavar="AXIS=VALUE...", help="As in outer=0.5 inner=-0.3: names of your model.")
     ],
     mode: Annotated[
-        str, typer.Option(help="position (rad), rate or inertial_rate (rad/s), torque (N m).")
+        str, typer.Option(help="position (rad), rate or inertial_rate (rad/s), torque (N m), pointing (rad, in space).")
     ] = "position",
     over: Annotated[
         float, typer.Option(metavar="SECONDS", help="As a smooth move of so long; 0 is at once.", min=0.0)
@@ -41,6 +41,8 @@ def set_axes(
         axes = list(status["position_rad"])
         wanted = _values(values, axes)
         standing = status["position_rad"] if mode == "position" else dict.fromkeys(axes, 0.0)
+        if mode == "pointing" and len(wanted) < len(axes):
+            raise BadInputError("pointing", "a direction has two angles", f"values for {' and '.join(axes)}")
         for axis in axes:
             if wanted.get(axis, standing[axis]) is None:
                 raise BadInputError(f"{axis}=", "its position is not known yet", f"a value for {axis} too")

@@ -15,6 +15,8 @@ class Mode(IntEnum):
     RATE = 2
     POSITION = 3
     INERTIAL_RATE = 4
+    #: a direction in space, held by both axes together through their position loops
+    POINTING = 5
 
 
 class AntiWindup(IntEnum):

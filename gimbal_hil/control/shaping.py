@@ -30,6 +30,8 @@ from gimbal_hil.control.pi import clamp
 #: jumps below this share of what the acceleration limit moves in a tick are the sampling of a smooth motion (or of
 #: straight pieces), not steps
 _SAMPLING = 2.0
+#: jumps up to this (rad) of a reference whose curve is known come of the news that a navigation brings, not of a step
+_TOLD = 2e-3
 
 
 @compiled
@@ -41,22 +43,30 @@ def start_shaping(position: float, H: np.ndarray, h: int) -> None:
 
 
 @compiled
-def shape_position(asked: float, slope: float, step_s: float, H: np.ndarray, h: int, C: np.ndarray, c: int) -> None:
-    """Shaped position, rate and acceleration of this tick for a reference (rad) and its slope (rad/s)."""
+def shape_position(
+    asked: float, slope: float, curve: float, step_s: float, H: np.ndarray, h: int, C: np.ndarray, c: int
+) -> None:
+    """Shaped position, rate and acceleration of this tick for a reference (rad), its slope (rad/s) and that one's
+    (rad/s^2; NaN: by differences).
+    """
     # table 5.11 allows a prefilter whose gain is not one
     asked, slope = C[c + PREFILTER_GAIN] * asked, C[c + PREFILTER_GAIN] * slope
     corner, most = C[c + PREFILTER_CORNER], C[c + PREFILTER_ACCELERATION]
     jump = asked - H[h + ASKED] - 0.5 * step_s * (H[h + ASKED_SLOPE] + slope)
-    if abs(jump) > _SAMPLING * most * step_s * step_s:
+    if abs(jump) > (_SAMPLING * most * step_s * step_s if math.isnan(curve) else _TOLD):
         H[h + TO_COME] += jump
     # the slope's own jump (a ramp begins) is a motion to catch up with, as well
     H[h + TO_COME_RATE] += _slope_jump(slope - H[h + ASKED_SLOPE], most * step_s)
-    before = H[h + SHAPED_RATE]
+    before, coming = H[h + SHAPED_RATE], H[h + TO_COME_RATE]
     H[h + TO_COME_RATE] = -_closing(H[h + TO_COME], -H[h + TO_COME_RATE], step_s, corner, most, C[c + PREFILTER_RATE])
     H[h + TO_COME] += H[h + TO_COME_RATE] * step_s
     H[h + ASKED], H[h + ASKED_SLOPE] = asked, slope
     H[h + SHAPED_POSITION], H[h + SHAPED_RATE] = asked - H[h + TO_COME], slope - H[h + TO_COME_RATE]
-    H[h + SHAPED_ACCELERATION] = clamp((H[h + SHAPED_RATE] - before) / step_s, -2.0 * most, 2.0 * most)
+    if math.isnan(curve):
+        acceleration = (H[h + SHAPED_RATE] - before) / step_s
+    else:
+        acceleration = curve - (H[h + TO_COME_RATE] - coming) / step_s
+    H[h + SHAPED_ACCELERATION] = clamp(acceleration, -2.0 * most, 2.0 * most)
 
 
 @compiled

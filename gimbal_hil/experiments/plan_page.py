@@ -71,6 +71,7 @@ _FOLLOWS = {
     "RATE": "rate of the joint",
     "INERTIAL_RATE": "inertial rate, as the gyro reads it",
     "POSITION": "position of the joint",
+    "POINTING": "a direction in space, both axes together: the joints' angles on a level base of heading zero",
 }
 _ENDINGS = ("_U", "_U/s", "_U/s^2")
 

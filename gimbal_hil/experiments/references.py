@@ -25,6 +25,7 @@ UNITS: dict[Mode, tuple[str, str, str]] = {
     Mode.RATE: ("rad_s", "rad_s2", "rad_s3"),
     Mode.INERTIAL_RATE: ("rad_s", "rad_s2", "rad_s3"),
     Mode.POSITION: ("rad", "rad_s", "rad_s2"),
+    Mode.POINTING: ("rad", "rad_s", "rad_s2"),
 }
 #: rows of a table times the sines in it: 160 MB while it is computed
 _MOST_ROWS = 20_000_000

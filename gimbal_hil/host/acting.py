@@ -54,6 +54,7 @@ from gimbal_hil.host.layout import (
     BASE_RATES,
     BASE_TURNING,
     BRAKING_RAD_S2,
+    CURVE,
     EXTRAPOLATES_BASE,
     FEEDFORWARD,
     FEEDS_BODIES,
@@ -203,7 +204,7 @@ def _shape(mode: int, entered: bool, H: np.ndarray, h: int, C: np.ndarray, c: in
         start_shaping(H[h + MEASURED_POSITION], H, h)
         H[h + BRISTLE] = 0.0
     if mode == _POSITION:
-        shape_position(H[h + REFERENCE], H[h + SLOPE], C[STEP_S], H, h, C, c)
+        shape_position(H[h + REFERENCE], H[h + SLOPE], H[h + CURVE], C[STEP_S], H, h, C, c)
     elif mode == _RATE:
         H[h + SHAPED_POSITION] = H[h + MEASURED_POSITION]
         H[h + SHAPED_RATE], H[h + SHAPED_ACCELERATION] = H[h + REFERENCE], H[h + SLOPE]

@@ -8,7 +8,8 @@ import numpy as np
 
 from firmware_protocol.compiling import compiled
 from gimbal_hil.control import clamp
-from gimbal_hil.control.layout import TORQUE, Mode
+from gimbal_hil.control.layout import PREFILTER_RATE, RATE_REFERENCE_LIMIT, TORQUE, Mode
+from gimbal_hil.host.direction import joints_towards, nearest_turn
 from gimbal_hil.host.event_ring import report
 from gimbal_hil.host.layout import (
     AFTERWARDS,
@@ -21,6 +22,7 @@ from gimbal_hil.host.layout import (
     AXIS_H_SIZE,
     AXIS_SEGMENT,
     AXIS_SEGMENT_SIZE,
+    CURVE,
     DURATION_TICKS,
     END,
     END_AXIS,
@@ -64,7 +66,7 @@ from gimbal_hil.host.references import reference_at
 from gimbal_hil.host.states import NOTHING, EndKind, EventCode, HostCause, ReferenceOrigin, number
 
 _OFF, _TORQUE, _RATE, _POSITION = number(Mode.OFF), number(Mode.TORQUE), number(Mode.RATE), number(Mode.POSITION)
-_INERTIAL_RATE = number(Mode.INERTIAL_RATE)
+_INERTIAL_RATE, _POINTING = number(Mode.INERTIAL_RATE), number(Mode.POINTING)
 _START = number(ReferenceOrigin.START)
 _NO_END, _RATE_ABOVE, _RATE_BELOW = number(EndKind.NONE), number(EndKind.RATE_ABOVE), number(EndKind.RATE_BELOW)
 _POSITION_ABOVE, _POSITION_BELOW = number(EndKind.POSITION_ABOVE), number(EndKind.POSITION_BELOW)
@@ -116,18 +118,23 @@ def switches_off(G: np.ndarray, plan: np.ndarray) -> bool:
 
 @compiled
 def wanted_mode(G: np.ndarray, plan: np.ndarray, axis: int) -> int:
-    """Mode that the segment in force asks of an axis."""
-    return int(plan[G[SEGMENT] * SEGMENT_SIZE + AXIS_SEGMENT + axis * AXIS_SEGMENT_SIZE + SEGMENT_MODE])
+    """Mode that the segment in force asks of an axis; a direction is held by the position loops."""
+    mode = int(plan[G[SEGMENT] * SEGMENT_SIZE + AXIS_SEGMENT + axis * AXIS_SEGMENT_SIZE + SEGMENT_MODE])
+    return _POSITION if mode == _POINTING else mode
 
 
 @compiled
 def set_references(H: np.ndarray, G: np.ndarray, C: np.ndarray, plan: np.ndarray) -> None:
     """Reference and slope of each axis at this tick; after the end a position is held and everything else is zero."""
     time_s = (G[LAST_TICK] - G[SEGMENT_START]) * C[STEP_S]
+    first = G[SEGMENT] * SEGMENT_SIZE + AXIS_SEGMENT
+    if G[SEGMENT_RUNS] == 1 and int(plan[first + SEGMENT_MODE]) == _POINTING:
+        _set_direction(H, G, C, plan, first, time_s)
+        return
     for axis in range(AXES):
         h, c = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE
         s = G[SEGMENT] * SEGMENT_SIZE + AXIS_SEGMENT + axis * AXIS_SEGMENT_SIZE
-        mode = int(plan[s + SEGMENT_MODE])
+        mode = wanted_mode(G, plan, axis)
         if G[SEGMENT_RUNS] == 1:
             origin = H[h + START_VALUE] if int(plan[s + ORIGIN]) == _START else 0.0
             value, slope = reference_at(
@@ -136,10 +143,41 @@ def set_references(H: np.ndarray, G: np.ndarray, C: np.ndarray, plan: np.ndarray
         else:
             value, slope = (H[h + REFERENCE] if mode == _POSITION else 0.0), 0.0
         if mode == _POSITION:
-            held = clamp(value, max(C[c + POSITION_LOW], C[c + WRAP_LOW]), min(C[c + POSITION_HIGH], C[c + WRAP_HIGH]))
+            held = _within_limits(value, C, c)
             if held != value:
                 value, slope = held, 0.0
-        H[h + REFERENCE], H[h + SLOPE] = value, slope
+        H[h + REFERENCE], H[h + SLOPE], H[h + CURVE] = value, slope, math.nan
+
+
+@compiled
+def _within_limits(position: float, C: np.ndarray, c: int) -> float:
+    """A joint position (rad) held within soft travel and cable."""
+    return clamp(position, max(C[c + POSITION_LOW], C[c + WRAP_LOW]), min(C[c + POSITION_HIGH], C[c + WRAP_HIGH]))
+
+
+@compiled
+def _set_direction(H: np.ndarray, G: np.ndarray, C: np.ndarray, plan: np.ndarray, first: int, time_s: float) -> None:
+    """References of both joints that look in a direction in space: azimuth and elevation of the two axes' shapes."""
+    second = first + AXIS_SEGMENT_SIZE
+    azimuth, azimuth_rate = reference_at(int(plan[first + SHAPE]), plan, first + SHAPE_PARAMETERS, 0.0, 0.0, time_s)
+    elevation, elevation_rate = reference_at(
+        int(plan[second + SHAPE]), plan, second + SHAPE_PARAMETERS, 0.0, 0.0, time_s
+    )
+    outer, inner = joints_towards(azimuth, elevation, azimuth_rate, elevation_rate, H, C)
+    for axis in range(AXES):
+        h, c = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE
+        value, slope, curve = inner if axis else outer
+        if axis == 0:
+            before = H[h + REFERENCE] if G[AXIS_G + MODE] == _POSITION else H[h + MEASURED_POSITION]
+            low, high = max(C[c + POSITION_LOW], C[c + WRAP_LOW]), min(C[c + POSITION_HIGH], C[c + WRAP_HIGH])
+            value = nearest_turn(value, before, low, high)
+        held = _within_limits(value, C, c)
+        if held != value:
+            value, slope, curve = held, 0.0, 0.0
+        if abs(slope) > C[c + RATE_REFERENCE_LIMIT] or abs(slope) > C[c + PREFILTER_RATE] > 0.0:
+            # near the zenith: faster than the joint may go, so it comes after as if by steps
+            slope, curve = 0.0, math.nan
+        H[h + REFERENCE], H[h + SLOPE], H[h + CURVE] = value, slope, curve
 
 
 @compiled

@@ -96,8 +96,9 @@ AXIS_H = 24
     LATE_IMPULSE,
     LAST_RATE,
     LAST_JOINT_RATE,
-) = range(CONTROL_STATES, CONTROL_STATES + 24)
-AXIS_H_SIZE = CONTROL_STATES + 24
+    CURVE,  # slope of SLOPE (rad/s^2), NaN where nobody knows it
+) = range(CONTROL_STATES, CONTROL_STATES + 25)
+AXIS_H_SIZE = CONTROL_STATES + 25
 H_SIZE = AXIS_H + AXES * AXIS_H_SIZE
 
 # --- G: state

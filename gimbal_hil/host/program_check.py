@@ -56,6 +56,7 @@ def require_program(values: NDArray[np.float64], length: int, where: str) -> Non
 
 def _findings(segments: NDArray[np.float64], size: int) -> Iterator[Finding]:
     yield from _of_headers(segments)
+    yield from _of_directions(segments)
     for axis in range(layout.AXES):
         start = layout.AXIS_SEGMENT + axis * layout.AXIS_SEGMENT_SIZE
         yield from _of_axis(segments[:, start : start + layout.AXIS_SEGMENT_SIZE], segments.size, size)
@@ -81,6 +82,20 @@ def _of_headers(segments: NDArray[np.float64]) -> Iterator[Finding]:
             "an end condition that does not exist",
             "a kind, an axis, a threshold",
         )
+
+
+def _of_directions(segments: NDArray[np.float64]) -> Iterator[Finding]:
+    """A direction takes both axes, and has no start to count or move from."""
+    outer, inner = (
+        segments[:, start : start + layout.SHAPE_PARAMETERS]
+        for start in (layout.AXIS_SEGMENT, layout.AXIS_SEGMENT + layout.AXIS_SEGMENT_SIZE)
+    )
+    points = [block[:, layout.SEGMENT_MODE] == Mode.POINTING for block in (outer, inner)]
+    yield points[0] != points[1], "mode pointing on one axis", "on both: they hold a direction together"
+    for block in (outer, inner):
+        moves = np.isin(block[:, layout.SHAPE], (Shape.TRAPEZOID, Shape.SMOOTH))
+        bad = points[0] & (moves | (block[:, layout.ORIGIN] == ReferenceOrigin.START))
+        yield bad, "mode pointing with a start", "hold, ramp, sine, chirp, pulses or table, from zero"
 
 
 def _of_axis(block: NDArray[np.float64], tables: int, size: int) -> Iterator[Finding]:

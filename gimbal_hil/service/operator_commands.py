@@ -16,7 +16,7 @@ from gimbal_hil.host import AXIS_NAMES, AxisCommand, Program, ReferenceOrigin, S
 _MODES = {mode.name.lower(): mode for mode in Mode}
 _SHAPES = {shape.name.lower(): shape for shape in Shape}
 _ORIGINS = {origin.name.lower(): origin for origin in ReferenceOrigin}
-ModeName = Literal["off", "torque", "rate", "position", "inertial_rate"]
+ModeName = Literal["off", "torque", "rate", "position", "inertial_rate", "pointing"]
 ShapeName = Literal["hold", "ramp", "sine", "chirp", "trapezoid", "smooth", "pulses", "table"]
 
 

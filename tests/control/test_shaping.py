@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -19,7 +21,7 @@ def shaped(asked: NDArray[np.float64], slope: NDArray[np.float64]) -> NDArray[np
     start_shaping(0.0, H, 0)
     rows = []
     for value, rate in zip(asked, slope, strict=True):
-        shape_position(value, rate, STEP_S, H, 0, C, 0)
+        shape_position(value, rate, math.nan, STEP_S, H, 0, C, 0)
         rows.append(H[layout.SHAPED_POSITION : layout.SHAPED_ACCELERATION + 1].copy())
     return np.array(rows)
 
