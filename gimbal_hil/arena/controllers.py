@@ -36,7 +36,7 @@ def _plain(document: Document) -> None:
 
 
 def _shipped(document: Document) -> None:
-    """`config/virtual_antenna.yaml` as it is."""
+    """The shipped configuration, config/virtual_antenna.yaml, as it is."""
 
 
 def _with_model(document: Document, **parts: bool) -> None:

@@ -14,21 +14,23 @@ if TYPE_CHECKING:
     from plotly.graph_objects import Figure as PlotlyFigure
 
 _MICRO = 1e6
-#: (title, which scenarios, figure, unit factor, format)
-Column = tuple[str, Callable[[TrialOutcome], float], float, str]
-_LINE_OF_SIGHT: Column = ("line of sight, rms [urad]", lambda one: one.los_rms, _MICRO, ".2f")
+#: title, figure of an outcome, factor to the unit of the title
+Column = tuple[str, Callable[[TrialOutcome], float], float]
+_LINE_OF_SIGHT: Column = ("line of sight, rms [urad]", lambda one: one.los_rms, _MICRO)
 _AXES: tuple[Column, ...] = (
-    ("outer, rms [urad]", lambda one: one.rms[0], _MICRO, ".2f"),
-    ("inner, rms [urad]", lambda one: one.rms[1], _MICRO, ".2f"),
+    ("outer, rms [urad]", lambda one: one.rms[0], _MICRO),
+    ("inner, rms [urad]", lambda one: one.rms[1], _MICRO),
 )
 _PEAKS: tuple[Column, ...] = (
-    ("outer, peak after a reversal [urad]", lambda one: one.reversal_peak[0], _MICRO, ".0f"),
-    ("inner, peak after a reversal [urad]", lambda one: one.reversal_peak[1], _MICRO, ".0f"),
+    ("outer, peak after a reversal [urad]", lambda one: one.reversal_peak[0], _MICRO),
+    ("inner, peak after a reversal [urad]", lambda one: one.reversal_peak[1], _MICRO),
 )
 _STEPS: tuple[Column, ...] = (
-    ("overshoot [%]", lambda one: one.overshoot, 1.0, ".2f"),
-    ("settling to 2 % [s]", lambda one: one.settling_s, 1.0, ".2f"),
+    ("overshoot [%]", lambda one: one.overshoot, 1.0),
+    ("settling to 2 % [s]", lambda one: one.settling_s, 1.0),
 )
+#: one for each controller that there is by name
+_COLOURS = ("#8a94a0", "#b8860b", "#1f6f8b", "#4a8c5c", "#6a4c93", "#7a5230", "#c2579b", "#b3261e")
 #: scenarios whose errors are drawn over time, where they are among those run
 _DRAWN = 3
 
@@ -129,19 +131,25 @@ def _cell(
     value = found.spread(scenario.name, antenna, controller, column[1])
     if value is None:
         return "-"
-    mean = format(column[2] * value.mean, column[3])
-    return f"{mean} ± {column[2] * value.deviation:.1g}" if spread and found.seeds > 1 else mean
+    mean, deviation = column[2] * value.mean, column[2] * value.deviation
+    decimals = 0 if mean >= 100.0 else 1 if mean >= 10.0 else 2
+    told = f"{mean:.{decimals}f}"
+    # a deviation that the digits shown do not have is not shown
+    if not spread or deviation < 0.5 * 10.0**-decimals:
+        return told
+    return f"{told} ± {deviation:.{decimals}f}"
 
 
 def _bars(found: ArenaResult, scenarios: Sequence[Scenario], antenna: str) -> PlotlyFigure:
     from gimbal_hil.plots import figure
 
     drawn = figure(f"Line-of-sight error, antenna {antenna}", "", "rms [urad]", 460)
-    for entrant in found.entrants:
+    for place, entrant in enumerate(found.entrants):
         cells: list[Spread | None] = [
             found.spread(one.name, antenna, entrant.name, _LINE_OF_SIGHT[1]) for one in scenarios
         ]
         drawn.add_bar(
+            marker_color=_COLOURS[place % len(_COLOURS)],
             x=[one.name for one in scenarios],
             y=[None if cell is None else _MICRO * cell.mean for cell in cells],
             name=entrant.name,
@@ -159,11 +167,12 @@ def _drawn_errors(found: ArenaResult, scenarios: Sequence[Scenario]) -> list[Blo
     picked = [next((one for one in scenarios if one.name.startswith(kind)), None) for kind in kinds]
     for scenario in [one for one in picked if one is not None][:_DRAWN]:
         drawn = figure(scenario.name, "time [s]", "line-of-sight error [urad]")
-        for entrant in found.entrants:
+        for place, entrant in enumerate(found.entrants):
             outcomes = found.of(scenario.name, antenna, entrant.name)
             if outcomes and outcomes[0].trace is not None:
                 time_s, error = outcomes[0].trace
-                drawn.add_scatter(x=time_s, y=_MICRO * error, name=entrant.name)
+                line = dict(color=_COLOURS[place % len(_COLOURS)])
+                drawn.add_scatter(x=time_s, y=_MICRO * error, name=entrant.name, line=line)
         drawn.update_yaxes(type="log")
         blocks.append(Plot(drawn, f"Antenna {antenna}, first seed. The first seconds are not judged."))
     return [Heading("Errors over time"), *blocks] if blocks else []

@@ -38,4 +38,7 @@ def _bounds(mode: str, axis: AxisSettings) -> tuple[float, float, str, str]:
             key if math.isfinite(max(-low, high)) else "what the encoder can count",
             "rad",
         )
+    if mode == "pointing":
+        # where the joints cannot follow they stop at their limits: the base moves on
+        return -2.0 * math.pi, 2.0 * math.pi, "a whole turn", "rad"
     return 0.0, 0.0, "mode off, which takes no value", ""

@@ -187,5 +187,8 @@ def _command(rng: np.random.Generator) -> AxisCommand:
     if shape is Shape.TABLE:
         table = tuple(rng.uniform(-0.5, 0.5, int(rng.integers(1, 20))).tolist())
     guard = Guard(rate_rad_s=number(0.5, 5.0)) if rng.random() < 0.2 else Guard()
-    mode, origin = Mode(int(rng.choice([int(m) for m in Mode]))), ReferenceOrigin(int(rng.integers(2)))
+    mode, origin = (
+        Mode(int(rng.choice([int(m) for m in Mode if m is not Mode.POINTING]))),
+        ReferenceOrigin(int(rng.integers(2))),
+    )
     return AxisCommand(mode, shape, parameters, origin, guard, table)
