@@ -103,7 +103,7 @@ class Feedforward(Strict):
     )
 
 
-class Observer(Strict):
+class JointObserver(Strict):
     """Kalman observer of joint position, rate and disturbance, from encoder, gyro, base rate and the torque sent; the
     loops work on its estimates, and the disturbance takes the integrators' place. Noises, gyro lag and delay are those
     of `model_control.model`.
@@ -203,7 +203,7 @@ class AxisSettings(Strict):
     rate_loop: RateLoop = Field(description="gyro loop")
     prefilter: Prefilter | None = Field(default=None, description="of the position reference; none unless given")
     feedforward: Feedforward = Field(default=Feedforward(), description="what is given to the loops in advance")
-    observer: Observer | None = Field(
+    observer: JointObserver | None = Field(
         default=None, description="closes the loops in place of the raw sensors; needs `model_control`"
     )
     limits: Limits = Field(description="what the supervisor holds this axis to")

@@ -13,7 +13,7 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.control import ObservedJoint
 from gimbal_hil.control import layout as control
 from gimbal_hil.host import layout
-from gimbal_hil.settings.axis import Observer
+from gimbal_hil.settings.axis import JointObserver
 from gimbal_hil.settings.daemon import DaemonSettings, ModelControl
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def fill_model_control(C: NDArray[np.float64], settings: DaemonSettings, chosen:
             block[control.OBSERVER_GAIN : control.OBSERVER_GAIN + 2 * control.OBSERVER_STATES] = _gains(joint)
 
 
-def observed_joint(model: AntennaModel, axis: str, step_s: float, observer: Observer) -> ObservedJoint:
+def observed_joint(model: AntennaModel, axis: str, step_s: float, observer: JointObserver) -> ObservedJoint:
     """What the observer of one joint is made of: the sensors' noises and lag by the model."""
     from sim_backend.model import gyro_filter
 
@@ -78,7 +78,7 @@ def observed_joint(model: AntennaModel, axis: str, step_s: float, observer: Obse
     )
 
 
-def _delay_ticks(model: AntennaModel, axis: str, step_s: float, observer: Observer | None) -> int:
+def _delay_ticks(model: AntennaModel, axis: str, step_s: float, observer: JointObserver | None) -> int:
     """Whole ticks from a torque to its effect: transport delays and the actuator's lag."""
     if observer is not None and observer.delay_ticks is not None:
         return observer.delay_ticks
