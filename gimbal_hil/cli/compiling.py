@@ -22,6 +22,7 @@ from gimbal_hil.cli.progress import error_console
 #: kernel -> what it is, functions that it inlines as counted from a cold start; the bar's length, nothing depends on it
 _KERNELS: dict[str, tuple[str, int]] = {
     "device_frame_tick": ("the virtual antenna", 150),
+    "pass_tick": ("the virtual antenna around the C device", 150),
     "host_frame_tick": ("the host", 124),
     "run_ticks": ("host and antenna in one loop", 300),
     "run_open_loop": ("the plant alone", 60),

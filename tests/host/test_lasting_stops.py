@@ -40,6 +40,7 @@ def test_the_inner_axis_stays_where_it_came_to_rest_after(how: str) -> None:
 def test_the_drive_keeps_the_inner_axis_within_its_travel_where_the_host_does_not() -> None:
     document = shipped_settings().model_dump(mode="json", by_alias=True)
     document["axes"]["inner"]["limits"] |= {"position_low_rad": None, "position_high_rad": None}
+    document["axes"]["inner"]["adjustable"] = {}
     rig = _rig(settings_from_document(document, "test"))
     rig.host.command(program_of([Segment(AxisCommand(Mode.POSITION), AxisCommand(Mode.RATE, Shape.HOLD, (1.0,)))]))
     motion = rig.advance(4000)

@@ -93,7 +93,7 @@ def test_the_cable_is_not_wound_further_than_it_may_be_in_either_direction(side:
 def test_an_axis_that_is_too_fast_is_a_fault_in_either_direction(axis: int, side: float) -> None:
     torques = [0.0, 0.0]
     torques[axis] = side * (15.0, 6.0)[axis]
-    free = unmodelled(inner__limits__position_low_rad=None, inner__limits__position_high_rad=None)
+    free = unmodelled(inner__limits__position_low_rad=None, inner__limits__position_high_rad=None, inner__adjustable={})
     loop = HostLoop(free).connected().command(hold(Mode.TORQUE, *torques)).run(600)
     assert (loop.host.state, loop.host.cause) == (HostState.FAULT, HostCause.OVERSPEED), loop.texts()
 
