@@ -65,6 +65,7 @@ def test_a_users_file_of_ten_lines_is_run_and_a_failure_explains_itself(tmp_path
     assert [p.get("value") for p in case.iter("property")] == [str(folder)]
 
 
+@pytest.mark.heavy
 @pytest.mark.realtime
 def test_the_same_file_is_good_over_a_pseudo_terminal(tmp_path: Path) -> None:
     with plant("serial", tmp_path / "ready") as path:
