@@ -7,6 +7,7 @@ from firmware_protocol.documents.key_tables import Column, key_table
 from firmware_protocol.documents.limits import DocumentLimits
 from firmware_protocol.documents.refusal import Refusals, refusal_of
 from firmware_protocol.documents.strict import LARGEST_NUMBER, Strict, with_strict_numbers
+from firmware_protocol.documents.yaml_editing import yaml_edited
 from firmware_protocol.documents.yaml_reading import read_yaml, yaml_mapping
 from firmware_protocol.documents.yaml_writing import yaml_text
 
@@ -22,6 +23,7 @@ __all__ = [
     "read_yaml",
     "refusal_of",
     "with_strict_numbers",
+    "yaml_edited",
     "yaml_mapping",
     "yaml_text",
 ]

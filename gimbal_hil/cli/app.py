@@ -49,6 +49,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "Find where model and measurement disagree, name what is missing, add it, show the gap shrink.",
     ),
     "improve": ("improve", "Experiment, diagnose and correct until the model is at the noise floor or has to give up."),
+    "tune": ("tune", "Gains, observers and feed-forward for a model, with margins kept."),
     "replay": (
         "replay",
         "Re-run a recorded run against its frames: identical, or the first tick and signal that differ.",

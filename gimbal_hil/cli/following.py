@@ -125,6 +125,13 @@ def after_improve(out: Path, config: Path | None, at_the_floor: bool) -> str:
     return command_line("improve", config=config, model=model, out=out.with_name(f"{out.name}_on"))
 
 
+def after_tune(config: Path, tuned: Path, model: str, axes: int) -> str:
+    """Both configurations beside each other on the antenna that the model describes; for one axis the file."""
+    if axes < 2:
+        return command_line("check", tuned)
+    return command_line("bench", "pointing", controller=[str(config), str(tuned)], antenna=model, scenario="aircraft")
+
+
 def after_replay(run: Path, identical: bool) -> str:
     """The run for other tools; where the replay differs, what the run says of itself."""
     if identical:

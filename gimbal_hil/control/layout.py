@@ -53,7 +53,10 @@ GYRO_LAG = 36
 #: what an innovation of encoder (rad) and gyro (rad/s) corrects: two numbers for each state of the observer
 OBSERVER_GAIN = 42
 OBSERVER_STATES = 6
-CONTROL_PARAMETERS = OBSERVER_GAIN + 2 * OBSERVER_STATES
+#: gains of the loops while the observer closes them: joint rate over position error (1/s), units over rate error
+OBSERVER_POSITION_KP = OBSERVER_GAIN + 2 * OBSERVER_STATES
+OBSERVER_RATE_KP = OBSERVER_POSITION_KP + 1
+CONTROL_PARAMETERS = OBSERVER_RATE_KP + 1
 
 # --- H: state of one axis ---------------------------------------------------------------------------------------------
 #: integrators of the two loops (rad/s; controller units), prefilter output (rad), torque of the last tick (N m)

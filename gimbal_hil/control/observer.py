@@ -28,10 +28,10 @@ from gimbal_hil.control.layout import (
     MOST_DELAY_TICKS,
     MOVED_INERTIA,
     OBSERVER_GAIN,
+    OBSERVER_POSITION_KP,
+    OBSERVER_RATE_KP,
     OBSERVER_STATES,
     PENDING,
-    POSITION_KP,
-    RATE_KP,
     RATE_REFERENCE_LIMIT,
     SHAPED_ACCELERATION,
     SHAPED_POSITION,
@@ -110,17 +110,15 @@ def observed_torque(
     if mode == _POSITION:
         there = H[h + SHAPED_POSITION] + ahead * (H[h + SHAPED_RATE] + 0.5 * ahead * curve)
         low, high = max(-C[c + RATE_REFERENCE_LIMIT], allowed[0]), min(C[c + RATE_REFERENCE_LIMIT], allowed[1])
-        wanted = clamp(C[c + POSITION_KP] * (there - q) + H[h + SHAPED_RATE] + ahead * curve, low, high)
+        wanted = clamp(C[c + OBSERVER_POSITION_KP] * (there - q) + H[h + SHAPED_RATE] + ahead * curve, low, high)
         H[h + LOOP_REFERENCE], H[h + LOOP_ERROR] = H[h + SHAPED_POSITION], H[h + SHAPED_POSITION] - H[h + EST_POSITION]
     else:
         wanted = reference
         if mode == _INERTIAL_RATE:
             wanted -= base_rate + H[h + EST_OFFSET]
         H[h + LOOP_REFERENCE], H[h + LOOP_ERROR] = reference, wanted - H[h + EST_RATE]
-    inertia, limit = H[h + MOVED_INERTIA], C[c + TORQUE_LIMIT]
-    torque = (
-        C[c + TORQUE_SCALE] * C[c + RATE_KP] * (wanted - v) + inertia * (curve - H[h + EST_DISTURBANCE]) + H[h + DRAG]
-    )
+    inertia, limit, kp = H[h + MOVED_INERTIA], C[c + TORQUE_LIMIT], C[c + TORQUE_SCALE] * C[c + OBSERVER_RATE_KP]
+    torque = kp * (wanted - v) + inertia * (curve - H[h + EST_DISTURBANCE]) + H[h + DRAG]
     H[h + TORQUE] = clamp(torque, -limit, limit)
     return float(H[h + TORQUE])
 

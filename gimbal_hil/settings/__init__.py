@@ -9,11 +9,11 @@ from gimbal_hil.settings.adjusting import (
     merged,
     require_adjustable,
 )
-from gimbal_hil.settings.axis import WIRE_TURNS, AxisSettings
+from gimbal_hil.settings.axis import WIRE_TURNS, AxisSettings, JointObserver
 from gimbal_hil.settings.configuration import host_configuration
 from gimbal_hil.settings.daemon import AxisNames, DaemonSettings, FirstTestChoice, load_settings, settings_from_document
 from gimbal_hil.settings.link import EmbeddedAntenna
-from gimbal_hil.settings.model_control import observed_joint
+from gimbal_hil.settings.model_control import delay_ticks, observed_joint
 from gimbal_hil.settings.shipped import shipped_settings, shipped_settings_path
 
 __all__ = [
@@ -25,9 +25,11 @@ __all__ = [
     "DaemonSettings",
     "EmbeddedAntenna",
     "FirstTestChoice",
+    "JointObserver",
     "adjustable_numbers",
     "adjusted",
     "adjustments_from",
+    "delay_ticks",
     "host_configuration",
     "load_settings",
     "merged",

@@ -114,6 +114,10 @@ class JointObserver(Strict):
         default=0.003,
         description="how fast the gyro may drift against joint and base rate, rad/s in a root second",
     )
+    position_kp_per_s: Positive | None = Field(
+        default=None, description="`position_loop.kp_per_s` while the observer closes the loops; the same unless given"
+    )
+    rate_kp_s_per_rad: Positive | None = Field(default=None, description="`rate_loop.kp_s_per_rad` likewise")
     delay_ticks: Annotated[int, Field(ge=0, le=8)] | None = Field(
         default=None, description="ticks from a torque to its effect, in place of the model's"
     )

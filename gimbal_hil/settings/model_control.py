@@ -50,10 +50,13 @@ def fill_model_control(C: NDArray[np.float64], settings: DaemonSettings, chosen:
         block[control.FRICTION : control.FRICTION + len(_FRICTION)] = [
             model.number(name, f"friction.{key}") for key in _FRICTION
         ]
-        block[control.DELAY_TICKS] = _delay_ticks(model, name, settings.step_s, section.observer)
+        block[control.DELAY_TICKS] = delay_ticks(model, name, settings.step_s, section.observer)
         if section.observer is not None:
             joint = observed_joint(model, name, settings.step_s, section.observer)
             block[control.OBSERVED] = 1.0
+            own = section.observer
+            block[control.OBSERVER_POSITION_KP] = own.position_kp_per_s or section.position_loop.kp_per_s
+            block[control.OBSERVER_RATE_KP] = own.rate_kp_s_per_rad or section.rate_loop.kp_s_per_rad
             block[control.GYRO_LAG : control.GYRO_LAG + 6] = joint.gyro_lag
             block[control.OBSERVER_GAIN : control.OBSERVER_GAIN + 2 * control.OBSERVER_STATES] = _gains(joint)
 
@@ -78,7 +81,7 @@ def observed_joint(model: AntennaModel, axis: str, step_s: float, observer: Join
     )
 
 
-def _delay_ticks(model: AntennaModel, axis: str, step_s: float, observer: JointObserver | None) -> int:
+def delay_ticks(model: AntennaModel, axis: str, step_s: float, observer: JointObserver | None = None) -> int:
     """Whole ticks from a torque to its effect: transport delays and the actuator's lag."""
     if observer is not None and observer.delay_ticks is not None:
         return observer.delay_ticks

@@ -7,6 +7,7 @@ it closes. All loops of an axis are cut at once where they meet, at the torque.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -57,6 +58,10 @@ class AxisDynamics:
         """The same with another inertia and more delay."""
         return replace(self, inertia_kg_m2=inertia * self.inertia_kg_m2, delay_s=self.delay_s + later_s)
 
+    def with_sensing(self, gyro_rad_s: float, modes: tuple[tuple[float, float, float], ...]) -> AxisDynamics:
+        """The same with another gyro and other modes."""
+        return replace(self, gyro_rad_s=gyro_rad_s, modes=modes)
+
 
 @dataclass(frozen=True)
 class CascadeLaw:
@@ -76,6 +81,12 @@ class CascadeLaw:
         moved = axis.rate(w, self.step_s)
         return np.asarray(rate * moved * (axis.gyro(w) + position / (1j * w)))
 
+    def answers(self, w: Frequencies) -> tuple[Response, Response]:
+        """Torque with its sign turned that a reading of encoder (N m/rad) and gyro (N m s/rad) asks for."""
+        z = np.exp(1j * w * self.step_s)
+        rate = self.rate_kp + self.rate_ki * self.step_s / (z - 1.0)
+        return rate * (self.position_kp + self.position_ki * self.step_s / (z - 1.0)), rate
+
 
 @dataclass(frozen=True)
 class ObservedLaw:
@@ -88,37 +99,63 @@ class ObservedLaw:
     #: inertia that the law believes in (kg m^2), and ticks of delay
     inertia_kg_m2: float
     delay_ticks: int
+    #: the observer's response at the frequencies in question, where somebody has it already
+    filtered: FilterResponse | None = None
 
     def torque(self, w: Frequencies, axis: AxisDynamics) -> Response:
         """As `CascadeLaw.torque`."""
         moved = axis.rate(w, self.joint.step_s)
+        encoder, gyro = self.answers(w)
+        return np.asarray(encoder * moved / (1j * w) + gyro * moved * axis.gyro(w))
+
+    def answers(self, w: Frequencies) -> tuple[Response, Response]:
+        """As `CascadeLaw.answers`."""
         encoder, gyro = self.accelerations(w)
-        return np.asarray(self.inertia_kg_m2 * (encoder * moved / (1j * w) + gyro * moved * axis.gyro(w)))
+        return self.inertia_kg_m2 * encoder, self.inertia_kg_m2 * gyro
 
     def accelerations(self, w: Frequencies) -> tuple[Response, Response]:
         """What the law answers, as an acceleration with its sign turned, to a reading of encoder and gyro."""
-        T, d, A = self.joint.step_s, self.delay_ticks, self.joint.transition()
-        K, H = self.gains, np.zeros((2, 6))
-        H[0, 0] = H[1, 4] = 1.0
-        kept = np.eye(6) - K @ H
-        B = np.zeros(6)
-        B[:2] = 0.5 * T * T, T
-        lag = self.joint.gyro_lag
-        B[4:] = (T, 0.0) if lag[0] == 0.0 else (0.5 * T * lag[4], 0.5 * T * lag[5])
-        ahead = A[:3, :3]
+        filtered = self.filtered if self.filtered is not None else filter_response(self.joint, self.gains, w)
         stiff = self.rate_kp / self.inertia_kg_m2
         k = np.array([stiff * self.position_kp, stiff, 1.0])
-        later = k @ np.linalg.matrix_power(ahead, d)
-        pending = [k @ np.linalg.matrix_power(ahead, i) @ B[:3] for i in range(d)]
-        z = np.exp(1j * w * T)[:, None, None]
-        inverse = np.linalg.inv(np.eye(6) - kept @ A / z)
-        states = inverse @ K
-        by_itself = (inverse @ (kept @ B)[:, None])[:, :, 0] * (z[:, :, 0] ** (-1 - d))
-        own = 1.0 + by_itself[:, :3] @ later
-        for i, share in enumerate(pending):
-            own = own + share * z[:, 0, 0] ** (-1 - i)
-        answered = np.einsum("i,nij->nj", later, states[:, :3, :]) / own[:, None]
+        ahead, torque = self.joint.transition()[:3, :3], torque_input(self.joint)
+        later = k @ np.linalg.matrix_power(ahead, self.delay_ticks)
+        z = np.exp(1j * w * self.joint.step_s)
+        own = 1.0 + (filtered.by_itself @ later) * z ** (-1 - self.delay_ticks)
+        for i in range(self.delay_ticks):
+            own = own + (k @ np.linalg.matrix_power(ahead, i) @ torque[:3]) * z ** (-1 - i)
+        answered = np.einsum("i,nij->nj", later, filtered.readings) / own[:, None]
         return answered[:, 0], answered[:, 1]
+
+
+@dataclass(frozen=True)
+class FilterResponse:
+    """What an observer makes of its inputs at frequencies (n): joint position, rate and disturbance over a reading of
+    encoder and gyro (n, 3, 2), and over a torque as an acceleration, once it acts (n, 3).
+    """
+
+    readings: Response
+    by_itself: Response
+
+
+def filter_response(joint: ObservedJoint, gains: NDArray[np.float64], w: Frequencies) -> FilterResponse:
+    """Response of the observer with these gains (6, 2)."""
+    A, measured = joint.transition(), np.zeros((2, 6))
+    measured[0, 0] = measured[1, 4] = 1.0
+    kept = np.eye(6) - gains @ measured
+    z = np.exp(1j * w * joint.step_s)[:, None, None]
+    inverse = np.linalg.inv(np.eye(6) - kept @ A / z)
+    readings, by_itself = inverse @ gains, inverse @ (kept @ torque_input(joint))[:, None]
+    return FilterResponse(
+        np.asarray(readings[:, :3], dtype=np.complex128), np.asarray(by_itself[:, :3, 0], dtype=np.complex128)
+    )
+
+
+def torque_input(joint: ObservedJoint) -> NDArray[np.float64]:
+    """What an acceleration over a tick adds to the observer's states (6,)."""
+    T, lag = joint.step_s, joint.gyro_lag
+    ideal = lag[0] == 0.0
+    return np.array([0.5 * T * T, T, 0.0, 0.0, *((T, 0.0) if ideal else (0.5 * T * lag[4], 0.5 * T * lag[5]))])
 
 
 Law = CascadeLaw | ObservedLaw
@@ -150,8 +187,57 @@ def least_margin(law: Law, cases: Sequence[AxisDynamics], w: Frequencies) -> flo
     return min(disk_margin(law.torque(w, case)) for case in cases)
 
 
-def compliance(law: Law, axis: AxisDynamics, w: Frequencies) -> float:
-    """Largest joint angle (rad) that a disturbance torque of 1 N m leaves at any frequency."""
-    undelayed = replace(axis, delay_s=0.0)
-    moved = undelayed.rate(w, law.joint.step_s if isinstance(law, ObservedLaw) else law.step_s) / (1j * w)
-    return float(np.max(np.abs(moved / (1.0 + law.torque(w, axis)))))
+@dataclass(frozen=True)
+class Disturbances:
+    """What moves an axis off its reference: a torque that walks (N m in a root second), a gyro that walks against joint
+    and base rate (rad/s in a root second; what the navigation is wrong by is in it), and one standard deviation of a
+    sample of encoder (rad) and gyro (rad/s).
+    """
+
+    torque_walk_nm: float
+    gyro_walk_rad_s: float
+    encoder_noise_rad: float
+    gyro_noise_rad_s: float
+
+
+@dataclass(frozen=True)
+class Errors:
+    """What a law leaves of an axis' pointing, rms in rad, for each of the disturbances."""
+
+    torque_rad: float
+    gyro_walk_rad: float
+    noise_rad: float
+
+    @property
+    def rms(self) -> float:
+        """All together."""
+        return math.hypot(self.torque_rad, self.gyro_walk_rad, self.noise_rad)
+
+
+def errors(law: Law, axis: AxisDynamics, w: Frequencies, given: Disturbances) -> Errors:
+    """Errors of an axis under a law that is stable on it.
+
+    White samples have the spectrum sigma^2 T up to half the rate, a walk sigma^2 / w^2; both two-sided, integrated over
+    `w`.
+    """
+    step_s = law.joint.step_s if isinstance(law, ObservedLaw) else law.step_s
+    loop, (encoder, gyro) = law.torque(w, axis), law.answers(w)
+    left = 1.0 / (1.0 + loop)
+    moved = np.abs(axis.rate(w, step_s) / (1j * w) * left)
+    at_once = np.abs(replace(axis, delay_s=0.0).rate(w, step_s) / (1j * w) * left)
+
+    def rms(density: Frequencies) -> float:
+        return math.sqrt(float(np.trapezoid(density, w)) / math.pi)
+
+    noise = (given.encoder_noise_rad * np.abs(encoder)) ** 2 + (given.gyro_noise_rad_s * np.abs(gyro)) ** 2
+    return Errors(
+        given.torque_walk_nm * rms((at_once / w) ** 2),
+        given.gyro_walk_rad_s * rms((moved * np.abs(gyro) / w) ** 2),
+        rms(moved**2 * noise * step_s),
+    )
+
+
+def crossing_rad_s(loop: Response, w: Frequencies) -> float:
+    """Highest frequency at which a loop's gain is one; 0 where it never is."""
+    above = np.flatnonzero(np.abs(loop) >= 1.0)
+    return float(w[above[-1]]) if len(above) else 0.0

@@ -34,6 +34,8 @@ LINES = [
     following.after_discrepancy(OPEN | {"verdict": "ambiguous"}, None, 1, Path("out/verdict")),
     following.after_improve(Path("better"), None, True),
     following.after_improve(Path("better"), Path("c.yaml"), False),
+    following.after_tune(Path("c.yaml"), Path("c.tuned.yaml"), "realistic", 2),
+    following.after_tune(Path("c.yaml"), Path("c.tuned.yaml"), "emps", 1),
     following.after_replay(HERE, True),
     following.after_export(HERE, Path("a.csv"), True),
     following.after_effects(None, None),
