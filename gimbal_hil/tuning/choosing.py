@@ -115,7 +115,7 @@ def survives(laws: Sequence[Law], task: TuningTask) -> bool:
 
 
 @dataclass(frozen=True)
-class Chosen:
+class LoopChoice:
     """Numbers of a law, (position 1/s, rate crossing rad/s, third), and the laws they make on the cases."""
 
     numbers: tuple[float, float, float]
@@ -126,7 +126,7 @@ class Chosen:
 Maker = Callable[[tuple[float, float, float]], tuple[Law, ...]]
 
 
-def choose_cascade(task: TuningTask) -> Chosen | None:
+def choose_cascade(task: TuningTask) -> LoopChoice | None:
     """Cascade of least predicted error, numbers (position kp 1/s, rate crossing rad/s, rate corner rad/s); None where
     no cascade keeps the margin.
     """
@@ -148,7 +148,7 @@ def cascade_laws(numbers: tuple[float, float, float], task: TuningTask) -> tuple
     return (law,) * len(task.cases)
 
 
-def choose_observed(task: TuningTask, joint: Callable[[float], ObservedJoint], delay_ticks: int) -> Chosen | None:
+def choose_observed(task: TuningTask, joint: Callable[[float], ObservedJoint], delay_ticks: int) -> LoopChoice | None:
     """Observer and gains of least predicted error, numbers (position kp 1/s, rate crossing rad/s, observer's bandwidth
     rad/s); `joint` makes an observer of a bandwidth.
     """
@@ -182,7 +182,7 @@ def observed_maker(task: TuningTask, joint: Callable[[float], ObservedJoint], de
     return make
 
 
-def _search(grid: Iterator[tuple[float, float, float]], make: Maker, task: TuningTask) -> Chosen | None:
+def _search(grid: Iterator[tuple[float, float, float]], make: Maker, task: TuningTask) -> LoopChoice | None:
     """Best of a grid, refined by steps in each number while that gains and the margins hold."""
     w, top = task.frequencies, task.quickest_rad_s
     ranked = sorted((error, numbers) for numbers in grid if (error := _error(make(numbers), task, w)) < math.inf)
@@ -204,7 +204,7 @@ def _search(grid: Iterator[tuple[float, float, float]], make: Maker, task: Tunin
                 error = _error(laws, task, w)
                 if error < least * (1.0 - 1e-3) and survives(laws, task):
                     best, least, gained = tried, error, True
-    return Chosen(best, make(best))
+    return LoopChoice(best, make(best))
 
 
 def _turned(numbers: tuple[float, float, float], place: int, factor: float) -> tuple[float, float, float]:

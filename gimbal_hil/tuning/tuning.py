@@ -10,7 +10,7 @@ from typing import Any
 from gimbal_hil.settings import AxisSettings, DaemonSettings, JointObserver, delay_ticks, observed_joint
 from gimbal_hil.tuning.axis_cases import axis_cases
 from gimbal_hil.tuning.choosing import (
-    Chosen,
+    LoopChoice,
     LoopFigures,
     TuningTask,
     cascade_laws,
@@ -123,7 +123,7 @@ def _axis(settings: DaemonSettings, model: AntennaModel, axis: str, margin: floa
     return AxisTuning(axis, before, of_cascade, of_observed, _changes(section, model, axis, task, cascade, observed))
 
 
-def _observed(model: AntennaModel, axis: str, task: TuningTask) -> Chosen | None:
+def _observed(model: AntennaModel, axis: str, task: TuningTask) -> LoopChoice | None:
     def joint(bandwidth: float) -> Any:
         return observed_joint(model, axis, task.step_s, JointObserver(bandwidth_rad_s=bandwidth))
 
@@ -131,7 +131,12 @@ def _observed(model: AntennaModel, axis: str, task: TuningTask) -> Chosen | None
 
 
 def _changes(
-    section: AxisSettings, model: AntennaModel, axis: str, task: TuningTask, cascade: Chosen, observed: Chosen | None
+    section: AxisSettings,
+    model: AntennaModel,
+    axis: str,
+    task: TuningTask,
+    cascade: LoopChoice,
+    observed: LoopChoice | None,
 ) -> dict[str, Any]:
     """Keys of one axis, rounded as people would write them."""
     inertia, scale = max(case.inertia_kg_m2 for case in task.cases), section.rate_loop.torque_per_unit_nm

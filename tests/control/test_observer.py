@@ -41,7 +41,7 @@ def test_no_other_gains_estimate_better(lag: tuple[float, ...]) -> None:
 def law(delay: int) -> np.ndarray:
     """Parameters of an axis of 0.5 kg m^2 with the shipped gains."""
     C = np.zeros(layout.CONTROL_PARAMETERS)
-    C[layout.POSITION_KP], C[layout.RATE_KP], C[layout.TORQUE_SCALE] = 20.0, 60.0, 1.0
+    C[layout.OBSERVER_POSITION_KP], C[layout.OBSERVER_RATE_KP], C[layout.TORQUE_SCALE] = 20.0, 60.0, 1.0
     C[layout.RATE_REFERENCE_LIMIT], C[layout.TORQUE_LIMIT] = 3.0, 15.5
     C[layout.DELAY_TICKS] = delay
     C[layout.GYRO_LAG : layout.GYRO_LAG + 6] = LAG
