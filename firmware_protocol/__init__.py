@@ -13,6 +13,7 @@ __all__ = [
     "enumerations",
     "errors",
     "layout",
+    "lockstep",
     "mail",
     "messages",
     "protocol_versions",

@@ -25,6 +25,10 @@ extern "C" {
 #define GIMBAL_LATE_STEP 12u
 #define GIMBAL_UNKNOWN_COUNTER (-1)
 
+/* The edge of a tick in lockstep over a link, for simulated boards (docs/wire.md); a device with a clock drops it. */
+#define GIMBAL_EDGE_ID 0x7F0u
+#define GIMBAL_EDGE_DATA_ID 0x7Fu
+
 /* States of the drive after CiA 402 (IEC 61800-7-201). */
 enum gimbal_drive_state {
     GIMBAL_DRIVE_STATE_NOT_READY = 0,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from firmware_protocol.schema import CRC_BITS, CRC_POLYNOMIAL, MESSAGES, Field, Message, offset
+from firmware_protocol.schema import CRC_BITS, CRC_POLYNOMIAL, EDGE_CAN_ID, MESSAGES, Field, Message, offset
 from firmware_protocol.words import crc_table
 
 _DATA_ID_AND_PLACES = crc_table(CRC_POLYNOMIAL, CRC_BITS, 8)
@@ -13,6 +13,9 @@ CRC_TABLE: tuple[int, ...] = _DATA_ID_AND_PLACES[512:] + _DATA_ID_AND_PLACES[256
 
 #: where a CRC starts that has already taken a message's data id in
 CRC_INITIAL: tuple[int, ...] = tuple(_DATA_ID_AND_PLACES[message.data_id] for message in MESSAGES)
+
+#: the same for the edge of lockstep
+EDGE_INITIAL = _DATA_ID_AND_PLACES[EDGE_CAN_ID >> 4]
 
 #: columns of a row of FIELD_ROWS
 START, BITS, SIGNED, LOW, HIGH = range(5)

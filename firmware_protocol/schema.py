@@ -40,6 +40,10 @@ PAYLOAD_SIZE = 8
 RECORD_SIZE = 10  # one frame in a block: little-endian identifier, payload
 RECORD_FORMAT = "<H8s"
 
+#: the edge of a tick in lockstep over a link (`firmware_protocol.lockstep`): no message, a device with a clock of its
+#: own drops it; its number has so many bits
+EDGE_CAN_ID, EDGE_BITS = 0x7F0, 32
+
 #: the tick rate for which cycle times are quoted (DBC, docs)
 REFERENCE_RATE_HZ = 1000.0
 

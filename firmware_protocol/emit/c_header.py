@@ -7,7 +7,16 @@ from enum import Enum
 from firmware_protocol import receiver
 from firmware_protocol.emit.mail import screaming
 from firmware_protocol.enumerations import ENUMERATIONS
-from firmware_protocol.schema import CRC_CHECK, CRC_POLYNOMIAL, MESSAGES, PROTOCOL_VERSION, Direction, Field, Message
+from firmware_protocol.schema import (
+    CRC_CHECK,
+    CRC_POLYNOMIAL,
+    EDGE_CAN_ID,
+    MESSAGES,
+    PROTOCOL_VERSION,
+    Direction,
+    Field,
+    Message,
+)
 
 _HEAD = """/* The wire of the gimballed antenna, for firmware. C99.
  *
@@ -35,6 +44,10 @@ extern "C" {
 #define GIMBAL_EVENT_MEMORY_TICKS %(event_memory)du
 #define GIMBAL_LATE_STEP %(late_step)du
 #define GIMBAL_UNKNOWN_COUNTER (%(unknown_counter)d)
+
+/* The edge of a tick in lockstep over a link, for simulated boards (docs/wire.md); a device with a clock drops it. */
+#define GIMBAL_EDGE_ID 0x%(edge_id)03Xu
+#define GIMBAL_EDGE_DATA_ID 0x%(edge_data_id)02Xu
 """
 
 _ARITHMETIC = """
@@ -119,6 +132,8 @@ def emit_c() -> str:
         "event_memory": receiver.EVENT_MEMORY_TICKS,
         "late_step": receiver.LATE_STEP,
         "unknown_counter": receiver.UNKNOWN_COUNTER,
+        "edge_id": EDGE_CAN_ID,
+        "edge_data_id": EDGE_CAN_ID >> 4,
     }
     parts = [_HEAD % constants, *map(_enumeration, ENUMERATIONS), arithmetic]
     return "".join([*parts, *map(_message, MESSAGES), _FOOT])

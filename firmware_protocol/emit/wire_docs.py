@@ -8,11 +8,14 @@ from firmware_protocol.bus_load import LOAD_LIMIT, bus_load, frame_bits, highest
 from firmware_protocol.codec import pack_raw
 from firmware_protocol.emit.dbc import field_text
 from firmware_protocol.enumerations import ENUMERATIONS
+from firmware_protocol.lockstep import edge
 from firmware_protocol.receiver import DEGRADED_PERIODS, LATE_STEP, LOST_PERIODS
 from firmware_protocol.schema import (
     BY_NAME,
     CRC_CHECK,
     CRC_POLYNOMIAL,
+    EDGE_BITS,
+    EDGE_CAN_ID,
     MESSAGES,
     PROTOCOL_VERSION,
     REFERENCE_RATE_HZ,
@@ -27,7 +30,9 @@ _EXAMPLE = ("set_point", (8000, -4000, 7, 1, 1), 3)
 
 def emit_docs() -> str:
     """Text of the page."""
-    return "\n".join([_introduction(), _messages(), _enumerations(), _seal(), _receiver(), _serial(), _load()])
+    return "\n".join(
+        [_introduction(), _messages(), _enumerations(), _seal(), _receiver(), _serial(), _lockstep(), _load()]
+    )
 
 
 def _introduction() -> str:
@@ -135,6 +140,19 @@ not fit and is right again after the next zero. The frame above as a packet:
 `{encode_packets(block).hex(" ")}`.
 
 Over slcan a record is the line `tiiil<data>`; over a Unix socket (SOCK_SEQPACKET) a packet is a block as it is.
+"""
+
+
+def _lockstep() -> str:
+    return f"""## Lockstep
+
+An antenna that is simulated may leave its time to the host (`gimbal-hil plant --lockstep`, `gimbal-hil daemon
+--lockstep`). The host then ends what it sends for a tick with an edge, identifier 0x{EDGE_CAN_ID:03X}, data id
+0x{EDGE_CAN_ID >> 4:02X}: bits 0 to {EDGE_BITS - 1} are its number, up by one with every tick, the alive counter is the
+number modulo 16, CRC as everywhere. The antenna takes what came before the edge, goes on by one tick, and ends its
+answer with an edge of the same number. Between edges its time stands still. Number 0 begins: it is answered and nothing
+is ticked; after the last number comes 1. Edge 1 is the record `{edge(1).hex(" ")}`. An antenna with a clock of its own
+drops edges as frames of an unknown identifier.
 """
 
 

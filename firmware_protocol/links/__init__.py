@@ -12,16 +12,19 @@ from firmware_protocol.links.config import (
 )
 from firmware_protocol.links.descriptor import wait_readable
 from firmware_protocol.links.faults import Cut, DirectionFaults, FaultsConfig, FaultyLink
+from firmware_protocol.links.in_step import PATIENCE_S, AntennaInStep
 from firmware_protocol.links.link import Link, LinkBasis, LinkLost, LinkState, LinkStatistics
 from firmware_protocol.links.memory_link import MemoryLink, memory_pair
-from firmware_protocol.links.opening import open_link, require_link_carries
+from firmware_protocol.links.opening import open_link, require_can_wait, require_link_carries
 from firmware_protocol.links.pty_link import pty_link
 from firmware_protocol.links.slcan_device import SlcanDevice
 from firmware_protocol.links.stream_link import CobsFraming, Framing, StreamLink
 from firmware_protocol.links.unix_link import UnixLink
 
 __all__ = [
+    "PATIENCE_S",
     "AdapterLinkConfig",
+    "AntennaInStep",
     "CanLink",
     "CanLinkConfig",
     "CobsFraming",
@@ -47,6 +50,7 @@ __all__ = [
     "memory_pair",
     "open_link",
     "pty_link",
+    "require_can_wait",
     "require_link_carries",
     "wait_readable",
 ]

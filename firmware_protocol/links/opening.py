@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from firmware_protocol.bus_load import require_bus_carries, require_serial_carries
+from firmware_protocol.errors import BadInputError
 from firmware_protocol.links.can_link import CanLink
 from firmware_protocol.links.config import (
     AdapterLinkConfig,
@@ -35,6 +36,14 @@ def require_link_carries(config: LinkConfig, rate_hz: float, where: str) -> None
         require_bus_carries(rate_hz, config.bitrate, where)
     elif isinstance(config, SerialLinkConfig):
         require_serial_carries(rate_hz, config.baudrate, where)
+
+
+def require_can_wait(config: LinkConfig) -> None:
+    """Refuse (BadInputError) a link whose antenna cannot be in lockstep with its host."""
+    if isinstance(config, AdapterLinkConfig):
+        raise BadInputError("--lockstep", "drives of another make have clocks of their own", "a link to an antenna")
+    if config.faults is not None:
+        raise BadInputError("--lockstep: link.faults", "a lost frame would stop the time of both", "no faults")
 
 
 def _open(config: LinkConfig) -> Link:

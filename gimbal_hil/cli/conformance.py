@@ -21,6 +21,9 @@ def command(
     config: Annotated[
         Path | None, typer.Option(help="Configuration file; its rate and, without --link, its link are used.")
     ] = None,
+    lockstep: Annotated[
+        bool, typer.Option("--lockstep", help="The antenna on the link waits for each tick, as plant --lockstep does.")
+    ] = False,
     only: Annotated[
         list[str] | None, typer.Option(metavar="ID", help="Only this requirement, or group by its letter.")
     ] = None,
@@ -54,7 +57,7 @@ def command(
     folder = out or Path("runs") / f"conformance-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
     if (folder / ANSWER_FILE).exists() and not force:
         raise BadInputError(str(folder / ANSWER_FILE), "already exists", "a new folder, or --force to overwrite it")
-    antenna = open_antenna(settings, firmware)
+    antenna = open_antenna(settings, firmware, lockstep=lockstep)
     try:
         configuration = settings.model_dump(mode="json", by_alias=True)
         bench = Bench(antenna, configuration, folder, force)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
+    from gimbal_hil.daemon import DaemonReport
     from sim_backend.model import AntennaModel
 
 
@@ -19,7 +20,17 @@ def command(
         Path | None, typer.Option(help="Run folder to record into; without it a new one below ./runs.")
     ] = None,
     duration: Annotated[float | None, typer.Option(help="Seconds to run; without it until stopped.", min=0.0)] = None,
-    lockstep: Annotated[bool, typer.Option("--lockstep", help="Virtual time: as fast as the machine allows.")] = False,
+    lockstep: Annotated[
+        bool,
+        typer.Option(
+            "--lockstep",
+            help="Virtual time: as fast as the machine allows; over a link an antenna in lockstep is at its other end.",
+        ),
+    ] = False,
+    answer_within: Annotated[
+        float,
+        typer.Option(help="In lockstep over a link: seconds that an answer may take; 0 waits for ever.", min=0.0),
+    ] = 30.0,
     page: Annotated[
         int | None, typer.Option(help="Serve live page and metrics on this local port (0: any).", min=0, max=65535)
     ] = None,
@@ -54,8 +65,6 @@ def command(
     Ctrl-C or SIGTERM switches torque off with the next tick, lets the drive stop the axes, writes the log and ends with
     130.
     """
-    import json
-
     from firmware_protocol.errors import BadInputError
 
     if send is not None:
@@ -72,17 +81,25 @@ def command(
         end_with_parent(end_with)
     settings = load_settings(config) if config else shipped_settings()
     folder = out or Path("runs") / f"daemon-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
-    options = DaemonOptions(folder, force, duration, lockstep, spin_us, page, wait=wait, then=_then(then))
+    options = DaemonOptions(
+        folder, force, duration, lockstep, answer_within, spin_us, page, wait=wait, then=_then(then)
+    )
     report = run_daemon(settings, options)
+    _tell(report, as_json)
+    return report.ending.exit_code
+
+
+def _tell(report: DaemonReport, as_json: bool) -> None:
+    import json
+
+    from gimbal_hil.cli.following import after_daemon, print_next
+    from gimbal_hil.daemon import summary_lines
+
     if as_json:
         print(json.dumps(report.as_dict()))
     else:
-        from gimbal_hil.cli.following import after_daemon, print_next
-        from gimbal_hil.daemon import summary_lines
-
         print("\n".join(summary_lines(report)))
-        print_next(after_daemon(folder, report.ending.exit_code))
-    return report.ending.exit_code
+        print_next(after_daemon(report.run, report.ending.exit_code))
 
 
 def _then(text: str | None) -> tuple[AntennaModel, float] | None:

@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from firmware_protocol.links import CanLinkConfig
     from gimbal_hil.settings import DaemonSettings
     from sim_backend.model import AntennaModel
-    from sim_backend.server import DeviceServer, Outlet, OutletKind
+    from sim_backend.server import DeviceServer, LockstepServer, Outlet, OutletKind
+
+    Server = DeviceServer | LockstepServer
 
 
 def command(
@@ -37,6 +39,10 @@ def command(
             "unix:PATH."
         ),
     ] = None,
+    lockstep: Annotated[
+        bool,
+        typer.Option("--lockstep", help="Time goes on when a host in lockstep says so, and stands still otherwise."),
+    ] = False,
     duration: Annotated[float | None, typer.Option(help="Seconds to serve; without it until stopped.", min=0.0)] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the sensor noise.", min=0, max=2**31 - 1)] = None,
     ready_file: Annotated[
@@ -47,37 +53,40 @@ def command(
     ] = False,
 ) -> int:
     """Serve the virtual antenna's frames in real time. The host's set-point is the clock edge; without one the antenna
-    goes on by itself.
+    goes on by itself. With --lockstep it waits for a daemon (or conformance) that is in lockstep too.
 
     Ctrl-C or SIGTERM ends it with 130, --duration with 0. Hosts may come, go and come back.
     """
     import json
     import sys
 
-    from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED
+    from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED, BadInputError
     from firmware_protocol.links import AdapterLinkConfig
     from gimbal_hil.cli.following import after_plant, print_next
     from gimbal_hil.settings import load_settings, shipped_settings
     from sim_backend.device import Device
-    from sim_backend.server import DeviceServer, join_bus, open_outlet
+    from sim_backend.server import DeviceServer, LockstepServer, join_bus, open_outlet
 
     settings = load_settings(config) if config else shipped_settings()
     antenna, noise_seed = _antenna_of(settings, model, seed)
     if link is None and isinstance(settings.link, AdapterLinkConfig):
         from gimbal_hil.cli.plant_drives import serve_drives
 
+        if lockstep:
+            raise BadInputError("--lockstep", "drives of another make have clocks of their own", "no --lockstep")
         return serve_drives(settings.link, antenna, noise_seed, duration, as_json)
     place = _place_of(settings, link, str(config or "--link"))
     print("preparing the compiled antenna", file=sys.stderr, flush=True)
     Device(antenna, rate_hz=settings.rate_hz).tick()
     outlet = open_outlet(*place) if isinstance(place, tuple) else join_bus(place)
     try:
-        server = DeviceServer(Device(antenna, rate_hz=settings.rate_hz, seed=noise_seed), outlet.link)
+        serving = LockstepServer if lockstep else DeviceServer
+        server = serving(Device(antenna, rate_hz=settings.rate_hz, seed=noise_seed), outlet.link)
         with _signals_stop(server) as signals:
-            _announce(outlet, antenna.name, settings.rate_hz, ready_file, as_json)
+            _announce(outlet, antenna.name, settings.rate_hz, ready_file, as_json, lockstep)
             if not as_json:
                 print_next(after_plant(config, outlet.kind.value, outlet.path))
-            _serve(server, duration)
+            _serve(server, duration, lockstep)
     finally:
         outlet.link.close()
         if ready_file is not None:
@@ -90,7 +99,7 @@ def command(
 
 
 @contextmanager
-def _signals_stop(server: DeviceServer) -> Iterator[list[int]]:
+def _signals_stop(server: Server) -> Iterator[list[int]]:
     """SIGINT and SIGTERM end the serving; gives the list in which they are kept. The handlers before are put back."""
     import signal
 
@@ -108,9 +117,12 @@ def _signals_stop(server: DeviceServer) -> Iterator[list[int]]:
             signal.signal(number, handler)
 
 
-def _serve(server: DeviceServer, duration_s: float | None) -> None:
+def _serve(server: Server, duration_s: float | None, lockstep: bool) -> None:
     from gimbal_hil.timing import control_and_witness_cores, real_time
 
+    if lockstep:
+        server.serve(None if duration_s is None else round(duration_s * 1e9))
+        return
     # on the core that a daemon of this machine leaves free, and behind it in priority
     with real_time(priority=55, core=control_and_witness_cores()[1]):
         server.serve(None if duration_s is None else round(duration_s * 1e9))
@@ -149,7 +161,9 @@ def _place_of(settings: DaemonSettings, link: str | None, where: str) -> tuple[O
     return OutletKind.SERIAL, None
 
 
-def _announce(outlet: Outlet, model: str, rate_hz: float, ready_file: Path | None, as_json: bool) -> None:
+def _announce(
+    outlet: Outlet, model: str, rate_hz: float, ready_file: Path | None, as_json: bool, lockstep: bool
+) -> None:
     import json
     import os
 
@@ -173,14 +187,16 @@ def _announce(outlet: Outlet, model: str, rate_hz: float, ready_file: Path | Non
             "path": outlet.path,
             "model": model,
             "rate_hz": rate_hz,
+            "lockstep": lockstep,
             "pid": os.getpid(),
         }
         print(json.dumps(ready), flush=True)
     else:
-        print(f"{model} at {rate_hz:g} Hz on {outlet.kind.value} {outlet.path}; Ctrl-C ends it", flush=True)
+        pace = " in lockstep" if lockstep else ""
+        print(f"{model} at {rate_hz:g} Hz{pace} on {outlet.kind.value} {outlet.path}; Ctrl-C ends it", flush=True)
 
 
-def _lines(server: DeviceServer) -> list[str]:
+def _lines(server: Server) -> list[str]:
     s = server.statistics
     return [
         f"ticks: {s.ticks_by_set_point} by set-points, {s.ticks_by_own_clock} by own clock; skipped {s.skipped} "

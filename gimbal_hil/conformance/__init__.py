@@ -1,6 +1,6 @@
 """Conformance: numbered requirements on an antenna's firmware, each checked over its frames."""
 
-from gimbal_hil.conformance.carriers import Carrier, InStep, OverLink, Ticking
+from gimbal_hil.conformance.carriers import Carrier, InStep, OverLink
 from gimbal_hil.conformance.opening import open_antenna
 from gimbal_hil.conformance.reporting import in_one_line, write_report
 from gimbal_hil.conformance.requirements import GROUPS, Requirement, shipped_requirements
@@ -18,7 +18,6 @@ __all__ = [
     "RequirementFinding",
     "RequirementVerdict",
     "Stand",
-    "Ticking",
     "check_all",
     "in_one_line",
     "open_antenna",

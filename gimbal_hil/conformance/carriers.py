@@ -8,18 +8,12 @@ import time
 from typing import Protocol
 
 from firmware_protocol.links import Link, LinkState
+from firmware_protocol.lockstep import Ticking
 
 #: the tester came later than this many periods: what it then finds may be its own doing
 _STALL_PERIODS = 5
 #: how long the first frame of an antenna on a link is waited for
 _FIRST_FRAME_S = 5.0
-
-
-class Ticking(Protocol):
-    """An antenna that goes on by one tick when it is told to, as `sim_backend.device.Device`."""
-
-    def tick(self, received: bytes = b"") -> bytes:
-        """Take a block of frames, go on by one tick, answer the block of this tick."""
 
 
 class Carrier(Protocol):
@@ -43,7 +37,7 @@ class Carrier(Protocol):
 
 
 class InStep:
-    """An antenna in this process, which waits for the tester."""
+    """An antenna whose time waits for the tester, in this process or in lockstep over a link."""
 
     in_step = True
     stalls = 0
@@ -56,7 +50,10 @@ class InStep:
         return self._antenna.tick(block)
 
     def close(self) -> None:
-        """The antenna stays as it is."""
+        """The antenna stays as it is; what stands between it and the tester is given back."""
+        close = getattr(self._antenna, "close", None)
+        if close is not None:
+            close()
 
 
 class OverLink:

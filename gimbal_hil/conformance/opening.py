@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from firmware_protocol.errors import LinkError
-from firmware_protocol.links import open_link
+from firmware_protocol.links import AntennaInStep, open_link, require_can_wait
 from gimbal_hil.conformance.carriers import Carrier, InStep, OverLink
 from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna
 from sim_backend.device import Device
@@ -11,9 +11,9 @@ from sim_backend.firmware import FirmwareRun, run_firmware
 from sim_backend.model import model_named
 
 
-def open_antenna(settings: DaemonSettings, firmware: FirmwareRun | None = None) -> Carrier:
+def open_antenna(settings: DaemonSettings, firmware: FirmwareRun | None = None, *, lockstep: bool = False) -> Carrier:
     """The virtual antenna in this process, in step, with the C device as its firmware where that is wanted; or whatever
-    sends feedback on the link; LinkError where nothing does.
+    sends feedback on the link, in `lockstep` whatever waits there for this process; LinkError where nothing does.
     """
     link = settings.link
     if isinstance(link, EmbeddedAntenna) and firmware is not None:
@@ -23,6 +23,10 @@ def open_antenna(settings: DaemonSettings, firmware: FirmwareRun | None = None) 
     if isinstance(link, EmbeddedAntenna):
         device = Device(model_named(link.embedded.model), rate_hz=settings.rate_hz, seed=link.embedded.seed)
         return InStep(device, f"virtual antenna {device.model.name}", settings.rate_hz)
+    if lockstep:
+        require_can_wait(link)
+        antenna = AntennaInStep(open_link(link))
+        return InStep(antenna, f"{antenna.name} in lockstep", settings.rate_hz)
     carrier = OverLink(open_link(link), settings.rate_hz)
     if not carrier.heard():
         carrier.close()

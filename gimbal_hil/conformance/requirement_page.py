@@ -19,6 +19,7 @@ that checks each on whatever answers on a link:
     gimbal-hil conformance                                  # the virtual antenna in this process
     gimbal-hil conformance --link cortex-m                  # the C device as machine code; --link c as a library
     gimbal-hil conformance --link serial:/dev/ttyUSB0       # your electronics; also unix:, socketcan:, slcan:
+    gimbal-hil conformance --link unix:PATH --lockstep      # an antenna that waits, as gimbal-hil plant --lockstep
     gimbal-hil conformance --config antenna.yaml --without-motion --junit conformance.xml
     gimbal-hil conformance --only D-01 --only D-02          # some of them; a letter stands for its group
 

@@ -210,6 +210,10 @@ class ControlLoop:
         """For the link keeper: the link has come or gone."""
         self._event("link", text, {"code": "port", "open": is_open})
 
+    def give_up(self, reason: str) -> None:
+        """Nothing can go on: torque off as far as that is still heard, then out with a safety stop."""
+        self._ask(LoopEnd(EXIT_SAFETY_STOP, reason))
+
     def tell_note(self, text: str) -> None:
         """Something that whoever reads the log should know."""
         self._event("note", text, {})

@@ -20,11 +20,12 @@ import numpy as np
 from firmware_protocol import receiver
 from firmware_protocol.adapters import Gives, gives_of
 from firmware_protocol.errors import EXIT_SAFETY_STOP, BadInputError, GimbalHilError
-from firmware_protocol.links import AdapterLinkConfig, Link
+from firmware_protocol.links import PATIENCE_S, AdapterLinkConfig, Link
 from gimbal_hil.daemon.antenna_link import EmbeddedLink, embedded_antenna, embedded_model
 from gimbal_hil.daemon.control_loop import ControlLoop, Heartbeat, LoopEnd
 from gimbal_hil.daemon.first_opening import opener_of
 from gimbal_hil.daemon.link_keeper import LinkKeeper
+from gimbal_hil.daemon.lockstep_link import LockstepLink, open_in_lockstep
 from gimbal_hil.host import FirstTest, Host
 from gimbal_hil.observing import observed_model
 from gimbal_hil.runs import RunHeader, newest_events_file, read_header
@@ -65,6 +66,8 @@ class DaemonOptions:
     force: bool = False
     duration_s: float | None = None
     lockstep: bool = False
+    #: in lockstep over a link: how long an answer of the antenna is waited for; 0 waits for ever
+    patience_s: float = PATIENCE_S
     spin_us: float = DEFAULT_SPIN_US
     page_port: int | None = None
     quiet: bool = False
@@ -118,7 +121,7 @@ def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport
 
     Raises BadInputError before anything moves when the run folder or a model cannot be used.
     """
-    opener, embedded = _link_opener(settings, options)
+    opener, embedded, remote = _link_opener(settings, options)
     if embedded is not None:
         settings = settings.for_axes(embedded.device.model.axes, embedded.device.model.where)
     elif options.then is not None:
@@ -138,14 +141,21 @@ def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport
         stack.callback(usage.close)
         telemetry = Telemetry(service.telemetry, options.lockstep)
         host = Host(host_configuration(settings), settings.axis_names)
-        link = LinkKeeper(clock, opener, lambda opened, text: loop.tell_link(opened, text), usage.add_bus_wait)
+
+        def tell_link(opened: bool, text: str) -> None:
+            loop.tell_link(opened, text)
+            if remote is not None and not opened:
+                loop.give_up(text)
+
+        link = LinkKeeper(clock, opener, tell_link, usage.add_bus_wait)
         stack.callback(link.close)
         ticks = None if options.duration_s is None else max(1, Duration.of_seconds(options.duration_s) // period)
         # in lockstep the ticks wait for the service instead
         timeout = Duration.of_seconds(settings.supervisor.service_timeout_s)
         heartbeat = None if options.lockstep else Heartbeat(service.progress, timeout, clock.now())
         pass_over = embedded.pass_over if embedded else None
-        tried = FirstTest(host, settings.step_s, _has_gyro(settings)) if _is_tried_first(settings) else None
+        is_tried = _is_tried_first(settings, options.lockstep)
+        tried = FirstTest(host, settings.step_s, _has_gyro(settings)) if is_tried else None
         loop = ControlLoop(
             host, link, telemetry, service.commands, service.alive, clock, period, ticks, pass_over, heartbeat, tried
         )
@@ -164,7 +174,7 @@ def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport
             witness.wait_awake()
         if not options.quiet:
             _say_where(options.run, service.page_url, settings, options.lockstep)
-        granted = _run(parts, None if options.lockstep else control_core, options.lockstep)
+        granted = _run(parts, None if options.lockstep else control_core, options.lockstep, remote)
         recorded = service.alive() and service.close()
         if not recorded:
             _note_in_log(options.run, engine.statistics.ticks, parts.ending)
@@ -175,11 +185,11 @@ def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport
     )
 
 
-def _run(parts: _Parts, core: int | None, lockstep: bool) -> Granted | None:
+def _run(parts: _Parts, core: int | None, lockstep: bool, remote: LockstepLink | None) -> Granted | None:
     """The ticks, with signals turned into a stop and the last word always said."""
     granted: Granted | None = None
     try:
-        with _signals_to(parts.loop), contextlib.ExitStack() as stack:
+        with _signals_to(parts.loop, remote), contextlib.ExitStack() as stack:
             if not lockstep:
                 granted = stack.enter_context(real_time(core=core))
             parts.engine.run()
@@ -194,15 +204,18 @@ def _run(parts: _Parts, core: int | None, lockstep: bool) -> Granted | None:
 
 
 @contextlib.contextmanager
-def _signals_to(loop: ControlLoop) -> Iterator[None]:
+def _signals_to(loop: ControlLoop, remote: LockstepLink | None) -> Iterator[None]:
     """Signals stop the loop; outside the main thread there are none to take."""
+
+    def interrupt(number: int, _frame: object) -> None:
+        loop.interrupt(signal.Signals(number).name)
+        if remote is not None:
+            remote.hurry()
+
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = {
-        number: signal.signal(number, lambda number, _: loop.interrupt(signal.Signals(number).name))
-        for number in _SIGNALS
-    }
+    before = {number: signal.signal(number, interrupt) for number in _SIGNALS}
     try:
         yield
     finally:
@@ -210,17 +223,20 @@ def _signals_to(loop: ControlLoop) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def _link_opener(settings: DaemonSettings, options: DaemonOptions) -> tuple[Callable[[], Link], EmbeddedLink | None]:
-    """A function that opens the configured link; the virtual antenna is built once and now."""
+def _link_opener(
+    settings: DaemonSettings, options: DaemonOptions
+) -> tuple[Callable[[], Link], EmbeddedLink | None, LockstepLink | None]:
+    """A function that opens the configured link; the virtual antenna is built, one in lockstep begun with, once and
+    now.
+    """
     link = settings.link
     if isinstance(link, EmbeddedAntenna):
         embedded = embedded_antenna(settings, link)
-        return lambda: embedded, embedded
+        return lambda: embedded, embedded, None
     if options.lockstep:
-        raise BadInputError(
-            "--lockstep", "needs an antenna whose time can wait", "a configuration with the embedded antenna"
-        )
-    return opener_of(link, options.wait), None
+        remote = open_in_lockstep(link, options.patience_s)
+        return lambda: remote, None, remote
+    return opener_of(link, options.wait), None, None
 
 
 def _later_antenna(settings: DaemonSettings, options: DaemonOptions) -> tuple[Device, int] | None:
@@ -247,9 +263,10 @@ def _compile(settings: DaemonSettings, embedded: EmbeddedLink | None, observed: 
     host.events()
 
 
-def _is_tried_first(settings: DaemonSettings) -> bool:
+def _is_tried_first(settings: DaemonSettings, lockstep: bool) -> bool:
     choice = settings.supervisor.first_test
-    real = choice is FirstTestChoice.REAL_LINK and not isinstance(settings.link, EmbeddedAntenna)
+    # an antenna whose time waits has no mass
+    real = choice is FirstTestChoice.REAL_LINK and not isinstance(settings.link, EmbeddedAntenna) and not lockstep
     return real or choice is FirstTestChoice.ALWAYS
 
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from firmware_protocol.block_codec import new_counters
 from firmware_protocol.errors import LinkError
 from firmware_protocol.links import FaultsConfig, FaultyLink, memory_pair
+from firmware_protocol.lockstep import Ticking
 from gimbal_hil.host import LOG_WORDS, MEASURED, ROW_WORDS, ROWS_KEPT, Host, HostEvent, HostState, Program, layout
 from gimbal_hil.lockstep.compiled_run import FRAME_WORDS, MOST_FRAMES, run_ticks
 from gimbal_hil.runs import AXES, FRAME_ROW, TICK_ROW
@@ -120,7 +121,9 @@ class _Engine(ABC):
 
 
 class FramePath(_Engine):
-    """Every byte through encoder, link and decoder. `exchange` is told of every tick, for a recorder."""
+    """Every byte through encoder, link and decoder. `exchange` is told of every tick, for a recorder. `remote` is an
+    antenna behind a link in place of `device`, which then only says what is known of it.
+    """
 
     def __init__(
         self,
@@ -130,9 +133,11 @@ class FramePath(_Engine):
         faults: FaultsConfig | None = None,
         exchange: Exchange | None = None,
         device: Device | None = None,
+        remote: Ticking | None = None,
     ) -> None:
         super().__init__(settings, model, seed, device)
         self._exchange = exchange
+        self._remote: Ticking = self.device if remote is None else remote
         near, self._far = memory_pair()
         #: without faults a link of one block: what the device answered last
         self._link = None if faults is None else FaultyLink(near, faults)
@@ -141,7 +146,7 @@ class FramePath(_Engine):
     def advance(self, ticks: int, *, until_done: bool = False, every: int = 1) -> Recorded:
         """See `Lockstep`."""
         host, link, far, exchange = self.host, self._link, self._far, self._exchange
-        host_tick, device_tick = host.tick, self.device.tick
+        host_tick, device_tick = host.tick, self._remote.tick
         host.take_log()
         logs: list[NDArray[np.int64]] = []
         events: list[HostEvent] = []

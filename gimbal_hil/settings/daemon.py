@@ -86,7 +86,7 @@ class Supervisor(Strict):
         default=FirstTestChoice.REAL_LINK,
         description=(
             "try each axis with a small torque before the first motion, once in the life of a daemon; a virtual "
-            "antenna in the daemon's own process is no `real_link`"
+            "antenna in the daemon's own process, or one in lockstep, is no `real_link`"
         ),
     )
     deadman: Deadman = Field(default=Deadman(), description="the drive's deadman, sent to it at connection")

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from firmware_protocol.documents import yaml_text
 from firmware_protocol.errors import BadInputError, LinkError, SafetyStopError
+from firmware_protocol.links import AntennaInStep, open_link, require_can_wait
 from gimbal_hil.host import AxisCommand, HostState, Mode, Segment, Shape, program_of
 from gimbal_hil.lockstep import FramePath, Recorded
 from gimbal_hil.operator import OperatorClient
@@ -120,12 +121,13 @@ class AntennaOfTest(ABC):
 
 
 class LockstepAntennaOfTest(AntennaOfTest):
-    """An antenna in this process in virtual time; without `device` the virtual one of the configuration."""
+    """An antenna in virtual time: the virtual one of the configuration, `device` in its place, or one that waits behind
+    the configuration's link.
+    """
 
     def __init__(self, settings: DaemonSettings, folder: Path, device: Device | None = None) -> None:
-        if not isinstance(settings.link, EmbeddedAntenna):
-            raise BadInputError("link", "has no time of its own to wait", "an embedded antenna")
-        embedded = settings.link.embedded
+        link = settings.link
+        embedded = link.embedded if isinstance(link, EmbeddedAntenna) else EmbeddedAntenna().embedded
         model = model_named(embedded.model)
         settings = settings.for_axes(model.axes, model.where)
         super().__init__(settings, folder)
@@ -133,7 +135,15 @@ class LockstepAntennaOfTest(AntennaOfTest):
         document = settings.model_dump(mode="json", by_alias=True)
         header = RunHeader(document, model.document, embedded.seed, period_ns, True, "test", settings.axis_names)
         self._writer = RunWriter(folder, header)
-        self._path = FramePath(settings, model, embedded.seed, exchange=self._writer.append_exchange, device=device)
+        self._remote = None if isinstance(link, EmbeddedAntenna) else AntennaInStep(open_link(link))
+        self._path = FramePath(
+            settings,
+            model,
+            embedded.seed,
+            exchange=self._writer.append_exchange,
+            device=device,
+            remote=self._remote,
+        )
         self._keep(self._path.connect())
 
     @property
@@ -151,6 +161,8 @@ class LockstepAntennaOfTest(AntennaOfTest):
                 if self._host_state() in (HostState.IDLE, HostState.FAULT):
                     break
         self._writer.close()
+        if self._remote is not None:
+            self._remote.close()
 
     def _host_state(self) -> HostState:
         return self._path.host.state
@@ -271,10 +283,15 @@ class DaemonAntennaOfTest(AntennaOfTest):
         time.sleep(_LOOK_S)
 
 
-def antenna_of(settings: DaemonSettings, folder: Path, firmware: FirmwareRun | None = None) -> AntennaOfTest:
+def antenna_of(
+    settings: DaemonSettings, folder: Path, firmware: FirmwareRun | None = None, *, lockstep: bool = False
+) -> AntennaOfTest:
     """The antenna that a configuration names: virtual, in virtual time, with the C device as its firmware where that is
-    wanted; or on its link, through a daemon.
+    wanted; or on its link, through a daemon, or in `lockstep` with an antenna that waits there.
     """
+    if not isinstance(settings.link, EmbeddedAntenna) and lockstep:
+        require_can_wait(settings.link)
+        return LockstepAntennaOfTest(settings, folder)
     if not isinstance(settings.link, EmbeddedAntenna):
         return DaemonAntennaOfTest(settings, folder)
     if firmware is None:

@@ -6,9 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from firmware_protocol.enumerations import DriveState
 from firmware_protocol.links import Link, LinkState
-from firmware_protocol.mail import DRIVE_STATUS_STATE
 from firmware_protocol.schema import BY_NAME, RECORD_SIZE
 from sim_backend.device import Device
 from sim_backend.server.schedule import TickCause, TickSchedule
@@ -48,6 +46,16 @@ class ServingStatistics:
     def ticks(self) -> int:
         """All ticks."""
         return self.ticks_by_set_point + self.ticks_by_own_clock + self.passed_over
+
+    def complete(self, device: Device, link: Link) -> None:
+        """Put in what link and device have counted."""
+        counts = link.statistics
+        self.frames_received, self.frames_sent = counts.frames_received, counts.frames_sent
+        self.frames_dropped, self.malformed, self.losses = counts.frames_dropped, counts.malformed, counts.losses
+        self.bad_frames, self.repeated_frames = device.bad_frames, device.repeated_frames
+        self.refused_set_points = device.set_points[1]
+        self.state = device.state.name.lower()
+        self.fault = device.fault.name.lower()
 
     def as_dict(self) -> dict[str, object]:
         """For JSON."""
@@ -89,7 +97,7 @@ class DeviceServer:
             else:
                 self._tick(cause, schedule.skipped - before)
         statistics.skipped = schedule.skipped
-        self._complete(statistics)
+        statistics.complete(self.device, self.link)
         return statistics
 
     def _listen(self) -> None:
@@ -124,19 +132,6 @@ class DeviceServer:
             left = instant_ns - self._now_ns()
             if left > 0:
                 time.sleep(left * 1e-9)
-
-    def _complete(self, statistics: ServingStatistics) -> None:
-        link = self.link.statistics
-        statistics.frames_received, statistics.frames_sent = link.frames_received, link.frames_sent
-        statistics.frames_dropped, statistics.malformed, statistics.losses = (
-            link.frames_dropped,
-            link.malformed,
-            link.losses,
-        )
-        statistics.bad_frames, statistics.repeated_frames = self.device.bad_frames, self.device.repeated_frames
-        statistics.refused_set_points = self.device.set_points[1]
-        statistics.state = DriveState(int(self.device.mail[DRIVE_STATUS_STATE])).name.lower()
-        statistics.fault = self.device.fault.name.lower()
 
 
 def _set_points(block: bytes) -> int:

@@ -20,9 +20,9 @@ SOME = ("W-03", "W-05", "F-01", "F-03", "I-02", "S-03", "S-07", "D-01", "D-02", 
 
 
 @contextmanager
-def plant(link: str, ready: Path) -> Iterator[str]:
+def plant(link: str, ready: Path, *options: str) -> Iterator[str]:
     """The virtual antenna in a process of its own; gives the path to connect to."""
-    words = ["plant", "--link", link, "--ready-file", str(ready), "--json"]
+    words = ["plant", "--link", link, "--ready-file", str(ready), "--json", *options]
     program = f"from gimbal_hil.cli.app import main; main({words!r})"
     with subprocess.Popen(
         [sys.executable, "-c", program], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
@@ -47,6 +47,18 @@ def test_an_antenna_in_another_process_meets_the_requirements(
     findings = json.loads(capsys.readouterr().out)["findings"]
     assert {one["id"]: one["text"] for one in findings if one["verdict"] != "passed"} == {}
     assert code == 0 and len(findings) == len(SOME)
+
+
+@pytest.mark.parametrize("kind", [pytest.param("unix", marks=pytest.mark.heavy), "serial"])
+def test_an_antenna_that_waits_in_another_process_meets_every_requirement(
+    kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with plant(f"{kind}:{tmp_path / 'antenna'}", tmp_path / "ready", "--lockstep") as path:
+        words = ["--link", f"{kind}:{path}", "--lockstep", "--out", str(tmp_path / "found"), "--json"]
+        code = run("conformance", words)
+    findings = json.loads(capsys.readouterr().out)["findings"]
+    assert {one["id"]: one["text"] for one in findings if one["verdict"] != "passed"} == {}
+    assert code == 0 and len(findings) == 37
 
 
 def test_a_link_without_an_antenna_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
