@@ -86,31 +86,33 @@ def follow(H: np.ndarray, G: np.ndarray, C: np.ndarray, plan: np.ndarray) -> Non
 
 
 @compiled
-def begin_stop(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
-    """Take every axis that is under control into its rate loop, from the rate that it has."""
-    _feed_forward(_RATE, _RATE, H, G, C)
+def slow_down(begins: bool, H: np.ndarray, G: np.ndarray, C: np.ndarray) -> bool:
+    """Torques of both axes on the way to rest; answers whether they are at rest. As it `begins` every axis that is
+    under control is taken into its rate loop, from the rate that it has.
+    """
+    if begins:
+        for axis in range(AXES):
+            if G[AXIS_G + axis * AXIS_G_SIZE + MODE] != _OFF:
+                h = AXIS_H + axis * AXIS_H_SIZE
+                # until now it may have been a position or a torque, and what is fed forward reads it
+                H[h + REFERENCE], H[h + SLOPE] = joint_rate(H, axis), 0.0
+    _feed_forward(_braking_mode(G, 0), _braking_mode(G, 1), H, G, C)
+    resting = True
     for axis in range(AXES):
         if G[AXIS_G + axis * AXIS_G_SIZE + MODE] != _OFF:
             h, c = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE
-            H[h + REFERENCE] = joint_rate(H, axis)
-            enter_mode(H[h + MEASURED_POSITION], H[h + MEASURED_RATE], H[h + BASE_RATE], H[h + FEEDFORWARD], H, h, C, c)
-            if C[c + OBSERVED] > 0.0 and G[AXIS_G + axis * AXIS_G_SIZE + MODE] < _RATE:
-                start_observing(H[h + MEASURED_POSITION], H[h + MEASURED_RATE], H[h + BASE_RATE], H, h)
-            G[AXIS_G + axis * AXIS_G_SIZE + MODE] = _RATE
-
-
-@compiled
-def slow_down(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> bool:
-    """Torques of both axes on the way to rest; answers whether they are at rest."""
-    _feed_forward(_RATE, _RATE, H, G, C)
-    resting = True
-    for axis in range(AXES):
-        if G[AXIS_G + axis * AXIS_G_SIZE + MODE] == _RATE:
-            h, c = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE
+            if begins:
+                _enter(_RATE, H, G, C, axis)
             stopping_reference(H, axis, C[c + BRAKING_RAD_S2], C[STEP_S])
             _close(_RATE, H, G, C, axis)
             resting = resting and H[h + REFERENCE] == 0.0 and abs(joint_rate(H, axis)) <= C[c + REST_RATE]
     return resting
+
+
+@compiled
+def _braking_mode(G: np.ndarray, axis: int) -> int:
+    """An axis that is off stays off while the other one brakes."""
+    return _OFF if G[AXIS_G + axis * AXIS_G_SIZE + MODE] == _OFF else _RATE
 
 
 @compiled
@@ -154,10 +156,7 @@ def _close(mode: int, H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) ->
     )
     observed = C[c + OBSERVED] > 0.0 and mode >= _RATE
     if mode != G[g + MODE]:
-        enter_mode(position, rate, base_rate, forward, H, h, C, c)
-        if observed and G[g + MODE] < _RATE:
-            start_observing(position, rate, base_rate, H, h)
-        G[g + MODE] = mode
+        _enter(mode, H, G, C, axis)
     allowed = rates_towards_limits(position, C, c)
     if observed:
         observe(position, rate, base_rate, C[STEP_S], H, h, C, c)
@@ -171,13 +170,24 @@ def _close(mode: int, H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) ->
 
 
 @compiled
+def _enter(mode: int, H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) -> None:
+    """Have an axis' loops go on in `mode` from the torque that acts."""
+    h, c, g = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE, AXIS_G + axis * AXIS_G_SIZE
+    position, rate, base_rate = H[h + MEASURED_POSITION], H[h + MEASURED_RATE], H[h + BASE_RATE]
+    enter_mode(position, rate, base_rate, H[h + FEEDFORWARD], H, h, C, c)
+    if C[c + OBSERVED] > 0.0 and G[g + MODE] < _RATE <= mode:
+        start_observing(position, rate, base_rate, H, h)
+    G[g + MODE] = mode
+
+
+@compiled
 def _feed_forward(mode_outer: int, mode_inner: int, H: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
     """What both axes are given in advance in these modes: their weight, or with a model all that the motion takes."""
     _set_gravity(H, C)
     for axis in range(AXES):
         mode, h, c = (mode_inner if axis else mode_outer), AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE
         if C[c + SHAPED] > 0.0:
-            _shape(mode, mode != G[AXIS_G + axis * AXIS_G_SIZE + MODE], H, h, C, c)
+            _shape(mode, G[AXIS_G + axis * AXIS_G_SIZE + MODE], H, h, C, c)
     if C[FEEDS_BODIES] > 0.0:
         _set_rigid(H, C)
     for axis in range(AXES):
@@ -198,10 +208,12 @@ def _feed_forward(mode_outer: int, mode_inner: int, H: np.ndarray, G: np.ndarray
 
 
 @compiled
-def _shape(mode: int, entered: bool, H: np.ndarray, h: int, C: np.ndarray, c: int) -> None:
-    """Shaped reference of an axis; in a mode of a rate its integral is nowhere needed."""
-    if entered:
+def _shape(mode: int, before: int, H: np.ndarray, h: int, C: np.ndarray, c: int) -> None:
+    """Shaped reference of an axis that was in mode `before`; in a mode of a rate its integral is nowhere needed."""
+    if mode != before:
         start_shaping(H[h + MEASURED_POSITION], H, h)
+    if before < _RATE:
+        # from one closed loop to the other the friction that is fed forward stays as it is
         H[h + BRISTLE] = 0.0
     if mode == _POSITION:
         shape_position(H[h + REFERENCE], H[h + SLOPE], H[h + CURVE], C[STEP_S], H, h, C, c)

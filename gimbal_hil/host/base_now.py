@@ -21,6 +21,7 @@ from gimbal_hil.host.layout import (
     BASE_NOW,
     BASE_RATES,
     BASE_TURNING,
+    EXTRAPOLATES_BASE,
     NAVIGATION_AGE_S,
     SKIPPED,
     STEP_S,
@@ -42,13 +43,21 @@ def learn_turning(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray)
 
 
 @compiled
+def has_attitude(mail: np.ndarray, C: np.ndarray) -> bool:
+    """Whether roll, pitch and heading of one instant are in the mail, and the device's tick where their age matters."""
+    # roll and pitch stay in the mail until the heading of the same instant has come
+    same = mail[m.BASE_ATTITUDE_SET] == mail[m.BASE_HEADING_VALID_TICK] & m.BASE_ATTITUDE_SET_HIGH
+    return bool(mail[m.BASE_HEADING] > 0 and same and (C[EXTRAPOLATES_BASE] == 0.0 or mail[m.DRIVE_STATUS] > 0))
+
+
+@compiled
 def extrapolate_base(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
     """Rates, gravity and age of the attitude as of this tick, once its mail has been taken in."""
     if G[BASE_AGE] > C[BASE_LOST_TICKS]:
         for k in range(3):
             H[BASE_TURNING + k] = 0.0
     H[ATTITUDE_AGE_S] += C[STEP_S] * (1 + G[SKIPPED])
-    if mail[m.BASE_HEADING] > 0 and mail[m.DRIVE_STATUS] > 0:
+    if has_attitude(mail, C):
         ticks = (mail[m.DRIVE_STATUS_TICK] - mail[m.BASE_HEADING_VALID_TICK]) & m.BASE_HEADING_VALID_TICK_HIGH
         age = (ticks - mail[m.BASE_HEADING_VALID_FRACTION] * m.BASE_HEADING_VALID_FRACTION_STEP) * C[STEP_S]
         if age < _MOST_AGE_S:

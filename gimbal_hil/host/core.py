@@ -12,7 +12,7 @@ from firmware_protocol import mail as m
 from firmware_protocol.block_codec import quantise
 from firmware_protocol.compiling import compiled
 from gimbal_hil.control.layout import TORQUE
-from gimbal_hil.host.acting import begin_stop, follow, let_go, slow_down
+from gimbal_hil.host.acting import follow, let_go, slow_down
 from gimbal_hil.host.drive import may_reset_fault, send_control
 from gimbal_hil.host.event_ring import enter_state, report
 from gimbal_hil.host.following import end_segment, guard_trips, has_next, segment_over, start_segment, switches_off
@@ -256,10 +256,10 @@ def _stop(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
     """Brake to rest, then go idle; too long is a fault, and the drive stops by itself."""
     if G[LINK_STATUS] != _OK:
         return
-    if G[REST_COUNT] == _NOT_BRAKING:
+    begins = G[REST_COUNT] == _NOT_BRAKING
+    if begins:
         G[REST_COUNT] = 0
-        begin_stop(H, G, C)
-    G[REST_COUNT] = G[REST_COUNT] + 1 if slow_down(H, G, C) else 0
+    G[REST_COUNT] = G[REST_COUNT] + 1 if slow_down(begins, H, G, C) else 0
     if G[REST_COUNT] >= C[REST_TICKS]:
         enter_state(G, _IDLE, G[CAUSE])
     elif G[STATE_AGE] >= C[STOP_TICKS]:

@@ -9,7 +9,7 @@ import numpy as np
 from firmware_protocol import mail as m
 from firmware_protocol.compiling import compiled
 from gimbal_hil.control import base_rates, gravity_in_base
-from gimbal_hil.host.base_now import extrapolate_base, learn_turning
+from gimbal_hil.host.base_now import extrapolate_base, has_attitude, learn_turning
 from gimbal_hil.host.event_ring import report
 from gimbal_hil.host.identity import forget_identity, receive_identity
 from gimbal_hil.host.layout import (
@@ -141,11 +141,7 @@ def _receive_motors(mail: np.ndarray, H: np.ndarray, G: np.ndarray) -> None:
 @compiled
 def _receive_base(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
     """Base attitude and rate; a base that was never heard, or not for long, counts as fixed."""
-    # roll and pitch stay in the mail until the heading of the same instant has come
-    if (
-        mail[m.BASE_HEADING] > 0
-        and mail[m.BASE_ATTITUDE_SET] == mail[m.BASE_HEADING_VALID_TICK] & m.BASE_ATTITUDE_SET_HIGH
-    ):
+    if has_attitude(mail, C):
         H[BASE_ANGLES] = mail[m.BASE_ATTITUDE_ROLL] * m.BASE_ATTITUDE_ROLL_STEP
         H[BASE_ANGLES + 1] = mail[m.BASE_ATTITUDE_PITCH] * m.BASE_ATTITUDE_PITCH_STEP
         H[BASE_ANGLES + 2] = mail[m.BASE_HEADING_YAW] * m.BASE_HEADING_YAW_STEP

@@ -6,9 +6,20 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from firmware_protocol import schema
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.arena import Trial, chosen, controller_settings, run_trial, shipped_scenarios
-from gimbal_hil.host import AxisCommand, HostState, Mode, ReferenceOrigin, Segment, Shape, layout, program_of
+from gimbal_hil.host import (
+    AxisCommand,
+    HostState,
+    LinkStatus,
+    Mode,
+    ReferenceOrigin,
+    Segment,
+    Shape,
+    layout,
+    program_of,
+)
 from gimbal_hil.host.direction import joints_towards, nearest_turn
 from gimbal_hil.lockstep import CompiledPath, FramePath
 from sim_backend.model import AntennaModel, shipped_model
@@ -123,6 +134,39 @@ def test_both_paths_leave_the_same_bits_and_afterwards_the_joints_are_held(contr
         assert np.ptp(held) == 0.0 and held[0] == first.signals()["outer.position_ref"][-1]
         logs.append(np.concatenate([first.log, rest.log]))
     np.testing.assert_array_equal(logs[0], logs[1])
+
+
+def followed(lost: str) -> Vector:
+    """What both joints are asked for (rad) on a base that swings, when one frame of its navigation's set is lost."""
+    engine = FramePath(controller_settings("all"), swinging(), 3)
+    engine.connect()
+    host, device, answer = engine.host, engine.device, b""
+    host.command(program_of([Segment(command(Mode.POINTING, 0.4), command(Mode.POINTING, -0.5))]))
+    asked = []
+    for tick in range(engine.tick, engine.tick + 600):
+        frames = [answer[at : at + 10] for at in range(0, len(answer), 10)]
+        carried = {int.from_bytes(frame[:2], "little") for frame in frames}
+        if lost and len(asked) > 500 and {MESSAGES[lost], MESSAGES[SET_OF[lost]]} <= carried:
+            frames = [frame for frame in frames if int.from_bytes(frame[:2], "little") != MESSAGES[lost]]
+            lost = ""
+        answer = device.tick(host.tick(tick, tick * engine.step_ns, b"".join(frames)))
+        references = [host.memory.H[layout.axis_h(axis) + layout.REFERENCE] for axis in range(2)]
+        # without a full set nothing is asked for anew
+        asked.append(references if host.link_status is LinkStatus.OK else [np.nan, np.nan])
+    assert not lost and host.state is HostState.ACTIVE
+    return np.array(asked)
+
+
+MESSAGES = {message.name: message.can_id for message in schema.MESSAGES}
+#: with which frame one is lost: the status tells what the time is
+SET_OF = {"base_attitude": "base_attitude", "base_heading": "base_heading", "drive_status": "base_heading"}
+
+
+@pytest.mark.parametrize("lost", SET_OF)
+def test_a_lost_frame_makes_the_attitude_older_and_not_wrong(lost: str) -> None:
+    error = np.abs(followed(lost) - followed(""))
+    assert np.count_nonzero(np.isnan(error)) <= 4
+    assert np.nanmax(error) < 60e-6
 
 
 def test_a_direction_near_the_zenith_is_followed_as_far_as_joints_can_and_nothing_trips() -> None:
