@@ -24,6 +24,8 @@ _SIZES = {
 _NAMES = {ModelKind.GIMBAL: ("azimuth", "elevation"), ModelKind.ROTARY: ("joint",), ModelKind.LINEAR: ("carriage",)}
 STATED, ASSUMED = "stated at init", "assumed"
 _LINKS = "virtual, unix:PATH, serial:PORT, socketcan:CHANNEL, slcan:PORT, or a drive: moteus:, odrive:, cia402:CHANNEL"
+#: ticks a second on a link between processes: the longest stall that is survived is a number of ticks
+_BETWEEN_PROCESSES_HZ = 500.0
 #: drives of other makes, and the bit rate of CAN FD where they need it
 _DRIVES: dict[str, int | None] = {"moteus": 5_000_000, "odrive": None, "cia402": None}
 
@@ -70,6 +72,11 @@ class LinkChoice:
     def is_drives(self) -> bool:
         """Whether two drives of another make are at its other end."""
         return self.section.get("kind") == "adapter"
+
+    @property
+    def is_simulated(self) -> bool:
+        """Whether at its other end is another process of this machine: no hardware."""
+        return self.section.get("kind") == "unix" or self.section.get("interface") == "unix"
 
     @property
     def is_virtual(self) -> bool:
@@ -144,7 +151,7 @@ def parse_link(text: str) -> LinkChoice:
     if not place:
         raise BadInputError("--link", f"{text!r} is no link", _LINKS)
     if kind == "unix":
-        return LinkChoice(kind, {"kind": "unix", "path": place})
+        return LinkChoice(kind, {"kind": "unix", "path": place}, _BETWEEN_PROCESSES_HZ)
     if kind == "serial":
         return LinkChoice(kind, {"kind": "serial", "port": place})
     if kind in ("socketcan", "slcan"):
@@ -153,5 +160,6 @@ def parse_link(text: str) -> LinkChoice:
         # a socket of simulated drives has a path, a bus a name
         interface, channel = ("unix", place.removeprefix("unix:")) if "/" in place else ("socketcan", place)
         section = {"kind": "adapter", "drive": kind, "interface": interface, "channel": channel}
-        return LinkChoice(kind, section | ({"data_bitrate": _DRIVES[kind]} if _DRIVES[kind] else {}))
+        rate_hz = _BETWEEN_PROCESSES_HZ if interface == "unix" else 1000.0
+        return LinkChoice(kind, section | ({"data_bitrate": _DRIVES[kind]} if _DRIVES[kind] else {}), rate_hz)
     raise BadInputError("--link", f"no link {kind!r}", _LINKS)

@@ -96,11 +96,23 @@ def configuration_document(antenna: AntennaDescription, model_file: str, link: D
         "rate_hz": antenna.rate_hz,
         "link": link or {"embedded": {"model": model_file, "seed": 1}},
         "axes": {axis.name: _loops(antenna, place) for place, axis in enumerate(antenna.axes)},
-        "supervisor": {"lost_ticks": 5, "deadman": {"window_ticks": 20, "reaction": "decelerate_and_hold"}},
+        "supervisor": _supervisor(antenna.link.is_simulated and link is not None),
         "recording": {"frames": True, "every_ticks": 1},
         "operator": {"enabled": True},
         # what the model lacks shows while the antenna runs
         "observer": {"model": model_file},
+    }
+
+
+def _supervisor(simulated: bool) -> Document:
+    """How long either end waits for the other. Both ends of a simulation are stopped by the machine for 20 to 200 ms
+    now and then, and there is nothing to protect; hardware keeps its time, and its deadman is short.
+    """
+    lost_ticks, lag_ticks, window_ticks = (100, 200, 250) if simulated else (5, 10, 20)
+    return {
+        "lost_ticks": lost_ticks,
+        "set_point_lag_ticks": lag_ticks,
+        "deadman": {"window_ticks": window_ticks, "reaction": "decelerate_and_hold"},
     }
 
 

@@ -87,6 +87,14 @@ def readme_text(antenna: AntennaDescription, folder: Path) -> str:
     real = link_commands(antenna, here)
     if real:
         lines += ["", "## Then, on the link", "", *_listed(real)]
+    if antenna.link.is_simulated:
+        ticks, window, rate_hz = 100, 250, antenna.rate_hz
+        lines += [
+            "",
+            f"The other end of this link is a process, so stalls of this machine are survived: {ticks / rate_hz:g} s "
+            f"without feedback (`lost_ticks`: {ticks}), {window / rate_hz:g} s without a set-point (`window_ticks`: "
+            f"{window}). For hardware write 5 and 20: within these times the last torque acts on.",
+        ]
     return "\n".join(lines) + "\n"
 
 

@@ -97,6 +97,12 @@ def test_an_antenna_behind_a_link_comes_with_a_rehearsal_on_the_virtual_one(
     real, rehearsal = (read_yaml(tmp_path / f"{name}.yaml", "") for name in ("antenna", "rehearsal"))
     assert real.pop("link") == section
     assert rehearsal.pop("link") == {"embedded": {"model": "model.yaml", "seed": 1}}
+    waiting, rehearsed = real.pop("supervisor"), rehearsal.pop("supervisor")
+    assert (rehearsed["lost_ticks"], rehearsed["deadman"]["window_ticks"]) == (5, 20)
+    # a process at the other end stalls with this machine; hardware keeps its time
+    simulated = link.startswith("unix")
+    assert (waiting["lost_ticks"], waiting["deadman"]["window_ticks"]) == ((100, 250) if simulated else (5, 20))
+    assert ("without feedback" in (tmp_path / "README.md").read_text()) == simulated
     assert real == rehearsal
     assert "## Then, on the link" in (tmp_path / "README.md").read_text()
 
