@@ -19,6 +19,7 @@ class ServiceAction(StrEnum):
     MAN = "man"
 
 
+_MANUAL = "gimbal-hil.1"
 _NAMES = {ServiceAction.CONTAINER: "Containerfile", ServiceAction.GRAFANA: "gimbal-hil-grafana.json"}
 
 
@@ -29,7 +30,8 @@ def command(
     ],
     config: Annotated[Path | None, typer.Option(help="install, container: the daemon's configuration file.")] = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder to write into; without it /etc/systemd/system, or here.")
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder to write into; without it the system's (install), or here."),
     ] = None,
     runs: Annotated[Path, typer.Option(help="install: folder for the run folders.")] = Path("/var/lib/gimbal-hil"),
     user: Annotated[str | None, typer.Option(help="install: who runs it; without it you.")] = None,
@@ -44,7 +46,7 @@ def command(
     from gimbal_hil.cli.following import print_next
 
     if action is ServiceAction.INSTALL:
-        files, following = _unit(config, out or Path("/etc/systemd/system"), runs, user, page, watchdog)
+        files, following = _unit(config, out, runs, user, page, watchdog)
     elif action is ServiceAction.MAN:
         files, following = _manual(out or Path("man1"))
     else:
@@ -67,7 +69,7 @@ def command(
 
 
 def _unit(
-    config: Path | None, folder: Path, runs: Path, user: str | None, page: int | None, watchdog: int
+    config: Path | None, out: Path | None, runs: Path, user: str | None, page: int | None, watchdog: int
 ) -> tuple[dict[Path, str], str]:
     import getpass
 
@@ -80,26 +82,40 @@ def _unit(
         raise BadInputError("--config", "is missing", "the daemon's configuration file")
     load_settings(config)
     program = Path(sys.executable).with_name("gimbal-hil")
-    choice = UnitChoice(program, config.absolute(), runs.absolute(), user or getpass.getuser(), page, watchdog)
+    folder, manuals = (out, out) if out else (Path("/etc/systemd/system"), Path("/usr/local/share/man/man1"))
+    manual = folder.absolute().joinpath(_MANUAL).as_uri() if out else "man:gimbal-hil(1)"
+    choice = UnitChoice(program, config.absolute(), runs.absolute(), user or getpass.getuser(), page, watchdog, manual)
     for path in (choice.program, choice.config, choice.runs):
         if set(str(path)) & set("\"'$%\\ \n"):
             raise BadInputError(str(path), "has a character that a unit would read otherwise", "a plain path")
-    return {folder / UNIT_NAME: unit_text(choice)}, command_line("doctor", config=config)
+    files = {folder / UNIT_NAME: unit_text(choice), manuals / _MANUAL: _own_page()}
+    return files, command_line("doctor", config=config)
+
+
+def _own_page() -> str:
+    from gimbal_hil import __version__
+    from gimbal_hil.cli.app import overview
+    from gimbal_hil.deployment import manual_page
+
+    line = "hardware-in-the-loop controller service and virtual antenna"
+    return manual_page("gimbal-hil", line, overview(), __version__, _today())
+
+
+def _today() -> str:
+    from datetime import UTC, datetime
+
+    return datetime.now(UTC).date().isoformat()
 
 
 def _manual(folder: Path) -> tuple[dict[Path, str], str]:
-    from datetime import UTC, datetime
-
     from gimbal_hil import __version__
-    from gimbal_hil.cli.app import COMMANDS, overview
+    from gimbal_hil.cli.app import COMMANDS
     from gimbal_hil.cli.completion import help_of
     from gimbal_hil.deployment import manual_page
 
-    today = datetime.now(UTC).date().isoformat()
-    line = "hardware-in-the-loop controller service and virtual antenna"
-    files = {folder / "gimbal-hil.1": manual_page("gimbal-hil", line, overview(), __version__, today)}
+    files = {folder / _MANUAL: _own_page()}
     for name, (_, text) in COMMANDS.items():
-        page = manual_page(f"gimbal-hil {name}", text, help_of(name), __version__, today)
+        page = manual_page(f"gimbal-hil {name}", text, help_of(name), __version__, _today())
         files[folder / f"gimbal-hil-{name}.1"] = page
     return files, "gimbal-hil doctor"
 

@@ -74,8 +74,7 @@ class _Collector:
             ),
             ("gimbal_bus_load_ratio", "Share of the bus that frames took in the last second.", wire["bus_load"]),
         ):
-            if value is not None:
-                yield GaugeMetricFamily(name, text, value=value)
+            yield GaugeMetricFamily(name, text, value=value)
         lacks = GaugeMetricFamily(
             "gimbal_missing_torque_nm",
             "Torque that the model beside the antenna lacks, rms of a second.",
@@ -108,9 +107,9 @@ def _lamps(view: LiveView) -> Iterator[Any]:
     for name in LAMPS:
         lamp.add_metric([name], float(name == recording.get("lamp")))
     yield lamp
-    if recording.get("free_mb") is not None:
-        free = "gimbal_recording_free_bytes", "Room on the disk that the run is recorded on."
-        yield GaugeMetricFamily(*free, value=recording["free_mb"] * float(1 << 20))
+    free_mb = recording.get("free_mb")
+    text = "Room on the disk that the run is recorded on."
+    yield GaugeMetricFamily("gimbal_recording_free_bytes", text, value=free_mb and free_mb * float(1 << 20))
 
 
 def _histogram(name: str, text: str, histogram: Histogram) -> Any:

@@ -26,6 +26,11 @@ _PANELS = (
         "s",
         (("histogram_quantile(0.99, sum by (le) (rate(gimbal_computing_seconds_bucket[1m])))", "p99"),),
     ),
+    ("Torque that the model lacks", "none", (("gimbal_missing_torque_nm", "{{axis}} N m"),)),
+    ("Deadman margin", "none", (("gimbal_deadman_margin_ticks", "ticks"),)),
+    ("Bus load", "percentunit", (("gimbal_bus_load_ratio", "share"),)),
+    ("Guards tripped", "none", (("increase(gimbal_guard_trips_total[1m])", "{{guard}}"),)),
+    ("Room for recording", "bytes", (("gimbal_recording_free_bytes", "free"),)),
     ("Frames rejected", "cps", (("rate(gimbal_rejected_frames_total[1m])", "rejected"),)),
 )
 _WIDTH, _HEIGHT = 8, 7

@@ -18,6 +18,8 @@ class UnitChoice:
     user: str
     page_port: int | None = None
     watchdog_s: int = 10
+    #: where the manual is, as systemd writes it
+    manual: str = "man:gimbal-hil(1)"
 
 
 def unit_text(choice: UnitChoice) -> str:
@@ -33,7 +35,7 @@ def unit_text(choice: UnitChoice) -> str:
     return f"""# Written by `gimbal-hil service install`. The drive's own deadman, not this unit, makes a stop safe.
 [Unit]
 Description=gimbal-hil control daemon
-Documentation=man:gimbal-hil(1)
+Documentation={choice.manual.replace("%", "%%")}
 After=network.target
 StartLimitIntervalSec=60
 StartLimitBurst=3

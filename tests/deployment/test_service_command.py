@@ -41,6 +41,15 @@ def test_systemd_accepts_the_unit_and_finds_nothing_unknown_in_it(tmp_path: Path
     assert done.returncode == 0 and "gimbal-hil.service" not in done.stderr, done.stderr
 
 
+def test_the_manual_that_a_unit_names_is_written_with_it(tmp_path: Path) -> None:
+    words = ("install", "--config", shipped_settings_path(), "--runs", tmp_path / "runs")
+    assert service(*words, "--out", tmp_path / "50 % units") == 0
+    page = tmp_path / "50 % units" / "gimbal-hil.1"
+    assert page.read_text().startswith(".TH")
+    named = (page.parent / "gimbal-hil.service").read_text().split("Documentation=")[1].splitlines()[0]
+    assert named.replace("%%", "%") == page.as_uri()
+
+
 def test_a_unit_is_installed_for_a_configuration_that_is_good_and_nothing_is_replaced(tmp_path: Path) -> None:
     words = ("install", "--config", shipped_settings_path(), "--out", tmp_path / "units", "--runs", tmp_path / "runs")
     assert service(*words) == 0
@@ -80,7 +89,7 @@ def test_every_metric_that_the_dashboard_asks_for_is_told(tmp_path: Path) -> Non
 
     assert service("grafana", "--out", tmp_path) == 0
     document = json.loads((tmp_path / "gimbal-hil-grafana.json").read_text())
-    assert document == json.loads(grafana_dashboard()) and len(document["panels"]) == 9
+    assert document == json.loads(grafana_dashboard()) and len(document["panels"]) == 14
     text = (metrics_text(LiveView(1_000_000, ("outer", "inner"))) or b"").decode()
     # a position is told once one is known
     told = {line.split()[2] for line in text.splitlines() if line.startswith("# TYPE")} | {
