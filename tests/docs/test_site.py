@@ -12,7 +12,10 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 
-pytest.importorskip("material", reason="the extra docs is not installed")
+from gimbal_hil import library
+
+for package in ("material", "mkdocstrings"):
+    pytest.importorskip(package, reason="the extra docs is not installed")
 ROOT = Path(__file__).resolve().parent.parent.parent
 
 
@@ -46,6 +49,13 @@ class Links(HTMLParser):
             self.loaded.append(given["src"] or "")
         if tag == "link" and given.get("rel") == "stylesheet":
             self.loaded.append(given["href"] or "")
+
+
+def test_everything_that_the_library_gives_is_on_its_reference_page(site: Path) -> None:
+    page = (site / "library-reference" / "index.html").read_text()
+    names = set(library.__all__) - {"Source"}  # a union of types, told by the signatures
+    assert all(f'id="gimbal_hil.library.{name}"' in page for name in names)
+    assert "DataFrame" in page and "BadInputError" in page
 
 
 def test_every_page_of_the_docs_is_a_page_of_the_site(site: Path) -> None:
