@@ -4,14 +4,20 @@ from gimbal_hil.arena.arena import ArenaResult, Entrant, Spread, entrants, run_a
 from gimbal_hil.arena.base_motions import Manoeuvre, Swing, Turbulence
 from gimbal_hil.arena.controllers import CONTROLLERS, controller_settings
 from gimbal_hil.arena.page import arena_blocks, arena_text
+from gimbal_hil.arena.paid import BEFORE, FIRST, IMPROVED, Paid, changed_parts, paid_blocks, paid_text, what_paid
 from gimbal_hil.arena.scenarios import Scenario, Score, chosen, load_scenarios, shipped_scenarios
 from gimbal_hil.arena.trial import Trial, TrialOutcome, between, boresight, run_trial
+from gimbal_hil.arena.wrong_numbers import wrong_model
 
 __all__ = [
+    "BEFORE",
     "CONTROLLERS",
+    "FIRST",
+    "IMPROVED",
     "ArenaResult",
     "Entrant",
     "Manoeuvre",
+    "Paid",
     "Scenario",
     "Score",
     "Spread",
@@ -23,11 +29,16 @@ __all__ = [
     "arena_text",
     "between",
     "boresight",
+    "changed_parts",
     "chosen",
     "controller_settings",
     "entrants",
     "load_scenarios",
+    "paid_blocks",
+    "paid_text",
     "run_arena",
     "run_trial",
     "shipped_scenarios",
+    "what_paid",
+    "wrong_model",
 ]

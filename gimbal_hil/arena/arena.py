@@ -117,11 +117,14 @@ def run_arena(
     seeds: int,
     workers: int = 1,
     say: Callable[[str], None] = lambda scenario: None,
+    wrong: float = 0.0,
 ) -> ArenaResult:
-    """Run everything; `say` is told the scenario of each trial that is done. Errors of the first seed are kept."""
+    """Run everything, the loops' models off by a share `wrong`; `say` is told the scenario of each trial that is done.
+    Errors of the first seed are kept.
+    """
     models: dict[str, AntennaModel] = {name: model_named(name) for name in antennas}
     trials = [
-        Trial(scenario, entrant.name, entrant.settings, antenna, models[antenna], seed, seed == 1)
+        Trial(scenario, entrant.name, entrant.settings, antenna, models[antenna], seed, seed == 1, wrong)
         for scenario in scenarios
         for antenna in antennas
         for entrant in controllers

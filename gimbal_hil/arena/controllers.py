@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.settings import DaemonSettings, settings_from_document, shipped_settings
 from gimbal_hil.thesis import LEVEL, POSITION_GAINS, RATE_GAINS
+from gimbal_hil.tuning import tuned
+from sim_backend.model import model_named
 
 Document = dict[str, Any]
 
@@ -73,17 +76,48 @@ def _all(document: Document) -> None:
     _with_model(document, bodies=True, friction=True, extrapolate_base=True)
 
 
+def _tuned_cascade(document: Document) -> None:
+    """The cascade that gimbal-hil tune finds for the model, with its prefilter; nothing is fed forward."""
+    _plain(document)
+    for name, axis in document["axes"].items():
+        for key, value in _tuned_keys()[name].items():
+            if key != "observer":
+                axis[key] = axis[key] | value
+
+
+def _tuned(document: Document) -> None:
+    """What gimbal-hil tune makes of the shipped configuration for the model: gains, observer, every part."""
+    _with_model(document, bodies=True, friction=True, extrapolate_base=True)
+    for name, axis in document["axes"].items():
+        for key, value in _tuned_keys()[name].items():
+            axis[key] = (axis[key] or {}) | value
+
+
+@cache
+def _tuned_keys() -> dict[str, Document]:
+    """By axis and section, what tuning changes in the shipped configuration."""
+    found: dict[str, Document] = {}
+    for key, value in tuned(shipped_settings(), model_named(MODEL), MODEL).changes.items():
+        words = key.split(".")
+        if words[0] == "axes":
+            section = found.setdefault(words[1], {}).setdefault(words[2], {})
+            section |= {words[3]: value} if len(words) > 3 else value
+    return found
+
+
 #: whose numbers the controllers with a model take, on whatever antenna; and the bandwidth of their observers
 MODEL, OBSERVER_RAD_S = "realistic", 150.0
 CONTROLLERS: dict[str, Callable[[Document], None]] = {
     "thesis": _thesis,
     "cascade": _plain,
+    "tuned_cascade": _tuned_cascade,
     "shipped": _shipped,
     "bodies": _bodies,
     "friction": _friction,
     "base": _base,
     "observer": _observer,
     "all": _all,
+    "tuned": _tuned,
 }
 
 

@@ -30,7 +30,10 @@ _STEPS: tuple[Column, ...] = (
     ("settling to 2 % [s]", lambda one: one.settling_s, 1.0),
 )
 #: one for each controller that there is by name
-_COLOURS = ("#8a94a0", "#b8860b", "#1f6f8b", "#4a8c5c", "#6a4c93", "#7a5230", "#c2579b", "#b3261e")
+_COLOURS = [
+    f"#{one}"
+    for one in ["8a94a0", "b8860b", "d95f02", "1f6f8b", "4a8c5c", "6a4c93", "7a5230", "c2579b", "b3261e", "2e4a9e"]
+]
 #: scenarios whose errors are drawn over time, where they are among those run
 _DRAWN = 3
 

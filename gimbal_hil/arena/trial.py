@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from gimbal_hil.arena.base_motions import ROW_HZ, AircraftMotion
 from gimbal_hil.arena.scenarios import Scenario, Score
+from gimbal_hil.arena.wrong_numbers import with_wrong_model
 from gimbal_hil.host import AXIS_NAMES, AxisCommand, Guard, HostState, Mode, Segment, Shape, program_of
 from gimbal_hil.lockstep import FramePath, Recorded
 from gimbal_hil.settings import DaemonSettings
@@ -41,6 +42,8 @@ class Trial:
     seed: int
     #: whether its error is kept for drawing
     drawn: bool = False
+    #: by what share of itself every number is off of the model that the loops use
+    wrong: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -77,7 +80,8 @@ def run_trial(trial: Trial) -> TrialOutcome:
         def look(tick: int, received: bytes, sent: bytes) -> None:
             true.append((X[POSITION], X[POSITION + 1]))
 
-        path = FramePath(trial.settings, model, trial.seed, exchange=look)
+        settings = with_wrong_model(trial.settings, trial.wrong, trial.seed, Path(folder))
+        path = FramePath(settings, model, trial.seed, exchange=look)
         X = path.device.X
     path.connect()
     before = path.tick

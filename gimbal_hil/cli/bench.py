@@ -63,8 +63,9 @@ def command(
         list[str] | None, typer.Option(help="pointing: by name, or a configuration file; may be repeated.")
     ] = None,
     antenna: Annotated[list[str] | None, typer.Option(help="pointing: a model by name or file; repeatable.")] = None,
-    scenario: Annotated[str | None, typer.Option(help="pointing: words of scenarios' names, or a file.")] = None,
+    scenario: Annotated[list[str] | None, typer.Option(help="pointing: words of names, or a file; repeatable.")] = None,
     seeds: Annotated[int, typer.Option(help="pointing: runs of each, noise and turbulence anew.", min=1)] = 3,
+    wrong: Annotated[float, typer.Option(help="pointing: share that models are off by.", min=0.0, max=0.9)] = 0.0,
     dask: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="blind: diagnose on a Dask cluster instead.")
     ] = None,
@@ -78,6 +79,7 @@ def command(
     if what == "blind":
         chosen = tuple(kinds.split(",")) if kinds else ()
         return _blind(out, seed, sealed, chosen, cases, most, first, workers, dask, keep, table, compare)
+    arena = ArenaChoice(controller or [], antenna or [], scenario or [], seeds, workers, wrong)
     page = None if out is None else out / "report.html"
     if page is not None and page.exists() and not force:
         raise BadInputError(str(page), "already exists", "a new folder, or --force to overwrite it")
@@ -88,7 +90,7 @@ def command(
         ),
         "search": lambda: _search(workers, repeats, _measuring),
         "faults": lambda: _faults(every, _measuring),
-        "pointing": lambda: pointing(ArenaChoice(controller or [], antenna or [], scenario, seeds, workers)),
+        "pointing": lambda: pointing(arena),
         "soak": lambda: (
             _soak_across(link[0], hours, seed or 0, _measuring) if link else _soak(hours, seed or 0, _measuring)
         ),

@@ -16,17 +16,20 @@ class ArenaChoice:
 
     controllers: list[str]
     antennas: list[str]
-    #: words of a scenario's name, or a file of scenarios
-    scenario: str | None
+    #: words of scenarios' names, or files of scenarios
+    scenarios: list[str]
     seeds: int
     workers: int
+    #: share by which the models of the loops are off
+    wrong: float = 0.0
 
     def words(self) -> str:
         """The choice as words of the command line."""
         words = ["pointing", f"--seeds {self.seeds}"]
         words += [f"--controller {name}" for name in self.controllers]
         words += [f"--antenna {name}" for name in self.antennas]
-        return " ".join(words + ([f"--scenario '{self.scenario}'"] if self.scenario else []))
+        words += [f"--wrong {self.wrong:g}"] if self.wrong else []
+        return " ".join(words + [f"--scenario '{one}'" for one in self.scenarios])
 
 
 def pointing(choice: ArenaChoice) -> tuple[str, str, Any, list[Block]]:
@@ -43,14 +46,19 @@ def pointing(choice: ArenaChoice) -> tuple[str, str, Any, list[Block]]:
     )
     from gimbal_hil.cli.progress import ProgressBar
 
-    if choice.scenario is not None and choice.scenario.endswith((".yaml", ".yml")):
-        picked = load_scenarios(Path(choice.scenario))
-    else:
-        picked = chosen(shipped_scenarios(), choice.scenario)
+    shipped = shipped_scenarios()
+    wanted = [
+        one
+        for words in choice.scenarios or [""]
+        for one in (load_scenarios(Path(words)) if words.endswith((".yaml", ".yml")) else chosen(shipped, words))
+    ]
+    picked = tuple({one.name: one for one in wanted}.values())
     who, antennas = entrants(choice.controllers or list(CONTROLLERS)), choice.antennas or ["thesis", "realistic"]
     with ProgressBar() as bar:
         bar.begin("arena", len(picked) * len(antennas) * len(who) * choice.seeds, 0.0)
-        found = run_arena(picked, antennas, who, choice.seeds, choice.workers, lambda done: bar.at(done, 1.0))
+        found = run_arena(
+            picked, antennas, who, choice.seeds, choice.workers, lambda done: bar.at(done, 1.0), choice.wrong
+        )
     # only the thesis' gains may trip: they are here to be compared with
     figures = [row | {"problem": row["tripped"] if row["controller"] != "thesis" else ""} for row in found.rows()]
     return choice.words(), arena_text(found), figures, arena_blocks(found)

@@ -30,6 +30,17 @@ def command(
     margin: Annotated[
         float, typer.Option(help="Least disk margin of the loops; 0.4 is 1.5 in gain, 23 degrees in phase.")
     ] = 0.4,
+    improved: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Folder of an improvement: its model is used; where there is none, improve runs first."
+        ),
+    ] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="With --improved: arena of before and after, and what paid for the gain."),
+    ] = None,
+    seeds: Annotated[int, typer.Option(help="Runs of each scenario in the report.", min=1)] = 2,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the tuned configuration.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the figures as one JSON object.")] = False,
 ) -> int:
@@ -51,7 +62,15 @@ def command(
     path = out or config.with_name(f"{config.stem}.tuned.yaml")
     if path.exists() and not force:
         raise BadInputError(str(path), "already exists", "another --out, or --force to overwrite it")
+    if report is not None and improved is None:
+        raise BadInputError("--report", "needs to know what the model was before", "--improved DIR")
     settings = load_settings(config)
+    first = None
+    if improved is not None:
+        from gimbal_hil.cli.tune_report import improved_in
+
+        file, first = improved_in(improved, config, model)
+        model = str(file)
     name = model or _named_in(settings)
     about = model_named(name)
     settings = settings.for_axes(about.axes, about.where)
@@ -60,12 +79,19 @@ def command(
     except NoMarginError as error:
         print(f"{error}: ask for less with --margin, or look at delay, gyro and modes in {name}")
         return EXIT_NO
-    _write(config, path, found, settings)
+    written = _write(config, path, found, settings)
+    told = ""
+    if report is not None and first is not None:
+        from gimbal_hil.cli.tune_report import report as write_report
+
+        told = write_report(report, load_settings(config), written, first, margin, seeds)
     if as_json:
         print(json.dumps({"out": str(path), "model": name, **_as_dict(found)}))
     else:
         print("\n".join(_lines(found, name)))
         print(f"written: {path}")
+        if told:
+            print(f"\n{told}\nreport: {report}/report.html")
         print_next(after_tune(config, path, name, len(about.axes)))
     return EXIT_DONE
 
@@ -87,8 +113,8 @@ def _as_seen_from(folder: Path, name: str) -> str:
     return os.path.relpath(Path(name).resolve(), folder.resolve()) if is_file else name
 
 
-def _write(config: Path, path: Path, found: Tuning, settings: DaemonSettings) -> None:
-    """The configuration with what changes, checked before it is written."""
+def _write(config: Path, path: Path, found: Tuning, settings: DaemonSettings) -> DaemonSettings:
+    """Write the configuration with what changes, once it is checked; what was written."""
     from firmware_protocol.documents import yaml_edited, yaml_mapping
     from firmware_protocol.errors import BadInputError
     from gimbal_hil.settings import load_settings, settings_from_document
@@ -108,6 +134,7 @@ def _write(config: Path, path: Path, found: Tuning, settings: DaemonSettings) ->
         raise BadInputError("--out", "is in another folder, and the configuration names files", f"{config.parent}")
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(edited, encoding="utf-8")
+    return written
 
 
 def _lines(found: Tuning, name: str) -> list[str]:

@@ -56,7 +56,11 @@ OBSERVER_STATES = 6
 #: gains of the loops while the observer closes them: joint rate over position error (1/s), units over rate error
 OBSERVER_POSITION_KP = OBSERVER_GAIN + 2 * OBSERVER_STATES
 OBSERVER_RATE_KP = OBSERVER_POSITION_KP + 1
-CONTROL_PARAMETERS = OBSERVER_RATE_KP + 1
+#: whether the model is watched: share of a tick in its window (zero: not watched), step of its fading in a tick, least
+#: mean square of what is fed forward that is judged (N m)^2, and of the feedback's changes: share of a tick in their
+#: window, largest mean square (N m)^2
+WATCH_SHARE, FADE_STEP, LEAST_TOLD, SHAKING_SHARE, MOST_SHAKING = range(OBSERVER_RATE_KP + 1, OBSERVER_RATE_KP + 6)
+CONTROL_PARAMETERS = OBSERVER_RATE_KP + 6
 
 # --- H: state of one axis ---------------------------------------------------------------------------------------------
 #: integrators of the two loops (rad/s; controller units), prefilter output (rad), torque of the last tick (N m)
@@ -79,4 +83,10 @@ DRAG, MOVED_INERTIA = 21, 22
 #: accelerations that past torques were to bring (rad/s^2), the newest first
 PENDING = 23
 MOST_DELAY_TICKS = 8
-CONTROL_STATES = PENDING + MOST_DELAY_TICKS + 1
+#: watch over the model: what it would feed forward, all of it (N m); means over the window of that times the torque
+#: sent, of its square, and how full the window is; whether it is stale, how far it is faded out (0 to 1)
+FORWARD = PENDING + MOST_DELAY_TICKS + 1
+EXPLAINED, TOLD, SEEN, STALE, DISTRUST = range(FORWARD + 1, FORWARD + 6)
+#: feedback part of the last torque (N m), mean square of its changes, whether the observer has been left
+LAST_FEEDBACK, SHAKING, UNOBSERVED = range(FORWARD + 6, FORWARD + 9)
+CONTROL_STATES = FORWARD + 9

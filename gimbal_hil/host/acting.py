@@ -6,11 +6,17 @@ import numpy as np
 
 from firmware_protocol.compiling import compiled
 from gimbal_hil.control import (
+    SHAKES,
+    UNCHANGED,
     axis_torque,
     enter_mode,
+    fade_model,
     friction_torque,
     gravity_torques,
     has_moments,
+    is_observed,
+    judge_model,
+    leave_observer,
     modelled_friction,
     observe,
     observed_torque,
@@ -23,21 +29,24 @@ from gimbal_hil.control import (
 from gimbal_hil.control.layout import (
     BRISTLE,
     DELAY_TICKS,
+    DISTRUST,
     DRAG,
+    FORWARD,
     FRICTION_FORWARD,
     INERTIA,
     LOOP_ERROR,
     LOOP_REFERENCE,
     MOMENT_X,
     MOVED_INERTIA,
-    OBSERVED,
     SHAPED,
     SHAPED_ACCELERATION,
     SHAPED_POSITION,
     SHAPED_RATE,
     TORQUE,
+    WATCH_SHARE,
     Mode,
 )
+from gimbal_hil.host.event_ring import report
 from gimbal_hil.host.following import set_references, stopping_reference, wanted_mode
 from gimbal_hil.host.layout import (
     AXES,
@@ -69,9 +78,10 @@ from gimbal_hil.host.layout import (
     STEP_S,
 )
 from gimbal_hil.host.limits import joint_rate, rates_towards_limits
-from gimbal_hil.host.states import number
+from gimbal_hil.host.states import NOTHING, EventCode, number
 
 _OFF, _RATE, _POSITION = number(Mode.OFF), number(Mode.RATE), number(Mode.POSITION)
+_MODEL = number(EventCode.MODEL)
 _INNER_H = AXIS_H + AXIS_H_SIZE
 _MOMENTS = (AXIS_C + MOMENT_X, AXIS_C + AXIS_C_SIZE + MOMENT_X)
 
@@ -154,7 +164,7 @@ def _close(mode: int, H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) ->
         H[h + BASE_RATE],
         H[h + FEEDFORWARD],
     )
-    observed = C[c + OBSERVED] > 0.0 and mode >= _RATE
+    observed = is_observed(H, h, C, c) and mode >= _RATE
     if mode != G[g + MODE]:
         _enter(mode, H, G, C, axis)
     allowed = rates_towards_limits(position, C, c)
@@ -162,11 +172,26 @@ def _close(mode: int, H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) ->
         observe(position, rate, base_rate, C[STEP_S], H, h, C, c)
         observed_torque(mode, H[h + REFERENCE], base_rate, allowed, C[STEP_S], H, h, C, c)
         remember_torque(H, h)
+        _watch(True, mode, H, G, C, axis)
         return
     reference, slope = H[h + REFERENCE], H[h + SLOPE]
     if mode == _POSITION and C[c + SHAPED] > 0.0:
         reference, slope = H[h + SHAPED_POSITION], H[h + SHAPED_RATE]
     axis_torque(mode, reference, slope, position, rate, base_rate, forward, allowed, C[STEP_S], H, h, C, c)
+    _watch(False, mode, H, G, C, axis)
+
+
+@compiled
+def _watch(observed: bool, mode: int, H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) -> None:
+    """Judge the model by the torque of this tick, and say what changed."""
+    h, c = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE
+    if C[c + WATCH_SHARE] == 0.0 or mode < _RATE:
+        return
+    news = judge_model(observed, C[FEEDS_BODIES] > 0.0, H, h, C, c)
+    if news == SHAKES:
+        leave_observer(H, h, C, c)
+    if news != UNCHANGED:
+        report(G, _MODEL, axis, news, NOTHING)
 
 
 @compiled
@@ -175,7 +200,7 @@ def _enter(mode: int, H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) ->
     h, c, g = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE, AXIS_G + axis * AXIS_G_SIZE
     position, rate, base_rate = H[h + MEASURED_POSITION], H[h + MEASURED_RATE], H[h + BASE_RATE]
     enter_mode(position, rate, base_rate, H[h + FEEDFORWARD], H, h, C, c)
-    if C[c + OBSERVED] > 0.0 and G[g + MODE] < _RATE <= mode:
+    if is_observed(H, h, C, c) and G[g + MODE] < _RATE <= mode:
         start_observing(position, rate, base_rate, H, h)
     G[g + MODE] = mode
 
@@ -201,10 +226,22 @@ def _feed_forward(mode_outer: int, mode_inner: int, H: np.ndarray, G: np.ndarray
                     H[h + FEEDFORWARD] += modelled_friction(rate, C[STEP_S], H, h, C, c)
                 else:
                     H[h + FEEDFORWARD] += friction_torque(rate, C, c)
-            H[h + DRAG] = H[h + FEEDFORWARD]
-            # a cascade without observer gets the whole torque in advance, an observer adds what accelerates itself
-            if C[c + OBSERVED] == 0.0 and C[FEEDS_BODIES] > 0.0:
-                H[h + FEEDFORWARD] += H[h + MOVED_INERTIA] * H[h + SHAPED_ACCELERATION]
+            _fade_or_feed(mode, H, h, C, c)
+
+
+@compiled
+def _fade_or_feed(mode: int, H: np.ndarray, h: int, C: np.ndarray, c: int) -> None:
+    """What of the model's torque is fed forward, by how far it is trusted."""
+    observed = is_observed(H, h, C, c) and mode >= _RATE
+    drag = H[h + FEEDFORWARD]
+    accelerating = H[h + MOVED_INERTIA] * H[h + SHAPED_ACCELERATION] if C[FEEDS_BODIES] > 0.0 else 0.0
+    if C[c + WATCH_SHARE] > 0.0:
+        H[h + FORWARD] = drag + accelerating
+        fade_model(observed, drag, H, h, C, c)
+    trust = 1.0 - H[h + DISTRUST]
+    H[h + DRAG] = trust * drag
+    # a cascade without observer gets the whole torque in advance, an observer adds what accelerates itself
+    H[h + FEEDFORWARD] = H[h + DRAG] if observed else trust * (drag + accelerating)
 
 
 @compiled

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 
 from firmware_protocol.enumerations import DriveState, FaultCode
-from gimbal_hil.host.states import EventCode, HostCause, HostState, LinkStatus, Refusal
+from gimbal_hil.host.states import EventCode, HostCause, HostState, LinkStatus, ModelNews, Refusal
 
 
 def word_of(state: IntEnum) -> str:
@@ -15,6 +15,12 @@ def word_of(state: IntEnum) -> str:
     return state.name.lower()
 
 
+_MODEL_NEWS = {
+    ModelNews.NONE: "nothing new of the model",
+    ModelNews.STALE: "the model explains less than nothing of the torque and fades out",
+    ModelNews.RIGHT: "the model explains the torque again and comes back",
+    ModelNews.SHAKES: "the loops shake with the observer; the cascade closes them from now on",
+}
 #: what the axes are called where nobody has named them
 AXIS_NAMES = ("outer", "inner")
 
@@ -71,11 +77,15 @@ def host_event(axes: Sequence[str], tick: int, code: int, first: int, second: in
             f"{axes[first]} moved past its {side} soft limit without torque",
             {"axis": axes[first], "side": side},
         )
+    if kind is EventCode.MODEL:
+        return HostEvent(
+            tick,
+            kind,
+            f"{axes[first]}: {_MODEL_NEWS[ModelNews(second)]}",
+            {"axis": axes[first], "news": _name(ModelNews, second)},
+        )
     return HostEvent(tick, kind, "base motion heard" if first else "base motion lost", {"heard": bool(first)})
 
 
-def _name(
-    kind: type[HostState] | type[LinkStatus] | type[HostCause] | type[DriveState] | type[FaultCode] | type[Refusal],
-    value: int,
-) -> str:
+def _name(kind: type[IntEnum], value: int) -> str:
     return word_of(kind(value))

@@ -118,6 +118,20 @@ class EventCode(IntEnum):
     IDENTITY = 8
     #: axis, 1 for the upper and 0 for the lower soft limit, of an axis that went past it without torque
     BEYOND_LIMIT = 9
+    #: axis, ModelNews: what became of the trust in the model
+    MODEL = 10
+
+
+class ModelNews(IntEnum):
+    """What the watch over the model found."""
+
+    NONE = 0
+    #: what is fed forward explains less than nothing, and fades out
+    STALE = 1
+    #: it explains the torque again, and comes back
+    RIGHT = 2
+    #: the loops that the observer closes shake: the cascade closes them from now on
+    SHAKES = 3
 
 
 class Refusal(IntEnum):

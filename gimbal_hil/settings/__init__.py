@@ -11,7 +11,14 @@ from gimbal_hil.settings.adjusting import (
 )
 from gimbal_hil.settings.axis import WIRE_TURNS, AxisSettings, JointObserver
 from gimbal_hil.settings.configuration import host_configuration
-from gimbal_hil.settings.daemon import AxisNames, DaemonSettings, FirstTestChoice, load_settings, settings_from_document
+from gimbal_hil.settings.daemon import (
+    AxisNames,
+    DaemonSettings,
+    FirstTestChoice,
+    load_settings,
+    settings_from_document,
+    with_changes,
+)
 from gimbal_hil.settings.link import EmbeddedAntenna
 from gimbal_hil.settings.model_control import delay_ticks, observed_joint
 from gimbal_hil.settings.shipped import shipped_settings, shipped_settings_path
@@ -38,4 +45,5 @@ __all__ = [
     "settings_from_document",
     "shipped_settings",
     "shipped_settings_path",
+    "with_changes",
 ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -114,6 +114,14 @@ class ModelControl(Strict):
     extrapolate_base: bool = Field(
         default=True, description="base motion as it is now, from when it was true, in place of as it was told"
     )
+    watch: bool = Field(
+        default=True,
+        description=(
+            "fade out what is fed forward when it explains less than nothing of the torque, and leave the observer when"
+            " its loops shake"
+        ),
+    )
+    watch_time_s: Positive = Field(default=2.0, description="window of that judgement")
 
     @property
     def is_file(self) -> bool:
@@ -305,6 +313,20 @@ def settings_from_document(document: Any, where: str, folder: Path | None = None
         )
         return settings.model_copy(update={"link": place})
     return settings
+
+
+def with_changes(settings: DaemonSettings, changes: Mapping[str, Any], where: str = "changes") -> DaemonSettings:
+    """Settings in which the values at dotted keys (`axes.outer.rate_loop.kp_s_per_rad`) are others; BadInputError where
+    they do not fit together.
+    """
+    document = settings.model_dump(mode="json", by_alias=True)
+    for key, value in changes.items():
+        *parents, last = key.split(".")
+        section = document
+        for name in parents:
+            section = section[name]
+        section[last] = value
+    return settings_from_document(document, where)
 
 
 #: guards of an axis that hold the gyro against something, and say nothing where the encoder stands in for it

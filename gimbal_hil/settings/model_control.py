@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from sim_backend.model import AntennaModel
 
 _FRICTION = ("breakaway", "coulomb", "stribeck_velocity", "sigma0", "sigma1", "viscous", "shape")
+#: watch over the model: time in which it fades; least rms of what is fed forward that is judged, over the torque limit;
+#: window for loops that shake (s), and the rms at which their torque may change, torque limits a second
+_FADE_S, _LEAST_TOLD, _SHAKING_S, _MOST_SHAKING_PER_S = 0.5, 0.005, 0.25, 40.0
 #: a sensor without noise or steps is still not believed beyond this
 _LEAST_NOISE_RAD, _LEAST_NOISE_RAD_S = 1e-7, 1e-5
 
@@ -50,6 +53,12 @@ def fill_model_control(C: NDArray[np.float64], settings: DaemonSettings, chosen:
         block[control.FRICTION : control.FRICTION + len(_FRICTION)] = [
             model.number(name, f"friction.{key}") for key in _FRICTION
         ]
+        if chosen.watch:
+            limit, step_s = section.limits.torque_nm, settings.step_s
+            block[control.WATCH_SHARE], block[control.FADE_STEP] = step_s / chosen.watch_time_s, step_s / _FADE_S
+            block[control.LEAST_TOLD] = (_LEAST_TOLD * limit) ** 2
+            block[control.SHAKING_SHARE] = step_s / _SHAKING_S
+            block[control.MOST_SHAKING] = (_MOST_SHAKING_PER_S * step_s * limit) ** 2
         block[control.DELAY_TICKS] = delay_ticks(model, name, settings.step_s, section.observer)
         if section.observer is not None:
             joint = observed_joint(model, name, settings.step_s, section.observer)
