@@ -9,6 +9,7 @@ from concurrent.futures import as_completed
 from dataclasses import dataclass
 from pathlib import Path
 
+from firmware_protocol.errors import BadInputError
 from gimbal_hil.arena.controllers import about, controller_settings
 from gimbal_hil.arena.scenarios import Scenario
 from gimbal_hil.arena.trial import Trial, TrialOutcome, run_trial
@@ -101,13 +102,36 @@ def _plain(value: float) -> float | None:
 
 
 def entrants(names: Sequence[str]) -> tuple[Entrant, ...]:
-    """Controllers by name, or configurations by file, called as their files; BadInputError for what is neither."""
+    """Controllers by name, or configurations by file, called as their files and, where two are called alike, as more
+    of their paths; BadInputError for what is neither, and for what is given twice.
+    """
     return tuple(
-        Entrant(Path(name).stem, load_settings(Path(name)), f"The configuration {Path(name).name}.")
-        if name.endswith((".yaml", ".yml"))
-        else Entrant(name, controller_settings(name), about(name))
-        for name in names
+        Entrant(called, load_settings(Path(name)), f"The configuration {Path(name).name}.")
+        if _is_file(name)
+        else Entrant(called, controller_settings(name), about(name))
+        for name, called in zip(names, _called(names), strict=True)
     )
+
+
+def _is_file(name: str) -> bool:
+    return name.endswith((".yaml", ".yml"))
+
+
+def _called(names: Sequence[str]) -> list[str]:
+    """A name of its own for each."""
+    paths = [Path(name).resolve().with_suffix("").parts if _is_file(name) else (name,) for name in names]
+    for parts, name in zip(paths, names, strict=True):
+        if paths.count(parts) > 1:
+            raise BadInputError("--controller", f"{name} is given twice", "each one once")
+
+    def tail(parts: tuple[str, ...], length: int) -> str:
+        return "/".join(parts[-length:])
+
+    def least(parts: tuple[str, ...]) -> int:
+        lengths = range(1, len(parts) + 1)
+        return next((n for n in lengths if sum(tail(other, n) == tail(parts, n) for other in paths) == 1), len(parts))
+
+    return [tail(parts, least(parts)) for parts in paths]
 
 
 def run_arena(

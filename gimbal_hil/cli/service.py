@@ -121,9 +121,13 @@ def _manual(folder: Path) -> tuple[dict[Path, str], str]:
 
 
 def _inside(config: Path | None) -> str:
+    from firmware_protocol.errors import BadInputError
     from gimbal_hil.settings import load_settings
 
     if config is None:
         return "/src/config/virtual_antenna.yaml"
     load_settings(config)
-    return f"/src/{config}"
+    here = Path.cwd().resolve()
+    if not config.resolve().is_relative_to(here):
+        raise BadInputError("--config", f"{config} is not copied into the container", f"a file below {here}")
+    return f"/src/{config.resolve().relative_to(here).as_posix()}"

@@ -232,9 +232,10 @@ class ControlLoop:
     def _give(self, command: Command) -> str:
         """Answers why the host does not take the command, empty when it does."""
         host = self._host
+        # whoever asked has been told by now that it was not taken
+        if command.kind in (CommandKind.START, CommandKind.ADJUST) and command.is_stale:
+            return "the request is too old: the control process stood still meanwhile"
         if command.kind is CommandKind.START:
-            if command.is_stale:
-                return "the request is too old: the control process stood still meanwhile"
             if self._first_test is not None:
                 spoilt = f"; the last try told nothing: {self._first_test.spoilt}" if self._first_test.spoilt else ""
                 return f"the antenna is being tried with a small torque before its first motion{spoilt}"

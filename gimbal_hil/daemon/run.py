@@ -126,6 +126,7 @@ def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport
         settings = settings.for_axes(embedded.device.model.axes, embedded.device.model.where)
     elif options.then is not None:
         raise BadInputError("--then", "needs a virtual antenna in this process", "a configuration with one")
+    settings = settings.with_model()
     observed = observed_model(settings)
     later = _later_antenna(settings, options)
     period = Duration.of_seconds(settings.step_s)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hmac
 import json
 import math
+import secrets
 import threading
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
@@ -23,6 +24,8 @@ from gimbal_hil.operator import Door, OperatorClient
 from gimbal_hil.telemetry import LiveView, scope_settings
 from gimbal_hil.timing import upper_bound_ns
 
+#: of this process: a page that was drawn from another one begins anew
+_RUN = secrets.token_hex(8)
 _LOOPBACK = "127.0.0.1"
 _NAMES = (_LOOPBACK, "localhost")
 TOKEN_HEADER = "X-Operator-Token"
@@ -155,11 +158,12 @@ class _Handler(BaseHTTPRequestHandler):
 
 def live(view: LiveView, since_s: float) -> dict[str, Any]:
     """What the page draws: status, how recording stands, trace after `since_s`, latency histogram as [upper bound in
-    us, count].
+    us, count]; `run` is another one after a restart.
     """
     bins = [[upper_bound_ns(index) / 1e3, count] for index, count in enumerate(view.latency.counts) if count]
     trace = _without_nan(view.trace(since_s))
     return {
+        "run": _RUN,
         "status": view.status(),
         "recording": view.recording(),
         "adjustable": view.adjustable(),

@@ -66,7 +66,7 @@ def conduct(
         raise BadInputError(
             f"{model.where}: kind", f"is {model.kind.value}, a single axis", "gimbal: experiments move two axes"
         )
-    settings = settings.for_axes(model.axes, model.where)
+    settings = settings.for_axes(model.axes, model.where).with_model()
     if experiment.base is not None:
         model = model.with_base(experiment.base)
     antenna = partial(LockstepAntenna, settings, model, seed, experiment.every)

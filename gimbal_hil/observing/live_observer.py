@@ -89,7 +89,7 @@ class LiveObserver:
         try:
             model = observed_model(self._settings)
             assert model is not None
-            bandwidth = 2.0 * math.pi * self._settings.observer.bandwidth_hz
+            bandwidth = 2.0 * math.pi * self._settings.observer_bandwidth_hz
             made = ModelObserver(model, self._settings.rate_hz, bandwidth)
             made.observe(np.zeros((1, columns.INPUTS)))
         except BadInputError as refused:
@@ -170,6 +170,10 @@ class LiveObserver:
                 for watch in self.watches.values():
                     watch.settle()
             self._was_free = free
+            if not np.all(np.isfinite(out)):
+                self._observer, self._problem = None, "the model beside the antenna has left all bounds"
+                self._missing, self._gyro_error = [math.nan, math.nan], [math.nan, math.nan]
+                return found + [(math.nan, math.nan)] * (len(rows) - len(found))
             if free and row[columns.MEASURED] != 0.0:
                 self._missing = out[columns.MISSING : columns.MISSING + 2]
                 self._gyro_error = out[columns.GYRO_ERROR : columns.GYRO_ERROR + 2]

@@ -8,6 +8,7 @@ from gimbal_hil.runs.growing import GrowingLog
 from gimbal_hil.runs.header import RUN_FILE, RunEnd, RunHeader, RunRecord, read_header, wall_clock_utc
 from gimbal_hil.runs.integrity import content_hash
 from gimbal_hil.runs.log_damage import damage_of
+from gimbal_hil.runs.new_folder import SCOPE_FOLDER
 from gimbal_hil.runs.reader import RecordedRun, is_run_folder, open_run
 from gimbal_hil.runs.replaying import ReplayResult, replay
 from gimbal_hil.runs.schema import (
@@ -30,6 +31,7 @@ __all__ = [
     "AXES",
     "FRAME_ROW",
     "RUN_FILE",
+    "SCOPE_FOLDER",
     "TICK_ROW",
     "Again",
     "Change",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import shutil
 from pathlib import Path
 
 from firmware_protocol.errors import BadInputError
@@ -17,6 +18,8 @@ from gimbal_hil.runs.segments import segment_name, segments_of
 #: kept free on the disk so that a full one can still take the last events and the exit status
 RESERVE_FILE, RESERVE_BYTES = ".reserve", 65536
 STREAMS = {FRAMES_FILE: FRAME_ROW, TICKS_FILE: TICK_ROW}
+#: run folders of what the scope caught
+SCOPE_FOLDER = "scope"
 FILES = (TICKS_FILE, FRAMES_FILE, EVENTS_FILE, CHAIN_FILE)
 
 
@@ -33,6 +36,7 @@ def open_folder(folder: Path, header: RunHeader, started_utc: str, force: bool) 
         for name in FILES:
             for _, path in segments_of(folder, name):
                 path.unlink()
+        shutil.rmtree(folder / SCOPE_FOLDER, ignore_errors=True)
         files = open_segment(folder, 1, header.axes, b"")
         (folder / RESERVE_FILE).write_bytes(bytes(RESERVE_BYTES))
         return lock, files, write_header(folder, header, started_utc, None)

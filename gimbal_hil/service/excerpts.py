@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 
 from firmware_protocol.errors import GimbalHilError
-from gimbal_hil.runs import TICK_ROW, EventKind, RunHeader, RunWriter
+from gimbal_hil.runs import SCOPE_FOLDER, TICK_ROW, EventKind, RunHeader, RunWriter
 from gimbal_hil.telemetry import Capture
 
-SCOPE_FOLDER = "scope"
 #: excerpts that one run keeps: an automatic scope over a night must not fill the disk
 MOST = 50
 

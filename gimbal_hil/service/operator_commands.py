@@ -35,6 +35,9 @@ class SetPointRequest(_Request):
 
     def program(self, _period_s: float) -> Program:
         """One segment that never ends."""
+        if self.mode == "pointing" and self.over_s > 0.0:
+            expected = "0 in mode pointing: the joints go there as fast as they may"
+            raise BadInputError("over_s (set --over)", f"is {self.over_s:g} s", expected)
         return program_of([Segment(self._axis(self.outer), self._axis(self.inner))])
 
     def _axis(self, value: float) -> AxisCommand:

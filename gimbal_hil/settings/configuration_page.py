@@ -26,6 +26,7 @@ from gimbal_hil.settings.axis import (
     AxisSettings,
     Expectation,
     Feedforward,
+    JointObserver,
     Limits,
     PositionLoop,
     Prefilter,
@@ -35,6 +36,7 @@ from gimbal_hil.settings.daemon import (
     DaemonSettings,
     Deadman,
     ExpectedAntenna,
+    ModelControl,
     Observer,
     Operator,
     Recording,
@@ -118,6 +120,8 @@ _SECTIONS: tuple[tuple[str, str, type[BaseModel]], ...] = (
         "How the axis answers torque, for the guard `RUNAWAY` and the first test: right within a half is enough.",
         Expectation,
     ),
+    ("`axes.NAME.observer`", "Position, rate and disturbance of the joint ([control](control.md)).", JointObserver),
+    ("`model_control`", "What the loops take from a model ([control](control.md)).", ModelControl),
     ("`supervisor`", "", Supervisor),
     ("`supervisor.deadman`", "", Deadman),
     ("`recording`", "The [run folder](run-folder.md).", Recording),
@@ -159,7 +163,7 @@ def _shipped(title: str) -> Callable[[str], str]:
     sections = [getattr(axis, name) for axis in shipped_settings().axes.values()]
 
     def of(key: str) -> str:
-        values: list[Any] = [getattr(section, key) for section in sections]
+        values: list[Any] = [getattr(section, key, None) for section in sections]
         words = [_word(value) for value in values]
         return words[0] if words[0] == words[1] else " / ".join(words)
 

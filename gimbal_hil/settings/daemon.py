@@ -100,6 +100,9 @@ class ModelControl(Strict):
     model: str = Field(
         default="thesis", description="name of a shipped model, or path of a model file (relative to this file)"
     )
+    document: dict[str, Any] | None = Field(
+        default=None, description="the model itself, as a run keeps it, in place of `model`"
+    )
     bodies: bool = Field(
         default=True,
         description=(
@@ -122,11 +125,6 @@ class ModelControl(Strict):
         ),
     )
     watch_time_s: Positive = Field(default=2.0, description="window of that judgement")
-
-    @property
-    def is_file(self) -> bool:
-        """Whether `model` is a path and not a shipped name."""
-        return self.model.endswith((".yaml", ".yml")) or "/" in self.model
 
 
 class Recording(Strict):
@@ -168,7 +166,7 @@ class Observer(Strict):
         ),
     )
     bandwidth_hz: Annotated[float, Field(gt=0.0, le=50.0)] = Field(
-        default=5.0, description="how fast it follows; slower is quieter"
+        default=5.0, description="how fast it follows, but no faster than a twentieth of the rate; slower is quieter"
     )
     least_share: Annotated[float, Field(gt=0.0, lt=1.0)] = Field(
         default=0.0005, description="share of the torque limit below which a change is never told"
@@ -255,6 +253,23 @@ class DaemonSettings(Strict):
         carried = self.axes[INNER].model_copy(update={"parent": outer})
         return self.model_copy(update={"axes": {outer: self.axes[OUTER], inner: carried}})
 
+    def with_model(self) -> DaemonSettings:
+        """These settings for a run: the model of `model_control` is in them, so that they stay what they are whatever
+        its file says later. BadInputError for a file of other axes; shipped models fit by place.
+        """
+        from sim_backend.model import model_named
+
+        control = self.model_control
+        if control is None or control.document is not None:
+            return self
+        model = model_named(control.model)
+        if is_model_file(control.model) and self.axis_names not in ((OUTER, INNER), model.axes):
+            problem = f"{control.model} has the axes {' and '.join(model.axes)}"
+            raise BadInputError("model_control.model", problem, f"a model of {' and '.join(self.axis_names)}")
+        # how its base moves, perhaps by a file of its own, is nothing that a loop takes
+        document = {key: value for key, value in model.document.items() if key != "base"}
+        return self.model_copy(update={"model_control": control.model_copy(update={"document": document})})
+
     @property
     def observed_model(self) -> str | None:
         """The model beside the antenna, a shipped name or a path; None where there is none."""
@@ -262,6 +277,11 @@ class DaemonSettings(Strict):
             return None
         own = self.link.embedded.model if isinstance(self.link, EmbeddedAntenna) else None
         return self.observer.model or own
+
+    @property
+    def observer_bandwidth_hz(self) -> float:
+        """How fast the model beside the antenna follows: at a rate that is not far above, it would be unstable."""
+        return min(self.observer.bandwidth_hz, self.rate_hz / 20.0)
 
     @property
     def step_s(self) -> float:
@@ -297,7 +317,7 @@ def settings_from_document(document: Any, where: str, folder: Path | None = None
         found = settings.observer.model_copy(update={"model": str((folder / observed).resolve())})
         settings = settings.model_copy(update={"observer": found})
     control = settings.model_control
-    if control is not None and folder is not None and control.is_file:
+    if control is not None and folder is not None and is_model_file(control.model):
         update = {"model": str((folder / control.model).resolve())}
         settings = settings.model_copy(update={"model_control": control.model_copy(update=update)})
     link = settings.link

@@ -29,10 +29,11 @@ _LEAST_NOISE_RAD, _LEAST_NOISE_RAD_S = 1e-7, 1e-5
 
 def fill_model_control(C: NDArray[np.float64], settings: DaemonSettings, chosen: ModelControl) -> None:
     """Put what `chosen` asks for into `C`; BadInputError for a model that is not of two axes."""
-    from sim_backend.model import ModelKind, model_named, plant_arrays
+    from sim_backend.model import ModelKind, model_from_document, model_named, plant_arrays
     from sim_backend.rigid_body import body_numbers
 
-    model = model_named(chosen.model)
+    kept = chosen.document
+    model = model_named(chosen.model) if kept is None else model_from_document(kept, chosen.model)
     if model.kind is not ModelKind.GIMBAL:
         raise BadInputError("model_control.model", f"{model.name} is {model.kind.value}", "a gimbal of two axes")
     C[layout.EXTRAPOLATES_BASE] = float(chosen.extrapolate_base)

@@ -24,6 +24,8 @@ from gimbal_hil.telemetry.records import Exchange
 Floats = NDArray[np.float64]
 #: longest stretch, and what a reversal has to pass on either side of rest (rad/s): gyro noise stays inside
 LONGEST_S, REVERSAL_RAD_S = 20.0, 0.002
+#: from the end of a capture to the next trigger, at least
+LEAST_APART_S = 0.05
 #: signals that one can trigger on and see, by axis, and of the host
 BY_AXIS = ("position", "rate", "torque", "position_ref", "rate_ref")
 OF_THE_HOST = ("wake_latency_us", "computing_us")
@@ -133,7 +135,7 @@ class Scope:
         self.state = ScopeState.OFF
         self._asked: ScopeSettings | None = None
         self._history: deque[Exchange] = deque()
-        self._armed_tick = 0
+        self._armed_tick, self._quiet_until = 0, 0
         self._trigger_tick: int | None = None
         self._count = 0
         #: last value of the signal, and on which side of its level it was seen last
@@ -148,17 +150,18 @@ class Scope:
         if self._asked is not None:
             self.settings, self._asked = self._asked, None
             self._history.clear()
+            self._quiet_until = 0
             self._last, self._side = math.nan, 0
             self._arm(exchanges[0].tick if exchanges else 0)
         if not exchanges or self.state in (ScopeState.OFF, ScopeState.DONE):
             return []
         found: list[Capture] = []
         fired = self._fires(exchanges)
-        before, after = self._ticks(self.settings.before_s), self._ticks(self.settings.after_s)
+        before, after = self._ticks(self.settings.before_s), max(1, self._ticks(self.settings.after_s))
         for exchange, fires in zip(exchanges, fired, strict=True):
             self._history.append(exchange)
             tick = exchange.tick
-            if self.state is ScopeState.ARMED and fires:
+            if self.state is ScopeState.ARMED and fires and tick >= self._quiet_until:
                 self.state, self._trigger_tick = ScopeState.TRIGGERED, tick
             full = tick >= (self._trigger_tick if self._trigger_tick is not None else tick + 1) + after
             idle = self.state is ScopeState.ARMED and self.settings.mode is ScopeMode.AUTO
@@ -177,6 +180,8 @@ class Scope:
         kept = tuple(exchange for exchange in self._history if exchange.tick >= first)
         capture = Capture(self._count, self._trigger_tick, kept, self.settings)
         self._arm(tick)
+        # no tick is kept twice: whatever triggers, captures take no more than the ticks that pass
+        self._quiet_until = tick + max(before + after, self._ticks(LEAST_APART_S))
         if self.settings.mode is ScopeMode.SINGLE:
             self.state = ScopeState.DONE
         return capture

@@ -129,7 +129,7 @@ class LockstepAntennaOfTest(AntennaOfTest):
         link = settings.link
         embedded = link.embedded if isinstance(link, EmbeddedAntenna) else EmbeddedAntenna().embedded
         model = model_named(embedded.model)
-        settings = settings.for_axes(model.axes, model.where)
+        settings = settings.for_axes(model.axes, model.where).with_model()
         super().__init__(settings, folder)
         period_ns = round(1e9 / settings.rate_hz)
         document = settings.model_dump(mode="json", by_alias=True)

@@ -27,6 +27,7 @@ from gimbal_hil.arena import (
 )
 from gimbal_hil.cli import main
 from gimbal_hil.report import Page
+from gimbal_hil.settings import shipped_settings_path
 from sim_backend.model import shipped_model
 
 
@@ -118,3 +119,15 @@ def test_the_command_writes_table_page_and_figures(tmp_path: Path, capsys: pytes
     assert "table 3.2, case 4" in (tmp_path / "a" / "report.html").read_text()
     with pytest.raises(SystemExit, match="2"):
         main(["bench", "pointing", "--scenario", "no such"])
+
+
+def test_files_of_one_name_are_told_apart_by_their_folders_and_nothing_runs_twice(tmp_path: Path) -> None:
+    files = [tmp_path / folder / name for folder, name in (("a", "antenna"), ("b", "antenna"), ("a", "shipped"))]
+    for file in files:
+        file.parent.mkdir(exist_ok=True)
+        file.with_suffix(".yaml").write_text(shipped_settings_path().read_text())
+    given = [f"{file}.yaml" for file in files]
+    assert [one.name for one in entrants([*given, "shipped"])] == ["a/antenna", "b/antenna", "a/shipped", "shipped"]
+    for twice in ([given[0], given[0]], ["shipped", "shipped"]):
+        with pytest.raises(BadInputError, match="given twice"):
+            entrants(twice)

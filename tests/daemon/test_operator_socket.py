@@ -364,3 +364,11 @@ def test_a_request_that_the_daemon_fails_at_leaves_the_door_open(tmp_path: Path)
             assert client.request("quick_stop")["ok"]
     finally:
         here.close()
+
+
+def test_a_direction_takes_no_time_of_its_own_and_the_refusal_names_the_option() -> None:
+    line = {"command": "set_point", "mode": "pointing", "outer": 0.1, "inner": 0.2, "over_s": 2.0}
+    request = parse_request(line)
+    assert isinstance(request, SetPointRequest)
+    with pytest.raises(BadInputError, match=r"over_s \(set --over\)"):
+        request.program(1e-3)

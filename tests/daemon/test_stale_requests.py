@@ -6,6 +6,7 @@ import json
 import time
 from typing import Any, cast
 
+import numpy as np
 import pytest
 
 from gimbal_hil.daemon.antenna_link import embedded_antenna
@@ -24,6 +25,7 @@ from gimbal_hil.telemetry import (
     LiveView,
     Telemetry,
     TelemetryKind,
+    pack_configuration,
     pack_program,
 )
 from gimbal_hil.timing import NS_PER_S, Duration, LockstepClock, RingReader, RingWriter, TickEngine, create_ring
@@ -48,9 +50,16 @@ class Told:
         self.commands.append(told)
 
 
-@pytest.mark.parametrize(("age_s", "state"), [(1.0, HostState.ACTIVE), (3.5, HostState.IDLE)])
-def test_a_motion_begins_only_while_its_caller_still_waits(
-    age_s: float, state: HostState, monkeypatch: pytest.MonkeyPatch
+START = (CommandKind.START, pack_program(PROGRAM))
+ADJUST = (CommandKind.ADJUST, pack_configuration(2.0 * host_configuration(shipped_settings())))
+
+
+@pytest.mark.parametrize(
+    ("request_", "age_s", "state"),
+    [(START, 1.0, HostState.ACTIVE), (START, 3.5, HostState.IDLE), (ADJUST, 3.5, HostState.IDLE)],
+)
+def test_a_motion_begins_and_a_gain_changes_only_while_the_caller_still_waits(
+    request_: tuple[CommandKind, bytes], age_s: float, state: HostState, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     settings, clock = shipped_settings(), LockstepClock()
     antenna = embedded_antenna(settings, settings.link)  # type: ignore[arg-type]
@@ -62,12 +71,14 @@ def test_a_motion_begins_only_while_its_caller_still_waits(
     engine.run(50)
     assert host.state is HostState.IDLE
     asked_ns = time.monotonic_ns()
-    Commands(RingWriter(orders)).send(CommandKind.START, pack_program(PROGRAM))
+    before = host.memory.C.copy()
+    Commands(RingWriter(orders)).send(*request_)
     monkeypatch.setattr(time, "monotonic_ns", lambda: round(asked_ns + age_s * NS_PER_S))
     engine.run(3)
     assert host.state is state
     answers = [json.loads(r.payload) for r in RingReader(told).take() if r.kind == TelemetryKind.REPLY]
     assert [bool(answer["problem"]) for answer in answers] == [state is HostState.IDLE]
+    np.testing.assert_array_equal(host.memory.C, before)
 
 
 def test_a_motion_that_began_late_is_recorded_although_its_caller_was_told_no(monkeypatch: pytest.MonkeyPatch) -> None:

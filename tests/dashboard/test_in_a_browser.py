@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
 
+from gimbal_hil.dashboard.page import PAGE
+from gimbal_hil.dashboard.server import live
 from gimbal_hil.operator import Door
 from gimbal_hil.plots import figure
 from gimbal_hil.report import Details, Made, Page, Plot, Text
+from gimbal_hil.telemetry import LiveView
 from tests.browser import CHROMIUM, Browser
 from tests.daemon.daemons import RunningDaemon
 from tests.daemon.test_adjusting import free_port
@@ -71,6 +75,47 @@ def test_keys_act_and_lamps_tell_a_tripped_guard(tmp_path: Path) -> None:
             assert browser.printed().startswith(b"%PDF")
             assert not browser.problems
         client.request("shut_down")
+
+
+def number(key: str, value: float) -> dict[str, object]:
+    return {"axis": "outer", "key": key, "value": value, "configured": 1.0, "low": 0.0, "high": 9.0}
+
+
+def test_fields_follow_what_is_in_force_until_somebody_writes_and_only_what_was_written_is_sent(tmp_path: Path) -> None:
+    told = live(LiveView(1_000_000), -1.0)
+    told["status"]["position_rad"] = {"outer": 0.25, "inner": -0.5}
+    told["adjustable"] = [number("a", 1.0), number("b", 2.0)]
+    file = tmp_path / "page.html"
+    file.write_text(PAGE)
+    with Browser() as browser:
+        browser.open(file.as_uri())
+        browser.value(
+            f"window.told = {json.dumps(told)}; window.fetch = async () => ({{json: async () => window.told}});"
+            "window.post = (path, request) => (window.sent = request, Promise.resolve({ok: true})); 1"
+        )
+        browser.until("document.querySelector('#to_inner') && document.querySelector('#to_inner').value === '-0.5'")
+        assert browser.value("document.querySelector('#to_outer').value") == "0.25"
+        # one field written here, the other number changed by somebody else
+        browser.value("document.getElementById('n_outer.a').value = '3'; 1")
+        browser.value("window.told.adjustable[1].value = 5; 1")
+        browser.until("document.getElementById('n_outer.b').value === '5'")
+        browser.value("arm(true); document.querySelector('#adjust').requestSubmit(); 1")
+        assert browser.value("window.sent") == {"command": "adjust", "outer": {"a": 3}}
+        # one axis is moved, the other one stays where it is; an empty field is no zero
+        browser.value("window.sent = null; document.querySelector('#to_outer').value = ''; 1")
+        browser.value("arm(true); document.querySelector('#act').requestSubmit(); 1")
+        assert browser.value("window.sent") is None
+        browser.value("document.querySelector('#to_outer').value = '0.3'; 1")
+        browser.value("arm(true); document.querySelector('#act').requestSubmit(); 1")
+        moved = {"command": "set_point", "mode": "position", "over_s": 2, "outer": 0.3, "inner": -0.5}
+        assert browser.value("window.sent") == moved
+        # a rate of 0.25 because an axis stands at 0.25 is nothing that anybody wants
+        browser.value("const mode = document.querySelector('#mode'); mode.value = 'rate'; mode.onchange(); 1")
+        browser.until("document.querySelector('#to_inner').value === '0'")
+        assert browser.value("document.querySelector('#to_outer').value") in ("", "0")
+        # another process answers: the page begins anew
+        browser.value("window.told.run = 'another'; 1")
+        browser.until("window.told === undefined")
 
 
 def page_of_figures() -> str:

@@ -16,7 +16,7 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.dashboard import PageServer, ScopeScreen
 from gimbal_hil.host import HostState
 from gimbal_hil.operator import Door
-from gimbal_hil.runs import open_run, tick_rows
+from gimbal_hil.runs import RunWriter, open_run, tick_rows
 from gimbal_hil.runs.header import RunHeader
 from gimbal_hil.service.excerpts import MOST, Excerpts
 from gimbal_hil.settings import shipped_settings
@@ -107,6 +107,25 @@ def test_a_trigger_before_a_whole_screen_has_passed_keeps_what_there_is() -> Non
     torque = np.where(np.arange(100) < 5, 0.0, 1.0)
     (capture,) = fed(scope_with(mode="single", level=0.5), ticks(torque), 4)
     assert numbers(capture) == list(range(0, 36))
+
+
+@pytest.mark.parametrize(("before_s", "after_s", "most"), [(2.0, 0.001, 3), (0.0, 1e-6, 110), (2.0, 1e-6, 3)])
+def test_whatever_triggers_captures_take_no_more_than_the_ticks_that_pass(
+    before_s: float, after_s: float, most: int
+) -> None:
+    noise = np.where(np.arange(5000) % 2, 1.0, -1.0)
+    captures = fed(scope_with(mode="normal", before_s=before_s, after_s=after_s), ticks(noise), 500)
+    assert 2 <= len(captures) <= most
+    assert sum(len(capture.exchanges) for capture in captures) < 5000 + 5000
+    assert all(capture.trigger_tick in numbers(capture)[:-1] for capture in captures)
+
+
+def test_captures_of_the_run_before_go_with_it(tmp_path: Path) -> None:
+    (capture,) = fed(scope_with(mode="single", level=0.5), ticks([0.0] * 30 + [1.0] * 40), 50)
+    RunWriter(tmp_path, header()).close(0, "")
+    assert Excerpts(tmp_path, header()).write(capture)
+    RunWriter(tmp_path, header(), force=True).close(0, "")
+    assert not (tmp_path / "scope").exists()
 
 
 def test_a_scope_that_is_off_keeps_nothing() -> None:

@@ -105,6 +105,23 @@ def test_a_container_file_compiles_at_build_time_and_runs_the_daemon(tmp_path: P
     assert "/src/config/virtual_antenna.yaml" in text
 
 
+def test_a_container_file_takes_a_configuration_from_within_the_build_folder_only(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    build, config = tmp_path / "build", tmp_path / "build" / "mine" / "antenna.yaml"
+    config.parent.mkdir(parents=True)
+    config.write_text(shipped_settings_path().read_text())
+    monkeypatch.chdir(build)
+    for number, given in enumerate((config, Path("mine/antenna.yaml"))):
+        assert service("container", "--config", given, "--out", tmp_path / str(number)) == 0
+        written = "".join(path.read_text() for path in (tmp_path / str(number)).iterdir())
+        assert "/src/mine/antenna.yaml" in written and "/src//" not in written
+    with pytest.raises(SystemExit) as end:
+        service("container", "--config", shipped_settings_path(), "--out", tmp_path / "no")
+    assert end.value.code == 2
+    assert "not copied" in capsys.readouterr().err
+
+
 def test_every_command_has_a_man_page_made_of_its_help(tmp_path: Path) -> None:
     assert service("man", "--out", tmp_path) == 0
     assert {path.name for path in tmp_path.iterdir()} == {"gimbal-hil.1"} | {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 
@@ -14,8 +15,10 @@ from gimbal_hil.host import AxisCommand, Host, HostState, Mode, Segment, Shape, 
 from gimbal_hil.observing import AxisWatch, LiveObserver, WatchState, observed_model
 from gimbal_hil.settings import DaemonSettings, host_configuration, settings_from_document, shipped_settings
 from gimbal_hil.telemetry import Exchange
+from sim_backend import observer as columns
 from sim_backend.device import Device
 from sim_backend.model import shipped_model
+from sim_backend.observer import ModelObserver
 from tests.sim_backend.test_observer import COGGING_NM, with_cogging
 
 TICKS = 24_000
@@ -127,3 +130,27 @@ def test_a_model_of_another_antenna_is_refused_and_without_one_there_is_no_obser
     assert settings.observed_model == str(tmp_path / "other.yaml"), "the path counts from the configuration"
     with pytest.raises(BadInputError, match=r"observer\.model: .*has the axes pan and tilt; expected a model of outer"):
         observed_model(settings)
+
+
+@pytest.mark.parametrize("rate_hz", [20.0, 50.0, 1000.0])
+def test_it_follows_no_faster_than_its_rate_allows(rate_hz: float) -> None:
+    settings = shipped_settings().model_copy(update={"rate_hz": rate_hz})
+    observer = ModelObserver(shipped_model(), rate_hz, 2.0 * math.pi * settings.observer_bandwidth_hz)
+    rows = np.zeros((1000, columns.INPUTS))
+    rows[:, 0] = rows[:, columns.MEASURED] = rows[:, columns.FREE] = 1.0
+    rows[:, columns.ENCODER] = 1e-5 * (np.arange(1000) % 2)
+    told = observer.observe(rows)[:, columns.MISSING]
+    assert np.abs(told[500:]).max() < 2.0 * np.abs(told[:500]).max() + 1e-9
+
+
+def test_one_that_leaves_all_bounds_has_failed_and_says_so_in_json() -> None:
+    settings = shipped_settings()
+    observer = LiveObserver(settings, at_once=True)
+    given = exchanges(settings, None)[:1200]
+    observer.take(given[:1100])
+    assert observer.status()["state"] == "watching"
+    assert observer._observer is not None
+    observer._observer.observe = lambda rows: np.full((len(rows), columns.OUTPUTS), np.nan)  # type: ignore[method-assign]
+    assert np.all(np.isnan(observer.take(given[1100:])))
+    assert observer.status()["state"] == "failed" and "bounds" in observer.status()["problem"]
+    json.dumps(observer.status(), allow_nan=False)

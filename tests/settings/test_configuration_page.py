@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 from pydantic import BaseModel, Field
 
 from firmware_protocol.documents import key_table, read_yaml, yaml_mapping
-from gimbal_hil.settings import settings_from_document, shipped_settings_path
+from gimbal_hil.settings import DaemonSettings, settings_from_document, shipped_settings_path
 from gimbal_hil.settings.configuration_page import LINK_EXAMPLES, configuration_page
 from gimbal_hil.settings.link import LINK_KINDS
 
@@ -55,3 +55,28 @@ def test_a_row_has_bounds_unit_default_and_meaning() -> None:
         "| `rate_rad_s` | number above 0 to 5, rad/s | **needed** | how fast |",
         "| `count` | whole number | 3 | how many |",
     ]
+
+
+def sections_of(section: type[BaseModel]) -> set[type[BaseModel]]:
+    """Every class that a file can have a section of, below this one."""
+    found: set[type[BaseModel]] = set()
+
+    def look(kind: object) -> None:
+        for part in get_args(kind):
+            look(part)
+        if isinstance(kind, type) and issubclass(kind, BaseModel) and kind not in found:
+            found.add(kind)
+            for field in kind.model_fields.values():
+                look(field.annotation)
+
+    look(section)
+    return found
+
+
+def test_every_section_that_a_file_can_have_stands_on_the_page() -> None:
+    page = configuration_page()
+    assert {"ModelControl", "JointObserver"} <= {one.__name__ for one in sections_of(DaemonSettings)}
+    for one in sections_of(DaemonSettings):
+        # a section's own keys, or a heading of its own as `link.embedded` has
+        keys = [field.alias or name for name, field in one.model_fields.items()]
+        assert all(f"| `{key}` |" in page or f"## `link.{key}`" in page for key in keys), one
