@@ -18,8 +18,6 @@ from sim_backend.effects import CATALOGUE
 _NOT_REPEATED = 2.0
 #: alternatives that are told
 _MOST_RIVALS = 3
-#: standard errors by which the same cause with more numbers must be better to be another one
-_SURELY = 3.0
 
 
 class Status(Enum):
@@ -105,9 +103,10 @@ def _only_noise(inquiry: Inquiry, null: State, left: tuple[Remainder, ...]) -> b
 
 def _told(inquiry: Inquiry, standing: Standing, left: tuple[Remainder, ...], suspected_only: bool) -> Told:
     policy = inquiry.policy
-    close = tuple(r for r in standing.rivals if r.close(policy.same, policy.sure))[:_MOST_RIVALS]
+    close = tuple(r for r in standing.rivals if r.close(policy.same, policy.anew if r.is_there else policy.sure))
     of_class = class_probability(standing, left[standing.channel], policy, len(inquiry.families))
     shown = not suspected_only and not standing.silent and not standing.at_bound
+    close = close[:_MOST_RIVALS]
     return rejudged(inquiry, Told(standing, Status.AMBIGUOUS, close, of_class, of_class, shown), close)
 
 
@@ -116,7 +115,7 @@ def rejudged(inquiry: Inquiry, one: Told, close: tuple[Rival, ...]) -> Told:
     effect, axis = one.standing.label
     # commanded torque alone never tells such a pair apart: either name is right
     doubts = sum(
-        rival.label != (CATALOGUE[effect].same_by_command, axis) and not _contains(rival, one.standing)
+        rival.label != (CATALOGUE[effect].same_by_command, axis) and not _contains(rival, one.standing, inquiry.policy)
         for rival in close
     )
     probability = one.of_class / (1.0 + doubts)
@@ -124,10 +123,10 @@ def rejudged(inquiry: Inquiry, one: Told, close: tuple[Rival, ...]) -> Told:
     return replace(one, close=close, probability=probability, status=Status.NAMED if sure else Status.AMBIGUOUS)
 
 
-def _contains(rival: Rival, standing: Standing) -> bool:
+def _contains(rival: Rival, standing: Standing, policy: Policy) -> bool:
     """Whether a rival is the cause itself with more numbers, which do not surely pay."""
     plainer = CATALOGUE[rival.label[0]].plainer
-    return plainer is not None and (plainer.name, rival.label[1]) == standing.label and rival.sure > -_SURELY
+    return plainer is not None and (plainer.name, rival.label[1]) == standing.label and rival.sure > -policy.anew
 
 
 def kind_of(told: tuple[Told, ...]) -> Kind:
@@ -138,8 +137,9 @@ def kind_of(told: tuple[Told, ...]) -> Kind:
 def class_probability(standing: Standing, left: Remainder, policy: Policy, candidates: int) -> float:
     """Probability that the cause, or one that this data cannot tell from it, is there.
 
-    Five things speak against it: what it takes may be chance; any curve over position takes as much; its own variables
-    still predict what is left; much is left that nothing predicts; and it took little.
+    Six things speak against it: what it takes may be chance; any curve over position takes as much; its own variables
+    still predict what is left; others predict so much of it that the cause may be a part of theirs; much is left that
+    nothing predicts; and it took little.
     """
     from scipy.stats import norm
 
@@ -148,16 +148,20 @@ def class_probability(standing: Standing, left: Remainder, policy: Policy, candi
     # that the best of so many candidates does not do so well by chance (Sidak)
     evident = float(norm.cdf(standing.sure)) ** candidates
     shape = 1.0 / (1.0 + (standing.exhausted.beyond / (2.0 * policy.exhausted)) ** 3)
+    # what one thing through other variables does, a cause that is no part of it may take a share of
+    others = left.predictable.beyond * (1.0 - standing.share) / max(standing.share, 1e-9)
+    whole = 1.0 / (1.0 + (others / _OTHERS) ** 2)
     # what is left beyond a small multiple of the noise, over what was there
     beyond = max(0.0, left.unpredicted**2 - _SMALL**2) / max(left.before**2, 1.0)
     size = 1.0 / (1.0 + (beyond / _LARGE) ** 2)
     share = max(standing.share, left.closed if left.before > policy.least_gap else 0.0)
     taken = share / (share + _LITTLE)
-    return float(np.clip(_MOST * evident * shape * size * taken, 0.0, _MOST))
+    return float(np.clip(_MOST * evident * shape * whole * size * taken, 0.0, _MOST))
 
 
-#: floors that may be left; the share of the squares that were there that no variable predicts at which something else
-#: is as likely; the share of a channel at which a cause is; and the most that is said
-_SMALL, _LARGE, _LITTLE, _MOST = 1.5, 0.6, 0.03, 0.99
+#: at these something else is as likely: what is left and other variables predict, over what a cause takes; the share of
+#: the squares that were there that no variable predicts, beyond so many floors; the share of a channel that a cause
+#: takes. And the most that is said.
+_OTHERS, _LARGE, _SMALL, _LITTLE, _MOST = 0.25, 0.6, 1.5, 0.03, 0.99
 
 __all__ = ["Decision", "Kind", "Status", "Told", "class_probability", "decide", "kind_of", "rejudged"]

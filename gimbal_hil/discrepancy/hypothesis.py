@@ -27,8 +27,8 @@ class Cause:
     x: tuple[float, ...]
 
     @property
-    def at_bound(self) -> tuple[str, ...]:
-        """Parameters that stand where they may go no further: of those nothing is known. Nuisances do not count."""
+    def knobs_at_bound(self) -> tuple[str, ...]:
+        """Parameters whose coordinates may go no further. Nuisances do not count."""
         found: list[str] = []
         for knob, x in zip(self.family.knobs, self.x, strict=True):
             close = _AT_BOUND * min(knob.high - knob.low, 1.0)
@@ -193,6 +193,26 @@ def values_of(
             stated = None if nominal == 0.0 and NUMBER_AT[path].default == 0.0 else nominal
             found[parameter.name] = read_number(model, P, axis, path), stated
     return _upright(effect, found)
+
+
+def at_bound(twin: Twin, hypothesis: Hypothesis, index: int) -> tuple[str, ...]:
+    """Parameters of one cause that stand where they may go no further: of those nothing is known.
+
+    A number of the model is moved by its cause and by recalibration together; it counts where the two lead it.
+    """
+    cause = hypothesis.causes[index]
+    effect = cause.family.effect
+    found = list(cause.knobs_at_bound)
+    nuisances = {name for knob in cause.family.knobs if knob.nuisance for name in knob.parameters}
+    for name, (value, stated) in values_of(twin.model, twin, hypothesis, index).items():
+        parameter = next(p for p in CATALOGUE[effect].parameters if p.name == name)
+        if parameter.path is None or stated is None or name in nuisances:
+            continue
+        low, high = CATALOGUE[effect].bounds(name, stated)
+        near_low, near_high = (_AT_BOUND * abs(stated - bound) for bound in (low, high))
+        if name not in found and low < high and (value <= low + near_low or value >= high - near_high):
+            found.append(name)
+    return tuple(found)
 
 
 def _upright(effect: str, found: dict[str, tuple[float, float | None]]) -> dict[str, tuple[float, float | None]]:

@@ -15,6 +15,7 @@ import numpy as np
 from gimbal_hil.discrepancy.curve import curve_does_as_well
 from gimbal_hil.discrepancy.exhaustion import Predictable, predictable
 from gimbal_hil.discrepancy.fit import Fit, fit
+from gimbal_hil.discrepancy.hypothesis import at_bound
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, gain_on, mean_squares, refitted, rms, state_of, weighing_of
 from gimbal_hil.discrepancy.release import numbers_instead
 from gimbal_hil.discrepancy.search import Path, control_share, in_its_place
@@ -43,6 +44,11 @@ class Rival:
     def label(self) -> tuple[str, str]:
         """(effect, axis) of the first."""
         return self.labels[0]
+
+    @property
+    def is_there(self) -> bool:
+        """Whether it is a further entry of what stands in the explanation anyway."""
+        return self.state.hypothesis.labels.count(self.label) > 1
 
     @property
     def is_cause(self) -> bool:
@@ -144,7 +150,8 @@ def _standing(inquiry: Inquiry, state: State, path: Path, label: tuple[str, str]
     return Standing(
         entries, label, late, _sure(inquiry, without, state),
         float(taken[channel] / max(_squares(without)[channel], 1e-300)), control_share(inquiry, without, lead), rivals,
-        predictable(inquiry, state, channel, CATALOGUE[label[0]].acts_through), lead.at_bound, unseen, channel,
+        predictable(inquiry, state, channel, CATALOGUE[label[0]].acts_through),
+        at_bound(inquiry.twin, state.hypothesis, entries[0]), unseen, channel,
         float(np.sum(mean_squares(without.held_out()) - mean_squares(state.held_out()))),
         _any_curve(inquiry, without, state, entries),
     )  # fmt: skip

@@ -29,6 +29,9 @@ class Policy:
     exhausted: float = 0.2
     #: share of what is left that tells two explanations apart, beyond their standard error: no twin is more exact
     same: float = 0.02
+    #: standard errors by which another name must beat one that is there already and would do with more numbers: a
+    #: further order of a ripple, or the plainer form of the same cause
+    anew: float = 3.0
     #: probability from which a cause is called named
     named: float = 0.8
 

@@ -17,7 +17,7 @@ import numpy as np
 from gimbal_hil.discrepancy.curve import curve_does_as_well
 from gimbal_hil.discrepancy.families import Family
 from gimbal_hil.discrepancy.fit import Fit, Weighing, fit, weighed_cost
-from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis
+from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis, at_bound
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, gain_on, refitted, stands_out, state_of, weighing_of
 from gimbal_hil.discrepancy.policy import MOST_CAUSES, MOST_ENTRIES
 from gimbal_hil.discrepancy.release import released
@@ -138,22 +138,38 @@ def plainest(inquiry: Inquiry, before: State, paying: list[State]) -> State:
     that is there, then the cause with fewest numbers.
     """
 
+    def is_new(state: State) -> bool:
+        return state.hypothesis.labels[-1] not in before.hypothesis.labels
+
     def plainness(state: State) -> tuple[bool, int]:
-        return state.hypothesis.labels[-1] not in before.hypothesis.labels, _numbers(state.hypothesis.causes[-1])
+        return is_new(state), _numbers(state.hypothesis.causes[-1])
 
     best = paying[0]
     for other in sorted(paying[1:], key=plainness):
-        if plainness(other) < plainness(best) and not _clearly_better(inquiry, before, best, other):
-            return other
+        if plainness(other) < plainness(best):
+            beaten = _clearly_better(inquiry, before, best, other)
+            if is_new(best) and not is_new(other):
+                beaten = beaten and _surely(inquiry, other, best) > inquiry.policy.anew
+            if not beaten:
+                return other
     return best
+
+
+def _surely(inquiry: Inquiry, old: State, new: State) -> float:
+    """Standard errors by which one state leaves less than another, on fitted rows and those that select together."""
+    return sum(gain_on(inquiry, old, new, part).sure for part in ("fitted", "selecting")) / math.sqrt(2.0)
 
 
 def _sound(inquiry: Inquiry, before: State, states: list[State]) -> list[State]:
     """Those whose newest cause stands inside its bounds and is no curve that several ripples could draw: at the edge of
     what it may be it is hardly that cause.
     """
-    inside = [state for state in states if not state.hypothesis.causes[-1].at_bound]
+    inside = [state for state in states if not _newest_at_bound(inquiry, state)]
     return [state for state in inside if not curve_does_as_well(inquiry, before, state)]
+
+
+def _newest_at_bound(inquiry: Inquiry, state: State) -> bool:
+    return bool(at_bound(inquiry.twin, state.hypothesis, len(state.hypothesis.causes) - 1))
 
 
 def _numbers(cause: Cause) -> int:
@@ -242,7 +258,7 @@ def pays(inquiry: Inquiry, before: State, after: State, control: float = 0.0) ->
     policy = inquiry.policy
     if not stands_out(inquiry, before):
         return False
-    fitted, held = (gain_on(inquiry, before, after, part) for part in ("fitted", "selecting"))
+    fitted = gain_on(inquiry, before, after, "fitted")
     taken = float(np.sum(before.fit.squares - after.fit.squares))
     # one event in a log has no blocks to be sure by, but what takes nearly all of a gap needs none
     nearly_all = taken > _NEARLY_ALL * float(np.sum(np.maximum(before.fit.squares - 1.0, 0.0)))
@@ -251,7 +267,7 @@ def pays(inquiry: Inquiry, before: State, after: State, control: float = 0.0) ->
     if fitted.sure < 0.5 * policy.sure and not nearly_all:
         return False
     if shown(inquiry, before, after):
-        return nearly_all or (fitted.sure + held.sure) / math.sqrt(2.0) > policy.sure
+        return nearly_all or _surely(inquiry, before, after) > policy.sure
     return nearly_all and float(np.sum(after.selecting**2)) <= NO_WORSE * float(np.sum(before.selecting**2))
 
 

@@ -4,17 +4,26 @@ catalogue's bounds.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from gimbal_hil.discrepancy.families import Family, families
-from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis, parameters_of, values_of
+from gimbal_hil.discrepancy.hypothesis import (
+    Cause,
+    Hypothesis,
+    KnownNumber,
+    at_bound,
+    parameters_of,
+    values_of,
+)
 from gimbal_hil.discrepancy.number_slots import read_number, write_number
 from gimbal_hil.discrepancy.record import record_of
 from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.signals import SignalsTable
 from sim_backend.effects import Move
-from sim_backend.model import AntennaModel, shipped_model
+from sim_backend.model import AntennaModel, load_model, shipped_model, shipped_model_path
 
 
 def odd_model() -> AntennaModel:
@@ -90,9 +99,9 @@ def test_a_body_that_is_tried_is_one_that_a_model_file_may_have(axis: str, effec
 def test_a_cause_says_which_of_its_numbers_can_go_no_further() -> None:
     twin = twin_of(shipped_model())
     viscous = named(twin, "viscous")
-    assert Hypothesis().plus(Cause(viscous, (-1e9,))).causes[0].at_bound == ("viscous",)
-    assert Hypothesis().plus(Cause(viscous, (1.0,))).causes[0].at_bound == ()
-    assert Hypothesis().plus(Cause(named(twin, "transport_delay"), (80.0,))).causes[0].at_bound == ("delay",)
+    assert Hypothesis().plus(Cause(viscous, (-1e9,))).causes[0].knobs_at_bound == ("viscous",)
+    assert Hypothesis().plus(Cause(viscous, (1.0,))).causes[0].knobs_at_bound == ()
+    assert Hypothesis().plus(Cause(named(twin, "transport_delay"), (80.0,))).causes[0].knobs_at_bound == ("delay",)
 
 
 def test_a_nuisance_at_its_bound_is_no_reason_to_doubt_the_cause() -> None:
@@ -100,5 +109,14 @@ def test_a_nuisance_at_its_bound_is_no_reason_to_doubt_the_cause() -> None:
     bump = named(twin, "stribeck")
     shape = next(j for j, knob in enumerate(bump.knobs) if knob.parameters == ("shape",))
     x = tuple(bump.knobs[j].high if j == shape else 0.1 for j in range(len(bump.knobs)))
-    assert Cause(bump, x).at_bound == ()
-    assert Cause(bump, tuple(0.1 if j == shape else knob.high for j, knob in enumerate(bump.knobs))).at_bound
+    assert Cause(bump, x).knobs_at_bound == ()
+    assert Cause(bump, tuple(0.1 if j == shape else knob.high for j, knob in enumerate(bump.knobs))).knobs_at_bound
+
+
+def test_a_number_that_recalibration_leads_to_its_bound_stands_there_whatever_its_cause_says() -> None:
+    twin = twin_of(load_model(shipped_model_path("emps")))
+    halved = Hypothesis().plus(Cause(named(twin, "inertia", "carriage"), (-10.0,)))
+    gone = replace(halved, floating=(KnownNumber("carriage", "body.mass", 0.02),), y=(-9.0,))
+    assert at_bound(twin, halved, 0) == ()
+    assert gone.causes[0].knobs_at_bound == ()
+    assert at_bound(twin, gone, 0) == ("inertia",)

@@ -1,0 +1,54 @@
+"""How sure a name is said to be follows what speaks for it and against it, each alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from gimbal_hil.discrepancy.deciding import class_probability
+from gimbal_hil.discrepancy.exhaustion import Predictable
+from gimbal_hil.discrepancy.judging import Remainder, Standing
+from gimbal_hil.discrepancy.policy import Policy
+from gimbal_hil.estimation import Paired
+
+_NOTHING = Predictable(0.0, 0.0)
+#: a cause that takes nearly all of a gap of ten floors
+_SOUND = Standing(
+    (0,), ("cable_spring", "outer"), Paired(90.0, 0.9, 0.1, 40), 12.0, 0.95, 0.0, (), _NOTHING, (), False, 0, 90.0, False
+)  # fmt: skip
+
+
+def probability(standing: Standing, left: Remainder) -> float:
+    return class_probability(standing, left, Policy(), 30)
+
+
+def test_a_cause_that_leaves_noise_is_nearly_sure() -> None:
+    assert probability(_SOUND, Remainder(10.0, 1.0, _NOTHING)) > 0.95
+
+
+@pytest.mark.parametrize(
+    ("change", "left"),
+    [
+        ({"sure": 1.0}, Remainder(10.0, 1.0, _NOTHING)),
+        ({"any_curve": True}, Remainder(10.0, 1.0, _NOTHING)),
+        # its own variables still predict what is left
+        ({"exhausted": Predictable(0.8, 0.0)}, Remainder(10.0, 3.0, _NOTHING)),
+        # others predict four fifths of what is left, and that is half of what it takes
+        ({"share": 0.62}, Remainder(10.0, 6.0, Predictable(0.8, 0.0))),
+        ({"share": 0.01}, Remainder(10.0, 9.9, _NOTHING)),
+    ],
+)
+def test_each_doubt_alone_takes_a_name_away(change: dict, left: Remainder) -> None:
+    assert probability(replace(_SOUND, **change), left) < 0.5
+
+
+def test_what_others_predict_beside_a_cause_hardly_counts_where_it_is_small() -> None:
+    # a ripple of a third of a gap, left beside a drag that takes nine tenths of the squares
+    assert probability(replace(_SOUND, share=0.9), Remainder(10.0, 3.2, Predictable(0.5, 0.0))) > 0.8
+
+
+def test_what_nothing_predicts_is_no_sign_of_another_cause() -> None:
+    much = replace(_SOUND, share=0.62)
+    unpredicted = probability(much, Remainder(10.0, 6.0, Predictable(-0.2, -0.4)))
+    assert unpredicted == probability(much, Remainder(10.0, 6.0, _NOTHING)) > 0.5
