@@ -97,7 +97,7 @@ def _only_noise(inquiry: Inquiry, null: State, left: tuple[Remainder, ...]) -> b
     policy = inquiry.policy
     if not stands_out(inquiry, null):
         return True
-    small = all(r.after <= _NOT_REPEATED and r.predictable.beyond < policy.exhausted for r in left)
+    small = bool(np.all(null.left() <= _NOT_REPEATED)) and all(r.predictable.beyond < policy.exhausted for r in left)
     return small or bool(np.all(left_beside_wander(inquiry, null) <= _NOT_REPEATED))
 
 

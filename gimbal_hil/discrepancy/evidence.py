@@ -101,5 +101,8 @@ def transmitted(twin: Twin, structure: Structure, P: Floats, which: int, left: E
             if not np.isfinite(came).all():
                 return np.ones_like(shares)
             power = [uniform_filter1d(part**2, length, mode="nearest") for part in (came, sent)]
-            shares[:, j] = np.clip(np.sqrt(np.maximum(power[0], 0.0) / np.maximum(power[1], 1e-300)), _CUT_OFF, 1.0)
+            driven = power[1] > 0.0
+            ratio = np.sqrt(np.maximum(power[0], 0.0) / np.where(driven, power[1], 1.0))
+            # of an axis that is not driven nothing can be cut off
+            shares[:, j] = np.where(driven, np.clip(ratio, _CUT_OFF, 1.0), 1.0)
     return shares

@@ -22,6 +22,9 @@ from gimbal_hil.signals import SignalsTable
 
 #: the spectrum is read from here to there, in units of the scored band
 _FROM, _TO = 1.45, 2.6
+#: rows at a log's end that are no noise, and those of a segment of its spectrum, times scored band and period: 200 and
+#: 512 at 25 Hz and 1 kHz
+_END, _SEGMENT, _SHORTEST = 5.0, 12.8, 512
 #: blocks in which what a resonance rings up is read, s
 _BLOCK_S = 2.0
 #: how exactly a twin can follow another integrator: share of the Coulomb level; and where it is a rate, share of its
@@ -76,7 +79,7 @@ def spectral_floor(
 def _away_from_ends(wide: WideTwin, left: list[Floats]) -> list[Floats]:
     """One channel's leftovers without the rows at the logs' ends."""
     return [
-        column[record.bands.stride * int(np.argmax(record.keep)) : len(column) - 200]
+        column[record.bands.stride * int(np.argmax(record.keep)) : len(column) - round(_END / _reach(record.bands))]
         for record, column in zip(wide.records, left, strict=True)
     ]
 
@@ -146,11 +149,14 @@ def _law_in_band(wide: WideTwin, left: list[Floats], channel: Channel, bands: Ba
     power: list[Floats] = []
     f = np.zeros(1)
     # logs of one call may differ in length, their spectra not
-    segment = min(512, *(len(part) // 4 for part in left))
+    segment = min(max(_SHORTEST, round(_SEGMENT / _reach(bands))), *(len(part) // 4 for part in left))
     for part in left:
         f, p = welch(part, 1.0 / dt, nperseg=segment, average=average, detrend="linear")
         power.append(p * len(part))
     psd = np.sum(power, axis=0) / sum(len(part) for part in left)
+    if not np.median(psd) > 0.0:
+        # a joint that stands, with a torque that stands
+        return 0.0
     top = wide.records[0].bands.scored_hz
     use = (f > _FROM / _TO * top) & (f < 1.25 * top)
     laws = _noise_laws(f[use], top, channel, dt)
@@ -163,6 +169,11 @@ def _law_in_band(wide: WideTwin, left: list[Floats], channel: Channel, bands: Ba
     gain = scoring_gain(grid, bands) ** 2
     noise = _noise_laws(grid, top, channel, dt) @ share
     return float(np.sqrt(np.trapezoid(noise * gain, grid)))
+
+
+def _reach(bands: Bands) -> float:
+    """End of the scored band in samples' rates: its smallness is how far the filters reach."""
+    return bands.scored_hz * bands.period_s
 
 
 def _noise_laws(f: Floats, top: float, channel: Channel, period_s: float) -> Floats:
@@ -185,7 +196,10 @@ def repeat_floor(residual: Floats, record: Record) -> Floats | None:
         return None
     rows = record.rows
     numbers = record.laps[np.minimum(rows, len(record.laps) - 1)]
-    starts = {int(lap): int(np.argmax(record.laps == lap)) for lap in np.unique(numbers)}
+    # rows before the first lap and after the last have negative numbers
+    starts = {int(lap): int(np.argmax(record.laps == lap)) for lap in np.unique(numbers) if lap >= 0}
+    if len(starts) < 2:
+        return None
     length = int(np.median(np.diff(sorted(starts.values()))))
     if length < 4 * record.bands.stride:
         return None

@@ -122,7 +122,15 @@ def hook_list(hypothesis: Hypothesis) -> tuple[tuple[str, str], ...]:
 
 
 def parameters_of(twin: Twin, hypothesis: Hypothesis) -> tuple[Structure, np.ndarray]:
-    """The arrays that stand for a hypothesis: its structure and a filled copy of P."""
+    """The arrays that stand for a hypothesis: its structure and a filled copy of P, held where an antenna can be."""
+    structure, P = _as_moved(twin, hypothesis)
+    keep_within(twin.model, P, _bounds(twin.model, hypothesis))
+    keep_physical(twin.model, P, structure.P)
+    return structure, P
+
+
+def _as_moved(twin: Twin, hypothesis: Hypothesis) -> tuple[Structure, np.ndarray]:
+    """The same, wherever causes and recalibration lead the numbers together."""
     structure = twin.structure(hook_list(hypothesis))
     P = structure.P.copy()
     offsets = iter(zip(hook_list(hypothesis), structure.offsets, strict=True))
@@ -142,8 +150,6 @@ def parameters_of(twin: Twin, hypothesis: Hypothesis) -> tuple[Structure, np.nda
                     P[place] = knob.moved(float(P[place]), x)
                 else:
                     write_number(twin.model, P, axis, place, knob.moved(read_number(twin.model, P, axis, place), x))
-    keep_within(twin.model, P, _bounds(twin.model, hypothesis))
-    keep_physical(twin.model, P, structure.P)
     return structure, P
 
 
@@ -196,22 +202,21 @@ def values_of(
 
 
 def at_bound(twin: Twin, hypothesis: Hypothesis, index: int) -> tuple[str, ...]:
-    """Parameters of one cause that stand where they may go no further: of those nothing is known.
+    """Parameters of one cause that may go no further: of those nothing is known.
 
-    A number of the model is moved by its cause and by recalibration together; it counts where the two lead it.
+    They stand at the end of their own coordinates, or are held back where the cause and recalibration together would
+    leave the catalogue's bounds or what an antenna can be.
     """
     cause = hypothesis.causes[index]
-    effect = cause.family.effect
-    found = list(cause.knobs_at_bound)
+    effect, axis = cause.family.label
     nuisances = {name for knob in cause.family.knobs if knob.nuisance for name in knob.parameters}
-    for name, (value, stated) in values_of(twin.model, twin, hypothesis, index).items():
-        parameter = next(p for p in CATALOGUE[effect].parameters if p.name == name)
-        if parameter.path is None or stated is None or name in nuisances:
-            continue
-        low, high = CATALOGUE[effect].bounds(name, stated)
-        near_low, near_high = (_AT_BOUND * abs(stated - bound) for bound in (low, high))
-        if name not in found and low < high and (value <= low + near_low or value >= high - near_high):
-            found.append(name)
+    (_, led), (_, held) = _as_moved(twin, hypothesis), parameters_of(twin, hypothesis)
+    found = list(cause.knobs_at_bound)
+    for parameter in CATALOGUE[effect].parameters:
+        if parameter.path is not None and parameter.name not in (*found, *nuisances):
+            wanted, kept = (read_number(twin.model, P, axis, parameter.path) for P in (led, held))
+            if abs(wanted - kept) > _AT_BOUND * abs(kept):
+                found.append(parameter.name)
     return tuple(found)
 
 

@@ -27,7 +27,8 @@ def covariance(inquiry: Inquiry, state: State) -> Floats:
     jacobian, residual = found.jacobian * per_row[:, None], found.residual.ravel() * per_row
     channels, k = found.residual.shape[1], jacobian.shape[1]
     # a number of its own scale each: a coordinate that the data hardly move must not drown in one that they move much
-    normal = jacobian.T @ jacobian + np.diag(prior_weights(found.hypothesis) ** 2)
+    prior = prior_weights(found.hypothesis) ** 2
+    normal = jacobian.T @ jacobian + np.diag(prior)
     size = np.sqrt(np.diag(normal))
     inverse = np.linalg.pinv(normal / np.outer(size, size), rcond=1e-12, hermitian=True) / np.outer(size, size)
     bands = inquiry.twin.records[0].bands
@@ -35,7 +36,11 @@ def covariance(inquiry: Inquiry, state: State) -> Floats:
     scores = block_sums(jacobian * residual[:, None], length)
     scores = scores - scores.mean(axis=0)
     assert scores.shape[1] == k
-    return np.asarray(inverse @ (scores.T @ scores) @ inverse)
+    # what the prior says of a number is as unsure as the prior; numbers that the data gave were taken from the blocks
+    given = float(np.sum(1.0 - prior * np.diag(inverse)))
+    blocks = len(scores)
+    scatter = scores.T @ scores * blocks / max(blocks - given, 1.0)
+    return np.asarray(inverse @ (scatter + np.diag(prior)) @ inverse)
 
 
 def number_intervals(inquiry: Inquiry, state: State) -> list[tuple[float, float]]:

@@ -59,9 +59,10 @@ def _given(table: SignalsTable, axis: str) -> Floats | None:
     once more.
     """
     torque = table.signal(axis, "torque_measured")
-    if torque is None or not np.any(torque != 0.0) or np.allclose(torque, table.torque(axis), rtol=1e-6, atol=0.0):
+    if torque is None or not np.any(torque != 0.0) or np.allclose(torque, table.commanded(axis), rtol=1e-6, atol=0.0):
         return None
-    return torque
+    # the records hold what is left once the known part is taken off
+    return np.asarray(torque - (table.commanded(axis) - table.torque(axis)))
 
 
 def _squares(inquiry: Inquiry, state: State, tables: tuple[SignalsTable, ...]) -> Floats:

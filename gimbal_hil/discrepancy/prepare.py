@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.discrepancy.families import families
@@ -18,7 +19,7 @@ from gimbal_hil.discrepancy.inquiry import Inquiry, State, rms, selectable, stat
 from gimbal_hil.discrepancy.policy import Policy
 from gimbal_hil.discrepancy.processing import processing_floors
 from gimbal_hil.discrepancy.record import judging_name, record_of, searched_name
-from gimbal_hil.discrepancy.row_noise import encoder_noise, row_scales
+from gimbal_hil.discrepancy.row_noise import moves, row_scales
 from gimbal_hil.discrepancy.smoothing import Bands, Floats, scored, scoring_reach
 from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.executor import WorkExecutor
@@ -88,7 +89,9 @@ def prepared(
     tell("smoothing the logs")
     widest = scored_band((*measured, *holdout))
     hz = band_hz or useful_band(
-        Twin(model, tuple(record_of(table, model, widest, table.source) for table in measured)), widest
+        Twin(model, tuple(record_of(table, model, widest, table.source) for table in measured)),
+        widest,
+        np.array([any(moves(table, axis, model) for table in measured) for axis in model.axes]),
     )
     twin, held, noise = _in_band(model, measured, holdout, hz, widest)
     for record in (*twin.records, *held.records):
@@ -103,9 +106,9 @@ def prepared(
     return Inquiry(twin, held, both, selecting, noise.effective(twin), catalogue, policy, executor, tell), noise
 
 
-def useful_band(twin: Twin, hz: float) -> float:
-    """The band up to which measured motion says anything about the command: halved while its upper octave says less
-    than nothing.
+def useful_band(twin: Twin, hz: float, moving: NDArray[np.bool_]) -> float:
+    """The band up to which the motion of joints that move says anything about the command: halved while its upper
+    octave says less than nothing.
 
     There inertia times the measured acceleration adds to the command's power instead of taking from it: position noise,
     differentiated twice, or times that jitter. A fit would shrink the inertia to be rid of it.
@@ -125,9 +128,8 @@ def useful_band(twin: Twin, hz: float) -> float:
         size = np.maximum(power(left, hz), 1e-300)
         beyond = np.maximum(power(left, hz) - power(left, 0.5 * hz), 0.0)
         command = np.maximum(power(sent, hz) - power(sent, 0.5 * hz), 0.0)
-        if float(np.sum(beyond / size)) < _SAYS_NOTHING * float(np.sum(command / size)) or not np.any(
-            beyond > _HEARD * size
-        ):
+        says = float(np.sum((beyond / size)[moving])) < _SAYS_NOTHING * float(np.sum((command / size)[moving]))
+        if says or not np.any(beyond[moving] > _HEARD * size[moving]):
             break
         hz *= 0.5
     return hz
@@ -144,8 +146,8 @@ def _in_band(
     wide, structure = wide_twin(twin, measured, max(hz, widest)), twin.structure(())
     found = floors(twin, wide, structure, structure.P)
     levels = np.array([floor.rms for floor in found])
-    twin.scales = row_scales(twin, encoder_noise(twin, measured), levels)
-    held.scales = row_scales(held, encoder_noise(held, holdout), levels)
+    twin.scales = row_scales(twin, measured, levels)
+    held.scales = row_scales(held, holdout, levels)
     found = smaller(found, floors(twin, wide, structure, structure.P))
     return twin, held, Noise(tuple(found), processing_floors(twin, measured), wide)
 

@@ -32,6 +32,8 @@ def balanced(twin: Twin, table: SignalsTable, which: int) -> SignalsTable:
         position[0] = table.position(axis)[0]
         step = twin.model.number(axis, "encoder.step")
         columns[f"{axis}.torque"] = torque
+        # what was known of it is in that torque
+        columns.pop(f"{axis}.torque_known", None)
         columns[f"{axis}.position"] = np.round(position / step) * step if step > 0.0 else position
     return SignalsTable.of(twin.model.axes, table.time_s, columns, None, "balanced")
 

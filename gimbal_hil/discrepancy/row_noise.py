@@ -5,23 +5,27 @@ Where a joint creeps or stands, friction follows the modulus of a rate that is m
 carried bristle leaks. No spectrum and no lap shows that. And where a joint crawls over single steps, or turns evenly by
 nearly a simple fraction of steps a sample, the rounding error is no white noise but a sawtooth with harmonics inside
 the scored band. So the logs are read again with other draws of the encoder's error, and the local spread of what the
-pipeline leaves, beyond that of quiet rows, is added to the floor row by row.
+pipeline leaves, beyond that of quiet rows, is added to the floor row by row. Where a joint stands and its bristle is
+finer than the encoder, friction is whatever holds it: any torque up to break-away.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from gimbal_hil.discrepancy.record import record_of
+from gimbal_hil.discrepancy.record import TORQUE, record_of
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.signals import SignalsTable
+from sim_backend.model import AntennaModel
 
 _DRAWS = 3
 #: motion is even when it follows a cubic over this long, s, to within so many steps of the encoder
 _EVEN_S, _QUICK_STEPS = 0.25, 1.5
 #: rows over which the spread is averaged, s
 _AVERAGED_S = 0.5
+#: a joint stands where it is seen within so many steps for so long, s; and moves where it is seen beyond so many
+_STANDS, _STANDS_S, _FLICKER = 2.0, 0.5, 5.0
 #: spread that every row has: this quantile of the rows is in the floor already
 _QUIET_ROWS = 0.3
 
@@ -33,7 +37,7 @@ def jittered(table: SignalsTable, twin: Twin, rng: np.random.Generator) -> Signa
     columns = dict(table.columns)
     for axis in twin.model.axes:
         position = table.position(axis)
-        step = max(twin.model.number(axis, "encoder.step"), seen_step(position))
+        step = encoder_step(table, axis, twin.model)
         if step > 0.0:
             even = _even_motion(position, table.period_s)
             shifted = even + step * rng.random()
@@ -57,6 +61,16 @@ def _even_motion(position: Floats, period_s: float) -> Floats:
     between = np.interp(np.arange(len(position)), at + 0.5, 0.5 * (position[at] + position[at + 1]))
     window = min(2 * int(0.5 * _EVEN_S / period_s) + 1, (len(position) - 1) // 2 * 2 + 1)
     return np.asarray(savgol_filter(between, window, 3)) if window > 3 else np.asarray(between)
+
+
+def encoder_step(table: SignalsTable, axis: str, model: AntennaModel) -> float:
+    """Step of an axis' encoder: the model's, or a coarser one that the data show."""
+    return max(model.number(axis, "encoder.step"), seen_step(table.position(axis)))
+
+
+def moves(table: SignalsTable, axis: str, model: AntennaModel) -> bool:
+    """Whether a joint moves by more than an encoder that flickers between a few marks."""
+    return float(np.ptp(table.position(axis))) > _FLICKER * encoder_step(table, axis, model)
 
 
 def seen_step(position: Floats) -> float:
@@ -85,6 +99,31 @@ def encoder_noise(twin: Twin, tables: tuple[SignalsTable, ...], seed: int = 5) -
     return tuple(np.asarray(np.mean(squares, axis=0)) for squares in draws)
 
 
+def held_squares(twin: Twin, which: int, table: SignalsTable) -> Floats:
+    """Squares of what friction may be where a joint stands, per scored row of one record (rows that count, channels).
+
+    Of a joint that never moves nobody knows how its bristle came to stand, however fine the encoder is.
+    """
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    model, record = twin.model, twin.records[which]
+    found = np.zeros((int(record.keep.sum()), len(twin.channels)))
+    window = 2 * round(0.5 * _STANDS_S / table.period_s) + 1
+    for j, channel in enumerate(twin.channels):
+        step, stiffness = encoder_step(table, channel.axis, model), model.number(channel.axis, "friction.sigma0")
+        level = model.number(channel.axis, "friction.breakaway")
+        if channel.signal != TORQUE:
+            continue
+        if not moves(table, channel.axis, model):
+            found[:, j] = level**2
+        if step == 0.0 or (stiffness > 0.0 and level / stiffness > step):
+            continue
+        position = table.position(channel.axis)
+        seen = maximum_filter1d(position, window) - minimum_filter1d(position, window)
+        found[record.at_scored(seen < (_STANDS + 0.5) * step), j] = level**2
+    return found
+
+
 def other_readings(twin: Twin, tables: tuple[SignalsTable, ...], seed: int = 11) -> tuple[Twin, ...]:
     """Twins of the same logs, the same rows counting, with other draws of the encoder's error."""
     rng, hz = np.random.default_rng(seed), twin.records[0].bands.scored_hz
@@ -111,9 +150,11 @@ def _drawn(twin: Twin, which: int, table: SignalsTable) -> Floats:
     )
 
 
-def row_scales(twin: Twin, noise: tuple[Floats, ...], floor: Floats) -> tuple[Floats, ...]:
+def row_scales(twin: Twin, tables: tuple[SignalsTable, ...], floor: Floats) -> tuple[Floats, ...]:
     """Noise of every scored row over the channel's floor, per record (rows that count, channels); at least one."""
-    quiet = (np.quantile(spread, _QUIET_ROWS, axis=0) for spread in noise)
+    noise = encoder_noise(twin, tables)
+    quiet = [np.quantile(spread, _QUIET_ROWS, axis=0) for spread in noise]
     return tuple(
-        np.sqrt(1.0 + np.maximum(spread - least, 0.0) / floor**2) for spread, least in zip(noise, quiet, strict=True)
+        np.sqrt(1.0 + (np.maximum(spread - least, 0.0) + held_squares(twin, which, tables[which])) / floor**2)
+        for which, (spread, least) in enumerate(zip(noise, quiet, strict=True))
     )

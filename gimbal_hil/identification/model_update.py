@@ -48,13 +48,17 @@ def updated_model(model: AntennaModel, results: Sequence[AxisIdentification]) ->
         if "inertia" in by_name:
             model = model.with_number(axis, "body.own_inertia", by_name["inertia"].value, *_stated(by_name["inertia"]))
         if "offset" in by_name:
-            # the regression explains torque commanded; the actuator's offset is what adds to it
-            model = model.with_number(axis, "actuator.offset", -by_name["offset"].value, *_stated(by_name["offset"]))
+            # the regression explains torque with the model's own offset in it; what it finds takes from that
+            known, found = model.number(axis, "actuator.offset"), by_name["offset"]
+            model = model.with_number(axis, "actuator.offset", known - found.value, *_stated(found, known))
     return model
 
 
-def _stated(estimate: Estimate) -> tuple[str, float]:
-    """Source and uncertainty of an estimate, as a model file states them."""
+def _stated(estimate: Estimate, taken_from: float | None = None) -> tuple[str, float]:
+    """Source and uncertainty of an estimate, as a model file states them; of a number that it is taken from."""
     word = "identified" if estimate.verdict is Determination.IDENTIFIED else "weakly identified"
-    source = f"{word}, 95 % interval {estimate.interval.low:.6g} to {estimate.interval.high:.6g}"
+    low, high = estimate.interval.low, estimate.interval.high
+    if taken_from is not None:
+        low, high = taken_from - high, taken_from - low
+    source = f"{word}, 95 % interval {low:.6g} to {high:.6g}"
     return source, estimate.interval.half_width

@@ -44,9 +44,8 @@ def axis_load(table: SignalsTable, model: AntennaModel, axis: str) -> AxisLoad:
     bias, inertia = body.bias[:, index], float(np.mean(body.mass[:, 2 * index]))
     if len(model.axes) > 1:
         other = 1 - index
-        # the other axis' acceleration reaches this one through the product of inertia alone, a thousandth of the
-        # diagonal
-        bias = bias - _coupling(model) * np.gradient(rates[:, other], table.period_s)
+        # the other axis' acceleration reaches this one through the inner body's products of inertia
+        bias = bias - body.mass[:, 1] * np.gradient(rates[:, other], table.period_s)
     held = applied_torque(table.torque(axis), model, axis, table.period_s)
     middle = np.concatenate([0.5 * (bias[1:] + bias[:-1]), bias[-1:]])
     return AxisLoad(centred_torque(held) + bias, held + middle, inertia)
@@ -75,7 +74,3 @@ def joint_rate(position: Vector, period_s: float) -> Vector:
     span = max(1, int(round(0.5 * _RATE_SPAN_S / period_s)))
     padded = np.concatenate([np.full(span, position[0]), position, np.full(span, position[-1])])
     return np.asarray((padded[2 * span :] - padded[: -2 * span]) / (2 * span * period_s))
-
-
-def _coupling(model: AntennaModel) -> float:
-    return model.number(model.axes[1], "body.inertia.yz")

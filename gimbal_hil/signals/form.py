@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,12 +49,13 @@ class Repair:
 
 @dataclass(frozen=True)
 class AxisNames:
-    """The axes that a log is read for, and what turns a current into torque: N m/A (N/A) by axis, where the model
-    states it.
+    """The axes that a log is read for, what turns a current into torque (N m/A, N/A) by axis, where the model states
+    it, and whether the axes turn.
     """
 
     axes: tuple[str, ...]
     torque_constants: Mapping[str, float] = field(default_factory=dict)
+    rotary: bool = True
 
 
 def checked_table(raw: RawColumns, named: AxisNames, repair: Repair) -> SignalsTable:
@@ -63,6 +64,8 @@ def checked_table(raw: RawColumns, named: AxisNames, repair: Repair) -> SignalsT
     names, notes = _known_columns(raw, named)
     rows = _valid_rows(raw, names, resample, drop_invalid, notes)
     rows = _forward_rows(raw, rows, resample or drop_invalid, notes)
+    if named.rotary:
+        raw = _turned_on(raw, rows, axes, notes)
     if resample:
         time_s, columns, laps = resample_rows(raw, rows, names, notes, repair.period_s)
     else:
@@ -80,6 +83,33 @@ def checked_table(raw: RawColumns, named: AxisNames, repair: Repair) -> SignalsT
             notes.append(f"{axis}.torque is {axis}.current times the model's {constant:.6g} per ampere")
     repeat = None if laps is None else laps.astype(np.int64)
     return SignalsTable.of(axes, time_s, columns, repeat, str(raw.path), notes)
+
+
+def _turned_on(raw: RawColumns, rows: NDArray[np.int64], axes: Sequence[str], notes: list[str]) -> RawColumns:
+    """Positions of encoders that begin again after each turn, carried on over whole turns.
+
+    A change of more than half a turn from row to row is such a beginning where all others are below a quarter, and the
+    rest of it, whole turns taken off, is no larger than they are.
+    """
+    values = dict(raw.values)
+    for axis in axes:
+        position = values[f"{axis}.position"]
+        kept = rows[np.isfinite(position[rows])]
+        changes = np.diff(position[kept])
+        far = np.abs(changes) > np.pi
+        rest = (changes[far] + np.pi) % (2.0 * np.pi) - np.pi
+        usual = float(np.max(np.abs(changes[~far]), initial=0.0))
+        if not far.any() or usual > 0.5 * np.pi or np.max(np.abs(rest)) > 2.0 * usual:
+            continue
+        for name in (f"{axis}.position", f"{axis}.position_ref"):
+            if name in values:
+                values[name] = values[name].copy()
+                values[name][kept] = np.unwrap(values[name][kept])
+        notes.append(
+            f"{axis}.position begins again {np.count_nonzero(far)} times, first at"
+            f" {raw.where(int(kept[np.argmax(far) + 1]), f'{axis}.position')}: whole turns were added there"
+        )
+    return replace(raw, values=values)
 
 
 def _known_columns(raw: RawColumns, named: AxisNames) -> tuple[list[str], list[str]]:

@@ -127,7 +127,8 @@ def axis_names(of: Sequence[str] | AntennaModel) -> AxisNames:
     if not isinstance(of, AntennaModel):
         return AxisNames(tuple(of))
     constants = {axis: of.number(axis, "actuator.torque_constant") for axis in of.axes}
-    return AxisNames(of.axes, {axis: constant for axis, constant in constants.items() if constant > 0.0})
+    known = {axis: constant for axis, constant in constants.items() if constant > 0.0}
+    return AxisNames(of.axes, known, not of.is_linear)
 
 
 def _under_control(path: Path, model: AntennaModel, repair: Repair) -> SignalsTable:

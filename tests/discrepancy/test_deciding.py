@@ -15,7 +15,8 @@ from gimbal_hil.estimation import Paired
 _NOTHING = Predictable(0.0, 0.0)
 #: a cause that takes nearly all of a gap of ten floors
 _SOUND = Standing(
-    (0,), ("cable_spring", "outer"), Paired(90.0, 0.9, 0.1, 40), 12.0, 0.95, 0.0, (), _NOTHING, (), False, 0, 90.0, False
+    (0,), ("cable_spring", "outer"), Paired(90.0, 0.9, 0.1, 40), 12.0, 0.95, 0.0, (), _NOTHING, (), False, 0, 90.0,
+    False,
 )  # fmt: skip
 
 

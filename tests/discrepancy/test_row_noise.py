@@ -29,7 +29,7 @@ def test_rows_in_creep_are_noisier_than_rows_in_motion() -> None:
     columns |= {f"{axis}.position": np.round(moving / STEP) * STEP for axis in model.axes}
     table = SignalsTable.of(model.axes, T, columns)
     twin = Twin(model, (record_of(table, model, 25.0, "log"),))
-    scale = row_scales(twin, encoder_noise(twin, (table,)), np.array([5e-4, 2e-4]))[0]
+    scale = row_scales(twin, (table,), np.array([5e-4, 2e-4]))[0]
     time = twin.records[0].time_s[twin.records[0].keep]
     assert np.all(scale >= 1.0)
     assert np.median(scale[time > 7.0, 0]) > 1.5 * np.median(scale[(time > 1.0) & (time < 5.0), 0])

@@ -11,10 +11,12 @@ import yaml
 from gimbal_hil.identification import AxisIdentification, Determination, Estimate, Interval, updated_model
 from sim_backend.model import AntennaModel, model_from_document
 
+OFFSET = 0.02
+
 
 def arm(**friction: float) -> AntennaModel:
     numbers = {"coulomb": 2.0, "breakaway": 2.5, "stribeck_velocity": 0.1, "viscous": 1.0} | friction
-    axis = {"body": {"inertia": {"zz": 0.5}}, "friction": numbers}
+    axis = {"body": {"inertia": {"zz": 0.5}}, "friction": numbers, "actuator": {"offset": OFFSET}}
     return model_from_document({"schema": 1, "name": "arm", "kind": "rotary", "axes": {"arm": axis}}, "arm")
 
 
@@ -56,3 +58,9 @@ def test_an_identified_number_carries_its_interval_as_uncertainty() -> None:
     assert model.uncertainty("arm", "friction.viscous") == pytest.approx(0.12)
     read_again = model_from_document(yaml.safe_load(model.to_yaml()), "arm")
     assert read_again.uncertainty("arm", "friction.viscous") == model.uncertainty("arm", "friction.viscous")
+
+
+def test_an_offset_is_found_beside_the_one_that_the_model_has() -> None:
+    model = updated_model(arm(), [found(offset=0.005)])
+    assert model.number("arm", "actuator.offset") == pytest.approx(0.015)
+    assert "0.0145 to 0.0155" in str(model.numbers["arm", "actuator.offset"].source)

@@ -253,3 +253,24 @@ def test_writing_refuses_what_is_there_and_leaves_nothing_half_written(tmp_path:
         write_signals(table, tmp_path / "no" / "log.csv")
     write_signals(table, tmp_path / "log.csv", force=True)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["log.csv"]
+
+
+def coming_round(rows: int = 4000) -> tuple[np.ndarray, list[str]]:
+    """The angle of a joint that turns on, and the lines of a log in which its encoder begins again each turn."""
+    angle = 3.0 + 4.0 * np.sin(0.002 * np.arange(rows))
+    lines = [HEADER] + [f"{k * 1e-3:.6f},0.1,{a % (2.0 * math.pi)!r},0.1,0.0" for k, a in enumerate(angle.tolist())]
+    return angle, lines
+
+
+def test_an_encoder_that_begins_again_each_turn_is_carried_on(tmp_path: Path) -> None:
+    angle, lines = coming_round()
+    table = read_signals(write_lines(tmp_path / "round.csv", lines), AXES)
+    turns = (table.position("outer") - angle) / (2.0 * math.pi)
+    assert np.ptp(turns) < 1e-9 and any("whole turns were added" in note for note in table.notes)
+
+
+def test_a_jump_that_is_no_whole_turn_stays(tmp_path: Path) -> None:
+    lines = csv_lines(200)
+    lines[100:] = [line.replace(line.split(",")[2], repr(4.0 + float(line.split(",")[2]))) for line in lines[100:]]
+    table = read_signals(write_lines(tmp_path / "jump.csv", lines), AXES)
+    assert np.max(np.abs(np.diff(table.position("outer")))) > 3.5 and not table.notes
