@@ -7,6 +7,7 @@ imported here, because most are compiled.
 __all__ = [
     "base_motion",
     "carrying",
+    "firmware_run",
     "friction",
     "friction_in_force",
     "layout",

@@ -17,6 +17,7 @@ from firmware_protocol.links.link import Link, LinkBasis, LinkLost, LinkState, L
 from firmware_protocol.links.memory_link import MemoryLink, memory_pair
 from firmware_protocol.links.opening import open_link, require_can_wait, require_link_carries
 from firmware_protocol.links.pty_link import pty_link
+from firmware_protocol.links.serial_port import open_serial
 from firmware_protocol.links.slcan_device import SlcanDevice
 from firmware_protocol.links.stream_link import CobsFraming, Framing, StreamLink
 from firmware_protocol.links.unix_link import UnixLink
@@ -49,6 +50,7 @@ __all__ = [
     "UnixLinkConfig",
     "memory_pair",
     "open_link",
+    "open_serial",
     "pty_link",
     "require_can_wait",
     "require_link_carries",

@@ -7,6 +7,7 @@ import time
 from firmware_protocol.errors import LinkError
 from firmware_protocol.links.link import Link, LinkState
 from firmware_protocol.lockstep import BEGIN, EdgeParser, edge, next_edge
+from firmware_protocol.schema import RECORD_SIZE
 
 #: how long an answer is waited for, unless somebody says otherwise
 PATIENCE_S = 30.0
@@ -42,7 +43,8 @@ class AntennaInStep:
         comes.
         """
         self._number = next_edge(self._number)
-        return self._answer(received, self._number)
+        # a fragment would take the edge with it
+        return self._answer(received[: len(received) - len(received) % RECORD_SIZE], self._number)
 
     def hurry(self) -> None:
         """Wait no longer than a second for an answer from now on; may be called from a signal handler."""

@@ -30,7 +30,8 @@ def command(
     link: Annotated[
         list[str] | None,
         typer.Option(
-            help="realtime: unix, serial or slcan; may be repeated. soak: on this link in real time, across processes."
+            help="realtime: unix, serial or slcan; may be repeated. soak: on this link in real time, across processes. "
+            "faults: whose firmware, virtual, c, cortex-m or qemu."
         ),
     ] = None,
     rate: Annotated[list[float] | None, typer.Option(help="realtime: Hz; may be repeated.", min=1.0)] = None,
@@ -89,7 +90,7 @@ def command(
             tuple(link or ("unix", "serial")), tuple(rate or (1e3, 2e3)), seconds, _measuring
         ),
         "search": lambda: _search(workers, repeats, _measuring),
-        "faults": lambda: _faults(every, _measuring),
+        "faults": lambda: _faults(every, link[0] if link else "virtual", _measuring),
         "pointing": lambda: pointing(arena),
         "soak": lambda: (
             _soak_across(link[0], hours, seed or 0, _measuring) if link else _soak(hours, seed or 0, _measuring)
@@ -131,13 +132,18 @@ def _blind(out: Path | None, *choice: Any) -> int:
     return run_blind(BlindChoice(out, *choice))
 
 
-def _faults(every: int, say: Any) -> _Measured:
+def _faults(every: int, link: str, say: Any) -> _Measured:
+    from firmware_protocol.errors import BadInputError
     from gimbal_hil.bench.faults import fault_rows, matrix_blocks, matrix_text, run_matrix
     from gimbal_hil.settings import shipped_settings
+    from sim_backend.firmware_run import FirmwareRun
     from sim_backend.model import shipped_model
 
-    found = run_matrix(fault_rows()[::every], shipped_settings(), shipped_model(), say)
-    words = "faults" + (f" --every {every}" if every > 1 else "")
+    firmware = next((run for run in FirmwareRun if run.value == link), None)
+    if firmware is None:
+        raise BadInputError("--link", f"{link!r} is no firmware", ", ".join(FirmwareRun))
+    found = run_matrix(fault_rows()[::every], shipped_settings(), shipped_model(), say, firmware)
+    words = "faults" + (f" --every {every}" if every > 1 else "") + (f" --link {link}" if link != "virtual" else "")
     return words, matrix_text(found), [one.as_dict() for one in found], matrix_blocks(found)
 
 

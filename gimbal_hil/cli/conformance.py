@@ -16,7 +16,9 @@ ANSWER_FILE, REPORT_FILE = "conformance.json", "report.html"
 def command(
     link: Annotated[
         str | None,
-        typer.Option(help="virtual, c or cortex-m (the C device), unix:PATH, serial:PORT, socketcan:CHANNEL, ..."),
+        typer.Option(
+            help="virtual, c, cortex-m or qemu (the C device), unix:PATH, serial:PORT, socketcan:CHANNEL, ..."
+        ),
     ] = None,
     config: Annotated[
         Path | None, typer.Option(help="Configuration file; its rate and, without --link, its link are used.")
@@ -53,11 +55,11 @@ def command(
     from gimbal_hil.starting import settings_on_link
 
     wanted = _wanted(only or [], torque_share)
-    settings, firmware = settings_on_link(config, link)
+    settings = settings_on_link(config, link)
     folder = out or Path("runs") / f"conformance-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
     if (folder / ANSWER_FILE).exists() and not force:
         raise BadInputError(str(folder / ANSWER_FILE), "already exists", "a new folder, or --force to overwrite it")
-    antenna = open_antenna(settings, firmware, lockstep=lockstep)
+    antenna = open_antenna(settings, lockstep=lockstep)
     try:
         configuration = settings.model_dump(mode="json", by_alias=True)
         bench = Bench(antenna, configuration, folder, force)

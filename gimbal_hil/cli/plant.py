@@ -16,6 +16,7 @@ from gimbal_hil.cli.completion import model_names
 if TYPE_CHECKING:
     from firmware_protocol.links import CanLinkConfig
     from gimbal_hil.settings import DaemonSettings
+    from sim_backend.firmware_run import FirmwareRun
     from sim_backend.model import AntennaModel
     from sim_backend.server import DeviceServer, LockstepServer, Outlet, OutletKind
 
@@ -65,10 +66,11 @@ def command(
     from gimbal_hil.cli.following import after_plant, print_next
     from gimbal_hil.settings import load_settings, shipped_settings
     from sim_backend.device import Device
+    from sim_backend.firmware import close_firmware, run_firmware
     from sim_backend.server import DeviceServer, LockstepServer, join_bus, open_outlet
 
     settings = load_settings(config) if config else shipped_settings()
-    antenna, noise_seed = _antenna_of(settings, model, seed)
+    antenna, noise_seed, firmware = _antenna_of(settings, model, seed)
     if link is None and isinstance(settings.link, AdapterLinkConfig):
         from gimbal_hil.cli.plant_drives import serve_drives
 
@@ -78,10 +80,12 @@ def command(
     place = _place_of(settings, link, str(config or "--link"))
     print("preparing the compiled antenna", file=sys.stderr, flush=True)
     Device(antenna, rate_hz=settings.rate_hz).tick()
+    device: Device | None = None
     outlet = open_outlet(*place) if isinstance(place, tuple) else join_bus(place)
     try:
         serving = LockstepServer if lockstep else DeviceServer
-        server = serving(Device(antenna, rate_hz=settings.rate_hz, seed=noise_seed), outlet.link)
+        device = run_firmware(firmware, antenna, settings.rate_hz, noise_seed)
+        server = serving(device, outlet.link)
         with _signals_stop(server) as signals:
             _announce(outlet, antenna.name, settings.rate_hz, ready_file, as_json, lockstep)
             if not as_json:
@@ -89,6 +93,8 @@ def command(
             _serve(server, duration, lockstep)
     finally:
         outlet.link.close()
+        if device is not None:
+            close_firmware(device)
         if ready_file is not None:
             ready_file.unlink(missing_ok=True)
     if as_json:
@@ -128,13 +134,13 @@ def _serve(server: Server, duration_s: float | None, lockstep: bool) -> None:
         server.serve(None if duration_s is None else round(duration_s * 1e9))
 
 
-def _antenna_of(settings: DaemonSettings, model: str | None, seed: int | None) -> tuple[AntennaModel, int]:
-    """Model and seed: the command line's, else the configuration's, else the shipped ones."""
+def _antenna_of(settings: DaemonSettings, model: str | None, seed: int | None) -> tuple[AntennaModel, int, FirmwareRun]:
+    """Model, seed and firmware: the command line's, else the configuration's, else the shipped ones."""
     from gimbal_hil.settings import EmbeddedAntenna
     from sim_backend.model import model_named
 
     embedded = settings.link.embedded if isinstance(settings.link, EmbeddedAntenna) else EmbeddedAntenna().embedded
-    return model_named(model or embedded.model), embedded.seed if seed is None else seed
+    return model_named(model or embedded.model), embedded.seed if seed is None else seed, embedded.firmware
 
 
 def _place_of(settings: DaemonSettings, link: str | None, where: str) -> tuple[OutletKind, Path | None] | CanLinkConfig:

@@ -18,6 +18,7 @@ that checks each on whatever answers on a link:
 
     gimbal-hil conformance                                  # the virtual antenna in this process
     gimbal-hil conformance --link cortex-m                  # the C device as machine code; --link c as a library
+    gimbal-hil conformance --link qemu                      # as the image of a board in an emulator, over its UART
     gimbal-hil conformance --link serial:/dev/ttyUSB0       # your electronics; also unix:, socketcan:, slcan:
     gimbal-hil conformance --link unix:PATH --lockstep      # an antenna that waits, as gimbal-hil plant --lockstep
     gimbal-hil conformance --config antenna.yaml --without-motion --junit conformance.xml
@@ -37,6 +38,16 @@ itself was late, it is made again, at most three times, and the number of tries 
 
 Nobody turns the antenna by hand here: travel limits, overspeed, winding temperature, supply and sensors that fail are
 not checked. [Write your own firmware](how-to/write-your-firmware.md) says what they must do.
+
+| as measured, on two busy cores | passed | takes | mutants found |
+|---|---|---|---|
+| the virtual antenna over a Unix socket, over a pseudo-terminal, in real time | 37, 37 | 37 s, 41 s | |
+| the same with `--lockstep` | 37, 37 | 9 s, 10 s | |
+| the C device as a library, as machine code | 37, 37 | 13 s as machine code | 67 of 67 on both |
+| the image of a board in QEMU | 37 | 157 s | not run |
+
+Mutants are those of the C device's guards; its size, stack and instructions stand
+[with the sources](how-to/take-the-c-device.md).
 """
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from firmware_protocol.links import LinkBasis
 from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna
 from sim_backend.device import Device
+from sim_backend.firmware import close_firmware, run_firmware
 from sim_backend.model import AntennaModel, model_named
 
 #: a virtual antenna is carried over at most this many missed periods: its deadman has stopped it long before
@@ -58,7 +59,8 @@ class EmbeddedLink(LinkBasis):
         return bool(self._feedback)
 
     def close(self) -> None:
-        """The antenna stays as it is."""
+        """The antenna stays as it is; its firmware is run no longer."""
+        close_firmware(self.device)
 
     def fileno(self) -> int:
         """None."""
@@ -75,4 +77,5 @@ def embedded_model(link: EmbeddedAntenna) -> AntennaModel:
 
 def embedded_antenna(settings: DaemonSettings, link: EmbeddedAntenna) -> EmbeddedLink:
     """A virtual antenna as configured."""
-    return EmbeddedLink(Device(embedded_model(link), rate_hz=settings.rate_hz, seed=link.embedded.seed))
+    embedded = link.embedded
+    return EmbeddedLink(run_firmware(embedded.firmware, embedded_model(link), settings.rate_hz, embedded.seed))

@@ -46,6 +46,7 @@ from gimbal_hil.timing import (
     real_time,
 )
 from sim_backend.device import Device
+from sim_backend.firmware_run import FirmwareRun
 from sim_backend.model import AntennaModel
 from sim_backend.observer import INPUTS, ModelObserver
 
@@ -127,6 +128,7 @@ def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport
     elif options.then is not None:
         raise BadInputError("--then", "needs a virtual antenna in this process", "a configuration with one")
     settings = settings.with_model()
+    _require_own_firmware(settings, options)
     observed = observed_model(settings)
     later = _later_antenna(settings, options)
     period = Duration.of_seconds(settings.step_s)
@@ -238,6 +240,14 @@ def _link_opener(
         remote = open_in_lockstep(link, options.patience_s)
         return lambda: remote, None, remote
     return opener_of(link, options.wait), None, None
+
+
+def _require_own_firmware(settings: DaemonSettings, options: DaemonOptions) -> None:
+    link = settings.link
+    if options.then is None or not isinstance(link, EmbeddedAntenna):
+        return
+    if link.embedded.firmware is not FirmwareRun.VIRTUAL:
+        raise BadInputError("--then", "needs the virtual antenna's own firmware", "link.embedded.firmware: virtual")
 
 
 def _later_antenna(settings: DaemonSettings, options: DaemonOptions) -> tuple[Device, int] | None:

@@ -17,6 +17,7 @@ from gimbal_hil.experiments.side_by_side import remove_parts, run_side_by_side
 from gimbal_hil.report import Details, Listing, Page
 from gimbal_hil.runs import RunHeader
 from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna
+from sim_backend.firmware_run import FirmwareRun
 from sim_backend.model import AntennaModel, ModelKind, model_named
 
 TABLE_FILE, REPORT_FILE = "table.csv", "report.html"
@@ -32,6 +33,12 @@ def embedded_model_of(settings: DaemonSettings) -> tuple[AntennaModel, int]:
             "an embedded antenna for --lockstep, or a daemon with --run",
         )
     named = link.embedded
+    if named.firmware is not FirmwareRun.VIRTUAL:
+        raise BadInputError(
+            "link.embedded.firmware",
+            f"is {named.firmware}, which cannot be copied at a checkpoint",
+            "virtual, or a daemon with --run",
+        )
     return model_named(named.model), named.seed
 
 

@@ -13,7 +13,7 @@ from firmware_protocol.documents import Strict, read_yaml, refusal_of
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.links import AdapterLinkConfig
 from gimbal_hil.settings.axis import AxisSettings, NotNegative, Positive
-from gimbal_hil.settings.link import LINK_KINDS, Embedded, EmbeddedAntenna, LinkSettings, is_model_file
+from gimbal_hil.settings.link import LINK_KINDS, EmbeddedAntenna, LinkSettings, is_model_file
 from sim_backend.carrying import INNER, OUTER, in_order, require_plain_names
 
 
@@ -328,10 +328,8 @@ def settings_from_document(document: Any, where: str, folder: Path | None = None
         if isinstance(link, AdapterLinkConfig):
             return adapted(settings, link, where, folder)
     elif folder is not None and is_model_file(link.embedded.model):
-        place = EmbeddedAntenna(
-            embedded=Embedded(model=str((folder / link.embedded.model).resolve()), seed=link.embedded.seed)
-        )
-        return settings.model_copy(update={"link": place})
+        embedded = link.embedded.model_copy(update={"model": str((folder / link.embedded.model).resolve())})
+        return settings.model_copy(update={"link": EmbeddedAntenna(embedded=embedded)})
     return settings
 
 

@@ -8,6 +8,7 @@ from pydantic import BaseModel, Discriminator, Field, Tag
 
 from firmware_protocol.documents import Strict
 from firmware_protocol.links import AdapterLinkConfig, CanLinkConfig, SerialLinkConfig, UnixLinkConfig
+from sim_backend.firmware_run import FirmwareRun
 
 
 def is_model_file(name: str) -> bool:
@@ -17,13 +18,18 @@ def is_model_file(name: str) -> bool:
 
 class Embedded(Strict):
     """The virtual antenna in this process: name of a shipped model or path of a model file (relative to this file),
-    seed of its noise.
+    seed of its noise, its firmware.
     """
 
     model: str = Field(
         default="thesis", description="name of a shipped model, or path of a model file (relative to this file)"
     )
     seed: Annotated[int, Field(ge=0, lt=2**31)] = Field(default=1, description="seed of its noise")
+    firmware: FirmwareRun = Field(
+        default=FirmwareRun.VIRTUAL,
+        description="whose firmware answers: the virtual antenna's own, or the C device as a library (c), as machine "
+        "code (cortex-m) or as a board's image in an emulator (qemu)",
+    )
 
 
 class EmbeddedAntenna(Strict):

@@ -22,8 +22,7 @@ from gimbal_hil.runs import EventKind, RunHeader, RunWriter
 from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna
 from gimbal_hil.testing.assertions import Band, Judgement, MadeStep, Signal
 from gimbal_hil.testing.recorded import RecordedSignals
-from sim_backend.device import Device
-from sim_backend.firmware import FirmwareRun, run_firmware
+from sim_backend.firmware import close_firmware, run_firmware
 from sim_backend.model import model_named
 
 #: between two looks at a signal that is waited for
@@ -121,11 +120,9 @@ class AntennaOfTest(ABC):
 
 
 class LockstepAntennaOfTest(AntennaOfTest):
-    """An antenna in virtual time: the virtual one of the configuration, `device` in its place, or one that waits behind
-    the configuration's link.
-    """
+    """An antenna in virtual time: the virtual one of the configuration, or one that waits behind its link."""
 
-    def __init__(self, settings: DaemonSettings, folder: Path, device: Device | None = None) -> None:
+    def __init__(self, settings: DaemonSettings, folder: Path) -> None:
         link = settings.link
         embedded = link.embedded if isinstance(link, EmbeddedAntenna) else EmbeddedAntenna().embedded
         model = model_named(embedded.model)
@@ -135,13 +132,14 @@ class LockstepAntennaOfTest(AntennaOfTest):
         document = settings.model_dump(mode="json", by_alias=True)
         header = RunHeader(document, model.document, embedded.seed, period_ns, True, "test", settings.axis_names)
         self._writer = RunWriter(folder, header)
+        self._device = run_firmware(embedded.firmware, model, settings.rate_hz, embedded.seed)
         self._remote = None if isinstance(link, EmbeddedAntenna) else AntennaInStep(open_link(link))
         self._path = FramePath(
             settings,
             model,
             embedded.seed,
             exchange=self._writer.append_exchange,
-            device=device,
+            device=self._device,
             remote=self._remote,
         )
         self._keep(self._path.connect())
@@ -161,6 +159,7 @@ class LockstepAntennaOfTest(AntennaOfTest):
                 if self._host_state() in (HostState.IDLE, HostState.FAULT):
                     break
         self._writer.close()
+        close_firmware(self._device)
         if self._remote is not None:
             self._remote.close()
 
@@ -283,19 +282,13 @@ class DaemonAntennaOfTest(AntennaOfTest):
         time.sleep(_LOOK_S)
 
 
-def antenna_of(
-    settings: DaemonSettings, folder: Path, firmware: FirmwareRun | None = None, *, lockstep: bool = False
-) -> AntennaOfTest:
-    """The antenna that a configuration names: virtual, in virtual time, with the C device as its firmware where that is
-    wanted; or on its link, through a daemon, or in `lockstep` with an antenna that waits there.
+def antenna_of(settings: DaemonSettings, folder: Path, *, lockstep: bool = False) -> AntennaOfTest:
+    """The antenna that a configuration names: virtual, in virtual time; or on its link, through a daemon, or in
+    `lockstep` with an antenna that waits there.
     """
     if not isinstance(settings.link, EmbeddedAntenna) and lockstep:
         require_can_wait(settings.link)
         return LockstepAntennaOfTest(settings, folder)
     if not isinstance(settings.link, EmbeddedAntenna):
         return DaemonAntennaOfTest(settings, folder)
-    if firmware is None:
-        return LockstepAntennaOfTest(settings, folder)
-    embedded = settings.link.embedded
-    device = run_firmware(firmware, model_named(embedded.model), settings.rate_hz, embedded.seed)
-    return LockstepAntennaOfTest(settings, folder, device)
+    return LockstepAntennaOfTest(settings, folder)

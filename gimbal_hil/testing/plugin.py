@@ -21,7 +21,9 @@ _FIXTURE = "antenna"
 def pytest_addoption(parser: pytest.Parser) -> None:
     """The options; nothing changes for tests that do not use the fixtures."""
     group = parser.getgroup("gimbal", "a gimballed antenna (gimbal-hil)")
-    group.addoption("--gimbal-link", metavar="LINK", help="virtual (default), c, cortex-m, unix:PATH, serial:PORT, ...")
+    group.addoption(
+        "--gimbal-link", metavar="LINK", help="virtual (default), c, cortex-m, qemu, unix:PATH, serial:PORT, ..."
+    )
     group.addoption("--gimbal-lockstep", action="store_true", help="the antenna on the link waits, as plant --lockstep")
     group.addoption("--gimbal-config", metavar="FILE", help="configuration file; its link unless --gimbal-link")
     group.addoption("--gimbal-out", metavar="DIR", help="keep the run folder of each test below this folder")
@@ -37,9 +39,9 @@ def antenna(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[AntennaO
 
     try:
         file, link = request.config.getoption("--gimbal-config"), request.config.getoption("--gimbal-link")
-        settings, firmware = settings_on_link(Path(file) if file else None, link, "--gimbal-link")
+        settings = settings_on_link(Path(file) if file else None, link, "--gimbal-link")
         opened = antenna_of(
-            settings, _folder(request, tmp_path), firmware, lockstep=request.config.getoption("--gimbal-lockstep")
+            settings, _folder(request, tmp_path), lockstep=request.config.getoption("--gimbal-lockstep")
         )
     except GimbalHilError as error:
         pytest.fail(f"no antenna: {error}", pytrace=False)

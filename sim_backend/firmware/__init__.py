@@ -3,6 +3,7 @@ code of a microcontroller.
 """
 
 from sim_backend.firmware.antenna import FirmwareAntenna, LibraryAntenna, fill_settings
+from sim_backend.firmware.board import BoardAntenna, build_board
 from sim_backend.firmware.library import (
     DEVICE_SOURCES,
     PROTOCOL_FOLDER,
@@ -13,7 +14,7 @@ from sim_backend.firmware.library import (
     firmware_sources,
 )
 from sim_backend.firmware.machine import MachineAntenna, MachineImage, build_image
-from sim_backend.firmware.running import FirmwareRun, run_firmware
+from sim_backend.firmware.running import close_firmware, run_firmware
 from sim_backend.firmware.structures import HostBench, SmallBench
 
 __all__ = [
@@ -22,15 +23,17 @@ __all__ = [
     "SOURCE_FOLDER",
     "WARNINGS",
     "BenchLibrary",
+    "BoardAntenna",
     "FirmwareAntenna",
-    "FirmwareRun",
     "HostBench",
     "LibraryAntenna",
     "MachineAntenna",
     "MachineImage",
     "SmallBench",
+    "build_board",
     "build_image",
     "build_library",
+    "close_firmware",
     "fill_settings",
     "firmware_sources",
     "run_firmware",

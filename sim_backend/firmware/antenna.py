@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ctypes
 from abc import abstractmethod
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -48,6 +50,7 @@ class FirmwareAntenna(Device):
         self.electronics = self.drive
         self._wanted = np.zeros(AXES * WANTED_SIZE, dtype=np.int64)
         self._sensed = np.zeros(AXES * SENSED_SIZE + BASE_SIZE, dtype=np.int64)
+        self._compile()
 
     def tick(self, received: bytes = b"") -> bytes:
         """Take a block of frames, whatever is in it, go on by one tick, answer the block of this tick."""
@@ -71,7 +74,7 @@ class FirmwareAntenna(Device):
                 asked.shorted,
                 asked.brake_held,
             )
-        pass_tick(self.P, self.K, self.X, self.drive_words, self.mail, wanted, sensed)
+        self._advance_plant()
         values = sensed.tolist()
         for axis in range(AXES):
             sample, at = bench.samples[axis], SENSED_SIZE * axis
@@ -79,6 +82,22 @@ class FirmwareAntenna(Device):
             sample.valid = bool(values[at + 4])
         base = bench.base
         base.roll, base.pitch, base.yaw, base.p, base.q, base.r = values[AXES * SENSED_SIZE :]
+
+    def _advance_plant(self) -> None:
+        """One tick from `_wanted` to `_sensed`."""
+        pass_tick(self.P, self.K, self.X, self.drive_words, self.mail, self._wanted, self._sensed)
+
+    def _compile(self) -> None:
+        """Load what is compiled before anybody waits; nothing has happened yet."""
+        states = (self.X, self.drive_words, self.mail)
+        before = [state.copy() for state in states]
+        self._advance_plant()
+        for state, kept in zip(states, before, strict=True):
+            state[:] = kept
+        self._sensed[:] = 0
+
+    def close(self) -> None:
+        """Give back what the firmware runs on."""
 
     @property
     def torques_nm(self) -> tuple[float, ...]:
@@ -95,15 +114,22 @@ class FirmwareAntenna(Device):
 
     def set_supply(self, supply_v: float) -> None:
         """Let the supply have another voltage, as on a bench: below the firmware's least one the drive faults."""
-        state, self.drive = self.drive, self.electronics
-        super().set_supply(supply_v)
-        self.drive = state
+        with self._electronics_as_drive():
+            super().set_supply(supply_v)
 
     def spoil(self, axis: int, part: str, kind: Any, amount: int = 0) -> None:
         """Give an axis a fault of its `encoder`, `gyro` or `motor` from the next tick on, as on a bench."""
+        with self._electronics_as_drive():
+            super().spoil(axis, part, kind, amount)
+
+    @contextmanager
+    def _electronics_as_drive(self) -> Iterator[None]:
+        """What is done to the drive on a bench is done to its electronics, not to the state of the C device."""
         state, self.drive = self.drive, self.electronics
-        super().spoil(axis, part, kind, amount)
-        self.drive = state
+        try:
+            yield
+        finally:
+            self.drive = state
 
 
 class LibraryAntenna(FirmwareAntenna):

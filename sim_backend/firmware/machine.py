@@ -59,14 +59,15 @@ def build_image(folder: Path, changed: Mapping[str, str] | None = None, optimise
         (folder / file).write_text(text, encoding="utf-8")
     warnings = ["-w"] if changed else WARNINGS
     linked = ["-nostartfiles", f"-Wl,-Ttext={_FLASH:#x}", "-Wl,-egimbal_bench_tick"]
-    _run(folder, COMPILER, "-std=c11", optimise, *TARGET, *warnings, *linked, *SOURCES, "-o", "image.elf")
-    _run(folder, "arm-none-eabi-objcopy", "-O", "binary", "image.elf", "image.bin")
-    rows = [row.split() for row in _run(folder, "arm-none-eabi-nm", "image.elf").splitlines()]
+    run_tool(folder, COMPILER, "-std=c11", optimise, *TARGET, *warnings, *linked, *SOURCES, "-o", "image.elf")
+    run_tool(folder, "arm-none-eabi-objcopy", "-O", "binary", "image.elf", "image.bin")
+    rows = [row.split() for row in run_tool(folder, "arm-none-eabi-nm", "image.elf").splitlines()]
     functions = {row[2]: int(row[0], 16) for row in rows if len(row) == 3 and row[1] in "Tt"}
     return MachineImage((folder / "image.bin").read_bytes(), functions)
 
 
-def _run(folder: Path, *words: str) -> str:
+def run_tool(folder: Path, *words: str) -> str:
+    """Run a tool of the compiler in a folder; answers what it prints, BadInputError where it fails."""
     done = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
     if done.returncode:
         raise BadInputError(str(folder), f"{words[0]}: {done.stderr.strip()[:400]}", "C11 without a warning")

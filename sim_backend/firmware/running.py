@@ -1,31 +1,45 @@
-"""The C device by name: how it is run, for commands that take one in place of the virtual antenna's own firmware."""
+"""A virtual antenna with the firmware that is wanted."""
 
 from __future__ import annotations
 
 import tempfile
-from enum import Enum
+from functools import cache
 from pathlib import Path
 
+from sim_backend.device import Device
 from sim_backend.firmware.antenna import FirmwareAntenna, LibraryAntenna
+from sim_backend.firmware.board import BoardAntenna
 from sim_backend.firmware.library import BenchLibrary, build_library
-from sim_backend.firmware.machine import MachineAntenna, build_image
+from sim_backend.firmware.machine import MachineAntenna, MachineImage, build_image
+from sim_backend.firmware_run import FirmwareRun
 from sim_backend.model import AntennaModel
 
 
-class FirmwareRun(Enum):
-    """How the C device is run in this process."""
-
-    #: a library of this machine
-    LIBRARY = "c"
-    #: Cortex-M4 machine code in an emulator
-    MACHINE_CODE = "cortex-m"
-
-
-def run_firmware(how: FirmwareRun, model: AntennaModel, rate_hz: float, seed: int) -> FirmwareAntenna:
-    """Build the C device and put the plant of a model behind it; BadInputError where a compiler is missing."""
+@cache
+def _library() -> BenchLibrary:
+    # a library that is loaded needs its file no more
     with tempfile.TemporaryDirectory() as folder:
-        if how is FirmwareRun.LIBRARY:
-            # a library that is loaded needs its file no more
-            library = BenchLibrary(build_library(Path(folder)))
-            return LibraryAntenna(library, model, rate_hz=rate_hz, seed=seed)
-        return MachineAntenna(build_image(Path(folder)), model, rate_hz=rate_hz, seed=seed)
+        return BenchLibrary(build_library(Path(folder)))
+
+
+@cache
+def _image() -> MachineImage:
+    with tempfile.TemporaryDirectory() as folder:
+        return build_image(Path(folder))
+
+
+def run_firmware(how: FirmwareRun, model: AntennaModel, rate_hz: float, seed: int) -> Device:
+    """The plant of a model with this firmware before it, built first; BadInputError where a tool for it is missing."""
+    if how is FirmwareRun.VIRTUAL:
+        return Device(model, rate_hz=rate_hz, seed=seed)
+    if how is FirmwareRun.BOARD:
+        return BoardAntenna(model, rate_hz=rate_hz, seed=seed)
+    if how is FirmwareRun.LIBRARY:
+        return LibraryAntenna(_library(), model, rate_hz=rate_hz, seed=seed)
+    return MachineAntenna(_image(), model, rate_hz=rate_hz, seed=seed)
+
+
+def close_firmware(device: Device) -> None:
+    """Give back what the firmware of an antenna runs on."""
+    if isinstance(device, FirmwareAntenna):
+        device.close()

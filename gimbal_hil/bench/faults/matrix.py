@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from contextlib import closing
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -13,6 +14,7 @@ from gimbal_hil.bench.faults.rig import Rig, Transport
 from gimbal_hil.bench.faults.rows import SPEED_RAD_S, FaultRow, Motion
 from gimbal_hil.host import AxisCommand, HostState, Mode, Program, ReferenceOrigin, Segment, Shape, program_of
 from gimbal_hil.settings import DaemonSettings
+from sim_backend.firmware_run import FirmwareRun
 from sim_backend.model import AntennaModel
 
 #: how long an antenna is looked at after the fault, and how much faster it may get from one that changes nothing
@@ -47,18 +49,29 @@ def run_matrix(
     settings: DaemonSettings,
     model: AntennaModel,
     say: Callable[[str], None] = lambda name: None,
+    firmware: FirmwareRun = FirmwareRun.VIRTUAL,
 ) -> list[FaultOutcome]:
-    """Every row on every transport."""
+    """Every row on every transport, against this firmware."""
     found = []
     for row in rows:
         say(row.name)
-        found += [run_row(row, settings, model, transport) for transport in Transport]
+        found += [run_row(row, settings, model, transport, firmware) for transport in Transport]
     return found
 
 
-def run_row(row: FaultRow, settings: DaemonSettings, model: AntennaModel, transport: Transport) -> FaultOutcome:
+def run_row(
+    row: FaultRow,
+    settings: DaemonSettings,
+    model: AntennaModel,
+    transport: Transport,
+    firmware: FirmwareRun = FirmwareRun.VIRTUAL,
+) -> FaultOutcome:
     """One row: connect, move, fault, look."""
-    rig = Rig(settings, model, transport, seed=7)
+    with closing(Rig(settings, model, transport, 7, firmware)) as rig:
+        return _outcome(rig, row, settings, transport)
+
+
+def _outcome(rig: Rig, row: FaultRow, settings: DaemonSettings, transport: Transport) -> FaultOutcome:
     rig.advance(60)
     rig.host.command(_motion(row))
     rig.advance(round((0.3 if row.motion is Motion.REST else 0.8) * settings.rate_hz))

@@ -15,6 +15,8 @@ from gimbal_hil.bench.faults.rows import FaultRow, Trouble
 from gimbal_hil.host import Host, HostEvent
 from gimbal_hil.settings import DaemonSettings, host_configuration
 from sim_backend.device import Device
+from sim_backend.firmware import close_firmware, run_firmware
+from sim_backend.firmware_run import FirmwareRun
 from sim_backend.layout import TEMPERATURE
 from sim_backend.model import AntennaModel
 
@@ -64,14 +66,22 @@ def _open_adapter() -> SlcanDevice:
 class Rig:
     """One antenna, its host and their line."""
 
-    def __init__(self, settings: DaemonSettings, model: AntennaModel, transport: Transport, seed: int) -> None:
-        self.host, self.device = Host(host_configuration(settings)), Device(model, rate_hz=settings.rate_hz, seed=seed)
+    def __init__(
+        self,
+        settings: DaemonSettings,
+        model: AntennaModel,
+        transport: Transport,
+        seed: int,
+        firmware: FirmwareRun = FirmwareRun.VIRTUAL,
+    ) -> None:
+        self.host = Host(host_configuration(settings))
+        self._model, self._settings, self._seed, self._firmware = model, settings, seed, firmware
+        self.device = self._powered(seed)
         self.line, self.tick, self.step_ns = Line(transport), 0, round(1e9 / settings.rate_hz)
         self.events: list[HostEvent] = []
         self.host_speaks, self.set_points_pass, self.antenna_heard = True, True, True
         self.change: Change | None = None
         self._answer = b""
-        self._model, self._settings, self._seed = model, settings, seed
 
     def advance(self, ticks: int) -> np.ndarray:
         """Run; answers the true joint positions and rates after each tick, (ticks, 4)."""
@@ -106,8 +116,16 @@ class Rig:
     def restart_antenna(self) -> None:
         """Its electronics begin anew; the mechanics go on as they moved."""
         before = self.device
-        self.device = Device(self._model, rate_hz=self._settings.rate_hz, seed=self._seed + 1)
+        self.device = self._powered(self._seed + 1)
         self.device.X[:] = before.X
+        close_firmware(before)
+
+    def close(self) -> None:
+        """Give back what the firmware runs on."""
+        close_firmware(self.device)
+
+    def _powered(self, seed: int) -> Device:
+        return run_firmware(self._firmware, self._model, self._settings.rate_hz, seed)
 
 
 def _without(block: bytes, name: str) -> bytes:
