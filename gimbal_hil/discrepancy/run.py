@@ -12,11 +12,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from firmware_protocol.errors import BadInputError
 from gimbal_hil.discrepancy.deciding import Decision, Told, decide
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, shared, stands_out
 from gimbal_hil.discrepancy.measured_torque import with_measured_torque
 from gimbal_hil.discrepancy.policy import Policy
 from gimbal_hil.discrepancy.prepare import Noise, as_stated, effect_names, prepared, recalibrated
+from gimbal_hil.discrepancy.row_noise import moves
 from gimbal_hil.discrepancy.search import Path, explain
 from gimbal_hil.executor import WorkExecutor, open_executor
 from gimbal_hil.signals import SignalsTable
@@ -85,6 +87,9 @@ def diagnose(
 
 def _diagnose(request: Request, executor: WorkExecutor, progress: Callable[[str], None]) -> Result:
     measured, holdout, suspected_only = with_hold_out(request.measured, request.holdout)
+    if not any(moves(table, axis, request.model) for table in holdout for axis in request.model.axes):
+        where = holdout[0].source or "the hold-out"
+        raise BadInputError(where, "stands still where it judges", "a log of another trajectory (--holdout) that moves")
     names = effect_names(request.only, request.without)
     inquiry, noise = prepared(
         request.model, measured, holdout, request.band_hz, names, request.policy, executor, progress

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.discrepancy import Request, diagnose
 from gimbal_hil.discrepancy.evidence import transmitted
 from gimbal_hil.discrepancy.floors import repeat_floor, spectral_floor, wide_twin
 from gimbal_hil.discrepancy.intervals import number_intervals
@@ -115,6 +117,14 @@ def test_an_encoder_that_flickers_on_a_joint_that_stands_narrows_nobodys_band() 
     moving = np.array([moves(log, axis, model) for axis in model.axes])
     assert list(moving) == [True, False]
     assert useful_band(twin_of(model, log), 25.0, moving) == 25.0
+
+
+def test_a_log_that_rests_where_it_judges_is_refused() -> None:
+    t, torque, position = swing()
+    rest = t > 5.0
+    torque, position = np.where(rest, 0.0, torque), np.where(rest, position[np.argmax(rest)], position)
+    with pytest.raises(BadInputError, match="stands still where it judges"):
+        diagnose(Request(arm(), (table({"pan.torque": torque, "pan.position": position}, t),)))
 
 
 def test_of_an_axis_that_is_not_driven_nothing_is_cut_off() -> None:
