@@ -53,6 +53,7 @@ FLOORS = (
     "tuning",
     "thesis",
     "arena",
+    "pointing",
     "discrepancy",
     "improvement",
     "demo",

@@ -1,7 +1,8 @@
 """Controllers beside each other: scenarios x antennas x controllers x seeds, judged by where it truly looks."""
 
 from gimbal_hil.arena.arena import ArenaResult, Entrant, Spread, entrants, run_arena
-from gimbal_hil.arena.base_motions import Manoeuvre, Swing, Turbulence
+from gimbal_hil.arena.base_motions import ROW_HZ as MOTION_ROW_HZ
+from gimbal_hil.arena.base_motions import AircraftMotion, Manoeuvre, Swing, Turbulence
 from gimbal_hil.arena.controllers import CONTROLLERS, controller_settings
 from gimbal_hil.arena.page import arena_blocks, arena_text
 from gimbal_hil.arena.paid import BEFORE, FIRST, IMPROVED, Paid, changed_parts, paid_blocks, paid_text, what_paid
@@ -14,6 +15,8 @@ __all__ = [
     "CONTROLLERS",
     "FIRST",
     "IMPROVED",
+    "MOTION_ROW_HZ",
+    "AircraftMotion",
     "ArenaResult",
     "Entrant",
     "Manoeuvre",

@@ -43,6 +43,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "experiment",
         "Run a sequence: step, sliding, presliding, gravity_map, sweep, base_motion, thesis or a plan file.",
     ),
+    "point": ("point", "Hold a direction in space, a satellite or a list of directions from a moving base."),
     "identify": ("identify", "Friction parameters with confidence intervals, into a new model file."),
     "discrepancy": (
         "discrepancy",
@@ -71,6 +72,7 @@ COMPILING = frozenset(
         "daemon",
         "plant",
         "experiment",
+        "point",
         "identify",
         "discrepancy",
         "improve",

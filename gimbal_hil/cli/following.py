@@ -151,6 +151,16 @@ def after_effects(shown: str | None, sequence: str | None) -> str:
     return command_line("experiment", sequence or "survey")
 
 
+def after_point(folder: Path, run: Path | None) -> str:
+    """The proof that the log is what it says; a daemon's goes on, and is looked at."""
+    return command_line("replay", folder) if run is None else command_line("watch", run)
+
+
+def after_stow(run: Path) -> str:
+    """The daemon is not needed any more."""
+    return command_line("shut-down", run=run)
+
+
 def after_doctor(config: Path | None, holds: bool) -> str:
     """The daemon, in virtual time where this machine cannot hold real time."""
     return command_line("daemon", *([] if holds else ["--lockstep"]), config=config, duration=10)

@@ -45,6 +45,10 @@ def command(
         typer.Option("--lockstep", help="Time goes on when a host in lockstep says so, and stands still otherwise."),
     ] = False,
     duration: Annotated[float | None, typer.Option(help="Seconds to serve; without it until stopped.", min=0.0)] = None,
+    base: Annotated[
+        str | None,
+        typer.Option(help="Motion of its base: turbulence, severe_turbulence, manoeuvre, swing, or a CSV file."),
+    ] = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the sensor noise.", min=0, max=2**31 - 1)] = None,
     ready_file: Annotated[
         Path | None, typer.Option(help="Write the path to connect to into this file once it can be connected to.")
@@ -70,7 +74,7 @@ def command(
     from sim_backend.server import DeviceServer, LockstepServer, join_bus, open_outlet
 
     settings = load_settings(config) if config else shipped_settings()
-    antenna, noise_seed, firmware = _antenna_of(settings, model, seed)
+    antenna, noise_seed, firmware = _antenna_of(settings, model, base, seed)
     if link is None and isinstance(settings.link, AdapterLinkConfig):
         from gimbal_hil.cli.plant_drives import serve_drives
 
@@ -134,13 +138,30 @@ def _serve(server: Server, duration_s: float | None, lockstep: bool) -> None:
         server.serve(None if duration_s is None else round(duration_s * 1e9))
 
 
-def _antenna_of(settings: DaemonSettings, model: str | None, seed: int | None) -> tuple[AntennaModel, int, FirmwareRun]:
-    """Model, seed and firmware: the command line's, else the configuration's, else the shipped ones."""
+def _antenna_of(
+    settings: DaemonSettings, model: str | None, base: str | None, seed: int | None
+) -> tuple[AntennaModel, int, FirmwareRun]:
+    """Model, on a base that moves as it is said, seed and firmware: the command line's, else the configuration's, else
+    the shipped ones.
+    """
     from gimbal_hil.settings import EmbeddedAntenna
     from sim_backend.model import model_named
 
     embedded = settings.link.embedded if isinstance(settings.link, EmbeddedAntenna) else EmbeddedAntenna().embedded
-    return model_named(model or embedded.model), embedded.seed if seed is None else seed, embedded.firmware
+    antenna, noise_seed = model_named(model or embedded.model), embedded.seed if seed is None else seed
+    return antenna if base is None else _moved(antenna, base, noise_seed), noise_seed, embedded.firmware
+
+
+def _moved(antenna: AntennaModel, base: str, seed: int) -> AntennaModel:
+    """The antenna on a base that moves; a motion by name is a file that goes with this process."""
+    import atexit
+    import tempfile
+
+    from gimbal_hil.pointing import BASE_S, moved
+
+    folder = tempfile.TemporaryDirectory()
+    atexit.register(folder.cleanup)
+    return moved(antenna, base, BASE_S, seed, Path(folder.name))
 
 
 def _place_of(settings: DaemonSettings, link: str | None, where: str) -> tuple[OutletKind, Path | None] | CanLinkConfig:

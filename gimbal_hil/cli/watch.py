@@ -121,6 +121,9 @@ def status_lines(answer: dict[str, Any]) -> list[str]:
             f"{axis:<12} {status['mode'][axis]:<14} {_number(position, 'rad')} {bar} {_number(rate, 'rad/s')} "
             f"{_number(torque, 'N m')}"
         )
+    pointing = status.get("pointing") or {}
+    if pointing.get("state", "off") != "off":
+        lines.append(f"pointing: {pointing['state']}, {'muted' if pointing['muted'] else 'not muted'}")
     lines += _model_lines(status.get("observer") or {})
     if status.get("adjusted"):
         lines.append("not as configured: " + ", ".join(status["adjusted"]))

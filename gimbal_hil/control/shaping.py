@@ -58,7 +58,10 @@ def shape_position(
     # the slope's own jump (a ramp begins) is a motion to catch up with, as well
     H[h + TO_COME_RATE] += _slope_jump(slope - H[h + ASKED_SLOPE], most * step_s)
     before, coming = H[h + SHAPED_RATE], H[h + TO_COME_RATE]
-    H[h + TO_COME_RATE] = -_closing(H[h + TO_COME], -H[h + TO_COME_RATE], step_s, corner, most, C[c + PREFILTER_RATE])
+    fastest = C[c + PREFILTER_RATE]
+    closing = _closing(H[h + TO_COME], -H[h + TO_COME_RATE], step_s, corner, most, fastest)
+    # both together within the rate too: what the reference moves by itself is not there for the gap
+    H[h + TO_COME_RATE] = -(closing if slope == 0.0 else _left_of_rate(closing, slope, fastest))
     H[h + TO_COME] += H[h + TO_COME_RATE] * step_s
     H[h + ASKED], H[h + ASKED_SLOPE] = asked, slope
     H[h + SHAPED_POSITION], H[h + SHAPED_RATE] = asked - H[h + TO_COME], slope - H[h + TO_COME_RATE]
@@ -73,6 +76,14 @@ def shape_position(
 def _slope_jump(change: float, most: float) -> float:
     """Change of a slope (rad/s) that no motion within the acceleration limit makes in a tick; else nothing."""
     return change if abs(change) > _SAMPLING * most else 0.0
+
+
+@compiled
+def _left_of_rate(closing: float, slope: float, fastest: float) -> float:
+    """A closing rate (rad/s) with which a reference that moves by itself stays within its rate; one that is too fast
+    already is followed and no gap closed in its direction.
+    """
+    return clamp(closing, min(0.0, -fastest - slope), max(0.0, fastest - slope))
 
 
 @compiled

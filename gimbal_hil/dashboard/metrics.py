@@ -58,6 +58,8 @@ class _Collector:
             for state in kind:
                 family.add_metric([state.name.lower()], float(state.name.lower() == now))
             yield family
+        muted = float(status["pointing"]["muted"])
+        yield GaugeMetricFamily("gimbal_pointing_muted", "1 unless the antenna looks where it should.", value=muted)
         yield from _lamps(view)
         for key in ("position_rad", "rate_rad_s", "torque_nm"):
             family = GaugeMetricFamily(f"gimbal_{key}", "Last measured value (torque: commanded).", labels=["axis"])

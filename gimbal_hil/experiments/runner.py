@@ -22,7 +22,7 @@ from gimbal_hil.experiments.antenna import AntennaUnderTest, Followed
 from gimbal_hil.experiments.checkpoint import Checkpoint, read_checkpoint, remove_checkpoint, write_checkpoint
 from gimbal_hil.experiments.experiment import Experiment, Row, Signals, Step, move_to
 from gimbal_hil.experiments.step_signals import STEPS_FOLDER, write_step_signals
-from gimbal_hil.host import EventCode, Segment
+from gimbal_hil.host import EventCode, Segment, word_of
 from gimbal_hil.runs import EventKind, RunHeader, RunWriter, StepPurpose
 
 #: the way back to the safe pose may take so long
@@ -176,7 +176,8 @@ class _Session:
             )
         for event in followed.events:
             kind = EventKind.STATE if event.code is EventCode.STATE else EventKind.NOTE
-            writer.event(event.tick, 0, kind, event.text, {})
+            told = {"code": word_of(event.code), **event.data} if event.code is EventCode.POINTING else {}
+            writer.event(event.tick, 0, kind, event.text, told)
         if self.experiment.every == 1:
             writer.append_frames(followed.frames)
             writer.append_ticks(followed.rows)

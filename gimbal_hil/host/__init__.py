@@ -16,6 +16,7 @@ from gimbal_hil.host.states import (
     HostCause,
     HostState,
     LinkStatus,
+    PointingState,
     ReferenceOrigin,
     Shape,
 )
@@ -48,6 +49,7 @@ __all__ = [
     "HostState",
     "LinkStatus",
     "Mode",
+    "PointingState",
     "Program",
     "ReferenceOrigin",
     "Segment",

@@ -60,6 +60,7 @@ from gimbal_hil.host.layout import (
     TORQUE_STEP,
 )
 from gimbal_hil.host.limits import fault_of, forget_counts, report_beyond_limits, stop_cause
+from gimbal_hil.host.pointing import carry_attitude, has_coasted, is_pointing, judge_pointing
 from gimbal_hil.host.reactions import stop_kind
 from gimbal_hil.host.reception import receive
 from gimbal_hil.host.states import NOTHING, EventCode, HostCause, HostState, LinkStatus, number
@@ -81,6 +82,7 @@ _STOP_TIMEOUT, _SET_POINT_LOST, _NOT_A_NUMBER = (
     number(HostCause.SET_POINT_LOST),
     number(HostCause.NOT_A_NUMBER),
 )
+_ATTITUDE_LOST = number(HostCause.ATTITUDE_LOST)
 _WRONG_ANTENNA, _FIRST_TEST = number(HostCause.WRONG_ANTENNA), number(HostCause.FIRST_TEST)
 _GUARD, _OPERATOR, _REPLACED = number(HostCause.GUARD), number(HostCause.OPERATOR), number(HostCause.REPLACED)
 _TRIPPED, _COMMAND_REFUSED = number(EventCode.TRIPPED), number(EventCode.COMMAND_REFUSED)
@@ -102,6 +104,7 @@ def host_tick(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray, pla
     G[SKIPPED] = min(max(tick - G[LAST_TICK] - 1, 0), _MOST_SKIPPED) if G[LAST_TICK] >= 0 else 0
     G[LAST_TICK] = tick
     receive(mail, H, G, C)
+    carry_attitude(H, G, C)
     G[STATE_AGE] += 1
     _take_requests(G)
     _supervise(H, G, C)
@@ -116,6 +119,7 @@ def host_tick(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray, pla
         let_go(H, G)
     _send_set_point(mail, H, G, tick)
     send_control(mail, G, C)
+    judge_pointing(H, G, C, plan)
     if G[STATE] == _ACTIVE:
         _end_of_tick(H, G, plan)
 
@@ -247,6 +251,8 @@ def _act(H: np.ndarray, G: np.ndarray, C: np.ndarray, plan: np.ndarray) -> None:
         start_segment(G[SEGMENT] + 1, H, G, plan)
     if G[SEGMENT_RUNS] == 1 and guard_trips(H, G, plan):
         _begin_stopping(G, _GUARD)
+    elif is_pointing(G, plan) and has_coasted(G, C):
+        _begin_stopping(G, _ATTITUDE_LOST)
     else:
         follow(H, G, C, plan)
 

@@ -20,6 +20,9 @@ from gimbal_hil.host.layout import (
     BASE_NOW,
     BASE_RATES,
     BASE_TURNING,
+    CARRIED,
+    CARRIED_ANGLES,
+    CARRIED_RATES,
     EXTRAPOLATES_BASE,
 )
 
@@ -32,11 +35,11 @@ _MOST_AGE_S = 0.1
 
 
 @compiled
-def joints_towards(
+def direction_now(
     azimuth: float, elevation: float, azimuth_rate: float, elevation_rate: float, H: np.ndarray, C: np.ndarray
-) -> tuple[Vector, Vector]:
-    """Position (rad), rate and acceleration of the outer and the inner joint that look in a direction in space (rad,
-    rad/s), from the base as last told, or as it is now.
+) -> tuple[Vector, Vector, Vector]:
+    """A direction in space (rad, rad/s) in base axes, and its first two derivatives there: from the base as last told,
+    or as it is now.
     """
     (sa, ca), (se, ce) = sine_cosine(azimuth), sine_cosine(elevation)
     towards = (ce * ca, ce * sa, -se)
@@ -45,9 +48,13 @@ def joints_towards(
         azimuth_rate * ce * ca - elevation_rate * se * sa,
         -elevation_rate * ce,
     )
-    d, moved = _in_base(towards, H), _in_base(own, H)
-    w, turning = (H[BASE_RATES], H[BASE_RATES + 1], H[BASE_RATES + 2]), (0.0, 0.0, 0.0)
-    if C[EXTRAPOLATES_BASE] > 0.0:
+    if H[CARRIED] > 0.0:
+        angles, rates = CARRIED_ANGLES, CARRIED_RATES
+    else:
+        angles, rates = BASE_ANGLES, BASE_RATES
+    d, moved = _in_base(towards, H, angles), _in_base(own, H, angles)
+    w, turning = (H[rates], H[rates + 1], H[rates + 2]), (0.0, 0.0, 0.0)
+    if C[EXTRAPOLATES_BASE] > 0.0 and H[CARRIED] == 0.0:
         age = min(H[ATTITUDE_AGE_S], _MOST_AGE_S)
         w = (H[BASE_NOW], H[BASE_NOW + 1], H[BASE_NOW + 2])
         turning = (H[BASE_TURNING], H[BASE_TURNING + 1], H[BASE_TURNING + 2])
@@ -57,8 +64,18 @@ def joints_towards(
     rate = (moved[0] - carried[0], moved[1] - carried[1], moved[2] - carried[2])
     # d'' = -w' x d - w x d' - w x (own motion), the last as the rotating axes see it
     a, b, c = _cross(turning, d), _cross(w, rate), _cross(w, moved)
-    curve = (-a[0] - b[0] - c[0], -a[1] - b[1] - c[1], -a[2] - b[2] - c[2])
-    return _joints(d, rate, curve)
+    return d, rate, (-a[0] - b[0] - c[0], -a[1] - b[1] - c[1], -a[2] - b[2] - c[2])
+
+
+@compiled
+def joints_towards(
+    azimuth: float, elevation: float, azimuth_rate: float, elevation_rate: float, H: np.ndarray, C: np.ndarray
+) -> tuple[Vector, Vector]:
+    """Position (rad), rate and acceleration of the outer and the inner joint that look in a direction in space (rad,
+    rad/s).
+    """
+    d, rate, curve = direction_now(azimuth, elevation, azimuth_rate, elevation_rate, H, C)
+    return joints_of(d, rate, curve)
 
 
 @compiled
@@ -75,8 +92,8 @@ def nearest_turn(azimuth: float, before: float, low: float, high: float) -> floa
 
 
 @compiled
-def _joints(d: Vector, rate: Vector, curve: Vector) -> tuple[Vector, Vector]:
-    """Both joints from a direction in base axes and its two derivatives."""
+def joints_of(d: Vector, rate: Vector, curve: Vector) -> tuple[Vector, Vector]:
+    """Both joints (rad, rad/s, rad/s^2) from a direction in base axes and its two derivatives."""
     level = math.sqrt(d[0] * d[0] + d[1] * d[1])
     azimuth, elevation = math.atan2(d[1], d[0]), math.atan2(-d[2], level)
     if level < _KEYHOLE:
@@ -91,12 +108,26 @@ def _joints(d: Vector, rate: Vector, curve: Vector) -> tuple[Vector, Vector]:
 
 
 @compiled
-def _in_base(x: Vector, H: np.ndarray) -> Vector:
-    """An earth vector in the axes of the base as last told: Rx(roll)^T Ry(pitch)^T Rz(yaw)^T."""
+def looks_along(outer: float, inner: float) -> Vector:
+    """Direction in base axes in which the antenna looks at joint positions (rad)."""
+    (sa, ca), (se, ce) = sine_cosine(outer), sine_cosine(inner)
+    return ce * ca, ce * sa, -se
+
+
+@compiled
+def angle_between(a: Vector, b: Vector) -> float:
+    """Angle (rad) between two unit vectors, exact for small ones too."""
+    c = _cross(a, b)
+    return math.atan2(math.sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2]), a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+@compiled
+def _in_base(x: Vector, H: np.ndarray, angles: int) -> Vector:
+    """An earth vector in the axes of the base with the attitude at `angles`: Rx(roll)^T Ry(pitch)^T Rz(yaw)^T."""
     (sr, cr), (sp, cp), (sy, cy) = (
-        sine_cosine(H[BASE_ANGLES]),
-        sine_cosine(H[BASE_ANGLES + 1]),
-        sine_cosine(H[BASE_ANGLES + 2]),
+        sine_cosine(H[angles]),
+        sine_cosine(H[angles + 1]),
+        sine_cosine(H[angles + 2]),
     )
     x1, y1 = cy * x[0] + sy * x[1], cy * x[1] - sy * x[0]
     x2, z2 = cp * x1 - sp * x[2], sp * x1 + cp * x[2]

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 
 from firmware_protocol.enumerations import DriveState, FaultCode
-from gimbal_hil.host.states import EventCode, HostCause, HostState, LinkStatus, ModelNews, Refusal
+from gimbal_hil.host.states import EventCode, HostCause, HostState, LinkStatus, ModelNews, PointingState, Refusal
 
 
 def word_of(state: IntEnum) -> str:
@@ -84,6 +85,10 @@ def host_event(axes: Sequence[str], tick: int, code: int, first: int, second: in
             f"{axes[first]}: {_MODEL_NEWS[ModelNews(second)]}",
             {"axis": axes[first], "news": _name(ModelNews, second)},
         )
+    if kind is EventCode.POINTING:
+        how, muted, error_deg = _name(PointingState, first), bool(second), round(math.degrees(third * 1e-6), 3)
+        text = f"{how}, {'muted' if muted else 'not muted'}, {error_deg:g} deg off"
+        return HostEvent(tick, kind, text, {"state": how, "muted": muted, "error_rad": third * 1e-6})
     return HostEvent(tick, kind, "base motion heard" if first else "base motion lost", {"heard": bool(first)})
 
 

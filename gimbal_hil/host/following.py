@@ -9,8 +9,9 @@ import numpy as np
 from firmware_protocol.compiling import compiled
 from gimbal_hil.control import clamp
 from gimbal_hil.control.layout import PREFILTER_RATE, RATE_REFERENCE_LIMIT, TORQUE, Mode
-from gimbal_hil.host.direction import joints_towards, nearest_turn
+from gimbal_hil.host.direction import angle_between, direction_now, joints_of, looks_along, nearest_turn
 from gimbal_hil.host.event_ring import report
+from gimbal_hil.host.keyhole import elevation_beside, planned_azimuth
 from gimbal_hil.host.layout import (
     AFTERWARDS,
     AXES,
@@ -36,12 +37,14 @@ from gimbal_hil.host.layout import (
     GUARD_LOW,
     GUARD_RATE,
     GUARD_TORQUE,
+    KEYHOLE_SIDE,
     LAST_TICK,
     MEASURED_POSITION,
     MEASURED_RATE,
     MODE,
     ORIGIN,
     PLAN_LENGTH,
+    POINTING_ERROR,
     POSITION_HIGH,
     POSITION_LOW,
     REFERENCE,
@@ -58,16 +61,21 @@ from gimbal_hil.host.layout import (
     START_VALUE,
     STEP_S,
     SWITCH_OFF,
+    TOWARDS,
+    TOWARDS_RATES,
     WRAP_HIGH,
     WRAP_LOW,
 )
 from gimbal_hil.host.limits import joint_rate
-from gimbal_hil.host.references import reference_at
-from gimbal_hil.host.states import NOTHING, EndKind, EventCode, HostCause, ReferenceOrigin, number
+from gimbal_hil.host.references import reference_at, reference_time
+from gimbal_hil.host.states import NOTHING, EndKind, EventCode, HostCause, ReferenceOrigin, Shape, number
 
 _OFF, _TORQUE, _RATE, _POSITION = number(Mode.OFF), number(Mode.TORQUE), number(Mode.RATE), number(Mode.POSITION)
 _INERTIAL_RATE, _POINTING = number(Mode.INERTIAL_RATE), number(Mode.POINTING)
-_START = number(ReferenceOrigin.START)
+_START, _TIMETABLE = number(ReferenceOrigin.START), number(Shape.TIMETABLE)
+_TWO_PI = 2.0 * math.pi
+#: what a base that turns is left of the cable at either end of a planned way (rad)
+_CABLE_LEFT = 0.5
 _NO_END, _RATE_ABOVE, _RATE_BELOW = number(EndKind.NONE), number(EndKind.RATE_ABOVE), number(EndKind.RATE_BELOW)
 _POSITION_ABOVE, _POSITION_BELOW = number(EndKind.POSITION_ABOVE), number(EndKind.POSITION_BELOW)
 _SEGMENT_STARTED, _SEGMENT_ENDED = number(EventCode.SEGMENT_STARTED), number(EventCode.SEGMENT_ENDED)
@@ -126,10 +134,9 @@ def wanted_mode(G: np.ndarray, plan: np.ndarray, axis: int) -> int:
 @compiled
 def set_references(H: np.ndarray, G: np.ndarray, C: np.ndarray, plan: np.ndarray) -> None:
     """Reference and slope of each axis at this tick; after the end a position is held and everything else is zero."""
-    time_s = (G[LAST_TICK] - G[SEGMENT_START]) * C[STEP_S]
     first = G[SEGMENT] * SEGMENT_SIZE + AXIS_SEGMENT
     if G[SEGMENT_RUNS] == 1 and int(plan[first + SEGMENT_MODE]) == _POINTING:
-        _set_direction(H, G, C, plan, first, time_s)
+        _set_direction(H, G, C, plan, first)
         return
     for axis in range(AXES):
         h, c = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE
@@ -137,9 +144,7 @@ def set_references(H: np.ndarray, G: np.ndarray, C: np.ndarray, plan: np.ndarray
         mode = wanted_mode(G, plan, axis)
         if G[SEGMENT_RUNS] == 1:
             origin = H[h + START_VALUE] if int(plan[s + ORIGIN]) == _START else 0.0
-            value, slope = reference_at(
-                int(plan[s + SHAPE]), plan, s + SHAPE_PARAMETERS, origin, H[h + START_VALUE], time_s
-            )
+            value, slope = _asked(G, C, plan, s, origin, H[h + START_VALUE])
         else:
             value, slope = (H[h + REFERENCE] if mode == _POSITION else 0.0), 0.0
         if mode == _POSITION:
@@ -152,32 +157,79 @@ def set_references(H: np.ndarray, G: np.ndarray, C: np.ndarray, plan: np.ndarray
 @compiled
 def _within_limits(position: float, C: np.ndarray, c: int) -> float:
     """A joint position (rad) held within soft travel and cable."""
-    return clamp(position, max(C[c + POSITION_LOW], C[c + WRAP_LOW]), min(C[c + POSITION_HIGH], C[c + WRAP_HIGH]))
+    low, high = _travel(C, c)
+    return clamp(position, low, high)
 
 
 @compiled
-def _set_direction(H: np.ndarray, G: np.ndarray, C: np.ndarray, plan: np.ndarray, first: int, time_s: float) -> None:
+def _travel(C: np.ndarray, c: int) -> tuple[float, float]:
+    """Least and largest joint position (rad) that soft travel and cable allow."""
+    return max(C[c + POSITION_LOW], C[c + WRAP_LOW]), min(C[c + POSITION_HIGH], C[c + WRAP_HIGH])
+
+
+@compiled
+def _asked(G: np.ndarray, C: np.ndarray, plan: np.ndarray, s: int, origin: float, start: float) -> tuple[float, float]:
+    """Value and slope that the axis' block at `s` of the segment in force asks for at this tick."""
+    shape, p = int(plan[s + SHAPE]), s + SHAPE_PARAMETERS
+    time_s = reference_time(shape, plan, p, G[LAST_TICK], G[SEGMENT_START], C[STEP_S])
+    return reference_at(shape, plan, p, origin, start, time_s)
+
+
+@compiled
+def _set_direction(H: np.ndarray, G: np.ndarray, C: np.ndarray, plan: np.ndarray, first: int) -> None:
     """References of both joints that look in a direction in space: azimuth and elevation of the two axes' shapes."""
-    second = first + AXIS_SEGMENT_SIZE
-    azimuth, azimuth_rate = reference_at(int(plan[first + SHAPE]), plan, first + SHAPE_PARAMETERS, 0.0, 0.0, time_s)
-    elevation, elevation_rate = reference_at(
-        int(plan[second + SHAPE]), plan, second + SHAPE_PARAMETERS, 0.0, 0.0, time_s
-    )
-    outer, inner = joints_towards(azimuth, elevation, azimuth_rate, elevation_rate, H, C)
+    azimuth, azimuth_rate = _asked(G, C, plan, first, 0.0, 0.0)
+    elevation, elevation_rate = _asked(G, C, plan, first + AXIS_SEGMENT_SIZE, 0.0, 0.0)
+    d, rate, curve = direction_now(azimuth, elevation, azimuth_rate, elevation_rate, H, C)
+    outer, inner = joints_of(d, rate, curve)
+    stands = H[AXIS_H + MEASURED_POSITION]
+    H[POINTING_ERROR] = angle_between(d, looks_along(stands, H[AXIS_H + AXIS_H_SIZE + MEASURED_POSITION]))
+    H[TOWARDS_RATES], H[TOWARDS_RATES + 1], H[TOWARDS + 1] = outer[1], inner[1], inner[0]
+    before = H[AXIS_H + REFERENCE] if G[AXIS_G + MODE] == _POSITION else stands
+    low, high = _travel(C, AXIS_C)
+    if G[LAST_TICK] == G[SEGMENT_START] and int(plan[first + SHAPE]) == _TIMETABLE:
+        before = _turn_for_all(plan, first + SHAPE_PARAMETERS, azimuth, outer[0], stands, low, high)
+    H[TOWARDS] = nearest_turn(outer[0], before, low, high)
+    planned, azimuth_plan = planned_azimuth(d, rate, stands, H, C)
+    if planned:
+        outer = azimuth_plan
+    if H[KEYHOLE_SIDE] != 0.0:
+        inner = elevation_beside(d, rate, stands, joint_rate(H, 0))
     for axis in range(AXES):
         h, c = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE
-        value, slope, curve = inner if axis else outer
+        value, slope, curved = inner if axis else outer
         if axis == 0:
-            before = H[h + REFERENCE] if G[AXIS_G + MODE] == _POSITION else H[h + MEASURED_POSITION]
-            low, high = max(C[c + POSITION_LOW], C[c + WRAP_LOW]), min(C[c + POSITION_HIGH], C[c + WRAP_HIGH])
             value = nearest_turn(value, before, low, high)
         held = _within_limits(value, C, c)
         if held != value:
-            value, slope, curve = held, 0.0, 0.0
+            value, slope, curved = held, 0.0, 0.0
         if abs(slope) > C[c + RATE_REFERENCE_LIMIT] or abs(slope) > C[c + PREFILTER_RATE] > 0.0:
             # near the zenith: faster than the joint may go, so it comes after as if by steps
-            slope, curve = 0.0, math.nan
-        H[h + REFERENCE], H[h + SLOPE], H[h + CURVE] = value, slope, curve
+            slope, curved = 0.0, math.nan
+        H[h + REFERENCE], H[h + SLOPE], H[h + CURVE] = value, slope, curved
+
+
+@compiled
+def _turn_for_all(
+    plan: np.ndarray, p: int, azimuth: float, joint: float, stands: float, low: float, high: float
+) -> float:
+    """Outer position (rad) to begin a timetable at, so that the cable lets the joint follow all of it: on the turn
+    where it `stands` if that does, else on the one that has the whole way nearest to the middle of the cable.
+
+    `joint` is where the joint looks at the table's `azimuth` of now: both differ by the heading.
+    """
+    least, most, scale = math.inf, -math.inf, plan[p + 3]
+    for row in range(int(plan[p + 1])):
+        value = scale * plan[int(plan[p]) + row]
+        least, most = min(least, value), max(most, value)
+    here = nearest_turn(joint, stands, low, high)
+    # without an end there is nothing to plan
+    if math.isinf(low) or math.isinf(high):
+        return here
+    if here + least - azimuth >= low + _CABLE_LEFT and here + most - azimuth <= high - _CABLE_LEFT:
+        return here
+    middle = 0.5 * (low + high) - 0.5 * (least + most) + azimuth
+    return joint + _TWO_PI * math.floor((middle - joint) / _TWO_PI + 0.5)
 
 
 @compiled

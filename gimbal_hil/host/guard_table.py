@@ -133,6 +133,13 @@ HOST_GUARDS = (
         "tests/host/test_first_test.py",
     ),
     HostGuard(
+        HostCause.ATTITUDE_LOST,
+        "mode `pointing` without attitude for 0.1 s and `pointing.coast_time_s`",
+        "the next command",
+        "tests/host/test_pointing.py",
+        "muted, brakes under control",
+    ),
+    HostGuard(
         HostCause.GUARD, "a segment's own bounds", "the next command", _HOST, "brakes under control, program ends"
     ),
 )

@@ -35,8 +35,11 @@ LATE_S, EXPECTS_WEIGHT = 22, 23
 EXTRAPOLATES_BASE, FEEDS_BODIES = 24, 25
 #: the model's bodies: parameters of the plant up to the outer tensor, at their own offsets, then `body_numbers`
 MODEL_TENSOR, MODEL_BODY = 26, 36
+#: a direction in space: error (rad) beyond which it is muted and below which no longer; ticks without a sample after
+#: which it is muted, ticks without attitude that the gyros hold it
+MUTE_BEYOND, MUTE_BELOW, MUTE_TICKS, COAST_TICKS = 48, 49, 50, 51
 #: one block per axis: the control law's parameters, then the supervisor's limits
-AXIS_C = 48
+AXIS_C = 52
 (
     POSITION_LOW,  # soft limits of the joint (rad), -inf and inf without
     POSITION_HIGH,
@@ -69,8 +72,15 @@ BASE_GRAVITY = 9
 BASE_NOW, BASE_TURNING, BASE_FELT = 12, 15, 18
 #: time since the attitude was true, and how old what the navigation tells is when it is sent (s)
 ATTITUDE_AGE_S, NAVIGATION_AGE_S = 21, 22
+#: attitude that is carried on while none is heard: 1 while so, roll, pitch, yaw (rad), p, q, r (rad/s), where the
+#: joints stood (rad)
+CARRIED, CARRIED_ANGLES, CARRIED_RATES, CARRIED_JOINTS = 24, 25, 28, 31
+#: a direction in space: joints that look there (rad, rad/s), angle between it and where the antenna looks (rad)
+TOWARDS, TOWARDS_RATES, POINTING_ERROR = 33, 35, 37
+#: which way round the azimuth passes the zenith (-1, 1), 0 away from it
+KEYHOLE_SIDE = 38
 #: one block per axis: the control law's state, then what was measured and asked
-AXIS_H = 24
+AXIS_H = 40
 (
     MEASURED_POSITION,  # encoder (rad)
     MEASURED_RATE,  # gyro (rad/s)
@@ -125,8 +135,10 @@ IDENTITY, PEER_PROTOCOL, PEER_NAME, PEER_SERIAL, REFUSAL = range(32, 37)
 #: the device's tick as last heard, feedback sets in a row in which it stood still; how the drive is asked to stop
 #: (StopReaction); the device's tick of the last full set
 DEVICE_TICK, STATUS_SAME, STOP_KIND, SAMPLE_TICK = range(37, 41)
+#: PointingState, 1 while muted, ticks since the attitude was heard, ticks since the pointing error was known
+POINTING_STATE, MUTED, ATTITUDE_TICKS, ERROR_TICKS = range(41, 45)
 #: one block per axis: mode in force, ticks in a row that a check failed
-AXIS_G = 41
+AXIS_G = 45
 MODE, OVERSPEED_COUNT, FOLLOWING_COUNT, DISAGREE_COUNT = range(4)
 HAS_BRAKE, BRAKE_STATE = range(4, 6)
 #: samples in a row in which gyro and encoder did not change; samples at rest without torque, and in how many of them

@@ -64,7 +64,8 @@ def new_memory(configuration: NDArray[np.float64]) -> HostMemory:
         raise ValueError(f"a configuration has {layout.C_SIZE} numbers")
     memory = HostMemory(np.zeros(WORDS, dtype=np.int64))
     G = memory.G
-    G[layout.FEEDBACK_AGE] = G[layout.BASE_AGE] = NEVER
+    G[layout.FEEDBACK_AGE] = G[layout.BASE_AGE] = G[layout.ATTITUDE_TICKS] = NEVER
+    G[layout.MUTED] = 1
     G[layout.LINK_STATUS] = int(LinkStatus.LOST)
     G[layout.SENT_CONTROL] = G[layout.SEGMENT] = G[layout.TICK_SEGMENT] = G[layout.LAST_TICK] = -1
     # a base that was never heard is level

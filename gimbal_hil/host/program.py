@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.control.layout import Mode
 from gimbal_hil.host import layout
-from gimbal_hil.host.program_check import PARAMETER_COUNT, require_program
+from gimbal_hil.host.program_check import PARAMETER_COUNT, TABLES, require_program
 from gimbal_hil.host.states import EndKind, ReferenceOrigin, Shape
 
 #: a program of more numbers than this goes into JSON as base64: a person would not read them, and a machine reads them
@@ -39,7 +39,7 @@ class Guard:
 class AxisCommand:
     """What one axis follows: a mode and a reference shape; parameters as listed in `references`, in the mode's unit.
 
-    A TABLE gives its rows in `table` and (seconds per row, scale) as parameters.
+    A TABLE gives its rows in `table` and (seconds per row, scale) as parameters, a TIMETABLE a first tick too.
     """
 
     mode: Mode = Mode.OFF
@@ -150,7 +150,7 @@ def program_of(segments: Sequence[Segment]) -> Program:
             values[s : s + layout.AXIS_SEGMENT_SIZE] = _axis_values(
                 command, free, f"segment {place}, {('outer', 'inner')[axis]}"
             )
-            if command.shape is Shape.TABLE:
+            if command.shape in TABLES:
                 tables.append(np.asarray(command.table, dtype=np.float64))
                 free += len(tables[-1])
     if len({(segment.label, segment.record_every) for segment in segments}) > len(
@@ -166,7 +166,7 @@ def program_of(segments: Sequence[Segment]) -> Program:
 
 def _axis_values(command: AxisCommand, free: int, where: str) -> list[float]:
     parameters = list(command.parameters)
-    if command.shape is Shape.TABLE:
+    if command.shape in TABLES:
         if len(command.table) == 0:
             raise BadInputError(where, "a table without rows", "one row or more")
         parameters = [float(free), float(len(command.table)), *parameters]

@@ -24,13 +24,17 @@ PARAMETER_COUNT = {
     Shape.SMOOTH: 2,
     Shape.PULSES: 6,
     Shape.TABLE: 4,
+    Shape.TIMETABLE: 5,
 }
+#: shapes whose first two parameters are where rows lie in the program and how many
+TABLES = (Shape.TABLE, Shape.TIMETABLE)
 _POSITIVE = {
     Shape.TRAPEZOID: (1, 2),
     Shape.SMOOTH: (1,),
     Shape.PULSES: (2, 3),
     Shape.CHIRP: (2, 4),
     Shape.TABLE: (2,),
+    Shape.TIMETABLE: (2,),
     Shape.SINE: (2,),
 }
 
@@ -95,7 +99,7 @@ def _of_directions(segments: NDArray[np.float64]) -> Iterator[Finding]:
     for block in (outer, inner):
         moves = np.isin(block[:, layout.SHAPE], (Shape.TRAPEZOID, Shape.SMOOTH))
         bad = points[0] & (moves | (block[:, layout.ORIGIN] == ReferenceOrigin.START))
-        yield bad, "mode pointing with a start", "hold, ramp, sine, chirp, pulses or table, from zero"
+        yield bad, "mode pointing with a start", "hold, ramp, sine, chirp, pulses or a table, from zero"
 
 
 def _of_axis(block: NDArray[np.float64], tables: int, size: int) -> Iterator[Finding]:
@@ -120,4 +124,4 @@ def _of_axis(block: NDArray[np.float64], tables: int, size: int) -> Iterator[Fin
     yield bad, "a shape with a time, rate or frequency that is not positive", "positive numbers"
     first, rows = parameters[:, 0], parameters[:, 1]
     inside = (tables <= first) & (rows >= 1) & (first + rows <= size) & (first % 1 == 0) & (rows % 1 == 0)
-    yield (shapes == Shape.TABLE) & ~inside, "a table outside the program", "rows behind the segments"
+    yield np.isin(shapes, TABLES) & ~inside, "a table outside the program", "rows behind the segments"

@@ -12,6 +12,7 @@ BY_ENCODER = (
     HostCause.TRAVEL,
     HostCause.CABLE_WRAP,
     HostCause.OPERATOR,
+    HostCause.ATTITUDE_LOST,
     HostCause.SET_POINT_LOST,
     HostCause.DRIVE_LEFT_OPERATION,
     HostCause.SYNCHRONISATION_TIMEOUT,

@@ -13,6 +13,7 @@ from gimbal_hil.host.base_now import extrapolate_base, has_attitude, learn_turni
 from gimbal_hil.host.event_ring import report
 from gimbal_hil.host.identity import forget_identity, receive_identity
 from gimbal_hil.host.layout import (
+    ATTITUDE_TICKS,
     AXES,
     AXIS_G,
     AXIS_G_SIZE,
@@ -145,9 +146,12 @@ def _receive_base(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray)
         H[BASE_ANGLES] = mail[m.BASE_ATTITUDE_ROLL] * m.BASE_ATTITUDE_ROLL_STEP
         H[BASE_ANGLES + 1] = mail[m.BASE_ATTITUDE_PITCH] * m.BASE_ATTITUDE_PITCH_STEP
         H[BASE_ANGLES + 2] = mail[m.BASE_HEADING_YAW] * m.BASE_HEADING_YAW_STEP
+        G[ATTITUDE_TICKS] = 0
         gravity = gravity_in_base(H[BASE_ANGLES], H[BASE_ANGLES + 1])
         for k in range(3):
             H[BASE_GRAVITY + k] = gravity[k] - H[BASE_ACCELERATION + k]
+    elif G[ATTITUDE_TICKS] < NEVER:
+        G[ATTITUDE_TICKS] += 1 + G[SKIPPED]
     if mail[m.BASE_ACCELERATION] > 0:
         for k in range(3):
             H[BASE_ACCELERATION + k] = mail[m.BASE_ACCELERATION_AX + k] * m.BASE_ACCELERATION_AX_STEP

@@ -11,6 +11,7 @@ Parameters per shape (in the mode's unit u, times in s):
     SMOOTH     target, duration
     PULSES     value, amplitude, period, width, 1 when every other pulse is negative, number of pulses
     TABLE      offset in the plan, rows, seconds per row, scale
+    TIMETABLE  the same, and the tick of the first row (negative: the segment's own first tick)
 
 With origin START, `value` and `target` count from the start value.
 """
@@ -27,6 +28,7 @@ from gimbal_hil.host.states import Shape, number
 
 _HOLD, _RAMP, _SINE, _CHIRP = number(Shape.HOLD), number(Shape.RAMP), number(Shape.SINE), number(Shape.CHIRP)
 _TRAPEZOID, _SMOOTH, _PULSES = number(Shape.TRAPEZOID), number(Shape.SMOOTH), number(Shape.PULSES)
+_TIMETABLE = number(Shape.TIMETABLE)
 _TWO_PI = 2.0 * math.pi
 
 
@@ -54,7 +56,17 @@ def reference_at(
         return _smooth(start, origin + plan[p], plan[p + 1], time_s)
     if shape == _PULSES:
         return _pulses(origin + plan[p], plan[p + 1], plan[p + 2], plan[p + 3], plan[p + 4], plan[p + 5], time_s)
+    if shape == _TIMETABLE:
+        return _timetable(plan, int(plan[p]), int(plan[p + 1]), plan[p + 2], plan[p + 3], origin, time_s)
     return _table(plan, int(plan[p]), int(plan[p + 1]), plan[p + 2], plan[p + 3], origin, time_s)
+
+
+@compiled
+def reference_time(shape: int, plan: np.ndarray, p: int, tick: int, start_tick: int, step_s: float) -> float:
+    """Time (s) that a shape counts at a tick of a segment that began at `start_tick`."""
+    if shape == _TIMETABLE and plan[p + 4] >= 0.0:
+        return (tick - plan[p + 4]) * step_s
+    return (tick - start_tick) * step_s
 
 
 @compiled
@@ -131,3 +143,27 @@ def _table(
     row = int(place)
     here, step = plan[first + row], plan[first + row + 1] - plan[first + row]
     return origin + scale * (here + (place - row) * step), scale * step / row_s
+
+
+@compiled
+def _timetable(
+    plan: np.ndarray, first: int, rows: int, row_s: float, scale: float, origin: float, time_s: float
+) -> tuple[float, float]:
+    """Rows joined by cubics whose slopes are those of the rows beside them (Catmull and Rom 1974); held before the
+    first and after the last.
+    """
+    place = time_s / row_s
+    if place < 0.0:
+        return origin + scale * plan[first], 0.0
+    if place >= rows - 1:
+        return origin + scale * plan[first + rows - 1], 0.0
+    row = int(place)
+    x = place - row
+    a, b = plan[first + row], plan[first + row + 1]
+    # beyond either end the table goes on straight
+    before = plan[first + row - 1] if row > 0 else 2.0 * a - b
+    after = plan[first + row + 2] if row + 2 < rows else 2.0 * b - a
+    m, n, d = 0.5 * (b - before), 0.5 * (after - a), b - a
+    c2, c3 = 3.0 * d - 2.0 * m - n, m + n - 2.0 * d
+    value, slope = a + x * (m + x * (c2 + x * c3)), m + x * (2.0 * c2 + 3.0 * x * c3)
+    return origin + scale * value, scale * slope / row_s

@@ -81,6 +81,8 @@ class HostCause(IntEnum):
     RUNAWAY = 24
     #: the test before the first motion found it wired or configured wrong
     FIRST_TEST = 25
+    #: a direction in space was held without attitude for as long as gyros may
+    ATTITUDE_LOST = 26
 
 
 _NO_GUARDS = {
@@ -120,6 +122,8 @@ class EventCode(IntEnum):
     BEYOND_LIMIT = 9
     #: axis, ModelNews: what became of the trust in the model
     MODEL = 10
+    #: PointingState, 1 while muted, pointing error in microradians
+    POINTING = 11
 
 
 class ModelNews(IntEnum):
@@ -132,6 +136,19 @@ class ModelNews(IntEnum):
     RIGHT = 2
     #: the loops that the observer closes shake: the cascade closes them from now on
     SHAKES = 3
+
+
+class PointingState(IntEnum):
+    """How a direction in space is held."""
+
+    #: none is asked for
+    OFF = 0
+    #: on the way there, muted
+    ACQUIRING = 1
+    #: held
+    TRACKING = 2
+    #: held by gyros and encoders, because no attitude is heard
+    COASTING = 3
 
 
 class Refusal(IntEnum):
@@ -171,6 +188,8 @@ class Shape(IntEnum):
     SMOOTH = 5
     PULSES = 6
     TABLE = 7
+    #: a table by the host's own ticks, so that it says when and not how long after
+    TIMETABLE = 8
 
 
 class ReferenceOrigin(IntEnum):

@@ -24,13 +24,16 @@ from gimbal_hil.host.layout import (
     MODE,
     MOTOR_TEMPERATURE,
     MOTOR_TORQUE,
+    POINTING_STATE,
     REFERENCE,
     SKIPPED,
     SLOPE,
     STATE,
     TICK_SEGMENT,
+    TOWARDS,
+    TOWARDS_RATES,
 )
-from gimbal_hil.host.states import number
+from gimbal_hil.host.states import PointingState, number
 
 #: 64-bit words of a TICK_ROW; the last two hold wall-clock readings and the check, filled in by others
 ROW_WORDS = 12
@@ -40,6 +43,7 @@ MEASURED_COLUMNS = 14
 LOG_WORDS = ROW_WORDS + MEASURED_COLUMNS
 _POSITION_REF, _RATE_REF, _TORQUE, _SEGMENT, _STATES = 2, 4, 6, 8, 9
 _POSITION, _RATE, _INERTIAL_RATE = number(Mode.POSITION), number(Mode.RATE), number(Mode.INERTIAL_RATE)
+_NOT_POINTING = number(PointingState.OFF)
 _LOW_HALF = 0xFFFFFFFF
 
 
@@ -50,6 +54,9 @@ def joint_references(H: np.ndarray, G: np.ndarray, axis: int) -> tuple[float, fl
     """
     h = AXIS_H + axis * AXIS_H_SIZE
     mode = G[AXIS_G + axis * AXIS_G_SIZE + MODE]
+    if G[POINTING_STATE] != _NOT_POINTING and mode == _POSITION:
+        # what looks in the direction, whatever limits, cable and zenith make of it
+        return float(H[TOWARDS + axis]), float(H[TOWARDS_RATES + axis])
     if mode == _POSITION:
         return float(H[h + REFERENCE]), float(H[h + SLOPE])
     if mode == _RATE:

@@ -137,6 +137,8 @@ class Service:
             self._recorder.event(event)
             if event["data"].get("code") == word_of(EventCode.STATE):
                 self._view.state_changed(event["data"]["to"], event["data"]["cause"])
+            if event["data"].get("code") == word_of(EventCode.POINTING):
+                self._view.pointing_changed(event["data"])
             self._notice(event)
             if not _is_chatter(event):
                 self._desk.announce(event)

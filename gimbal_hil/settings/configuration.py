@@ -47,6 +47,9 @@ def host_configuration(settings: DaemonSettings) -> NDArray[np.float64]:
     C[layout.DEADMAN_WINDOW] = supervisor.deadman.window_ticks
     C[layout.DEADMAN_REACTION] = StopReaction[supervisor.deadman.reaction.name]
     C[layout.AUTOMATIC_RECONNECT] = float(supervisor.automatic_reconnect)
+    pointing = settings.pointing
+    C[layout.MUTE_BEYOND], C[layout.MUTE_BELOW] = pointing.mute_beyond_rad, pointing.mute_below_rad
+    C[layout.MUTE_TICKS], C[layout.COAST_TICKS] = ticks(pointing.silence_s), ticks(pointing.coast_time_s)
     pinned = settings.antenna
     C[layout.PINNED_NAME] = -1.0 if pinned.name is None else name_code(pinned.name)
     C[layout.PINNED_SERIAL] = -1.0 if pinned.serial_number is None else pinned.serial_number

@@ -39,6 +39,7 @@ from gimbal_hil.settings.daemon import (
     ModelControl,
     Observer,
     Operator,
+    Pointing,
     Recording,
     Supervisor,
 )
@@ -124,6 +125,7 @@ _SECTIONS: tuple[tuple[str, str, type[BaseModel]], ...] = (
     ("`model_control`", "What the loops take from a model ([control](control.md)).", ModelControl),
     ("`supervisor`", "", Supervisor),
     ("`supervisor.deadman`", "", Deadman),
+    ("`pointing`", "Mode `pointing` and its mute signal ([pointing](pointing.md)).", Pointing),
     ("`recording`", "The [run folder](run-folder.md).", Recording),
     ("`operator`", "", Operator),
     (

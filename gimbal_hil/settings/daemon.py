@@ -127,6 +127,33 @@ class ModelControl(Strict):
     watch_time_s: Positive = Field(default=2.0, description="window of that judgement")
 
 
+class Pointing(Strict):
+    """A direction in space (mode `pointing`): when it is muted, how long gyros hold it, where the antenna is stowed."""
+
+    mute_beyond_rad: Positive = Field(
+        default=0.0087266, description="muted when the antenna looks further off than this (0.5 degrees)"
+    )
+    mute_below_rad: Positive = Field(
+        default=0.0034907, description="no longer muted when it looks nearer than this (0.2 degrees)"
+    )
+    silence_s: Annotated[float, Field(gt=0.0, le=0.09)] = Field(
+        default=0.05, description="muted without feedback for so long"
+    )
+    coast_time_s: Positive = Field(
+        default=1.0,
+        description="how long gyros hold a direction when no attitude is heard, from 0.1 s on; then muted, and a stop",
+    )
+    stow_rad: tuple[float, float] = Field(
+        default=(0.0, 0.0), description="joint positions in which the antenna is stowed, the carrying axis first"
+    )
+
+    @model_validator(mode="after")
+    def _hysteresis(self) -> Self:
+        if self.mute_below_rad > self.mute_beyond_rad:
+            raise ValueError("mute_below_rad: expected at most mute_beyond_rad")
+        return self
+
+
 class Recording(Strict):
     """What a run folder keeps."""
 
@@ -207,6 +234,7 @@ class DaemonSettings(Strict):
     supervisor: Supervisor = Field(
         default=Supervisor(), description="times and counts of the supervisor; times become whole ticks"
     )
+    pointing: Pointing = Field(default=Pointing(), description="how a direction in space is held")
     recording: Recording = Field(default=Recording(), description="what a run folder keeps")
     operator: Operator = Field(default=Operator(), description="the operator's socket")
     observer: Observer = Field(default=Observer(), description="the model beside the antenna")

@@ -59,6 +59,8 @@ class LiveView:
     adjustable: Callable[[], list[Json]] = list
     #: what the model beside the antenna tells, as `LiveObserver.status` does
     observed: Callable[[], Json] = dict
+    #: how a direction in space is held, as the last POINTING event told
+    pointing: Json = field(default_factory=lambda: {"state": "off", "muted": True})
     _measured: dict[str, float] = field(default_factory=dict)
     _trace: deque[list[float]] = field(default_factory=lambda: deque(maxlen=TRACE_RATE_HZ * TRACE_S))
     _next_trace_ns: int = 0
@@ -96,6 +98,10 @@ class LiveView:
         if stops and cause in self.trips:
             self.trips[cause] += 1
 
+    def pointing_changed(self, data: Json) -> None:
+        """A direction is acquired, held, muted or let go."""
+        self.pointing = {"state": data["state"], "muted": data["muted"]}
+
     def miss(self, periods: int, code: int) -> None:
         """A miss has been explained."""
         self.misses_by_cause[_CAUSES[code]] += periods
@@ -114,6 +120,7 @@ class LiveView:
             "drive_state": self.drive_state.name.lower() if self.drive_state is not None else None,
             "drive_fault": self.drive_fault.name.lower() if self.drive_fault is not None else None,
             "segment": int(row["segment"]),
+            "pointing": self.pointing,
             "mode": {axis: Mode(int(row[f"mode_{own}"])).name.lower() for own, axis in self._named()},
             "position_rad": {axis: self._measured.get(f"position_{own}") for own, axis in self._named()},
             "rate_rad_s": {axis: self._measured.get(f"rate_{own}") for own, axis in self._named()},

@@ -84,10 +84,11 @@ def random_segments(seed: int, longest: int) -> list[Segment]:
             if rng.random() < 0.3
             else ()
         )
+        outer, inner = _directions(rng) if rng.random() < 0.15 else (_command(rng), _command(rng))
         segments.append(
             Segment(
-                _command(rng),
-                _command(rng),
+                outer,
+                inner,
                 int(rng.integers(1, longest + 1)),
                 ends,
                 label,
@@ -183,8 +184,9 @@ def _command(rng: np.random.Generator) -> AxisCommand:
         Shape.SMOOTH: (value, time_s),
         Shape.PULSES: (value, number(-0.5, 0.5), time_s, 0.5 * time_s, float(rng.integers(2)), 9.0),
         Shape.TABLE: (time_s, positive),
+        Shape.TIMETABLE: (time_s, positive, float(rng.choice([-1.0, 100.0, 1000.0]))),
     }[shape]
-    if shape is Shape.TABLE:
+    if shape in (Shape.TABLE, Shape.TIMETABLE):
         table = tuple(rng.uniform(-0.5, 0.5, int(rng.integers(1, 20))).tolist())
     guard = Guard(rate_rad_s=number(0.5, 5.0)) if rng.random() < 0.2 else Guard()
     mode, origin = (
@@ -192,3 +194,27 @@ def _command(rng: np.random.Generator) -> AxisCommand:
         ReferenceOrigin(int(rng.integers(2))),
     )
     return AxisCommand(mode, shape, parameters, origin, guard, table)
+
+
+def _directions(rng: np.random.Generator) -> tuple[AxisCommand, AxisCommand]:
+    """Both axes in mode pointing, from hardly any elevation to beyond the zenith."""
+    azimuth, elevation = float(rng.uniform(-3.0, 3.0)), float(rng.uniform(-1.7, 0.3))
+    kind = int(rng.integers(3))
+    if kind == 0:
+        shapes = [(Shape.HOLD, (azimuth,)), (Shape.HOLD, (elevation,))]
+    elif kind == 1:
+        shapes = [(Shape.RAMP, (azimuth, 0.3, 5.0)), (Shape.RAMP, (elevation, 0.1, 5.0))]
+    else:
+        first = float(rng.choice([-1.0, 100.0]))
+        outer, inner = (
+            AxisCommand(
+                Mode.POINTING,
+                Shape.TIMETABLE,
+                (0.05, 1.0, first),
+                table=tuple((start + rng.uniform(-0.1, 0.1, 12)).tolist()),
+            )
+            for start in (azimuth, elevation)
+        )
+        return outer, inner
+    outer, inner = (AxisCommand(Mode.POINTING, shape, parameters) for shape, parameters in shapes)
+    return outer, inner
