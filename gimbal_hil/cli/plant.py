@@ -62,7 +62,6 @@ def command(
 
     Ctrl-C or SIGTERM ends it with 130, --duration with 0. Hosts may come, go and come back.
     """
-    import json
     import sys
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED, BadInputError
@@ -101,11 +100,17 @@ def command(
             close_firmware(device)
         if ready_file is not None:
             ready_file.unlink(missing_ok=True)
+    _tell_end(server, bool(signals), as_json)
+    return EXIT_INTERRUPTED if signals else EXIT_DONE
+
+
+def _tell_end(server: Server, interrupted: bool, as_json: bool) -> None:
+    import json
+
     if as_json:
-        print(json.dumps({"event": "done", "interrupted": bool(signals), **server.statistics.as_dict()}))
+        print(json.dumps({"event": "done", "interrupted": interrupted, **server.statistics.as_dict()}))
     else:
         print("\n".join(_lines(server)))
-    return EXIT_INTERRUPTED if signals else EXIT_DONE
 
 
 @contextmanager
