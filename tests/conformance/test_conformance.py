@@ -83,7 +83,7 @@ def test_an_antenna_that_fails_ends_the_command_with_one(
     import gimbal_hil.conformance as conformance
 
     broken = InStep(BROKEN["D-01"](), "broken", 1000.0)
-    monkeypatch.setattr(conformance, "open_antenna", lambda settings, firmware: broken)
+    monkeypatch.setattr(conformance, "open_antenna", lambda settings, *, lockstep: broken)
     out = tmp_path / "found"
     assert run("conformance", ["--only", "D-01", "--out", str(out), "--json"]) == 1
     (finding,) = json.loads(capsys.readouterr().out)["findings"]
