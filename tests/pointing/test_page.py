@@ -1,0 +1,43 @@
+"""Figures of a held direction, and the page that tells them."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gimbal_hil.pointing import HeldTrace, MuteChange, pointing_figures, write_page
+
+BEYOND = math.radians(0.5)
+
+
+def trace_of(error: np.ndarray, muted: np.ndarray) -> HeldTrace:
+    tick = np.arange(1000, 1000 + len(error))
+    joints = np.column_stack([error, error])
+    return HeldTrace(tick, (tick - 1000) * 1e-3, error, np.full(len(error), np.nan), joints, joints, muted)
+
+
+def test_errors_count_while_the_antenna_is_not_muted_and_settled_ones_from_5_s_on() -> None:
+    error = np.concatenate([np.full(1000, 0.1), np.full(5000, 300e-6), np.full(4000, 20e-6)])
+    muted = np.arange(10000) < 1000
+    error[8000:8010], muted[8002:8100] = 0.02, True
+    changes = [MuteChange(1000 + at, "tracking", on, 0.0) for at, on in ((0, True), (1000, False), (8002, True))]
+    changes.append(MuteChange(9100, "tracking", False, 0.0))
+    found = pointing_figures(trace_of(error, muted), changes, BEYOND)
+    assert found.acquired_after_s == pytest.approx(1.0)
+    assert found.muted_after_acquisition_s == pytest.approx(0.098) and found.mutes_after_acquisition == 1
+    assert found.beyond_without_mute_s == found.longest_beyond_without_mute_s == pytest.approx(0.002)
+    assert found.peak_urad == found.settled_peak_urad == pytest.approx(2e4)
+    quiet = pointing_figures(trace_of(np.where(error > 0.01, 20e-6, error), muted), changes, BEYOND)
+    assert quiet.settled_rms_urad == pytest.approx(20.0) and quiet.rms_urad > 100.0
+
+
+def test_the_page_has_every_name_once_so_that_its_figures_are_found_and_drawn(tmp_path: Path) -> None:
+    trace = trace_of(np.full(8000, 20e-6), np.zeros(8000, np.bool_))
+    figures = pointing_figures(trace, [], BEYOND)
+    page = write_page(tmp_path / "page.html", "a star", "here", trace, figures, [], BEYOND, "about").read_text()
+    names = re.findall(r'\sid="([^"]+)"', page)
+    assert {"figures", "library"} <= set(names) and len(names) == len(set(names))
