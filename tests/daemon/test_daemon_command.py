@@ -55,12 +55,6 @@ def test_a_link_that_cannot_be_is_one_line_exit_code_2_and_leaves_nothing(
     assert not run.exists()
 
 
-def test_lockstep_needs_an_antenna_whose_time_can_wait(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    config = configuration(tmp_path, {"kind": "unix", "path": str(tmp_path / "socket")})
-    code, error = ended(capsys, "daemon", "--config", str(config), "--lockstep", "--out", str(tmp_path / "run"))
-    assert code == 2 and "--lockstep" in error and not (tmp_path / "run").exists()
-
-
 def test_a_word_to_a_daemon_that_is_not_there_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert ended(capsys, "daemon", "--send", '{"command": "status"}')[0] == 2
     code, error = ended(capsys, "daemon", "--send", '{"command": "status"}', "--run", str(tmp_path))
