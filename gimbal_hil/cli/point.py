@@ -12,7 +12,6 @@ import typer
 from gimbal_hil.cli.completion import model_names
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from datetime import datetime
 
     from gimbal_hil.pointing import BaseTruth, Flight, MuteChange, Target, Way
@@ -190,18 +189,14 @@ def _through_daemon(
     force: bool,
     stay: bool,
 ) -> tuple[_Judged, float]:
-    import sys
-
     from gimbal_hil.cli.progress import ProgressBar
     from gimbal_hil.pointing import BASE_S, LEAD_S, PointingDaemon, mute_changes, truth_of
 
     _require_new(folder, force)
+    # a target that cannot be held is refused before the daemon is spoken to; ticks tell the sky's time only afterwards
     _target(text, flight, _time_of(at), duration)
     truth = None if base is None else truth_of(base, BASE_S, seed)
     daemon = PointingDaemon(run)
-
-    def tell(line: str) -> None:
-        print(line, file=sys.stderr, flush=True)
 
     try:
         clock = daemon.clock()
@@ -210,12 +205,12 @@ def _through_daemon(
         try:
             with ProgressBar() as bar:
                 bar.begin("point", duration, 0.0)
-                found = daemon.follow(way, first, duration, tell, lambda seconds: bar.at(target.name, seconds))
+                found = daemon.follow(way, first, duration, _say, lambda seconds: bar.at(target.name, seconds))
         except KeyboardInterrupt:
             daemon.stop()
             raise
         if not stay:
-            daemon.stow(tell)
+            daemon.stow(_say)
         log = daemon.log(found.first_tick, found.last_tick)
     finally:
         daemon.close()
@@ -228,6 +223,12 @@ def _through_daemon(
         log, target, first, (found.first_tick, found.last_tick), changes, truth, f"through the daemon of {run}", about
     )
     return judged, daemon.settings.pointing.mute_beyond_rad
+
+
+def _say(line: str) -> None:
+    import sys
+
+    print(line, file=sys.stderr, flush=True)
 
 
 def _require_new(folder: Path, force: bool) -> None:
@@ -270,16 +271,14 @@ def _tell(judged: _Judged, beyond_rad: float, folder: Path, run: Path | None, as
 
 def _stow(run: Path, as_json: bool) -> int:
     import json
-    import sys
 
     from firmware_protocol.errors import EXIT_DONE
     from gimbal_hil.cli.following import after_stow, print_next
     from gimbal_hil.pointing import PointingDaemon
 
     daemon = PointingDaemon(run)
-    say: Callable[[str], None] = lambda line: print(line, file=sys.stderr, flush=True)  # noqa: E731
     try:
-        daemon.stow(say)
+        daemon.stow(_say)
     finally:
         daemon.close()
     if as_json:

@@ -78,8 +78,8 @@ def _script(figures: Sequence[object]) -> str:
         return ""
     return (
         "<noscript><p>The figures of this page are drawn by a script.</p></noscript>"
-        f'<script type="text/plain" id="library">{drawing_library()}</script>'
-        f'<script type="text/plain" id="figures">{packed(figures)}</script>'  # type: ignore[arg-type]
+        f'<script type="text/plain" id="packed:library">{drawing_library()}</script>'
+        f'<script type="text/plain" id="packed:figures">{packed(figures)}</script>'  # type: ignore[arg-type]
         f"<script>{_static('page.js')}</script>"
     )
 
@@ -92,6 +92,7 @@ def _foot(made: Made) -> str:
 
 
 def _anchor(text: str) -> str:
+    """Name of a heading's place: letters, figures and dashes, so never that of what is packed into the page."""
     return "".join(c if c.isalnum() else "-" for c in text.lower()).strip("-")
 
 

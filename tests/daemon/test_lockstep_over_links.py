@@ -68,30 +68,30 @@ def test_both_processes_leave_the_run_folder_of_one(kind: str, tmp_path: Path) -
     assert apart.content_hashes() == together.content_hashes()
 
 
-@pytest.mark.heavy
-def test_an_antenna_that_hangs_ends_the_run_with_a_safety_stop_that_says_so(tmp_path: Path) -> None:
+@contextmanager
+def daemon_whose_antenna_hangs(tmp_path: Path, patience_s: int) -> Iterator[RunningDaemon]:
+    """A daemon in lockstep, its run in `tmp_path / "run"`, whose antenna has just stopped to answer."""
     place = tmp_path / "antenna"
     configuration = patient_configuration(tmp_path, {"kind": "unix", "path": str(place)})
-    run = tmp_path / "run"
-    words = ("--config", str(configuration), "--lockstep", "--answer-within", "2")
-    with plant(f"unix:{place}", tmp_path) as served, RunningDaemon(run, *words) as daemon:
+    words = ("--config", str(configuration), "--lockstep", "--answer-within", str(patience_s))
+    with plant(f"unix:{place}", tmp_path) as served, RunningDaemon(tmp_path / "run", *words) as daemon:
         daemon.until_state(daemon.client(), "idle")
         os.kill(served.pid, signal.SIGSTOP)
+        yield daemon
+
+
+@pytest.mark.heavy
+def test_an_antenna_that_hangs_ends_the_run_with_a_safety_stop_that_says_so(tmp_path: Path) -> None:
+    with daemon_whose_antenna_hangs(tmp_path, 2) as daemon:
         code, answer, said = daemon.wait()
     assert code == 3 and "no answer to tick" in answer["reason"], (answer, said)
-    notes = [event.text for event in open_run(run).events if event.kind is EventKind.NOTE]
+    notes = [event.text for event in open_run(tmp_path / "run").events if event.kind is EventKind.NOTE]
     assert any("no answer to tick" in text for text in notes)
 
 
 @pytest.mark.heavy
 def test_ctrl_c_ends_a_daemon_whose_antenna_hangs(tmp_path: Path) -> None:
-    place = tmp_path / "antenna"
-    configuration = patient_configuration(tmp_path, {"kind": "unix", "path": str(place)})
-    run = tmp_path / "run"
-    words = ("--config", str(configuration), "--lockstep", "--answer-within", "0")
-    with plant(f"unix:{place}", tmp_path) as served, RunningDaemon(run, *words) as daemon:
-        daemon.until_state(daemon.client(), "idle")
-        os.kill(served.pid, signal.SIGSTOP)
+    with daemon_whose_antenna_hangs(tmp_path, 0) as daemon:
         time.sleep(0.5)
         daemon.process.send_signal(signal.SIGINT)
         code, answer, _ = daemon.wait()

@@ -40,4 +40,4 @@ def test_the_page_has_every_name_once_so_that_its_figures_are_found_and_drawn(tm
     figures = pointing_figures(trace, [], BEYOND)
     page = write_page(tmp_path / "page.html", "a star", "here", trace, figures, [], BEYOND, "about").read_text()
     names = re.findall(r'\sid="([^"]+)"', page)
-    assert {"figures", "library"} <= set(names) and len(names) == len(set(names))
+    assert {"packed:figures", "packed:library"} <= set(names) and len(names) == len(set(names))

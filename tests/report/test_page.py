@@ -29,7 +29,7 @@ def noisy_page(figures: int) -> Page:
 
 
 def script(page: str, name: str) -> str:
-    found = re.search(rf'<script type="text/plain" id="{name}">([^<]+)</script>', page)
+    found = re.search(rf'<script type="text/plain" id="packed:{name}">([^<]+)</script>', page)
     assert found
     return found.group(1)
 
@@ -125,3 +125,12 @@ def test_the_demo_begins_with_the_answer_then_the_plots_that_prove_it_and_folds_
     order = [text.index(word) for word in ("Cogging was hidden", "Proof 0", "Proof 1", "<details>")]
     assert order == sorted(order)
     assert [block.summary for block in page.blocks if isinstance(block, Details)] == ["All of it"] * len(STAGES)
+
+
+@pytest.mark.parametrize("heading", ["Figures", "Library", "packed:figures", "Packed: library"])
+def test_no_heading_takes_the_name_of_what_is_packed_into_the_page(heading: str) -> None:
+    page = noisy_page(1)
+    names = re.findall(
+        r'\sid="([^"]+)"', Page(page.title, page.subtitle, [Heading(heading), *page.blocks]).render(MADE)
+    )
+    assert {"packed:figures", "packed:library"} <= set(names) and len(names) == len(set(names))

@@ -14,7 +14,7 @@
   };
 
   const load = async () => {
-    const [source, figures] = await Promise.all([inflated("library"), inflated("figures")]);
+    const [source, figures] = await Promise.all([inflated("packed:library"), inflated("packed:figures")]);
     const script = document.createElement("script");
     script.textContent = source;
     document.head.append(script);
