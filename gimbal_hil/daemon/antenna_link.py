@@ -44,6 +44,7 @@ class EmbeddedLink(LinkBasis):
         self._count_sent(block, True)
         if self._next is not None and self.device.ticks >= self._next_tick:
             self._next.take_over(self.device)
+            close_firmware(self.device)
             self.device, self._next = self._next, None
             assert self._told is not None
             self._told(f"the virtual antenna goes on as {self.device.model.name}")

@@ -46,7 +46,7 @@ from gimbal_hil.timing import (
     real_time,
 )
 from sim_backend.device import Device
-from sim_backend.firmware_run import FirmwareRun
+from sim_backend.firmware import run_firmware
 from sim_backend.model import AntennaModel
 from sim_backend.observer import INPUTS, ModelObserver
 
@@ -128,7 +128,6 @@ def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport
     elif options.then is not None:
         raise BadInputError("--then", "needs a virtual antenna in this process", "a configuration with one")
     settings = settings.with_model()
-    _require_own_firmware(settings, options)
     observed = observed_model(settings)
     later = _later_antenna(settings, options)
     period = Duration.of_seconds(settings.step_s)
@@ -242,20 +241,13 @@ def _link_opener(
     return opener_of(link, options.wait), None, None
 
 
-def _require_own_firmware(settings: DaemonSettings, options: DaemonOptions) -> None:
-    link = settings.link
-    if options.then is None or not isinstance(link, EmbeddedAntenna):
-        return
-    if link.embedded.firmware is not FirmwareRun.VIRTUAL:
-        raise BadInputError("--then", "needs the virtual antenna's own firmware", "link.embedded.firmware: virtual")
-
-
 def _later_antenna(settings: DaemonSettings, options: DaemonOptions) -> tuple[Device, int] | None:
     """The antenna that the embedded one becomes, made before time counts, and from which tick on."""
     if options.then is None or not isinstance(settings.link, EmbeddedAntenna):
         return None
     model, after_s = options.then
-    device = Device(model, rate_hz=settings.rate_hz, seed=settings.link.embedded.seed)
+    embedded = settings.link.embedded
+    device = run_firmware(embedded.firmware, model, settings.rate_hz, embedded.seed)
     return device, round(after_s * settings.rate_hz)
 
 

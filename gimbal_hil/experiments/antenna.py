@@ -1,7 +1,8 @@
 """The antenna under test, as the runner sees it: it follows one step after the other and answers what was measured.
 
-`LockstepAntenna` is the virtual antenna in this process, advanced in lockstep on the compiled path; its whole state can
-be kept and put back, so an experiment that was stopped goes on with the same bits.
+`LockstepAntenna` is the virtual antenna in this process, advanced in lockstep: on the compiled path, or, where other
+firmware answers, on that of frames. Its whole state can be kept and put back, so an experiment that was stopped goes on
+with the same bits.
 """
 
 from __future__ import annotations
@@ -16,9 +17,11 @@ from numpy.typing import NDArray
 from firmware_protocol.errors import SafetyStopError
 from gimbal_hil.experiments.experiment import Signals, Step
 from gimbal_hil.host import HostEvent, HostState, Program, program_of
-from gimbal_hil.lockstep import CompiledPath, Recorded
+from gimbal_hil.lockstep import CompiledPath, FramePath, Recorded
 from gimbal_hil.runs import AXES, TICK_ROW
-from gimbal_hil.settings import DaemonSettings
+from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna
+from sim_backend.firmware import close_firmware, run_firmware
+from sim_backend.firmware_run import FirmwareRun
 from sim_backend.model import AntennaModel
 
 #: how much is advanced between two looks at the clock and the keyboard
@@ -70,16 +73,33 @@ class AntennaUnderTest(Protocol):
     def put_back(self, state: dict[str, NDArray[np.generic]]) -> None:
         """Go on from a kept state."""
 
+    def close(self) -> None:
+        """Give back what it runs on."""
+
 
 class LockstepAntenna:
     """The virtual antenna in this process, in lockstep; of its log one row in `log_every` ticks, with frames where that
-    is every tick.
+    is every tick. `firmware` without a word is that of the settings.
     """
 
-    def __init__(self, settings: DaemonSettings, model: AntennaModel, seed: int = 0, log_every: int = 1) -> None:
+    def __init__(
+        self,
+        settings: DaemonSettings,
+        model: AntennaModel,
+        seed: int = 0,
+        log_every: int = 1,
+        firmware: FirmwareRun | None = None,
+    ) -> None:
         self.rate_hz = settings.rate_hz
-        self.engine = CompiledPath(settings, model, seed=seed, keep_frames=log_every == 1)
-        self._log_every = log_every
+        self._log_every, keep_frames = log_every, log_every == 1
+        if firmware is None:
+            link = settings.link
+            firmware = link.embedded.firmware if isinstance(link, EmbeddedAntenna) else FirmwareRun.VIRTUAL
+        if firmware is FirmwareRun.VIRTUAL:
+            self.engine: CompiledPath | FramePath = CompiledPath(settings, model, seed=seed, keep_frames=keep_frames)
+        else:
+            device = run_firmware(firmware, model, settings.rate_hz, seed)
+            self.engine = FramePath(settings, model, seed, device=device, keep_frames=keep_frames)
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -125,6 +145,7 @@ class LockstepAntenna:
         return {name: array.copy() for name, array in self._arrays().items()} | {
             "tick": np.array(self.engine.tick),
             "plan": self.engine.host.plan.copy(),
+            "answer": np.frombuffer(self.engine.answer if isinstance(self.engine, FramePath) else b"", np.uint8),
         }
 
     def put_back(self, state: dict[str, NDArray[np.generic]]) -> None:
@@ -134,17 +155,17 @@ class LockstepAntenna:
         self.engine.tick = int(state["tick"])
         self.engine.host.plan = np.ascontiguousarray(state["plan"], dtype=np.float64)
         self.engine.host.events()
+        if isinstance(self.engine, FramePath):
+            self.engine.answer = state["answer"].tobytes()
+
+    def close(self) -> None:
+        """Give back what the firmware runs on."""
+        close_firmware(self.engine.device)
 
     def _arrays(self) -> dict[str, NDArray[np.generic]]:
-        host, device = self.engine.host, self.engine.device
-        return {
-            "host_integers": host.memory.integers,
-            "host_floats": host.memory.floats,
-            "X": device.X,
-            "drive": device.drive_words,
-            "device_mail": device.mail,
-            "counters": self.engine.alive_counters,
-        }
+        host, engine = self.engine.host, self.engine
+        arrays = {"host_integers": host.memory.integers, "host_floats": host.memory.floats, **engine.device.arrays}
+        return arrays if isinstance(engine, FramePath) else arrays | {"counters": engine.alive_counters}
 
 
 def _part_of(recorded: Recorded, every: int, log_every: int) -> Followed:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import closing
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -33,12 +34,6 @@ def embedded_model_of(settings: DaemonSettings) -> tuple[AntennaModel, int]:
             "an embedded antenna for --lockstep, or a daemon with --run",
         )
     named = link.embedded
-    if named.firmware is not FirmwareRun.VIRTUAL:
-        raise BadInputError(
-            "link.embedded.firmware",
-            f"is {named.firmware}, which cannot be copied at a checkpoint",
-            "virtual, or a daemon with --run",
-        )
     return model_named(named.model), named.seed
 
 
@@ -81,9 +76,17 @@ def conduct(
     if experiment.parts:
         outcome = run_side_by_side(experiment, antenna, folder, header, resume=resume, force=force, progress=progress)
     else:
-        outcome = run_experiment(experiment, antenna(), folder, header, resume=resume, force=force, progress=progress)
-    write_results(outcome, f"{model.name}, seed {seed}, {settings.rate_hz:g} Hz in lockstep")
+        with closing(antenna()) as alone:
+            outcome = run_experiment(experiment, alone, folder, header, resume=resume, force=force, progress=progress)
+    write_results(outcome, f"{_answering(settings, model)}, seed {seed}, {settings.rate_hz:g} Hz in lockstep")
     return outcome
+
+
+def _answering(settings: DaemonSettings, model: AntennaModel) -> str:
+    link = settings.link
+    if not isinstance(link, EmbeddedAntenna) or link.embedded.firmware is FirmwareRun.VIRTUAL:
+        return model.name
+    return f"C device ({link.embedded.firmware}) with antenna {model.name}"
 
 
 def conduct_through_daemon(

@@ -14,7 +14,7 @@ import pickle
 import shutil
 import signal
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
@@ -51,10 +51,10 @@ class _Part:
 
     def run(self, progress: ProgressSink) -> None:
         """From its last checkpoint, or from the start; waits until no other process is at it."""
-        with _alone(self.folder):
+        with _alone(self.folder), closing(self.antenna()) as antenna:
             resume = (self.folder / CHECKPOINT_FILE).exists()
             run_experiment(
-                self.experiment, self.antenna(), self.folder, self.header, resume=resume, force=True, progress=progress
+                self.experiment, antenna, self.folder, self.header, resume=resume, force=True, progress=progress
             )
 
 

@@ -19,7 +19,7 @@ _HOST, _PLAUSIBLE, _CONNECTING = (
     "tests/host/test_plausibility.py",
     "tests/host/test_connecting.py",
 )
-_DRIVE = "tests/device/guard_scenarios.py"
+_DRIVE = "tests/device/guard_scenarios"
 #: what a stop does, in words
 STOPS = {
     StopReaction.COAST: "coasts, brake closes",

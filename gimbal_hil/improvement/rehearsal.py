@@ -13,6 +13,7 @@ from firmware_protocol.errors import SafetyStopError
 from gimbal_hil.experiments import Experiment, LockstepAntenna, Signals
 from gimbal_hil.settings import DaemonSettings
 from gimbal_hil.signals import SignalsTable
+from sim_backend.firmware_run import FirmwareRun
 from sim_backend.model import AntennaModel
 
 #: signals that a rehearsal's table carries
@@ -36,7 +37,7 @@ def rehearse(experiment: Experiment, settings: DaemonSettings, model: AntennaMod
     """Run an experiment on a virtual antenna made from `model`, in lockstep and without a log."""
     if experiment.base is not None:
         model = model.with_base(experiment.base)
-    antenna = LockstepAntenna(settings, model, seed, log_every=1000)
+    antenna = LockstepAntenna(settings, model, seed, log_every=1000, firmware=FirmwareRun.VIRTUAL)
     parts: list[Signals] = []
     stopped = None
     try:

@@ -21,7 +21,7 @@ from firmware_protocol.links import FaultsConfig, FaultyLink, memory_pair
 from firmware_protocol.lockstep import Ticking
 from gimbal_hil.host import LOG_WORDS, MEASURED, ROW_WORDS, ROWS_KEPT, Host, HostEvent, HostState, Program, layout
 from gimbal_hil.lockstep.compiled_run import FRAME_WORDS, MOST_FRAMES, run_ticks
-from gimbal_hil.runs import AXES, FRAME_ROW, TICK_ROW
+from gimbal_hil.runs import AXES, FRAME_ROW, TICK_ROW, FrameDirection, frames_of_blocks
 from gimbal_hil.settings import DaemonSettings, host_configuration
 from sim_backend.device import Device
 from sim_backend.model import AntennaModel
@@ -121,8 +121,9 @@ class _Engine(ABC):
 
 
 class FramePath(_Engine):
-    """Every byte through encoder, link and decoder. `exchange` is told of every tick, for a recorder. `remote` is an
-    antenna behind a link in place of `device`, which then only says what is known of it.
+    """Every byte through encoder, link and decoder. `exchange` is told of every tick, for a recorder; with
+    `keep_frames` what is recorded holds the frames too. `remote` is an antenna behind a link in place of `device`,
+    which then only says what is known of it.
     """
 
     def __init__(
@@ -134,14 +135,17 @@ class FramePath(_Engine):
         exchange: Exchange | None = None,
         device: Device | None = None,
         remote: Ticking | None = None,
+        keep_frames: bool = False,
     ) -> None:
         super().__init__(settings, model, seed, device)
         self._exchange = exchange
+        self._keep_frames = keep_frames
         self._remote: Ticking = self.device if remote is None else remote
         near, self._far = memory_pair()
         #: without faults a link of one block: what the device answered last
         self._link = None if faults is None else FaultyLink(near, faults)
-        self._answer = b""
+        #: that answer; it is what the host has not heard yet
+        self.answer = b""
 
     def advance(self, ticks: int, *, until_done: bool = False, every: int = 1) -> Recorded:
         """See `Lockstep`."""
@@ -150,18 +154,21 @@ class FramePath(_Engine):
         host.take_log()
         logs: list[NDArray[np.int64]] = []
         events: list[HostEvent] = []
+        blocks: list[bytes] = []
         first = self.tick
         step_ns = self.step_ns
         for tick in range(first, first + ticks):
-            received = self._answer if link is None else link.receive()
+            received = self.answer if link is None else link.receive()
             sent = host_tick(tick, tick * step_ns, received)
             if link is None:
-                self._answer = device_tick(sent)
+                self.answer = device_tick(sent)
             else:
                 link.send(sent)
                 far.send(device_tick(far.receive()))
             if exchange is not None:
                 exchange(tick, received, sent)
+            if self._keep_frames:
+                blocks += (received, sent)
             if tick % 32 == 31:
                 events += host.events()
                 if tick % ROWS_KEPT == ROWS_KEPT - 1:
@@ -175,8 +182,9 @@ class FramePath(_Engine):
             _stacked(logs, LOG_WORDS),
             self.tick - first,
             1.0 / self.settings.rate_hz,
-            events=tuple(events),
-            axes=host.axes,
+            _frames_of(first, blocks),
+            tuple(events),
+            host.axes,
         )
 
     def _decimated(self, log: NDArray[np.int64], every: int) -> NDArray[np.int64]:
@@ -267,6 +275,14 @@ def joined(parts: list[Recorded]) -> Recorded:
         tuple(event for part in parts for event in part.events),
         parts[0].axes,
     )
+
+
+def _frames_of(first: int, blocks: list[bytes]) -> NDArray[np.int64]:
+    """Frame rows of what was received and sent from tick `first` on."""
+    count = len(blocks) // 2
+    ticks = np.repeat(np.arange(first, first + count), 2)
+    directions = np.tile([int(FrameDirection.DEVICE_TO_HOST), int(FrameDirection.HOST_TO_DEVICE)], count)
+    return frames_of_blocks(ticks, directions, blocks).view(np.int64).reshape(-1, FRAME_WORDS)
 
 
 def _stacked(arrays: list[NDArray[np.int64]], words: int) -> NDArray[np.int64]:

@@ -144,6 +144,11 @@ class Device:
         sent = device_frame_tick(self._words, self._x_size, size)
         return self._octets[_RECEIVED_SIZE : _RECEIVED_SIZE + sent].tobytes()
 
+    @property
+    def arrays(self) -> dict[str, np.ndarray]:
+        """What decides what comes next: copied it is a checkpoint, written to it is put back."""
+        return {"X": self.X, "drive": self.drive_words, "device_mail": self.mail}
+
     def take_over(self, before: Device) -> None:
         """Go on where another antenna stands, with this one's own model: an effect that sets in while it runs."""
         words, others = self._words, before._words

@@ -3,7 +3,7 @@ code of a microcontroller.
 """
 
 from sim_backend.firmware.antenna import FirmwareAntenna, LibraryAntenna, fill_settings
-from sim_backend.firmware.board import BoardAntenna, build_board
+from sim_backend.firmware.board import BoardAntenna, BoardImage, build_board
 from sim_backend.firmware.library import (
     DEVICE_SOURCES,
     PROTOCOL_FOLDER,
@@ -24,6 +24,7 @@ __all__ = [
     "WARNINGS",
     "BenchLibrary",
     "BoardAntenna",
+    "BoardImage",
     "FirmwareAntenna",
     "HostBench",
     "LibraryAntenna",

@@ -40,8 +40,11 @@ def fill_settings(settings: CSettings, drive: Any, axes: int) -> None:
 class FirmwareAntenna(Device):
     """A virtual antenna whose frames come from firmware; how that is run, a class below says.
 
-    `drive` is the state of the C device, `electronics` the record that its sensors and motors are in.
+    `firmware` is the memory of the C device and `drive` the state in it, `electronics` the record that its sensors and
+    motors are in.
     """
+
+    firmware: Any
 
     def __init__(
         self, model: AntennaModel, settings: FirmwareSettings | None = None, rate_hz: float = 1000.0, seed: int = 0
@@ -63,25 +66,23 @@ class FirmwareAntenna(Device):
     def _firmware_tick(self, received: bytes) -> bytes:
         """One tick of the firmware, in the midst of which it calls `_pass`."""
 
-    def _pass(self, bench: Any) -> None:
-        """Let the tick pass on the plant as the firmware's actuation says, and give it what the sensors read."""
-        wanted, sensed = self._wanted, self._sensed
-        for axis in range(AXES):
-            asked = bench.wanted[axis]
-            wanted[WANTED_SIZE * axis : WANTED_SIZE * (axis + 1)] = (
-                asked.torque,
-                asked.powered,
-                asked.shorted,
-                asked.brake_held,
-            )
-        self._advance_plant()
-        values = sensed.tolist()
-        for axis in range(AXES):
-            sample, at = bench.samples[axis], SENSED_SIZE * axis
-            sample.position, sample.rate, sample.torque, sample.winding = values[at : at + 4]
-            sample.valid = bool(values[at + 4])
-        base = bench.base
-        base.roll, base.pitch, base.yaw, base.p, base.q, base.r = values[AXES * SENSED_SIZE :]
+    def _look_into(self, firmware: Any, settings: CSettings) -> None:
+        """Take these as the memory of the C device and of its settings."""
+        self.firmware, self.drive, self._own_settings = firmware, firmware.drive, settings
+        # before it are two pointers, which are never the same
+        self._kept = np.frombuffer(firmware, np.uint8)[type(firmware).drive.offset :]
+
+    @property
+    def arrays(self) -> dict[str, np.ndarray]:
+        """See `Device`; those of the C device with it."""
+        return super().arrays | {"firmware": self._kept}
+
+    def take_over(self, before: Device) -> None:
+        """See `Device`; `before` runs the same firmware in the same way."""
+        assert isinstance(before, FirmwareAntenna)
+        super().take_over(before)
+        self._kept[:] = before._kept
+        ctypes.memmove(ctypes.addressof(self._own_settings), bytes(before._own_settings), ctypes.sizeof(CSettings))
 
     def _advance_plant(self) -> None:
         """One tick from `_wanted` to `_sensed`."""
@@ -112,6 +113,17 @@ class FirmwareAntenna(Device):
         """Set-points that fed the deadman, and repeats or stale ones that did not."""
         return int(self.drive.taken), int(self.drive.refused)
 
+    @property
+    def bad_frames(self) -> int:
+        """Frames dropped so far because of their CRC, a field's range or a strange identifier."""
+        device = self.firmware
+        return int(device.stray_frames) + sum(int(one.crc_errors + one.out_of_range) for one in device.receivers)
+
+    @property
+    def repeated_frames(self) -> int:
+        """Frames dropped so far because their alive counter repeats or comes late."""
+        return sum(int(one.duplicates) for one in self.firmware.receivers)
+
     def set_supply(self, supply_v: float) -> None:
         """Let the supply have another voltage, as on a bench: below the firmware's least one the drive faults."""
         with self._electronics_as_drive():
@@ -132,7 +144,69 @@ class FirmwareAntenna(Device):
             self.drive = state
 
 
-class LibraryAntenna(FirmwareAntenna):
+class BenchAntenna(FirmwareAntenna):
+    """The C device on a bench of memory (`gimbal_bench.h`), which calls back for a tick to pass on the plant."""
+
+    def __init__(
+        self,
+        bench: Any,
+        model: AntennaModel,
+        settings: FirmwareSettings | None = None,
+        rate_hz: float = 1000.0,
+        seed: int = 0,
+    ) -> None:
+        super().__init__(model, settings, rate_hz, seed)
+        self.bench = bench
+        self._failure: BaseException | None = None
+        fill_settings(bench.settings, self.electronics, len(self.model.axes))
+        self._power_up()
+        self._look_into(bench.device, bench.settings)
+
+    @abstractmethod
+    def _power_up(self) -> None:
+        """Start the device of the bench, and have it call `_called_back`."""
+
+    @abstractmethod
+    def _bench_tick(self, received: bytes) -> None:
+        """One tick of the bench."""
+
+    def _called_back(self, *_: object) -> None:
+        # an exception cannot pass through C, and would be lost in an emulator
+        try:
+            self._pass()
+        except BaseException as error:
+            self._failure = error
+
+    def _firmware_tick(self, received: bytes) -> bytes:
+        self.bench.supply = int(self.electronics.supply)
+        self._bench_tick(received)
+        if self._failure is not None:
+            failure, self._failure = self._failure, None
+            raise failure
+        return bytes(memoryview(self.bench.sent)[: self.bench.sent_size])
+
+    def _pass(self) -> None:
+        """Let the tick pass on the plant as the firmware's actuation says, and give it what the sensors read."""
+        wanted, sensed, bench = self._wanted, self._sensed, self.bench
+        for axis in range(AXES):
+            asked = bench.wanted[axis]
+            wanted[WANTED_SIZE * axis : WANTED_SIZE * (axis + 1)] = (
+                asked.torque,
+                asked.powered,
+                asked.shorted,
+                asked.brake_held,
+            )
+        self._advance_plant()
+        values = sensed.tolist()
+        for axis in range(AXES):
+            sample, at = bench.samples[axis], SENSED_SIZE * axis
+            sample.position, sample.rate, sample.torque, sample.winding = values[at : at + 4]
+            sample.valid = bool(values[at + 4])
+        base = bench.base
+        base.roll, base.pitch, base.yaw, base.p, base.q, base.r = values[AXES * SENSED_SIZE :]
+
+
+class LibraryAntenna(BenchAntenna):
     """The C device as a library of this process."""
 
     def __init__(
@@ -143,39 +217,14 @@ class LibraryAntenna(FirmwareAntenna):
         rate_hz: float = 1000.0,
         seed: int = 0,
     ) -> None:
-        super().__init__(model, settings, rate_hz, seed)
         self._library = library
-        self.bench = HostBench()
-        fill_settings(self.bench.settings, self.electronics, int(len(self.model.axes)))
-        library.start(self.bench)
+        super().__init__(HostBench(), model, settings, rate_hz, seed)
+
+    def _power_up(self) -> None:
+        self._library.start(self.bench)
         # kept, because the C side has only its address
-        self._callback = ctypes.CFUNCTYPE(None)(self._advance)
+        self._callback = ctypes.CFUNCTYPE(None)(self._called_back)
         self.bench.advance = ctypes.cast(self._callback, ctypes.c_void_p)
-        self._failure: BaseException | None = None
-        self.drive = self.bench.device.drive
 
-    def _advance(self) -> None:
-        # an exception cannot pass through C
-        try:
-            self._pass(self.bench)
-        except BaseException as error:
-            self._failure = error
-
-    def _firmware_tick(self, received: bytes) -> bytes:
-        self.bench.supply = int(self.electronics.supply)
+    def _bench_tick(self, received: bytes) -> None:
         self._library.tick(self.bench, received, len(received))
-        if self._failure is not None:
-            failure, self._failure = self._failure, None
-            raise failure
-        return bytes(memoryview(self.bench.sent)[: self.bench.sent_size])
-
-    @property
-    def bad_frames(self) -> int:
-        """Frames dropped so far because of their CRC, a field's range or a strange identifier."""
-        device = self.bench.device
-        return int(device.stray_frames) + sum(int(one.crc_errors + one.out_of_range) for one in device.receivers)
-
-    @property
-    def repeated_frames(self) -> int:
-        """Frames dropped so far because their alive counter repeats or comes late."""
-        return sum(int(one.duplicates) for one in self.bench.device.receivers)

@@ -1,5 +1,6 @@
 """The C device as the firmware of a whole board that QEMU imitates: its UART on a TCP port of this machine, motors and
-sensors on a pair of pipes, at whose other end the plant is.
+sensors on a pair of pipes, at whose other end the plant is, its memory a file that is looked into here, as a debugger
+looks into a board.
 
 The board is in lockstep with whoever speaks to its UART, so it takes the time that QEMU takes.
 """
@@ -7,6 +8,7 @@ The board is in lockstep with whoever speaks to its UART, so it takes the time t
 from __future__ import annotations
 
 import ctypes
+import mmap
 import os
 import select
 import shutil
@@ -16,20 +18,20 @@ import struct
 import subprocess
 import tempfile
 import time
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
-from firmware_protocol import codec
-from firmware_protocol.enumerations import DriveState, FaultCode
+import numpy as np
+
 from firmware_protocol.errors import BadInputError, LinkError
 from firmware_protocol.links import AntennaInStep, CobsFraming, StreamLink, open_serial
-from firmware_protocol.messages import DriveStatus
-from firmware_protocol.schema import BY_NAME
 from sim_backend.device import FirmwareSettings
 from sim_backend.firmware.antenna import FirmwareAntenna, fill_settings
 from sim_backend.firmware.electronics import BASE_SIZE, SENSED_SIZE, WANTED_SIZE
 from sim_backend.firmware.library import DEVICE_SOURCES, SOURCE_FOLDER, WARNINGS, firmware_sources
-from sim_backend.firmware.machine import COMPILER, TARGET, run_tool
-from sim_backend.firmware.structures import AXES, CBase, CSettings
+from sim_backend.firmware.machine import COMPILER, TARGET, addresses_in, run_tool
+from sim_backend.firmware.structures import AXES, CBase, CSettings, SmallDevice
 from sim_backend.model import AntennaModel
 
 EMULATOR = "qemu-system-arm"
@@ -40,33 +42,33 @@ _TO_PLANT, _FROM_PLANT = struct.Struct("<2i2B2B2B2x"), struct.Struct("<10i9ii")
 _NOT_SENSED = ctypes.sizeof(CBase) // 4 - BASE_SIZE
 _STARTS_WITHIN_S = 20.0
 _DEATH_OF_PARENT = 1
-_DRIVE_STATUS = BY_NAME["drive_status"].can_id
+#: memory of the machine, of which the board's variables are in the first part (board.ld)
+_MEMORY_AT, _MEMORY_SIZE = 0x2100_0000, 16 << 20
 
 
-def build_board(folder: Path) -> Path:
-    """Compile and link the board's image into `folder`; BadInputError where the compiler is missing."""
+@dataclass(frozen=True)
+class BoardImage:
+    """The linked image of a board with the addresses of its variables."""
+
+    elf: bytes
+    variables: Mapping[str, int]
+
+
+def build_board(folder: Path, changed: Mapping[str, str] | None = None) -> BoardImage:
+    """Compile and link the board's image in `folder`; `changed` as in `build_library`. BadInputError where the compiler
+    is missing.
+    """
     if shutil.which(COMPILER) is None:
         raise BadInputError("the C device", f"needs {COMPILER}, which is not there", "the package gcc-arm-none-eabi")
     folder.mkdir(parents=True, exist_ok=True)
-    for file, text in firmware_sources().items():
+    for file, text in firmware_sources(changed).items():
         (folder / file).write_text(text, encoding="utf-8")
     for file in _BOARD_FILES:
         shutil.copy(SOURCE_FOLDER / "board" / file, folder / file)
-    sources = ("board.c", *DEVICE_SOURCES)
-    run_tool(
-        folder,
-        COMPILER,
-        "-std=c11",
-        "-Os",
-        *TARGET,
-        *WARNINGS,
-        "-nostartfiles",
-        "-Tboard.ld",
-        *sources,
-        "-o",
-        "image.elf",
-    )
-    return folder / "image.elf"
+    warnings = ["-w"] if changed else WARNINGS
+    linked = ["-nostartfiles", "-Tboard.ld", "board.c", *DEVICE_SOURCES, "-o", "image.elf"]
+    run_tool(folder, COMPILER, "-std=c11", "-Os", *TARGET, *warnings, *linked)
+    return BoardImage((folder / "image.elf").read_bytes(), addresses_in(folder, "bB"))
 
 
 class _Uart(StreamLink):
@@ -87,13 +89,17 @@ class BoardAntenna(FirmwareAntenna):
     """
 
     def __init__(
-        self, model: AntennaModel, settings: FirmwareSettings | None = None, rate_hz: float = 1000.0, seed: int = 0
+        self,
+        image: BoardImage,
+        model: AntennaModel,
+        settings: FirmwareSettings | None = None,
+        rate_hz: float = 1000.0,
+        seed: int = 0,
     ) -> None:
         super().__init__(model, settings, rate_hz, seed)
         if shutil.which(EMULATOR) is None:
             raise BadInputError("the board", f"needs {EMULATOR}, which is not there", "the package qemu-system-arm")
         self._folder = tempfile.TemporaryDirectory()
-        self._status: DriveStatus | None = None
         self._antenna: AntennaInStep | None = None
         number = _free_port()
         self.port = f"socket://127.0.0.1:{number}"
@@ -101,13 +107,14 @@ class BoardAntenna(FirmwareAntenna):
         self._emulator: subprocess.Popen[bytes] | None = None
         self._output = Path(self._folder.name) / "qemu.txt"
         try:
-            self._start(build_board(Path(self._folder.name)), number)
+            self._start(image, Path(self._folder.name), number)
         except BaseException:
             self.close()
             raise
 
-    def _start(self, image: Path, port: int) -> None:
-        pipes = [image.with_name(name) for name in ("to_plant", "from_plant")]
+    def _start(self, image: BoardImage, folder: Path, port: int) -> None:
+        (folder / "image.elf").write_bytes(image.elf)
+        pipes = [folder / name for name in ("to_plant", "from_plant")]
         for pipe in pipes:
             os.mkfifo(pipe)
         # opened both ways, so that neither side waits for the other
@@ -115,18 +122,43 @@ class BoardAntenna(FirmwareAntenna):
         own = CSettings()
         fill_settings(own, self.electronics, len(self.model.axes))
         os.write(self._from_plant, bytes(own) + self._readings())
+        with (folder / "memory").open("w+b") as file:
+            file.truncate(_MEMORY_SIZE)
+            self._memory = mmap.mmap(file.fileno(), _MEMORY_SIZE)
+        memory = f"memory-backend-file,id=memory,size={_MEMORY_SIZE},mem-path=memory,share=on"
         line = f"tcp:127.0.0.1:{port},server=on,wait=off,nodelay=on"
-        words = [EMULATOR, "-machine", _MACHINE, "-nographic", "-monitor", "none", "-kernel", image.name]
-        words += ["-serial", line, "-semihosting-config", "enable=on,target=native"]
+        words = [EMULATOR, "-machine", f"{_MACHINE},memory-backend=memory", "-object", memory, "-kernel", "image.elf"]
+        words += ["-nographic", "-monitor", "none", "-serial", line]
+        words += ["-semihosting-config", "enable=on,target=native"]
         with self._output.open("wb") as output:
             self._emulator = subprocess.Popen(
                 words,
-                cwd=image.parent,
+                cwd=folder,
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=output,
                 preexec_fn=_die_with_parent,
             )
+        self._await_start(image.variables)
+
+    def _await_start(self, addresses: Mapping[str, int]) -> None:
+        """Until the board waits for its first edge; its variables are known then."""
+        places = {name: address - _MEMORY_AT for name, address in addresses.items()}
+        end = time.monotonic() + _STARTS_WITHIN_S
+        while self._memory[places["started"]] == 0:
+            self._hold_emulator_alive()
+            if time.monotonic() > end:
+                raise LinkError(f"QEMU did not start the board within {_STARTS_WITHIN_S:g} s")
+            time.sleep(0.005)
+        self._look_into(
+            SmallDevice.from_buffer(self._memory, places["device"]),
+            CSettings.from_buffer(self._memory, places["settings"]),
+        )
+        self._supply = np.frombuffer(self._memory, "<i4", 1, places["from_plant"] + _FROM_PLANT.size - 4)
+
+    def _hold_emulator_alive(self) -> None:
+        if self._emulator is not None and self._emulator.poll() is not None:
+            raise LinkError(f"QEMU ended with {self._emulator.returncode}: {self._output.read_text()[-300:].strip()}")
 
     def serve(self, timeout_s: float, beside: int = -1) -> bool:
         """Wait for the board's next record at most so long, answer it, say whether the descriptor `beside` can be read;
@@ -135,8 +167,8 @@ class BoardAntenna(FirmwareAntenna):
         ready = select.select([self._to_plant, *([beside] if beside >= 0 else [])], [], [], timeout_s)[0]
         if self._to_plant in ready:
             self._pass_record()
-        elif not ready and self._emulator is not None and self._emulator.poll() is not None:
-            raise LinkError(f"QEMU ended with {self._emulator.returncode}: {self._output.read_text()[-300:].strip()}")
+        elif not ready:
+            self._hold_emulator_alive()
         return beside in ready
 
     def _pass_record(self) -> None:
@@ -153,33 +185,18 @@ class BoardAntenna(FirmwareAntenna):
 
     def _firmware_tick(self, received: bytes) -> bytes:
         if self._antenna is None:
-            self._antenna = AntennaInStep(self._uart())
-        sent = self._antenna.tick(received)
-        for can_id, payload in codec.records(sent):
-            if can_id == _DRIVE_STATUS:
-                status = codec.unpack(can_id, payload)
-                self._status = status if isinstance(status, DriveStatus) else self._status
-        return sent
+            self._antenna = AntennaInStep(_Uart(self, self.port))
+        return self._antenna.tick(received)
 
-    def _uart(self) -> _Uart:
-        end = time.monotonic() + _STARTS_WITHIN_S
-        while True:
-            try:
-                return _Uart(self, self.port)
-            except LinkError:
-                self.serve(0.05)
-                if time.monotonic() > end:
-                    raise
+    def set_supply(self, supply_v: float) -> None:
+        """Let the supply have another voltage from the next tick on, as in a library: the board has its reading."""
+        super().set_supply(supply_v)
+        self._supply[0] = self.electronics.supply
 
     @property
-    def state(self) -> DriveState:
-        """State of the drive, as it said last."""
-        return DriveState.NOT_READY if self._status is None else self._status.state
-
-    @property
-    def fault(self) -> FaultCode:
-        """Latched fault, as it said last."""
-        return FaultCode.NONE if self._status is None else self._status.fault
+    def arrays(self) -> dict[str, np.ndarray]:
+        """See `Device`; the reading of the supply, which comes before a tick, with them."""
+        return super().arrays | {"supply": self._supply}
 
     def close(self) -> None:
         """End QEMU and take its files away."""

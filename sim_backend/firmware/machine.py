@@ -17,7 +17,7 @@ from typing import Any
 
 from firmware_protocol.errors import BadInputError
 from sim_backend.device import FirmwareSettings
-from sim_backend.firmware.antenna import FirmwareAntenna, fill_settings
+from sim_backend.firmware.antenna import BenchAntenna
 from sim_backend.firmware.library import SOURCES, WARNINGS, firmware_sources
 from sim_backend.firmware.structures import SmallBench
 from sim_backend.model import AntennaModel
@@ -61,9 +61,13 @@ def build_image(folder: Path, changed: Mapping[str, str] | None = None, optimise
     linked = ["-nostartfiles", f"-Wl,-Ttext={_FLASH:#x}", "-Wl,-egimbal_bench_tick"]
     run_tool(folder, COMPILER, "-std=c11", optimise, *TARGET, *warnings, *linked, *SOURCES, "-o", "image.elf")
     run_tool(folder, "arm-none-eabi-objcopy", "-O", "binary", "image.elf", "image.bin")
+    return MachineImage((folder / "image.bin").read_bytes(), addresses_in(folder, "Tt"))
+
+
+def addresses_in(folder: Path, kinds: str) -> dict[str, int]:
+    """Address of each name in the image of a folder whose kind is one of nm's letters."""
     rows = [row.split() for row in run_tool(folder, "arm-none-eabi-nm", "image.elf").splitlines()]
-    functions = {row[2]: int(row[0], 16) for row in rows if len(row) == 3 and row[1] in "Tt"}
-    return MachineImage((folder / "image.bin").read_bytes(), functions)
+    return {row[2]: int(row[0], 16) for row in rows if len(row) == 3 and row[1] in kinds}
 
 
 def run_tool(folder: Path, *words: str) -> str:
@@ -82,7 +86,7 @@ def _unicorn() -> Any:
         raise BadInputError("the machine code", "needs the package unicorn", "pip install unicorn") from None
 
 
-class MachineAntenna(FirmwareAntenna):
+class MachineAntenna(BenchAntenna):
     """The virtual antenna with the C device as machine code."""
 
     def __init__(
@@ -93,17 +97,15 @@ class MachineAntenna(FirmwareAntenna):
         rate_hz: float = 1000.0,
         seed: int = 0,
     ) -> None:
-        super().__init__(model, settings, rate_hz, seed)
         self.image = image
         self.instructions = 0
-        self._failure: BaseException | None = None
         self._memory = (ctypes.c_uint8 * _RAM_SIZE)()
         self._processor = self._powered()
-        self.bench = SmallBench.from_buffer(self._memory)
-        fill_settings(self.bench.settings, self.electronics, len(self.model.axes))
+        super().__init__(SmallBench.from_buffer(self._memory), model, settings, rate_hz, seed)
+
+    def _power_up(self) -> None:
         self._call("gimbal_bench_start")
         self.bench.advance = _GATE | 1
-        self.drive = self.bench.device.drive
 
     def _powered(self) -> Any:
         unicorn = _unicorn()
@@ -116,15 +118,8 @@ class MachineAntenna(FirmwareAntenna):
         processor.mem_write(_END, _RETURN)
         readable = unicorn.UC_PROT_READ | unicorn.UC_PROT_WRITE
         processor.mem_map_ptr(_RAM, _RAM_SIZE, readable, ctypes.addressof(self._memory))
-        processor.hook_add(unicorn.UC_HOOK_CODE, self._at_the_gate, begin=_GATE, end=_GATE + 1)
+        processor.hook_add(unicorn.UC_HOOK_CODE, self._called_back, begin=_GATE, end=_GATE + 1)
         return processor
-
-    def _at_the_gate(self, *_: object) -> None:
-        # an exception would be lost in the emulator
-        try:
-            self._pass(self.bench)
-        except BaseException as error:
-            self._failure = error
 
     def _call(self, name: str, *arguments: int) -> None:
         """Call a function of the image with the bench as its first argument."""
@@ -136,15 +131,10 @@ class MachineAntenna(FirmwareAntenna):
         processor.reg_write(arm.UC_ARM_REG_SP, _STACK_TOP)
         processor.reg_write(arm.UC_ARM_REG_LR, _END | 1)
         processor.emu_start(self.image.functions[name] | 1, _END)
-        if self._failure is not None:
-            failure, self._failure = self._failure, None
-            raise failure
 
-    def _firmware_tick(self, received: bytes) -> bytes:
-        self.bench.supply = int(self.electronics.supply)
+    def _bench_tick(self, received: bytes) -> None:
         ctypes.memmove(ctypes.addressof(self._memory) + _BLOCK - _RAM, received, len(received))
         self._call("gimbal_bench_tick", _BLOCK, len(received))
-        return bytes(memoryview(self.bench.sent)[: self.bench.sent_size])
 
     def counted_tick(self, received: bytes = b"") -> tuple[int, int]:
         """One tick, slowly: instructions executed, and bytes of stack touched, those of the bench's functions
@@ -168,14 +158,3 @@ class MachineAntenna(FirmwareAntenna):
         counted, self.instructions = self.instructions, before
         touched = next((place for place, octet in enumerate(stack) if octet != _UNTOUCHED), _STACK_SIZE)
         return counted, _STACK_SIZE - touched
-
-    @property
-    def bad_frames(self) -> int:
-        """Frames dropped so far because of their CRC, a field's range or a strange identifier."""
-        device = self.bench.device
-        return int(device.stray_frames) + sum(int(one.crc_errors + one.out_of_range) for one in device.receivers)
-
-    @property
-    def repeated_frames(self) -> int:
-        """Frames dropped so far because their alive counter repeats or comes late."""
-        return sum(int(one.duplicates) for one in self.bench.device.receivers)

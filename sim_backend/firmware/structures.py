@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ctypes
 from ctypes import c_bool, c_int32, c_int64, c_uint8, c_uint16, c_uint32, c_void_p
+from typing import Any
 
 AXES, PACKET_LIMIT, SEALED_LIMIT, MOST_SENT = 2, 484, 482, 160
 HEARD, SAID = 3, 12
@@ -211,3 +212,5 @@ def bench_of(pointer: type) -> type[ctypes.Structure]:
 HostBench = bench_of(c_void_p)
 #: of a microcontroller with 32 bits
 SmallBench = bench_of(c_uint32)
+#: gimbal_device_t of one
+SmallDevice: Any = SmallBench._fields_[0][1]

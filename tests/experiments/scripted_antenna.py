@@ -47,6 +47,9 @@ class ScriptedAntenna:
     def put_back(self, state: dict[str, NDArray[np.generic]]) -> None:
         self.tick = int(state["tick"])
 
+    def close(self) -> None:
+        """Nothing to give back."""
+
     def _ticks(self, count: int) -> Followed:
         rows = tick_rows(count)
         rows["tick"] = np.arange(self.tick, self.tick + count)

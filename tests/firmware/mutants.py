@@ -4,11 +4,13 @@ and the scenarios of which at least one must notice.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
+from typing import Any
 
-from sim_backend.firmware import BenchLibrary, LibraryAntenna, build_library, firmware_sources
+from sim_backend.firmware import FirmwareAntenna, firmware_sources
 from tests.device import mutants as python_mutants
 from tests.device.bench import bench
 from tests.device.guard_scenarios import SCENARIOS
@@ -303,15 +305,29 @@ _ROWS = (
 MUTANTS = tuple(CMutant(file, source, instead, (of, by)) for file, source, instead, of, by in _ROWS)
 
 
-def library_of(mutant: CMutant | None, folder: Path) -> BenchLibrary:
-    """The device, whole or with one piece changed, without optimisation: it is built often."""
-    return BenchLibrary(build_library(folder, mutant.sources() if mutant else None, "-O0"))
+MakeDevice = Callable[..., FirmwareAntenna]
 
 
-def passes(scenario: str, library: BenchLibrary) -> bool:
-    """Whether a scenario holds on a device."""
-    try:
-        SCENARIOS[scenario](partial(bench, device=partial(LibraryAntenna, library)))
-    except AssertionError:
-        return False
-    return True
+def passes(scenario: str, device: MakeDevice) -> bool:
+    """Whether a scenario holds on devices that are made so, of model, settings and seed."""
+    with ExitStack() as made:
+
+        def kept(*given: Any, **named: Any) -> FirmwareAntenna:
+            antenna = device(*given, **named)
+            made.callback(antenna.close)
+            return antenna
+
+        try:
+            SCENARIOS[scenario](partial(bench, device=kept))
+        except AssertionError:
+            return False
+        return True
+
+
+def survivors(device_of: Callable[[CMutant], MakeDevice], mutants: Iterable[CMutant] = MUTANTS) -> list[str]:
+    """Mutants that no scenario notices on the device that is built of them."""
+    return [
+        f"{one.file}: {one.source!r} -> {one.instead!r}"
+        for one in mutants
+        if all(passes(scenario, device_of(one)) for scenario in one.scenarios)
+    ]

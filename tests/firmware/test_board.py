@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -22,11 +23,13 @@ from gimbal_hil.runs import open_run
 from gimbal_hil.settings import shipped_settings
 from gimbal_hil.testing.recorded import RecordedSignals
 from sim_backend.device import Device
-from sim_backend.firmware import BoardAntenna
+from sim_backend.firmware import BoardAntenna, BoardImage, build_board
 from sim_backend.firmware_run import FirmwareRun
 from sim_backend.model import AntennaModel, shipped_model
 from tests.daemon.daemons import RunningDaemon, patient_configuration
 from tests.device.bench import bench_model
+from tests.device.guard_scenarios import SCENARIOS
+from tests.firmware.mutants import passes, survivors
 from tests.firmware.sessions import Pair, random_actions
 
 MISSING = [tool for tool in ("qemu-system-arm", "arm-none-eabi-gcc") if shutil.which(tool) is None]
@@ -36,38 +39,61 @@ needs_board = pytest.mark.skipif(
 pytestmark = pytest.mark.realtime
 
 
+@pytest.fixture(scope="module")
+def image(tmp_path_factory: pytest.TempPathFactory) -> BoardImage:
+    return build_board(tmp_path_factory.mktemp("board"))
+
+
 @contextmanager
-def board(model: AntennaModel, seed: int = 1) -> Iterator[BoardAntenna]:
-    antenna = BoardAntenna(model, seed=seed)
+def board(image: BoardImage, model: AntennaModel, seed: int = 1) -> Iterator[BoardAntenna]:
+    antenna = BoardAntenna(image, model, seed=seed)
     try:
         yield antenna
     finally:
         antenna.close()
 
 
-def same_session(seed: int, count: int) -> Pair:
-    """Both through random actions. Not the supply: the board reads it with the sensors, a tick later."""
-    with board(bench_model(), 5) as other:
+def same_session(image: BoardImage, seed: int, count: int) -> Pair:
+    """Both through random actions."""
+    with board(image, bench_model(), 5) as other:
         pair = Pair(Device(bench_model(), seed=5), other)
         for action in random_actions(seed, count):
-            if action[0] != "supply":
-                pair.act(action)
+            pair.act(action)
         pair.tick()
         assert pair.both[0].X.tobytes() == pair.both[1].X.tobytes()
         assert (other.state, other.fault) == (pair.both[0].state, pair.both[0].fault)
+        assert (other.set_points, other.torques_nm) == (pair.both[0].set_points, pair.both[0].torques_nm)
     return pair
 
 
 @needs_board
-def test_a_session_leaves_the_frames_of_the_device_and_the_same_motion() -> None:
-    assert same_session(3, 12).ticks > 50
+def test_a_session_leaves_the_frames_of_the_device_and_the_same_motion(image: BoardImage) -> None:
+    assert same_session(image, 3, 12).ticks > 50
 
 
 @needs_board
 @pytest.mark.heavy
-def test_so_do_long_sessions() -> None:
+def test_so_do_long_sessions(image: BoardImage) -> None:
     for seed in range(2000, 2005):
-        assert same_session(seed, 250).ticks > 1000
+        assert same_session(image, seed, 250).ticks > 1000
+
+
+@needs_board
+@pytest.mark.parametrize("scenario", list(SCENARIOS)[::17])
+def test_guards_hold_on_the_board(scenario: str, image: BoardImage) -> None:
+    assert passes(scenario, partial(BoardAntenna, image))
+
+
+@needs_board
+@pytest.mark.heavy
+def test_every_guard_holds_on_the_board(image: BoardImage) -> None:
+    assert [name for name in SCENARIOS if not passes(name, partial(BoardAntenna, image))] == []
+
+
+@needs_board
+@pytest.mark.heavy
+def test_no_guard_can_be_taken_out_of_the_board(tmp_path: Path) -> None:
+    assert survivors(lambda mutant: partial(BoardAntenna, build_board(tmp_path, mutant.sources()))) == []
 
 
 @needs_board
@@ -95,8 +121,8 @@ def test_a_sample_of_the_fault_matrix_ends_safely() -> None:
 
 @needs_board
 @pytest.mark.heavy
-def test_the_daemon_steps_both_axes_over_the_boards_uart(tmp_path: Path) -> None:
-    with board(shipped_model()) as served:
+def test_the_daemon_steps_both_axes_over_the_boards_uart(image: BoardImage, tmp_path: Path) -> None:
+    with board(image, shipped_model()) as served:
         configuration = patient_configuration(tmp_path, {"kind": "serial", "port": served.port})
         done = threading.Event()
         plant = threading.Thread(target=lambda: [served.serve(0.05) for _ in iter(done.is_set, True)], daemon=True)
@@ -127,7 +153,9 @@ def _until_s(client: OperatorClient, antenna_s: float) -> None:
         time.sleep(0.1)
 
 
-def test_a_missing_tool_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_tool_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("PATH", "")
     with pytest.raises(BadInputError, match="qemu-system-arm"):
-        BoardAntenna(shipped_model())
+        BoardAntenna(BoardImage(b"", {}), shipped_model())
+    with pytest.raises(BadInputError, match="gcc-arm-none-eabi"):
+        build_board(tmp_path)

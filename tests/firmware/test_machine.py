@@ -15,10 +15,10 @@ from firmware_protocol.messages import SetPoint
 from gimbal_hil.cli.app import run
 from sim_backend.device import Device
 from sim_backend.firmware import MachineAntenna, MachineImage, build_image
-from tests.device.bench import bench, bench_model, control
+from tests.device.bench import bench_model, control
 from tests.device.guard_scenarios import SCENARIOS
 from tests.endpoints import Sender
-from tests.firmware.mutants import MUTANTS, CMutant
+from tests.firmware.mutants import CMutant, MakeDevice, passes, survivors
 from tests.firmware.sessions import ACTIONS, Action, random_actions, run_both
 
 pytestmark = [
@@ -30,14 +30,6 @@ pytestmark = [
 @pytest.fixture(scope="module")
 def image(tmp_path_factory: pytest.TempPathFactory) -> MachineImage:
     return build_image(tmp_path_factory.mktemp("image"))
-
-
-def passes(scenario: str, image: MachineImage) -> bool:
-    try:
-        SCENARIOS[scenario](partial(bench, device=partial(MachineAntenna, image)))
-    except AssertionError:
-        return False
-    return True
 
 
 @settings(max_examples=15)
@@ -59,18 +51,17 @@ def test_so_do_many_long_sessions(image: MachineImage) -> None:
 
 @pytest.mark.parametrize("scenario", list(SCENARIOS)[::7])
 def test_guards_hold_in_machine_code(scenario: str, image: MachineImage) -> None:
-    assert passes(scenario, image)
+    assert passes(scenario, partial(MachineAntenna, image))
 
 
 @pytest.mark.heavy
 def test_every_guard_holds_in_machine_code_and_none_can_be_taken_out(image: MachineImage, tmp_path: Path) -> None:
-    assert [name for name in SCENARIOS if not passes(name, image)] == []
+    assert [name for name in SCENARIOS if not passes(name, partial(MachineAntenna, image))] == []
 
-    def survives(mutant: CMutant) -> bool:
-        changed = build_image(tmp_path / "mutant", mutant.sources())
-        return all(passes(scenario, changed) for scenario in mutant.scenarios)
+    def machine_of(mutant: CMutant) -> MakeDevice:
+        return partial(MachineAntenna, build_image(tmp_path / "mutant", mutant.sources()))
 
-    assert [f"{one.file}: {one.source!r}" for one in MUTANTS if survives(one)] == []
+    assert survivors(machine_of) == []
 
 
 def test_a_tick_takes_some_thousand_instructions_and_little_stack(image: MachineImage) -> None:

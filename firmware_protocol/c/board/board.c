@@ -63,6 +63,8 @@ static uint32_t plant_in;
 /* number of the last edge, and whether it asked for a tick */
 static uint32_t edge;
 static bool tick_is_due;
+/* for whoever looks into this memory: the device has its settings and waits for its first edge */
+static volatile bool started;
 
 /* One request to the machine that runs QEMU: what it answers. */
 static uint32_t ask_host(uint32_t request, const void *words)
@@ -195,10 +197,13 @@ static void run(void)
     read_plant(&settings, sizeof settings);
     read_plant(&from_plant, sizeof from_plant);
     gimbal_device_start(&device, &settings, &hardware);
+    gimbal_device_begin(&device);
+    started = true;
     for (;;) {
-        gimbal_device_begin(&device);
         wait_for_edge();
         gimbal_device_tick(&device);
+        /* before the answer: from then on whoever looks into this memory finds it at rest */
+        gimbal_device_begin(&device);
         answer();
     }
 }
@@ -211,4 +216,4 @@ void start(void)
     run();
 }
 
-__attribute__((section(".vectors"), used)) static const uintptr_t vectors[2] = {0x20040000u, (uintptr_t)start};
+__attribute__((section(".vectors"), used)) static const uintptr_t vectors[2] = {0x21040000u, (uintptr_t)start};
