@@ -11,7 +11,6 @@ from __future__ import annotations
 import ast
 import hashlib
 import os
-import re
 import stat
 import sys
 from collections.abc import Callable
@@ -64,12 +63,6 @@ def entry_point(function: F) -> F:
     require_own(folder)
     setattr(numba.config, "CACHE_DIR", str(folder))  # noqa: B010 - not in its type stub
     return cast(F, numba.njit(error_model="numpy", cache=True)(function))
-
-
-def is_on_disk(module: str, function: str) -> bool:
-    """Whether the cache holds an entry point as its source stands now. The module must have been imported."""
-    name = re.compile(rf"[\w.]*\.{re.escape(function)}-\d+\..*\.nbc")
-    return any(name.fullmatch(path.name) for path in (cache_directory() / source_digest(module)).rglob("*.nbc"))
 
 
 def cache_directory() -> Path:

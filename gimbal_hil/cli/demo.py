@@ -40,10 +40,7 @@ def command(
         )
     from gimbal_hil.demo import tell
     from gimbal_hil.settings import shipped_settings
-    from gimbal_hil.warming import ask_on_two_cores
 
-    # what the stages need; one after the other it would be twice the time
-    ask_on_two_cores(("lockstep",), ("host", "search", "rigid_body", "friction_fit"), lambda kernel, seconds: None)
     found: dict[str, str] = {}
 
     def say(stage: str, line: str) -> None:

@@ -6,10 +6,6 @@ from typing import Annotated
 
 import typer
 
-#: as equal in time as can be, and those together that share inner functions
-_HERE = ("lockstep", "antenna", "plant", "bench")
-_BESIDE = ("host", "observer", "search", "rigid_body", "friction_fit", "thesis")
-
 
 def command(
     as_json: Annotated[bool, typer.Option("--json", help="Print times as one JSON object.")] = False,
@@ -19,22 +15,22 @@ def command(
     They are kept in $GIMBAL_HIL_CACHE, else ~/.cache/gimbal-hil. What is there already is only loaded.
     """
     import json
+    import time
 
     from firmware_protocol.compiling import cache_directory
     from firmware_protocol.errors import EXIT_DONE
     from gimbal_hil.cli.following import print_next
     from gimbal_hil.cli.progress import ProgressBar
-    from gimbal_hil.warming import KERNELS, Kernel, ask_on_two_cores
+    from gimbal_hil.warming import KERNELS
 
-    took = {kernel.text: 0.0 for kernel in KERNELS}
+    took: dict[str, float] = {}
     with ProgressBar(not as_json) as bar:
         bar.begin("kernels", len(KERNELS), 0.0)
-
-        def told(kernel: Kernel, seconds: float) -> None:
-            took[kernel.text] = seconds
+        for kernel in KERNELS:
+            began = time.monotonic()
+            kernel.ask()
+            took[kernel.text] = time.monotonic() - began
             bar.at(kernel.text, 1.0)
-
-        ask_on_two_cores(_HERE, _BESIDE, told)
     if as_json:
         document = {"cache": str(cache_directory()), "seconds": {name: round(s, 2) for name, s in took.items()}}
         print(json.dumps(document))

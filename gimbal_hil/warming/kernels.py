@@ -8,11 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib import import_module
 
 import numpy as np
-
-from firmware_protocol.compiling import is_on_disk
 
 #: a log that the scored band's filters fit into
 _ROWS, _PERIOD_S, _BAND_HZ = 4000, 1e-3, 25.0
@@ -25,18 +22,6 @@ class Kernel:
     name: str
     text: str
     ask: Callable[[], object]
-    #: the entry points that it compiles, as "module:function"
-    entries: tuple[str, ...]
-
-    @property
-    def on_disk(self) -> bool:
-        """Whether asking for it would compile nothing."""
-        for entry in self.entries:
-            module, function = entry.split(":")
-            import_module(module)
-            if not is_on_disk(module, function):
-                return False
-        return True
 
 
 def _antenna() -> None:
@@ -123,35 +108,14 @@ def _bench() -> None:
 
 #: in the order in which a newcomer needs them
 KERNELS = (
-    Kernel("antenna", "virtual antenna, tick by tick", _antenna, ("sim_backend.device.device:device_frame_tick",)),
-    Kernel("host", "host, tick by tick (daemon)", _host, ("gimbal_hil.host.frame_tick:host_frame_tick",)),
-    Kernel("lockstep", "both in one loop (experiment)", _lockstep, ("gimbal_hil.lockstep.compiled_run:run_ticks",)),
-    Kernel("observer", "model beside the antenna (daemon)", _observer, ("sim_backend.observer:observe",)),
-    Kernel(
-        "rigid_body",
-        "rigid body along a log (identify, discrepancy)",
-        _rigid_body,
-        ("gimbal_hil.signals.rigid_body:_along",),
-    ),
-    Kernel(
-        "friction_fit",
-        "friction of one axis (identify)",
-        _friction_fit,
-        ("gimbal_hil.identification.axis_response:_respond",),
-    ),
-    Kernel("search", "balance of torques (discrepancy, improve)", _search, ("gimbal_hil.discrepancy.kernel:balance",)),
-    Kernel("plant", "plant alone (simulated drives)", _plant, ("sim_backend.plant:run_open_loop",)),
-    Kernel(
-        "thesis",
-        "thesis (experiment thesis)",
-        _thesis,
-        (
-            "gimbal_hil.thesis.closed_loop:_run",
-            "gimbal_hil.thesis.friction_curves:_along",
-            "gimbal_hil.thesis.slip_effects:_accelerations",
-        ),
-    ),
-    Kernel(
-        "bench", "yardsticks (bench)", _bench, ("gimbal_hil.bench.speed:sum_of_sines", "sim_backend.plant:run_steps")
-    ),
+    Kernel("antenna", "virtual antenna, tick by tick", _antenna),
+    Kernel("host", "host, tick by tick (daemon)", _host),
+    Kernel("lockstep", "both in one loop (experiment)", _lockstep),
+    Kernel("observer", "model beside the antenna (daemon)", _observer),
+    Kernel("rigid_body", "rigid body along a log (identify, discrepancy)", _rigid_body),
+    Kernel("friction_fit", "friction of one axis (identify)", _friction_fit),
+    Kernel("search", "balance of torques (discrepancy, improve)", _search),
+    Kernel("plant", "plant alone (simulated drives)", _plant),
+    Kernel("thesis", "thesis (experiment thesis)", _thesis),
+    Kernel("bench", "yardsticks (bench)", _bench),
 )

@@ -6,8 +6,6 @@ from __future__ import annotations
 
 import io
 import json
-import os
-import subprocess
 import sys
 from pathlib import Path
 
@@ -86,9 +84,6 @@ def test_warm_asks_for_every_kernel_and_says_how_long_each_took(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     asked = []
-    # with one core nothing is left to a second process, where the stand-ins would not be
-    monkeypatch.setattr(os, "sched_getaffinity", lambda process: {0})
-    monkeypatch.setattr(Kernel, "on_disk", False)
     for kernel in KERNELS:
         monkeypatch.setitem(kernel.__dict__, "ask", lambda name=kernel.name: asked.append(name))
     for words in (["warm"], ["warm", "--json"]):
@@ -101,23 +96,6 @@ def test_warm_asks_for_every_kernel_and_says_how_long_each_took(
     assert all(kernel.text in said for kernel in KERNELS)
     assert "next: gimbal-hil demo" in said
     assert set(json.loads(said.splitlines()[-1])["seconds"]) == {kernel.text for kernel in KERNELS}
-
-
-def test_two_processes_leave_all_kernels_on_disk(tmp_path: Path) -> None:
-    script = (
-        "from gimbal_hil.warming import ask_on_two_cores\n"
-        "told = []\n"
-        "ask_on_two_cores(['rigid_body'], ['friction_fit'], lambda kernel, took_s: told.append(kernel.name))\n"
-        "print(*sorted(told))"
-    )
-    environment = dict(os.environ, GIMBAL_HIL_CACHE=str(tmp_path))
-    told = [
-        subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True)
-        for _ in range(2)
-    ]
-    assert told[0].stdout.split() == ["friction_fit", "rigid_body"]
-    # the second time both are found
-    assert told[1].stdout.split() == []
 
 
 def test_an_inner_function_answers_python_too_and_is_wrapped_for_it_only_then() -> None:
