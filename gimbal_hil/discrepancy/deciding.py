@@ -7,9 +7,10 @@ from enum import Enum
 
 import numpy as np
 
-from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, stands_out
-from gimbal_hil.discrepancy.judging import Remainder, Rival, Standing, remainders, settled, standings
+from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, settled, stands_out
+from gimbal_hil.discrepancy.judging import Remainder, Standing, remainders, standings
 from gimbal_hil.discrepancy.policy import Policy
+from gimbal_hil.discrepancy.rivals import Rival
 from gimbal_hil.discrepancy.search import NO_WORSE, Path
 from gimbal_hil.discrepancy.wander import left_beside_wander
 from sim_backend.effects import CATALOGUE
@@ -103,7 +104,9 @@ def _only_noise(inquiry: Inquiry, null: State, left: tuple[Remainder, ...]) -> b
 
 def _told(inquiry: Inquiry, standing: Standing, left: tuple[Remainder, ...], suspected_only: bool) -> Told:
     policy = inquiry.policy
-    close = tuple(r for r in standing.rivals if r.close(policy.same, policy.anew if r.is_there else policy.sure))
+    # what stands at its bound is as little an equal of what does not as it would be named itself
+    rivals = (rival for rival in standing.rivals if standing.at_bound or not rival.at_bound)
+    close = tuple(r for r in rivals if r.close(policy.same, policy.anew if r.is_there else policy.sure))
     of_class = class_probability(standing, left[standing.channel], policy, len(inquiry.families))
     shown = not suspected_only and not standing.silent and not standing.at_bound
     close = close[:_MOST_RIVALS]
@@ -147,7 +150,9 @@ def class_probability(standing: Standing, left: Remainder, policy: Policy, candi
         return 0.0
     # that the best of so many candidates does not do so well by chance (Sidak)
     evident = float(norm.cdf(standing.sure)) ** candidates
-    shape = 1.0 / (1.0 + (standing.exhausted.beyond / (2.0 * policy.exhausted)) ** 3)
+    # of what is left, or of the noise that would be left anyway
+    predicted = standing.exhausted.beyond * min(1.0, left.after**2)
+    shape = 1.0 / (1.0 + (predicted / (2.0 * policy.exhausted)) ** 3)
     # what one thing through other variables does, a cause that is no part of it may take a share of
     others = left.predictable.beyond * (1.0 - standing.share) / max(standing.share, 1e-9)
     whole = 1.0 / (1.0 + (others / _OTHERS) ** 2)

@@ -22,6 +22,8 @@ from gimbal_hil.signals import SignalsTable
 
 #: the spectrum is read from here to there, in units of the scored band
 _FROM, _TO = 1.45, 2.6
+#: and further down where white noise is less than this share of what is read
+_TOLD = 0.3
 #: rows at a log's end that are no noise, and those of a segment of its spectrum, times scored band and period: 200 and
 #: 512 at 25 Hz and 1 kHz
 _END, _SEGMENT, _SHORTEST = 5.0, 12.8, 512
@@ -142,7 +144,6 @@ def over_own_noise(
 
 def _law_in_band(wide: WideTwin, left: list[Floats], channel: Channel, bands: Bands, average: str = "median") -> float:
     """Rms in the scored band of the noise law that fits the spectrum above it."""
-    from scipy.optimize import nnls
     from scipy.signal import welch
 
     dt = bands.period_s
@@ -158,17 +159,32 @@ def _law_in_band(wide: WideTwin, left: list[Floats], channel: Channel, bands: Ba
         # a joint that stands, with a torque that stands
         return 0.0
     top = wide.records[0].bands.scored_hz
-    use = (f > _FROM / _TO * top) & (f < 1.25 * top)
-    laws = _noise_laws(f[use], top, channel, dt)
-    weight = 1.0 / psd[use]
-    for _ in range(4):
-        # weighing by the scattered spectrum itself would favour its dips; the fitted law is the better weight
-        share, _ = nnls(laws * weight[:, None], psd[use] * weight)
-        weight = 1.0 / np.maximum(laws @ share, 1e-3 * float(np.median(psd[use])))
+    start, lowest = _FROM / _TO * top, _FROM * bands.scored_hz
+    while True:
+        use = (f > start) & (f < 1.25 * top)
+        laws = _noise_laws(f[use], top, channel, dt)
+        share = _shares(laws, psd[use])
+        if 0.5 * start < lowest or share[0] * laws[0, 0] > _TOLD * float(laws[0] @ share):
+            break
+        # so far above a narrow band the encoder's noise hides the white one, which is what counts inside
+        start *= 0.5
     grid = np.linspace(0.0, bands.scoring[1], 400)
     gain = scoring_gain(grid, bands) ** 2
     noise = _noise_laws(grid, top, channel, dt) @ share
     return float(np.sqrt(np.trapezoid(noise * gain, grid)))
+
+
+def _shares(laws: Floats, power: Floats) -> Floats:
+    """How much of each law of noise, (f, laws), fits a spectrum, every frequency by its own scatter."""
+    from scipy.optimize import nnls
+
+    weight = 1.0 / power
+    share = np.zeros(laws.shape[1])
+    for _ in range(4):
+        # weighing by the scattered spectrum itself would favour its dips; the fitted law is the better weight
+        share, _ = nnls(laws * weight[:, None], power * weight)
+        weight = 1.0 / np.maximum(laws @ share, 1e-3 * float(np.median(power)))
+    return share
 
 
 def _reach(bands: Bands) -> float:

@@ -4,6 +4,7 @@ gives.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
@@ -21,6 +22,8 @@ from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.estimation import Paired, decorrelation_rows, paired
 from gimbal_hil.executor import WorkExecutor, open_executor
 
+#: the data by what it is for, as fields of a state
+PARTS = ("fitted", "selecting", "untouched")
 #: residual, in floors, that stands for a hypothesis which the twin cannot carry along a log
 _BROKEN = 1e6
 
@@ -141,6 +144,19 @@ def refitted(inquiry: Inquiry, state: State, hypothesis: Hypothesis, rounds: int
     return state_of(inquiry, fit(inquiry.twin, hypothesis, inquiry.floor, weighing, rounds, known, leash))
 
 
+def settled(inquiry: Inquiry, state: State) -> State:
+    """The same causes fitted to the fitted logs and the selecting rows together: what one log hardly says another may
+    say clearly.
+    """
+    weighing = weighing_of(inquiry, state)
+    found = fit(inquiry.selectable, state.hypothesis, inquiry.floor, weighing, rounds=10, enough=1e-6)
+    rows = sum(inquiry.row_counts)
+    channels = found.residual.shape[1]
+    return state_of(
+        inquiry, Fit(found.hypothesis, found.residual[:rows], found.jacobian[: rows * channels], found.cost)
+    )
+
+
 def gain_on(inquiry: Inquiry, before: State, after: State, where: str, unit: Floats | None = None) -> Paired:
     """Mean squares a row that `after` takes from `before`, channels each in units of what `before` leaves of the fitted
     rows, or in units of these squares.
@@ -153,6 +169,18 @@ def gain_on(inquiry: Inquiry, before: State, after: State, where: str, unit: Flo
         rows = getattr(state, where) / scale
         parts.append(inquiry.split(rows) if where == "fitted" else inquiry.split_held(rows, where == "selecting"))
     return paired(*parts)
+
+
+def surely_less(inquiry: Inquiry, before: State, after: State, unit: Floats | None = None) -> float:
+    """How surely a state leaves less, over fitted rows and both halves of the hold-out (Stouffer's sum of normal
+    deviates).
+    """
+    return float(sum(gain_on(inquiry, before, after, part, unit).sure for part in PARTS) / math.sqrt(len(PARTS)))
+
+
+def squares_of(state: State) -> Floats:
+    """Mean square per channel of all data, in squared floors."""
+    return mean_squares(np.concatenate([state.fitted, state.held_out()]))
 
 
 def mean_squares(rows: Floats) -> Floats:

@@ -14,52 +14,26 @@ import numpy as np
 
 from gimbal_hil.discrepancy.curve import curve_does_as_well
 from gimbal_hil.discrepancy.exhaustion import Predictable, predictable
-from gimbal_hil.discrepancy.fit import Fit, fit
 from gimbal_hil.discrepancy.hypothesis import at_bound
-from gimbal_hil.discrepancy.inquiry import Inquiry, State, gain_on, mean_squares, refitted, rms, state_of, weighing_of
-from gimbal_hil.discrepancy.release import numbers_instead
-from gimbal_hil.discrepancy.search import Path, control_share, in_its_place
-from gimbal_hil.discrepancy.smoothing import Floats
+from gimbal_hil.discrepancy.inquiry import (
+    PARTS,
+    Inquiry,
+    State,
+    gain_on,
+    mean_squares,
+    refitted,
+    rms,
+    squares_of,
+    surely_less,
+)
+from gimbal_hil.discrepancy.rivals import Rival, rivals_of
+from gimbal_hil.discrepancy.search import Path, control_share
 from gimbal_hil.estimation import Paired
 from sim_backend.effects import CATALOGUE, Variable
 
-PARTS = ("fitted", "selecting", "untouched")
 EVERYTHING = frozenset(Variable)
 #: a change of the hold-out below this share of what is left there is no trace
 _NO_TRACE = 0.1
-
-
-@dataclass(frozen=True)
-class Rival:
-    """What could stand in the place of a cause: one other, or several known numbers that leave their uncertainty;
-    squares that it leaves more, as a share, and how surely.
-    """
-
-    state: State
-    labels: tuple[tuple[str, str], ...]
-    extra: float
-    sure: float
-
-    @property
-    def label(self) -> tuple[str, str]:
-        """(effect, axis) of the first."""
-        return self.labels[0]
-
-    @property
-    def is_there(self) -> bool:
-        """Whether it is a further entry of what stands in the explanation anyway."""
-        return self.state.hypothesis.labels.count(self.label) > 1
-
-    @property
-    def is_cause(self) -> bool:
-        """Whether it is a cause of its state, not numbers that moved."""
-        return self.label in self.state.hypothesis.labels
-
-    def close(self, same: float, sure: float) -> bool:
-        """Whether data do not tell the two apart: by less than a twin is exact to, or less surely than blocks can
-        say.
-        """
-        return self.extra < same or self.sure < sure
 
 
 @dataclass(frozen=True)
@@ -108,19 +82,6 @@ class Remainder:
         return self.after * math.sqrt(max(0.0, 1.0 - self.predictable.beyond))
 
 
-def settled(inquiry: Inquiry, state: State) -> State:
-    """The same causes fitted to the fitted logs and the selecting rows together: what one log hardly says another may
-    say clearly.
-    """
-    weighing = weighing_of(inquiry, state)
-    found = fit(inquiry.selectable, state.hypothesis, inquiry.floor, weighing, rounds=10, enough=1e-6)
-    rows = sum(inquiry.row_counts)
-    channels = found.residual.shape[1]
-    return state_of(
-        inquiry, Fit(found.hypothesis, found.residual[:rows], found.jacobian[: rows * channels], found.cost)
-    )
-
-
 def standings(inquiry: Inquiry, state: State, path: Path) -> tuple[Standing, ...]:
     """Every cause of a state by its own evidence, those that take most first; `path` is what was tried on the way."""
     labels = list(dict.fromkeys(state.hypothesis.labels))
@@ -134,22 +95,16 @@ def _standing(inquiry: Inquiry, state: State, path: Path, label: tuple[str, str]
     for index in reversed(entries):
         rest = rest.minus(index)
     without = refitted(inquiry, state, rest, rounds=4)
-    taken = _squares(without) - _squares(state)
-    channel = int(np.argmax(taken / np.maximum(_squares(without), 1.0)))
-    rivals: tuple[Rival, ...] = ()
-    if len(entries) == 1:
-        others = in_its_place(inquiry, path, without, state, label)
-        found = [rival(inquiry, state, one, (one.hypothesis.labels[-1],)) for one in others]
-        numbers = numbers_instead(inquiry, without, label)
-        if numbers is not None:
-            found.append(rival(inquiry, state, *numbers))
-        rivals = tuple(sorted(found, key=lambda r: r.extra))
+    taken = squares_of(without) - squares_of(state)
+    channel = int(np.argmax(taken / np.maximum(squares_of(without), 1.0)))
+    rivals = rivals_of(inquiry, path, without, state, label) if len(entries) == 1 else ()
     lead = state.hypothesis.causes[entries[0]]
     late = gain_on(inquiry, without, state, "untouched")
     unseen = _unseen(inquiry, state, refitted(inquiry, state, rest, rounds=0))
     return Standing(
-        entries, label, late, _sure(inquiry, without, state),
-        float(taken[channel] / max(_squares(without)[channel], 1e-300)), control_share(inquiry, without, lead), rivals,
+        entries, label, late, surely_less(inquiry, without, state),
+        float(taken[channel] / max(squares_of(without)[channel], 1e-300)), control_share(inquiry, without, lead),
+        rivals,
         predictable(inquiry, state, channel, CATALOGUE[label[0]].acts_through),
         at_bound(inquiry.twin, state.hypothesis, entries[0]), unseen, channel,
         float(np.sum(mean_squares(without.held_out()) - mean_squares(state.held_out()))),
@@ -172,26 +127,6 @@ def _unseen(inquiry: Inquiry, state: State, bare: State) -> bool:
     changes = [rms(getattr(bare, part) - getattr(state, part)) for part in PARTS[1:]]
     levels = [np.maximum(rms(getattr(state, part)), 1.0) for part in PARTS[1:]]
     return all(bool(np.all(change < _NO_TRACE * level)) for change, level in zip(changes, levels, strict=True))
-
-
-def rival(inquiry: Inquiry, state: State, other: State, labels: tuple[tuple[str, str], ...]) -> Rival:
-    """Another explanation against a state, over all data."""
-    mine, theirs = _squares(state), _squares(other)
-    scale = np.maximum(mine, 1.0)
-    extra = float(np.sum((theirs - mine) / scale) / np.sum(mine / scale))
-    # where one leaves much of one channel and the other much of another, neither is the unit of both
-    return Rival(other, labels, extra, _sure(inquiry, other, state, np.minimum(other.fit.squares, state.fit.squares)))
-
-
-def _sure(inquiry: Inquiry, before: State, after: State, unit: Floats | None = None) -> float:
-    """How surely a state leaves less, over fitted rows and both halves of the hold-out (Stouffer's sum of normal
-    deviates).
-    """
-    return float(sum(gain_on(inquiry, before, after, part, unit).sure for part in PARTS) / math.sqrt(len(PARTS)))
-
-
-def _squares(state: State) -> Floats:
-    return mean_squares(np.concatenate([state.fitted, state.held_out()]))
 
 
 def remainders(inquiry: Inquiry, null: State, state: State) -> tuple[Remainder, ...]:

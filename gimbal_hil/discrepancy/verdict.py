@@ -16,8 +16,8 @@ from gimbal_hil.discrepancy.gaps import Gap, gaps_of
 from gimbal_hil.discrepancy.hypothesis import values_of
 from gimbal_hil.discrepancy.inquiry import rms
 from gimbal_hil.discrepancy.intervals import number_intervals, parameter_intervals
-from gimbal_hil.discrepancy.judging import Rival
 from gimbal_hil.discrepancy.record import Channel
+from gimbal_hil.discrepancy.rivals import Rival
 from gimbal_hil.discrepancy.run import Result
 from gimbal_hil.discrepancy.separating import CHANCE, separating_run
 from gimbal_hil.discrepancy.testable import not_testable

@@ -9,6 +9,7 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.discrepancy import Request, diagnose
 from gimbal_hil.discrepancy.evidence import transmitted
 from gimbal_hil.discrepancy.floors import repeat_floor, spectral_floor, wide_twin
+from gimbal_hil.discrepancy.inquiry import settled, squares_of
 from gimbal_hil.discrepancy.intervals import number_intervals
 from gimbal_hil.discrepancy.policy import Policy
 from gimbal_hil.discrepancy.prepare import as_stated, effect_names, prepared, recalibrated, useful_band
@@ -46,14 +47,19 @@ def two_joints(**effect: object) -> AntennaModel:
 
 
 def swing(
-    seconds: float = 8.0, rate_hz: float = 1000.0, noise: float = 0.0, coulomb: float = COULOMB, step: float = STEP
+    seconds: float = 8.0,
+    rate_hz: float = 1000.0,
+    noise: float = 0.0,
+    coulomb: float = COULOMB,
+    step: float = STEP,
+    speed: float = 1.0,
 ) -> tuple[Floats, ...]:
     """Time, torque and encoder position of the arm as it swings both ways."""
     t = np.arange(round(seconds * rate_hz)) / rate_hz
     middle = t + 0.5 / rate_hz
-    angle = [0.8 * np.sin(2.0 * x) + 0.3 * np.sin(5.1 * x) for x in (t, middle)]
-    rate = 1.6 * np.cos(2.0 * middle) + 1.53 * np.cos(5.1 * middle)
-    torque = INERTIA * (-3.2 * np.sin(2.0 * middle) - 7.803 * np.sin(5.1 * middle))
+    angle = [0.8 * np.sin(2.0 * speed * x) + 0.3 * np.sin(5.1 * speed * x) for x in (t, middle)]
+    rate = speed * (1.6 * np.cos(2.0 * speed * middle) + 1.53 * np.cos(5.1 * speed * middle))
+    torque = -INERTIA * speed**2 * (3.2 * np.sin(2.0 * speed * middle) + 7.803 * np.sin(5.1 * speed * middle))
     torque += coulomb * np.sign(rate) + 0.001 * rate + noise * np.random.default_rng(1).standard_normal(len(t))
     return t, torque, np.round(angle[0] / step) * step
 
@@ -192,3 +198,31 @@ def test_what_only_the_model_says_of_a_number_is_as_unsure_as_the_model() -> Non
     low, high = intervals["friction.coulomb"]
     # in shares of the level: the prior of 20 % beside an offset that may take as much
     assert 0.1 < 0.5 * (high - low) < 1.0
+
+
+def test_the_floor_of_a_narrow_band_is_not_read_where_the_encoder_hides_it() -> None:
+    # noise of the drive, which from 30 Hz on lies far under the encoder's
+    t, torque, position = swing(30.0, noise=0.002, coulomb=0.0, step=1e-9)
+    position += 0.3 * STEP * np.random.default_rng(2).standard_normal(len(t))
+    log = table({"pan.torque": torque, "pan.position": position}, t)
+    twin = twin_of(arm(coulomb=0.0), log, 6.25)
+    structure = twin.structure(())
+    inside = float(np.sqrt(np.mean(twin.residual(structure, structure.P) ** 2)))
+    for hz in (6.25, 12.5, 25.0):
+        wide = wide_twin(twin, (log,), hz)
+        found = spectral_floor(wide, structure, structure.P, twin.channels[0], twin.records[0].bands)
+        assert found == pytest.approx(inside, rel=0.25)
+
+
+def test_what_could_stand_in_a_name_s_place_is_compared_at_its_best() -> None:
+    # in slow motion a gain that is off is nearly a Coulomb level that is off
+    logs = []
+    for speed in (0.4, 0.32):
+        t, torque, position = swing(20.0, noise=0.003, coulomb=1.4 * COULOMB, speed=speed)
+        logs.append(table({"pan.torque": torque, "pan.position": position}, t))
+    result = diagnose(Request(arm(coulomb={"value": COULOMB, "uncertainty": "10%"}), (logs[0],), (logs[1],)))
+    (told,) = result.told
+    assert told.standing.label == ("coulomb", "pan")
+    (gain,) = (rival for rival in told.standing.rivals if rival.label == ("torque_gain", "pan"))
+    again = settled(result.inquiry, gain.state)
+    assert float(np.sum(squares_of(again))) > 0.95 * float(np.sum(squares_of(gain.state)))

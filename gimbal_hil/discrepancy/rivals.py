@@ -1,0 +1,97 @@
+"""What could stand in the place of a cause: another one, or several known numbers that leave their uncertainty.
+
+Two explanations are compared where both have settled: a rival on its way looks worse than it is, and the name beside it
+surer.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gimbal_hil.discrepancy.fit import weighed_cost
+from gimbal_hil.discrepancy.hypothesis import at_bound
+from gimbal_hil.discrepancy.inquiry import Inquiry, State, settled, squares_of, surely_less, weighing_of
+from gimbal_hil.discrepancy.release import numbers_instead
+from gimbal_hil.discrepancy.screening import basis_of
+from gimbal_hil.discrepancy.search import Path, in_its_place
+
+#: a rival that, by its slopes where it stands, would leave more squares than this times those of the explanation comes
+#: nowhere near it
+_OUT_OF_REACH = 2.0
+
+
+@dataclass(frozen=True)
+class Rival:
+    """What could stand in the place of a cause: one other, or several known numbers that leave their uncertainty;
+    squares that it leaves more, as a share, and how surely.
+    """
+
+    state: State
+    labels: tuple[tuple[str, str], ...]
+    extra: float
+    sure: float
+    #: its numbers that may go no further
+    at_bound: tuple[str, ...]
+
+    @property
+    def label(self) -> tuple[str, str]:
+        """(effect, axis) of the first."""
+        return self.labels[0]
+
+    @property
+    def is_there(self) -> bool:
+        """Whether it is a further entry of what stands in the explanation anyway."""
+        return self.state.hypothesis.labels.count(self.label) > 1
+
+    @property
+    def is_cause(self) -> bool:
+        """Whether it is a cause of its state, not numbers that moved."""
+        return self.label in self.state.hypothesis.labels
+
+    def close(self, same: float, sure: float) -> bool:
+        """Whether data do not tell the two apart: by less than a twin is exact to, or less surely than blocks can
+        say.
+        """
+        return self.extra < same or self.sure < sure
+
+
+def rivals_of(inquiry: Inquiry, path: Path, without: State, state: State, label: tuple[str, str]) -> tuple[Rival, ...]:
+    """What could stand in the place of the cause with a label, beside everything else of a state, closest first.
+
+    `without` is the state without that cause, and `path` what was tried on the way.
+    """
+    others = in_its_place(inquiry, path, without, state, label)
+    found: list[tuple[State, tuple[tuple[str, str], ...]]] = [(o, (o.hypothesis.labels[-1],)) for o in others]
+    numbers = numbers_instead(inquiry, without, label)
+    if numbers is not None:
+        found.append(numbers)
+    rivals = [_rival(inquiry, state, _at_its_best(inquiry, state, other), labels) for other, labels in found]
+    return tuple(sorted(rivals, key=lambda rival: rival.extra))
+
+
+def _at_its_best(inquiry: Inquiry, state: State, other: State) -> State:
+    """Another explanation settled as the state is, where that could bring it near."""
+    weighing = weighing_of(inquiry, state)
+    basis, rows = basis_of(other.fit, weighing)
+    reach = float(rows @ rows - np.sum((basis.T @ rows) ** 2))
+    if reach > _OUT_OF_REACH * weighed_cost(state.fit, weighing):
+        return other
+    best = settled(inquiry, other)
+    return best if np.sum(squares_of(best)) < np.sum(squares_of(other)) else other
+
+
+def _rival(inquiry: Inquiry, state: State, other: State, labels: tuple[tuple[str, str], ...]) -> Rival:
+    """Another explanation against a state, over all data."""
+    mine, theirs = squares_of(state), squares_of(other)
+    scale = np.maximum(mine, 1.0)
+    extra = float(np.sum((theirs - mine) / scale) / np.sum(mine / scale))
+    # where one leaves much of one channel and the other much of another, neither is the unit of both
+    sure = surely_less(inquiry, other, state, np.minimum(other.fit.squares, state.fit.squares))
+    newest = len(other.hypothesis.causes) - 1
+    is_cause = labels[0] in other.hypothesis.labels
+    return Rival(other, labels, extra, sure, at_bound(inquiry.twin, other.hypothesis, newest) if is_cause else ())
+
+
+__all__ = ["Rival", "rivals_of"]
