@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from firmware_protocol.errors import BadInputError, GimbalHilError
 from gimbal_hil.checking.kinds import FileKind, kind_of
 from gimbal_hil.experiments import embedded_model_of, load_plan
 from gimbal_hil.runs import open_run
 from gimbal_hil.settings import EmbeddedAntenna, load_settings
-from gimbal_hil.signals import read_signals
+from gimbal_hil.signals import ColumnMap, read_signals
 from sim_backend.carrying import INNER, OUTER
-from sim_backend.model import load_model
+from sim_backend.model import AntennaModel, load_model
 
 #: keys of a plan's segment that hold a table and are no axis
 _NO_AXES = ("guards", "meaning")
+_AS_CALLED = ColumnMap({})
+#: what says in one line what a file holds: path, document, names of axes
+_Look: TypeAlias = Callable[[Path, dict[str, Any], tuple[str, ...]], str]
 
 
 @dataclass(frozen=True)
@@ -45,15 +50,31 @@ class Checked:
         }
 
 
-def check_files(paths: Sequence[Path], axes: Sequence[str] = ()) -> list[Checked]:
+def check_files(paths: Sequence[Path], axes: Sequence[str] = (), columns: ColumnMap = _AS_CALLED) -> list[Checked]:
     """Check each file; BadInputError only for one that is not there or of no kind that is known.
 
     Plans and tables call axes by names that they do not declare: those of `axes`, else those of a model or
-    configuration among the files, else any.
+    configuration among the files, else any. `columns` says what tables call theirs.
     """
     kinds = [kind_of(path) for path in paths]
     named = tuple(axes) or _declared(kinds)
-    return [_checked(path, kind, document, named) for path, (kind, document) in zip(paths, kinds, strict=True)]
+    looks = _LOOKS | {FileKind.SIGNALS: partial(_signals, model=_model_among(paths, kinds, named), columns=columns)}
+    return [
+        _checked(looks[kind], path, kind, document, named) for path, (kind, document) in zip(paths, kinds, strict=True)
+    ]
+
+
+def _model_among(
+    paths: Sequence[Path], kinds: Sequence[tuple[FileKind, dict[str, Any]]], axes: tuple[str, ...]
+) -> AntennaModel | None:
+    """The first file that is a sound model of these axes: it knows whether they turn and what a current makes."""
+    for path, (kind, _) in zip(paths, kinds, strict=True):
+        if kind is FileKind.MODEL:
+            with suppress(GimbalHilError):
+                model = load_model(path)
+                if model.axes == axes:
+                    return model
+    return None
 
 
 def _declared(kinds: Sequence[tuple[FileKind, dict[str, Any]]]) -> tuple[str, ...]:
@@ -71,9 +92,9 @@ def _carrying_first(axes: dict[str, Any]) -> tuple[str, ...]:
     return tuple(sorted(axes, key=is_carried))
 
 
-def _checked(path: Path, kind: FileKind, document: dict[str, Any], axes: tuple[str, ...]) -> Checked:
+def _checked(look: _Look, path: Path, kind: FileKind, document: dict[str, Any], axes: tuple[str, ...]) -> Checked:
     try:
-        return Checked(path, kind, _LOOKS[kind](path, document, axes))
+        return Checked(path, kind, look(path, document, axes))
     except BadInputError as refusal:
         return Checked(path, kind, "", (_alone(refusal), *refusal.others) if refusal.others else (refusal,))
     except GimbalHilError as error:
@@ -130,10 +151,12 @@ def _named_in(document: dict[str, Any]) -> tuple[str, ...]:
     return (OUTER, INNER) if set(found) <= {OUTER, INNER} or len(found) > 2 else found
 
 
-def _signals(path: Path, _document: dict[str, Any], axes: tuple[str, ...]) -> str:
+def _signals(
+    path: Path, _document: dict[str, Any], axes: tuple[str, ...], model: AntennaModel | None, columns: ColumnMap
+) -> str:
     if not axes:
         raise BadInputError(str(path), "axes are not known", "--axes NAME,NAME, or the model file beside it")
-    table = read_signals(path, axes)
+    table = read_signals(path, model or axes, columns=columns)
     notes = "".join(f"; {note}" for note in table.notes)
     return f"{len(table)} rows at {1.0 / table.period_s:g} Hz, axes {' and '.join(axes)}{notes}"
 
@@ -145,10 +168,9 @@ def _run(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> str:
     return f"{header.title or 'run'}, {len(run.ticks)} ticks at {rate_hz:g} Hz, axes {axes}"
 
 
-_LOOKS = {
+_LOOKS: dict[FileKind, _Look] = {
     FileKind.CONFIGURATION: _configuration,
     FileKind.MODEL: _model,
     FileKind.PLAN: _plan,
-    FileKind.SIGNALS: _signals,
     FileKind.RUN: _run,
 }

@@ -7,8 +7,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gimbal_hil.cli.columns import COLUMN_HELP, COLUMN_PAIR
+
 if TYPE_CHECKING:
     from gimbal_hil.checking import Checked
+
+#: options that take several values after one another
+MANY_VALUED = ("--column",)
 
 
 def command(
@@ -20,6 +25,7 @@ def command(
         str | None,
         typer.Option(metavar="NAME,NAME", help="Axes of plans and tables; else those of a model here."),
     ] = None,
+    column: Annotated[list[str] | None, typer.Option(metavar=COLUMN_PAIR, help=COLUMN_HELP)] = None,
     schema: Annotated[
         str | None,
         typer.Option(metavar="KIND", help="Print the JSON schema of a configuration, model or plan instead."),
@@ -37,13 +43,14 @@ def command(
     from gimbal_hil.checking import check_files
     from gimbal_hil.cli.following import after_check, print_next
     from gimbal_hil.report import Case, write_junit
+    from gimbal_hil.signals import ColumnMap
 
     if schema is not None:
         return _print_schema(schema)
     if not files:
         raise BadInputError("FILE", "is missing", "files or a folder to check, or --schema KIND")
     names = tuple(name for name in (axes or "").split(",") if name)
-    checked = check_files([file for given in files for file in _spread(given)], names)
+    checked = check_files([file for given in files for file in _spread(given)], names, ColumnMap.of_words(column))
     good = all(not one.faults for one in checked)
     if junit is not None:
         cases = [Case(str(one.path), "\n".join(_lines(one)), bool(one.faults)) for one in checked]
@@ -52,7 +59,7 @@ def command(
         print(json.dumps({"good": good, "files": [one.as_dict() for one in checked]}))
     else:
         print("\n".join(line for one in checked for line in _lines(one)))
-        print_next(after_check(files, [(one.kind.value, one.path) for one in checked], good))
+        print_next(after_check(files, [(one.kind.value, one.path) for one in checked], good, column or ()))
     return EXIT_DONE if good else EXIT_NO
 
 

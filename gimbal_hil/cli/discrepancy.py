@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gimbal_hil.cli.columns import COLUMN_HELP, COLUMN_PAIR
 from gimbal_hil.cli.completion import model_names
 
 if TYPE_CHECKING:
     from gimbal_hil.library import Finding
 
 #: options that take several values after one another
-MANY_VALUED = ("--measured", "--holdout")
+MANY_VALUED = ("--measured", "--holdout", "--column")
 MODEL_FILE, VERDICT_FILE, REPORT_FILE, RECALIBRATED_FILE = (
     "model.yaml",
     "verdict.json",
@@ -45,6 +46,7 @@ def command(
             metavar="MODEL", autocompletion=model_names, help="Model file, or name of a shipped one; without it thesis."
         ),
     ] = None,
+    column: Annotated[list[str] | None, typer.Option(metavar=COLUMN_PAIR, help=COLUMN_HELP)] = None,
     resample: Annotated[
         bool,
         typer.Option("--resample", help="Accept tables of uneven time or different rates and put all on one grid."),
@@ -80,16 +82,19 @@ def command(
     """Find what the model lacks, name it, add it, and show the gap shrink on data that had no part in the search.
 
     Logs come from `gimbal-hil experiment survey` (to search in) and `survey_holdout` (to judge on), or are tables of
-    your own with the columns time_s, AXIS.position and AXIS.torque (docs/signals-table.md).
+    your own with the columns time_s, AXIS.position and AXIS.torque (docs/signals-table.md), or with others, which
+    --column names: `--column time_s=t_ms:ms joint.position=theta:deg`.
     """
     from firmware_protocol.errors import BadInputError
     from gimbal_hil.library import question_of
+    from gimbal_hil.signals import ColumnMap
     from sim_backend.model import model_named, shipped_model
 
     fails = _verdicts(fail_on)
     _refuse(out, force, only, without)
     given = model_named(model) if model else shipped_model()
     logs: dict[str, Any] = {"resample": resample, "drop_invalid": drop_invalid, "rate_hz": rate}
+    logs["columns"] = ColumnMap.of_words(column)
     try:
         question = question_of(
             given, measured, holdout or (), only=only or (), without=without or (), band_hz=band, **logs

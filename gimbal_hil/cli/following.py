@@ -43,17 +43,19 @@ def after_demo() -> str:
     return command_line("init", "mine")
 
 
-def after_check(given: Sequence[Path], kinds: Sequence[tuple[str, Path]], good: bool) -> str:
+def after_check(
+    given: Sequence[Path], kinds: Sequence[tuple[str, Path]], good: bool, columns: Sequence[str] = ()
+) -> str:
     """Where something is wrong the same check again, else the first use of what was checked; `kinds` as in
     `FileKind`.
     """
     if not good:
-        return command_line("check", *given)
+        return command_line("check", *given, column=columns)
     first = dict(reversed(kinds))
     configuration, model = first.get("configuration"), first.get("model")
     for kind in ("run folder", "signals table"):
         if kind in first:
-            return command_line("identify", first[kind], model=model, out="identified")
+            return command_line("identify", first[kind], model=model, column=columns, out="identified")
     what = first.get("plan", "step")
     return command_line("experiment", what, config=configuration, model=None if configuration else model)
 

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gimbal_hil.cli.columns import COLUMN_HELP, COLUMN_PAIR
 from gimbal_hil.cli.completion import model_names
 
 if TYPE_CHECKING:
     from gimbal_hil.identification import AxisIdentification, Log
+    from gimbal_hil.signals import ColumnMap
     from sim_backend.model import AntennaModel
 
+#: options that take several values after one another
+MANY_VALUED = ("--column",)
 MODEL_FILE, ANSWER_FILE, REPORT_FILE = "model.yaml", "identification.json", "report.html"
 
 
@@ -25,6 +29,7 @@ class _Reading:
     resample: bool
     drop_invalid: bool
     rate_hz: float | None
+    columns: ColumnMap
 
 
 def command(
@@ -65,6 +70,7 @@ def command(
             help="Break-away torque as far as known, in place of the model's: slow torque is told by it.",
         ),
     ] = None,
+    column: Annotated[list[str] | None, typer.Option(metavar=COLUMN_PAIR, help=COLUMN_HELP)] = None,
     resample: Annotated[
         bool, typer.Option("--resample", help="Accept tables with uneven time and resample them.")
     ] = False,
@@ -87,10 +93,11 @@ def command(
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO
     from gimbal_hil.cli.following import after_identify, print_next
     from gimbal_hil.identification import Determination, identification_record
+    from gimbal_hil.signals import ColumnMap
 
     _refuse_what_stands_there(out, force)
     given, axes = _prior(model, axis, breakaway)
-    reading = _Reading(torque_driven, resample, drop_invalid, rate)
+    reading = _Reading(torque_driven, resample, drop_invalid, rate, ColumnMap.of_words(column))
     results = _identify(runs, given, axes, reading, workers, seed, ramps_at_rest, as_json)
     record = identification_record(results, [str(path) for path in runs])
     _write(out, given, results, record)
@@ -168,7 +175,7 @@ def _identify(
         task = bar.add_task("reading logs", total=len(runs) + len(axes))
         logs: list[Log] = []
         for path in runs:
-            logs += read_logs(path, model, **asdict(reading))
+            logs += read_logs(path, model, **vars(reading))
             bar.advance(task)
         preflight(model, tuple(log.table for log in logs))
         results = []

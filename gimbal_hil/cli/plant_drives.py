@@ -21,6 +21,7 @@ def serve_drives(
     link: AdapterLinkConfig, model: AntennaModel, seed: int, duration_s: float | None, as_json: bool
 ) -> int:
     """Serve until stopped (130) or for a time (0)."""
+    from gimbal_hil.timing import control_and_witness_cores, real_time
     from sim_backend.drives import DrivenGimbal, DriveServer
 
     print("preparing the compiled gimbal", file=sys.stderr, flush=True)
@@ -38,7 +39,9 @@ def serve_drives(
     try:
         ready = f"two {link.drive} drives of {model.name} at {link.rate_hz:g} Hz on {link.interface} {link.channel}"
         print(json.dumps({"event": "ready", "link": ready}) if as_json else f"{ready}; Ctrl-C ends it", flush=True)
-        server.serve(None if duration_s is None else round(duration_s * 1e9))
+        # as the virtual antenna: on the core that a daemon of this machine leaves free, and behind it in priority
+        with real_time(priority=55, core=control_and_witness_cores()[1]):
+            server.serve(None if duration_s is None else round(duration_s * 1e9))
     finally:
         bus.close()
         for number, handler in before.items():

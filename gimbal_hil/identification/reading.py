@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from gimbal_hil.identification.evidence import Log
 from gimbal_hil.identification.segments import Stretch, TorqueSource, stretches_of_run, stretches_of_table
 from gimbal_hil.runs import is_run_folder, open_run
-from gimbal_hil.signals import SignalsTable, on_grid, read_signals, signals_of_run
+from gimbal_hil.signals import ColumnMap, SignalsTable, on_grid, read_signals, signals_of_run
 from sim_backend.model import AntennaModel
 
 #: where an experiment with a thinned log keeps the signals of its steps
 STEPS_FOLDER = "steps"
+_AS_CALLED = ColumnMap({})
 
 
 def read_logs(
@@ -24,16 +26,17 @@ def read_logs(
     resample: bool = False,
     drop_invalid: bool = False,
     rate_hz: float | None = None,
+    columns: ColumnMap = _AS_CALLED,
 ) -> tuple[Log, ...]:
     """All logs of a path: the tables of its steps where an experiment with a thinned log left them, else the one of
     `read_log`.
     """
     steps = sorted((path / STEPS_FOLDER).glob("*.parquet")) if is_run_folder(path) else []
-    options = {"resample": resample, "drop_invalid": drop_invalid}
+    one = partial(read_log, model=model, resample=resample, drop_invalid=drop_invalid, rate_hz=rate_hz, columns=columns)
     if not steps:
-        return (read_log(path, model, torque_driven=torque_driven, rate_hz=rate_hz, **options),)
+        return (one(path, torque_driven=torque_driven),)
     # a step without a reference was driven by torque: the table's own run says so
-    logs = (read_log(step, model, torque_driven=True, rate_hz=rate_hz, **options) for step in steps)
+    logs = (one(step, torque_driven=True) for step in steps)
     return tuple(replace(log, name=f"{path.name}: {STEPS_FOLDER}/{log.name}") for log in logs)
 
 
@@ -45,6 +48,7 @@ def read_log(
     resample: bool = False,
     drop_invalid: bool = False,
     rate_hz: float | None = None,
+    columns: ColumnMap = _AS_CALLED,
 ) -> Log:
     """One log; `torque_driven` says that a bare table without references was recorded under torque commanded directly,
     no loop.
@@ -58,7 +62,7 @@ def read_log(
         table = signals_of_run(run, axes, resample=resample or rate_hz is not None, drop_invalid=drop_invalid)
         stretches = {axis: stretches_of_run(run, table, axis) for axis in axes}
         return _on_grid(Log(path.name, table, stretches), rate_hz)
-    table = read_signals(path, model, resample=resample, drop_invalid=drop_invalid, rate_hz=rate_hz)
+    table = read_signals(path, model, resample=resample, drop_invalid=drop_invalid, rate_hz=rate_hz, columns=columns)
     return Log(path.name, table, {axis: _stretches(table, axis, torque_driven) for axis in axes})
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -23,7 +23,7 @@ from gimbal_hil.discrepancy import (
 )
 from gimbal_hil.library.sources import Source, as_list, as_paths, model_of, plots_of
 from gimbal_hil.preflight import preflight
-from gimbal_hil.signals import SignalsTable, read_together
+from gimbal_hil.signals import ColumnMap, SignalsTable, read_together
 from sim_backend.model import AntennaModel
 
 if TYPE_CHECKING:
@@ -124,12 +124,16 @@ def find_discrepancy(
     band_hz: float | None = None,
     resample: bool = False,
     drop_invalid: bool = False,
+    columns: Mapping[str, str] | None = None,
     workers: int = 1,
 ) -> Finding:
-    """Search as `gimbal-hil discrepancy` does: in `measured`, judged on `holdout`, another trajectory."""
+    """Search as `gimbal-hil discrepancy` does: in `measured`, judged on `holdout`, another trajectory.
+
+    `columns` says what tables of your own call theirs, and their units: `{"joint.position": "theta:deg"}`.
+    """
     given = model_of(model)
     searched, judged = as_list(measured), as_list(holdout)
-    reading = {"resample": resample, "drop_invalid": drop_invalid}
+    reading = {"resample": resample, "drop_invalid": drop_invalid, "columns": ColumnMap(columns or {})}
     with as_paths([*searched, *judged], "log") as paths:
         logs, others = paths[: len(searched)], paths[len(searched) :]
         question = question_of(given, logs, others, only=only, without=without, band_hz=band_hz, **reading)

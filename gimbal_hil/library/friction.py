@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -20,6 +20,7 @@ from gimbal_hil.identification import (
 from gimbal_hil.library.run import pandas_module
 from gimbal_hil.library.sources import Source, as_list, as_paths, model_of, plots_of
 from gimbal_hil.preflight import preflight
+from gimbal_hil.signals import ColumnMap
 from sim_backend.model import AntennaModel
 
 if TYPE_CHECKING:
@@ -70,14 +71,19 @@ def identify(
     torque_driven: bool = False,
     resample: bool = False,
     drop_invalid: bool = False,
+    columns: Mapping[str, str] | None = None,
 ) -> Friction:
-    """Identify friction as `gimbal-hil identify` does; `model` is the prior and the rigid body."""
+    """Identify friction as `gimbal-hil identify` does; `model` is the prior and the rigid body, `columns` as in
+    `find_discrepancy`.
+    """
     given = model_of(model)
     chosen = axes_to_identify(given, axes, "axes")
+    reading = {"resample": resample, "drop_invalid": drop_invalid}
+    called = ColumnMap(columns or {})
     read: list[Log] = []
     with as_paths(as_list(logs), "log") as paths:
         for path in paths:
-            read += read_logs(path, given, torque_driven=torque_driven, resample=resample, drop_invalid=drop_invalid)
+            read += read_logs(path, given, torque_driven=torque_driven, columns=called, **reading)
     preflight(given, tuple(log.table for log in read))
     results = tuple(identify_axis(read, given, axis) for axis in chosen)
     return Friction(results, given, tuple(log.name for log in read))

@@ -2,6 +2,7 @@
 meet.
 """
 
+from gimbal_hil.signals.column_map import ColumnMap
 from gimbal_hil.signals.reading import read_signals, read_together, signals_of_run
 from gimbal_hil.signals.resampling import on_grid
 from gimbal_hil.signals.rigid_body import RigidMotion, base_rows, body_rates, rigid_motion
@@ -10,6 +11,7 @@ from gimbal_hil.signals.table_file import TableKind, csv_metadata, replacing, wr
 from gimbal_hil.signals.units import unit_of, units_of
 
 __all__ = [
+    "ColumnMap",
     "RigidMotion",
     "SignalsTable",
     "TableKind",

@@ -127,13 +127,14 @@ def _known_columns(raw: RawColumns, named: AxisNames) -> tuple[list[str], list[s
                 )  # fmt: skip
         elif name not in raw.values:
             near = difflib.get_close_matches(name, present, 1)
-            if len(present) == 1 and any(mark in present[0] for mark in ";\t"):
-                hint = "columns separated by commas"
+            if len(present) == 1 and any(mark in present[0] for mark in "| "):
+                hint = "columns separated by commas, semicolons or tabs"
             elif near:
                 hint = f"this column of the axes {', '.join(axes)} (the file has {near[0]!r})"
             else:
                 hint = f"this column for the model's axes {', '.join(axes)}"
-            raise BadInputError(str(raw.path), f"has no column {name!r}", hint)
+            others = f", or --column {name}=COLUMN:UNIT with what the file calls it ({', '.join(present)})"
+            raise BadInputError(str(raw.path), f"has no column {name!r}", hint + others)
     allowed = (TIME, REPEAT, *column_names(axes))
     unused = [f"{axis}.current" for axis in axes if f"{axis}.torque" in raw.values and f"{axis}.current" in raw.values]
     notes = [f"{name} was not used: the file has the torque itself" for name in unused]

@@ -12,6 +12,7 @@ import numpy as np
 
 from firmware_protocol.errors import BadInputError, DamagedRunError
 from gimbal_hil.runs import RecordedRun, damage_of, is_run_folder, open_run
+from gimbal_hil.signals.column_map import ColumnMap
 from gimbal_hil.signals.form import AxisNames, Repair, checked_table
 from gimbal_hil.signals.resampling import on_grid
 from gimbal_hil.signals.run_signals import run_columns
@@ -21,6 +22,7 @@ from sim_backend.model import AntennaModel
 
 #: periods of logs that differ by less are one period
 _SAME_PERIOD = 0.01
+_AS_CALLED = ColumnMap({})
 
 
 def read_together(
@@ -30,6 +32,7 @@ def read_together(
     resample: bool = False,
     drop_invalid: bool = False,
     rate_hz: float | None = None,
+    columns: ColumnMap = _AS_CALLED,
 ) -> tuple[SignalsTable, ...]:
     """The logs of one question about a model, all at one rate; of a run folder, the rows under control.
 
@@ -37,7 +40,7 @@ def read_together(
     log, at which no log has rows that were not measured. Raises BadInputError as `read_signals` does.
     """
     repair = Repair(resample, drop_invalid, rate_hz)
-    tables = [_under_control(path, model, repair) for path in paths]
+    tables = [_under_control(path, model, repair, columns) for path in paths]
     slowest = max((table.period_s for table in tables), default=0.0)
     apart = [table for table in tables if abs(table.period_s - slowest) > _SAME_PERIOD * slowest]
     if apart and not repair.to_grid:
@@ -54,7 +57,7 @@ def read_together(
         # once more from the file: rows are put on a grid once, not twice
         wanted = replace(repair, rate_hz=1.0 / slowest)
         tables = [
-            table if abs(table.period_s - slowest) < 1e-9 * slowest else _under_control(path, model, wanted)
+            table if abs(table.period_s - slowest) < 1e-9 * slowest else _under_control(path, model, wanted, columns)
             for path, table in zip(paths, tables, strict=True)
         ]
     return tuple(tables)
@@ -67,15 +70,16 @@ def read_signals(
     resample: bool = False,
     drop_invalid: bool = False,
     rate_hz: float | None = None,
+    columns: ColumnMap = _AS_CALLED,
 ) -> SignalsTable:
     """The signals of the model's axes in a run folder, CSV or Parquet file; with the model itself, currents become
-    torques.
+    torques. `columns` says what files of somebody else call them, and in which units; run folders need none.
 
     Raises BadInputError that names file, row and column for anything that docs/signals-table.md refuses; what was
     accepted by way of `resample`, `drop_invalid` and `rate_hz` (see `Repair`), and columns that were not understood,
     stands in the table's `notes`.
     """
-    return _read(Path(path), axis_names(axes), Repair(resample, drop_invalid, rate_hz))
+    return _read(Path(path), axis_names(axes), Repair(resample, drop_invalid, rate_hz), columns)
 
 
 def signals_of_run(
@@ -90,10 +94,10 @@ def signals_of_run(
     return _of_run(run, axes or run.record.header.axes, Repair(resample, drop_invalid, rate_hz))
 
 
-def _read(path: Path, named: AxisNames, repair: Repair) -> SignalsTable:
+def _read(path: Path, named: AxisNames, repair: Repair, columns: ColumnMap) -> SignalsTable:
     if is_run_folder(path):
         return _of_run(open_run(path), named.axes, repair)
-    return checked_table(read_file(path), named, repair)
+    return checked_table(columns.read(read_file(path), named.axes, not named.rotary), named, repair)
 
 
 def _of_run(run: RecordedRun, axes: Sequence[str], repair: Repair) -> SignalsTable:
@@ -131,12 +135,12 @@ def axis_names(of: Sequence[str] | AntennaModel) -> AxisNames:
     return AxisNames(of.axes, known, not of.is_linear)
 
 
-def _under_control(path: Path, model: AntennaModel, repair: Repair) -> SignalsTable:
+def _under_control(path: Path, model: AntennaModel, repair: Repair, columns: ColumnMap) -> SignalsTable:
     """Of a run, the rows under control: before them the joints fall freely, after them an experiment's teardown only
     holds still.
     """
     if not is_run_folder(path):
-        return _read(path, axis_names(model), repair)
+        return _read(path, axis_names(model), repair, columns)
     run = open_run(path)
     # rows are counted in the run's own periods, so they are cut out before they are put on another grid
     table = _of_run(run, model.axes, replace(repair, rate_hz=None, resample=repair.to_grid))

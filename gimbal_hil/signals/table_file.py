@@ -36,11 +36,13 @@ class RawColumns:
     texts: Mapping[str, Mapping[int, str]]
     first_line: int
     ragged: tuple[tuple[int, int, int], ...] = field(default=())
+    #: what the file calls columns that were given another name, by that name
+    called: Mapping[str, str] = field(default_factory=dict)
 
     def where(self, row: int, column: str) -> str:
         """Names file, row and column of a cell."""
         unit = "line" if self.first_line == 2 else "row"
-        return f"{self.path}: {unit} {row + self.first_line}, column {column}"
+        return f"{self.path}: {unit} {row + self.first_line}, column {self.called.get(column, column)}"
 
 
 def read_file(path: Path) -> RawColumns:
@@ -143,16 +145,19 @@ def _read_csv(path: Path) -> RawColumns:
         ragged.append((row.number, row.expected_columns, row.actual_columns))
         return "skip"
 
-    reading, parsing = csv.ReadOptions(use_threads=False), csv.ParseOptions(invalid_row_handler=note_ragged)
+    reading = csv.ReadOptions(use_threads=False)
     try:
         content = path.read_bytes()
-        names = _header(content.decode("utf-8-sig"))
+        text = content.decode("utf-8-sig")
+        between, point = _separators(text)
+        parsing = csv.ParseOptions(delimiter=between, invalid_row_handler=note_ragged)
+        names = _header(text, between)
         try:
             table = csv.read_csv(
                 pa.BufferReader(content),
                 reading,
                 parsing,
-                csv.ConvertOptions(column_types=dict.fromkeys(names, pa.float64())),
+                csv.ConvertOptions(column_types=dict.fromkeys(names, pa.float64()), decimal_point=point),
             )
         except pa.ArrowInvalid:
             ragged.clear()
@@ -160,13 +165,22 @@ def _read_csv(path: Path) -> RawColumns:
             table = csv.read_csv(pa.BufferReader(content), reading, parsing, options)
     except (pa.ArrowException, UnicodeDecodeError, ValueError, OSError) as error:
         raise BadInputError(str(path), f"is no CSV file: {_one_line(error)}", _EXPECTED) from error
-    return _raw_columns(path, [name.strip() for name in names], table, 2, tuple(ragged))
+    return _raw_columns(path, [name.strip() for name in names], table, 2, tuple(ragged), point)
 
 
-def _header(text: str) -> list[str]:
+def _separators(text: str) -> tuple[str, str]:
+    """What stands between cells and before decimals. Where a header has no comma but semicolons or tabs, those part the
+    cells, and numbers may have commas.
+    """
+    head, first = (*text.split("\n", 2), "", "")[:2]
+    between = next((mark for mark in ",;\t" if mark in head), ",")
+    return between, "," if between != "," and "," in first and "." not in first else "."
+
+
+def _header(text: str, between: str) -> list[str]:
     import csv
 
-    return next(csv.reader(text.splitlines()[:1]), [])
+    return next(csv.reader(text.splitlines()[:1], delimiter=between), [])
 
 
 def _read_parquet(path: Path) -> RawColumns:
@@ -181,7 +195,12 @@ def _read_parquet(path: Path) -> RawColumns:
 
 
 def _raw_columns(
-    path: Path, names: list[str], table: Any, first_line: int, ragged: tuple[tuple[int, int, int], ...]
+    path: Path,
+    names: list[str],
+    table: Any,
+    first_line: int,
+    ragged: tuple[tuple[int, int, int], ...],
+    point: str = ".",
 ) -> RawColumns:
     repeated = [name for name, count in Counter(names).items() if count > 1]
     if repeated:
@@ -189,11 +208,11 @@ def _raw_columns(
     values: dict[str, NDArray[np.float64]] = {}
     texts: dict[str, dict[int, str]] = {}
     for place, name in enumerate(names):
-        values[name], texts[name] = _numbers(table.column(place))
+        values[name], texts[name] = _numbers(table.column(place), point)
     return RawColumns(path, values, texts, first_line, ragged)
 
 
-def _numbers(column: Any) -> tuple[NDArray[np.float64], dict[int, str]]:
+def _numbers(column: Any, point: str) -> tuple[NDArray[np.float64], dict[int, str]]:
     import pyarrow as pa
 
     if pa.types.is_integer(column.type) or pa.types.is_floating(column.type) or pa.types.is_decimal(column.type):
@@ -201,7 +220,7 @@ def _numbers(column: Any) -> tuple[NDArray[np.float64], dict[int, str]]:
         texts = {int(row): str(values[row]) for row in np.flatnonzero(np.isinf(values))}
     else:
         cells = [None if cell is None else str(cell) for cell in column.to_pylist()]
-        numbers = [_number(cell) for cell in cells]
+        numbers = [_number(cell if point == "." or cell is None else cell.replace(point, ".")) for cell in cells]
         values = np.array(numbers, np.float64)
         texts = {
             row: cell

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from firmware_protocol.adapters import CanFrame
 from firmware_protocol.enumerations import DriveState, FaultCode
+from firmware_protocol.links import AdapterLinkConfig, DriveSection
+from gimbal_hil import timing
+from gimbal_hil.cli.plant_drives import serve_drives
 from gimbal_hil.host import HostState
+from sim_backend.drives import DriveServer
+from sim_backend.model import shipped_model
 from tests.adapters.rig import AdapterRig
 
 DRIVES = ("moteus", "odrive", "cia402")
@@ -88,3 +95,28 @@ def test_a_quick_stop_takes_the_torque_away(rig: AdapterRig) -> None:
     rig.run(30)
     assert rig.gateway.state is not DriveState.OPERATION_ENABLED
     assert all(drive.torque_nm == 0.0 for drive in rig.gimbal.drives)
+
+
+def test_simulated_drives_are_served_with_the_priority_of_a_virtual_antenna(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    order: list[str] = []
+
+    @contextmanager
+    def claimed(priority: int, core: int | None) -> Iterator[None]:
+        order.append(f"claimed {priority}")
+        yield
+        order.append("given back")
+
+    monkeypatch.setattr(timing, "real_time", claimed)
+    monkeypatch.setattr(DriveServer, "serve", lambda *_: order.append("served"))
+    link = AdapterLinkConfig(
+        kind="adapter",
+        drive="moteus",
+        interface="unix",
+        channel=str(tmp_path / "drives"),
+        rate_hz=500.0,
+        drives=[DriveSection(id=1, torque_nm=15.0), DriveSection(id=2, torque_nm=6.0)],
+    )
+    assert serve_drives(link, shipped_model(), 0, None, True) == 0
+    assert order == ["claimed 55", "served", "given back"]
