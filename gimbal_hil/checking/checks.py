@@ -21,8 +21,8 @@ from sim_backend.model import AntennaModel, load_model
 #: keys of a plan's segment that hold a table and are no axis
 _NO_AXES = ("guards", "meaning")
 _AS_CALLED = ColumnMap({})
-#: what says in one line what a file holds: path, document, names of axes
-_Look: TypeAlias = Callable[[Path, dict[str, Any], tuple[str, ...]], str]
+#: what says in one line what a file holds, and whether it can be moved: path, document, names of axes
+_Look: TypeAlias = Callable[[Path, dict[str, Any], tuple[str, ...]], tuple[str, bool]]
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,8 @@ class Checked:
     kind: FileKind
     text: str
     faults: tuple[GimbalHilError, ...] = ()
+    #: whether an experiment in virtual time takes it: not a link to somewhere else, one axis, or axes nobody has
+    moves: bool = False
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
@@ -94,7 +96,8 @@ def _carrying_first(axes: dict[str, Any]) -> tuple[str, ...]:
 
 def _checked(look: _Look, path: Path, kind: FileKind, document: dict[str, Any], axes: tuple[str, ...]) -> Checked:
     try:
-        return Checked(path, kind, look(path, document, axes))
+        text, moves = look(path, document, axes)
+        return Checked(path, kind, text, moves=moves)
     except BadInputError as refusal:
         return Checked(path, kind, "", (_alone(refusal), *refusal.others) if refusal.others else (refusal,))
     except GimbalHilError as error:
@@ -106,30 +109,33 @@ def _alone(refusal: BadInputError) -> BadInputError:
     return BadInputError(refusal.where, refusal.problem.rpartition(" (and ")[0], refusal.expected)
 
 
-def _configuration(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> str:
+def _configuration(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> tuple[str, bool]:
     settings = load_settings(path)
+    virtual = isinstance(settings.link, EmbeddedAntenna)
     if isinstance(settings.link, EmbeddedAntenna):
         model, _ = embedded_model_of(settings)
         settings = settings.for_axes(model.axes, model.where)
         place = f"the virtual antenna {model.name}"
     else:
         place = f"a {settings.link.kind} link"
-    return f"{settings.rate_hz:g} Hz, {place}, axes {' and '.join(settings.axis_names)}"
+    return f"{settings.rate_hz:g} Hz, {place}, axes {' and '.join(settings.axis_names)}", virtual
 
 
-def _model(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> str:
+def _model(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> tuple[str, bool]:
     model = load_model(path)
     effects = ", ".join(f"{entry.effect.name} on {entry.axis}" for entry in model.effects) or "no effects"
-    return f"{model.name}, {model.kind.value}, axes {' and '.join(model.axes)}, {effects}"
+    return f"{model.name}, {model.kind.value}, axes {' and '.join(model.axes)}, {effects}", len(model.axes) == 2
 
 
-def _plan(path: Path, document: dict[str, Any], axes: tuple[str, ...]) -> str:
+def _plan(path: Path, document: dict[str, Any], axes: tuple[str, ...]) -> tuple[str, bool]:
     names = _two(axes or _named_in(document))
     plan = load_plan(path, names)
     # what only shows when the plan is made into what the host follows: shapes that are too long, targets that are none
     plan.host_segments(1000.0)
     said = f"{plan.name}, {plan.laps * len(plan.segments)} segments, {plan.longest_s:g} s at most"
-    return said if axes else f"{said}; axes {' and '.join(names)}, which the antenna must have"
+    if axes:
+        return said, True
+    return f"{said}; axes {' and '.join(names)}, which the antenna must have", names == (OUTER, INNER)
 
 
 def _two(axes: Sequence[str]) -> tuple[str, str]:
@@ -153,19 +159,19 @@ def _named_in(document: dict[str, Any]) -> tuple[str, ...]:
 
 def _signals(
     path: Path, _document: dict[str, Any], axes: tuple[str, ...], model: AntennaModel | None, columns: ColumnMap
-) -> str:
+) -> tuple[str, bool]:
     if not axes:
         raise BadInputError(str(path), "axes are not known", "--axes NAME,NAME, or the model file beside it")
     table = read_signals(path, model or axes, columns=columns)
     notes = "".join(f"; {note}" for note in table.notes)
-    return f"{len(table)} rows at {1.0 / table.period_s:g} Hz, axes {' and '.join(axes)}{notes}"
+    return f"{len(table)} rows at {1.0 / table.period_s:g} Hz, axes {' and '.join(axes)}{notes}", False
 
 
-def _run(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> str:
+def _run(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> tuple[str, bool]:
     run = open_run(path)
     header = run.record.header
     rate_hz, axes = 1e9 / header.period_ns, " and ".join(header.axes)
-    return f"{header.title or 'run'}, {len(run.ticks)} ticks at {rate_hz:g} Hz, axes {axes}"
+    return f"{header.title or 'run'}, {len(run.ticks)} ticks at {rate_hz:g} Hz, axes {axes}", False
 
 
 _LOOKS: dict[FileKind, _Look] = {

@@ -59,7 +59,7 @@ def command(
         print(json.dumps({"good": good, "files": [one.as_dict() for one in checked]}))
     else:
         print("\n".join(line for one in checked for line in _lines(one)))
-        print_next(after_check(files, [(one.kind.value, one.path) for one in checked], good, column or ()))
+        print_next(after_check(files, checked, column or ()))
     return EXIT_DONE if good else EXIT_NO
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -85,7 +87,6 @@ def command(
     your own with the columns time_s, AXIS.position and AXIS.torque (docs/signals-table.md), or with others, which
     --column names: `--column time_s=t_ms:ms joint.position=theta:deg`.
     """
-    from firmware_protocol.errors import BadInputError
     from gimbal_hil.library import question_of
     from gimbal_hil.signals import ColumnMap
     from sim_backend.model import model_named, shipped_model
@@ -95,13 +96,9 @@ def command(
     given = model_named(model) if model else shipped_model()
     logs: dict[str, Any] = {"resample": resample, "drop_invalid": drop_invalid, "rate_hz": rate}
     logs["columns"] = ColumnMap.of_words(column)
-    try:
-        question = question_of(
-            given, measured, holdout or (), only=only or (), without=without or (), band_hz=band, **logs
-        )
-    except BadInputError as error:
-        _unusable(out, str(error), force)
-        raise
+    search: dict[str, Any] = {"only": only or (), "without": without or (), "band_hz": band}
+    with _refusal_kept(out, force):
+        question = question_of(given, measured, holdout or (), **search, **logs)
     with _progress(as_json) as tell:
         finding = question.asked(workers=workers, dask=dask, progress=tell)
         tell("writing the report")
@@ -168,6 +165,18 @@ def _verdicts(text: str) -> frozenset[str]:
         if word not in known:
             raise BadInputError("--fail-on", f"{word!r} is no verdict", "a list of " + ", ".join(known))
     return frozenset(found)
+
+
+@contextmanager
+def _refusal_kept(out: Path, force: bool) -> Iterator[None]:
+    """Logs that are refused leave a verdict that says so."""
+    from firmware_protocol.errors import BadInputError
+
+    try:
+        yield
+    except BadInputError as error:
+        _unusable(out, str(error), force)
+        raise
 
 
 def _unusable(out: Path, reason: str, force: bool) -> None:

@@ -8,8 +8,12 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from gimbal_hil.checking import Checked
 
 #: word in the regime that holds most of the gap -> sequence that dwells there
 _DWELLS = (
@@ -43,21 +47,43 @@ def after_demo() -> str:
     return command_line("init", "mine")
 
 
-def after_check(
-    given: Sequence[Path], kinds: Sequence[tuple[str, Path]], good: bool, columns: Sequence[str] = ()
-) -> str:
-    """Where something is wrong the same check again, else the first use of what was checked; `kinds` as in
-    `FileKind`.
-    """
-    if not good:
+def after_check(given: Sequence[Path], checked: Sequence[Checked], columns: Sequence[str] = ()) -> str:
+    """Where something is wrong the same check again, else the first use of what was checked."""
+    if any(one.faults for one in checked):
         return command_line("check", *given, column=columns)
-    first = dict(reversed(kinds))
-    configuration, model = first.get("configuration"), first.get("model")
+    first: dict[str, Path] = {}
+    # what an experiment in virtual time takes comes before what it does not
+    for one in sorted(checked, key=lambda one: not one.moves):
+        first.setdefault(one.kind.value, one.path)
+    moved = [one.path for one in checked if one.moves]
+    configuration, model, plan = first.get("configuration"), first.get("model"), first.get("plan")
     for kind in ("run folder", "signals table"):
         if kind in first:
             return command_line("identify", first[kind], model=model, column=columns, out="identified")
-    what = first.get("plan", "step")
-    return command_line("experiment", what, config=configuration, model=None if configuration else model)
+    if configuration is not None and configuration not in moved:
+        return command_line("doctor", config=configuration)
+    if configuration is None and model is not None and model not in moved:
+        return command_line("effects")
+    if configuration is None:
+        # loops that fit this model, or have the axes of this plan, are those beside it
+        alone = model or plan
+        if alone is not None and _has_configuration(alone.parent):
+            return command_line("check", alone.parent)
+        if model is None and plan is not None and plan not in moved:
+            return after_demo()
+    return command_line("experiment", plan or "step", config=configuration, model=None if configuration else model)
+
+
+def _has_configuration(folder: Path) -> bool:
+    """Whether one of the YAML files there is a configuration."""
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.checking import FileKind, kind_of
+
+    for path in sorted(folder.glob("*.yaml")):
+        with suppress(BadInputError):
+            if kind_of(path)[0] is FileKind.CONFIGURATION:
+                return True
+    return False
 
 
 def after_daemon(run: Path, exit_code: int) -> str:

@@ -28,6 +28,8 @@ _NUMBERS = {
 }
 #: what is asked for when nobody said --yes; the rest has options only
 _ASKED = ("mass", "inertia", "breakaway", "torque", "rate_limit", "encoder")
+#: what an air bearing, or a balanced body, has none of
+_MAY_BE_ZERO = ("cog", "coulomb", "breakaway", "viscous")
 
 
 def command(
@@ -125,7 +127,7 @@ def _described(
         raise BadInputError("--kind", f"no kind {word!r}", ", ".join(ModelKind))
     names = _names(axes or ask("axes, the carrying one first", ",".join(usual_names(what))), what)
     chosen = parse_link(link or (ask("link", "virtual") if what is ModelKind.GIMBAL else "virtual"))
-    numbers = {option: _by_axis(words, names, f"--{option.replace('_', '-')}") for option, words in given.items()}
+    numbers = {option: _by_axis(words, names, option) for option, words in given.items()}
     limits = {axis: _range(text) for axis, text in _pairs(travel, names, "--travel").items()}
     sections = tuple(_axis(name, place, what, numbers, limits, ask) for place, name in enumerate(names))
     # drives of other makes tell no inertial rate
@@ -157,7 +159,7 @@ def _axis(
             usual = f"{getattr(standing, key):.4g}"
             answer = ask(f"{name}: {text}", usual)
             if answer != usual:
-                told[key] = _number(answer, f"{name}: {text}")
+                told[key] = _number(answer, f"{name}: {text}", option in _MAY_BE_ZERO)
     return usual_axis(AxisDescription(name, **told, travel_rad=travel.get(name)), kind, place)
 
 
@@ -174,10 +176,11 @@ def _pairs(words: list[str] | None, names: tuple[str, ...], option: str) -> dict
 
 
 def _by_axis(words: list[str] | None, names: tuple[str, ...], option: str) -> dict[str, float]:
-    return {axis: _number(text, f"{option} {axis}") for axis, text in _pairs(words, names, option).items()}
+    spelled, zero = f"--{option.replace('_', '-')}", option in _MAY_BE_ZERO
+    return {axis: _number(text, f"{spelled} {axis}", zero) for axis, text in _pairs(words, names, spelled).items()}
 
 
-def _number(text: str, where: str) -> float:
+def _number(text: str, where: str, may_be_zero: bool) -> float:
     import math
 
     from firmware_protocol.errors import BadInputError
@@ -186,8 +189,10 @@ def _number(text: str, where: str) -> float:
         value = float(text)
     except ValueError:
         value = math.nan
-    if not (math.isfinite(value) and value > 0.0):
-        raise BadInputError(where, f"{text!r} is no such number", "a positive number")
+    if not (math.isfinite(value) and (value > 0.0 or (may_be_zero and value == 0.0))):
+        raise BadInputError(
+            where, f"{text!r} is no such number", "zero or more" if may_be_zero else "a positive number"
+        )
     return value
 
 

@@ -105,28 +105,35 @@ def usual_axis(told: AxisDescription, kind: ModelKind, place: int) -> AxisDescri
     """An axis with everything that was not told filled in; `told` keeps which numbers were."""
     told = told.stated()
     size = _SIZES[kind][place]
-    mass = told.mass_kg or size["mass_kg"]
-    inertia = mass if kind is ModelKind.LINEAR else told.inertia_kg_m2 or 0.4 * mass * _BALL_M**2
-    torque = told.torque_nm or size["torque_nm"]
-    coulomb = told.coulomb_nm or (told.breakaway_nm / _BUMP if told.breakaway_nm else _COULOMB_SHARE * torque)
+    mass = _told(told.mass_kg, size["mass_kg"])
+    inertia = mass if kind is ModelKind.LINEAR else _told(told.inertia_kg_m2, 0.4 * mass * _BALL_M**2)
+    torque = _told(told.torque_nm, size["torque_nm"])
+    assumed = _COULOMB_SHARE * torque if told.breakaway_nm is None else told.breakaway_nm / _BUMP
+    coulomb = _told(told.coulomb_nm, assumed)
     return replace(
         told,
         mass_kg=mass,
         inertia_kg_m2=inertia,
-        offset_m=told.offset_m or 0.0,
+        offset_m=_told(told.offset_m, 0.0),
         coulomb_nm=coulomb,
-        breakaway_nm=told.breakaway_nm or _BUMP * coulomb,
-        viscous_nm_s=told.viscous_nm_s or _VISCOUS_SHARE * coulomb,
+        breakaway_nm=_told(told.breakaway_nm, _BUMP * coulomb),
+        viscous_nm_s=_told(told.viscous_nm_s, _VISCOUS_SHARE * coulomb),
         torque_nm=torque,
-        rate_rad_s=told.rate_rad_s or 6.0,
+        rate_rad_s=_told(told.rate_rad_s, 6.0),
         travel_rad=told.travel_rad or (None if place == 0 else (-2.0, 2.0)),
-        encoder_counts=told.encoder_counts or 2.0**20,
+        encoder_counts=_told(told.encoder_counts, 2.0**20),
     )
+
+
+def _told(number: float | None, usual: float) -> float:
+    """What was told, zero too: an air bearing has no friction."""
+    return usual if number is None else number
 
 
 def friction_of(axis: AxisDescription) -> dict[str, tuple[float, str]]:
     """LuGre numbers of a described axis, each with its source."""
-    assert axis.coulomb_nm and axis.breakaway_nm and axis.viscous_nm_s and axis.inertia_kg_m2
+    assert axis.coulomb_nm is not None and axis.breakaway_nm is not None and axis.viscous_nm_s is not None
+    assert axis.inertia_kg_m2 is not None
     stiffness = axis.breakaway_nm / _BRISTLE
     damping = 2.0 * _BRISTLE_DAMPING * math.sqrt(stiffness * axis.inertia_kg_m2)
     bump = axis.breakaway_nm - axis.coulomb_nm

@@ -138,7 +138,7 @@ def moved_inertia(antenna: AntennaDescription, place: int) -> float:
 
 def _loops(antenna: AntennaDescription, place: int) -> Document:
     axis = antenna.axes[place]
-    assert axis.torque_nm and axis.rate_rad_s and axis.breakaway_nm and axis.mass_kg is not None
+    assert axis.torque_nm and axis.rate_rad_s and axis.breakaway_nm is not None and axis.mass_kg is not None
     inertia = moved_inertia(antenna, place)
     crossing = min(_CROSSING_RAD_S, _CROSSING_SHARE * antenna.rate_hz)
     position = crossing / 6.0

@@ -4,23 +4,36 @@ from __future__ import annotations
 
 import inspect
 import shlex
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 import typer.main
 
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.checking import Checked, FileKind, check_files
 from gimbal_hil.cli import following
 from gimbal_hil.cli.app import COMMANDS, function_of
 from gimbal_hil.cli.completion import whole_app
 
 OPEN: dict[str, Any] = {"effects": [{"name": "cogging"}], "alternatives": [], "where": [], "next_experiment": None}
 HERE = Path("runs/one")
+
+
+def checked(name: str, kind: FileKind, moves: bool = True, fault: bool = False) -> Checked:
+    return Checked(Path(name), kind, "", (BadInputError("here", "is wrong", "right"),) if fault else (), moves)
+
+
 LINES = [
     following.after_demo(),
-    following.after_check([Path("a.yaml")], [("model", Path("a.yaml"))], False),
-    following.after_check([Path("a b")], [("model", Path("m.yaml")), ("configuration", Path("c.yaml"))], True),
-    following.after_check([HERE], [("run folder", HERE)], True),
+    following.after_check([Path("a.yaml")], [checked("a.yaml", FileKind.MODEL, fault=True)], ["a.b=c d:deg"]),
+    following.after_check(
+        [Path("m.yaml")], [checked("m.yaml", FileKind.MODEL), checked("c.yaml", FileKind.CONFIGURATION)]
+    ),
+    following.after_check([HERE], [checked("runs/one", FileKind.RUN)]),
+    following.after_check([HERE], [checked("a.csv", FileKind.SIGNALS)], ["time_s=t [ms]:ms"]),
     following.after_daemon(HERE, 0),
     following.after_conformance(None, None),
     following.after_conformance(Path("c.yaml"), HERE),
@@ -82,3 +95,50 @@ def test_an_open_verdict_proposes_the_planned_run_or_one_that_dwells_where_the_g
 
 def test_names_with_blanks_are_quoted_as_a_shell_wants_them() -> None:
     assert following.command_line("replay", Path("my runs/1")) == "gimbal-hil replay 'my runs/1'"
+
+
+MODELS = sorted((Path(following.__file__).parents[2] / "config" / "models").glob("*.yaml"))
+ONES_OWN: dict[str, tuple[str, ...]] = {
+    "a gimbal": (),
+    "on an air bearing": ("--coulomb", "azimuth=0", "--viscous", "azimuth=0"),
+    "one joint": ("--kind", "rotary"),
+    "a slide": ("--kind", "linear"),
+    "behind a link": ("--link", "unix:/tmp/nobody"),
+    "drives": ("--link", "moteus:can0"),
+}
+
+
+def next_of(*words: str, folder: Path) -> list[str]:
+    """What a command proposes, taken apart."""
+    program = str(Path(sys.executable).with_name("gimbal-hil"))
+    done = subprocess.run([program, *words], cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return shlex.split(done.stdout.splitlines()[-1].removeprefix("next: gimbal-hil "))
+
+
+def test_a_model_of_one_axis_is_not_sent_to_an_experiment() -> None:
+    (emps,) = (model for model in MODELS if model.stem == "emps")
+    assert following.after_check([emps], check_files([emps])) == "gimbal-hil effects"
+
+
+def test_a_configuration_on_a_link_is_not_sent_to_virtual_time() -> None:
+    one = [checked("a.yaml", FileKind.CONFIGURATION, moves=False), checked("plan.yaml", FileKind.PLAN)]
+    assert following.after_check([Path("a.yaml")], one) == "gimbal-hil doctor --config a.yaml"
+    rehearsed = [*one, checked("rehearsal.yaml", FileKind.CONFIGURATION)]
+    assert following.after_check([Path(".")], rehearsed).endswith("experiment plan.yaml --config rehearsal.yaml")
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.stem)
+def test_what_check_proposes_for_a_shipped_model_runs(model: Path, tmp_path: Path) -> None:
+    next_of(*next_of("check", str(model), folder=tmp_path), folder=tmp_path)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("options", ONES_OWN.values(), ids=ONES_OWN)
+def test_what_check_proposes_for_ones_own_files_runs(options: tuple[str, ...], tmp_path: Path) -> None:
+    next_of("init", "mine", "--yes", *options, folder=tmp_path)
+    for file in ("mine", "mine/model.yaml", *(f"mine/{name}.yaml" for name in ("plan",) if "--kind" not in options)):
+        proposed = next_of("check", file, folder=tmp_path)
+        assert proposed[0] in ("experiment", "effects", "check"), proposed
+        next_of(*proposed, folder=tmp_path)

@@ -189,3 +189,14 @@ def test_a_link_in_the_description_is_the_section_of_the_configuration(tmp_path:
     assert files[-1].name == "README.md"
     limits = load_settings(tmp_path / "mine" / "antenna.yaml").axes["azimuth"].limits
     assert limits.gyro_encoder_rad is None and limits.stuck_gyro_ticks is None
+
+
+def test_an_air_bearing_has_no_friction(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, _, err = begin(capsys, tmp_path / "mine", "--yes", "--coulomb", "azimuth=0", "--viscous", "azimuth=0")
+    assert code == 0, err
+    model = load_model(tmp_path / "mine" / "model.yaml")
+    friction = [model.number("azimuth", f"friction.{name}") for name in ("coulomb", "breakaway", "viscous", "sigma0")]
+    assert friction == [0.0] * 4
+    assert model.number("elevation", "friction.coulomb") > 0.0
+    code, _, err = begin(capsys, tmp_path / "other", "--yes", "--mass", "azimuth=0")
+    assert code == 2 and "a positive number" in err
