@@ -89,11 +89,3 @@ def test_the_c_device_meets_the_requirements(link: str, tmp_path: Path, capsys: 
 def test_the_c_device_meets_all_requirements(link: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("conformance", ["--link", link, "--out", str(tmp_path / "found")]) == 0
     assert "37 passed" in capsys.readouterr().out
-
-
-@pytest.mark.heavy
-def test_ten_lines_of_a_user_are_good_on_the_machine_code_too(tmp_path: Path) -> None:
-    from tests.testing.test_plugin import USERS_FILE, users_pytest
-
-    done = users_pytest(tmp_path / "mine", USERS_FILE, "--gimbal-link", "cortex-m")
-    assert done.returncode == 0 and "1 passed" in done.stdout, done.stdout
