@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
+from gimbal_hil.cli.completion import model_names
 from gimbal_hil.cli.following import command_line, print_next
 
 
@@ -22,9 +23,23 @@ def command(
     check: Annotated[
         bool, typer.Option("--check", help="Compare with the file that is kept: exit 1 when it differs.")
     ] = False,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite FILE.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite what is there.")] = False,
+    device: Annotated[
+        Path | None, typer.Option(help="Write the C device into this folder, with the settings of --config's antenna.")
+    ] = None,
+    config: Annotated[
+        Path | None, typer.Option(help="With --device: configuration; its rate, and its antenna unless --model.")
+    ] = None,
+    model: Annotated[
+        str | None,
+        typer.Option(metavar="MODEL", autocompletion=model_names, help="With --device: model, a file or shipped name."),
+    ] = None,
 ) -> int:
-    """Emit the wire definition as DBC, C header or documentation, or check that the kept files are what is emitted."""
+    """Emit the wire definition as DBC, C header or documentation, check that the kept files are what is emitted, or
+    write the C device with an antenna's settings.
+    """
+    if device is not None:
+        return _hand_over(device, config, model, force)
     from firmware_protocol.emit import FORMS, committed_path
     from firmware_protocol.emit import emit as emit_form
 
@@ -47,6 +62,24 @@ def command(
     except OSError as error:
         raise BadInputError(str(out), error.strerror or str(error), "a file that can be written") from error
     print_next(command_line("protocol", "--check", emit=emit, out=out))
+    return EXIT_DONE
+
+
+def _hand_over(folder: Path, config: Path | None, model: str | None, force: bool) -> int:
+    """The C device for an antenna that the configuration or the model describes."""
+    from gimbal_hil.settings import EmbeddedAntenna, load_settings, shipped_settings
+    from sim_backend.firmware import write_device
+    from sim_backend.model import model_named
+
+    settings = load_settings(config) if config else shipped_settings()
+    if model is None and not isinstance(settings.link, EmbeddedAntenna):
+        raise BadInputError("--model", "no antenna is described: the link is a real one", "--model with its model")
+    if model is None and isinstance(settings.link, EmbeddedAntenna):
+        model = settings.link.embedded.model
+    antenna = model_named(model or "")
+    for path in write_device(folder, antenna, settings.rate_hz, force=force):
+        print(path)
+    print_next("gimbal-hil conformance --link c")
     return EXIT_DONE
 
 

@@ -4,6 +4,7 @@ code of a microcontroller.
 
 from sim_backend.firmware.antenna import FirmwareAntenna, LibraryAntenna, fill_settings
 from sim_backend.firmware.board import BoardAntenna, BoardImage, build_board
+from sim_backend.firmware.handing_over import SETTINGS_FILE, device_files, write_device
 from sim_backend.firmware.library import (
     DEVICE_SOURCES,
     PROTOCOL_FOLDER,
@@ -20,6 +21,7 @@ from sim_backend.firmware.structures import HostBench, SmallBench
 __all__ = [
     "DEVICE_SOURCES",
     "PROTOCOL_FOLDER",
+    "SETTINGS_FILE",
     "SOURCE_FOLDER",
     "WARNINGS",
     "BenchLibrary",
@@ -35,7 +37,9 @@ __all__ = [
     "build_image",
     "build_library",
     "close_firmware",
+    "device_files",
     "fill_settings",
     "firmware_sources",
     "run_firmware",
+    "write_device",
 ]

@@ -12,6 +12,7 @@ import pytest
 from firmware_protocol.emit import committed_path
 from firmware_protocol.enumerations import DriveRequest, DriveState
 from firmware_protocol.schema import BY_NAME, name_code
+from gimbal_hil.cli.app import run
 from gimbal_hil.settings import shipped_settings
 from sim_backend.device.drive import destination
 from sim_backend.device.settings import FirmwareSettings
@@ -38,9 +39,10 @@ def test_the_tick_on_the_page_compiles_against_the_header(tmp_path: Path) -> Non
 def test_the_main_loop_around_the_c_device_compiles(tmp_path: Path) -> None:
     source, page = tmp_path / "main.c", PAGE.with_name("take-the-c-device.md").read_text()
     source.write_text("\n".join(re.findall(r"^```c\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)))
-    folder = committed_path("c").parent
-    words = ["cc", "-std=c11", *STRICT[1:], "-Wno-missing-field-initializers", f"-I{folder}", f"-I{folder / 'c'}"]
-    done = subprocess.run([*words, str(source)], capture_output=True, text=True, check=False)
+    assert run("protocol", ["--device", str(tmp_path / "gimbal"), "--model", "thesis"]) == 0
+    words = ["cc", "-std=c11", *STRICT[1:], f"-I{tmp_path / 'gimbal'}"]
+    sources = [str(file) for file in (source, *(tmp_path / "gimbal").glob("*.c"))]
+    done = subprocess.run([*words, *sources], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[-3000:]
 
 
