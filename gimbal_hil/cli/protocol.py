@@ -76,7 +76,8 @@ def _hand_over(folder: Path, config: Path | None, model: str | None, force: bool
         raise BadInputError("--model", "no antenna is described: the link is a real one", "--model with its model")
     if model is None and isinstance(settings.link, EmbeddedAntenna):
         model = settings.link.embedded.model
-    antenna = model_named(model or "")
+    assert model is not None
+    antenna = model_named(model)
     for path in write_device(folder, antenna, settings.rate_hz, force=force):
         print(path)
     print_next("gimbal-hil conformance --link c")
