@@ -72,11 +72,10 @@ def _hand_over(folder: Path, config: Path | None, model: str | None, force: bool
     from sim_backend.model import model_named
 
     settings = load_settings(config) if config else shipped_settings()
-    if model is None and not isinstance(settings.link, EmbeddedAntenna):
-        raise BadInputError("--model", "no antenna is described: the link is a real one", "--model with its model")
-    if model is None and isinstance(settings.link, EmbeddedAntenna):
+    if model is None:
+        if not isinstance(settings.link, EmbeddedAntenna):
+            raise BadInputError("--model", "no antenna is described: the link is a real one", "--model with its model")
         model = settings.link.embedded.model
-    assert model is not None
     antenna = model_named(model)
     for path in write_device(folder, antenna, settings.rate_hz, force=force):
         print(path)
