@@ -151,6 +151,7 @@ class LiveView:
         """Columns of the thinned trace after `since_s` (seconds of the run's clock)."""
         names = [
             "time_s",
+            "muted",
             *(
                 f"{signal}_{axis}"
                 for axis in self.axes
@@ -165,7 +166,9 @@ class LiveView:
         return zip(AXES, self.axes, strict=True)
 
     def _point(self, row: np.void, missing_nm: tuple[float, float]) -> list[float]:
-        point = [int(row["time_ns"]) / 1e9]
+        # NaN: no direction is held, so there is nothing to mute
+        muted = math.nan if self.pointing["state"] == "off" else float(self.pointing["muted"])
+        point = [int(row["time_ns"]) / 1e9, muted]
         for axis, missing in zip(AXES, missing_nm, strict=True):
             measured = self._measured.get
             point += [measured(f"position_{axis}", 0.0), float(row[f"position_ref_{axis}"])]

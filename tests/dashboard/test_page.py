@@ -30,17 +30,20 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return run
 
 
-@pytest.fixture
-def view(recorded: Path) -> LiveView:
-    """A view that has seen a recorded run, with three misses put in."""
-    log = open_run(recorded)
-    view = LiveView(log.record.header.period_ns)
+def exchanges_of(run: Path) -> list[Exchange]:
+    log = open_run(run)
     frames = log.frames[log.frames["direction"] == FrameDirection.DEVICE_TO_HOST]
     rows = log.ticks.copy()
     rows["skipped_ticks"][50] = 3
-    for row in rows:
-        block = blocks_of_frames(frames[frames["tick"] == row["tick"]])
-        view.take([Exchange(row.tobytes(), block, b"")])
+    return [Exchange(row.tobytes(), blocks_of_frames(frames[frames["tick"] == row["tick"]]), b"") for row in rows]
+
+
+@pytest.fixture
+def view(recorded: Path) -> LiveView:
+    """A view that has seen a recorded run, with three misses put in."""
+    view = LiveView(open_run(recorded).record.header.period_ns)
+    for exchange in exchanges_of(recorded):
+        view.take([exchange])
     view.miss(3, MISS_CODE[MissCause.BUS_WAIT])
     return view
 
@@ -73,6 +76,21 @@ def test_the_view_counts_what_the_run_holds(view: LiveView, recorded: Path) -> N
     trace = view.trace(-1.0)
     assert {len(column) for column in trace.values()} == {len(trace["time_s"])}
     assert len(trace["time_s"]) > 10 and sorted(trace["time_s"]) == trace["time_s"]
+
+
+def test_the_trace_tells_when_the_antenna_is_muted_and_nothing_where_it_points_nowhere(recorded: Path) -> None:
+    exchanges = exchanges_of(recorded)
+    third = len(exchanges) // 3
+    view = LiveView(1_000_000)
+    view.take(exchanges[:third])
+    view.pointing_changed({"state": "held", "muted": True})
+    view.take(exchanges[third : 2 * third])
+    view.pointing_changed({"state": "held", "muted": False})
+    view.take(exchanges[2 * third :])
+    told = view.trace(-1.0)["muted"]
+    muted, held = told.index(1.0), told.index(0.0)
+    assert 0 < muted < held
+    assert np.all(np.isnan(told[:muted])) and set(told[muted:held]) == {1.0} and set(told[held:]) == {0.0}
 
 
 def test_the_page_is_one_document_that_needs_no_network(server: PageServer) -> None:
