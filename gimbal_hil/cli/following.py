@@ -107,12 +107,12 @@ def after_plant(config: Path | None, kind: str, path: str) -> str:
     return command_line("init", "mine", "--yes", link=f"{kind}:{path}")
 
 
-def after_identify(out: Path, runs: Sequence[Path], axes: int, found: bool) -> str:
+def after_identify(out: Path, runs: Sequence[Path], axes: int, found: bool, columns: Sequence[str] = ()) -> str:
     """A log to judge the identified model on: a survey, or on a single axis the logs at hand."""
     model = out / "model.yaml"
     if axes == 1:
         logs = [str(run) for run in runs]
-        return command_line("discrepancy", model=model, measured=logs, out=out.parent / "verdict")
+        return command_line("discrepancy", model=model, measured=logs, column=columns, out=out.parent / "verdict")
     if not found:
         return command_line("experiment", "sliding", out=runs[0].parent / "sliding_again")
     return command_line("experiment", "survey", model=model, out=out.parent / "survey")

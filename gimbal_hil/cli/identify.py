@@ -104,7 +104,7 @@ def command(
     print(json.dumps(record, allow_nan=False) if as_json else "\n".join(_lines(results, out)))
     found = any(e.verdict is Determination.IDENTIFIED for result in results for e in result.estimates)
     if not as_json:
-        print_next(after_identify(out, runs, len(given.axes), found))
+        print_next(after_identify(out, runs, len(given.axes), found, column or ()))
     return EXIT_DONE if found else EXIT_NO
 
 

@@ -41,7 +41,7 @@ LINES = [
     following.after_plant(None, "serial", "/dev/pts/3"),
     following.after_identify(Path("out/friction"), [HERE], 2, True),
     following.after_identify(Path("out/friction"), [HERE], 2, False),
-    following.after_identify(Path("out/friction"), [HERE, HERE], 1, True),
+    following.after_identify(Path("out/friction"), [HERE, HERE], 1, True, ["time_s=t [ms]:ms"]),
     following.after_discrepancy(OPEN | {"verdict": "unexplained"}, "emps", 2, Path("out/verdict")),
     following.after_discrepancy(OPEN | {"verdict": "named"}, None, 2, Path("out/verdict")),
     following.after_discrepancy(OPEN | {"verdict": "ambiguous"}, None, 1, Path("out/verdict")),
