@@ -48,10 +48,10 @@ not checked. [Write your own firmware](how-to/write-your-firmware.md) says what 
 | as machine code | 37 | 20 s | 67 of 67 |
 | as the image of a board in QEMU | 37 | 69 s | 67 of 67 |
 
-As measured on two cores beside other work, at a load of 7 to 10 in one process and in QEMU, of 10 to 18 over links:
-on a quieter machine those in real time took 37 and 41 s. At a load of 17 the tester was too late for three requirements over the
-pseudo-terminal. Mutants are the drive with one guard taken out, and `pytest -m heavy tests/firmware` finds them;
-size, stack and instructions of the C device stand [with the sources](how-to/take-the-c-device.md).
+As measured on two cores beside other work, at a load of 7 to 10 in one process and in QEMU, of 10 to 18 over links; on
+a quieter machine those in real time took 37 and 41 s. At a load of 17 the tester was too late for three requirements
+over the pseudo-terminal. Mutants are the drive with one guard taken out, and `pytest -m heavy tests/firmware` finds
+them; size, stack and instructions of the C device stand [with the sources](how-to/take-the-c-device.md).
 """
 
 
