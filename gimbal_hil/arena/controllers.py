@@ -44,7 +44,7 @@ def _shipped(document: Document) -> None:
 
 def _with_model(document: Document, **parts: bool) -> None:
     """The shipped configuration with parts of the model, all others off."""
-    off = {"bodies": False, "friction": False, "extrapolate_base": False}
+    off = dict.fromkeys(PARTS, False)
     document["model_control"] = {"model": MODEL, **off, **parts}
 
 
@@ -56,6 +56,11 @@ def _bodies(document: Document) -> None:
 def _friction(document: Document) -> None:
     """Shipped, with the model's friction fed forward."""
     _with_model(document, friction=True)
+
+
+def _position(document: Document) -> None:
+    """Shipped, with the torque over position that the model names fed forward: cogging."""
+    _with_model(document, position_torque=True)
 
 
 def _base(document: Document) -> None:
@@ -73,7 +78,7 @@ def _observer(document: Document) -> None:
 def _all(document: Document) -> None:
     """Shipped, with every part together."""
     _observer(document)
-    _with_model(document, bodies=True, friction=True, extrapolate_base=True)
+    _with_model(document, **dict.fromkeys(PARTS, True))
 
 
 def _tuned_cascade(document: Document) -> None:
@@ -87,10 +92,24 @@ def _tuned_cascade(document: Document) -> None:
 
 def _tuned(document: Document) -> None:
     """What gimbal-hil tune makes of the shipped configuration for the model: gains, observer, every part."""
-    _with_model(document, bodies=True, friction=True, extrapolate_base=True)
+    _with_model(document, **dict.fromkeys(PARTS, True))
     for name, axis in document["axes"].items():
         for key, value in _tuned_keys()[name].items():
             axis[key] = (axis[key] or {}) | value
+
+
+def _levels(document: Document) -> None:
+    """Tuned, with the levels of friction followed while it works."""
+    _tuned(document)
+    for axis in document["axes"].values():
+        axis["friction_levels"] = {}
+
+
+def _learned(document: Document) -> None:
+    """Tuned, with a table over position and direction that is learned while it works."""
+    _tuned(document)
+    for axis in document["axes"].values():
+        axis["learned"] = {}
 
 
 @cache
@@ -107,6 +126,8 @@ def _tuned_keys() -> dict[str, Document]:
 
 #: whose numbers the controllers with a model take, on whatever antenna; and the bandwidth of their observers
 MODEL, OBSERVER_RAD_S = "realistic", 150.0
+#: what a model gives, each by its key
+PARTS = ("bodies", "friction", "position_torque", "extrapolate_base")
 CONTROLLERS: dict[str, Callable[[Document], None]] = {
     "thesis": _thesis,
     "cascade": _plain,
@@ -114,10 +135,13 @@ CONTROLLERS: dict[str, Callable[[Document], None]] = {
     "shipped": _shipped,
     "bodies": _bodies,
     "friction": _friction,
+    "position": _position,
     "base": _base,
     "observer": _observer,
     "all": _all,
     "tuned": _tuned,
+    "levels": _levels,
+    "learned": _learned,
 }
 
 

@@ -10,11 +10,13 @@ from gimbal_hil.control.compensation import (
     gravity_torques,
     has_moments,
 )
+from gimbal_hil.control.friction_levels import adapt_friction, friction_at, has_new_levels, modelled_friction
 from gimbal_hil.control.kalman import ObservedJoint
 from gimbal_hil.control.layout import AntiWindup, Mode
-from gimbal_hil.control.model_torques import modelled_friction, rigid_torques
+from gimbal_hil.control.model_torques import rigid_torques
 from gimbal_hil.control.observer import observe, observed_torque, remember_torque, start_observing
 from gimbal_hil.control.pi import clamp, next_integral
+from gimbal_hil.control.position_torque import bin_of, learn, learned_torque, named_torque
 from gimbal_hil.control.shaping import shape_position, start_shaping
 from gimbal_hil.control.staleness import (
     SHAKES,
@@ -36,20 +38,27 @@ __all__ = [
     "AntiWindup",
     "Mode",
     "ObservedJoint",
+    "adapt_friction",
     "axis_torque",
     "base_rates",
+    "bin_of",
     "clamp",
     "enter_mode",
     "fade_model",
+    "friction_at",
     "friction_torque",
     "gravity_in_base",
     "gravity_torques",
     "has_moments",
+    "has_new_levels",
     "is_observed",
     "judge_model",
     "layout",
+    "learn",
+    "learned_torque",
     "leave_observer",
     "modelled_friction",
+    "named_torque",
     "next_integral",
     "observe",
     "observed_torque",

@@ -60,7 +60,26 @@ OBSERVER_RATE_KP = OBSERVER_POSITION_KP + 1
 #: mean square of what is fed forward that is judged (N m)^2, and of the feedback's changes: share of a tick in their
 #: window, largest mean square (N m)^2
 WATCH_SHARE, FADE_STEP, LEAST_TOLD, SHAKING_SHARE, MOST_SHAKING = range(OBSERVER_RATE_KP + 1, OBSERVER_RATE_KP + 6)
-CONTROL_PARAMETERS = OBSERVER_RATE_KP + 6
+#: torque over position by the model: whether it is fed forward, how many cogging ripples, each amplitude (N m), ripples
+#: a turn, phase (rad); the cable's stiffness (N m/rad) and where it does not pull (rad); torque that the drive gives at
+#: zero command (N m)
+NAMED_FORWARD, RIPPLE_COUNT = OBSERVER_RATE_KP + 6, OBSERVER_RATE_KP + 7
+RIPPLES, MOST_RIPPLES, RIPPLE_SIZE = RIPPLE_COUNT + 1, 4, 3
+CABLE_STIFFNESS, CABLE_REST, DRIVE_OFFSET = range(RIPPLES + MOST_RIPPLES * RIPPLE_SIZE, RIPPLES + 15)
+#: friction over temperature: rows of a table (zero: none), fall of viscosity per kelvin from 20 degC on, then the rows,
+#: each a temperature (degC) and the numbers as from FRICTION on
+FRICTION_ROWS, VISCOSITY_FALL = RIPPLES + 15, RIPPLES + 16
+FRICTION_TABLE, MOST_FRICTION_ROWS, FRICTION_ROW_SIZE = RIPPLES + 17, 8, 8
+#: levels of friction taken from the residual: share of a tick in their window (zero: off), least and largest level
+ADAPT_SHARE, LEAST_LEVEL, LARGEST_LEVEL = range(FRICTION_TABLE + 64, FRICTION_TABLE + 67)
+#: table over position and direction: whether it is used; what of a residual a pass over a bin takes in (zero: frozen),
+#: largest entry (N m), joint rates between which it learns (rad/s); then the entries it begins with (N m), of the
+#: positive direction, then of the negative one
+LEARNS, LEARN_SHARE, LARGEST_LEARNED, SLOWEST_LEARNED, FASTEST_LEARNED = range(FRICTION_TABLE + 67, FRICTION_TABLE + 72)
+GIVEN_TABLE = FRICTION_TABLE + 72
+#: bins of a turn
+LEARNED_BINS = 720
+CONTROL_PARAMETERS = GIVEN_TABLE + 2 * LEARNED_BINS
 
 # --- H: state of one axis ---------------------------------------------------------------------------------------------
 #: integrators of the two loops (rad/s; controller units), prefilter output (rad), torque of the last tick (N m)
@@ -89,4 +108,16 @@ FORWARD = PENDING + MOST_DELAY_TICKS + 1
 EXPLAINED, TOLD, SEEN, STALE, DISTRUST = range(FORWARD + 1, FORWARD + 6)
 #: feedback part of the last torque (N m), mean square of its changes, whether the observer has been left
 LAST_FEEDBACK, SHAKING, UNOBSERVED = range(FORWARD + 6, FORWARD + 9)
-CONTROL_STATES = FORWARD + 9
+#: friction that is fed forward without its levels: sliding and viscous part (N m); what the levels are beyond one
+SLIDING_PART, VISCOUS_PART, SLIDING_LEVEL, VISCOUS_LEVEL = range(FORWARD + 9, FORWARD + 13)
+#: regression of what friction lacks: means over the window, rows of an upper triangle each with its right side; and
+#: room to solve it
+REGRESSORS = 5
+LEVEL_SUMS = FORWARD + 13
+LEVEL_WORK = LEVEL_SUMS + REGRESSORS * (REGRESSORS + 3) // 2
+#: the levels as they were last told
+TOLD_SLIDING = LEVEL_WORK + REGRESSORS * (REGRESSORS + 1)
+TOLD_VISCOUS = TOLD_SLIDING + 1
+#: what of the table over position and direction was learned (N m), laid out as GIVEN_TABLE
+LEARNED_TABLE = TOLD_SLIDING + 2
+CONTROL_STATES = LEARNED_TABLE + 2 * LEARNED_BINS

@@ -1,8 +1,7 @@
-"""Torques that a motion takes by the model: inertia, coupling of the axes, weight, a turning and accelerating base, and
-friction.
+"""Torques that a motion takes by the model: inertia, coupling of the axes, weight, a turning and accelerating base.
 
-The equations are the virtual antenna's own (`sim_backend.rigid_body`, `sim_backend.friction`), with the numbers of a
-model file, at the reference in place of the measurement: nothing is fed back, so no margin changes.
+The equations are the virtual antenna's own (`sim_backend.rigid_body`), with the numbers of a model file, at the
+reference in place of the measurement: nothing is fed back, so no margin changes.
 """
 
 from __future__ import annotations
@@ -11,17 +10,6 @@ import numpy as np
 
 from firmware_protocol.compiling import compiled
 from firmware_protocol.elementary import sine_cosine
-from gimbal_hil.control.layout import (
-    BRISTLE,
-    FRICTION_DELTA,
-    FRICTION_SIGMA0,
-    FRICTION_SIGMA1,
-    FRICTION_SIGMA2,
-    FRICTION_TC,
-    FRICTION_TS,
-    FRICTION_VS,
-)
-from sim_backend.friction import lugre_step, stribeck_level
 from sim_backend.rigid_body import equations_at
 
 Vector = tuple[float, float, float]
@@ -49,21 +37,3 @@ def rigid_torques(
     # the plant's structure, for which `body` stands in, is asked for a single axis only
     mass, bias, _, _, _ = equations_at(tensor, body, numbers, turns, v, base, True, True)
     return (mass[1] * a[1] - bias[0], mass[1] * a[0] - bias[1]), (mass[0], mass[2])
-
-
-@compiled
-def modelled_friction(rate: float, step_s: float, H: np.ndarray, h: int, C: np.ndarray, c: int) -> float:
-    """Torque (N m) that overcomes the model's friction at a wanted joint rate (rad/s); bristles bend as they do in the
-    joint.
-    """
-    level = stribeck_level(abs(rate), C[c + FRICTION_TS], C[c + FRICTION_TC], C[c + FRICTION_VS], C[c + FRICTION_DELTA])
-    H[h + BRISTLE], torque = lugre_step(
-        H[h + BRISTLE],
-        rate,
-        step_s,
-        level,
-        C[c + FRICTION_SIGMA0],
-        C[c + FRICTION_SIGMA1],
-        C[c + FRICTION_SIGMA2],
-    )
-    return float(torque)

@@ -39,6 +39,7 @@ _EVENT_KIND = {
     EventCode.IDENTITY: "link",
     EventCode.BEYOND_LIMIT: "note",
     EventCode.MODEL: "note",
+    EventCode.FRICTION_LEVELS: "note",
     EventCode.POINTING: "state",
 }
 #: both ends call it the same: the host's state and the drive's

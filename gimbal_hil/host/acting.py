@@ -8,16 +8,21 @@ from firmware_protocol.compiling import compiled
 from gimbal_hil.control import (
     SHAKES,
     UNCHANGED,
+    adapt_friction,
     axis_torque,
     enter_mode,
     fade_model,
     friction_torque,
     gravity_torques,
     has_moments,
+    has_new_levels,
     is_observed,
     judge_model,
+    learn,
+    learned_torque,
     leave_observer,
     modelled_friction,
+    named_torque,
     observe,
     observed_torque,
     remember_torque,
@@ -27,6 +32,7 @@ from gimbal_hil.control import (
     start_shaping,
 )
 from gimbal_hil.control.layout import (
+    ADAPT_SHARE,
     BRISTLE,
     DELAY_TICKS,
     DISTRUST,
@@ -34,15 +40,19 @@ from gimbal_hil.control.layout import (
     FORWARD,
     FRICTION_FORWARD,
     INERTIA,
+    LEARNS,
     LOOP_ERROR,
     LOOP_REFERENCE,
     MOMENT_X,
     MOVED_INERTIA,
+    NAMED_FORWARD,
     SHAPED,
     SHAPED_ACCELERATION,
     SHAPED_POSITION,
     SHAPED_RATE,
+    SLIDING_LEVEL,
     TORQUE,
+    VISCOUS_LEVEL,
     WATCH_SHARE,
     Mode,
 )
@@ -72,16 +82,20 @@ from gimbal_hil.host.layout import (
     MODE,
     MODEL_BODY,
     MODEL_TENSOR,
+    MOTOR_TEMPERATURE,
     REFERENCE,
     REST_RATE,
     SLOPE,
     STEP_S,
+    TEMPERATURE_HEARD,
 )
 from gimbal_hil.host.limits import joint_rate, rates_towards_limits
 from gimbal_hil.host.states import NOTHING, EventCode, number
 
 _OFF, _RATE, _POSITION = number(Mode.OFF), number(Mode.RATE), number(Mode.POSITION)
-_MODEL = number(EventCode.MODEL)
+_MODEL, _LEVELS = number(EventCode.MODEL), number(EventCode.FRICTION_LEVELS)
+#: temperature of a motor that tells none: what the model's numbers hold for
+_UNTOLD_DEGC = 20.0
 _INNER_H = AXIS_H + AXIS_H_SIZE
 _MOMENTS = (AXIS_C + MOMENT_X, AXIS_C + AXIS_C_SIZE + MOMENT_X)
 
@@ -172,13 +186,31 @@ def _close(mode: int, H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) ->
         observe(position, rate, base_rate, C[STEP_S], H, h, C, c)
         observed_torque(mode, H[h + REFERENCE], base_rate, allowed, C[STEP_S], H, h, C, c)
         remember_torque(H, h)
+        _learn(mode, H, G, C, axis)
         _watch(True, mode, H, G, C, axis)
         return
     reference, slope = H[h + REFERENCE], H[h + SLOPE]
     if mode == _POSITION and C[c + SHAPED] > 0.0:
         reference, slope = H[h + SHAPED_POSITION], H[h + SHAPED_RATE]
     axis_torque(mode, reference, slope, position, rate, base_rate, forward, allowed, C[STEP_S], H, h, C, c)
+    _learn(mode, H, G, C, axis)
     _watch(False, mode, H, G, C, axis)
+
+
+@compiled
+def _learn(mode: int, H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) -> None:
+    """Take what the loops added to the torque that was fed forward into table and levels, where the joint's rate is the
+    reference's.
+    """
+    h, c = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE
+    if (C[c + LEARNS] == 0.0 and C[c + ADAPT_SHARE] == 0.0) or (mode != _RATE and mode != _POSITION):
+        return
+    lacking = H[h + TORQUE] - H[h + DRAG] - H[h + MOVED_INERTIA] * H[h + SHAPED_ACCELERATION]
+    learn(lacking, C[STEP_S], H, h, C, c)
+    adapt_friction(lacking, H, h, C, c)
+    if C[c + ADAPT_SHARE] > 0.0 and has_new_levels(H, h):
+        sliding, viscous = 1.0 + H[h + SLIDING_LEVEL], 1.0 + H[h + VISCOUS_LEVEL]
+        report(G, _LEVELS, axis, int(1000.0 * sliding + 0.5), int(1000.0 * viscous + 0.5))
 
 
 @compiled
@@ -221,12 +253,25 @@ def _feed_forward(mode_outer: int, mode_inner: int, H: np.ndarray, G: np.ndarray
             if C[FEEDS_BODIES] == 0.0:
                 H[h + MOVED_INERTIA] = C[c + INERTIA]
             if mode >= _RATE:
-                rate = H[h + SHAPED_RATE] + C[c + DELAY_TICKS] * C[STEP_S] * H[h + SHAPED_ACCELERATION]
-                if C[c + FRICTION_FORWARD] > 0.0:
-                    H[h + FEEDFORWARD] += modelled_friction(rate, C[STEP_S], H, h, C, c)
-                else:
-                    H[h + FEEDFORWARD] += friction_torque(rate, C, c)
+                _add_friction_and_position(H, h, C, c)
             _fade_or_feed(mode, H, h, C, c)
+
+
+@compiled
+def _add_friction_and_position(H: np.ndarray, h: int, C: np.ndarray, c: int) -> None:
+    """Feed forward what depends on one joint's own rate and position, at where it is when the torque acts."""
+    ahead = C[c + DELAY_TICKS] * C[STEP_S]
+    rate = H[h + SHAPED_RATE] + ahead * H[h + SHAPED_ACCELERATION]
+    if C[c + FRICTION_FORWARD] > 0.0:
+        temperature = H[h + MOTOR_TEMPERATURE] if H[h + TEMPERATURE_HEARD] > 0.0 else _UNTOLD_DEGC
+        H[h + FEEDFORWARD] += modelled_friction(rate, temperature, C[STEP_S], H, h, C, c)
+    else:
+        H[h + FEEDFORWARD] += friction_torque(rate, C, c)
+    position = H[h + SHAPED_POSITION] + ahead * H[h + SHAPED_RATE]
+    if C[c + NAMED_FORWARD] > 0.0:
+        H[h + FEEDFORWARD] += named_torque(position, C, c)
+    if C[c + LEARNS] > 0.0:
+        H[h + FEEDFORWARD] += learned_torque(position, rate, H, h, C, c)
 
 
 @compiled

@@ -85,6 +85,11 @@ def host_event(axes: Sequence[str], tick: int, code: int, first: int, second: in
             f"{axes[first]}: {_MODEL_NEWS[ModelNews(second)]}",
             {"axis": axes[first], "news": _name(ModelNews, second)},
         )
+    if kind is EventCode.FRICTION_LEVELS:
+        text = f"{axes[first]}: friction at {second / 1000:g} of the model's, its viscous part at {third / 1000:g}"
+        return HostEvent(
+            tick, kind, text, {"axis": axes[first], "sliding_level": second / 1000, "viscous_level": third / 1000}
+        )
     if kind is EventCode.POINTING:
         how, muted, error_deg = _name(PointingState, first), bool(second), round(math.degrees(third * 1e-6), 3)
         text = f"{how}, {'muted' if muted else 'not muted'}, {error_deg:g} deg off"

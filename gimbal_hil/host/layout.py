@@ -107,8 +107,9 @@ AXIS_H = 40
     LAST_RATE,
     LAST_JOINT_RATE,
     CURVE,  # slope of SLOPE (rad/s^2), NaN where nobody knows it
-) = range(CONTROL_STATES, CONTROL_STATES + 25)
-AXIS_H_SIZE = CONTROL_STATES + 25
+    TEMPERATURE_HEARD,  # 1 once the drive told the motor's temperature
+) = range(CONTROL_STATES, CONTROL_STATES + 26)
+AXIS_H_SIZE = CONTROL_STATES + 26
 H_SIZE = AXIS_H + AXES * AXIS_H_SIZE
 
 # --- G: state

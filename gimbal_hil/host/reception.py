@@ -49,6 +49,7 @@ from gimbal_hil.host.layout import (
     SAMPLE_TICK,
     SKIPPED,
     STEP_S,
+    TEMPERATURE_HEARD,
     TORQUE_STEP,
 )
 from gimbal_hil.host.plausibility import watch_sensors, watch_status
@@ -132,11 +133,13 @@ def _receive_motors(mail: np.ndarray, H: np.ndarray, G: np.ndarray) -> None:
         H[AXIS_H + MOTOR_TORQUE] = mail[m.MOTOR_STATUS_OUTER_TORQUE] * H[AXIS_H + TORQUE_STEP]
         G[AXIS_G + BRAKE_STATE] = mail[m.MOTOR_STATUS_OUTER_BRAKE]
         H[AXIS_H + MOTOR_TEMPERATURE] = mail[m.MOTOR_STATUS_OUTER_TEMPERATURE] * m.MOTOR_STATUS_OUTER_TEMPERATURE_STEP
+        H[AXIS_H + TEMPERATURE_HEARD] = 1.0
     if mail[m.MOTOR_STATUS_INNER] > 0:
         inner = AXIS_H + AXIS_H_SIZE
         H[inner + MOTOR_TORQUE] = mail[m.MOTOR_STATUS_INNER_TORQUE] * H[inner + TORQUE_STEP]
         G[AXIS_G + AXIS_G_SIZE + BRAKE_STATE] = mail[m.MOTOR_STATUS_INNER_BRAKE]
         H[inner + MOTOR_TEMPERATURE] = mail[m.MOTOR_STATUS_INNER_TEMPERATURE] * m.MOTOR_STATUS_INNER_TEMPERATURE_STEP
+        H[inner + TEMPERATURE_HEARD] = 1.0
 
 
 @compiled

@@ -124,6 +124,8 @@ class EventCode(IntEnum):
     MODEL = 10
     #: PointingState, 1 while muted, pointing error in microradians
     POINTING = 11
+    #: axis, levels of sliding and of viscous friction (thousandths of the model's)
+    FRICTION_LEVELS = 12
 
 
 class ModelNews(IntEnum):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from pathlib import Path
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator
@@ -10,6 +11,7 @@ from pydantic import Field, model_validator
 from firmware_protocol.documents import Strict
 from firmware_protocol.mail import IDENTITY_UNIT_TORQUE_EXPONENT_OUTER_HIGH, SET_POINT_TORQUE_OUTER_HIGH
 from firmware_protocol.schema import POSITION_STEP_RAD, TORQUE_STEP_NM
+from gimbal_hil.settings.learning import FrictionLevels, LearnedTorque
 
 #: what the wire can carry either way, the torque of an antenna whose identity tells the largest exponent
 WIRE_TORQUE_NM = SET_POINT_TORQUE_OUTER_HIGH * TORQUE_STEP_NM * 2.0**IDENTITY_UNIT_TORQUE_EXPONENT_OUTER_HIGH
@@ -188,6 +190,7 @@ class AdjustableKey(StrEnum):
     REFERENCE_RATE = "feedforward.reference_rate"
     COULOMB = "feedforward.coulomb_nm"
     VISCOUS = "feedforward.viscous_nm_s_per_rad"
+    LEARNED_SHARE = "learned.share"
     TORQUE = "limits.torque_nm"
     RATE = "limits.rate_rad_s"
     TRAVEL_LOW = "limits.position_low_rad"
@@ -209,6 +212,12 @@ class AxisSettings(Strict):
     feedforward: Feedforward = Field(default=Feedforward(), description="what is given to the loops in advance")
     observer: JointObserver | None = Field(
         default=None, description="closes the loops in place of the raw sensors; needs `model_control`"
+    )
+    friction_levels: FrictionLevels | None = Field(
+        default=None, description="friction's levels follow what the loops add to the model's; needs `model_control`"
+    )
+    learned: LearnedTorque | None = Field(
+        default=None, description="torque over position and direction, learned in service; needs `model_control`"
     )
     limits: Limits = Field(description="what the supervisor holds this axis to")
     expectation: Expectation | None = Field(
@@ -246,6 +255,20 @@ class AxisSettings(Strict):
         if key is AdjustableKey.TRAVEL_LOW:
             return configured, high
         return low, configured if key.value.startswith("limits.") else high
+
+    def with_paths_from(self, folder: Path) -> AxisSettings:
+        """The same with the learned table's file found from `folder`."""
+        if self.learned is None or self.learned.table is None:
+            return self
+        table = str((folder / self.learned.table).resolve())
+        return self.model_copy(update={"learned": self.learned.model_copy(update={"table": table})})
+
+    def with_entries(self, name: str) -> AxisSettings:
+        """The same with the learned table itself in it; BadInputError where its file has none for this axis."""
+        if self.learned is None or self.learned.entries is not None:
+            return self
+        entries = self.learned.entries_of(name)
+        return self.model_copy(update={"learned": self.learned.model_copy(update={"entries": entries})})
 
 
 def number_at(axis: AxisSettings, key: str) -> float | None:

@@ -36,13 +36,13 @@ from gimbal_hil.settings.daemon import (
     DaemonSettings,
     Deadman,
     ExpectedAntenna,
-    ModelControl,
     Observer,
     Operator,
     Pointing,
     Recording,
     Supervisor,
 )
+from gimbal_hil.settings.learning import FrictionLevels, LearnedTorque, ModelControl
 from gimbal_hil.settings.link import Embedded
 from gimbal_hil.settings.shipped import shipped_settings
 
@@ -122,6 +122,16 @@ _SECTIONS: tuple[tuple[str, str, type[BaseModel]], ...] = (
         Expectation,
     ),
     ("`axes.NAME.observer`", "Position, rate and disturbance of the joint ([control](control.md)).", JointObserver),
+    (
+        "`axes.NAME.friction_levels`",
+        "Levels of friction, followed while the axis works ([control](control.md#what-no-model-has)); `{}` for the defaults.",
+        FrictionLevels,
+    ),
+    (
+        "`axes.NAME.learned`",
+        "Torque over position and direction, learned ([control](control.md#what-no-model-has)); `{}` for the defaults.",
+        LearnedTorque,
+    ),
     ("`model_control`", "What the loops take from a model ([control](control.md)).", ModelControl),
     ("`supervisor`", "", Supervisor),
     ("`supervisor.deadman`", "", Deadman),

@@ -13,6 +13,7 @@ from firmware_protocol.documents import Strict, read_yaml, refusal_of
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.links import AdapterLinkConfig
 from gimbal_hil.settings.axis import AxisSettings, NotNegative, Positive
+from gimbal_hil.settings.learning import ModelControl
 from gimbal_hil.settings.link import LINK_KINDS, EmbeddedAntenna, LinkSettings, is_model_file
 from sim_backend.carrying import INNER, OUTER, in_order, require_plain_names
 
@@ -90,41 +91,6 @@ class Supervisor(Strict):
         ),
     )
     deadman: Deadman = Field(default=Deadman(), description="the drive's deadman, sent to it at connection")
-
-
-class ModelControl(Strict):
-    """What the loops take from a model file; each part can be switched alone. References are shaped without delay by
-    the prefilters' corner and limits.
-    """
-
-    model: str = Field(
-        default="thesis", description="name of a shipped model, or path of a model file (relative to this file)"
-    )
-    document: dict[str, Any] | None = Field(
-        default=None, description="the model itself, as a run keeps it, in place of `model`"
-    )
-    bodies: bool = Field(
-        default=True,
-        description=(
-            "torque for inertia, coupling, weight and base motion by the model's bodies, in place of "
-            "`feedforward.moment_kg_m`"
-        ),
-    )
-    friction: bool = Field(
-        default=True,
-        description="torque against the model's friction, in place of `feedforward.coulomb_nm` and its neighbours",
-    )
-    extrapolate_base: bool = Field(
-        default=True, description="base motion as it is now, from when it was true, in place of as it was told"
-    )
-    watch: bool = Field(
-        default=True,
-        description=(
-            "fade out what is fed forward when it explains less than nothing of the torque, and leave the observer when"
-            " its loops shake"
-        ),
-    )
-    watch_time_s: Positive = Field(default=2.0, description="window of that judgement")
 
 
 class Pointing(Strict):
@@ -254,6 +220,10 @@ class DaemonSettings(Strict):
                 raise ValueError(f"axes.{name}.observer: needs model_control, which says whose numbers it takes")
             if self.model_control is not None and (axis.prefilter is None or axis.prefilter.rate_rad_s is None):
                 raise ValueError(f"axes.{name}.prefilter: expected with rate_rad_s, because of model_control")
+            if (axis.learned is not None or axis.friction_levels is not None) and self.model_control is None:
+                raise ValueError(f"axes.{name}: learned and friction_levels need model_control: they add to it")
+            if axis.friction_levels is not None and self.model_control is not None and not self.model_control.friction:
+                raise ValueError(f"axes.{name}.friction_levels: are levels of model_control.friction, which is off")
         return self
 
     @property
@@ -290,13 +260,15 @@ class DaemonSettings(Strict):
         control = self.model_control
         if control is None or control.document is not None:
             return self
+        axes = {name: axis.with_entries(name) for name, axis in self.axes.items()}
         model = model_named(control.model)
         if is_model_file(control.model) and self.axis_names not in ((OUTER, INNER), model.axes):
             problem = f"{control.model} has the axes {' and '.join(model.axes)}"
             raise BadInputError("model_control.model", problem, f"a model of {' and '.join(self.axis_names)}")
         # how its base moves, perhaps by a file of its own, is nothing that a loop takes
         document = {key: value for key, value in model.document.items() if key != "base"}
-        return self.model_copy(update={"model_control": control.model_copy(update={"document": document})})
+        kept = control.model_copy(update={"document": document})
+        return self.model_copy(update={"model_control": kept, "axes": axes})
 
     @property
     def observed_model(self) -> str | None:
@@ -348,6 +320,9 @@ def settings_from_document(document: Any, where: str, folder: Path | None = None
     if control is not None and folder is not None and is_model_file(control.model):
         update = {"model": str((folder / control.model).resolve())}
         settings = settings.model_copy(update={"model_control": control.model_copy(update=update)})
+    if folder is not None:
+        axes = {name: axis.with_paths_from(folder) for name, axis in settings.axes.items()}
+        settings = settings.model_copy(update={"axes": axes})
     link = settings.link
     if not isinstance(link, EmbeddedAntenna):
         from firmware_protocol.links import require_link_carries

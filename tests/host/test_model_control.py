@@ -12,7 +12,7 @@ from gimbal_hil.host import AxisCommand, Mode, Segment, Shape, program_of
 from gimbal_hil.lockstep import CompiledPath, FramePath
 from sim_backend.model import AntennaModel, shipped_model
 
-PARTS = ("bodies", "friction", "base", "observer", "all")
+PARTS = ("bodies", "friction", "position", "base", "observer", "all", "levels", "learned")
 
 
 def moving_base() -> AntennaModel:
