@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
+    from gimbal_hil.host import Host
     from gimbal_hil.runs import Again, RecordedRun, ReplayResult
 
 ANSWER_FILE = "replay.json"
@@ -20,6 +21,10 @@ def command(
         Path | None, typer.Option(metavar="DIR", help=f"Also write the answer to {ANSWER_FILE} in this folder.")
     ] = None,
     junit: Annotated[Path | None, typer.Option(metavar="FILE", help="The answer as JUnit XML too (CI).")] = None,
+    learned: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write the tables that the loops had learned at its end (axes.NAME.learned)."),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an answer that is there.")] = False,
     update: Annotated[
@@ -39,11 +44,15 @@ def command(
 
     if out is not None and (out / ANSWER_FILE).exists() and not force:
         raise BadInputError(str(out / ANSWER_FILE), "already exists", "a new folder, or --force to overwrite it")
+    if learned is not None and learned.exists() and not force:
+        raise BadInputError(str(learned), "already exists", "another file, or --force to overwrite it")
     log = open_run(run)
     began = time.perf_counter()
-    result = _replay(log, quiet=as_json)
+    result, host = _replay(log, quiet=as_json)
     again = None if result.identical else _again(log, must=update)
     answer = _answer(log, result, time.perf_counter() - began) | {"changes": _changes(log, again)}
+    if learned is not None:
+        answer |= {"learned": _write_learned(learned, result, host)}
     if update and again is not None:
         make_reference(log, again)
         answer |= {"updated": True}
@@ -59,7 +68,22 @@ def command(
     return EXIT_DONE if result.identical or update else EXIT_NO
 
 
-def _replay(log: RecordedRun, *, quiet: bool) -> ReplayResult:
+def _write_learned(path: Path, result: ReplayResult, host: Host) -> dict[str, int]:
+    """Write the tables of a host at the end of its run; how many bins each axis has. BadInputError for a run that
+    replays differently: then they are not its own.
+    """
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.settings import learned_text
+
+    if not result.identical:
+        raise BadInputError("--learned", "the run does not replay as it is recorded", "a run that does")
+    entries = {axis: host.learned(place) for place, axis in enumerate(host.axes)}
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(learned_text(entries), encoding="utf-8")
+    return {axis: len(rows) for axis, rows in entries.items()}
+
+
+def _replay(log: RecordedRun, *, quiet: bool) -> tuple[ReplayResult, Host]:
     from rich.progress import Progress
 
     from gimbal_hil.cli.progress import error_console
@@ -70,9 +94,10 @@ def _replay(log: RecordedRun, *, quiet: bool) -> ReplayResult:
     console = error_console()
     with Progress(console=console, transient=True, disable=quiet or not console.is_terminal) as bar:
         task = bar.add_task("replaying ticks", total=log.replayable_ticks)
-        return replay(
+        found = replay(
             log, host, lambda event: give_again(host, log, event), lambda done: bar.update(task, completed=done)
         )
+    return found, host
 
 
 def _again(log: RecordedRun, must: bool) -> Again | None:
@@ -119,6 +144,7 @@ def _lines(answer: dict[str, Any]) -> list[str]:
         counts = f"{answer['ticks']} ticks, {answer['frames']} frames"
         return [
             f"identical: {counts}, {answer['recorded_s']:.1f} s of antenna time in {answer['took_s']:.1f} s",
+            *(f"learned: {bins} of 720 bins of {axis}" for axis, bins in answer.get("learned", {}).items()),
             *answer["notes"],
         ]
     place = f"tick {found['tick']}" if found["tick"] >= 0 else "no single tick"

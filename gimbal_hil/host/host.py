@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gimbal_hil.control.layout import TORQUE, TORQUE_LIMIT, Mode
+from gimbal_hil.control.layout import GIVEN_TABLE, LEARNED_BINS, LEARNED_TABLE, TORQUE, TORQUE_LIMIT, Mode
 from gimbal_hil.host import layout
 from gimbal_hil.host.events import AXIS_NAMES, HostEvent, host_event
 from gimbal_hil.host.frame_tick import host_frame_tick
@@ -60,6 +60,14 @@ class Host:
         for axis in range(layout.AXES):
             h = layout.axis_h(axis)
             H[h + layout.MOST_TORQUE] = most_torque(C[layout.axis_c(axis) + TORQUE_LIMIT], H[h + layout.TORQUE_STEP])
+
+    def learned(self, axis: int) -> list[tuple[int, float, float]]:
+        """What the table of an axis holds now: bin, torque in the positive and in the negative direction (N m), without
+        bins that hold nothing.
+        """
+        h, c = layout.axis_h(axis) + LEARNED_TABLE, layout.axis_c(axis) + GIVEN_TABLE
+        table = (self.memory.H[h : h + 2 * LEARNED_BINS] + self.memory.C[c : c + 2 * LEARNED_BINS]).reshape(2, -1)
+        return [(int(k), float(table[0, k]), float(table[1, k])) for k in np.flatnonzero(table.any(axis=0))]
 
     def stop(self) -> None:
         """Brake to rest, then switch torque off."""

@@ -19,6 +19,7 @@ from gimbal_hil.settings.daemon import (
     settings_from_document,
     with_changes,
 )
+from gimbal_hil.settings.learning import learned_text
 from gimbal_hil.settings.link import EmbeddedAntenna
 from gimbal_hil.settings.model_control import delay_ticks, observed_joint
 from gimbal_hil.settings.shipped import shipped_settings, shipped_settings_path
@@ -38,6 +39,7 @@ __all__ = [
     "adjustments_from",
     "delay_ticks",
     "host_configuration",
+    "learned_text",
     "load_settings",
     "merged",
     "observed_joint",

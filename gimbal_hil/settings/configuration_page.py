@@ -124,7 +124,7 @@ _SECTIONS: tuple[tuple[str, str, type[BaseModel]], ...] = (
     ("`axes.NAME.observer`", "Position, rate and disturbance of the joint ([control](control.md)).", JointObserver),
     (
         "`axes.NAME.friction_levels`",
-        "Levels of friction, followed while the axis works ([control](control.md#what-no-model-has)); `{}` for the defaults.",
+        "Levels of friction, followed in service ([control](control.md#what-no-model-has)); `{}` for the defaults.",
         FrictionLevels,
     ),
     (

@@ -36,11 +36,11 @@ def test_the_rigid_torques_bring_the_acceleration_on_a_base_that_turns_and_shift
 def test_the_friction_fed_forward_is_the_sliding_curve_at_speed_and_bends_bristles_on_the_way() -> None:
     C = host_configuration(controller_settings("all"))
     model, c, H = shipped_model(), host.axis_c(0), np.zeros(layout.CONTROL_STATES)
-    torques = [modelled_friction(0.05, 1e-3, H, 0, C, c) for _ in range(2000)]
+    torques = [modelled_friction(0.05, 20.0, 1e-3, H, 0, C, c) for _ in range(2000)]
     steady = model.number("outer", "friction.coulomb") + 0.05 * model.number("outer", "friction.viscous")
     assert torques[-1] == pytest.approx(steady, rel=1e-3)
     # turned round slowly, the bristles are still bent the old way when the rate has changed its sign
     rates = 0.05 * np.cos(np.pi * np.linspace(0.0, 1.0, 4001))
-    turning = np.array([modelled_friction(rate, 1e-3, H, 0, C, c) for rate in rates])
+    turning = np.array([modelled_friction(rate, 20.0, 1e-3, H, 0, C, c) for rate in rates])
     assert turning[np.argmax(rates < 0.0)] > 0.05
     assert turning[-1] == pytest.approx(-steady, rel=2e-3)
