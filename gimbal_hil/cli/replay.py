@@ -23,7 +23,9 @@ def command(
     junit: Annotated[Path | None, typer.Option(metavar="FILE", help="The answer as JUnit XML too (CI).")] = None,
     learned: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Write the tables that the loops had learned at its end (axes.NAME.learned)."),
+        typer.Option(
+            metavar="FILE", help="Write the tables that the loops had learned at its end (axes.NAME.learned)."
+        ),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an answer that is there.")] = False,

@@ -169,8 +169,9 @@ def disk_margin(loop: Response) -> float:
 
 
 def encirclements(loop: Response) -> float:
-    """Turns of 1 + L about zero over positive frequencies, from the lowest on: nearly 0 for a stable closed loop whose
-    open one is stable but for integrators.
+    """Turns of 1 + L about zero over positive frequencies, from the lowest on. For a stable closed loop whose open one
+    is stable but for integrators it is a quarter for each of these: 1 + L comes from far away, where they turned it by
+    so much, to nearly 1.
     """
     angle = np.unwrap(np.angle(1.0 + loop))
     return float((angle[-1] - angle[0]) / (2.0 * np.pi))

@@ -17,7 +17,9 @@ STEP_S = 1e-3
 
 def block(**changes: object) -> np.ndarray:
     """Parameters of the outer axis of `levels`, with changes."""
-    settings = with_changes(controller_settings("levels"), {key.replace("__", "."): one for key, one in changes.items()})
+    settings = with_changes(
+        controller_settings("levels"), {key.replace("__", "."): one for key, one in changes.items()}
+    )
     return host_configuration(settings)[host.axis_c(0) : host.axis_c(0) + layout.CONTROL_PARAMETERS]
 
 
