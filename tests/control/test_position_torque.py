@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gimbal_hil.arena import controller_settings
-from gimbal_hil.control import bin_of, learn, learned_torque, layout, named_torque
+from gimbal_hil.control import bin_of, layout, learn, learned_torque, named_torque
 from gimbal_hil.host import layout as host
 from gimbal_hil.settings import host_configuration, with_changes
 from sim_backend.model import shipped_model

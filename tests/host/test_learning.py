@@ -1,4 +1,4 @@
-"""What the loops learn beside their model, in lockstep: what it is worth, frozen, kept in a run, and begun with again."""
+"""What the loops learn beside their model, in lockstep: what it is worth, frozen, kept in a run, begun with again."""
 
 from __future__ import annotations
 
@@ -63,8 +63,9 @@ def test_a_run_keeps_what_was_learned_and_another_one_begins_with_it_frozen(tmp_
     assert app.run("replay", [str(run_of(tmp_path, "first")), "--learned", str(table)]) == 0
     learned = yaml.safe_load(table.read_text(encoding="utf-8"))["axes"]
     assert len(learned["outer"]) > 20
-    with pytest.raises(BadInputError, match="already exists"):
-        app.command.run("replay", [str(tmp_path / "first"), "--learned", str(table)])
+    with pytest.raises(SystemExit) as refused:
+        app.run("replay", [str(tmp_path / "first"), "--learned", str(table)])
+    assert refused.value.code == 2
     frozen, again = run_of(tmp_path, "second", share=0.0, table="learned.yaml"), tmp_path / "again.yaml"
     # a run holds the table itself: it replays without the file
     table.unlink()
@@ -76,7 +77,7 @@ def test_a_run_keeps_what_was_learned_and_another_one_begins_with_it_frozen(tmp_
 
 def test_tables_and_levels_are_refused_where_they_have_nothing_to_add_to(tmp_path: Path) -> None:
     for changes, told in (
-        ({"model_control": None}, "need model_control"),
+        ({"model_control": None, "axes.outer.observer": None, "axes.inner.observer": None}, "need model_control"),
         ({"model_control": {"model": "realistic", "friction": False}, "axes.outer.friction_levels": {}}, "is off"),
         ({"axes.outer.learned": {"slowest_rad_s": 0.5}}, "not below"),
         ({"axes.outer.learned": {"entries": [[720, 0.0, 0.0]]}}, "719|720"),
