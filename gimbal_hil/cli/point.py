@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from gimbal_hil.runs import RecordedRun
 
 _DURATION_S = 60.0
+#: no longer does a machine that is busy make a target wait
+_LONGEST_LEAD_S = 60.0
 
 
 @dataclass(frozen=True)
@@ -189,6 +191,8 @@ def _through_daemon(
     force: bool,
     stay: bool,
 ) -> tuple[_Judged, float]:
+    import time
+
     from gimbal_hil.cli.progress import ProgressBar
     from gimbal_hil.pointing import BASE_S, LEAD_S, PointingDaemon, mute_changes, truth_of
 
@@ -200,8 +204,18 @@ def _through_daemon(
 
     try:
         clock = daemon.clock()
-        first = clock.tick_after(LEAD_S)
-        target, way, about = _target(text, flight, clock.time_of(first) if at is None else _time_of(at), duration)
+        lead_s, first = LEAD_S, 0
+        while True:
+            begun, first = time.monotonic(), clock.tick_after(lead_s)
+            target, way, about = _target(text, flight, clock.time_of(first) if at is None else _time_of(at), duration)
+            took_s = time.monotonic() - begun
+            if at is not None:
+                # the sky was asked for: it begins when its way is made
+                first = clock.tick_after(LEAD_S)
+            if at is not None or took_s < lead_s or lead_s > _LONGEST_LEAD_S:
+                break
+            # a machine that is busy needs longer for the way than was left: begin later, so that none of it is lost
+            lead_s = LEAD_S + 2.0 * took_s
         try:
             with ProgressBar() as bar:
                 bar.begin("point", duration, 0.0)

@@ -20,6 +20,8 @@ from gimbal_hil.pointing.geodesy import Table
 #: elements this old still say where the satellite is about, days
 OLD_DAYS = 14.0
 _LINE = 69
+#: times at once: skyfield holds some thousand numbers for each, which would be 10 GB for ten minutes of ticks
+_AT_ONCE = 4096
 
 
 @dataclass(frozen=True)
@@ -36,9 +38,12 @@ class Elements:
         scale = api.load.timescale(builtin=True)
         start = start.astimezone(UTC)
         seconds = start.second + 1e-6 * start.microsecond + time_s
-        times = scale.utc(start.year, start.month, start.day, start.hour, start.minute, seconds)
         satellite: Any = api.EarthSatellite(self.first, self.second, self.name, scale)
-        found = np.asarray(satellite.at(times).frame_xyz(itrs).m, dtype=np.float64).T
+        found = np.empty((len(seconds), 3))
+        for begin in range(0, len(seconds), _AT_ONCE):
+            some = slice(begin, begin + _AT_ONCE)
+            times = scale.utc(start.year, start.month, start.day, start.hour, start.minute, seconds[some])
+            found[some] = satellite.at(times).frame_xyz(itrs).m.T
         if not np.all(np.isfinite(found)):
             raise BadInputError(f"elements of {self.name}", "give no position at that time", "elements of these days")
         return found
