@@ -110,26 +110,25 @@ def _told(inquiry: Inquiry, standing: Standing, left: tuple[Remainder, ...], sus
     of_class = class_probability(standing, left[standing.channel], policy, len(inquiry.families))
     shown = not suspected_only and not standing.silent and not standing.at_bound
     close = close[:_MOST_RIVALS]
-    return rejudged(inquiry, Told(standing, Status.AMBIGUOUS, close, of_class, of_class, shown), close)
+    return rejudged(policy, Told(standing, Status.AMBIGUOUS, close, of_class, of_class, shown), close)
 
 
-def rejudged(inquiry: Inquiry, one: Told, close: tuple[Rival, ...]) -> Told:
+def rejudged(policy: Policy, one: Told, close: tuple[Rival, ...]) -> Told:
     """A cause beside these alternatives."""
     effect, axis = one.standing.label
     # commanded torque alone never tells such a pair apart: either name is right
     doubts = sum(
-        rival.label != (CATALOGUE[effect].same_by_command, axis) and not _contains(rival, one.standing, inquiry.policy)
+        rival.label != (CATALOGUE[effect].same_by_command, axis) and not _contains(rival, one.standing, policy)
         for rival in close
     )
     probability = one.of_class / (1.0 + doubts)
-    sure = one.shown and not doubts and probability >= inquiry.policy.named
+    sure = one.shown and not doubts and probability >= policy.named
     return replace(one, close=close, probability=probability, status=Status.NAMED if sure else Status.AMBIGUOUS)
 
 
 def _contains(rival: Rival, standing: Standing, policy: Policy) -> bool:
     """Whether a rival is the cause itself with more numbers, which do not surely pay."""
-    plainer = CATALOGUE[rival.label[0]].plainer
-    return plainer is not None and (plainer.name, rival.label[1]) == standing.label and rival.sure > -policy.anew
+    return (rival.plainer, rival.label[1]) == standing.label and rival.sure > -policy.anew
 
 
 def kind_of(told: tuple[Told, ...]) -> Kind:

@@ -48,9 +48,9 @@ def with_measured_torque(inquiry: Inquiry, decision: Decision, measured: tuple[S
         if id(decision.state) in out and len(decision.told) == 1 and lead is not None:
             rest = tuple(rival for rival in kept if rival is not lead)
             standing = replace(one.standing, label=lead.label)
-            swapped = rejudged(inquiry, replace(one, standing=standing), rest)
+            swapped = rejudged(inquiry.policy, replace(one, standing=standing), rest)
             return replace(decision, state=lead.state, told=(swapped,), kind=kind_of((swapped,)))
-        told.append(one if len(kept) == len(one.close) else rejudged(inquiry, one, kept))
+        told.append(one if len(kept) == len(one.close) else rejudged(inquiry.policy, one, kept))
     return replace(decision, told=tuple(told), kind=kind_of(tuple(told)) if told else decision.kind)
 
 

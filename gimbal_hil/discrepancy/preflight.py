@@ -11,8 +11,6 @@ from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel
 
 _LEAST_S = 1.5
-#: slower logs hold nothing of what friction and joints do; a period in milliseconds looks like one
-_LONGEST_PERIOD_S = 0.1
 #: scored bands end no lower, Hz, and no lower and no higher than these over the period: noise is read above them, in
 #: bins of a spectrum
 _LOWEST_BAND_HZ, _NARROWEST_BAND, _WIDEST_BAND = 1.0, 0.005, 0.1
@@ -32,12 +30,6 @@ def check_logs(model: AntennaModel, tables: tuple[SignalsTable, ...], band_hz: f
     check_alike(tables)
     for table in tables:
         where = table.source or "log"
-        if table.period_s > _LONGEST_PERIOD_S:
-            raise BadInputError(
-                f"{where}: time_s",
-                f"has a period of {table.period_s:.4g}",
-                f"seconds, at most {_LONGEST_PERIOD_S:g} a row",
-            )
         if abs(table.period_s - period) > 0.01 * period:
             raise BadInputError(where, f"has a period of {table.period_s:.6g} s", f"{period:.6g} s like the first log")
         if len(table) * table.period_s < _LEAST_S:

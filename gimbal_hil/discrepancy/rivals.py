@@ -6,16 +6,17 @@ surer.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gimbal_hil.discrepancy.fit import weighed_cost
-from gimbal_hil.discrepancy.hypothesis import at_bound
+from gimbal_hil.discrepancy.hypothesis import at_bound, values_of
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, settled, squares_of, surely_less, weighing_of
 from gimbal_hil.discrepancy.release import numbers_instead
 from gimbal_hil.discrepancy.screening import basis_of
 from gimbal_hil.discrepancy.search import Path, in_its_place
+from sim_backend.effects import CATALOGUE
 
 #: a rival that, by its slopes where it stands, would leave more squares than this times those of the explanation comes
 #: nowhere near it
@@ -33,7 +34,9 @@ class Rival:
     extra: float
     sure: float
     #: its numbers that may go no further
-    at_bound: tuple[str, ...]
+    at_bound: tuple[str, ...] = ()
+    #: the effect with fewer numbers that it contains, where its numbers stand
+    plainer: str | None = None
 
     @property
     def label(self) -> tuple[str, str]:
@@ -89,9 +92,21 @@ def _rival(inquiry: Inquiry, state: State, other: State, labels: tuple[tuple[str
     extra = float(np.sum((theirs - mine) / scale) / np.sum(mine / scale))
     # where one leaves much of one channel and the other much of another, neither is the unit of both
     sure = surely_less(inquiry, other, state, np.minimum(other.fit.squares, state.fit.squares))
+    found = Rival(other, labels, extra, sure)
+    if not found.is_cause:
+        return found
     newest = len(other.hypothesis.causes) - 1
-    is_cause = labels[0] in other.hypothesis.labels
-    return Rival(other, labels, extra, sure, at_bound(inquiry.twin, other.hypothesis, newest) if is_cause else ())
+    bound = at_bound(inquiry.twin, other.hypothesis, newest)
+    return replace(found, at_bound=bound, plainer=_plainer(inquiry, other, newest))
+
+
+def _plainer(inquiry: Inquiry, state: State, index: int) -> str | None:
+    """The name of the effect with fewer numbers that a cause contains where its numbers stand."""
+    plainer = CATALOGUE[state.hypothesis.causes[index].family.effect].plainer
+    if plainer is None:
+        return None
+    values = values_of(inquiry.twin.model, inquiry.twin, state.hypothesis, index)
+    return plainer.name if plainer.holds({name: value for name, (value, _) in values.items()}) else None
 
 
 __all__ = ["Rival", "rivals_of"]

@@ -12,7 +12,7 @@ import numpy as np
 
 from firmware_protocol.compiling import compiled
 from sim_backend.effects.axis_scale import AxisScale
-from sim_backend.effects.effect import Domain, Effect, Hook, Variable
+from sim_backend.effects.effect import Domain, Effect, Hook, PlainerEffect, Variable
 from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import Knob, Reading, SearchProfile, Start
 from sim_backend.effects.separating_runs import FULL_TRAVEL, TWO_LOADS, TWO_TILTS
@@ -82,4 +82,6 @@ EFFECT = Effect(
     acts_through=frozenset({Variable.POSITION}),
     separated_by=(FULL_TRAVEL, TWO_TILTS, TWO_LOADS),
     torque_over_position=_over_travel,
+    # k q0 alone is a constant torque
+    plainer=PlainerEffect("torque_offset"),
 )

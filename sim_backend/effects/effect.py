@@ -110,13 +110,13 @@ class RateForm:
 
 @dataclass(frozen=True)
 class PlainerEffect:
-    """An effect with fewer numbers that stands for the same where these parameters lie between these values."""
+    """An effect with fewer numbers that this one contains, where these parameters lie between these values."""
 
     name: str
     where: tuple[tuple[str, float, float], ...] = ()
 
     def holds(self, values: Mapping[str, float]) -> bool:
-        """Whether it stands for the same at these parameters."""
+        """Whether it is contained at these parameters."""
         return all(low <= values[name] <= high for name, low, high in self.where)
 
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
-from gimbal_hil.discrepancy.deciding import class_probability
+from gimbal_hil.discrepancy.deciding import Status, Told, class_probability, rejudged
 from gimbal_hil.discrepancy.exhaustion import Predictable
 from gimbal_hil.discrepancy.judging import Remainder, Standing
 from gimbal_hil.discrepancy.policy import Policy
+from gimbal_hil.discrepancy.rivals import Rival
 from gimbal_hil.estimation import Paired
 
 _NOTHING = Predictable(0.0, 0.0)
@@ -53,3 +56,13 @@ def test_what_nothing_predicts_is_no_sign_of_another_cause() -> None:
     much = replace(_SOUND, share=0.62)
     unpredicted = probability(much, Remainder(10.0, 6.0, Predictable(-0.2, -0.4)))
     assert unpredicted == probability(much, Remainder(10.0, 6.0, _NOTHING)) > 0.5
+
+
+def test_a_rival_that_contains_the_cause_and_hardly_pays_for_its_numbers_is_no_doubt() -> None:
+    state: Any = SimpleNamespace(hypothesis=SimpleNamespace(labels=()))
+    offset = replace(_SOUND, label=("torque_offset", "outer"))
+    told = Told(offset, Status.AMBIGUOUS, (), 0.9, 0.9, shown=True)
+    spring = Rival(state, (("cable_spring", "outer"),), -0.05, -0.4, plainer="torque_offset")
+    assert rejudged(Policy(), told, (spring,)).status is Status.NAMED
+    for doubt in (replace(spring, plainer=None), replace(spring, sure=-3.5)):
+        assert rejudged(Policy(), told, (doubt,)).status is Status.AMBIGUOUS

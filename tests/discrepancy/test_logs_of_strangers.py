@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -64,7 +66,7 @@ def swing(
     return t, torque, np.round(angle[0] / step) * step
 
 
-def table(columns: dict[str, Floats], time_s: Floats, repeat: np.ndarray | None = None) -> SignalsTable:
+def table(columns: dict[str, Any], time_s: Any, repeat: np.ndarray | None = None) -> SignalsTable:
     return SignalsTable.of(tuple(dict.fromkeys(name.split(".")[0] for name in columns)), time_s, columns, repeat)
 
 
