@@ -117,13 +117,27 @@ def rejudged(policy: Policy, one: Told, close: tuple[Rival, ...]) -> Told:
     """A cause beside these alternatives."""
     effect, axis = one.standing.label
     # commanded torque alone never tells such a pair apart: either name is right
-    doubts = sum(
-        rival.label != (CATALOGUE[effect].same_by_command, axis) and not _contains(rival, one.standing, policy)
+    others = [
+        rival
         for rival in close
+        if rival.label != (CATALOGUE[effect].same_by_command, axis) and not _contains(rival, one.standing, policy)
+    ]
+    alone = 1.0 / (1.0 + sum(_odds(rival, policy) for rival in others))
+    sure = one.shown and one.of_class >= policy.named and alone >= policy.alone
+    return replace(
+        one, close=close, probability=one.of_class * alone, status=Status.NAMED if sure else Status.AMBIGUOUS
     )
-    probability = one.of_class / (1.0 + doubts)
-    sure = one.shown and not doubts and probability >= policy.named
-    return replace(one, close=close, probability=probability, status=Status.NAMED if sure else Status.AMBIGUOUS)
+
+
+def _odds(rival: Rival, policy: Policy) -> float:
+    """Odds of a rival against the cause: even where a twin is not exact enough to tell them apart, otherwise those of
+    their difference being chance.
+    """
+    from scipy.stats import norm
+
+    if rival.is_there or rival.extra < policy.same:
+        return 1.0
+    return min(1.0, float(norm.cdf(-rival.sure) / norm.cdf(rival.sure)))
 
 
 def _contains(rival: Rival, standing: Standing, policy: Policy) -> bool:

@@ -32,8 +32,9 @@ class Policy:
     #: standard errors by which another name must beat one that is there already and would do with more numbers: a
     #: further order of a ripple, or the plainer form of the same cause
     anew: float = 3.0
-    #: probability from which a cause is called named
+    #: probability of its class from which a cause is called named, and the share of that which must be its own
     named: float = 0.8
+    alone: float = 0.95
 
 
 #: causes of one verdict, the entries of one ripple counted once; entries of one ripple

@@ -125,7 +125,8 @@ def _under(inquiry: Inquiry, noise: Noise, path: Path) -> tuple[Inquiry, Noise, 
         inquiry, null, replace(path.state.hypothesis, floating=null.hypothesis.floating, y=null.hypothesis.y)
     )
     further = explain(inquiry, again, heard=heard)
-    return inquiry, noise, stated, null, replace(further, rounds=(*path.rounds, *further.rounds))
+    both = replace(further, rounds=(*path.rounds, *further.rounds), over_others=len(path.rounds))
+    return inquiry, noise, stated, null, both
 
 
 def with_hold_out(

@@ -70,6 +70,8 @@ class Path:
     state: State
     rounds: tuple[Round, ...]
     heard: tuple[Response, ...]
+    #: how many of the rounds, the first ones, were tried over other floors
+    over_others: int = 0
 
 
 def explain(inquiry: Inquiry, start: State, most: int = MOST_CAUSES, heard: tuple[Response, ...] | None = None) -> Path:
@@ -221,7 +223,7 @@ def in_its_place(inquiry: Inquiry, path: Path, without: State, state: State, lab
     the way, otherwise anew.
     """
     others = sorted(without.hypothesis.labels)
-    for one in reversed(path.rounds):
+    for one in reversed(path.rounds[path.over_others :]):
         if (
             sorted(one.before.hypothesis.labels) == others
             and one.before.hypothesis.floating == without.hypothesis.floating

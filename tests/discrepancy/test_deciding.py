@@ -66,3 +66,16 @@ def test_a_rival_that_contains_the_cause_and_hardly_pays_for_its_numbers_is_no_d
     assert rejudged(Policy(), told, (spring,)).status is Status.NAMED
     for doubt in (replace(spring, plainer=None), replace(spring, sure=-3.5)):
         assert rejudged(Policy(), told, (doubt,)).status is Status.AMBIGUOUS
+
+
+@pytest.mark.parametrize(
+    ("extra", "sure", "share"), [(0.01, 1.9, 0.5), (0.3, 0.0, 0.5), (0.3, 1.0, 0.84), (0.3, 1.8, 0.96)]
+)
+def test_a_name_shares_its_class_by_the_odds_that_a_difference_is_chance(
+    extra: float, sure: float, share: float
+) -> None:
+    state: Any = SimpleNamespace(hypothesis=SimpleNamespace(labels=()))
+    told = Told(_SOUND, Status.AMBIGUOUS, (), 0.9, 0.9, shown=True)
+    found = rejudged(Policy(), told, (Rival(state, (("cogging", "outer"),), extra, sure),))
+    assert found.probability == pytest.approx(0.9 * share, abs=0.01)
+    assert (found.status is Status.NAMED) == (share > 0.95)
