@@ -43,6 +43,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "experiment",
         "Run a sequence: step, sliding, presliding, gravity_map, sweep, base_motion, thesis or a plan file.",
     ),
+    "testable": (
+        "testable",
+        "Before any data: which effects a run could show, from which size, and which pairs it cannot tell apart.",
+    ),
     "point": ("point", "Hold a direction in space, a satellite or a list of directions from a moving base."),
     "identify": ("identify", "Friction parameters with confidence intervals, into a new model file."),
     "discrepancy": (
@@ -76,6 +80,7 @@ COMPILING = frozenset(
         "identify",
         "discrepancy",
         "improve",
+        "testable",
         "replay",
         "bench",
         "warm",

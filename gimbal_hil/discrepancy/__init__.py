@@ -7,6 +7,7 @@ from gimbal_hil.discrepancy.discrepancy_page import discrepancy_page
 from gimbal_hil.discrepancy.evidence import command_residual
 from gimbal_hil.discrepancy.families import families
 from gimbal_hil.discrepancy.fit import Weighing, fit, prior_weights
+from gimbal_hil.discrepancy.foreseen import ORDER, Foreseen, foreseen
 from gimbal_hil.discrepancy.hypothesis import Hypothesis
 from gimbal_hil.discrepancy.inquiry import State, refitted
 from gimbal_hil.discrepancy.policy import LEAST_GAP, Policy
@@ -24,7 +25,9 @@ from gimbal_hil.discrepancy.verdict import Verdict, verdict_of
 __all__ = [
     "CHANCE",
     "LEAST_GAP",
+    "ORDER",
     "Floats",
+    "Foreseen",
     "Hypothesis",
     "Kind",
     "Policy",
@@ -44,6 +47,7 @@ __all__ = [
     "explained_by",
     "families",
     "fit",
+    "foreseen",
     "prior_weights",
     "ramps_apart",
     "recalibrated_model",

@@ -4,6 +4,7 @@ from gimbal_hil.improvement.budgets import Budgets, budgets_of, torques_of, trav
 from gimbal_hil.improvement.journal import JOURNAL_FILE, Journal, Measured, Resumed, Started, Stopped, read_journal
 from gimbal_hil.improvement.loop import improve
 from gimbal_hil.improvement.page import improvement_page
+from gimbal_hil.improvement.rehearsal import rehearse
 from gimbal_hil.improvement.site import Site, VirtualSite, site_of
 from gimbal_hil.improvement.task import Ending, Improvement, Task, session_of
 
@@ -24,6 +25,7 @@ __all__ = [
     "improve",
     "improvement_page",
     "read_journal",
+    "rehearse",
     "session_of",
     "site_of",
     "torques_of",

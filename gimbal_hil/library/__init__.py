@@ -5,8 +5,20 @@
 
 from gimbal_hil.library.antenna import Antenna
 from gimbal_hil.library.finding import Finding, Question, find_discrepancy, question_of
+from gimbal_hil.library.foreseeing import foresee
 from gimbal_hil.library.friction import Friction, identify
 from gimbal_hil.library.run import Run
 from gimbal_hil.library.sources import Source
 
-__all__ = ["Antenna", "Finding", "Friction", "Question", "Run", "Source", "find_discrepancy", "identify", "question_of"]
+__all__ = [
+    "Antenna",
+    "Finding",
+    "Friction",
+    "Question",
+    "Run",
+    "Source",
+    "find_discrepancy",
+    "foresee",
+    "identify",
+    "question_of",
+]
