@@ -33,4 +33,7 @@ def follow_in_lockstep(
     experiment = Experiment("point", "Pointing", tuple(steps), lambda step, signals: None, lambda rows, drawn: [])
     header = run_header(settings, model, seed, "point", 1)
     antenna = LockstepAntenna(settings, model, seed, 1)
-    return run_experiment(experiment, antenna, folder, header, force=force, progress=progress)
+    try:
+        return run_experiment(experiment, antenna, folder, header, force=force, progress=progress)
+    finally:
+        antenna.close()
