@@ -7,7 +7,8 @@ from enum import Enum
 
 import numpy as np
 
-from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, settled, stands_out
+from gimbal_hil.discrepancy.hypothesis import Cause
+from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, settled, squares_of, stands_out
 from gimbal_hil.discrepancy.judging import Remainder, Standing, remainders, standings
 from gimbal_hil.discrepancy.policy import Policy
 from gimbal_hil.discrepancy.rivals import Rival
@@ -62,12 +63,13 @@ class Decision:
     remainders: tuple[Remainder, ...]
 
 
-def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool) -> Decision:
+def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_command: bool) -> Decision:
     """Judge the causes that a search ended with; those that do not stand are left out, and the others judged once more
-    without them.
+    without them. `by_command`: no log says what an actuator really gave.
     """
     if path.state.hypothesis.causes:
         state = settled(inquiry, path.state)
+        state = _as_numbers(inquiry, state) if by_command else state
         for _ in range(len(set(state.hypothesis.labels))):
             if np.sum(state.untouched**2) > NO_WORSE * np.sum(null.untouched**2):
                 # what leaves more than the model alone explains nothing
@@ -89,6 +91,25 @@ def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool) -> D
             state = settled(inquiry, refitted(inquiry, state, rest))
     left = remainders(inquiry, null, null)
     return Decision(Kind.NO_DISCREPANCY if _only_noise(inquiry, null, left) else Kind.UNEXPLAINED, null, (), left)
+
+
+def _as_numbers(inquiry: Inquiry, state: State) -> State:
+    """The same with a number of the model in the place of what commanded torque never tells from it: either name is
+    right, and a number that is off needs nothing new.
+    """
+    families = {family.label: family for family in inquiry.families}
+    for effect, axis in dict.fromkeys(state.hypothesis.labels):
+        twin = CATALOGUE[effect].same_by_command or ""
+        family, labels = families.get((twin, axis)), state.hypothesis.labels
+        if family is None or family.label in labels or CATALOGUE[effect].is_number or not CATALOGUE[twin].is_number:
+            continue
+        cause = Cause(family, (0.0,) * len(family.knobs))
+        rest = state.hypothesis.minus(labels.index((effect, axis)))
+        other = settled(inquiry, refitted(inquiry, state, rest.plus(cause)))
+        before, after = (float(np.sum(squares_of(one))) for one in (state, other))
+        if after < (1.0 + inquiry.policy.same) * before:
+            state = other
+    return state
 
 
 def _only_noise(inquiry: Inquiry, null: State, left: tuple[Remainder, ...]) -> bool:

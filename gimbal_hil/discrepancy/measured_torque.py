@@ -34,7 +34,7 @@ def with_measured_torque(inquiry: Inquiry, decision: Decision, measured: tuple[S
 
     Where the only cause that was found is ruled out and another would do as well, that one takes its place.
     """
-    if not any(_given(table, axis) is not None for table in measured for axis in inquiry.twin.model.axes):
+    if not torque_is_measured(measured, inquiry.twin.model.axes):
         return decision
     told = []
     for one in decision.told:
@@ -52,6 +52,11 @@ def with_measured_torque(inquiry: Inquiry, decision: Decision, measured: tuple[S
             return replace(decision, state=lead.state, told=(swapped,), kind=kind_of((swapped,)))
         told.append(one if len(kept) == len(one.close) else rejudged(inquiry.policy, one, kept))
     return replace(decision, told=tuple(told), kind=kind_of(tuple(told)) if told else decision.kind)
+
+
+def torque_is_measured(measured: tuple[SignalsTable, ...], axes: tuple[str, ...]) -> bool:
+    """Whether any log says what an actuator really gave."""
+    return any(_given(table, axis) is not None for table in measured for axis in axes)
 
 
 def _given(table: SignalsTable, axis: str) -> Floats | None:

@@ -15,7 +15,7 @@ import numpy as np
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.discrepancy.deciding import Decision, Told, decide
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, shared, stands_out
-from gimbal_hil.discrepancy.measured_torque import with_measured_torque
+from gimbal_hil.discrepancy.measured_torque import torque_is_measured, with_measured_torque
 from gimbal_hil.discrepancy.policy import Policy
 from gimbal_hil.discrepancy.prepare import Noise, as_stated, effect_names, prepared, recalibrated
 from gimbal_hil.discrepancy.row_noise import moves
@@ -108,7 +108,8 @@ def _diagnose(request: Request, executor: WorkExecutor, progress: Callable[[str]
         # what seemed explained under the old floors may hide another cause under the new ones
         inquiry, noise, stated, null, path = _under(inquiry, lower, path)
     progress("judging what was found")
-    decision = decide(inquiry, null, path, suspected_only)
+    by_command = not torque_is_measured(measured, request.model.axes)
+    decision = decide(inquiry, null, path, suspected_only, by_command)
     decision = with_measured_torque(inquiry, decision, measured)
     return Result(request, inquiry, noise, stated, null, decision, path, suspected_only)
 
