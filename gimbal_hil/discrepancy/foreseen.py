@@ -100,7 +100,10 @@ def foreseen(model: AntennaModel, table: SignalsTable, policy: Policy | None = N
     shown = {(trace.shows.name, trace.shows.axis) for trace in traces}
     return Foreseen(
         float(inquiry.twin.records[0].bands.scored_hz),
-        tuple((_channel(inquiry, j), float(inquiry.floor[j]), _unit(inquiry, j)) for j in range(len(inquiry.floor))),
+        tuple(
+            (_channel(inquiry, j), float(inquiry.floor[j]), inquiry.twin.channels[j].unit(model.is_linear))
+            for j in range(len(inquiry.floor))
+        ),
         tuple(trace.shows for trace in traces),
         tuple(_hidden(inquiry, shown)),
         tuple(_confused(inquiry, traces, weighing, len(null.fitted))),
@@ -197,7 +200,9 @@ def _smallest(
         return None
     hypothesis = bare.hypothesis.plus(Cause(family, tuple(float(value) for value in x)))
     values = values_of(model, twin, hypothesis, len(hypothesis.causes) - 1)
-    for knob in family.knobs:
+    moves = np.array(start.probes[lead]) != np.array(start.base)
+    # what the probe moves tells the size; what it holds, such as a frequency, tells only where
+    for knob in (knob for knob, is_moved in zip(family.knobs, moves, strict=True) if is_moved or as_tried):
         for name in knob.parameters:
             value, nominal = values[name]
             parameter = next(p for p in CATALOGUE[family.effect].parameters if p.name == name)
@@ -260,15 +265,6 @@ def _hidden(inquiry: Inquiry, shown: set[tuple[str, str]]) -> list[tuple[str, st
 def _channel(inquiry: Inquiry, index: int) -> str:
     channel = inquiry.twin.channels[index]
     return f"{channel.signal} of {channel.axis}"
-
-
-def _unit(inquiry: Inquiry, index: int) -> str:
-    from gimbal_hil.discrepancy.record import RATE_ERROR
-
-    linear = inquiry.twin.model.is_linear
-    if inquiry.twin.channels[index].signal == RATE_ERROR:
-        return "m/s" if linear else "rad/s"
-    return "N" if linear else "N m"
 
 
 __all__ = ["ORDER", "Confused", "Foreseen", "Shows", "foreseen"]

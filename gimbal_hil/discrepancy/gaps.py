@@ -8,7 +8,6 @@ import numpy as np
 
 from gimbal_hil.discrepancy.evidence import torque_residual
 from gimbal_hil.discrepancy.inquiry import State
-from gimbal_hil.discrepancy.record import RATE_ERROR
 from gimbal_hil.discrepancy.run import Result
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.estimation import block_sums
@@ -55,8 +54,7 @@ def gaps_of(result: Result) -> tuple[Gap, ...]:
         closed = low = high = None
         if moved > _A_GAP * floor:
             closed, low, high = _closed(null[:, j] ** 2, best[:, j] ** 2, length)
-        linear = result.model.is_linear
-        unit = ("m/s" if linear else "rad/s") if channel.signal == RATE_ERROR else ("N" if linear else "N m")
+        unit = channel.unit(result.model.is_linear)
         source = (
             "repeats"
             if noise.from_repeats is not None and noise.rms == noise.from_repeats

@@ -53,6 +53,12 @@ class Channel:
     #: column of the twin's output
     column: int
 
+    def unit(self, linear: bool) -> str:
+        """Unit of the residual, on a linear axis or a rotary one."""
+        if self.signal == RATE_ERROR:
+            return "m/s" if linear else "rad/s"
+        return "N" if linear else "N m"
+
 
 @dataclass(frozen=True)
 class Record:

@@ -11,7 +11,7 @@ from gimbal_hil.discrepancy.floors import effective_floors, floors, wide_twin
 from gimbal_hil.discrepancy.hypothesis import Hypothesis
 from gimbal_hil.discrepancy.prepare import scored_band
 from gimbal_hil.discrepancy.processing import processing_floors
-from gimbal_hil.discrepancy.record import RATE_ERROR, record_of
+from gimbal_hil.discrepancy.record import record_of
 from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel
@@ -28,12 +28,11 @@ def standing(model: AntennaModel, table: SignalsTable) -> list[dict[str, Any]]:
     processing = processing_floors(twin, (table,))
     floor = effective_floors(twin, noise, processing)
     rms = np.sqrt(np.mean(torque_residual(twin, Hypothesis(), floor) ** 2, axis=0)) * floor
-    linear = model.is_linear
     return [
         {
             "axis": channel.axis,
             "signal": channel.signal,
-            "unit": ("m/s" if linear else "rad/s") if channel.signal == RATE_ERROR else ("N" if linear else "N m"),
+            "unit": channel.unit(model.is_linear),
             "band_hz": [0.0, hz],
             "before": float(rms[j]),
             "after": float(rms[j]),

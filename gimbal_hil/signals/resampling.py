@@ -14,6 +14,8 @@ from gimbal_hil.signals.table_file import RawColumns
 
 #: a longer step of time, in periods of the data, has samples missing
 GAP_PERIODS = 1.5
+#: a grid that is more times finer than the data holds almost nothing that was measured
+_FINEST = 10.0
 #: references are levels that a loop was told: the one in force is taken, since a mean of two levels was never asked for
 _LEVELS = ("position_ref", "rate_ref")
 
@@ -30,10 +32,17 @@ def resample_rows(
     kept); of a reference it is the level in force. Sampled values are interpolated by monotone cubics (PCHIP): a
     position that stands on one count stays on it and none leaves the range of its neighbours, while a smooth motion is
     followed to third order. A lap number is that of the nearest sample. Cells without a number are bridged column by
-    column. Raises BadInputError when nothing is left. The times of `rows` must increase.
+    column. Raises BadInputError when nothing is left, or for a grid far finer than the data. The times of `rows` must
+    increase.
     """
     own = float(np.median(np.diff(raw.values[TIME][rows])))
     period = period_s or own
+    if own > _FINEST * period:
+        raise BadInputError(
+            f"--rate {1.0 / period:.6g}",
+            f"is {own / period:.4g} times finer than {raw.path}, whose rows lie {own:.4g} s apart by its column {TIME}",
+            f"at most {_FINEST:g} times its rate, or the unit of its time, as in --column {TIME}=COLUMN:ms",
+        )
     known = [rows[~np.isnan(raw.values[name][rows])] for name in names]
     if any(len(some) < 2 for some in known):
         raise BadInputError(

@@ -58,6 +58,11 @@ def test_an_effect_shows_from_the_size_that_was_foreseen(
     assert gaps[0] < 1.25 and gaps[1] == pytest.approx(1.5, abs=0.25) and 2.5 < gaps[2] < 5.0
 
 
+def test_the_size_of_a_resonance_is_its_share_and_not_its_frequency(before: Foreseen) -> None:
+    sizes = {one.parameter for one in before.shows if one.name == "structural_resonance"}
+    assert sizes == {"inertia_share"}
+
+
 def test_what_the_run_does_not_excite_is_told_with_the_reason(before: Foreseen) -> None:
     reasons = {(name, axis): reason for name, axis, reason in before.hidden}
     assert "the base does not move" in reasons["dynamic_unbalance", "outer"]

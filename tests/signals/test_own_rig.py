@@ -65,6 +65,8 @@ def test_logs_of_different_rates_are_refused_by_name_and_joined_on_request(tmp_p
     assert [table.period_s for table in read_together(paths, arm(), rate_hz=125.0)] == pytest.approx([0.008, 0.008])
     with pytest.raises(BadInputError, match="--rate 0"):
         read_together(paths, arm(), rate_hz=0.0)
+    with pytest.raises(BadInputError, match=r"--rate 125000: is 250 times finer than .*fast\.csv.*time_s=COLUMN:ms"):
+        read_together(paths, arm(), rate_hz=125000.0)
 
 
 def test_uneven_logs_of_slightly_different_periods_come_out_at_one_rate(tmp_path: Path) -> None:
