@@ -1,7 +1,7 @@
 """Speed figures, each beside a plain reference from the same run, as a ratio with its spread."""
 
 from gimbal_hil.bench.blind import BlindChoice, run_blind
-from gimbal_hil.bench.figures import Figure, paired
+from gimbal_hil.bench.figures import Figure, Goal, GoalKind, paired
 from gimbal_hil.bench.real_time import real_time_figures
 from gimbal_hil.bench.real_time_page import real_time_blocks, real_time_text
 from gimbal_hil.bench.results import bench_page, bench_text, speed_blocks
@@ -15,6 +15,8 @@ __all__ = [
     "AcrossFigures",
     "BlindChoice",
     "Figure",
+    "Goal",
+    "GoalKind",
     "SoakFigures",
     "across_text",
     "ask_for_kernels",

@@ -6,6 +6,33 @@ import statistics
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import StrEnum
+
+
+class GoalKind(StrEnum):
+    """Which number of a figure has a target, and on which side of it."""
+
+    RATIO_AT_LEAST = "ratio at least"
+    RATIO_BELOW = "ratio below"
+    VALUE_AT_LEAST = "value at least"
+    VALUE_BELOW = "value below"
+
+
+@dataclass(frozen=True)
+class Goal:
+    """What a figure is asked to reach."""
+
+    kind: GoalKind
+    limit: float
+
+    def missed(self, value: float, ratio: float) -> bool:
+        """Whether a figure with this value and ratio misses it."""
+        number = ratio if self.kind in (GoalKind.RATIO_AT_LEAST, GoalKind.RATIO_BELOW) else value
+        at_least = self.kind in (GoalKind.RATIO_AT_LEAST, GoalKind.VALUE_AT_LEAST)
+        return number < self.limit if at_least else number >= self.limit
+
+    def __str__(self) -> str:
+        return f"{self.kind} {self.limit:g}"
 
 
 @dataclass(frozen=True)
@@ -21,20 +48,19 @@ class Figure:
     ratio_low: float
     ratio_high: float
     repeats: int
-    target: str = ""
+    target: Goal | None = None
 
     @property
     def problem(self) -> str:
-        """How the ratio misses its target (`10`: at least, `< 1.3`: below); empty where it does not, or has none."""
-        if not self.target:
+        """How the figure misses its target; empty where it does not, or has none."""
+        if self.target is None or not self.target.missed(self.value, self.ratio):
             return ""
-        most = self.target.removeprefix("<")
-        missed = self.ratio >= float(most) if most != self.target else self.ratio < float(most)
-        return f"{self.name}: ratio {self.ratio:.3g}, target {self.target}" if missed else ""
+        return f"{self.name}: {self.value:.4g} {self.unit}, ratio {self.ratio:.3g}; target {self.target}"
 
     def as_row(self) -> list[str]:
         """The figure as table cells."""
         spread = f"{self.ratio_low:.3g} to {self.ratio_high:.3g}"
+        target = "" if self.target is None else str(self.target)
         return [
             self.name,
             f"{self.value:.4g} {self.unit}",
@@ -42,7 +68,7 @@ class Figure:
             f"{self.ratio:.3g}",
             spread,
             str(self.repeats),
-            f"{self.target} MISSED" if self.problem else self.target,
+            f"{target} MISSED" if self.problem else target,
         ]
 
 
@@ -79,7 +105,7 @@ def times_faster(
     theirs: list[float],
     reference: str,
     reference_share: float,
-    target: str,
+    target: Goal | None = None,
 ) -> Figure:
     """A figure of time per piece of work, `per_call` pieces a call; `reference_share` is how many of ours one call of
     theirs stands for.
@@ -92,7 +118,7 @@ def times_faster(
 
 
 def times_real_time(
-    name: str, simulated_s: float, ours: list[float], theirs: list[float], reference: str, target: str
+    name: str, simulated_s: float, ours: list[float], theirs: list[float], reference: str, target: Goal | None = None
 ) -> Figure:
     """How many times faster than real time; the ratio is to the reference work of the same run, so that it holds on
     another machine.

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
-from gimbal_hil.bench import Figure
+from gimbal_hil.bench import Figure, Goal, GoalKind
 from gimbal_hil.bench.real_time import RealTime
 from gimbal_hil.cli import app
 from gimbal_hil.report import Case, write_junit
@@ -17,26 +18,52 @@ from gimbal_hil.timing.miss_causes import MissCause
 from tests.runs.synthetic import record_run
 
 
-def figure(ratio: float, target: str) -> Figure:
-    return Figure("plant step", 50.0, "ns", "MuJoCo", ratio, ratio, ratio, 9, target)
+def figure(value: float, ratio: float, target: Goal | None) -> Figure:
+    return Figure("plant step", value, "ns", "MuJoCo", ratio, ratio, ratio, 9, target)
 
 
 @pytest.mark.parametrize(
-    ("ratio", "target", "missed"), [(12.0, "10", False), (9.0, "10", True), (1.2, "< 1.3", False), (1.4, "< 1.3", True)]
+    ("value", "ratio", "kind", "limit", "missed"),
+    [
+        (50.0, 12.0, GoalKind.RATIO_AT_LEAST, 10.0, False),
+        (50.0, 9.0, GoalKind.RATIO_AT_LEAST, 10.0, True),
+        (50.0, 1.2, GoalKind.RATIO_BELOW, 1.3, False),
+        (0.1, 1.3, GoalKind.RATIO_BELOW, 1.3, True),
+        (1000.0, 1.6, GoalKind.VALUE_AT_LEAST, 1000.0, False),
+        (349.0, 2000.0, GoalKind.VALUE_AT_LEAST, 1000.0, True),
+        (0.04, 1.3, GoalKind.VALUE_BELOW, 0.5, False),
+        (0.6, 0.1, GoalKind.VALUE_BELOW, 0.5, True),
+    ],
 )
-def test_a_figure_that_misses_its_target_is_marked(ratio: float, target: str, missed: bool) -> None:
-    assert bool(figure(ratio, target).problem) is missed
-    assert ("MISSED" in figure(ratio, target).as_row()[-1]) is missed
-    assert figure(ratio, "").problem == ""
+def test_a_figure_whose_value_or_ratio_misses_its_target_is_marked(
+    value: float, ratio: float, kind: GoalKind, limit: float, missed: bool
+) -> None:
+    one = figure(value, ratio, Goal(kind, limit))
+    assert bool(one.problem) is missed
+    assert ("MISSED" in one.as_row()[-1]) is missed
+    assert f"{kind} {limit:g}" in one.as_row()[-1]
+    assert figure(value, ratio, None).problem == ""
 
 
 @pytest.mark.parametrize(("ratio", "code"), [(20.0, 0), (5.0, 1)])
 def test_the_bench_ends_with_one_when_a_figure_misses_its_target(
     ratio: float, code: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("gimbal_hil.bench.speed_figures", lambda repeats, say: [figure(ratio, "10")])
+    asked = Goal(GoalKind.RATIO_AT_LEAST, 10.0)
+    monkeypatch.setattr("gimbal_hil.bench.speed_figures", lambda repeats, say: [figure(50.0, ratio, asked)])
     assert app.run("bench", ["speed"]) == code
     assert ("MISSED" in capsys.readouterr().out) is bool(code)
+
+
+def test_the_bench_judges_what_it_measures_itself(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code = app.run("bench", ["speed", "--repeats", "3", "--json", "--out", str(tmp_path)])
+    rows = json.loads(capsys.readouterr().out)
+    asked = [row for row in rows if row["target"]]
+    assert {row["name"] for row in asked} >= {"plant step", "--help", "frame path, every frame and tick kept"}
+    assert {row["target"]["kind"] for row in asked} == set(GoalKind)
+    assert code == int(any(row["problem"] for row in rows))
+    page = (tmp_path / "report.html").read_text()
+    assert ("MISSED" in page) is bool(code)
 
 
 def real_time(own: int, ratio: int, computing_ns: int, rate_hz: float = 1000.0) -> RealTime:
