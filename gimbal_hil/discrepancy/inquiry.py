@@ -21,6 +21,7 @@ from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.estimation import Paired, decorrelation_rows, paired
 from gimbal_hil.executor import WorkExecutor, open_executor
+from gimbal_hil.signals import SignalsTable
 
 #: the data by what it is for, as fields of a state
 PARTS = ("fitted", "selecting", "untouched")
@@ -44,6 +45,9 @@ class Inquiry:
     policy: Policy = field(default_factory=Policy)
     executor: WorkExecutor = field(default_factory=open_executor)
     tell: Callable[[str], None] = lambda text: None
+    #: the fitted logs as they were read; and where those come from that are too short for the band
+    logs: tuple[SignalsTable, ...] = ()
+    left_out: tuple[str, ...] = ()
     #: Jacobian of the known numbers beside the model as it stands, (rows * channels, numbers), in floors
     known: Floats | None = None
     #: what the pipeline leaves of data that the model itself could have made, over the floors, per channel

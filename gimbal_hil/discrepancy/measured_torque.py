@@ -29,11 +29,12 @@ _CLEARLY = 4.0
 _WORSE = 1.5
 
 
-def with_measured_torque(inquiry: Inquiry, decision: Decision, measured: tuple[SignalsTable, ...]) -> Decision:
+def with_measured_torque(inquiry: Inquiry, decision: Decision) -> Decision:
     """The decision with every alternative left out that the measured torque of the searched logs rules out.
 
     Where the only cause that was found is ruled out and another would do as well, that one takes its place.
     """
+    measured = inquiry.logs
     if not torque_is_measured(measured, inquiry.twin.model.axes):
         return decision
     told = []

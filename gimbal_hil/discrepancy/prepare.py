@@ -93,17 +93,27 @@ def prepared(
         widest,
         np.array([any(moves(table, axis, model) for table in measured) for axis in model.axes]),
     )
+    given = (*measured, *holdout)
+    measured, holdout = (_long_enough(model, tables, hz) for tables in (measured, holdout))
+    short = tuple(table.source for table in given if not any(table is one for one in (*measured, *holdout)))
     twin, held, noise = _in_band(model, measured, holdout, hz, widest)
-    for record in (*twin.records, *held.records):
-        if int(record.keep.sum()) < _LEAST_ROWS:
-            raise BadInputError(
-                record.source or record.name, "is too short for the scored band", "a longer log, or a wider --band"
-            )
     rows = [int(record.keep.sum()) for record in held.records]
     selecting = np.concatenate([np.arange(n) < n // 2 for n in rows])
     catalogue = tuple(f for axis in model.axes for f in families(model, axis, twin.records) if f.effect in names)
     both = selectable(twin, held, selecting)
-    return Inquiry(twin, held, both, selecting, noise.effective(twin), catalogue, policy, executor, tell), noise
+    inquiry = Inquiry(
+        twin, held, both, selecting, noise.effective(twin), catalogue, policy, executor, tell, measured, short
+    )
+    return inquiry, noise
+
+
+def _long_enough(model: AntennaModel, tables: Tables, hz: float) -> Tables:
+    """Logs of which rows are left between the ends of the filters; BadInputError where there is none."""
+    kept = tuple(table for table in tables if int(record_of(table, model, hz, "").keep.sum()) >= _LEAST_ROWS)
+    if not kept:
+        where = tables[0].source or "the log"
+        raise BadInputError(where, "is too short for the scored band", "a longer log, or a wider --band")
+    return kept
 
 
 def useful_band(twin: Twin, hz: float, moving: NDArray[np.bool_]) -> float:

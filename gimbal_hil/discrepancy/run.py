@@ -108,9 +108,9 @@ def _diagnose(request: Request, executor: WorkExecutor, progress: Callable[[str]
         # what seemed explained under the old floors may hide another cause under the new ones
         inquiry, noise, stated, null, path = _under(inquiry, lower, path)
     progress("judging what was found")
-    by_command = not torque_is_measured(measured, request.model.axes)
+    by_command = not torque_is_measured(inquiry.logs, request.model.axes)
     decision = decide(inquiry, null, path, suspected_only, by_command)
-    decision = with_measured_torque(inquiry, decision, measured)
+    decision = with_measured_torque(inquiry, decision)
     return Result(request, inquiry, noise, stated, null, decision, path, suspected_only)
 
 

@@ -100,7 +100,7 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
         _recalibrated(result),
         against,
         something_else,
-        tuple(notes),
+        (*notes, *(f"{source}: too short for the scored band, left out" for source in result.inquiry.left_out)),
     )
 
 

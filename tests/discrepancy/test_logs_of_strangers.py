@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.discrepancy import Request, diagnose
+from gimbal_hil.discrepancy import Request, diagnose, verdict_of
 from gimbal_hil.discrepancy.evidence import transmitted
 from gimbal_hil.discrepancy.floors import repeat_floor, spectral_floor, wide_twin
 from gimbal_hil.discrepancy.inquiry import settled, squares_of
@@ -179,6 +179,17 @@ def test_a_short_slow_log_has_a_floor_that_is_a_number() -> None:
     t, torque, position = swing(5.0, 50.0, 0.003)
     log = table({"pan.torque": torque, "pan.position": position}, t)
     assert 1e-5 < floor_of(arm(), log, 1.6) < 0.01
+
+
+def test_a_log_that_is_too_short_for_the_band_is_left_out_with_a_note_and_alone_is_refused() -> None:
+    logs = []
+    for name, seconds in (("one.csv", 8.0), ("other.csv", 7.0), ("blink.csv", 0.25)):
+        t, torque, position = swing(seconds, noise=0.001)
+        logs.append(SignalsTable.of(("pan",), t, {"pan.torque": torque, "pan.position": position}, None, name))
+    result = diagnose(Request(arm(), (logs[0], logs[2]), (logs[1],), only=("viscous",)))
+    assert verdict_of(result).notes == ("blink.csv: too short for the scored band, left out",)
+    with pytest.raises(BadInputError, match=r"blink\.csv: is too short"):
+        diagnose(Request(arm(), (logs[2],), (logs[1],), only=("viscous",)))
 
 
 def test_what_only_the_model_says_of_a_number_is_as_unsure_as_the_model() -> None:

@@ -37,7 +37,7 @@ class Row:
     name: str
     rig: Rig
     fitted: tuple[str, ...]
-    holdout: str
+    holdout: tuple[str, ...]
     true: str
 
 
@@ -49,12 +49,12 @@ def rows(folder: Path) -> Iterator[Row]:
         # while the neighbouring motor moves the ripple is another
         runs = sorted(name for name in odrive.logs if name.startswith(session + "/") and "crosstalk" not in name)
         for one, other in combinations(runs, 2):
-            yield Row(f"odrive {one} to {other.split('/')[1]}", odrive, (one,), other, ripple)
+            yield Row(f"odrive {one} to {other.split('/')[1]}", odrive, (one,), (other,), ripple)
     bam = write_bam(folder / "bam")
     unbalance = "static unbalance, 0.44 to 0.59 N m"
     for gain in (100, 200, 400, 800):
         fitted = (f"kp{gain}_sin_sin", f"kp{gain}_sin_time_square")
-        yield Row(f"pendulum kp {gain}", bam, fitted, f"kp{gain}_up_and_down", unbalance)
+        yield Row(f"pendulum kp {gain}", bam, fitted, (f"kp{gain}_up_and_down",), unbalance)
     story = "direction-dependent drag, dip towards standstill, ripple of 2.50 mm"
     planted = {
         "as shipped": ((), ""),
@@ -67,22 +67,24 @@ def rows(folder: Path) -> Iterator[Row]:
         for factor in (1.0,) if not paths else (0.5, 2.0):
             name = f"emps {number}" + (f" x {factor:g}" if paths else "")
             rig = write_emps(folder / name.replace(" ", "_"), dict.fromkeys(paths, factor))
-            yield Row(name, rig, ("DATA_EMPS",), "DATA_EMPS_PULSES", named + story)
+            yield Row(name, rig, ("DATA_EMPS",), ("DATA_EMPS_PULSES",), named + story)
     arm = write_dd2dof(folder / "dd2dof")
-    sliding = sorted(name for name in arm.logs if name.startswith("cin"))
+    # one of the second recordings is a copy of the first
+    sliding = sorted(name for name in arm.logs if name.startswith("cin") and not name.endswith("exp2"))
     truth = "friction by direction; the published gravity"
-    yield Row("arm at constant speeds", arm, tuple(sliding[::2]), sliding[1], truth)
+    yield Row("arm at constant speeds", arm, tuple(sliding[::2]), tuple(sliding[1::2]), truth)
     ramps = sorted(name for name in arm.logs if name.startswith("est"))
-    yield Row("arm in ramps", arm, tuple(ramps[:-1]), ramps[-1], truth)
+    yield Row("arm in ramps", arm, tuple(ramps[:-1]), (ramps[-1],), truth)
     still = sorted(name for name in arm.logs if name.startswith("sig0"))
-    yield Row("arm before it breaks away", arm, tuple(still[:-1]), still[-1], "stiffness of the bristle")
+    yield Row("arm before it breaks away", arm, tuple(still[:-1]), (still[-1],), "stiffness of the bristle")
 
 
 def ask(row: Row, out: Path) -> dict[str, Any]:
     """What the command says, with its exit code and seconds of processor time."""
-    words = ["discrepancy", "--model", row.rig.model, "--holdout", row.rig.logs[row.holdout], "--out", out, "--force"]
-    for name in row.fitted:
-        words += ["--measured", row.rig.logs[name]]
+    words = ["discrepancy", "--model", row.rig.model, "--out", out, "--force"]
+    for option, names in (("--measured", row.fitted), ("--holdout", row.holdout)):
+        for name in names:
+            words += [option, row.rig.logs[name]]
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     begin = [sys.executable, "-c", "from gimbal_hil.cli import main; main()"]
     command = [*begin, *map(str, words), "--resample"]
