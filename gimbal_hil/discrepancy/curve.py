@@ -17,8 +17,9 @@ from sim_backend.effects import Ripple
 
 #: free numbers of one order: amplitude, order and phase
 _NUMBERS = 3
-#: a curve that takes this share of what a ripple takes does as well
-_AS_WELL = 0.6
+#: a curve does as well unless it leaves more than a ripple by this share of what that takes, or so many times as much:
+#: where other things are left too, or where nothing else is
+_CLEARLY, _TIMES = 0.4, 2.5
 
 
 def curve_does_as_well(inquiry: Inquiry, without: State, state: State) -> bool:
@@ -31,7 +32,8 @@ def curve_does_as_well(inquiry: Inquiry, without: State, state: State) -> bool:
     if family.ripple is None or inquiry.twin.channels[channel].signal != TORQUE:
         return False
     left = _left_by_a_curve(inquiry, without, state, channel, family.ripple)
-    return bool(before[channel] - left > _AS_WELL * (before[channel] - after[channel]))
+    had, has = float(before[channel]), float(after[channel])
+    return left < min(has + _CLEARLY * (had - has), _TIMES * max(has, 1.0))
 
 
 def _left_by_a_curve(inquiry: Inquiry, without: State, state: State, channel: int, over: Ripple) -> float:
