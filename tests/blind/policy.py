@@ -39,7 +39,7 @@ def changed(change: Change) -> Policy:
     if not name:
         return policy
     value = factor * getattr(policy, name)
-    return replace(policy, **{name: min(value, 0.99) if name == "named" else value})
+    return replace(policy, **{name: min(value, 0.99) if name in ("named", "alone") else value})
 
 
 def outcomes(folder: Path, changes: Iterable[Change]) -> list[str]:
