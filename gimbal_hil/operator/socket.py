@@ -205,6 +205,10 @@ class OperatorSocket:
     def _drop_silent(self) -> None:
         latest = self._clock_s() - GREETING_TIMEOUT_S
         for client in [client for client in self._clients if not client.admitted and client.heard_s < latest]:
+            # this process may have stood still since it last listened: the token may be here
+            self._receive(client)
+            if client.admitted or client not in self._clients:
+                continue
             self.answer(client, {"ok": False, "error": f"no token within {GREETING_TIMEOUT_S:g} s"})
             self._drop(client)
 

@@ -267,6 +267,21 @@ def test_silent_connections_lock_nobody_out(unserved: Unserved) -> None:
     assert all("no token within" in said(one)[0]["error"] for one in silent[60 - MOST_STRANGERS + 1 :])
 
 
+def test_a_token_that_came_while_the_process_stood_still_counts(unserved: Unserved) -> None:
+    with unserved.connect() as newcomer, unserved.connect(unserved.token) as owner:
+        unserved.serve()
+
+        def stall(_client: Client, _request: Json) -> Json:
+            newcomer.sendall(unserved.token + b"\n")
+            unserved.clock.now_s += GREETING_TIMEOUT_S + 1.0
+            return {"ok": True}
+
+        unserved.operator._handle = stall
+        owner.sendall(b'{"id": 1, "command": "status"}\n')
+        unserved.serve(1)
+        assert said(newcomer) == [{"ok": True, "protocol": 1}]
+
+
 def test_a_stranger_who_trickles_is_not_taken_for_one_who_speaks(unserved: Unserved) -> None:
     with unserved.connect() as stranger:
         unserved.serve()
