@@ -93,9 +93,9 @@ class Browser:
         told = self.ask("Page.captureScreenshot", captureBeyondViewport=whole, **self._clip(whole))
         path.write_bytes(base64.b64decode(told["data"]))
 
-    def printed(self) -> bytes:
-        """The page as the PDF that printing gives."""
-        return base64.b64decode(self.ask("Page.printToPDF", printBackground=True)["data"])
+    def printed(self, **options: bool) -> bytes:
+        """The page as the PDF that printing gives, with options of `Page.printToPDF`."""
+        return base64.b64decode(self.ask("Page.printToPDF", printBackground=True, **options)["data"])
 
     def ask(self, method: str, **parameters: Any) -> Json:
         """One request to the page."""

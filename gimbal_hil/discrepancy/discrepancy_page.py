@@ -23,7 +23,7 @@ def discrepancy_page(result: Result, found: Verdict, corrected: AntennaModel | N
     verdict = found.document
     blocks = _answer(result, verdict)
     if verdict["effects"]:
-        blocks += [Heading("What was found"), _effects_table(verdict)]
+        blocks += [Heading("What was found"), _effects_table(result, verdict)]
     if verdict["alternatives"]:
         blocks += [Heading("What it could also be"), _alternatives(verdict)]
     if verdict["next_experiment"]:
@@ -42,7 +42,7 @@ def discrepancy_page(result: Result, found: Verdict, corrected: AntennaModel | N
         Heading("Before and after"),
         Plot(
             time_figure(result),
-            "Left over on the hold-out, before and, where something explains it, after; lines: the noise floor.",
+            f"Left over {_judged_on(result)}, before and, where something explains it, after; lines: the noise floor.",
         ),
     ]
     if corrected is not None:
@@ -91,7 +91,7 @@ def _answer(result: Result, verdict: dict[str, Any]) -> list[Block]:
                 (verdict["verdict"].replace("_", " "), "verdict"),
                 (
                     f"{gap['before'] / gap['noise_floor']:.1f} → {gap['after'] / gap['noise_floor']:.1f}",
-                    f"largest gap in floors, {gap['axis']} {gap['signal']}",
+                    f"largest gap in floors, {gap['axis']} {gap['signal'].replace('_', ' ')}",
                 ),
                 (
                     "-" if gap["closed_fraction"] is None else f"{gap['closed_fraction']:.1%}",
@@ -117,8 +117,8 @@ def _proof(result: Result, verdict: dict[str, Any]) -> list[Block]:
     """The plot that shows what kind of thing is missing: what is left over position, speed and temperature."""
     gap = verdict["gap"]
     caption = (
-        "Dots: the hold-out row by row; lines: the mean in each slice of the travel (speed, temperature). A ripple in"
-        " the first panel is tied to position, a slope in the second to speed, a step at zero speed to direction."
+        f"Dots: rows, {_judged_on(result)}; lines: the mean in each slice of the travel (speed, temperature). A ripple "
+        "in the first panel is tied to position, a slope in the second to speed, a step at zero speed to direction."
     )
     return [
         Heading(f"What is left of {gap['axis']} {gap['signal'].replace('_', ' ')}, and over what"),
@@ -126,7 +126,7 @@ def _proof(result: Result, verdict: dict[str, Any]) -> list[Block]:
     ]
 
 
-def _effects_table(verdict: dict[str, Any]) -> Table:
+def _effects_table(result: Result, verdict: dict[str, Any]) -> Table:
     rows = []
     for e in verdict["effects"]:
         for name, p in e["parameters"].items():
@@ -152,7 +152,7 @@ def _effects_table(verdict: dict[str, Any]) -> Table:
     return Table(
         header,
         rows,
-        "Gain: share of the gap that the effect takes on the hold-out; control: what its negative control takes.",
+        f"Gain: share of the gap that the effect takes {_judged_on(result)}; control: what its negative control takes.",
     )
 
 
@@ -182,13 +182,14 @@ def _ranking(result: Result) -> Table:
                     "" if control is None else f"{control:.3g}",
                 )
             )
-    header = ("round", "candidate", "axis", "takes, fitted", "sure", "takes, hold-out", "sure", "its control takes")
+    judging = "last part" if result.suspected_only else "hold-out"
+    header = ("round", "candidate", "axis", "takes, fitted", "sure", f"takes, {judging}", "sure", "its control takes")
     return Table(
         header,
         rows,
-        "What a candidate takes, in mean squares of what was left before it, on the fitted logs and on the part of the "
-        "hold-out that "
-        "selects; sure: standard errors over blocks. A control is the candidate's own response, scrambled in time.",
+        "What a candidate takes, in mean squares of what was left before it, on what is fitted and on the part of the "
+        f"{'log' if result.suspected_only else 'hold-out'} that selects; sure: standard errors over blocks. A control "
+        "is the candidate's own response, scrambled in time.",
     )
 
 

@@ -15,8 +15,10 @@ from gimbal_hil.discrepancy.where import Regime, regimes
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
-#: slices of an abscissa that means are drawn for, rows that a mean takes at least, dots
-_SLICES, _LEAST_ROWS, _DOTS = 240, 4, 1500
+#: slices of an abscissa that means are drawn for, rows that a mean takes at least
+_SLICES, _LEAST_ROWS = 240, 4
+#: dots of a cloud: a browser takes a tenth of a millisecond for each, and the means say what the cloud does
+_DOTS = 400
 #: share of time or gap from which on the rest of a group gets a bar
 _A_REST = 0.005
 
@@ -122,7 +124,7 @@ def with_the_rest(found: Sequence[Regime]) -> list[Regime]:
 
 def over_figure(result: Result, verdict: dict[str, Any]) -> Figure:
     """What is left of the channel that the text speaks of, over position, speed and temperature of its axis."""
-    from gimbal_hil.plots import MODEL, REFERENCE, figure_of_panels
+    from gimbal_hil.plots import MODEL, REFERENCE, figure_of_panels, thinned
 
     inquiry, gap = result.inquiry, verdict["gap"]
     j = _column_of(result, verdict)
@@ -136,7 +138,7 @@ def over_figure(result: Result, verdict: dict[str, Any]) -> Figure:
     drawn = figure_of_panels(
         [name for name, _ in over], f"{gap['unit']}", 250, f"{gap['axis']} {word} left over, before and after"
     )
-    few = slice(None, None, max(1, len(before) // _DOTS))
+    few = thinned(len(before), _DOTS)
     lines = [("before", before, REFERENCE)] + ([("after", after, MODEL)] if result.told else [])
     for row, (_, x) in enumerate(over, start=1):
         for name, left, colour in lines:

@@ -131,7 +131,8 @@ def _plot(plot: Plot, number: int) -> str:
     return (
         f'<figure>{above}{_legend(plot)}<div class="plot" data-figure="{number}" '
         f'style="height:{height}px" role="img" aria-label="{html.escape(said)}"></div>'
-        f'<div class="below">{_caption(plot.caption)}<button type="button" class="save" hidden>SVG</button></div>'
+        f'<div class="below">{_caption(plot.caption)}<span class="save" hidden><button type="button">SVG</button>'
+        '<button type="button">PDF</button></span></div>'
         "</figure>"
     )
 

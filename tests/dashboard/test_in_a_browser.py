@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -147,7 +148,8 @@ def test_a_report_draws_its_figures_hides_a_line_by_keyboard_saves_svg_and_print
         # SVG: what the button saves is a drawing
         browser.value(
             "window.saved = ''; const made = URL.createObjectURL; URL.createObjectURL = b => "
-            "{ b.text().then(t => { window.saved = t }); return made(b) }; document.querySelector('.save').click(); 1"
+            "{ b.text().then(t => { window.saved = t }); return made(b) };"
+            "document.querySelector('.save button').click(); 1"
         )
         browser.until("window.saved.includes('<svg')")
         # a folded figure, shown twice on the page and stored once, draws when it is opened
@@ -159,4 +161,14 @@ def test_a_report_draws_its_figures_hides_a_line_by_keyboard_saves_svg_and_print
         assert held == [1.0, 2.0, 3.0, 1.0]
         pdf = browser.printed()
         assert pdf.startswith(b"%PDF") and len(pdf) > 10_000
+        # PDF of one figure: what is printed then is a sheet of its size with nothing else, and only once
+        browser.value(
+            "window.print = () => { window.asked = true }; document.querySelectorAll('.save button')[1].click(); 1"
+        )
+        assert browser.value("window.asked && document.querySelectorAll('figure.chosen').length") == 1
+        alone = browser.printed(preferCSSPageSize=True)
+        sheets = re.findall(rb"/MediaBox \[0 0 (\d+)[.\d]* (\d+)", alone)
+        assert len(sheets) == 1 and int(sheets[0][0]) == 540 and int(sheets[0][1]) < 500
+        browser.until("!document.querySelector('figure.chosen')")
+        assert len(re.findall(rb"/MediaBox", browser.printed())) >= 2
         assert not browser.problems

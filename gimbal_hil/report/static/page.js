@@ -1,12 +1,12 @@
 "use strict";
 // Figures are drawn when one comes near them, before printing, and again when the colours change.
 (() => {
-  const DARK = window.matchMedia("(prefers-color-scheme: dark)"), PRINT_WIDTH = 680;
+  const DARK = window.matchMedia("(prefers-color-scheme: dark)"), PRINT_WIDTH = 680, SHEET = 560;
   // the same hues, light enough to be seen on a dark page
   const LIGHTER = {"#1f6f8b": "#5bb3d0", "#d1603d": "#ee8a66", "#6a4c93": "#b59ae0", "#8a94a0": "#a5afba",
     "#b3261e": "#ff7b70", "#4a8c5c": "#7cc492", "#b8860b": "#d9a93a", "#1c2530": "#dde5ec"};
   const places = [...document.querySelectorAll(".plot")];
-  let held = null, printing = false, library = null;
+  let held = null, printing = false, alone = false;
 
   const inflated = async id => {
     const bytes = Uint8Array.from(atob(document.getElementById(id).textContent), c => c.charCodeAt(0));
@@ -38,7 +38,10 @@
       r: narrow ? 12 : layout.margin.r};
     Object.assign(layout, {title: undefined, showlegend: false, paper_bgcolor: "rgba(0,0,0,0)",
       plot_bgcolor: "rgba(0,0,0,0)", dragmode: matchMedia("(pointer: coarse)").matches ? false : "zoom"});
-    if (narrow) layout.font = {...layout.font, size: 11};
+    if (narrow || printing) layout.font = {...layout.font, size: printing ? 10 : 11};
+    // on paper two figures of usual height fit on a sheet, and none is cut in two
+    if (printing && !alone) layout.height = Math.min(0.6 * layout.height, SHEET);
+    place.style.height = `${layout.height}px`;
     layout.width = printing ? Math.min(PRINT_WIDTH, place.clientWidth || PRINT_WIDTH) : undefined;
     return {data, layout};
   };
@@ -75,14 +78,41 @@
     legend(place);
     place.dataset.drawn = "yes";
     const save = place.parentElement.querySelector(".save"), title = place.parentElement.querySelector("h3");
+    const [svg, pdf] = save.children;
     save.hidden = false;
-    save.onclick = () => Plotly.downloadImage(figure_of(place, true), {format: "svg", width: 960,
+    svg.onclick = () => Plotly.downloadImage(figure_of(place, true), {format: "svg", width: 960,
       height: place.clientHeight, filename: (title ? title.textContent : "figure").replace(/[^\w]+/g, "-")});
+    pdf.onclick = () => print_alone(place);
   };
 
-  const ready = async () => { library = library || load(); await library; };
+  // a figure with its words on a sheet of its own size: what the browser prints to PDF then is the figure
+  const print_alone = place => {
+    const figure = place.parentElement, sheet = document.createElement("style");
+    printing = alone = true;
+    document.body.classList.add("alone");
+    figure.classList.add("chosen");
+    draw(place);
+    sheet.textContent = `@page{size:${PRINT_WIDTH + 40}px ${figure.offsetHeight + 60}px;margin:20px}`;
+    document.head.append(sheet);
+    window.addEventListener("afterprint", () => {
+      printing = alone = false;
+      sheet.remove();
+      document.body.classList.remove("alone");
+      figure.classList.remove("chosen");
+      draw(place);
+    }, {once: true});
+    window.print();
+  };
+
+  // a document left open in a hidden frame: the page counts as loading until it can draw, so what prints it as soon as
+  // it is loaded (chromium --print-to-pdf) prints figures
+  const frame = document.createElement("iframe");
+  frame.hidden = true;
+  document.body.append(frame);
+  frame.contentDocument.open();
+  const library = load().finally(() => { frame.contentDocument.close(); frame.remove(); });
   const near = new IntersectionObserver(async found => {
-    await ready();
+    await library;
     for (const one of found) if (one.isIntersecting && !one.target.dataset.drawn) { draw(one.target); near.unobserve(one.target); }
   }, {rootMargin: "300px"});
   const again = all => { for (const place of places) if (all || place.dataset.drawn) draw(place); };
@@ -90,11 +120,13 @@
   places.forEach(place => near.observe(place));
   DARK.addEventListener("change", () => held && again(false));
   window.addEventListener("beforeprint", () => {
+    if (alone) return;
     printing = true;
     for (const fold of document.querySelectorAll("details:not([open])")) { fold.open = true; fold.dataset.folded = "yes"; }
     if (held) again(true);
   });
   window.addEventListener("afterprint", () => {
+    if (alone || !printing) return;
     printing = false;
     for (const fold of document.querySelectorAll("details[data-folded]")) fold.open = false;
     if (held) again(false);
