@@ -77,27 +77,42 @@ def _worst_lines(found: ArenaResult) -> list[str]:
     return lines
 
 
+def _best_lines(found: ArenaResult) -> list[str]:
+    """For each antenna the controller whose worst row is least, beside the greatest."""
+    lines = []
+    for antenna in found.antennas:
+        rows = [(worst, one.name) for one in found.entrants if (worst := found.worst(antenna, one.name)) is not None]
+        if rows:
+            ((where, size), name), (_, last) = (pick(rows, key=lambda row: row[0][1]) for pick in (min, max))
+            told = "a guard stopped it" if size == float("inf") else f"{_MICRO * size:.1f} urad rms"
+            beside = f"; the largest is that of {last}" if len(rows) > 1 else ""
+            lines.append(f"On {antenna} the worst row of {name} is the smallest: {told} ({where}){beside}.")
+    return lines
+
+
 def arena_blocks(found: ArenaResult) -> list[Block]:
     """The arena as sections of a results page."""
     moving = [one for one in found.scenarios if one.score is not Score.STEP]
     turning = [one for one in found.scenarios if one.score is Score.REVERSAL]
     steps = [one for one in found.scenarios if one.score is Score.STEP]
     spread = f"means of {found.seeds} seeds, ± their standard deviation" if found.seeds > 1 else "those of one seed"
-    blocks: list[Block] = [
-        Heading("Arena"),
+    about: list[Block] = [
+        Heading("What was compared"),
         Text(
             "Host and virtual antenna in lockstep at the configuration's rate, through every frame. The error is that "
             "of the antenna's true joints, on the sensors' side of a structural mode, against the reference: for the "
             "line of sight the angle between where the boresight looks and where it should. Cells of one row differ in "
             f"the controller alone. Figures are {spread}; seeds draw the sensors' noise and the turbulence."
         ),
-        *(Callout(line) for line in _worst_lines(found)[-1:]),
         Table(("Controller", "What it is"), [(one.name, one.text) for one in found.entrants]),
     ]
+    blocks: list[Block] = [Callout(line) for line in _best_lines(found)]
     if moving:
-        blocks += [Heading("Line of sight"), *(_tables(found, moving, (_LINE_OF_SIGHT,)))]
         blocks += [Plot(_bars(found, moving, antenna), f"On the antenna {antenna}.") for antenna in found.antennas]
+        blocks += [*about, Heading("Line of sight"), *(_tables(found, moving, (_LINE_OF_SIGHT,)))]
         blocks += [Heading("Each axis"), *_tables(found, moving, _AXES)]
+    else:
+        blocks += about
     if turning:
         blocks += [Heading("Reversals"), *_tables(found, turning, _PEAKS)]
     if steps:

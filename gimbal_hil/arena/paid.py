@@ -6,13 +6,19 @@ import copy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.arena.arena import ArenaResult, Entrant, run_arena
 from gimbal_hil.arena.scenarios import Scenario
-from gimbal_hil.report import Block, Callout, Heading, Table, Text
+from gimbal_hil.report import Block, Callout, Heading, Plot, Table, Text
 from gimbal_hil.settings import DaemonSettings
 from sim_backend.model import AntennaModel, model_from_document
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure as PlotlyFigure
 
 BEFORE, FIRST, IMPROVED = "before", "first model", "improved"
 _MICRO = 1e6
@@ -119,6 +125,8 @@ def paid_text(paid: Paid) -> str:
 def paid_blocks(paid: Paid) -> list[Block]:
     """The report as sections of a page."""
     blocks: list[Block] = [
+        Callout(_answer(paid), "good"),
+        Plot(_bars(paid), f"Each scenario on the antenna {paid.antenna}; the axis is logarithmic."),
         Heading("Pointing before and after"),
         Text(
             "Line-of-sight error, urad rms, of the antenna's true joints: the configuration as it was, tuned with the "
@@ -129,16 +137,40 @@ def paid_blocks(paid: Paid) -> list[Block]:
     ]
     if not paid.parts:
         return [*blocks, Text("The improved model differs from the first one in nothing that the loops use.")]
-    most = max(paid.parts, key=paid.share)
     return [
         *blocks,
-        Callout(f"Most is lost without {most}: {100.0 * paid.share(most):.0f} % of the gain over the first model."),
         Text(
             "Each named part in turn as the first model has it, all else improved. Shares are of mean squares, each "
             "scenario weighed alike; parts that help each other do not add up to the whole."
         ),
         Table(tuple(word.capitalize() for word in _header(paid)), _losses(paid)),
     ]
+
+
+def _answer(paid: Paid) -> str:
+    """How much less the error is, as the middle of the scenarios, and which part that hangs on."""
+    ratios = sorted(paid.rms(one.name, IMPROVED) / paid.rms(one.name, BEFORE) for one in paid.found.scenarios)
+    said = (
+        f"Tuned with the improved model, the line-of-sight error is {ratios[len(ratios) // 2]:.2f} times that before "
+        f"({ratios[0]:.2f} to {ratios[-1]:.2f} over {len(ratios)} scenarios)."
+    )
+    if paid.parts:
+        most = max(paid.parts, key=paid.share)
+        said += f" Most is lost without {most}: {100.0 * paid.share(most):.0f} % of the gain over the first model."
+    return said
+
+
+def _bars(paid: Paid) -> PlotlyFigure:
+    from gimbal_hil.plots import MEASURED, MODEL, REFERENCE, figure
+
+    drawn = figure("Line-of-sight error", "", "rms [urad]", 460)
+    names = [one.name for one in paid.found.scenarios]
+    for which, colour in ((BEFORE, REFERENCE), (FIRST, MODEL), (IMPROVED, MEASURED)):
+        sizes = [_MICRO * paid.rms(name, which) for name in names]
+        shown = [size if np.isfinite(size) else None for size in sizes]
+        drawn.add_bar(x=names, y=shown, name=which, marker_color=colour)
+    drawn.update_yaxes(type="log")
+    return drawn
 
 
 def _gains(paid: Paid) -> list[tuple[str, ...]]:

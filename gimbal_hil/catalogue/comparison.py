@@ -66,14 +66,27 @@ def comparison_page(found: Comparison) -> Page:
     """The report: figures, differences, and every signal of both over each other."""
     first, second = found.names
     count = len(found.settings)
-    lead = f"{count} settings differ." if count else "Configuration, model and seed are the same."
-    blocks: list[Block] = [Callout(lead), *(Text(note) for note in found.notes), Heading("Figures")]
+    lead = (
+        f"{count} {'setting differs' if count == 1 else 'settings differ'}."
+        if count
+        else "Configuration, model and seed are the same."
+    )
+    blocks: list[Block] = [Callout(f"{lead} {_largest_change(found)}".strip())]
+    blocks += [*(Text(note) for note in found.notes), *_overlays(found), Heading("Figures")]
     rows = [[name, unit, _shown(a), _shown(b), _change(a, b)] for name, unit, a, b in found.measures]
     blocks.append(Table(["", "unit", first, second, "change"], rows, "Following errors where a loop was closed."))
-    blocks += [Heading("Signals"), *_overlays(found)]
     blocks += [Heading("What differs in configuration and model")]
     blocks.append(Table(["key", first, second], [list(row) for row in found.settings]) if count else Text("Nothing."))
     return Page("Two runs compared", f"gimbal-hil runs compare {first} {second}", blocks)
+
+
+def _largest_change(found: Comparison) -> str:
+    """The figure of both that changed most against its size."""
+    both = [(name, unit, a, b) for name, unit, a, b in found.measures if a and b is not None and a != b]
+    if not both:
+        return "No figure of both differs."
+    name, unit, a, b = max(both, key=lambda row: abs(row[3] / row[2] - 1.0))
+    return f"Most changed: {name}, from {_shown(a)} to {_shown(b)} {unit}."
 
 
 def _overlays(found: Comparison) -> list[Block]:
@@ -88,7 +101,7 @@ def _overlays(found: Comparison) -> list[Block]:
         columns = [name for name in columns if name in first.columns and name in second.columns]
         drawn = stacked(columns, "time since the first row [s]", [f"[{unit_of(name)}]" for name in columns])
         for table, colour, label in ((first, MEASURED, found.names[0]), (second, MODEL, found.names[1])):
-            part = thinned(len(table))
+            part = thinned(len(table), 1500)
             for row, name in enumerate(columns, start=1):
                 drawn.add_scatter(
                     x=table.time_s[part], y=table.columns[name][part], name=label, legendgroup=label,

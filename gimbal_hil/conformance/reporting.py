@@ -21,7 +21,7 @@ def write_report(findings: Sequence[RequirementFinding], antenna: str, path: Pat
     """Write the page of one run."""
     failed = [finding for finding in findings if finding.verdict is RequirementVerdict.FAILED]
     blocks: list[Block] = [Callout(in_one_line(findings), "warning" if failed else "good")]
-    header = ("", "Requirement", "RequirementVerdict", "What was seen", "Ticks", "Time [s]")
+    header = ("", "Requirement", "Verdict", "What was seen", "Ticks", "Time [s]")
     for letter, heading in GROUPS.items():
         rows = [_cells(finding) for finding in findings if finding.requirement.id.startswith(letter)]
         if rows:

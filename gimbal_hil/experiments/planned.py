@@ -82,8 +82,8 @@ def measure(step: Step, signals: Signals) -> Row:
 
 
 def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
-    """What the axes did, over time, and one table of all measured segments."""
-    from gimbal_hil.report import Plot, Table, Text
+    """What the axes did, in a sentence and over time, and one table of all measured segments."""
+    from gimbal_hil.report import Callout, Plot, Table, Text
 
     pictures: list[Block] = []
     if drawn:
@@ -98,7 +98,18 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
         for row in rows
         for axis in axes
     ]
-    return [*pictures, Table(_HEADER, body, "What the axes did in each measured segment.")]
+    said = Callout(f"{len(rows)} segments measured. {' '.join(_extent(axis, rows) for axis in axes)}")
+    return [said, *pictures, Table(_HEADER, body, "What the axes did in each measured segment.")]
+
+
+def _extent(axis: str, rows: Sequence[Row]) -> str:
+    """Between which ends of segments an axis was, and its mean torques."""
+    ends = [row[f"{axis}_position_{end}_rad"] for row in rows for end in ("first", "last")]
+    means = [row[f"{axis}_torque_mean_nm"] for row in rows]
+    return (
+        f"{axis.capitalize()}: {min(ends):.4g} to {max(ends):.4g} rad, mean torques {min(means):.4g} to "
+        f"{max(means):.4g} N m."
+    )
 
 
 def _figure(axis: str, parts: Sequence[Signals]) -> Figure:

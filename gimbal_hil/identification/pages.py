@@ -31,9 +31,8 @@ _WORDS = {
 
 def identification_page(model: AntennaModel, results: Sequence[AxisIdentification], sources: Sequence[str]) -> Page:
     """Everything that was found, axis by axis; `sources` are the logs that were read."""
-    blocks: list[Block] = [Text(f"From {', '.join(sources)}, with {_said(model)} as prior. Intervals are 95 %.")]
-    for result in results:
-        blocks += _axis_blocks(model, result)
+    blocks = [block for result in results for block in _axis_blocks(model, result)]
+    blocks.append(Text(f"From {', '.join(sources)}, with {_said(model)} as prior. Intervals are 95 %."))
     return Page(
         "Identified friction", f"model {model.name}, {len(results)} {'axis' if len(results) == 1 else 'axes'}", blocks
     )
@@ -80,13 +79,7 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
     )
     blocks.append(Tiles([(_number(e.value), f"{e.name} [{e.unit}]") for e in result.estimates]))
     blocks += [Callout(finding.text[:1].upper() + finding.text[1:], "warning") for finding in result.findings]
-    blocks.append(_estimate_table(model, result))
-    blocks.append(
-        Plot(
-            interval_figure(result.estimates, prior, LUGRE_NAMES),
-            "Blue: identified. Violet: weakly. Red: not identified, the prior stands.",
-        )
-    )
+    folded: list[Block] = []
     fits = tuple(fit for fit in (result.both, result.positive, result.negative) if fit is not None)
     if result.velocity_map is not None and result.velocity_map.points:
         blocks.append(
@@ -95,18 +88,25 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
                 _map_caption(result.velocity_map, units),
             )
         )
-        blocks += [
+        folded += [
             Plot(
                 residual_figure(fit, units),
                 f"{_DIRECTIONS[fit.direction]}: {_scaled(fit.rms, units.torque)} rms; bars are the points' own 95 %.",
             )
             for fit in fits[:1]
         ]
-        blocks += _per_direction(result, units.torque)
-        blocks += _rejected(result)
+        folded += _per_direction(result, units.torque)
+        folded += _rejected(result)
+    blocks.append(
+        Plot(
+            interval_figure(result.estimates, prior, LUGRE_NAMES),
+            "Blue: identified. Violet: weakly. Red: not identified, the prior stands.",
+        )
+    )
+    blocks.append(_estimate_table(model, result))
     if result.presliding is not None and np.isfinite(result.presliding.rms):
         p = result.presliding
-        blocks.append(
+        folded.append(
             Plot(
                 hysteresis_figure(p, units),
                 f"{p.travel_steps:.0f} encoder steps of travel; stiffness {p.sigma0.fitted:.5g} by the exact curve, "
@@ -114,7 +114,7 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
             )
         )
     if result.dynamic is not None:
-        blocks.append(
+        folded.append(
             Plot(
                 output_error_figure(result.dynamic, _liveliest(result.dynamic), units),
                 f"Output error: rms {result.dynamic.rms:.3g} {units.angle} per 10 ms; "
@@ -122,8 +122,8 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
                 f"{units.word} offset {result.dynamic.offset:.3g} {units.torque}.",
             )
         )
-        blocks.append(_sensitivity_table(result.dynamic))
-    return blocks
+        folded.append(_sensitivity_table(result.dynamic))
+    return [*blocks, Details(f"How {result.axis} was fitted", folded)] if folded else blocks
 
 
 def _scaled(value: float, unit: str) -> str:

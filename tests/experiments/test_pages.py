@@ -12,7 +12,7 @@ from gimbal_hil.experiments import OPEN_STARTS_DEG, phase_deg
 from gimbal_hil.experiments.planned import DRAWN_S, _drawn, experiment_of_file
 from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
 from gimbal_hil.experiments.sequences.gravity_map import GravityFit, told
-from gimbal_hil.report import Plot, Table, plots_in
+from gimbal_hil.report import Callout, Details, Plot, Table, plots_in
 from sim_backend.shipped import shipped_file
 
 
@@ -70,6 +70,19 @@ def test_the_page_of_steps_draws_every_step_with_its_peak_band_and_settling_mark
         assert f"{row['settling_s']:.3f} s" in plot.caption
 
 
+def test_the_slowest_step_stands_open_and_the_others_are_folded() -> None:
+    experiment = build_experiment("step", SequenceOptions(1000.0, ("outer",)))
+    measured = [step for step in experiment.steps if step.measured]
+    drawn = {step.name: stepped(step.meaning["to_rad"], step.meaning["from_rad"]) for step in measured}
+    rows = [{"step": one.name, **one.meaning, **(experiment.measure(one, drawn[one.name]) or {})} for one in measured]
+    rows[2]["settling_s"] = None
+    blocks = experiment.conclude(rows, drawn)
+    assert isinstance(blocks[0], Callout) and blocks[0].tone == "warning"
+    assert isinstance(blocks[1], Plot) and blocks[1].figure.layout.title.text == rows[2]["step"]
+    folded = [block for block in blocks if isinstance(block, Details)]
+    assert [fold.summary for fold in folded] == [f"Step {rows[k]['step']}" for k in (0, 1, 3)]
+
+
 def test_a_step_that_does_not_settle_has_no_line_and_says_so() -> None:
     experiment = build_experiment("step", SequenceOptions(1000.0, ("outer",)))
     step = next(step for step in experiment.steps if step.measured)
@@ -80,7 +93,7 @@ def test_a_step_that_does_not_settle_has_no_line_and_says_so() -> None:
     assert not [shape for shape in plot.figure.layout.shapes if shape.x0 == shape.x1]
 
 
-def test_a_plan_of_ones_own_gets_a_plot_of_each_axis_above_its_table() -> None:
+def test_a_plan_of_ones_own_gets_an_answer_a_plot_of_each_axis_and_then_its_table() -> None:
     experiment = experiment_of_file(shipped_file("plans", "two_speeds.yaml"), 1000.0)
     names = [step.name for step in experiment.steps if step.measured]
     assert set(names) == set(experiment.drawn)
@@ -91,10 +104,11 @@ def test_a_plan_of_ones_own_gets_a_plot_of_each_axis_above_its_table() -> None:
         if step.measured
     ]
     blocks = experiment.conclude(rows, drawn)
-    assert [type(block) for block in blocks] == [Plot, Plot, Table]
+    assert [type(block) for block in blocks] == [Callout, Plot, Plot, Table]
+    assert blocks[0].text.startswith("4 segments measured. Outer: 0 to 1 rad")
     assert [plot.figure.layout.title.text for plot in plots_in(blocks)] == ["The outer axis", "The inner axis"]
     # a gap stands between segments, so that no line leads from one to the next
-    (position,) = (t for t in blocks[0].figure.data if t.name == "measured" and t.yaxis == "y")
+    (position,) = (t for t in blocks[1].figure.data if t.name == "measured" and t.yaxis == "y")
     assert int(np.isnan(position.y).sum()) == len(names)
 
 

@@ -11,6 +11,7 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.experiments.planned import conclude, experiment_of_file
 from gimbal_hil.host import HostState, program_of
 from gimbal_hil.lockstep import CompiledPath
+from gimbal_hil.report import Callout, Table
 from gimbal_hil.settings import shipped_settings
 from sim_backend.model import shipped_model
 from sim_backend.shipped import shipped_file
@@ -38,7 +39,7 @@ def test_the_shipped_plan_runs_and_measures_its_speeds() -> None:
     assert rows[0]["outer_rate_mean_rad_s"] == pytest.approx(0.02, abs=2e-3)
     assert rows[1]["duration_s"] < 2.9
     assert all(math.isfinite(row["inner_torque_mean_nm"]) for row in rows)
-    assert len(conclude(rows, {})) == 1
+    assert [type(block) for block in conclude(rows, {})] == [Callout, Table]
 
 
 def test_a_file_that_is_no_plan_is_refused(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ import numpy as np
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.experiments import Experiment, Row, Signals, Step, axes_of, move_to, position_hold, step_of
 from gimbal_hil.experiments.sequences.options import SequenceOptions
-from gimbal_hil.report import Block, Callout, Heading, Plot, Table
+from gimbal_hil.report import Block, Callout, Plot, Table
 
 DEFAULT_BASE = "3.2/4"
 HOLD_S, SHORT_HOLD_S, SETTLING_S = 30.0, 6.0, 3.0
@@ -90,7 +90,7 @@ def measure(step: Step, signals: Signals) -> Row:
 
 
 def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
-    """Table over the poses and a figure of each."""
+    """A figure of each pose, then the table over all."""
     axes = [
         name.removesuffix("_error_rms_rad") for name in (rows[0] if rows else ()) if name.endswith("_error_rms_rad")
     ]
@@ -109,16 +109,15 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
             cells += [f"{1e3 * row[f'{axis}_error_{word}_rad']:.3f}" for word in ("rms", "max")]
             cells += [f"{row[f'{axis}_torque_{word}_nm']:.2f}" for word in ("rms", "max")]
         lines.append(tuple(cells))
-    blocks: list[Block] = [Heading("Holding still"), Callout(said), Table(header, lines)]
-    blocks += [
+    plots = [
         Plot(_figure(name, signals), f"{name}: position error, torque, and the base's attitude.")
         for name, signals in drawn.items()
     ]
-    return blocks
+    return [Callout(said), *plots, Table(header, lines)]
 
 
 def _figure(name: str, signals: Signals) -> object:
-    from gimbal_hil.plots import AXIS_COLOURS, stacked, thinned
+    from gimbal_hil.plots import ALERT, AXIS_COLOURS, REFERENCE, SECOND, stacked, thinned
 
     drawn = stacked(("", "", ""), "time [s]", ("error [mrad]", "torque [N m]", "base [rad]"), 190)
     few = thinned(len(signals["time_s"]))
@@ -130,6 +129,8 @@ def _figure(name: str, signals: Signals) -> object:
         drawn.add_scatter(
             x=time_s, y=signals[f"{axis}.torque"][few], name=axis, line=line, showlegend=False, row=2, col=1
         )
-    for angle in ("roll", "pitch", "yaw"):
-        drawn.add_scatter(x=time_s, y=np.unwrap(signals[f"base.{angle}"])[few], name=angle, row=3, col=1)
+    for angle, line in (("roll", dict(color=SECOND)), ("pitch", dict(color=REFERENCE)), ("yaw", dict(color=ALERT))):
+        # roll and yaw of a case may be the same: one is dashed, so that both are seen
+        line |= dict(dash="dash") if angle == "yaw" else {}
+        drawn.add_scatter(x=time_s, y=np.unwrap(signals[f"base.{angle}"])[few], name=angle, line=line, row=3, col=1)
     return drawn

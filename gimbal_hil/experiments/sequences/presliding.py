@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gimbal_hil.experiments import Experiment, Row, Signals, Step, move_to, position_hold, step_of
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.host import AxisCommand, EndCondition, EndKind, Guard, Mode, ReferenceOrigin, Shape
-from gimbal_hil.report import Block, Callout, Heading, Plot, Table, Text
+from gimbal_hil.report import Block, Callout, Details, Heading, Plot, Table, Text
 
 
 class _Kind(StrEnum):
@@ -28,6 +28,14 @@ class _Kind(StrEnum):
     PULSES = "pulses"
 
 
+#: what one sees in the figure of each kind
+_CAPTIONS = {
+    _Kind.RAMP: "Ramps through break-away, both signs and all rates; the slide is cut off. Torque counts from the load "
+    "in the middle between break-away up and down: a ramp begins with whatever its bristles held.",
+    _Kind.LOOP: "Loops below break-away: torque from the hold over displacement. The slope at zero friction is the "
+    "stiffness.",
+    _Kind.PULSES: "Pulses below break-away over time: how the joint comes to rest on its bristles holds the damping.",
+}
 #: seconds in which a ramp rises by one break-away torque
 RAMPS_S, SHORT_RAMPS_S = (20.0, 8.0, 3.0), (8.0,)
 #: a ramp that has not broken the joint away by then is over, as a multiple of the break-away torque
@@ -195,41 +203,16 @@ def _stiffness(torque: NDArray[np.float64], position: NDArray[np.float64], limit
 
 
 def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
-    """For each axis: break-away from both signs, stiffness, and torque over displacement."""
+    """For each axis: break-away from both signs, the ramps that show it, the table; loops and pulses folded."""
     blocks: list[Block] = []
     for axis in dict.fromkeys(row["axis"] for row in rows):
         own = [row for row in rows if row["axis"] == axis]
-        blocks += [Heading(f"Presliding of the {axis} axis"), _said(own), _table(own)]
-        for kind, caption in (
-            (
-                _Kind.LOOP,
-                "Loops below break-away: torque from the hold over displacement. The slope at zero friction is the "
-                "stiffness.",
-            ),
-            (
-                _Kind.RAMP,
-                "Ramps through break-away, both signs and all rates; the slide is cut off. Torque counts from the "
-                "load in the middle "
-                "between break-away up and down: a ramp begins with whatever its bristles held.",
-            ),
-            (
-                _Kind.PULSES,
-                "Pulses below break-away over time: how the joint comes to rest on its bristles holds the damping.",
-            ),
-        ):
-            names = [row["step"] for row in own if row["kind"] == kind and row["step"] in drawn]
-            if names:
-                blocks.append(
-                    Plot(
-                        _figure(
-                            axis,
-                            kind,
-                            {name: drawn[name] for name in names},
-                            _load_of(own) if kind == _Kind.RAMP else None,
-                        ),
-                        caption,
-                    )
-                )
+        plots = _plots(axis, own, drawn)
+        blocks += [Heading(f"Presliding of the {axis} axis"), _said(own)]
+        blocks += [plots.pop(_Kind.RAMP)] if _Kind.RAMP in plots else []
+        blocks.append(_table(own))
+        if plots:
+            blocks.append(Details(f"{' and '.join(plots).capitalize()} of the {axis} axis", list(plots.values())))
     blocks.append(
         Text(
             "gimbal-hil identify fits sigma0 with the exact LuGre curve and sigma1 from the simulated motion, with "
@@ -237,6 +220,17 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
         )
     )
     return blocks
+
+
+def _plots(axis: str, own: Sequence[Row], drawn: Mapping[str, Signals]) -> dict[str, Plot]:
+    """Figures of an axis by the kind of their steps, of the kinds that there are."""
+    plots: dict[str, Plot] = {}
+    for kind, caption in _CAPTIONS.items():
+        found = {row["step"]: drawn[row["step"]] for row in own if row["kind"] == kind and row["step"] in drawn}
+        if found:
+            load = _load_of(own) if kind == _Kind.RAMP else None
+            plots[kind] = Plot(_figure(axis, kind, found, load), caption)
+    return plots
 
 
 def _load_of(own: Sequence[Row]) -> float | None:

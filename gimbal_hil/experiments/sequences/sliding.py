@@ -31,7 +31,7 @@ from gimbal_hil.experiments import (
 )
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.host import AxisCommand, Mode, Shape
-from gimbal_hil.report import Block, Callout, Heading, Plot, Table, Text
+from gimbal_hil.report import Block, Callout, Details, Heading, Plot, Table, Text
 
 if TYPE_CHECKING:
     from gimbal_hil.identification import StaticFit
@@ -216,7 +216,7 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
         )
         if curve is not None:
             blocks.append(_numbers(curve))
-        blocks.append(_table(axis, pairs))
+        blocks.append(Details(f"Every speed of the {axis} axis", [_table(axis, pairs)]))
     blocks.append(
         Text(
             "gimbal-hil identify on this folder fits all seven numbers with intervals, the model's gravity and "

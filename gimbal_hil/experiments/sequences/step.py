@@ -19,7 +19,7 @@ from gimbal_hil.experiments import (
     step_response,
 )
 from gimbal_hil.experiments.sequences.options import SequenceOptions
-from gimbal_hil.report import Block, Callout, Heading, Plot, Table, Text
+from gimbal_hil.report import Block, Callout, Details, Plot, Table, Text
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
@@ -72,7 +72,7 @@ def measure(step: Step, signals: Signals) -> Row:
 
 
 def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
-    """Table and one figure for each step, with what the table says marked in it."""
+    """The slowest step as a figure, with what the table says marked in it; the table; every other step folded."""
     settled = all(row["settling_s"] is not None for row in rows)
     worst = max((row["settling_s"] or 0.0 for row in rows), default=0.0)
     header = (
@@ -103,9 +103,13 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
         if settled
         else "At least one step did not settle within its time."
     )
-    blocks: list[Block] = [
-        Heading("Step responses"),
-        Callout(said, "good" if settled else "warning"),
+    shown = [row for row in rows if row["step"] in drawn]
+    plots = {row["step"]: Plot(_figure(row, drawn[row["step"]]), _caption(row)) for row in shown}
+    slowest = max(shown, key=_slowness, default=None)
+    blocks: list[Block] = [Callout(said, "good" if settled else "warning")]
+    if slowest is not None:
+        blocks.append(plots.pop(slowest["step"]))
+    blocks += [
         Table(
             header,
             table,
@@ -113,16 +117,18 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
             "last fifth.",
         ),
     ]
-    for row in rows:
-        if row["step"] in drawn:
-            blocks.append(Plot(_figure(row, drawn[row["step"]]), _caption(row)))
     blocks.append(
         Text(
             "The other axis holds its position; what it moves is the coupling through the inertia products and the "
             "base of the joint."
         )
     )
-    return blocks
+    return [*blocks, *(Details(f"Step {name}", [plot]) for name, plot in plots.items())]
+
+
+def _slowness(row: Row) -> float:
+    """Settling time (s); a step that did not settle is slower than any."""
+    return float("inf") if row["settling_s"] is None else float(row["settling_s"])
 
 
 def _caption(row: Row) -> str:
@@ -169,7 +175,7 @@ def _mark(drawn: Figure, row: Row, time_s: np.ndarray, position: np.ndarray) -> 
         mode="markers+text",
         marker=dict(color=ALERT, size=9, symbol="circle-open"),
         text=[f"{row['overshoot_percent']:.2f} %"],
-        textposition="bottom right" if size > 0.0 else "top right",
+        textposition=f"{'bottom' if size > 0.0 else 'top'} {'left' if peak > len(position) // 2 else 'right'}",
         name="peak",
         row=1,
         col=1,
