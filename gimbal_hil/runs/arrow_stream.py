@@ -50,14 +50,12 @@ def batch_bytes(rows: NDArray[np.void], axes: tuple[str, str]) -> bytes:
     """One record batch message."""
     import pyarrow as pa
 
-    arrays = []
-    for name in rows.dtype.names or ():
+    schema, arrays = _schema(rows.dtype, axes), []
+    for name, field in zip(rows.dtype.names or (), schema, strict=True):
+        # the bytes as they are: `pa.array` would import pandas where there is one, in the middle of a recording
         column = np.ascontiguousarray(rows[name])
-        if name == "payload":
-            arrays.append(pa.Array.from_buffers(pa.binary(8), len(rows), [None, pa.py_buffer(column)]))
-        else:
-            arrays.append(pa.array(column))
-    return bytes(pa.record_batch(arrays, schema=_schema(rows.dtype, axes)).serialize())
+        arrays.append(pa.Array.from_buffers(field.type, len(rows), [None, pa.py_buffer(column)], null_count=0))
+    return bytes(pa.record_batch(arrays, schema=schema).serialize())
 
 
 def read_rows(path: Path, row_type: np.dtype, axes: tuple[str, str]) -> StreamContent:

@@ -337,3 +337,16 @@ def test_an_exception_inside_the_run_is_its_exit_status(tmp_path: Path) -> None:
     end = open_run(tmp_path / "run").record.end
     assert end is not None and (end.exit_code, end.reason) == (1, "the axis came loose")
     assert json.dumps(open_run(tmp_path / "run").record.hashes)
+
+
+def test_writing_rows_imports_nothing_that_is_slow_to_import(tmp_path: Path) -> None:
+    """The recorder writes its first rows while the antenna runs: a second of imports then is a second of silence."""
+    script = (
+        "import sys, numpy as np\n"
+        "from gimbal_hil.runs import FRAME_ROW, TICK_ROW\n"
+        "from gimbal_hil.runs.arrow_stream import batch_bytes\n"
+        "for kind in (TICK_ROW, FRAME_ROW): assert batch_bytes(np.zeros(3, kind), ('outer', 'inner'))\n"
+        "print(sorted({'pandas', 'numba', 'scipy', 'plotly'} & set(sys.modules)))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
