@@ -162,9 +162,9 @@ def _advance(P: np.ndarray, K: np.ndarray, X: np.ndarray, command: Pair, steps: 
         done += 1.0
         if effects:
             X[STEPS] = done
-        gyro0 = gyro_step(P, AXIS_BLOCK, gyro0, outer_rate[2] + half * a0)
+        gyro0 = gyro_step(P, AXIS_BLOCK, gyro0, outer_rate[2])
         if two:
-            gyro1 = gyro_step(P, AXIS_BLOCK + AXIS_SIZE, gyro1, inner_rate[1] + half * a1)
+            gyro1 = gyro_step(P, AXIS_BLOCK + AXIS_SIZE, gyro1, inner_rate[1])
     X[POSITION], X[POSITION + 1] = centre0[0] + (d0 - half * v0), centre1[0] + (d1 - half * v1)
     X[RATE], X[RATE + 1], X[ACCELERATION], X[ACCELERATION + 1] = v0, v1, a0, a1
     X[STEPS] = done
