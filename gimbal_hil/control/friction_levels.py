@@ -44,8 +44,9 @@ from sim_backend.friction import lugre_step, stribeck_level
 
 #: Stribeck velocities beyond which a joint slides in full
 _SLIDES = 5.0
-#: torque over the sliding friction below which the model is believed more than the residual
-_RIDGE = 0.01
+#: torque over the sliding friction below which the model is believed more than the residual; less for the viscous part,
+#: which a cold joint has several times
+_RIDGE, _VISCOUS_RIDGE = 0.01, 0.003
 #: the temperature at which a model's viscosity holds, as in `sim_backend.effects.temperature_viscosity`
 _REFERENCE_DEGC = 20.0
 #: change of a level that is told
@@ -121,11 +122,11 @@ def adapt_friction(lacking_nm: float, H: np.ndarray, h: int, C: np.ndarray, c: i
         H[place] += share * (told[i] * beyond - H[place])
         place += 1
     low, high = C[c + LEAST_LEVEL] - 1.0, C[c + LARGEST_LEVEL] - 1.0
-    H[h + VISCOUS_LEVEL], H[h + SLIDING_LEVEL] = _ridge_regression(h, (_RIDGE * size) ** 2, low, high, H)
+    H[h + VISCOUS_LEVEL], H[h + SLIDING_LEVEL] = _ridge_regression(h, size, low, high, H)
 
 
 @compiled
-def _ridge_regression(h: int, ridge: float, low: float, high: float, H: np.ndarray) -> tuple[float, float]:
+def _ridge_regression(h: int, friction_nm: float, low: float, high: float, H: np.ndarray) -> tuple[float, float]:
     """First two coefficients by the sums of an axis, each within bounds, the second one for the first one as it is
     then: elimination without pivots, which a matrix with a ridge needs none of.
     """
@@ -135,7 +136,7 @@ def _ridge_regression(h: int, ridge: float, low: float, high: float, H: np.ndarr
         for k in range(i, size):
             H[at + i * width + k] = H[at + k * width + i] = H[place]
             place += 1
-        H[at + i * width + i] += ridge
+        H[at + i * width + i] += ((_VISCOUS_RIDGE if i == 0 else _RIDGE) * friction_nm) ** 2
         H[at + i * width + size] = H[place]
         place += 1
     for i in range(size - 1, -1, -1):

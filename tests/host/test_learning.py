@@ -18,10 +18,14 @@ from sim_backend.model import shipped_model
 SCENARIOS = Path(__file__).parents[2] / "config" / "scenarios" / "learning.yaml"
 
 
-def swings(settings: DaemonSettings, wrong: float = 0.0) -> TrialOutcome:
+def swings(settings: DaemonSettings, wrong: float = 0.0, times_as_viscous: float = 1.0) -> TrialOutcome:
     """Four swings, judged from the third on."""
     scenario = load_scenarios(SCENARIOS)[0].model_copy(update={"duration_s": 80.0, "settle_s": 40.0})
-    return run_trial(Trial(scenario, "it", settings, "realistic", shipped_model("realistic"), 1, wrong=wrong))
+    antenna = shipped_model("realistic")
+    for axis in antenna.axes:
+        viscous = times_as_viscous * antenna.number(axis, "friction.viscous")
+        antenna = antenna.with_numbers(axis, {"friction.viscous": viscous})
+    return run_trial(Trial(scenario, "it", settings, "realistic", antenna, 1, wrong=wrong))
 
 
 def test_a_table_learns_the_cogging_that_the_model_does_not_name() -> None:
@@ -38,6 +42,12 @@ def test_levels_take_a_friction_that_is_off_out_of_the_reversals() -> None:
     off, followed = (swings(controller_settings(name), 0.3) for name in ("tuned", "levels"))
     assert followed.los_rms < off.los_rms
     assert max(followed.reversal_peak) < 0.8 * max(off.reversal_peak)
+
+
+def test_levels_cost_nothing_where_a_cold_joint_is_six_times_as_viscous() -> None:
+    plain, followed = (swings(controller_settings(name), times_as_viscous=6.05) for name in ("tuned", "levels"))
+    # viscosity that was taken for sliding friction would be wrong at every reversal
+    assert followed.los_rms < 1.1 * plain.los_rms
 
 
 def document_with(**learned: Any) -> dict[str, Any]:
