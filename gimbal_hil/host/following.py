@@ -190,7 +190,7 @@ def _set_direction(H: np.ndarray, G: np.ndarray, C: np.ndarray, plan: np.ndarray
     if G[LAST_TICK] == G[SEGMENT_START] and int(plan[first + SHAPE]) == _TIMETABLE:
         before = _turn_for_all(plan, first + SHAPE_PARAMETERS, azimuth, outer[0], stands, low, high)
     H[TOWARDS] = nearest_turn(outer[0], before, low, high)
-    planned, azimuth_plan = planned_azimuth(d, rate, stands, H, C)
+    planned, azimuth_plan = planned_azimuth(d, rate, curve, stands, H, C)
     if planned:
         outer = azimuth_plan
     if H[KEYHOLE_SIDE] != 0.0:

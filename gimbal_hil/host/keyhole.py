@@ -6,6 +6,9 @@ from its middle: half a turn for small r, faster than the joint may go. The azim
 much before the closest approach as after it: min(W abs(t), atan(v abs(t) / r)), which is the exact one wherever that is
 feasible. The elevation follows the azimuth as it is, over the top where its travel allows. The line of sight is then at
 most max over t of v t cos(W t) = 0.56 v / W off, a third of what it is when the azimuth comes after.
+
+That is foreseen for a straight line only. Where the direction would turn round before the closest approach, as it does
+above an aircraft in turbulence, the azimuth comes after: half a turn made for nothing costs more.
 """
 
 from __future__ import annotations
@@ -28,10 +31,13 @@ _CAUGHT_UP, _FAR = 0.05, 0.3
 
 
 @compiled
-def planned_azimuth(d: Vector, rate: Vector, measured: float, H: np.ndarray, C: np.ndarray) -> tuple[bool, Vector]:
+def planned_azimuth(
+    d: Vector, rate: Vector, curve: Vector, measured: float, H: np.ndarray, C: np.ndarray
+) -> tuple[bool, Vector]:
     """Whether an azimuth is planned past the zenith at this tick, and then its position (rad), rate (rad/s) and NaN.
 
-    `d` and `rate` are the direction in base axes and its derivative, `measured` is where the outer joint stands (rad).
+    `d`, `rate` and `curve` are the direction in base axes and its derivatives, `measured` is where the outer joint
+    stands (rad).
     """
     fastest = _SHARE * _largest_rate(C)
     speed, level = math.sqrt(rate[0] * rate[0] + rate[1] * rate[1]), math.sqrt(d[0] * d[0] + d[1] * d[1])
@@ -41,6 +47,9 @@ def planned_azimuth(d: Vector, rate: Vector, measured: float, H: np.ndarray, C: 
     # distance signed by which way round the azimuth turns, and time since the closest approach
     distance = (d[0] * rate[1] - d[1] * rate[0]) / speed
     since = (d[0] * rate[0] + d[1] * rate[1]) / (speed * speed)
+    if math.sqrt(curve[0] * curve[0] + curve[1] * curve[1]) * abs(since) > speed:
+        H[KEYHOLE_SIDE] = 0.0
+        return False, (0.0, 0.0, 0.0)
     # the way round stays what it was when the plan began, or it would turn back where the line is nearly straight above
     side = H[KEYHOLE_SIDE] if H[KEYHOLE_SIDE] != 0.0 else math.copysign(1.0, distance)
     exact, turned = math.atan2(speed * abs(since), abs(distance)), fastest * abs(since)
