@@ -10,7 +10,7 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.settings import DaemonSettings, settings_from_document, shipped_settings
 from gimbal_hil.thesis import LEVEL, POSITION_GAINS, RATE_GAINS
 from gimbal_hil.tuning import tuned
-from sim_backend.model import model_named
+from sim_backend.model import CONTROL_ANTENNA, model_named
 
 Document = dict[str, Any]
 
@@ -125,7 +125,7 @@ def _tuned_keys() -> dict[str, Document]:
 
 
 #: whose numbers the controllers with a model take, on whatever antenna; and the bandwidth of their observers
-MODEL, OBSERVER_RAD_S = "realistic", 150.0
+MODEL, OBSERVER_RAD_S = CONTROL_ANTENNA, 150.0
 #: what a model gives, each by its key
 PARTS = ("bodies", "friction", "position_torque", "extrapolate_base")
 CONTROLLERS: dict[str, Callable[[Document], None]] = {

@@ -45,6 +45,7 @@ def pointing(choice: ArenaChoice) -> tuple[str, str, Any, list[Block]]:
         shipped_scenarios,
     )
     from gimbal_hil.cli.progress import ProgressBar
+    from sim_backend.model import CONTROL_ANTENNA
 
     shipped = shipped_scenarios()
     wanted = [
@@ -53,7 +54,7 @@ def pointing(choice: ArenaChoice) -> tuple[str, str, Any, list[Block]]:
         for one in (load_scenarios(Path(words)) if words.endswith((".yaml", ".yml")) else chosen(shipped, words))
     ]
     picked = tuple({one.name: one for one in wanted}.values())
-    who, antennas = entrants(choice.controllers or list(CONTROLLERS)), choice.antennas or ["thesis", "realistic"]
+    who, antennas = entrants(choice.controllers or list(CONTROLLERS)), choice.antennas or ["thesis", CONTROL_ANTENNA]
     with ProgressBar() as bar:
         bar.begin("arena", len(picked) * len(antennas) * len(who) * choice.seeds, 0.0)
         found = run_arena(

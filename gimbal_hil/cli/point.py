@@ -64,7 +64,10 @@ def command(
     ] = None,
     model: Annotated[
         str | None,
-        typer.Option(autocompletion=model_names, help="Without --run: model of the virtual antenna."),
+        typer.Option(
+            autocompletion=model_names,
+            help="Without --run: model of the virtual antenna; without it that of --config, or realistic.",
+        ),
     ] = None,
     base: Annotated[
         str | None,
@@ -156,13 +159,14 @@ def _in_lockstep(
     from gimbal_hil.pointing import follow_in_lockstep, moved, mute_changes, truth_of
     from gimbal_hil.runs import open_run
     from gimbal_hil.settings import load_settings, shipped_settings
-    from sim_backend.model import model_named
+    from sim_backend.model import CONTROL_ANTENNA, model_named
 
     target, way, about = _target(text, flight, start, duration)
     settings = load_settings(config) if config else shipped_settings()
-    antenna, _ = embedded_model_of(settings)
-    if model is not None:
-        antenna = model_named(model)
+    if model is not None or config is None:
+        antenna = model_named(model or CONTROL_ANTENNA)
+    else:
+        antenna, _ = embedded_model_of(settings)
     settings = settings.for_axes(antenna.axes, antenna.where)
     truth, moving_s = None, duration + 30.0
     with tempfile.TemporaryDirectory() as place:

@@ -4,9 +4,10 @@ from sim_backend.model.arrays import THESIS_BASE_CASES, PlantArrays, lag_decay, 
 from sim_backend.model.file import BaseMotionKind, BaseSection, ModelFile, ModelKind, Quantity
 from sim_backend.model.model import AntennaModel, EffectEntry, load_model, model_from_document
 from sim_backend.model.numbers import ENDLESS, NUMBER_AT, SlotBase, gyro_filter
-from sim_backend.model.shipped import model_named, shipped_model, shipped_model_path
+from sim_backend.model.shipped import CONTROL_ANTENNA, model_named, shipped_model, shipped_model_path
 
 __all__ = [
+    "CONTROL_ANTENNA",
     "ENDLESS",
     "NUMBER_AT",
     "THESIS_BASE_CASES",

@@ -8,6 +8,9 @@ from firmware_protocol.errors import BadInputError
 from sim_backend.model.model import AntennaModel, load_model
 from sim_backend.shipped import shipped_file
 
+#: the shipped antenna that controllers are judged on: it has what high gain pays for
+CONTROL_ANTENNA = "realistic"
+
 
 def shipped_model_path(name: str = "thesis") -> Path:
     """Path of a shipped model file."""
