@@ -1,44 +1,11 @@
-"""Frequency responses of the loops as they are built: sampled law, held torque, delay, gyro lag, rigid axis with
-friction.
-"""
+"""Classical margins, read off the response of an open loop."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 Response = NDArray[np.complex128]
-
-
-@dataclass(frozen=True)
-class Axis:
-    """One axis as the loop sees it; friction linearised: viscous while sliding, bristle spring and damper while
-    stuck.
-    """
-
-    inertia: float
-    damping: float
-    stiffness: float = 0.0
-
-
-def gyro(w: NDArray[np.float64], bandwidth_hz: float, damping: float = 0.7) -> Response:
-    """Second-order lag."""
-    s, w0 = 1j * w, 2 * np.pi * bandwidth_hz
-    return w0**2 / (s**2 + 2 * damping * w0 * s + w0**2)
-
-
-def pi(w: NDArray[np.float64], kp: float, ki: float, step_s: float) -> Response:
-    """The sampled PI: integral after the output."""
-    return kp + ki * step_s / (np.exp(1j * w * step_s) - 1.0)
-
-
-def torque_to_rate(w: NDArray[np.float64], axis: Axis, step_s: float, delay_ticks: float) -> Response:
-    """Held torque, delayed, to the axis' rate."""
-    s = 1j * w
-    hold = (1.0 - np.exp(-s * step_s)) / (s * step_s)
-    return hold * np.exp(-s * step_s * delay_ticks) / (axis.inertia * s + axis.damping + axis.stiffness / s)
 
 
 def phase_margin_deg(w: NDArray[np.float64], loop: Response) -> tuple[float, float]:

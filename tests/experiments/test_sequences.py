@@ -27,8 +27,9 @@ from gimbal_hil.experiments.step_signals import STEPS_FOLDER
 from gimbal_hil.identification import friction_of, identify_axis
 from gimbal_hil.identification.reading import read_logs
 from gimbal_hil.settings import shipped_settings
+from gimbal_hil.tuning import AxisDynamics, CascadeLaw
 from sim_backend.model import shipped_model
-from tests.control.loop_margins import Axis, gain_margin_db, phase_margin_deg, pi, torque_to_rate
+from tests.control.loop_margins import gain_margin_db, phase_margin_deg
 
 SEED = 11
 RATE_HZ = 1000.0
@@ -193,8 +194,8 @@ def test_the_margins_of_the_sweep_are_the_computed_ones(conducted: Callable[[str
                "inner": MODEL.number("inner", "body.inertia.yy")}[axis]  # fmt: skip
     w = np.geomspace(5.0, 2.0 * math.pi * 450.0, 20_000)
     step_s = 1.0 / RATE_HZ
-    rigid = Axis(inertia, friction_of(MODEL, axis).static.viscous)
-    computed = pi(w, loop.kp_s_per_rad, loop.ki_per_rad, step_s) * torque_to_rate(w, rigid, step_s, 0.0)
+    rigid = AxisDynamics(inertia, friction_of(MODEL, axis).static.viscous, 0.0, 0.0, 0.0, 0.0)
+    computed = CascadeLaw(step_s, 0.0, 0.0, loop.kp_s_per_rad, loop.ki_per_rad).torque(w, rigid)
     phase, crossover = phase_margin_deg(w, computed)
     assert measured.crossover_hz == pytest.approx(crossover / (2.0 * math.pi), rel=0.005)
     assert measured.phase_margin_deg == pytest.approx(phase, abs=0.5)
