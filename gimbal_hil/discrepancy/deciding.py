@@ -186,6 +186,9 @@ def class_probability(standing: Standing, left: Remainder, policy: Policy, candi
     evident = float(norm.cdf(standing.sure)) ** candidates
     # of what is left, or of the noise that would be left anyway
     predicted = standing.exhausted.beyond * min(1.0, left.after**2)
+    if left.after <= policy.least_gap:
+        # no gap: something small beside a cause that took nearly all of a large one is nothing against it
+        predicted *= min(1.0, left.after**2 / (_NEXT_TO_NOTHING * left.before**2)) if left.before > 0.0 else 1.0
     shape = 1.0 / (1.0 + (predicted / (2.0 * policy.exhausted)) ** 3)
     # what one thing through other variables does, a cause that is no part of it may take a share of
     others = left.predictable.beyond * (1.0 - standing.share) / max(standing.share, 1e-9)
@@ -202,5 +205,7 @@ def class_probability(standing: Standing, left: Remainder, policy: Policy, candi
 #: the squares that were there that no variable predicts, beyond so many floors; the share of a channel that a cause
 #: takes. And the most that is said.
 _OTHERS, _LARGE, _SMALL, _LITTLE, _MOST = 0.25, 0.6, 1.5, 0.03, 0.99
+#: share of the squares that were there below which what is left, where it is no gap, counts by how much it is
+_NEXT_TO_NOTHING = 0.05
 
 __all__ = ["Decision", "Kind", "Status", "Told", "class_probability", "decide", "kind_of", "rejudged"]

@@ -47,6 +47,14 @@ def test_each_doubt_alone_takes_a_name_away(change: dict, left: Remainder) -> No
     assert probability(replace(_SOUND, **change), left) < 0.5
 
 
+def test_what_is_left_below_the_gap_takes_no_name_from_a_cause_that_took_nearly_all_of_a_large_one() -> None:
+    predictable = replace(_SOUND, exhausted=Predictable(0.96, 0.0))
+    assert probability(predictable, Remainder(12.0, 0.9, _NOTHING)) > 0.9
+    # it is a gap, or a tenth of the squares
+    assert probability(predictable, Remainder(12.0, 1.6, _NOTHING)) < 0.5
+    assert probability(predictable, Remainder(3.0, 0.9, _NOTHING)) < 0.5
+
+
 def test_what_others_predict_beside_a_cause_hardly_counts_where_it_is_small() -> None:
     # a ripple of a third of a gap, left beside a drag that takes nine tenths of the squares
     assert probability(replace(_SOUND, share=0.9), Remainder(10.0, 3.2, Predictable(0.5, 0.0))) > 0.8
