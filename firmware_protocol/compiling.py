@@ -24,6 +24,7 @@ import numba
 from numba.core.registry import CPUDispatcher
 
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.inner_code import InnerCompiler
 
 F = TypeVar("F", bound=Callable[..., object])
 
@@ -54,7 +55,7 @@ def compiled(function: F) -> F:
     """
     if getattr(numba.config, "DISABLE_JIT"):  # noqa: B009 - not in its type stub
         return function
-    return cast(F, _Inner(function, targetoptions={**_INNER, **_NOT_FROM_PYTHON}))
+    return cast(F, _Inner(function, targetoptions={**_INNER, **_NOT_FROM_PYTHON}, pipeline_class=InnerCompiler))
 
 
 def entry_point(function: F) -> F:

@@ -1,0 +1,45 @@
+"""What Numba makes of a function that only compiled functions call: code to link into them, and nothing else.
+
+Numba would optimise such a function by itself, once more inside each function that calls it, and so on up to what
+Python calls, and would turn every one of these into machine code that nobody runs. Here an inner function stays as it
+was translated until the one that Python calls has them all in it: there they are optimised together and become machine
+code, once (decision 0140).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+
+
+class InnerCompiler(Compiler):  # type: ignore[misc]
+    """Numba's own steps, with a library that is only linked."""
+
+    def compile_extra(self, function: Callable[..., object]) -> object:
+        """See `Compiler`."""
+        self.state.library = _LinkedCode(self.state.targetctx.codegen(), function.__qualname__)  # type: ignore[no-untyped-call]
+        return super().compile_extra(function)  # type: ignore[no-untyped-call]
+
+
+class _NoMachineCode:
+    """In place of the engine that holds machine code, for a library that has none."""
+
+    def set_env(self, name: str, environment: object) -> None:
+        """Nothing here has the address of its environment to be told."""
+
+
+class _LinkedCode(JITCodeLibrary):  # type: ignore[misc]
+    @property
+    def codegen(self) -> _NoMachineCode:
+        return _NoMachineCode()
+
+    def get_pointer_to_function(self, name: str) -> int:
+        return 0
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalized = True
