@@ -2,9 +2,10 @@
 
 from gimbal_hil.bench.blind import BlindChoice, run_blind
 from gimbal_hil.bench.figures import Figure, Goal, GoalKind, paired
+from gimbal_hil.bench.history import HISTORY_FILE, remember
 from gimbal_hil.bench.real_time import real_time_figures
 from gimbal_hil.bench.real_time_page import real_time_blocks, real_time_text
-from gimbal_hil.bench.results import bench_page, bench_text, speed_blocks
+from gimbal_hil.bench.results import bench_page, bench_text, slower_blocks, speed_blocks
 from gimbal_hil.bench.search import search_figures
 from gimbal_hil.bench.search_page import search_blocks, search_text
 from gimbal_hil.bench.soak import SoakFigures, soak, soak_text
@@ -12,6 +13,7 @@ from gimbal_hil.bench.soak_across import AcrossFigures, across_text, soak_across
 from gimbal_hil.bench.speed import ask_for_kernels, speed_figures
 
 __all__ = [
+    "HISTORY_FILE",
     "AcrossFigures",
     "BlindChoice",
     "Figure",
@@ -26,10 +28,12 @@ __all__ = [
     "real_time_blocks",
     "real_time_figures",
     "real_time_text",
+    "remember",
     "run_blind",
     "search_blocks",
     "search_figures",
     "search_text",
+    "slower_blocks",
     "soak",
     "soak_across",
     "soak_text",

@@ -49,6 +49,13 @@ class Figure:
     ratio_high: float
     repeats: int
     target: Goal | None = None
+    #: the ratio is how many times faster, else how many times longer
+    faster: bool = False
+
+    @property
+    def cost(self) -> float:
+        """Time over that of the reference, up to a factor that is always the same."""
+        return 1.0 / self.ratio if self.faster else self.ratio
 
     @property
     def problem(self) -> str:
@@ -112,8 +119,9 @@ def times_faster(
     """
     ratios = [(theirs_s / reference_share) / (ours_s / per_call) for ours_s, theirs_s in zip(ours, theirs, strict=True)]
     value = statistics.median(ours) / per_call
+    middle = statistics.median(ratios)
     return Figure(
-        name, value * 1e9, unit, reference, statistics.median(ratios), min(ratios), max(ratios), len(ratios), target
+        name, value * 1e9, unit, reference, middle, min(ratios), max(ratios), len(ratios), target, faster=True
     )
 
 

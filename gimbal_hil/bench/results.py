@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from gimbal_hil import __version__
 from gimbal_hil.bench.figures import Figure
 from gimbal_hil.bench.speed import STEP_WITH
-from gimbal_hil.report import Block, Heading, Page, Table, Text
+from gimbal_hil.report import Block, Callout, Heading, Page, Table, Text
 from gimbal_hil.runs import wall_clock_utc
 
 HEADER = ("Figure", "Value", "Beside", "Ratio", "Spread", "Pairs", "Target")
@@ -58,6 +58,11 @@ def speed_blocks(figures: Sequence[Figure]) -> list[Block]:
             ("Effect", *HEADER[1:]), [[figure.name.removeprefix(STEP_WITH), *figure.as_row()[1:]] for figure in effects]
         ),
     ]
+
+
+def slower_blocks(slower: Sequence[str]) -> list[Block]:
+    """What became slower than in the benches before, at the head of the page."""
+    return [Callout(f"Slower: {line}.", "warning") for line in slower]
 
 
 def bench_page(blocks: Sequence[Block], command: str) -> Page:

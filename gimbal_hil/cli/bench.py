@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gimbal_hil.cli.bench_findings import BenchFindings
+
 if TYPE_CHECKING:
     from gimbal_hil.report import Block
-
-#: words of the command line, text for the terminal, figures for JSON, blocks of the page
-_Measured = tuple[str, str, Any, "list[Block]"]
 
 BENCHES = ("speed", "realtime", "search", "blind", "faults", "soak", "pointing")
 
@@ -24,7 +23,7 @@ def command(
         typer.Argument(help="speed, realtime, search, faults, soak, pointing, or blind (needs the source checkout)."),
     ] = "speed",
     repeats: Annotated[int, typer.Option(help="speed, search: pairs per figure.", min=3)] = 9,
-    out: Annotated[Path | None, typer.Option(help="Folder for the results page.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for the results page and its history.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
     link: Annotated[
@@ -99,19 +98,23 @@ def command(
     return _answer(what, measured, page, as_json)
 
 
-def _answer(what: str, measured: _Measured, page: Path | None, as_json: bool) -> int:
+def _answer(what: str, measured: BenchFindings, page: Path | None, as_json: bool) -> int:
     import json
+    import sys
 
     from gimbal_hil.cli.following import print_next
 
-    words, text, figures, blocks = measured
+    words, text, figures, blocks, costs = measured
     print(json.dumps(figures) if as_json else text, flush=True)
     # what the search costs has no target: it is a table of costs
     all_right = what == "search" or not any(figure["problem"] for figure in figures)
     if page is not None:
-        from gimbal_hil.bench import bench_page
+        from gimbal_hil.bench import HISTORY_FILE, bench_page, remember, slower_blocks
 
-        bench_page(blocks, f"gimbal-hil bench {words}").write(page)
+        slower = remember(page.parent / HISTORY_FILE, what, costs) if costs else []
+        for line in slower:
+            print(f"SLOWER {line}", file=sys.stderr, flush=True)
+        bench_page([*slower_blocks(slower), *blocks], f"gimbal-hil bench {words}").write(page)
     if not as_json:
         print_next("gimbal-hil doctor")
     return 0 if all_right else 1
@@ -132,7 +135,7 @@ def _blind(out: Path | None, *choice: Any) -> int:
     return run_blind(BlindChoice(out, *choice))
 
 
-def _faults(every: int, link: str, say: Any) -> _Measured:
+def _faults(every: int, link: str, say: Any) -> BenchFindings:
     from firmware_protocol.errors import BadInputError
     from gimbal_hil.bench.faults import fault_rows, matrix_blocks, matrix_text, run_matrix
     from gimbal_hil.settings import shipped_settings
@@ -144,10 +147,10 @@ def _faults(every: int, link: str, say: Any) -> _Measured:
         raise BadInputError("--link", f"{link!r} is no firmware", ", ".join(FirmwareRun))
     found = run_matrix(fault_rows()[::every], shipped_settings(), shipped_model(), say, firmware)
     words = "faults" + (f" --every {every}" if every > 1 else "") + (f" --link {link}" if link != "virtual" else "")
-    return words, matrix_text(found), [one.as_dict() for one in found], matrix_blocks(found)
+    return BenchFindings(words, matrix_text(found), [one.as_dict() for one in found], matrix_blocks(found))
 
 
-def _soak_across(link: str, hours: float, seed: int, say: Any) -> _Measured:
+def _soak_across(link: str, hours: float, seed: int, say: Any) -> BenchFindings:
     from dataclasses import asdict
 
     from gimbal_hil.bench import across_text, soak_across
@@ -157,10 +160,10 @@ def _soak_across(link: str, hours: float, seed: int, say: Any) -> _Measured:
     text = across_text(found)
     figures = [{**asdict(found), "problem": "; ".join(found.problems)}]
     blocks: list[Block] = [Heading("Soak across processes"), *(Text(line) for line in text.splitlines())]
-    return f"soak --hours {hours:g} --link {link}", text, figures, blocks
+    return BenchFindings(f"soak --hours {hours:g} --link {link}", text, figures, blocks)
 
 
-def _soak(hours: float, seed: int, say: Any) -> _Measured:
+def _soak(hours: float, seed: int, say: Any) -> BenchFindings:
     from dataclasses import asdict
 
     from gimbal_hil.bench import soak, soak_text
@@ -171,31 +174,35 @@ def _soak(hours: float, seed: int, say: Any) -> _Measured:
     found = soak(shipped_settings(), shipped_model(), hours, seed, say)
     text = soak_text(found)
     figures = [{**asdict(found), "problem": "; ".join(found.problems)}]
-    return f"soak --hours {hours:g}", text, figures, [Heading("Soak"), *(Text(line) for line in text.splitlines())]
+    blocks: list[Block] = [Heading("Soak"), *(Text(line) for line in text.splitlines())]
+    return BenchFindings(f"soak --hours {hours:g}", text, figures, blocks)
 
 
-def _speed(repeats: int, say: Any) -> _Measured:
+def _speed(repeats: int, say: Any) -> BenchFindings:
     from dataclasses import asdict
 
     from gimbal_hil.bench import bench_text, speed_blocks, speed_figures
 
     figures = speed_figures(repeats, say)
     rows = [asdict(one) | {"problem": one.problem} for one in figures]
-    return f"--repeats {repeats}", bench_text(figures), rows, speed_blocks(figures)
+    costs = {f"{one.name}, beside {one.reference}": one.cost for one in figures}
+    return BenchFindings(f"--repeats {repeats}", bench_text(figures), rows, speed_blocks(figures), costs)
 
 
-def _real_time(links: tuple[str, ...], rates_hz: tuple[float, ...], seconds: float, say: Any) -> _Measured:
+def _real_time(links: tuple[str, ...], rates_hz: tuple[float, ...], seconds: float, say: Any) -> BenchFindings:
     from gimbal_hil.bench import real_time_blocks, real_time_figures, real_time_text
 
     found = real_time_figures(links, rates_hz, seconds, say)
     figures = [one.as_dict() for one in found]
-    return f"realtime --seconds {seconds:g}", real_time_text(found), figures, real_time_blocks(found)
+    return BenchFindings(f"realtime --seconds {seconds:g}", real_time_text(found), figures, real_time_blocks(found))
 
 
-def _search(workers: int, repeats: int, say: Any) -> _Measured:
+def _search(workers: int, repeats: int, say: Any) -> BenchFindings:
     from dataclasses import asdict
 
     from gimbal_hil.bench import search_blocks, search_figures, search_text
 
     found = search_figures(workers, repeats, say)
-    return f"search --workers {workers}", search_text(found), asdict(found), search_blocks(found)
+    costs = {f"search on {one.amount:g} s": one.million_sines for one in found.by_length}
+    costs |= {f"screening of {one.amount:g} candidates": one.million_sines for one in found.by_candidates}
+    return BenchFindings(f"search --workers {workers}", search_text(found), asdict(found), search_blocks(found), costs)

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from gimbal_hil.report import Block
+from gimbal_hil.cli.bench_findings import BenchFindings
 
 
 @dataclass(frozen=True)
@@ -32,8 +30,8 @@ class ArenaChoice:
         return " ".join(words + [f"--scenario '{one}'" for one in self.scenarios])
 
 
-def pointing(choice: ArenaChoice) -> tuple[str, str, Any, list[Block]]:
-    """Run the arena: words of the command line, text, figures for JSON, blocks of the page."""
+def pointing(choice: ArenaChoice) -> BenchFindings:
+    """Run the arena."""
     from gimbal_hil.arena import (
         CONTROLLERS,
         arena_blocks,
@@ -62,4 +60,4 @@ def pointing(choice: ArenaChoice) -> tuple[str, str, Any, list[Block]]:
         )
     # only the thesis' gains may trip: they are here to be compared with
     figures = [row | {"problem": row["tripped"] if row["controller"] != "thesis" else ""} for row in found.rows()]
-    return choice.words(), arena_text(found), figures, arena_blocks(found)
+    return BenchFindings(choice.words(), arena_text(found), figures, arena_blocks(found))
