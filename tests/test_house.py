@@ -48,6 +48,7 @@ FLOORS = (
     "identification",
     "experiments",
     "experiments.sequences",
+    "campaign",
     "checking",
     "starting",
     "tuning",

@@ -43,6 +43,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "experiment",
         "Run a sequence: step, sliding, presliding, gravity_map, sweep, base_motion, thesis or a plan file.",
     ),
+    "campaign": ("campaign", "One experiment on many virtual antennas, each with numbers of its own: one table."),
     "testable": (
         "testable",
         "Before any data: which effects a run could show, from which size, and which pairs it cannot tell apart.",
@@ -76,6 +77,7 @@ COMPILING = frozenset(
         "daemon",
         "plant",
         "experiment",
+        "campaign",
         "point",
         "identify",
         "discrepancy",

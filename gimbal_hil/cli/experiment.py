@@ -169,7 +169,7 @@ def _conduct(
     settings = settings.for_axes(antenna.axes, antenna.where)
     names = settings.axis_names
     known = breakaway_torques(antenna) | torques_by_axis(wanted.breakaway, names)
-    axes = _axes(wanted.axis, names)
+    axes = axes_named(wanted.axis, names)
     options = SequenceOptions(settings.rate_hz, axes, wanted.short, every, known, base, names)
     experiment = build_experiment(wanted.name, options)
     return conduct(
@@ -197,14 +197,15 @@ def _conduct_through_daemon(wanted: _Wanted, run: Path, progress: ProgressBar) -
         wanted.breakaway, names
     )
     # a real antenna's log is not thinned: it cannot be made again
-    options = SequenceOptions(rate_hz, _axes(wanted.axis, names), wanted.short, 1, known, names=names)
+    options = SequenceOptions(rate_hz, axes_named(wanted.axis, names), wanted.short, 1, known, names=names)
     experiment = build_experiment(wanted.name, options)
     return conduct_through_daemon(
         experiment, run, wanted.folder, resume=wanted.resume, force=wanted.force, progress=progress
     )
 
 
-def _axes(asked: list[str] | None, names: tuple[str, str]) -> tuple[str, ...]:
+def axes_named(asked: list[str] | None, names: tuple[str, str]) -> tuple[str, ...]:
+    """The axes that `--axis` names, all where it names none; BadInputError for another name."""
     from firmware_protocol.errors import BadInputError
 
     for name in asked or ():

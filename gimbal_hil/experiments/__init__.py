@@ -2,7 +2,13 @@
 
 from gimbal_hil.experiments.antenna import LockstepAntenna
 from gimbal_hil.experiments.checkpoint import CHECKPOINT_FILE
-from gimbal_hil.experiments.conducting import conduct, conduct_through_daemon, embedded_model_of, run_header
+from gimbal_hil.experiments.conducting import (
+    antenna_for,
+    conduct,
+    conduct_through_daemon,
+    embedded_model_of,
+    run_header,
+)
 from gimbal_hil.experiments.experiment import Experiment, Row, Signals, Step, axes_of, move_to, position_hold, step_of
 from gimbal_hil.experiments.frequency import (
     CLOSED_STARTS_DEG,
@@ -20,7 +26,7 @@ from gimbal_hil.experiments.plateau import DirectionPair, pair_of, plateau_mean,
 from gimbal_hil.experiments.references import SHAPES as REFERENCE_SHAPES
 from gimbal_hil.experiments.references import UNITS as REFERENCE_UNITS
 from gimbal_hil.experiments.response import SETTLING_BAND, step_response
-from gimbal_hil.experiments.runner import TEARDOWN_S, Outcome, ProgressSink, Silent, run_experiment
+from gimbal_hil.experiments.runner import TEARDOWN_S, Outcome, ProgressSink, Silent, plan_hash, run_experiment
 from gimbal_hil.experiments.side_by_side import PARTS_FOLDER
 
 __all__ = [
@@ -46,6 +52,7 @@ __all__ = [
     "Signals",
     "Silent",
     "Step",
+    "antenna_for",
     "axes_of",
     "conduct",
     "conduct_through_daemon",
@@ -58,6 +65,7 @@ __all__ = [
     "pair_of",
     "phase_deg",
     "plan_from_document",
+    "plan_hash",
     "plateau_mean",
     "pooled",
     "position_hold",

@@ -52,6 +52,18 @@ def run_header(settings: DaemonSettings, model: AntennaModel, seed: int, title: 
     )
 
 
+def antenna_for(
+    experiment: Experiment, settings: DaemonSettings, model: AntennaModel
+) -> tuple[DaemonSettings, AntennaModel]:
+    """Settings and model of the virtual antenna that the experiment is run on; BadInputError for a single axis."""
+    if model.kind is not ModelKind.GIMBAL:
+        raise BadInputError(
+            f"{model.where}: kind", f"is {model.kind.value}, a single axis", "gimbal: experiments move two axes"
+        )
+    settings = settings.for_axes(model.axes, model.where).with_model()
+    return settings, model if experiment.base is None else model.with_base(experiment.base)
+
+
 def conduct(
     experiment: Experiment,
     settings: DaemonSettings,
@@ -64,13 +76,7 @@ def conduct(
     progress: ProgressSink | None = None,
 ) -> Outcome:
     """Run an experiment on the virtual antenna in lockstep and leave log, table and report in `folder`."""
-    if model.kind is not ModelKind.GIMBAL:
-        raise BadInputError(
-            f"{model.where}: kind", f"is {model.kind.value}, a single axis", "gimbal: experiments move two axes"
-        )
-    settings = settings.for_axes(model.axes, model.where).with_model()
-    if experiment.base is not None:
-        model = model.with_base(experiment.base)
+    settings, model = antenna_for(experiment, settings, model)
     antenna = partial(LockstepAntenna, settings, model, seed, experiment.every)
     header = run_header(settings, model, seed, experiment.name, experiment.every)
     if experiment.parts:
