@@ -143,7 +143,7 @@ def paid_blocks(paid: Paid) -> list[Block]:
             "Each named part in turn as the first model has it, all else improved. Shares are of mean squares, each "
             "scenario weighed alike; parts that help each other do not add up to the whole."
         ),
-        Table(tuple(word.capitalize() for word in _header(paid)), _losses(paid)),
+        Table(tuple(word[:1].upper() + word[1:] for word in _header(paid)), _losses(paid)),
     ]
 
 
