@@ -11,6 +11,7 @@ from gimbal_hil.discrepancy.hypothesis import Cause
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, settled, squares_of, stands_out
 from gimbal_hil.discrepancy.judging import Remainder, Standing, remainders, standings
 from gimbal_hil.discrepancy.policy import Policy
+from gimbal_hil.discrepancy.release import given_back
 from gimbal_hil.discrepancy.rivals import Rival
 from gimbal_hil.discrepancy.search import NO_WORSE, Path
 from gimbal_hil.discrepancy.wander import left_beside_wander
@@ -68,7 +69,7 @@ def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_c
     without them. `by_command`: no log says what an actuator really gave.
     """
     if path.state.hypothesis.causes:
-        state = settled(inquiry, path.state)
+        state = given_back(inquiry, settled(inquiry, path.state))
         state = _as_numbers(inquiry, state) if by_command else state
         for _ in range(len(set(state.hypothesis.labels))):
             if np.sum(state.untouched**2) > NO_WORSE * np.sum(null.untouched**2):

@@ -53,6 +53,12 @@ class KnownNumber:
         """The number at coordinate y."""
         return nominal + self.size * y if self.size > 0.0 else nominal * math.exp(y)
 
+    def coordinate(self, nominal: float, value: float) -> float | None:
+        """The coordinate at which the number has a value; None where it never has."""
+        if self.size > 0.0:
+            return (value - nominal) / self.size
+        return math.log(value / nominal) if value * nominal > 0.0 else None
+
 
 @dataclass(frozen=True)
 class Origin:
@@ -178,6 +184,11 @@ def has_no_bump(model: AntennaModel, axis: str) -> bool:
     return 0.0 < model.number(axis, "friction.coulomb") == model.number(axis, "friction.breakaway")
 
 
+def is_tied(model: AntennaModel, axis: str, path: str) -> bool:
+    """Whether a number goes with another one: without a Stribeck bump, break-away stands at the Coulomb level."""
+    return path in _BUMP and has_no_bump(model, axis)
+
+
 def values_of(
     model: AntennaModel, twin: Twin, hypothesis: Hypothesis, index: int
 ) -> dict[str, tuple[float, float | None]]:
@@ -242,7 +253,7 @@ def known_numbers(model: AntennaModel) -> tuple[KnownNumber, ...]:
     for axis in model.axes:
         for path in (*_FRICTION, *bodies, "actuator.offset"):
             value, spread = model.number(axis, path), model.uncertainty(axis, path)
-            if value == 0.0 or spread == 0.0 or (path in _BUMP and has_no_bump(model, axis)):
+            if value == 0.0 or spread == 0.0 or is_tied(model, axis, path):
                 continue
             # an offset may change its sign
             signed = path == "actuator.offset"

@@ -13,8 +13,8 @@ from dataclasses import replace
 import numpy as np
 
 from gimbal_hil.discrepancy.families import Family
-from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis, KnownNumber
-from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted
+from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis, KnownNumber, is_tied, known_numbers, values_of
+from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, settled, squares_of
 from sim_backend.effects import CATALOGUE
 
 #: a number this close to its bound presses against it
@@ -58,6 +58,43 @@ def numbers_instead(
     far = {k for k, y in zip(hypothesis.floating, free.hypothesis.y, strict=True) if abs(y) > k.trust}
     found = tuple(family.label for family in _covering(inquiry, far, set(hypothesis.labels)))
     return (free, found) if found else None
+
+
+def given_back(inquiry: Inquiry, state: State) -> State:
+    """A state without causes whose every number lies within what the model says of it: no number has left its
+    uncertainty there, so they move as known numbers do, unless that leaves more.
+    """
+    for label in dict.fromkeys(state.hypothesis.labels):
+        lighter = _as_known(inquiry, state.hypothesis, state.hypothesis.labels.index(label))
+        if lighter is not None:
+            other = settled(inquiry, refitted(inquiry, state, lighter, rounds=0))
+            before, after = (float(np.sum(squares_of(one))) for one in (state, other))
+            state = other if after < (1.0 + inquiry.policy.same) * before else state
+    return state
+
+
+def _as_known(inquiry: Inquiry, hypothesis: Hypothesis, index: int) -> Hypothesis | None:
+    """The hypothesis with the numbers of one cause as known numbers; None where one of them is beyond what the model
+    says of it, or where the cause is more than numbers.
+    """
+    model = inquiry.twin.model
+    effect, axis = hypothesis.labels[index]
+    if not CATALOGUE[effect].is_number:
+        return None
+    stated = {(known.axis, known.path): known for known in known_numbers(model)}
+    found: dict[KnownNumber, float] = {}
+    values = values_of(model, inquiry.twin, hypothesis, index)
+    for parameter in CATALOGUE[effect].parameters:
+        (value, nominal), path = values[parameter.name], model.number_path(axis, parameter.path or "")
+        if is_tied(model, axis, path):
+            continue
+        known = stated.get((axis, path))
+        y = None if known is None or nominal is None else known.coordinate(nominal, value)
+        if known is None or y is None or abs(y) > known.trust:
+            return None
+        found[known] = y
+    rest = hypothesis.minus(index)
+    return replace(rest, y=tuple(found.get(known, y) for known, y in zip(rest.floating, rest.y, strict=True)))
 
 
 def _covering(inquiry: Inquiry, far: set[KnownNumber], present: set[tuple[str, str]]) -> list[Family]:

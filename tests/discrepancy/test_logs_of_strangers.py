@@ -11,12 +11,14 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.discrepancy import Request, diagnose, verdict_of
 from gimbal_hil.discrepancy.evidence import transmitted
 from gimbal_hil.discrepancy.floors import repeat_floor, spectral_floor, wide_twin
-from gimbal_hil.discrepancy.inquiry import settled, squares_of
+from gimbal_hil.discrepancy.hypothesis import Cause
+from gimbal_hil.discrepancy.inquiry import refitted, settled, squares_of
 from gimbal_hil.discrepancy.intervals import number_intervals
 from gimbal_hil.discrepancy.policy import Policy
 from gimbal_hil.discrepancy.prepare import as_stated, effect_names, prepared, recalibrated, useful_band
 from gimbal_hil.discrepancy.processing import balanced, processing_floors
 from gimbal_hil.discrepancy.record import record_of
+from gimbal_hil.discrepancy.release import given_back
 from gimbal_hil.discrepancy.row_noise import held_squares, moves, row_scales
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
@@ -239,3 +241,26 @@ def test_what_could_stand_in_a_name_s_place_is_compared_at_its_best() -> None:
     (gain,) = (rival for rival in told.standing.rivals if rival.label == ("torque_gain", "pan"))
     again = settled(result.inquiry, gain.state)
     assert float(np.sum(squares_of(again))) > 0.95 * float(np.sum(squares_of(gain.state)))
+
+
+@pytest.mark.parametrize(("level", "left"), [(1.1, ()), (1.5, (("coulomb", "pan"),))])
+def test_a_number_inside_its_uncertainty_is_known_and_no_cause(level: float, left: tuple[tuple[str, str], ...]) -> None:
+    logs = []
+    for speed in (1.0, 0.8):
+        t, torque, position = swing(10.0, noise=0.003, coulomb=level * COULOMB, speed=speed)
+        logs.append(table({"pan.torque": torque, "pan.position": position}, t))
+    model = arm(coulomb={"value": COULOMB, "uncertainty": "20%"})
+    with open_executor(1, None) as executor:
+        inquiry, _ = prepared(
+            model, logs[:1], logs[1:], None, effect_names(("coulomb",), ()), Policy(), executor, lambda text: None
+        )
+        inquiry, null = recalibrated(inquiry, as_stated(inquiry))
+        (family,) = inquiry.families
+        named = settled(
+            inquiry, refitted(inquiry, null, null.hypothesis.plus(Cause(family, (0.0,) * len(family.knobs))))
+        )
+        found = given_back(inquiry, named)
+    assert found.hypothesis.labels == left
+    if not left:
+        moved = {known.path: y for known, y in zip(found.hypothesis.floating, found.hypothesis.y, strict=True)}
+        assert np.exp(moved["friction.coulomb"]) == pytest.approx(level, abs=0.01)
