@@ -76,7 +76,7 @@ OF_THE_READER = {
     "FILE.csv": "file.csv",
     "FILE": "antenna/antenna.yaml",
     "RUN": "runs/step",
-    "PLAN": "mine/plan.yaml",
+    "PLAN": "plan.yaml",
 }
 #: what would take minutes, made short: pattern of a line, what is put behind it
 SHORTER = {
