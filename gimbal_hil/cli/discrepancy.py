@@ -219,10 +219,17 @@ class _progress:
             self._status.stop()
 
 
+def _in_words(parameter: tuple[str, dict[str, Any]]) -> str:
+    name, number = parameter
+    return f"{name} {number['value']:.4g} {number['unit'] if number['unit'] != '1' else ''}".rstrip()
+
+
 def _summary(verdict: dict[str, Any], out: Path) -> str:
+    from gimbal_hil.discrepancy import entries_of
+
     lines = [f"{verdict['verdict'].replace('_', ' ')}: {verdict['text']}"]
     for effect in verdict["effects"]:
-        values = ", ".join(f"{name} {p['value']:.4g} {p['unit']}" for name, p in effect["parameters"].items())
+        values = "; ".join(", ".join(map(_in_words, entry.items())) for entry in entries_of(effect))
         lines.append(f"  {effect['name']} on {effect['axis']} ({effect['status']}): {values}")
     lines += [f"  ! {found['axis']}: {found['text']}" for found in verdict["contradictions"]]
     if verdict["next_experiment"]:

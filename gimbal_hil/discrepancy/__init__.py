@@ -20,7 +20,7 @@ from gimbal_hil.discrepancy.separating import CHANCE, all_sequences, separating_
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.standing import standing
 from gimbal_hil.discrepancy.twin import Twin
-from gimbal_hil.discrepancy.verdict import Verdict, verdict_of
+from gimbal_hil.discrepancy.verdict import Verdict, entries_of, verdict_of
 
 __all__ = [
     "CHANCE",
@@ -44,6 +44,7 @@ __all__ = [
     "corrected_model",
     "diagnose",
     "discrepancy_page",
+    "entries_of",
     "explained_by",
     "families",
     "fit",

@@ -10,7 +10,7 @@ from typing import Any
 from gimbal_hil.discrepancy.inquiry import gain_on
 from gimbal_hil.discrepancy.page_figures import gap_figure, over_figure, time_figure, where_figure
 from gimbal_hil.discrepancy.run import Result
-from gimbal_hil.discrepancy.verdict import Verdict
+from gimbal_hil.discrepancy.verdict import Verdict, entries_of
 from gimbal_hil.report import Block, Callout, Details, Heading, Listing, Page, Plot, Table, Text, Tiles
 from sim_backend.model import AntennaModel
 
@@ -129,7 +129,7 @@ def _proof(result: Result, verdict: dict[str, Any]) -> list[Block]:
 def _effects_table(result: Result, verdict: dict[str, Any]) -> Table:
     rows = []
     for e in verdict["effects"]:
-        for name, p in e["parameters"].items():
+        for name, p in (item for entry in entries_of(e) for item in entry.items()):
             nominal = "" if p["nominal"] is None else f"{p['nominal']:.4g}"
             value, interval = (
                 f"{p['value']:.4g} {p['unit'] if p['unit'] != '1' else ''}".rstrip(),

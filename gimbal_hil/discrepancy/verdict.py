@@ -104,6 +104,11 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
     )
 
 
+def entries_of(effect: Entry) -> list[Entry]:
+    """The entries of a told effect, parameters by name: a ripple of several orders has one for each."""
+    return effect.get("entries") or [effect["parameters"]]
+
+
 def _effect_entry(result: Result, one: Told) -> tuple[Entry, list[Entry], Entry | None]:
     """A told cause, what it could also be, and the run that would tell."""
     name, axis = one.standing.label

@@ -20,6 +20,7 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any
 
+from gimbal_hil.discrepancy import entries_of
 from tests.rigs.bam import write_bam
 from tests.rigs.dd2dof import write_dd2dof
 from tests.rigs.emps import write_emps
@@ -114,10 +115,9 @@ def in_words(said: dict[str, Any]) -> str:
 
 
 def _effect(one: dict[str, Any]) -> str:
-    entries = one.get("entries") or [one["parameters"]]
     numbers = "; ".join(
         ", ".join(f"{key} {value['value']:.4g} {value['unit']}".rstrip() for key, value in entry.items())
-        for entry in entries
+        for entry in entries_of(one)
     )
     known = {"named": "", "ambiguous": "?", "suspected": "??"}[one["status"]]
     return f"{one['name']}{known} {one['probability']:.2f} ({numbers})"
