@@ -125,6 +125,22 @@ def times_faster(
     )
 
 
+def times_longer(
+    name: str,
+    unit: str,
+    value: float,
+    ours: list[float],
+    theirs: list[float],
+    reference: str,
+    target: Goal,
+) -> Figure:
+    """A figure that costs some times what its reference does."""
+    ratios = [a / b for a, b in zip(ours, theirs, strict=True)]
+    return Figure(
+        name, value, unit, reference, statistics.median(ratios), min(ratios), max(ratios), len(ratios), target
+    )
+
+
 def times_real_time(
     name: str, simulated_s: float, ours: list[float], theirs: list[float], reference: str, target: Goal | None = None
 ) -> Figure:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -81,11 +82,11 @@ def comparison_page(found: Comparison) -> Page:
 
 
 def _largest_change(found: Comparison) -> str:
-    """The figure of both that changed most against its size."""
-    both = [(name, unit, a, b) for name, unit, a, b in found.measures if a and b is not None and a != b]
+    """The figure of both that changed most against its size; what came from nothing changed most of all."""
+    both = [(name, unit, a, b) for name, unit, a, b in found.measures if a is not None and b is not None and a != b]
     if not both:
         return "No figure of both differs."
-    name, unit, a, b = max(both, key=lambda row: abs(row[3] / row[2] - 1.0))
+    name, unit, a, b = max(both, key=lambda row: abs(row[3] / row[2] - 1.0) if row[2] else math.inf)
     return f"Most changed: {name}, from {_shown(a)} to {_shown(b)} {unit}."
 
 

@@ -144,7 +144,7 @@ def _told(
     from gimbal_hil.report import Case, write_junit
 
     verdict = finding.verdict.document
-    print(json.dumps(verdict, allow_nan=False) if as_json else _summary(verdict, out))
+    print(json.dumps(verdict, allow_nan=False) if as_json else verdict_summary(verdict, out))
     if not as_json:
         print_next(after_discrepancy(verdict, model, len(finding.result.model.axes), out))
     failed = finding.kind.value in fails
@@ -224,7 +224,8 @@ def _in_words(parameter: tuple[str, dict[str, Any]]) -> str:
     return f"{name} {number['value']:.4g} {number['unit'] if number['unit'] != '1' else ''}".rstrip()
 
 
-def _summary(verdict: dict[str, Any], out: Path) -> str:
+def verdict_summary(verdict: dict[str, Any], out: Path) -> str:
+    """What the terminal says of a verdict whose files are in `out`."""
     from gimbal_hil.discrepancy import entries_of
 
     lines = [f"{verdict['verdict'].replace('_', ' ')}: {verdict['text']}"]

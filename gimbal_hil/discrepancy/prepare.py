@@ -6,6 +6,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import compress
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +20,7 @@ from gimbal_hil.discrepancy.hypothesis import Hypothesis, KnownNumber, known_num
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, rms, selectable, state_of, weighing_of
 from gimbal_hil.discrepancy.policy import Policy
 from gimbal_hil.discrepancy.processing import processing_floors
-from gimbal_hil.discrepancy.record import judging_name, record_of, searched_name
+from gimbal_hil.discrepancy.record import Record, judging_name, record_of, searched_name
 from gimbal_hil.discrepancy.row_noise import moves, row_scales
 from gimbal_hil.discrepancy.smoothing import Bands, Floats, scored, scoring_reach
 from gimbal_hil.discrepancy.twin import Twin
@@ -93,27 +95,47 @@ def prepared(
         widest,
         np.array([any(moves(table, axis, model) for table in measured) for axis in model.axes]),
     )
-    given = (*measured, *holdout)
-    measured, holdout = (_long_enough(model, tables, hz) for tables in (measured, holdout))
-    short = tuple(table.source for table in given if not any(table is one for one in (*measured, *holdout)))
-    twin, held, noise = _in_band(model, measured, holdout, hz, widest)
+    taught, asked = (
+        _long_enough(tables, tuple(record_of(table, model, hz, name(i)) for i, table in enumerate(tables)))
+        for tables, name in ((measured, searched_name), (holdout, judging_name))
+    )
+    twin, held, noise = _in_band(model, taught, asked, max(hz, widest))
     rows = [int(record.keep.sum()) for record in held.records]
     selecting = np.concatenate([np.arange(n) < n // 2 for n in rows])
     catalogue = tuple(f for axis in model.axes for f in families(model, axis, twin.records) if f.effect in names)
     both = selectable(twin, held, selecting)
     inquiry = Inquiry(
-        twin, held, both, selecting, noise.effective(twin), catalogue, policy, executor, tell, measured, short
+        twin,
+        held,
+        both,
+        selecting,
+        noise.effective(twin),
+        catalogue,
+        policy,
+        executor,
+        tell,
+        taught.tables,
+        (*taught.left_out, *asked.left_out),
     )
     return inquiry, noise
 
 
-def _long_enough(model: AntennaModel, tables: Tables, hz: float) -> Tables:
+class _Logs(NamedTuple):
+    """Logs with their records in the scored band, and where those come from that are too short for it."""
+
+    tables: Tables
+    records: tuple[Record, ...]
+    left_out: tuple[str, ...]
+
+
+def _long_enough(tables: Tables, records: tuple[Record, ...]) -> _Logs:
     """Logs of which rows are left between the ends of the filters; BadInputError where there is none."""
-    kept = tuple(table for table in tables if int(record_of(table, model, hz, "").keep.sum()) >= _LEAST_ROWS)
-    if not kept:
+    kept = [int(record.keep.sum()) >= _LEAST_ROWS for record in records]
+    if not any(kept):
         where = tables[0].source or "the log"
         raise BadInputError(where, "is too short for the scored band", "a longer log, or a wider --band")
-    return kept
+    short = (table.source for table, is_kept in zip(tables, kept, strict=True) if not is_kept)
+    return _Logs(tuple(compress(tables, kept)), tuple(compress(records, kept)), tuple(short))
 
 
 def useful_band(twin: Twin, hz: float, moving: NDArray[np.bool_]) -> float:
@@ -145,21 +167,18 @@ def useful_band(twin: Twin, hz: float, moving: NDArray[np.bool_]) -> float:
     return hz
 
 
-def _in_band(
-    model: AntennaModel, measured: Tables, holdout: Tables, hz: float, widest: float
-) -> tuple[Twin, Twin, Noise]:
+def _in_band(model: AntennaModel, taught: _Logs, asked: _Logs, widest: float) -> tuple[Twin, Twin, Noise]:
     """Twins of both sets of logs in one band, and the noise there."""
-    twin = Twin(model, tuple(record_of(table, model, hz, searched_name(i)) for i, table in enumerate(measured)))
-    held = Twin(model, tuple(record_of(table, model, hz, judging_name(i)) for i, table in enumerate(holdout)))
+    twin, held = Twin(model, taught.records), Twin(model, asked.records)
     gyros = tuple(all(r.has_gyro[i] for r in (*twin.records, *held.records)) for i in range(len(model.axes)))
     twin.gyro_everywhere = held.gyro_everywhere = gyros
-    wide, structure = wide_twin(twin, measured, max(hz, widest)), twin.structure(())
+    wide, structure = wide_twin(twin, taught.tables, widest), twin.structure(())
     found = floors(twin, wide, structure, structure.P)
     levels = np.array([floor.rms for floor in found])
-    twin.scales = row_scales(twin, measured, levels)
-    held.scales = row_scales(held, holdout, levels)
+    twin.scales = row_scales(twin, taught.tables, levels)
+    held.scales = row_scales(held, asked.tables, levels)
     found = smaller(found, floors(twin, wide, structure, structure.P))
-    return twin, held, Noise(tuple(found), processing_floors(twin, measured), wide)
+    return twin, held, Noise(tuple(found), processing_floors(twin, taught.tables), wide)
 
 
 def as_stated(inquiry: Inquiry) -> State:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from firmware_protocol.errors import SafetyStopError
 from gimbal_hil.experiments.experiment import Signals, Step
-from gimbal_hil.host import HostEvent, HostState, Program, program_of
+from gimbal_hil.host import HostEvent, HostState, Program
 from gimbal_hil.lockstep import CompiledPath, FramePath, Recorded
 from gimbal_hil.runs import AXES, TICK_ROW
 from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna
@@ -122,8 +122,7 @@ class LockstepAntenna:
     def follow(self, step: Step, progress: Callable[[int], None]) -> Followed:
         """Follow one step; the state of the host afterwards decides whether that was safe."""
         first = self.tick
-        program = program_of([step.segment])
-        self.engine.host.command(program)
+        self.engine.host.command(step.program)
         stretch = max(1, _STRETCH_TICKS // step.every) * step.every
         parts: list[Followed] = []
         while True:
@@ -132,7 +131,7 @@ class LockstepAntenna:
             progress(recorded.ticks)
             if not self.engine.host.following:
                 break
-        followed = _joined(parts, first, program)
+        followed = _joined(parts, first, step.program)
         if self.engine.host.state is not HostState.ACTIVE and not step.segment.switch_off_afterwards:
             raise SafetyStopError(
                 f"step {step.name!r}: host is {self.engine.host.state.name.lower()}, "

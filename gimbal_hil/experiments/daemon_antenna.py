@@ -187,7 +187,7 @@ class DaemonAntenna:
         signals = signals_between(run, span.first, span.last)
         rows = run.ticks[run.ticks["tick"] <= span.last]
         frames = run.frames[run.frames["tick"] <= span.last]
-        return Followed(signals, rows, frames, (), span.first, span.last - span.first + 1, program_of([step.segment]))
+        return Followed(signals, rows, frames, (), span.first, span.last - span.first + 1, step.program)
 
 
 def signals_between(run: RecordedRun, first: int, last: int) -> Signals:

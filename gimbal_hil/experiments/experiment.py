@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gimbal_hil.host import AxisCommand, EndCondition, Mode, ReferenceOrigin, Segment, Shape
+from gimbal_hil.host import AxisCommand, EndCondition, Mode, Program, ReferenceOrigin, Segment, Shape, program_of
 
 if TYPE_CHECKING:
     from gimbal_hil.report import Block
@@ -35,6 +36,11 @@ class Step:
     measured: bool = False
     #: ticks in one row of its signals; the torque of a row is the mean over them, so that nothing of it is lost
     every: int = 1
+
+    @cached_property
+    def program(self) -> Program:
+        """The segment compiled, once for every antenna that follows it; BadInputError where it makes no sense."""
+        return program_of([self.segment])
 
 
 @dataclass(frozen=True)

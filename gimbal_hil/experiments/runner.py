@@ -61,12 +61,10 @@ class Outcome:
 
 def plan_hash(experiment: Experiment) -> str:
     """Hash over everything that the steps ask of the antenna: a checkpoint belongs to one plan."""
-    from gimbal_hil.host import program_of
-
     digest = hashlib.sha256(experiment.name.encode())
     for step in experiment.steps:
         digest.update(step.name.encode())
-        digest.update(program_of([step.segment]).values.tobytes())
+        digest.update(step.program.values.tobytes())
         digest.update(json.dumps([dict(step.meaning), step.every], sort_keys=True).encode())
     return digest.hexdigest()
 

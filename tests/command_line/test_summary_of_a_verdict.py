@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from gimbal_hil.cli.discrepancy import _summary
+from gimbal_hil.cli.discrepancy import verdict_summary
 
 
 def number(value: float, unit: str) -> dict[str, object]:
@@ -18,7 +18,7 @@ def test_every_order_of_a_ripple_is_told_and_a_number_without_unit_has_none() ->
     verdict = {
         "verdict": "named", "text": "A gap.", "effects": [ripple, drag], "contradictions": [], "next_experiment": None,
     }  # fmt: skip
-    lines = _summary(verdict, Path("found")).splitlines()
+    lines = verdict_summary(verdict, Path("found")).splitlines()
     assert lines[1] == (
         "  cogging on motor (named): amplitude 0.008 N m, order 7 1/turn; amplitude 0.008 N m, order 14 1/turn"
     )
