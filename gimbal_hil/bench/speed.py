@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Iterator
 
 from firmware_protocol.compiling import entry_point
-from gimbal_hil.bench.figures import Figure, Goal, GoalKind, paired, times_faster, times_real_time
+from gimbal_hil.bench.figures import Figure, Goal, GoalKind, paired, times_faster, times_longer, times_real_time
 from gimbal_hil.bench.references import mujoco_steps, pinocchio_accelerations
 from gimbal_hil.host import AxisCommand, Mode, Program, Segment, Shape, program_of
 from gimbal_hil.lockstep import CompiledPath, FramePath
@@ -93,19 +93,8 @@ def effect_figures(repeats: int) -> Iterator[Figure]:
         if not effect.is_number:
             present = shipped_model().with_effect(name, "outer", {p.name: p.neutral for p in effect.parameters})
             ours, theirs = paired(moving_plant(present), plain, repeats)
-            ratios = [a / b for a, b in zip(ours, theirs, strict=True)]
-            value, middle = 1e9 * statistics.median(ours) / PLANT_STEPS, statistics.median(ratios)
-            cost = Figure(
-                f"{STEP_WITH}{name}",
-                value,
-                "ns",
-                "step without",
-                middle,
-                min(ratios),
-                max(ratios),
-                repeats,
-                Goal(GoalKind.RATIO_BELOW, 1.3),
-            )
+            value, target = 1e9 * statistics.median(ours) / PLANT_STEPS, Goal(GoalKind.RATIO_BELOW, 1.3)
+            cost = times_longer(f"{STEP_WITH}{name}", "ns", value, ours, theirs, "step without", target)
             costs.append(cost)
             yield cost
     middles = [cost.ratio for cost in costs]
@@ -146,21 +135,11 @@ def lockstep_figures(repeats: int) -> Iterator[Figure]:
         engine.host.command(work_program(settings))
         return lambda: engine.advance(ticks, every=every)
 
-    blocks: list[tuple[int, bytes, bytes]] = []
-
-    def keep(tick: int, received: bytes, sent: bytes) -> None:
-        blocks.append((tick, received, sent))
-
-    frame_path = running(FramePath(settings, model, 1, exchange=keep), 1)
-
-    def recorded_frame_path() -> None:
-        blocks.clear()
-        frame_path()
-
+    frame_path = running(FramePath(settings, model, 1, keep_frames=True), 1)
     yield times_real_time(
         "frame path, every frame and tick kept",
         LOCKSTEP_S,
-        *paired(recorded_frame_path, sines, repeats),
+        *paired(frame_path, sines, repeats),
         "1e5 sines",
         Goal(GoalKind.VALUE_AT_LEAST, 1000.0),
     )
@@ -183,7 +162,7 @@ def lockstep_figures(repeats: int) -> Iterator[Figure]:
     yield times_real_time(
         "frame path over compiled path",
         LOCKSTEP_S,
-        *paired(recorded_frame_path, campaign, repeats),
+        *paired(frame_path, campaign, repeats),
         "compiled path",
     )
 
@@ -200,15 +179,5 @@ def start_figures(repeats: int) -> Iterator[Figure]:
         repeats,
         time.perf_counter,
     )
-    ratios = [a / b for a, b in zip(ours, theirs, strict=True)]
-    yield Figure(
-        "--help",
-        statistics.median(ours),
-        "s",
-        "bare interpreter",
-        statistics.median(ratios),
-        min(ratios),
-        max(ratios),
-        repeats,
-        Goal(GoalKind.VALUE_BELOW, 0.5),
-    )
+    target = Goal(GoalKind.VALUE_BELOW, 0.5)
+    yield times_longer("--help", "s", statistics.median(ours), ours, theirs, "bare interpreter", target)

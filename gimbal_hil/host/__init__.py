@@ -5,9 +5,19 @@ from gimbal_hil.host import layout
 from gimbal_hil.host.core import host_tick
 from gimbal_hil.host.events import AXIS_NAMES, HostEvent, word_of
 from gimbal_hil.host.first_test import MOMENTUM_WINDOW_S, FirstTest, FirstTestState
-from gimbal_hil.host.frame_tick import encode_host_mail
+from gimbal_hil.host.frame_tick import encode_host_mail, host_block_tick
 from gimbal_hil.host.host import Host
-from gimbal_hil.host.memory import C_AT, COUNTERS_AT, H_AT, MAIL_AT, OCTETS_AT, RECEIVERS_AT, ROWS_KEPT
+from gimbal_hil.host.memory import (
+    C_AT,
+    COUNTERS_AT,
+    H_AT,
+    HOST_OCTETS,
+    MAIL_AT,
+    OCTETS_AT,
+    RECEIVERS_AT,
+    ROWS_KEPT,
+    SENT_AT,
+)
 from gimbal_hil.host.program import AxisCommand, EndCondition, Guard, Program, Segment, program_of
 from gimbal_hil.host.states import (
     GUARD_CAUSES,
@@ -27,6 +37,7 @@ __all__ = [
     "COUNTERS_AT",
     "C_AT",
     "GUARD_CAUSES",
+    "HOST_OCTETS",
     "H_AT",
     "LOG_WORDS",
     "MAIL_AT",
@@ -36,6 +47,7 @@ __all__ = [
     "RECEIVERS_AT",
     "ROWS_KEPT",
     "ROW_WORDS",
+    "SENT_AT",
     "AxisCommand",
     "EndCondition",
     "EndKind",
@@ -55,6 +67,7 @@ __all__ = [
     "Segment",
     "Shape",
     "encode_host_mail",
+    "host_block_tick",
     "host_tick",
     "layout",
     "program_of",

@@ -39,6 +39,8 @@ SENT_AT = RECEIVED_SIZE
 # ---------------------------------------------------------------------------------
 LOG_AT = OCTETS_AT + (RECEIVED_SIZE + 256) // 8
 ROWS_KEPT = 1024
+#: from where to where the octets are, of which the first are the block received
+HOST_OCTETS = (OCTETS_AT, LOG_AT)
 WORDS = LOG_AT + ROWS_KEPT * LOG_WORDS
 
 

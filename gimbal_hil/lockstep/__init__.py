@@ -2,7 +2,17 @@
 run.
 """
 
-from gimbal_hil.lockstep.paths import CHUNK_ROWS, CompiledPath, FramePath, Lockstep, Recorded, joined
+from gimbal_hil.lockstep.paths import CHUNK_ROWS, CompiledPath, Exchange, FramePath, Lockstep, Recorded, joined
 from gimbal_hil.lockstep.recorded_host import give_again, host_of
 
-__all__ = ["CHUNK_ROWS", "CompiledPath", "FramePath", "Lockstep", "Recorded", "give_again", "host_of", "joined"]
+__all__ = [
+    "CHUNK_ROWS",
+    "CompiledPath",
+    "Exchange",
+    "FramePath",
+    "Lockstep",
+    "Recorded",
+    "give_again",
+    "host_of",
+    "joined",
+]

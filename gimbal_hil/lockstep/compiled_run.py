@@ -41,9 +41,11 @@ FRAME_WORDS = 3
 
 
 @compiled
-def _log_frames(octets: np.ndarray, end: int, frames: np.ndarray, place: int, tick: int, direction: int) -> int:
-    """Turn records of ten bytes into frame rows from `place` on; answers the next free place."""
-    for at in range(0, end, RECORD_SIZE):
+def log_frames(
+    octets: np.ndarray, start: int, size: int, frames: np.ndarray, place: int, tick: int, direction: int
+) -> int:
+    """Turn `size` bytes of records from `start` on into frame rows from `place` on; answers the next free place."""
+    for at in range(start, start + size, RECORD_SIZE):
         payload = 0
         for k in range(8):
             payload |= (0 + octets[at + 2 + k]) << (8 * k)
@@ -51,6 +53,12 @@ def _log_frames(octets: np.ndarray, end: int, frames: np.ndarray, place: int, ti
         frames[place, 2] = (0 + octets[at]) | ((0 + octets[at + 1]) << 8) | (direction << 16)
         place += 1
     return place
+
+
+@compiled
+def events_fit(G: np.ndarray, before: int) -> bool:
+    """Whether the events of one more tick fit into the ring, of which `before` are taken out."""
+    return G[EVENT_COUNT] - before <= EVENT_CAPACITY - _EVENTS_PER_TICK
 
 
 @compiled
@@ -139,16 +147,16 @@ def _run_ticks(
     for k in range(ticks):
         now = tick + k
         full = written == rows.shape[0] or (logs_frames and framed + MOST_FRAMES > frames.shape[0])
-        if full or G[EVENT_COUNT] - events > EVENT_CAPACITY - _EVENTS_PER_TICK:
+        if full or not events_fit(G, events):
             counts[0], counts[1] = written, framed
             return k
         if logs_frames:
-            framed = _log_frames(
-                octets, encode_device_mail(mail, device_counters, octets, 0), frames, framed, now, _TO_HOST
-            )
+            size = encode_device_mail(mail, device_counters, octets, 0)
+            framed = log_frames(octets, 0, size, frames, framed, now, _TO_HOST)
         host_tick(mail, H, G, C, plan, now)
         if logs_frames:
-            framed = _log_frames(octets, encode_host_mail(mail, counters, octets, 0), frames, framed, now, _TO_DEVICE)
+            size = encode_host_mail(mail, counters, octets, 0)
+            framed = log_frames(octets, 0, size, frames, framed, now, _TO_DEVICE)
         if now % record_every(G, plan, every) == 0:
             write_row(rows[written], row_floats[written], H, G, now, now * step_ns, 0)
             written += 1

@@ -21,6 +21,7 @@ from firmware_protocol.links import FaultsConfig, FaultyLink, memory_pair
 from firmware_protocol.lockstep import Ticking
 from gimbal_hil.host import LOG_WORDS, MEASURED, ROW_WORDS, ROWS_KEPT, Host, HostEvent, HostState, Program, layout
 from gimbal_hil.lockstep.compiled_run import FRAME_WORDS, MOST_FRAMES, run_ticks
+from gimbal_hil.lockstep.frame_run import run_blocks
 from gimbal_hil.runs import AXES, FRAME_ROW, TICK_ROW, FrameDirection, frames_of_blocks
 from gimbal_hil.settings import DaemonSettings, host_configuration
 from sim_backend.device import Device
@@ -28,6 +29,8 @@ from sim_backend.model import AntennaModel
 
 #: rows that one compiled call fills at most
 CHUNK_ROWS = 65536
+#: ticks after which events are taken out of their ring, where a tick is a call of its own
+_LOOK_TICKS = 32
 _BASE = ("roll", "pitch", "yaw", "p", "q", "r")
 #: told of every tick on the frame path: tick, block received, block sent
 Exchange = Callable[[int, bytes, bytes], None]
@@ -149,14 +152,57 @@ class FramePath(_Engine):
 
     def advance(self, ticks: int, *, until_done: bool = False, every: int = 1) -> Recorded:
         """See `Lockstep`."""
-        host, link, far, exchange = self.host, self._link, self._far, self._exchange
-        host_tick, device_tick = host.tick, self._remote.tick
+        host, first = self.host, self.tick
+        alone = isinstance(self._remote, Device) and self._link is None and self._exchange is None
         host.take_log()
-        logs: list[NDArray[np.int64]] = []
+        logs, kept = [], []
         events: list[HostEvent] = []
+        while self.tick < first + ticks:
+            # no more than the host's log holds
+            some = min(first + ticks - self.tick, ROWS_KEPT)
+            kept.append(self._in_one_call(some, until_done) if alone else self._tick_by_tick(some, until_done, events))
+            logs.append(self._decimated(host.take_log(), every))
+            events += host.events()
+            if until_done and not host.following:
+                break
+        return Recorded(
+            _stacked(logs, LOG_WORDS),
+            self.tick - first,
+            1.0 / self.settings.rate_hz,
+            _stacked(kept, FRAME_WORDS),
+            tuple(events),
+            host.axes,
+        )
+
+    def _in_one_call(self, ticks: int, until_done: bool) -> NDArray[np.int64]:
+        """Up to `ticks` ticks where nobody looks between; answers their frames."""
+        host, device = self.host, self.device
+        frames = np.empty((MOST_FRAMES * ticks if self._keep_frames else 0, FRAME_WORDS), dtype=np.int64)
+        counts = np.array((len(self.answer), 0))
+        octets = host.memory.octets
+        octets[: len(self.answer)] = np.frombuffer(self.answer, np.uint8)
+        self.tick += run_blocks(
+            host.memory.words,
+            host.plan,
+            device.words,
+            device.x_size,
+            frames,
+            counts,
+            self.tick,
+            ticks,
+            self.step_ns,
+            until_done,
+        )
+        self.answer = octets[: counts[0]].tobytes()
+        return frames[: counts[1]]
+
+    def _tick_by_tick(self, ticks: int, until_done: bool, events: list[HostEvent]) -> NDArray[np.int64]:
+        """Up to `ticks` ticks through a link with faults, to another antenna, or with somebody told of each; answers
+        their frames, and adds to `events` before their ring is full.
+        """
+        host, link, far, exchange, step_ns = self.host, self._link, self._far, self._exchange, self.step_ns
+        host_tick, device_tick, first = host.tick, self._remote.tick, self.tick
         blocks: list[bytes] = []
-        first = self.tick
-        step_ns = self.step_ns
         for tick in range(first, first + ticks):
             received = self.answer if link is None else link.receive()
             sent = host_tick(tick, tick * step_ns, received)
@@ -169,23 +215,12 @@ class FramePath(_Engine):
                 exchange(tick, received, sent)
             if self._keep_frames:
                 blocks += (received, sent)
-            if tick % 32 == 31:
+            if tick % _LOOK_TICKS == _LOOK_TICKS - 1:
                 events += host.events()
-                if tick % ROWS_KEPT == ROWS_KEPT - 1:
-                    logs.append(self._decimated(host.take_log(), every))
             self.tick = tick + 1
             if until_done and not host.following:
                 break
-        logs.append(self._decimated(host.take_log(), every))
-        events += host.events()
-        return Recorded(
-            _stacked(logs, LOG_WORDS),
-            self.tick - first,
-            1.0 / self.settings.rate_hz,
-            _frames_of(first, blocks),
-            tuple(events),
-            host.axes,
-        )
+        return _frames_of(first, blocks)
 
     def _decimated(self, log: NDArray[np.int64], every: int) -> NDArray[np.int64]:
         """Rows that the decimation keeps: that of the segment where it says so."""

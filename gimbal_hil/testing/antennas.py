@@ -138,9 +138,9 @@ class LockstepAntennaOfTest(AntennaOfTest):
             settings,
             model,
             embedded.seed,
-            exchange=self._writer.append_exchange,
             device=self._device,
             remote=self._remote,
+            keep_frames=True,
         )
         self._keep(self._path.connect())
 
@@ -187,6 +187,7 @@ class LockstepAntennaOfTest(AntennaOfTest):
             raise SafetyStopError(f"the host is {host.state.name.lower()}, {host.cause.name.lower()}")
 
     def _keep(self, recorded: Recorded) -> None:
+        self._writer.append_frames(recorded.frame_rows)
         self._writer.append_ticks(recorded.rows)
         for event in recorded.events:
             self._writer.event(event.tick, event.tick * self._path.step_ns, EventKind.NOTE, event.text, {})

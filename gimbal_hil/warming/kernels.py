@@ -47,6 +47,14 @@ def _lockstep() -> None:
     CompiledPath(shipped_settings(), shipped_model()).advance(1)
 
 
+def _blocks() -> None:
+    from gimbal_hil.lockstep import FramePath
+    from gimbal_hil.settings import shipped_settings
+    from sim_backend.model import shipped_model
+
+    FramePath(shipped_settings(), shipped_model()).advance(1)
+
+
 def _plant() -> None:
     from sim_backend.model import shipped_model
     from sim_backend.plant import Plant
@@ -111,6 +119,7 @@ KERNELS = (
     Kernel("antenna", "virtual antenna, tick by tick", _antenna),
     Kernel("host", "host, tick by tick (daemon)", _host),
     Kernel("lockstep", "both in one loop (experiment)", _lockstep),
+    Kernel("blocks", "both in one loop, with every frame (tests of one's own)", _blocks),
     Kernel("observer", "model beside the antenna (daemon)", _observer),
     Kernel("rigid_body", "rigid body along a log (identify, discrepancy)", _rigid_body),
     Kernel("friction_fit", "friction of one axis (identify)", _friction_fit),

@@ -56,8 +56,8 @@ _FRESH_SLOTS = np.array(
 )
 
 
-#: bytes of the block received, behind which the block to be sent stands
-_RECEIVED_SIZE = 65536
+#: bytes that the block received may have; and where the block to be sent stands behind it
+_RECEIVED_SIZE = ANSWER_AT = 65536
 #: places in a device's 64-bit words: drive, K, mail, alive counters, receivers, octets, then as float64 X and P
 _RECEIVERS = new_receivers()
 _ROWS, _COLUMNS = _RECEIVERS.shape
@@ -67,6 +67,8 @@ _COUNTERS_AT = _MAIL_AT + m.MAIL_SIZE
 _RECEIVERS_AT = _COUNTERS_AT + m.MESSAGE_COUNT
 _OCTETS_AT = _RECEIVERS_AT + _RECEIVERS.size
 _FLOATS_AT = _OCTETS_AT + (_RECEIVED_SIZE + RECORD_SIZE * len(MESSAGES) + 7) // 8
+#: from where to where the octets are, of which the first are the block received
+DEVICE_OCTETS = (_OCTETS_AT, _FLOATS_AT)
 
 
 @compiled
@@ -81,16 +83,17 @@ def encode_device_mail(mail: np.ndarray, counters: np.ndarray, out: np.ndarray, 
 @entry_point
 def device_frame_tick(words: np.ndarray, x_size: int, received: int) -> int:
     """One tick with frames on both sides on a device's words: the block of `received` bytes at the start of the octets
-    is decoded, the antenna goes on by one tick, its frames are encoded behind _RECEIVED_SIZE; answers how many bytes
+    is decoded, the antenna goes on by one tick, its frames are encoded from ANSWER_AT on; answers how many bytes
     they are.
 
     One array instead of nine, because each costs a tenth of a microsecond at every call; X has `x_size` numbers.
     """
-    return _frame_tick(words, x_size, received)
+    return device_block_tick(words, x_size, received)
 
 
 @compiled
-def _frame_tick(words: np.ndarray, x_size: int, received: int) -> int:
+def device_block_tick(words: np.ndarray, x_size: int, received: int) -> int:
+    """`device_frame_tick` for those that are compiled themselves."""
     # here and not in the entry point, because there every view would be counted, a tenth of a microsecond in all
     drive, K, mail = words[:_K_AT].view(DRIVE)[0], words[_K_AT:_MAIL_AT], words[_MAIL_AT:_COUNTERS_AT]
     counters, receivers = words[_COUNTERS_AT:_RECEIVERS_AT], words[_RECEIVERS_AT:_OCTETS_AT].reshape(_ROWS, _COLUMNS)
@@ -99,7 +102,7 @@ def _frame_tick(words: np.ndarray, x_size: int, received: int) -> int:
     clear_fresh(mail, _FROM_HOST)
     decode_block(octets[:_RECEIVED_SIZE], received, mail, receivers, _FROM_HOST)
     device_tick(mail, mail, floats[x_size:], K, floats[:x_size], drive)
-    return encode_device_mail(mail, counters, octets, _RECEIVED_SIZE) - _RECEIVED_SIZE
+    return encode_device_mail(mail, counters, octets, ANSWER_AT) - ANSWER_AT
 
 
 class Device:
@@ -114,11 +117,11 @@ class Device:
         self.model, self.rate_hz, self.seed = model, rate_hz, seed
         self.settings = settings or FirmwareSettings.for_model(model)
         arrays = plant_arrays(model, rate_hz, seed)
-        self._x_size = len(arrays.X)
-        self._words = words = np.zeros(_FLOATS_AT + len(arrays.X) + len(arrays.P), dtype=np.int64)
+        self.x_size = len(arrays.X)
+        self.words = words = np.zeros(_FLOATS_AT + len(arrays.X) + len(arrays.P), dtype=np.int64)
         self._octets = words[_OCTETS_AT:_FLOATS_AT].view(np.uint8).data
         floats = words[_FLOATS_AT:].view(np.float64)
-        self.X, self.P = floats[: self._x_size], floats[self._x_size :]
+        self.X, self.P = floats[: self.x_size], floats[self.x_size :]
         self.drive_words, self.K, self.mail = words[:_K_AT], words[_K_AT:_MAIL_AT], words[_MAIL_AT:_COUNTERS_AT]
         self.receivers = words[_RECEIVERS_AT:_OCTETS_AT].reshape(_ROWS, _COLUMNS)
         self.X[:], self.P[:] = arrays.X, arrays.P
@@ -141,8 +144,8 @@ class Device:
             end = len(received) - len(received) % RECORD_SIZE
             received = received[end - size : end]
         self._octets[:size] = received
-        sent = device_frame_tick(self._words, self._x_size, size)
-        return self._octets[_RECEIVED_SIZE : _RECEIVED_SIZE + sent].tobytes()
+        sent = device_frame_tick(self.words, self.x_size, size)
+        return self._octets[ANSWER_AT : ANSWER_AT + sent].tobytes()
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
@@ -151,7 +154,7 @@ class Device:
 
     def take_over(self, before: Device) -> None:
         """Go on where another antenna stands, with this one's own model: an effect that sets in while it runs."""
-        words, others = self._words, before._words
+        words, others = self.words, before.words
         words[:_K_AT], words[_MAIL_AT:_OCTETS_AT] = others[:_K_AT], others[_MAIL_AT:_OCTETS_AT]
         own = self.X[IN_FORCE : IN_FORCE + MAX_AXES * IN_FORCE_SIZE].copy()
         self.X[:EFFECT_STATES] = before.X[:EFFECT_STATES]
