@@ -80,7 +80,7 @@ def command(
     drop_invalid: Annotated[
         bool, typer.Option("--drop-invalid", help="Accept tables with invalid rows and drop those.")
     ] = False,
-    workers: Annotated[int, typer.Option(help="Processes for starts and profiles.", min=1)] = 2,
+    workers: Annotated[int, typer.Option(help="Processes, an axis in each.", min=1)] = 2,
     seed: Annotated[int, typer.Option(help="Seed of the start points.")] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
@@ -178,11 +178,12 @@ def _identify(
             logs += read_logs(path, model, **vars(reading))
             bar.advance(task)
         preflight(model, tuple(log.table for log in logs))
+        bar.update(task, description=f"identifying {' and '.join(axes)}")
         results = []
         with open_executor(workers) as executor:
-            for name in axes:
-                bar.update(task, description=f"identifying {name}")
-                results.append(identify_axis(logs, model, name, executor, seed, ramps_at_rest))
+            shared = executor.share(logs)
+            for one in [executor.submit(identify_axis, shared, model, name, seed, ramps_at_rest) for name in axes]:
+                results.append(one.result())
                 bar.advance(task)
     return results
 

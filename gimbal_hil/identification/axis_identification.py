@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -90,7 +89,6 @@ def identify_axis(
     logs: Sequence[Log],
     model: AntennaModel,
     axis: str,
-    executor: Executor | None = None,
     seed: int = 0,
     ramps_at_rest: bool = False,
 ) -> AxisIdentification:
@@ -112,7 +110,7 @@ def identify_axis(
     )
     static = both or positive or negative
     known = prior if static is None else LugreFriction(static.friction, prior.sigma0, prior.sigma1)
-    presliding, dynamic = _bristles(evidence, known, static is not None, step, OutputErrorRule(seed=seed), executor)
+    presliding, dynamic = _bristles(evidence, known, static is not None, step, OutputErrorRule(seed=seed))
     rigid = (
         _rigid(logs, model, axis)
         if static is None and len(model.axes) == 1 and not _only_bends(logs, axis)
@@ -169,7 +167,6 @@ def _bristles(
     has_map: bool,
     step: float,
     rule: OutputErrorRule,
-    executor: Executor | None,
 ) -> tuple[PreslidingFit | None, OutputErrorFit | None]:
     """sigma0 from the exact presliding curve, then sigma0 and sigma1 from simulated motion; the curve again with the
     new sigma1.
@@ -187,7 +184,7 @@ def _bristles(
     records = _cut(evidence.records, length)
     if not records or evidence.inertia is None or known.sigma0 <= 0.0 or known.sigma1 <= 0.0:
         return presliding, None
-    dynamic = fit_output_error(records, evidence.inertia, known, free, step, rule, executor)
+    dynamic = fit_output_error(records, evidence.inertia, known, free, step, rule)
     sigma1 = next(e for e in dynamic.estimates if e.name == "sigma1")
     if presliding is not None and sigma1.verdict is Determination.IDENTIFIED:
         presliding = fit_presliding(

@@ -1,11 +1,9 @@
-"""Bounded nonlinear least squares from several starts, on logarithmic scales, over an executor when one is given."""
+"""Bounded nonlinear least squares from several starts, on logarithmic scales."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,7 +92,6 @@ def fit(
     residuals: ResidualFunction,
     parameters: Sequence[Unknown],
     starts: Sequence[Vector],
-    executor: Executor | None = None,
     difference_step: float | None = None,
     tolerance: float = 1e-12,
 ) -> LeastSquaresFit:
@@ -105,8 +102,7 @@ def fit(
     sum at which a start ends.
     """
     problem = _Problem(residuals, tuple(parameters), difference_step, tolerance)
-    solve = partial(_solve, problem)
-    results = list(executor.map(solve, starts)) if executor is not None else [solve(start) for start in starts]
+    results = [_solve(problem, start) for start in starts]
     best = min(results, key=lambda result: result.sum_of_squares)
     limit = best.sum_of_squares + 1.0 * best.variance_scale
     return replace(best, agreeing_starts=sum(result.sum_of_squares <= limit for result in results))

@@ -7,7 +7,6 @@ squares on logarithmic scales within bounds, from several starts, and reports ho
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
@@ -105,7 +104,6 @@ def fit_output_error(
     free: tuple[str, ...],
     encoder_step: float,
     rule: OutputErrorRule | None = None,
-    executor: Executor | None = None,
 ) -> OutputErrorFit:
     """Fit the parameters named in `free` (of LUGRE_NAMES) to measured motion; the others stay at `start`, which is also
     the prior.
@@ -120,18 +118,18 @@ def fit_output_error(
     parameters = (*_parameters(start, free), Unknown("offset", -0.5 * level, 0.5 * level, logarithmic=False))
     residuals = _ResponseResiduals(tuple(records), inertia, start, free, rules, floor)
     centre = np.array([start.values()[LUGRE_NAMES.index(name)] for name in free] + [0.0])
-    best = fit(residuals, parameters, _starts(centre, rules), executor, _DIFFERENCE_STEP, _TOLERANCE)
+    best = fit(residuals, parameters, _starts(centre, rules), _DIFFERENCE_STEP, _TOLERANCE)
     scatter = floor * max(1.0, float(np.sqrt(best.sum_of_squares / best.degrees_of_freedom)))
     residuals = _ResponseResiduals(tuple(records), inertia, start, free, rules, scatter)
     agreeing = best.agreeing_starts
-    best = fit(residuals, parameters, [best.values], None, _DIFFERENCE_STEP, _TOLERANCE)
+    best = fit(residuals, parameters, [best.values], _DIFFERENCE_STEP, _TOLERANCE)
     task = ProfileTask(residuals, parameters, best, robust_variance_ratio(best), _DIFFERENCE_STEP, _PROFILE_TOLERANCE)
     asked = [
         Asked(name, LUGRE_UNITS[LUGRE_NAMES.index(name)], float(centre[i]), EXPERIMENTS[name])
         for i, name in enumerate(free)
     ]
     sensitivity = np.sqrt(np.mean(best.jacobian[:, : len(free)] ** 2, axis=0)) * 0.01
-    estimates, best = settle_parameters(task, asked, executor)
+    estimates, best = settle_parameters(task, asked)
     friction = start.with_values(free, best.values[:-1])
     offset = float(best.values[-1])
     simulated = tuple(simulate_axis(record, inertia, friction, offset, rules.substep_s)[0] for record in records)

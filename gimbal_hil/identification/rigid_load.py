@@ -10,7 +10,7 @@ import numpy as np
 
 from gimbal_hil.identification.averaging import Vector
 from gimbal_hil.identification.rigid_axis import centred_torque
-from gimbal_hil.signals import SignalsTable, rigid_motion
+from gimbal_hil.signals import RigidBody, SignalsTable
 from sim_backend.model import AntennaModel
 
 #: seconds over which a rate is taken from the encoder, for the velocity-dependent part of the load
@@ -39,7 +39,7 @@ def axis_load(table: SignalsTable, model: AntennaModel, axis: str) -> AxisLoad:
     """
     positions = np.column_stack([table.position(name) for name in model.axes])
     rates = np.column_stack([joint_rate(table.position(name), table.period_s) for name in model.axes])
-    body = rigid_motion(model, table, positions, rates)
+    body = RigidBody(model).along(table, positions, rates)
     index = model.axes.index(axis)
     bias, inertia = body.bias[:, index], float(np.mean(body.mass[:, 2 * index]))
     if len(model.axes) > 1:

@@ -5,9 +5,7 @@ rest.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from functools import partial
 
 from gimbal_hil.identification.estimate import Determination, Estimate, Interval, settle, withheld
 from gimbal_hil.identification.least_squares import LeastSquaresFit, refit_with_fixed
@@ -28,18 +26,13 @@ class Asked:
     silent: str = ""
 
 
-def settle_parameters(
-    task: ProfileTask, asked: Sequence[Asked], executor: Executor | None = None
-) -> tuple[tuple[Estimate, ...], LeastSquaresFit]:
+def settle_parameters(task: ProfileTask, asked: Sequence[Asked]) -> tuple[tuple[Estimate, ...], LeastSquaresFit]:
     """Estimates of the first `len(asked)` parameters, and the fit that holds with the undetermined ones at their prior.
 
     An interval is that of the joint fit, in which nothing was fixed, stretched to hold the value after the refit:
     fixing one parameter at its prior must not make another look better known than the data alone make it.
     """
-    profiled = [index for index, one in enumerate(asked) if not one.silent]
-    profile = partial(profile_interval, task)
-    found = list(executor.map(profile, profiled)) if executor is not None else [profile(index) for index in profiled]
-    intervals = dict(zip(profiled, found, strict=True))
+    intervals = {index: profile_interval(task, index) for index, one in enumerate(asked) if not one.silent}
     estimates = []
     for index, one in enumerate(asked):
         if one.silent:

@@ -8,11 +8,12 @@ attitude and rate of the base agree. A log in other units, or with columns or si
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gimbal_hil.signals import SignalsTable, body_rates, rigid_motion
+from gimbal_hil.signals import RigidBody, SignalsTable, body_rates
 from sim_backend.model import AntennaModel
 
 Floats = NDArray[np.float64]
@@ -21,6 +22,8 @@ Floats = NDArray[np.float64]
 _SMOOTHING_S = 0.05
 #: and so rows are first put together to blocks of this length, s
 _BLOCK_S = 0.01
+#: an axis that moves by less than this share of its longest way in any log stands still: its rates are noise
+_STANDS = 1e-3
 #: share of the top speed above which friction has its full size
 _SLOW = 0.02
 #: powers of position that a torque may follow without the model knowing it: a weight, a spring, a cable
@@ -52,15 +55,10 @@ class ChannelEquation:
         """
         from scipy.optimize import lsq_linear
 
-        size = float(np.std(self.target))
-        norms = np.sqrt(np.einsum("ij,ij->j", self.columns, self.columns))
+        size, norms, corner = self._reduced
         used = norms > 0.0
         if size == 0.0 or not used.any():
             return 0.0
-        # the same problem in as many rows as columns
-        scaled = np.column_stack([self.columns[:, used] / norms[used], self.target / size])
-        gram = np.einsum("ij,ik->jk", scaled, scaled)
-        corner = np.linalg.cholesky(gram + _RIDGE * np.diag(np.diag(gram))).T
         k = int(np.count_nonzero(used))
         unit = norms[used] / (gain * size)
         low, high = (
@@ -70,14 +68,31 @@ class ChannelEquation:
         found = lsq_linear(corner[:k, :k], corner[:k, k], (low * unit, high * unit), method="bvls")
         return float(np.sqrt((2.0 * found.cost + corner[k, k] ** 2) / len(self.target)))
 
+    @cached_property
+    def _reduced(self) -> tuple[float, Floats, Floats]:
+        """Scatter of the target, norms of the columns, and the problem in as many rows as columns that are not zero,
+        each over its norm, with the target behind them.
+        """
+        size = float(np.std(self.target))
+        norms = np.linalg.norm(self.columns, axis=0)
+        used = norms > 0.0
+        if size == 0.0 or not used.any():
+            return size, norms, np.zeros((0, 0))
+        scaled = np.column_stack([self.columns[:, used] / norms[used], self.target / size])
+        gram = scaled.T @ scaled
+        return size, norms, np.linalg.cholesky(gram + _RIDGE * np.diag(np.diag(gram))).T
+
 
 def channels_of(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> dict[str, ChannelEquation]:
     """Channels by the column that they are about, over all tables; axes that do not move or are not driven give
     none.
     """
     parts: dict[str, list[ChannelEquation]] = {}
-    for table in tables:
-        for name, channel in _of_table(model, table):
+    body = RigidBody(model)
+    travels = [[float(np.ptp(table.position(axis))) for axis in model.axes] for table in tables]
+    least = _STANDS * np.max(travels, axis=0)
+    for table, travel in zip(tables, travels, strict=True):
+        for name, channel in _of_table(model, body, table, travel > least):
             parts.setdefault(name, []).append(channel)
     return {name: _joined(channels) for name, channels in parts.items()}
 
@@ -88,7 +103,9 @@ def _joined(channels: list[ChannelEquation]) -> ChannelEquation:
     return replace(first, target=target, columns=np.concatenate([channel.columns for channel in channels]))
 
 
-def _of_table(model: AntennaModel, table: SignalsTable) -> list[tuple[str, ChannelEquation]]:
+def _of_table(
+    model: AntennaModel, rigid: RigidBody, table: SignalsTable, moves: NDArray[np.bool_]
+) -> list[tuple[str, ChannelEquation]]:
     from scipy.ndimage import gaussian_filter1d
 
     width = max(2.0, _SMOOTHING_S / table.period_s)
@@ -97,13 +114,13 @@ def _of_table(model: AntennaModel, table: SignalsTable) -> list[tuple[str, Chann
     measured = np.column_stack([table.position(axis) for axis in model.axes])
     position, slope, bend = (np.asarray(gaussian_filter1d(measured, width, axis=0, order=order)) for order in (0, 1, 2))
     rate, acceleration = slope / table.period_s, bend / table.period_s**2
-    body = rigid_motion(model, table, position, rate)
+    body = rigid.along(table, position, rate)
     # ends know only one side; between, one row in a width says all that smoothing left
     rows = np.arange(int(4 * width), len(table) - int(4 * width), int(width))
     inertial = body.inertial(acceleration)
     found = []
     for i, axis in enumerate(model.axes):
-        if float(np.ptp(measured[:, i])) == 0.0:
+        if not moves[i]:
             continue
         torque = np.asarray(gaussian_filter1d(table.torque(axis), width))
         if np.any(torque != 0.0):

@@ -5,13 +5,14 @@ meet.
 from gimbal_hil.signals.column_map import ColumnMap
 from gimbal_hil.signals.reading import read_signals, read_together, signals_of_run
 from gimbal_hil.signals.resampling import on_grid
-from gimbal_hil.signals.rigid_body import RigidMotion, base_rows, body_rates, rigid_motion
+from gimbal_hil.signals.rigid_body import RigidBody, RigidMotion, base_rows, body_rates
 from gimbal_hil.signals.table import SignalsTable, column_names
 from gimbal_hil.signals.table_file import TableKind, csv_metadata, replacing, write_signals
 from gimbal_hil.signals.units import unit_of, units_of
 
 __all__ = [
     "ColumnMap",
+    "RigidBody",
     "RigidMotion",
     "SignalsTable",
     "TableKind",
@@ -23,7 +24,6 @@ __all__ = [
     "read_signals",
     "read_together",
     "replacing",
-    "rigid_motion",
     "signals_of_run",
     "unit_of",
     "units_of",

@@ -36,18 +36,21 @@ class RigidMotion:
         return np.asarray(own * acceleration + across * acceleration[:, ::-1])
 
 
-def rigid_motion(model: AntennaModel, table: SignalsTable, positions: Floats, rates: Floats) -> RigidMotion:
-    """The rigid body of a model at joint positions and rates, (n, axes) each, on the base as the table has it (absent:
-    level, fixed).
-    """
-    arrays = plant_arrays(model.with_base({"motion": "fixed"}), 1.0 / model.file.plant_step_s)
-    axes = positions.shape[1]
-    wide = np.zeros((2, len(positions), 2))
-    wide[0, :, :axes], wide[1, :, :axes] = positions, rates
-    out = np.zeros((len(positions), 7))
-    _along(arrays.P, arrays.K, wide[0], wide[1], base_rows(table, float(arrays.P[GRAVITY_M_S2])), out)
-    single = axes == 1
-    return RigidMotion(out[:, :axes], out[:, 2:5], rates if single else out[:, 5:7])
+class RigidBody:
+    """The rigid body of a model, built once for any number of logs."""
+
+    def __init__(self, model: AntennaModel) -> None:
+        self._arrays = plant_arrays(model.with_base({"motion": "fixed"}), 1.0 / model.file.plant_step_s)
+
+    def along(self, table: SignalsTable, positions: Floats, rates: Floats) -> RigidMotion:
+        """At joint positions and rates, (n, axes) each, on the base as the table has it (absent: level, fixed)."""
+        arrays, axes = self._arrays, positions.shape[1]
+        wide = np.zeros((2, len(positions), 2))
+        wide[0, :, :axes], wide[1, :, :axes] = positions, rates
+        out = np.zeros((len(positions), 7))
+        _along(arrays.P, arrays.K, wide[0], wide[1], base_rows(table, float(arrays.P[GRAVITY_M_S2])), out)
+        single = axes == 1
+        return RigidMotion(out[:, :axes], out[:, 2:5], rates if single else out[:, 5:7])
 
 
 def base_rows(table: SignalsTable, gravity_m_s2: float) -> Floats:

@@ -70,13 +70,13 @@ def _observer() -> None:
 
 
 def _rigid_body() -> None:
-    from gimbal_hil.signals import SignalsTable, rigid_motion
+    from gimbal_hil.signals import RigidBody, SignalsTable
     from sim_backend.model import shipped_model
 
     model = shipped_model()
     rest = np.zeros((2, len(model.axes)))
     table = SignalsTable.of(model.axes, np.array([0.0, _PERIOD_S]), {})
-    rigid_motion(model, table, rest, rest)
+    RigidBody(model).along(table, rest, rest)
 
 
 def _friction_fit() -> None:

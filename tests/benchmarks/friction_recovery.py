@@ -69,7 +69,7 @@ def repeat(seed: int, short: bool) -> dict[str, Any]:
                 logs += read_logs(outcome.folder, truth.axes)
             result["experiments_s"] += time.process_time() - begun
             begun = time.process_time()
-            found = identify_axis(logs, prior, axis, None, seed)
+            found = identify_axis(logs, prior, axis, seed)
             result["identify_s"] += time.process_time() - begun
         result[axis] = {
             e.name: {"value": e.value, "low": e.interval.low, "high": e.interval.high, "verdict": e.verdict.value}

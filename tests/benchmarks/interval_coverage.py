@@ -50,7 +50,7 @@ def errors_of(seed: int, axis: str, sequences: tuple[str, ...]) -> list[tuple[st
             own_seed = 4 * seed + 2 * truth.axes.index(axis) + place
             outcome = conduct(build_experiment(name, options), settings, truth, own_seed, Path(folder) / name)
             logs += read_logs(outcome.folder, truth.axes)
-        found = identify_axis(logs, prior, axis, None, seed)
+        found = identify_axis(logs, prior, axis, seed)
     known = dict(zip(LUGRE_NAMES, friction_of(truth, axis).values().tolist(), strict=True))
     return [(e.name, _in_half_widths(e, known[e.name])) for e in found.estimates if np.isfinite(e.fitted)]
 

@@ -10,6 +10,7 @@ import pytest
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.preflight import preflight
+from gimbal_hil.preflight.channels import channels_of
 from gimbal_hil.signals import SignalsTable, read_signals
 from sim_backend.model import AntennaModel, load_model, shipped_model
 from tests.blind.cases import tables_of
@@ -146,3 +147,17 @@ def test_a_carriage_in_millimetres_or_mirrored_is_refused(tmp_path: Path) -> Non
 
 def test_an_axis_that_is_locked_or_not_driven_is_no_reason_to_refuse(logs: tuple[SignalsTable, ...]) -> None:
     preflight(shipped_model(), changed(logs, outer_torque=0.0, outer_position=0.0, outer_rate=0.0))
+
+
+def test_an_axis_that_stands_while_the_other_moves_says_nothing_about_its_torque() -> None:
+    model, t = shipped_model(), np.arange(8000) * 1e-2
+    way = np.sign(np.sin(0.5 * t))
+    moving = np.cumsum(1e-2 * way * np.where(t < 40.0, 1e-2, 0.3))
+    dice = np.random.default_rng(0)
+    standing, held = 1e-6 * dice.choice([-1.0, 0.0, 1.0], len(t)), 1e-3 * dice.normal(size=len(t))
+    logs = []
+    for position, torque in ((moving, 0.2 * way), (standing, held)):
+        columns = {f"{axis}.{signal}": np.sin(t) for axis in model.axes for signal in ("position", "torque")}
+        columns |= {"outer.position": position, "outer.torque": torque}
+        logs.append(SignalsTable.of(model.axes, t, columns))
+    assert channels_of(model, tuple(logs))["outer.torque"].misfit(3.0) < 0.4
