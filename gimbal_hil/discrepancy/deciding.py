@@ -8,7 +8,7 @@ from enum import Enum
 import numpy as np
 
 from gimbal_hil.discrepancy.hypothesis import Cause
-from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, settled, squares_of, stands_out
+from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, rms, settled, squares_of
 from gimbal_hil.discrepancy.judging import Remainder, Standing, remainders, standings
 from gimbal_hil.discrepancy.policy import Policy
 from gimbal_hil.discrepancy.release import given_back
@@ -17,7 +17,7 @@ from gimbal_hil.discrepancy.search import NO_WORSE, Path
 from gimbal_hil.discrepancy.wander import left_beside_wander
 from sim_backend.effects import CATALOGUE
 
-#: a gap that nothing predicts and that is no larger than this many floors does not repeat
+#: a gap that the hold-out does not repeat, or that nothing predicts, is none up to this many floors
 _NOT_REPEATED = 2.0
 #: alternatives that are told
 _MOST_RIVALS = 3
@@ -71,17 +71,22 @@ def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_c
     if path.state.hypothesis.causes:
         state = given_back(inquiry, settled(inquiry, path.state))
         state = _as_numbers(inquiry, state) if by_command else state
-        for _ in range(len(set(state.hypothesis.labels))):
+        for _ in range(2 * len(set(state.hypothesis.labels))):
             if np.sum(state.untouched**2) > NO_WORSE * np.sum(null.untouched**2):
                 # what leaves more than the model alone explains nothing
                 break
             left = remainders(inquiry, null, state)
-            told = tuple(_told(inquiry, s, left, suspected_only) for s in standings(inquiry, state, path))
+            found = standings(inquiry, state, path)
+            instead = _inside_its_bounds(inquiry, found)
+            if instead is not None:
+                state = instead
+                continue
+            told = tuple(_told(inquiry, s, left, suspected_only) for s in found)
             fallen = [t for t in told if t.of_class < 0.5]
             if not fallen:
                 return (
                     Decision(kind_of(told), state, told, left)
-                    if stands_out(inquiry, null)
+                    if _leaves_a_gap(inquiry, null)
                     else Decision(Kind.NO_DISCREPANCY, null, (), left)
                 )
             rest = state.hypothesis
@@ -113,12 +118,31 @@ def _as_numbers(inquiry: Inquiry, state: State) -> State:
     return state
 
 
+def _inside_its_bounds(inquiry: Inquiry, found: tuple[Standing, ...]) -> State | None:
+    """The state with another cause in the place of one that stands at its bound, where it is no longer what its name
+    says; None where all stand inside, or where what the other leaves more is as much as a cause must take to be told.
+    """
+    for standing in found:
+        for rival in standing.rivals if standing.at_bound else ():
+            more = rival.extra * (1.0 - standing.share)
+            if not rival.at_bound and rival.state.hypothesis.causes and more < inquiry.policy.least_share:
+                return rival.state
+    return None
+
+
+def _leaves_a_gap(inquiry: Inquiry, null: State) -> bool:
+    """Whether the model leaves a gap that the hold-out repeats, or one of twice the noise anywhere."""
+    limit = np.hypot(1.0, inquiry.inexact)
+    repeated = rms(null.held_out()) > inquiry.policy.least_gap * limit
+    return bool(np.any(repeated | (null.left() > _NOT_REPEATED * limit)))
+
+
 def _only_noise(inquiry: Inquiry, null: State, left: tuple[Remainder, ...]) -> bool:
     """Whether what a state leaves is no gap: at the floor, or small and nothing predicts it, or friction whose level
     wanders.
     """
     policy = inquiry.policy
-    if not stands_out(inquiry, null):
+    if not _leaves_a_gap(inquiry, null):
         return True
     small = bool(np.all(null.left() <= _NOT_REPEATED)) and all(r.predictable.beyond < policy.exhausted for r in left)
     return small or bool(np.all(left_beside_wander(inquiry, null) <= _NOT_REPEATED))

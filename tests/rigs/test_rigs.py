@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import pytest
 from gimbal_hil.signals import read_signals
 from sim_backend.model import load_model
 from tests.rigs import Rig, write_bam, write_dd2dof, write_emps, write_odrive
+from tests.rigs.drawn import AXIS, HIDDEN, drawn_joint, judged, simulated
 
 
 @pytest.mark.parametrize("write", [write_odrive, write_bam, write_emps, write_dd2dof])
@@ -35,3 +37,35 @@ def test_an_error_can_be_planted_in_a_rigs_model(tmp_path: Path) -> None:
     sound = load_model(write_emps(tmp_path / "sound").model)
     halved = load_model(write_emps(tmp_path / "halved", {"body.mass": 0.5}).model)
     assert halved.number("carriage", "body.mass") == 0.5 * sound.number("carriage", "body.mass")
+
+
+def test_a_drawn_joint_of_another_simulator_obeys_its_own_numbers() -> None:
+    joint = drawn_joint(np.random.default_rng(5))
+    columns = simulated(joint, HIDDEN["ripple"], seed=1)
+    position, torque = (columns[f"{AXIS}.{name}"] for name in ("position", "torque"))
+    rate = np.gradient(position, 1.0 / joint.rate_hz)
+    smooth = np.convolve(rate, np.ones(20) / 20.0, "same")
+    motion = [np.gradient(smooth, 1.0 / joint.rate_hz), smooth, np.sign(smooth)]
+    ripple = [np.sin(joint.orders * position), np.cos(joint.orders * position)]
+    # near standstill its dry friction is a softer one than a sign
+    slides = np.abs(smooth) > 0.1
+    found = np.linalg.lstsq(np.column_stack([*motion, *ripple])[slides], torque[slides], rcond=None)[0]
+    assert found[0] == pytest.approx(joint.inertia, rel=0.1)
+    assert found[1] == pytest.approx(joint.viscous, rel=0.1)
+    assert found[2] == pytest.approx(joint.coulomb, rel=0.1)
+    assert np.hypot(*found[3:]) == pytest.approx(0.15 * joint.typical, rel=0.1)
+
+
+def test_what_is_said_of_a_drawn_joint_is_judged_by_names_alone() -> None:
+    def said(verdict: str, status: str, *names: str, others: tuple[str, ...] = ()) -> dict[str, Any]:
+        effects = [{"name": name, "status": status} for name in names]
+        return {"verdict": {"verdict": verdict, "effects": effects, "alternatives": [{"name": n} for n in others]}}
+
+    viscous = HIDDEN["viscous halved"]
+    assert judged(said("named", "named", "viscous"), viscous) == "right"
+    assert judged(said("named", "named", "viscous", "cogging"), viscous) == "false"
+    assert judged(said("ambiguous", "ambiguous", "coulomb", others=("viscous",)), viscous) == "class"
+    assert judged(said("unexplained", "named"), viscous) == "silent"
+    assert judged(said("no_discrepancy", "named"), HIDDEN["nothing"]) == "right"
+    assert judged(said("ambiguous", "ambiguous", "coulomb"), HIDDEN["nothing"]) == "guessed"
+    assert judged({"error": "no answer"}, viscous) == "error"

@@ -1,0 +1,265 @@
+"""Rigs drawn at random and simulated by MuJoCo: its joints, its dry friction, its integrator, none of our own code; the
+logs and the first model of a stranger, and what the command says of them.
+
+    python -m tests.rigs.drawn FOLDER --seed 1 --rigs 24 --workers 2
+
+Each rig hides one thing (or none) from its model file. What has been asked stays in FOLDER, and a run that was
+interrupted goes on; `--table` only prints what is there.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tests.rigs.rig import Rig, write_log, write_model
+from tests.rigs.told import Row, ask, in_words
+
+AXIS = "joint"
+#: acceleration (rad/s^2) that sizes of torques are told in, and s of each log
+TYPICAL_RAD_S2, LOG_S = 10.0, 40.0
+GRAVITY_M_S2 = 9.81
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """What a rig has and its model has not: names that are right, and what it does to the rig or to the file."""
+
+    names: frozenset[str]
+    #: numbers of the model file times these
+    file: Mapping[str, float] = field(default_factory=dict)
+    #: of the rig: fractions of the typical torque, or samples
+    rig: Mapping[str, float] = field(default_factory=dict)
+
+
+def one(*names: str, file: Mapping[str, float] | None = None, **rig: float) -> Hidden:
+    """Shorthand of the table below."""
+    return Hidden(frozenset(names), file or {}, rig)
+
+
+INERTIA, VISCOUS = "body.inertia.zz", "friction.viscous"
+DRY = ("friction.coulomb", "friction.breakaway")
+HIDDEN: dict[str, Hidden] = {
+    "nothing": one(),
+    "viscous halved": one("viscous", file={VISCOUS: 0.5}),
+    "viscous doubled": one("viscous", file={VISCOUS: 2.0}),
+    "inertia halved": one("inertia", file={INERTIA: 0.5}),
+    "inertia doubled": one("inertia", file={INERTIA: 2.0}),
+    "dry friction halved": one("coulomb", file=dict.fromkeys(DRY, 0.5)),
+    "dry friction doubled": one("coulomb", file=dict.fromkeys(DRY, 2.0)),
+    "unbalance": one("static_unbalance", unbalance=0.6),
+    "ripple": one("cogging", ripple=0.15),
+    "spring": one("cable_spring", spring=0.5),
+    "offset": one("torque_offset", offset=0.15),
+    "gain": one("torque_gain", "inertia", gain=0.8),
+    "late command": one("transport_delay", delay=3.0),
+    "lagging actuator": one("actuator_lag", lag=4.0),
+    "friction by direction": one("coulomb_asymmetry", drag=0.25),
+    # no effect of the catalogue does these
+    "hardening stop": one(stop=3.0),
+    "friction that switches": one(switching=0.5),
+}
+
+
+@dataclass(frozen=True)
+class Joint:
+    """One drawn rig: SI units, radians."""
+
+    rate_hz: float
+    inertia: float
+    coulomb: float
+    viscous: float
+    counts: int
+    orders: int
+    phase: float
+    #: time, s, in which dry friction brings a slow joint to rest; MuJoCo's own is 20 ms
+    softness_s: float
+
+    @property
+    def typical(self) -> float:
+        """The torque that sizes are told in, N m."""
+        return self.inertia * TYPICAL_RAD_S2
+
+
+def drawn_joint(dice: np.random.Generator) -> Joint:
+    """A joint between a hobby servo and the axis of a telescope."""
+    inertia = float(np.exp(dice.uniform(np.log(0.002), np.log(5.0))))
+    return Joint(
+        rate_hz=float(dice.choice([250.0, 500.0, 1000.0])),
+        inertia=inertia,
+        coulomb=float(dice.uniform(0.1, 0.4)) * inertia * TYPICAL_RAD_S2,
+        viscous=float(dice.uniform(0.1, 0.4)) * inertia * TYPICAL_RAD_S2,
+        counts=int(2 ** dice.integers(14, 21)),
+        orders=int(dice.integers(5, 37)),
+        phase=float(dice.uniform(0.0, 2.0 * np.pi)),
+        softness_s=float(dice.choice([0.002, 0.02])),
+    )
+
+
+def simulated(joint: Joint, hidden: Hidden, seed: int) -> dict[str, np.ndarray]:
+    """The columns of one log: a position loop follows sines and moves, as a user would have it."""
+    import mujoco
+
+    dice = np.random.default_rng(seed)
+    sizes, typical, period = hidden.rig, joint.typical, 1.0 / joint.rate_hz
+    # an off-centre mass whose own share of the inertia is small
+    radius = 0.3 * joint.inertia * GRAVITY_M_S2 / max(sizes.get("unbalance", 0.0) * typical, 1e-9)
+    mass = sizes.get("unbalance", 0.0) * typical / (GRAVITY_M_S2 * radius) if sizes.get("unbalance") else 1e-6
+    own = joint.inertia - mass * radius**2 if sizes.get("unbalance") else joint.inertia
+    steps = 20
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><option timestep="{period / steps}" integrator="implicitfast"/><worldbody><body>'
+        f'<inertial pos="{radius if sizes.get("unbalance") else 0} 0 0" mass="{mass}" '
+        f'diaginertia="{own} {own} {own}"/>'
+        f'<joint type="hinge" axis="0 -1 0" damping="{joint.viscous}" frictionloss="{joint.coulomb}" '
+        f'solreffriction="{joint.softness_s} 1" '
+        f'stiffness="{sizes.get("spring", 0.0) * typical}"/></body></worldbody></mujoco>'
+    )
+    data = mujoco.MjData(model)
+    rows = int(LOG_S * joint.rate_hz)
+    time = period * np.arange(rows)
+    reference = _reference(dice, time)
+    columns = {"time_s": time, **{f"{AXIS}.{name}": np.zeros(rows) for name in ("torque", "position", "position_ref")}}
+    columns[f"{AXIS}.position_ref"] = reference
+    bandwidth = 25.0
+    step = 2.0 * np.pi / joint.counts
+    late, lag = int(sizes.get("delay", 0.0)), sizes.get("lag", 0.0) * period
+    sent, acting, before, rate, total, grip = [0.0] * (late + 1), 0.0, 0.0, 0.0, 0.0, 1.0
+    for k in range(rows):
+        measured = step * round(float(data.qpos[0]) / step)
+        rate += 0.3 * ((measured - before) / period - rate) if k else 0.0
+        before = measured
+        error = float(reference[k]) - measured
+        total += 0.5 * bandwidth * error * period
+        command = joint.inertia * (bandwidth**2 * (error + total) - 1.4 * bandwidth * rate)
+        command = float(np.clip(command, -3.0 * typical, 3.0 * typical))
+        columns[f"{AXIS}.torque"][k], columns[f"{AXIS}.position"][k] = command, measured
+        sent = [*sent[1:], command]
+        if dice.random() < period / 3.0:
+            grip = 1.0 + sizes.get("switching", 0.0) * float(dice.choice([-1.0, 0.0, 1.0]))
+        for _ in range(steps):
+            acting += (sent[0] - acting) * (1.0 - np.exp(-period / steps / lag)) if lag else sent[0] - acting
+            q, v = float(data.qpos[0]), float(data.qvel[0])
+            model.dof_frictionloss[0] = joint.coulomb * grip * (1.0 + sizes.get("drag", 0.0) * np.sign(v))
+            data.qfrc_applied[0] = (
+                sizes.get("gain", 1.0) * acting
+                + sizes.get("offset", 0.0) * typical
+                + sizes.get("ripple", 0.0) * typical * np.sin(joint.orders * q + joint.phase)
+                - sizes.get("stop", 0.0) * typical * np.sign(q) * max(abs(q) - 0.7, 0.0) ** 3 * 10.0
+            )
+            mujoco.mj_step(model, data)
+    return columns
+
+
+def _reference(dice: np.random.Generator, time: np.ndarray) -> np.ndarray:
+    """Sines of half a minute to a second, about 1 rad in all."""
+    hz = np.exp(dice.uniform(np.log(0.04), np.log(1.0), 6))
+    sizes = dice.uniform(0.3, 1.0, 6) * np.minimum(1.0, 0.3 / hz)
+    phases = dice.uniform(0.0, 2.0 * np.pi, 6)
+    sines = sizes / sizes.sum() * np.sin(2.0 * np.pi * hz * time[:, None] + phases)
+    return np.asarray(sines.sum(axis=1) * np.minimum(1.0, time / 2.0))
+
+
+def write_drawn(folder: Path, joint: Joint, hidden: Hidden, seed: int) -> Rig:
+    """Logs of the rig, and a model whose numbers are off within what it says of them, but for what is hidden."""
+    folder.mkdir(parents=True, exist_ok=True)
+    dice = np.random.default_rng((seed, 7))
+    inertia, coulomb, viscous = (
+        number * (1.0 + spread * float(np.clip(dice.normal(), -2.0, 2.0)))
+        for number, spread in ((joint.inertia, 0.03), (joint.coulomb, 0.05), (joint.viscous, 0.05))
+    )
+
+    def known(value: float, unit: str, uncertainty: str) -> dict[str, Any]:
+        return {"value": value, "unit": unit, "source": "measured", "uncertainty": uncertainty}
+
+    axis = {
+        "body": {"mass": known(1.0, "kg", "5%"), "inertia": {"zz": known(inertia, "kg m2", "3%")}},
+        "friction": {
+            "coulomb": known(coulomb, "N m", "5%"),
+            "breakaway": known(coulomb, "N m", "5%"),
+            "viscous": known(viscous, "N m s/rad", "5%"),
+        },
+        "encoder": {"step": {"value": 2.0 * np.pi / joint.counts, "unit": "rad", "source": "printed"}},
+    }
+    document = {"schema": 1, "name": "drawn", "kind": "rotary", "incline_sine": 1.0, "axes": {AXIS: axis}}
+    logs = {
+        name: write_log(folder / f"{name}.csv", simulated(joint, hidden, 10 * seed + k))
+        for k, name in enumerate(("first", "second"))
+    }
+    return Rig(write_model(folder / "model.yaml", document, hidden.file), logs)
+
+
+def judged(said: Mapping[str, Any], hidden: Hidden) -> str:
+    """right: the name; class: one that holds it; silent: no name; false: another name beside it or instead."""
+    if "error" in said:
+        return "error"
+    verdict = said["verdict"]
+    told = {one["name"] for one in verdict["effects"] if one["status"] == "named"}
+    classes = {one["name"] for one in (*verdict["effects"], *verdict["alternatives"])}
+    if told - hidden.names:
+        return "false"
+    if told:
+        return "right"
+    if not hidden.names:
+        return "right" if verdict["verdict"] in ("no_discrepancy", "unexplained") else "guessed"
+    return "class" if classes & hidden.names else "silent"
+
+
+def asked(folder: Path, name: str, what: str, seed: int) -> dict[str, Any]:
+    """One rig, from dice to verdict."""
+    joint = drawn_joint(np.random.default_rng((seed, 3)))
+    rig = write_drawn(folder / "files" / name, joint, HIDDEN[what], seed)
+    said = ask(Row(name, rig, ("first",), ("second",), what), folder / "verdicts" / name)
+    return said | {"true": what, "judged": judged(said, HIDDEN[what])}
+
+
+def table(results: Mapping[str, dict[str, Any]]) -> str:
+    """Markdown: every rig, and how many ended how."""
+    lines = ["| rig | hidden | said | judged | processor, s |", "|---|---|---|---|---|"]
+    for name, said in sorted(results.items()):
+        cells = (name, said["true"], in_words(said), said["judged"], f"{said.get('cpu_s', float('nan')):.0f}")
+        lines.append(f"| {' | '.join(cells)} |")
+    counts = Counter(said["judged"] for said in results.values())
+    return "\n".join([*lines, "", ", ".join(f"{count} {word}" for word, count in counts.most_common())])
+
+
+def main(words: Sequence[str] | None = None) -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--rigs", type=int, default=len(HIDDEN))
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--table", action="store_true", help="only print what has been asked")
+    chosen = parser.parse_args(words)
+    chosen.folder.mkdir(parents=True, exist_ok=True)
+    kept = chosen.folder / "drawn.json"
+    results = json.loads(kept.read_text(encoding="utf-8")) if kept.exists() else {}
+    kinds = list(HIDDEN)
+    work = {f"{chosen.seed}-{k:02d}": (kinds[k % len(kinds)], 1000 * chosen.seed + k) for k in range(chosen.rigs)}
+    with ProcessPoolExecutor(chosen.workers) as pool:
+        waiting = {
+            pool.submit(asked, chosen.folder, name, *given): name
+            for name, given in work.items()
+            if name not in results and not chosen.table
+        }
+        for done in as_completed(waiting):
+            name = waiting[done]
+            results[name] = done.result()
+            kept.write_text(json.dumps(results, indent=1), encoding="utf-8")
+            print(
+                name, "|", results[name]["true"], "|", in_words(results[name]), "|", results[name]["judged"], flush=True
+            )
+    print(table(results))
+
+
+if __name__ == "__main__":
+    main()
