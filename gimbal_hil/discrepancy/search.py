@@ -129,10 +129,17 @@ def one_more(inquiry: Inquiry, path: Path, release: bool) -> Path:
     if found is not before and before.hypothesis.causes:
         found = refitted(inquiry, before, found.hypothesis)
     several = released(inquiry, before) if release else None
-    if several is not None and pays(inquiry, found, several) and _clearly_better(inquiry, before, several, found):
+    if several is not None and _takes_over(inquiry, before, found, several):
         several, _ = pruned(inquiry, several)
-        tried, found = [*tried, several], several
+        # of what paid together, what is left may be what was there before
+        if _takes_over(inquiry, before, found, several):
+            tried, found = [*tried, several], several
     return replace(path, state=found, rounds=(*path.rounds, Round(before, tuple(tried), controls)))
+
+
+def _takes_over(inquiry: Inquiry, before: State, found: State, several: State) -> bool:
+    """Whether several numbers that leave their uncertainty pay beside the best single cause."""
+    return pays(inquiry, found, several) and _clearly_better(inquiry, before, several, found)
 
 
 def plainest(inquiry: Inquiry, before: State, paying: list[State]) -> State:
