@@ -161,7 +161,7 @@ def _cell(
 def _bars(found: ArenaResult, scenarios: Sequence[Scenario], antenna: str) -> PlotlyFigure:
     from gimbal_hil.plots import figure
 
-    drawn = figure(f"Line-of-sight error, antenna {antenna}", "", "rms [urad]", 460)
+    drawn = figure(f"Line-of-sight error, antenna {antenna}", "", "rms [urad]", 620)
     for place, entrant in enumerate(found.entrants):
         cells: list[Spread | None] = [
             found.spread(one.name, antenna, entrant.name, _LINE_OF_SIGHT[1]) for one in scenarios

@@ -13,7 +13,7 @@ from gimbal_hil.discrepancy.judging import Remainder, Standing, remainders, stan
 from gimbal_hil.discrepancy.policy import Policy
 from gimbal_hil.discrepancy.release import given_back
 from gimbal_hil.discrepancy.rivals import Rival
-from gimbal_hil.discrepancy.search import NO_WORSE, Path
+from gimbal_hil.discrepancy.search import NO_WORSE, Path, numbers_of
 from gimbal_hil.discrepancy.wander import left_beside_wander
 from sim_backend.effects import CATALOGUE
 
@@ -65,8 +65,8 @@ class Decision:
 
 
 def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_command: bool) -> Decision:
-    """Judge the causes that a search ended with; those that do not stand are left out, and the others judged once more
-    without them. `by_command`: no log says what an actuator really gave.
+    """Judge the causes that a search ended with; of those that do not stand one is left out, and the others are judged
+    once more without it. `by_command`: no log says what an actuator really gave.
     """
     if path.state.hypothesis.causes:
         state = given_back(inquiry, settled(inquiry, path.state))
@@ -89,8 +89,10 @@ def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_c
                     if _leaves_a_gap(inquiry, null)
                     else Decision(Kind.NO_DISCREPANCY, null, (), left)
                 )
-            rest = state.hypothesis
-            for index in sorted((i for t in fallen for i in t.standing.entries), reverse=True):
+            # one at a time, since of two that take the same neither is missed beside the other: that with most numbers
+            causes, rest = state.hypothesis.causes, state.hypothesis
+            first = max(fallen, key=lambda t: (numbers_of(causes[t.standing.entries[0]]), -t.of_class))
+            for index in sorted(first.standing.entries, reverse=True):
                 rest = rest.minus(index)
             if not rest.causes:
                 break

@@ -151,7 +151,7 @@ def plainest(inquiry: Inquiry, before: State, paying: list[State]) -> State:
         return state.hypothesis.labels[-1] not in before.hypothesis.labels
 
     def plainness(state: State) -> tuple[bool, int]:
-        return is_new(state), _numbers(state.hypothesis.causes[-1])
+        return is_new(state), numbers_of(state.hypothesis.causes[-1])
 
     best = paying[0]
     for other in sorted(paying[1:], key=plainness):
@@ -181,13 +181,13 @@ def _newest_at_bound(inquiry: Inquiry, state: State) -> bool:
     return bool(at_bound(inquiry.twin, state.hypothesis, len(state.hypothesis.causes) - 1))
 
 
-def _numbers(cause: Cause) -> int:
+def numbers_of(cause: Cause) -> int:
     """Numbers of a cause that the data must give."""
     return sum(not knob.nuisance for knob in cause.family.knobs)
 
 
 def _free_numbers(hypothesis: Hypothesis) -> int:
-    return sum(_numbers(cause) for cause in hypothesis.causes)
+    return sum(numbers_of(cause) for cause in hypothesis.causes)
 
 
 def candidates(
