@@ -153,7 +153,9 @@ class FramePath(_Engine):
     def advance(self, ticks: int, *, until_done: bool = False, every: int = 1) -> Recorded:
         """See `Lockstep`."""
         host, first = self.host, self.tick
-        alone = isinstance(self._remote, Device) and self._link is None and self._exchange is None
+        # other firmware is a device too, with a tick of its own
+        own_tick = self._remote is self.device and type(self.device).tick is Device.tick
+        alone = own_tick and self._link is None and self._exchange is None
         host.take_log()
         logs, kept = [], []
         events: list[HostEvent] = []

@@ -21,6 +21,7 @@ from gimbal_hil.host import AxisCommand, HostState, Mode, ReferenceOrigin, Segme
 from gimbal_hil.lockstep import CompiledPath, FramePath
 from gimbal_hil.runs.schema import FrameDirection, frames_of_blocks
 from gimbal_hil.settings import DaemonSettings, shipped_settings
+from sim_backend.device import Device
 from sim_backend.model import AntennaModel, shipped_model
 from tests.host.bits_of_a_run import digest_of_run, digest_over_frames
 from tests.host.random_models import random_model, random_segments
@@ -163,6 +164,21 @@ def test_all_ways_leave_the_same_bits_for_any_antenna_plan_and_seed() -> None:
 @pytest.mark.heavy
 def test_all_ways_leave_the_same_bits_for_thousands_of_antennas() -> None:
     assert same_bits(range(1000, 4000), 1500) > 3_000_000
+
+
+class OtherFirmware(Device):
+    """An antenna whose frames are answered by something else."""
+
+    def tick(self, received: bytes = b"") -> bytes:
+        self.asked = getattr(self, "asked", 0) + 1
+        return super().tick(received)
+
+
+def test_a_device_with_a_tick_of_its_own_is_asked_at_every_tick() -> None:
+    device = OtherFirmware(MODEL, rate_hz=SETTINGS.rate_hz, seed=3)
+    path = FramePath(SETTINGS, MODEL, 3, device=device)
+    path.advance(50)
+    assert device.asked == 50
 
 
 def test_the_compiled_path_encodes_the_frames_that_the_frame_path_sends() -> None:
