@@ -117,6 +117,19 @@ class _Engine(ABC):
                 return joined(parts)
         raise LinkError(f"virtual antenna: host is {self.host.state.name.lower()} after {most_s:g} s of connecting")
 
+    def _recorded(
+        self, first: int, logs: list[NDArray[np.int64]], frames: list[NDArray[np.int64]], events: list[HostEvent]
+    ) -> Recorded:
+        """What the ticks from number `first` to this one left."""
+        return Recorded(
+            _stacked(logs, LOG_WORDS),
+            self.tick - first,
+            1.0 / self.settings.rate_hz,
+            _stacked(frames, FRAME_WORDS),
+            tuple(events),
+            self.host.axes,
+        )
+
     def run(self, program: Program, *, most_ticks: int = 1 << 40, every: int = 1) -> Recorded:
         """Follow a program to its end (or the fault that ends it) and answer what was recorded."""
         self.host.command(program)
@@ -167,14 +180,7 @@ class FramePath(_Engine):
             events += host.events()
             if until_done and not host.following:
                 break
-        return Recorded(
-            _stacked(logs, LOG_WORDS),
-            self.tick - first,
-            1.0 / self.settings.rate_hz,
-            _stacked(kept, FRAME_WORDS),
-            tuple(events),
-            host.axes,
-        )
+        return self._recorded(first, logs, kept, events)
 
     def _in_one_call(self, ticks: int, until_done: bool) -> NDArray[np.int64]:
         """Up to `ticks` ticks where nobody looks between; answers their frames."""
@@ -196,7 +202,8 @@ class FramePath(_Engine):
             until_done,
         )
         self.answer = octets[: counts[0]].tobytes()
-        return frames[: counts[1]]
+        # a copy: room is for many more frames than a tick has, and would be kept to the end
+        return frames[: counts[1]].copy()
 
     def _tick_by_tick(self, ticks: int, until_done: bool, events: list[HostEvent]) -> NDArray[np.int64]:
         """Up to `ticks` ticks through a link with faults, to another antenna, or with somebody told of each; answers
@@ -292,14 +299,7 @@ class CompiledPath(_Engine):
             events += host.events()
             if until_done and not host.following:
                 break
-        return Recorded(
-            _stacked(logs, LOG_WORDS),
-            self.tick - first,
-            1.0 / self.settings.rate_hz,
-            _stacked(kept, FRAME_WORDS),
-            tuple(events),
-            host.axes,
-        )
+        return self._recorded(first, logs, kept, events)
 
 
 def joined(parts: list[Recorded]) -> Recorded:
