@@ -8,7 +8,7 @@ import shutil
 from pathlib import Path
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.runs.arrow_stream import header_bytes
+from gimbal_hil.runs.arrow_messages import header_bytes
 from gimbal_hil.runs.chain import CHAIN_FILE
 from gimbal_hil.runs.header import RUN_FILE, RunHeader, write_header
 from gimbal_hil.runs.run_lock import RunLock

@@ -24,7 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, BadInputError, SafetyStopError
-from gimbal_hil.runs.arrow_stream import END_OF_STREAM, batch_bytes
+from gimbal_hil.runs.arrow_messages import batch_bytes
+from gimbal_hil.runs.arrow_stream import END_OF_STREAM
 from gimbal_hil.runs.chain import CHAIN_FILE, SealedBlock, linked, read_chain
 from gimbal_hil.runs.disk import MB, Retention, free_mb, require_free, vanished
 from gimbal_hil.runs.header import RUN_FILE, RunEnd, RunHeader, wall_clock_utc, write_header
@@ -288,7 +289,7 @@ class RunWriter:
         """One batch of rows; answers the rows as they are sealed."""
         rows = np.concatenate(pieces) if pieces else np.zeros(0, STREAMS[name])
         content = seal(rows)
-        data = batch_bytes(rows, self._header.axes)
+        data = batch_bytes(rows)
         if not self._append(name, data, len(rows), content.tobytes()):
             return b""
         self._segment_bytes += len(data)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import math
 import os
+import warnings
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
@@ -18,6 +21,8 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.signals.table import REPEAT, TIME, SignalsTable
 from gimbal_hil.signals.units import units_of
 
+#: rows of a file that are written in one go
+_ROWS_AT_ONCE = 50_000
 _EXPECTED = "a CSV or Parquet file with a header row and one row per sample"
 _EMPTY_WORDS = frozenset(("", "nan", "na", "n/a", "null", "none"))
 
@@ -71,26 +76,46 @@ def write_signals(table: SignalsTable, path: Path, kind: TableKind | None = None
     Raises BadInputError when the file is there and `force` is false, and when it cannot be written; never leaves half a
     file.
     """
-    import pyarrow as pa
-    import pyarrow.csv
-    import pyarrow.parquet
-
     if kind is None:
         kinds = {".csv": TableKind.CSV, ".parquet": TableKind.PARQUET, ".pq": TableKind.PARQUET}
         if path.suffix.lower() not in kinds:
             raise BadInputError(str(path), f"has the ending {path.suffix!r}", "the ending .csv or .parquet")
         kind = kinds[path.suffix.lower()]
     columns = {TIME: table.time_s, **table.columns} | ({} if table.repeat is None else {REPEAT: table.repeat})
-    units = units_of(list(columns))
-    fields = [pa.field(name, pa.array(values).type, metadata={"unit": units[name]}) for name, values in columns.items()]
-    content = pa.table([pa.array(values) for values in columns.values()], schema=pa.schema(fields))
     with replacing(path, force) as temporary:
-        if kind is TableKind.CSV:
-            with temporary.open("wb") as file:
-                file.write((",".join(columns) + "\n").encode())
-                pa.csv.write_csv(content, file, pa.csv.WriteOptions(include_header=False))
-        else:
-            pa.parquet.write_table(content, temporary)
+        (_write_csv if kind is TableKind.CSV else _write_parquet)(columns, temporary)
+
+
+def _write_csv(columns: Mapping[str, NDArray[np.generic]], path: Path) -> None:
+    rows = len(columns[TIME])
+    with path.open("w", encoding="utf-8", newline="") as file:
+        file.write(",".join(columns) + "\n")
+        for first in range(0, rows, _ROWS_AT_ONCE):
+            cells = [map(repr, values[first : first + _ROWS_AT_ONCE].tolist()) for values in columns.values()]
+            file.writelines(",".join(row) + "\n" for row in zip(*cells, strict=True))
+
+
+def _write_parquet(columns: Mapping[str, NDArray[np.generic]], path: Path) -> None:
+    parquet = _parquet(path)
+    import pyarrow as pa
+
+    units = units_of(list(columns))
+    arrays = [pa.array(values) for values in columns.values()]
+    fields = [
+        pa.field(name, array.type, metadata={"unit": units[name]}) for name, array in zip(columns, arrays, strict=True)
+    ]
+    parquet.write_table(pa.table(arrays, schema=pa.schema(fields)), path)
+
+
+def _parquet(path: Path) -> Any:
+    """pyarrow's module for it; raises BadInputError where it is not installed."""
+    try:
+        import pyarrow.parquet
+    except ImportError:
+        raise BadInputError(
+            str(path), "Parquet needs the package pyarrow, which is not installed", "pip install 'gimbal-hil[parquet]'"
+        ) from None
+    return pyarrow.parquet
 
 
 def csv_metadata(table: SignalsTable, name: str) -> str:
@@ -136,36 +161,46 @@ class replacing:
 
 
 def _read_csv(path: Path) -> RawColumns:
-    import pyarrow as pa
-    import pyarrow.csv as csv
-
-    ragged: list[tuple[int, int, int]] = []
-
-    def note_ragged(row: Any) -> str:
-        ragged.append((row.number, row.expected_columns, row.actual_columns))
-        return "skip"
-
-    reading = csv.ReadOptions(use_threads=False)
     try:
-        content = path.read_bytes()
-        text = content.decode("utf-8-sig")
+        text = path.read_bytes().decode("utf-8-sig")
         between, point = _separators(text)
-        parsing = csv.ParseOptions(delimiter=between, invalid_row_handler=note_ragged)
-        names = _header(text, between)
-        try:
-            table = csv.read_csv(
-                pa.BufferReader(content),
-                reading,
-                parsing,
-                csv.ConvertOptions(column_types=dict.fromkeys(names, pa.float64()), decimal_point=point),
-            )
-        except pa.ArrowInvalid:
-            ragged.clear()
-            options = csv.ConvertOptions(column_types=dict.fromkeys(names, pa.string()))
-            table = csv.read_csv(pa.BufferReader(content), reading, parsing, options)
-    except (pa.ArrowException, UnicodeDecodeError, ValueError, OSError) as error:
+        names = [name.strip() for name in next(csv.reader(text.splitlines()[:1], delimiter=between), [])]
+        found = _all_numbers(text, between, point, len(names))
+        if found is not None:
+            cells: list[Any] = list(found)
+            ragged: list[tuple[int, int, int]] = []
+        else:
+            cells, ragged = _cells(text, between, len(names))
+    except (csv.Error, UnicodeDecodeError, OSError) as error:
         raise BadInputError(str(path), f"is no CSV file: {_one_line(error)}", _EXPECTED) from error
-    return _raw_columns(path, [name.strip() for name in names], table, 2, tuple(ragged), point)
+    return _raw_columns(path, names, cells, 2, tuple(ragged), point)
+
+
+def _all_numbers(text: str, between: str, point: str, width: int) -> NDArray[np.float64] | None:
+    """Columns of a file in which every cell is a number; None for another one."""
+    lines = io.StringIO(text if point == "." else text.replace(point, "."))
+    lines.readline()
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # of a file without rows
+            found = np.loadtxt(lines, np.float64, comments=None, delimiter=between, ndmin=2)
+    except (ValueError, UserWarning):
+        return None
+    return found.T if found.shape[1] == width else None
+
+
+def _cells(text: str, between: str, width: int) -> tuple[list[list[str]], list[tuple[int, int, int]]]:
+    """Cells of each column, and (line, wanted, found) of the rows with too few or too many, which are left out."""
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=between)
+    next(reader, None)
+    rows: list[list[str]] = []
+    ragged = []
+    for row in reader:
+        if len(row) == width:
+            rows.append(row)
+        elif row:
+            ragged.append((reader.line_num, width, len(row)))
+    return [list(column) for column in zip(*rows, strict=True)] or [[] for _ in range(width)], ragged
 
 
 def _separators(text: str) -> tuple[str, str]:
@@ -177,27 +212,29 @@ def _separators(text: str) -> tuple[str, str]:
     return between, "," if between != "," and "," in first and "." not in first else "."
 
 
-def _header(text: str, between: str) -> list[str]:
-    import csv
-
-    return next(csv.reader(text.splitlines()[:1], delimiter=between), [])
-
-
 def _read_parquet(path: Path) -> RawColumns:
+    parquet = _parquet(path)
     import pyarrow as pa
-    import pyarrow.parquet
 
     try:
-        table = pa.parquet.read_table(path)
+        table = parquet.read_table(path)
     except (pa.ArrowException, OSError, ValueError) as error:
         raise BadInputError(str(path), f"is no whole Parquet file: {_one_line(error)}", _EXPECTED) from error
-    return _raw_columns(path, table.column_names, table, 1, ())
+    return _raw_columns(path, table.column_names, [_arrow_cells(column) for column in table.columns], 1, ())
+
+
+def _arrow_cells(column: Any) -> Any:
+    import pyarrow as pa
+
+    if pa.types.is_integer(column.type) or pa.types.is_floating(column.type) or pa.types.is_decimal(column.type):
+        return np.array(column.cast(pa.float64(), safe=False).to_numpy(), np.float64)
+    return [None if cell is None else str(cell) for cell in column.to_pylist()]
 
 
 def _raw_columns(
     path: Path,
     names: list[str],
-    table: Any,
+    cells: Sequence[NDArray[np.float64] | Sequence[str | None]],
     first_line: int,
     ragged: tuple[tuple[int, int, int], ...],
     point: str = ".",
@@ -207,19 +244,18 @@ def _raw_columns(
         raise BadInputError(str(path), f"has two columns named {repeated[0]!r}", "every name once")
     values: dict[str, NDArray[np.float64]] = {}
     texts: dict[str, dict[int, str]] = {}
-    for place, name in enumerate(names):
-        values[name], texts[name] = _numbers(table.column(place), point)
+    for name, column in zip(names, cells, strict=True):
+        values[name], texts[name] = _numbers(column, point)
     return RawColumns(path, values, texts, first_line, ragged)
 
 
-def _numbers(column: Any, point: str) -> tuple[NDArray[np.float64], dict[int, str]]:
-    import pyarrow as pa
-
-    if pa.types.is_integer(column.type) or pa.types.is_floating(column.type) or pa.types.is_decimal(column.type):
-        values = np.array(column.cast(pa.float64(), safe=False).to_numpy(), np.float64)
+def _numbers(
+    cells: NDArray[np.float64] | Sequence[str | None], point: str
+) -> tuple[NDArray[np.float64], dict[int, str]]:
+    if isinstance(cells, np.ndarray):
+        values = np.array(cells)
         texts = {int(row): str(values[row]) for row in np.flatnonzero(np.isinf(values))}
     else:
-        cells = [None if cell is None else str(cell) for cell in column.to_pylist()]
         numbers = [_number(cell if point == "." or cell is None else cell.replace(point, ".")) for cell in cells]
         values = np.array(numbers, np.float64)
         texts = {

@@ -21,6 +21,7 @@ from firmware_protocol.documents import yaml_mapping, yaml_text
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.runs import (
     FRAME_ROW,
+    TICK_ROW,
     EventKind,
     FrameDirection,
     RunWriter,
@@ -29,6 +30,8 @@ from gimbal_hil.runs import (
     open_run,
     tick_rows,
 )
+from gimbal_hil.runs.arrow_messages import batch_bytes, header_bytes
+from gimbal_hil.runs.arrow_stream import END_OF_STREAM
 from tests.runs.synthetic import HEADER, Sender, device_block, host_block, record_run, row_of
 
 TICKS = 500
@@ -86,6 +89,18 @@ def test_the_header_comes_back_with_every_number_exact(recorded: Path) -> None:
     assert (record.header.seed, record.header.period_ns, record.header.lockstep) == (7, 1_000_000, True)
     assert record.end is not None and record.end.exit_code == 0
     assert record.end.counts["ticks"] == TICKS
+
+
+@pytest.mark.parametrize("rows", [0, 1, 5, 70_001])
+@pytest.mark.parametrize("row_type", [TICK_ROW, FRAME_ROW], ids=["ticks", "frames"])
+def test_a_batch_has_the_bytes_that_arrow_itself_writes(row_type: np.dtype, rows: int) -> None:
+    axes = ("azimuth", "elevation")
+    given_rows = np.frombuffer(np.random.default_rng(rows).bytes(rows * row_type.itemsize), row_type)
+    header, batch = header_bytes(row_type, axes), batch_bytes(given_rows)
+    (found,) = pa.ipc.open_stream(header + batch + END_OF_STREAM)
+    found.validate(full=True)
+    assert bytes(found.schema.serialize()) == header and bytes(found.serialize()) == batch
+    assert found.column(0).to_pylist() == given_rows[row_type.names[0]].tolist()
 
 
 @settings(max_examples=40, deadline=None)
@@ -344,9 +359,9 @@ def test_writing_rows_imports_nothing_that_is_slow_to_import(tmp_path: Path) -> 
     script = (
         "import sys, numpy as np\n"
         "from gimbal_hil.runs import FRAME_ROW, TICK_ROW\n"
-        "from gimbal_hil.runs.arrow_stream import batch_bytes\n"
-        "for kind in (TICK_ROW, FRAME_ROW): assert batch_bytes(np.zeros(3, kind), ('outer', 'inner'))\n"
-        "print(sorted({'pandas', 'numba', 'scipy', 'plotly'} & set(sys.modules)))\n"
+        "from gimbal_hil.runs.arrow_messages import batch_bytes\n"
+        "for kind in (TICK_ROW, FRAME_ROW): assert batch_bytes(np.zeros(3, kind))\n"
+        "print(sorted({'pandas', 'pyarrow', 'numba', 'scipy', 'plotly'} & set(sys.modules)))\n"
     )
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

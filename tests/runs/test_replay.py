@@ -19,7 +19,8 @@ from firmware_protocol.schema import BY_NAME
 from gimbal_hil.cli import app
 from gimbal_hil.lockstep import give_again, host_of
 from gimbal_hil.runs import AXES, FRAME_ROW, TICK_ROW, FrameDirection, open_run
-from gimbal_hil.runs.arrow_stream import END_OF_STREAM, batch_bytes, header_bytes
+from gimbal_hil.runs.arrow_messages import batch_bytes, header_bytes
+from gimbal_hil.runs.arrow_stream import END_OF_STREAM
 from gimbal_hil.runs.chain import plain_hash
 from gimbal_hil.runs.integrity import seal
 from gimbal_hil.runs.replaying import ReplayResult, replay
@@ -47,7 +48,7 @@ def replay_of(folder: Path) -> ReplayResult:
 
 
 def rewrite(path: Path, rows: NDArray[np.void]) -> None:
-    path.write_bytes(header_bytes(rows.dtype, AXES) + batch_bytes(rows, AXES) + END_OF_STREAM)
+    path.write_bytes(header_bytes(rows.dtype, AXES) + batch_bytes(rows) + END_OF_STREAM)
 
 
 def flip(rows: NDArray[np.void], row: int, column: str, bit: int) -> None:
@@ -217,7 +218,7 @@ def test_what_is_left_of_a_cut_log_is_still_identical(
     whole = open_run(recorded)
     content = {"ticks.arrow": whole.ticks, "frames.arrow": whole.frames}[name]
     for file, rows in (("ticks.arrow", whole.ticks), ("frames.arrow", whole.frames)):
-        batches = [batch_bytes(rows[rows["tick"] // 100 == part], AXES) for part in range(TICKS // 100)]
+        batches = [batch_bytes(rows[rows["tick"] // 100 == part]) for part in range(TICKS // 100)]
         (folder / file).write_bytes(header_bytes(rows.dtype, AXES) + b"".join(batches) + END_OF_STREAM)
     finished = data.draw(st.booleans())
     if not finished:
@@ -227,7 +228,7 @@ def test_what_is_left_of_a_cut_log_is_still_identical(
         document["hashes"] |= {part: plain_hash(document[part]) for part in ("exit_status", "log", "when")}
         (folder / "run.yaml").write_text(yaml_text(document))
     size = (folder / name).stat().st_size
-    first = len(header_bytes(content.dtype, AXES)) + len(batch_bytes(content[content["tick"] // 100 == 0], AXES))
+    first = len(header_bytes(content.dtype, AXES)) + len(batch_bytes(content[content["tick"] // 100 == 0]))
     cut = data.draw(st.integers(first, size))
     os.truncate(folder / name, cut)
     result = replay_of(folder)

@@ -19,7 +19,8 @@ import pytest
 from firmware_protocol.documents import yaml_mapping, yaml_text
 from firmware_protocol.errors import BadInputError, DamagedRunError, SafetyStopError
 from gimbal_hil.runs import AXES, EventKind, GrowingLog, Retention, RunWriter, damage_of, open_run, replay
-from gimbal_hil.runs.arrow_stream import END_OF_STREAM, batch_bytes, header_bytes
+from gimbal_hil.runs.arrow_messages import batch_bytes, header_bytes
+from gimbal_hil.runs.arrow_stream import END_OF_STREAM
 from gimbal_hil.runs.chain import plain_hash
 from gimbal_hil.runs.disk import MB
 from gimbal_hil.signals import signals_of_run
@@ -95,7 +96,7 @@ def rows_left(folder: Path, name: str, keep: slice) -> None:
     """The stream with some rows only, made as the writer would make it."""
     run = open_run(folder)
     rows = (run.ticks if name == "ticks.arrow" else run.frames)[keep]
-    (folder / name).write_bytes(header_bytes(rows.dtype, AXES) + batch_bytes(rows, AXES) + END_OF_STREAM)
+    (folder / name).write_bytes(header_bytes(rows.dtype, AXES) + batch_bytes(rows) + END_OF_STREAM)
 
 
 @pytest.mark.parametrize("keep", [slice(0, 250), slice(250, None), slice(0, -1)])
