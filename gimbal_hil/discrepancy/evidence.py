@@ -56,6 +56,11 @@ def with_shares(
     return np.asarray(np.concatenate(rows) / floor), tuple(found) if shaped else None
 
 
+def unshaped(twin: Twin) -> Shares:
+    """Shares where nothing stands between the command and the joint: all of it comes through."""
+    return tuple(np.ones((int(record.keep.sum()), len(twin.channels))) for record in twin.records)
+
+
 def torque_residual(twin: Twin, hypothesis: Hypothesis, floor: Floats) -> Floats:
     """Residual of all records as torque at the joint (and rate errors), over the floors, (rows, channels)."""
     structure, P = parameters_of(twin, hypothesis)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gimbal_hil.discrepancy.evidence import carries_command, with_shares
+from gimbal_hil.discrepancy.evidence import unshaped, with_shares
 from gimbal_hil.discrepancy.families import Family
 from gimbal_hil.discrepancy.fit import Fit, Weighing, bounds_of, prior_weights
 from gimbal_hil.discrepancy.hypothesis import Cause
@@ -20,7 +20,7 @@ from gimbal_hil.discrepancy.origin import placed, zero_is_a_convention
 from gimbal_hil.discrepancy.record import TORQUE
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
-from sim_backend.effects import CATALOGUE, Ripple, Start, ripple_start
+from sim_backend.effects import Ripple, Start, ripple_start
 
 #: a coordinate within this share of its range from an end is at its bound
 _AT_BOUND = 1e-3
@@ -125,7 +125,9 @@ def propose(fit: Fit, heard: list[Response], weighing: Weighing) -> list[Proposa
 def responses(twin: Twin, fit: Fit, floor: Floats, family: Family, start: Start) -> Floats | None:
     """Change of the residual (in floors) per probe, (rows * channels, probes); None where a probe breaks the twin."""
     columns = []
-    shares = None if carries_command(CATALOGUE[family.effect]) else with_shares(twin, fit.hypothesis, floor)[1]
+    # in units of what comes through the fit's own actuator: beside a limit that is tried too high every command above
+    # it would count twenty times, so that no limit but the true one would seem to help
+    shares = with_shares(twin, fit.hypothesis, floor)[1] or unshaped(twin)
     for probe in start.probes:
         changed = with_shares(twin, fit.hypothesis.plus(Cause(family, probe)), floor, shares)[0] - fit.residual
         if not np.all(np.isfinite(changed)):

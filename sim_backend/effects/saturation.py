@@ -11,6 +11,9 @@ from sim_backend.effects.search_profile import Knob, Move, SearchProfile, point
 
 #: how far a limit stands above the largest command where it does nothing
 _OUT_OF_REACH = 1.2
+#: limits tried, as shares of the largest command: a loop that its motor cannot follow winds up to many times what it
+#: gets, and from half or twice the limit a fit still finds it
+_SHARES_OF_PEAK = (0.06, 0.1, 0.16, 0.25, 0.35, 0.5, 0.65, 0.8, 0.95)
 
 
 def _search(scale: AxisScale) -> SearchProfile | None:
@@ -22,8 +25,10 @@ def _search(scale: AxisScale) -> SearchProfile | None:
     if peak <= 0.0:
         return None
     reference = limit if 0.0 < limit < _OUT_OF_REACH * peak else _OUT_OF_REACH * peak
-    levels = (*scale.torque_levels, *(share * peak for share in (0.5, 0.65, 0.8, 0.95)))
-    starts = tuple(point(math.log(max(level, 1e-9) / reference)) for level in levels)
+    # a level at the reference limits nothing
+    levels = {min(max(level, 1e-9) / reference, 1.0) for level in scale.torque_levels}
+    levels |= {share * peak / reference for share in _SHARES_OF_PEAK}
+    starts = tuple(point(math.log(level)) for level in sorted(levels - {1.0}))
     return SearchProfile((Knob(("limit",), Move.LEVEL, reference, -4.0, 0.0),), starts)
 
 

@@ -67,6 +67,14 @@ def test_a_cause_that_the_hold_out_has_no_trace_of_is_suspected_with_the_run_tha
     assert all(error < 0.01 and covered for _, error, covered in parameter_errors(case.truth, verdict))
 
 
+def test_a_limit_far_below_what_a_loop_that_winds_up_commands_is_found() -> None:
+    # a quarter of the samples of one log ask for more than the limit, the largest for six times as much
+    case = draw(7000, ["saturation"], axis="outer", magnitude=300.0, duration_s=24.0)
+    verdict = _verdict_on(case)
+    assert [e["name"] for e in verdict["effects"]] == ["saturation"]
+    assert all(error < 0.01 and covered for _, error, covered in parameter_errors(case.truth, verdict))
+
+
 @pytest.mark.heavy
 def test_a_field_that_a_ripple_half_resembles_is_not_given_its_name() -> None:
     case = draw(20001, [], field_on_null=True)
