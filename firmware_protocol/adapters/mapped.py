@@ -28,11 +28,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from firmware_protocol.adapters.bus import CanFrame
 from firmware_protocol.adapters.drive import AxisSample, DriveTiming, Gives, Power
-from firmware_protocol.documents import Strict, read_yaml, refusal_of
+from firmware_protocol.documents import Strict, read_yaml, validated
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.links import DriveSection
 
@@ -167,10 +167,7 @@ class DriveMap(Strict):
 
 def load_map(path: Path) -> tuple[DriveMap, Any]:
     """A map and its DBC (of cantools); BadInputError names file and key of what is wrong or not in the DBC."""
-    try:
-        found = DriveMap.model_validate(read_yaml(path, _EXPECTED))
-    except ValidationError as error:
-        raise refusal_of(error, str(path), DriveMap) from None
+    found = validated(DriveMap, read_yaml(path, _EXPECTED), str(path))
     try:
         import cantools
     except ImportError:

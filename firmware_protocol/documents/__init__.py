@@ -5,7 +5,7 @@ line.
 from firmware_protocol.documents.json_reading import json_line, read_json
 from firmware_protocol.documents.key_tables import Column, key_table
 from firmware_protocol.documents.limits import DocumentLimits
-from firmware_protocol.documents.refusal import Refusals, refusal_of
+from firmware_protocol.documents.refusal import Refusals, validated
 from firmware_protocol.documents.strict import LARGEST_NUMBER, Strict, with_strict_numbers
 from firmware_protocol.documents.yaml_editing import yaml_edited
 from firmware_protocol.documents.yaml_reading import read_yaml, yaml_mapping
@@ -21,7 +21,7 @@ __all__ = [
     "key_table",
     "read_json",
     "read_yaml",
-    "refusal_of",
+    "validated",
     "with_strict_numbers",
     "yaml_edited",
     "yaml_mapping",

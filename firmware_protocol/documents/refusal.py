@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
@@ -13,6 +13,8 @@ from firmware_protocol.errors import BadInputError
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
+
+Section = TypeVar("Section", bound=BaseModel)
 
 _LONGEST_SHOWN = 60
 
@@ -43,16 +45,18 @@ def _together(refusals: Sequence[BadInputError]) -> BadInputError:
     return BadInputError(first.where, first.problem + more, first.expected, others)
 
 
-def refusal_of(
-    error: ValidationError, where: str, top: type[BaseModel], kinds: Mapping[str, type[BaseModel]] = {}
-) -> BadInputError:
-    """What validation against `top` found first, with the file `where`, and the rest beside it as `others`.
+def validated(kind: type[Section], document: object, where: str, unions: Mapping[str, type[BaseModel]] = {}) -> Section:
+    """A document as the section that it should be; BadInputError names the file `where`, the first key that is wrong
+    and what was expected, and has the other errors beside it as `others`.
 
-    `kinds` names the members of tagged unions: their tags stand in pydantic's path of an error, but not in the file.
+    `unions` names the members of tagged unions: pydantic has their tags in the path of an error, the file has not.
     """
-    # a misspelt key tells more than the one that is missing because of it
-    found = sorted(error.errors(include_url=False), key=lambda one: one["type"] != "extra_forbidden")
-    return _together([_of_one(one, where, top, kinds) for one in found])
+    try:
+        return kind.model_validate(document)
+    except ValidationError as error:
+        # a misspelt key tells more than the one that is missing because of it
+        found = sorted(error.errors(include_url=False), key=lambda one: one["type"] != "extra_forbidden")
+        raise _together([_of_one(one, where, kind, unions) for one in found]) from None
 
 
 def _of_one(one: ErrorDetails, where: str, top: type[BaseModel], kinds: Mapping[str, type[BaseModel]]) -> BadInputError:

@@ -15,9 +15,9 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag, ValidationError, field_validator, model_validator
+from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
-from firmware_protocol.documents import Strict, read_yaml, refusal_of
+from firmware_protocol.documents import Strict, read_yaml, validated
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.arena.base_motions import AircraftMotion, Manoeuvre, Swing, Turbulence
 from gimbal_hil.control import Mode
@@ -118,10 +118,7 @@ class ScenarioFile(Strict):
 def load_scenarios(path: Path) -> tuple[Scenario, ...]:
     """Scenarios of a file, called `file: scenario`; BadInputError names file, key and what was expected."""
     document = read_yaml(path, "a file of scenarios with the keys schema, name, scenarios")
-    try:
-        file = ScenarioFile.model_validate(document)
-    except ValidationError as error:
-        raise refusal_of(error, str(path), ScenarioFile) from None
+    file = validated(ScenarioFile, document, str(path))
     return tuple(one.model_copy(update={"name": f"{file.name}: {one.name}"}) for one in file.scenarios)
 
 

@@ -6,9 +6,9 @@ from functools import cache
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
-from firmware_protocol.documents import Strict, read_yaml, refusal_of
+from firmware_protocol.documents import Strict, read_yaml, validated
 from firmware_protocol.enumerations import DriveRequest, DriveState
 
 REQUIREMENTS_FILE = Path(__file__).with_name("requirements.yaml")
@@ -58,7 +58,4 @@ class _File(Strict):
 def shipped_requirements() -> tuple[Requirement, ...]:
     """All requirements in the order of their file; BadInputError names the key that is wrong."""
     document = read_yaml(REQUIREMENTS_FILE, "requirements")
-    try:
-        return _File.model_validate(document).requirements
-    except ValidationError as error:
-        raise refusal_of(error, str(REQUIREMENTS_FILE), _File) from None
+    return validated(_File, document, str(REQUIREMENTS_FILE)).requirements

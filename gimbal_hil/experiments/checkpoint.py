@@ -19,9 +19,9 @@ from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, ValidationError
+from pydantic import Field
 
-from firmware_protocol.documents import DocumentLimits, Strict, read_json, refusal_of
+from firmware_protocol.documents import DocumentLimits, Strict, read_json, validated
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.experiments.experiment import Row
 
@@ -96,10 +96,7 @@ def read_checkpoint(folder: Path) -> Checkpoint:
     """The last whole checkpoint of a run folder; BadInputError where there is none."""
     path = folder / CHECKPOINT_FILE
     document = read_json(path, "the checkpoint of an experiment that was stopped", _LIMITS)
-    try:
-        kept = _KeptCheckpoint.model_validate(document)
-    except ValidationError as error:
-        raise refusal_of(error, str(path), _KeptCheckpoint) from None
+    kept = validated(_KeptCheckpoint, document, str(path))
     arrays = _arrays(folder / kept.state.file, kept.state.sha256)
     state = {name.removeprefix("state/"): array for name, array in arrays.items() if name.startswith("state/")}
     drawn: dict[str, dict[str, NDArray[np.float64]]] = {}

@@ -23,9 +23,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationError, ValidationInfo, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from firmware_protocol.documents import Strict, read_yaml, refusal_of
+from firmware_protocol.documents import Strict, read_yaml, validated
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.control.layout import Mode
 from gimbal_hil.experiments.references import ANY_REFERENCE, SHAPES, AnyReference, without_units
@@ -211,10 +211,11 @@ def plan_from_document(document: Any, where: str, axes: Sequence[str] = AXIS_NAM
     """
     if not isinstance(document, dict):
         raise BadInputError(where, "holds no mapping", "the keys schema, name, segments")
+    placed = _by_place(document, axes)
     try:
-        return Plan.model_validate(_by_place(document, axes))
-    except ValidationError as error:
-        raise _in_own_words(refusal_of(error, where, Plan, SHAPES), document, axes) from None
+        return validated(Plan, placed, where, SHAPES)
+    except BadInputError as refusal:
+        raise _in_own_words(refusal, document, axes) from None
 
 
 def _in_own_words(refusal: BadInputError, document: dict[str, Any], axes: Sequence[str]) -> BadInputError:

@@ -11,9 +11,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from pydantic import ValidationError
-
-from firmware_protocol.documents import refusal_of
+from firmware_protocol.documents import validated
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.settings.axis import AxisSettings, number_at
 from gimbal_hil.settings.daemon import DaemonSettings
@@ -99,10 +97,7 @@ def adjusted(configured: DaemonSettings, adjustments: Adjustments, where: str = 
             if not isinstance(document.get(section), dict) or name not in document[section]:
                 raise BadInputError(where, f"no number {axis}.{key}", "as in rate_loop.kp_s_per_rad")
             document[section][name] = value
-        try:
-            axes[axis] = AxisSettings.model_validate(document)
-        except ValidationError as error:
-            raise refusal_of(error, f"{where}: {axis}", AxisSettings, {}) from None
+        axes[axis] = validated(AxisSettings, document, f"{where}: {axis}")
     return configured.model_copy(update={"axes": axes})
 
 

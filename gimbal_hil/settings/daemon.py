@@ -7,9 +7,9 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, ValidationError, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
-from firmware_protocol.documents import Strict, read_yaml, refusal_of
+from firmware_protocol.documents import Strict, read_yaml, validated
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.links import AdapterLinkConfig
 from gimbal_hil.settings.axis import AxisSettings, NotNegative, Positive
@@ -308,10 +308,7 @@ def settings_from_document(document: Any, where: str, folder: Path | None = None
     """
     if not isinstance(document, dict):
         raise BadInputError(where, "holds no mapping", "the keys " + ", ".join(_KEYS))
-    try:
-        settings = DaemonSettings.model_validate(document)
-    except ValidationError as error:
-        raise refusal_of(error, where, DaemonSettings, LINK_KINDS) from None
+    settings = validated(DaemonSettings, document, where, LINK_KINDS)
     observed = settings.observer.model
     if folder is not None and observed is not None and is_model_file(observed):
         found = settings.observer.model_copy(update={"model": str((folder / observed).resolve())})

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Annotated, Any, Self
 
 import yaml
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from firmware_protocol.documents import Strict, read_yaml, refusal_of
+from firmware_protocol.documents import Strict, read_yaml, validated
 from gimbal_hil.control.layout import LEARNED_BINS
 
 Positive = Annotated[float, Field(gt=0.0)]
@@ -120,10 +120,7 @@ def read_learned(path: Path, axis: str) -> tuple[Entry, ...]:
     from firmware_protocol.errors import BadInputError
 
     document = read_yaml(path, "a file that replay --learned wrote, with the keys schema and axes")
-    try:
-        found = LearnedFile.model_validate(document)
-    except ValidationError as error:
-        raise refusal_of(error, str(path), LearnedFile, {}) from None
+    found = validated(LearnedFile, document, str(path))
     if axis not in found.axes:
         raise BadInputError(f"{path}: axes", f"has no {axis}", " and ".join(found.axes))
     return found.axes[axis]

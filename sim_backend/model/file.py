@@ -11,9 +11,9 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field, ValidationError, field_validator
+from pydantic import ConfigDict, Field, field_validator
 
-from firmware_protocol.documents import Strict, read_yaml, refusal_of
+from firmware_protocol.documents import Strict, read_yaml
 from sim_backend.carrying import in_order, require_plain_names
 from sim_backend.model.uncertainty import StatedUncertainty
 
@@ -129,11 +129,3 @@ class ModelFile(Strict):
 def read_document(path: Path) -> dict[str, Any]:
     """The YAML document of a file as a mapping; BadInputError names the file and the line where it cannot be read."""
     return read_yaml(path, "a model file with the keys schema, name, kind, axes")
-
-
-def validated(document: dict[str, Any], where: str) -> ModelFile:
-    """The document as a ModelFile, or BadInputError with the first key that is wrong."""
-    try:
-        return ModelFile.model_validate(document)
-    except ValidationError as error:
-        raise refusal_of(error, where, ModelFile) from None

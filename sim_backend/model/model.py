@@ -16,10 +16,10 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from firmware_protocol.documents import Refusals, yaml_text
+from firmware_protocol.documents import Refusals, validated, yaml_text
 from firmware_protocol.errors import BadInputError
 from sim_backend.effects import Effect, effect_named
-from sim_backend.model.file import PARENT, EffectSection, ModelFile, ModelKind, Quantity, read_document, validated
+from sim_backend.model.file import PARENT, EffectSection, ModelFile, ModelKind, Quantity, read_document
 from sim_backend.model.numbers import AXIS_NUMBERS, NUMBER_AT, beside
 from sim_backend.model.physical_checks import check_body, check_friction, temperature_table
 from sim_backend.model.uncertainty import DEFAULT_SOURCE, Uncertainty, relative_by_source
@@ -198,7 +198,7 @@ def load_model(path: Path | str) -> AntennaModel:
 def model_from_document(document: dict[str, Any], where: str) -> AntennaModel:
     """Check a document that has the form of a model file; `where` names it in errors."""
     document = _in_its_section(document)
-    file = validated(document, where)
+    file = validated(ModelFile, document, where)
     expected = 2 if file.kind is ModelKind.GIMBAL else 1
     if len(file.axes) != expected:
         raise BadInputError(
