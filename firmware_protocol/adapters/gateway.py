@@ -63,11 +63,6 @@ class Gateway:
         self._told: list[AnyMessage] = []
         self._seen = [0, 0]
 
-    @property
-    def margin_ticks(self) -> int:
-        """Ticks left before the deadman reacts."""
-        return self._margin
-
     def begin(self) -> list[CanFrame]:
         """Frames for a bus that was just opened."""
         return [frame for drive in self.drives for frame in (*drive.begin(), *drive.ask())]

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from firmware_protocol.errors import BadInputError, GimbalHilError
 from gimbal_hil.bench.two_processes import COMMAND, running_plant, two_process_configuration
+from gimbal_hil.host import HostState, word_of
 from gimbal_hil.operator import OperatorClient
 from gimbal_hil.runs import EventKind, open_run
 from gimbal_hil.timing import Duration, Histogram, MissCause, ReferenceLoop, compiler
@@ -61,7 +62,6 @@ class RealTime:
     #: p99 of the daemon's wake-ups over that of the C loop, turn by turn
     ratios: list[float] = field(default_factory=list)
     ready_s: list[float] = field(default_factory=list)
-    pages_read: int = 0
     #: how often motion was interrupted by a guard (a stall of the machine ends it) and taken up again
     interruptions: int = 0
 
@@ -209,17 +209,17 @@ def _keep_busy(run: Path, daemon: subprocess.Popen[str], began: float, result: R
         )
         while daemon.poll() is None:
             state = operator.request("status")["status"]["host_state"]
-            if state == "idle":
+            if state == word_of(HostState.IDLE):
                 operator.when_ready(
                     "segments", segments=[{"outer": _SINE, "inner": _SINE, "duration_s": 1e6, "label": 1}]
                 )
-            elif state == "fault":
+            elif state == word_of(HostState.FAULT):
                 result.interruptions += 1
                 operator.request("fault_reset")
             if page is not None:
                 for path in ("live.json", "metrics"):
                     with urllib.request.urlopen(f"{page.rstrip('/')}/{path}", timeout=5.0) as answer:
-                        result.pages_read += bool(answer.read())
+                        answer.read()
             time.sleep(_LOOK_S)
 
 

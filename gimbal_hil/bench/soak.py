@@ -33,6 +33,7 @@ from gimbal_hil.host import (
     Segment,
     Shape,
     program_of,
+    word_of,
 )
 from gimbal_hil.runs import TICK_ROW, EventKind, Retention, RunHeader, RunWriter, read_header
 from gimbal_hil.settings import DaemonSettings, host_configuration
@@ -236,7 +237,7 @@ def _account(
     if fastest > _FASTEST_RAD_S:
         figures.problems.append(f"{fastest:.1f} rad/s before tick {tick}")
     for event in host.events():
-        if event.code is EventCode.STATE and event.data["to"] == "fault":
+        if event.code is EventCode.STATE and event.data["to"] == word_of(HostState.FAULT):
             cause = str(event.data["cause"])
             figures.faults_of_host[cause] = figures.faults_of_host.get(cause, 0) + 1
         writer.event(event.tick, event.tick * step_ns, EventKind.NOTE, event.text, event.data)

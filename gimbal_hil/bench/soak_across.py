@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from firmware_protocol.errors import GimbalHilError, LinkError
 from gimbal_hil.bench.soak import FAULTS, MEMORY_SHARE, random_program, torque_problems
 from gimbal_hil.bench.two_processes import COMMAND, running_plant, two_process_configuration
+from gimbal_hil.host import EventCode, HostState, word_of
 from gimbal_hil.operator import OperatorClient, RequestRefusedError
 from gimbal_hil.runs import GrowingLog, open_run
 from gimbal_hil.settings import load_settings
@@ -143,7 +144,7 @@ class _Soak:
                 self._look(log, pids)
             event = self.operator.next_event(max(0.001, min(ask_at, look_at) - time.monotonic()))
             data = event.get("data", {}) if event is not None else {}
-            if data.get("code") == "state" and data["to"] == "fault":
+            if data.get("code") == word_of(EventCode.STATE) and data["to"] == word_of(HostState.FAULT):
                 cause = str(data["cause"])
                 self.figures.faults_of_host[cause] = self.figures.faults_of_host.get(cause, 0) + 1
         self.figures.wall_s = time.monotonic() - began
@@ -157,7 +158,7 @@ class _Soak:
         self.say(f"{figures.rows} rows, {figures.skipped} skipped; MiB: {memory}")
 
     def _ask(self) -> None:
-        if self.operator.request("status")["status"]["host_state"] == "fault":
+        if self.operator.request("status")["status"]["host_state"] == word_of(HostState.FAULT):
             name = "fault_reset"
         else:
             name = self.draw.choices(("start", "stop", "quick_stop"), (0.85, 0.1, 0.05))[0]

@@ -18,7 +18,6 @@ from gimbal_hil.settings import shipped_settings_path
 
 Json = dict[str, Any]
 COMMAND = (sys.executable, "-c", "from gimbal_hil.cli import main; main()")
-LINKS = ("unix", "serial", "slcan")
 #: a line that carries 2 kHz
 _BAUDRATE = 2_000_000
 

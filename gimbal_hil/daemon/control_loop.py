@@ -169,7 +169,7 @@ class ControlLoop:
         self._telemetry.tick(self._host.row, late_ns, computing_ns, received, sent)
         for event in self._host.events():
             self._telemetry.event(
-                event.tick, time_ns, _kind(event), event.text, {"code": event.code.name.lower(), **event.data}
+                event.tick, time_ns, _kind(event), event.text, {"code": word_of(event.code), **event.data}
             )
         self._due = take_commands(self._commands)
         if tick.number % self._service_check_ticks <= tick.skipped:
@@ -244,7 +244,7 @@ class ControlLoop:
             if host.state not in (HostState.IDLE, HostState.ACTIVE):
                 connecting = host.state in (HostState.WAITING, HostState.SYNCHRONISING)
                 hint = ", which passes once the antenna answers" if connecting else ""
-                return f"the host is in state {host.state.name.lower()}{hint} (last cause: {host.cause.name.lower()})"
+                return f"the host is in state {word_of(host.state)}{hint} (last cause: {word_of(host.cause)})"
             host.command(unpack_program(command.payload))
             return ""  # the service records it: it has the program
         if command.kind is CommandKind.ADJUST:
@@ -350,7 +350,7 @@ class ControlLoop:
 
     def _at_end_of_duration(self) -> LoopEnd:
         if self._host.state is HostState.FAULT:
-            return LoopEnd(EXIT_SAFETY_STOP, f"the host is in fault ({self._host.cause.name.lower()})")
+            return LoopEnd(EXIT_SAFETY_STOP, f"the host is in fault ({word_of(self._host.cause)})")
         if self._host.state is HostState.WAITING:
             return LoopEnd(EXIT_NO, "the antenna did not answer")
         return LoopEnd(EXIT_DONE, "the duration is over")

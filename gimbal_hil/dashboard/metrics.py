@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from gimbal_hil.host import HostState, LinkStatus
+from gimbal_hil.observing import WatchState
 from gimbal_hil.telemetry import LiveView
 from gimbal_hil.timing import Histogram
 
@@ -86,7 +87,7 @@ class _Collector:
         for axis, one in status["observer"].get("axes", {}).items():
             if one["rms_nm"] is not None:
                 lacks.add_metric([axis], one["rms_nm"])
-            changed.add_metric([axis], float(one["state"] == "changed"))
+            changed.add_metric([axis], float(one["state"] == WatchState.CHANGED))
         yield lacks
         yield changed
 

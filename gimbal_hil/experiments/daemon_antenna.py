@@ -43,6 +43,7 @@ _AFTER_TICKS = 3
 #: further away than this a joint is led to the start of an absolute position reference, at this speed
 _LEAD_IN_RAD, _LEAD_IN_RAD_S = 0.01, 0.2
 _ACTIVE, _STOPPING = word_of(HostState.ACTIVE), word_of(HostState.STOPPING)
+_READY = (word_of(HostState.IDLE), _ACTIVE)
 _STOPPED = (_STOPPING, *map(word_of, (HostState.FAULT, HostState.WAITING, HostState.IDLE)))
 _STARTED, _ENDED, _STATE = map(word_of, (EventCode.SEGMENT_STARTED, EventCode.SEGMENT_ENDED, EventCode.STATE))
 #: how a step ends that was not stopped
@@ -92,7 +93,7 @@ class DaemonAntenna:
     def connect(self) -> Followed:
         """Wait until the host is ready."""
         end = time.monotonic() + self._patience_s
-        while (state := self._status()["host_state"]) not in ("idle", "active"):
+        while (state := self._status()["host_state"]) not in _READY:
             if time.monotonic() > end:
                 raise LinkError(f"{self.run}: the daemon's host is {state}, not ready")
             time.sleep(0.05)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gimbal_hil.host import AxisCommand, EndCondition, Mode, Program, ReferenceOrigin, Segment, Shape, program_of
+from gimbal_hil.host import AxisCommand, EndCondition, Mode, Program, Segment, Shape, program_of
 
 if TYPE_CHECKING:
     from gimbal_hil.report import Block
@@ -75,11 +75,6 @@ def position_hold(value_rad: float) -> AxisCommand:
 def move_to(target_rad: float, duration_s: float) -> AxisCommand:
     """Move smoothly to a joint position in a given time."""
     return AxisCommand(Mode.POSITION, Shape.SMOOTH, (target_rad, duration_s))
-
-
-def constant_speed(rate_rad_s: float, span_rad: float) -> AxisCommand:
-    """Go on from where the joint stands at a constant rate until a span is travelled."""
-    return AxisCommand(Mode.POSITION, Shape.RAMP, (0.0, rate_rad_s, abs(span_rad)), ReferenceOrigin.START)
 
 
 def axes_of(signals: Iterable[str]) -> tuple[str, ...]:

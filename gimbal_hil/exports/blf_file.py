@@ -16,7 +16,7 @@ def export_blf(run: RecordedRun, path: Path, progress: Progress) -> int:
     from can.io.blf import BLFWriter
 
     frames = frames_of(run)
-    frames = frames[(frames["direction"] != FrameDirection.REJECTED) & (frames["identifier"] < _STANDARD_IDENTIFIERS)]
+    frames = frames[frames["identifier"] < _STANDARD_IDENTIFIERS]
     start_s, period_s = start_ns(run) / 1e9, run.record.header.period_ns / 1e9
     with BLFWriter(path) as writer:
         for place, frame in enumerate(frames):

@@ -68,17 +68,6 @@ def direction_now(
 
 
 @compiled
-def joints_towards(
-    azimuth: float, elevation: float, azimuth_rate: float, elevation_rate: float, H: np.ndarray, C: np.ndarray
-) -> tuple[Vector, Vector]:
-    """Position (rad), rate and acceleration of the outer and the inner joint that look in a direction in space (rad,
-    rad/s).
-    """
-    d, rate, curve = direction_now(azimuth, elevation, azimuth_rate, elevation_rate, H, C)
-    return joints_of(d, rate, curve)
-
-
-@compiled
 def nearest_turn(azimuth: float, before: float, low: float, high: float) -> float:
     """The turn of an azimuth (rad) nearest to where the joint was told to be before, or the next one that the cable
     allows.

@@ -17,6 +17,20 @@ LEAST_TRAVEL_RAD = 2e-3
 _BACK = 0.7
 
 
+class ObserverState(StrEnum):
+    """What the model beside the antenna does."""
+
+    #: none was asked for
+    OFF = "off"
+    #: its code is compiled and its model read
+    LOADING = "loading"
+    #: the model cannot be used; `problem` says why
+    FAILED = "failed"
+    #: no axis is under torque and free to move
+    WAITING = "waiting"
+    WATCHING = "watching"
+
+
 class WatchState(StrEnum):
     """What is known of an axis."""
 

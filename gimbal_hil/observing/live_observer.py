@@ -13,7 +13,7 @@ from firmware_protocol import schema
 from firmware_protocol.enumerations import DriveState
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.host import HostState
-from gimbal_hil.observing.change import AxisWatch, WatchState
+from gimbal_hil.observing.change import AxisWatch, ObserverState, WatchState
 from gimbal_hil.observing.frame_values import FieldReader, frames_in
 from gimbal_hil.runs import AXES, TICK_ROW
 from gimbal_hil.settings import DaemonSettings
@@ -198,13 +198,13 @@ class LiveObserver:
     def status(self) -> Json:
         """For people: `state` is off, loading, failed, waiting (no axis under torque) or watching."""
         if self.model_name is None:
-            state = "off"
+            state = ObserverState.OFF
         elif self._problem:
-            state = "failed"
+            state = ObserverState.FAILED
         elif self._observer is None:
-            state = "loading"
+            state = ObserverState.LOADING
         else:
-            state = "watching" if self._was_free else "waiting"
+            state = ObserverState.WATCHING if self._was_free else ObserverState.WAITING
         axes = {}
         for place, (name, watch) in enumerate(self.watches.items()):
             now = self._missing[place]

@@ -7,15 +7,8 @@ from collections.abc import Sequence
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-#: measured, model, reference, second axis, warning, background band
-MEASURED, MODEL, REFERENCE, SECOND, ALERT, BAND = (
-    "#1f6f8b",
-    "#d1603d",
-    "#8a94a0",
-    "#6a4c93",
-    "#b3261e",
-    "rgba(31,111,139,0.15)",
-)
+#: measured, model, reference, second axis, warning
+MEASURED, MODEL, REFERENCE, SECOND, ALERT = ("#1f6f8b", "#d1603d", "#8a94a0", "#6a4c93", "#b3261e")
 #: of the first axis and of the second
 AXIS_COLOURS = ("#1f6f8b", "#d1603d")
 

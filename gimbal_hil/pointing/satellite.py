@@ -8,7 +8,7 @@ after, which is 2 mrad at 500 km.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -47,13 +47,6 @@ class Elements:
         if not np.all(np.isfinite(found)):
             raise BadInputError(f"elements of {self.name}", "give no position at that time", "elements of these days")
         return found
-
-    @property
-    def epoch(self) -> datetime:
-        """When the elements are best."""
-        year = int(self.first[18:20])
-        start = datetime(2000 + year if year < 57 else 1900 + year, 1, 1, tzinfo=UTC)
-        return start + timedelta(days=float(self.first[20:32]) - 1.0)
 
 
 def read_elements(path: Path) -> Elements:

@@ -49,12 +49,11 @@ _STOPPING, _FAULT = word_of(HostState.STOPPING), word_of(HostState.FAULT)
 
 @dataclass
 class FollowedWay:
-    """What came of following: first and last tick, events (tick, data) on the way, how often attitude came back."""
+    """What came of following: first and last tick, and events (tick, data) on the way."""
 
     first_tick: int
     last_tick: int
     events: list[tuple[int, Json]] = field(default_factory=list)
-    reacquired: int = 0
 
 
 class PointingDaemon:
@@ -94,11 +93,10 @@ class PointingDaemon:
             told_s = max(told_s, done_s)
             if event is not None and self._over(event, found, tell):
                 return found
-            if event is not None and _stop_of(event) in _PASSING:
-                if not self._again(way, first_row_tick, end_tick, tell):
-                    found.last_tick = end_tick
-                    return found
-                found.reacquired += 1
+            stopped = event is not None and _stop_of(event) in _PASSING
+            if stopped and not self._again(way, first_row_tick, end_tick, tell):
+                found.last_tick = end_tick
+                return found
             if now > end_tick + _PATIENCE_S / period_s:
                 raise LinkError(f"{self.run}: the target's way did not end in its time")
 

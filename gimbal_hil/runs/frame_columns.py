@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from firmware_protocol.protocol_versions import CURRENT, Protocol
 from firmware_protocol.schema import COUNTER_START, CRC_START, Message
 from firmware_protocol.words import crc12, extract
-from gimbal_hil.runs.schema import FrameDirection
 
 
 @dataclass(frozen=True)
@@ -77,10 +76,8 @@ def crc_holds(message: Message, words: NDArray[np.uint64], protocol: Protocol = 
     return np.asarray((words >> np.uint64(CRC_START)).astype(np.int64) == expected)
 
 
-def describe_frame(identifier: int, direction: int) -> str:
+def describe_frame(identifier: int) -> str:
     """Name of a frame for people: its message, or its identifier where there is no such message."""
-    if direction == FrameDirection.REJECTED:
-        return "rejected bytes"
     message = CURRENT.by_can_id.get(identifier)
     return message.name if message is not None else f"frame 0x{identifier:03X}"
 
@@ -103,4 +100,4 @@ def describe_difference(identifier: int, expected: int, found: int) -> tuple[str
         start = COUNTER_START if part == "counter" else CRC_START
         mask = 15 if part == "counter" else 0xFFF
         return f"{message.name}.{part}", str(expected >> start & mask), str(found >> start & mask)
-    return describe_frame(identifier, 1), f"{expected:016x}", f"{found:016x}"
+    return describe_frame(identifier), f"{expected:016x}", f"{found:016x}"

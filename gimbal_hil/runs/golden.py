@@ -136,7 +136,7 @@ def _frames_apart(recorded: bytes, again: bytes) -> Sequence[str]:
     if recorded == again:
         return ()
     pairs = zip(_records(recorded), _records(again), strict=False)
-    names = [describe_frame(int.from_bytes(new[:2], "little"), 0) for old, new in pairs if old != new]
+    names = [describe_frame(int.from_bytes(new[:2], "little")) for old, new in pairs if old != new]
     if len(recorded) != len(again):
         names.append("their number")
     return tuple(dict.fromkeys(names))

@@ -13,7 +13,7 @@ from gimbal_hil.runs.difference import Difference
 from gimbal_hil.runs.frame_columns import describe_difference, describe_frame
 from gimbal_hil.runs.integrity import explain
 from gimbal_hil.runs.reader import RecordedRun
-from gimbal_hil.runs.schema import FrameDirection, stored_name
+from gimbal_hil.runs.schema import stored_name
 from gimbal_hil.runs.seal_check import broken_seal
 
 
@@ -45,9 +45,9 @@ def damage_of(run: RecordedRun) -> Iterator[Difference]:
 def _broken_frame(run: RecordedRun, row: int) -> Difference:
     found = explain(run.frames, row)
     frame = run.frames[row]
-    identifier, direction = int(frame["identifier"]), int(frame["direction"])
-    name = describe_frame(identifier, direction)
-    if found.column == "payload" and direction != FrameDirection.REJECTED:
+    identifier = int(frame["identifier"])
+    name = describe_frame(identifier)
+    if found.column == "payload":
         assert isinstance(found.original, int)
         signal, expected, recorded = describe_difference(identifier, found.original, int(frame["payload"]))
         return Difference(found.tick, signal, recorded, expected, _reason(f"this {name} frame", found.column))

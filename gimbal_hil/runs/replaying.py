@@ -139,7 +139,7 @@ def _frame_difference(tick: int, recorded: bytes, answer: bytes, arrived: bytes)
     hint = _hint(arrived)
     for (identifier, payload), (again, word) in zip(_records(recorded), _records(answer), strict=False):
         if identifier != again:
-            names = describe_frame(identifier, 0), describe_frame(again, 0)
+            names = describe_frame(identifier), describe_frame(again)
             return Difference(tick, "frame sent", *names, f"the host core sends another frame{hint}")
         if payload != word:
             signal, expected, found = describe_difference(identifier, word, payload)
@@ -162,9 +162,7 @@ def _row_difference(recorded: np.void, row: bytes, arrived: bytes, axes: tuple[s
 
 def _hint(arrived: bytes) -> str:
     """Received frames that may be the cause: those that fail their CRC."""
-    bad = [
-        describe_frame(identifier, 1) for identifier, payload in _records(arrived) if not _is_good(identifier, payload)
-    ]
+    bad = [describe_frame(identifier) for identifier, payload in _records(arrived) if not _is_good(identifier, payload)]
     return f"; at this tick {bad[0]} in the log fails its CRC" if bad else ""
 
 

@@ -27,8 +27,6 @@ class FrameDirection(IntEnum):
     HOST_TO_DEVICE = 0
     #: handed to the host core as received, valid or not: what replay feeds
     DEVICE_TO_HOST = 1
-    #: refused by the link before it was a frame; `identifier` is the number of bytes in `payload`; replay leaves it out
-    REJECTED = 2
 
 
 class EventKind(Enum):
@@ -145,15 +143,3 @@ def blocks_of_frames(frames: NDArray[np.void]) -> bytes:
     records["identifier"] = frames["identifier"]
     records["payload"] = frames["payload"]
     return records.tobytes()
-
-
-def frames_of_rejected(tick: int, data: bytes) -> NDArray[np.void]:
-    """Frame rows that keep raw bytes which never became a frame, eight to a row."""
-    rows = np.zeros(-(-len(data) // 8), FRAME_ROW)
-    rows["tick"] = tick
-    rows["direction"] = FrameDirection.REJECTED
-    rows["payload"] = np.frombuffer(data.ljust(8 * len(rows), b"\0"), "<u8")
-    rows["identifier"] = 8
-    if len(data) % 8:
-        rows["identifier"][-1] = len(data) % 8
-    return rows

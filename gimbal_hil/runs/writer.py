@@ -49,9 +49,7 @@ from gimbal_hil.runs.schema import (
     TICK_ROW,
     TICKS_FILE,
     EventKind,
-    FrameDirection,
     frames_of_blocks,
-    frames_of_rejected,
 )
 from gimbal_hil.runs.segments import give_up_old_segments, segment_name, segments_of
 
@@ -173,17 +171,9 @@ class RunWriter:
         """Free space of the disk that is recorded to, MiB."""
         return free_mb(self.folder)
 
-    def append_block(self, tick: int, direction: FrameDirection, block: bytes) -> None:
-        """Keep the frames of one block (a run of ten-byte records)."""
-        self._blocks.extend((tick, direction, block))
-
     def append_exchange(self, tick: int, received: bytes, sent: bytes) -> None:
         """Keep what one tick received and then sent: two blocks for the price of one call."""
         self._blocks.extend((tick, 1, received, tick, 0, sent))
-
-    def append_rejected(self, tick: int, data: bytes) -> None:
-        """Keep raw bytes that the link refused before they were a frame."""
-        self.append_frames(frames_of_rejected(tick, data))
 
     def append_frames(self, frames: NDArray[np.void]) -> None:
         """Keep frame rows, shape (n,) of FRAME_ROW; `check` need not be set."""

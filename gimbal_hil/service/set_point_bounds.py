@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.service.operator_commands import SetPointRequest
+from gimbal_hil.service.operator_commands import ModeName, SetPointRequest
 from gimbal_hil.settings import WIRE_TURNS, AxisSettings, DaemonSettings
 
 
@@ -19,7 +19,7 @@ def require_reachable(request: SetPointRequest, settings: DaemonSettings) -> Non
             raise BadInputError(f"set_point.{name}", f"{value:g} {unit} is beyond {key}", f"{low:g} to {high:g} {unit}")
 
 
-def _bounds(mode: str, axis: AxisSettings) -> tuple[float, float, str, str]:
+def _bounds(mode: ModeName, axis: AxisSettings) -> tuple[float, float, str, str]:
     """Least and largest value, the key that says so, and the unit."""
     limits = axis.limits
     if mode == "torque":

@@ -15,7 +15,7 @@ import numpy as np
 from firmware_protocol import schema
 from firmware_protocol.enumerations import DriveState, FaultCode
 from gimbal_hil.control.layout import Mode
-from gimbal_hil.host import GUARD_CAUSES, HostState, LinkStatus
+from gimbal_hil.host import GUARD_CAUSES, HostState, LinkStatus, PointingState, word_of
 from gimbal_hil.runs import AXES, TICK_ROW
 from gimbal_hil.telemetry.records import MISS_CODE, Exchange
 from gimbal_hil.telemetry.wire_watch import Wire, WireWatch
@@ -24,8 +24,9 @@ from gimbal_hil.timing import Histogram, MissCause
 Json = dict[str, Any]
 #: rows per second and seconds that the trace keeps
 TRACE_RATE_HZ, TRACE_S = 50, 60
+_POINTING_OFF = word_of(PointingState.OFF)
 #: host states in which a guard has stopped the axes, or does
-_STOPS = (HostState.FAULT.name.lower(), HostState.STOPPING.name.lower())
+_STOPS = (word_of(HostState.FAULT), word_of(HostState.STOPPING))
 _CAUSES = {code: cause for cause, code in MISS_CODE.items()}
 
 
@@ -52,7 +53,7 @@ class LiveView:
     #: the guard that holds the host in fault, or makes it brake, now; empty where none does
     guard: str = ""
     #: how often each guard has tripped
-    trips: dict[str, int] = field(default_factory=lambda: {cause.name.lower(): 0 for cause in GUARD_CAUSES})
+    trips: dict[str, int] = field(default_factory=lambda: {word_of(cause): 0 for cause in GUARD_CAUSES})
     #: how recording stands, as `Recorder.state` tells it
     recording: Callable[[], Json] = dict
     #: gains and limits that may be changed, as `AdjustableNumber.as_dict` tells them
@@ -60,7 +61,7 @@ class LiveView:
     #: what the model beside the antenna tells, as `LiveObserver.status` does
     observed: Callable[[], Json] = dict
     #: how a direction in space is held, as the last POINTING event told
-    pointing: Json = field(default_factory=lambda: {"state": "off", "muted": True})
+    pointing: Json = field(default_factory=lambda: {"state": _POINTING_OFF, "muted": True})
     _measured: dict[str, float] = field(default_factory=dict)
     _trace: deque[list[float]] = field(default_factory=lambda: deque(maxlen=TRACE_RATE_HZ * TRACE_S))
     _next_trace_ns: int = 0
@@ -112,16 +113,16 @@ class LiveView:
         return {
             "tick": int(row["tick"]),
             "time_ns": int(row["time_ns"]),
-            "host_state": HostState(int(row["host_state"])).name.lower(),
+            "host_state": word_of(HostState(int(row["host_state"]))),
             "cause": self.cause,
             "guard": self.guard,
             "guard_trips": {guard: count for guard, count in self.trips.items() if count},
-            "link": LinkStatus(int(row["link_status"])).name.lower(),
-            "drive_state": self.drive_state.name.lower() if self.drive_state is not None else None,
-            "drive_fault": self.drive_fault.name.lower() if self.drive_fault is not None else None,
+            "link": word_of(LinkStatus(int(row["link_status"]))),
+            "drive_state": word_of(self.drive_state) if self.drive_state is not None else None,
+            "drive_fault": word_of(self.drive_fault) if self.drive_fault is not None else None,
             "segment": int(row["segment"]),
             "pointing": self.pointing,
-            "mode": {axis: Mode(int(row[f"mode_{own}"])).name.lower() for own, axis in self._named()},
+            "mode": {axis: word_of(Mode(int(row[f"mode_{own}"]))) for own, axis in self._named()},
             "position_rad": {axis: self._measured.get(f"position_{own}") for own, axis in self._named()},
             "rate_rad_s": {axis: self._measured.get(f"rate_{own}") for own, axis in self._named()},
             "torque_nm": {axis: float(row[f"torque_{own}"]) for own, axis in self._named()},
@@ -167,7 +168,7 @@ class LiveView:
 
     def _point(self, row: np.void, missing_nm: tuple[float, float]) -> list[float]:
         # NaN: no direction is held, so there is nothing to mute
-        muted = math.nan if self.pointing["state"] == "off" else float(self.pointing["muted"])
+        muted = math.nan if self.pointing["state"] == _POINTING_OFF else float(self.pointing["muted"])
         point = [int(row["time_ns"]) / 1e9, muted]
         for axis, missing in zip(AXES, missing_nm, strict=True):
             measured = self._measured.get

@@ -15,7 +15,7 @@ from pathlib import Path
 from firmware_protocol.documents import yaml_text
 from firmware_protocol.errors import BadInputError, LinkError, SafetyStopError
 from firmware_protocol.links import AntennaInStep, open_link, require_can_wait
-from gimbal_hil.host import AxisCommand, HostState, Mode, Segment, Shape, program_of
+from gimbal_hil.host import AxisCommand, HostState, Mode, Segment, Shape, program_of, word_of
 from gimbal_hil.lockstep import FramePath, Recorded
 from gimbal_hil.operator import OperatorClient
 from gimbal_hil.runs import EventKind, RunHeader, RunWriter
@@ -29,7 +29,7 @@ from sim_backend.model import model_named
 _LOOK_S = 0.1
 #: what a daemon may take to start and to connect, and to brake to rest at the end
 _CONNECT_S, _END_S = 60.0, 20.0
-_READY = ("idle", "active")
+_IDLE, _ACTIVE = word_of(HostState.IDLE), word_of(HostState.ACTIVE)
 
 
 class AntennaOfTest(ABC):
@@ -226,7 +226,7 @@ class DaemonAntennaOfTest(AntennaOfTest):
             try:
                 client = client or OperatorClient(self.folder)
                 said = str(client.request("status")["status"]["host_state"])
-                if said in _READY:
+                if said in (_IDLE, _ACTIVE):
                     return client
             except (BadInputError, LinkError) as error:
                 said = str(error)
@@ -272,10 +272,10 @@ class DaemonAntennaOfTest(AntennaOfTest):
         self._client.start(program_of([segment]))
 
     def _pass(self, duration_s: float) -> None:
-        moving = self._client.request("status")["status"]["host_state"] == "active"
+        moving = self._client.request("status")["status"]["host_state"] == _ACTIVE
         time.sleep(duration_s)
         state = self._client.request("status")["status"]["host_state"]
-        if moving and state != "active":
+        if moving and state != _ACTIVE:
             raise SafetyStopError(f"the host is {state}")
 
     def _flush(self) -> None:

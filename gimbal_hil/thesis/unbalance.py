@@ -48,8 +48,7 @@ class UnbalanceRun:
     case: int
     #: half the peak-to-peak swing of the rate, percent of the reference
     ripple_percent: float
-    #: half the peak-to-peak swing and largest magnitude of the motor's torque, N m
-    torque_swing_nm: float
+    #: largest magnitude of the motor's torque, N m
     torque_peak_nm: float
     #: swing in the second half of the steady part over that in the first half: about 1 is a bounded, forced oscillation
     growth: float
@@ -87,7 +86,6 @@ def run_unbalance(
         reference_rad_s,
         case,
         100.0 * float(np.ptp(rate)) / 2.0 / reference_rad_s,
-        float(np.ptp(torque)) / 2.0,
         float(np.abs(torque).max()),
         growth,
         response,

@@ -89,8 +89,7 @@ def _search(scale: AxisScale) -> SearchProfile:
         for gap in (5e-4, 2e-3, 8e-3)
         for share, counted in rotors
     )
-    # what a crossing takes is the gap times the rotor: each alone shows in its timing only
-    return SearchProfile(knobs, starts, valley=(0.15, -0.15, 0.0, 0.0, 0.0), sensitive_knob=0)
+    return SearchProfile(knobs, starts)
 
 
 EFFECT = Effect(

@@ -56,6 +56,5 @@ EFFECT = Effect(
     # once a turn is what a centre of mass off the pivot does
     plainer=PlainerEffect("static_unbalance", (("order", 0.9, 1.1),)),
     # slots, poles and their harmonics are one motor
-    several_entries=True,
     torque_over_position=_swing,
 )

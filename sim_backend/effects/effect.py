@@ -156,8 +156,6 @@ class Effect:
     #: the effect that no run with commanded torque alone tells from it: either name is right
     same_by_command: str | None = None
     plainer: PlainerEffect | None = None
-    #: entries of it on one axis are one cause (the orders of a ripple)
-    several_entries: bool = False
     #: laws over the rate that one log may not tell apart
     forms: tuple[RateForm, ...] = ()
     #: what fitted numbers say against the law that they belong to; empty where nothing does

@@ -74,6 +74,5 @@ EFFECT = Effect(
     acts_through=frozenset({Variable.POSITION, Variable.RATE}),
     separated_by=(TWO_SPEEDS, TWO_LOADS),
     # a tight spot is no pure sine: its harmonics are one bearing
-    several_entries=True,
     torque_over_position=_swing,
 )

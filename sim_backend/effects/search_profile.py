@@ -114,11 +114,6 @@ class SearchProfile:
     knobs: tuple[Knob, ...]
     starts: tuple[Start, ...]
     ripple: Ripple | None = None
-    #: a step along which its numbers trade against each other, in a valley too bent for the steps of a refit; the first
-    #: of its knobs has a size of its own (a gap that is never crossed has none)
-    valley: Vector = ()
-    #: the knob whose slightest change sets off another history (impacts forget where they came from)
-    sensitive_knob: int | None = None
 
 
 def line(probe: float = 1.0) -> Start:

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
+from gimbal_hil.control.layout import Mode
 from gimbal_hil.experiments.conducting import conduct
-from gimbal_hil.experiments.experiment import Experiment, constant_speed, position_hold, step_of
+from gimbal_hil.experiments.experiment import Experiment, position_hold, step_of
 from gimbal_hil.experiments.frequency import margins_of
 from gimbal_hil.experiments.runner import Outcome
 from gimbal_hil.experiments.sequences import (
@@ -24,6 +25,7 @@ from gimbal_hil.experiments.sequences import (
     sweep,
 )
 from gimbal_hil.experiments.step_signals import STEPS_FOLDER
+from gimbal_hil.host import AxisCommand, ReferenceOrigin, Shape
 from gimbal_hil.identification import friction_of, identify_axis
 from gimbal_hil.identification.reading import read_logs
 from gimbal_hil.settings import shipped_settings
@@ -138,7 +140,8 @@ def test_every_speed_slides_both_ways_between_the_same_positions_over_the_travel
 def test_the_torque_of_a_thinned_step_is_the_mean_over_all_its_ticks() -> None:
     from gimbal_hil.experiments.antenna import LockstepAntenna
 
-    step = step_of("slide", RATE_HZ, 2.005, (constant_speed(0.05, 1.0), position_hold(0.0)))
+    slide = AxisCommand(Mode.POSITION, Shape.RAMP, (0.0, 0.05, 1.0), ReferenceOrigin.START)
+    step = step_of("slide", RATE_HZ, 2.005, (slide, position_hold(0.0)))
     followed = []
     for every in (1, 10):
         antenna = LockstepAntenna(shipped_settings(), MODEL, SEED, log_every=every)

@@ -20,7 +20,7 @@ from gimbal_hil.host import (
     layout,
     program_of,
 )
-from gimbal_hil.host.direction import joints_towards, nearest_turn
+from gimbal_hil.host.direction import direction_now, joints_of, nearest_turn
 from gimbal_hil.lockstep import CompiledPath, FramePath
 from sim_backend.model import AntennaModel, shipped_model
 
@@ -68,7 +68,7 @@ def told(t: float, age_s: float) -> tuple[Vector, Vector]:
 @pytest.mark.parametrize("t", [0.0, 0.7, 2.3])
 def test_position_rate_and_acceleration_are_those_of_the_true_kinematics(t: float) -> None:
     H, C = told(t, 0.0)
-    found = np.array(joints_towards(0.4, -0.6, 0.0, 0.0, H, C))
+    found = np.array(joints_of(*direction_now(0.4, -0.6, 0.0, 0.0, H, C)))
     h = 1e-3
     before, now, after = (true_joints(t + shift, 0.4, -0.6) for shift in (-h, 0.0, h))
     np.testing.assert_allclose(found[:, 0], now, atol=1e-12)
@@ -78,17 +78,17 @@ def test_position_rate_and_acceleration_are_those_of_the_true_kinematics(t: floa
 
 def test_an_old_attitude_is_turned_on_to_now() -> None:
     H, C = told(1.0, 0.02)
-    found = np.array(joints_towards(0.4, -0.6, 0.0, 0.0, H, C))
+    found = np.array(joints_of(*direction_now(0.4, -0.6, 0.0, 0.0, H, C)))
     # what is left is the third derivative over the age
     np.testing.assert_allclose(found[:, 0], true_joints(1.0, 0.4, -0.6), atol=5e-6)
     C[layout.EXTRAPOLATES_BASE] = 0.0
-    held = np.array(joints_towards(0.4, -0.6, 0.0, 0.0, H, C))
+    held = np.array(joints_of(*direction_now(0.4, -0.6, 0.0, 0.0, H, C)))
     assert np.abs(held[:, 0] - true_joints(1.0, 0.4, -0.6)).max() > 1e-3
 
 
 def test_a_direction_that_moves_takes_its_own_rates_along() -> None:
     H, C = told(0.7, 0.0)
-    found = np.array(joints_towards(0.4, -0.6, 0.02, -0.01, H, C))
+    found = np.array(joints_of(*direction_now(0.4, -0.6, 0.02, -0.01, H, C)))
     h = 1e-4
     after, before = (true_joints(0.7 + s * h, 0.4 + 0.02 * s * h, -0.6 - 0.01 * s * h) for s in (1.0, -1.0))
     np.testing.assert_allclose(found[:, 1], (after - before) / (2.0 * h), atol=1e-5)

@@ -12,7 +12,7 @@ import pytest
 from gimbal_hil.cli.app import run
 from gimbal_hil.experiments.antenna import LockstepAntenna
 from gimbal_hil.experiments.conducting import embedded_model_of, run_header
-from gimbal_hil.experiments.experiment import Experiment, Step, constant_speed, move_to, position_hold, step_of
+from gimbal_hil.experiments.experiment import Experiment, Step, move_to, position_hold, step_of
 from gimbal_hil.experiments.runner import run_experiment
 from gimbal_hil.host import AxisCommand, Mode, ReferenceOrigin, Shape
 from gimbal_hil.settings import shipped_settings
@@ -32,7 +32,8 @@ def _steps(rate_hz: float) -> Sequence[Step]:
         span = max(0.02, 4.0 * speed)
         for way in (1.0, -1.0):
             name = f"outer {way * speed:+.3f} rad/s"
-            steps.append(step_of(name, rate_hz, span / speed, (constant_speed(way * speed, span), still)))
+            slide = AxisCommand(Mode.POSITION, Shape.RAMP, (0.0, way * speed, span), ReferenceOrigin.START)
+            steps.append(step_of(name, rate_hz, span / speed, (slide, still)))
     for name, torque in (("ramp", slow_ramp(0.2, 20.0)), ("pulses", pulses(0.12, 4.0))):
         steps.append(step_of(f"rest before {name}", rate_hz, 1.0, (_torque(np.zeros(1000)), still)))
         steps.append(step_of(f"outer {name}", rate_hz, len(torque) / rate_hz, (_torque(torque), still)))

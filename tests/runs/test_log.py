@@ -56,9 +56,7 @@ def test_every_block_row_and_event_comes_back_as_it_was_given(tmp_path: Path) ->
     writer = RunWriter(tmp_path / "run", HEADER)
     device, host = Sender(), Sender()
     received, sent = device_block(device, 3, 2), host_block(host, 3)
-    writer.append_block(3, FrameDirection.DEVICE_TO_HOST, received)
-    writer.append_rejected(3, b"not a frame")
-    writer.append_block(3, FrameDirection.HOST_TO_DEVICE, sent)
+    writer.append_exchange(3, received, sent)
     writer.append_ticks(row_of(3))
     writer.event(3, 3_000_000, EventKind.FAULT, "überspeed", {"axis": "outer", "rate_rad_s": 0.1 + 0.2})
     writer.close()
@@ -66,8 +64,6 @@ def test_every_block_row_and_event_comes_back_as_it_was_given(tmp_path: Path) ->
     by_direction = {d: run.frames[run.frames["direction"] == d] for d in FrameDirection}
     assert blocks_of_frames(by_direction[FrameDirection.DEVICE_TO_HOST]) == received
     assert blocks_of_frames(by_direction[FrameDirection.HOST_TO_DEVICE]) == sent
-    rejected = by_direction[FrameDirection.REJECTED]
-    assert b"".join(row["payload"].tobytes()[: row["identifier"]] for row in rejected) == b"not a frame"
     expected = row_of(3)
     expected["check"] = run.ticks["check"]
     assert same_rows(run.ticks, expected)

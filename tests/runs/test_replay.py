@@ -18,7 +18,7 @@ from firmware_protocol.errors import BadInputError
 from firmware_protocol.schema import BY_NAME
 from gimbal_hil.cli import app
 from gimbal_hil.lockstep import give_again, host_of
-from gimbal_hil.runs import AXES, FRAME_ROW, TICK_ROW, FrameDirection, open_run
+from gimbal_hil.runs import AXES, FRAME_ROW, TICK_ROW, open_run
 from gimbal_hil.runs.arrow_messages import batch_bytes, header_bytes
 from gimbal_hil.runs.arrow_stream import END_OF_STREAM
 from gimbal_hil.runs.chain import plain_hash
@@ -270,14 +270,3 @@ def test_the_command_answers_0_1_and_2(
             app.run("replay", arguments)
         assert ended.value.code == 2
         assert capsys.readouterr().err.count("\n") == 1
-
-
-def test_rejected_bytes_are_kept_but_never_fed(copy: Path) -> None:
-    rows = open_run(copy).frames.copy()
-    extra = np.zeros(1, FRAME_ROW)
-    extra["tick"], extra["direction"], extra["identifier"], extra["payload"] = 600, FrameDirection.REJECTED, 8, 12345
-    rows = np.insert(rows, row_of_frame(rows, "set_point", 640), extra[0])
-    seal(rows)
-    rewrite(copy / "frames.arrow", rows)
-    result = replay_of(copy)
-    assert result.ticks == TICKS and (result.difference is None or result.difference.tick == -1)
