@@ -46,6 +46,21 @@ def test_a_decision_record_has_number_title_date_and_status_and_stands_in_the_in
     assert row in (ROOT / "docs" / "decisions" / "README.md").read_text(), "the same in docs/decisions/README.md"
 
 
+@pytest.mark.parametrize("record", RECORDS, ids=lambda record: record.stem)
+def test_a_decision_record_says_why_what_and_what_follows(record: Path) -> None:
+    text = record.read_text()
+    context, decision, follows = (text.find(f"\n**{part}") for part in ("Context.", "Decision", "Consequences."))
+    assert 0 < context < decision < follows
+
+
+def test_every_decision_has_a_number_of_its_own_and_the_index_is_in_their_order() -> None:
+    numbers = [record.name[:4] for record in RECORDS]
+    assert len(set(numbers)) == len(numbers)
+    assert (
+        re.findall(r"^\| \[(\d{4})\]", (ROOT / "docs" / "decisions" / "README.md").read_text(), re.MULTILINE) == numbers
+    )
+
+
 @pytest.mark.parametrize(("file", "row"), [("ticks.arrow", TICK_ROW), ("frames.arrow", FRAME_ROW)])
 def test_the_page_on_the_run_folder_has_every_column_with_its_type(file: str, row: np.dtype) -> None:
     page = (ROOT / "docs" / "run-folder.md").read_text()
