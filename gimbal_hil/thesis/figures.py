@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from gimbal_hil.plots import ALERT, MEASURED, MODEL, REFERENCE, figure, thinned
-from gimbal_hil.thesis.controller_tables import TableResult
+from gimbal_hil.plots import ALERT, MEASURED, MODEL, REFERENCE, SECOND, figure, thinned
+from gimbal_hil.thesis.controller_tables import Agreement, TableResult
 from gimbal_hil.thesis.friction_curves import FrictionCurves
 from gimbal_hil.thesis.printed import Loop
 from gimbal_hil.thesis.sliding import SlidingSweep
@@ -17,6 +17,12 @@ if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
 _COLOURS = ("#17324a", "#1f6f8b", "#4fa3a5", "#d1a23d", "#d1603d", "#b3261e", "#6a4c93")
+_AGREEMENT_COLOURS = {
+    Agreement.REPRODUCED: MEASURED,
+    Agreement.CLOSE: "#d1a23d",
+    Agreement.OVERSHOOT_ONLY: SECOND,
+    Agreement.NOT_REPRODUCIBLE: ALERT,
+}
 #: more samples than a screen has pixels across
 _SHOWN = 900
 
@@ -24,13 +30,14 @@ _SHOWN = 900
 def overshoot_figure(tables: Sequence[TableResult]) -> Figure:
     """Every printed overshoot against the one found here; on the diagonal they agree."""
     drawn = figure("Overshoot, thesis against here", "printed (%)", "here (%)")
-    for colour, result in zip(_COLOURS * 2, tables, strict=False):
-        shown = [row for row in result.rows if row.overshoot_percent < 100.0]
+    for agreement, colour in _AGREEMENT_COLOURS.items():
+        alike = [result for result in tables if result.agreement is agreement]
+        shown = [row for result in alike for row in result.rows if row.overshoot_percent < 100.0]
         drawn.add_scatter(
             x=[row.printed.overshoot_percent for row in shown],
             y=[row.overshoot_percent for row in shown],
             mode="markers",
-            name=f"table {result.table.number}",
+            name=f"{agreement.value}: {', '.join(result.table.number for result in alike)}",
             marker={"color": colour, "size": 8},
         )
     drawn.add_scatter(x=[0, 40], y=[0, 40], mode="lines", name="equal", line={"color": REFERENCE, "width": 1})
@@ -104,7 +111,7 @@ def friction_figure(curves: FrictionCurves, sweep: SlidingSweep) -> Figure:
         x=sweep.rate_rad_s,
         y=sweep.friction_nm,
         mode="markers",
-        name="sliding experiment",
+        name="sliding experiment, windows of 0.5 s",
         marker={"color": MEASURED, "size": 6},
     )
     drawn.add_vline(x=curves.minimum_rad_s, line={"color": REFERENCE, "dash": "dot"})

@@ -22,6 +22,8 @@ from gimbal_hil.thesis.figures import (
 from gimbal_hil.thesis.printed import UNBALANCE_REFERENCES_RAD_S
 from gimbal_hil.thesis.text import (
     CONVERGENCE_HEADER,
+    FITTED,
+    INFERRED,
     RECOVERY_HEADER,
     SLIP_HEADER,
     SUMMARY_HEADER,
@@ -133,17 +135,15 @@ def _tables(report: ThesisReport) -> list[Block]:
     both, tables = len(good) + len(close), len(report.tables)
     blocks: list[Block] = [
         Callout(
-            f"{both} of {tables} tables come out in overshoot and settling from one configuration. Reproduced, within "
-            "what print "
-            f"and reading allow ({PRINT_LIMIT.overshoot_points:g} points, {PRINT_LIMIT.settling_s:g} s rms): "
-            f"{', '.join(good)}. "
-            f"Close, within regression bounds that were set after the fact: {', '.join(close)}. "
-            f"In their overshoots alone: {', '.join(partly)}.",
+            f"{both} of {tables} tables agree in overshoot and settling, all with one configuration. Reproduced, "
+            f"within a limit set beforehand from print and reading error ({PRINT_LIMIT.overshoot_points:g} points, "
+            f"{PRINT_LIMIT.settling_s:g} s rms): {', '.join(good)}. Close, that is outside this limit and within "
+            f"regression bounds set afterwards: {', '.join(close)}. Overshoot only: {', '.join(partly)}.",
             "good" if report.within_bounds else "warning",
         ),
         Callout(
-            f"Tables {', '.join(not_at_all)} do not come out: no configuration found reproduces them together with "
-            "the others.",
+            f"Tables {', '.join(not_at_all)} are not reproduced: no configuration was found that agrees with them and "
+            "with the others.",
             "warning",
         ),
         Tiles(
@@ -159,30 +159,21 @@ def _tables(report: ThesisReport) -> list[Block]:
         ),
         Heading("Controller tables"),
         Text(
-            "The thesis names no motor, gyro or limits. What stands here was inferred by fitting every table at once: "
-            "a base tilted by "
-            "roll -7.2 and pitch -9.6 deg, a drive of 2.84 N m per controller unit limited at 14.98 N m (outer), 2.1 "
-            "and 6.6 N m (inner), "
-            "a loop at 10 kHz, an ideal gyro and no anti-windup. Anti-windup would remove most of the published "
-            "overshoot; it is off here "
-            "and nowhere else."
+            f"{INFERRED} Anti-windup would remove most of the published overshoot; it is off here and nowhere else in "
+            "this project."
         ),
-        Text(
-            "Fitted too: the time of the step, 0.20 s in the rate loops, 0.11 s and 0.28 s in the outer and inner "
-            "position loops. Settling "
-            "counts from t = 0, so that it contains that time. The tilt of the base is fixed; it stands in place of "
-            "the moving base of "
-            "section 5.3.1, which tuned on the cases of tables 3.1 and 3.2 and does not say which belongs to which "
-            "table."
-        ),
+        Text(FITTED),
         Table(
             SUMMARY_HEADER,
             summary_rows(report),
-            "Rms over each table's rows, overshoot in points. A bound lies just above what was reached: it shows when "
-            "something "
-            "gets worse, and proves nothing. 'Level base' is the same without the tilt.",
+            "Rms over each table's rows, overshoot in points. A regression bound lies just above what was reached: it "
+            "shows when a change makes it worse, and is no evidence of agreement. 'Level base' is the same without the "
+            "tilt.",
         ),
-        Plot(overshoot_figure(report.tables), "Every printed overshoot against the one found here."),
+        Plot(
+            overshoot_figure(report.tables),
+            "Every printed overshoot against the one found here; those above 100 % (table 5.14) are not shown.",
+        ),
     ]
     for result in report.tables:
         caption = f"Table {result.table.number}: {result.agreement.value}." + (
@@ -242,12 +233,12 @@ def _friction(report: ThesisReport) -> list[Block]:
         blocks += [
             Plot(
                 friction_figure(curves, room),
-                f"Minimum at {curves.minimum_rad_s:.3f} rad/s (dotted), as figures 4.2 to 4.5. Sliding: means over "
-                "windows of 0.5 s.",
+                f"Minimum at {curves.minimum_rad_s:.3f} rad/s (dotted), as in figures 4.2 to 4.5. Each sliding "
+                "point is a mean over a window of 0.5 s.",
             ),
             Plot(
                 loop_figure(curves),
-                "Hysteresis around zero speed, as figures 4.6 and 4.7; the faster the sine, the wider the loop.",
+                "Hysteresis around zero speed, as in figures 4.6 and 4.7; the faster the sine, the wider the loop.",
             ),
         ]
     shares = [f"{share:g} Ts" for share, _ in report.friction[0].secants]
@@ -273,11 +264,11 @@ def _friction(report: ThesisReport) -> list[Block]:
 
 def _recovery(report: ThesisReport) -> list[Block]:
     return [
-        Heading("Friction found again"),
+        Heading("Friction recovered"),
         Text(
-            "Tables 4.7 to 4.10 of the thesis hold the friction that a fit of its own simulation found again. Beside "
-            "it stands what this project's identification finds from short sliding and presliding runs of the virtual "
-            "antenna with the same friction, with encoder, gyro and gravity, from priors half as large again."
+            "Tables 4.7 to 4.10 of the thesis have the friction that it recovered by a fit to its own simulation. "
+            "Column 'here' has what this project's identification recovers from short sliding and presliding runs of "
+            "the virtual antenna with the same friction, with encoder, gyro and gravity, and priors 50 % too large."
         ),
         Table(
             RECOVERY_HEADER,
@@ -291,9 +282,9 @@ def _temperature(report: ThesisReport) -> list[Block]:
     return [
         Heading("Friction over temperature"),
         Text(
-            "The thesis' stated future work: friction from -40 to 85 degC. No data exist; thesis-temperature.yaml "
-            "schedules friction by a "
-            "table with assumed scaling, and the sliding experiment finds it again at five temperatures."
+            "Friction from -40 to 85 degC is the thesis' stated future work. There are no data; "
+            "thesis-temperature.yaml has a table with assumed scaling, and the sliding experiment (windows of 0.5 s) "
+            "recovers it at five temperatures."
         ),
         *(Plot(temperature_figure(sweeps)) for sweeps in report.sweeps),
         Table(

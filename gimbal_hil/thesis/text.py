@@ -4,13 +4,33 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from textwrap import wrap
 
+from gimbal_hil.thesis.closed_loop import LOOP_RATE_HZ
 from gimbal_hil.thesis.controller_tables import REGRESSION_BOUND, TableResult
 from gimbal_hil.thesis.friction_curves import FrictionCurves
+from gimbal_hil.thesis.inferred import STEP_TIME_S, TILTED
+from gimbal_hil.thesis.printed import Loop
 from gimbal_hil.thesis.recovery import Recovered
 from gimbal_hil.thesis.slip_effects import SlipEffect
 from gimbal_hil.thesis.thesis_report import ThesisReport
 from gimbal_hil.thesis.unbalance import Unbalance, UnbalanceRun
+
+#: what the tables were run with, and what of it was fitted to them
+INFERRED = (
+    "The thesis names no motor, gyro or limits. The configuration here was inferred by fitting every table at once: a "
+    f"base tilted by roll {math.degrees(TILTED.roll_rad):.1f} and pitch {math.degrees(TILTED.pitch_rad):.1f} deg; a "
+    f"drive of {TILTED.outer.per_unit_nm:g} N m per controller unit limited at {TILTED.outer.limit_nm:g} N m (outer), "
+    f"{TILTED.inner.per_unit_nm:g} and {TILTED.inner.limit_nm:g} N m (inner); a loop at {LOOP_RATE_HZ / 1e3:g} kHz, an "
+    "ideal gyro and no anti-windup."
+)
+FITTED = (
+    f"The time of the step was fitted too: {STEP_TIME_S[Loop.RATE, 'outer']:.2f} s in the rate loops, "
+    f"{STEP_TIME_S[Loop.POSITION, 'outer']:.2f} s and {STEP_TIME_S[Loop.POSITION, 'inner']:.2f} s in the outer and "
+    "inner position loops. Settling counts from t = 0, so it contains that time. The fixed tilt of the base replaces "
+    "the moving base of section 5.3.1, where the thesis tuned on the cases of tables 3.1 and 3.2 and does not say "
+    "which belongs to which table."
+)
 
 
 def as_text(report: ThesisReport) -> str:
@@ -69,9 +89,9 @@ SUMMARY_HEADER = (
     "loop",
     "axis",
     "overshoot rms",
-    "bound",
+    "regression bound",
     "settling rms s",
-    "bound",
+    "regression bound",
     "level base",
     "agreement",
 )
@@ -113,9 +133,7 @@ def columns(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
 def _summary(report: ThesisReport) -> list[str]:
     return [
         "Controller tables of chapter 5: rms over the rows, thesis against here",
-        "One configuration for all (inferred, not printed): base tilted by roll -7.2 and pitch -9.6 deg; drive 2.84 N "
-        "m per unit to",
-        "14.98 N m outer, 2.1 to 6.6 inner; loop at 10 kHz, ideal gyro, no anti-windup.",
+        *wrap(f"{INFERRED} {FITTED}", 120),
         *columns(SUMMARY_HEADER, summary_rows(report)),
     ]
 
@@ -234,10 +252,16 @@ def recovery_rows(recovered: Sequence[Recovered]) -> list[list[str]]:
             f"{found.thesis_error_percent:+.1f}",
             f"{found.here:.5g}",
             f"{found.error_percent:+.2f}",
-            f"{found.low:.5g} to {found.high:.5g}",
+            _interval(found.low, found.high),
         ]
         for found in recovered
     ]
+
+
+def _interval(low: float, high: float) -> str:
+    """Both ends with as many digits as their distance has two of."""
+    digits = max(0, 1 - math.floor(math.log10(high - low)))
+    return f"{low:.{digits}f} to {high:.{digits}f}"
 
 
 TEMPERATURE_HEADER = ("axis", "degC", "0.001 rad/s", "0.01", "0.1", "lowest N m", "at rad/s")

@@ -46,7 +46,7 @@ def test_the_whole_validation_leaves_page_text_and_numbers_that_agree(tmp_path: 
         "Controller tables",
         "Unbalance on a moving base",
         "Slips of the thesis",
-        "Friction found again",
+        "Friction recovered",
         "Friction over temperature",
         "Step size of the plant",
     ):
