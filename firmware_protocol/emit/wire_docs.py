@@ -44,8 +44,8 @@ Emitted from `firmware_protocol/schema.py` by `gimbal-hil protocol --emit docs`;
 Every frame is a classic CAN frame with an 11-bit identifier and eight bytes, on every transport. The payload is one
 little-endian 64-bit word: fields in bits 0 to 47 from bit 0 on in the order below, alive counter in bits 48 to 51, CRC
 in bits 52 to 63. Numbers on the wire are integers, signed ones in two's complement; physical value = integer times
-step. A field beyond its bounds makes the whole frame bad, and a sender holds a number at the bound, so that nothing
-ever wraps round.
+step. A field beyond its bounds makes the whole frame bad. A sender limits a number to the bound, so that nothing wraps
+round.
 
 An antenna says who it is in `identity` and `identity_unit`: once a second, and in the tick in which
 `drive_control.identify` asks. A host switches no torque on before it has heard both. Run folders of version 1 are still
@@ -106,9 +106,9 @@ def _seal() -> str:
 CRC-12: width 12, polynomial 0x{CRC_POLYNOMIAL:03X} (0xBAE as Koopman writes it), start 0, nothing reflected, nothing
 inverted; of the nine characters `123456789` it is 0x{CRC_CHECK:03X}. It runs over eight bytes: the data id, the counter
 (payload byte 6 with its upper half zero), payload bytes 0 to 5. The data id is not sent: it makes a frame under another
-message's identifier fail. Found is every error of up to four bits in a payload, and every burst of up to twelve within
-the fields; of all others about one in 4096 passes here and meets the CRC of CAN or of the serial packet.
-`docs/residual-errors.md` has what is left on each transport.
+message's identifier fail. It detects every error of up to four bits in a payload, and every burst of up to twelve
+within the fields. Of all others about one in 4096 passes; the CRC of CAN or of the serial packet has to miss it too.
+`docs/residual-errors.md` has the remaining rates for each transport.
 
 The counter goes up by one with every frame of its message, modulo 16.
 
@@ -122,9 +122,9 @@ def _receiver() -> str:
 
 A value changes only on a frame whose identifier, length, CRC, bounds and counter are right; everything else is counted
 and dropped. A repeated counter is a duplicate. A jump counts the frames that are missing; a step of {LATE_STEP} to 15
-is a late frame and dropped. Each message is *ok*, *degraded* (over {DEGRADED_PERIODS} periods without a good frame, or
-about one frame in five bad or missing) or *lost* (over {LOST_PERIODS} periods); a lost message takes the next good
-frame whatever its counter. Messages sent on an event are not lost by silence.
+is a late frame, which is dropped. Each message is *ok*, *degraded* (over {DEGRADED_PERIODS} periods without a good
+frame, or about one frame in five bad or missing) or *lost* (over {LOST_PERIODS} periods). For a lost message the next
+good frame is accepted with any counter. A message that is sent on an event is never lost by silence.
 """
 
 
@@ -135,8 +135,8 @@ def _serial() -> str:
 
 A block is a row of ten-byte records: identifier (little-endian, two bytes), payload (eight). A packet is COBS(block,
 CRC-16 of the block with its most significant byte first) and a zero byte; the CRC is CRC-16/CCITT-FALSE (0x29B1 of
-`123456789`). At most {PACKET_FRAMES} frames a packet, {PACKET_LIMIT} bytes before the zero. A receiver drops what does
-not fit and is right again after the next zero. The frame above as a packet:
+`123456789`). At most {PACKET_FRAMES} frames a packet, {PACKET_LIMIT} bytes before the zero. A receiver drops a packet
+that is not valid and begins again after the next zero. The frame above as a packet:
 `{encode_packets(block).hex(" ")}`.
 
 Over slcan a record is the line `tiiil<data>`; over a Unix socket (SOCK_SEQPACKET) a packet is a block as it is.
@@ -146,12 +146,12 @@ Over slcan a record is the line `tiiil<data>`; over a Unix socket (SOCK_SEQPACKE
 def _lockstep() -> str:
     return f"""## Lockstep
 
-An antenna that is simulated may leave its time to the host (`gimbal-hil plant --lockstep`, `gimbal-hil daemon
---lockstep`). The host then ends what it sends for a tick with an edge, identifier 0x{EDGE_CAN_ID:03X}, data id
-0x{EDGE_CAN_ID >> 4:02X}: bits 0 to {EDGE_BITS - 1} are its number, up by one with every tick, the alive counter is the
-number modulo 16, CRC as everywhere. The antenna takes what came before the edge, goes on by one tick, and ends its
-answer with an edge of the same number. Between edges its time stands still. Number 0 begins: it is answered and nothing
-is ticked; after the last number comes 1. Edge 1 is the record `{edge(1).hex(" ")}`. An antenna with a clock of its own
+A simulated antenna may get its clock from the host (`gimbal-hil plant --lockstep`, `gimbal-hil daemon --lockstep`). The
+host then ends the frames of a tick with an edge, identifier 0x{EDGE_CAN_ID:03X}, data id 0x{EDGE_CAN_ID >> 4:02X}: bits
+0 to {EDGE_BITS - 1} are its number, up by one with every tick, the alive counter is the number modulo 16, CRC as
+everywhere. The antenna takes the frames before the edge, advances by one tick, and ends its answer with an edge of the
+same number. Between edges its time does not advance. Number 0 begins: it is answered without a tick; after the last
+number comes 1. Edge 1 is the record `{edge(1).hex(" ")}`. An antenna with a clock of its own
 drops edges as frames of an unknown identifier.
 """
 
@@ -169,7 +169,8 @@ Lukkien 2007). All messages together, both directions, event messages as if one 
 {table}
 
 A rate that takes more than {LOAD_LIMIT:.0%} of the bus is refused: at most {int(highest_rate_hz(1_000_000))} Hz at 1
-Mbit/s. A serial line at 921600 bit/s is taken to {serial_load(1000.0, 921_600):.1%} in its busier direction at 1 kHz.
+Mbit/s. At 1 kHz the load of a serial line at 921600 bit/s is {serial_load(1000.0, 921_600):.1%} in its busier
+direction.
 """
 
 

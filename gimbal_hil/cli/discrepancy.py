@@ -81,7 +81,7 @@ def command(
     as_json: Annotated[bool, typer.Option("--json", help="Print the verdict as JSON.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
 ) -> int:
-    """Find what the model lacks, name it, add it, and show the gap shrink on data that had no part in the search.
+    """Find what the model lacks, name it, add it, and show the gap shrink on held-out data.
 
     Logs come from `gimbal-hil experiment survey` (to search in) and `survey_holdout` (to judge on), or are tables of
     your own with the columns time_s, AXIS.position and AXIS.torque (docs/signals-table.md), or with others, which

@@ -38,7 +38,7 @@ def command(
     ] = None,
     report: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="With --improved: arena of before and after, and what paid for the gain."),
+        typer.Option(metavar="DIR", help="With --improved: arena of before and after, and the causes of the gain."),
     ] = None,
     seeds: Annotated[int, typer.Option(help="Runs of each scenario in the report.", min=1)] = 2,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the tuned configuration.")] = False,

@@ -1,6 +1,6 @@
 """Whether a model still helps: what it feeds forward against the torque that the motion takes, and loops that shake.
 
-With N the torque sent and M what is fed forward, both at each tick, the model explains less than nothing once N alone
+With N the torque sent and M what is fed forward, both at each tick, the model is worse than none once N alone
 is smaller than N with M taken off: mean(N M) < mean(M^2) / 2, which noise in N does not shift. Counted is only where
 friction at rest cannot hide the difference: while the joint slides and its friction is in M, or where M is thrice what
 friction can hold. An observer whose inertia or delay is far off makes the loops swing: then the torque's feedback part

@@ -27,11 +27,11 @@ An experiment of your own as a YAML file. It runs like the [sequences](experimen
 ```yaml
 EXAMPLE```
 
-A segment names what each axis does; an axis that is not named is off. The axes are called as in your model file;
-`outer` and `inner` are understood whatever they are called. At the end torque is switched off.
+A segment says what each axis does; an axis that it does not name is off. Use the axis names of your model file; `outer`
+and `inner` are understood too. At the end torque is switched off.
 """
 _GUARDS = """
-Guards are looked at before the first torque of a segment and at every tick. A guard that trips brings the axes to rest
+Guards are checked before the first torque of a segment and at every tick. A guard that trips brings the axes to rest
 and ends the whole plan.
 """
 _AXIS = """
@@ -59,8 +59,10 @@ def plan_page() -> str:
         f"| `{mode.name.lower()}` | `_{units[0]}` | `_{units[1]}` | `_{units[2]}` | {_FOLLOWS[mode.name]} |\n"
         for mode, units in UNITS.items()
     ]
-    parts += ["\nEvery shape takes `from_start: true`: it counts from where the axis is when the segment starts (or\n"]
-    parts += ["from the reference before it), not from zero.\n"]
+    parts += [
+        "\nEvery shape takes `from_start: true`: its values are then relative to where the axis is at the start\n"
+    ]
+    parts += ["of the segment, or to the reference before it.\n"]
     for name, shape in SHAPES.items():
         parts += ["\n", *_lines(wrap(f"**`{name}`**: {_sentence(shape)}", 120)), "\n", *_lines(_keys_of(shape))]
     return "".join(parts)

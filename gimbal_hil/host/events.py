@@ -18,7 +18,7 @@ def word_of(state: IntEnum) -> str:
 
 _MODEL_NEWS = {
     ModelNews.NONE: "nothing new of the model",
-    ModelNews.STALE: "the model explains less than nothing of the torque and fades out",
+    ModelNews.STALE: "the torque sent contradicts the model's feed-forward, which fades out",
     ModelNews.RIGHT: "the model explains the torque again and comes back",
     ModelNews.SHAKES: "the loops shake with the observer; the cascade closes them from now on",
 }

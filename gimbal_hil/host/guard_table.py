@@ -219,11 +219,11 @@ _HEAD = """# Guards
 
 Made from `gimbal_hil/host/guard_table.py` by `python -m gimbal_hil.host.guard_table`; do not edit.
 
-A stop never uses the sensor that is in doubt: the host chooses it by cause and asks the drive for it
-(`drive_control.stop`). Where encoder and gyro are more than 1 rad/s apart, the drive's own stop uses neither and shorts
-the windings, whatever it was asked for; 4 rad/s apart is a fault (`SENSORS_DISAGREE`). An axis that its weight can move
-has a holding brake, which is closed whenever no axis is under torque; without power the windings are shorted. Not seen
-by any guard: an encoder or gyro that goes wrong by less than 0.015 rad/s, or by less than 5 % of the rate.
+A stop never uses the sensor that is in doubt: the host chooses the stop by the cause and requests it from the drive
+(`drive_control.stop`). If encoder and gyro differ by more than 1 rad/s, the drive's own stop uses neither and shorts
+the windings, whatever was requested; a difference of 4 rad/s is a fault (`SENSORS_DISAGREE`). An axis that its weight
+can move has a holding brake, which is closed whenever no axis is under torque; without power the windings are shorted.
+No guard detects an encoder or gyro error of less than 0.015 rad/s, or of less than 5 % of the rate.
 
 """
 
@@ -237,8 +237,8 @@ def guard_page() -> str:
         "An operator's `quick-stop` has the cause `OPERATOR`: ramp to rest by the encoder, held, brake closes; left by",
         "`reset`. Keys and their shipped values are in [the configuration](configuration.md).",
         "",
-        "Beside them: torque is held within its limit on the wire; an axis without torque that goes past a soft limit",
-        f"is an event (`{_PLAUSIBLE}`);",
+        "In addition, torque on the wire is limited; an axis without torque that passes a soft limit is reported as an",
+        f"event (`{_PLAUSIBLE}`);",
         "a service process that dies or does no work for `service_timeout_s` ends the daemon (exit 3).",
     ]
     lines += ["", "## Drive", "", "| fault | trigger | reaction | test |", "|---|---|---|---|"]

@@ -132,7 +132,7 @@ class ModelNews(IntEnum):
     """What the watch over the model found."""
 
     NONE = 0
-    #: what is fed forward explains less than nothing, and fades out
+    #: the torque sent contradicts the feed-forward, which fades out
     STALE = 1
     #: it explains the torque again, and comes back
     RIGHT = 2

@@ -342,9 +342,7 @@ class RunWriter:
             self.event(-1, -1, EventKind.RECORDING, self.running_out, {"free_mb": round(free)})
         elif free < self._retention.warn_below_mb and not self._warned:
             self._warned = True
-            text = (
-                f"{free:.0f} MiB are left on the disk; the run ends in good order at {self._retention.stop_below_mb:g}"
-            )
+            text = f"{free:.0f} MiB are left on the disk; the run is ended at {self._retention.stop_below_mb:g}"
             self.event(-1, -1, EventKind.RECORDING, text, {"free_mb": round(free)})
 
     def _begin_segment(self) -> None:

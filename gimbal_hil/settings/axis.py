@@ -82,7 +82,7 @@ class Prefilter(Strict):
 
 
 class Feedforward(Strict):
-    """What is given to the loops in advance; compensation of friction and gravity is off at zero."""
+    """Feed-forward of the loops; compensation of friction and gravity is off at zero."""
 
     reference_rate: Annotated[float, Field(ge=0.0, le=1.0)] = Field(
         default=1.0, description="share of the position reference's slope that goes to the rate loop"
@@ -111,7 +111,7 @@ class JointObserver(Strict):
     of `model_control.model`.
     """
 
-    bandwidth_rad_s: Positive = Field(description="how fast a disturbance is taken over")
+    bandwidth_rad_s: Positive = Field(description="how fast a disturbance is estimated")
     offset_walk_rad_s: Positive = Field(
         default=0.003,
         description="how fast the gyro may drift against joint and base rate, rad/s in a root second",
@@ -209,20 +209,20 @@ class AxisSettings(Strict):
     position_loop: PositionLoop = Field(description="encoder loop, over the rate loop")
     rate_loop: RateLoop = Field(description="gyro loop")
     prefilter: Prefilter | None = Field(default=None, description="of the position reference; none unless given")
-    feedforward: Feedforward = Field(default=Feedforward(), description="what is given to the loops in advance")
+    feedforward: Feedforward = Field(default=Feedforward(), description="feed-forward of the loops")
     observer: JointObserver | None = Field(
-        default=None, description="closes the loops in place of the raw sensors; needs `model_control`"
+        default=None, description="closes the loops with estimates instead of raw sensors; needs `model_control`"
     )
     friction_levels: FrictionLevels | None = Field(
-        default=None, description="friction's levels follow what the loops add to the model's; needs `model_control`"
+        default=None, description="estimates friction levels from the torque that the loops add; needs `model_control`"
     )
     learned: LearnedTorque | None = Field(
         default=None, description="torque over position and direction, learned in service; needs `model_control`"
     )
-    limits: Limits = Field(description="what the supervisor holds this axis to")
+    limits: Limits = Field(description="limits of the supervisor's guards")
     expectation: Expectation | None = Field(
         default=None,
-        description="how it answers torque; without it no guard on motion against torque and no first test",
+        description="how it responds to torque; without it no guard on motion against torque and no first test",
     )
     adjustable: dict[AdjustableKey, tuple[float, float]] = Field(
         default={},

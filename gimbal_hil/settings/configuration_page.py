@@ -91,20 +91,20 @@ Made from `gimbal_hil/settings` by `python -m gimbal_hil.settings.configuration_
 
 `antenna.yaml`, the file for `--config`: where the antenna is, how fast the loops run, gains, limits, recording.
 `gimbal-hil init mine` writes one for your antenna, with gains that suit its inertia; `gimbal-hil check antenna.yaml`
-checks one and names file, key and what was expected. Editors complete the keys by
-`gimbal-hil check --schema configuration`. Only `schema` and `axes` are needed; an unknown key is refused. Units stand
-in the names of the keys: `rate_rad_s` is in rad/s.
+checks one and names file, key and what was expected. With the output of `gimbal-hil check --schema configuration` an
+editor completes the keys. Only `schema` and `axes` are needed; an unknown key is refused. The names of the keys contain
+the unit: `rate_rad_s` is in rad/s.
 
 ## Where the antenna is
 
-Five kinds of link; one of them stands in the file.
+There are five kinds of link; the file has one of them.
 """
 _SECTIONS: tuple[tuple[str, str, type[BaseModel]], ...] = (
     (
         "`axes.NAME`",
-        "Two of these. An axis that the other one carries names it: `parent: azimuth`. The names are those of your\n"
-        "[model file](model-file.md); `outer` and `inner` fit any antenna. The column *shipped* below shows what\n"
-        "`config/virtual_antenna.yaml` has, outer and inner axis.",
+        "There are two axes. The one that is carried names the one that carries it: `parent: azimuth`. The names are\n"
+        "those of your [model file](model-file.md); `outer` and `inner` fit any antenna. The column *shipped* has\n"
+        "the values of `config/virtual_antenna.yaml`, outer and inner axis.",
         AxisSettings,
     ),
     ("`axes.NAME.position_loop`", "Encoder error to rate reference ([control](control.md)).", PositionLoop),
@@ -114,25 +114,25 @@ _SECTIONS: tuple[tuple[str, str, type[BaseModel]], ...] = (
         "First-order filter of the position reference, `num / (den[0] s + den[1])`.",
         Prefilter,
     ),
-    ("`axes.NAME.feedforward`", "What is given to the loops in advance.", Feedforward),
-    ("`axes.NAME.limits`", "What the supervisor holds the axis to ([guards](guards.md)).", Limits),
+    ("`axes.NAME.feedforward`", "Feed-forward of the loops.", Feedforward),
+    ("`axes.NAME.limits`", "Limits of the supervisor's [guards](guards.md).", Limits),
     (
         "`axes.NAME.expectation`",
-        "How the axis answers torque, for the guard `RUNAWAY` and the first test: right within a half is enough.",
+        "How the axis responds to torque, for the guard `RUNAWAY` and the first test; 50 % accuracy is enough.",
         Expectation,
     ),
     ("`axes.NAME.observer`", "Position, rate and disturbance of the joint ([control](control.md)).", JointObserver),
     (
         "`axes.NAME.friction_levels`",
-        "Levels of friction, followed in service ([control](control.md#what-no-model-has)); `{}` for the defaults.",
+        "Friction levels, estimated during operation ([control](control.md#what-no-model-has)); `{}` for the defaults.",
         FrictionLevels,
     ),
     (
         "`axes.NAME.learned`",
-        "Torque over position and direction, learned ([control](control.md#what-no-model-has)); `{}` for the defaults.",
+        "Learned torque over position and direction ([control](control.md#what-no-model-has)); `{}` for the defaults.",
         LearnedTorque,
     ),
-    ("`model_control`", "What the loops take from a model ([control](control.md)).", ModelControl),
+    ("`model_control`", "What the loops use of a model ([control](control.md)).", ModelControl),
     ("`supervisor`", "", Supervisor),
     ("`supervisor.deadman`", "", Deadman),
     ("`pointing`", "Mode `pointing` and its mute signal ([pointing](pointing.md)).", Pointing),

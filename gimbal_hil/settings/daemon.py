@@ -86,7 +86,7 @@ class Supervisor(Strict):
     first_test: FirstTestChoice = Field(
         default=FirstTestChoice.REAL_LINK,
         description=(
-            "try each axis with a small torque before the first motion, once in the life of a daemon; a virtual "
+            "test each axis with a small torque before the first motion, once after a daemon's start; a virtual "
             "antenna in the daemon's own process, or one in lockstep, is no `real_link`"
         ),
     )
@@ -137,7 +137,7 @@ class Recording(Strict):
         default=2000.0, description="free space on the disk from which the run warns, MiB"
     )
     stop_below_mb: Annotated[float, Field(ge=0.0)] = Field(
-        default=100.0, description="free space from which it ends in good order, MiB"
+        default=100.0, description="free space below which the run is ended and sealed, MiB"
     )
 
 
@@ -195,7 +195,7 @@ class DaemonSettings(Strict):
         description="two axes by name, in any order: one on the base, and one that it carries"
     )
     model_control: ModelControl | None = Field(
-        default=None, description="what the loops take from a model file; nothing without it"
+        default=None, description="what the loops use of a model file; nothing without it"
     )
     supervisor: Supervisor = Field(
         default=Supervisor(), description="times and counts of the supervisor; times become whole ticks"

@@ -50,13 +50,13 @@ class ModelControl(Strict):
         default=True, description="torque against cogging, cable spring and drive offset that the model names"
     )
     extrapolate_base: bool = Field(
-        default=True, description="base motion as it is now, from when it was true, in place of as it was told"
+        default=True, description="base motion extrapolated from its time of validity to now"
     )
     watch: bool = Field(
         default=True,
         description=(
-            "fade out what is fed forward when it explains less than nothing of the torque, and leave the observer when"
-            " its loops shake"
+            "fade out the feed-forward when the torque sent contradicts it, and leave the observer when its loops"
+            " oscillate"
         ),
     )
     watch_time_s: Positive = Field(default=2.0, description="window of that judgement")
@@ -78,13 +78,13 @@ class LearnedTorque(Strict):
     """
 
     share: Annotated[float, Field(ge=0.0, le=0.5)] = Field(
-        default=0.3, description="what of it each pass over a position takes into the table; 0: frozen"
+        default=0.3, description="share of the loops' torque that a pass over a position adds to the table; 0: frozen"
     )
     largest_nm: Positive | None = Field(
         default=None, description="largest entry; a tenth of the torque limit unless given"
     )
     slowest_rad_s: Positive = Field(default=0.01, description="below this joint rate both directions are mixed")
-    fastest_rad_s: Positive = Field(default=0.5, description="beyond it nothing is learned")
+    fastest_rad_s: Positive = Field(default=0.5, description="above it nothing is learned")
     table: str | None = Field(
         default=None,
         description="file that it begins with (relative to this file), as `replay RUN --learned FILE` writes it",
