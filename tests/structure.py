@@ -61,6 +61,9 @@ def _short(name: str) -> str:
 def main(arguments: list[str]) -> int:
     """Print the figures of a checkout."""
     found = structure_of(Path(arguments[0]) if arguments else ROOT)
+    if not found.folders:
+        print(f"{arguments[0]}: no checkout with a folder {PACKAGE}", file=sys.stderr)
+        return 2
     print(f"folders below {PACKAGE}: {len(found.folders) - 1}")
     print(f"imports between them through a face: {len(found.through_faces)}")
     modules = Counter(module for *_, module in found.of_inner_modules)

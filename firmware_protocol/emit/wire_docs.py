@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import Enum
+from textwrap import wrap
 
 from firmware_protocol.bus_load import LOAD_LIMIT, bus_load, frame_bits, highest_rate_hz, serial_load
 from firmware_protocol.codec import pack_raw
@@ -94,7 +95,8 @@ def _enumerations() -> str:
 def _enumeration(enumeration: type[Enum]) -> str:
     text = _sentence(" ".join((enumeration.__doc__ or "").split()))
     rows = "".join(f"| {int(member.value)} | `{member.name}` |\n" for member in enumeration)
-    return f"**{enumeration.__name__}**: {text}\n\n| value | name |\n|---|---|\n{rows}"
+    title = "\n".join(wrap(f"**{enumeration.__name__}**: {text}", 120))
+    return f"{title}\n\n| value | name |\n|---|---|\n{rows}"
 
 
 def _seal() -> str:
@@ -112,7 +114,8 @@ within the fields. Of all others about one in 4096 passes; the CRC of CAN or of 
 
 The counter goes up by one with every frame of its message, modulo 16.
 
-Example in raw integers: `{name}` with {values}, counter {counter}:
+Example in raw integers: `{name}` with
+{values}, counter {counter}:
 `{payload.hex(" ")}`.
 """
 

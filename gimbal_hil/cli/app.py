@@ -24,18 +24,21 @@ _LARGEST_NUMBER = 1e15
 #: command -> (module in gimbal_hil.cli, one line for --help); a module defines `command`, a function with typer's
 #: annotations, or the function named after a colon
 COMMANDS: dict[str, tuple[str, str]] = {
-    "demo": ("demo", "The whole story on the virtual antenna in under two minutes."),
+    "demo": ("demo", "A demonstration of the whole workflow on the virtual antenna in under two minutes."),
     "init": ("init", "Files of an antenna of your own: configuration, model, plan, next commands."),
     "check": ("check", "Check configuration, model, plan or data files: every error with its key."),
     "daemon": ("daemon", "Run the fixed-rate control daemon on the link that the configuration names."),
     "watch": ("watch", "A running daemon in the terminal: state, axes, torque, misses, recording."),
-    "set": ("operate:set_axes", "Have the axes of a running daemon go to values: azimuth=0.5 elevation=-0.3."),
+    "set": ("operate:set_axes", "Move the axes of a running daemon: azimuth=0.5 elevation=-0.3."),
     "adjust": (
         "adjust",
         "Gains and limits of a running daemon: show them, change them within their bounds, take back.",
     ),
     "stop": ("operate:stop", "Brake both axes to rest, torque off; the daemon stays connected."),
-    "quick-stop": ("operate:quick_stop", "The drive brakes both axes by itself, then is off."),
+    "quick-stop": (
+        "operate:quick_stop",
+        "The drive brakes both axes by itself, with torque, holds them, then switches off.",
+    ),
     "reset": ("operate:reset", "Leave a fault and connect anew."),
     "shut-down": ("operate:shut_down", "Brake to rest, then end the daemon."),
     "plant": ("plant", "Serve the virtual antenna's frames on a serial, slcan or Unix-socket link."),
@@ -43,10 +46,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "experiment",
         "Run a sequence: step, sliding, presliding, gravity_map, sweep, base_motion, thesis or a plan file.",
     ),
-    "campaign": ("campaign", "One experiment on many virtual antennas, each with numbers of its own: one table."),
+    "campaign": ("campaign", "One experiment on many virtual antennas that differ in their numbers: one table."),
     "testable": (
         "testable",
-        "Before any data: which effects a run could show, from which size, and which pairs it cannot tell apart.",
+        "Before recording: which effects a run could show, from which size, and which pairs it cannot tell apart.",
     ),
     "point": ("point", "Hold a direction in space, a satellite or a list of directions from a moving base."),
     "identify": ("identify", "Friction parameters with confidence intervals, into a new model file."),
@@ -68,7 +71,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "service": ("service", "Write a systemd unit, a container file, a Grafana dashboard, or man pages."),
     "doctor": ("doctor", "Can this machine hold the rate? A verdict with reasons."),
     "bench": ("bench", "The speed figures, each as a ratio to a plain reference from the same run."),
-    "warm": ("warm", "Compile everything now, with a bar, so that no later command waits for it."),
+    "warm": ("warm", "Compile everything now, so that no later command has to wait for it."),
 }
 #: commands that may meet a kernel that is not on disk yet
 COMPILING = frozenset(
@@ -227,7 +230,7 @@ Commands:
 {table}
 
 Each command explains itself with --help; gimbal-hil --install-completion has the shell complete them.
-Exit codes: 0 done and good, 1 the answer is no, 2 bad input, 3 safety stop, 130 interrupted."""
+Exit codes: 0 done and good, 1 done with a negative result, 2 bad input, 3 safety stop, 130 interrupted."""
 
 
 def _without_a_reader() -> int:

@@ -1,4 +1,4 @@
-"""`gimbal-hil demo`: the whole story on the virtual antenna."""
+"""`gimbal-hil demo`: the whole workflow on the virtual antenna."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def command(
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
 ) -> int:
-    """The whole story on the virtual antenna in under two minutes; ends with the path of one HTML report.
+    """The whole workflow on the virtual antenna in under two minutes; ends with the path of one HTML report.
 
     The first time it also compiles the plant for this machine, which takes most of that time; later runs find it on
     disk.

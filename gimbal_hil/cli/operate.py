@@ -1,4 +1,4 @@
-"""A word to a running daemon from a terminal: set, stop, quick-stop, reset, shut-down."""
+"""Requests to a running daemon from a terminal: set, stop, quick-stop, reset, shut-down."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def set_axes(
         str, typer.Option(help="position (rad), rate or inertial_rate (rad/s), torque (N m), pointing (rad, in space).")
     ] = "position",
     over: Annotated[
-        float, typer.Option(metavar="SECONDS", help="As a smooth move of so long; 0 is at once.", min=0.0)
+        float, typer.Option(metavar="SECONDS", help="Move smoothly for so long; 0: at once.", min=0.0)
     ] = 0.0,
     run: Run = None,
     as_json: AsJson = False,
@@ -63,12 +63,12 @@ def quick_stop(run: Run = None, as_json: AsJson = False) -> int:
 
 
 def reset(run: Run = None, as_json: AsJson = False) -> int:
-    """Leave a fault and connect anew; torque stays off until the next motion is asked for."""
+    """Leave a fault and connect anew; torque stays off until the next motion is requested."""
     return _plain("fault_reset", "fault reset asked for", run, as_json)
 
 
 def shut_down(run: Run = None, as_json: AsJson = False) -> int:
-    """Brake to rest, then end the daemon in good order."""
+    """Brake to rest, then end the daemon with its log complete."""
     return _plain("shut_down", "shutting down", run, as_json, "gimbal-hil replay")
 
 

@@ -1,4 +1,4 @@
-"""The whole story on the virtual antenna, in a few stages and one page."""
+"""The whole workflow on the virtual antenna, in a few stages and one page."""
 
 from gimbal_hil.demo.story import STAGES, Stage, tell
 

@@ -13,7 +13,7 @@ def manual_page(name: str, line: str, help_text: str, version: str, date: str) -
         f'.TH "{title}" 1 "{date}" "gimbal-hil {version}"\n'
         f".SH NAME\n{_escaped(name.replace(' ', '-'))} \\- {_escaped(line.rstrip('.'))}\n"
         f".SH DESCRIPTION\n.nf\n{body}\n.fi\n"
-        ".SH EXIT STATUS\n0 good, 1 the answer is no, 2 bad input, 3 safety stop, 130 interrupted.\n"
+        ".SH EXIT STATUS\n0 good, 1 a negative result, 2 bad input, 3 safety stop, 130 interrupted.\n"
         ".SH SEE ALSO\n.BR gimbal-hil (1)\n"
     )
 

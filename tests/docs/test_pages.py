@@ -30,6 +30,14 @@ def test_every_link_of_a_page_leads_to_a_file(page: Path) -> None:
     assert not lost
 
 
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_prose_is_wrapped_at_120(page: Path) -> None:
+    # tables, code and what has no blank to break at are as long as they are
+    text = re.sub(r"^```.*?^```$", "", page.read_text(), flags=re.MULTILINE | re.DOTALL)
+    prose = [line for line in text.splitlines() if not line.startswith(("|", "    "))]
+    assert not [line for line in prose if len(line) > 120 and " " in re.sub(r"^ *([-*]|\d+\.) ", "", line)]
+
+
 def test_every_page_that_code_cites_is_there() -> None:
     cited = {found for path in CODE for found in re.findall(r"\bdocs/[\w/-]+\.md\b", path.read_text())}
     assert cited and not [page for page in sorted(cited) if not (ROOT / page).exists()]
