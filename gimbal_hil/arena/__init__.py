@@ -1,4 +1,4 @@
-"""Controllers beside each other: scenarios x antennas x controllers x seeds, judged by where it truly looks."""
+"""Comparison of controllers: scenarios x antennas x controllers x seeds, judged by the true line of sight."""
 
 from gimbal_hil.arena.arena import ArenaResult, Entrant, Spread, entrants, run_arena
 from gimbal_hil.arena.base_motions import ROW_HZ as MOTION_ROW_HZ

@@ -1,4 +1,4 @@
-"""One experiment on many virtual antennas, each with numbers of its own."""
+"""One experiment on many virtual antennas that differ in their numbers."""
 
 from gimbal_hil.campaign.campaign import TABLE_FILE, Campaign, Done, run_campaign
 from gimbal_hil.campaign.page import campaign_page

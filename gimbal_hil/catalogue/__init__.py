@@ -1,4 +1,4 @@
-"""Runs beside each other: what is there, what each was, and how two of them differ."""
+"""Recorded runs: list them, describe one, compare two."""
 
 from gimbal_hil.catalogue.comparison import Comparison, compare, comparison_page
 from gimbal_hil.catalogue.summary import Measure, Summary, find_runs, measures_of, summary_of

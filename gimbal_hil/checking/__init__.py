@@ -1,4 +1,4 @@
-"""Files that people write, recognised and checked by the loaders that read them in earnest; their JSON schemas."""
+"""Files that people write: their kind, checks by the loaders that all commands use, and their JSON schemas."""
 
 from gimbal_hil.checking.checks import Checked, check_files
 from gimbal_hil.checking.kinds import FileKind, kind_of

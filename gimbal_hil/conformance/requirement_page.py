@@ -33,11 +33,12 @@ check.
 choose their size with `--torque-share` (of 16.4 N m times two to the axis' torque exponent; 0.2 unless given). No axis
 is enabled in the others, so a holding brake stays closed.
 
-Times count ticks of the antenna, so a tester that is late judges nothing wrongly. Where a check fails while the tester
-itself was late, it is made again, at most three times, and the number of tries is told.
+Times are counted in ticks of the antenna, so a slow tester gives no wrong result. If a check fails while the tester
+itself was late, it is repeated, at most three times, and the number of tries is reported.
 
-Nobody turns the antenna by hand here: travel limits, overspeed, winding temperature, supply and sensors that fail are
-not checked. [Write your own firmware](how-to/write-your-firmware.md) says what they must do.
+The checks cannot turn the antenna by hand or make its sensors fail: travel limits, overspeed, winding temperature,
+supply and failing sensors are not checked. [Write your own firmware](how-to/write-your-firmware.md) says what the
+firmware must do then.
 
 | | passed | takes | mutants found |
 |---|---|---|---|
@@ -48,10 +49,10 @@ not checked. [Write your own firmware](how-to/write-your-firmware.md) says what 
 | as machine code | 37 | 20 s | 67 of 67 |
 | as the image of a board in QEMU | 37 | 69 s | 67 of 67 |
 
-As measured on two cores beside other work, at a load of 7 to 10 in one process and in QEMU, of 10 to 18 over links; on
-a quieter machine those in real time took 37 and 41 s. At a load of 17 the tester was too late for three requirements
-over the pseudo-terminal. Mutants are the drive with one guard taken out, and `pytest -m heavy tests/firmware` finds
-them; size, stack and instructions of the C device stand [with the sources](how-to/take-the-c-device.md).
+Measured on two cores beside other work, at a load of 7 to 10 in one process and in QEMU, of 10 to 18 over links; on a
+quieter machine those in real time took 37 and 41 s. At a load of 17 the tester was too late for three requirements over
+the pseudo-terminal. A mutant is the drive with one guard removed (`pytest -m heavy tests/firmware`). [Take the C
+device](how-to/take-the-c-device.md) has its size, stack and instruction counts.
 """
 
 

@@ -1,4 +1,4 @@
-"""The live page: what a browser on this machine sees of a running daemon, and what it may ask for with the token."""
+"""The live page of a running daemon for a browser on this machine, and the requests that it may send with the token."""
 
 from gimbal_hil.dashboard.screen import ScopeScreen
 from gimbal_hil.dashboard.server import PageServer

@@ -1,4 +1,4 @@
-"""Experiments: what is asked of an antenna, the runner that follows it, and what comes out."""
+"""Experiments: their steps, the runner that executes them, and the results."""
 
 from gimbal_hil.experiments.antenna import LockstepAntenna
 from gimbal_hil.experiments.checkpoint import CHECKPOINT_FILE

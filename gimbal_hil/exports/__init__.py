@@ -1,4 +1,4 @@
-"""A run in other people's formats, every signal spelled the same in all of them."""
+"""Export of a run to other formats, with the same signal names in all of them."""
 
 from gimbal_hil.exports.blf_file import export_blf
 from gimbal_hil.exports.groups import ExportedSignal, Group, Progress, groups_of

@@ -1,4 +1,4 @@
-"""The loop closed: experiment, diagnose, correct, until the model is at the noise floor or nothing more can be said."""
+"""Experiment, diagnose and correct until the model is at the noise floor or nothing more can be found."""
 
 from gimbal_hil.improvement.budgets import Budgets, budgets_of, torques_of, travels_of
 from gimbal_hil.improvement.journal import JOURNAL_FILE, Journal, Measured, Resumed, Started, Stopped, read_journal

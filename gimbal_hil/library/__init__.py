@@ -1,4 +1,4 @@
-"""What a script or a notebook uses: runs, the virtual antenna, identification and the search, with results as objects.
+"""For scripts and notebooks: runs, the virtual antenna, identification and the search, with results as objects.
 
 `from gimbal_hil import Run, Antenna, identify, find_discrepancy` gives the same; nothing is loaded before it is used.
 """

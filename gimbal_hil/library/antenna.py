@@ -14,7 +14,7 @@ from sim_backend.model import AntennaModel
 
 @dataclass(frozen=True)
 class Antenna:
-    """An antenna in virtual time, controlled through its frames as a real one. Without arguments the shipped one.
+    """An antenna in virtual time, controlled through its frames like a real one. Without arguments the shipped one.
 
     `model`: a model, its file, or the name of a shipped one; without it the one that the configuration names.
     `config`: a configuration file. `seed`: of the sensors' noise.
@@ -50,7 +50,7 @@ class Antenna:
         return self.model.axes
 
     def with_effect(self, name: str, axis: str, **parameters: float) -> Antenna:
-        """The same antenna with an effect more (`gimbal-hil effects` lists them), in the units of the catalogue."""
+        """The same antenna with one more effect (`gimbal-hil effects` lists them), in the units of the catalogue."""
         return Antenna(self.model.with_effect(name, axis, parameters), self.settings, self.seed)
 
     def experiment(

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Finding:
-    """The answer. `verdict.document` is what `verdict.json` holds (docs/verdict.md)."""
+    """The result of a search. `verdict.document` is what `verdict.json` holds (docs/verdict.md)."""
 
     verdict: Verdict
     result: Result = field(repr=False)
@@ -47,17 +47,17 @@ class Finding:
 
     @property
     def effects(self) -> tuple[dict[str, Any], ...]:
-        """What was named or guessed: name, axis, parameters with intervals, gain on held-out data."""
+        """The causes, named or ambiguous: name, axis, parameters with intervals, gain on held-out data."""
         return self.verdict.effects
 
     @cached_property
     def model(self) -> AntennaModel | None:
-        """The model with what was named; None where nothing was."""
+        """The model with the named causes; None if nothing was named."""
         return corrected_model(self.result)
 
     @cached_property
     def recalibrated(self) -> AntennaModel | None:
-        """The model with known numbers that moved within their uncertainty, where nothing was named."""
+        """The model with known numbers refitted within their uncertainty, if nothing was named."""
         moved = self.model is None and bool(self.verdict.recalibrated)
         return recalibrated_model(self.result) if moved else None
 

@@ -32,14 +32,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Friction:
-    """What was identified. `prior` is the model that it began with."""
+    """The identified friction. `prior` is the model before the identification."""
 
     axes: tuple[AxisIdentification, ...]
     prior: AntennaModel = field(repr=False)
     sources: tuple[str, ...] = ()
 
     def frame(self) -> pd.DataFrame:
-        """A row a parameter: axis, name, value, low, high (95 %), unit, verdict, reason."""
+        """One row for each parameter: axis, name, value, low, high (95 %), unit, verdict, reason."""
         rows = [
             (r.axis, e.name, e.value, e.interval.low, e.interval.high, e.unit, e.verdict.value, e.reason)
             for r in self.axes
@@ -50,7 +50,7 @@ class Friction:
 
     @cached_property
     def model(self) -> AntennaModel:
-        """The prior with what was identified."""
+        """The prior with the identified numbers."""
         return updated_model(self.prior, list(self.axes))
 
     @cached_property

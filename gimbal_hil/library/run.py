@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Run:
-    """A recorded run. The folder is read when something is asked of it; BadInputError names what is wrong with it."""
+    """A recorded run. The folder is read when it is first used; BadInputError says what is wrong with it."""
 
     folder: Path
 
@@ -38,7 +38,7 @@ class Run:
 
     @property
     def configuration(self) -> dict[str, Any]:
-        """What the daemon or the experiment was told, as in its file."""
+        """The configuration of the daemon or experiment, as in its file."""
         return dict(self.log.record.header.configuration)
 
     def table(self, *, resample: bool = False, drop_invalid: bool = False) -> SignalsTable:
@@ -77,7 +77,7 @@ class Run:
         return drawn
 
     def replays(self) -> bool:
-        """Whether the host, run again on the recorded frames, does the same bit for bit."""
+        """Whether the host, run again on the recorded frames, gives the same bits."""
         from gimbal_hil.lockstep import give_again, host_of
         from gimbal_hil.runs import replay
 

@@ -1,4 +1,4 @@
-"""The model beside the antenna while it runs: what it lacks, in the service process, never in the loop."""
+"""The model beside the running antenna: estimates the torque that the model lacks, in the service process."""
 
 from gimbal_hil.observing.change import AxisWatch, WatchState
 from gimbal_hil.observing.live_observer import LiveObserver, observed_model

@@ -1,4 +1,4 @@
-"""An operator's way to a running daemon: the client, and the socket behind the door that it knocks at."""
+"""The operator's socket of a running daemon: the daemon's side and the client."""
 
 from gimbal_hil.operator.client import Json, NotReadyError, OperatorClient, RequestRefusedError
 from gimbal_hil.operator.socket import Client, Door, OperatorSocket

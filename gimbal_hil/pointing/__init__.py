@@ -1,4 +1,4 @@
-"""Targets in the sky: where they are seen from an aircraft, held by the host, judged and told on a page."""
+"""Targets in the sky: their direction from an aircraft, following them, pointing errors and a report."""
 
 from gimbal_hil.pointing.base import BASE_S, MOTIONS, BaseTruth, moved, truth_of
 from gimbal_hil.pointing.clock import TickClock

@@ -1,4 +1,4 @@
-"""Does a log fit its model at all? Wrong units, signs and columns are refused by name before anything is judged."""
+"""Does a log fit its model at all? Logs with wrong units, signs or columns are refused, with the reason."""
 
 from gimbal_hil.preflight.preflight import preflight
 

@@ -1,4 +1,4 @@
-"""Configuration of the daemon: validated once at the door, typed inside."""
+"""Configuration of the daemon: validated once when it is read, then typed."""
 
 from gimbal_hil.settings.adjusting import (
     AdjustableNumber,

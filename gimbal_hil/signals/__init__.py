@@ -1,6 +1,4 @@
-"""The signals table: measured data from run folders, CSV and Parquet, checked at the door, on one grid where logs
-meet.
-"""
+"""The signals table: measured data from run folders, CSV and Parquet, checked when read; logs on one time grid."""
 
 from gimbal_hil.signals.column_map import ColumnMap
 from gimbal_hil.signals.reading import read_signals, read_together, signals_of_run

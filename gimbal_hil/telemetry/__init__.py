@@ -1,4 +1,4 @@
-"""What the control process tells the processes beside it, and what an onlooker makes of it."""
+"""Records from the control process to other processes, and the live view computed from them."""
 
 from gimbal_hil.telemetry.live_view import LiveView
 from gimbal_hil.telemetry.records import (

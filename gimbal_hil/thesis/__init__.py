@@ -1,4 +1,4 @@
-"""The thesis that this project grew from, run again: controller tables, unbalance, friction, and what does not hold."""
+"""The thesis on which this project is based, computed again: controller tables, unbalance, friction, and its errors."""
 
 from gimbal_hil.thesis.asking import ask_for_kernels
 from gimbal_hil.thesis.controller_tables import step_figures

@@ -1,6 +1,4 @@
-"""Keeping time: clocks, deadlines, what a missed one is put down to, a second observer, and rings between processes
-that never wait.
-"""
+"""Time: clocks, deadlines and the causes of missed ones, the witness process, ring buffers between processes."""
 
 from gimbal_hil.timing.clock import NS_PER_S, Clock, Duration, Instant, LockstepClock, MonotonicClock
 from gimbal_hil.timing.histogram import Histogram, upper_bound_ns

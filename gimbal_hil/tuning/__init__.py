@@ -1,4 +1,4 @@
-"""Margins of the loops as they are built, and gains of least error that keep them."""
+"""Margins of the loops as implemented, and the gains with the least error that keep them."""
 
 from gimbal_hil.tuning.axis_cases import axis_cases, axis_inertias, told_wrong
 from gimbal_hil.tuning.choosing import LoopFigures, TuningTask, figures

@@ -1,4 +1,4 @@
-"""All compiled kernels asked for once, so that no later command has to wait for one."""
+"""Compiles every kernel once, so that no later command has to wait for one."""
 
 from gimbal_hil.warming.kernels import KERNELS, Kernel
 
