@@ -6,6 +6,7 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from gimbal_hil.dashboard.page import PAGE
@@ -13,6 +14,7 @@ from gimbal_hil.dashboard.server import live
 from gimbal_hil.operator import Door
 from gimbal_hil.plots import figure
 from gimbal_hil.report import Details, Made, Page, Plot, Text
+from gimbal_hil.runs import open_run
 from gimbal_hil.telemetry import LiveView
 from tests.browser import CHROMIUM, Browser
 from tests.daemon.daemons import RunningDaemon
@@ -76,6 +78,48 @@ def test_keys_act_and_lamps_tell_a_tripped_guard(tmp_path: Path) -> None:
             assert browser.printed().startswith(b"%PDF")
             assert not browser.problems
         client.request("shut_down")
+
+
+#: N m a second up to more than holds the outer axis (0.26 N m), the inner one held
+SLOW_TORQUE = {
+    "outer": {"mode": "torque", "shape": "ramp", "parameters": [0.0, 0.1, 0.4]},
+    "inner": {"mode": "position", "parameters": [0.0]},
+    "duration_s": 6.0,
+    "label": 1,
+}
+
+
+def test_the_scope_shows_a_break_away_and_every_tick_before_it(tmp_path: Path) -> None:
+    run, port = tmp_path / "run", free_port()
+    with RunningDaemon(run, "--duration", "90", "--page", str(port)) as daemon, daemon.client() as client:
+        daemon.until_state(client, "idle")
+        with Browser() as browser:
+            browser.open(
+                f"http://127.0.0.1:{port}/#{Door.read(run).token}", "document.querySelector('#scope').signal.value"
+            )
+            browser.value(
+                "(f => { f.kind.value = 'window'; f.kind.onchange(); f.signal.value = 'rate_outer';"
+                "f.low.value = -0.005; f.high.value = 0.005; f.before_s.value = 1; f.requestSubmit(); })"
+                "(document.querySelector('#scope')); 1"
+            )
+            browser.until("document.querySelector('#scope_state').textContent === 'armed'")
+            client.when_ready("segments", segments=[SLOW_TORQUE])
+            browser.until("document.querySelector('#scope_state').textContent === 'done' && capture")
+            shown = browser.value("({tick: capture.trigger_tick, ...capture.columns})")
+            assert "triggered at tick" in browser.value("document.querySelector('#kept').textContent")
+            drawn = "[...document.querySelectorAll('#captures canvas')].map(c => c.clientHeight > 0 && c.width > 300)"
+            assert browser.value(drawn) == [True] * 6
+            assert not browser.problems
+        client.request("shut_down")
+    time_s, rate = np.array(shown["time_s"]), np.array(shown["rate_outer"], float)
+    at = int(np.argmin(np.abs(time_s)))
+    assert time_s[at] == 0.0 and abs(rate[at]) > 0.005 and np.all(np.abs(rate[:at]) <= 0.005)
+    # at the torque of its friction, from creeping on its bristles to sliding
+    assert shown["torque_outer"][at] == pytest.approx(0.25, abs=0.03) and rate[-1] > 0.02
+    assert time_s[0] == pytest.approx(-1.0, abs=0.05) and time_s[-1] == pytest.approx(0.5, abs=0.05)
+    kept = open_run(run / "scope" / "0001").ticks
+    assert kept["tick"].tolist() == (shown["tick"] + np.rint(time_s * 1e3).astype(int)).tolist()
+    assert len(kept) == np.ptp(kept["tick"]) + 1 - kept["skipped_ticks"][1:].sum()
 
 
 def number(key: str, value: float) -> dict[str, object]:
