@@ -11,7 +11,7 @@ from gimbal_hil.arena.trial import TrialOutcome
 from gimbal_hil.report import Block, Callout, Details, Heading, Plot, Table, Text
 
 if TYPE_CHECKING:
-    from plotly.graph_objects import Figure as PlotlyFigure
+    from gimbal_hil.plots import Drawing
 
 _MICRO = 1e6
 #: title, figure of an outcome, factor to the unit of the title
@@ -158,7 +158,7 @@ def _cell(
     return f"{told} ± {deviation:.{decimals}f}"
 
 
-def _bars(found: ArenaResult, scenarios: Sequence[Scenario], antenna: str) -> PlotlyFigure:
+def _bars(found: ArenaResult, scenarios: Sequence[Scenario], antenna: str) -> Drawing:
     from gimbal_hil.plots import figure
 
     drawn = figure(f"Line-of-sight error, antenna {antenna}", "", "rms [urad]", 620)
@@ -167,7 +167,7 @@ def _bars(found: ArenaResult, scenarios: Sequence[Scenario], antenna: str) -> Pl
             found.spread(one.name, antenna, entrant.name, _LINE_OF_SIGHT[1]) for one in scenarios
         ]
         drawn.add_bar(
-            marker_color=_COLOURS[place % len(_COLOURS)],
+            marker=dict(color=_COLOURS[place % len(_COLOURS)]),
             x=[one.name for one in scenarios],
             y=[None if cell is None else _MICRO * cell.mean for cell in cells],
             name=entrant.name,

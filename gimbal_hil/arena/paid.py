@@ -18,7 +18,7 @@ from gimbal_hil.settings import DaemonSettings
 from sim_backend.model import AntennaModel, model_from_document
 
 if TYPE_CHECKING:
-    from plotly.graph_objects import Figure as PlotlyFigure
+    from gimbal_hil.plots import Drawing
 
 BEFORE, FIRST, IMPROVED = "before", "first model", "improved"
 _MICRO = 1e6
@@ -160,7 +160,7 @@ def _answer(paid: Paid) -> str:
     return said
 
 
-def _bars(paid: Paid) -> PlotlyFigure:
+def _bars(paid: Paid) -> Drawing:
     from gimbal_hil.plots import MEASURED, MODEL, REFERENCE, figure
 
     drawn = figure("Line-of-sight error", "", "rms [urad]", 460)
@@ -168,7 +168,7 @@ def _bars(paid: Paid) -> PlotlyFigure:
     for which, colour in ((BEFORE, REFERENCE), (FIRST, MODEL), (IMPROVED, MEASURED)):
         sizes = [_MICRO * paid.rms(name, which) for name in names]
         shown = [size if np.isfinite(size) else None for size in sizes]
-        drawn.add_bar(x=names, y=shown, name=which, marker_color=colour)
+        drawn.add_bar(x=names, y=shown, name=which, marker=dict(color=colour))
     drawn.update_yaxes(type="log")
     return drawn
 

@@ -10,7 +10,7 @@ from gimbal_hil.report import Block, Callout, Heading, Plot, Table, Text
 from gimbal_hil.timing import Histogram, MissCause
 
 if TYPE_CHECKING:
-    from plotly.graph_objects import Figure as PlotlyFigure
+    from gimbal_hil.plots import Drawing
 
 #: times in microseconds
 HEADER = (
@@ -120,7 +120,7 @@ def _ready(found: Sequence[RealTime]) -> str:
     )
 
 
-def _latencies(found: Sequence[RealTime]) -> PlotlyFigure:
+def _latencies(found: Sequence[RealTime]) -> Drawing:
     from gimbal_hil.plots import figure
 
     drawn = figure("Wake-up latency", "late by (us)", "share later than this")

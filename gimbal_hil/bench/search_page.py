@@ -8,7 +8,7 @@ from gimbal_hil.bench.search import LENGTHS_S, Cost, SearchFigures
 from gimbal_hil.report import Block, Heading, Plot, Table, Text
 
 if TYPE_CHECKING:
-    from plotly.graph_objects import Figure as PlotlyFigure
+    from gimbal_hil.plots import Drawing
 
 ASKED_S = 90.0
 _HEADER = ("Amount", "Wall time, s", "Processor time, s", "Million sines", "Named")
@@ -72,7 +72,7 @@ def _row(cost: Cost, unit: str) -> list[str]:
     ]
 
 
-def _drawn(title: str, x_title: str, costs: tuple[Cost, ...]) -> PlotlyFigure:
+def _drawn(title: str, x_title: str, costs: tuple[Cost, ...]) -> Drawing:
     from gimbal_hil.plots import MEASURED, REFERENCE, figure
 
     drawn = figure(title, x_title, "cost (million sines)")

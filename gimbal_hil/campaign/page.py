@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gimbal_hil.report import Block, Callout, Heading, Page, Plot, Table
 
 if TYPE_CHECKING:
-    from plotly.graph_objects import Figure as PlotlyFigure
+    from gimbal_hil.plots import Drawing
 
 _QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
 _HEADER = ("Number", "Nominal", "Least", "5 %", "Median", "95 %", "Most", "Antennas without")
@@ -59,7 +59,7 @@ def _row(name: str, values: NDArray[np.float64]) -> list[str]:
     return [name, f"{values[0]:.4g}", *spread, str(len(values) - 1 - len(found))]
 
 
-def _boxes(kind: str, measured: Mapping[str, NDArray[np.float64]]) -> PlotlyFigure:
+def _boxes(kind: str, measured: Mapping[str, NDArray[np.float64]]) -> Drawing:
     """One kind of number in every step that measured it; quantiles only, so that the page does not grow."""
     from gimbal_hil.plots import ALERT, MEASURED, figure
 
@@ -68,16 +68,16 @@ def _boxes(kind: str, measured: Mapping[str, NDArray[np.float64]]) -> PlotlyFigu
     quantiles = np.array([np.nanquantile(values, (0.05, 0.25, 0.5, 0.75, 0.95)) for values in picked.values()]).T
     low, q1, median, q3, high = quantiles
     steps = list(picked)
-    drawn.add_box(
-        x=steps,
-        lowerfence=low,
-        q1=q1,
-        median=median,
-        q3=q3,
-        upperfence=high,
-        name="antennas",
-        line=dict(color=MEASURED),
-    )
+    for name, least, most, width in (("5 to 95 %", low, high, 1.5), ("25 to 75 %", q1, q3, 9)):
+        reach = dict(type="data", symmetric=False, array=most - median, arrayminus=median - least)
+        drawn.add_scatter(
+            x=steps,
+            y=median,
+            mode="markers",
+            name=name,
+            marker=dict(color=MEASURED, size=width),
+            error_y=dict(color=MEASURED, thickness=width, width=0, **reach),
+        )
     nominal = [values[0] for values in picked.values()]
     drawn.add_scatter(x=steps, y=nominal, mode="markers", name="nominal", marker=dict(color=ALERT, size=7))
     return drawn

@@ -106,7 +106,7 @@ def _overlays(found: Comparison) -> list[Block]:
             for row, name in enumerate(columns, start=1):
                 drawn.add_scatter(
                     x=table.time_s[part], y=table.columns[name][part], name=label, legendgroup=label,
-                    showlegend=row == 1, line={"color": colour, "width": 1.2}, row=row, col=1,
+                    showlegend=row == 1, line={"color": colour, "width": 1.2}, row=row,
                 )  # fmt: skip
         blocks.append(Plot(drawn, f"{axis}: both runs from their first row on."))
     return blocks

@@ -13,7 +13,7 @@ from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.where import Regime, regimes
 
 if TYPE_CHECKING:
-    from plotly.graph_objects import Figure
+    from gimbal_hil.plots import Drawing
 
 #: slices of an abscissa that means are drawn for, rows that a mean takes at least
 _SLICES, _LEAST_ROWS = 240, 4
@@ -23,31 +23,20 @@ _DOTS = 400
 _A_REST = 0.005
 
 
-def gap_figure(verdict: dict[str, Any]) -> Figure:
+def gap_figure(verdict: dict[str, Any]) -> Drawing:
     """Rms left per channel, in noise floors."""
-    import plotly.graph_objects as go
-
     from gimbal_hil.plots import ALERT, MODEL, REFERENCE, SECOND, figure
 
     labels = [f"{g['axis']} {g['signal'].replace('_', ' ')}" for g in verdict["gaps"]]
     drawn = figure("Left over, in noise floors", "", "rms / noise floor", 360)
-    drawn.add_trace(
-        go.Bar(
-            name="before", x=labels, y=[g["before"] / g["noise_floor"] for g in verdict["gaps"]], marker_color=REFERENCE
-        )
-    )
-    drawn.add_trace(
-        go.Bar(name="after", x=labels, y=[g["after"] / g["noise_floor"] for g in verdict["gaps"]], marker_color=MODEL)
-    )
-    drawn.add_trace(
-        go.Bar(
-            name="processing floor",
-            x=labels,
-            y=[g["processing_floor"] / g["noise_floor"] for g in verdict["gaps"]],
-            marker_color=SECOND,
-        )
-    )
-    drawn.add_hline(y=1.0, line_color=ALERT)
+    for name, key, colour in (
+        ("before", "before", REFERENCE),
+        ("after", "after", MODEL),
+        ("processing floor", "processing_floor", SECOND),
+    ):
+        shares = [gap[key] / gap["noise_floor"] for gap in verdict["gaps"]]
+        drawn.add_bar(name=name, x=labels, y=shares, marker=dict(color=colour))
+    drawn.add_hline(y=1.0, color=ALERT)
     # on a logarithmic axis annotations stand at the logarithm
     drawn.add_annotation(
         x=1.0, xref="paper", xanchor="right", y=0.0, yanchor="bottom", text="noise floor", showarrow=False
@@ -65,10 +54,8 @@ def _column_of(result: Result, verdict: dict[str, Any]) -> int:
     return next(j for j, c in enumerate(channels) if (c.axis, c.signal) == (gap["axis"], gap["signal"]))
 
 
-def where_figure(result: Result, verdict: dict[str, Any]) -> Figure:
+def where_figure(result: Result, verdict: dict[str, Any]) -> Drawing:
     """Shares of the squared gap: for every way to cut the data one group of bars that adds up to 1."""
-    import plotly.graph_objects as go
-
     from gimbal_hil.plots import ALERT, MEASURED, figure
 
     j = _column_of(result, verdict)
@@ -78,29 +65,25 @@ def where_figure(result: Result, verdict: dict[str, Any]) -> Figure:
     drawn = figure(title, "share of the squared gap", "", 120 + 26 * len(found))
     # two columns of labels: the group once, and what each bar is
     labels = [[r.group for r in found], [r.regime for r in found]]
-    drawn.add_trace(
-        go.Bar(
-            y=labels,
-            x=[r.share_of_gap for r in found],
-            orientation="h",
-            name="share of gap",
-            marker_color=MEASURED,
-            error_x=dict(
-                type="data",
-                symmetric=False,
-                array=[max(0.0, r.high - r.share_of_gap) for r in found],
-                arrayminus=[max(0.0, r.share_of_gap - r.low) for r in found],
-            ),
-        )
+    drawn.add_bar(
+        y=labels,
+        x=[r.share_of_gap for r in found],
+        orientation="h",
+        name="share of gap",
+        marker=dict(color=MEASURED),
+        error_x=dict(
+            type="data",
+            symmetric=False,
+            array=[max(0.0, r.high - r.share_of_gap) for r in found],
+            arrayminus=[max(0.0, r.share_of_gap - r.low) for r in found],
+        ),
     )
-    drawn.add_trace(
-        go.Scatter(
-            y=labels,
-            x=[r.share_of_time for r in found],
-            mode="markers",
-            name="share of time",
-            marker=dict(symbol="line-ns-open", size=14, color=ALERT),
-        )
+    drawn.add_scatter(
+        y=labels,
+        x=[r.share_of_time for r in found],
+        mode="markers",
+        name="share of time",
+        marker=dict(symbol="line-ns-open", size=14, color=ALERT),
     )
     drawn.update_xaxes(range=[0.0, 1.02])
     drawn.update_yaxes(autorange="reversed", dividercolor="#c8d0d8")
@@ -122,7 +105,7 @@ def with_the_rest(found: Sequence[Regime]) -> list[Regime]:
     return whole
 
 
-def over_figure(result: Result, verdict: dict[str, Any]) -> Figure:
+def over_figure(result: Result, verdict: dict[str, Any]) -> Drawing:
     """What is left of the channel that the text speaks of, over position, speed and temperature of its axis."""
     from gimbal_hil.plots import MODEL, REFERENCE, figure_of_panels, thinned
 
@@ -143,11 +126,11 @@ def over_figure(result: Result, verdict: dict[str, Any]) -> Figure:
     for row, (_, x) in enumerate(over, start=1):
         for name, left, colour in lines:
             dots = dict(mode="markers", marker=dict(size=3, color=colour, opacity=0.35))
-            drawn.add_scatter(x=x[few], y=left[few], name=f"rows, {name}", showlegend=row == 1, row=row, col=1, **dots)
+            drawn.add_scatter(x=x[few], y=left[few], name=f"rows, {name}", showlegend=row == 1, row=row, **dots)
             place, mean = sliced_mean(x, left)
             line = dict(color="#1c2530" if name == "before" else colour, width=1.5)
             drawn.add_scatter(
-                x=place, y=mean, name=f"mean, {name}", line=line, showlegend=row == 1, row=row, col=1, mode="lines"
+                x=place, y=mean, name=f"mean, {name}", line=line, showlegend=row == 1, row=row, mode="lines"
             )
     return drawn
 
@@ -189,10 +172,8 @@ def _abscissas(result: Result, axis: str) -> list[tuple[str, Floats]]:
     return found
 
 
-def time_figure(result: Result) -> Figure:
+def time_figure(result: Result) -> Drawing:
     """What is left of the first hold-out log over time, every channel, in floors."""
-    import plotly.graph_objects as go
-
     from gimbal_hil.plots import ALERT, MODEL, REFERENCE, stacked, thinned
 
     search = result.inquiry
@@ -210,8 +191,7 @@ def time_figure(result: Result) -> Figure:
         for name, rows, colour in (("before", before, REFERENCE), ("after", after, MODEL)):
             if name == "before" or result.told:
                 line = dict(color=colour, width=1)
-                trace = go.Scatter(x=time[part], y=rows[:first, j][part], name=name, line=line, showlegend=row == 1)
-                drawn.add_trace(trace, row=row, col=1)
+                drawn.add_scatter(row, x=time[part], y=rows[:first, j][part], name=name, line=line, showlegend=row == 1)
         for level in (-1.0, 1.0):
-            drawn.add_hline(y=level, line_color=ALERT, line_width=0.7, row=row, col=1)
+            drawn.add_hline(y=level, row=row, color=ALERT, width=0.7)
     return drawn

@@ -13,8 +13,7 @@ from gimbal_hil.experiments.plan import Plan, load_plan
 from gimbal_hil.host import AXIS_NAMES
 
 if TYPE_CHECKING:
-    from plotly.graph_objects import Figure
-
+    from gimbal_hil.plots import Drawing
     from gimbal_hil.report import Block
 
 #: signals that a picture is made of, at most: they are kept in memory until the end
@@ -112,7 +111,7 @@ def _extent(axis: str, rows: Sequence[Row]) -> str:
     )
 
 
-def _figure(axis: str, parts: Sequence[Signals]) -> Figure:
+def _figure(axis: str, parts: Sequence[Signals]) -> Drawing:
     """Position, rate and torque of one axis over the time of the run, a gap between segments."""
     from gimbal_hil.plots import MEASURED, REFERENCE, stacked, thinned
 
@@ -129,11 +128,7 @@ def _figure(axis: str, parts: Sequence[Signals]) -> Figure:
         reference = f"{axis}.{name}_ref"
         if reference in parts[0] and np.any(np.isfinite(joined(reference))):
             line = dict(color=REFERENCE, dash="dot")
-            drawn.add_scatter(
-                x=time, y=joined(reference), name="reference", line=line, showlegend=row == 1, row=row, col=1
-            )
+            drawn.add_scatter(x=time, y=joined(reference), name="reference", line=line, showlegend=row == 1, row=row)
         line = dict(color=MEASURED)
-        drawn.add_scatter(
-            x=time, y=joined(f"{axis}.{name}"), name="measured", line=line, showlegend=row == 1, row=row, col=1
-        )
+        drawn.add_scatter(x=time, y=joined(f"{axis}.{name}"), name="measured", line=line, showlegend=row == 1, row=row)
     return drawn

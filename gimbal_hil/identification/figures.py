@@ -1,4 +1,4 @@
-"""Pictures of an identification, as plotly figures that a page can hold."""
+"""Pictures of an identification, as figures that a page can hold."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from gimbal_hil.identification.velocity_map import VelocityMap
 from gimbal_hil.plots import ALERT, MEASURED, MODEL, REFERENCE, SECOND, figure, stacked, thinned
 
 if TYPE_CHECKING:
-    from plotly.graph_objects import Figure
+    from gimbal_hil.plots import Drawing
 
 
 _COLOURS = {
@@ -28,7 +28,7 @@ _COLOURS = {
 
 def velocity_map_figure(
     velocity_map: VelocityMap, fits: tuple[StaticFit, ...], prior: StaticFriction, units: Units = ROTARY
-) -> Figure:
+) -> Drawing:
     """Friction torque over joint rate: measured points with 95 % bars, fitted curves, and the curve of the model one
     came with.
 
@@ -64,7 +64,7 @@ def velocity_map_figure(
     return drawn
 
 
-def residual_figure(fit: StaticFit, units: Units = ROTARY) -> Figure:
+def residual_figure(fit: StaticFit, units: Units = ROTARY) -> Drawing:
     """Measured minus fitted size of the torque of every point over speed, with 95 % bars of the points' own errors."""
     drawn = figure(
         "Residuals of the velocity map", f"joint rate, size [{units.rate}]", f"measured - fitted [{units.torque}]", 320
@@ -81,7 +81,7 @@ def residual_figure(fit: StaticFit, units: Units = ROTARY) -> Figure:
     return drawn
 
 
-def hysteresis_figure(fit: PreslidingFit, units: Units = ROTARY) -> Figure:
+def hysteresis_figure(fit: PreslidingFit, units: Units = ROTARY) -> Drawing:
     """Presliding loops: friction torque over displacement, measured and as the exact LuGre curve predicts it."""
     drawn = figure("Presliding", f"displacement [µ{units.angle}]", f"friction {units.word} [{units.torque}]", 460)
     for number, (run, predicted) in enumerate(zip(fit.runs, fit.predicted, strict=True)):
@@ -102,7 +102,7 @@ def hysteresis_figure(fit: PreslidingFit, units: Units = ROTARY) -> Figure:
     return drawn
 
 
-def output_error_figure(fit: OutputErrorFit, number: int = 0, units: Units = ROTARY) -> Figure:
+def output_error_figure(fit: OutputErrorFit, number: int = 0, units: Units = ROTARY) -> Drawing:
     """One record of the output-error fit: torque, joint rate measured and simulated, and their difference."""
     record, simulated = fit.records[number], fit.simulated[number]
     time = np.arange(len(record.position)) * record.step_s
@@ -114,11 +114,11 @@ def output_error_figure(fit: OutputErrorFit, number: int = 0, units: Units = ROT
     drawn = stacked(titles, "time [s]", (f"[{units.torque}]", f"[{units.rate}]", f"[{units.rate}]"))
     rows, coarse = thinned(len(time)), thinned(len(measured))
     drawn.add_scatter(
-        x=time[rows], y=record.torque[rows], line={"color": REFERENCE, "width": 1}, name=units.word, row=1, col=1
+        x=time[rows], y=record.torque[rows], line={"color": REFERENCE, "width": 1}, name=units.word, row=1
     )
     moments = time[::stride][: len(measured)]
     drawn.add_scatter(
-        x=moments[coarse], y=measured[coarse], line={"color": MEASURED, "width": 1}, name="measured", row=2, col=1
+        x=moments[coarse], y=measured[coarse], line={"color": MEASURED, "width": 1}, name="measured", row=2
     )
     drawn.add_scatter(
         x=moments[coarse],
@@ -126,7 +126,6 @@ def output_error_figure(fit: OutputErrorFit, number: int = 0, units: Units = ROT
         line={"color": MODEL, "width": 1, "dash": "dash"},
         name="simulated",
         row=2,
-        col=1,
     )
     drawn.add_scatter(
         x=moments[coarse],
@@ -134,12 +133,11 @@ def output_error_figure(fit: OutputErrorFit, number: int = 0, units: Units = ROT
         line={"color": ALERT, "width": 1},
         name="difference",
         row=3,
-        col=1,
     )
     return drawn
 
 
-def interval_figure(estimates: tuple[Estimate, ...], reference: LugreFriction, names: tuple[str, ...]) -> Figure:
+def interval_figure(estimates: tuple[Estimate, ...], reference: LugreFriction, names: tuple[str, ...]) -> Drawing:
     """Every parameter relative to the model given: value and 95 % interval, coloured by verdict, on a logarithmic
     scale.
     """
@@ -166,6 +164,6 @@ def interval_figure(estimates: tuple[Estimate, ...], reference: LugreFriction, n
     margin = 0.04 * (np.log10(max(ends)) - np.log10(min(ends)))
     drawn.update_xaxes(type="log", range=[np.log10(min(ends)) - margin, np.log10(max(ends)) + margin])
     drawn.update_yaxes(autorange="reversed")
-    drawn.add_vline(x=1.0, line={"color": REFERENCE, "width": 1})
+    drawn.add_vline(x=1.0, color=REFERENCE, width=1)
     drawn.update_layout(hovermode="closest")
     return drawn

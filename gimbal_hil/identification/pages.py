@@ -9,6 +9,13 @@ import numpy as np
 
 from gimbal_hil.identification.axis_identification import AxisIdentification, friction_of
 from gimbal_hil.identification.estimate import Determination, Estimate
+from gimbal_hil.identification.figures import (
+    hysteresis_figure,
+    interval_figure,
+    output_error_figure,
+    residual_figure,
+    velocity_map_figure,
+)
 from gimbal_hil.identification.output_error import OutputErrorFit
 from gimbal_hil.identification.sliding import MapHalf
 from gimbal_hil.identification.stribeck import LUGRE_NAMES
@@ -50,15 +57,6 @@ def identification_record(results: Sequence[AxisIdentification], sources: Sequen
 
 
 def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]:
-    # here, because plotly is heavy and a fit needs none of it
-    from gimbal_hil.identification.figures import (
-        hysteresis_figure,
-        interval_figure,
-        output_error_figure,
-        residual_figure,
-        velocity_map_figure,
-    )
-
     prior = friction_of(model, result.axis)
     units = LINEAR if model.is_linear else ROTARY
     count = sum(e.verdict is Determination.IDENTIFIED for e in result.estimates)

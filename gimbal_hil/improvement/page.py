@@ -118,8 +118,8 @@ def _gap_figure(rounds: Sequence[Diagnosed]) -> Any:
             x=x, y=y, mode="lines+markers", name=f"{channel[0]} {channel[1].replace('_', ' ')}",
             line=dict(color=colours.get(channel), width=1.5), marker=dict(symbol=symbols, size=9),
         )  # fmt: skip
-    drawn.add_hline(y=1.0, line_color=ALERT, line_width=1)
-    drawn.add_hline(y=LEAST_GAP, line_color=ALERT, line_width=1, line_dash="dash")
+    drawn.add_hline(y=1.0, color=ALERT, width=1)
+    drawn.add_hline(y=LEAST_GAP, color=ALERT, width=1, dash="dash")
     # on a logarithmic axis annotations stand at the logarithm
     drawn.add_annotation(
         x=1.0, xref="paper", xanchor="right", y=0.0, yanchor="top", text="noise floor", showarrow=False

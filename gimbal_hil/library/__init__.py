@@ -7,6 +7,7 @@ from gimbal_hil.library.antenna import Antenna
 from gimbal_hil.library.finding import Finding, Question, find_discrepancy, question_of
 from gimbal_hil.library.foreseeing import foresee
 from gimbal_hil.library.friction import Friction, identify
+from gimbal_hil.library.picture import Picture
 from gimbal_hil.library.run import Run
 from gimbal_hil.library.sources import Source
 
@@ -14,6 +15,7 @@ __all__ = [
     "Antenna",
     "Finding",
     "Friction",
+    "Picture",
     "Question",
     "Run",
     "Source",

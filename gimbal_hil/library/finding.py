@@ -21,14 +21,13 @@ from gimbal_hil.discrepancy import (
     recalibrated_model,
     verdict_of,
 )
+from gimbal_hil.library.picture import Picture
 from gimbal_hil.library.sources import Source, as_list, as_paths, model_of, plots_of
 from gimbal_hil.preflight import preflight
 from gimbal_hil.signals import ColumnMap, SignalsTable, read_together
 from sim_backend.model import AntennaModel
 
 if TYPE_CHECKING:
-    from plotly.graph_objects import Figure
-
     from gimbal_hil.report import Page
 
 
@@ -66,9 +65,9 @@ class Finding:
         """The report; `page.write(path)` puts it on disk."""
         return discrepancy_page(self.result, self.verdict, self.model, list(self.sources))
 
-    def figures(self) -> list[Figure]:
-        """The figures of the report (plotly)."""
-        return [plot.figure for plot in plots_of(self.page.blocks)]
+    def figures(self) -> list[Picture]:
+        """The figures of the report."""
+        return [Picture.of(plot.figure, self.page.title) for plot in plots_of(self.page.blocks)]
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from gimbal_hil.identification import (
     read_logs,
     updated_model,
 )
+from gimbal_hil.library.picture import Picture
 from gimbal_hil.library.run import pandas_module
 from gimbal_hil.library.sources import Source, as_list, as_paths, model_of, plots_of
 from gimbal_hil.preflight import preflight
@@ -25,7 +26,6 @@ from sim_backend.model import AntennaModel
 
 if TYPE_CHECKING:
     import pandas as pd
-    from plotly.graph_objects import Figure
 
     from gimbal_hil.report import Page
 
@@ -58,9 +58,9 @@ class Friction:
         """The report; `page.write(path)` puts it on disk."""
         return identification_page(self.prior, self.axes, self.sources)
 
-    def figures(self) -> list[Figure]:
-        """The figures of the report (plotly)."""
-        return [plot.figure for plot in plots_of(self.page.blocks)]
+    def figures(self) -> list[Picture]:
+        """The figures of the report."""
+        return [Picture.of(plot.figure, self.page.title) for plot in plots_of(self.page.blocks)]
 
 
 def identify(

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import BadInputError
+from gimbal_hil.library.picture import Picture
 from gimbal_hil.runs import RecordedRun as Log
 from gimbal_hil.runs import open_run
 from gimbal_hil.signals import SignalsTable, signals_of_run, unit_of, units_of
 
 if TYPE_CHECKING:
     import pandas as pd
-    from plotly.graph_objects import Figure
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Run:
         rows = [(event.tick, event.time_ns * 1e-9, event.kind.value, event.text) for event in self.log.events]
         return pandas_module().DataFrame(rows, columns=["tick", "time_s", "kind", "text"])
 
-    def figure(self, *columns: str) -> Figure:
+    def figure(self, *columns: str) -> Picture:
         """Signals over time, a panel for each unit; all positions without names. Columns as in `frame`."""
         from gimbal_hil.plots import stacked, thinned
 
@@ -73,8 +73,8 @@ class Run:
         part = thinned(len(table))
         for name in names:
             row = units.index(unit_of(name)) + 1
-            drawn.add_scatter(x=table.time_s[part], y=table.columns[name][part], name=name, row=row, col=1)
-        return drawn
+            drawn.add_scatter(x=table.time_s[part], y=table.columns[name][part], name=name, row=row)
+        return Picture.of(drawn, f"Run {self.folder.name}")
 
     def replays(self) -> bool:
         """Whether the host, run again on the recorded frames, gives the same bits."""

@@ -1,5 +1,6 @@
-"""The common look of every figure; apart from the pages, because plotly is heavy."""
+"""Figures, and the look they have in common."""
 
+from gimbal_hil.plots.drawing import Drawing
 from gimbal_hil.plots.figures import (
     ALERT,
     AXIS_COLOURS,
@@ -20,6 +21,7 @@ __all__ = [
     "MODEL",
     "REFERENCE",
     "SECOND",
+    "Drawing",
     "figure",
     "figure_of_panels",
     "stacked",

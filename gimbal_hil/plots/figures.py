@@ -4,16 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import plotly.graph_objects as go
-from plotly.subplots import make_subplots
+from gimbal_hil.plots.drawing import Drawing
 
 #: measured, model, reference, second axis, warning
 MEASURED, MODEL, REFERENCE, SECOND, ALERT = ("#1f6f8b", "#d1603d", "#8a94a0", "#6a4c93", "#b3261e")
 #: of the first axis and of the second
 AXIS_COLOURS = ("#1f6f8b", "#d1603d")
 
+_LINES = dict(gridcolor="#ebf0f8", ticks="", zerolinewidth=2, title=dict(standoff=15))
+_DARK = dict(color="#2a3f5f")
+_TEMPLATE = dict(
+    layout=dict(
+        xaxis=_LINES,
+        yaxis=_LINES,
+        autotypenumbers="strict",
+        hoverlabel=dict(align="left"),
+        paper_bgcolor="white",
+        plot_bgcolor="white",
+    ),
+    data=dict(bar=[dict(type="bar", error_x=_DARK, error_y=_DARK, marker=dict(line=dict(color="white", width=0.5)))]),
+)
 _LAYOUT = dict(
-    template="plotly_white",
+    template=_TEMPLATE,
     font=dict(family="system-ui, Segoe UI, Roboto, DejaVu Sans, sans-serif", size=13, color="#1c2530"),
     # a line for the title and one below it for the legend; a page has both beside the figure (report/static/page.js)
     margin=dict(l=70, r=24, t=72, b=52),
@@ -23,45 +35,59 @@ _LAYOUT = dict(
 )
 
 
-def figure(title: str, x_title: str, y_title: str, height: int = 380) -> go.Figure:
+def figure(title: str, x_title: str, y_title: str, height: int = 380) -> Drawing:
     """An empty figure in the house style; titles carry units in brackets."""
-    drawn = go.Figure()
-    drawn.update_layout(title=_title(title), height=height, **_LAYOUT)
-    drawn.update_xaxes(title=x_title, zeroline=False, showline=True, linecolor="#c8d0d8", automargin=True)
-    drawn.update_yaxes(title=y_title, zerolinecolor="#dfe4ea", showline=True, linecolor="#c8d0d8", automargin=True)
+    drawn = _panels(1, title, height, 0.0)
+    drawn.update_xaxes(title=x_title, zeroline=False)
+    drawn.update_yaxes(title=y_title)
     return drawn
 
 
 def stacked(
     titles: Sequence[str], x_title: str, y_titles: Sequence[str], height_each: int = 210, title: str = ""
-) -> go.Figure:
+) -> Drawing:
     """Panels above each other that share one x axis, in the house style; `titles` of the panels, `title` of all."""
-    drawn = make_subplots(
-        rows=len(titles),
-        cols=1,
-        shared_xaxes=True,
-        vertical_spacing=0.08 / max(1, len(titles) - 1) + 0.03,
-        subplot_titles=list(titles),
-    )
-    drawn.update_layout(title=_title(title), height=height_each * len(titles) + 80, **_LAYOUT)
-    drawn.update_annotations(font=dict(size=13), x=0.0, xanchor="left")
-    for row, y_title in enumerate(y_titles, start=1):
-        drawn.update_yaxes(title=y_title, row=row, col=1, zerolinecolor="#dfe4ea", showline=True, linecolor="#c8d0d8")
-    drawn.update_xaxes(showline=True, linecolor="#c8d0d8", zeroline=False, automargin=True)
-    drawn.update_yaxes(automargin=True)
-    drawn.update_xaxes(title=x_title, row=len(titles), col=1)
+    count = len(titles)
+    drawn = _panels(count, title, height_each * count + 80, 0.08 / max(1, count - 1) + 0.03)
+    drawn.update_xaxes(zeroline=False)
+    for row, (panel, y_title) in enumerate(zip(titles, y_titles, strict=True), start=1):
+        if panel:
+            at_its_top = dict(x=0.0, xanchor="left", y=1.0, yanchor="bottom", font=dict(size=13))
+            place = "" if row == 1 else row
+            drawn.add_annotation(panel, xref="paper", yref=f"y{place} domain", **at_its_top)
+        drawn.update_yaxes(row, title=y_title)
+        if row < count:
+            drawn.update_xaxes(row, matches=f"x{count}", showticklabels=False)
+    drawn.update_xaxes(count, title=x_title)
     return drawn
 
 
-def figure_of_panels(x_titles: Sequence[str], y_title: str, height_each: int, title: str) -> go.Figure:
+def figure_of_panels(x_titles: Sequence[str], y_title: str, height_each: int, title: str) -> Drawing:
     """Panels above each other, each with an x axis of its own, of one quantity with one y axis."""
     count = len(x_titles)
-    drawn = make_subplots(rows=count, cols=1, shared_yaxes="all", vertical_spacing=0.26 / max(1, count))
-    drawn.update_layout(title=_title(title), height=height_each * count + 80, **_LAYOUT | dict(hovermode="closest"))
-    drawn.update_xaxes(showline=True, linecolor="#c8d0d8", zeroline=False, automargin=True)
-    drawn.update_yaxes(title=y_title, zerolinecolor="#dfe4ea", showline=True, linecolor="#c8d0d8", automargin=True)
+    drawn = _panels(count, title, height_each * count + 80, 0.26 / max(1, count))
+    drawn.update_layout(hovermode="closest")
+    drawn.update_xaxes(zeroline=False)
+    drawn.update_yaxes(title=y_title)
     for row, x_title in enumerate(x_titles, start=1):
-        drawn.update_xaxes(title=x_title, row=row, col=1)
+        drawn.update_xaxes(row, title=x_title)
+        if row < count:
+            drawn.update_yaxes(row, matches=f"y{count}")
+    return drawn
+
+
+def _panels(count: int, title: str, height: int, space: float) -> Drawing:
+    """`count` panels of equal height with a space between them, a share of the whole."""
+    drawn = Drawing(count)
+    drawn.update_layout(title=_title(title), height=height, **_LAYOUT)
+    drawn.update_xaxes(showline=True, linecolor="#c8d0d8", automargin=True)
+    drawn.update_yaxes(showline=True, linecolor="#c8d0d8", zerolinecolor="#dfe4ea", automargin=True)
+    if count > 1:
+        share = (1.0 - space * (count - 1)) / count
+        for row in range(1, count + 1):
+            place, bottom = "" if row == 1 else row, (count - row) * (share + space)
+            drawn.update_xaxes(row, anchor=f"y{place}", domain=[0.0, 1.0])
+            drawn.update_yaxes(row, anchor=f"x{place}", domain=[bottom, bottom + share])
     return drawn
 
 

@@ -13,7 +13,7 @@ from gimbal_hil.pointing.judging import HeldTrace, MuteChange, PointingFigures
 from gimbal_hil.report import Block, Callout, Heading, Page, Plot, Table, Text, Tiles
 
 if TYPE_CHECKING:
-    from plotly.graph_objects import Figure as PlotlyFigure
+    from gimbal_hil.plots import Drawing
 
 #: points of a line: the largest error of each interval, or one joint position in so many
 _POINTS = 1200
@@ -53,7 +53,7 @@ def write_page(
         Plot(_joints_figure(trace), "Where the joints were: the base's motion and the target's together."),
         Heading("In figures"),
         Table(
-            ("Figure", "Value"),
+            ("Drawing", "Value"),
             [(key.replace("_", " "), _cell(value)) for key, value in figures.as_dict().items()],
         ),
         Heading("Mute signal"),
@@ -96,7 +96,7 @@ def _time(trace: HeldTrace, tick: int) -> float:
     return float(trace.time_s[0]) + (tick - int(trace.tick[0])) * step
 
 
-def _error_figure(trace: HeldTrace, beyond_rad: float, known: bool) -> PlotlyFigure:
+def _error_figure(trace: HeldTrace, beyond_rad: float, known: bool) -> Drawing:
     from gimbal_hil.plots import ALERT, MEASURED, SECOND, figure
 
     drawn = figure("", "time [s]", "error [µrad]")
@@ -118,7 +118,7 @@ def _error_figure(trace: HeldTrace, beyond_rad: float, known: bool) -> PlotlyFig
     return drawn
 
 
-def _joints_figure(trace: HeldTrace) -> PlotlyFigure:
+def _joints_figure(trace: HeldTrace) -> Drawing:
     from gimbal_hil.plots import AXIS_COLOURS, stacked
 
     drawn = stacked(("", ""), "time [s]", ("outer [deg]", "inner [deg]"), 200)
@@ -130,6 +130,5 @@ def _joints_figure(trace: HeldTrace) -> PlotlyFigure:
             line=dict(color=colour),
             showlegend=False,
             row=place + 1,
-            col=1,
         )
     return drawn

@@ -1,4 +1,4 @@
-"""What people read: pages and the look of figures (`figures` is imported where plotly is needed)."""
+"""What people read: pages, and what they are made of."""
 
 from gimbal_hil.report.blocks import Block, Callout, Details, Heading, Listing, Plot, Table, Text, Tiles, plots_in
 from gimbal_hil.report.junit import Case, write_junit

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from plotly.graph_objects import Figure as PlotlyFigure
+from gimbal_hil.plots import Drawing
 
 
 @dataclass(frozen=True)
@@ -50,9 +48,9 @@ class Table:
 
 @dataclass(frozen=True)
 class Plot:
-    """A plotly figure with a caption that says what one sees."""
+    """A figure with a caption that says what one sees."""
 
-    figure: PlotlyFigure
+    figure: Drawing
     caption: str = ""
 
 

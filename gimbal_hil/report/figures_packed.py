@@ -13,26 +13,25 @@ import json
 import math
 from collections.abc import Sequence
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from plotly.graph_objects import Figure as PlotlyFigure
+from gimbal_hil.plots import Drawing
 
 Json = dict[str, Any]
 #: steps that the range of an array is cut into
 STEPS = 100_000
 
 
-def packed(figures: Sequence[PlotlyFigure]) -> str:
+def packed(figures: Sequence[Drawing]) -> str:
     """All figures of a page and their templates, each of them once however often it is shown: JSON, gzip, base64."""
     templates: dict[str, int] = {}
     found: dict[str, int] = {}
     places = []
     for figure in figures:
         document = figure.to_dict()
-        template = json.dumps(_light(document["layout"].pop("template", {})), sort_keys=True)
+        template = json.dumps(document["layout"].pop("template", {}), sort_keys=True)
         layout = _light(document["layout"])
         data = [_light(trace) for trace in document["data"]]
         one = {"data": data, "layout": layout, "template": templates.setdefault(template, len(templates))}
@@ -79,12 +78,8 @@ def _plain(values: list[Any], decimals: int, small: float) -> list[Any]:
 
 
 def _light(value: Any) -> Any:
-    """Plain JSON of what plotly hands out, arrays rounded."""
+    """Plain JSON, arrays rounded."""
     if isinstance(value, dict):
-        if set(value) >= {"bdata", "dtype"}:
-            array = np.frombuffer(base64.b64decode(value["bdata"]), np.dtype(value["dtype"]))
-            shape = value.get("shape")
-            return rounded(array.reshape([int(n) for n in str(shape).split(",")]) if shape else array)
         return {key: _light(inner) for key, inner in value.items()}
     if isinstance(value, np.ndarray):
         return rounded(value) if value.dtype.kind in "fiub" else [_light(one) for one in value.tolist()]

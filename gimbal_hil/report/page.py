@@ -15,6 +15,7 @@ from importlib.resources import files
 from itertools import count
 from pathlib import Path
 
+from gimbal_hil.plots import Drawing
 from gimbal_hil.report.blocks import (
     Block,
     Callout,
@@ -73,13 +74,13 @@ def _static(name: str) -> str:
     return (files("gimbal_hil.report") / "static" / name).read_text(encoding="utf-8")
 
 
-def _script(figures: Sequence[object]) -> str:
+def _script(figures: Sequence[Drawing]) -> str:
     if not figures:
         return ""
     return (
         "<noscript><p>The figures of this page are drawn by a script.</p></noscript>"
         f'<script type="text/plain" id="packed:library">{drawing_library()}</script>'
-        f'<script type="text/plain" id="packed:figures">{packed(figures)}</script>'  # type: ignore[arg-type]
+        f'<script type="text/plain" id="packed:figures">{packed(figures)}</script>'
         f"<script>{_static('page.js')}</script>"
     )
 
@@ -123,8 +124,8 @@ def _render(block: Block, numbers: Iterator[int]) -> str:
 
 def _plot(plot: Plot, number: int) -> str:
     """The place of a figure, as high as the figure will be: what stands below does not jump when it is drawn."""
-    title = plot.figure.layout.title.text or ""
-    height = int(plot.figure.layout.height or 400)
+    title = plot.figure.layout["title"]["text"]
+    height = int(plot.figure.layout.get("height", 400))
     said = " ".join(part for part in (title, plot.caption) if part)
     # a figure's title is the page's, so that no legend can lie over it
     above = f"<h3>{html.escape(title)}</h3>" if title else ""
@@ -139,7 +140,7 @@ def _plot(plot: Plot, number: int) -> str:
 
 def _legend(plot: Plot) -> str:
     """Names of what is drawn, each a switch; a figure of one thing needs none."""
-    told = [trace.name for trace in plot.figure.data if trace.name and trace.showlegend is not False]
+    told = [trace["name"] for trace in plot.figure.data if trace.get("name") and trace.get("showlegend", True)]
     names = list(dict.fromkeys(told))
     buttons = [f'<button type="button" aria-pressed="true">{html.escape(name)}</button>' for name in names]
     return f'<div class="legend">{"".join(buttons) if len(names) > 1 else ""}</div>'

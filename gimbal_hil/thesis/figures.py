@@ -14,7 +14,7 @@ from gimbal_hil.thesis.step_size import Convergence
 from gimbal_hil.thesis.unbalance import Unbalance, UnbalanceRun
 
 if TYPE_CHECKING:
-    from plotly.graph_objects import Figure
+    from gimbal_hil.plots import Drawing
 
 _COLOURS = ("#17324a", "#1f6f8b", "#4fa3a5", "#d1a23d", "#d1603d", "#b3261e", "#6a4c93")
 _AGREEMENT_COLOURS = {
@@ -27,7 +27,7 @@ _AGREEMENT_COLOURS = {
 _SHOWN = 900
 
 
-def overshoot_figure(tables: Sequence[TableResult]) -> Figure:
+def overshoot_figure(tables: Sequence[TableResult]) -> Drawing:
     """Every printed overshoot against the one found here; on the diagonal they agree."""
     drawn = figure("Overshoot, thesis against here", "printed (%)", "here (%)")
     for agreement, colour in _AGREEMENT_COLOURS.items():
@@ -47,7 +47,7 @@ def overshoot_figure(tables: Sequence[TableResult]) -> Figure:
     return drawn
 
 
-def step_figure(result: TableResult) -> Figure:
+def step_figure(result: TableResult) -> Drawing:
     """The step responses of a table, one line a row."""
     is_rate = result.table.loop is Loop.RATE
     drawn = figure(
@@ -71,7 +71,7 @@ def step_figure(result: TableResult) -> Figure:
     return drawn
 
 
-def unbalance_figure(runs: Sequence[UnbalanceRun], unbalance: Unbalance, axis: str, reference_rad_s: float) -> Figure:
+def unbalance_figure(runs: Sequence[UnbalanceRun], unbalance: Unbalance, axis: str, reference_rad_s: float) -> Drawing:
     """Rates of one axis over the cases of a table, as figures 3.3 to 3.13."""
     drawn = figure(
         f"{axis} axis, {unbalance.value} unbalance, reference {reference_rad_s:g} rad/s (table {unbalance.table})",
@@ -95,7 +95,7 @@ def unbalance_figure(runs: Sequence[UnbalanceRun], unbalance: Unbalance, axis: s
     return drawn
 
 
-def friction_figure(curves: FrictionCurves, sweep: SlidingSweep) -> Figure:
+def friction_figure(curves: FrictionCurves, sweep: SlidingSweep) -> Drawing:
     """Friction over velocity as in figures 4.2 to 4.5: the steady curve, and what the sliding experiment finds on the
     antenna.
     """
@@ -114,11 +114,11 @@ def friction_figure(curves: FrictionCurves, sweep: SlidingSweep) -> Figure:
         name="sliding experiment, windows of 0.5 s",
         marker={"color": MEASURED, "size": 6},
     )
-    drawn.add_vline(x=curves.minimum_rad_s, line={"color": REFERENCE, "dash": "dot"})
+    drawn.add_vline(x=curves.minimum_rad_s, color=REFERENCE, dash="dot")
     return drawn
 
 
-def loop_figure(curves: FrictionCurves) -> Figure:
+def loop_figure(curves: FrictionCurves) -> Drawing:
     """The loop around zero speed of figures 4.6 and 4.7, for three periods of the sine."""
     drawn = figure(
         f"{curves.axis} axis: friction along one sine period of velocity", "joint rate (rad/s)", "friction (N m)"
@@ -136,7 +136,7 @@ def loop_figure(curves: FrictionCurves) -> Figure:
     return drawn
 
 
-def temperature_figure(sweeps: Sequence[SlidingSweep]) -> Figure:
+def temperature_figure(sweeps: Sequence[SlidingSweep]) -> Drawing:
     """Sliding friction over speed at each temperature."""
     drawn = figure(f"{sweeps[0].axis} axis: sliding friction over temperature", "joint rate (rad/s)", "friction (N m)")
     for colour, sweep in zip(_COLOURS, sweeps, strict=False):
@@ -151,7 +151,7 @@ def temperature_figure(sweeps: Sequence[SlidingSweep]) -> Figure:
     return drawn
 
 
-def convergence_figure(found: Convergence) -> Figure:
+def convergence_figure(found: Convergence) -> Drawing:
     """Error over step, and the slope of a second-order method."""
     drawn = figure("The plant's error over its step", "plant step (s)", "position error after a second (rad)")
     drawn.add_scatter(

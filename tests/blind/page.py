@@ -20,19 +20,17 @@ from tests.blind.tally import (
 
 
 def _diagram(named: list[Bin], classes: list[Bin]) -> Plot:
-    import plotly.graph_objects as go
-
     picture = figure("Reliability of what is told", "told probability", "share that is right")
-    picture.add_trace(go.Scatter(x=[0, 1], y=[0, 1], mode="lines", line={"dash": "dot"}, name="as told"))
+    picture.add_scatter(x=[0, 1], y=[0, 1], mode="lines", line={"dash": "dot"}, name="as told")
     for name, bins in (("names", named), ("classes", classes)):
         above, below = (
             [b.right.interval[1] - b.right.value for b in bins],
             [b.right.value - b.right.interval[0] for b in bins],
         )
-        picture.add_trace(
-            go.Scatter(x=[b.told for b in bins], y=[b.right.value for b in bins], mode="lines+markers", name=name,
-                       text=[f"{b.right.part} of {b.right.whole}" for b in bins],
-                       error_y={"type": "data", "symmetric": False, "array": above, "arrayminus": below})
+        picture.add_scatter(
+            x=[b.told for b in bins], y=[b.right.value for b in bins], mode="lines+markers", name=name,
+            text=[f"{b.right.part} of {b.right.whole}" for b in bins],
+            error_y={"type": "data", "symmetric": False, "array": above, "arrayminus": below},
         )  # fmt: skip
     return Plot(
         picture,

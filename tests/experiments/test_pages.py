@@ -58,15 +58,15 @@ def test_the_page_of_steps_draws_every_step_with_its_peak_band_and_settling_mark
         rows.append({"step": step.name, **step.meaning, **(experiment.measure(step, drawn[step.name]) or {})})
     assert {step.name for step in measured} == set(experiment.drawn) == set(drawn)
     plots = list(plots_in(experiment.conclude(rows, drawn)))
-    assert [plot.figure.layout.title.text for plot in plots] == [step.name for step in measured]
+    assert [plot.figure.layout["title"]["text"] for plot in plots] == [step.name for step in measured]
     for plot, row in zip(plots, rows, strict=True):
-        (peak,) = (trace for trace in plot.figure.data if trace.name == "peak")
-        assert (peak.y[0] - row["from_rad"]) / (row["to_rad"] - row["from_rad"]) == pytest.approx(
+        (peak,) = (trace for trace in plot.figure.data if trace.get("name") == "peak")
+        assert (peak["y"][0] - row["from_rad"]) / (row["to_rad"] - row["from_rad"]) == pytest.approx(
             1.0 + 0.01 * row["overshoot_percent"]
         )
-        assert row["overshoot_percent"] == pytest.approx(16.3, abs=0.2) and "16.3" in peak.text[0]
-        lines = [shape for shape in plot.figure.layout.shapes if shape.x0 == shape.x1]
-        assert [line.x0 for line in lines] == [row["settling_s"]]
+        assert row["overshoot_percent"] == pytest.approx(16.3, abs=0.2) and "16.3" in peak["text"][0]
+        lines = [shape for shape in plot.figure.layout["shapes"] if shape["x0"] == shape["x1"]]
+        assert [line["x0"] for line in lines] == [row["settling_s"]]
         assert f"{row['settling_s']:.3f} s" in plot.caption
 
 
@@ -78,7 +78,7 @@ def test_the_slowest_step_stands_open_and_the_others_are_folded() -> None:
     rows[2]["settling_s"] = None
     blocks = experiment.conclude(rows, drawn)
     assert isinstance(blocks[0], Callout) and blocks[0].tone == "warning"
-    assert isinstance(blocks[1], Plot) and blocks[1].figure.layout.title.text == rows[2]["step"]
+    assert isinstance(blocks[1], Plot) and blocks[1].figure.layout["title"]["text"] == rows[2]["step"]
     folded = [block for block in blocks if isinstance(block, Details)]
     assert [fold.summary for fold in folded] == [f"Step {rows[k]['step']}" for k in (0, 1, 3)]
 
@@ -90,7 +90,7 @@ def test_a_step_that_does_not_settle_has_no_line_and_says_so() -> None:
     row = {"step": step.name, **step.meaning, **(experiment.measure(step, signals) or {})}
     (plot,) = plots_in(experiment.conclude([row], {step.name: signals}))
     assert "not settled" in plot.caption
-    assert not [shape for shape in plot.figure.layout.shapes if shape.x0 == shape.x1]
+    assert not [shape for shape in plot.figure.layout["shapes"] if shape["x0"] == shape["x1"]]
 
 
 def test_a_plan_of_ones_own_gets_an_answer_a_plot_of_each_axis_and_then_its_table() -> None:
@@ -106,10 +106,10 @@ def test_a_plan_of_ones_own_gets_an_answer_a_plot_of_each_axis_and_then_its_tabl
     blocks = experiment.conclude(rows, drawn)
     assert [type(block) for block in blocks] == [Callout, Plot, Plot, Table]
     assert blocks[0].text.startswith("4 segments measured. Outer: 0 to 1 rad")
-    assert [plot.figure.layout.title.text for plot in plots_in(blocks)] == ["The outer axis", "The inner axis"]
+    assert [plot.figure.layout["title"]["text"] for plot in plots_in(blocks)] == ["The outer axis", "The inner axis"]
     # a gap stands between segments, so that no line leads from one to the next
-    (position,) = (t for t in blocks[1].figure.data if t.name == "measured" and t.yaxis == "y")
-    assert int(np.isnan(position.y).sum()) == len(names)
+    (position,) = (t for t in blocks[1].figure.data if t["name"] == "measured" and t["yaxis"] == "y")
+    assert int(np.isnan(position["y"]).sum()) == len(names)
 
 
 def test_a_plan_that_measures_nothing_is_drawn_all_the_same(tmp_path: Path) -> None:

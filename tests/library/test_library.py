@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import html
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -67,10 +69,18 @@ def test_events_are_rows_with_their_time(run: Run) -> None:
 
 def test_a_figure_has_a_panel_for_each_unit_and_refuses_a_signal_that_is_not_there(run: Run) -> None:
     drawn = run.figure("outer.position", "inner.position", "outer.torque")
-    assert [line.name for line in drawn.data] == ["outer.position", "inner.position", "outer.torque"]
-    assert drawn.layout.yaxis.title.text == "[rad]" and drawn.layout.yaxis2.title.text == "[N m]"
+    assert [line["name"] for line in drawn.data] == ["outer.position", "inner.position", "outer.torque"]
+    assert [drawn.layout[axis]["title"]["text"] for axis in ("yaxis", "yaxis2")] == ["[rad]", "[N m]"]
     with pytest.raises(BadInputError, match="no signal"):
         run.figure("outer.speed")
+
+
+def test_a_picture_is_a_page_of_its_own_and_what_a_notebook_shows_is_that_page(run: Run, tmp_path: Path) -> None:
+    picture = run.figure("outer.position")
+    page = picture.write(tmp_path / "picture.html").read_text()
+    assert len(re.findall('<div class="plot"', page)) == 1
+    shown = html.unescape(re.findall('srcdoc="([^"]+)"', picture._repr_html_())[0])
+    assert shown.split("<footer>")[0] == page.split("<footer>")[0]
 
 
 def test_a_run_of_the_host_replays(tmp_path: Path) -> None:

@@ -102,7 +102,7 @@ def test_small_numbers_keep_their_digits_for_logarithmic_axes() -> None:
 
 def test_a_title_stands_above_its_figure_and_says_to_a_screen_reader_what_is_drawn() -> None:
     drawn = stacked(("", ""), "time [s]", ("a", "b"), 150, "Steps <out>")
-    drawn.add_scatter(x=[0, 1], y=[0, 1], row=1, col=1)
+    drawn.add_scatter(x=[0, 1], y=[0, 1])
     page = Page("t", "", [Plot(drawn, "of both axes")]).render(MADE)
     assert "<h3>Steps &lt;out&gt;</h3>" in page
     assert 'role="img" aria-label="Steps &lt;out&gt; of both axes"' in page and "height:380px" in page

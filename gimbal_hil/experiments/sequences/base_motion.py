@@ -17,6 +17,7 @@ import numpy as np
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.experiments import Experiment, Row, Signals, Step, axes_of, move_to, position_hold, step_of
 from gimbal_hil.experiments.sequences.options import SequenceOptions
+from gimbal_hil.plots import Drawing
 from gimbal_hil.report import Block, Callout, Plot, Table
 
 DEFAULT_BASE = "3.2/4"
@@ -116,7 +117,7 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
     return [Callout(said), *plots, Table(header, lines)]
 
 
-def _figure(name: str, signals: Signals) -> object:
+def _figure(name: str, signals: Signals) -> Drawing:
     from gimbal_hil.plots import ALERT, AXIS_COLOURS, REFERENCE, SECOND, stacked, thinned
 
     drawn = stacked(("", "", ""), "time [s]", ("error [mrad]", "torque [N m]", "base [rad]"), 190)
@@ -125,12 +126,10 @@ def _figure(name: str, signals: Signals) -> object:
     for axis, colour in zip(axes_of(signals), AXIS_COLOURS, strict=True):
         line = dict(color=colour)
         error = 1e3 * (signals[f"{axis}.position"] - signals[f"{axis}.position_ref"])
-        drawn.add_scatter(x=time_s, y=error[few], name=axis, line=line, row=1, col=1)
-        drawn.add_scatter(
-            x=time_s, y=signals[f"{axis}.torque"][few], name=axis, line=line, showlegend=False, row=2, col=1
-        )
+        drawn.add_scatter(x=time_s, y=error[few], name=axis, line=line, row=1)
+        drawn.add_scatter(x=time_s, y=signals[f"{axis}.torque"][few], name=axis, line=line, showlegend=False, row=2)
     for angle, line in (("roll", dict(color=SECOND)), ("pitch", dict(color=REFERENCE)), ("yaw", dict(color=ALERT))):
         # roll and yaw of a case may be the same: one is dashed, so that both are seen
         line |= dict(dash="dash") if angle == "yaw" else {}
-        drawn.add_scatter(x=time_s, y=np.unwrap(signals[f"base.{angle}"])[few], name=angle, line=line, row=3, col=1)
+        drawn.add_scatter(x=time_s, y=np.unwrap(signals[f"base.{angle}"])[few], name=angle, line=line, row=3)
     return drawn

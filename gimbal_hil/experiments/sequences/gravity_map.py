@@ -27,6 +27,7 @@ from gimbal_hil.experiments import (
 )
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.host import AxisCommand, Mode, Shape
+from gimbal_hil.plots import Drawing
 from gimbal_hil.report import Block, Callout, Details, Heading, Plot, Table
 
 #: half of the travel, rad, and windows over all of it
@@ -207,7 +208,7 @@ def _table(windows: Sequence[Window]) -> Table:
     return Table(header, rows)
 
 
-def _figure(number: int, axis: str, windows: Sequence[Window], fit: GravityFit) -> object:
+def _figure(number: int, axis: str, windows: Sequence[Window], fit: GravityFit) -> Drawing:
     from gimbal_hil.plots import AXIS_COLOURS, SECOND, stacked
 
     place = np.array([window.middle_rad for window in windows])
@@ -219,11 +220,9 @@ def _figure(number: int, axis: str, windows: Sequence[Window], fit: GravityFit) 
         (2, [p.friction_nm for p in pairs], [2.0 * p.friction_error_nm for p in pairs], "friction"),
     ):
         drawn.add_scatter(
-            x=place, y=values, error_y=dict(array=errors), mode="markers", name=name, marker=points, row=row, col=1
+            x=place, y=values, error_y=dict(array=errors), mode="markers", name=name, marker=points, row=row
         )
     fine = np.linspace(place[0], place[-1], 200)
-    drawn.add_scatter(
-        x=fine, y=fit.torque(fine), mode="lines", name="first harmonic", line=dict(color=SECOND), row=1, col=1
-    )
-    drawn.update_yaxes(rangemode="tozero", row=2, col=1)
+    drawn.add_scatter(x=fine, y=fit.torque(fine), mode="lines", name="first harmonic", line=dict(color=SECOND), row=1)
+    drawn.update_yaxes(rangemode="tozero", row=2)
     return drawn

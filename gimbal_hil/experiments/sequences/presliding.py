@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from gimbal_hil.experiments import Experiment, Row, Signals, Step, move_to, position_hold, step_of
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.host import AxisCommand, EndCondition, EndKind, Guard, Mode, ReferenceOrigin, Shape
+from gimbal_hil.plots import Drawing
 from gimbal_hil.report import Block, Callout, Details, Heading, Plot, Table, Text
 
 
@@ -293,7 +294,7 @@ def _number(value: float | None, scale: float, form: str) -> str:
     return "–" if value is None else format(scale * value, form)
 
 
-def _figure(axis: str, kind: str, drawn: Mapping[str, Signals], load: float | None) -> object:
+def _figure(axis: str, kind: str, drawn: Mapping[str, Signals], load: float | None) -> Drawing:
     from gimbal_hil.plots import figure, thinned
 
     over_time = kind == _Kind.PULSES

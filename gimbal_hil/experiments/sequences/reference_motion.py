@@ -118,10 +118,10 @@ def figures(drawn: Mapping[str, Signals]) -> list[Block]:
         for axis, colour in zip(axes_of(signals), AXIS_COLOURS, strict=True):
             line = dict(color=colour)
             figure.add_scatter(
-                x=signals["time_s"][few], y=signals[f"{axis}.position"][few], name=axis, line=line, row=1, col=1
+                x=signals["time_s"][few], y=signals[f"{axis}.position"][few], name=axis, line=line, row=1
             )
             figure.add_scatter(
-                x=signals["time_s"][few], y=signals[f"{axis}.torque"][few], showlegend=False, line=line, row=2, col=1
+                x=signals["time_s"][few], y=signals[f"{axis}.torque"][few], showlegend=False, line=line, row=2
             )
         blocks.append(Plot(figure, "Joint positions and commanded torques."))
     return blocks

@@ -31,6 +31,7 @@ from gimbal_hil.experiments import (
 )
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.host import AxisCommand, Mode, Shape
+from gimbal_hil.plots import Drawing
 from gimbal_hil.report import Block, Callout, Details, Heading, Plot, Table, Text
 
 if TYPE_CHECKING:
@@ -277,7 +278,7 @@ def _table(axis: str, pairs: Sequence[DirectionPair]) -> Table:
 
 def _figure(
     place: int, axis: str, rows: Sequence[Row], pairs: Sequence[DirectionPair], curve: StaticFit | None
-) -> object:
+) -> Drawing:
     from gimbal_hil.plots import AXIS_COLOURS, MODEL, REFERENCE, figure
 
     drawn = figure(f"Friction of the {axis} axis over speed", "speed [rad/s]", "friction [N m]", 460)

@@ -22,7 +22,7 @@ from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.report import Block, Callout, Details, Plot, Table, Text
 
 if TYPE_CHECKING:
-    from plotly.graph_objects import Figure
+    from gimbal_hil.plots import Drawing
 
 #: sizes (rad) that both axes can step to without their torque limits deciding everything
 SIZES_RAD = ((0.2, 1.0), (0.2, 0.5))
@@ -137,7 +137,7 @@ def _caption(row: Row) -> str:
     return f"Position against its reference, gyro rate, commanded torque; {over}, {settled}; dotted: the 2 % band."
 
 
-def _figure(row: Row, signals: Signals) -> Figure:
+def _figure(row: Row, signals: Signals) -> Drawing:
     from gimbal_hil.plots import AXIS_COLOURS, REFERENCE, stacked, thinned
 
     axis = row["axis"]
@@ -154,12 +154,12 @@ def _figure(row: Row, signals: Signals) -> Figure:
         (3, "torque", colour | dict(shape="hv"), "measured"),
     ):
         y = signals[f"{axis}.{name}"][few]
-        drawn.add_scatter(x=time_s[few], y=y, name=word, line=line, showlegend=panel == 1, row=panel, col=1)
+        drawn.add_scatter(x=time_s[few], y=y, name=word, line=line, showlegend=panel == 1, row=panel)
     _mark(drawn, row, time_s, signals[f"{axis}.position"])
     return drawn
 
 
-def _mark(drawn: Figure, row: Row, time_s: np.ndarray, position: np.ndarray) -> None:
+def _mark(drawn: Drawing, row: Row, time_s: np.ndarray, position: np.ndarray) -> None:
     """The peak of the overshoot, the band that counts as settled, and when it is entered for good."""
     from gimbal_hil.plots import ALERT, REFERENCE
 
@@ -167,7 +167,7 @@ def _mark(drawn: Figure, row: Row, time_s: np.ndarray, position: np.ndarray) -> 
     size = target - start
     for side in (-1.0, 1.0):
         edge = target + side * SETTLING_BAND * size
-        drawn.add_hline(y=edge, line=dict(color=REFERENCE, width=1, dash="dot"), row=1, col=1)
+        drawn.add_hline(y=edge, color=REFERENCE, width=1, dash="dot", row=1)
     peak = int(np.argmax((position - start) / size))
     drawn.add_scatter(
         x=[time_s[peak]],
@@ -178,7 +178,6 @@ def _mark(drawn: Figure, row: Row, time_s: np.ndarray, position: np.ndarray) -> 
         textposition=f"{'bottom' if size > 0.0 else 'top'} {'left' if peak > len(position) // 2 else 'right'}",
         name="peak",
         row=1,
-        col=1,
     )
     if row["settling_s"] is not None:
-        drawn.add_vline(x=row["settling_s"], line=dict(color=ALERT, width=1, dash="dash"), row=1, col=1)
+        drawn.add_vline(x=row["settling_s"], color=ALERT, width=1, dash="dash", row=1)

@@ -30,6 +30,7 @@ from gimbal_hil.experiments import (
 )
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.host import AxisCommand, Mode, Shape
+from gimbal_hil.plots import Drawing
 from gimbal_hil.report import Block, Callout, Heading, Plot, Table, Text
 
 FIRST_HZ, LAST_HZ = 0.5, 300.0
@@ -160,7 +161,7 @@ def _number(value: float | None) -> str:
     return "–" if value is None else f"{value:.2f}"
 
 
-def _figure(place: int, axis: str, response: FrequencyResponse) -> object:
+def _figure(place: int, axis: str, response: FrequencyResponse) -> Drawing:
     from gimbal_hil.plots import AXIS_COLOURS, REFERENCE, stacked
 
     drawn = stacked(("", "", ""), "frequency [Hz]", ("gain [dB]", "phase [deg]", "coherence"), 190)
@@ -170,16 +171,15 @@ def _figure(place: int, axis: str, response: FrequencyResponse) -> object:
     ):
         x = response.frequency_hz
         phase = phase_deg(loop, response.coherence, start_deg)
-        drawn.add_scatter(x=x, y=20.0 * np.log10(np.abs(loop)), name=name, line=line, row=1, col=1)
-        drawn.add_scatter(x=x, y=phase, name=name, line=line, showlegend=False, row=2, col=1)
+        drawn.add_scatter(x=x, y=20.0 * np.log10(np.abs(loop)), name=name, line=line, row=1)
+        drawn.add_scatter(x=x, y=phase, name=name, line=line, showlegend=False, row=2)
     drawn.add_scatter(
         x=response.frequency_hz,
         y=response.coherence,
         showlegend=False,
         line=dict(color=AXIS_COLOURS[place]),
         row=3,
-        col=1,
     )
-    drawn.add_hline(y=-180.0, line=dict(color=REFERENCE, width=1), row=2, col=1)
+    drawn.add_hline(y=-180.0, color=REFERENCE, width=1, row=2)
     drawn.update_xaxes(type="log")
     return drawn

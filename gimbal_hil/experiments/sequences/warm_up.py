@@ -9,6 +9,7 @@ import numpy as np
 from gimbal_hil.experiments import Experiment, Row, Signals, Step, move_to, plateau_mean, position_hold, step_of
 from gimbal_hil.experiments.sequences.options import SequenceOptions
 from gimbal_hil.host import AxisCommand, Mode, Shape
+from gimbal_hil.plots import Drawing
 from gimbal_hil.report import Block, Callout, Heading, Plot
 
 SPEED_RAD_S, TRAVEL_RAD = 0.5, 1.5
@@ -114,7 +115,7 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
     return blocks
 
 
-def _figure(place: int, axis: str, laps: Sequence[Row]) -> object:
+def _figure(place: int, axis: str, laps: Sequence[Row]) -> Drawing:
     from gimbal_hil.plots import ALERT, AXIS_COLOURS, stacked
 
     time_s = [lap["time_s"] for lap in laps]
@@ -122,10 +123,8 @@ def _figure(place: int, axis: str, laps: Sequence[Row]) -> object:
     errors = dict(array=[2.0 * lap["error_nm"] for lap in laps])
     colour = dict(color=AXIS_COLOURS[place])
     friction = [lap["friction_nm"] for lap in laps]
+    drawn.add_scatter(x=time_s, y=friction, error_y=errors, mode="markers", name="friction", marker=colour, row=1)
     drawn.add_scatter(
-        x=time_s, y=friction, error_y=errors, mode="markers", name="friction", marker=colour, row=1, col=1
-    )
-    drawn.add_scatter(
-        x=time_s, y=[lap["temperature_degc"] for lap in laps], name="temperature", line=dict(color=ALERT), row=2, col=1
+        x=time_s, y=[lap["temperature_degc"] for lap in laps], name="temperature", line=dict(color=ALERT), row=2
     )
     return drawn

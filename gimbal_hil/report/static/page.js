@@ -32,7 +32,7 @@
     for (const name of Object.keys(layout).filter(name => /^[xy]axis/.test(name)))
       Object.assign(layout[name], {gridcolor: faint, linecolor: line, zerolinecolor: line});
     if (title) return {data, layout: {...layout, showlegend: true}};
-    const panels = (layout.annotations || []).some(a => a.yref === "paper" && a.y >= 0.98 && a.text);
+    const panels = (layout.annotations || []).some(a => a.yref === "y domain" && a.text);
     const narrow = place.clientWidth < 560;
     layout.margin = {...layout.margin, t: panels ? 30 : 12, l: Math.min(layout.margin.l, narrow ? 40 : 1e3),
       r: narrow ? 12 : layout.margin.r};
