@@ -31,7 +31,7 @@ def campaign_page(table: Path, title: str, where: str) -> Page:
     kinds = list(dict.fromkeys(name.rpartition(": ")[2] for name in measured))
     blocks: list[Block] = [
         Callout(said + (f" The first: {failed[0]}." if failed else ""), "warning" if failed else "good"),
-        *(Plot(_boxes(kind, measured), _CAPTION) for kind in kinds[:_MOST_PICTURES]),
+        *(Plot(_spread(kind, measured), _CAPTION) for kind in kinds[:_MOST_PICTURES]),
         Heading("What was measured"),
         Table(_HEADER, [_row(name, values) for name, values in measured.items()]),
         Heading("What differs from antenna to antenna"),
@@ -40,7 +40,10 @@ def campaign_page(table: Path, title: str, where: str) -> Page:
     return Page(title, where, blocks)
 
 
-_CAPTION = "Boxes: the middle half of the antennas and their median; whiskers: 5 and 95 %; dots: the nominal antenna."
+_CAPTION = (
+    "Dots: the median of the antennas, and the nominal one; bars: where nine tenths and the middle half of them are."
+)
+_UNITS = {"_rad_s": "rad/s", "_rad": "rad", "_s": "s", "_percent": "%", "_nm": "N m"}
 
 
 def _read(table: Path) -> tuple[dict[str, NDArray[np.float64]], list[str]]:
@@ -59,24 +62,34 @@ def _row(name: str, values: NDArray[np.float64]) -> list[str]:
     return [name, f"{values[0]:.4g}", *spread, str(len(values) - 1 - len(found))]
 
 
-def _boxes(kind: str, measured: Mapping[str, NDArray[np.float64]]) -> Drawing:
+def _title(kind: str) -> str:
+    """`settling_s` as words and a unit."""
+    ending = next((ending for ending in _UNITS if kind.endswith(ending)), "")
+    words = kind.removesuffix(ending).replace("_", " ")
+    return f"{words} [{_UNITS[ending]}]" if ending else words
+
+
+def _spread(kind: str, measured: Mapping[str, NDArray[np.float64]]) -> Drawing:
     """One kind of number in every step that measured it; quantiles only, so that the page does not grow."""
-    from gimbal_hil.plots import ALERT, MEASURED, figure
+    from gimbal_hil.plots import ALERT, MEASURED, REFERENCE, figure
 
     picked = {name.rpartition(": ")[0]: values for name, values in measured.items() if name.endswith(f": {kind}")}
-    drawn = figure(kind, "", kind)
+    drawn = figure(_title(kind), "", _title(kind))
     quantiles = np.array([np.nanquantile(values, (0.05, 0.25, 0.5, 0.75, 0.95)) for values in picked.values()]).T
     low, q1, median, q3, high = quantiles
     steps = list(picked)
-    for name, least, most, width in (("5 to 95 %", low, high, 1.5), ("25 to 75 %", q1, q3, 9)):
+    for name, least, most, colour, width in (
+        ("5 to 95 %", low, high, REFERENCE, 4),
+        ("25 to 75 %", q1, q3, MEASURED, 8),
+    ):
         reach = dict(type="data", symmetric=False, array=most - median, arrayminus=median - least)
         drawn.add_scatter(
             x=steps,
             y=median,
             mode="markers",
             name=name,
-            marker=dict(color=MEASURED, size=width),
-            error_y=dict(color=MEASURED, thickness=width, width=0, **reach),
+            marker=dict(color=colour, size=width),
+            error_y=dict(color=colour, thickness=width, width=0, **reach),
         )
     nominal = [values[0] for values in picked.values()]
     drawn.add_scatter(x=steps, y=nominal, mode="markers", name="nominal", marker=dict(color=ALERT, size=7))

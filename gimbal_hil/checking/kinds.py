@@ -10,8 +10,8 @@ from firmware_protocol.documents import read_yaml
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.runs import RUN_FILE
 
-_TABLES = (".csv", ".parquet", ".pq")
-_EXPECTED = "a model, configuration or plan (YAML), a table of signals (CSV, Parquet) or a run folder"
+_TABLES = (".csv", ".parquet", ".pq", ".npz")
+_EXPECTED = "a model, configuration or plan (YAML), a table of signals (CSV, Parquet, npz) or a run folder"
 #: keys that only one kind of document has; the first kind that has one of the file's keys is meant
 _TELLING: dict[FileKind, frozenset[str]]
 

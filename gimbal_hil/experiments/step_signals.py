@@ -1,7 +1,7 @@
 """Signals of long steps: an experiment whose log is thinned out leaves a signals table for each of its measured steps.
 
 Frames of a whole sliding sequence would fill a disk, and its log rows hold no measurement. So each measured step of a
-thinned experiment has a table of its own, `steps/<number>.parquet`, at the constant rate that the step asked for: input
+thinned experiment has a table of its own, `steps/<number>.npz`, at the constant rate that the step asked for: input
 of identification and of anyone else. So has each measured step on a real antenna, whose log has gaps where a sequence
 was stopped and gone on with.
 """
@@ -19,7 +19,7 @@ STEPS_FOLDER = "steps"
 
 def step_file(folder: Path, number: int) -> Path:
     """Where the signals of step `number` of the experiment in a folder are kept."""
-    return folder / STEPS_FOLDER / f"{number:04d}.parquet"
+    return folder / STEPS_FOLDER / f"{number:04d}.npz"
 
 
 def write_step_signals(folder: Path, number: int, signals: Signals) -> Path:

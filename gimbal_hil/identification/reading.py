@@ -31,7 +31,9 @@ def read_logs(
     """All logs of a path: the tables of its steps where an experiment with a thinned log left them, else the one of
     `read_log`.
     """
-    steps = sorted((path / STEPS_FOLDER).glob("*.parquet")) if is_run_folder(path) else []
+    # older runs have theirs as Parquet
+    tables = [table for ending in ("npz", "parquet") for table in sorted((path / STEPS_FOLDER).glob(f"*.{ending}"))]
+    steps = tables if is_run_folder(path) else []
     one = partial(read_log, model=model, resample=resample, drop_invalid=drop_invalid, rate_hz=rate_hz, columns=columns)
     if not steps:
         return (one(path, torque_driven=torque_driven),)

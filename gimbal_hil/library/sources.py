@@ -8,6 +8,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+import numpy as np
+
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.library.run import Run
 from sim_backend.model import AntennaModel, model_named
@@ -17,7 +19,7 @@ if TYPE_CHECKING:
 
     from gimbal_hil.report import Block, Plot
 
-    #: measured data: a run folder, a CSV or Parquet file, a `Run`, or a DataFrame with the columns of a signals table
+    #: measured data: a run folder, a table file, a `Run`, or a DataFrame with the columns of a signals table
     Source: TypeAlias = str | Path | Run | pd.DataFrame
 else:
     Source = Any
@@ -39,7 +41,7 @@ def as_paths(sources: Sequence[Source], name: str) -> Iterator[list[Path]]:
     pass.
     """
     with TemporaryDirectory() as folder:
-        yield [_path(source, Path(folder) / f"{name}-{place}.parquet") for place, source in enumerate(sources)]
+        yield [_path(source, Path(folder) / f"{name}-{place}.npz") for place, source in enumerate(sources)]
 
 
 def _path(source: Source, spare: Path) -> Path:
@@ -47,10 +49,13 @@ def _path(source: Source, spare: Path) -> Path:
         return source.folder
     if isinstance(source, str | Path):
         return Path(source)
-    if not hasattr(source, "to_parquet"):
+    if not hasattr(source, "rename_axis"):
         raise BadInputError(spare.stem, f"is a {type(source).__name__}", "a path, a Run or a DataFrame")
     frame = source if "time_s" in source.columns else source.rename_axis("time_s").reset_index()
-    frame.to_parquet(spare, index=False)
+    columns = {str(name): frame[name].to_numpy() for name in frame.columns}
+    np.savez(
+        spare, **{name: cells if cells.dtype.kind in "fiu" else cells.astype(str) for name, cells in columns.items()}
+    )
     return spare
 
 

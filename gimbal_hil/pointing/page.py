@@ -112,6 +112,7 @@ def _error_figure(trace: HeldTrace, beyond_rad: float, known: bool) -> Drawing:
         x=[float(trace.time_s[0]), float(trace.time_s[-1])],
         y=[1e6 * beyond_rad] * 2,
         name="mute",
+        mode="lines",
         line=dict(color=ALERT, dash="dash"),
     )
     drawn.update_yaxes(type="log")

@@ -1,4 +1,4 @@
-"""CSV and Parquet files as columns of numbers, every cell that is none remembered by row and text."""
+"""CSV, Parquet and npz files as columns of numbers, every cell that is none remembered by row and text."""
 
 from __future__ import annotations
 
@@ -7,12 +7,14 @@ import io
 import math
 import os
 import warnings
+import zlib
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 from typing import Any
+from zipfile import ZIP_DEFLATED, BadZipFile, ZipFile, ZipInfo
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +25,7 @@ from gimbal_hil.signals.units import units_of
 
 #: rows of a file that are written in one go
 _ROWS_AT_ONCE = 50_000
-_EXPECTED = "a CSV or Parquet file with a header row and one row per sample"
+_EXPECTED = "a CSV, Parquet or npz file with a header row and one row per sample"
 _EMPTY_WORDS = frozenset(("", "nan", "na", "n/a", "null", "none"))
 
 
@@ -59,7 +61,9 @@ def read_file(path: Path) -> RawColumns:
         raise BadInputError(str(path), _reason(error), _EXPECTED) from error
     if not start:
         raise BadInputError(str(path), "is empty", _EXPECTED)
-    return _read_parquet(path) if start == b"PAR1" or path.suffix.lower() in (".parquet", ".pq") else _read_csv(path)
+    if start == b"PAR1" or path.suffix.lower() in (".parquet", ".pq"):
+        return _read_parquet(path)
+    return _read_npz(path) if start == b"PK\x03\x04" or path.suffix.lower() == ".npz" else _read_csv(path)
 
 
 class TableKind(Enum):
@@ -67,23 +71,24 @@ class TableKind(Enum):
 
     CSV = "csv"
     PARQUET = "parquet"
+    NPZ = "npz"
 
 
 def write_signals(table: SignalsTable, path: Path, kind: TableKind | None = None, *, force: bool = False) -> None:
-    """Write a table as CSV or Parquet, by the name's ending unless `kind` is given; a reader gets every number back
-    exactly.
+    """Write a table as CSV, Parquet or numpy's npz, by the name's ending unless `kind` is given; a reader gets every
+    number back exactly.
 
     Raises BadInputError when the file is there and `force` is false, and when it cannot be written; never leaves half a
     file.
     """
     if kind is None:
-        kinds = {".csv": TableKind.CSV, ".parquet": TableKind.PARQUET, ".pq": TableKind.PARQUET}
+        kinds = {".pq": TableKind.PARQUET} | {f".{kind.value}": kind for kind in TableKind}
         if path.suffix.lower() not in kinds:
-            raise BadInputError(str(path), f"has the ending {path.suffix!r}", "the ending .csv or .parquet")
+            raise BadInputError(str(path), f"has the ending {path.suffix!r}", "the ending .csv, .parquet or .npz")
         kind = kinds[path.suffix.lower()]
     columns = {TIME: table.time_s, **table.columns} | ({} if table.repeat is None else {REPEAT: table.repeat})
     with replacing(path, force) as temporary:
-        (_write_csv if kind is TableKind.CSV else _write_parquet)(columns, temporary)
+        _WRITERS[kind](columns, temporary)
 
 
 def _write_csv(columns: Mapping[str, NDArray[np.generic]], path: Path) -> None:
@@ -105,6 +110,19 @@ def _write_parquet(columns: Mapping[str, NDArray[np.generic]], path: Path) -> No
         pa.field(name, array.type, metadata={"unit": units[name]}) for name, array in zip(columns, arrays, strict=True)
     ]
     parquet.write_table(pa.table(arrays, schema=pa.schema(fields)), path)
+
+
+def _write_npz(columns: Mapping[str, NDArray[np.generic]], path: Path) -> None:
+    # level 1: three times as fast as numpy's, 5 % larger; without a date, so that the same rows are the same bytes
+    with ZipFile(path, "w", ZIP_DEFLATED, compresslevel=1) as archive:
+        for name, values in columns.items():
+            entry = ZipInfo(f"{name}.npy")
+            entry.compress_type = ZIP_DEFLATED
+            with archive.open(entry, "w") as file:
+                np.lib.format.write_array(file, np.ascontiguousarray(values), allow_pickle=False)
+
+
+_WRITERS = {TableKind.CSV: _write_csv, TableKind.PARQUET: _write_parquet, TableKind.NPZ: _write_npz}
 
 
 def _parquet(path: Path) -> Any:
@@ -221,6 +239,23 @@ def _read_parquet(path: Path) -> RawColumns:
     except (pa.ArrowException, OSError, ValueError) as error:
         raise BadInputError(str(path), f"is no whole Parquet file: {_one_line(error)}", _EXPECTED) from error
     return _raw_columns(path, table.column_names, [_arrow_cells(column) for column in table.columns], 1, ())
+
+
+def _read_npz(path: Path) -> RawColumns:
+    """An archive of arrays of one length, as `numpy.savez` leaves it."""
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            found = {name: archive[name] for name in archive.files}
+    except (ValueError, OSError, EOFError, BadZipFile, zlib.error) as error:
+        raise BadInputError(str(path), f"is no whole npz file: {_one_line(error)}", _EXPECTED) from error
+    lengths = {values.shape for values in found.values()}
+    if len(lengths) != 1 or len(lengths.pop()) != 1:
+        raise BadInputError(str(path), "holds arrays of several shapes, or none", "one value a row in each")
+    cells = [
+        np.asarray(values, np.float64) if values.dtype.kind in "fiu" else values.astype(str).tolist()
+        for values in found.values()
+    ]
+    return _raw_columns(path, list(found), cells, 1, ())
 
 
 def _arrow_cells(column: Any) -> Any:

@@ -65,7 +65,7 @@ def test_the_checkpoint_goes_once_table_and_report_are_written(tmp_path: Path) -
 
 def test_a_forced_run_leaves_nothing_of_the_one_before(tmp_path: Path) -> None:
     (tmp_path / "steps").mkdir()
-    (tmp_path / "steps" / "0099.parquet").write_bytes(b"")
+    (tmp_path / "steps" / "0099.npz").write_bytes(b"")
     run_experiment(waiting_experiment(), ScriptedAntenna(), tmp_path, header(), force=True)
     assert not (tmp_path / "steps").exists()
 

@@ -103,7 +103,7 @@ def test_a_thinned_sequence_leaves_a_table_a_step_that_identification_reads(tmp_
         whole.name, whole.text, (whole.steps[0], *fast), whole.measure, whole.conclude, every=whole.every
     )
     outcome = conduct(experiment, shipped_settings(), MODEL, SEED, tmp_path)
-    assert len(list((tmp_path / STEPS_FOLDER).glob("*.parquet"))) == len(fast) == len(outcome.rows)
+    assert len(list((tmp_path / STEPS_FOLDER).glob("*.npz"))) == len(fast) == len(outcome.rows)
     logs = read_logs(tmp_path, MODEL.axes)
     found = identify_axis(logs, MODEL, "outer")
     assert found.velocity_map is not None

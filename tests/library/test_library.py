@@ -96,7 +96,7 @@ def test_a_data_frame_passes_the_same_door_as_a_file(run: Run) -> None:
     assert np.array_equal(table.position("outer"), frame["outer.position"].to_numpy())
     broken = frame.copy()
     broken.iloc[3, 0] = np.nan
-    with as_paths([broken], "log") as paths, pytest.raises(BadInputError, match=r"log-0\.parquet"):
+    with as_paths([broken], "log") as paths, pytest.raises(BadInputError, match=r"log-0\.npz"):
         read_signals(paths[0], ("outer", "inner"))
     with pytest.raises(BadInputError, match="a path, a Run or a DataFrame"), as_paths([3], "log"):  # type: ignore[list-item]
         pass

@@ -5,6 +5,7 @@ column.
 from __future__ import annotations
 
 import math
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -49,7 +50,7 @@ def refusal(path: Path, **options: bool) -> str:
         )
     ),
     laps=st.booleans(),
-    ending=st.sampled_from(["csv", "parquet"]),
+    ending=st.sampled_from(["csv", "parquet", "npz"]),
 )
 def test_a_written_table_is_read_back_bit_for_bit(
     tmp_path_factory: pytest.TempPathFactory, seed: int, optional: set[str], laps: bool, ending: str
@@ -201,7 +202,7 @@ def test_a_wrong_header_is_refused_by_the_column_it_lacks(
 @pytest.mark.parametrize(
     "content", [b"", b"PAR1 cut", b"\x89PNG\r\n\0\xff\xfe", bytes(range(256)) * 20, HEADER.encode(), b"\n\n\n"]
 )
-@pytest.mark.parametrize("name", ["log.csv", "log.parquet", "log"])
+@pytest.mark.parametrize("name", ["log.csv", "log.parquet", "log.npz", "log"])
 def test_a_foreign_or_empty_file_is_refused_in_one_line(tmp_path: Path, name: str, content: bytes) -> None:
     (tmp_path / name).write_bytes(content)
     refusal(tmp_path / name)
@@ -234,6 +235,37 @@ def test_parquet_cells_without_a_number_are_named_by_row(tmp_path: Path) -> None
     assert "row 1, column inner.position: holds 'x'" in refusal(tmp_path / "log.parquet")
     with pytest.raises(BadInputError, match="holds no number at all"):
         read_signals(tmp_path / "log.parquet", AXES, resample=True)
+
+
+def test_an_archive_of_numpy_is_a_table_unless_its_arrays_differ_in_length_or_it_is_cut(tmp_path: Path) -> None:
+    columns = {name: np.arange(20.0) for name in HEADER.split(",")} | {"time_s": np.arange(20) * 1e-3}
+    path = tmp_path / "log.npz"
+    np.savez(path, **columns)
+    assert read_signals(path, AXES).position("inner").tolist() == list(range(20))
+    content = path.read_bytes()
+    for size in range(0, len(content), 97):
+        path.write_bytes(content[:size])
+        refusal(path)
+    np.savez(path, **columns | {"outer.torque": np.arange(19.0)})
+    assert "several shapes" in refusal(path)
+    np.savez(path, **columns | {"inner.torque": np.array(["fast"] * 20)})
+    assert "row 1, column inner.torque: holds 'fast'" in refusal(path)
+    np.savez(path, **columns | {"inner.torque": np.array([None] * 20)})
+    assert "no whole npz file" in refusal(path)
+
+
+@pytest.mark.parametrize("action", ["write", "read"])
+def test_parquet_without_its_package_names_the_extra(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, action: str
+) -> None:
+    table = read_signals(write_lines(tmp_path / "log.csv", csv_lines()), AXES)
+    write_signals(table, tmp_path / "log.parquet")
+    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
+    with pytest.raises(BadInputError, match=r"needs the package pyarrow.*gimbal-hil\[parquet\]"):
+        read_signals(tmp_path / "log.parquet", AXES) if action == "read" else write_signals(
+            table, tmp_path / "other.parquet"
+        )
+    write_signals(table, tmp_path / "other.npz")
 
 
 def test_a_missing_file_and_a_folder_without_a_run_are_refused(tmp_path: Path) -> None:

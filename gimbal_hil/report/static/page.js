@@ -50,6 +50,7 @@
     const lines = (trace.mode || "").includes("lines") && trace.line, colour = (lines ? trace.line : trace.marker).color;
     const dash = lines && trace.line.dash !== "solid" ? "4 3" : "none";
     const shape = lines ? `<line x1="0" x2="22" y1="6" y2="6" stroke-width="2.5" stroke-dasharray="${dash}"/>`
+      : String(trace.marker.symbol).startsWith("line-ns") ? '<rect x="10" y="0" width="2" height="12"/>'
       : trace.type === "bar" ? '<rect x="6" y="1" width="10" height="10"/>' : '<circle cx="11" cy="6" r="4"/>';
     const span = document.createElement("span");
     span.innerHTML = `<svg width="22" height="12" aria-hidden="true">${shape}</svg>`;
