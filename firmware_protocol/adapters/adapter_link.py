@@ -16,7 +16,7 @@ class AdapterLink(LinkBasis):
     """Both drives of an antenna. LinkError when the bus cannot be opened.
 
     The host's set-point is the edge of a tick. While none comes, drives that must be asked are asked once a period, so
-    that the antenna is heard before anything is asked of it; then the deadman counts those periods.
+    that the antenna's frames arrive before it gets a request; then the deadman counts those periods.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""The host's end of lockstep over a link: an antenna that goes on by one tick when it is told to."""
+"""The host's end of lockstep over a link: an antenna that advances by one tick on request."""
 
 from __future__ import annotations
 

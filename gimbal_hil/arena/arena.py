@@ -143,8 +143,8 @@ def run_arena(
     say: Callable[[str], None] = lambda scenario: None,
     wrong: float = 0.0,
 ) -> ArenaResult:
-    """Run everything, the loops' models off by a share `wrong`; `say` is told the scenario of each trial that is done.
-    Errors of the first seed are kept.
+    """Run everything, the loops' models off by a share `wrong`; `say` is called with each finished
+    scenario. Errors of the first seed are kept.
     """
     models: dict[str, AntennaModel] = {name: model_named(name) for name in antennas}
     trials = [

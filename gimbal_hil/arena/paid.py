@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 BEFORE, FIRST, IMPROVED = "before", "first model", "improved"
 _MICRO = 1e6
-#: numbers are told together by what they are of
+#: numbers are grouped by the part that they belong to
 _CALLED = {"body.mass": "weight", "body.cog": "weight", "body.inertia": "inertia"}
 
 

@@ -43,8 +43,8 @@ class Cost:
     """One point: how much there was (s of data, or candidates), wall time (s), processor time of all processes (s), and
     that in sines.
 
-    Processor time, because on a machine that others use wall time tells of them; sines of the same moments, because it
-    has no fixed speed.
+    Processor time, because wall time depends on what else the machine does; sines of the same moments, because its
+    speed varies.
     """
 
     amount: float

@@ -42,7 +42,7 @@ def sines() -> float:
 
 
 def speed_figures(repeats: int = 9, say: Callable[[str], None] = lambda name: None) -> list[Figure]:
-    """All figures, in the order of the table; `say` is told what is being measured."""
+    """All figures, in the order of the table; `say` is called with what is being measured."""
     figures: list[Figure] = []
     for name, measure in (
         ("plant", plant_figures),

@@ -1,4 +1,4 @@
-"""Checks files by the loaders that read them in earnest, and tells everything that is wrong with each."""
+"""Checks files with the loaders that all commands use, and reports every error in each."""
 
 from __future__ import annotations
 

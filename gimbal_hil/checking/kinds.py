@@ -1,4 +1,4 @@
-"""What a file is, told from its content: nobody has to say it."""
+"""Recognises the kind of a file by its content."""
 
 from __future__ import annotations
 

@@ -171,7 +171,7 @@ def function_of(name: str) -> tuple[ModuleType, Callable[..., int]]:
 
 
 def _guarded(command: Callable[..., int], compiles: bool) -> Callable[..., int]:
-    """The command with a line for Ctrl-C (typer would end it without a word), given finite numbers only; what it
+    """The command with a line for Ctrl-C (typer would end it without a message), given finite numbers only; what it
     compiles is shown.
     """
 

@@ -1,6 +1,6 @@
 """What is compiled is said: a bar in a terminal, a line elsewhere, whichever command asks first and whichever kernel.
 
-Numba tells of every function that it compiles (and of none that it finds on disk); this is the one place that listens.
+Numba reports every function that it compiles (and none that it finds on disk); only this module listens to it.
 """
 
 from __future__ import annotations

@@ -67,7 +67,7 @@ def command(
         list[str] | None,
         typer.Option(
             metavar="AXIS=TORQUE",
-            help="Break-away torque as far as known, in place of the model's: slow torque is told by it.",
+            help="Approximate break-away torque, in place of the model's: it decides which torque counts as slow.",
         ),
     ] = None,
     column: Annotated[list[str] | None, typer.Option(metavar=COLUMN_PAIR, help=COLUMN_HELP)] = None,

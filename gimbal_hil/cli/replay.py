@@ -34,7 +34,7 @@ def command(
     ] = False,
 ) -> int:
     """Run the recorded frames and commands through the host core again; the first tick and signal that differ, or
-    identical. Where they differ, what changed is told signal by signal.
+    identical. Where they differ, the changes are listed signal by signal.
     """
     import time
 

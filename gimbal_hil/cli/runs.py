@@ -15,7 +15,7 @@ REPORT_FILE, ANSWER_FILE = "report.html", "comparison.json"
 
 
 class RunsAction(StrEnum):
-    """What is asked of the runs."""
+    """What to do with the runs."""
 
     LIST = "list"
     SHOW = "show"

@@ -36,7 +36,7 @@ _REQUEST = DocumentLimits(size_bytes=_LONGEST_REQUEST, values=50)
 
 
 class PageServer:
-    """Serves a LiveView from threads of the service process; the control process knows nothing of it."""
+    """Serves a LiveView from threads of the service process; the control process has no part in it."""
 
     def __init__(self, view: LiveView, port: int, door: Door | None = None, screen: ScopeScreen | None = None) -> None:
         """`port` 0 takes any free one; BadInputError when it is taken. Without a door nothing can be commanded."""

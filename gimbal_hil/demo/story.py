@@ -127,7 +127,7 @@ STAGES = (
 
 
 def tell(settings: DaemonSettings, out: Path, progress: ProgressSink, say: Callable[[str, str], None]) -> Path:
-    """Run every stage; `say(stage, line)` is told what each found. Answers the path of the report."""
+    """Run every stage; `say(stage, line)` gets the result of each. Returns the path of the report."""
     antenna, _ = embedded_model_of(settings)
     settings = settings.for_axes(antenna.axes, antenna.where)
     told: list[StageResult] = []

@@ -63,7 +63,7 @@ class AntennaUnderTest(Protocol):
         """Wait until the host is ready; LinkError when it does not come."""
 
     def follow(self, step: Step, progress: Callable[[int], None]) -> Followed:
-        """Follow one step to its end; SafetyStopError when a guard or the antenna ended it. `progress` is told of ticks
+        """Follow one step to its end; SafetyStopError when a guard or the antenna ended it. `progress` gets the ticks
         done.
         """
 
@@ -79,7 +79,7 @@ class AntennaUnderTest(Protocol):
 
 class LockstepAntenna:
     """The virtual antenna in this process, in lockstep; of its log one row in `log_every` ticks, with frames where that
-    is every tick. `firmware` without a word is that of the settings.
+    is every tick. Without `firmware` that of the settings is used.
     """
 
     def __init__(

@@ -1,7 +1,7 @@
 """Runs an experiment on an antenna into a run folder: guards on entry, a checkpoint after every step, a teardown that
 always comes.
 
-The runner knows nothing of links and clocks: an `AntennaUnderTest` follows steps, whether it is the virtual one in
+The runner does not depend on links and clocks: an `AntennaUnderTest` follows steps, whether it is the virtual one in
 lockstep or a real one behind the daemon.
 """
 

@@ -3,7 +3,7 @@
 Frames of a whole sliding sequence would fill a disk, and its log rows hold no measurement. So each measured step of a
 thinned experiment has a table of its own, `steps/<number>.npz`, at the constant rate that the step asked for: input
 of identification and of anyone else. So has each measured step on a real antenna, whose log has gaps where a sequence
-was stopped and gone on with.
+was stopped and resumed.
 """
 
 from __future__ import annotations

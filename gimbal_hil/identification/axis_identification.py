@@ -279,7 +279,7 @@ def _break_aways(evidence: Evidence, friction: LugreFriction, step: float) -> tu
 
 
 def _bent(evidence: Evidence, prior: LugreFriction, step: float) -> LugreFriction:
-    """The prior with the stiffness that slow torque shows: what a break-away is told by."""
+    """The prior with the stiffness found from slow torque, by which a break-away is recognised."""
     if not evidence.presliding:
         return prior
     shown = fit_presliding(evidence.presliding, max(prior.static.breakaway, 1e-9), step, prior.sigma0)

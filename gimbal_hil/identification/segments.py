@@ -1,4 +1,4 @@
-"""Cuts a run or a table into stretches that identification can use, by what was asked of the axis in them."""
+"""Cuts a run or a table into stretches that identification can use, by how the axis was controlled in them."""
 
 from __future__ import annotations
 

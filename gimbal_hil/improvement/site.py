@@ -131,7 +131,7 @@ def _until_open(process: subprocess.Popen[bytes], run: Path, log: Path) -> None:
         if process.poll() is not None:
             lines = log.read_text(errors="replace").strip().splitlines()
             raise LinkError(
-                f"the daemon ended at once: {lines[-1].removeprefix('error: ') if lines else 'without a word'}"
+                f"the daemon ended at once: {lines[-1].removeprefix('error: ') if lines else 'without a message'}"
             )
         if time.monotonic() > end:
             raise LinkError(f"{run}: the daemon did not open its door")

@@ -1,4 +1,4 @@
-"""What a report page is made of: each block is a frozen record, and knows nothing of HTML."""
+"""The blocks of a report page: frozen records without any HTML."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 """Is what is written still there, and is there room for more? Looked at while recording, so that nothing is lost
-without a word.
+without a message.
 """
 
 from __future__ import annotations

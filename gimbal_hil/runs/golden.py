@@ -1,7 +1,7 @@
 """A recorded run as a reference that is updated on purpose: what the host does today on yesterday's frames.
 
 The frames that arrived and the commands that were given stay as they are; what the host sends and computes is put in
-the place of what it sent and computed then. What changed is told signal by signal before anything is written.
+the place of what it sent and computed then. The changes are listed signal by signal before anything is written.
 """
 
 from __future__ import annotations

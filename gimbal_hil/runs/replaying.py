@@ -59,8 +59,8 @@ def replay(
 ) -> ReplayResult:
     """Run a log again and stop at the first difference; damage of the log itself counts as one.
 
-    `give` hands a COMMAND event to the host. `progress` is told the ticks done now and then. Raises BadInputError when
-    the log holds no tick that could be run again.
+    `give` hands a COMMAND event to the host. `progress` gets the number of finished ticks now and then. Raises
+    BadInputError when the log has no tick that could be run again.
     """
     if run.protocol is not CURRENT:
         theirs = run.protocol.version

@@ -128,9 +128,7 @@ class RunWriter:
                     if number > writer._segment:
                         path.unlink()
         except (OSError, KeyError) as error:
-            raise BadInputError(
-                str(folder), f"cannot be gone on with ({error})", "the folder of a stopped run"
-            ) from error
+            raise BadInputError(str(folder), f"cannot be continued ({error})", "the folder of a stopped run") from error
         run = open_run(folder)
         blocks, _ = read_chain(folder)
         writer._started_utc, writer._last_hash = (
@@ -197,7 +195,7 @@ class RunWriter:
         self._events.append(json.dumps(line, ensure_ascii=False) + "\n")
 
     def command(self, tick: int, time_ns: int, text: str, data: Mapping[str, object]) -> None:
-        """Keep what an operator or a plan asked of the host core before its tick `tick`: replay asks the same again."""
+        """Keep the request of an operator or plan to the host core before its tick `tick`; replay repeats it."""
         self.event(tick, time_ns, EventKind.COMMAND, text, data)
 
     def flush(self) -> None:

@@ -1,4 +1,4 @@
-"""What an operator may ask, checked at the door: every request is one of these, with these keys and no others."""
+"""The requests of an operator: every one is checked to be one of these, with these keys and no others."""
 
 from __future__ import annotations
 

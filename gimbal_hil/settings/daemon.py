@@ -107,7 +107,7 @@ class Pointing(Strict):
     )
     coast_time_s: Positive = Field(
         default=1.0,
-        description="how long gyros hold a direction when no attitude is heard, from 0.1 s on; then muted, and a stop",
+        description="how long gyros hold a direction without attitude, after 0.1 s; then mute and stop",
     )
     stow_rad: tuple[float, float] = Field(
         default=(0.0, 0.0), description="joint positions in which the antenna is stowed, the carrying axis first"

@@ -9,7 +9,7 @@ from typing import Any
 from firmware_protocol.errors import BadInputError
 from sim_backend.model import ModelKind
 
-#: a body of which only the mass is told is a ball of this radius, m
+#: a body of which only the mass is given is a ball of this radius, m
 _BALL_M = 0.2
 #: friction over the torque limit, break-away over Coulomb, viscous over Coulomb (s/rad), of an axis nobody measured
 _COULOMB_SHARE, _BUMP, _VISCOUS_SHARE = 0.015, 1.07, 0.25

@@ -27,8 +27,8 @@ from gimbal_hil.timing.witness import WitnessProcess
 SLICES = 4
 #: a wake-up may be this share of a period late at p99 before the loop has no time left for its work
 LATE_SHARE = 0.25
-#: target of the Python loop beside the C loop (docs/bench-results.md), told when exceeded; not part of the verdict: it
-#: is a ratio of two good things
+#: target of the Python loop beside the C loop (docs/bench-results.md), reported when exceeded; not part of the verdict:
+#: it is a ratio of two good things
 C_RATIO = 1.5
 
 
@@ -83,8 +83,8 @@ class MachineReport:
 def check_machine(
     period: Duration, seconds: float, progress: Callable[[float], None] = lambda share: None
 ) -> MachineReport:
-    """Measure for about twice `seconds` (each loop gets that much) and judge; `progress` is told the share done between
-    slices.
+    """Measure for about twice `seconds` (each loop gets that much) and judge; `progress` gets the finished share
+    between slices.
     """
     resolution = round(time.get_clock_info("monotonic").resolution * 1e9)
     default_slack = timer_slack()

@@ -114,7 +114,7 @@ def cause_of(miss: Miss, gaps: list[Stall], core_gaps: Sequence[Stall] = ()) -> 
     in_link_ns = usage.bus_wait_ns
     gone_ns = min(_overlap_ns(miss, core_gaps), usage.computing_ns)
     if usage.waits <= 0:
-        # never off its core and yet not charged with the time: a kernel that is told of stolen time leaves it out
+        # never off its core and yet not charged with the time: a kernel that knows of stolen time leaves it out
         gone_ns = max(gone_ns, miss.ended_ns - miss.began_ns - usage.computing_ns)
     known = {
         MissCause.GARBAGE_COLLECTION: usage.collecting_ns,

@@ -1,6 +1,6 @@
 """Every kernel that a command may ask for, each called once as the commands call it: that compiles it for this machine.
 
-A kernel is compiled for the types of its arguments, so it is reached through the code that calls it in earnest, with
+A kernel is compiled for the types of its arguments, so it is reached through the code that really calls it, with
 the least data that this code takes.
 """
 

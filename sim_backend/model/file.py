@@ -1,4 +1,4 @@
-"""The form of a model file, validated once at the door: unknown keys, wrong units and impossible bodies are refused.
+"""The form of a model file, validated when it is read: unknown keys, wrong units and impossible bodies are refused.
 
 Every number may be plain (then it is in the unit of the table in `numbers.py`) or `{value, unit, source, uncertainty}`;
 `source` says where it comes from: measured, printed, CAD, inferred, assumed; `uncertainty` how well it is known (see

@@ -14,7 +14,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator
 
-#: how far off over value by the word that a source is told by; the word that comes first in the text counts
+#: relative uncertainty by a word in the source; the first such word in the text counts
 RELATIVE_BY_WORD: dict[str, float] = {
     "measured": 0.05,
     "weighed": 0.05,
