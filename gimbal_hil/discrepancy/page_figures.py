@@ -62,7 +62,7 @@ def where_figure(result: Result, verdict: dict[str, Any]) -> Drawing:
     channel = result.inquiry.twin.channels[j]
     found = with_the_rest(regimes(result.inquiry.twin, result.null.fitted, channel, j))
     title = f"Where the gap of {channel.axis} {channel.signal.replace('_', ' ')} sits"
-    drawn = figure(title, "share of the squared gap", "", 120 + 26 * len(found))
+    drawn = figure(title, "share of squared gap", "", 120 + 26 * len(found))
     # two columns of labels: the group once, and what each bar is
     labels = [[r.group for r in found], [r.regime for r in found]]
     drawn.add_bar(

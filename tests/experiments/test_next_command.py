@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from gimbal_hil.cli import main
+from gimbal_hil.cli.app import run
 from gimbal_hil.cli.experiment import _following
 from gimbal_hil.experiments.sequences.registry import SEQUENCES
+from gimbal_hil.runs import RunWriter
+from tests.runs.synthetic import HEADER
 
 
 def test_the_help_names_every_sequence(capsys: pytest.CaptureFixture[str]) -> None:
@@ -41,3 +45,21 @@ def test_the_way_from_a_step_to_a_verdict_is_shown_command_by_command() -> None:
     assert _following("sliding", runs / "sliding", None, None, None) == (
         "gimbal-hil identify mine/runs/sliding --out mine/runs/identified"
     )
+
+
+def test_a_survey_under_a_name_of_ones_own_is_found_and_the_model_is_the_configurations(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    run("init", ["mine", "--yes"])
+    for name, title in (("older", "survey"), ("A", "survey"), ("C", "step")):
+        RunWriter(tmp_path / name, replace(HEADER, title=title)).close(0, "")
+    config = Path("mine/antenna.yaml")
+    assert _following("survey_holdout", Path("B"), config, None, None) == (
+        "gimbal-hil discrepancy --model mine/model.yaml --measured A --holdout B --out verdict"
+    )
+    assert _following("sliding", Path("S"), config, None, None) == (
+        "gimbal-hil identify S --model mine/model.yaml --out identified"
+    )
+    run("init", ["far", "--yes", "--link", "unix:/tmp/antenna"])
+    assert "--model far/model.yaml" in _following("sliding", Path("S"), Path("far/antenna.yaml"), None, None)

@@ -39,6 +39,9 @@
     Object.assign(layout, {title: undefined, showlegend: false, paper_bgcolor: "rgba(0,0,0,0)",
       plot_bgcolor: "rgba(0,0,0,0)", dragmode: matchMedia("(pointer: coarse)").matches ? false : "zoom"});
     if (narrow || printing) layout.font = {...layout.font, size: printing ? 10 : 11};
+    // as large as the numbers beside it: a longer one is cut off on a phone
+    for (const name of Object.keys(layout).filter(name => /^[xy]axis/.test(name)))
+      layout[name].title = {...layout[name].title, font: {size: layout.font.size}};
     // on paper two figures of usual height fit on a sheet, and none is cut in two
     if (printing && !alone) layout.height = Math.min(0.6 * layout.height, SHEET);
     place.style.height = `${layout.height}px`;
