@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -53,12 +52,13 @@ def predictable(inquiry: Inquiry, state: State, column: int, variables: frozense
     total = float(np.mean(target**2))
     shares = []
     for shift in (0.0, *_SHIFTS):
-        learnt = _learn(taught, np.roll(y, int(shift * len(y))))
-        shares.append(1.0 - float(np.mean((target - learnt.predict(asked)) ** 2)) / max(total, 1e-300))
+        learnt = _learnt(taught, np.roll(y, int(shift * len(y))), asked)
+        shares.append(1.0 - float(np.mean((target - learnt) ** 2)) / max(total, 1e-300))
     return Predictable(shares[0], max(shares[1:]))
 
 
-def _learn(x: Floats, y: Floats) -> Any:
+def _learnt(x: Floats, y: Floats, asked: Floats) -> Floats:
+    """What is expected at rows `asked` by what has learnt y of rows x."""
     from sklearn.ensemble import HistGradientBoostingRegressor
     from threadpoolctl import threadpool_limits
 
@@ -73,7 +73,8 @@ def _learn(x: Floats, y: Floats) -> Any:
     )
     # the same bits whatever the number of processors, and none of them spins for another
     with threadpool_limits(1):
-        return HistGradientBoostingRegressor(random_state=0, **settings).fit(x[::thin], y[::thin])
+        learnt = HistGradientBoostingRegressor(random_state=0, **settings).fit(x[::thin], y[::thin])
+        return np.asarray(learnt.predict(asked))
 
 
 def _inputs(records: tuple[Record, ...], axis: int, variables: frozenset[Variable]) -> Floats:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from gimbal_hil.discrepancy.record import TORQUE, Channel, Record, record_of
@@ -144,7 +145,7 @@ def over_own_noise(
 
 def _law_in_band(wide: WideTwin, left: list[Floats], channel: Channel, bands: Bands, average: str = "median") -> float:
     """Rms in the scored band of the noise law that fits the spectrum above it."""
-    from scipy.signal import welch
+    from scipy.signal import detrend, welch
 
     dt = bands.period_s
     power: list[Floats] = []
@@ -152,7 +153,9 @@ def _law_in_band(wide: WideTwin, left: list[Floats], channel: Channel, bands: Ba
     # logs of one call may differ in length, their spectra not
     segment = min(max(_SHORTEST, round(_SEGMENT / _reach(bands))), *(len(part) // 4 for part in left))
     for part in left:
-        f, p = welch(part, 1.0 / dt, nperseg=segment, average=average, detrend="linear")
+        # welch itself takes the trend out of one segment after the other, four times as slowly
+        level = detrend(sliding_window_view(part, segment)[:: segment - segment // 2])
+        f, p = welch(level.ravel(), 1.0 / dt, nperseg=segment, noverlap=0, average=average, detrend=False)
         power.append(p * len(part))
     psd = np.sum(power, axis=0) / sum(len(part) for part in left)
     if not np.median(psd) > 0.0:
@@ -239,13 +242,19 @@ def repeat_floor(residual: Floats, record: Record) -> Floats | None:
     return np.asarray(np.sqrt(np.mean(variance, axis=0)))
 
 
-def floors(twin: Twin, wide: WideTwin, structure: Structure, P: NDArray[np.float64]) -> list[Floor]:
-    """One floor per channel of the twin, given the structure and parameters that explain the data best so far."""
+def spectral_floors(twin: Twin, wide: WideTwin, structure: Structure, P: NDArray[np.float64]) -> list[float]:
+    """`spectral_floor` of every channel of the twin, given what explains the data best so far."""
+    return [spectral_floor(wide, structure, P, channel, twin.records[0].bands) for channel in twin.channels]
+
+
+def floors(twin: Twin, spectra: list[float], structure: Structure, P: NDArray[np.float64]) -> list[Floor]:
+    """One floor per channel of the twin, given the structure and parameters that explain the data best so far and their
+    `spectral_floors`.
+    """
     found = []
     repeats = [repeat_floor(twin.scored(structure, P, i), record) for i, record in enumerate(twin.records)]
     known = [r for r in repeats if r is not None]
-    for j, channel in enumerate(twin.channels):
-        spectrum = spectral_floor(wide, structure, P, channel, twin.records[0].bands)
+    for j, spectrum in enumerate(spectra):
         laps = float(np.sqrt(np.mean([r[j] ** 2 for r in known]))) if known else None
         rms = spectrum if laps is None or laps > 2.0 * spectrum else laps
         found.append(Floor(max(rms, 1e-12), laps, spectrum))
@@ -277,5 +286,6 @@ __all__ = [
     "repeat_floor",
     "smaller",
     "spectral_floor",
+    "spectral_floors",
     "wide_twin",
 ]

@@ -83,7 +83,7 @@ class Inquiry:
         return [part for part in np.split(rows, np.cumsum(counts)[:-1]) if len(part)]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class State:
     """A fitted hypothesis and what it leaves, in floors, of the fitted rows and of both halves of the hold-out."""
 

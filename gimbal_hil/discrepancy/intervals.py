@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from weakref import WeakKeyDictionary
+
 import numpy as np
 
 from gimbal_hil.discrepancy.fit import fit, prior_weights
@@ -15,12 +17,20 @@ _BLOCK_S = 2.0
 #: nominal 95 % and a margin for what blocks do not see (twin and plant differ in the integrator)
 _REACH = 2.6
 _LEAST_SHARE = 0.004
+#: of states that somebody still has: every interval asks for it
+_found: WeakKeyDictionary[State, Floats] = WeakKeyDictionary()
 
 
 def covariance(inquiry: Inquiry, state: State) -> Floats:
     """Covariance of a state's coordinates from blocks of the fitted logs and the selecting rows, on which it was
     settled.
     """
+    if state not in _found:
+        _found[state] = _covariance(inquiry, state)
+    return _found[state]
+
+
+def _covariance(inquiry: Inquiry, state: State) -> Floats:
     weighing = weighing_of(inquiry, state)
     found = fit(inquiry.selectable, state.hypothesis, inquiry.floor, weighing, rounds=1)
     per_row = np.tile(1.0 / (np.array(weighing.scale) * weighing.spread), len(found.residual))

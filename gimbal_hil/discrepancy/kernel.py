@@ -12,14 +12,13 @@ from enum import IntFlag
 import numpy as np
 
 from firmware_protocol.compiling import compiled, entry_point
+from firmware_protocol.elementary import sine_cosine
 from sim_backend.effects import Hook, encoder_law, gyro_law
-from sim_backend.friction_in_force import friction_at
+from sim_backend.friction_in_force import friction_at, friction_in_force
 from sim_backend.layout import (
-    APPLIED,
     AXES,
     AXIS,
     BODY_RATE,
-    BRISTLE,
     CODE,
     GYRO_FILTER,
     GYRO_STATE,
@@ -29,6 +28,7 @@ from sim_backend.layout import (
     IN_FORCE_SIZE,
     INSTANCE,
     INSTANCE_SIZE,
+    INSTANCES,
     KIND,
     PARAMETERS,
     SEED,
@@ -42,9 +42,9 @@ from sim_backend.layout import (
     PlantKind,
     axis_block,
 )
-from sim_backend.rigid_body import equations_of_motion
+from sim_backend.rigid_body import body_numbers, equations_at, outer_turn_counts
 from sim_backend.sensors import gyro_reading, gyro_step
-from sim_backend.step import advance_structures, joint_torque
+from sim_backend.step import advance_structures, joint_law, joint_state
 
 
 class Part(IntFlag):
@@ -56,10 +56,14 @@ class Part(IntFlag):
     GYRO_1 = 8
 
 
-EVERY_PART = Part.JOINT_0 | Part.JOINT_1 | Part.GYRO_0 | Part.GYRO_1
+EVERY_JOINT = Part.JOINT_0 | Part.JOINT_1
+EVERY_PART = EVERY_JOINT | Part.GYRO_0 | Part.GYRO_1
 _JOINT_0, _JOINT_1, _GYRO_0, _GYRO_1 = (int(part) for part in Part)
 _STRUCTURE, _ENCODER, _GYRO = int(Hook.STRUCTURE), int(Hook.ENCODER), int(Hook.GYRO)
 _GIMBAL = int(PlantKind.GIMBAL)
+#: place of the applied torque in `joint_state`
+_TORQUE_NOW = 2
+Joint = tuple[float, float, float, float]
 _BLOCK = (axis_block(0), axis_block(1))
 #: finite step (rad or m) for the slope and curvature of an encoder's error over position
 _SLOPE_STEP = 1e-3
@@ -120,12 +124,14 @@ def _gyro(P: np.ndarray, K: np.ndarray, X: np.ndarray, axis: int, steps: int) ->
 
 
 @compiled
-def _lead_bristle(X: np.ndarray, axis: int, torque: float) -> None:
-    """Move a standing joint's bristle by so much torque, within break-away."""
+def _led(X: np.ndarray, axis: int, joint: Joint, torque: float) -> Joint:
+    """A standing joint (`joint_state`) with its bristle moved by so much torque, within break-away."""
     f = IN_FORCE + axis * IN_FORCE_SIZE
-    if X[f + SIGMA0] > 0.0:
-        most = X[f + TS] / X[f + SIGMA0]
-        X[BRISTLE + axis] = min(most, max(-most, X[BRISTLE + axis] + torque / X[f + SIGMA0]))
+    if X[f + SIGMA0] == 0.0:
+        return joint
+    most = X[f + TS] / X[f + SIGMA0]
+    bristle, lagged, applied, friction = joint
+    return min(most, max(-most, bristle + torque / X[f + SIGMA0])), lagged, applied, friction
 
 
 @entry_point
@@ -149,51 +155,66 @@ def balance(
     heat (n, 2) degC. Fills out (6, n): torque given minus torque needed per axis (N m), gyro rate predicted per axis
     (rad/s), torque that the actuator gives per axis (N m). P[STEP_S] times `steps` is the interval.
     """
-    h = P[STEP_S]
-    two = K[AXES] > 1
+    # joints, bodies and friction in locals: through X and P each row would wait for the stores of the one before
+    h, effects, gimbal, two = P[STEP_S], K[INSTANCES] > 0, K[KIND] == _GIMBAL, K[AXES] > 1
+    warms, structures = K[TEMPERATURE_KNOTS] > 0, K[HOOK_COUNT + _STRUCTURE] > 0
     joint0, joint1 = parts & _JOINT_0 != 0, two and parts & _JOINT_1 != 0
     gyro0, gyro1 = parts & _GYRO_0 != 0, two and parts & _GYRO_1 != 0
+    body = body_numbers(P, K, (0.0, 1.0))
+    state0, state1 = joint_state(X, 0), joint_state(X, 1)
+    force0, force1 = friction_in_force(P, X, 0), friction_in_force(P, X, 1)
     for k in range(torque.shape[0]):
-        g = (
-            (base[k, 0], base[k, 1], base[k, 2]),
-            (base[k, 3], base[k, 4], base[k, 5]),
-            (base[k, 6], base[k, 7], base[k, 8]),
-        )
+        gravity, rate = (base[k, 0], base[k, 1], base[k, 2]), (base[k, 3], base[k, 4], base[k, 5])
+        acceleration = (base[k, 6], base[k, 7], base[k, 8])
         q0, v0, a0 = _true_motion(P, K, X, 0, motion[k, 0], motion[k, 2], motion[k, 4])
         q1, v1, a1 = 0.0, 0.0, 0.0
         if two:
             q1, v1, a1 = _true_motion(P, K, X, 1, motion[k, 1], motion[k, 3], motion[k, 5])
-        mass, bias, outer, inner, carried = equations_of_motion(P, K, (q0, q1), (v0, v1), g)
-        for axis in range(K[AXES]):
-            X[TEMPERATURE + axis] = heat[k, axis]
-            if K[TEMPERATURE_KNOTS] > 0:
-                friction_at(P, K, axis, heat[k, axis], X)
+        turning = rate != (0.0, 0.0, 0.0) or acceleration != (0.0, 0.0, 0.0)
+        turns = ((0.0, 1.0), sine_cosine(q1))
+        if outer_turn_counts(gravity, gimbal, turning):
+            turns = (sine_cosine(q0), turns[1])
+        mass, bias, outer, inner, carried = equations_at(
+            P, K, body, turns, (v0, v1), (gravity, rate, acceleration), gimbal, turning
+        )
+        X[TEMPERATURE], X[TEMPERATURE + 1] = heat[k, 0], heat[k, 1]
+        if warms:
+            friction_at(P, K, 0, heat[k, 0], X)
+            force0 = friction_in_force(P, X, 0)
+            if two:
+                friction_at(P, K, 1, heat[k, 1], X)
+                force1 = friction_in_force(P, X, 1)
         left0, left1, given0, given1 = 0.0, 0.0, 0.0, 0.0
         for s in range(steps):
             t = (s + 0.5 - 0.5 * steps) * h
             if joint0:
-                net, own = joint_torque(P, K, X, 0, h, torque[k, 0], q0 + v0 * t, v0 + a0 * t, mass[0], carried[0])
-                given0 += X[APPLIED]
+                net, own, state0 = joint_law(
+                    P, K, X, 0, effects, h, torque[k, 0], q0 + v0 * t, v0 + a0 * t, mass[0], carried[0], state0, force0
+                )
+                given0 += state0[_TORQUE_NOW]
                 left0 += net + bias[0] - (mass[0] - own) * a0 - mass[1] * a1
             if joint1:
-                net, own = joint_torque(P, K, X, 1, h, torque[k, 1], q1 + v1 * t, v1 + a1 * t, mass[2], carried[1])
-                given1 += X[APPLIED + 1]
+                net, own, state1 = joint_law(
+                    P, K, X, 1, effects, h, torque[k, 1], q1 + v1 * t, v1 + a1 * t, mass[2], carried[1], state1, force1
+                )
+                given1 += state1[_TORQUE_NOW]
                 left1 += net + bias[1] - (mass[2] - own) * a1 - mass[1] * a0
-            if K[HOOK_COUNT + _STRUCTURE] > 0:
-                torques = (X[APPLIED], X[APPLIED + 1])
+            if structures:
+                torques = (state0[_TORQUE_NOW], state1[_TORQUE_NOW])
                 advance_structures(P, K, X, h, torques, (mass[0], mass[2]), (a0 + carried[0], a1 + carried[1]))
             X[STEPS] += 1.0
         if joint0:
             out[0, k], out[4, k] = left0 / steps, given0 / steps
             if motion[k, 6] > 0.0:
-                _lead_bristle(X, 0, motion[k, 6] * out[0, k])
+                state0 = _led(X, 0, state0, motion[k, 6] * out[0, k])
         if joint1:
             out[1, k], out[5, k] = left1 / steps, given1 / steps
             if motion[k, 7] > 0.0:
-                _lead_bristle(X, 1, motion[k, 7] * out[1, k])
-        X[BODY_RATE], X[BODY_RATE + 1], X[BODY_RATE + 2] = outer
-        X[BODY_RATE + 3], X[BODY_RATE + 4], X[BODY_RATE + 5] = inner
-        if gyro0:
-            out[2, k] = _gyro(P, K, X, 0, steps)
-        if gyro1:
-            out[3, k] = _gyro(P, K, X, 1, steps)
+                state1 = _led(X, 1, state1, motion[k, 7] * out[1, k])
+        if gyro0 or gyro1:
+            X[BODY_RATE], X[BODY_RATE + 1], X[BODY_RATE + 2] = outer
+            X[BODY_RATE + 3], X[BODY_RATE + 4], X[BODY_RATE + 5] = inner
+            if gyro0:
+                out[2, k] = _gyro(P, K, X, 0, steps)
+            if gyro1:
+                out[3, k] = _gyro(P, K, X, 1, steps)

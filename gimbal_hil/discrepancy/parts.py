@@ -1,14 +1,14 @@
 """What has to be evaluated anew when numbers of a twin change: a joint's torque, a gyro's rate, or everything.
 
 Along a measured motion the joints do not act on each other, so a number of one joint's friction or drive changes the
-torque of that joint alone. Bodies, and encoders that read wrong, change everything.
+torque of that joint alone. Bodies change what both joints need, and encoders that read wrong everything.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from gimbal_hil.discrepancy.kernel import EVERY_PART, Part
+from gimbal_hil.discrepancy.kernel import EVERY_JOINT, EVERY_PART, Part
 from gimbal_hil.discrepancy.smoothing import Floats
 from sim_backend import layout
 from sim_backend.effects import CATALOGUE, Hook
@@ -22,6 +22,7 @@ _JOINT, _GYRO = (Part.JOINT_0, Part.JOINT_1), (Part.GYRO_0, Part.GYRO_1)
 def _parts_of_slots() -> np.ndarray:
     """Parts that each slot of P before those of the effects acts on."""
     found = np.full(layout.EFFECT_PARAMETERS, int(EVERY_PART))
+    found[layout.INERTIA_OUTER : layout.MASS_INNER + 1] = int(EVERY_JOINT)
     for axis in range(layout.MAX_AXES):
         block, knots = layout.axis_block(axis), layout.MAX_KNOTS * layout.KNOT_SIZE
         found[block + layout.TS : block + layout.LAG_MEAN + 1] = int(_JOINT[axis])

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.discrepancy.families import families
 from gimbal_hil.discrepancy.fit import Fit, Weighing, fit
-from gimbal_hil.discrepancy.floors import Floor, WideTwin, effective_floors, floors, smaller, wide_twin
+from gimbal_hil.discrepancy.floors import Floor, WideTwin, effective_floors, floors, smaller, spectral_floors, wide_twin
 from gimbal_hil.discrepancy.hypothesis import Hypothesis, KnownNumber, known_numbers, parameters_of
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, rms, selectable, state_of, weighing_of
 from gimbal_hil.discrepancy.policy import Policy
@@ -59,7 +59,8 @@ class Noise:
         never rise.
         """
         structure, P = parameters_of(self.wide, hypothesis)
-        lower = smaller(list(self.floors), floors(twin, self.wide, structure, P))
+        spectra = spectral_floors(twin, self.wide, structure, P)
+        lower = smaller(list(self.floors), floors(twin, spectra, structure, P))
         return replace(self, floors=tuple(lower))
 
     def effective(self, twin: Twin) -> Floats:
@@ -90,15 +91,17 @@ def prepared(
     """
     tell("smoothing the logs")
     widest = scored_band((*measured, *holdout))
-    hz = band_hz or useful_band(
-        Twin(model, tuple(record_of(table, model, widest, table.source) for table in measured)),
-        widest,
-        np.array([any(moves(table, axis, model) for table in measured) for axis in model.axes]),
-    )
-    taught, asked = (
-        _long_enough(tables, tuple(record_of(table, model, hz, name(i)) for i, table in enumerate(tables)))
-        for tables, name in ((measured, searched_name), (holdout, judging_name))
-    )
+
+    def read(tables: Tables, name: Callable[[int], str], end_hz: float) -> tuple[Record, ...]:
+        return tuple(record_of(table, model, end_hz, name(i)) for i, table in enumerate(tables))
+
+    hz = band_hz or widest
+    records = read(measured, searched_name, hz)
+    if band_hz is None:
+        moving = np.array([any(moves(table, axis, model) for table in measured) for axis in model.axes])
+        hz = useful_band(Twin(model, records), widest, moving)
+        records = records if hz == widest else read(measured, searched_name, hz)
+    taught, asked = _long_enough(measured, records), _long_enough(holdout, read(holdout, judging_name, hz))
     twin, held, noise = _in_band(model, taught, asked, max(hz, widest))
     rows = [int(record.keep.sum()) for record in held.records]
     selecting = np.concatenate([np.arange(n) < n // 2 for n in rows])
@@ -173,11 +176,13 @@ def _in_band(model: AntennaModel, taught: _Logs, asked: _Logs, widest: float) ->
     gyros = tuple(all(r.has_gyro[i] for r in (*twin.records, *held.records)) for i in range(len(model.axes)))
     twin.gyro_everywhere = held.gyro_everywhere = gyros
     wide, structure = wide_twin(twin, taught.tables, widest), twin.structure(())
-    found = floors(twin, wide, structure, structure.P)
+    spectra = spectral_floors(twin, wide, structure, structure.P)
+    found = floors(twin, spectra, structure, structure.P)
     levels = np.array([floor.rms for floor in found])
     twin.scales = row_scales(twin, taught.tables, levels)
     held.scales = row_scales(held, asked.tables, levels)
-    found = smaller(found, floors(twin, wide, structure, structure.P))
+    # rows that are noisier than others count for less between laps too
+    found = smaller(found, floors(twin, spectra, structure, structure.P))
     return twin, held, Noise(tuple(found), processing_floors(twin, taught.tables), wide)
 
 

@@ -4,7 +4,7 @@ laps.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -122,17 +122,31 @@ def record_of(
         has_gyro.append(rate is not None and bool(np.any(rate != 0.0)))
         if rate is not None and has_gyro[-1]:
             gyro[:, i] = interval_mean_of_rate(rate, bands)
-    q, v, a = interval_means(position, bands)
+    motion = _motion_of(position, model, bands)
     base, moving = _base(table, model, bands, n)
     stride = bands.stride
     rows = stride * np.arange(scored_length(n, bands))
-    keep = _kept(rows, np.abs(v), torque, model, bands, n) if keep is None else keep
+    keep = _kept(rows, np.abs(motion[:, 2:4]), torque, model, bands, n) if keep is None else keep
     laps = table.repeat[:n] if table.repeat is not None and len(np.unique(table.repeat)) > 1 else None
     return Record(
-        name, bands, axes, torque, np.column_stack([q, v, a, _led(q, model, bands)]), base, heat, gyro, tuple(has_gyro),
+        name, bands, axes, torque, motion, base, heat, gyro, tuple(has_gyro),
         keep, laps,
         moving, warm, table.time_s[rows] - table.time_s[0], table.source,
     )  # fmt: skip
+
+
+def reread(record: Record, table: SignalsTable, model: AntennaModel, name: str) -> Record:
+    """A record as it would be if the encoders had read the positions of `table` instead, the same rows counting."""
+    position = np.zeros((len(table), 2))
+    for i, axis in enumerate(record.axes):
+        position[:, i] = table.position(axis)
+    return replace(record, name=name, motion=_motion_of(position, model, record.bands))
+
+
+def _motion_of(position: Floats, model: AntennaModel, bands: Bands) -> Floats:
+    """Columns of `Record.motion` from positions (n + 1, 2)."""
+    q, v, a = interval_means(position, bands)
+    return np.column_stack([q, v, a, _led(q, model, bands)])
 
 
 def _base(table: SignalsTable, model: AntennaModel, bands: Bands, n: int) -> tuple[Floats, bool]:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gimbal_hil.discrepancy.record import TORQUE, record_of
+from gimbal_hil.discrepancy.record import TORQUE, reread
 from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.signals import SignalsTable
@@ -126,10 +126,10 @@ def held_squares(twin: Twin, which: int, table: SignalsTable) -> Floats:
 
 def other_readings(twin: Twin, tables: tuple[SignalsTable, ...], seed: int = 11) -> tuple[Twin, ...]:
     """Twins of the same logs, the same rows counting, with other draws of the encoder's error."""
-    rng, hz = np.random.default_rng(seed), twin.records[0].bands.scored_hz
+    rng = np.random.default_rng(seed)
     logs = list(zip(tables, twin.records, strict=True))
     drawn = [
-        tuple(record_of(jittered(t, twin, rng), twin.model, hz, "another draw", r.keep) for t, r in logs)
+        tuple(reread(record, jittered(table, twin, rng), twin.model, "another draw") for table, record in logs)
         for _ in range(_DRAWS)
     ]
     return tuple(Twin(twin.model, records, twin.gyro_everywhere, twin.scales) for records in drawn)
@@ -142,7 +142,7 @@ def _drawn(twin: Twin, which: int, table: SignalsTable) -> Floats:
     from scipy.ndimage import gaussian_filter1d
 
     record, structure = twin.records[which], twin.structure(())
-    other = record_of(table, twin.model, record.bands.scored_hz, "another draw", record.keep)
+    other = reread(record, table, twin.model, "another draw")
     moved = Twin(twin.model, (other,), twin.gyro_everywhere).unscaled(structure, structure.P, 0)
     rows = max(1.0, _AVERAGED_S / (record.bands.stride * record.bands.period_s))
     return np.asarray(

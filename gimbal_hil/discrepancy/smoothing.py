@@ -48,6 +48,7 @@ class Bands:
         return 0.6 * self.scored_hz, 1.4 * self.scored_hz
 
 
+@lru_cache(maxsize=32)
 def _low_pass(
     pass_hz: float, stop_hz: float, period_s: float, taps: int, shape: Callable[[Floats], Floats] | None = None
 ) -> Floats:

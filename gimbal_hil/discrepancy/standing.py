@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from gimbal_hil.discrepancy.evidence import torque_residual
-from gimbal_hil.discrepancy.floors import effective_floors, floors, wide_twin
+from gimbal_hil.discrepancy.floors import effective_floors, floors, spectral_floors, wide_twin
 from gimbal_hil.discrepancy.hypothesis import Hypothesis
 from gimbal_hil.discrepancy.prepare import scored_band
 from gimbal_hil.discrepancy.processing import processing_floors
@@ -24,7 +24,8 @@ def standing(model: AntennaModel, table: SignalsTable) -> list[dict[str, Any]]:
     hz = scored_band((table,))
     twin = Twin(model, (record_of(table, model, hz, "judged"),))
     structure = twin.structure(())
-    noise = floors(twin, wide_twin(twin, (table,)), structure, structure.P)
+    spectra = spectral_floors(twin, wide_twin(twin, (table,)), structure, structure.P)
+    noise = floors(twin, spectra, structure, structure.P)
     processing = processing_floors(twin, (table,))
     floor = effective_floors(twin, noise, processing)
     rms = np.sqrt(np.mean(torque_residual(twin, Hypothesis(), floor) ** 2, axis=0)) * floor
