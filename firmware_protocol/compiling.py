@@ -18,6 +18,7 @@ from contextlib import suppress
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
+from types import FunctionType
 from typing import Any, TypeVar, cast
 
 import numba
@@ -25,6 +26,7 @@ from numba.core.registry import CPUDispatcher
 
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.inner_code import InnerCompiler
+from firmware_protocol.kernel_parts import PartCache, compiler_beginning_with
 
 F = TypeVar("F", bound=Callable[..., object])
 
@@ -44,8 +46,29 @@ class _Inner(CPUDispatcher):  # type: ignore[misc]
         return called(*given)
 
 
+class _Part(_Inner):
+    """An inner function that is kept on disk by itself."""
+
+    def __init__(self, function: Callable[..., object], types: tuple[Any, ...]) -> None:
+        super().__init__(function, targetoptions={**_INNER, **_NOT_FROM_PYTHON}, pipeline_class=InnerCompiler)
+        self._types = types
+        self._cache = PartCache(function)  # type: ignore[no-untyped-call]
+
+    def translate(self) -> None:
+        """Make it for its types, unless it is on disk."""
+        self.compile(self._types)
+
+    def begin_elsewhere(self) -> None:
+        """Let another process do it."""
+        self._cache.begin_elsewhere(self._types, self.targetctx)
+
+
 _INNER: dict[str, Any] = {"error_model": "numpy", "_nrt": False, "forceinline": True}
 _NOT_FROM_PYTHON = {"nopython": True, "boundscheck": None, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+
+#: types of the arguments of a `part`
+INTEGERS, FLOATS, INTEGER = numba.int64[::1], numba.float64[::1], numba.int64
 
 
 def compiled(function: F) -> F:
@@ -58,12 +81,60 @@ def compiled(function: F) -> F:
     return cast(F, _Inner(function, targetoptions={**_INNER, **_NOT_FROM_PYTHON}, pipeline_class=InnerCompiler))
 
 
+def interpreted(function: F) -> F:
+    """A compiled law as plain Python, with all that it calls: for one call, which compiling would outlast."""
+    if not isinstance(function, _Inner):
+        return function
+    law = function.py_func
+    named = {name: law.__globals__[name] for name in law.__code__.co_names if name in law.__globals__}
+    return cast(F, FunctionType(law.__code__, {name: interpreted(value) for name, value in named.items()}))
+
+
+def part(*types: object) -> Callable[[F], F]:
+    """`compiled` for arguments of these Numba types, and kept on disk by itself: a large part of several kernels."""
+
+    def kept(function: F) -> F:
+        if getattr(numba.config, "DISABLE_JIT"):  # noqa: B009 - not in its type stub
+            return function
+        _keep_in_digest_of(function)
+        return cast(F, _Part(function, types))
+
+    return kept
+
+
 def entry_point(function: F) -> F:
     """Compile a function that Python calls, cached under the digest of all source that it can reach."""
+    _keep_in_digest_of(function)
+    return cast(F, numba.njit(error_model="numpy", cache=True)(function))
+
+
+def assembled_entry_point(*meanwhile: Callable[..., object]) -> Callable[[F], F]:
+    """`entry_point`, of which these parts are translated by processes of their own meanwhile."""
+
+    def begin() -> None:
+        for each in meanwhile:
+            cast(_Part, each).begin_elsewhere()
+
+    def assembled(function: F) -> F:
+        if getattr(numba.config, "DISABLE_JIT"):  # noqa: B009 - not in its type stub
+            return function
+        _keep_in_digest_of(function)
+        steps = compiler_beginning_with(begin)
+        return cast(F, numba.njit(error_model="numpy", cache=True, pipeline_class=steps)(function))
+
+    return assembled
+
+
+def is_kept(module: str) -> bool:
+    """Whether a kernel of a module, as its source is now, is on disk."""
+    return any((cache_directory() / source_digest(module)).rglob("*.nbc"))
+
+
+def _keep_in_digest_of(function: Callable[..., object]) -> None:
+    """Numba takes the folder of a cache when that is made."""
     folder = cache_directory() / source_digest(function.__module__)
     require_own(folder)
     setattr(numba.config, "CACHE_DIR", str(folder))  # noqa: B010 - not in its type stub
-    return cast(F, numba.njit(error_model="numpy", cache=True)(function))
 
 
 def cache_directory() -> Path:

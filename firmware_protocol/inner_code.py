@@ -9,7 +9,9 @@ code, once (decision 0140).
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
+from llvmlite.binding import parse_bitcode
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 
@@ -19,7 +21,7 @@ class InnerCompiler(Compiler):  # type: ignore[misc]
 
     def compile_extra(self, function: Callable[..., object]) -> object:
         """See `Compiler`."""
-        self.state.library = _LinkedCode(self.state.targetctx.codegen(), function.__qualname__)  # type: ignore[no-untyped-call]
+        self.state.library = LinkedCode(self.state.targetctx.codegen(), function.__qualname__)  # type: ignore[no-untyped-call]
         return super().compile_extra(function)  # type: ignore[no-untyped-call]
 
 
@@ -30,7 +32,22 @@ class _NoMachineCode:
         """Nothing here has the address of its environment to be told."""
 
 
-class _LinkedCode(JITCodeLibrary):  # type: ignore[misc]
+class LinkedCode(JITCodeLibrary):  # type: ignore[misc]
+    """A library that is linked into others and runs nowhere itself."""
+
+    @classmethod
+    def of(cls, codegen: Any, name: str, bitcode: bytes) -> LinkedCode:
+        """What `as_bitcode` answered, as it was."""
+        library = cls(codegen, name)  # type: ignore[no-untyped-call]
+        library._final_module = parse_bitcode(bitcode)
+        library._finalized = True
+        return library
+
+    def as_bitcode(self) -> bytes:
+        """Everything that is linked in it."""
+        self._ensure_finalized()  # type: ignore[no-untyped-call]
+        return bytes(self._final_module.as_bitcode())
+
     @property
     def codegen(self) -> _NoMachineCode:
         return _NoMachineCode()

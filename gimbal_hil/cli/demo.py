@@ -24,6 +24,7 @@ def command(
     import sys
     import time
 
+    from firmware_protocol.compiling import is_kept
     from firmware_protocol.errors import BadInputError
     from gimbal_hil.cli.following import after_demo, print_next
     from gimbal_hil.cli.progress import ProgressBar
@@ -40,7 +41,11 @@ def command(
         )
     from gimbal_hil.demo import tell
     from gimbal_hil.settings import shipped_settings
+    from gimbal_hil.warming import ask_elsewhere
 
+    if not is_kept("gimbal_hil.discrepancy.kernel"):
+        # what later stages need, in what processor time the first one's kernel leaves
+        ask_elsewhere("rigid_body", "friction_fit", "search", "host")
     found: dict[str, str] = {}
 
     def say(stage: str, line: str) -> None:

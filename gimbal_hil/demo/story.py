@@ -48,7 +48,7 @@ def _step(settings: DaemonSettings, out: Path, progress: ProgressSink) -> StageR
     most = max(row["overshoot_percent"] for row in outcome.rows)
     line = f"{len(outcome.rows)} steps of both axes settled within {slowest:.2f} s, overshoot at most {most:.2f} %"
     said = f"slowest of {len(outcome.rows)} steps settles"
-    return StageResult(line, (f"{slowest:.2f} s", said), experiment.conclude(outcome.rows, outcome.drawn))
+    return StageResult(line, (f"{slowest:.2f} s", said), outcome.blocks)
 
 
 def _replay(settings: DaemonSettings, out: Path, progress: ProgressSink) -> StageResult:
@@ -74,7 +74,7 @@ def _friction(settings: DaemonSettings, out: Path, progress: ProgressSink) -> St
             ),
         )
         outcome = conduct(experiment, settings, model, seed, out / name, force=True, progress=progress)
-        blocks += experiment.conclude(outcome.rows, outcome.drawn)
+        blocks += outcome.blocks
         logs += read_logs(out / name, model.axes)
     progress.begin("identifying", 1.0, 0.0)
     result = identify_axis(logs, _doubtful(model, axis), axis)

@@ -122,7 +122,7 @@ def write_results(outcome: Outcome, where: str) -> Path:
     table = table_csv(outcome.rows)
     (outcome.folder / TABLE_FILE).write_text(table, encoding="utf-8")
     blocks = [
-        *outcome.experiment.conclude(outcome.rows, outcome.drawn),
+        *outcome.blocks,
         Details("The table as data (table.csv)", [Listing(table)]),
     ]
     page = Page(outcome.experiment.text, where, blocks).write(outcome.folder / REPORT_FILE)

@@ -12,6 +12,7 @@ import json
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Protocol
 
@@ -23,6 +24,7 @@ from gimbal_hil.experiments.checkpoint import Checkpoint, read_checkpoint, remov
 from gimbal_hil.experiments.experiment import Experiment, Row, Signals, Step, move_to
 from gimbal_hil.experiments.step_signals import STEPS_FOLDER, write_step_signals
 from gimbal_hil.host import EventCode, Segment, word_of
+from gimbal_hil.report import Block
 from gimbal_hil.runs import EventKind, RunHeader, RunWriter, StepPurpose
 
 #: the way back to the safe pose may take so long
@@ -57,6 +59,11 @@ class Outcome:
     rows: tuple[Row, ...]
     drawn: Mapping[str, Signals]
     folder: Path
+
+    @cached_property
+    def blocks(self) -> list[Block]:
+        """What its report says; the experiment's own page and others show it."""
+        return self.experiment.conclude(self.rows, self.drawn)
 
 
 def plan_hash(experiment: Experiment) -> str:

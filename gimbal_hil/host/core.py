@@ -10,7 +10,7 @@ import numpy as np
 
 from firmware_protocol import mail as m
 from firmware_protocol.block_codec import quantise
-from firmware_protocol.compiling import compiled
+from firmware_protocol.compiling import FLOATS, INTEGER, INTEGERS, compiled, part
 from gimbal_hil.control.layout import TORQUE
 from gimbal_hil.host.acting import follow, let_go, slow_down
 from gimbal_hil.host.drive import may_reset_fault, send_control
@@ -94,7 +94,7 @@ _MOST_SKIPPED = (1 << 31) - 1
 _NOT_BRAKING = -1
 
 
-@compiled
+@part(INTEGERS, FLOATS, INTEGERS, FLOATS, FLOATS, INTEGER)
 def host_tick(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray, plan: np.ndarray, tick: int) -> None:
     """One tick: read the device's messages in `mail`, decide, write the host's messages into it.
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from firmware_protocol.compiling import compiled, entry_point
+from firmware_protocol.compiling import assembled_entry_point, compiled
 from firmware_protocol.schema import RECORD_SIZE, Direction
 from gimbal_hil.host import (
     C_AT,
@@ -71,7 +71,7 @@ def record_every(G: np.ndarray, plan: np.ndarray, every: int) -> int:
     return every
 
 
-@entry_point
+@assembled_entry_point(device_tick)
 def run_ticks(
     words: np.ndarray,
     plan: np.ndarray,

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from firmware_protocol.compiling import compiled, entry_point
+from firmware_protocol.compiling import assembled_entry_point, compiled
 from firmware_protocol.schema import Direction
 from gimbal_hil.host import HOST_OCTETS, MAIL_AT, SENT_AT, host_block_tick
 from gimbal_hil.host.layout import EVENT_COUNT, REQUESTS, SEGMENT_RUNS
 from gimbal_hil.lockstep.compiled_run import MOST_FRAMES, events_fit, log_frames
-from sim_backend.device import ANSWER_AT, DEVICE_OCTETS, device_block_tick
+from sim_backend.device import ANSWER_AT, DEVICE_OCTETS, device_block_tick, device_tick
 
 _TO_HOST, _TO_DEVICE = int(Direction.DEVICE_TO_HOST), int(Direction.HOST_TO_DEVICE)
 
 
-@entry_point
+@assembled_entry_point(device_tick)
 def run_blocks(
     words: np.ndarray,
     plan: np.ndarray,

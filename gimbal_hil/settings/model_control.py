@@ -34,6 +34,7 @@ _COOL_DEGC = 20.0
 
 def fill_model_control(C: NDArray[np.float64], settings: DaemonSettings, chosen: ModelControl) -> None:
     """Put what `chosen` asks for into `C`; BadInputError for a model that is not of two axes."""
+    from firmware_protocol.compiling import interpreted
     from sim_backend.model import ModelKind, model_from_document, model_named, plant_arrays
     from sim_backend.rigid_body import body_numbers
 
@@ -46,8 +47,7 @@ def fill_model_control(C: NDArray[np.float64], settings: DaemonSettings, chosen:
     arrays = plant_arrays(model, settings.rate_hz)
     P = arrays.P
     C[layout.MODEL_TENSOR : layout.MODEL_BODY] = P[: layout.MODEL_BODY - layout.MODEL_TENSOR]
-    # interpreted: compiling it for one call would cost a third of a second
-    numbers = getattr(body_numbers, "py_func", body_numbers)(P, arrays.K, (0.0, 1.0))
+    numbers = interpreted(body_numbers)(P, arrays.K, (0.0, 1.0))
     flat = [value for part in numbers for value in part]
     C[layout.MODEL_BODY : layout.MODEL_BODY + len(flat)] = flat
     for place, (name, (called, section)) in enumerate(zip(model.axes, settings.axes.items(), strict=True)):

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from firmware_protocol.compiling import interpreted
 from gimbal_hil.tuning.loops import AxisDynamics
 from sim_backend.model import AntennaModel, ModelKind, plant_arrays
 from sim_backend.rigid_body import body_numbers
@@ -22,7 +23,7 @@ def axis_inertias(model: AntennaModel, axis: str) -> tuple[float, ...]:
         return (model.number(axis, model.own_inertia_path(axis)),)
     arrays = plant_arrays(model)
     # interpreted: compiling it for one call would cost a third of a second
-    turned, products, _, _ = getattr(body_numbers, "py_func", body_numbers)(arrays.P, arrays.K, (0.0, 1.0))
+    turned, products, _, _ = interpreted(body_numbers)(arrays.P, arrays.K, (0.0, 1.0))
     if model.axes.index(axis) == 1:
         return (float(products[2]),)
     a, b, c = turned

@@ -6,6 +6,8 @@ the least data that this code takes.
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -112,6 +114,18 @@ def _bench() -> None:
     from gimbal_hil.bench import ask_for_kernels
 
     ask_for_kernels()
+
+
+def ask_elsewhere(*names: str) -> None:
+    """Ask for kernels, one after the other, in a process of its own that yields to this one. Who needs one before it is
+    there compiles it as well.
+    """
+    program = (
+        "import os; from gimbal_hil.warming import KERNELS; os.nice(5)\n"
+        f"for name in {names!r}: next(kernel for kernel in KERNELS if kernel.name == name).ask()"
+    )
+    nowhere = subprocess.DEVNULL
+    subprocess.Popen([sys.executable, "-c", program], stdin=nowhere, stdout=nowhere, stderr=nowhere)
 
 
 #: in the order in which a newcomer needs them

@@ -6,16 +6,17 @@ Everything it keeps is in `drive` (firmware, see `records`) and `X` (plant); bot
 from __future__ import annotations
 
 import numpy as np
+from numba import from_dtype
 
 from firmware_protocol import mail as m
 from firmware_protocol.block_codec import clear_fresh
-from firmware_protocol.compiling import compiled
+from firmware_protocol.compiling import FLOATS, INTEGERS, compiled, part
 from firmware_protocol.schema import BY_NAME, Direction
 from sim_backend.device.drive import step_state, take_deadman_config, take_set_point
 from sim_backend.device.guards import flag_travel_and_rate, within_torque_limit, without_outward
 from sim_backend.device.holding import hold_axes, take_brake_commands
 from sim_backend.device.identity import report_identity, report_identity_unit
-from sim_backend.device.records import Drive, Joint
+from sim_backend.device.records import DRIVE, Drive, Joint
 from sim_backend.device.sensing import (
     report_base_acceleration,
     report_base_attitude,
@@ -40,7 +41,7 @@ _ACCELERATION_PERIOD, _IDENTITY_PERIOD = BY_NAME["base_acceleration"].period_tic
 _IDENTITY_PHASE, _UNIT_PHASE = 2, 4
 
 
-@compiled
+@part(INTEGERS, INTEGERS, FLOATS, INTEGERS, FLOATS, from_dtype(DRIVE))
 def device_tick(
     mail_in: np.ndarray, mail_out: np.ndarray, P: np.ndarray, K: np.ndarray, X: np.ndarray, drive: Drive
 ) -> None:

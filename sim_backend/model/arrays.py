@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from firmware_protocol.compiling import interpreted
 from firmware_protocol.elementary import sine_cosine
 from firmware_protocol.errors import BadInputError
 from sim_backend import layout
@@ -157,9 +158,8 @@ def _place_base(P: np.ndarray, K: np.ndarray, base: BaseSection, where: str) -> 
 
     P[layout.BASE_ATTITUDE : layout.BASE_ATTITUDE + 3] = three(base.attitude_rad)
     P[layout.INS_AGE_S] = base.ins_age_s
-    # interpreted: compiling them for one call would cost a third of a second
-    turn = getattr(sine_cosine, "py_func", sine_cosine)
-    P[layout.FIXED_GRAVITY : layout.FIXED_GRAVITY + 3] = getattr(gravity_at, "py_func", gravity_at)(
+    turn = interpreted(sine_cosine)
+    P[layout.FIXED_GRAVITY : layout.FIXED_GRAVITY + 3] = interpreted(gravity_at)(
         P[layout.GRAVITY_M_S2], turn(base.attitude_rad.roll), turn(base.attitude_rad.pitch)
     )
     if base.motion is BaseMotionKind.CONSTANT_RATE:
@@ -257,4 +257,4 @@ def put_friction(P: np.ndarray, X: np.ndarray, index: int, numbers: np.ndarray) 
     force = layout.IN_FORCE + index * layout.IN_FORCE_SIZE
     X[force : force + len(numbers)] = numbers
     # interpreted: compiling it for one call would cost a third of a second
-    getattr(derive_friction, "py_func", derive_friction)(X, index, P[layout.STEP_S])
+    interpreted(derive_friction)(X, index, P[layout.STEP_S])

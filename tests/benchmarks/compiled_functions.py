@@ -15,7 +15,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 #: where the compiled path has its functions
 FOLDERS = ("sim_backend", "firmware_protocol", "gimbal_hil/host", "gimbal_hil/lockstep", "gimbal_hil/control")
-_COMPILED = {"compiled", "entry_point"}
+_COMPILED = {"compiled", "part", "entry_point", "assembled_entry_point"}
 
 
 def _git(*words: str) -> str:
@@ -28,14 +28,18 @@ def compiled_functions(commit: str) -> set[tuple[str, str]]:
     for path in _git("ls-tree", "-r", "--name-only", commit, *FOLDERS).split():
         if path.endswith(".py"):
             for node in ast.walk(ast.parse(_git("show", f"{commit}:{path}"))):
-                if isinstance(node, ast.FunctionDef) and any(
-                    isinstance(one, ast.Name) and one.id in _COMPILED for one in node.decorator_list
-                ):
+                if isinstance(node, ast.FunctionDef) and any(_name(one) in _COMPILED for one in node.decorator_list):
                     node.decorator_list = []
                     if ast.get_docstring(node) is not None:
                         node.body = node.body[1:] or [ast.Pass()]
                     found.add((node.name, ast.dump(node)))
     return found
+
+
+def _name(decorator: ast.expr) -> str:
+    """Of a decorator, called or not."""
+    named = decorator.func if isinstance(decorator, ast.Call) else decorator
+    return named.id if isinstance(named, ast.Name) else ""
 
 
 def main(commits: list[str]) -> int:
