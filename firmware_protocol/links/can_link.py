@@ -40,14 +40,18 @@ class CanLink(LinkBasis):
 
     def send(self, block: bytes) -> None:
         """Send whole records; dropped and counted when the controller's queue is full."""
-        if self._bus is None:
+        if self._slcan is not None:
+            self._count_sent(block, self._send_lines(self._slcan, block))
+        elif self._bus is None:
             self._count_sent(block, False)
-            return
-        for can_id, payload in records(block):
-            self._send_frame(can_id, payload)
+        else:
+            for can_id, payload in records(block):
+                self._send_frame(can_id, payload)
 
     def receive(self) -> bytes:
         """Standard data frames of eight bytes that have come since the last call; others are counted as malformed."""
+        if self._slcan is not None:
+            return self._count_received(self._received_lines(self._slcan))
         taken: list[bytes] = []
         if self._early is not None:
             self._take(self._early, taken)
@@ -57,8 +61,6 @@ class CanLink(LinkBasis):
             if frame is None:
                 break
             self._take(frame, taken)
-        if self._slcan is not None:
-            self._statistics.malformed += self._slcan.take_malformed()
         return self._count_received(b"".join(taken))
 
     def wait(self, timeout_ns: int) -> bool:
@@ -113,22 +115,18 @@ class CanLink(LinkBasis):
             self._statistics.frames_dropped += 1
             return
         message = self._message(arbitration_id=can_id, data=payload, is_extended_id=False)
-        dropped_before = self._slcan.dropped if self._slcan is not None else 0
         try:
             self._bus.send(message, timeout=0)
         except (self._error, OSError, ValueError) as error:
             self._statistics.frames_dropped += 1
-            if self._slcan is not None or _number(error) in _GONE:
+            if _number(error) in _GONE:
                 self._lose(error)
-            return
-        if self._slcan is not None and self._slcan.dropped > dropped_before:
-            self._statistics.frames_dropped += 1
         else:
             self._statistics.frames_sent += 1
 
     def _receive_frame(self, timeout_s: float) -> Any:
         for _ in range(_BROKEN_LINES):
-            if self._bus is None or (self._slcan is not None and not self._has_line(self._slcan)):
+            if self._bus is None:
                 return None
             try:
                 return self._bus.recv(timeout_s)
@@ -138,12 +136,21 @@ class CanLink(LinkBasis):
                 self._lose(error)
         return None
 
-    def _has_line(self, port: SlcanPort) -> bool:
+    def _send_lines(self, port: SlcanPort, block: bytes) -> bool:
         try:
-            return port.in_waiting > 0
+            return port.send(block)
         except OSError as error:
             self._lose(error)
             return False
+
+    def _received_lines(self, port: SlcanPort) -> bytes:
+        try:
+            block = port.receive()
+        except OSError as error:
+            self._lose(error)
+            return b""
+        self._statistics.malformed += port.take_malformed()
+        return block
 
     def _take(self, frame: Any, taken: list[bytes]) -> None:
         foreign = frame.is_extended_id or frame.is_remote_frame or frame.is_error_frame or frame.is_fd

@@ -7,20 +7,12 @@ A line ends in a carriage return. Host to adapter: `S0`..`S8` bit rate, `O` open
 
 from __future__ import annotations
 
-import re
-
-from firmware_protocol.codec import record, records
-from firmware_protocol.schema import PAYLOAD_SIZE
+from firmware_protocol.links.slcan_text import LINE_END, lines_of, record_of
 
 _YES, _NO = b"\r", b"\a"
 
 #: longest line of the protocol: an extended frame with eight bytes and a time stamp
 _LINE_LIMIT = 32
-
-#: a standard data frame of eight bytes, with or without a time stamp
-FRAME_LINE = re.compile(rb"t[0-7][0-9A-Fa-f]{2}8[0-9A-Fa-f]{16}(?:[0-9A-Fa-f]{4})?")
-
-_FRAME_LENGTH = 5 + 2 * PAYLOAD_SIZE
 
 _QUESTIONS = {b"V": b"V1013\r", b"v": b"v1013\r", b"N": b"NGHIL\r", b"F": b"F00\r"}
 
@@ -38,13 +30,11 @@ class SlcanDevice:
 
     def encode(self, block: bytes) -> bytes:
         """Lines for the host; none while the channel is closed."""
-        if not self.is_open:
-            return b""
-        return b"".join(b"t%03X8%b\r" % (can_id, payload.hex().upper().encode()) for can_id, payload in records(block))
+        return lines_of(block) if self.is_open else b""
 
     def feed(self, octets: bytes) -> bytes:
         """Frames that the host sent; commands are carried out and answered."""
-        *lines, partial = (self._partial + octets).split(b"\r")
+        *lines, partial = (self._partial + octets).split(LINE_END)
         if len(partial) > _LINE_LIMIT:
             self.malformed += 1
             partial = b""
@@ -81,9 +71,7 @@ class SlcanDevice:
         return b""
 
     def _frame(self, line: bytes) -> bytes:
-        if not self.is_open or not FRAME_LINE.fullmatch(line):
-            self.malformed += 1
-            self._answer += _NO
-            return b""
-        self._answer += b"z\r"
-        return record(int(line[1:4], 16), bytes.fromhex(line[5:_FRAME_LENGTH].decode("ascii")))
+        found = record_of(line) if self.is_open else b""
+        self.malformed += not found
+        self._answer += b"z\r" if found else _NO
+        return found

@@ -1,61 +1,62 @@
-"""A port for python-can's slcan host that reads in bulk and never waits.
+"""The host's side of slcan once python-can has opened the channel: blocks in bulk, and never a wait.
 
 python-can asks its serial port for one byte at a time (two system calls each), lets `flush` wait for the line to drain,
-and does not get over a byte that is no text. This port stands in for the serial port once the bus is open. It reads in
-bulk, lets whole frame lines through and nothing else, and answers a request for a byte with a whole line, and the next
-one with the line's end: all that python-can does with the bytes of a line is to join them.
+does not get over a byte that is no text, and takes 20 us for a frame. So it opens the channel and closes it; between
+the two, a block is written at once and what has come is read at once. Lines that are no frames are dropped.
 """
 
 from __future__ import annotations
 
-from collections import deque
-
 from firmware_protocol.links.descriptor import DescriptorPort
-from firmware_protocol.links.slcan_device import FRAME_LINE
+from firmware_protocol.links.slcan_text import LINE_END, lines_of, record_of
 
 #: longer lines belong to no frame
 _LINE_LIMIT = 64
 
-#: the adapter's yes to a frame
-_ANSWERS = (b"z", b"Z")
+#: the adapter's yes to a command, and to a frame
+_ANSWERS = (b"", b"z", b"Z")
 
 
 class SlcanPort:
-    """What slcanBus uses of a pyserial port."""
+    """Frames over an open channel, and what slcanBus uses of a pyserial port when it closes that."""
 
     write_timeout: float | None = None
 
     def __init__(self, port: DescriptorPort) -> None:
         self._port = port
         self._partial = b""
-        self._ready: deque[bytes] = deque()
         self.malformed = 0
-        self.dropped = 0
 
-    @property
-    def in_waiting(self) -> int:
-        """Requests that can be answered; raises OSError when the adapter has gone."""
-        if not self._ready:
-            self._fill()
-        return len(self._ready)
+    def send(self, block: bytes) -> bool:
+        """Hand a block over; False when the adapter has no room for it. Raises OSError when the adapter has gone."""
+        return self._port.write(lines_of(block))
 
-    def read(self, size: int = 1) -> bytes:
-        """The next line or line end."""
-        return self._ready.popleft() if self._ready else b""
+    def receive(self) -> bytes:
+        """Frames that have come whole since the last call; raises OSError when the adapter has gone."""
+        octets = self._port.read()
+        if not octets:
+            return b""
+        *lines, self._partial = (self._partial + octets).split(LINE_END)
+        if len(self._partial) > _LINE_LIMIT:
+            self.malformed += 1
+            self._partial = b""
+        taken = []
+        for line in lines:
+            # a bell is the adapter's no, and no line end: it stands before the next line
+            line = line.lstrip(b"\a")
+            if line not in _ANSWERS:
+                found = record_of(line)
+                self.malformed += not found
+                taken.append(found)
+        return b"".join(taken)
 
     def write(self, octets: bytes) -> int:
-        """Hand a line over; one that the adapter has no room for is counted and dropped."""
-        if not self._port.write(octets):
-            self.dropped += 1
+        """Hand a command over."""
+        self._port.write(octets)
         return len(octets)
 
     def flush(self) -> None:
         """Nothing to wait for: what was written is on its way or in the backlog."""
-
-    def reset_input_buffer(self) -> None:
-        """Forget what was read."""
-        self._partial = b""
-        self._ready.clear()
 
     def fileno(self) -> int:
         """Descriptor of the port."""
@@ -69,19 +70,3 @@ class SlcanPort:
         """Lines that were dropped since the last call."""
         malformed, self.malformed = self.malformed, 0
         return malformed
-
-    def _fill(self) -> None:
-        octets = self._port.read()
-        if not octets:
-            return
-        *lines, self._partial = (self._partial + octets).split(b"\r")
-        if len(self._partial) > _LINE_LIMIT:
-            self.malformed += 1
-            self._partial = b""
-        # a bell is the adapter's no, and no line end: it stands before the next line
-        whole = [line.lstrip(b"\a") for line in lines]
-        # python-can fails on lines that only begin like a frame
-        frames = [line for line in whole if FRAME_LINE.fullmatch(line)]
-        self.malformed += sum(1 for line in whole if line and line not in _ANSWERS) - len(frames)
-        for line in frames:
-            self._ready += (line, b"\r")
