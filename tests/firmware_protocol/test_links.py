@@ -355,6 +355,25 @@ def test_garbage_on_an_slcan_line_is_counted_and_the_next_frame_comes_through():
 
 
 @pytest.mark.parametrize("kind", ["serial", "slcan"])
+def test_a_block_is_written_at_once_and_read_at_once(kind, monkeypatch):
+    device, path = pty_link(SlcanDevice() if kind == "slcan" else None)
+    host = opened(kind="serial", port=path) if kind == "serial" else opened(kind="can", interface="slcan", channel=path)
+    device.receive()
+    device.send(set_points(5))
+    assert host.wait(2_000_000_000)
+    calls = []
+    for name in ("read", "write"):
+        ask = getattr(os, name)
+        monkeypatch.setattr(os, name, lambda *given, name=name, ask=ask: calls.append(name) or ask(*given))
+    host.send(set_points(2))
+    assert calls == ["write"]
+    assert host.receive() == set_points(5)
+    assert calls == ["write", "read"]
+    host.close()
+    device.close()
+
+
+@pytest.mark.parametrize("kind", ["serial", "slcan"])
 def test_any_bytes_on_a_line_never_raise_and_the_next_frame_comes_through(kind):
     device, path = pty_link(SlcanDevice() if kind == "slcan" else None)
     host = opened(kind="serial", port=path) if kind == "serial" else opened(kind="can", interface="slcan", channel=path)

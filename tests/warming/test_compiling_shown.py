@@ -62,7 +62,7 @@ def test_what_is_compiled_already_and_other_peoples_functions_are_not_announced(
 
 
 def entry_points() -> set[str]:
-    """Names of the functions below `@entry_point`, of all rooms."""
+    """Names of the functions below `@entry_point` or `@assembled_entry_point`, of all rooms."""
     found = set()
     for room in ("sim_backend", "gimbal_hil"):
         for path in (ROOT / room).rglob("*.py"):
@@ -70,7 +70,7 @@ def entry_points() -> set[str]:
             found |= {
                 lines[at + 1].removeprefix("def ").split("(")[0]
                 for at, line in enumerate(lines)
-                if line == "@entry_point"
+                if line == "@entry_point" or line.startswith("@assembled_entry_point(")
             }
     return found
 
