@@ -6,7 +6,8 @@ carried bristle leaks. No spectrum and no lap shows that. And where a joint craw
 nearly a simple fraction of steps a sample, the rounding error is no white noise but a sawtooth with harmonics inside
 the scored band. So the logs are read again with other draws of the encoder's error, and the local spread of what the
 pipeline leaves, beyond that of quiet rows, is added to the floor row by row. Where a joint stands and its bristle is
-finer than the encoder, friction is whatever holds it: any torque up to break-away.
+finer than the encoder, friction is whatever holds it: any torque up to break-away. And where a model states no bristle,
+it says nothing of how friction turns over at a reversal.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from gimbal_hil.discrepancy.record import TORQUE, reread
-from gimbal_hil.discrepancy.smoothing import Floats
+from gimbal_hil.discrepancy.smoothing import Floats, scored
 from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel
@@ -26,6 +27,8 @@ _EVEN_S, _QUICK_STEPS = 0.25, 1.5
 _AVERAGED_S = 0.5
 #: a joint stands where it is seen within so many steps for so long, s; and moves where it is seen beyond so many
 _STANDS, _STANDS_S, _FLICKER = 2.0, 0.5, 5.0
+#: time within which friction turns over at a reversal where the model does not say how, s
+_TURNS_S = 0.02
 #: spread that every row has: this quantile of the rows is in the floor already
 _QUIET_ROWS = 0.3
 
@@ -124,6 +127,29 @@ def held_squares(twin: Twin, which: int, table: SignalsTable) -> Floats:
     return found
 
 
+def turning_squares(twin: Twin, which: int) -> Floats:
+    """Squares of what friction may be where a joint reverses, per scored row of one record (rows that count, channels).
+
+    A model that states no bristle does not say how friction turns over: it is any torque between its two levels for
+    some time.
+    """
+    from scipy.ndimage import gaussian_filter1d
+
+    model, record = twin.model, twin.records[which]
+    found = np.zeros((int(record.keep.sum()), len(twin.channels)))
+    late = max(1, round(_TURNS_S / record.bands.period_s))
+    for j, channel in enumerate(twin.channels):
+        if channel.signal != TORQUE or model.number(channel.axis, "friction.sigma0") > 0.0:
+            continue
+        friction = model.number(channel.axis, "friction.coulomb") * np.sign(
+            record.motion[:, 2 + model.axes.index(channel.axis)]
+        )
+        before = np.concatenate([friction[:1].repeat(late), friction[:-late]])
+        rows = scored((friction - before)[:, None], record.bands)[record.keep, 0]
+        found[:, j] = gaussian_filter1d(rows**2, 0.5 * _TURNS_S / (record.bands.stride * record.bands.period_s))
+    return found
+
+
 def other_readings(twin: Twin, tables: tuple[SignalsTable, ...], seed: int = 11) -> tuple[Twin, ...]:
     """Twins of the same logs, the same rows counting, with other draws of the encoder's error."""
     rng = np.random.default_rng(seed)
@@ -154,7 +180,8 @@ def row_scales(twin: Twin, tables: tuple[SignalsTable, ...], floor: Floats) -> t
     """Noise of every scored row over the channel's floor, per record (rows that count, channels); at least one."""
     noise = encoder_noise(twin, tables)
     quiet = [np.quantile(spread, _QUIET_ROWS, axis=0) for spread in noise]
-    return tuple(
-        np.sqrt(1.0 + (np.maximum(spread - least, 0.0) + held_squares(twin, which, tables[which])) / floor**2)
-        for which, (spread, least) in enumerate(zip(noise, quiet, strict=True))
-    )
+    found = []
+    for which, (spread, least) in enumerate(zip(noise, quiet, strict=True)):
+        unsaid = held_squares(twin, which, tables[which]) + turning_squares(twin, which)
+        found.append(np.sqrt(1.0 + (np.maximum(spread - least, 0.0) + unsaid) / floor**2))
+    return tuple(found)

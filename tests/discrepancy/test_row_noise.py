@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gimbal_hil.discrepancy.record import record_of
-from gimbal_hil.discrepancy.row_noise import encoder_noise, other_readings, row_scales, seen_step
+from gimbal_hil.discrepancy.row_noise import encoder_noise, other_readings, row_scales, seen_step, turning_squares
 from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import shipped_model
@@ -49,6 +49,24 @@ def test_an_encoder_turned_evenly_by_nearly_whole_steps_a_sample_is_noisier_in_r
     time = twin.records[0].time_s[twin.records[0].keep]
     for column in (0, 2):
         assert np.median(squares[(time > 2.0) & (time < 5.0), column]) > 2.0 * np.median(squares[time > 7.0, column])
+
+
+def test_friction_at_a_reversal_is_uncertain_where_the_model_states_no_bristle() -> None:
+    model = shipped_model()
+    columns = {f"{axis}.torque": np.sin(T) for axis in model.axes}
+    columns |= {f"{axis}.position": 0.3 * np.sin(2.0 * T) for axis in model.axes}
+    table = SignalsTable.of(model.axes, T, columns)
+    stiff = model.with_number("outer", "friction.sigma0", 0.0)
+    with_it, without = (Twin(m, (record_of(table, m, 25.0, "log"),)) for m in (model, stiff))
+    assert not np.any(turning_squares(with_it, 0))
+    uncertain = np.sqrt(turning_squares(without, 0)[:, 0])
+    time = without.records[0].time_s[without.records[0].keep]
+    reversals = np.pi / 4.0 + np.pi / 2.0 * np.arange(8)
+    away = np.min(np.abs(time[:, None] - reversals), axis=1)
+    level = model.number("outer", "friction.coulomb")
+    # the turn takes 20 ms, what the band makes of it five times that
+    assert np.all(uncertain[away > 0.15] < 0.02 * level)
+    assert np.all(uncertain[away < 0.01] > 0.5 * level)
 
 
 def test_other_readings_of_a_log_differ_by_its_rounding_alone() -> None:
