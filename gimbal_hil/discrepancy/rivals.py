@@ -26,7 +26,7 @@ _OUT_OF_REACH = 2.0
 @dataclass(frozen=True)
 class Rival:
     """What could stand in the place of a cause: one other, or several known numbers that leave their uncertainty;
-    squares that it leaves more, as a share, and how surely.
+    squares that it leaves more, as a share of what is left (a floor at least), and how surely.
     """
 
     state: State
@@ -89,7 +89,8 @@ def _rival(inquiry: Inquiry, state: State, other: State, labels: tuple[tuple[str
     """Another explanation against a state, over all data."""
     mine, theirs = squares_of(state), squares_of(other)
     scale = np.maximum(mine, 1.0)
-    extra = float(np.sum((theirs - mine) / scale) / np.sum(mine / scale))
+    # a share of what is left, which is noise at least
+    extra = float(np.sum((theirs - mine) / scale)) / len(scale)
     # where one leaves much of one channel and the other much of another, neither is the unit of both
     sure = surely_less(inquiry, other, state, np.minimum(other.fit.squares, state.fit.squares))
     found = Rival(other, labels, extra, sure)

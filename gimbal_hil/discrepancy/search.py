@@ -14,6 +14,7 @@ from itertools import repeat
 
 import numpy as np
 
+from gimbal_hil.discrepancy.comparing import advantage, clearly_better, surely
 from gimbal_hil.discrepancy.curve import curve_does_as_well
 from gimbal_hil.discrepancy.families import Family
 from gimbal_hil.discrepancy.fit import Fit, Weighing, fit, weighed_cost
@@ -49,8 +50,6 @@ _VALLEYS = 3
 NO_WORSE, _NEARLY_ALL = 1.1, 0.85
 #: length of the blocks whose signs a negative control draws, s
 _SIGN_S = 0.7
-#: a slot is filled anew where another cause leaves this share less
-_BETTER = 0.03
 
 
 @dataclass(frozen=True)
@@ -91,7 +90,7 @@ def explain(inquiry: Inquiry, start: State, most: int = MOST_CAUSES, heard: tupl
     # where nothing is left to explain, one cause alone could still be plainer
     other = extended(inquiry, start, most if stands_out(inquiry, story.state) else 1, heard)
     plainer, fuller = sorted((other, story), key=lambda path: _free_numbers(path.state.hypothesis))
-    better = fuller if _clearly_better(inquiry, start, fuller.state, plainer.state) else plainer
+    better = fuller if clearly_better(inquiry, start, fuller.state, plainer.state) else plainer
     return replace(better, rounds=(*story.rounds, *other.rounds))
 
 
@@ -139,7 +138,7 @@ def one_more(inquiry: Inquiry, path: Path, release: bool) -> Path:
 
 def _takes_over(inquiry: Inquiry, before: State, found: State, several: State) -> bool:
     """Whether several numbers that leave their uncertainty pay beside the best single cause."""
-    return pays(inquiry, found, several) and _clearly_better(inquiry, before, several, found)
+    return pays(inquiry, found, several) and clearly_better(inquiry, before, several, found)
 
 
 def plainest(inquiry: Inquiry, before: State, paying: list[State]) -> State:
@@ -156,17 +155,12 @@ def plainest(inquiry: Inquiry, before: State, paying: list[State]) -> State:
     best = paying[0]
     for other in sorted(paying[1:], key=plainness):
         if plainness(other) < plainness(best):
-            beaten = _clearly_better(inquiry, before, best, other)
+            beaten = clearly_better(inquiry, before, best, other)
             if is_new(best) and not is_new(other):
-                beaten = beaten and _surely(inquiry, other, best) > inquiry.policy.anew
+                beaten = beaten and surely(inquiry, other, best) > inquiry.policy.anew
             if not beaten:
                 return other
     return best
-
-
-def _surely(inquiry: Inquiry, old: State, new: State) -> float:
-    """Standard errors by which one state leaves less than another, on fitted rows and those that select together."""
-    return sum(gain_on(inquiry, old, new, part).sure for part in ("fitted", "selecting")) / math.sqrt(2.0)
 
 
 def _sound(inquiry: Inquiry, before: State, states: list[State]) -> list[State]:
@@ -251,13 +245,6 @@ def listen(inquiry: Inquiry, state: State, families: list[Family]) -> list[Respo
     return [response for family in found for response in family]
 
 
-def advantage(inquiry: Inquiry, before: State, after: State) -> float:
-    """Squares that a state takes, of fitted rows and of those that select alike: one log may say clearly what the other
-    hardly shows.
-    """
-    return gain_on(inquiry, before, after, "fitted").mean + gain_on(inquiry, before, after, "selecting").mean
-
-
 def pays(inquiry: Inquiry, before: State, after: State, control: float = 0.0) -> bool:
     """Whether what is new in a state pays: there was something to explain, and it takes of it surely and enough, on
     fitted data and on data that were not, and more than its negative control.
@@ -276,7 +263,7 @@ def pays(inquiry: Inquiry, before: State, after: State, control: float = 0.0) ->
     if fitted.sure < 0.5 * policy.sure and not nearly_all:
         return False
     if shown(inquiry, before, after):
-        return nearly_all or _surely(inquiry, before, after) > policy.sure
+        return nearly_all or surely(inquiry, before, after) > policy.sure
     return nearly_all and float(np.sum(after.selecting**2)) <= NO_WORSE * float(np.sum(before.selecting**2))
 
 
@@ -329,16 +316,9 @@ def slots_again(inquiry: Inquiry, path: Path, without_each: tuple[State, ...]) -
         tried = candidates(inquiry, without, path.heard, state)
         path = replace(path, rounds=(*path.rounds, Round(without, tuple(tried), {})))
         tried = _sound(inquiry, without, tried)
-        if tried and _clearly_better(inquiry, without, tried[0], state):
+        if tried and clearly_better(inquiry, without, tried[0], state):
             path = replace(path, state=plainest(inquiry, without, tried))
     return path
-
-
-def _clearly_better(inquiry: Inquiry, without: State, new: State, old: State) -> bool:
-    left = 2.0 * len(inquiry.twin.channels) - advantage(inquiry, without, old)
-    return advantage(inquiry, without, new) - advantage(inquiry, without, old) > _BETTER * max(left, 0.0) and (
-        gain_on(inquiry, old, new, "selecting").sure > 0.0
-    )
 
 
 def pruned(inquiry: Inquiry, state: State) -> tuple[State, tuple[State, ...]]:

@@ -173,7 +173,7 @@ def write_drawn(folder: Path, joint: Joint, hidden: Hidden, seed: int) -> Rig:
     folder.mkdir(parents=True, exist_ok=True)
     dice = np.random.default_rng((seed, 7))
     inertia, coulomb, viscous = (
-        number * (1.0 + spread * float(np.clip(dice.normal(), -2.0, 2.0)))
+        number * (1.0 + spread * float(np.clip(dice.normal(), -1.0, 1.0)))
         for number, spread in ((joint.inertia, 0.03), (joint.coulomb, 0.05), (joint.viscous, 0.05))
     )
 

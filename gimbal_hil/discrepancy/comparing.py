@@ -1,0 +1,32 @@
+"""Which of two states explains more, on what is fitted and on the half of the hold-out that selects."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from gimbal_hil.discrepancy.inquiry import Inquiry, State, gain_on, mean_squares
+
+#: a state is clearly better that leaves less by this share of what the other one leaves
+_BETTER = 0.03
+
+
+def advantage(inquiry: Inquiry, before: State, after: State) -> float:
+    """Squares that a state takes, of fitted rows and of those that select alike: one log may say clearly what the other
+    hardly shows.
+    """
+    return gain_on(inquiry, before, after, "fitted").mean + gain_on(inquiry, before, after, "selecting").mean
+
+
+def surely(inquiry: Inquiry, old: State, new: State) -> float:
+    """Standard errors by which one state leaves less than another, on fitted rows and those that select together."""
+    return sum(gain_on(inquiry, old, new, part).sure for part in ("fitted", "selecting")) / math.sqrt(2.0)
+
+
+def clearly_better(inquiry: Inquiry, without: State, new: State, old: State) -> bool:
+    """Whether one state takes more than another by a share of what that leaves, which is noise at least."""
+    unit = np.maximum(without.fit.squares, 1.0)
+    left = sum(float(np.sum(np.maximum(mean_squares(rows), 1.0) / unit)) for rows in (old.fitted, old.selecting))
+    more = advantage(inquiry, without, new) - advantage(inquiry, without, old)
+    return more > _BETTER * left and gain_on(inquiry, old, new, "selecting").sure > 0.0
