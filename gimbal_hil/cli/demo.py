@@ -44,8 +44,8 @@ def command(
     from gimbal_hil.warming import ask_elsewhere
 
     if not is_kept("gimbal_hil.discrepancy.kernel"):
-        # what later stages need, in what processor time the first one's kernel leaves
-        ask_elsewhere("rigid_body", "friction_fit", "search", "host")
+        # what later stages need, in what processor time the first one's kernel leaves; the host itself is in that kernel
+        ask_elsewhere("rigid_body", "friction_fit", "search")
     found: dict[str, str] = {}
 
     def say(stage: str, line: str) -> None:
