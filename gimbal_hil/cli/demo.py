@@ -44,7 +44,7 @@ def command(
     from gimbal_hil.warming import ask_elsewhere
 
     if not is_kept("gimbal_hil.discrepancy.kernel"):
-        # what later stages need, in what processor time the first one's kernel leaves; the host itself is in that kernel
+        # what later stages need; the host is half of the first one's kernel and would be translated twice
         ask_elsewhere("rigid_body", "friction_fit", "search")
     found: dict[str, str] = {}
 
