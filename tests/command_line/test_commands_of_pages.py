@@ -72,11 +72,24 @@ def test_every_page_with_commands_was_found() -> None:
 
 #: what stands on a page for a file, a folder or a name of the reader's, and what is taken here
 OF_THE_READER = {
+    "--out RUN": "--out made",
     "CONFIG": "antenna/antenna.yaml",
     "FILE.csv": "file.csv",
     "FILE": "antenna/antenna.yaml",
     "RUN": "runs/step",
     "PLAN": "plan.yaml",
+    "MODEL": "antenna/model.yaml",
+    "DIR": "made",
+    "/etc/gimbal-hil/antenna.yaml": "antenna/antenna.yaml",
+    "antenna_model.yaml": "antenna/model.yaml",
+    "effects NAME": "effects cogging",
+}
+#: logs that fit the model beside them, with others a search takes minutes; and antennas in folders of their own
+LOGS = {
+    r"(?<=--measured )\S+?(?=\]| )": "runs/survey",
+    r"(?<=--holdout )\S+?(?=\]| )": "runs/holdout",
+    r"(?<=^identify )RUN( RUN)?": "runs/sliding",
+    r"(?<=^init )mine(?= --yes --kind)": "joint",
 }
 #: what would take minutes, made short: pattern of a line, what is put behind it
 SHORTER = {
@@ -85,25 +98,30 @@ SHORTER = {
     r"^point\b": " --duration 5",
     r"^(export|protocol .*--out)": " --force",
     r"^daemon --lockstep": " --duration 2 --force",
+    r"^experiment (sliding|presliding)": " --short --axis outer --every 50 --force",
+    r"^(discrepancy|identify)": " --force",
+    r"^init": " --yes --force",
+    r"^doctor": " --seconds 1",
+    r"^service": " --out made --force",
+    r"^protocol --device": " --force",
 }
 #: what cannot run in a test, and why
 NOT_HERE = {
-    r"can0|serial:|/dev/|unix:PATH|socketcan": "hardware",
+    r"conformance --link (unix|serial)": "hardware",
     r"link (qemu|cortex-m|c)\b": "an emulator or a C compiler, tests/firmware",
-    r"--link unix|realtime|soak": "minutes to hours of real time, tests/bench",
+    r"realtime|soak": "minutes to hours of real time, tests/bench",
     r"^plant|^daemon(?!.*--lockstep --duration)|--run\b|^watch runs": "two processes in real time, tests/daemon",
-    r"^service install": "needs root, tests/deployment",
     r"^bench": "minutes, tests of each bench",
-    r"^(improve|tune|discrepancy|identify|conformance|warm|demo)": "minutes, tests of each command",
-    r"^experiment (thesis|sliding|presliding)": "minutes, tests/experiments",
+    r"^(improve|tune|warm|demo)": "minutes, tests of each command",
+    r"^experiment thesis": "minutes, tests/thesis",
     r"--column": "the reader's own CSV, tests/signals",
-    r"^doctor": "its answer is this machine's",
-    r"\bNAME\b|--learned|RUN/scope|protocol --device|\[--|--emit$": "a form to be filled in, or the reader's file",
+    r"\bNAME\b(?<!effects NAME)|--learned|RUN/scope|--emit$|\[--measured": "a form, or the reader's file",
     r"tle:": "needs skyfield, tests/pointing",
     r"--moving|--duration 600": "an hour of flight, tests/pointing",
-    r"^init": "asks, or is made before, tests/starting",
-    r"^(adjust|set|stop|quick-stop|shut-down|reset|watch)\b": "a running daemon, tests/operator_commands",
+    r"^(adjust|set|stop|quick-stop|shut-down|reset|watch)\b": "a running daemon, test_commands_with_a_daemon.py",
 }
+#: where no is an answer as good as yes: what this machine can do
+EITHER = r"^doctor"
 #: made before the commands of any page
 BEFORE = (
     "init mine --yes",
@@ -113,7 +131,10 @@ BEFORE = (
     "daemon --lockstep --duration 2 --out runs/golden",
     "daemon --lockstep --duration 2 --out runs/first",
     "experiment survey --short --config antenna/antenna.yaml --out A",
+    "experiment survey --short --config antenna/antenna.yaml --out runs/survey",
+    "experiment survey_holdout --short --config antenna/antenna.yaml --out runs/holdout",
     "experiment survey_holdout --short --config antenna/antenna.yaml --out B",
+    "experiment sliding --short --axis outer --every 50 --config antenna/antenna.yaml --out runs/sliding",
 )
 
 
@@ -132,6 +153,8 @@ def reason(line: str) -> str | None:
 
 def as_run(line: str) -> str:
     """A line of a page with files that there are, and short."""
+    for pattern, here in LOGS.items():
+        line = re.sub(pattern, here, line)
     for word, here in OF_THE_READER.items():
         line = re.sub(rf"(?<![\w/.-]){re.escape(word)}(?![\w/-])", here, line)
     return line + "".join(more for pattern, more in SHORTER.items() if re.search(pattern, line))
@@ -142,7 +165,7 @@ LINES = dict.fromkeys(line.removeprefix("gimbal-hil ") for _, line in UNDERSTOOD
 
 
 def test_no_fewer_lines_of_the_pages_are_run() -> None:
-    assert len([line for line in LINES if reason(line) is None]) >= 39
+    assert len([line for line in LINES if reason(line) is None]) >= 65
 
 
 @pytest.mark.heavy
@@ -155,6 +178,6 @@ def test_commands_of_the_pages_run(
     failed = []
     for line in (*BEFORE, *(as_run(line) for line in LINES if reason(line) is None)):
         code = exit_code(line)
-        if code not in (0, None):
+        if code not in (0, None) and not (code == 1 and re.search(EITHER, line)):
             failed.append(f"{line}: {code} {capsys.readouterr().err.strip()[-300:]}")
     assert not failed, "\n".join(failed)
