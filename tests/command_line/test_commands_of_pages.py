@@ -102,6 +102,7 @@ SHORTER = {
     r"^(discrepancy|identify)": " --force",
     r"^init": " --yes --force",
     r"^doctor": " --seconds 1",
+    r"^campaign": " --antennas 5",
     r"^service": " --out made --force",
     r"^protocol --device": " --force",
 }
