@@ -147,13 +147,12 @@ def balance(
     parts: int,
     out: np.ndarray,
 ) -> None:
-    """Left-over torque and predicted gyro rate of every interval; of the parts that are asked for (`Part`), the others
-    stay as they are in `out`.
+    """Torque left over and gyro rate predicted in every interval, of the parts that are asked for (`Part`).
 
-    torque (n, 2) commanded, N m; motion (n, 8) interval means of q, q, v, v, a, a and how far a standing bristle is led
-    per axis; base (n, 9) gravity less the pivot's acceleration, rate and angular acceleration of the base in base axes;
-    heat (n, 2) degC. Fills out (6, n): torque given minus torque needed per axis (N m), gyro rate predicted per axis
-    (rad/s), torque that the actuator gives per axis (N m). P[STEP_S] times `steps` is the interval.
+    torque (n, 2) commanded, N m; motion (n, 8) as in a `Record`; base (n, 9) gravity less the pivot's acceleration,
+    rate and angular acceleration of the base in base axes; heat (n, 2) degC. Fills out (6, n): torque given minus
+    torque needed per axis (N m), gyro rate predicted per axis (rad/s), torque that the actuator gives per axis (N m);
+    other parts stay as they are. P[STEP_S] times `steps` is the interval.
     """
     # joints, bodies and friction in locals: through X and P each row would wait for the stores of the one before
     h, effects, gimbal, two = P[STEP_S], K[INSTANCES] > 0, K[KIND] == _GIMBAL, K[AXES] > 1
@@ -167,13 +166,10 @@ def balance(
         gravity, rate = (base[k, 0], base[k, 1], base[k, 2]), (base[k, 3], base[k, 4], base[k, 5])
         acceleration = (base[k, 6], base[k, 7], base[k, 8])
         q0, v0, a0 = _true_motion(P, K, X, 0, motion[k, 0], motion[k, 2], motion[k, 4])
-        q1, v1, a1 = 0.0, 0.0, 0.0
-        if two:
-            q1, v1, a1 = _true_motion(P, K, X, 1, motion[k, 1], motion[k, 3], motion[k, 5])
+        q1, v1, a1 = _true_motion(P, K, X, 1, motion[k, 1], motion[k, 3], motion[k, 5]) if two else (0.0, 0.0, 0.0)
         turning = rate != (0.0, 0.0, 0.0) or acceleration != (0.0, 0.0, 0.0)
-        turns = ((0.0, 1.0), sine_cosine(q1))
-        if outer_turn_counts(gravity, gimbal, turning):
-            turns = (sine_cosine(q0), turns[1])
+        outer_turn = sine_cosine(q0) if outer_turn_counts(gravity, gimbal, turning) else (0.0, 1.0)
+        turns = (outer_turn, sine_cosine(q1))
         mass, bias, outer, inner, carried = equations_at(
             P, K, body, turns, (v0, v1), (gravity, rate, acceleration), gimbal, turning
         )
