@@ -89,7 +89,7 @@ LOGS = {
     r"(?<=--measured )\S+?(?=\]| )": "runs/survey",
     r"(?<=--holdout )\S+?(?=\]| )": "runs/holdout",
     r"(?<=^identify )RUN( RUN)?": "runs/sliding",
-    r"(?<=^init )mine(?= --yes --kind)": "joint",
+    r"(?<=^init )mine(?= --yes --kind| --link)": "other",
 }
 #: what would take minutes, made short: pattern of a line, what is put behind it
 SHORTER = {
