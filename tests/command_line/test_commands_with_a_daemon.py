@@ -11,6 +11,8 @@ import pytest
 from tests.command_line.test_commands_of_pages import LINES, ROOT, as_run, exit_code, reason
 from tests.daemon.daemons import RunningDaemon
 
+pytestmark = pytest.mark.realtime
+
 #: whose words a daemon answers; what moves comes before what stops, and the end of the daemon last
 ORDER = (
     r"^set .*--mode pointing",
@@ -59,7 +61,6 @@ def test_every_kind_of_them_is_on_a_page() -> None:
 
 
 @pytest.mark.heavy
-@pytest.mark.realtime
 def test_they_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.chdir(tmp_path)
     shutil.copy(ROOT / "config" / "plans" / "two_speeds.yaml", "plan.yaml")

@@ -107,6 +107,12 @@ class Rig:
         else:
             _begin(self, row)
 
+    def stall(self, ticks: int) -> None:
+        """The host's machine stands still for so many ticks; the antenna goes on."""
+        for _ in range(ticks):
+            self._answer += self.device.tick()
+        self.tick += ticks
+
     def restart_antenna(self) -> None:
         """Its electronics begin anew; the mechanics go on as they moved."""
         before = self.device
