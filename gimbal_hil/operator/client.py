@@ -51,6 +51,8 @@ class OperatorClient:
         self._events: deque[Json] = deque()
         self._unread = b""
         self._next_id = 0
+        #: events of earlier ticks are of motions that somebody else began
+        self._since_tick: int | None = None
         self._connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
             self._connection.settimeout(timeout_s)
@@ -100,8 +102,15 @@ class OperatorClient:
                 time.sleep(_REPEAT_S)
 
     def start(self, program: Program) -> int:
-        """Have the host follow a program as soon as it is ready; answers the tick at which it began."""
-        return int(self.when_ready("start", program=program.as_document())["tick"])
+        """Have the host follow a program as soon as it is ready; answers the tick at which it began.
+
+        Events from before the first program of this connection are let go: the daemon's own test before the first
+        motion has segments and a stop as well.
+        """
+        tick = int(self.when_ready("start", program=program.as_document())["tick"])
+        if self._since_tick is None:
+            self._since_tick = tick
+        return tick
 
     def wait_for_segment(self, label: int, timeout_s: float) -> Json | None:
         """The event that ends the segment of that label (`cause` in its data says why), None when it does not come in
@@ -116,7 +125,11 @@ class OperatorClient:
 
     def next_event(self, timeout_s: float) -> Json | None:
         """The next event, or None when none comes in time."""
-        return self._events.popleft() if self._events else self._line(time.monotonic() + timeout_s)
+        deadline = time.monotonic() + timeout_s
+        while True:
+            event = self._events.popleft() if self._events else self._line(deadline)
+            if event is None or self._since_tick is None or event.get("tick", self._since_tick) >= self._since_tick:
+                return event
 
     def wait_for(self, wanted: Callable[[Json], bool], timeout_s: float) -> Json | None:
         """The first event for which `wanted` is true; others are let go. None when it does not come in time."""

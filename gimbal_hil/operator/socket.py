@@ -90,10 +90,11 @@ class Door:
         return door
 
     def remove(self, run: Path) -> None:
-        """Take the socket, its folder and the file away."""
+        """Take the socket, its folder and the file away; the file of another daemon that records into `run` stays."""
         shutil.rmtree(self.socket.parent, ignore_errors=True)
-        with contextlib.suppress(OSError):
-            (run / DOOR_FILE).unlink(missing_ok=True)
+        with contextlib.suppress(OSError, BadInputError):
+            if Door.read(run) == self:
+                (run / DOOR_FILE).unlink(missing_ok=True)
 
 
 @dataclass(slots=True, eq=False)

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from firmware_protocol.errors import BadInputError, LinkError
+from gimbal_hil.host import AxisCommand, Mode, Segment, Shape, program_of
 from gimbal_hil.operator.client import OperatorClient, RequestRefusedError
 from gimbal_hil.operator.socket import (
     GREETING_TIMEOUT_S,
@@ -387,3 +388,33 @@ def test_a_direction_takes_no_time_of_its_own_and_the_refusal_names_the_option()
     assert isinstance(request, SetPointRequest)
     with pytest.raises(BadInputError, match=r"over_s \(set --over\)"):
         request.program(1e-3)
+
+
+def test_a_daemon_that_is_refused_a_folder_leaves_the_door_of_the_one_that_records_there(served: Served) -> None:
+    Door.make().remove(served.run)
+    with OperatorClient(served.run) as client:
+        assert client.request("stop")["ok"]
+
+
+def test_events_of_motions_before_the_first_program_are_not_taken_for_those_of_the_program(tmp_path: Path) -> None:
+    def ended(tick: int) -> Json:
+        return {"tick": tick, "data": {"code": "segment_ended", "segment": 1}}
+
+    def handle(_client: Client, request: Json) -> Json:
+        began = 143 + 1000 * int(request["id"] > 1)
+        for tick in (began - 86, began + 250):
+            here.operator.announce(ended(tick))
+        return {"ok": True, "tick": began}
+
+    here = Served(tmp_path, handle)
+    rest = AxisCommand(Mode.OFF, Shape.HOLD)
+    program = program_of([Segment(rest, rest, duration_ticks=10, label=1)])
+    try:
+        with OperatorClient(tmp_path) as client:
+            client.start(program)
+            assert client.wait_for_segment(1, 5.0) == ended(393)
+            # what happens between two programs of the same client is its own: an operator's stop must not be missed
+            client.start(program)
+            assert client.wait_for_segment(1, 5.0) == ended(1057)
+    finally:
+        here.close()
