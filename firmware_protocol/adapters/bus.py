@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from firmware_protocol.errors import LinkError
+from firmware_protocol.links import UnixListener, connected_to, unix_reason
 
 _HEAD = struct.Struct("<IB")
 _EXTENDED, _FD = 1, 2
@@ -128,28 +129,17 @@ class UnixCanBus:
     """
 
     def __init__(self, path: Path, listen: bool = False) -> None:
-        self._path = path
-        self._listener: socket.socket | None = None
+        self._listener: UnixListener | None = None
         self._peer: socket.socket | None = None
-        end = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         try:
             if listen:
-                with suppress(FileNotFoundError):
-                    if path.is_socket():
-                        path.unlink()
-                end.bind(str(path))
-                path.chmod(0o600)
-                end.listen(1)
+                self._listener = UnixListener(path)
             else:
-                end.connect(str(path))
+                self._peer = connected_to(path)
         except OSError as error:
-            end.close()
-            raise LinkError(f"link.channel: {path}: {error.strerror}; expected a socket of simulated drives") from error
-        end.setblocking(False)
-        if listen:
-            self._listener = end
-        else:
-            self._peer = end
+            raise LinkError(
+                f"link.channel: {path}: {unix_reason(error)}; expected a socket of simulated drives"
+            ) from error
 
     def send(self, frame: CanFrame) -> bool:
         if not self._has_peer() or self._peer is None:
@@ -190,16 +180,11 @@ class UnixCanBus:
         for end in (self._peer, self._listener):
             if end is not None:
                 end.close()
-        if self._listener is not None:
-            with suppress(OSError):
-                self._path.unlink()
         self._peer = self._listener = None
 
     def _has_peer(self) -> bool:
         if self._peer is None and self._listener is not None:
-            with suppress(OSError):
-                self._peer = self._listener.accept()[0]
-                self._peer.setblocking(False)
+            self._peer = self._listener.accept()
         return self._peer is not None
 
     def _gone(self) -> None:

@@ -21,6 +21,7 @@ from firmware_protocol.links.serial_port import open_serial
 from firmware_protocol.links.slcan_device import SlcanDevice
 from firmware_protocol.links.stream_link import CobsFraming, Framing, StreamLink
 from firmware_protocol.links.unix_link import UnixLink
+from firmware_protocol.links.unix_socket import UnixListener, connected_to, unix_reason
 
 __all__ = [
     "PATIENCE_S",
@@ -48,11 +49,14 @@ __all__ = [
     "StreamLink",
     "UnixLink",
     "UnixLinkConfig",
+    "UnixListener",
+    "connected_to",
     "memory_pair",
     "open_link",
     "open_serial",
     "pty_link",
     "require_can_wait",
     "require_link_carries",
+    "unix_reason",
     "wait_readable",
 ]

@@ -4,25 +4,20 @@ leaves the machine.
 
 from __future__ import annotations
 
-import errno
 import select
 import socket
-from contextlib import suppress
 from pathlib import Path
 
 from firmware_protocol.errors import LinkError
 from firmware_protocol.links.descriptor import wait_readable
 from firmware_protocol.links.link import LinkBasis, LinkState
-from firmware_protocol.links.name_lock import NameLock
+from firmware_protocol.links.unix_socket import UnixListener, connected_to, unix_reason
 from firmware_protocol.schema import RECORD_SIZE
 
 #: longest packet; a longer block goes out in parts
 _PACKET_LIMIT = 3200 * RECORD_SIZE
 
 _PACKETS = 4096
-
-#: how long connecting may take when the listener's queue is full
-_CONNECT_TIMEOUT_S = 1.0
 
 
 class UnixLink(LinkBasis):
@@ -33,8 +28,7 @@ class UnixLink(LinkBasis):
     def __init__(self, path: Path, listen: bool = False) -> None:
         super().__init__(f"unix {path}")
         self._path, self._listen = path, listen
-        self._listener: socket.socket | None = None
-        self._lock: NameLock | None = None
+        self._listener: UnixListener | None = None
         self._peer: socket.socket | None = None
         self._poll = select.poll()
         self._connect()
@@ -80,11 +74,6 @@ class UnixLink(LinkBasis):
         if self._listener is not None:
             self._listener.close()
             self._listener = None
-            with suppress(OSError):
-                self._path.unlink()
-        if self._lock is not None:
-            self._lock.release()
-            self._lock = None
         self._state = LinkState.CLOSED
 
     def fileno(self) -> int:
@@ -96,47 +85,24 @@ class UnixLink(LinkBasis):
         if self._listener is not None:
             self._accept()
             return
-        end = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         try:
             if self._listen:
-                self._bind(end)
+                self._listener = UnixListener(self._path)
+                self._state = LinkState.WAITING
             else:
-                end.settimeout(_CONNECT_TIMEOUT_S)
-                end.connect(str(self._path))
+                self._take_peer(connected_to(self._path))
         except OSError as error:
-            end.close()
             raise LinkError(
-                f"link.path: {self._path}: {_reason(error)}; expected a Unix socket that a peer listens on"
+                f"link.path: {self._path}: {unix_reason(error)}; expected a Unix socket that a peer listens on"
             ) from error
-        if self._listen:
-            end.setblocking(False)
-            self._listener = end
-            self._state = LinkState.WAITING
-        else:
-            self._take_peer(end)
-
-    def _bind(self, end: socket.socket) -> None:
-        self._lock = NameLock(self._path)
-        try:
-            if self._path.is_socket() and not _is_served(self._path):
-                self._path.unlink()
-            end.bind(str(self._path))
-        except OSError:
-            self._lock.release()
-            raise
-        self._path.chmod(0o600)
-        end.listen(1)
 
     def _accept(self) -> bool:
-        if self._listener is None:
-            return False
-        with suppress(OSError):
-            self._take_peer(self._listener.accept()[0])
-            return True
-        return False
+        peer = self._listener.accept() if self._listener is not None else None
+        if peer is not None:
+            self._take_peer(peer)
+        return peer is not None
 
     def _take_peer(self, peer: socket.socket) -> None:
-        peer.setblocking(False)
         self._peer, self._poll = peer, select.poll()
         self._poll.register(peer, select.POLLIN)
         self._opened()
@@ -160,23 +126,3 @@ class UnixLink(LinkBasis):
         if self._peer is not None:
             self._peer.close()
             self._peer = None
-
-
-def _is_served(path: Path) -> bool:
-    with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as probe:
-        try:
-            probe.settimeout(_CONNECT_TIMEOUT_S)
-            probe.connect(str(path))
-        except OSError as error:
-            return error.errno != errno.ECONNREFUSED
-    return True
-
-
-def _reason(error: OSError) -> str:
-    if error.errno == errno.ENOENT:
-        return "no such socket"
-    if error.errno == errno.ECONNREFUSED:
-        return "nobody listens there"
-    if error.errno == errno.EADDRINUSE:
-        return "busy: the path is taken"
-    return error.strerror or str(error)
