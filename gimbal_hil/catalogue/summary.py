@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from firmware_protocol.errors import BadInputError, GimbalHilError
-from gimbal_hil.runs import RUN_FILE, EventKind, RecordedRun, RunRecord, read_header
+from gimbal_hil.runs import RUN_FILE, EventKind, RecordedRun, read_header
 from gimbal_hil.signals import SignalsTable, unit_of
 
 #: how deep below a folder runs are looked for
@@ -66,19 +66,12 @@ def summary_of(folder: Path) -> Summary:
         folder,
         header.title,
         record.started_utc,
-        # a thinned log holds one tick in so many
-        None if ticks is None else ticks * header.period_ns * _every(record) / 1e9,
+        None if ticks is None else ticks * header.period_ns * record.every_ticks / 1e9,
         "goes on, or was killed" if end is None else end.reason or "done",
         None if end is None else end.exit_code,
         header.axes,
         str(header.model.get("name") or "not known"),
     )
-
-
-def _every(record: RunRecord) -> int:
-    recording = record.header.configuration.get("recording")
-    every = recording.get("every_ticks") if isinstance(recording, dict) else None
-    return every if isinstance(every, int) and every > 0 else 1
 
 
 def measures_of(run: RecordedRun, table: SignalsTable | None) -> list[Measure]:

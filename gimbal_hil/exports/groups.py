@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.control import Mode
 from gimbal_hil.host import HostState, LinkStatus
-from gimbal_hil.runs import TICK_ROW, RecordedRun, columns_of, stored_name
+from gimbal_hil.runs import TICK_ROW, RecordedRun, columns_of, require_frames, stored_name
 from gimbal_hil.signals import SignalsTable, unit_of
 from gimbal_hil.telemetry import MISS_CODE
 
@@ -141,8 +141,7 @@ def _with_strangers(labels: dict[int, str], values: NDArray[Any]) -> dict[int, s
 
 def frames_of(run: RecordedRun) -> Any:
     """Frame rows; BadInputError where the run keeps none."""
-    if not len(run.frames):
-        raise BadInputError(str(run.folder), "keeps no frames", "a run recorded with recording.frames: true")
+    require_frames(run)
     return run.frames
 
 

@@ -7,7 +7,7 @@ from gimbal_hil.runs.golden import Again, Change, changes, run_again, update
 from gimbal_hil.runs.growing import GrowingLog
 from gimbal_hil.runs.header import RUN_FILE, RunEnd, RunHeader, RunRecord, read_header, wall_clock_utc
 from gimbal_hil.runs.integrity import content_hash
-from gimbal_hil.runs.log_damage import damage_of
+from gimbal_hil.runs.log_damage import damage_of, require_frames
 from gimbal_hil.runs.new_folder import SCOPE_FOLDER
 from gimbal_hil.runs.reader import RecordedRun, is_run_folder, open_run
 from gimbal_hil.runs.replaying import ReplayResult, replay
@@ -60,6 +60,7 @@ __all__ = [
     "open_run",
     "read_header",
     "replay",
+    "require_frames",
     "run_again",
     "stored_name",
     "tick_rows",

@@ -85,6 +85,13 @@ class RunRecord:
     #: version of the wire that the frames are of; a run that does not say so is of the first
     protocol: int = 1
 
+    @property
+    def every_ticks(self) -> int:
+        """One tick in so many is in the log."""
+        recording = self.header.configuration.get("recording")
+        every = recording.get("every_ticks") if isinstance(recording, Mapping) else None
+        return every if isinstance(every, int) and every > 0 else 1
+
 
 def wall_clock_utc() -> str:
     """Time of day for people; nothing computes with it."""

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from firmware_protocol.errors import BadInputError
 from gimbal_hil.runs.difference import Difference
 from gimbal_hil.runs.frame_columns import describe_difference, describe_frame
 from gimbal_hil.runs.integrity import explain
@@ -20,6 +21,17 @@ from gimbal_hil.runs.seal_check import broken_seal
 def first_damage(run: RecordedRun) -> Difference | None:
     """The earliest damage, None in a sound log. A log that a kill ended early is sound."""
     return min(damage_of(run), key=lambda found: (found.tick < 0, found.tick), default=None)
+
+
+def require_frames(run: RecordedRun) -> None:
+    """BadInputError for a run that was recorded without frames, as thinned ones are."""
+    if len(run.frames):
+        return
+    every = run.record.every_ticks
+    problem = "keeps no frames" if every == 1 else f"keeps no frames, and one tick in {every}"
+    raise BadInputError(
+        str(run.folder), problem, "a run recorded with recording.frames: true (an experiment's --every 1)"
+    )
 
 
 def damage_of(run: RecordedRun) -> Iterator[Difference]:
@@ -66,7 +78,11 @@ def _value(value: object) -> str:
 
 
 def _missing_ticks(run: RecordedRun) -> Difference | None:
-    """Rows that are not there although the host ran: a step in the tick that `skipped_ticks` does not explain."""
+    """Rows that are not there although the host ran: a step in the tick that `skipped_ticks` does not explain. A
+    thinned log leaves rows out, and what they skipped with them.
+    """
+    if run.record.every_ticks > 1:
+        return None
     ticks = run.ticks["tick"]
     unexplained = np.flatnonzero(np.diff(ticks) - 1 != run.ticks["skipped_ticks"][1:])
     if not len(unexplained):

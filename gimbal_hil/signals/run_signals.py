@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from firmware_protocol.enumerations import DriveState
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.runs import AXES, EventKind, MessageColumns, RecordedRun, columns_of
+from gimbal_hil.runs import AXES, EventKind, MessageColumns, RecordedRun, columns_of, require_frames
 from gimbal_hil.signals.table import BASE_ANGLES
 
 #: a device tick that jumps by more than this against the host's is a restarted device, not a stall
@@ -71,8 +71,8 @@ def run_columns(run: RecordedRun) -> tuple[Floats, dict[str, Floats], Integers |
 
 
 def _feedback_sets(run: RecordedRun, notes: list[str]) -> _FeedbackSets:
-    if len(run.ticks) and not len(run.frames):
-        raise BadInputError(str(run.folder), "keeps no frames", "a run recorded with recording.frames: true")
+    if len(run.ticks):
+        require_frames(run)
     status = columns_of(run.frames, "drive_status", run.protocol)
     if len(status.place) < 2:
         raise BadInputError(str(run.folder), "holds no feedback", "a run in which the antenna answered")

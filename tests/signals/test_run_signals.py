@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 from firmware_protocol.enumerations import DriveState
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.schema import BY_NAME, POSITION_STEP_RAD, TORQUE_STEP_NM
-from gimbal_hil.runs import EventKind, RunWriter, open_run
+from gimbal_hil.runs import EventKind, RunWriter, damage_of, open_run
 from gimbal_hil.signals import SignalsTable, read_signals, signals_of_run, write_signals
 from tests.runs.synthetic import (
     HEADER,
@@ -197,3 +198,14 @@ def test_the_exported_table_is_the_run_s_table(tmp_path: Path) -> None:
     }
     assert math.isclose(again.period_s, table.period_s, rel_tol=1e-9)
     assert BY_NAME["feedback_outer"].can_id in open_run(tmp_path / "run").frames["identifier"]
+
+
+def test_a_thinned_run_is_sound_and_says_why_it_makes_no_table(tmp_path: Path) -> None:
+    thinned = HEADER.configuration | {"recording": {"frames": False, "every_ticks": 100}}
+    writer = RunWriter(tmp_path / "run", replace(HEADER, configuration=thinned))
+    for tick in range(0, 1000, 100):
+        writer.append_ticks(row_of(tick))
+    writer.close()
+    assert list(damage_of(open_run(tmp_path / "run"))) == []
+    with pytest.raises(BadInputError, match=r"keeps no frames, and one tick in 100; expected .*--every 1"):
+        read_signals(tmp_path / "run", AXES)
