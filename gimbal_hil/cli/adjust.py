@@ -31,7 +31,7 @@ def command(
     import json
 
     from firmware_protocol.errors import EXIT_DONE, BadInputError
-    from gimbal_hil.cli.following import print_next
+    from gimbal_hil.cli.following import command_line, print_next
     from gimbal_hil.cli.operate import daemon_run
     from gimbal_hil.operator import OperatorClient
 
@@ -53,7 +53,7 @@ def command(
     if tick is not None:
         print(f"in force from tick {tick}")
     changed = any(one["value"] != one["configured"] for one in numbers)
-    print_next(f"gimbal-hil adjust --back --run {folder}" if changed else f"gimbal-hil watch {folder}")
+    print_next(command_line("adjust", "--back", run=folder) if changed else command_line("watch", folder))
     return EXIT_DONE
 
 

@@ -52,7 +52,7 @@ def command(
 
     from firmware_protocol.errors import EXIT_INTERRUPTED
     from gimbal_hil.campaign import campaign_page, run_campaign
-    from gimbal_hil.cli.following import print_next
+    from gimbal_hil.cli.following import command_line, print_next
     from gimbal_hil.cli.progress import ProgressBar
     from gimbal_hil.executor import open_executor
 
@@ -80,7 +80,7 @@ def command(
         print(json.dumps({"antennas": done.antennas - 1, "table": str(done.table), "report": str(page)}))
     else:
         print(f"{campaign.experiment.text}: {where}\n  table   {done.table}\n  report  {page}")
-        print_next(f"gimbal-hil experiment {name} --out runs/{Path(name).stem}")
+        print_next(command_line("experiment", name, out=Path("runs") / Path(name).stem))
     return 0
 
 

@@ -33,6 +33,7 @@ def command(
     import json
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
+    from firmware_protocol.links import AdapterLinkConfig
     from gimbal_hil.cli.following import after_doctor, print_next
     from gimbal_hil.daemon import check_link
     from gimbal_hil.settings import load_settings, shipped_settings
@@ -51,7 +52,7 @@ def command(
         print(json.dumps(answer))
     else:
         print("\n".join([*_machine_lines(machine), *link.lines(), _verdict(holds, [*machine.reasons, *link.reasons])]))
-        print_next(after_doctor(config, holds))
+        print_next(after_doctor(config, holds, isinstance(settings.link, AdapterLinkConfig)))
     return EXIT_DONE if holds else EXIT_NO
 
 

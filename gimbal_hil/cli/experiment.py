@@ -4,8 +4,6 @@ controls.
 
 from __future__ import annotations
 
-import os
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -93,7 +91,7 @@ def command(
     import sys
 
     from firmware_protocol.errors import EXIT_INTERRUPTED
-    from gimbal_hil.cli.following import print_next
+    from gimbal_hil.cli.following import after_experiment, print_next
     from gimbal_hil.cli.progress import ProgressBar
     from gimbal_hil.experiments import CHECKPOINT_FILE, PARTS_FOLDER
 
@@ -117,7 +115,7 @@ def command(
     else:
         print(f"{outcome.experiment.text}: {len(outcome.rows)} rows")
         print(f"  table   {folder / 'table.csv'}\n  report  {folder / 'report.html'}")
-        print_next(_following(outcome.experiment.name, folder, config, model, run))
+        print_next(after_experiment(outcome.experiment.name, folder, config, model, run))
     return 0
 
 
@@ -138,52 +136,6 @@ def _print_json(outcome: Outcome, folder: Path) -> None:
 
     document = {"experiment": outcome.experiment.name, "run": str(folder), "rows": list(outcome.rows)}
     print(json.dumps(document, allow_nan=False))
-
-
-def _following(name: str, folder: Path, config: Path | None, model: str | None, run: Path | None) -> str:
-    """The command that one mostly wants after this experiment."""
-    named = f" --model {model}" if model else ""
-    where = "".join(f" --{option} {value}" for option, value in (("config", config), ("run", run)) if value) + named
-    beside = folder.parent
-    if name in ("sliding", "presliding"):
-        return f"gimbal-hil identify {folder}{named or _model_in(config)} --out {beside / 'identified'}"
-    if name == "survey":
-        return f"gimbal-hil experiment survey_holdout{where} --out {beside / 'survey_holdout'}"
-    if name == "survey_holdout":
-        logs = f"--measured {_survey_in(beside)} --holdout {folder}"
-        return f"gimbal-hil discrepancy{named or _model_in(config)} {logs} --out {beside / 'verdict'}"
-    return f"gimbal-hil experiment survey{where} --out {beside / 'survey'}"
-
-
-def _model_in(config: Path | None) -> str:
-    """The model that a configuration names, of its virtual antenna or beside a real one, as an option."""
-    from firmware_protocol.errors import BadInputError
-    from gimbal_hil.settings import EmbeddedAntenna, load_settings
-
-    if config is None:
-        return ""
-    try:
-        settings = load_settings(config)
-    except BadInputError:
-        return ""
-    link = settings.link
-    model = link.embedded.model if isinstance(link, EmbeddedAntenna) else settings.observer.model
-    if model is None:
-        return ""
-    return f" --model {os.path.relpath(model) if Path(model).is_relative_to(Path.cwd()) else model}"
-
-
-def _survey_in(folder: Path) -> Path:
-    """The newest run of a survey there, else where one would be."""
-    from firmware_protocol.errors import BadInputError
-    from gimbal_hil.runs import read_header
-
-    found = []
-    for place in folder.iterdir() if folder.is_dir() else ():
-        with suppress(BadInputError):
-            record = read_header(place)
-            found += [(record.started_utc, place)] if record.header.title == "survey" else []
-    return max(found)[1] if found else folder / "survey"
 
 
 def _conduct(

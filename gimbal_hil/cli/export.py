@@ -79,7 +79,7 @@ def command(
         print(json.dumps(answer, indent=2))
     else:
         print("\n".join([f"{answer['content']} in {out}", *answer["notes"]]))
-        print_next(after_export(run, out, kind in (Format.CSV, Format.PARQUET)))
+        print_next(after_export(run, out, kind in (Format.CSV, Format.PARQUET), log.record.header.axes))
     return EXIT_NO if damage else EXIT_DONE
 
 

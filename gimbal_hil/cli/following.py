@@ -5,6 +5,7 @@ Each function answers that line for one command; `print_next` is the one place t
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
 from collections.abc import Sequence
@@ -84,6 +85,47 @@ def _has_configuration(folder: Path) -> bool:
             if kind_of(path)[0] is FileKind.CONFIGURATION:
                 return True
     return False
+
+
+def after_experiment(name: str, folder: Path, config: Path | None, model: str | None, run: Path | None) -> str:
+    """From friction to an identification; from any other to the two logs of a search, then to that."""
+    beside = folder.parent
+    if name in ("sliding", "presliding"):
+        return command_line("identify", folder, model=model or _model_in(config), out=beside / "identified")
+    if name == "survey_holdout":
+        logs = {"measured": _survey_in(beside), "holdout": folder}
+        return command_line("discrepancy", model=model or _model_in(config), **logs, out=beside / "verdict")
+    log = "survey_holdout" if name == "survey" else "survey"
+    return command_line("experiment", log, config=config, run=run, model=model, out=beside / log)
+
+
+def _model_in(config: Path | None) -> str | None:
+    """The model that a configuration names, of its virtual antenna or beside a real one."""
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.settings import EmbeddedAntenna, load_settings
+
+    if config is None:
+        return None
+    try:
+        settings = load_settings(config)
+    except BadInputError:
+        return None
+    link = settings.link
+    model = link.embedded.model if isinstance(link, EmbeddedAntenna) else settings.observer.model
+    return os.path.relpath(model) if model and Path(model).is_relative_to(Path.cwd()) else model
+
+
+def _survey_in(folder: Path) -> Path:
+    """The newest run of a survey there, else where one would be."""
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.runs import read_header
+
+    found = []
+    for place in folder.iterdir() if folder.is_dir() else ():
+        with suppress(BadInputError):
+            record = read_header(place)
+            found += [(record.started_utc, place)] if record.header.title == "survey" else []
+    return max(found)[1] if found else folder / "survey"
 
 
 def after_daemon(run: Path, exit_code: int) -> str:
@@ -167,9 +209,9 @@ def after_replay(run: Path, identical: bool) -> str:
     return command_line("runs", "show", run)
 
 
-def after_export(run: Path, out: Path, is_table: bool) -> str:
-    """What reads a table; for frames, what the run holds."""
-    return command_line("check", out) if is_table else command_line("runs", "show", run)
+def after_export(run: Path, out: Path, is_table: bool, axes: Sequence[str]) -> str:
+    """What reads a table of these axes; for frames, what the run holds."""
+    return command_line("check", out, axes=",".join(axes)) if is_table else command_line("runs", "show", run)
 
 
 def after_effects(shown: str | None, sequence: str | None) -> str:
@@ -189,6 +231,10 @@ def after_stow(run: Path) -> str:
     return command_line("shut-down", run=run)
 
 
-def after_doctor(config: Path | None, holds: bool) -> str:
-    """The daemon, in virtual time where this machine cannot hold real time."""
+def after_doctor(config: Path | None, holds: bool, drives_of_others: bool = False) -> str:
+    """The daemon, in virtual time where this machine cannot hold real time; drives of another make have clocks of their
+    own, so for them it is looked again.
+    """
+    if drives_of_others and not holds:
+        return command_line("doctor", config=config)
     return command_line("daemon", *([] if holds else ["--lockstep"]), config=config, duration=10)

@@ -32,6 +32,7 @@ def set_axes(
 ) -> int:
     """Have axes go to values and hold them; an axis that is not named stays where it is (in rate and torque: zero)."""
     from firmware_protocol.errors import BadInputError
+    from gimbal_hil.cli.following import command_line
 
     if mode not in _MODES:
         raise BadInputError("--mode", f"no mode {mode!r}", ", ".join(_MODES))
@@ -49,7 +50,7 @@ def set_axes(
         targets = {axis: float(wanted.get(axis, standing[axis])) for axis in axes}
         answer = client.when_ready("set_point", mode=mode, over_s=over, **targets)
     said = ", ".join(f"{axis} to {value:g} {_MODES[mode]}" for axis, value in targets.items())
-    return _tell(answer, f"{said} from tick {answer['tick']}", f"gimbal-hil watch {folder}", as_json)
+    return _tell(answer, f"{said} from tick {answer['tick']}", command_line("watch", folder), as_json)
 
 
 def stop(run: Run = None, as_json: AsJson = False) -> int:
@@ -59,7 +60,7 @@ def stop(run: Run = None, as_json: AsJson = False) -> int:
 
 def quick_stop(run: Run = None, as_json: AsJson = False) -> int:
     """The drive brakes both axes by itself, with torque, and holds them until it is switched off; left by `reset`."""
-    return _plain("quick_stop", "quick stop", run, as_json, "gimbal-hil reset")
+    return _plain("quick_stop", "quick stop", run, as_json, "reset")
 
 
 def reset(run: Run = None, as_json: AsJson = False) -> int:
@@ -69,7 +70,7 @@ def reset(run: Run = None, as_json: AsJson = False) -> int:
 
 def shut_down(run: Run = None, as_json: AsJson = False) -> int:
     """Brake to rest, then end the daemon with its log complete."""
-    return _plain("shut_down", "shutting down", run, as_json, "gimbal-hil replay")
+    return _plain("shut_down", "shutting down", run, as_json, "replay")
 
 
 def daemon_run(run: Path | None) -> Path:
@@ -84,11 +85,13 @@ def daemon_run(run: Path | None) -> Path:
     return doors[-1].parent
 
 
-def _plain(name: str, said: str, run: Path | None, as_json: bool, following: str = "gimbal-hil watch") -> int:
+def _plain(name: str, said: str, run: Path | None, as_json: bool, following: str = "watch") -> int:
+    from gimbal_hil.cli.following import command_line
+
     folder = daemon_run(run)
     with _client(folder) as client:
         answer = client.request(name)
-    follow = f"{following} --run {folder}" if following == "gimbal-hil reset" else f"{following} {folder}"
+    follow = command_line("reset", run=folder) if following == "reset" else command_line(following, folder)
     return _tell(answer, f"{said}, tick {answer.get('tick', '-')}", follow, as_json)
 
 

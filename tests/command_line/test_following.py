@@ -50,11 +50,12 @@ LINES = [
     following.after_tune(Path("c.yaml"), Path("c.tuned.yaml"), "realistic", 2),
     following.after_tune(Path("c.yaml"), Path("c.tuned.yaml"), "emps", 1),
     following.after_replay(HERE, True),
-    following.after_export(HERE, Path("a.csv"), True),
+    following.after_export(HERE, Path("a.csv"), True, ("outer", "inner")),
     following.after_effects(None, None),
     following.after_effects("cogging", "full_turn"),
     following.after_doctor(None, False),
     following.after_doctor(Path("c.yaml"), True),
+    following.after_doctor(Path("c.yaml"), False, True),
 ]
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from gimbal_hil.cli import main
 from gimbal_hil.cli.app import run
-from gimbal_hil.cli.experiment import _following
+from gimbal_hil.cli.following import after_experiment
 from gimbal_hil.experiments.sequences.registry import SEQUENCES
 from gimbal_hil.runs import RunWriter
 from tests.runs.synthetic import HEADER
@@ -32,18 +32,21 @@ def test_the_help_of_discrepancy_says_where_logs_come_from(capsys: pytest.Captur
 
 def test_the_way_from_a_step_to_a_verdict_is_shown_command_by_command() -> None:
     config, runs = Path("mine/antenna.yaml"), Path("mine/runs")
-    assert _following("step", runs / "step", config, None, None) == (
+    assert after_experiment("step", runs / "step", config, None, None) == (
         "gimbal-hil experiment survey --config mine/antenna.yaml --out mine/runs/survey"
     )
-    assert _following("survey", runs / "survey", config, "m.yaml", None) == (
+    assert after_experiment("survey", runs / "survey", config, "m.yaml", None) == (
         "gimbal-hil experiment survey_holdout --config mine/antenna.yaml --model m.yaml --out mine/runs/survey_holdout"
     )
-    assert _following("survey_holdout", runs / "survey_holdout", config, "m.yaml", None) == (
+    assert after_experiment("survey_holdout", runs / "survey_holdout", config, "m.yaml", None) == (
         "gimbal-hil discrepancy --model m.yaml --measured mine/runs/survey --holdout mine/runs/survey_holdout "
         "--out mine/runs/verdict"
     )
-    assert _following("sliding", runs / "sliding", None, None, None) == (
+    assert after_experiment("sliding", runs / "sliding", None, None, None) == (
         "gimbal-hil identify mine/runs/sliding --out mine/runs/identified"
+    )
+    assert after_experiment("sliding", Path("my runs/A"), None, None, None) == (
+        "gimbal-hil identify 'my runs/A' --out 'my runs/identified'"
     )
 
 
@@ -55,11 +58,11 @@ def test_a_survey_under_a_name_of_ones_own_is_found_and_the_model_is_the_configu
     for name, title in (("older", "survey"), ("A", "survey"), ("C", "step")):
         RunWriter(tmp_path / name, replace(HEADER, title=title)).close(0, "")
     config = Path("mine/antenna.yaml")
-    assert _following("survey_holdout", Path("B"), config, None, None) == (
+    assert after_experiment("survey_holdout", Path("B"), config, None, None) == (
         "gimbal-hil discrepancy --model mine/model.yaml --measured A --holdout B --out verdict"
     )
-    assert _following("sliding", Path("S"), config, None, None) == (
+    assert after_experiment("sliding", Path("S"), config, None, None) == (
         "gimbal-hil identify S --model mine/model.yaml --out identified"
     )
     run("init", ["far", "--yes", "--link", "unix:/tmp/antenna"])
-    assert "--model far/model.yaml" in _following("sliding", Path("S"), Path("far/antenna.yaml"), None, None)
+    assert "--model far/model.yaml" in after_experiment("sliding", Path("S"), Path("far/antenna.yaml"), None, None)
