@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from firmware_protocol.errors import BadInputError, GimbalHilError
+from firmware_protocol.links import AdapterLinkConfig
 from gimbal_hil.checking.kinds import FileKind, kind_of
 from gimbal_hil.experiments import embedded_model_of, load_plan
 from gimbal_hil.runs import open_run
@@ -110,14 +111,19 @@ def _alone(refusal: BadInputError) -> BadInputError:
 
 
 def _configuration(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> tuple[str, bool]:
+    from gimbal_hil.observing import observed_model
+
     settings = load_settings(path)
     virtual = isinstance(settings.link, EmbeddedAntenna)
     if isinstance(settings.link, EmbeddedAntenna):
         model, _ = embedded_model_of(settings)
         settings = settings.for_axes(model.axes, model.where)
         place = f"the virtual antenna {model.name}"
+    elif isinstance(settings.link, AdapterLinkConfig):
+        place = f"two {settings.link.drive} drives"
     else:
         place = f"a {settings.link.kind} link"
+    observed_model(settings.with_model())
     return f"{settings.rate_hz:g} Hz, {place}, axes {' and '.join(settings.axis_names)}", virtual
 
 

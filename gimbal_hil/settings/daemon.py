@@ -374,7 +374,14 @@ def adapted(settings: DaemonSettings, link: AdapterLinkConfig, where: str, folde
         if axis.limits.torque_nm > drive.torque_nm:
             expected = f"at most {drive.torque_nm:g} N m, the drive's torque_nm"
             raise BadInputError(f"{place}.torque_nm", f"{axis.limits.torque_nm:g} N m", expected)
-        if Gives.GYRO not in gives_of(link.drive, drive):
+        try:
+            given_by_drive = gives_of(link.drive, drive)
+        except BadInputError as refusal:
+            # a map's refusal names the map's own file
+            if not refusal.where.startswith("link."):
+                raise
+            raise BadInputError(f"{where}: {refusal.where}", refusal.problem, refusal.expected) from refusal
+        if Gives.GYRO not in given_by_drive:
             guard = next((one for one in _GYRO_GUARDS if getattr(axis.limits, one) is not None), None)
             if guard is not None:
                 problem = f"drive {link.drive} has no gyro, so this guard could never trip"

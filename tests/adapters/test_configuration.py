@@ -9,6 +9,7 @@ import pytest
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.links import AdapterLinkConfig
 from gimbal_hil.cli import main
+from gimbal_hil.cli.app import run
 from gimbal_hil.settings import load_settings
 from tests.adapters.rig import link_section, settings_and_model
 
@@ -59,3 +60,24 @@ def test_a_map_is_looked_for_beside_the_configuration(tmp_path: Path) -> None:
     file.write_text(yaml_text(document | {"link": link}))
     with pytest.raises(BadInputError, match=str(tmp_path / "nowhere.yaml")):
         load_settings(file)
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "said"),
+    [
+        ("drive: moteus", "drive: motus", "link.drive: no drive 'motus'; expected moteus, odrive"),
+        ("model: model.yaml", "model: modl.yaml", "modl.yaml"),
+    ],
+)
+def test_check_names_the_file_of_what_is_wrong_beside_the_keys(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], right: str, wrong: str, said: str
+) -> None:
+    folder = tmp_path / "mine"
+    assert run("init", [str(folder), "--yes", "--link", "moteus:can0"]) == 0
+    file = folder / "antenna.yaml"
+    assert run("check", [str(file)]) == 0
+    assert " Hz, two moteus drives, axes azimuth and elevation" in capsys.readouterr().out
+    file.write_text(file.read_text().replace(right, wrong))
+    assert run("check", [str(file)]) == 1
+    found = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("wrong"))
+    assert str(folder) in found and said in found
