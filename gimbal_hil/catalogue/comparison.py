@@ -87,7 +87,7 @@ def _largest_change(found: Comparison) -> str:
     if not both:
         return "No figure of both differs."
     name, unit, a, b = max(both, key=lambda row: abs(row[3] / row[2] - 1.0) if row[2] else math.inf)
-    return f"Most changed: {name}, from {_shown(a)} to {_shown(b)} {unit}."
+    return f"Most changed: {name}, from {_shown(a)} to {f'{_shown(b)} {unit}'.strip()}."
 
 
 def _overlays(found: Comparison) -> list[Block]:

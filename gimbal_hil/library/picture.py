@@ -16,14 +16,14 @@ _AROUND_PX = 330
 class Picture(Drawing):
     """A figure of the library. A notebook shows it; `data` and `layout` are what plotly.js takes."""
 
+    _title = ""
+
     @classmethod
     def of(cls, figure: Drawing, title: str) -> Self:
         """The same figure; `title` is that of its page."""
         found = cls(figure.panels)
         found.data, found.layout, found._title = figure.data, figure.layout, title
         return found
-
-    _title = ""
 
     def write(self, path: Path) -> Path:
         """A page of this figure alone, which opens without a network; answers its path."""
@@ -34,5 +34,5 @@ class Picture(Drawing):
 
     def _repr_html_(self) -> str:
         page = html.escape(self._page().render(), quote=True)
-        height = int(self.layout["height"]) + _AROUND_PX
-        return f'<iframe srcdoc="{page}" style="width:100%;height:{height}px;border:0" title="{self._title}"></iframe>'
+        height, title = int(self.layout["height"]) + _AROUND_PX, html.escape(self._title, quote=True)
+        return f'<iframe srcdoc="{page}" style="width:100%;height:{height}px;border:0" title="{title}"></iframe>'

@@ -53,7 +53,7 @@ def write_page(
         Plot(_joints_figure(trace), "Where the joints were: the base's motion and the target's together."),
         Heading("In figures"),
         Table(
-            ("Drawing", "Value"),
+            ("Figure", "Value"),
             [(key.replace("_", " "), _cell(value)) for key, value in figures.as_dict().items()],
         ),
         Heading("Mute signal"),

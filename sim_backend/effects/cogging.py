@@ -55,6 +55,5 @@ EFFECT = Effect(
     separated_by=(TWO_SPEEDS,),
     # once a turn is what a centre of mass off the pivot does
     plainer=PlainerEffect("static_unbalance", (("order", 0.9, 1.1),)),
-    # slots, poles and their harmonics are one motor
     torque_over_position=_swing,
 )

@@ -73,6 +73,5 @@ EFFECT = Effect(
     search=_search,
     acts_through=frozenset({Variable.POSITION, Variable.RATE}),
     separated_by=(TWO_SPEEDS, TWO_LOADS),
-    # a tight spot is no pure sine: its harmonics are one bearing
     torque_over_position=_swing,
 )
