@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from gimbal_hil.cli.bench_findings import BenchFindings
+from gimbal_hil.cli.places import require_new
 
 if TYPE_CHECKING:
     from gimbal_hil.report import Block
@@ -80,9 +81,9 @@ def command(
         chosen = tuple(kinds.split(",")) if kinds else ()
         return _blind(out, seed, sealed, chosen, cases, most, first, workers, dask, keep, table, compare)
     arena = ArenaChoice(controller or [], antenna or [], scenario or [], seeds, workers, wrong)
+    if out is not None:
+        require_new(out, force, "report.html")
     page = None if out is None else out / "report.html"
-    if page is not None and page.exists() and not force:
-        raise BadInputError(str(page), "already exists", "a new folder, or --force to overwrite it")
     measured = {
         "speed": lambda: _speed(repeats, _measuring),
         "realtime": lambda: _real_time(

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gimbal_hil.cli.places import require_new
+
 if TYPE_CHECKING:
     from gimbal_hil.conformance import Requirement, RequirementFinding
 
@@ -47,7 +49,7 @@ def command(
     """
     import json
 
-    from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
+    from firmware_protocol.errors import EXIT_DONE, EXIT_NO
     from gimbal_hil.cli.following import after_conformance, print_next
     from gimbal_hil.conformance import Bench, RequirementVerdict, check_all, in_one_line, open_antenna, write_report
     from gimbal_hil.report import Case, write_junit
@@ -57,8 +59,7 @@ def command(
     wanted = _wanted(only or [], torque_share)
     settings = settings_on_link(config, link)
     folder = out or Path("runs") / f"conformance-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
-    if (folder / ANSWER_FILE).exists() and not force:
-        raise BadInputError(str(folder / ANSWER_FILE), "already exists", "a new folder, or --force to overwrite it")
+    require_new(folder, force, ANSWER_FILE)
     antenna = open_antenna(settings, lockstep=lockstep)
     try:
         configuration = settings.model_dump(mode="json", by_alias=True)

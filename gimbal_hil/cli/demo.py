@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from gimbal_hil.cli.places import require_new
+
 
 def command(
     out: Annotated[
@@ -25,14 +27,12 @@ def command(
     import time
 
     from firmware_protocol.compiling import is_kept
-    from firmware_protocol.errors import BadInputError
     from gimbal_hil.cli.following import after_demo, print_next
     from gimbal_hil.cli.progress import ProgressBar
     from gimbal_hil.runs import wall_clock_utc
 
     folder = out or Path("runs") / f"demo-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
-    if (folder / "report.html").exists() and not force:
-        raise BadInputError(str(folder / "report.html"), "already exists", "a new folder, or --force to overwrite it")
+    require_new(folder, force, "report.html")
     began = time.monotonic()
     if not as_json:
         print(

@@ -11,6 +11,7 @@ import typer
 
 from gimbal_hil.cli.columns import COLUMN_HELP, COLUMN_PAIR
 from gimbal_hil.cli.completion import model_names
+from gimbal_hil.cli.places import require_new
 
 if TYPE_CHECKING:
     from gimbal_hil.library import Finding
@@ -108,12 +109,9 @@ def command(
 
 def _refuse(out: Path, force: bool, only: list[str] | None, without: list[str] | None) -> None:
     """What would be overwritten, and names that are no effects, before anything is read."""
-    from firmware_protocol.errors import BadInputError
     from sim_backend.effects import effect_named
 
-    for name in (MODEL_FILE, VERDICT_FILE, REPORT_FILE):
-        if (out / name).exists() and not force:
-            raise BadInputError(str(out / name), "already exists", "a new folder, or --force to overwrite it")
+    require_new(out, force, MODEL_FILE, VERDICT_FILE, REPORT_FILE)
     for option, names in (("--only", only), ("--without", without)):
         for effect in names or ():
             effect_named(effect, option)

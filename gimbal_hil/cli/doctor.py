@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gimbal_hil.cli.places import require_new
+
 if TYPE_CHECKING:
     from gimbal_hil.settings import DaemonSettings
     from gimbal_hil.timing import MachineReport
@@ -32,14 +34,14 @@ def command(
     """
     import json
 
-    from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
+    from firmware_protocol.errors import EXIT_DONE, EXIT_NO
     from firmware_protocol.links import AdapterLinkConfig
     from gimbal_hil.cli.following import after_doctor, print_next
     from gimbal_hil.daemon import check_link
     from gimbal_hil.settings import load_settings, shipped_settings
 
-    if out is not None and (out / REPORT_FILE).exists() and not force:
-        raise BadInputError(str(out / REPORT_FILE), "already exists", "a new folder, or --force to overwrite it")
+    if out is not None:
+        require_new(out, force, REPORT_FILE)
     settings = load_settings(config) if config else shipped_settings()
     link = check_link(settings)
     machine = _measure(settings, seconds, as_json)

@@ -10,6 +10,7 @@ import typer
 
 from gimbal_hil.cli.columns import COLUMN_HELP, COLUMN_PAIR
 from gimbal_hil.cli.completion import model_names
+from gimbal_hil.cli.places import require_new
 
 if TYPE_CHECKING:
     from gimbal_hil.identification import AxisIdentification, Log
@@ -95,7 +96,7 @@ def command(
     from gimbal_hil.identification import Determination, identification_record
     from gimbal_hil.signals import ColumnMap
 
-    _refuse_what_stands_there(out, force)
+    require_new(out, force, MODEL_FILE, ANSWER_FILE, REPORT_FILE)
     given, axes = _prior(model, axis, breakaway)
     reading = _Reading(torque_driven, resample, drop_invalid, rate, ColumnMap.of_words(column))
     results = _identify(runs, given, axes, reading, workers, seed, ramps_at_rest, as_json)
@@ -106,16 +107,6 @@ def command(
     if not as_json:
         print_next(after_identify(out, runs, len(given.axes), found, column or ()))
     return EXIT_DONE if found else EXIT_NO
-
-
-def _refuse_what_stands_there(out: Path, force: bool) -> None:
-    from firmware_protocol.errors import BadInputError
-
-    for name in (MODEL_FILE, ANSWER_FILE, REPORT_FILE):
-        if (out / name).exists() and not force:
-            raise BadInputError(str(out / name), "already exists", "a new folder, or --force to overwrite it")
-    if out.exists() and not out.is_dir():
-        raise BadInputError(str(out), "is a file", "a folder")
 
 
 def _prior(

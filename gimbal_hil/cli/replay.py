@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gimbal_hil.cli.places import require_new
+
 if TYPE_CHECKING:
     from gimbal_hil.host import Host
     from gimbal_hil.runs import Again, RecordedRun, ReplayResult
@@ -44,8 +46,8 @@ def command(
     from gimbal_hil.runs import open_run
     from gimbal_hil.runs import update as make_reference
 
-    if out is not None and (out / ANSWER_FILE).exists() and not force:
-        raise BadInputError(str(out / ANSWER_FILE), "already exists", "a new folder, or --force to overwrite it")
+    if out is not None:
+        require_new(out, force, ANSWER_FILE)
     if learned is not None and learned.exists() and not force:
         raise BadInputError(str(learned), "already exists", "another file, or --force to overwrite it")
     log = open_run(run)

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gimbal_hil.cli.places import require_new
+
 if TYPE_CHECKING:
     from gimbal_hil.catalogue import Comparison
 
@@ -111,14 +113,12 @@ def _show(folder: Path, as_json: bool) -> None:
 def _compare(first: Path, second: Path, out: Path | None, force: bool, as_json: bool) -> None:
     import json
 
-    from firmware_protocol.errors import BadInputError
     from gimbal_hil.catalogue import compare, comparison_page
     from gimbal_hil.cli.following import command_line, print_next
     from gimbal_hil.runs import open_run
 
-    for name in (REPORT_FILE, ANSWER_FILE):
-        if out is not None and (out / name).exists() and not force:
-            raise BadInputError(str(out / name), "already exists", "a new folder, or --force to overwrite it")
+    if out is not None:
+        require_new(out, force, REPORT_FILE, ANSWER_FILE)
     found = compare(open_run(first), open_run(second))
     answer = found.as_dict()
     if out is not None:

@@ -140,3 +140,8 @@ def test_a_position_that_nobody_has_heard_yet_is_no_number() -> None:
     unheard = STATUS | {"position_rad": {"pan": None, "tilt": None}, "drive_state": None}
     text = "\n".join(status_lines({"status": unheard}))
     assert "not heard" in text and "nan" not in text.lower()
+
+
+def test_what_a_silent_drive_said_last_is_not_told_as_its_state() -> None:
+    heard, lost = ("\n".join(status_lines({"status": STATUS | {"link": link}})) for link in ("ok", "lost"))
+    assert "operation_enabled, last heard" in lost and "last heard" not in heard
