@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 Run = Annotated[
     Path | None, typer.Option(metavar="RUN", help="Run folder of the daemon; without it the newest one below ./runs.")
 ]
+Place = Annotated[Path | None, typer.Argument(metavar="RUN", help="As --run.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the daemon's answer as one JSON object.")]
 _MODES = {"position": "rad", "rate": "rad/s", "inertial_rate": "rad/s", "torque": "N m", "pointing": "rad"}
 
@@ -53,24 +54,24 @@ def set_axes(
     return _tell(answer, f"{said} from tick {answer['tick']}", command_line("watch", folder), as_json)
 
 
-def stop(run: Run = None, as_json: AsJson = False) -> int:
+def stop(place: Place = None, run: Run = None, as_json: AsJson = False) -> int:
     """Brake both axes to rest under control, then torque off; the daemon stays connected."""
-    return _plain("stop", "braking to rest", run, as_json)
+    return _plain("stop", "braking to rest", run or place, as_json)
 
 
-def quick_stop(run: Run = None, as_json: AsJson = False) -> int:
+def quick_stop(place: Place = None, run: Run = None, as_json: AsJson = False) -> int:
     """The drive brakes both axes by itself, with torque, and holds them until it is switched off; left by `reset`."""
-    return _plain("quick_stop", "quick stop", run, as_json, "reset")
+    return _plain("quick_stop", "quick stop", run or place, as_json, "reset")
 
 
-def reset(run: Run = None, as_json: AsJson = False) -> int:
+def reset(place: Place = None, run: Run = None, as_json: AsJson = False) -> int:
     """Leave a fault and connect anew; torque stays off until the next motion is requested."""
-    return _plain("fault_reset", "fault reset asked for", run, as_json)
+    return _plain("fault_reset", "fault reset asked for", run or place, as_json)
 
 
-def shut_down(run: Run = None, as_json: AsJson = False) -> int:
+def shut_down(place: Place = None, run: Run = None, as_json: AsJson = False) -> int:
     """Brake to rest, then end the daemon with its log complete."""
-    return _plain("shut_down", "shutting down", run, as_json, "replay")
+    return _plain("shut_down", "shutting down", run or place, as_json, "replay")
 
 
 def daemon_run(run: Path | None) -> Path:
