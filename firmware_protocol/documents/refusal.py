@@ -56,7 +56,15 @@ def validated(kind: type[Section], document: object, where: str, unions: Mapping
     except ValidationError as error:
         # a misspelt key tells more than the one that is missing because of it
         found = sorted(error.errors(include_url=False), key=lambda one: one["type"] != "extra_forbidden")
-        raise _together([_of_one(one, where, kind, unions) for one in found]) from None
+        raise _together([_of_one(one, where, kind, unions) for one in found if not _follows(one, found)]) from None
+
+
+def _follows(one: ErrorDetails, found: Sequence[ErrorDetails]) -> bool:
+    """A list with an item that is wrong is also told to be too short by that item."""
+    place = one["loc"]
+    return one["type"] == "too_short" and any(
+        len(other["loc"]) > len(place) and other["loc"][: len(place)] == place for other in found
+    )
 
 
 def _of_one(one: ErrorDetails, where: str, top: type[BaseModel], kinds: Mapping[str, type[BaseModel]]) -> BadInputError:

@@ -6,10 +6,12 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Annotated
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as some
+from pydantic import Field
 
 from firmware_protocol.documents import (
     LARGEST_NUMBER,
@@ -215,3 +217,24 @@ def test_a_section_takes_whole_numbers_for_floats_and_keeps_what_else_is_right()
         and read.inner.points == (1.0, 2.5, LARGEST_NUMBER)
         and read.listed == {"a": True, "b": 1, "c": "x"}
     )
+
+
+class _Item(Strict):
+    size: float
+
+
+class _Pair(Strict):
+    items: Annotated[tuple[_Item, ...], Field(min_length=2)]
+
+
+@pytest.mark.parametrize(
+    ("items", "wrong"),
+    [
+        ([{"size": "large"}, {"size": 1.0}], ["f: items.0.size"]),
+        ([{"size": 1.0}], ["f: items"]),
+    ],
+)
+def test_a_list_is_too_short_only_where_an_item_is_missing(items: list[dict[str, object]], wrong: list[str]) -> None:
+    with pytest.raises(BadInputError) as found:
+        validated(_Pair, {"items": items}, "f")
+    assert [found.value.where, *(other.where for other in found.value.others)] == wrong
