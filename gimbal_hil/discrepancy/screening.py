@@ -24,6 +24,9 @@ from sim_backend.effects import Ripple, Start, ripple_start
 
 #: a coordinate within this share of its range from an end is at its bound
 _AT_BOUND = 1e-3
+#: a response that is no larger, rms in what rows are weighed with, is rounding; a probe may be as small as a model's
+#: number is, and the gap large
+_ROUNDING = 1e-10
 _ORDERS_TRIED = 3
 _MOST_ORDERS = 4000
 #: positions are put into cells of so many radians of the highest order's ripple
@@ -113,7 +116,7 @@ def propose(fit: Fit, heard: list[Response], weighing: Weighing) -> list[Proposa
         longer = np.zeros((len(residual), response.columns.shape[1]))
         longer[: len(response.columns)] = response.columns * per_row[:, None]
         longer -= basis @ (basis.T @ longer)
-        if np.linalg.norm(longer, axis=0).max() < 1e-6 * np.sqrt(len(residual)):
+        if np.linalg.norm(longer, axis=0).max() < _ROUNDING * np.sqrt(len(residual)):
             continue
         normal = longer.T @ longer
         coefficients = np.linalg.pinv(normal, rcond=1e-10, hermitian=True) @ (-longer.T @ residual)

@@ -1,7 +1,7 @@
 """Rigs drawn at random and simulated by MuJoCo: its joints, its dry friction, its integrator, none of our own code; the
 logs and the first model of a stranger, and what the command says of them.
 
-    python -m tests.rigs.drawn FOLDER --seed 1 --rigs 24 --workers 2
+    python -m tests.rigs.drawn FOLDER --seed 1 --rigs 68 --motions sines,moves,sweeps,turns --workers 2
 
 Each rig hides one thing (or none) from its model file. What has been asked stays in FOLDER, and a run that was
 interrupted goes on; `--table` only prints what is there.
@@ -14,7 +14,7 @@ import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -82,6 +82,7 @@ class Joint:
     phase: float
     #: time, s, in which dry friction brings a slow joint to rest; MuJoCo's own is 20 ms
     softness_s: float
+    motion: str = "sines"
 
     @property
     def typical(self) -> float:
@@ -126,7 +127,7 @@ def simulated(joint: Joint, hidden: Hidden, seed: int) -> dict[str, np.ndarray]:
     data = mujoco.MjData(model)
     rows = int(LOG_S * joint.rate_hz)
     time = period * np.arange(rows)
-    reference = _reference(dice, time)
+    reference = MOTIONS[joint.motion](dice, time)
     columns = {"time_s": time, **{f"{AXIS}.{name}": np.zeros(rows) for name in ("torque", "position", "position_ref")}}
     columns[f"{AXIS}.position_ref"] = reference
     bandwidth = 25.0
@@ -159,13 +160,44 @@ def simulated(joint: Joint, hidden: Hidden, seed: int) -> dict[str, np.ndarray]:
     return columns
 
 
-def _reference(dice: np.random.Generator, time: np.ndarray) -> np.ndarray:
+def _sines(dice: np.random.Generator, time: np.ndarray) -> np.ndarray:
     """Sines of half a minute to a second, about 1 rad in all."""
     hz = np.exp(dice.uniform(np.log(0.04), np.log(1.0), 6))
     sizes = dice.uniform(0.3, 1.0, 6) * np.minimum(1.0, 0.3 / hz)
     phases = dice.uniform(0.0, 2.0 * np.pi, 6)
     sines = sizes / sizes.sum() * np.sin(2.0 * np.pi * hz * time[:, None] + phases)
     return np.asarray(sines.sum(axis=1) * np.minimum(1.0, time / 2.0))
+
+
+def _moves(dice: np.random.Generator, time: np.ndarray) -> np.ndarray:
+    """From one place to another within 1 rad, each move without jerk at its ends, and a rest of up to a second."""
+    position, now, found = 0.0, 0.0, np.zeros(len(time))
+    while now < time[-1]:
+        goal, takes = float(dice.uniform(-1.0, 1.0)), float(dice.uniform(0.4, 3.0))
+        share = np.clip((time - now) / takes, 0.0, 1.0)
+        smooth = share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+        found = np.where(time >= now, position + (goal - position) * smooth, found)
+        position, now = goal, now + takes + float(dice.uniform(0.0, 1.0))
+    return np.asarray(found)
+
+
+def _sweeps(dice: np.random.Generator, time: np.ndarray) -> np.ndarray:
+    """To and fro over 0.8 rad either way at constant speeds between 0.05 and 2 rad/s, each once both ways."""
+    speed = np.exp(dice.uniform(np.log(0.05), np.log(2.0), 400))
+    times = np.concatenate([[0.0], np.cumsum(np.repeat(1.6 / speed, 2))])
+    ends = np.where(np.arange(len(times)) % 2, 0.8, -0.8)
+    return np.asarray(np.interp(time, times, ends) + 0.8)
+
+
+def _turns(dice: np.random.Generator, time: np.ndarray) -> np.ndarray:
+    """Whole turns at a few speeds between 0.3 and 3 rad/s, half of the time the other way."""
+    speed = np.exp(dice.uniform(np.log(0.3), np.log(3.0), 6)) * np.array([1.0, 1.0, 1.0, -1.0, -1.0, -1.0])
+    part = np.minimum((6.0 * time / time[-1]).astype(int), 5)
+    return np.asarray(np.cumsum(speed[part]) * (time[1] - time[0]))
+
+
+#: what a user may have logged
+MOTIONS = {"sines": _sines, "moves": _moves, "sweeps": _sweeps, "turns": _turns}
 
 
 def write_drawn(folder: Path, joint: Joint, hidden: Hidden, seed: int) -> Rig:
@@ -213,19 +245,20 @@ def judged(said: Mapping[str, Any], hidden: Hidden) -> str:
     return "class" if classes & hidden.names else "silent"
 
 
-def asked(folder: Path, name: str, what: str, seed: int) -> dict[str, Any]:
+def asked(folder: Path, name: str, what: str, motion: str, seed: int) -> dict[str, Any]:
     """One rig, from dice to verdict."""
-    joint = drawn_joint(np.random.default_rng((seed, 3)))
+    joint = replace(drawn_joint(np.random.default_rng((seed, 3))), motion=motion)
     rig = write_drawn(folder / "files" / name, joint, HIDDEN[what], seed)
     said = ask(Row(name, rig, ("first",), ("second",), what), folder / "verdicts" / name)
-    return said | {"true": what, "judged": judged(said, HIDDEN[what])}
+    return said | {"true": what, "motion": motion, "judged": judged(said, HIDDEN[what])}
 
 
 def table(results: Mapping[str, dict[str, Any]]) -> str:
     """Markdown: every rig, and how many ended how."""
-    lines = ["| rig | hidden | said | judged | processor, s |", "|---|---|---|---|---|"]
+    lines = ["| rig | hidden | motion | said | judged | processor, s |", "|---|---|---|---|---|---|"]
     for name, said in sorted(results.items()):
-        cells = (name, said["true"], in_words(said), said["judged"], f"{said.get('cpu_s', float('nan')):.0f}")
+        seconds = f"{said.get('cpu_s', float('nan')):.0f}"
+        cells = (name, said["true"], said["motion"], in_words(said), said["judged"], seconds)
         lines.append(f"| {' | '.join(cells)} |")
     counts = Counter(said["judged"] for said in results.values())
     return "\n".join([*lines, "", ", ".join(f"{count} {word}" for word, count in counts.most_common())])
@@ -237,14 +270,23 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--rigs", type=int, default=len(HIDDEN))
+    parser.add_argument("--motions", default="sines", help=f"of {', '.join(MOTIONS)}: these in turn, comma between")
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--table", action="store_true", help="only print what has been asked")
     chosen = parser.parse_args(words)
     chosen.folder.mkdir(parents=True, exist_ok=True)
     kept = chosen.folder / "drawn.json"
     results = json.loads(kept.read_text(encoding="utf-8")) if kept.exists() else {}
-    kinds = list(HIDDEN)
-    work = {f"{chosen.seed}-{k:02d}": (kinds[k % len(kinds)], 1000 * chosen.seed + k) for k in range(chosen.rigs)}
+    kinds, motions = list(HIDDEN), chosen.motions.split(",")
+    # every thing that is hidden with one motion, then all with the next
+    work = {
+        f"{chosen.seed}-{k:02d}": (
+            kinds[k % len(kinds)],
+            motions[k // len(kinds) % len(motions)],
+            1000 * chosen.seed + k,
+        )
+        for k in range(chosen.rigs)
+    }
     with ProcessPoolExecutor(chosen.workers) as pool:
         waiting = {
             pool.submit(asked, chosen.folder, name, *given): name
