@@ -7,9 +7,11 @@ import math
 import numpy as np
 
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, gain_on, mean_squares
+from gimbal_hil.discrepancy.smoothing import Floats
 
-#: a state is clearly better that leaves less by this share of what the other one leaves
-_BETTER = 0.03
+#: a state is clearly better that leaves less by this share of what the other one leaves; and no worse that leaves at
+#: most so many times as much
+_BETTER, _NO_WORSE = 0.03, 1.1
 
 
 def advantage(inquiry: Inquiry, before: State, after: State) -> float:
@@ -30,3 +32,8 @@ def clearly_better(inquiry: Inquiry, without: State, new: State, old: State) -> 
     left = sum(float(np.sum(np.maximum(mean_squares(rows), 1.0) / unit)) for rows in (old.fitted, old.selecting))
     more = advantage(inquiry, without, new) - advantage(inquiry, without, old)
     return more > _BETTER * left and gain_on(inquiry, old, new, "selecting").sure > 0.0
+
+
+def no_worse(before: Floats, after: Floats) -> bool:
+    """Whether rows (rows, channels) hold hardly more after than before, which is noise at least."""
+    return bool(np.sum(mean_squares(after)) <= _NO_WORSE * np.sum(np.maximum(mean_squares(before), 1.0)))

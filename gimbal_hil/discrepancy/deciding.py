@@ -7,13 +7,14 @@ from enum import Enum
 
 import numpy as np
 
+from gimbal_hil.discrepancy.comparing import no_worse
 from gimbal_hil.discrepancy.hypothesis import Cause
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, rms, settled, squares_of
 from gimbal_hil.discrepancy.judging import Remainder, Standing, remainders, standings
 from gimbal_hil.discrepancy.policy import Policy
 from gimbal_hil.discrepancy.release import given_back
 from gimbal_hil.discrepancy.rivals import Rival
-from gimbal_hil.discrepancy.search import NO_WORSE, Path, numbers_of
+from gimbal_hil.discrepancy.search import Path, numbers_of
 from gimbal_hil.discrepancy.wander import left_beside_wander
 from sim_backend.effects import CATALOGUE
 
@@ -66,13 +67,13 @@ class Decision:
 
 def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_command: bool) -> Decision:
     """Judge the causes that a search ended with; of those that do not stand one is left out, and the others are judged
-    once more without it. `by_command`: no log says what an actuator really gave.
+    once more without it. `suspected_only`: no log can confirm a name. `by_command`: none says what an actuator gave.
     """
     if path.state.hypothesis.causes:
         state = given_back(inquiry, settled(inquiry, path.state))
         state = _as_numbers(inquiry, state) if by_command else state
         for _ in range(2 * len(set(state.hypothesis.labels))):
-            if np.sum(state.untouched**2) > NO_WORSE * np.sum(null.untouched**2):
+            if not no_worse(null.untouched, state.untouched):
                 # what leaves more than the model alone explains nothing
                 break
             left = remainders(inquiry, null, state)
@@ -154,7 +155,7 @@ def _told(inquiry: Inquiry, standing: Standing, left: tuple[Remainder, ...], sus
     policy = inquiry.policy
     # what stands at its bound is as little an equal of what does not as it would be named itself
     rivals = (rival for rival in standing.rivals if standing.at_bound or not rival.at_bound)
-    close = tuple(r for r in rivals if r.close(policy.same, policy.anew if r.is_there else policy.sure))
+    close = tuple(r for r in rivals if r.close(policy.anew if r.is_there else policy.sure))
     of_class = class_probability(standing, left[standing.channel], policy, len(inquiry.families))
     shown = not suspected_only and not standing.silent and not standing.at_bound
     close = close[:_MOST_RIVALS]
@@ -183,7 +184,7 @@ def _odds(rival: Rival, policy: Policy) -> float:
     """
     from scipy.stats import norm
 
-    if rival.is_there or rival.extra < policy.same:
+    if rival.is_there or rival.same:
         return 1.0
     return min(1.0, float(norm.cdf(-rival.sure) / norm.cdf(rival.sure)))
 

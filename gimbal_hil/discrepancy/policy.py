@@ -18,7 +18,8 @@ class Policy:
     sure: float = 2.0
     #: share of what is left without it, on the channel where it shows most, that a cause must take
     least_share: float = 0.03
-    #: and squared noise floors a row: less is within what a floor itself is known to
+    #: and squared noise floors a row: less is within what a floor itself is known to, and tells no two explanations
+    #: apart either
     least_squares: float = 0.12
     #: what its own scrambled response (the negative control) may take of what a cause takes
     control: float = 0.5
@@ -27,7 +28,8 @@ class Policy:
     #: share of the remainder, beyond its control, that may still be predicted from the variables that a named cause
     #: acts through
     exhausted: float = 0.2
-    #: share of what is left that tells two explanations apart, beyond their standard error: no twin is more exact
+    #: what tells two explanations apart, beyond their standard error, since no twin is more exact: a share of the
+    #: squares that are left, and this share of the rms that a cause takes
     same: float = 0.02
     #: standard errors by which another name must beat one that is there already and would do with more numbers: a
     #: further order of a ripple, or the plainer form of the same cause

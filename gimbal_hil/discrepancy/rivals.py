@@ -13,9 +13,11 @@ import numpy as np
 from gimbal_hil.discrepancy.fit import weighed_cost
 from gimbal_hil.discrepancy.hypothesis import at_bound, values_of
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, settled, squares_of, surely_less, weighing_of
+from gimbal_hil.discrepancy.policy import Policy
 from gimbal_hil.discrepancy.release import numbers_instead
 from gimbal_hil.discrepancy.screening import basis_of
 from gimbal_hil.discrepancy.search import Path, in_its_place
+from gimbal_hil.discrepancy.smoothing import Floats
 from sim_backend.effects import CATALOGUE
 
 #: a rival that, by its slopes where it stands, would leave more squares than this times those of the explanation comes
@@ -33,6 +35,8 @@ class Rival:
     labels: tuple[tuple[str, str], ...]
     extra: float
     sure: float
+    #: the two differ by less than a twin is exact to
+    same: bool
     #: its numbers that may go no further
     at_bound: tuple[str, ...] = ()
     #: the effect with fewer numbers that it contains, where its numbers stand
@@ -53,11 +57,9 @@ class Rival:
         """Whether it is a cause of its state, not numbers that moved."""
         return self.label in self.state.hypothesis.labels
 
-    def close(self, same: float, sure: float) -> bool:
-        """Whether data do not tell the two apart: by less than a twin is exact to, or less surely than blocks can
-        say.
-        """
-        return self.extra < same or self.sure < sure
+    def close(self, sure: float) -> bool:
+        """Whether data do not tell the two apart: they are the same to a twin, or blocks do not say it so surely."""
+        return self.same or self.sure < sure
 
 
 def rivals_of(inquiry: Inquiry, path: Path, without: State, state: State, label: tuple[str, str]) -> tuple[Rival, ...]:
@@ -70,7 +72,7 @@ def rivals_of(inquiry: Inquiry, path: Path, without: State, state: State, label:
     numbers = numbers_instead(inquiry, without, label)
     if numbers is not None:
         found.append(numbers)
-    rivals = [_rival(inquiry, state, _at_its_best(inquiry, state, other), labels) for other, labels in found]
+    rivals = [_rival(inquiry, without, state, _at_its_best(inquiry, state, other), labels) for other, labels in found]
     return tuple(sorted(rivals, key=lambda rival: rival.extra))
 
 
@@ -85,7 +87,7 @@ def _at_its_best(inquiry: Inquiry, state: State, other: State) -> State:
     return best if np.sum(squares_of(best)) < np.sum(squares_of(other)) else other
 
 
-def _rival(inquiry: Inquiry, state: State, other: State, labels: tuple[tuple[str, str], ...]) -> Rival:
+def _rival(inquiry: Inquiry, without: State, state: State, other: State, labels: tuple[tuple[str, str], ...]) -> Rival:
     """Another explanation against a state, over all data."""
     mine, theirs = squares_of(state), squares_of(other)
     scale = np.maximum(mine, 1.0)
@@ -93,12 +95,22 @@ def _rival(inquiry: Inquiry, state: State, other: State, labels: tuple[tuple[str
     extra = float(np.sum((theirs - mine) / scale)) / len(scale)
     # where one leaves much of one channel and the other much of another, neither is the unit of both
     sure = surely_less(inquiry, other, state, np.minimum(other.fit.squares, state.fit.squares))
-    found = Rival(other, labels, extra, sure)
+    found = Rival(other, labels, extra, sure, same_to_a_twin(inquiry.policy, mine, theirs, squares_of(without)))
     if not found.is_cause:
         return found
     newest = len(other.hypothesis.causes) - 1
     bound = at_bound(inquiry.twin, other.hypothesis, newest)
     return replace(found, at_bound=bound, plainer=_plainer(inquiry, other, newest))
+
+
+def same_to_a_twin(policy: Policy, mine: Floats, theirs: Floats, without: Floats) -> bool:
+    """Whether two explanations that leave these squares per channel, and without which so much would be left, differ
+    by less than a twin is exact to: a share of what is left, that share of the size of what the cause takes, or what a
+    floor itself is known to.
+    """
+    left = np.maximum(mine, 1.0)
+    exact = np.maximum(np.maximum(policy.same * left, policy.same**2 * without), policy.least_squares)
+    return bool(np.mean((theirs - mine) / exact) < 1.0)
 
 
 def _plainer(inquiry: Inquiry, state: State, index: int) -> str | None:
@@ -110,4 +122,4 @@ def _plainer(inquiry: Inquiry, state: State, index: int) -> str | None:
     return plainer.name if plainer.holds({name: value for name, (value, _) in values.items()}) else None
 
 
-__all__ = ["Rival", "rivals_of"]
+__all__ = ["Rival", "rivals_of", "same_to_a_twin"]

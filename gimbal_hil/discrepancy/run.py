@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.discrepancy.deciding import Decision, Told, decide
-from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, shared, stands_out
+from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, rms, shared, stands_out
 from gimbal_hil.discrepancy.measured_torque import torque_is_measured, with_measured_torque
 from gimbal_hil.discrepancy.policy import Policy
 from gimbal_hil.discrepancy.prepare import Noise, as_stated, effect_names, prepared, recalibrated
@@ -26,6 +27,8 @@ from sim_backend.model import AntennaModel
 
 #: floors that fell below this share of what they were under an explanation are worth another look
 _FALLEN = 0.8
+#: a gap of so many times the limit in the hold-out, and none in the logs that are fitted, is searched where it is
+_ONLY_THERE = 2.0
 
 
 @dataclass(frozen=True)
@@ -58,6 +61,8 @@ class Result:
     path: Path
     #: there was no log of another trajectory
     suspected_only: bool
+    #: the gap is in the hold-out alone: that was fitted, and the measured logs judged
+    exchanged: bool = False
 
     @property
     def model(self) -> AntennaModel:
@@ -90,14 +95,12 @@ def _diagnose(request: Request, executor: WorkExecutor, progress: Callable[[str]
     if not any(moves(table, axis, request.model) for table in holdout for axis in request.model.axes):
         where = holdout[0].source or "the hold-out"
         raise BadInputError(where, "stands still where it judges", "a log of another trajectory (--holdout) that moves")
-    names = effect_names(request.only, request.without)
-    inquiry, noise = prepared(
-        request.model, measured, holdout, request.band_hz, names, request.policy, executor, progress
-    )
-    inquiry = replace(inquiry, inexact=noise.processing / inquiry.floor)
-    stated = as_stated(inquiry)
-    inquiry, null = recalibrated(inquiry, stated)
-    inquiry = shared(inquiry)
+    begun = _begun(request, measured, holdout, executor, progress)
+    exchanged = not suspected_only and _only_in_hold_out(begun.inquiry, begun.null)
+    if exchanged:
+        progress("the gap is in the hold-out alone: fitting that, judging on the measured logs")
+        begun = _begun(request, holdout, measured, executor, progress)
+    inquiry, noise, stated, null = begun
     if stands_out(inquiry, null):
         path = explain(inquiry, null)
     else:
@@ -109,9 +112,43 @@ def _diagnose(request: Request, executor: WorkExecutor, progress: Callable[[str]
         inquiry, noise, stated, null, path = _under(inquiry, lower, path)
     progress("judging what was found")
     by_command = not torque_is_measured(inquiry.logs, request.model.axes)
-    decision = decide(inquiry, null, path, suspected_only, by_command)
+    decision = decide(inquiry, null, path, suspected_only or exchanged, by_command)
     decision = with_measured_torque(inquiry, decision)
-    return Result(request, inquiry, noise, stated, null, decision, path, suspected_only)
+    return Result(request, inquiry, noise, stated, null, decision, path, suspected_only, exchanged)
+
+
+class _Begun(NamedTuple):
+    """What is known before anything is searched."""
+
+    inquiry: Inquiry
+    noise: Noise
+    stated: State
+    null: State
+
+
+def _begun(
+    request: Request,
+    measured: tuple[SignalsTable, ...],
+    holdout: tuple[SignalsTable, ...],
+    executor: WorkExecutor,
+    progress: Callable[[str], None],
+) -> _Begun:
+    """Logs as an inquiry; what the model leaves of them as stated, and once its known numbers moved."""
+    names = effect_names(request.only, request.without)
+    inquiry, noise = prepared(
+        request.model, measured, holdout, request.band_hz, names, request.policy, executor, progress
+    )
+    inquiry = replace(inquiry, inexact=noise.processing / inquiry.floor)
+    stated = as_stated(inquiry)
+    inquiry, null = recalibrated(inquiry, stated)
+    return _Begun(shared(inquiry), noise, stated, null)
+
+
+def _only_in_hold_out(inquiry: Inquiry, null: State) -> bool:
+    """Whether the fitted logs leave no gap, and the hold-out leaves a plain one."""
+    limit = inquiry.policy.least_gap * np.hypot(1.0, inquiry.inexact)
+    plain = rms(null.held_out()) > _ONLY_THERE * limit
+    return bool(np.any(plain) and np.all(rms(null.fitted) <= limit))
 
 
 def _under(inquiry: Inquiry, noise: Noise, path: Path) -> tuple[Inquiry, Noise, State, State, Path]:

@@ -14,7 +14,7 @@ from itertools import repeat
 
 import numpy as np
 
-from gimbal_hil.discrepancy.comparing import advantage, clearly_better, surely
+from gimbal_hil.discrepancy.comparing import advantage, clearly_better, no_worse, surely
 from gimbal_hil.discrepancy.curve import curve_does_as_well
 from gimbal_hil.discrepancy.families import Family
 from gimbal_hil.discrepancy.fit import Fit, Weighing, fit, weighed_cost
@@ -45,9 +45,8 @@ _FIRST, _RACING, _IN_THE_RACE = 1, 5, 2.0
 _PROMISE = 0.3
 #: a family of more coordinates than this is refined from more than two of its starts
 _VALLEYS = 3
-#: what the hold-out does not show may not make it worse by more than this, and must take so much of what is left of the
-#: fitted logs
-NO_WORSE, _NEARLY_ALL = 1.1, 0.85
+#: what the hold-out does not show must take so much of what is left of the fitted logs
+_NEARLY_ALL = 0.85
 #: length of the blocks whose signs a negative control draws, s
 _SIGN_S = 0.7
 
@@ -264,7 +263,7 @@ def pays(inquiry: Inquiry, before: State, after: State, control: float = 0.0) ->
         return False
     if shown(inquiry, before, after):
         return nearly_all or surely(inquiry, before, after) > policy.sure
-    return nearly_all and float(np.sum(after.selecting**2)) <= NO_WORSE * float(np.sum(before.selecting**2))
+    return nearly_all and no_worse(before.selecting, after.selecting)
 
 
 def shown(inquiry: Inquiry, before: State, after: State) -> bool:

@@ -100,7 +100,7 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
         _recalibrated(result),
         against,
         something_else,
-        (*notes, *(f"{source}: too short for the scored band, left out" for source in result.inquiry.left_out)),
+        (*notes, *_notes(result)),
     )
 
 
@@ -147,8 +147,17 @@ def _effect_entry(result: Result, one: Told) -> tuple[Entry, list[Entry], Entry 
     return entry, others, _separating(one, result.suspected_only)
 
 
+def _notes(result: Result) -> list[str]:
+    """What a reader must know of how the logs were used."""
+    found = [f"{source}: too short for the scored band, left out" for source in result.inquiry.left_out]
+    if result.exchanged:
+        found.append("the gap is in the hold-out alone: that was fitted, and the measured logs judged")
+    return found
+
+
 def _reason(rival: Rival) -> str:
     leaves = f"on this data it leaves {rival.extra:+.1%} squares, {rival.sure:.1f} standard errors apart"
+    leaves += ", which is less than a model is exact to" if rival.same else ""
     beside = " and ".join(f"{name} of the {axis} axis" for name, axis in rival.labels[1:])
     return f"together with {beside}, {leaves}" if beside else leaves
 

@@ -6,13 +6,14 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from gimbal_hil.discrepancy.deciding import Status, Told, class_probability, rejudged
 from gimbal_hil.discrepancy.exhaustion import Predictable
 from gimbal_hil.discrepancy.judging import Remainder, Standing
 from gimbal_hil.discrepancy.policy import Policy
-from gimbal_hil.discrepancy.rivals import Rival
+from gimbal_hil.discrepancy.rivals import Rival, same_to_a_twin
 from gimbal_hil.estimation import Paired
 
 _NOTHING = Predictable(0.0, 0.0)
@@ -70,20 +71,38 @@ def test_a_rival_that_contains_the_cause_and_hardly_pays_for_its_numbers_is_no_d
     state: Any = SimpleNamespace(hypothesis=SimpleNamespace(labels=()))
     offset = replace(_SOUND, label=("torque_offset", "outer"))
     told = Told(offset, Status.AMBIGUOUS, (), 0.9, 0.9, shown=True)
-    spring = Rival(state, (("cable_spring", "outer"),), -0.05, -0.4, plainer="torque_offset")
+    spring = Rival(state, (("cable_spring", "outer"),), -0.05, -0.4, same=True, plainer="torque_offset")
     assert rejudged(Policy(), told, (spring,)).status is Status.NAMED
     for doubt in (replace(spring, plainer=None), replace(spring, sure=-3.5)):
         assert rejudged(Policy(), told, (doubt,)).status is Status.AMBIGUOUS
 
 
 @pytest.mark.parametrize(
-    ("extra", "sure", "share"), [(0.01, 1.9, 0.5), (0.3, 0.0, 0.5), (0.3, 1.0, 0.84), (0.3, 1.8, 0.96)]
+    ("same", "sure", "share"), [(True, 1.9, 0.5), (False, 0.0, 0.5), (False, 1.0, 0.84), (False, 1.8, 0.96)]
 )
-def test_a_name_shares_its_class_by_the_odds_that_a_difference_is_chance(
-    extra: float, sure: float, share: float
-) -> None:
+def test_a_name_shares_its_class_by_the_odds_that_a_difference_is_chance(same: bool, sure: float, share: float) -> None:
     state: Any = SimpleNamespace(hypothesis=SimpleNamespace(labels=()))
     told = Told(_SOUND, Status.AMBIGUOUS, (), 0.9, 0.9, shown=True)
-    found = rejudged(Policy(), told, (Rival(state, (("cogging", "outer"),), extra, sure),))
+    found = rejudged(Policy(), told, (Rival(state, (("cogging", "outer"),), 0.3, sure, same),))
     assert found.probability == pytest.approx(0.9 * share, abs=0.01)
     assert (found.status is Status.NAMED) == (share > 0.95)
+
+
+@pytest.mark.parametrize(
+    ("mine", "theirs", "without", "same"),
+    [
+        # what a floor is known to, of a small gap
+        (1.0, 1.11, 4.0, True),
+        (1.0, 1.13, 4.0, False),
+        # two per cent of what is left
+        (50.0, 50.9, 60.0, True),
+        (50.0, 51.1, 60.0, False),
+        # two per cent of the rms of a cause of a hundred floors
+        (1.0, 4.9, 1e4, True),
+        (1.0, 5.1, 1e4, False),
+    ],
+)
+def test_no_two_explanations_are_told_apart_by_less_than_a_twin_is_exact_to(
+    mine: float, theirs: float, without: float, same: bool
+) -> None:
+    assert same_to_a_twin(Policy(), np.array([mine]), np.array([theirs]), np.array([without])) is same

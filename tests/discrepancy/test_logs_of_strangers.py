@@ -29,10 +29,10 @@ from sim_backend.model import AntennaModel, model_from_document
 INERTIA, COULOMB, STEP = 0.01, 0.05, 9.6e-5
 
 
-def arm(coulomb: object = COULOMB, step: float = STEP, **actuator: object) -> AntennaModel:
+def arm(coulomb: object = COULOMB, step: float = STEP, inertia: float = INERTIA, **actuator: object) -> AntennaModel:
     """One joint without a bristle."""
     axis = {
-        "body": {"inertia": {"zz": INERTIA}},
+        "body": {"inertia": {"zz": inertia}},
         "friction": {"coulomb": coulomb, "breakaway": coulomb, "viscous": 0.001},
         "encoder": {"step": step},
     } | ({"actuator": actuator} if actuator else {})
@@ -116,6 +116,18 @@ def test_a_joint_without_bristle_is_held_by_friction_while_it_rests() -> None:
     squares, rows = held_squares(twin, 0, log)[:, 0], twin.records[0].time_s[twin.records[0].keep]
     assert np.all(squares[(rows > 3.3) & (rows < 5.7)] == COULOMB**2)
     assert np.all(squares[(rows < 2.7) | (rows > 6.3)] == 0.0)
+
+
+def test_a_gap_that_only_the_hold_out_has_is_searched_there_and_stays_a_guess() -> None:
+    logs = []
+    for speed in (0.1, 1.0):
+        t, torque, position = swing(12.0, noise=0.002, speed=speed)
+        logs.append(table({"pan.torque": torque, "pan.position": position}, t))
+    result = diagnose(Request(arm(inertia=0.5 * INERTIA), (logs[0],), (logs[1],)))
+    told = verdict_of(result).document
+    assert result.exchanged and any("hold-out alone" in note for note in told["notes"])
+    assert told["verdict"] == "ambiguous"
+    assert "inertia" in {one["name"] for one in (*told["effects"], *told["alternatives"])}
 
 
 def test_an_encoder_that_flickers_on_a_joint_that_stands_narrows_nobodys_band() -> None:
