@@ -12,6 +12,7 @@ __all__ = [
     "elementary",
     "enumerations",
     "errors",
+    "interpreter",
     "layout",
     "lockstep",
     "mail",

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import os
 import subprocess
-import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -17,6 +16,7 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.compiler import Compiler, CompileResult
 
 from firmware_protocol.inner_code import LinkedCode
+from firmware_protocol.interpreter import INTERPRETER
 
 
 class PartCache(FunctionCache):  # type: ignore[misc]
@@ -67,9 +67,7 @@ class PartCache(FunctionCache):  # type: ignore[misc]
         module, name = self._py_func.__module__, self._py_func.__name__
         program = f"from {module} import {name} as part; part.translate()"
         nowhere = subprocess.DEVNULL
-        self.elsewhere = subprocess.Popen(
-            [sys.executable, "-c", program], stdin=nowhere, stdout=nowhere, stderr=nowhere
-        )
+        self.elsewhere = subprocess.Popen([*INTERPRETER, "-c", program], stdin=nowhere, stdout=nowhere, stderr=nowhere)
 
 
 def compiler_beginning_with(begin: Callable[[], None]) -> type[Compiler]:

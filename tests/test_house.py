@@ -18,6 +18,8 @@ from types import ModuleType
 import pytest
 import yaml
 
+from firmware_protocol.interpreter import INTERPRETER
+
 ROOT = Path(__file__).resolve().parent.parent
 ROOMS = ("firmware_protocol", "sim_backend", "gimbal_hil")
 #: what each room must not know
@@ -223,6 +225,19 @@ def test_help_needs_nothing_heavy() -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stderr.strip() == "[]"
     assert "discrepancy" in done.stdout
+
+
+def test_what_is_started_does_not_read_modules_of_the_folder_where_the_user_stands() -> None:
+    # the bench of the start is a bare interpreter; the blind bench is in the checkout; a service is a program's path
+    own_way = {"firmware_protocol/interpreter.py", "gimbal_hil/bench/speed.py", "gimbal_hil/bench/blind.py"}
+    own_way.add("gimbal_hil/cli/service.py")
+    assert {name_of(path) for path in MODULES if "sys.executable" in path.read_text()} == own_way
+
+
+def test_a_module_of_the_users_folder_takes_no_place(tmp_path: Path) -> None:
+    (tmp_path / "queue.py").write_text("raise SystemExit('the wrong one')")
+    done = subprocess.run([*INTERPRETER, "-m", "gimbal_hil.service"], cwd=tmp_path, input=b"", capture_output=True)
+    assert b"the wrong one" not in done.stderr
 
 
 @in_a_checkout

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import signal
 import subprocess
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -14,10 +13,11 @@ from typing import Any
 
 from firmware_protocol.documents import read_yaml, yaml_text
 from firmware_protocol.errors import BadInputError, GimbalHilError
+from firmware_protocol.interpreter import INTERPRETER
 from gimbal_hil.settings import shipped_settings_path
 
 Json = dict[str, Any]
-COMMAND = (sys.executable, "-c", "from gimbal_hil.cli import main; main()")
+COMMAND = (*INTERPRETER, "-c", "from gimbal_hil.cli import main; main()")
 #: a line that carries 2 kHz
 _BAUDRATE = 2_000_000
 

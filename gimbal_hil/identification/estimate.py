@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from enum import Enum
@@ -59,6 +60,19 @@ class Estimate:
     prior: float | None = None
     reason: str = ""
     experiment: str = ""
+
+    @property
+    def digits(self) -> int:
+        """Digits at which the interval shows with two of its own, five at least."""
+        width = self.interval.high - self.interval.low
+        if not (math.isfinite(width) and width > 0.0 and math.isfinite(self.fitted) and self.fitted != 0.0):
+            return 5
+        return min(max(math.ceil(math.log10(abs(self.fitted) / width)) + 2, 5), 9)
+
+    @property
+    def interval_text(self) -> str:
+        """Both ends, as for a person."""
+        return f"{self.interval.low:.{self.digits}g} to {self.interval.high:.{self.digits}g}"
 
     def as_record(self) -> dict[str, object]:
         """Plain types for `identification.json`."""

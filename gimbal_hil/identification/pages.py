@@ -157,7 +157,7 @@ def _estimate_table(model: AntennaModel, result: AxisIdentification) -> Table:
     header += ["why, and what would settle it"] if any(reasons) else []
     rows = []
     for e, reason in zip(result.estimates, reasons, strict=True):
-        digits = _digits(e)
+        digits = e.digits
         low, high = (
             _bound(e.interval.low, e.interval.open_low, digits),
             _bound(e.interval.high, e.interval.open_high, digits),
@@ -270,15 +270,7 @@ def _bound(value: float, is_open: bool, digits: int) -> str:
     return f"({_number(value, digits)})" if is_open else _number(value, digits)
 
 
-def _digits(estimate: Estimate) -> int:
-    """Digits at which the interval shows with two of its own, five at least."""
-    width = estimate.interval.high - estimate.interval.low
-    if not (np.isfinite(width) and width > 0.0 and np.isfinite(estimate.fitted) and estimate.fitted != 0.0):
-        return 5
-    return int(np.clip(np.ceil(np.log10(abs(estimate.fitted) / width)) + 2, 5, 9))
-
-
 def _with_interval(estimate: Estimate) -> str:
     low, high = estimate.interval.low, estimate.interval.high
-    value, low_text, high_text = (_number(number, _digits(estimate)) for number in (estimate.fitted, low, high))
+    value, low_text, high_text = (_number(number, estimate.digits) for number in (estimate.fitted, low, high))
     return f"{value} ({low_text} to {high_text})"

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import os
 import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,6 +14,7 @@ from pathlib import Path
 from typing import Protocol
 
 from firmware_protocol.errors import GimbalHilError, LinkError
+from firmware_protocol.interpreter import INTERPRETER
 from gimbal_hil.experiments import Experiment, ProgressSink, conduct, conduct_through_daemon, embedded_model_of
 from gimbal_hil.host import HostState, word_of
 from gimbal_hil.operator import OperatorClient, RequestRefusedError
@@ -102,7 +102,7 @@ def _own_daemon(config: Path | None, out: Path) -> Iterator[Path]:
     run, log = out / f"daemon_{number}", out / f"daemon_{number}.log"
     out.mkdir(parents=True, exist_ok=True)
     words = [
-        sys.executable,
+        *INTERPRETER,
         "-c",
         "from gimbal_hil.cli import main; main()",
         "daemon",

@@ -10,12 +10,12 @@ import json
 import os
 import select
 import subprocess
-import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Self
 
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.interpreter import INTERPRETER
 from gimbal_hil.operator import Door
 from gimbal_hil.runs import RunHeader
 from gimbal_hil.telemetry import COMMAND_BYTES, TELEMETRY_BYTES
@@ -68,7 +68,7 @@ class ServiceProcess:
                 telemetry, commands, str(run), asdict(header), str(self.door.socket), self.door.token, asdict(settings)
             )
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "gimbal_hil.service"],
+                [*INTERPRETER, "-m", "gimbal_hil.service"],
                 pass_fds=(telemetry, commands),
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,

@@ -15,10 +15,10 @@ from __future__ import annotations
 import mmap
 import os
 import subprocess
-import sys
 import time
 from types import TracebackType
 
+from firmware_protocol.interpreter import INTERPRETER
 from gimbal_hil.timing.mailbox import anonymous_memory
 from gimbal_hil.timing.membarrier import REGISTER_GLOBAL_EXPEDITED, membarrier
 from gimbal_hil.timing.miss_causes import Stall
@@ -92,7 +92,7 @@ class WitnessProcess:
         try:
             self._process = subprocess.Popen(
                 [
-                    sys.executable,
+                    *INTERPRETER,
                     "-m",
                     "gimbal_hil.timing.watching",
                     str(descriptor),

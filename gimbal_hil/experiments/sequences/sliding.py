@@ -231,8 +231,8 @@ def _numbers(curve: StaticFit) -> Table:
     rows = [
         (
             e.name,
-            f"{e.fitted:.5g}",
-            f"{e.interval.low:.5g} to {e.interval.high:.5g}",
+            f"{e.fitted:.{e.digits}g}",
+            e.interval_text,
             e.unit,
             e.verdict.value.replace("_", " "),
         )
