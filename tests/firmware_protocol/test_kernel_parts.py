@@ -43,10 +43,10 @@ def asked(folder: Path, program: str) -> list[str]:
     (folder / "laws.py").write_text(LAWS)
     cache = folder / "cache"
     cache.mkdir(mode=0o700, exist_ok=True)
+    path = os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])
     return subprocess.run(
         [sys.executable, "-c", f"import sys, numpy as np, laws\n{program}"],
-        cwd=folder,
-        env=os.environ | {"GIMBAL_HIL_CACHE": str(cache)},
+        env=os.environ | {"GIMBAL_HIL_CACHE": str(cache), "PYTHONPATH": path},
         capture_output=True,
         text=True,
         check=True,
@@ -66,4 +66,5 @@ def test_another_process_translates_a_part_and_other_kernels_find_it(tmp_path: P
 
 
 def test_a_part_that_the_other_process_does_not_leave_is_translated_here(tmp_path: Path) -> None:
-    assert asked(tmp_path, f"sys.executable = '/bin/false'; {_TOLD.format('twice')}") == ["12.0", "0", "1"]
+    failing = "from firmware_protocol import kernel_parts; kernel_parts.INTERPRETER = ('/bin/false',)"
+    assert asked(tmp_path, f"{failing}; {_TOLD.format('twice')}") == ["12.0", "0", "1"]
