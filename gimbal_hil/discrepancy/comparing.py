@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, gain_on, mean_squares
+from gimbal_hil.discrepancy.policy import Policy
 from gimbal_hil.discrepancy.smoothing import Floats
 
 #: a state is clearly better that leaves less by this share of what the other one leaves; and no worse that leaves at
@@ -37,3 +38,13 @@ def clearly_better(inquiry: Inquiry, without: State, new: State, old: State) -> 
 def no_worse(before: Floats, after: Floats) -> bool:
     """Whether rows (rows, channels) hold hardly more after than before, which is noise at least."""
     return bool(np.sum(mean_squares(after)) <= _NO_WORSE * np.sum(np.maximum(mean_squares(before), 1.0)))
+
+
+def same_to_a_twin(policy: Policy, mine: Floats, theirs: Floats, without: Floats) -> bool:
+    """Whether two explanations that leave these squares per channel, and without which so much would be left, differ
+    by less than a twin is exact to: a share of what is left, that share of the size of what the cause takes, or what a
+    floor itself is known to.
+    """
+    left = np.maximum(mine, 1.0)
+    exact = np.maximum(np.maximum(policy.same * left, policy.same**2 * without), policy.least_squares)
+    return bool(np.mean((theirs - mine) / exact) < 1.0)

@@ -10,14 +10,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gimbal_hil.discrepancy.comparing import same_to_a_twin
 from gimbal_hil.discrepancy.fit import weighed_cost
 from gimbal_hil.discrepancy.hypothesis import at_bound, values_of
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, settled, squares_of, surely_less, weighing_of
-from gimbal_hil.discrepancy.policy import Policy
 from gimbal_hil.discrepancy.release import numbers_instead
 from gimbal_hil.discrepancy.screening import basis_of
 from gimbal_hil.discrepancy.search import Path, in_its_place
-from gimbal_hil.discrepancy.smoothing import Floats
 from sim_backend.effects import CATALOGUE
 
 #: a rival that, by its slopes where it stands, would leave more squares than this times those of the explanation comes
@@ -103,16 +102,6 @@ def _rival(inquiry: Inquiry, without: State, state: State, other: State, labels:
     return replace(found, at_bound=bound, plainer=_plainer(inquiry, other, newest))
 
 
-def same_to_a_twin(policy: Policy, mine: Floats, theirs: Floats, without: Floats) -> bool:
-    """Whether two explanations that leave these squares per channel, and without which so much would be left, differ
-    by less than a twin is exact to: a share of what is left, that share of the size of what the cause takes, or what a
-    floor itself is known to.
-    """
-    left = np.maximum(mine, 1.0)
-    exact = np.maximum(np.maximum(policy.same * left, policy.same**2 * without), policy.least_squares)
-    return bool(np.mean((theirs - mine) / exact) < 1.0)
-
-
 def _plainer(inquiry: Inquiry, state: State, index: int) -> str | None:
     """The name of the effect with fewer numbers that a cause contains where its numbers stand."""
     plainer = CATALOGUE[state.hypothesis.causes[index].family.effect].plainer
@@ -122,4 +111,4 @@ def _plainer(inquiry: Inquiry, state: State, index: int) -> str | None:
     return plainer.name if plainer.holds({name: value for name, (value, _) in values.items()}) else None
 
 
-__all__ = ["Rival", "rivals_of", "same_to_a_twin"]
+__all__ = ["Rival", "rivals_of"]

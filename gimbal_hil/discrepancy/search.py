@@ -14,12 +14,21 @@ from itertools import repeat
 
 import numpy as np
 
-from gimbal_hil.discrepancy.comparing import advantage, clearly_better, no_worse, surely
+from gimbal_hil.discrepancy.comparing import advantage, clearly_better, no_worse, same_to_a_twin, surely
 from gimbal_hil.discrepancy.curve import curve_does_as_well
 from gimbal_hil.discrepancy.families import Family
 from gimbal_hil.discrepancy.fit import Fit, Weighing, fit, weighed_cost
 from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis, at_bound
-from gimbal_hil.discrepancy.inquiry import Inquiry, State, gain_on, refitted, stands_out, state_of, weighing_of
+from gimbal_hil.discrepancy.inquiry import (
+    Inquiry,
+    State,
+    gain_on,
+    refitted,
+    squares_of,
+    stands_out,
+    state_of,
+    weighing_of,
+)
 from gimbal_hil.discrepancy.policy import MOST_CAUSES, MOST_ENTRIES
 from gimbal_hil.discrepancy.release import released
 from gimbal_hil.discrepancy.screening import (
@@ -89,8 +98,18 @@ def explain(inquiry: Inquiry, start: State, most: int = MOST_CAUSES, heard: tupl
     # where nothing is left to explain, one cause alone could still be plainer
     other = extended(inquiry, start, most if stands_out(inquiry, story.state) else 1, heard)
     plainer, fuller = sorted((other, story), key=lambda path: _free_numbers(path.state.hypothesis))
-    better = fuller if clearly_better(inquiry, start, fuller.state, plainer.state) else plainer
+    better = fuller if _more_is_there(inquiry, start, fuller.state, plainer.state) else plainer
     return replace(better, rounds=(*story.rounds, *other.rounds))
+
+
+def _more_is_there(inquiry: Inquiry, start: State, fuller: State, plainer: State) -> bool:
+    """Whether a story is better than one with fewer numbers: clearly, and where that leaves no gap by more than a twin
+    is exact to.
+    """
+    if not clearly_better(inquiry, start, fuller, plainer):
+        return False
+    squares = (squares_of(state) for state in (fuller, plainer, start))
+    return stands_out(inquiry, plainer) or not same_to_a_twin(inquiry.policy, *squares)
 
 
 def extended(inquiry: Inquiry, start: State, most: int, heard: tuple[Response, ...]) -> Path:

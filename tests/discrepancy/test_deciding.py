@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gimbal_hil.discrepancy.comparing import same_to_a_twin
 from gimbal_hil.discrepancy.deciding import Status, Told, class_probability, rejudged
 from gimbal_hil.discrepancy.exhaustion import Predictable
 from gimbal_hil.discrepancy.judging import Remainder, Standing
 from gimbal_hil.discrepancy.policy import Policy
-from gimbal_hil.discrepancy.rivals import Rival, same_to_a_twin
+from gimbal_hil.discrepancy.rivals import Rival
 from gimbal_hil.estimation import Paired
 
 _NOTHING = Predictable(0.0, 0.0)
