@@ -98,7 +98,9 @@ def _amperes(
         left = {**others, **{name: channel.misfit(_ALIKE, float(gain)) for name, channel in driven.items()}}
         tried.append((_size(left), float(gain), left))
     size, gain, left = min(tried, key=lambda one: one[0])
-    if not _is_right({**others, **as_read}, left):
+    # what numbers that are each off by a factor of their own explain nearly as well is a wrong model, not a unit
+    own = any(left[name] > _OF_IT * others[name] for name in driven if as_read[name] > _SUSPECT)
+    if own or not _is_right({**others, **as_read}, left):
         return []
     axes = tuple(name.removesuffix(".torque") for name in driven)
     return [(size, in_amperes(axes, gain, "N" if model.is_linear else "N m"))]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from sim_backend.model import AntennaModel, load_model, shipped_model
 from tests.blind.cases import tables_of
 from tests.blind.draw import draw
 from tests.rigs import Rig, write_bam, write_dd2dof, write_emps, write_odrive
+from tests.rigs.drawn import HIDDEN, drawn_joint, write_drawn
 
 DEGREES = 180.0 / np.pi
 AXES = ("outer", "inner")
@@ -125,6 +127,13 @@ def test_a_wrong_model_is_no_reason_to_refuse_a_sound_log(logs: tuple[SignalsTab
 @pytest.mark.parametrize("factor", [0.5, 0.67, 1.5, 2.0])
 def test_a_gain_that_is_off_is_no_reason_to_refuse(logs: tuple[SignalsTable, ...], factor: float) -> None:
     preflight(shipped_model(), changed(logs, torque=factor))
+
+
+def test_an_inertia_that_is_off_beside_steady_turns_is_no_reason_to_refuse(tmp_path: Path) -> None:
+    joint = replace(drawn_joint(np.random.default_rng((9055, 3))), motion="turns")
+    rig = write_drawn(tmp_path, joint, HIDDEN["inertia doubled"], 9055)
+    model = load_model(rig.model)
+    preflight(model, tuple(read_signals(path, model, resample=True) for path in rig.logs.values()))
 
 
 @pytest.mark.parametrize("write", [write_odrive, write_bam, write_emps, write_dd2dof])
