@@ -20,7 +20,8 @@ from gimbal_hil.discrepancy.measured_torque import torque_is_measured, with_meas
 from gimbal_hil.discrepancy.policy import Policy
 from gimbal_hil.discrepancy.prepare import Noise, as_stated, effect_names, prepared, recalibrated
 from gimbal_hil.discrepancy.row_noise import moves
-from gimbal_hil.discrepancy.search import Path, explain
+from gimbal_hil.discrepancy.search import Path
+from gimbal_hil.discrepancy.stories import explain
 from gimbal_hil.executor import WorkExecutor, open_executor
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel

@@ -14,22 +14,13 @@ from itertools import repeat
 
 import numpy as np
 
-from gimbal_hil.discrepancy.comparing import advantage, clearly_better, no_worse, same_to_a_twin, surely
+from gimbal_hil.discrepancy.comparing import advantage, clearly_better, no_worse, surely
 from gimbal_hil.discrepancy.curve import curve_does_as_well
 from gimbal_hil.discrepancy.families import Family
 from gimbal_hil.discrepancy.fit import Fit, Weighing, fit, weighed_cost
 from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis, at_bound
-from gimbal_hil.discrepancy.inquiry import (
-    Inquiry,
-    State,
-    gain_on,
-    refitted,
-    squares_of,
-    stands_out,
-    state_of,
-    weighing_of,
-)
-from gimbal_hil.discrepancy.policy import MOST_CAUSES, MOST_ENTRIES
+from gimbal_hil.discrepancy.inquiry import Inquiry, State, gain_on, refitted, stands_out, state_of, weighing_of
+from gimbal_hil.discrepancy.policy import MOST_ENTRIES
 from gimbal_hil.discrepancy.release import released
 from gimbal_hil.discrepancy.screening import (
     Proposal,
@@ -79,37 +70,6 @@ class Path:
     heard: tuple[Response, ...]
     #: how many of the rounds, the first ones, were tried over other floors
     over_others: int = 0
-
-
-def explain(inquiry: Inquiry, start: State, most: int = MOST_CAUSES, heard: tuple[Response, ...] | None = None) -> Path:
-    """The better of two stories: known numbers that leave their uncertainty, several at once, and whatever is missing
-    beside them; or single causes from the start. Of two that the data do not tell apart it is the one with fewer
-    numbers: a drive's gain that is off looks like every inertia and friction being off.
-
-    `heard` is what the families do to the residual, where that has been listened to already.
-    """
-    if heard is None:
-        heard = tuple(listen(inquiry, start, [f for f in inquiry.families if not f.ripple]))
-    numbers = released(inquiry, start) if most > 1 else None
-    if numbers is None or not pays(inquiry, start, numbers):
-        return extended(inquiry, start, most, heard)
-    story = extended(inquiry, numbers, most, heard)
-    story = replace(story, rounds=(Round(start, (numbers,), {}), *story.rounds))
-    # where nothing is left to explain, one cause alone could still be plainer
-    other = extended(inquiry, start, most if stands_out(inquiry, story.state) else 1, heard)
-    plainer, fuller = sorted((other, story), key=lambda path: _free_numbers(path.state.hypothesis))
-    better = fuller if _more_is_there(inquiry, start, fuller.state, plainer.state) else plainer
-    return replace(better, rounds=(*story.rounds, *other.rounds))
-
-
-def _more_is_there(inquiry: Inquiry, start: State, fuller: State, plainer: State) -> bool:
-    """Whether a story is better than one with fewer numbers: clearly, and where that leaves no gap by more than a twin
-    is exact to.
-    """
-    if not clearly_better(inquiry, start, fuller, plainer):
-        return False
-    squares = (squares_of(state) for state in (fuller, plainer, start))
-    return stands_out(inquiry, plainer) or not same_to_a_twin(inquiry.policy, *squares)
 
 
 def extended(inquiry: Inquiry, start: State, most: int, heard: tuple[Response, ...]) -> Path:
@@ -196,10 +156,6 @@ def _newest_at_bound(inquiry: Inquiry, state: State) -> bool:
 def numbers_of(cause: Cause) -> int:
     """Numbers of a cause that the data must give."""
     return sum(not knob.nuisance for knob in cause.family.knobs)
-
-
-def _free_numbers(hypothesis: Hypothesis) -> int:
-    return sum(numbers_of(cause) for cause in hypothesis.causes)
 
 
 def candidates(
