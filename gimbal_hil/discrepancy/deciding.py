@@ -155,7 +155,7 @@ def _told(inquiry: Inquiry, standing: Standing, left: tuple[Remainder, ...], sus
     policy = inquiry.policy
     # what stands at its bound is as little an equal of what does not as it would be named itself
     rivals = (rival for rival in standing.rivals if standing.at_bound or not rival.at_bound)
-    close = tuple(r for r in rivals if r.close(policy.anew if r.is_there else policy.sure))
+    close = tuple(r for r in rivals if r.close(policy))
     of_class = class_probability(standing, left[standing.channel], policy, len(inquiry.families))
     shown = not suspected_only and not standing.silent and not standing.at_bound
     close = close[:_MOST_RIVALS]

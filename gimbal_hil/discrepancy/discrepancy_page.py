@@ -200,14 +200,15 @@ def _rivals(result: Result) -> Table | None:
     for one in result.told:
         name = f"{one.standing.label[0]} ({one.standing.label[1]})"
         for rival in one.standing.rivals[:4]:
-            apart = "no" if rival.close(policy.sure) else "yes"
+            apart = "no" if rival.close(policy) else "yes"
             other = " and ".join(f"{effect} ({axis})" for effect, axis in rival.labels)
             rows.append((name, other, f"{rival.sure:.1f}", f"{rival.extra:+.1%}", apart))
     caption = (
         "Every cause beside what could stand in its place, refitted there: by how many standard errors over blocks, and"
         " by which share of "
-        f"what is left, it explains less. Under {policy.sure:g}, or by less than {policy.same:.0%} of what is left or "
-        f"of the rms that the cause takes (no model is more exact), they cannot be told apart."
+        f"what is left, it explains less. Under {policy.sure:g} ({policy.anew:g} for another order of the same ripple),"
+        f" or by less than a model is exact to ({policy.same:.0%} of what is left or of the rms that the cause takes,"
+        f" {policy.least_squares:g} squared noise floors), they cannot be told apart."
     )
     return (
         Table(("cause", "in its place", "standard errors", "squares left", "told apart"), rows, caption)

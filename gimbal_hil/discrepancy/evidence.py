@@ -56,6 +56,14 @@ def with_shares(
     return np.asarray(np.concatenate(rows) / floor), tuple(found) if shaped else None
 
 
+def noise_of_command(twin: Twin, hypothesis: Hypothesis, floor: Floats) -> Floats:
+    """Squares per channel, in units of the command, of what is one floor of noise at the joint: more than one where a
+    gain, a lag or a limit lets little of the command through.
+    """
+    shares = with_shares(twin, hypothesis, floor)[1]
+    return np.ones(len(twin.channels)) if shares is None else np.asarray(np.mean(np.concatenate(shares) ** -2, axis=0))
+
+
 def unshaped(twin: Twin) -> Shares:
     """Shares where nothing stands between the command and the joint: all of it comes through."""
     return tuple(np.ones((int(record.keep.sum()), len(twin.channels))) for record in twin.records)

@@ -11,9 +11,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gimbal_hil.discrepancy.comparing import same_to_a_twin
+from gimbal_hil.discrepancy.evidence import noise_of_command
 from gimbal_hil.discrepancy.fit import weighed_cost
 from gimbal_hil.discrepancy.hypothesis import at_bound, values_of
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, settled, squares_of, surely_less, weighing_of
+from gimbal_hil.discrepancy.policy import Policy
 from gimbal_hil.discrepancy.release import numbers_instead
 from gimbal_hil.discrepancy.screening import basis_of
 from gimbal_hil.discrepancy.search import Path, in_its_place
@@ -56,9 +58,9 @@ class Rival:
         """Whether it is a cause of its state, not numbers that moved."""
         return self.label in self.state.hypothesis.labels
 
-    def close(self, sure: float) -> bool:
+    def close(self, policy: Policy) -> bool:
         """Whether data do not tell the two apart: they are the same to a twin, or blocks do not say it so surely."""
-        return self.same or self.sure < sure
+        return self.same or self.sure < (policy.anew if self.is_there else policy.sure)
 
 
 def rivals_of(inquiry: Inquiry, path: Path, without: State, state: State, label: tuple[str, str]) -> tuple[Rival, ...]:
@@ -94,7 +96,9 @@ def _rival(inquiry: Inquiry, without: State, state: State, other: State, labels:
     extra = float(np.sum((theirs - mine) / scale)) / len(scale)
     # where one leaves much of one channel and the other much of another, neither is the unit of both
     sure = surely_less(inquiry, other, state, np.minimum(other.fit.squares, state.fit.squares))
-    found = Rival(other, labels, extra, sure, same_to_a_twin(inquiry.policy, mine, theirs, squares_of(without)))
+    noisy, noisier = (noise_of_command(inquiry.twin, one.hypothesis, inquiry.floor) for one in (state, other))
+    same = same_to_a_twin(inquiry.policy, mine, theirs, squares_of(without), noisier - noisy)
+    found = Rival(other, labels, extra, sure, same)
     if not found.is_cause:
         return found
     newest = len(other.hypothesis.causes) - 1

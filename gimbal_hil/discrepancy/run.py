@@ -28,7 +28,7 @@ from sim_backend.model import AntennaModel
 
 #: floors that fell below this share of what they were under an explanation are worth another look
 _FALLEN = 0.8
-#: a gap of so many times the limit in the hold-out, and none in the logs that are fitted, is searched where it is
+#: a gap of so many times the limit in the hold-out, and none in the logs that are fitted, is fitted where it is
 _ONLY_THERE = 2.0
 
 
@@ -62,8 +62,8 @@ class Result:
     path: Path
     #: there was no log of another trajectory
     suspected_only: bool
-    #: the gap is in the hold-out alone: that was fitted, and the measured logs judged
-    exchanged: bool = False
+    #: only the hold-out has a gap: a part of it was fitted with the other logs, and the rest judged
+    only_in_hold_out: bool = False
 
     @property
     def model(self) -> AntennaModel:
@@ -97,10 +97,11 @@ def _diagnose(request: Request, executor: WorkExecutor, progress: Callable[[str]
         where = holdout[0].source or "the hold-out"
         raise BadInputError(where, "stands still where it judges", "a log of another trajectory (--holdout) that moves")
     begun = _begun(request, measured, holdout, executor, progress)
-    exchanged = not suspected_only and _only_in_hold_out(begun.inquiry, begun.null)
-    if exchanged:
-        progress("the gap is in the hold-out alone: fitting that, judging on the measured logs")
-        begun = _begun(request, holdout, measured, executor, progress)
+    only_there = not suspected_only and _only_in_hold_out(begun.inquiry, begun.null)
+    if only_there:
+        progress("the gap is in the hold-out alone: a part of it is fitted too, and the rest judges")
+        part, rest, suspected_only = with_hold_out(holdout, ())
+        begun = _begun(request, (*measured, *part), rest, executor, progress)
     inquiry, noise, stated, null = begun
     if stands_out(inquiry, null):
         path = explain(inquiry, null)
@@ -113,9 +114,9 @@ def _diagnose(request: Request, executor: WorkExecutor, progress: Callable[[str]
         inquiry, noise, stated, null, path = _under(inquiry, lower, path)
     progress("judging what was found")
     by_command = not torque_is_measured(inquiry.logs, request.model.axes)
-    decision = decide(inquiry, null, path, suspected_only or exchanged, by_command)
+    decision = decide(inquiry, null, path, suspected_only, by_command)
     decision = with_measured_torque(inquiry, decision)
-    return Result(request, inquiry, noise, stated, null, decision, path, suspected_only, exchanged)
+    return Result(request, inquiry, noise, stated, null, decision, path, suspected_only, only_there)
 
 
 class _Begun(NamedTuple):

@@ -150,8 +150,8 @@ def _effect_entry(result: Result, one: Told) -> tuple[Entry, list[Entry], Entry 
 def _notes(result: Result) -> list[str]:
     """What a reader must know of how the logs were used."""
     found = [f"{source}: too short for the scored band, left out" for source in result.inquiry.left_out]
-    if result.exchanged:
-        found.append("the gap is in the hold-out alone: that was fitted, and the measured logs judged")
+    if result.only_in_hold_out:
+        found.append("only the hold-out has a gap: a part of it was fitted with the other logs, and the rest judged")
     return found
 
 

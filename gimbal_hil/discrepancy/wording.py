@@ -67,6 +67,8 @@ def _unexplained(result: Result, gaps: Sequence[Gap]) -> str:
 
 def _doubts(result: Result, alternatives: Sequence[Entry]) -> str:
     """Why a name is not sure."""
+    if result.suspected_only and result.only_in_hold_out:
+        return " Only the hold-out has this gap, and no log of another trajectory: it is suspected, not shown."
     if result.suspected_only:
         return " There is no log of another trajectory to judge it on: it is suspected, not shown."
     found = []

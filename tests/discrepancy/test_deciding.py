@@ -107,3 +107,13 @@ def test_no_two_explanations_are_told_apart_by_less_than_a_twin_is_exact_to(
     mine: float, theirs: float, without: float, same: bool
 ) -> None:
     assert same_to_a_twin(Policy(), np.array([mine]), np.array([theirs]), np.array([without])) is same
+    # channels that say nothing of it make it no smaller
+    quiet = np.ones(3)
+    four = (np.append(quiet, one) for one in (mine, theirs, without))
+    assert same_to_a_twin(Policy(), *four) is same
+
+
+@pytest.mark.parametrize(("noisier", "theirs", "same"), [(0.5, 1.4, True), (0.5, 1.6, False), (400.0, 2.1, False)])
+def test_noise_that_comes_through_a_lag_tells_it_from_nothing(noisier: float, theirs: float, same: bool) -> None:
+    one, other, without = np.array([1.0]), np.array([theirs]), np.array([4.0])
+    assert same_to_a_twin(Policy(), one, other, without, np.array([noisier])) is same

@@ -125,9 +125,11 @@ def test_a_gap_that_only_the_hold_out_has_is_searched_there_and_stays_a_guess() 
         logs.append(table({"pan.torque": torque, "pan.position": position}, t))
     result = diagnose(Request(arm(inertia=0.5 * INERTIA), (logs[0],), (logs[1],)))
     told = verdict_of(result).document
-    assert result.exchanged and any("hold-out alone" in note for note in told["notes"])
-    assert told["verdict"] == "ambiguous"
-    assert "inertia" in {one["name"] for one in (*told["effects"], *told["alternatives"])}
+    assert result.only_in_hold_out and any("only the hold-out has a gap" in note for note in told["notes"])
+    assert told["verdict"] == "ambiguous" and [one["name"] for one in told["effects"]] == ["inertia"]
+    assert told["gap"]["before"] > 10.0 * told["gap"]["noise_floor"] and told["gap"]["closed_fraction"] > 0.9
+    assert "Only the hold-out has this gap" in told["text"] and "last part of the same log" in told["text"]
+    assert told["next_experiment"]["separates"][0] == "inertia"
 
 
 def test_an_encoder_that_flickers_on_a_joint_that_stands_narrows_nobodys_band() -> None:
