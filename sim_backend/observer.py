@@ -20,7 +20,6 @@ from sim_backend.layout import (
     BASE_ROW_S,
     BASE_ROWS,
     BASE_TABLE,
-    BRISTLE,
     ENCODER_NOISE,
     ENCODER_STEP,
     GYRO_NOISE,
@@ -29,7 +28,6 @@ from sim_backend.layout import (
     P_SIZE,
     POSITION,
     RATE,
-    SIGMA0,
     STEP_S,
     STEPS,
     STEPS_PER_TICK,
@@ -93,11 +91,8 @@ def _observe_row(
         if row[MEASURED] != 0.0 and elapsed > 0:
             # an antenna that was silent for a while is led back no faster than one that was not
             error = row[ENCODER + axis] - read_encoder(P, K, X, axis, tick)
-            shift = 3.0 * bandwidth * tick_s * error
-            X[POSITION + axis] += shift
-            if P[AXIS_BLOCK + axis * AXIS_SIZE + SIGMA0] > 0.0:
-                # what sticks moves with its bristles
-                X[BRISTLE + axis] += shift
+            # bristles are not led: shifted too they would make the observer stick and slip where a joint slides slowly
+            X[POSITION + axis] += 3.0 * bandwidth * tick_s * error
             X[RATE + axis] += 3.0 * bandwidth**2 * tick_s * error
             lacking[axis] += bandwidth**3 * tick_s * error
             out[GYRO_ERROR + axis] = row[GYRO + axis] - read_gyro(P, K, X, axis, tick)

@@ -27,12 +27,19 @@ CHANGE_TICK = 15_000
 LOST = range(17_000, 17_004)
 
 
-def exchanges(settings: DaemonSettings, change_tick: int | None) -> list[Exchange]:
-    """Both axes swing slowly under control; one axis gets a cogging torque meanwhile, four feedbacks are lost."""
+def swing(amplitude_rad: float, frequency_hz: float, ticks: int = 0) -> Segment:
+    """Both axes, for so many ticks or without end."""
+    sine = AxisCommand(Mode.POSITION, Shape.SINE, (0.0, amplitude_rad, frequency_hz, 0.0))
+    return Segment(sine, sine, duration_ticks=ticks)
+
+
+def exchanges(settings: DaemonSettings, change_tick: int | None, *motion: Segment) -> list[Exchange]:
+    """Both axes swing slowly under control, unless told otherwise; one axis gets a cogging torque meanwhile, four
+    feedbacks are lost.
+    """
     host, device = Host(host_configuration(settings), settings.axis_names), Device(shipped_model(), seed=2)
     later = Device(with_cogging(), seed=2)
-    swing = AxisCommand(Mode.POSITION, Shape.SINE, (0.0, 0.4, 0.1, 0.0))
-    program, received, found, asked = program_of([Segment(swing, swing)]), b"", [], False
+    program, received, found, asked = program_of(motion or [swing(0.4, 0.1)]), b"", [], False
     for tick in range(TICKS):
         if host.state is HostState.IDLE and not asked:
             host.command(program)
@@ -80,6 +87,14 @@ def test_an_effect_that_sets_in_is_told_on_its_axis_within_two_seconds_and_not_b
     # taken as usual it is none any more
     observer.learn_anew()
     assert not observer.status()["changed"]
+
+
+def test_the_right_model_lacks_nothing_where_the_joints_slide_slowly_and_turn_back() -> None:
+    settings = shipped_settings()
+    observer = LiveObserver(settings, at_once=True)
+    told = fed(observer, exchanges(settings, None, swing(0.4, 0.1, 12_000), swing(0.02, 0.1)))
+    assert all(watch.state is WatchState.USUAL for watch in observer.watches.values()) and observer.changes() == []
+    assert np.sqrt(np.mean(told[15_000:] ** 2, axis=0)).max() < 1e-4
 
 
 def test_before_torque_is_on_nothing_is_told() -> None:
