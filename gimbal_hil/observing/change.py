@@ -1,6 +1,7 @@
-"""Whether what the model lacks on an axis is still what it usually lacks: told from seconds in which the axis moved.
+"""Whether what the model lacks on an axis is still what it usually lacks: told from seconds in which the axis slid.
 
-An axis that stands still says nothing: friction holds any torque up to break-away.
+An axis that stands still says nothing: friction holds any torque up to break-away. What it held shows until the joint
+has slid over some lengths of its bristles, and in the observer a little longer.
 """
 
 from __future__ import annotations
@@ -9,10 +10,12 @@ import math
 import statistics
 from enum import StrEnum
 
-#: seconds of motion that make what is usual, and how far beyond it counts as changed
+#: windows of sliding that make what is usual, and how far beyond it counts as changed
 LEARNING_WINDOWS, FACTOR = 10, 3.0
-#: of a window in which the axis moved less than this nothing is learned, rad
+#: an axis that moves less than this in the time of a window stands, rad
 LEAST_TRAVEL_RAD = 2e-3
+#: over so many times what its bristles give a joint slides until what it held is forgotten (exp(-5) is 0.7 %)
+_FORGOTTEN = 5.0
 #: how far below the threshold it is as usual again
 _BACK = 0.7
 
@@ -40,22 +43,26 @@ class WatchState(StrEnum):
 
 
 class AxisWatch:
-    """One axis: fed tick by tick while it is free to move, judged once a window."""
+    """One axis: fed tick by tick while it is free to move, judged whenever it has slid for a window."""
 
-    def __init__(self, window_ticks: int, least_nm: float) -> None:
-        self._window_ticks, self._least_nm = window_ticks, least_nm
+    def __init__(self, window_ticks: int, settling_ticks: int, least_nm: float) -> None:
+        """`settling_ticks` are those in which the observer forgets what it was wrong about."""
+        self._window_ticks, self._settling_ticks, self._least_nm = window_ticks, settling_ticks, least_nm
+        #: how far the joint moves on its bristles before it slides
+        self.give_rad = 0.0
         self.state = WatchState.LEARNING
         self.usual_nm: float | None = None
-        #: of the last whole window in which the axis moved
+        #: of the last whole window in which the axis slid
         self.rms_nm: float | None = None
         self._learned: list[float] = []
-        self._squares, self._count, self._low, self._high = 0.0, 0, math.inf, -math.inf
-        self._settling = True
+        self.settle()
 
     def settle(self) -> None:
         """The observer has begun anew: its first window counts for nothing."""
-        self._begin()
-        self._settling = True
+        self._squares, self._count = 0.0, 0
+        self._slid_rad, self._unsure_ticks = 0.0, self._window_ticks
+        self._from_rad: float | None = None
+        self._stretch_squares, self._stretch_ticks = 0.0, 0
 
     def learn_anew(self) -> None:
         """What comes from now on is usual."""
@@ -63,15 +70,34 @@ class AxisWatch:
 
     def take(self, missing_nm: float, position_rad: float) -> bool:
         """One tick; answers whether the state has just changed between usual and changed."""
-        self._squares += missing_nm * missing_nm
-        self._low, self._high = min(self._low, position_rad), max(self._high, position_rad)
-        self._count += 1
+        if self._from_rad is None:
+            self._from_rad = position_rad
+        self._stretch_squares += missing_nm * missing_nm
+        self._stretch_ticks += 1
+        moved_rad = abs(position_rad - self._from_rad)
+        slides = moved_rad >= max(LEAST_TRAVEL_RAD, self.give_rad)
+        if not slides and self._stretch_ticks < self._window_ticks:
+            return False
+        squares, ticks = self._stretch_squares, self._stretch_ticks
+        self._from_rad, self._stretch_squares, self._stretch_ticks = position_rad, 0.0, 0
+        return self._is_sure(moved_rad if slides else 0.0, ticks) and self._gather(squares, ticks)
+
+    def _is_sure(self, moved_rad: float, ticks: int) -> bool:
+        """Whether a stretch of the motion counts: as it began friction was that of sliding, and the observer had seen
+        it.
+        """
+        held, settling = self._slid_rad < max(LEAST_TRAVEL_RAD, _FORGOTTEN * self.give_rad), self._unsure_ticks > 0
+        self._slid_rad = self._slid_rad + moved_rad if moved_rad > 0.0 else 0.0
+        self._unsure_ticks = max(self._unsure_ticks - ticks, self._settling_ticks if held else 0)
+        return moved_rad > 0.0 and not held and not settling
+
+    def _gather(self, squares: float, ticks: int) -> bool:
+        self._squares, self._count = self._squares + squares, self._count + ticks
         if self._count < self._window_ticks:
             return False
-        rms, travel, settling = math.sqrt(self._squares / self._count), self._high - self._low, self._settling
-        self._begin()
-        self._settling = False
-        return not settling and travel >= LEAST_TRAVEL_RAD and self._judge(rms)
+        rms = math.sqrt(self._squares / self._count)
+        self._squares, self._count = 0.0, 0
+        return self._judge(rms)
 
     def _judge(self, rms_nm: float) -> bool:
         self.rms_nm = rms_nm
@@ -88,6 +114,3 @@ class AxisWatch:
         elif rms_nm < _BACK * threshold:
             self.state = WatchState.USUAL
         return self.state is not before
-
-    def _begin(self) -> None:
-        self._squares, self._count, self._low, self._high = 0.0, 0, math.inf, -math.inf

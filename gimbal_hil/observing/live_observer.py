@@ -26,6 +26,8 @@ from sim_backend.observer import ModelObserver
 Json = dict[str, Any]
 _FREE = (HostState.ACTIVE, HostState.STOPPING)
 _WINDOW_S = 1.0
+#: after so many time constants a triple pole has 1.4 % left
+_SETTLED = 8.0
 _SEQUENCES, _DEVICE_TICKS = 1024, 4096
 #: share of a new difference in the base's angular acceleration: its rates come in whole steps
 _BASE_SHARE = 0.2
@@ -59,6 +61,12 @@ def observed_model(settings: DaemonSettings) -> AntennaModel | None:
     return model
 
 
+def _give_rad(model: AntennaModel, axis: str) -> float:
+    """How far a joint moves on its bristles before it slides."""
+    stiffness = model.number(axis, "friction.sigma0")
+    return model.number(axis, "friction.breakaway") / stiffness if stiffness > 0.0 else 0.0
+
+
 class LiveObserver:
     """`take` answers the missing torques of every exchange, NaN while nothing is known."""
 
@@ -68,9 +76,11 @@ class LiveObserver:
         self.model_name = settings.observed_model
         self._observer: ModelObserver | None = None
         self._problem = ""
+        self._bandwidth_rad_s = 2.0 * math.pi * settings.observer_bandwidth_hz
         window = max(1, round(_WINDOW_S * settings.rate_hz))
+        settling = math.ceil(_SETTLED / self._bandwidth_rad_s * settings.rate_hz)
         least = [settings.observer.least_share * axis.limits.torque_nm for axis in settings.axes.values()]
-        self.watches = {name: AxisWatch(window, nm) for name, nm in zip(settings.axis_names, least, strict=True)}
+        self.watches = {n: AxisWatch(window, settling, nm) for n, nm in zip(settings.axis_names, least, strict=True)}
         self._torques = np.zeros((_SEQUENCES, 2))
         self._measured = np.zeros((2, 2))
         self._base = np.zeros(BASE_COLUMNS)
@@ -89,12 +99,13 @@ class LiveObserver:
         try:
             model = observed_model(self._settings)
             assert model is not None
-            bandwidth = 2.0 * math.pi * self._settings.observer_bandwidth_hz
-            made = ModelObserver(model, self._settings.rate_hz, bandwidth)
+            made = ModelObserver(model, self._settings.rate_hz, self._bandwidth_rad_s)
             made.observe(np.zeros((1, columns.INPUTS)))
         except BadInputError as refused:
             self._problem = str(refused)
             return
+        for axis, watch in zip(model.axes, self.watches.values(), strict=False):
+            watch.give_rad = _give_rad(model, axis)
         self._observer = made
 
     def take(self, exchanges: Sequence[Exchange]) -> list[tuple[float, float]]:

@@ -109,12 +109,19 @@ def test_before_torque_is_on_nothing_is_told() -> None:
     assert observer.status()["axes"]["outer"]["missing_torque_nm"] is None
 
 
+def test_what_a_joint_gives_and_how_long_the_observer_takes_come_from_its_model_and_settings() -> None:
+    settings = shipped_settings()
+    watches = LiveObserver(settings, at_once=True).watches
+    assert watches["outer"].give_rad == pytest.approx(0.2585 / 238.88)
+    assert watches["inner"].give_rad == pytest.approx(0.1451 / 271.68)
+
+
 def feed(watch: AxisWatch, nm: float, travel_rad: float = 0.1, windows: int = 1) -> list[bool]:
     return [watch.take(nm, position) for _ in range(windows) for position in np.linspace(0.0, travel_rad, 10)]
 
 
 def test_a_change_is_told_once_when_it_comes_and_once_when_it_goes() -> None:
-    watch = AxisWatch(10, 1e-3)
+    watch = AxisWatch(10, 2, 1e-3)
     feed(watch, 5.0)  # settles
     feed(watch, 0.01, windows=10)
     assert watch.state is WatchState.USUAL and watch.usual_nm == pytest.approx(0.01)
@@ -125,11 +132,36 @@ def test_a_change_is_told_once_when_it_comes_and_once_when_it_goes() -> None:
 
 
 def test_standing_still_teaches_nothing_and_what_is_less_than_the_least_is_no_change() -> None:
-    watch = AxisWatch(10, 1e-3)
+    watch = AxisWatch(10, 2, 1e-3)
     feed(watch, 0.0)
     feed(watch, 1e-5, windows=10)
     assert sum(feed(watch, 9e-4)) == 0 and watch.state is WatchState.USUAL
     assert sum(feed(watch, 0.5, travel_rad=1e-3, windows=20)) == 0 and watch.state is WatchState.USUAL
+
+
+def test_what_friction_held_is_no_change_until_it_is_forgotten_and_a_change_is_told_after_that() -> None:
+    give_rad, settling, held_nm = 0.01, 4, 0.5
+    watch = AxisWatch(10, settling, 1e-3)
+    watch.give_rad = give_rad
+    feed(watch, 0.01, windows=20)
+    assert watch.state is WatchState.USUAL
+    # two ticks slide as far as the bristles give; five times that, and the ticks in which the observer follows
+    unsure, at_rad = 1 + 10 + settling, 0.1
+    for _ in range(12):
+        assert not any(watch.take(held_nm, at_rad) for _ in range(30)), "stands"
+        assert not any(watch.take(held_nm, at_rad + 0.6 * give_rad * tick) for tick in range(unsure))
+        at_rad += 0.6 * give_rad * (unsure - 1)
+        assert watch.state is WatchState.USUAL and watch.rms_nm == pytest.approx(0.01)
+    assert sum(watch.take(held_nm, at_rad + 0.6 * give_rad * tick) for tick in range(1, 15)) == 1
+    assert watch.state is WatchState.CHANGED
+
+
+def test_a_joint_that_trembles_on_its_bristles_does_not_slide() -> None:
+    watch = AxisWatch(10, 2, 1e-3)
+    watch.give_rad = 0.01
+    for tick in range(500):
+        watch.take(0.5, 0.009 * (tick % 2))
+    assert watch.rms_nm is None
 
 
 def test_a_model_of_another_antenna_is_refused_and_without_one_there_is_no_observer(tmp_path: Path) -> None:
