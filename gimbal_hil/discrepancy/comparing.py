@@ -27,12 +27,15 @@ def surely(inquiry: Inquiry, old: State, new: State) -> float:
     return sum(gain_on(inquiry, old, new, part).sure for part in ("fitted", "selecting")) / math.sqrt(2.0)
 
 
-def clearly_better(inquiry: Inquiry, without: State, new: State, old: State) -> bool:
-    """Whether one state takes more than another by a share of what that leaves, which is noise at least."""
-    unit = np.maximum(without.fit.squares, 1.0)
+def clearly_better(inquiry: Inquiry, new: State, old: State) -> bool:
+    """Whether one state leaves less than another by a share of what that leaves, which is noise at least.
+
+    Where one leaves much of one channel and the other much of another, neither is the unit of both.
+    """
+    unit = np.maximum(np.minimum(new.fit.squares, old.fit.squares), 1.0)
     left = sum(float(np.sum(np.maximum(mean_squares(rows), 1.0) / unit)) for rows in (old.fitted, old.selecting))
-    more = advantage(inquiry, without, new) - advantage(inquiry, without, old)
-    return more > _BETTER * left and gain_on(inquiry, old, new, "selecting").sure > 0.0
+    fitted, selecting = (gain_on(inquiry, old, new, part, unit) for part in ("fitted", "selecting"))
+    return fitted.mean + selecting.mean > _BETTER * left and selecting.sure > 0.0
 
 
 def no_worse(before: Floats, after: Floats) -> bool:

@@ -94,8 +94,8 @@ def extended(inquiry: Inquiry, start: State, most: int, heard: tuple[Response, .
 
 
 def one_more(inquiry: Inquiry, path: Path, release: bool) -> Path:
-    """The state with the one cause more that pays best, or with several numbers that leave their uncertainty, where
-    those may be let go of; or the same state.
+    """The state with one more cause, that which pays best; or, where `release` lets them, with several numbers that
+    leave their uncertainty; or the same state.
     """
     before = path.state
     tried = candidates(inquiry, before, path.heard)
@@ -116,7 +116,7 @@ def one_more(inquiry: Inquiry, path: Path, release: bool) -> Path:
 
 def _takes_over(inquiry: Inquiry, before: State, found: State, several: State) -> bool:
     """Whether several numbers that leave their uncertainty pay beside the best single cause."""
-    return pays(inquiry, found, several) and clearly_better(inquiry, before, several, found)
+    return pays(inquiry, found, several) and clearly_better(inquiry, several, found)
 
 
 def plainest(inquiry: Inquiry, before: State, paying: list[State]) -> State:
@@ -133,7 +133,7 @@ def plainest(inquiry: Inquiry, before: State, paying: list[State]) -> State:
     best = paying[0]
     for other in sorted(paying[1:], key=plainness):
         if plainness(other) < plainness(best):
-            beaten = clearly_better(inquiry, before, best, other)
+            beaten = clearly_better(inquiry, best, other)
             if is_new(best) and not is_new(other):
                 beaten = beaten and surely(inquiry, other, best) > inquiry.policy.anew
             if not beaten:
@@ -290,7 +290,7 @@ def slots_again(inquiry: Inquiry, path: Path, without_each: tuple[State, ...]) -
         tried = candidates(inquiry, without, path.heard, state)
         path = replace(path, rounds=(*path.rounds, Round(without, tuple(tried), {})))
         tried = _sound(inquiry, without, tried)
-        if tried and clearly_better(inquiry, without, tried[0], state):
+        if tried and clearly_better(inquiry, tried[0], state):
             path = replace(path, state=plainest(inquiry, without, tried))
     return path
 

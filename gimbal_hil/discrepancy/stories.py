@@ -40,7 +40,7 @@ def _more_is_there(inquiry: Inquiry, start: State, fuller: State, plainer: State
     """Whether a story is better than one with fewer numbers: clearly, and where that leaves no gap by more than a twin
     is exact to.
     """
-    if not clearly_better(inquiry, start, fuller, plainer):
+    if not clearly_better(inquiry, fuller, plainer):
         return False
     squares = (squares_of(state) for state in (fuller, plainer, start))
     return stands_out(inquiry, plainer) or not same_to_a_twin(inquiry.policy, *squares)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy.comparing import same_to_a_twin
+from gimbal_hil.discrepancy.comparing import clearly_better, same_to_a_twin
 from gimbal_hil.discrepancy.deciding import Status, Told, class_probability, rejudged
 from gimbal_hil.discrepancy.exhaustion import Predictable
 from gimbal_hil.discrepancy.judging import Remainder, Standing
@@ -117,3 +117,28 @@ def test_no_two_explanations_are_told_apart_by_less_than_a_twin_is_exact_to(
 def test_noise_that_comes_through_a_lag_tells_it_from_nothing(noisier: float, theirs: float, same: bool) -> None:
     one, other, without = np.array([1.0]), np.array([theirs]), np.array([4.0])
     assert same_to_a_twin(Policy(), one, other, without, np.array([noisier])) is same
+
+
+def _leaves(*floors: float) -> Any:
+    """A state that leaves white noise of these sizes, a channel each."""
+    rows = np.array(floors) * np.random.default_rng(4).standard_normal((4000, len(floors)))
+    return SimpleNamespace(fit=SimpleNamespace(squares=np.mean(rows**2, axis=0)), fitted=rows, selecting=rows)
+
+
+@pytest.mark.parametrize(
+    ("new", "old", "better"),
+    [
+        # where the other channel had no gap, or one of a hundred floors
+        ((1.0, 1.0), (1.0, 2.0), True),
+        ((100.0, 1.0), (100.0, 2.0), True),
+        ((1.0, 1.0), (1.0, 1.01), False),
+        # much of one channel for little of the other
+        ((1.0, 5.0), (40.0, 1.0), True),
+        ((40.0, 1.0), (1.0, 5.0), False),
+    ],
+)
+def test_a_state_is_better_by_what_is_left_of_each_channel(
+    new: tuple[float, float], old: tuple[float, float], better: bool
+) -> None:
+    inquiry: Any = SimpleNamespace(split=lambda rows: [rows], split_held=lambda rows, selecting: [rows])
+    assert clearly_better(inquiry, _leaves(*new), _leaves(*old)) is better
