@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import subprocess
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -16,7 +17,7 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.compiler import Compiler, CompileResult
 
 from firmware_protocol.inner_code import LinkedCode
-from firmware_protocol.interpreter import INTERPRETER
+from firmware_protocol.interpreter import apart_from_the_users_folder
 
 
 class PartCache(FunctionCache):  # type: ignore[misc]
@@ -67,7 +68,9 @@ class PartCache(FunctionCache):  # type: ignore[misc]
         module, name = self._py_func.__module__, self._py_func.__name__
         program = f"from {module} import {name} as part; part.translate()"
         nowhere = subprocess.DEVNULL
-        self.elsewhere = subprocess.Popen([*INTERPRETER, "-c", program], stdin=nowhere, stdout=nowhere, stderr=nowhere)
+        words = [sys.executable, "-c", program]
+        with apart_from_the_users_folder():
+            self.elsewhere = subprocess.Popen(words, stdin=nowhere, stdout=nowhere, stderr=nowhere)
 
 
 def compiler_beginning_with(begin: Callable[[], None]) -> type[Compiler]:

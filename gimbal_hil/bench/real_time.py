@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import BadInputError, GimbalHilError
-from gimbal_hil.bench.two_processes import COMMAND, running_plant, two_process_configuration
+from gimbal_hil.bench.two_processes import begun, running_plant, two_process_configuration
 from gimbal_hil.host import HostState, word_of
 from gimbal_hil.operator import OperatorClient
 from gimbal_hil.runs import EventKind, open_run
@@ -169,7 +169,7 @@ def _daemon_turn(run: Path, configuration: Path, seconds: float, result: RealTim
         "--json",
     ]
     with (run.parent / "daemon.err").open("w+") as said:
-        daemon = subprocess.Popen([*COMMAND, *words], stdout=subprocess.PIPE, stderr=said, text=True)
+        daemon = begun(words, said)
         try:
             _keep_busy(run, daemon, began, result)
             answer = json.loads(daemon.communicate()[0])

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from firmware_protocol.errors import GimbalHilError, LinkError
 from gimbal_hil.bench.soak import FAULTS, MEMORY_SHARE, random_program, torque_problems
-from gimbal_hil.bench.two_processes import COMMAND, running_plant, two_process_configuration
+from gimbal_hil.bench.two_processes import begun, running_plant, two_process_configuration
 from gimbal_hil.host import EventCode, HostState, word_of
 from gimbal_hil.operator import OperatorClient, RequestRefusedError
 from gimbal_hil.runs import GrowingLog, open_run
@@ -105,7 +105,7 @@ def _running_daemon(configuration: Path, run: Path, figures: AcrossFigures) -> I
     """`gimbal-hil daemon` with its door open; where it has gone too early, that is a problem with its last words."""
     words = ["daemon", "--config", str(configuration), "--out", str(run), "--page", "0", "--json"]
     with (run.parent / "daemon.err").open("w+") as said:
-        daemon = subprocess.Popen([*COMMAND, *words], stdout=subprocess.PIPE, stderr=said, text=True)
+        daemon = begun(words, said)
         try:
             began = time.monotonic()
             while not (run / "operator.json").exists():

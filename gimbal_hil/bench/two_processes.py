@@ -5,19 +5,19 @@ from __future__ import annotations
 import json
 import signal
 import subprocess
-from collections.abc import Iterator
+import sys
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from firmware_protocol.documents import read_yaml, yaml_text
 from firmware_protocol.errors import BadInputError, GimbalHilError
-from firmware_protocol.interpreter import INTERPRETER
+from firmware_protocol.interpreter import apart_from_the_users_folder
 from gimbal_hil.settings import shipped_settings_path
 
 Json = dict[str, Any]
-COMMAND = (*INTERPRETER, "-c", "from gimbal_hil.cli import main; main()")
 #: a line that carries 2 kHz
 _BAUDRATE = 2_000_000
 
@@ -56,15 +56,17 @@ def two_process_configuration(folder: Path, link: str, rate_hz: float, changes: 
     return path
 
 
+def begun(words: Sequence[str], said: int | IO[str]) -> subprocess.Popen[str]:
+    """A command of this program in a process of its own: its answer through a pipe, what it says into `said`."""
+    program = [sys.executable, "-c", "from gimbal_hil.cli import main; main()"]
+    with apart_from_the_users_folder():
+        return subprocess.Popen([*program, *words], stdout=subprocess.PIPE, stderr=said, text=True)
+
+
 @contextmanager
 def running_plant(configuration: Path) -> Iterator[PlantProcess]:
     """`gimbal-hil plant` until the block ends."""
-    process = subprocess.Popen(
-        [*COMMAND, "plant", "--config", str(configuration), "--json"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-    )
+    process = begun(["plant", "--config", str(configuration), "--json"], subprocess.DEVNULL)
     plant = PlantProcess(process.pid)
     try:
         assert process.stdout is not None

@@ -99,9 +99,7 @@ def _with_values(function: Callable[..., Answer], *arguments: Any, **named: Any)
 
 
 class LocalProcesses(WorkExecutor):
-    """Processes on this machine; forked where the system can, so that shared values and compiled code are inherited,
-    not sent.
-    """
+    """Processes on this machine; forked, so that shared values and compiled code are inherited, not sent."""
 
     def __init__(self, workers: int) -> None:
         self._workers = workers
@@ -117,9 +115,7 @@ class LocalProcesses(WorkExecutor):
     def submit(self, function: Callable[..., Answer], /, *arguments: Any, **named: Any) -> Future[Answer]:
         """Queue one call; function and arguments must pickle."""
         if self._pool is None:
-            context = multiprocessing.get_context(
-                "fork" if "fork" in multiprocessing.get_all_start_methods() else "spawn"
-            )
+            context = multiprocessing.get_context("fork")
             orders = self._values, os.getpid()
             self._pool = ProcessPoolExecutor(self._workers, mp_context=context, initializer=_install, initargs=orders)
         return self._pool.submit(_with_values, function, *arguments, **named)

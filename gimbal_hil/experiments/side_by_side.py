@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from firmware_protocol.errors import EXIT_INTERRUPTED, BadInputError
+from firmware_protocol.interpreter import apart_from_the_users_folder
 from gimbal_hil.experiments.antenna import AntennaUnderTest
 from gimbal_hil.experiments.checkpoint import CHECKPOINT_FILE, read_checkpoint
 from gimbal_hil.experiments.experiment import Experiment, Row, Signals
@@ -100,13 +101,15 @@ def remove_parts(folder: Path) -> None:
 def _run_all(parts: Sequence[_Part], sink: ProgressSink) -> None:
     """The last part in this process, the others in one each."""
     context = get_context("spawn")
-    done_s, stop = context.Value("d", 0.0), context.Event()
+    with apart_from_the_users_folder():  # the first lock starts the tracker
+        done_s, stop = context.Value("d", 0.0), context.Event()
     others: list[tuple[SpawnProcess, Connection]] = []
     try:
         for part in parts[:-1]:
             near, far = context.Pipe(duplex=False)
             process = context.Process(target=_in_own_process, args=(part, done_s, stop, far, os.getpid()), daemon=True)
-            process.start()
+            with apart_from_the_users_folder():
+                process.start()
             far.close()
             others.append((process, near))
         here = _WithOthers(sink, done_s)

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import os
 import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,7 +15,7 @@ from pathlib import Path
 from typing import Protocol
 
 from firmware_protocol.errors import GimbalHilError, LinkError
-from firmware_protocol.interpreter import INTERPRETER
+from firmware_protocol.interpreter import apart_from_the_users_folder
 from gimbal_hil.experiments import Experiment, ProgressSink, conduct, conduct_through_daemon, embedded_model_of
 from gimbal_hil.host import HostState, word_of
 from gimbal_hil.operator import OperatorClient, RequestRefusedError
@@ -102,7 +103,7 @@ def _own_daemon(config: Path | None, out: Path) -> Iterator[Path]:
     run, log = out / f"daemon_{number}", out / f"daemon_{number}.log"
     out.mkdir(parents=True, exist_ok=True)
     words = [
-        *INTERPRETER,
+        sys.executable,
         "-c",
         "from gimbal_hil.cli import main; main()",
         "daemon",
@@ -115,7 +116,7 @@ def _own_daemon(config: Path | None, out: Path) -> Iterator[Path]:
         str(os.getpid()),
         "--json",
     ]
-    with log.open("wb") as said:
+    with log.open("wb") as said, apart_from_the_users_folder():
         # in a session of its own: Ctrl-C first brings the joints back, and only then ends the daemon
         process = subprocess.Popen(words, stdout=said, stderr=said, start_new_session=True)
     try:

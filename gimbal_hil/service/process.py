@@ -10,12 +10,13 @@ import json
 import os
 import select
 import subprocess
+import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Self
 
 from firmware_protocol.errors import BadInputError
-from firmware_protocol.interpreter import INTERPRETER
+from firmware_protocol.interpreter import apart_from_the_users_folder
 from gimbal_hil.operator import Door
 from gimbal_hil.runs import RunHeader
 from gimbal_hil.telemetry import COMMAND_BYTES, TELEMETRY_BYTES
@@ -67,13 +68,14 @@ class ServiceProcess:
             orders = Orders(
                 telemetry, commands, str(run), asdict(header), str(self.door.socket), self.door.token, asdict(settings)
             )
-            self._process = subprocess.Popen(
-                [*INTERPRETER, "-m", "gimbal_hil.service"],
-                pass_fds=(telemetry, commands),
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                start_new_session=True,  # Ctrl-C in a terminal is for the control process alone
-            )
+            with apart_from_the_users_folder():
+                self._process = subprocess.Popen(
+                    [sys.executable, "-m", "gimbal_hil.service"],
+                    pass_fds=(telemetry, commands),
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    start_new_session=True,  # Ctrl-C in a terminal is for the control process alone
+                )
         finally:
             os.close(telemetry)
             os.close(commands)

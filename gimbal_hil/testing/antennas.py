@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import os
 import subprocess
+import sys
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -13,7 +14,7 @@ from pathlib import Path
 
 from firmware_protocol.documents import yaml_text
 from firmware_protocol.errors import BadInputError, LinkError, SafetyStopError
-from firmware_protocol.interpreter import INTERPRETER
+from firmware_protocol.interpreter import apart_from_the_users_folder
 from firmware_protocol.links import AntennaInStep, open_link, require_can_wait
 from gimbal_hil.host import AxisCommand, HostState, Mode, Segment, Shape, program_of, word_of
 from gimbal_hil.lockstep import FramePath, Recorded
@@ -207,9 +208,10 @@ class DaemonAntennaOfTest(AntennaOfTest):
         words = ["daemon", "--config", str(configuration), "--out", str(folder), "--end-with", str(os.getpid())]
         self._output = folder.with_name(f"{folder.name}.txt").open("w", encoding="utf-8")
         program = f"from gimbal_hil.cli import main; main({words!r})"
-        self._daemon = subprocess.Popen(
-            [*INTERPRETER, "-c", program], stdout=self._output, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL
-        )
+        with apart_from_the_users_folder():
+            self._daemon = subprocess.Popen(
+                [sys.executable, "-c", program], stdout=self._output, stderr=subprocess.STDOUT, stdin=subprocess.DEVNULL
+            )
         try:
             self._client = self._connected()
         except BaseException:

@@ -15,10 +15,11 @@ from __future__ import annotations
 import mmap
 import os
 import subprocess
+import sys
 import time
 from types import TracebackType
 
-from firmware_protocol.interpreter import INTERPRETER
+from firmware_protocol.interpreter import apart_from_the_users_folder
 from gimbal_hil.timing.mailbox import anonymous_memory
 from gimbal_hil.timing.membarrier import REGISTER_GLOBAL_EXPEDITED, membarrier
 from gimbal_hil.timing.miss_causes import Stall
@@ -90,18 +91,19 @@ class WitnessProcess:
         membarrier(REGISTER_GLOBAL_EXPEDITED)()
         descriptor = anonymous_memory(_SIZE)
         try:
-            self._process = subprocess.Popen(
-                [
-                    *INTERPRETER,
-                    "-m",
-                    "gimbal_hil.timing.watching",
-                    str(descriptor),
-                    str(-1 if core is None else core),
-                    str(os.getpid()),
-                ],
-                pass_fds=(descriptor,),
-                stdin=subprocess.DEVNULL,
-            )
+            with apart_from_the_users_folder():
+                self._process = subprocess.Popen(
+                    [
+                        sys.executable,
+                        "-m",
+                        "gimbal_hil.timing.watching",
+                        str(descriptor),
+                        str(-1 if core is None else core),
+                        str(os.getpid()),
+                    ],
+                    pass_fds=(descriptor,),
+                    stdin=subprocess.DEVNULL,
+                )
             self.page = WitnessPage(descriptor)
         finally:
             os.close(descriptor)

@@ -7,12 +7,13 @@ the least data that this code takes.
 from __future__ import annotations
 
 import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from firmware_protocol.interpreter import INTERPRETER
+from firmware_protocol.interpreter import apart_from_the_users_folder
 
 #: a log that the scored band's filters fit into
 _ROWS, _PERIOD_S, _BAND_HZ = 4000, 1e-3, 25.0
@@ -126,7 +127,8 @@ def ask_elsewhere(*names: str) -> None:
         f"for name in {names!r}: next(kernel for kernel in KERNELS if kernel.name == name).ask()"
     )
     nowhere = subprocess.DEVNULL
-    subprocess.Popen([*INTERPRETER, "-c", program], stdin=nowhere, stdout=nowhere, stderr=nowhere)
+    with apart_from_the_users_folder():
+        subprocess.Popen([sys.executable, "-c", program], stdin=nowhere, stdout=nowhere, stderr=nowhere)
 
 
 #: in the order in which a newcomer needs them

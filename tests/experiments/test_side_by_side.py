@@ -6,6 +6,8 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
 from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
@@ -127,3 +129,27 @@ def test_what_ends_a_part_in_another_process_ends_the_experiment_with_the_same_e
 def test_a_folder_without_parts_cannot_be_resumed(tmp_path: Path) -> None:
     with pytest.raises(BadInputError, match="parts: no such folder"):
         conducted(tmp_path / "nothing", fast_sliding(), resume=True)
+
+
+PROGRAM = """
+import os
+from gimbal_hil.experiments.runner import Silent
+from gimbal_hil.experiments.side_by_side import _run_all
+
+class Part:
+    def run(self, progress):
+        progress.at("", 1.0)
+
+if __name__ == "__main__":
+    before = dict(os.environ)
+    _run_all([Part(), Part()], Silent())
+    print(os.environ == before)
+"""
+
+
+def test_processes_of_parts_read_no_module_of_the_folder_where_the_user_stands(tmp_path: Path) -> None:
+    (tmp_path / "programs").mkdir()
+    (tmp_path / "programs" / "parts.py").write_text(PROGRAM)
+    (tmp_path / "signal.py").write_text("raise ImportError('mine')")
+    done = subprocess.run([sys.executable, "programs/parts.py"], cwd=tmp_path, capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "True\n", "")
