@@ -244,12 +244,18 @@ def _starts_apart(module: ast.Module) -> bool:
     return bool(starts) and starts <= inside
 
 
-def test_a_module_of_the_users_folder_takes_no_place(tmp_path: Path) -> None:
-    (tmp_path / "queue.py").write_text("raise SystemExit('the wrong one')")
-    with apart_from_the_users_folder():
+def test_a_module_of_the_users_folder_takes_no_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "signal.py").write_text("raise SystemExit('the wrong one')")
+    monkeypatch.delenv("PYTHONSAFEPATH", raising=False)
+
+    def said() -> bytes:
         words = [sys.executable, "-m", "gimbal_hil.service"]
-        done = subprocess.run(words, cwd=tmp_path, input=b"", capture_output=True)
-    assert b"the wrong one" not in done.stderr
+        return subprocess.run(words, cwd=tmp_path, input=b"", capture_output=True).stderr
+
+    with apart_from_the_users_folder():
+        assert b"the wrong one" not in said()
+    # it is what keeps the module out, and what a user's own script starts afterwards is as before
+    assert b"the wrong one" in said()
 
 
 @in_a_checkout
