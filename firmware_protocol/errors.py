@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 EXIT_DONE, EXIT_NO, EXIT_BAD_INPUT, EXIT_SAFETY_STOP, EXIT_INTERRUPTED = 0, 1, 2, 3, 130
 #: characters of what was handed in that an error quotes
@@ -25,6 +26,20 @@ class BadInputError(GimbalHilError):
         self.where, self.problem, self.expected = _one_line(where), _one_line(problem), expected
         self.others = tuple(others)
         super().__init__(f"{self.where}: {self.problem}" + (f"; expected {expected}" if expected else ""))
+
+    def below(self, where: str) -> BadInputError:
+        """The same refusal, and those beside it, as a part of `where`."""
+        others = [other.below(where) for other in self.others]
+        return BadInputError(f"{where}: {self.where}", self.problem, self.expected, others)
+
+
+@contextmanager
+def refused_below(where: str) -> Iterator[None]:
+    """What is refused within is refused as a part of `where`: the file or key that led to it."""
+    try:
+        yield
+    except BadInputError as refusal:
+        raise refusal.below(where) from refusal
 
 
 def _one_line(text: str) -> str:

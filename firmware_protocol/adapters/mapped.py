@@ -33,7 +33,7 @@ from pydantic import Field
 from firmware_protocol.adapters.bus import CanFrame
 from firmware_protocol.adapters.drive import AxisSample, DriveTiming, Gives, Power
 from firmware_protocol.documents import Strict, read_yaml, validated
-from firmware_protocol.errors import BadInputError
+from firmware_protocol.errors import BadInputError, refused_below
 from firmware_protocol.links import DriveSection
 
 #: factor of a unit to SI
@@ -214,7 +214,8 @@ class MappedDrive:
     def __init__(self, section: DriveSection, timing: DriveTiming) -> None:
         if section.map is None:
             raise BadInputError("link.drives: map", "is missing", "the YAML file that maps the drive's DBC")
-        self._map, self._database = load_map(section.map)
+        with refused_below("link.drives: map"):
+            self._map, self._database = load_map(section.map)
         self._offset, self._period_s = self._map.id_step * section.id, timing.period_s
         self._by_identifier = {one.frame_id + self._offset: one for one in self._database.messages}
         self._given = self._map.feedback.given()

@@ -9,12 +9,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from firmware_protocol.errors import BadInputError, GimbalHilError
+from firmware_protocol.errors import BadInputError, GimbalHilError, refused_below
 from firmware_protocol.links import AdapterLinkConfig
 from gimbal_hil.checking.kinds import FileKind, kind_of
 from gimbal_hil.experiments import embedded_model_of, load_plan
 from gimbal_hil.runs import open_run
-from gimbal_hil.settings import EmbeddedAntenna, load_settings
+from gimbal_hil.settings import DaemonSettings, EmbeddedAntenna, load_settings
 from gimbal_hil.signals import ColumnMap, read_signals
 from sim_backend.carrying import INNER, OUTER
 from sim_backend.model import AntennaModel, load_model
@@ -114,17 +114,20 @@ def _configuration(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]
     from gimbal_hil.observing import observed_model
 
     settings = load_settings(path)
+    with refused_below(str(path)):
+        place, settings = _antenna_of(settings)
+        observed_model(settings.with_model())
     virtual = isinstance(settings.link, EmbeddedAntenna)
+    return f"{settings.rate_hz:g} Hz, {place}, axes {' and '.join(settings.axis_names)}", virtual
+
+
+def _antenna_of(settings: DaemonSettings) -> tuple[str, DaemonSettings]:
     if isinstance(settings.link, EmbeddedAntenna):
         model, _ = embedded_model_of(settings)
-        settings = settings.for_axes(model.axes, model.where)
-        place = f"the virtual antenna {model.name}"
-    elif isinstance(settings.link, AdapterLinkConfig):
-        place = f"two {settings.link.drive} drives"
-    else:
-        place = f"a {settings.link.kind} link"
-    observed_model(settings.with_model())
-    return f"{settings.rate_hz:g} Hz, {place}, axes {' and '.join(settings.axis_names)}", virtual
+        return f"the virtual antenna {model.name}", settings.for_axes(model.axes, model.where)
+    if isinstance(settings.link, AdapterLinkConfig):
+        return f"two {settings.link.drive} drives", settings
+    return f"a {settings.link.kind} link", settings
 
 
 def _model(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> tuple[str, bool]:

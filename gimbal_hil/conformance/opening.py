@@ -18,7 +18,8 @@ def open_antenna(settings: DaemonSettings, *, lockstep: bool = False) -> Carrier
     link = settings.link
     if isinstance(link, EmbeddedAntenna):
         embedded, own = link.embedded, link.embedded.firmware is FirmwareRun.VIRTUAL
-        device = run_firmware(embedded.firmware, model_named(embedded.model), settings.rate_hz, embedded.seed)
+        model = model_named(embedded.model, "link.embedded.model")
+        device = run_firmware(embedded.firmware, model, settings.rate_hz, embedded.seed)
         kind = "virtual antenna" if own else f"C device ({embedded.firmware}) with antenna"
         return InStep(device, f"{kind} {device.model.name}", settings.rate_hz)
     if lockstep:

@@ -73,7 +73,7 @@ class EmbeddedLink(LinkBasis):
 
 def embedded_model(link: EmbeddedAntenna) -> AntennaModel:
     """The model that an embedded antenna follows: a shipped name or a file."""
-    return model_named(link.embedded.model)
+    return model_named(link.embedded.model, "link.embedded.model")
 
 
 def embedded_antenna(settings: DaemonSettings, link: EmbeddedAntenna) -> EmbeddedLink:

@@ -34,7 +34,7 @@ def embedded_model_of(settings: DaemonSettings) -> tuple[AntennaModel, int]:
             "an embedded antenna for --lockstep, or a daemon with --run",
         )
     named = link.embedded
-    return model_named(named.model), named.seed
+    return model_named(named.model, "link.embedded.model"), named.seed
 
 
 def run_header(settings: DaemonSettings, model: AntennaModel, seed: int, title: str, every: int) -> RunHeader:

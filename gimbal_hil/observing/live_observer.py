@@ -53,9 +53,10 @@ def observed_model(settings: DaemonSettings) -> AntennaModel | None:
     name = settings.observed_model
     if name is None:
         return None
-    model = model_named(name)
+    own = settings.observer.model is not None
+    model = model_named(name, "observer.model" if own else "link.embedded.model")
     names = settings.axis_names[: len(model.axes)]
-    if tuple(model.axes) != names and settings.observer.model is not None:
+    if own and tuple(model.axes) != names:
         expected = f"a model of {' and '.join(settings.axis_names)}"
         raise BadInputError("observer.model", f"{name} has the axes {' and '.join(model.axes)}", expected)
     return model

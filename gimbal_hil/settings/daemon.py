@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, field_validator, model_validator
 
 from firmware_protocol.documents import Strict, read_yaml, validated
-from firmware_protocol.errors import BadInputError
+from firmware_protocol.errors import BadInputError, refused_below
 from firmware_protocol.links import AdapterLinkConfig
 from gimbal_hil.settings.axis import AxisSettings, NotNegative, Positive
 from gimbal_hil.settings.learning import ModelControl
@@ -261,10 +261,11 @@ class DaemonSettings(Strict):
         if control is None or control.document is not None:
             return self
         axes = {name: axis.with_entries(name) for name, axis in self.axes.items()}
-        model = model_named(control.model)
+        key = "model_control.model"
+        model = model_named(control.model, key)
         if is_model_file(control.model) and self.axis_names not in ((OUTER, INNER), model.axes):
             problem = f"{control.model} has the axes {' and '.join(model.axes)}"
-            raise BadInputError("model_control.model", problem, f"a model of {' and '.join(self.axis_names)}")
+            raise BadInputError(key, problem, f"a model of {' and '.join(self.axis_names)}")
         # how its base moves, perhaps by a file of its own, is nothing that a loop takes
         document = {key: value for key, value in model.document.items() if key != "base"}
         kept = control.model_copy(update={"document": document})
@@ -374,13 +375,8 @@ def adapted(settings: DaemonSettings, link: AdapterLinkConfig, where: str, folde
         if axis.limits.torque_nm > drive.torque_nm:
             expected = f"at most {drive.torque_nm:g} N m, the drive's torque_nm"
             raise BadInputError(f"{place}.torque_nm", f"{axis.limits.torque_nm:g} N m", expected)
-        try:
+        with refused_below(where):
             given_by_drive = gives_of(link.drive, drive)
-        except BadInputError as refusal:
-            # a map's refusal names the map's own file
-            if not refusal.where.startswith("link."):
-                raise
-            raise BadInputError(f"{where}: {refusal.where}", refusal.problem, refusal.expected) from refusal
         if Gives.GYRO not in given_by_drive:
             guard = next((one for one in _GYRO_GUARDS if getattr(axis.limits, one) is not None), None)
             if guard is not None:

@@ -39,9 +39,10 @@ def fill_model_control(C: NDArray[np.float64], settings: DaemonSettings, chosen:
     from sim_backend.rigid_body import body_numbers
 
     kept = chosen.document
-    model = model_named(chosen.model) if kept is None else model_from_document(kept, chosen.model)
+    key = "model_control.model"
+    model = model_named(chosen.model, key) if kept is None else model_from_document(kept, chosen.model)
     if model.kind is not ModelKind.GIMBAL:
-        raise BadInputError("model_control.model", f"{model.name} is {model.kind.value}", "a gimbal of two axes")
+        raise BadInputError(key, f"{model.name} is {model.kind.value}", "a gimbal of two axes")
     C[layout.EXTRAPOLATES_BASE] = float(chosen.extrapolate_base)
     C[layout.FEEDS_BODIES] = float(chosen.bodies)
     arrays = plant_arrays(model, settings.rate_hz)

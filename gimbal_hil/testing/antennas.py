@@ -126,7 +126,7 @@ class LockstepAntennaOfTest(AntennaOfTest):
     def __init__(self, settings: DaemonSettings, folder: Path) -> None:
         link = settings.link
         embedded = link.embedded if isinstance(link, EmbeddedAntenna) else EmbeddedAntenna().embedded
-        model = model_named(embedded.model)
+        model = model_named(embedded.model, "link.embedded.model")
         settings = settings.for_axes(model.axes, model.where).with_model()
         super().__init__(settings, folder)
         period_ns = round(1e9 / settings.rate_hz)

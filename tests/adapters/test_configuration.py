@@ -58,8 +58,9 @@ def test_a_map_is_looked_for_beside_the_configuration(tmp_path: Path) -> None:
     document = settings_and_model(link_section("moteus"))[0].model_dump(mode="json", by_alias=True, exclude_none=True)
     file = tmp_path / "antenna.yaml"
     file.write_text(yaml_text(document | {"link": link}))
-    with pytest.raises(BadInputError, match=str(tmp_path / "nowhere.yaml")):
+    with pytest.raises(BadInputError) as refused:
         load_settings(file)
+    assert refused.value.where == f"{file}: link.drives: map: {tmp_path / 'nowhere.yaml'}"
 
 
 @pytest.mark.parametrize(

@@ -87,6 +87,27 @@ def test_a_configuration_whose_model_has_other_axes_is_wrong(
     assert code == 1 and "azimuth and elevation" in out and "outer and inner" in out
 
 
+@pytest.mark.parametrize(
+    ("section", "said"),
+    [
+        ({"observer": {"model": "emps"}}, "observer.model: emps has the axes carriage"),
+        ({"observer": {"model": "./none.yaml"}}, "observer.model: {folder}/none.yaml: no such file"),
+        ({"observer": {"model": "nobody"}}, "observer.model: no shipped model 'nobody'"),
+        ({"model_control": {"model": "none.yaml"}}, "model_control.model: {folder}/none.yaml: no such file"),
+        ({"link": {"embedded": {"model": "none.yaml"}}}, "link.embedded.model: {folder}/none.yaml: no such file"),
+    ],
+)
+def test_a_model_that_is_refused_is_named_with_the_file_and_the_key_that_name_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], section: dict[str, object], said: str
+) -> None:
+    file, sound = tmp_path / "x.yaml", tmp_path / "y.yaml"
+    sound.write_text(CONFIGURATION.read_text())
+    file.write_text(yaml_text(yaml_mapping(CONFIGURATION.read_text(), "x", "y") | section))
+    code, out, _ = ask(capsys, str(sound), str(file))
+    assert code == 1
+    assert any(line.startswith(f"wrong  {file}: {said.format(folder=tmp_path)}") for line in out.splitlines()), out
+
+
 def test_a_plan_is_checked_against_the_axes_of_the_model_beside_it(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
