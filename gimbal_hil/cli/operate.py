@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 Run = Annotated[
     Path | None, typer.Option(metavar="RUN", help="Run folder of the daemon; without it the newest one below ./runs.")
 ]
-Place = Annotated[Path | None, typer.Argument(metavar="RUN", help="As --run.")]
+Place = Annotated[Path | None, typer.Argument(metavar="RUN", help="Run folder of the daemon, as with --run.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the daemon's answer as one JSON object.")]
 _MODES = {"position": "rad", "rate": "rad/s", "inertial_rate": "rad/s", "torque": "N m", "pointing": "rad"}
 
@@ -56,22 +56,31 @@ def set_axes(
 
 def stop(place: Place = None, run: Run = None, as_json: AsJson = False) -> int:
     """Brake both axes to rest under control, then torque off; the daemon stays connected."""
-    return _plain("stop", "braking to rest", run or place, as_json)
+    return _plain("stop", "braking to rest", _meant(place, run), as_json)
 
 
 def quick_stop(place: Place = None, run: Run = None, as_json: AsJson = False) -> int:
     """The drive brakes both axes by itself, with torque, and holds them until it is switched off; left by `reset`."""
-    return _plain("quick_stop", "quick stop", run or place, as_json, "reset")
+    return _plain("quick_stop", "quick stop", _meant(place, run), as_json, "reset")
 
 
 def reset(place: Place = None, run: Run = None, as_json: AsJson = False) -> int:
     """Leave a fault and connect anew; torque stays off until the next motion is requested."""
-    return _plain("fault_reset", "fault reset asked for", run or place, as_json)
+    return _plain("fault_reset", "fault reset asked for", _meant(place, run), as_json)
 
 
 def shut_down(place: Place = None, run: Run = None, as_json: AsJson = False) -> int:
     """Brake to rest, then end the daemon with its log complete."""
-    return _plain("shut_down", "shutting down", run or place, as_json, "replay")
+    return _plain("shut_down", "shutting down", _meant(place, run), as_json, "replay")
+
+
+def _meant(place: Path | None, run: Path | None) -> Path | None:
+    """The one folder that was given; BadInputError for two, of which one daemon would go on moving."""
+    from firmware_protocol.errors import BadInputError
+
+    if place is not None and run is not None and place.resolve() != run.resolve():
+        raise BadInputError(f"--run {run}", f"is not {place}, which was given as well", "one run folder")
+    return run or place
 
 
 def daemon_run(run: Path | None) -> Path:

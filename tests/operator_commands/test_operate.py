@@ -113,6 +113,16 @@ def test_a_word_is_one_request(
     assert json.loads(ask(capsys, word, *where, "--json")[1])["tick"] == 3020
 
 
+@pytest.mark.parametrize("word", ["stop", "quick-stop", "reset", "shut-down"])
+def test_two_daemons_at_once_are_refused_before_either_is_asked(
+    daemon: Daemon, capsys: pytest.CaptureFixture[str], word: str
+) -> None:
+    code, _, err = ask(capsys, word, "d1", "--run", "d2")
+    assert code == 2 and err == "error: --run d2: is not d1, which was given as well; expected one run folder\n"
+    assert not daemon.asked
+    assert ask(capsys, word, "d1", "--run", "./d1")[0] == 0 and len(daemon.asked) == 1
+
+
 def test_without_a_run_the_newest_daemon_below_runs_is_meant(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, daemon: Daemon, capsys: pytest.CaptureFixture[str]
 ) -> None:
