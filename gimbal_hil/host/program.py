@@ -109,6 +109,12 @@ class Program:
         require_program(values, length, where)
         return cls(values, length)
 
+    @property
+    def record_every(self) -> set[int]:
+        """Ticks between log rows that segments ask for, where they ask."""
+        wanted = self.values[layout.RECORD_EVERY : self.length * layout.SEGMENT_SIZE : layout.SEGMENT_SIZE]
+        return {int(every) for every in wanted if every > 0}
+
     def label(self, place: int) -> int:
         """Label of one segment."""
         return int(self.values[place * layout.SEGMENT_SIZE + layout.SEGMENT_ID])

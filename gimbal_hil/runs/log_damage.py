@@ -5,16 +5,19 @@ recorded.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 
 import numpy as np
+from numpy.typing import NDArray
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.runs.difference import Difference
 from gimbal_hil.runs.frame_columns import describe_difference, describe_frame
 from gimbal_hil.runs.integrity import explain
 from gimbal_hil.runs.reader import RecordedRun
-from gimbal_hil.runs.schema import stored_name
+from gimbal_hil.runs.schema import EventKind, stored_name
 from gimbal_hil.runs.seal_check import broken_seal
 
 
@@ -78,17 +81,48 @@ def _value(value: object) -> str:
 
 
 def _missing_ticks(run: RecordedRun) -> Difference | None:
-    """Rows that are not there although the host ran: a step in the tick that `skipped_ticks` does not explain. A
-    thinned log leaves rows out, and what they skipped with them.
-    """
-    if run.record.every_ticks > 1:
-        return None
-    ticks = run.ticks["tick"]
-    unexplained = np.flatnonzero(np.diff(ticks) - 1 != run.ticks["skipped_ticks"][1:])
+    """Rows that are not there although the host ran: a step in the tick that nothing explains."""
+    ticks, every = run.ticks["tick"], _most_between_rows(run)
+    steps = np.diff(ticks)
+    if every == 1:
+        unexplained = np.flatnonzero(steps - 1 != run.ticks["skipped_ticks"][1:])
+    else:
+        unexplained = np.flatnonzero(steps > every * (1 + _rows_skipped(run, every)))
     if not len(unexplained):
         return None
     at = int(unexplained[0])
-    return Difference(int(ticks[at]) + 1, "tick", str(ticks[at + 1]), str(ticks[at] + 1), "the log has lost rows here")
+    due = int(ticks[at]) + every
+    return Difference(due, "tick", str(ticks[at + 1]), str(due), "the log has lost rows here")
+
+
+def _most_between_rows(run: RecordedRun) -> int:
+    """Ticks from one row to the next where none was skipped: what the run says, and what a segment asks of a recording
+    in lockstep.
+    """
+    from gimbal_hil.host import Program
+
+    every = run.record.every_ticks
+    asked = {1}
+    for command in run.commands() if run.record.header.lockstep else ():
+        program = command.data.get("program")
+        if isinstance(program, Mapping):
+            with suppress(BadInputError):
+                asked |= Program.from_document(program).record_every
+    return max(math.lcm(every, wanted) for wanted in asked)
+
+
+def _rows_skipped(run: RecordedRun, every: int) -> NDArray[np.int64]:
+    """Between two rows of a thinned log, how many may be missing because the host lost their ticks: the row that would
+    say so is mostly left out itself, the event is not. Of a real clock one more, for a loss that nobody could explain.
+    """
+    ticks = run.ticks["tick"]
+    rows = np.full(max(0, len(ticks) - 1), 0 if run.record.header.lockstep else 1, np.int64)
+    for event in run.events:
+        periods = event.data.get("periods")
+        after = int(np.searchsorted(ticks, event.tick))
+        if event.kind is EventKind.TIMING and isinstance(periods, int) and 0 < after < len(ticks):
+            rows[after - 1] += -(-periods // every)
+    return rows
 
 
 def _changed_content(run: RecordedRun) -> Iterator[Difference]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import pytest
 from firmware_protocol.enumerations import DriveState
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.schema import BY_NAME, POSITION_STEP_RAD, TORQUE_STEP_NM
+from gimbal_hil.host import AxisCommand, Mode, Segment, Shape, program_of
 from gimbal_hil.runs import EventKind, RunWriter, damage_of, open_run
 from gimbal_hil.signals import SignalsTable, read_signals, signals_of_run, write_signals
 from tests.runs.synthetic import (
@@ -198,6 +200,50 @@ def test_the_exported_table_is_the_run_s_table(tmp_path: Path) -> None:
     }
     assert math.isclose(again.period_s, table.period_s, rel_tol=1e-9)
     assert BY_NAME["feedback_outer"].can_id in open_run(tmp_path / "run").frames["identifier"]
+
+
+def thinned(
+    folder: Path,
+    ticks: Iterable[int],
+    skips: Mapping[int, int] | None = None,
+    *,
+    every: int = 100,
+    segment: int = 0,
+    lockstep: bool = True,
+) -> list[str]:
+    """What is wrong with a run of one row in `every`, of which these are there."""
+    configuration = HEADER.configuration | {"recording": {"frames": False, "every_ticks": every}}
+    still = AxisCommand(Mode.POSITION, Shape.HOLD)
+    program = program_of([Segment(still, still, duration_ticks=10, record_every=segment)])
+    with RunWriter(folder, replace(HEADER, configuration=configuration, lockstep=lockstep)) as writer:
+        writer.command(0, 0, "start", {"command": "start", "program": program.as_document()})
+        for tick, periods in (skips or {}).items():
+            writer.event(tick, 0, EventKind.TIMING, "missed", {"periods": periods})
+        for tick in ticks:
+            writer.append_ticks(row_of(tick))
+    return [found.in_words() for found in damage_of(open_run(folder))]
+
+
+@pytest.mark.parametrize("lockstep", [True, False])
+def test_a_thinned_run_of_which_rows_were_cut_out_is_damaged(tmp_path: Path, lockstep: bool) -> None:
+    cut = [*range(0, 3000, 100), *range(7000, 10000, 100)]
+    (said,) = thinned(tmp_path / "run", cut, lockstep=lockstep)
+    assert "3000" in said and "lost rows" in said
+
+
+def test_a_row_of_a_thinned_run_whose_tick_was_skipped_is_none_that_was_lost(tmp_path: Path) -> None:
+    there = [tick for tick in range(0, 3000, 100) if tick not in (1000, 1100, 2000)]
+    assert thinned(tmp_path / "explained", there, {1150: 180, 2003: 5}) == []
+    assert len(thinned(tmp_path / "half", there, {1150: 80, 2003: 5})) == 1
+    assert thinned(tmp_path / "one", [0, 100, 300], lockstep=False) == []
+
+
+@pytest.mark.parametrize(("every", "step"), [(1, 5), (10, 10), (4, 20)])
+def test_a_segment_of_a_thinned_run_may_ask_for_fewer_rows(tmp_path: Path, every: int, step: int) -> None:
+    assert thinned(tmp_path / "whole", range(0, 1000, step), every=every, segment=5) == []
+    assert len(thinned(tmp_path / "cut", [0, step, 3 * step], every=every, segment=5)) == 1
+    # a daemon asks nobody what it records
+    assert len(thinned(tmp_path / "daemon", range(0, 1000, 30 * every), every=every, segment=5, lockstep=False)) == 1
 
 
 def test_a_thinned_run_is_sound_and_says_why_it_makes_no_table(tmp_path: Path) -> None:
