@@ -184,10 +184,8 @@ def _lines(results: list[AxisIdentification], out: Path) -> list[str]:
     for result in results:
         lines.append(result.axis)
         for e in result.estimates:
-            value = f"{e.value:.{e.digits}g}"
-            lines.append(
-                f"  {e.name:<18} {value:>10}  ({e.interval_text}) {e.unit:<10} {e.verdict.value.replace('_', ' ')}"
-            )
+            verdict = e.verdict.value.replace("_", " ")
+            lines.append(f"  {e.name:<18} {e.value_text:>10}  ({e.interval_text}) {e.unit:<10} {verdict}")
             if e.reason:
                 lines.append(f"  {'':<18} {e.reason}" + (f"; to settle it: {e.experiment}" if e.experiment else ""))
         lines += [f"  ! {finding.text}" for finding in result.findings]

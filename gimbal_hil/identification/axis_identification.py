@@ -302,8 +302,8 @@ def _disagreement(
     if slow.interval.low <= fast.interval.high and fast.interval.low <= slow.interval.high:
         return ()
     text = (
-        f"sigma0 from slow ramps {slow.fitted:.5g} ({slow.interval.low:.5g} to {slow.interval.high:.5g}) and from "
-        f"simulated motion {fast.fitted:.5g} ({fast.interval.low:.5g} to {fast.interval.high:.5g}) exclude each other: "
+        f"sigma0 from slow ramps {slow.fitted_text} ({slow.interval_text}) and from "
+        f"simulated motion {fast.fitted_text} ({fast.interval_text}) exclude each other: "
         "one bristle does not describe both"
     )
     return (DataWarning("stiffness_disagrees", text, axis),)

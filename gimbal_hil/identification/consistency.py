@@ -96,9 +96,8 @@ def break_away_findings(found: Sequence[BreakAway], static: StaticFit, axis: str
             way = "positive" if side > 0.0 else "negative"
             text = (
                 f"{way} direction: {len(torques)} ramps break away at {np.mean(torques):.4g} on average "
-                f"({torques.min():.4g} to {torques.max():.4g}), but sliding needs {coulomb.fitted:.4g} "
-                f"({coulomb.interval.low:.4g} to {coulomb.interval.high:.4g}) however slow: the two experiments "
-                "contradict each other, "
+                f"({torques.min():.4g} to {torques.max():.4g}), but sliding needs {coulomb.fitted_text} "
+                f"({coulomb.interval_text}) however slow: the two experiments contradict each other, "
                 "and no friction curve is fitted through both"
             )
             findings.append(DataWarning("break_away_below_coulomb", text, axis))

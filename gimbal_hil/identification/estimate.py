@@ -43,6 +43,11 @@ class Interval:
         return replace(self, low=min(self.low, *values), high=max(self.high, *values))
 
 
+def number_text(value: float | None, digits: int = 5) -> str:
+    """A number as for a person; a dash where there is none."""
+    return "–" if value is None or not math.isfinite(value) else f"{value:.{digits}g}"
+
+
 @dataclass(frozen=True)
 class Estimate:
     """One parameter: the value to use, what the data alone said, and how much that is worth.
@@ -67,12 +72,28 @@ class Estimate:
         width = self.interval.high - self.interval.low
         if not (math.isfinite(width) and width > 0.0 and math.isfinite(self.fitted) and self.fitted != 0.0):
             return 5
-        return min(max(math.ceil(math.log10(abs(self.fitted) / width)) + 2, 5), 9)
+        return min(max(math.ceil(math.log10(abs(self.fitted)) - math.log10(width)) + 2, 5), 9)
+
+    @property
+    def value_text(self) -> str:
+        """The value to use, as for a person."""
+        return number_text(self.value, self.digits)
+
+    @property
+    def fitted_text(self) -> str:
+        """What the data alone said, as for a person."""
+        return number_text(self.fitted, self.digits)
+
+    @property
+    def end_texts(self) -> tuple[str, str]:
+        """Both ends of the interval, as for a person; one that is open in brackets."""
+        low, high = (number_text(end, self.digits) for end in (self.interval.low, self.interval.high))
+        return f"({low})" if self.interval.open_low else low, f"({high})" if self.interval.open_high else high
 
     @property
     def interval_text(self) -> str:
-        """Both ends, as for a person."""
-        return f"{self.interval.low:.{self.digits}g} to {self.interval.high:.{self.digits}g}"
+        """The interval as one text."""
+        return " to ".join(self.end_texts)
 
     def as_record(self) -> dict[str, object]:
         """Plain types for `identification.json`."""

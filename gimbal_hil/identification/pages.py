@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from gimbal_hil.identification.axis_identification import AxisIdentification, friction_of
-from gimbal_hil.identification.estimate import Determination, Estimate
+from gimbal_hil.identification.estimate import Determination, number_text
 from gimbal_hil.identification.figures import (
     hysteresis_figure,
     interval_figure,
@@ -75,7 +75,7 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
             tone,
         )
     )
-    blocks.append(Tiles([(_number(e.value), f"{e.name} [{e.unit}]") for e in result.estimates]))
+    blocks.append(Tiles([(number_text(e.value), f"{e.name} [{e.unit}]") for e in result.estimates]))
     blocks += [Callout(finding.text[:1].upper() + finding.text[1:], "warning") for finding in result.findings]
     folded: list[Block] = []
     fits = tuple(fit for fit in (result.both, result.positive, result.negative) if fit is not None)
@@ -157,12 +157,7 @@ def _estimate_table(model: AntennaModel, result: AxisIdentification) -> Table:
     header += ["why, and what would settle it"] if any(reasons) else []
     rows = []
     for e, reason in zip(result.estimates, reasons, strict=True):
-        digits = e.digits
-        low, high = (
-            _bound(e.interval.low, e.interval.open_low, digits),
-            _bound(e.interval.high, e.interval.open_high, digits),
-        )
-        row = [e.name, _number(e.value, digits), low, high, e.unit, _WORDS[e.verdict], _number(e.prior)]
+        row = [e.name, e.value_text, *e.end_texts, e.unit, _WORDS[e.verdict], number_text(e.prior)]
         row += [sources[e.name]] if any(sources.values()) else []
         rows.append([*row, reason] if any(reasons) else row)
     return Table(header, rows)
@@ -178,11 +173,11 @@ def _per_direction(result: AxisIdentification, unit: str) -> list[Block]:
     sides = [fit for fit in (result.positive, result.negative) if fit is not None]
     if not sides:
         return []
-    rows = [
-        [e.name, *(_with_interval(next(x for x in fit.estimates if x.name == e.name)) for fit in sides)]
-        for e in sides[0].estimates
-    ]
-    rows.append([f"rms [{unit}]", *(_number(fit.rms) for fit in sides)])
+    rows = []
+    for e in sides[0].estimates:
+        found = [next(one for one in fit.estimates if one.name == e.name) for fit in sides]
+        rows.append([e.name, *(f"{one.fitted_text} ({one.interval_text})" for one in found)])
+    rows.append([f"rms [{unit}]", *(number_text(fit.rms) for fit in sides)])
     return [
         Table(
             ["per direction", *(fit.direction.value for fit in sides)], rows, "Each half of the map fitted by itself."
@@ -260,17 +255,3 @@ def _finite(record: dict[str, object]) -> dict[str, object]:
     return {
         key: None if isinstance(value, float) and not np.isfinite(value) else value for key, value in record.items()
     }
-
-
-def _number(value: float | None, digits: int = 5) -> str:
-    return "–" if value is None or not np.isfinite(value) else f"{value:.{digits}g}"
-
-
-def _bound(value: float, is_open: bool, digits: int) -> str:
-    return f"({_number(value, digits)})" if is_open else _number(value, digits)
-
-
-def _with_interval(estimate: Estimate) -> str:
-    low, high = estimate.interval.low, estimate.interval.high
-    value, low_text, high_text = (_number(number, estimate.digits) for number in (estimate.fitted, low, high))
-    return f"{value} ({low_text} to {high_text})"

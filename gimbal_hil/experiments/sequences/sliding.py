@@ -231,7 +231,7 @@ def _numbers(curve: StaticFit) -> Table:
     rows = [
         (
             e.name,
-            f"{e.fitted:.{e.digits}g}",
+            e.fitted_text,
             e.interval_text,
             e.unit,
             e.verdict.value.replace("_", " "),
