@@ -17,6 +17,7 @@ __all__ = [
     "lockstep",
     "mail",
     "messages",
+    "places",
     "protocol_versions",
     "receiver",
     "records",

@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from firmware_protocol.errors import BadInputError, GimbalHilError
+from firmware_protocol.places import require_new
 from gimbal_hil.campaign.spreads import NumberSpread, drawn
 from gimbal_hil.executor import WorkExecutor
 from gimbal_hil.experiments import Experiment, LockstepAntenna, Row, plan_hash
@@ -144,6 +145,7 @@ def _begun(campaign: Campaign, folder: Path, resume: bool, force: bool) -> int:
     nominal one.
     """
     table, about = folder / TABLE_FILE, folder / ABOUT_FILE
+    require_new(folder, resume or force, TABLE_FILE, instead="a new folder, --resume to go on")
     if resume and table.exists():
         if json.loads(about.read_text(encoding="utf-8"))["digest"] != campaign.digest():
             raise BadInputError(str(folder), "is another campaign", "the same options, but for the number of antennas")
@@ -151,8 +153,6 @@ def _begun(campaign: Campaign, folder: Path, resume: bool, force: bool) -> int:
         if len(whole) > 1:
             table.write_bytes(_END.join([*whole, b""]))
             return len(whole) - 1
-    elif table.exists() and not force:
-        raise BadInputError(str(table), "already exists", "a new folder, --resume to go on, or --force to overwrite it")
     nominal = campaign.row(0)
     if nominal["problem"]:
         raise BadInputError("the model's own antenna", nominal["problem"], "an experiment that it can do")

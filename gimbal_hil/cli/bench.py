@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from firmware_protocol.places import require_new
 from gimbal_hil.cli.bench_findings import BenchFindings
-from gimbal_hil.cli.places import require_new
 
 if TYPE_CHECKING:
     from gimbal_hil.report import Block

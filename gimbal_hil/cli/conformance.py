@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimbal_hil.cli.places import require_new
+from firmware_protocol.places import require_new
 
 if TYPE_CHECKING:
     from gimbal_hil.conformance import Requirement, RequirementFinding

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from gimbal_hil.cli.places import require_new
+from firmware_protocol.places import require_new
 
 
 def command(

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from firmware_protocol.places import require_new
 from gimbal_hil.cli.columns import COLUMN_HELP, COLUMN_PAIR
 from gimbal_hil.cli.completion import model_names
-from gimbal_hil.cli.places import require_new
 
 if TYPE_CHECKING:
     from gimbal_hil.library import Finding

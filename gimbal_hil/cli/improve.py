@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from firmware_protocol.places import require_new
 from gimbal_hil.cli.completion import model_names
 
 if TYPE_CHECKING:
@@ -112,10 +113,7 @@ def _refuse_what_stands_there(out: Path, resume: bool, force: bool) -> None:
 
     if resume and force:
         raise BadInputError("--resume", "keeps what is there, --force does not", "one of the two")
-    if not resume and not force and (out / JOURNAL_FILE).exists():
-        raise BadInputError(
-            str(out / JOURNAL_FILE), "already exists", "a new folder, --resume to go on, or --force to overwrite it"
-        )
+    require_new(out, resume or force, JOURNAL_FILE, instead="a new folder, --resume to go on")
 
 
 def _end_like_ctrl_c() -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from firmware_protocol.places import require_new
 from gimbal_hil.cli.completion import model_names
 
 if TYPE_CHECKING:
@@ -98,6 +99,7 @@ def command(
     if run is not None and (config is not None or model is not None):
         raise BadInputError("--run", "has a configuration and an antenna already", "no --config and no --model")
     folder = out or Path("runs") / f"point-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
+    require_new(folder, force, "pointing.json", "report.html")
     flight = None if position is None else flight_of(position, moving)
     if run is None:
         judged, beyond = _in_lockstep(target, flight, _time_of(at), duration, config, model, base, seed, folder, force)
@@ -200,7 +202,6 @@ def _through_daemon(
     from gimbal_hil.cli.progress import ProgressBar
     from gimbal_hil.pointing import BASE_S, LEAD_S, PointingDaemon, mute_changes, truth_of
 
-    _require_new(folder, force)
     # a target that cannot be held is refused before the daemon is spoken to; ticks tell the sky's time only afterwards
     _target(text, flight, _time_of(at), duration)
     truth = None if base is None else truth_of(base, BASE_S, seed)
@@ -247,13 +248,6 @@ def _say(line: str) -> None:
     import sys
 
     print(line, file=sys.stderr, flush=True)
-
-
-def _require_new(folder: Path, force: bool) -> None:
-    from firmware_protocol.errors import BadInputError
-
-    if (folder / "pointing.json").exists() and not force:
-        raise BadInputError(str(folder), "holds a page already", "a new folder, or --force")
 
 
 def _tell(judged: _Judged, beyond_rad: float, folder: Path, run: Path | None, as_json: bool) -> int:

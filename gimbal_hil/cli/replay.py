@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gimbal_hil.cli.places import require_new
+from firmware_protocol.places import require_new
 
 if TYPE_CHECKING:
     from gimbal_hil.host import Host
@@ -40,7 +40,7 @@ def command(
     """
     import time
 
-    from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
+    from firmware_protocol.errors import EXIT_DONE, EXIT_NO
     from gimbal_hil.cli.following import after_replay, print_next
     from gimbal_hil.report import Case, write_junit
     from gimbal_hil.runs import open_run
@@ -48,8 +48,8 @@ def command(
 
     if out is not None:
         require_new(out, force, ANSWER_FILE)
-    if learned is not None and learned.exists() and not force:
-        raise BadInputError(str(learned), "already exists", "another file, or --force to overwrite it")
+    if learned is not None:
+        require_new(learned.parent, force, learned.name, instead="another file")
     log = open_run(run)
     began = time.perf_counter()
     result, host = _replay(log, quiet=as_json)

@@ -9,6 +9,8 @@ from typing import Annotated
 
 import typer
 
+from firmware_protocol.places import require_new
+
 
 class ServiceAction(StrEnum):
     """What is written."""
@@ -55,8 +57,7 @@ def command(
         text = grafana_dashboard() if action is ServiceAction.GRAFANA else container_file(_inside(config))
         files, following = {(out or Path()) / _NAMES[action]: text}, "gimbal-hil daemon --page 8765"
     for path in files:
-        if path.exists() and not force:
-            raise BadInputError(str(path), "already exists", "another folder, or --force to overwrite it")
+        require_new(path.parent, force, path.name, instead="another folder")
     for path, text in files.items():
         try:
             path.parent.mkdir(parents=True, exist_ok=True)

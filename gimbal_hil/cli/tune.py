@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from firmware_protocol.places import require_new
 from gimbal_hil.cli.completion import model_names
 
 if TYPE_CHECKING:
@@ -60,8 +61,7 @@ def command(
     if not 0.0 < margin < 2.0:
         raise BadInputError("--margin", f"is {margin:g}", "above 0 and below 2")
     path = out or config.with_name(f"{config.stem}.tuned.yaml")
-    if path.exists() and not force:
-        raise BadInputError(str(path), "already exists", "another --out, or --force to overwrite it")
+    require_new(path.parent, force, path.name, instead="another --out")
     if report is not None and improved is None:
         raise BadInputError("--report", "needs to know what the model was before", "--improved DIR")
     settings = load_settings(config)

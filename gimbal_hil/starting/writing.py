@@ -6,6 +6,7 @@ from pathlib import Path
 
 from firmware_protocol.documents import yaml_text
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.places import require_new
 from gimbal_hil.checking import SCHEMA_LINE, FileKind, schema_text
 from gimbal_hil.experiments import plan_from_document
 from gimbal_hil.settings import settings_from_document
@@ -51,9 +52,7 @@ def write_antenna(antenna: AntennaDescription, folder: Path, force: bool) -> lis
     }
     texts |= {f"{SCHEMAS}/{kind.value}.json": schema_text(kind) for kind, _ in documents.values()}
     texts[README] = readme_text(antenna, folder)
-    there = [name for name in texts if (folder / name).exists()]
-    if there and not force:
-        raise BadInputError(str(folder / there[0]), "already exists", "a new folder, or --force to overwrite it")
+    require_new(folder, force, *texts)
     try:
         (folder / SCHEMAS).mkdir(parents=True, exist_ok=True)
         for name, text in texts.items():
