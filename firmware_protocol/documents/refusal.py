@@ -60,11 +60,11 @@ def validated(kind: type[Section], document: object, where: str, unions: Mapping
 
 
 def _follows(one: ErrorDetails, found: Sequence[ErrorDetails]) -> bool:
-    """A list with an item that is wrong is also told to be too short by that item."""
+    """A list with an item that is wrong is also told to be too short by that item, however many items it has."""
+    if one["type"] != "too_short" or len(one["input"]) < one["ctx"]["min_length"]:
+        return False
     place = one["loc"]
-    return one["type"] == "too_short" and any(
-        len(other["loc"]) > len(place) and other["loc"][: len(place)] == place for other in found
-    )
+    return any(len(other["loc"]) > len(place) and other["loc"][: len(place)] == place for other in found)
 
 
 def _of_one(one: ErrorDetails, where: str, top: type[BaseModel], kinds: Mapping[str, type[BaseModel]]) -> BadInputError:

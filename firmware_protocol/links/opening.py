@@ -38,6 +38,18 @@ def require_link_carries(config: LinkConfig, rate_hz: float, where: str) -> None
         require_serial_carries(rate_hz, config.baudrate, where)
 
 
+def require_known_interface(config: LinkConfig) -> None:
+    """Refuse (BadInputError) an interface that this machine's python-can does not know."""
+    if not isinstance(config, CanLinkConfig | AdapterLinkConfig):
+        return
+    from can.interfaces import VALID_INTERFACES
+
+    own = {"unix"} if isinstance(config, AdapterLinkConfig) else set()
+    known = sorted(own | VALID_INTERFACES)
+    if config.interface not in known:
+        raise BadInputError("link.interface", f"no interface {config.interface!r}", ", ".join(known))
+
+
 def require_can_wait(config: LinkConfig) -> None:
     """Refuse (BadInputError) a link whose antenna cannot be in lockstep with its host."""
     if isinstance(config, AdapterLinkConfig):

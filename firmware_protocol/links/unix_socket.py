@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import errno
 import socket
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 from firmware_protocol.links.name_lock import NameLock
@@ -17,18 +17,17 @@ class UnixListener:
 
     def __init__(self, path: Path) -> None:
         self._path, self._lock = path, NameLock(path)
-        self._end = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        try:
+        with ExitStack() as undone:
+            undone.callback(self._lock.release)
+            self._end = undone.enter_context(socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET))
             if path.is_socket() and not _is_served(path):
                 path.unlink()
             self._end.bind(str(path))
-        except OSError:
-            self._end.close()
-            self._lock.release()
-            raise
-        path.chmod(0o600)
-        self._end.listen(1)
-        self._end.setblocking(False)
+            undone.callback(path.unlink, missing_ok=True)
+            path.chmod(0o600)
+            self._end.listen(1)
+            self._end.setblocking(False)
+            undone.pop_all()
 
     def accept(self) -> socket.socket | None:
         """The peer that has come, if any; it never blocks."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from firmware_protocol.errors import BadInputError, GimbalHilError, refused_below
-from firmware_protocol.links import AdapterLinkConfig
+from firmware_protocol.links import AdapterLinkConfig, require_known_interface
 from gimbal_hil.checking.kinds import FileKind, kind_of
 from gimbal_hil.experiments import embedded_model_of, load_plan
 from gimbal_hil.runs import open_run
@@ -125,6 +125,7 @@ def _antenna_of(settings: DaemonSettings) -> tuple[str, DaemonSettings]:
     if isinstance(settings.link, EmbeddedAntenna):
         model, _ = embedded_model_of(settings)
         return f"the virtual antenna {model.name}", settings.for_axes(model.axes, model.where)
+    require_known_interface(settings.link)
     if isinstance(settings.link, AdapterLinkConfig):
         return f"two {settings.link.drive} drives", settings
     return f"a {settings.link.kind} link", settings

@@ -76,24 +76,27 @@ class Door:
         token.
         """
         path = run / DOOR_FILE if run.is_dir() else run
-        expected = "the run folder of a running daemon"
-        content = read_json(path, expected)
-        address, token = content.get("socket"), content.get("token")
-        if not isinstance(address, str) or not isinstance(token, str):
-            raise BadInputError(str(path), "does not say where the daemon listens", expected)
-        status = path.stat()
-        door = cls(Path(address), token)
+        door, status = cls._written_in(path), path.stat()
         if status.st_mode & 0o077 or status.st_uid != os.geteuid():
             raise BadInputError(
                 str(path), "may be read by others or belongs to somebody else", "a file of yours with mode 0600"
             )
         return door
 
+    @classmethod
+    def _written_in(cls, path: Path) -> Door:
+        expected = "the run folder of a running daemon"
+        content = read_json(path, expected)
+        address, token = content.get("socket"), content.get("token")
+        if not isinstance(address, str) or not isinstance(token, str):
+            raise BadInputError(str(path), "does not say where the daemon listens", expected)
+        return cls(Path(address), token)
+
     def remove(self, run: Path) -> None:
         """Take the socket, its folder and the file away; the file of another daemon that records into `run` stays."""
         shutil.rmtree(self.socket.parent, ignore_errors=True)
         with contextlib.suppress(OSError, BadInputError):
-            if Door.read(run) == self:
+            if Door._written_in(run / DOOR_FILE) == self:
                 (run / DOOR_FILE).unlink(missing_ok=True)
 
 

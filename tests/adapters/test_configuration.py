@@ -68,6 +68,7 @@ def test_a_map_is_looked_for_beside_the_configuration(tmp_path: Path) -> None:
     [
         ("drive: moteus", "drive: motus", "link.drive: no drive 'motus'; expected moteus, odrive"),
         ("model: model.yaml", "model: modl.yaml", "modl.yaml"),
+        ("interface: socketcan", "interface: sockatcan", "antenna.yaml: link.interface: no interface 'sockatcan'"),
     ],
 )
 def test_check_names_the_file_of_what_is_wrong_beside_the_keys(

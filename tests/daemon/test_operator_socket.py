@@ -396,6 +396,15 @@ def test_a_daemon_that_is_refused_a_folder_leaves_the_door_of_the_one_that_recor
         assert client.request("stop")["ok"]
 
 
+def test_a_daemon_takes_its_own_door_away_even_where_somebody_widened_its_mode(tmp_path: Path) -> None:
+    door = Door.make()
+    door.write(tmp_path).chmod(0o644)
+    with pytest.raises(BadInputError, match="may be read by others"):
+        Door.read(tmp_path)
+    door.remove(tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_events_of_motions_before_the_first_program_are_not_taken_for_those_of_the_program(tmp_path: Path) -> None:
     def ended(tick: int) -> Json:
         return {"tick": tick, "data": {"code": "segment_ended", "segment": 1}}

@@ -232,6 +232,7 @@ class _Pair(Strict):
     [
         ([{"size": "large"}, {"size": 1.0}], ["f: items.0.size"]),
         ([{"size": 1.0}], ["f: items"]),
+        ([{"size": "large"}], ["f: items.0.size", "f: items"]),
     ],
 )
 def test_a_list_is_too_short_only_where_an_item_is_missing(items: list[dict[str, object]], wrong: list[str]) -> None:

@@ -4,6 +4,7 @@ read.
 
 from __future__ import annotations
 
+import errno
 import itertools
 import os
 import socket
@@ -28,6 +29,7 @@ from firmware_protocol.links import (
     SlcanDevice,
     StreamLink,
     UnixLink,
+    UnixListener,
     memory_pair,
     open_link,
     pty_link,
@@ -255,6 +257,20 @@ def test_a_socket_path_that_is_served_is_busy_and_a_stale_one_is_taken_over(tmp_
     assert path.stat().st_mode & 0o077 == 0
     second.close()
     assert not path.exists()
+
+
+@pytest.mark.parametrize(("where", "name"), [(socket, "socket"), (Path, "chmod"), (socket.socket, "listen")])
+def test_a_listener_that_cannot_be_made_leaves_nothing_behind(tmp_path, monkeypatch, where, name):
+    def refused(*_: object, **__: object) -> None:
+        raise OSError(errno.EMFILE, "refused")
+
+    path = tmp_path / "antenna"
+    with monkeypatch.context() as broken:
+        broken.setattr(where, name, refused)
+        with pytest.raises(OSError, match="refused"):
+            UnixListener(path)
+    assert list(tmp_path.iterdir()) == []
+    UnixListener(path).close()
 
 
 def test_a_unix_listener_serves_the_next_host_when_one_has_gone(tmp_path):
