@@ -165,12 +165,10 @@ def _told(inquiry: Inquiry, standing: Standing, left: tuple[Remainder, ...], sus
 def rejudged(policy: Policy, one: Told, close: tuple[Rival, ...]) -> Told:
     """A cause beside these alternatives."""
     effect, axis = one.standing.label
+    # the cause itself with more numbers that do not pay is nothing else
+    close = tuple(rival for rival in close if not _contains(rival, one.standing, policy))
     # commanded torque alone never tells such a pair apart: either name is right
-    others = [
-        rival
-        for rival in close
-        if rival.label != (CATALOGUE[effect].same_by_command, axis) and not _contains(rival, one.standing, policy)
-    ]
+    others = [rival for rival in close if rival.label != (CATALOGUE[effect].same_by_command, axis)]
     alone = 1.0 / (1.0 + sum(_odds(rival, policy) for rival in others))
     sure = one.shown and one.of_class >= policy.named and alone >= policy.alone
     return replace(

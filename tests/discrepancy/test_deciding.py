@@ -73,7 +73,8 @@ def test_a_rival_that_contains_the_cause_and_hardly_pays_for_its_numbers_is_no_d
     offset = replace(_SOUND, label=("torque_offset", "outer"))
     told = Told(offset, Status.AMBIGUOUS, (), 0.9, 0.9, shown=True)
     spring = Rival(state, (("cable_spring", "outer"),), -0.05, -0.4, same=True, plainer="torque_offset")
-    assert rejudged(Policy(), told, (spring,)).status is Status.NAMED
+    named = rejudged(Policy(), told, (spring,))
+    assert named.status is Status.NAMED and named.close == ()
     for doubt in (replace(spring, plainer=None), replace(spring, sure=-3.5)):
         assert rejudged(Policy(), told, (doubt,)).status is Status.AMBIGUOUS
 
