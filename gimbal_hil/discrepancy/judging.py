@@ -26,6 +26,7 @@ from gimbal_hil.discrepancy.inquiry import (
     squares_of,
     surely_less,
 )
+from gimbal_hil.discrepancy.policy import MOST_ENTRIES
 from gimbal_hil.discrepancy.rivals import Rival, rivals_of
 from gimbal_hil.discrepancy.search import Path, control_share
 from gimbal_hil.estimation import Paired
@@ -106,10 +107,16 @@ def _standing(inquiry: Inquiry, state: State, path: Path, label: tuple[str, str]
         float(taken[channel] / max(squares_of(without)[channel], 1e-300)), control_share(inquiry, without, lead),
         rivals,
         predictable(inquiry, state, channel, CATALOGUE[label[0]].acts_through),
-        at_bound(inquiry.twin, state.hypothesis, entries[0]), unseen, channel,
+        _at_bound(inquiry, state, entries), unseen, channel,
         float(np.sum(mean_squares(without.held_out()) - mean_squares(state.held_out()))),
         _any_curve(inquiry, without, state, entries),
     )  # fmt: skip
+
+
+def _at_bound(inquiry: Inquiry, state: State, entries: tuple[int, ...]) -> tuple[str, ...]:
+    """What of a cause may go no further: numbers, or how many orders a ripple has, of which enough draw any curve."""
+    many = ("number of orders",) if len(entries) >= MOST_ENTRIES else ()
+    return at_bound(inquiry.twin, state.hypothesis, entries[0]) + many
 
 
 def _any_curve(inquiry: Inquiry, without: State, state: State, entries: tuple[int, ...]) -> bool:

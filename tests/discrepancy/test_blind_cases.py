@@ -40,6 +40,13 @@ def test_a_cause_outside_the_catalogue_is_not_given_a_name() -> None:
     assert verdict["verdict"] == "unexplained" and verdict["where"]
 
 
+def test_as_many_orders_as_are_looked_for_draw_any_curve_and_are_no_ripple() -> None:
+    case = draw(3117201641154981117, ["position_bump"], axis="inner", outside_cause=True)
+    verdict = _verdict_on(case)
+    assert outcome(case.truth, verdict) is not Outcome.FALSE
+    assert all(one["at_bound"] == ["number of orders"] for one in verdict["effects"])
+
+
 @pytest.mark.heavy
 def test_known_numbers_that_are_off_are_told_as_themselves_and_not_as_a_gain() -> None:
     # every number is 4 to 8 % off where 5 % is stated; a gain of the drive would say the same of many of them at once
