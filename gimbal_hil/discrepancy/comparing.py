@@ -44,18 +44,24 @@ def no_worse(before: Floats, after: Floats) -> bool:
 
 
 def same_to_a_twin(
-    policy: Policy, mine: Floats, theirs: Floats, without: Floats, noisier: Floats | float = 0.0
+    policy: Policy,
+    mine: Floats,
+    theirs: Floats,
+    without: Floats,
+    noisier: Floats | float = 0.0,
+    missing: Floats | float = 0.0,
 ) -> bool:
     """Whether two explanations that leave these squares per channel, and without which so much would be left, differ
     by less than a twin is exact to: a share of what is left, that share of the size of what the cause takes, or what a
     floor itself is known to.
 
     `noisier` is by how much more, in floors, noise counts in the other one (`evidence.noise_of_command`). What noise
-    explains up to one floor is no difference either.
+    explains up to one floor is no difference either. `missing` is the share of what is left that can be predicted:
+    something else is missing there, and what one of the two takes more of may be a part of that.
     """
     left = np.maximum(mine, 1.0)
     noise = np.clip(noisier, 0.0, 1.0) * np.minimum(mine, 1.0)
     shares = np.maximum(policy.same * left, policy.same**2 * without)
-    exact = np.maximum(np.maximum(shares, policy.least_squares), noise)
+    exact = np.maximum.reduce([shares, np.full_like(shares, policy.least_squares), noise, missing * theirs])
     # over all channels together: what another one leaves more of one it may leave less of the next
     return bool(np.sum((theirs - mine) / exact) < 1.0)

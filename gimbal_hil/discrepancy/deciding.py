@@ -77,12 +77,12 @@ def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_c
                 # what leaves more than the model alone explains nothing
                 break
             left = remainders(inquiry, null, state)
-            found = standings(inquiry, state, path)
+            found = standings(inquiry, state, path, left)
             instead = _inside_its_bounds(inquiry, found)
             if instead is not None:
                 state = instead
                 continue
-            told = tuple(_told(inquiry, s, left, suspected_only) for s in found)
+            told = tuple(_told(inquiry, s, found, left, suspected_only) for s in found)
             fallen = [t for t in told if t.of_class < 0.5]
             if not fallen:
                 return (
@@ -151,12 +151,20 @@ def _only_noise(inquiry: Inquiry, null: State, left: tuple[Remainder, ...]) -> b
     return small or bool(np.all(left_beside_wander(inquiry, null) <= _NOT_REPEATED))
 
 
-def _told(inquiry: Inquiry, standing: Standing, left: tuple[Remainder, ...], suspected_only: bool) -> Told:
+def _told(
+    inquiry: Inquiry,
+    standing: Standing,
+    found: tuple[Standing, ...],
+    left: tuple[Remainder, ...],
+    suspected_only: bool,
+) -> Told:
     policy = inquiry.policy
     # what stands at its bound is as little an equal of what does not as it would be named itself
     rivals = (rival for rival in standing.rivals if standing.at_bound or not rival.at_bound)
     close = tuple(r for r in rivals if r.close(policy))
-    of_class = class_probability(standing, left[standing.channel], policy, len(inquiry.families))
+    # what stands at its bound is not what its name says: something else takes as much
+    unknown = sum(other.takes[standing.channel] for other in found if other.at_bound and other is not standing)
+    of_class = class_probability(standing, left[standing.channel], policy, len(inquiry.families), unknown)
     shown = not suspected_only and not standing.silent and not standing.at_bound
     close = close[:_MOST_RIVALS]
     return rejudged(policy, Told(standing, Status.AMBIGUOUS, close, of_class, of_class, shown), close)
@@ -197,12 +205,14 @@ def kind_of(told: tuple[Told, ...]) -> Kind:
     return Kind.NAMED if all(one.status is Status.NAMED for one in told) else Kind.AMBIGUOUS
 
 
-def class_probability(standing: Standing, left: Remainder, policy: Policy, candidates: int) -> float:
+def class_probability(
+    standing: Standing, left: Remainder, policy: Policy, candidates: int, unknown: float = 0.0
+) -> float:
     """Probability that the cause, or one that this data cannot tell from it, is there.
 
     Six things speak against it: what it takes may be chance; any curve over position takes as much; its own variables
-    still predict what is left; others predict so much of it that the cause may be a part of theirs; much is left that
-    nothing predicts; and it took little.
+    still predict what is left; others predict so much of it that the cause may be a part of theirs, or what is not
+    known takes so many squares (`unknown`) of its channel; much is left that nothing predicts; and it took little.
     """
     from scipy.stats import norm
 
@@ -210,14 +220,17 @@ def class_probability(standing: Standing, left: Remainder, policy: Policy, candi
         return 0.0
     # that the best of so many candidates does not do so well by chance (Sidak)
     evident = float(norm.cdf(standing.sure)) ** candidates
-    # of what is left, or of the noise that would be left anyway
-    predicted = standing.exhausted.beyond * min(1.0, left.after**2)
-    if left.after <= policy.least_gap:
-        # no gap: something small beside a cause that took nearly all of a large one is nothing against it
-        predicted *= min(1.0, left.after**2 / (_NEXT_TO_NOTHING * left.before**2)) if left.before > 0.0 else 1.0
+    # of what is left, or of the noise that would be left anyway; next to nothing beside what the cause takes is no
+    # sign of another shape
+    beside = (1.0 - standing.share) / max(standing.share, 1e-9)
+    if left.after <= policy.least_gap and left.before > 0.0:
+        # nor is what is no gap, beside causes that took nearly all of a large one
+        beside = min(beside, left.after**2 / left.before**2)
+    predicted = standing.exhausted.beyond * min(1.0, left.after**2) * min(1.0, beside / _NEXT_TO_NOTHING)
     shape = 1.0 / (1.0 + (predicted / (2.0 * policy.exhausted)) ** 3)
     # what one thing through other variables does, a cause that is no part of it may take a share of
     others = left.predictable.beyond * (1.0 - standing.share) / max(standing.share, 1e-9)
+    others += max(0.0, unknown) / max(standing.takes[standing.channel], 1e-9)
     whole = 1.0 / (1.0 + (others / _OTHERS) ** 2)
     # what is left beyond a small multiple of the noise, over what was there
     beyond = max(0.0, left.unpredicted**2 - _SMALL**2) / max(left.before**2, 1.0)
@@ -231,7 +244,7 @@ def class_probability(standing: Standing, left: Remainder, policy: Policy, candi
 #: the squares that were there that no variable predicts, beyond so many floors; the share of a channel that a cause
 #: takes. And the most that is said.
 _OTHERS, _LARGE, _SMALL, _LITTLE, _MOST = 0.25, 0.6, 1.5, 0.03, 0.99
-#: share of the squares that were there below which what is left, where it is no gap, counts by how much it is
+#: what is left over what a cause takes, squares: below this it counts by how much it is
 _NEXT_TO_NOTHING = 0.05
 
 __all__ = ["Decision", "Kind", "Status", "Told", "class_probability", "decide", "kind_of", "rejudged"]

@@ -29,6 +29,7 @@ from gimbal_hil.discrepancy.inquiry import (
 from gimbal_hil.discrepancy.policy import MOST_ENTRIES
 from gimbal_hil.discrepancy.rivals import Rival, rivals_of
 from gimbal_hil.discrepancy.search import Path, control_share
+from gimbal_hil.discrepancy.smoothing import Floats
 from gimbal_hil.estimation import Paired
 from sim_backend.effects import CATALOGUE, Variable
 
@@ -57,6 +58,8 @@ class Standing:
     channel: int
     #: squared floors a row, over all channels, that it takes of the hold-out
     taken: float
+    #: the same of each channel, of all data
+    takes: Floats
     #: a smooth curve over position with as many numbers leaves no more of the hold-out
     any_curve: bool
 
@@ -83,13 +86,17 @@ class Remainder:
         return self.after * math.sqrt(max(0.0, 1.0 - self.predictable.beyond))
 
 
-def standings(inquiry: Inquiry, state: State, path: Path) -> tuple[Standing, ...]:
-    """Every cause of a state by its own evidence, those that take most first; `path` is what was tried on the way."""
+def standings(inquiry: Inquiry, state: State, path: Path, left: tuple[Remainder, ...]) -> tuple[Standing, ...]:
+    """Every cause of a state by its own evidence, those that take most first; `path` is what was tried on the way, and
+    `left` what the state leaves.
+    """
     labels = list(dict.fromkeys(state.hypothesis.labels))
-    return tuple(sorted((_standing(inquiry, state, path, label) for label in labels), key=lambda s: -s.share))
+    missing = np.array([remainder.predictable.beyond for remainder in left])
+    found = (_standing(inquiry, state, path, label, missing) for label in labels)
+    return tuple(sorted(found, key=lambda s: -s.share))
 
 
-def _standing(inquiry: Inquiry, state: State, path: Path, label: tuple[str, str]) -> Standing:
+def _standing(inquiry: Inquiry, state: State, path: Path, label: tuple[str, str], missing: Floats) -> Standing:
     inquiry.tell(f"what else could {label[0].replace('_', ' ')} be")
     entries = tuple(i for i, other in enumerate(state.hypothesis.labels) if other == label)
     rest = state.hypothesis
@@ -98,7 +105,7 @@ def _standing(inquiry: Inquiry, state: State, path: Path, label: tuple[str, str]
     without = refitted(inquiry, state, rest, rounds=4)
     taken = squares_of(without) - squares_of(state)
     channel = int(np.argmax(taken / np.maximum(squares_of(without), 1.0)))
-    rivals = rivals_of(inquiry, path, without, state, label) if len(entries) == 1 else ()
+    rivals = rivals_of(inquiry, path, without, state, label, missing) if len(entries) == 1 else ()
     lead = state.hypothesis.causes[entries[0]]
     late = gain_on(inquiry, without, state, "untouched")
     unseen = _unseen(inquiry, state, refitted(inquiry, state, rest, rounds=0))
@@ -108,7 +115,7 @@ def _standing(inquiry: Inquiry, state: State, path: Path, label: tuple[str, str]
         rivals,
         predictable(inquiry, state, channel, CATALOGUE[label[0]].acts_through),
         _at_bound(inquiry, state, entries), unseen, channel,
-        float(np.sum(mean_squares(without.held_out()) - mean_squares(state.held_out()))),
+        float(np.sum(mean_squares(without.held_out()) - mean_squares(state.held_out()))), taken,
         _any_curve(inquiry, without, state, entries),
     )  # fmt: skip
 

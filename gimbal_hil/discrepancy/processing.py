@@ -7,6 +7,8 @@ leaves beyond the noise of the encoder is due to smoothing, holding and quantisi
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from gimbal_hil.discrepancy.floors import spectral_floor, wide_twin
@@ -18,8 +20,9 @@ from gimbal_hil.signals import SignalsTable
 
 def balanced(twin: Twin, table: SignalsTable, which: int) -> SignalsTable:
     """The same motion with the torque that the model needs for it, positions to the encoder's step."""
-    record, structure = twin.records[which], twin.structure(())
-    left = twin.leftover(structure, structure.P, which)
+    # a standing bristle that is led towards the measured torque would carry what the model lacks into its own data
+    record, structure = replace(twin.records[which], motion=_unled(twin.records[which].motion)), twin.structure(())
+    left = twin.evaluated(structure, structure.P, record).leftover
     columns = dict(table.columns)
     n = len(record.torque)
     for i, axis in enumerate(twin.model.axes):
@@ -36,6 +39,13 @@ def balanced(twin: Twin, table: SignalsTable, which: int) -> SignalsTable:
         columns.pop(f"{axis}.torque_known", None)
         columns[f"{axis}.position"] = np.round(position / step) * step if step > 0.0 else position
     return SignalsTable.of(twin.model.axes, table.time_s, columns, None, "balanced")
+
+
+def _unled(motion: Floats) -> Floats:
+    """Columns of `Record.motion` with no bristle led."""
+    found = motion.copy()
+    found[:, 6:] = 0.0
+    return found
 
 
 def processing_floors(twin: Twin, tables: tuple[SignalsTable, ...]) -> Floats:

@@ -19,6 +19,7 @@ from gimbal_hil.discrepancy.policy import Policy
 from gimbal_hil.discrepancy.release import numbers_instead
 from gimbal_hil.discrepancy.screening import basis_of
 from gimbal_hil.discrepancy.search import Path, in_its_place
+from gimbal_hil.discrepancy.smoothing import Floats
 from sim_backend.effects import CATALOGUE
 
 #: a rival that, by its slopes where it stands, would leave more squares than this times those of the explanation comes
@@ -63,17 +64,22 @@ class Rival:
         return self.same or self.sure < (policy.anew if self.is_there else policy.sure)
 
 
-def rivals_of(inquiry: Inquiry, path: Path, without: State, state: State, label: tuple[str, str]) -> tuple[Rival, ...]:
+def rivals_of(
+    inquiry: Inquiry, path: Path, without: State, state: State, label: tuple[str, str], missing: Floats
+) -> tuple[Rival, ...]:
     """What could stand in the place of the cause with a label, beside everything else of a state, closest first.
 
-    `without` is the state without that cause, and `path` what was tried on the way.
+    `without` is the state without that cause, `path` what was tried on the way, and `missing` the share of what the
+    state leaves of each channel that can be predicted.
     """
     others = in_its_place(inquiry, path, without, state, label)
     found: list[tuple[State, tuple[tuple[str, str], ...]]] = [(o, (o.hypothesis.labels[-1],)) for o in others]
     numbers = numbers_instead(inquiry, without, label)
     if numbers is not None:
         found.append(numbers)
-    rivals = [_rival(inquiry, without, state, _at_its_best(inquiry, state, other), labels) for other, labels in found]
+    rivals = [
+        _rival(inquiry, without, state, _at_its_best(inquiry, state, other), labels, missing) for other, labels in found
+    ]
     return tuple(sorted(rivals, key=lambda rival: rival.extra))
 
 
@@ -88,7 +94,9 @@ def _at_its_best(inquiry: Inquiry, state: State, other: State) -> State:
     return best if np.sum(squares_of(best)) < np.sum(squares_of(other)) else other
 
 
-def _rival(inquiry: Inquiry, without: State, state: State, other: State, labels: tuple[tuple[str, str], ...]) -> Rival:
+def _rival(
+    inquiry: Inquiry, without: State, state: State, other: State, labels: tuple[tuple[str, str], ...], missing: Floats
+) -> Rival:
     """Another explanation against a state, over all data."""
     mine, theirs = squares_of(state), squares_of(other)
     scale = np.maximum(mine, 1.0)
@@ -97,7 +105,7 @@ def _rival(inquiry: Inquiry, without: State, state: State, other: State, labels:
     # where one leaves much of one channel and the other much of another, neither is the unit of both
     sure = surely_less(inquiry, other, state, np.minimum(other.fit.squares, state.fit.squares))
     noisy, noisier = (noise_of_command(inquiry.twin, one.hypothesis, inquiry.floor) for one in (state, other))
-    same = same_to_a_twin(inquiry.policy, mine, theirs, squares_of(without), noisier - noisy)
+    same = same_to_a_twin(inquiry.policy, mine, theirs, squares_of(without), noisier - noisy, missing)
     found = Rival(other, labels, extra, sure, same)
     if not found.is_cause:
         return found

@@ -12,11 +12,19 @@ from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import Knob, Move, SearchProfile, plane, point
 from sim_backend.effects.separating_runs import CREEP, REVERSAL_SIZES
 
+#: deflections at break-away over which a bristle is sought where a model has none: travel at speed in these times, s
+_QUICKLY_S, _SLOWLY_S = 5e-5, 0.15
+#: and, where the motion is slower than that, as far as joints give way before they slide: rad, m
+_GIVES_RAD, _GIVES_M = 0.02, 1e-3
+#: factors between two starts, as logarithms
+_APART = 1.0
+
 
 def _search(scale: AxisScale) -> SearchProfile | None:
     """By factors, since nobody knows a bristle's order of magnitude.
 
-    One for a model that has none turns over with the motion, within 0.1 to 100 ms of travel at speed.
+    One for a model that has none turns over with the motion: within 0.05 to 150 ms of travel at speed, or up to as far
+    as joints give way where the data move no further.
     """
     if scale.numbers["friction.sigma0"] > 0.0:
         stiffness, damping = scale.numbers["friction.sigma0"], scale.numbers["friction.sigma1"]
@@ -30,8 +38,11 @@ def _search(scale: AxisScale) -> SearchProfile | None:
         return SearchProfile(knobs, (plane(2, 0.1), point(1.0, 0.5), point(-1.0, -0.5)))
     if scale.numbers["friction.coulomb"] <= 0.0:
         return None
-    knob = Knob(("sigma0",), Move.LEVEL, scale.numbers["friction.coulomb"] / (1e-3 * scale.speed), -5.0, 3.0)
-    return SearchProfile((knob,), tuple(point(float(x)) for x in np.linspace(-4.6, 2.3, 8)))
+    longest = max(_SLOWLY_S * scale.speed, min(_GIVES_M if scale.is_linear else _GIVES_RAD, scale.travel))
+    shortest = _QUICKLY_S * scale.speed
+    knob = Knob(("sigma0",), Move.LEVEL, scale.numbers["friction.coulomb"] / longest, 0.0, math.log(longest / shortest))
+    starts = np.arange(0.5 * _APART, knob.high, _APART)
+    return SearchProfile((knob,), tuple(point(float(x)) for x in starts))
 
 
 EFFECT = Effect(

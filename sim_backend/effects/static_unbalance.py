@@ -8,12 +8,18 @@ from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import Knob, SearchProfile, plane
 from sim_backend.effects.separating_runs import FULL_TRAVEL, KNOWN_LOAD, ONE_LOCKED, TWO_LOADS, TWO_TILTS
 
+#: m/s^2; a size to count in need be no more exact
+_GRAVITY = 9.8
+
 
 def _search(scale: AxisScale) -> SearchProfile | None:
-    """A tenth of the distance that the model states; a body without mass weighs nothing wherever its centre is."""
-    if scale.numbers["body.mass"] <= 0.0:
+    """A tenth of the distance that the model states, or as far as a twentieth of the torque holds it; a body without
+    mass weighs nothing wherever its centre is.
+    """
+    mass = scale.numbers["body.mass"]
+    if mass <= 0.0:
         return None
-    size = max(0.1 * scale.cog_distance, 1e-5)
+    size = max(0.1 * scale.cog_distance, 0.05 * scale.torque_rms / (mass * _GRAVITY))
     return SearchProfile(tuple(Knob((f"cog_{c}",), size=size) for c in "xyz"), (plane(3),))
 
 

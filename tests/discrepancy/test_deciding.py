@@ -21,7 +21,7 @@ _NOTHING = Predictable(0.0, 0.0)
 #: a cause that takes nearly all of a gap of ten floors
 _SOUND = Standing(
     (0,), ("cable_spring", "outer"), Paired(90.0, 0.9, 0.1, 40), 12.0, 0.95, 0.0, (), _NOTHING, (), False, 0, 90.0,
-    False,
+    np.array([90.0]), False,
 )  # fmt: skip
 
 
@@ -55,6 +55,20 @@ def test_what_is_left_below_the_gap_takes_no_name_from_a_cause_that_took_nearly_
     # it is a gap, or a tenth of the squares
     assert probability(predictable, Remainder(12.0, 1.6, _NOTHING)) < 0.5
     assert probability(predictable, Remainder(3.0, 0.9, _NOTHING)) < 0.5
+
+
+def test_what_is_left_above_the_gap_takes_no_name_from_a_cause_that_took_a_thousand_times_as_much() -> None:
+    shaped = replace(_SOUND, exhausted=Predictable(0.5, 0.0))
+    left = Remainder(65.0, 2.5, Predictable(0.5, 0.0))
+    assert probability(replace(shaped, share=0.999), left) > 0.9
+    # a spring in the place of a stop that hardens takes 19 of 20 parts
+    assert probability(shaped, Remainder(13.0, 3.0, _NOTHING)) < 0.5
+
+
+@pytest.mark.parametrize(("unknown", "named"), [(0.0, True), (9.0, True), (90.0, False)])
+def test_a_cause_smaller_than_what_stands_at_its_bound_is_no_name(unknown: float, named: bool) -> None:
+    left = Remainder(10.0, 1.0, _NOTHING)
+    assert (class_probability(_SOUND, left, Policy(), 30, unknown) > 0.8) == named
 
 
 def test_what_others_predict_beside_a_cause_hardly_counts_where_it_is_small() -> None:
@@ -118,6 +132,20 @@ def test_no_two_explanations_are_told_apart_by_less_than_a_twin_is_exact_to(
 def test_noise_that_comes_through_a_lag_tells_it_from_nothing(noisier: float, theirs: float, same: bool) -> None:
     one, other, without = np.array([1.0]), np.array([theirs]), np.array([4.0])
     assert same_to_a_twin(Policy(), one, other, without, np.array([noisier])) is same
+
+
+@pytest.mark.parametrize(
+    ("missing", "theirs", "same"),
+    [
+        (0.0, 6.0, False),
+        # four tenths of what is left can be predicted: what the other one leaves more may be a part of that
+        (0.4, 6.0, True),
+        (0.4, 7.0, False),
+    ],
+)
+def test_two_explanations_are_told_apart_by_more_than_what_both_lack(missing: float, theirs: float, same: bool) -> None:
+    one, other, without = np.array([4.0]), np.array([theirs]), np.array([60.0])
+    assert same_to_a_twin(Policy(), one, other, without, missing=np.array([missing])) is same
 
 
 def _leaves(*floors: float) -> Any:
