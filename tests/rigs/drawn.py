@@ -9,19 +9,16 @@ interrupted goes on; `--table` only prints what is there.
 
 from __future__ import annotations
 
-import argparse
-import json
-from collections import Counter
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from tests.rigs.many import Chosen, ask_many
 from tests.rigs.rig import Rig, write_log, write_model
-from tests.rigs.told import Row, ask, in_words
+from tests.rigs.told import Row, ask
 
 AXIS = "joint"
 #: acceleration (rad/s^2) that sizes of torques are told in, and s of each log
@@ -46,15 +43,15 @@ def one(*names: str, file: Mapping[str, float] | None = None, **rig: float) -> H
 
 
 INERTIA, VISCOUS = "body.inertia.zz", "friction.viscous"
-DRY = ("friction.coulomb", "friction.breakaway")
+COULOMB_PATHS = ("friction.coulomb", "friction.breakaway")
 HIDDEN: dict[str, Hidden] = {
     "nothing": one(),
     "viscous halved": one("viscous", file={VISCOUS: 0.5}),
     "viscous doubled": one("viscous", file={VISCOUS: 2.0}),
     "inertia halved": one("inertia", file={INERTIA: 0.5}),
     "inertia doubled": one("inertia", file={INERTIA: 2.0}),
-    "dry friction halved": one("coulomb", file=dict.fromkeys(DRY, 0.5)),
-    "dry friction doubled": one("coulomb", file=dict.fromkeys(DRY, 2.0)),
+    "dry friction halved": one("coulomb", file=dict.fromkeys(COULOMB_PATHS, 0.5)),
+    "dry friction doubled": one("coulomb", file=dict.fromkeys(COULOMB_PATHS, 2.0)),
     "unbalance": one("static_unbalance", unbalance=0.6),
     "ripple": one("cogging", ripple=0.15),
     "spring": one("cable_spring", spring=0.5),
@@ -253,33 +250,10 @@ def asked(folder: Path, name: str, what: str, motion: str, seed: int) -> dict[st
     return said | {"true": what, "motion": motion, "judged": judged(said, HIDDEN[what])}
 
 
-def table(results: Mapping[str, dict[str, Any]]) -> str:
-    """Markdown: every rig, and how many ended how."""
-    lines = ["| rig | hidden | motion | said | judged | processor, s |", "|---|---|---|---|---|---|"]
-    for name, said in sorted(results.items()):
-        seconds = f"{said.get('cpu_s', float('nan')):.0f}"
-        cells = (name, said["true"], said["motion"], in_words(said), said["judged"], seconds)
-        lines.append(f"| {' | '.join(cells)} |")
-    counts = Counter(said["judged"] for said in results.values())
-    return "\n".join([*lines, "", ", ".join(f"{count} {word}" for word, count in counts.most_common())])
-
-
-def main(words: Sequence[str] | None = None) -> None:
-    """The command line."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--rigs", type=int, default=len(HIDDEN))
-    parser.add_argument("--motions", default="sines", help=f"of {', '.join(MOTIONS)}: these in turn, comma between")
-    parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--table", action="store_true", help="only print what has been asked")
-    chosen = parser.parse_args(words)
-    chosen.folder.mkdir(parents=True, exist_ok=True)
-    kept = chosen.folder / "drawn.json"
-    results = json.loads(kept.read_text(encoding="utf-8")) if kept.exists() else {}
-    kinds, motions = list(HIDDEN), chosen.motions.split(",")
-    # every thing that is hidden with one motion, then all with the next
-    work = {
+def work_of(chosen: Chosen) -> dict[str, tuple[str, str, int]]:
+    """Every thing that is hidden with one motion, then all with the next."""
+    kinds, motions = list(HIDDEN), chosen.motions
+    return {
         f"{chosen.seed}-{k:02d}": (
             kinds[k % len(kinds)],
             motions[k // len(kinds) % len(motions)],
@@ -287,20 +261,11 @@ def main(words: Sequence[str] | None = None) -> None:
         )
         for k in range(chosen.rigs)
     }
-    with ProcessPoolExecutor(chosen.workers) as pool:
-        waiting = {
-            pool.submit(asked, chosen.folder, name, *given): name
-            for name, given in work.items()
-            if name not in results and not chosen.table
-        }
-        for done in as_completed(waiting):
-            name = waiting[done]
-            results[name] = done.result()
-            kept.write_text(json.dumps(results, indent=1), encoding="utf-8")
-            print(
-                name, "|", results[name]["true"], "|", in_words(results[name]), "|", results[name]["judged"], flush=True
-            )
-    print(table(results))
+
+
+def main(words: Sequence[str] | None = None) -> None:
+    """The command line."""
+    ask_many(words, __doc__, tuple(MOTIONS), len(HIDDEN), work_of, asked)
 
 
 if __name__ == "__main__":

@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.signal import savgol_filter
 
 from gimbal_hil.signals import read_signals
 from sim_backend.model import load_model
-from tests.rigs import Rig, write_bam, write_dd2dof, write_emps, write_odrive
+from tests.rigs import Rig, worn, write_bam, write_dd2dof, write_emps, write_odrive
 from tests.rigs.drawn import AXIS, HIDDEN, drawn_joint, judged, simulated
 
 
@@ -54,6 +55,31 @@ def test_a_drawn_joint_of_another_simulator_obeys_its_own_numbers() -> None:
     assert found[1] == pytest.approx(joint.viscous, rel=0.1)
     assert found[2] == pytest.approx(joint.coulomb, rel=0.1)
     assert np.hypot(*found[3:]) == pytest.approx(0.15 * joint.typical, rel=0.1)
+
+
+def test_a_worn_joint_slides_by_its_own_numbers_and_gives_way_before() -> None:
+    joint = worn.drawn_joint(np.random.default_rng(5), "gravity")
+    columns = worn.simulated(joint, "sines", seed=1)
+    position, torque = (columns[f"{worn.AXIS}.{name}"] for name in ("position", "torque"))
+    window, period = round(0.15 * joint.rate_hz) | 1, 1.0 / joint.rate_hz
+    q, v, a = (savgol_filter(position, window, 3, deriv=k, delta=period) for k in range(3))
+    slides = np.abs(v) > 3.0 * joint.stribeck_rad_s
+    slides[: int(2.0 / period)] = False
+    motion = np.column_stack([a, v, np.sign(v), np.sin(q + 0.3)])
+    found = np.linalg.lstsq(motion[slides], savgol_filter(torque, window, 3)[slides], rcond=None)[0]
+    assert found == pytest.approx([joint.inertia, joint.viscous, joint.coulomb, joint.gravity], rel=0.05)
+
+
+def test_what_a_worn_joint_has_beside_the_planted_number_is_no_false_name() -> None:
+    def said(*named: str) -> dict[str, Any]:
+        effects = [{"name": name, "status": "named"} for name in named]
+        return {"verdict": {"verdict": "named", "effects": effects, "alternatives": []}}
+
+    has = worn.BESIDE["a ripple"]
+    assert worn.judged(said("inertia", "cogging", "presliding"), "inertia", has) == "right"
+    assert worn.judged(said("inertia", "backlash"), "inertia", has) == "false"
+    assert worn.judged(said("cogging"), "inertia", has) == "silent"
+    assert worn.judged(said(), None, has) == "right"
 
 
 def test_what_is_said_of_a_drawn_joint_is_judged_by_names_alone() -> None:
