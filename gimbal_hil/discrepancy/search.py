@@ -33,7 +33,7 @@ from gimbal_hil.discrepancy.screening import (
     row_weights,
 )
 from gimbal_hil.discrepancy.smoothing import Floats
-from sim_backend.effects import Start
+from sim_backend.effects import CATALOGUE, Start
 
 #: families refined per round, after screening; in the place of a cause; those asked for their negative control
 _REFINED, _IN_PLACE, _ASKED = 6, 3, 4
@@ -103,6 +103,7 @@ def one_more(inquiry: Inquiry, path: Path, release: bool) -> Path:
     controls = {s.hypothesis.labels[-1]: control_share(inquiry, before, s.hypothesis.causes[-1]) for s in asked}
     paying = [s for s in asked if pays(inquiry, before, s, controls[s.hypothesis.labels[-1]])]
     found = plainest(inquiry, before, _sound(inquiry, before, paying) or paying) if paying else before
+    found = found if found is before else _rather_plainer(inquiry, path, found, paying)
     if found is not before and before.hypothesis.causes:
         found = refitted(inquiry, before, found.hypothesis)
     several = released(inquiry, before) if release else None
@@ -112,6 +113,19 @@ def one_more(inquiry: Inquiry, path: Path, release: bool) -> Path:
         if _takes_over(inquiry, before, found, several):
             tried, found = [*tried, several], several
     return replace(path, state=found, rounds=(*path.rounds, Round(before, tuple(tried), controls)))
+
+
+def _rather_plainer(inquiry: Inquiry, path: Path, found: State, others: list[State]) -> State:
+    """The plainer form of a state's newest cause, from other states with as many causes, where that with one cause
+    beside it explains as much: what the fuller form takes more may be that cause.
+    """
+    effect, axis = found.hypothesis.labels[-1]
+    plainer = CATALOGUE[effect].plainer
+    plain = next((s for s in others if plainer and (plainer.name, axis) in s.hypothesis.labels), None)
+    if plain is None or np.sum(plain.fit.squares) > _IN_THE_RACE * np.sum(np.maximum(found.fit.squares, 1.0)):
+        return found
+    both = [s for s in candidates(inquiry, plain, path.heard) if s.hypothesis.labels[-1] != (effect, axis)]
+    return plain if both and not clearly_better(inquiry, found, both[0]) else found
 
 
 def _takes_over(inquiry: Inquiry, before: State, found: State, several: State) -> bool:
@@ -291,7 +305,7 @@ def slots_again(inquiry: Inquiry, path: Path, without_each: tuple[State, ...]) -
         path = replace(path, rounds=(*path.rounds, Round(without, tuple(tried), {})))
         tried = _sound(inquiry, without, tried)
         if tried and clearly_better(inquiry, tried[0], state):
-            path = replace(path, state=plainest(inquiry, without, tried))
+            path = replace(path, state=_rather_plainer(inquiry, path, plainest(inquiry, without, tried), [state]))
     return path
 
 
