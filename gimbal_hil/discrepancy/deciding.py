@@ -16,7 +16,7 @@ from gimbal_hil.discrepancy.release import given_back
 from gimbal_hil.discrepancy.rivals import Rival
 from gimbal_hil.discrepancy.search import Path, numbers_of
 from gimbal_hil.discrepancy.wander import left_beside_wander
-from sim_backend.effects import CATALOGUE
+from sim_backend.effects import CATALOGUE, Variable
 
 #: a gap that the hold-out does not repeat, or that nothing predicts, is none up to this many floors
 _NOT_REPEATED = 2.0
@@ -72,6 +72,7 @@ def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_c
     if path.state.hypothesis.causes:
         state = given_back(inquiry, settled(inquiry, path.state))
         state = _as_numbers(inquiry, state) if by_command else state
+        beside_a_curve: dict[tuple[str, str], Told] = {}
         for _ in range(2 * len(set(state.hypothesis.labels))):
             if not no_worse(null.untouched, state.untouched):
                 # what leaves more than the model alone explains nothing
@@ -82,7 +83,7 @@ def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_c
             if instead is not None:
                 state = instead
                 continue
-            told = tuple(_told(inquiry, s, found, left, suspected_only) for s in found)
+            told = tuple(_again(beside_a_curve, s) or _told(inquiry, s, found, left, suspected_only) for s in found)
             fallen = [t for t in told if t.of_class < 0.5]
             if not fallen:
                 return (
@@ -93,6 +94,11 @@ def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_c
             # one at a time, since of two that take the same neither is missed beside the other: that with most numbers
             causes, rest = state.hypothesis.causes, state.hypothesis
             first = max(fallen, key=lambda t: (numbers_of(causes[t.standing.entries[0]]), -t.of_class))
+            if first.standing.any_curve:
+                # something over position is there, of whatever shape, and is no doubt about what acts through others
+                beside_a_curve |= {
+                    t.standing.label: t for t in told if t.status is Status.NAMED and not _over_position(t)
+                }
             for index in sorted(first.standing.entries, reverse=True):
                 rest = rest.minus(index)
             if not rest.causes:
@@ -100,6 +106,16 @@ def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_c
             state = settled(inquiry, refitted(inquiry, state, rest))
     left = remainders(inquiry, null, null)
     return Decision(Kind.NO_DISCREPANCY if _only_noise(inquiry, null, left) else Kind.UNEXPLAINED, null, (), left)
+
+
+def _over_position(told: Told) -> bool:
+    return Variable.POSITION in CATALOGUE[told.standing.label[0]].acts_through
+
+
+def _again(before: dict[tuple[str, str], Told], standing: Standing) -> Told | None:
+    """What was told of a cause beside one that has been left out since."""
+    one = before.get(standing.label)
+    return one and replace(one, standing=replace(one.standing, entries=standing.entries))
 
 
 def _as_numbers(inquiry: Inquiry, state: State) -> State:
