@@ -1,4 +1,4 @@
-"""Drawn joints of MuJoCo that were once told wrongly (decision 68)."""
+"""Joints of other simulators that were once told wrongly (decisions 68 and 69)."""
 
 from __future__ import annotations
 
@@ -6,11 +6,24 @@ from pathlib import Path
 
 import pytest
 
-from tests.rigs.drawn import asked
+from tests.rigs import drawn, worn
 
 
 @pytest.mark.parametrize(("name", "motion", "seed"), [("9-45", "sweeps", 9045), ("10-62", "turns", 10062)])
 def test_a_gain_is_not_three_numbers_that_are_off_alike(name: str, motion: str, seed: int, tmp_path: Path) -> None:
-    said = asked(tmp_path, name, "gain", motion, seed)
+    said = drawn.asked(tmp_path, name, "gain", motion, seed)
     assert [one["name"] for one in said["verdict"]["effects"]] == ["torque_gain"]
     assert said["verdict"]["verdict"] == "named" and said["judged"] == "right"
+
+
+def test_a_curve_over_position_takes_no_name_from_an_inertia(tmp_path: Path) -> None:
+    said = worn.asked(tmp_path, "2-08", "inertia halved", "a ripple", "sines", 2008)
+    assert [(one["name"], one["status"]) for one in said["verdict"]["effects"]] == [("inertia", "named")]
+    assert said["judged"] == "right"
+
+
+def test_an_unbalance_is_found_where_the_model_states_no_centre_of_mass(tmp_path: Path) -> None:
+    # 14 N m: 1.5 m off the pivot, where numbers of the model are all zero
+    said = worn.asked(tmp_path, "heavy", "dry friction halved", "gravity", "moves", 3018)
+    named = {one["name"] for one in said["verdict"]["effects"] if one["status"] == "named"}
+    assert {"static_unbalance", "coulomb"} <= named and "cogging" not in named
