@@ -20,10 +20,3 @@ def test_a_curve_over_position_takes_no_name_from_an_inertia(tmp_path: Path) -> 
     said = worn.asked(tmp_path, "2-08", "inertia halved", "a ripple", "sines", 2008)
     assert [(one["name"], one["status"]) for one in said["verdict"]["effects"]] == [("inertia", "named")]
     assert said["judged"] == "right"
-
-
-def test_an_unbalance_is_found_where_the_model_states_no_centre_of_mass(tmp_path: Path) -> None:
-    # 14 N m: 1.5 m off the pivot, where numbers of the model are all zero
-    said = worn.asked(tmp_path, "heavy", "dry friction halved", "gravity", "moves", 3018)
-    named = {one["name"] for one in said["verdict"]["effects"] if one["status"] == "named"}
-    assert {"static_unbalance", "coulomb"} <= named and "cogging" not in named

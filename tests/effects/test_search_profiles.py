@@ -66,6 +66,17 @@ def test_no_coordinate_leads_a_parameter_out_of_the_catalogues_bounds(effect: Ef
                 assert min(parameter.low, base) - room <= value <= max(parameter.high, base) + room
 
 
+@pytest.mark.parametrize("torque", [1e-3, 1.0, 1e3])
+def test_steps_follow_from_the_torque_where_a_model_states_no_size(torque: float) -> None:
+    numbers = scale().numbers | {"body.mass": 1.0} | {f"body.cog.{c}": 0.0 for c in "xyz"}  # type: ignore[operator]
+    here = replace(scale(), torque_rms=torque, numbers=numbers)
+    # numbers of a cause are held loosely, at a hundred steps: a step is a few per cent of the torque
+    unbalance, spring = (CATALOGUE[name].profile(here) for name in ("static_unbalance", "cable_spring"))
+    assert unbalance is not None and spring is not None
+    assert 0.02 < unbalance.knobs[0].size * 9.8 / torque < 0.1
+    assert 0.02 < spring.knobs[0].size * here.travel / torque < 0.2
+
+
 @every_effect
 def test_an_effect_says_what_it_acts_through_and_names_that_exist(effect: Effect) -> None:
     assert effect.acts_through and effect.unseen
