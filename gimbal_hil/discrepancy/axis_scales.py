@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gimbal_hil.discrepancy.record import Record
-from sim_backend.effects import TORQUE_SHARES, AxisScale, Need
+from sim_backend.effects import GIVES_M, GIVES_RAD, TORQUE_SHARES, AxisScale, Need
 from sim_backend.model import AntennaModel
 
 #: share of the samples whose rate is no exception
@@ -30,16 +30,22 @@ def axis_scale(model: AntennaModel, axis: str, records: tuple[Record, ...]) -> A
         is_linear=model.is_linear,
         axis_count=len(model.axes),
         axis_index=i,
-        present=_present(model, i, torque, records),
+        present=present_in(model, axis, records),
     )
 
 
-def _present(model: AntennaModel, i: int, torque: np.ndarray, records: tuple[Record, ...]) -> Need:
+def present_in(model: AntennaModel, axis: str, records: tuple[Record, ...]) -> Need:
+    """What the records of an axis have of what effects need."""
+    i = model.axes.index(axis)
+    torque, position = (np.concatenate([getattr(r, name)[:, i] for r in records]) for name in ("torque", "motion"))
+    level = max(model.number(axis, f"friction.{name}") for name in ("coulomb", "breakaway"))
+    gives = GIVES_M if model.is_linear else GIVES_RAD
     there = {
         Need.GYRO: all(r.has_gyro[i] for r in records),
         Need.MOVING_BASE: any(r.moving_base for r in records),
         Need.TEMPERATURE: any(r.has_temperature for r in records),
         Need.TORQUE_REVERSALS: bool(torque.min() < 0.0 < torque.max()),
+        Need.SLIDING: bool(np.ptp(position) > gives or np.abs(torque).max() > level),
         Need.SECOND_AXIS: any(
             bool(np.ptp(r.motion[:, j]) > 0.0) for r in records for j in range(len(model.axes)) if j != i
         ),

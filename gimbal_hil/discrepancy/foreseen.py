@@ -12,6 +12,7 @@ from itertools import combinations
 
 import numpy as np
 
+from gimbal_hil.discrepancy.axis_scales import present_in
 from gimbal_hil.discrepancy.families import Family
 from gimbal_hil.discrepancy.fit import Fit, Weighing
 from gimbal_hil.discrepancy.hypothesis import Cause, KnownNumber, values_of
@@ -249,16 +250,15 @@ def _left_beside(one: _Trace, other: _Trace) -> float:
 def _hidden(inquiry: Inquiry, shown: set[tuple[str, str]]) -> list[tuple[str, str, str]]:
     """Effects that the run would not show, with the reason."""
     model, records = inquiry.twin.model, inquiry.twin.records
-    moving, warm = any(r.moving_base for r in records), any(r.has_temperature for r in records)
     found = []
-    for i, axis in enumerate(model.axes):
-        gyro = all(record.has_gyro[i] for record in records)
+    for axis in model.axes:
+        present = present_in(model, axis, records)
         for name, effect in CATALOGUE.items():
             possible = not (effect.rotary_only and model.is_linear) and (
                 len(model.axes) > 1 or not effect.two_axis_only
             )
             if possible and (name, axis) not in shown:
-                found.append((name, axis, why_not_testable(name, moving, gyro, warm)))
+                found.append((name, axis, why_not_testable(name, present)))
     return found
 
 

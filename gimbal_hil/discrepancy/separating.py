@@ -9,6 +9,7 @@ _MISSING = {
     Need.GYRO: "the data has no rate column for this axis",
     Need.TEMPERATURE: "the temperature is not in the data, or does not move",
     Need.MOVING_BASE: "the base does not move in this data",
+    Need.SLIDING: "the joint never slides in this data",
 }
 #: what a cause is separated from that no hold-out has shown yet
 CHANCE = "chance"
@@ -51,11 +52,8 @@ def separating_run(one: str, other: str, excited_by: dict[str, str]) -> str:
     return run.text + (f" (gimbal-hil experiment {run.sequence})" if run.sequence else "")
 
 
-def why_not_testable(effect: str, moving_base: bool, has_gyro: bool, has_temperature: bool) -> str:
-    """Reason that an effect leaves no trace in this data."""
-    present = Need.NOTHING
-    for need, has in ((Need.MOVING_BASE, moving_base), (Need.GYRO, has_gyro), (Need.TEMPERATURE, has_temperature)):
-        present |= need if has else Need.NOTHING
+def why_not_testable(effect: str, present: Need) -> str:
+    """Reason that an effect leaves no trace in data that have what is present."""
     needs = CATALOGUE[effect].needs
     return next(
         (text for need, text in _MISSING.items() if need in needs and need not in present), CATALOGUE[effect].unseen

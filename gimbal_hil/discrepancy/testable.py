@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gimbal_hil.discrepancy.axis_scales import present_in
 from gimbal_hil.discrepancy.run import Result
 from gimbal_hil.discrepancy.separating import why_not_testable
 from sim_backend.effects import CATALOGUE
@@ -15,16 +16,14 @@ _NO_TRACE, _FEW_STARTS = 0.15, 3
 def not_testable(result: Result) -> list[dict[str, str]]:
     """Effects that this data cannot show, per axis."""
     inquiry, model = result.inquiry, result.model
-    moving = any(r.moving_base for r in inquiry.twin.records)
-    warm = any(r.has_temperature for r in inquiry.twin.records)
     heard: dict[tuple[str, str], float] = {}
     for response in result.path.heard:
         size = float(np.sqrt(np.mean(response.columns**2, axis=0)).max())
         heard[response.family.label] = max(heard.get(response.family.label, 0.0), size)
     searched = {family.label: family for family in inquiry.families}
     found = []
-    for i, axis in enumerate(model.axes):
-        gyro = all(record.has_gyro[i] for record in inquiry.twin.records)
+    for axis in model.axes:
+        present = present_in(model, axis, inquiry.twin.records)
         for name, effect in CATALOGUE.items():
             if (effect.rotary_only and model.is_linear) or (effect.two_axis_only and len(model.axes) < 2):
                 continue
@@ -35,5 +34,5 @@ def not_testable(result: Result) -> list[dict[str, str]]:
                 continue
             silent = family is not None and not family.ripple and len(family.starts) <= _FEW_STARTS
             if family is None or (silent and heard.get((name, axis), 0.0) < _NO_TRACE):
-                found.append({"name": name, "axis": axis, "reason": why_not_testable(name, moving, gyro, warm)})
+                found.append({"name": name, "axis": axis, "reason": why_not_testable(name, present)})
     return found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sim_backend.effects.axis_scale import AxisScale
+from sim_backend.effects.axis_scale import AxisScale, Need
 from sim_backend.effects.effect import Domain, Effect, Variable
 from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import Knob, SearchProfile, line
@@ -37,6 +37,7 @@ EFFECT = Effect(
     source="thesis eq. 4.1 and 4.2 as corrected",
     excited_by="constant speeds in both directions; any motion that reverses",
     search=_search,
+    needs=Need.SLIDING,
     acts_through=frozenset({Variable.RATE}),
     separated_by=(PLATEAUS, CREEP, WARM_AND_COOL, TWO_LOADS),
 )

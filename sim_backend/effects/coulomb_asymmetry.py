@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from firmware_protocol.compiling import compiled
-from sim_backend.effects.axis_scale import AxisScale
+from sim_backend.effects.axis_scale import AxisScale, Need
 from sim_backend.effects.effect import Domain, Effect, Hook, Variable
 from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import SearchProfile, one_knob
@@ -51,6 +51,7 @@ EFFECT = Effect(
     source="Armstrong-Helouvry et al., Automatica 30 (1994)",
     excited_by="several constant speeds in both directions",
     search=_search,
+    needs=Need.SLIDING,
     acts_through=frozenset({Variable.RATE}),
     separated_by=(PLATEAUS,),
 )

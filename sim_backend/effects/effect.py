@@ -184,7 +184,7 @@ class Effect:
         """
         if (self.rotary_only and scale.is_linear) or (self.two_axis_only and scale.axis_count < 2):
             return None
-        if Need.GYRO in self.needs and Need.GYRO not in scale.present:
+        if (Need.GYRO | Need.SLIDING) & self.needs & ~scale.present:
             return None
         found = self.search(scale) if self.search is not None else default_profile(self.parameters, scale)
         return (

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from firmware_protocol.compiling import compiled
-from sim_backend.effects.axis_scale import AxisScale
+from sim_backend.effects.axis_scale import AxisScale, Need
 from sim_backend.effects.effect import Domain, Effect, Hook, Variable
 from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import SearchProfile, one_knob
@@ -54,6 +54,7 @@ EFFECT = Effect(
     # after the factors of asymmetry and position, which scale the unloaded friction
     rank=1,
     search=_search,
+    needs=Need.SLIDING,
     acts_through=frozenset({Variable.TORQUE, Variable.RATE}),
     separated_by=(TWO_LOADS,),
 )

@@ -9,7 +9,7 @@ import numpy as np
 
 from firmware_protocol.compiling import compiled
 from firmware_protocol.elementary import sine_cosine
-from sim_backend.effects.axis_scale import AxisScale
+from sim_backend.effects.axis_scale import AxisScale, Need
 from sim_backend.effects.effect import Domain, Effect, Hook, Variable
 from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import NEUTRAL_ORDER, Ripple, SearchProfile, ripple_profile
@@ -71,6 +71,7 @@ EFFECT = Effect(
     source="Popovic and Goldenberg, Spectral analysis of friction, IEEE T-RA 14 (1998)",
     excited_by="slow constant speeds in both directions over at least one period",
     search=_search,
+    needs=Need.SLIDING,
     acts_through=frozenset({Variable.POSITION, Variable.RATE}),
     separated_by=(TWO_SPEEDS, TWO_LOADS),
     torque_over_position=_swing,

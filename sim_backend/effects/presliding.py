@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from sim_backend.effects.axis_scale import AxisScale
+from sim_backend.effects.axis_scale import GIVES_M, GIVES_RAD, AxisScale
 from sim_backend.effects.effect import Domain, Effect, Variable
 from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import Knob, Move, SearchProfile, plane, point
@@ -14,8 +14,6 @@ from sim_backend.effects.separating_runs import CREEP, REVERSAL_SIZES
 
 #: deflections at break-away over which a bristle is sought where a model has none: travel at speed in these times, s
 _QUICKLY_S, _SLOWLY_S = 5e-5, 0.15
-#: and, where the motion is slower than that, as far as joints give way before they slide: rad, m
-_GIVES_RAD, _GIVES_M = 0.02, 1e-3
 #: factors between two starts, as logarithms
 _APART = 1.0
 
@@ -38,7 +36,7 @@ def _search(scale: AxisScale) -> SearchProfile | None:
         return SearchProfile(knobs, (plane(2, 0.1), point(1.0, 0.5), point(-1.0, -0.5)))
     if scale.numbers["friction.coulomb"] <= 0.0:
         return None
-    longest = max(_SLOWLY_S * scale.speed, min(_GIVES_M if scale.is_linear else _GIVES_RAD, scale.travel))
+    longest = max(_SLOWLY_S * scale.speed, min(GIVES_M if scale.is_linear else GIVES_RAD, scale.travel))
     shortest = _QUICKLY_S * scale.speed
     knob = Knob(("sigma0",), Move.LEVEL, scale.numbers["friction.coulomb"] / longest, 0.0, math.log(longest / shortest))
     starts = np.arange(0.5 * _APART, knob.high, _APART)

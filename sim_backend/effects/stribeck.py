@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from sim_backend.effects.axis_scale import AxisScale
+from sim_backend.effects.axis_scale import AxisScale, Need
 from sim_backend.effects.effect import Domain, Effect, FittedNumber, Variable
 from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import Knob, Move, SearchProfile, Start, plane
@@ -63,6 +63,7 @@ EFFECT = Effect(
     source="thesis eq. 4.2 as corrected; Armstrong-Helouvry et al., Automatica 30 (1994)",
     excited_by="constant speeds below, at and above v_s, both directions",
     search=_search,
+    needs=Need.SLIDING,
     acts_through=frozenset({Variable.RATE}),
     separated_by=(CREEP,),
     objection=_against_a_bump,

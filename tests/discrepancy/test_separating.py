@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from gimbal_hil.discrepancy.separating import separating_run, why_not_testable
-from sim_backend.effects import CATALOGUE
+from sim_backend.effects import CATALOGUE, Need
 
 EXCITED_BY = {name: effect.excited_by for name, effect in CATALOGUE.items()}
 
@@ -20,6 +20,12 @@ def test_every_pair_of_the_catalogue_has_a_run() -> None:
 
 
 def test_the_reason_why_an_effect_cannot_be_seen_names_what_is_missing() -> None:
-    assert "rate column" in why_not_testable("gyro_bias", True, False, True)
-    assert "base" in why_not_testable("dynamic_unbalance", False, True, True)
-    assert "temperature" in why_not_testable("temperature_viscosity", False, True, False)
+    everything = Need.GYRO | Need.MOVING_BASE | Need.TEMPERATURE | Need.SLIDING
+    for effect, need, word in (
+        ("gyro_bias", Need.GYRO, "rate column"),
+        ("dynamic_unbalance", Need.MOVING_BASE, "base"),
+        ("temperature_viscosity", Need.TEMPERATURE, "temperature"),
+        ("coulomb", Need.SLIDING, "slides"),
+    ):
+        assert word in why_not_testable(effect, everything & ~need)
+        assert word not in why_not_testable(effect, everything)

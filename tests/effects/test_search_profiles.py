@@ -25,7 +25,7 @@ from sim_backend.effects.default_search import default_profile, unit_scale
 from sim_backend.model import shipped_model
 
 every_effect = pytest.mark.parametrize("effect", CATALOGUE.values(), ids=lambda effect: effect.name)
-EVERYTHING = Need.GYRO | Need.MOVING_BASE | Need.TEMPERATURE | Need.TORQUE_REVERSALS | Need.SECOND_AXIS
+EVERYTHING = Need.GYRO | Need.MOVING_BASE | Need.TEMPERATURE | Need.TORQUE_REVERSALS | Need.SECOND_AXIS | Need.SLIDING
 
 
 def scale(axis: str = "outer") -> AxisScale:
@@ -93,11 +93,11 @@ def test_confusion_is_mutual() -> None:
     assert "encoder_eccentricity" in confused_with("cogging") and confused_with("back_emf") == ("viscous",)
 
 
-def test_without_a_gyro_nothing_that_only_a_gyro_shows_is_searched() -> None:
-    blind = replace(scale(), present=EVERYTHING & ~Need.GYRO)
-    assert {name for name, effect in CATALOGUE.items() if effect.profile(blind) is None} == {
-        name for name, effect in CATALOGUE.items() if Need.GYRO in effect.needs
-    }
+@pytest.mark.parametrize(("need", "one_of_them"), [(Need.GYRO, "gyro_bias"), (Need.SLIDING, "coulomb")])
+def test_without_a_gyro_or_sliding_nothing_that_only_shows_there_is_searched(need: Need, one_of_them: str) -> None:
+    blind = replace(scale(), present=EVERYTHING & ~need)
+    absent = {name for name, effect in CATALOGUE.items() if effect.profile(blind) is None}
+    assert absent == {name for name, effect in CATALOGUE.items() if need in effect.needs} and one_of_them in absent
 
 
 def test_on_one_linear_axis_neither_gravity_by_turning_nor_a_second_axis_is_searched() -> None:
