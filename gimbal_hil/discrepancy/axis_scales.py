@@ -38,7 +38,7 @@ def present_in(model: AntennaModel, axis: str, records: tuple[Record, ...]) -> N
     """What the records of an axis have of what effects need."""
     i = model.axes.index(axis)
     torque, position = (np.concatenate([getattr(r, name)[:, i] for r in records]) for name in ("torque", "motion"))
-    level = max(model.number(axis, f"friction.{name}") for name in ("coulomb", "breakaway"))
+    level = max(model.number(axis, path) for path in ("friction.coulomb", "friction.breakaway"))
     gives = GIVES_M if model.is_linear else GIVES_RAD
     there = {
         Need.GYRO: all(r.has_gyro[i] for r in records),

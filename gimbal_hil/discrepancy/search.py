@@ -37,6 +37,8 @@ from sim_backend.effects import CATALOGUE, Start
 
 #: families refined per round, after screening; in the place of a cause; those asked for their negative control
 _REFINED, _IN_PLACE, _ASKED = 6, 3, 4
+#: where no cause pays alone, so many of them are tried with another one
+_FIRST_OF_TWO = 2
 #: how often the search is begun again where a slot was filled anew
 _PASSES = 3
 #: rounds of a first fit, and of those that are still in the race: that leave at most so many times what the best leaves
@@ -112,7 +114,23 @@ def one_more(inquiry: Inquiry, path: Path, release: bool) -> Path:
         # of what paid together, what is left may be what was there before
         if _takes_over(inquiry, before, found, several):
             tried, found = [*tried, several], several
-    return replace(path, state=found, rounds=(*path.rounds, Round(before, tuple(tried), controls)))
+    path = replace(path, state=found, rounds=(*path.rounds, Round(before, tuple(tried), controls)))
+    return path if found is not before else _two_at_once(inquiry, path, asked)
+
+
+def _two_at_once(inquiry: Inquiry, path: Path, tried: list[State]) -> Path:
+    """The state with two causes of which neither pays alone, since where they act against each other one alone makes it
+    worse; or the same state.
+    """
+    before = path.state
+    for first in [s for s in tried if _enough(inquiry, before.fitted, s.fitted)][:_FIRST_OF_TWO]:
+        both = candidates(inquiry, first, path.heard)
+        path = replace(path, rounds=(*path.rounds, Round(first, tuple(both), {})))
+        for state in both[:_ASKED]:
+            control = control_share(inquiry, first, state.hypothesis.causes[-1])
+            if pays(inquiry, first, state, control) and pays(inquiry, before, state):
+                return replace(path, state=refitted(inquiry, before, state.hypothesis))
+    return path
 
 
 def _rather_plainer(inquiry: Inquiry, path: Path, found: State, others: list[State]) -> State:
