@@ -80,10 +80,12 @@ def extended(inquiry: Inquiry, start: State, most: int, heard: tuple[Response, .
     """
     path = Path(start, (), heard)
     for _ in range(_PASSES):
-        while _causes(path.state.hypothesis) - _causes(start.hypothesis) < most and stands_out(inquiry, path.state):
+        while (room := most + _causes(start.hypothesis) - _causes(path.state.hypothesis)) > 0:
+            if not stands_out(inquiry, path.state):
+                break
             inquiry.tell(f"searching for cause {len(path.state.hypothesis.causes) + 1}")
             # beside the start numbers have been let go of already
-            longer = one_more(inquiry, path, release=path.state is not start)
+            longer = one_more(inquiry, path, path.state is not start, room)
             ended, path = longer.state is path.state, longer
             if ended:
                 break
@@ -95,9 +97,9 @@ def extended(inquiry: Inquiry, start: State, most: int, heard: tuple[Response, .
     return path
 
 
-def one_more(inquiry: Inquiry, path: Path, release: bool) -> Path:
+def one_more(inquiry: Inquiry, path: Path, release: bool, room: int) -> Path:
     """The state with one more cause, that which pays best; or, where `release` lets them, with several numbers that
-    leave their uncertainty; or the same state.
+    leave their uncertainty; or, where none pays and there is room, with two; or the same state.
     """
     before = path.state
     tried = candidates(inquiry, before, path.heard)
@@ -115,7 +117,7 @@ def one_more(inquiry: Inquiry, path: Path, release: bool) -> Path:
         if _takes_over(inquiry, before, found, several):
             tried, found = [*tried, several], several
     path = replace(path, state=found, rounds=(*path.rounds, Round(before, tuple(tried), controls)))
-    return path if found is not before else _two_at_once(inquiry, path, asked)
+    return _two_at_once(inquiry, path, asked) if found is before and room > 1 else path
 
 
 def _two_at_once(inquiry: Inquiry, path: Path, tried: list[State]) -> Path:
