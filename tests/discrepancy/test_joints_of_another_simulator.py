@@ -20,3 +20,13 @@ def test_a_curve_over_position_takes_no_name_from_an_inertia(tmp_path: Path) -> 
     said = worn.asked(tmp_path, "2-08", "inertia halved", "a ripple", "sines", 2008)
     assert [(one["name"], one["status"]) for one in said["verdict"]["effects"]] == [("inertia", "named")]
     assert said["judged"] == "right"
+
+
+def test_two_causes_that_act_against_each_other_in_half_of_the_data_are_found_together(tmp_path: Path) -> None:
+    said = worn.asked(tmp_path, "3024", "dry friction doubled", "gravity", "moves", 3024)
+    verdict = said["verdict"]
+    named = {one["name"] for one in verdict["effects"] if one["status"] == "named"}
+    told = {one["name"] for one in (*verdict["effects"], *verdict["alternatives"])}
+    assert "coulomb" in named and "static_unbalance" in told
+    # what a ripple of one turn is called
+    assert told <= {"coulomb", "static_unbalance", "cogging", "cable_spring", "presliding", "stribeck"}

@@ -21,5 +21,5 @@ def test_several_numbers_of_which_nothing_new_is_left_end_the_round(
     monkeypatch.setattr(search, "pruned", lambda *_: (pruned, {}))
     monkeypatch.setattr(search, "_takes_over", lambda i, b, f, state: state is several or still_pays)
     path = search.Path(before, (), ())  # type: ignore[arg-type]
-    ended = search.one_more(inquiry, path, release=True).state
+    ended = search.one_more(inquiry, path, release=True, room=1).state
     assert ended is (pruned if still_pays else before)
