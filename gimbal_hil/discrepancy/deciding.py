@@ -7,7 +7,7 @@ from enum import Enum
 
 import numpy as np
 
-from gimbal_hil.discrepancy.comparing import no_worse
+from gimbal_hil.discrepancy.comparing import clearly_better, no_worse
 from gimbal_hil.discrepancy.hypothesis import Cause
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, rms, settled, squares_of
 from gimbal_hil.discrepancy.judging import Remainder, Standing, remainders, standings
@@ -79,7 +79,7 @@ def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_c
                 break
             left = remainders(inquiry, null, state)
             found = standings(inquiry, state, path, left)
-            instead = _inside_its_bounds(inquiry, found)
+            instead = _better_instead(inquiry, state, found)
             if instead is not None:
                 state = instead
                 continue
@@ -137,14 +137,21 @@ def _as_numbers(inquiry: Inquiry, state: State) -> State:
     return state
 
 
-def _inside_its_bounds(inquiry: Inquiry, found: tuple[Standing, ...]) -> State | None:
-    """The state with another cause in the place of one that stands at its bound, where it is no longer what its name
-    says; None where all stand inside, or where what the other leaves more is as much as a cause must take to be told.
+def _better_instead(inquiry: Inquiry, state: State, found: tuple[Standing, ...]) -> State | None:
+    """The state with another cause in the place of one that it surely beats, or of one at its bound, where that is no
+    longer what its name says, if it leaves little more than a cause must take to be told; None where there is none.
     """
+    policy = inquiry.policy
     for standing in found:
-        for rival in standing.rivals if standing.at_bound else ():
+        for rival in standing.rivals:
+            if rival.at_bound or not rival.state.hypothesis.causes:
+                continue
             more = rival.extra * (1.0 - standing.share)
-            if not rival.at_bound and rival.state.hypothesis.causes and more < inquiry.policy.least_share:
+            if standing.at_bound and more < policy.least_share:
+                return rival.state
+            fuller = (rival.plainer, rival.label[1]) == standing.label
+            surely = rival.is_cause and not fuller and rival.sure < -policy.anew
+            if surely and clearly_better(inquiry, rival.state, state):
                 return rival.state
     return None
 

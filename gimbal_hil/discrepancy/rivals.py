@@ -14,7 +14,7 @@ from gimbal_hil.discrepancy.comparing import same_to_a_twin
 from gimbal_hil.discrepancy.evidence import noise_of_command
 from gimbal_hil.discrepancy.fit import weighed_cost
 from gimbal_hil.discrepancy.hypothesis import at_bound, values_of
-from gimbal_hil.discrepancy.inquiry import Inquiry, State, settled, squares_of, surely_less, weighing_of
+from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, settled, squares_of, surely_less, weighing_of
 from gimbal_hil.discrepancy.policy import Policy
 from gimbal_hil.discrepancy.release import numbers_instead
 from gimbal_hil.discrepancy.screening import basis_of
@@ -78,13 +78,22 @@ def rivals_of(
     if numbers is not None:
         found.append(numbers)
     rivals = [
-        _rival(inquiry, without, state, _at_its_best(inquiry, state, other), labels, missing) for other, labels in found
+        _rival(inquiry, without, state, _at_its_best(inquiry, state, other, label), labels, missing)
+        for other, labels in found
     ]
     return tuple(sorted(rivals, key=lambda rival: rival.extra))
 
 
-def _at_its_best(inquiry: Inquiry, state: State, other: State) -> State:
-    """Another explanation settled as the state is, where that could bring it near."""
+def _at_its_best(inquiry: Inquiry, state: State, other: State, label: tuple[str, str]) -> State:
+    """Another explanation settled as the state is, where that could bring it near.
+
+    Without either cause the others may have stood in for it, and cannot find back: they begin where the state has them
+    as well.
+    """
+    if _stood_in(state, other):
+        rest = state.hypothesis.minus(state.hypothesis.labels.index(label))
+        anew = refitted(inquiry, state, rest.plus(other.hypothesis.causes[-1]))
+        other = anew if np.sum(squares_of(anew)) < np.sum(squares_of(other)) else other
     weighing = weighing_of(inquiry, state)
     basis, rows = basis_of(other.fit, weighing)
     reach = float(rows @ rows - np.sum((basis.T @ rows) ** 2))
@@ -92,6 +101,16 @@ def _at_its_best(inquiry: Inquiry, state: State, other: State) -> State:
         return other
     best = settled(inquiry, other)
     return best if np.sum(squares_of(best)) < np.sum(squares_of(other)) else other
+
+
+def _stood_in(state: State, other: State) -> bool:
+    """Whether a cause that both have stands elsewhere in the other, by more than a step."""
+    mine = {cause.family.label: cause.x for cause in state.hypothesis.causes}
+    return len(other.hypothesis.causes) == len(state.hypothesis.causes) and any(
+        abs(x - y) > 1.0
+        for cause in other.hypothesis.causes[:-1]
+        for x, y in zip(cause.x, mine.get(cause.family.label, cause.x), strict=True)
+    )
 
 
 def _rival(

@@ -30,3 +30,10 @@ def test_two_causes_that_act_against_each_other_in_half_of_the_data_are_found_to
     assert "coulomb" in named and "static_unbalance" in told
     # what a ripple of one turn is called
     assert told <= {"coulomb", "static_unbalance", "cogging", "cable_spring", "presliding", "stribeck"}
+
+
+def test_a_rival_is_compared_where_the_other_causes_have_not_stood_in_for_both(tmp_path: Path) -> None:
+    # without either, a soft bristle pulled back like a spring, and an unbalance found no way from there
+    said = worn.asked(tmp_path, "3-29", "inertia halved", "gravity", "moves", 3029)
+    named = {one["name"] for one in said["verdict"]["effects"] if one["status"] == "named"}
+    assert {"static_unbalance", "inertia"} <= named and "cable_spring" not in named
