@@ -94,8 +94,9 @@ def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_c
             # one at a time, since of two that take the same neither is missed beside the other: that with most numbers
             causes, rest = state.hypothesis.causes, state.hypothesis
             first = max(fallen, key=lambda t: (numbers_of(causes[t.standing.entries[0]]), -t.of_class))
-            if first.standing.any_curve:
-                # something over position is there, of whatever shape, and is no doubt about what acts through others
+            if first.standing.any_curve and left[first.standing.channel].after <= inquiry.policy.least_gap:
+                # that something over position explains the rest, whatever its shape, is no doubt about what acts
+                # through other variables
                 beside_a_curve |= {
                     t.standing.label: t for t in told if t.status is Status.NAMED and not _over_position(t)
                 }

@@ -122,7 +122,7 @@ def one_more(inquiry: Inquiry, path: Path, release: bool, room: int) -> Path:
 
 def _two_at_once(inquiry: Inquiry, path: Path, tried: list[State]) -> Path:
     """The state with two causes of which neither pays alone, since where they act against each other one alone makes it
-    worse; or the same state.
+    worse, if they leave no gap together; or the same state.
     """
     before = path.state
     for first in [s for s in tried if _enough(inquiry, before.fitted, s.fitted)][:_FIRST_OF_TWO]:
@@ -131,7 +131,9 @@ def _two_at_once(inquiry: Inquiry, path: Path, tried: list[State]) -> Path:
         for state in both[:_ASKED]:
             control = control_share(inquiry, first, state.hypothesis.causes[-1])
             if pays(inquiry, first, state, control) and pays(inquiry, before, state):
-                return replace(path, state=refitted(inquiry, before, state.hypothesis))
+                complete = refitted(inquiry, before, state.hypothesis)
+                if not stands_out(inquiry, complete):
+                    return replace(path, state=complete)
     return path
 
 
