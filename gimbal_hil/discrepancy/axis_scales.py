@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from gimbal_hil.discrepancy.record import Record
-from sim_backend.effects import GIVES_M, GIVES_RAD, TORQUE_SHARES, AxisScale, Need
+from sim_backend.effects import SLIDES_M, SLIDES_RAD, TORQUE_SHARES, AxisScale, Need
 from sim_backend.model import AntennaModel
 
-#: share of the samples whose rate is no exception
+#: share of the samples whose rate, or torque, is no exception
 _ORDINARY = 0.98
 
 
@@ -37,15 +37,17 @@ def axis_scale(model: AntennaModel, axis: str, records: tuple[Record, ...]) -> A
 def present_in(model: AntennaModel, axis: str, records: tuple[Record, ...]) -> Need:
     """What the records of an axis have of what effects need."""
     i = model.axes.index(axis)
-    torque, position = (np.concatenate([getattr(r, name)[:, i] for r in records]) for name in ("torque", "motion"))
+    torque = np.concatenate([r.torque[:, i] for r in records])
+    # logs need not share their zero
+    travel = max(float(np.ptp(r.motion[:, i])) for r in records)
     level = max(model.number(axis, path) for path in ("friction.coulomb", "friction.breakaway"))
-    gives = GIVES_M if model.is_linear else GIVES_RAD
+    pushed = float(np.quantile(np.abs(torque), _ORDINARY)) > level
     there = {
         Need.GYRO: all(r.has_gyro[i] for r in records),
         Need.MOVING_BASE: any(r.moving_base for r in records),
         Need.TEMPERATURE: any(r.has_temperature for r in records),
         Need.TORQUE_REVERSALS: bool(torque.min() < 0.0 < torque.max()),
-        Need.SLIDING: bool(np.ptp(position) > gives or np.abs(torque).max() > level),
+        Need.SLIDING: pushed or travel > (SLIDES_M if model.is_linear else SLIDES_RAD),
         Need.SECOND_AXIS: any(
             bool(np.ptp(r.motion[:, j]) > 0.0) for r in records for j in range(len(model.axes)) if j != i
         ),

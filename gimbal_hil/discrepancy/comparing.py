@@ -13,6 +13,8 @@ from gimbal_hil.discrepancy.smoothing import Floats
 #: a state is clearly better that leaves less by this share of what the other one leaves; and no worse that leaves at
 #: most so many times as much
 _BETTER, _NO_WORSE = 0.03, 1.1
+#: share of what a cause takes that a rival may leave, however much is missing beside both
+_PART = 0.25
 
 
 def advantage(inquiry: Inquiry, before: State, after: State) -> float:
@@ -57,11 +59,19 @@ def same_to_a_twin(
 
     `noisier` is by how much more, in floors, noise counts in the other one (`evidence.noise_of_command`). What noise
     explains up to one floor is no difference either. `missing` is the share of what is left that can be predicted:
-    something else is missing there, and what one of the two takes more of may be a part of that.
+    something else is missing there, and what one of the two takes more of may be a part of that, up to a quarter of
+    what the cause takes.
     """
     left = np.maximum(mine, 1.0)
     noise = np.clip(noisier, 0.0, 1.0) * np.minimum(mine, 1.0)
     shares = np.maximum(policy.same * left, policy.same**2 * without)
-    exact = np.maximum.reduce([shares, np.full_like(shares, policy.least_squares), noise, missing * theirs])
+    exact = np.maximum.reduce(
+        [
+            shares,
+            np.full_like(shares, policy.least_squares),
+            noise,
+            np.minimum(missing * theirs, _PART * (without - mine)),
+        ]
+    )
     # over all channels together: what another one leaves more of one it may leave less of the next
     return bool(np.sum((theirs - mine) / exact) < 1.0)

@@ -7,19 +7,24 @@ from enum import Enum
 
 import numpy as np
 
-from gimbal_hil.discrepancy.comparing import clearly_better, no_worse
+from gimbal_hil.discrepancy.candidates import numbers_of
+from gimbal_hil.discrepancy.comparing import clearly_better, no_worse, surely
 from gimbal_hil.discrepancy.hypothesis import Cause
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, rms, settled, squares_of
 from gimbal_hil.discrepancy.judging import Remainder, Standing, remainders, standings
 from gimbal_hil.discrepancy.policy import Policy
 from gimbal_hil.discrepancy.release import given_back
 from gimbal_hil.discrepancy.rivals import Rival
-from gimbal_hil.discrepancy.search import Path, numbers_of
+from gimbal_hil.discrepancy.search import Path
 from gimbal_hil.discrepancy.wander import left_beside_wander
 from sim_backend.effects import CATALOGUE, Variable
 
 #: a gap that the hold-out does not repeat, or that nothing predicts, is none up to this many floors
 _NOT_REPEATED = 2.0
+#: how often the judgement may begin anew for each cause: one left out, replaced, or replaced once more
+_TURNS = 3
+#: a rival that takes a cause's place has at most so many numbers more
+_MORE_NUMBERS = 1
 #: alternatives that are told
 _MOST_RIVALS = 3
 
@@ -73,7 +78,7 @@ def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_c
         state = given_back(inquiry, settled(inquiry, path.state))
         state = _as_numbers(inquiry, state) if by_command else state
         beside_a_curve: dict[tuple[str, str], Told] = {}
-        for _ in range(2 * len(set(state.hypothesis.labels))):
+        for _ in range(_TURNS * len(set(state.hypothesis.labels))):
             if not no_worse(null.untouched, state.untouched):
                 # what leaves more than the model alone explains nothing
                 break
@@ -83,7 +88,8 @@ def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_c
             if instead is not None:
                 state = instead
                 continue
-            told = tuple(_again(beside_a_curve, s) or _told(inquiry, s, found, left, suspected_only) for s in found)
+            anew = (_told(inquiry, s, found, left, suspected_only) for s in found)
+            told = tuple(replace(beside_a_curve.get(t.standing.label, t), standing=t.standing) for t in anew)
             fallen = [t for t in told if t.of_class < 0.5]
             if not fallen:
                 return (
@@ -94,12 +100,11 @@ def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_c
             # one at a time, since of two that take the same neither is missed beside the other: that with most numbers
             causes, rest = state.hypothesis.causes, state.hypothesis
             first = max(fallen, key=lambda t: (numbers_of(causes[t.standing.entries[0]]), -t.of_class))
-            if first.standing.any_curve and left[first.standing.channel].after <= inquiry.policy.least_gap:
+            complete = left[first.standing.channel].after <= inquiry.policy.least_gap
+            if first.standing.any_curve and complete and len(fallen) == 1:
                 # that something over position explains the rest, whatever its shape, is no doubt about what acts
                 # through other variables
-                beside_a_curve |= {
-                    t.standing.label: t for t in told if t.status is Status.NAMED and not _over_position(t)
-                }
+                beside_a_curve |= {t.standing.label: t for t in told if _stands_beside_a_curve(t)}
             for index in sorted(first.standing.entries, reverse=True):
                 rest = rest.minus(index)
             if not rest.causes:
@@ -109,14 +114,10 @@ def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_c
     return Decision(Kind.NO_DISCREPANCY if _only_noise(inquiry, null, left) else Kind.UNEXPLAINED, null, (), left)
 
 
-def _over_position(told: Told) -> bool:
-    return Variable.POSITION in CATALOGUE[told.standing.label[0]].acts_through
-
-
-def _again(before: dict[tuple[str, str], Told], standing: Standing) -> Told | None:
-    """What was told of a cause beside one that has been left out since."""
-    one = before.get(standing.label)
-    return one and replace(one, standing=replace(one.standing, entries=standing.entries))
+def _stands_beside_a_curve(told: Told) -> bool:
+    """Whether a cause is named, alone, and through other variables than position."""
+    through = CATALOGUE[told.standing.label[0]].acts_through
+    return told.status is Status.NAMED and not told.close and Variable.POSITION not in through
 
 
 def _as_numbers(inquiry: Inquiry, state: State) -> State:
@@ -142,26 +143,39 @@ def _better_instead(inquiry: Inquiry, state: State, found: tuple[Standing, ...])
     """The state with another cause in the place of one that it surely beats, or of one at its bound, where that is no
     longer what its name says, if it leaves little more than a cause must take to be told; None where there is none.
     """
-    policy = inquiry.policy
     for standing in found:
         for rival in standing.rivals:
             if rival.at_bound or not rival.state.hypothesis.causes:
                 continue
             more = rival.extra * (1.0 - standing.share)
-            if standing.at_bound and more < policy.least_share:
+            if standing.at_bound and more < inquiry.policy.least_share:
                 return rival.state
-            fuller = (rival.plainer, rival.label[1]) == standing.label
-            surely = rival.is_cause and not fuller and rival.sure < -policy.anew
-            if surely and clearly_better(inquiry, rival.state, state):
+            if _surely_beats(inquiry, state, standing, rival):
                 return rival.state
     return None
 
 
+def _surely_beats(inquiry: Inquiry, state: State, standing: Standing, rival: Rival) -> bool:
+    """Whether a rival is what should have been found: another cause, no fuller form of this one and no ripple, which
+    with a few of its like draws any curve, that explains clearly and surely more.
+    """
+    if not rival.is_cause or (rival.plainer, rival.label[1]) == standing.label or rival.extra >= 0.0:
+        return False
+    mine, other = state.hypothesis.causes[standing.entries[0]], rival.state.hypothesis.causes[-1]
+    if other.family.ripple or numbers_of(other) > numbers_of(mine) + _MORE_NUMBERS:
+        return False
+    return surely(inquiry, state, rival.state) > inquiry.policy.anew and clearly_better(inquiry, rival.state, state)
+
+
 def _leaves_a_gap(inquiry: Inquiry, null: State) -> bool:
-    """Whether the model leaves a gap that the hold-out repeats, or one of twice the noise anywhere."""
+    """Whether the model leaves a gap that the hold-out repeats and friction whose level wanders does not explain, or
+    one of twice the noise anywhere.
+    """
     limit = np.hypot(1.0, inquiry.inexact)
-    repeated = rms(null.held_out()) > inquiry.policy.least_gap * limit
-    return bool(np.any(repeated | (null.left() > _NOT_REPEATED * limit)))
+    if np.any(null.left() > _NOT_REPEATED * limit):
+        return True
+    least = inquiry.policy.least_gap * limit
+    return bool(np.any(rms(null.held_out()) > least) and np.any(left_beside_wander(inquiry, null) > least))
 
 
 def _only_noise(inquiry: Inquiry, null: State, left: tuple[Remainder, ...]) -> bool:
@@ -236,7 +250,7 @@ def class_probability(
 
     Six things speak against it: what it takes may be chance; any curve over position takes as much; its own variables
     still predict what is left; others predict so much of it that the cause may be a part of theirs, or what is not
-    known takes so many squares (`unknown`) of its channel; much is left that nothing predicts; and it took little.
+    known takes more squares of its channel than it (`unknown`); much is left that nothing predicts; and it took little.
     """
     from scipy.stats import norm
 
@@ -244,9 +258,10 @@ def class_probability(
         return 0.0
     # that the best of so many candidates does not do so well by chance (Sidak)
     evident = float(norm.cdf(standing.sure)) ** candidates
-    # of what is left, or of the noise that would be left anyway; next to nothing beside what the cause takes is no
-    # sign of another shape
+    # of what is left, or of the noise that would be left anyway; a few floors that are next to nothing beside what the
+    # cause takes are no sign of another shape
     beside = (1.0 - standing.share) / max(standing.share, 1e-9)
+    beside = max(beside, _NEXT_TO_NOTHING * (left.after / _FEW) ** 2)
     if left.after <= policy.least_gap and left.before > 0.0:
         # nor is what is no gap, beside causes that took nearly all of a large one
         beside = min(beside, left.after**2 / left.before**2)
@@ -254,7 +269,8 @@ def class_probability(
     shape = 1.0 / (1.0 + (predicted / (2.0 * policy.exhausted)) ** 3)
     # what one thing through other variables does, a cause that is no part of it may take a share of
     others = left.predictable.beyond * (1.0 - standing.share) / max(standing.share, 1e-9)
-    others += max(0.0, unknown) / max(standing.takes[standing.channel], 1e-9)
+    taken = standing.takes[standing.channel]
+    others += unknown / max(taken, 1e-9) if unknown > taken else 0.0
     whole = 1.0 / (1.0 + (others / _OTHERS) ** 2)
     # what is left beyond a small multiple of the noise, over what was there
     beyond = max(0.0, left.unpredicted**2 - _SMALL**2) / max(left.before**2, 1.0)
@@ -270,5 +286,7 @@ def class_probability(
 _OTHERS, _LARGE, _SMALL, _LITTLE, _MOST = 0.25, 0.6, 1.5, 0.03, 0.99
 #: what is left over what a cause takes, squares: below this it counts by how much it is
 _NEXT_TO_NOTHING = 0.05
+#: and so many floors are no longer few
+_FEW = 6.0
 
 __all__ = ["Decision", "Kind", "Status", "Told", "class_probability", "decide", "kind_of", "rejudged"]

@@ -212,6 +212,15 @@ def values_of(
     return _upright(effect, found)
 
 
+def plainer_of(twin: Twin, hypothesis: Hypothesis, index: int) -> str | None:
+    """The name of the effect with fewer numbers that a cause contains where its numbers stand."""
+    plainer = CATALOGUE[hypothesis.causes[index].family.effect].plainer
+    if plainer is None:
+        return None
+    values = values_of(twin.model, twin, hypothesis, index)
+    return plainer.name if plainer.holds({name: value for name, (value, _) in values.items()}) else None
+
+
 def at_bound(twin: Twin, hypothesis: Hypothesis, index: int) -> tuple[str, ...]:
     """Parameters of one cause that may go no further: of those nothing is known.
 

@@ -13,14 +13,13 @@ import numpy as np
 from gimbal_hil.discrepancy.comparing import same_to_a_twin
 from gimbal_hil.discrepancy.evidence import noise_of_command
 from gimbal_hil.discrepancy.fit import weighed_cost
-from gimbal_hil.discrepancy.hypothesis import at_bound, values_of
+from gimbal_hil.discrepancy.hypothesis import Hypothesis, at_bound, plainer_of
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, settled, squares_of, surely_less, weighing_of
 from gimbal_hil.discrepancy.policy import Policy
 from gimbal_hil.discrepancy.release import numbers_instead
 from gimbal_hil.discrepancy.screening import basis_of
 from gimbal_hil.discrepancy.search import Path, in_its_place
 from gimbal_hil.discrepancy.smoothing import Floats
-from sim_backend.effects import CATALOGUE
 
 #: a rival that, by its slopes where it stands, would leave more squares than this times those of the explanation comes
 #: nowhere near it
@@ -87,11 +86,11 @@ def rivals_of(
 def _at_its_best(inquiry: Inquiry, state: State, other: State, label: tuple[str, str]) -> State:
     """Another explanation settled as the state is, where that could bring it near.
 
-    Without either cause the others may have stood in for it, and cannot find back: they begin where the state has them
-    as well.
+    Where neither of the two was there, other causes may have moved to take its part, and a fit from there ends in
+    another valley. So it begins from where the state has them as well.
     """
-    if _stood_in(state, other):
-        rest = state.hypothesis.minus(state.hypothesis.labels.index(label))
+    rest = state.hypothesis.minus(state.hypothesis.labels.index(label))
+    if _stand_elsewhere(rest, other.hypothesis):
         anew = refitted(inquiry, state, rest.plus(other.hypothesis.causes[-1]))
         other = anew if np.sum(squares_of(anew)) < np.sum(squares_of(other)) else other
     weighing = weighing_of(inquiry, state)
@@ -103,14 +102,14 @@ def _at_its_best(inquiry: Inquiry, state: State, other: State, label: tuple[str,
     return best if np.sum(squares_of(best)) < np.sum(squares_of(other)) else other
 
 
-def _stood_in(state: State, other: State) -> bool:
-    """Whether a cause that both have stands elsewhere in the other, by more than a step."""
-    mine = {cause.family.label: cause.x for cause in state.hypothesis.causes}
-    return len(other.hypothesis.causes) == len(state.hypothesis.causes) and any(
-        abs(x - y) > 1.0
-        for cause in other.hypothesis.causes[:-1]
-        for x, y in zip(cause.x, mine.get(cause.family.label, cause.x), strict=True)
-    )
+def _stand_elsewhere(rest: Hypothesis, other: Hypothesis) -> bool:
+    """Whether a cause of both stands elsewhere in the other one, which has one cause more, by more than a step; of a
+    ripple, which is periodic, that is not asked.
+    """
+    shared = other.causes[: len(rest.causes)]
+    alike = len(other.causes) == len(rest.causes) + 1 and rest.labels == other.labels[:-1]
+    pairs = [(one, two) for one, two in zip(rest.causes, shared, strict=False) if one.family.ripple is None]
+    return alike and any(abs(x - y) > 1.0 for one, two in pairs for x, y in zip(one.x, two.x, strict=True))
 
 
 def _rival(
@@ -130,16 +129,7 @@ def _rival(
         return found
     newest = len(other.hypothesis.causes) - 1
     bound = at_bound(inquiry.twin, other.hypothesis, newest)
-    return replace(found, at_bound=bound, plainer=_plainer(inquiry, other, newest))
-
-
-def _plainer(inquiry: Inquiry, state: State, index: int) -> str | None:
-    """The name of the effect with fewer numbers that a cause contains where its numbers stand."""
-    plainer = CATALOGUE[state.hypothesis.causes[index].family.effect].plainer
-    if plainer is None:
-        return None
-    values = values_of(inquiry.twin.model, inquiry.twin, state.hypothesis, index)
-    return plainer.name if plainer.holds({name: value for name, (value, _) in values.items()}) else None
+    return replace(found, at_bound=bound, plainer=plainer_of(inquiry.twin, other.hypothesis, newest))
 
 
 __all__ = ["Rival", "rivals_of"]

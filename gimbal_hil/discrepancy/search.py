@@ -8,45 +8,28 @@ without it, on rows of the hold-out that select, in units of the remainder, with
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
-from itertools import repeat
 
 import numpy as np
 
-from gimbal_hil.discrepancy.comparing import advantage, clearly_better, no_worse, surely
+from gimbal_hil.discrepancy.candidates import candidates, numbers_of
+from gimbal_hil.discrepancy.comparing import clearly_better, no_worse, surely
 from gimbal_hil.discrepancy.curve import curve_does_as_well
-from gimbal_hil.discrepancy.families import Family
-from gimbal_hil.discrepancy.fit import Fit, Weighing, fit, weighed_cost
-from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis, at_bound
-from gimbal_hil.discrepancy.inquiry import Inquiry, State, gain_on, refitted, stands_out, state_of, weighing_of
-from gimbal_hil.discrepancy.policy import MOST_ENTRIES
+from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis, at_bound, plainer_of
+from gimbal_hil.discrepancy.inquiry import Inquiry, State, gain_on, refitted, stands_out, weighing_of
 from gimbal_hil.discrepancy.release import released
-from gimbal_hil.discrepancy.screening import (
-    Proposal,
-    Response,
-    basis_of,
-    control_gain,
-    propose,
-    respond,
-    responses,
-    row_weights,
-)
+from gimbal_hil.discrepancy.screening import Response, basis_of, control_gain, responses, row_weights
 from gimbal_hil.discrepancy.smoothing import Floats
-from sim_backend.effects import CATALOGUE, Start
+from sim_backend.effects import Start
 
-#: families refined per round, after screening; in the place of a cause; those asked for their negative control
-_REFINED, _IN_PLACE, _ASKED = 6, 3, 4
+#: candidates that are asked for their negative control
+_ASKED = 4
 #: where no cause pays alone, so many of them are tried with another one
 _FIRST_OF_TWO = 2
 #: how often the search is begun again where a slot was filled anew
 _PASSES = 3
-#: rounds of a first fit, and of those that are still in the race: that leave at most so many times what the best leaves
-_FIRST, _RACING, _IN_THE_RACE = 1, 5, 2.0
-#: and that took this share of the least that a cause must take in their first step
-_PROMISE = 0.3
-#: a family of more coordinates than this is refined from more than two of its starts
-_VALLEYS = 3
+#: the plainer form of a cause is looked at where it leaves at most so many times as much
+_NEARLY_AS_GOOD = 2.0
 #: what the hold-out does not show must take so much of what is left of the fitted logs
 _NEARLY_ALL = 0.85
 #: length of the blocks whose signs a negative control draws, s
@@ -107,7 +90,9 @@ def one_more(inquiry: Inquiry, path: Path, release: bool, room: int) -> Path:
     controls = {s.hypothesis.labels[-1]: control_share(inquiry, before, s.hypothesis.causes[-1]) for s in asked}
     paying = [s for s in asked if pays(inquiry, before, s, controls[s.hypothesis.labels[-1]])]
     found = plainest(inquiry, before, _sound(inquiry, before, paying) or paying) if paying else before
-    found = found if found is before else _rather_plainer(inquiry, path, found, paying)
+    if found is not before:
+        sound = [(state, state.hypothesis.labels[-1]) for state in _sound(inquiry, before, paying)]
+        found = _rather_plainer(inquiry, path, found, sound)
     if found is not before and before.hypothesis.causes:
         found = refitted(inquiry, before, found.hypothesis)
     several = released(inquiry, before) if release else None
@@ -117,37 +102,47 @@ def one_more(inquiry: Inquiry, path: Path, release: bool, room: int) -> Path:
         if _takes_over(inquiry, before, found, several):
             tried, found = [*tried, several], several
     path = replace(path, state=found, rounds=(*path.rounds, Round(before, tuple(tried), controls)))
-    return _two_at_once(inquiry, path, asked) if found is before and room > 1 else path
+    if found is not before or room < 2:
+        return path
+    return _two_at_once(inquiry, path, [s for s in asked if _is_no_chance(inquiry, before, s, controls)])
+
+
+def _is_no_chance(inquiry: Inquiry, before: State, after: State, controls: dict[tuple[str, str], float]) -> bool:
+    """Whether a cause takes enough of the fitted rows, and more than its negative control."""
+    fitted = gain_on(inquiry, before, after, "fitted").mean
+    beyond = controls[after.hypothesis.labels[-1]] <= inquiry.policy.control * fitted
+    return beyond and _enough(inquiry, before.fitted, after.fitted)
 
 
 def _two_at_once(inquiry: Inquiry, path: Path, tried: list[State]) -> Path:
-    """The state with two causes of which neither pays alone, since where they act against each other one alone makes it
-    worse, if they leave no gap together; or the same state.
+    """The state with two causes of which neither pays alone, since in a part of the data they act against each other,
+    if both together leave no gap; or the same state.
     """
     before = path.state
-    for first in [s for s in tried if _enough(inquiry, before.fitted, s.fitted)][:_FIRST_OF_TWO]:
+    for first in tried[:_FIRST_OF_TWO]:
         both = candidates(inquiry, first, path.heard)
         path = replace(path, rounds=(*path.rounds, Round(first, tuple(both), {})))
-        for state in both[:_ASKED]:
+        for state in _sound(inquiry, first, [s for s in both[:_ASKED] if not stands_out(inquiry, s)]):
             control = control_share(inquiry, first, state.hypothesis.causes[-1])
             if pays(inquiry, first, state, control) and pays(inquiry, before, state):
-                complete = refitted(inquiry, before, state.hypothesis)
-                if not stands_out(inquiry, complete):
-                    return replace(path, state=complete)
+                return replace(path, state=refitted(inquiry, before, state.hypothesis))
     return path
 
 
-def _rather_plainer(inquiry: Inquiry, path: Path, found: State, others: list[State]) -> State:
-    """The plainer form of a state's newest cause, from other states with as many causes, where that with one cause
-    beside it explains as much: what the fuller form takes more may be that cause.
+def _rather_plainer(inquiry: Inquiry, path: Path, found: State, plain: list[tuple[State, tuple[str, str]]]) -> State:
+    """The state with the plainer form of another one's newest cause, where it explains as much with one cause beside it
+    that pays: what the fuller form takes more may be that cause. `plain`: states, each with the label of the cause that
+    may be the plainer form.
     """
     effect, axis = found.hypothesis.labels[-1]
-    plainer = CATALOGUE[effect].plainer
-    plain = next((s for s in others if plainer and (plainer.name, axis) in s.hypothesis.labels), None)
-    if plain is None or np.sum(plain.fit.squares) > _IN_THE_RACE * np.sum(np.maximum(found.fit.squares, 1.0)):
-        return found
-    both = [s for s in candidates(inquiry, plain, path.heard) if s.hypothesis.labels[-1] != (effect, axis)]
-    return plain if both and not clearly_better(inquiry, found, both[0]) else found
+    contained = (plainer_of(inquiry.twin, found.hypothesis, len(found.hypothesis.causes) - 1), axis)
+    for state in (s for s, label in plain if label == contained):
+        if np.sum(state.fit.squares) > _NEARLY_AS_GOOD * np.sum(np.maximum(found.fit.squares, 1.0)):
+            continue
+        beside = [s for s in candidates(inquiry, state, path.heard) if s.hypothesis.labels[-1] != (effect, axis)]
+        if beside and pays(inquiry, state, beside[0]) and not clearly_better(inquiry, found, beside[0]):
+            return state
+    return found
 
 
 def _takes_over(inquiry: Inquiry, before: State, found: State, several: State) -> bool:
@@ -189,46 +184,6 @@ def _newest_at_bound(inquiry: Inquiry, state: State) -> bool:
     return bool(at_bound(inquiry.twin, state.hypothesis, len(state.hypothesis.causes) - 1))
 
 
-def numbers_of(cause: Cause) -> int:
-    """Numbers of a cause that the data must give."""
-    return sum(not knob.nuisance for knob in cause.family.knobs)
-
-
-def candidates(
-    inquiry: Inquiry, before: State, heard: tuple[Response, ...], instead_of: State | None = None
-) -> list[State]:
-    """The most promising families beside a state, refitted with everything that is there; best first.
-
-    `instead_of` is a state with one cause more, whose place is looked at: that cause needs no second fit, and another
-    one has to come near it.
-    """
-    weighing = weighing_of(inquiry, before)
-    taken = set() if instead_of is None else set(instead_of.hypothesis.labels) - set(before.hypothesis.labels)
-    allowed = [f for f in addable(before.hypothesis, inquiry.families) if f.label not in taken]
-    labels = {f.label for f in allowed}
-    known = [r for r in heard if r.family.label in labels] + listen(inquiry, before, [f for f in allowed if f.ripple])
-    best: dict[tuple[str, str], list[Proposal]] = {}
-    for proposal in propose(before.fit, known, weighing):
-        best.setdefault(proposal.family.label, []).append(proposal)
-    ranked = sorted(best.values(), key=lambda found: -found[0].gain)
-    ranked = ranked[: _REFINED if instead_of is None else _IN_PLACE]
-    starts = [
-        before.hypothesis.plus(Cause(p.family, p.x))
-        for found in ranked
-        for p in found[: _starts_refined(found[0].family)]
-    ]
-    kept: dict[tuple[str, str], Fit] = {}
-    to_beat = math.inf if instead_of is None else weighed_cost(instead_of.fit, weighing)
-    for one in _refined(inquiry, before, starts, weighing, to_beat):
-        label = one.hypothesis.labels[-1]
-        if label not in kept or one.cost < kept[label].cost:
-            kept[label] = one
-    # a fit that contains the state that it began from and ends above it has failed
-    ceiling = weighed_cost(before.fit, weighing)
-    states = [state_of(inquiry, one) for one in kept.values() if one.cost <= ceiling]
-    return sorted(states, key=lambda state: -advantage(inquiry, before, state))
-
-
 def in_its_place(inquiry: Inquiry, path: Path, without: State, state: State, label: tuple[str, str]) -> list[State]:
     """States with another cause in the place of the one with a label, beside the others of a state: what was tried on
     the way, otherwise anew.
@@ -242,17 +197,6 @@ def in_its_place(inquiry: Inquiry, path: Path, without: State, state: State, lab
             alone = (state for state in one.tried if sorted(state.hypothesis.labels[:-1]) == others)
             return [state for state in alone if state.hypothesis.labels[-1] != label]
     return candidates(inquiry, without, path.heard, state)
-
-
-def listen(inquiry: Inquiry, state: State, families: list[Family]) -> list[Response]:
-    """What each of some families does to the residual of a state, at each of its starts."""
-    bare = replace(state.fit, jacobian=np.zeros((0, 0)))
-    # those with most starts first: they take longest
-    order = sorted(families, key=lambda f: -len(f.starts) - (50 if f.ripple else 0))
-    found = inquiry.executor.map(
-        respond, repeat(inquiry.twin_there or inquiry.twin), repeat(bare), repeat(inquiry.floor), order
-    )
-    return [response for family in found for response in family]
 
 
 def pays(inquiry: Inquiry, before: State, after: State, control: float = 0.0) -> bool:
@@ -327,7 +271,8 @@ def slots_again(inquiry: Inquiry, path: Path, without_each: tuple[State, ...]) -
         path = replace(path, rounds=(*path.rounds, Round(without, tuple(tried), {})))
         tried = _sound(inquiry, without, tried)
         if tried and clearly_better(inquiry, tried[0], state):
-            path = replace(path, state=_rather_plainer(inquiry, path, plainest(inquiry, without, tried), [state]))
+            best, here = plainest(inquiry, without, tried), (state, state.hypothesis.labels[index])
+            path = replace(path, state=_rather_plainer(inquiry, path, best, [here]))
     return path
 
 
@@ -348,63 +293,5 @@ def pruned(inquiry: Inquiry, state: State) -> tuple[State, tuple[State, ...]]:
         state = without[min(losses)[1]]
 
 
-def addable(hypothesis: Hypothesis, families: tuple[Family, ...]) -> list[Family]:
-    """Families that may be added: what is not there yet, and further orders of a ripple that is."""
-    counts = {label: hypothesis.labels.count(label) for label in hypothesis.labels}
-    return [f for f in families if counts.get(f.label, 0) < (MOST_ENTRIES if f.ripple else 1)]
-
-
 def _causes(hypothesis: Hypothesis) -> int:
     return len(set(hypothesis.labels))
-
-
-def _starts_refined(family: Family) -> int:
-    """From how many of its starts a family is refined: one number has one valley, a gap and its rotor have several."""
-    return 2 if family.ripple or 1 < len(family.knobs) <= _VALLEYS else len(family.knobs) // 2 + 1
-
-
-def _promises(inquiry: Inquiry, before: Fit, one: Fit) -> bool:
-    """Whether a first step takes a part of what a cause must take to pay."""
-    policy = inquiry.policy
-    taken = before.squares - one.squares
-    return bool(np.any(taken > _PROMISE * np.maximum(policy.least_share * before.squares, policy.least_squares)))
-
-
-def _refined(
-    inquiry: Inquiry, before: State, hypotheses: list[Hypothesis], weighing: Weighing, to_beat: float
-) -> list[Fit]:
-    """One step for all, more for those that are still in the race with the best of them and with a cost to beat."""
-
-    # what is there already hardly changes what it does when something is added
-    earlier = before.fit.jacobian[:, : sum(len(cause.x) for cause in before.hypothesis.causes)]
-
-    def fitted(chosen: list[Hypothesis], rounds: int) -> list[Fit]:
-        known = [
-            (inquiry.known if inquiry.known_there is None else inquiry.known_there) if h.floating else None
-            for h in chosen
-        ]
-        work = (
-            repeat(inquiry.twin_there or inquiry.twin),
-            chosen,
-            repeat(inquiry.floor),
-            repeat(weighing),
-            repeat(rounds),
-            known,
-            repeat(1.0),
-            repeat(1e-4),
-            repeat(ceiling if rounds == _FIRST else None),
-            repeat(earlier),
-        )
-        return list(inquiry.executor.map(fit, *work))
-
-    ceiling = weighed_cost(before.fit, weighing)
-    fits = fitted(hypotheses, _FIRST)
-    if not fits:
-        return []
-    least = min(to_beat, *(one.cost for one in fits))
-    racing = [
-        i for i, one in enumerate(fits) if one.cost <= _IN_THE_RACE * least and _promises(inquiry, before.fit, one)
-    ]
-    for i, one in zip(racing, fitted([fits[i].hypothesis for i in racing], _RACING), strict=True):
-        fits[i] = one
-    return fits

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from gimbal_hil.discrepancy.candidates import listen, numbers_of
 from gimbal_hil.discrepancy.comparing import clearly_better, same_to_a_twin
 from gimbal_hil.discrepancy.hypothesis import Hypothesis
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, settled, squares_of, stands_out
 from gimbal_hil.discrepancy.policy import MOST_CAUSES
 from gimbal_hil.discrepancy.release import released
 from gimbal_hil.discrepancy.screening import Response
-from gimbal_hil.discrepancy.search import Path, Round, extended, listen, numbers_of, pays
+from gimbal_hil.discrepancy.search import Path, Round, extended, pays
 
 
 def explain(inquiry: Inquiry, start: State, most: int = MOST_CAUSES, heard: tuple[Response, ...] | None = None) -> Path:

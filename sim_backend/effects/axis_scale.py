@@ -8,8 +8,9 @@ from enum import Flag, auto
 
 #: shares of the samples below which `AxisScale.torque_levels` lie
 TORQUE_SHARES = (0.9, 0.96, 0.985, 0.994, 0.998, 0.9995)
-#: as far as joints give way before they slide: rad, m
+#: as far as joints give way before they slide, at most, and mostly: rad, m
 GIVES_RAD, GIVES_M = 0.02, 1e-3
+SLIDES_RAD, SLIDES_M = 2e-3, 1e-4
 #: friction and drag of a model that states none, as a share of the torque that is commanded
 _LEAST_SHARE = 0.02
 
@@ -28,7 +29,7 @@ class Need(Flag):
     TORQUE_REVERSALS = auto()
     #: another axis that moves
     SECOND_AXIS = auto()
-    #: a joint that slides: it goes further than joints give way, or is pushed beyond its break-away
+    #: a joint that slides: it goes further than joints mostly give way, or is pushed beyond its break-away
     SLIDING = auto()
 
     @property

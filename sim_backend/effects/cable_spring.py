@@ -40,10 +40,9 @@ def _search(scale: AxisScale) -> SearchProfile:
     """The rest position acts through stiffness times angle: at a probe of one unit its response is the constant torque
     k q0.
     """
-    travel = max(scale.travel, 1e-9)
     knobs = (
-        Knob(("stiffness",), size=0.1 * scale.torque_rms / travel, low=0.0),
-        Knob(("rest_position",), size=0.5 * travel, low=-50.0, high=50.0),
+        Knob(("stiffness",), size=0.1 * scale.torque_rms / max(scale.travel, 1e-9), low=0.0),
+        Knob(("rest_position",), low=-50.0, high=50.0),
     )
     return SearchProfile(knobs, (Start(((1.0, 0.0), (1.0, 1.0)), (0.0, 0.0), Reading.SPRING),))
 

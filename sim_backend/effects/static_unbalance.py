@@ -8,8 +8,8 @@ from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import Knob, SearchProfile, plane
 from sim_backend.effects.separating_runs import FULL_TRAVEL, KNOWN_LOAD, ONE_LOCKED, TWO_LOADS, TWO_TILTS
 
-#: m/s^2; a size to count in need be no more exact
-_GRAVITY = 9.8
+#: m/s^2 (a size to count in need be no more exact), and the largest step of a centre of mass, m
+_GRAVITY, _FARTHEST_M = 9.8, 1.0
 
 
 def _search(scale: AxisScale) -> SearchProfile | None:
@@ -19,7 +19,7 @@ def _search(scale: AxisScale) -> SearchProfile | None:
     mass = scale.numbers["body.mass"]
     if mass <= 0.0:
         return None
-    size = max(0.1 * scale.cog_distance, 0.05 * scale.torque_rms / (mass * _GRAVITY))
+    size = max(0.1 * scale.cog_distance, min(0.05 * scale.torque_rms / (mass * _GRAVITY), _FARTHEST_M))
     return SearchProfile(tuple(Knob((f"cog_{c}",), size=size) for c in "xyz"), (plane(3),))
 
 

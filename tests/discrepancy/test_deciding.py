@@ -61,11 +61,12 @@ def test_what_is_left_above_the_gap_takes_no_name_from_a_cause_that_took_a_thous
     shaped = replace(_SOUND, exhausted=Predictable(0.5, 0.0))
     left = Remainder(65.0, 2.5, Predictable(0.5, 0.0))
     assert probability(replace(shaped, share=0.999), left) > 0.9
-    # a spring in the place of a stop that hardens takes 19 of 20 parts
+    # a spring in the place of a stop that hardens takes 19 of 20 parts, or leaves many floors of another shape
     assert probability(shaped, Remainder(13.0, 3.0, _NOTHING)) < 0.5
+    assert probability(replace(shaped, share=0.98), Remainder(70.0, 10.0, _NOTHING)) < 0.5
 
 
-@pytest.mark.parametrize(("unknown", "named"), [(0.0, True), (9.0, True), (90.0, False)])
+@pytest.mark.parametrize(("unknown", "named"), [(0.0, True), (45.0, True), (89.0, True), (91.0, False), (900.0, False)])
 def test_a_cause_smaller_than_what_stands_at_its_bound_is_no_name(unknown: float, named: bool) -> None:
     left = Remainder(10.0, 1.0, _NOTHING)
     assert (class_probability(_SOUND, left, Policy(), 30, unknown) > 0.8) == named
@@ -141,6 +142,9 @@ def test_noise_that_comes_through_a_lag_tells_it_from_nothing(noisier: float, th
         # four tenths of what is left can be predicted: what the other one leaves more may be a part of that
         (0.4, 6.0, True),
         (0.4, 7.0, False),
+        # nine tenths: but no more than a quarter of what the cause takes
+        (0.9, 17.0, True),
+        (0.9, 19.0, False),
     ],
 )
 def test_two_explanations_are_told_apart_by_more_than_what_both_lack(missing: float, theirs: float, same: bool) -> None:
