@@ -250,7 +250,7 @@ def class_probability(
 
     Six things speak against it: what it takes may be chance; any curve over position takes as much; its own variables
     still predict what is left; others predict so much of it that the cause may be a part of theirs, or what is not
-    known takes more squares of its channel than it (`unknown`); much is left that nothing predicts; and it took little.
+    known takes as many squares of its channel (`unknown`); much is left that nothing predicts; and it took little.
     """
     from scipy.stats import norm
 
@@ -269,9 +269,8 @@ def class_probability(
     shape = 1.0 / (1.0 + (predicted / (2.0 * policy.exhausted)) ** 3)
     # what one thing through other variables does, a cause that is no part of it may take a share of
     others = left.predictable.beyond * (1.0 - standing.share) / max(standing.share, 1e-9)
-    taken = standing.takes[standing.channel]
-    others += unknown / max(taken, 1e-9) if unknown > taken else 0.0
-    whole = 1.0 / (1.0 + (others / _OTHERS) ** 2)
+    beyond_it = max(0.0, unknown) / max(standing.takes[standing.channel], 1e-9)
+    whole = 1.0 / (1.0 + (others / _OTHERS) ** 2 + (beyond_it / _UNKNOWN) ** 2)
     # what is left beyond a small multiple of the noise, over what was there
     beyond = max(0.0, left.unpredicted**2 - _SMALL**2) / max(left.before**2, 1.0)
     size = 1.0 / (1.0 + (beyond / _LARGE) ** 2)
@@ -280,10 +279,10 @@ def class_probability(
     return float(np.clip(_MOST * evident * shape * whole * size * taken, 0.0, _MOST))
 
 
-#: at these something else is as likely: what is left and other variables predict, over what a cause takes; the share of
-#: the squares that were there that no variable predicts, beyond so many floors; the share of a channel that a cause
-#: takes. And the most that is said.
-_OTHERS, _LARGE, _SMALL, _LITTLE, _MOST = 0.25, 0.6, 1.5, 0.03, 0.99
+#: at these something else is as likely: what is left and other variables predict, and what stands at its bound takes,
+#: over what a cause takes; the share of the squares that were there that no variable predicts, beyond so many floors;
+#: the share of a channel that a cause takes. And the most that is said.
+_OTHERS, _UNKNOWN, _LARGE, _SMALL, _LITTLE, _MOST = 0.25, 0.5, 0.6, 1.5, 0.03, 0.99
 #: what is left over what a cause takes, squares: below this it counts by how much it is
 _NEXT_TO_NOTHING = 0.05
 #: and so many floors are no longer few

@@ -127,17 +127,11 @@ def _at_bound(inquiry: Inquiry, state: State, entries: tuple[int, ...]) -> tuple
 
 
 def _any_curve(inquiry: Inquiry, without: State, state: State, entries: tuple[int, ...]) -> bool:
-    """Whether a smooth curve does as well as the strongest order of a ripple, or as all of its orders."""
-    orders = sorted((state.hypothesis.causes[i] for i in entries), key=lambda cause: -abs(cause.x[0]))
-    if orders[0].family.ripple is None:
+    """Whether a smooth curve does as well as the strongest order of a ripple."""
+    lead = max((state.hypothesis.causes[i] for i in entries), key=lambda cause: abs(cause.x[0]))
+    if lead.family.ripple is None:
         return False
-    strongest = refitted(inquiry, state, without.hypothesis.plus(orders[0]), rounds=3)
-    if curve_does_as_well(inquiry, without, strongest) or len(orders) == 1:
-        return curve_does_as_well(inquiry, without, strongest)
-    all_of_them = without.hypothesis
-    for cause in orders:
-        all_of_them = all_of_them.plus(cause)
-    return curve_does_as_well(inquiry, without, refitted(inquiry, state, all_of_them, rounds=1), len(orders))
+    return curve_does_as_well(inquiry, without, refitted(inquiry, state, without.hypothesis.plus(lead), rounds=3))
 
 
 def _unseen(inquiry: Inquiry, state: State, bare: State) -> bool:
