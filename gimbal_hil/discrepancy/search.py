@@ -130,15 +130,18 @@ def _two_at_once(inquiry: Inquiry, path: Path, tried: list[State]) -> Path:
 
 
 def _rather_plainer(inquiry: Inquiry, path: Path, found: State, plain: list[tuple[State, tuple[str, str]]]) -> State:
-    """The state with the plainer form of another one's newest cause, where it explains as much with one cause beside it
-    that pays: what the fuller form takes more may be that cause. `plain`: states, each with the label of the cause that
-    may be the plainer form.
+    """The state with the plainer form of another one's newest cause, where it leaves no gap, or explains as much with
+    one cause beside it that pays: what the fuller form takes more may be that cause.
+
+    `plain` are states, each with the label of the cause that may be the plainer form.
     """
     effect, axis = found.hypothesis.labels[-1]
     contained = (plainer_of(inquiry.twin, found.hypothesis, len(found.hypothesis.causes) - 1), axis)
     for state in (s for s, label in plain if label == contained):
         if np.sum(state.fit.squares) > _NEARLY_AS_GOOD * np.sum(np.maximum(found.fit.squares, 1.0)):
             continue
+        if not stands_out(inquiry, state):
+            return state
         beside = [s for s in candidates(inquiry, state, path.heard) if s.hypothesis.labels[-1] != (effect, axis)]
         if beside and pays(inquiry, state, beside[0]) and not clearly_better(inquiry, found, beside[0]):
             return state

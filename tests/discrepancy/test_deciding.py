@@ -90,7 +90,7 @@ def test_what_nothing_predicts_is_no_sign_of_another_cause() -> None:
 def test_a_rival_that_contains_the_cause_and_hardly_pays_for_its_numbers_is_no_doubt() -> None:
     state: Any = SimpleNamespace(hypothesis=SimpleNamespace(labels=()))
     offset = replace(_SOUND, label=("torque_offset", "outer"))
-    told = Told(offset, Status.AMBIGUOUS, (), 0.9, 0.9, shown=True)
+    told = Told(offset, Status.AMBIGUOUS, (), 0.96, 0.96, shown=True)
     spring = Rival(state, (("cable_spring", "outer"),), -0.05, -0.4, same=True, plainer="torque_offset")
     named = rejudged(Policy(), told, (spring,))
     assert named.status is Status.NAMED and named.close == ()
@@ -103,9 +103,9 @@ def test_a_rival_that_contains_the_cause_and_hardly_pays_for_its_numbers_is_no_d
 )
 def test_a_name_shares_its_class_by_the_odds_that_a_difference_is_chance(same: bool, sure: float, share: float) -> None:
     state: Any = SimpleNamespace(hypothesis=SimpleNamespace(labels=()))
-    told = Told(_SOUND, Status.AMBIGUOUS, (), 0.9, 0.9, shown=True)
+    told = Told(_SOUND, Status.AMBIGUOUS, (), 0.96, 0.96, shown=True)
     found = rejudged(Policy(), told, (Rival(state, (("cogging", "outer"),), 0.3, sure, same),))
-    assert found.probability == pytest.approx(0.9 * share, abs=0.01)
+    assert found.probability == pytest.approx(0.96 * share, abs=0.01)
     assert (found.status is Status.NAMED) == (share > 0.95)
 
 
