@@ -74,7 +74,7 @@ def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_c
     """Judge the causes that a search ended with; of those that do not stand one is left out, and the others are judged
     once more without it. `suspected_only`: no log can confirm a name. `by_command`: none says what an actuator gave.
     """
-    if path.state.hypothesis.causes:
+    if path.state.hypothesis.causes and _leaves_a_gap(inquiry, null):
         state = given_back(inquiry, settled(inquiry, path.state))
         state = _as_numbers(inquiry, state) if by_command else state
         beside_a_curve: dict[tuple[str, str], Told] = {}
@@ -92,11 +92,7 @@ def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_c
             told = tuple(replace(beside_a_curve.get(t.standing.label, t), standing=t.standing) for t in anew)
             fallen = [t for t in told if t.of_class < 0.5]
             if not fallen:
-                return (
-                    Decision(kind_of(told), state, told, left)
-                    if _leaves_a_gap(inquiry, null)
-                    else Decision(Kind.NO_DISCREPANCY, null, (), left)
-                )
+                return Decision(kind_of(told), state, told, left)
             # one at a time, since of two that take the same neither is missed beside the other: that with most numbers
             causes, rest = state.hypothesis.causes, state.hypothesis
             first = max(fallen, key=lambda t: (numbers_of(causes[t.standing.entries[0]]), -t.of_class))

@@ -208,7 +208,8 @@ def _rivals(result: Result) -> Table | None:
         " by which share of "
         f"what is left, it explains less. Under {policy.sure:g} ({policy.anew:g} for another order of the same ripple),"
         f" or by less than a model is exact to ({policy.same:.0%} of what is left or of the rms that the cause takes,"
-        f" {policy.least_squares:g} squared noise floors), they cannot be told apart."
+        f" {policy.least_squares:g} squared noise floors) or than the part of what is left that can be predicted, since"
+        " something else is missing there, they cannot be told apart."
     )
     return (
         Table(("cause", "in its place", "standard errors", "squares left", "told apart"), rows, caption)

@@ -89,10 +89,10 @@ def one_more(inquiry: Inquiry, path: Path, release: bool, room: int) -> Path:
     asked = tried[:_ASKED]
     controls = {s.hypothesis.labels[-1]: control_share(inquiry, before, s.hypothesis.causes[-1]) for s in asked}
     paying = [s for s in asked if pays(inquiry, before, s, controls[s.hypothesis.labels[-1]])]
-    found = plainest(inquiry, before, _sound(inquiry, before, paying) or paying) if paying else before
+    sound = _sound(inquiry, before, paying)
+    found = plainest(inquiry, before, sound or paying) if paying else before
     if found is not before:
-        sound = [(state, state.hypothesis.labels[-1]) for state in _sound(inquiry, before, paying)]
-        found = _rather_plainer(inquiry, path, found, sound)
+        found = _rather_plainer(inquiry, path, found, [(state, state.hypothesis.labels[-1]) for state in sound])
     if found is not before and before.hypothesis.causes:
         found = refitted(inquiry, before, found.hypothesis)
     several = released(inquiry, before) if release else None

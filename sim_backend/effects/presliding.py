@@ -22,7 +22,7 @@ def _search(scale: AxisScale) -> SearchProfile | None:
     """By factors, since nobody knows a bristle's order of magnitude.
 
     One for a model that has none turns over with the motion: within 0.05 to 150 ms of travel at speed, or up to as far
-    as joints give way where the data move no further.
+    as joints give way, where the data move that far.
     """
     if scale.numbers["friction.sigma0"] > 0.0:
         stiffness, damping = scale.numbers["friction.sigma0"], scale.numbers["friction.sigma1"]

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from tests.rigs.many import Chosen, ask_many
-from tests.rigs.rig import Rig, write_log, write_model
+from tests.rigs.rig import Rig, measured, write_log, write_model
 from tests.rigs.told import Row, ask
 
 AXIS = "joint"
@@ -206,15 +206,12 @@ def write_drawn(folder: Path, joint: Joint, hidden: Hidden, seed: int) -> Rig:
         for number, spread in ((joint.inertia, 0.03), (joint.coulomb, 0.05), (joint.viscous, 0.05))
     )
 
-    def known(value: float, unit: str, uncertainty: str) -> dict[str, Any]:
-        return {"value": value, "unit": unit, "source": "measured", "uncertainty": uncertainty}
-
     axis = {
-        "body": {"mass": known(1.0, "kg", "5%"), "inertia": {"zz": known(inertia, "kg m2", "3%")}},
+        "body": {"mass": measured(1.0, "kg", "5%"), "inertia": {"zz": measured(inertia, "kg m2", "3%")}},
         "friction": {
-            "coulomb": known(coulomb, "N m", "5%"),
-            "breakaway": known(coulomb, "N m", "5%"),
-            "viscous": known(viscous, "N m s/rad", "5%"),
+            "coulomb": measured(coulomb, "N m", "5%"),
+            "breakaway": measured(coulomb, "N m", "5%"),
+            "viscous": measured(viscous, "N m s/rad", "5%"),
         },
         "encoder": {"step": {"value": 2.0 * np.pi / joint.counts, "unit": "rad", "source": "printed"}},
     }

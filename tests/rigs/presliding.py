@@ -6,12 +6,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numba import njit
 
-from tests.rigs.rig import Rig, write_log, write_model
+from tests.rigs.rig import Rig, measured, write_log, write_model
 
 AXIS = "joint"
 RATE_HZ, LOG_S, SUBSTEPS = 500.0, 30.0, 40
@@ -49,20 +48,17 @@ def log(seed: int) -> dict[str, np.ndarray]:
 def write_presliding(folder: Path, factors: Mapping[str, float], bristle: bool = True) -> Rig:
     """Two logs, and a model with numbers off by these factors, with its bristle or without one."""
 
-    def known(value: float, unit: str, uncertainty: str) -> dict[str, Any]:
-        return {"value": value, "unit": unit, "source": "measured", "uncertainty": uncertainty}
-
     friction = {
-        "coulomb": known(COULOMB, "N m", "5%"),
-        "breakaway": known(BREAKAWAY if bristle else COULOMB, "N m", "5%"),
-        "viscous": known(VISCOUS, "N m s/rad", "20%"),
+        "coulomb": measured(COULOMB, "N m", "5%"),
+        "breakaway": measured(BREAKAWAY if bristle else COULOMB, "N m", "5%"),
+        "viscous": measured(VISCOUS, "N m s/rad", "20%"),
     }
     if bristle:
-        friction["stribeck_velocity"] = known(STRIBECK_RAD_S, "rad/s", "20%")
-        friction["sigma0"] = known(SIGMA0, "N m/rad", "5%")
-        friction["sigma1"] = known(SIGMA1, "N m s/rad", "20%")
+        friction["stribeck_velocity"] = measured(STRIBECK_RAD_S, "rad/s", "20%")
+        friction["sigma0"] = measured(SIGMA0, "N m/rad", "5%")
+        friction["sigma1"] = measured(SIGMA1, "N m s/rad", "20%")
     axis = {
-        "body": {"mass": known(1.0, "kg", "5%"), "inertia": {"zz": known(INERTIA, "kg m2", "5%")}},
+        "body": {"mass": measured(1.0, "kg", "5%"), "inertia": {"zz": measured(INERTIA, "kg m2", "5%")}},
         "friction": friction,
         "encoder": {"step": {"value": STEP, "unit": "rad", "source": "printed"}},
     }

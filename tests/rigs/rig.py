@@ -20,6 +20,11 @@ class Rig:
     logs: Mapping[str, Path]
 
 
+def measured(value: float, unit: str, uncertainty: str) -> dict[str, Any]:
+    """A number of a model file as somebody who measured it would write it."""
+    return {"value": value, "unit": unit, "source": "measured", "uncertainty": uncertainty}
+
+
 def write_log(path: Path, columns: Mapping[str, np.ndarray]) -> Path:
     """A CSV file with a header row and one row a sample."""
     with path.open("w", newline="") as file:

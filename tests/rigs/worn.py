@@ -9,7 +9,7 @@ What the joint has and the model has not is no false name where it is told; what
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from numba import njit
 
 from tests.rigs.drawn import COULOMB_PATHS, INERTIA, MOTIONS, TYPICAL_RAD_S2, VISCOUS
 from tests.rigs.many import Chosen, ask_many
-from tests.rigs.rig import Rig, write_log, write_model
+from tests.rigs.rig import Rig, measured, write_log, write_model
 from tests.rigs.told import Row, ask
 
 AXIS, LOG_S = "joint", 40.0
@@ -142,7 +142,7 @@ def simulated(joint: Worn, motion: str, seed: int) -> dict[str, np.ndarray]:
     """The columns of one log."""
     time = np.arange(int(LOG_S * joint.rate_hz)) / joint.rate_hz
     reference = MOTIONS[motion](np.random.default_rng(seed), time)
-    torque, position = _run(np.array(list(vars(joint).values())), reference, SHARES, SLIPS)
+    torque, position = _run(np.array(astuple(joint)), reference, SHARES, SLIPS)
     return {"time_s": time, f"{AXIS}.torque": torque, f"{AXIS}.position": position}
 
 
@@ -159,7 +159,7 @@ def write_worn(folder: Path, joint: Worn, factors: Mapping[str, float], motion: 
 
     def known(value: float, unit: str, share: float) -> dict[str, Any]:
         off = 1.0 + share * float(np.clip(dice.normal(), -1.0, 1.0))
-        return {"value": value * off, "unit": unit, "source": "measured", "uncertainty": f"{share:.0%}"}
+        return measured(value * off, unit, f"{share:.0%}")
 
     coulomb = known(joint.coulomb, "N m", 0.1)
     axis = {
