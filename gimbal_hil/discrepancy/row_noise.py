@@ -7,7 +7,7 @@ nearly a simple fraction of steps a sample, the rounding error is no white noise
 the scored band. So the logs are read again with other draws of the encoder's error, and the local spread of what the
 pipeline leaves, beyond that of quiet rows, is added to the floor row by row. Where a joint stands and its bristle is
 finer than the encoder, friction is whatever holds it: any torque up to break-away. And where a model states no bristle,
-it says nothing of how friction turns over at a reversal.
+it says nothing of how friction turns over at a reversal, nor of a joint that creeps.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from gimbal_hil.discrepancy.record import TORQUE, reread
 from gimbal_hil.discrepancy.smoothing import Floats, scored
 from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.signals import SignalsTable
+from sim_backend.effects import SLIDES_M, SLIDES_RAD
 from sim_backend.model import AntennaModel
 
 _DRAWS = 3
@@ -25,7 +26,8 @@ _DRAWS = 3
 _EVEN_S, _QUICK_STEPS = 0.25, 1.5
 #: rows over which the spread is averaged, s
 _AVERAGED_S = 0.5
-#: a joint stands where it is seen within so many steps for so long, s; and moves where it is seen beyond so many
+#: a joint stands where it is seen within so many steps for so long, s; and moves where it is seen beyond so many; it
+#: creeps where it would not slide in that time
 _STANDS, _STANDS_S, _FLICKER = 2.0, 0.5, 5.0
 #: time within which friction turns over at a reversal where the model does not say how, s
 _TURNS_S = 0.02
@@ -127,26 +129,29 @@ def held_squares(twin: Twin, which: int, table: SignalsTable) -> Floats:
     return found
 
 
-def turning_squares(twin: Twin, which: int) -> Floats:
-    """Squares of what friction may be where a joint reverses, per scored row of one record (rows that count, channels).
+def unsaid_squares(twin: Twin, which: int) -> Floats:
+    """Squares of what friction may be where a model that states no bristle says nothing of it, per scored row of one
+    record (rows that count, channels).
 
-    A model that states no bristle does not say how friction turns over: it is any torque between its two levels for
-    some time.
+    At a reversal friction is any torque between its two levels for some time. And a joint that creeps may still hang on
+    its bristle, at any torque up to break-away.
     """
     from scipy.ndimage import gaussian_filter1d
 
     model, record = twin.model, twin.records[which]
     found = np.zeros((int(record.keep.sum()), len(twin.channels)))
     late = max(1, round(_TURNS_S / record.bands.period_s))
+    creeps = (SLIDES_M if model.is_linear else SLIDES_RAD) / _STANDS_S
     for j, channel in enumerate(twin.channels):
         if channel.signal != TORQUE or model.number(channel.axis, "friction.sigma0") > 0.0:
             continue
-        friction = model.number(channel.axis, "friction.coulomb") * np.sign(
-            record.motion[:, 2 + model.axes.index(channel.axis)]
-        )
+        rate = record.motion[:, 2 + model.axes.index(channel.axis)]
+        friction = model.number(channel.axis, "friction.coulomb") * np.sign(rate)
         before = np.concatenate([friction[:1].repeat(late), friction[:-late]])
         rows = scored((friction - before)[:, None], record.bands)[record.keep, 0]
         found[:, j] = gaussian_filter1d(rows**2, 0.5 * _TURNS_S / (record.bands.stride * record.bands.period_s))
+        creeping = record.at_scored(np.append(np.abs(rate) < creeps, False))
+        found[creeping, j] = np.maximum(found[creeping, j], model.number(channel.axis, "friction.breakaway") ** 2)
     return found
 
 
@@ -182,6 +187,6 @@ def row_scales(twin: Twin, tables: tuple[SignalsTable, ...], floor: Floats) -> t
     quiet = [np.quantile(spread, _QUIET_ROWS, axis=0) for spread in noise]
     found = []
     for which, (spread, least) in enumerate(zip(noise, quiet, strict=True)):
-        unsaid = held_squares(twin, which, tables[which]) + turning_squares(twin, which)
+        unsaid = held_squares(twin, which, tables[which]) + unsaid_squares(twin, which)
         found.append(np.sqrt(1.0 + (np.maximum(spread - least, 0.0) + unsaid) / floor**2))
     return tuple(found)

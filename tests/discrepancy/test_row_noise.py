@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gimbal_hil.discrepancy.record import record_of
-from gimbal_hil.discrepancy.row_noise import encoder_noise, other_readings, row_scales, seen_step, turning_squares
+from gimbal_hil.discrepancy.row_noise import encoder_noise, other_readings, row_scales, seen_step, unsaid_squares
 from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import shipped_model
@@ -58,8 +58,8 @@ def test_friction_at_a_reversal_is_uncertain_where_the_model_states_no_bristle()
     table = SignalsTable.of(model.axes, T, columns)
     stiff = model.with_number("outer", "friction.sigma0", 0.0)
     with_it, without = (Twin(m, (record_of(table, m, 25.0, "log"),)) for m in (model, stiff))
-    assert not np.any(turning_squares(with_it, 0))
-    uncertain = np.sqrt(turning_squares(without, 0)[:, 0])
+    assert not np.any(unsaid_squares(with_it, 0))
+    uncertain = np.sqrt(unsaid_squares(without, 0)[:, 0])
     time = without.records[0].time_s[without.records[0].keep]
     reversals = np.pi / 4.0 + np.pi / 2.0 * np.arange(8)
     away = np.min(np.abs(time[:, None] - reversals), axis=1)
@@ -67,6 +67,21 @@ def test_friction_at_a_reversal_is_uncertain_where_the_model_states_no_bristle()
     # the turn takes 20 ms, what the band makes of it five times that
     assert np.all(uncertain[away > 0.15] < 0.02 * level)
     assert np.all(uncertain[away < 0.01] > 0.5 * level)
+
+
+def test_friction_of_a_joint_that_creeps_is_uncertain_where_the_model_states_no_bristle() -> None:
+    model = shipped_model().with_number("outer", "friction.sigma0", 0.0)
+    columns = {f"{axis}.torque": np.sin(T) for axis in model.axes}
+    columns |= {f"{axis}.position": np.where(T < 6.0, 0.003 * T, 0.018 + 0.03 * (T - 6.0)) for axis in model.axes}
+    table = SignalsTable.of(model.axes, T, columns)
+    twin = Twin(model, (record_of(table, model, 25.0, "log"),))
+    squares = unsaid_squares(twin, 0)
+    time = twin.records[0].time_s[twin.records[0].keep]
+    # a joint gives 2 mrad before it slides: 3 mrad/s may be that for a while, 30 mrad/s may not
+    outer, inner = (squares[:, twin.channels.index(c)] for c in twin.channels if c.signal == "torque")
+    assert np.all(outer[(time > 1.0) & (time < 5.0)] == model.number("outer", "friction.breakaway") ** 2)
+    assert not np.any(outer[(time > 7.0) & (time < 11.0)])
+    assert not np.any(inner)
 
 
 def test_other_readings_of_a_log_differ_by_its_rounding_alone() -> None:
