@@ -230,8 +230,9 @@ def _odds(rival: Rival, policy: Policy) -> float:
 
 
 def _contains(rival: Rival, standing: Standing, policy: Policy) -> bool:
-    """Whether a rival is the cause itself with more numbers, which do not surely pay."""
-    return (rival.plainer, rival.label[1]) == standing.label and rival.sure > -policy.anew
+    """Whether a rival is the cause itself with more numbers, which do not pay as a cause must, or not surely."""
+    pays = rival.sure <= -policy.anew and rival.extra <= -policy.least_squares
+    return (rival.plainer, rival.label[1]) == standing.label and not pays
 
 
 def kind_of(told: tuple[Told, ...]) -> Kind:

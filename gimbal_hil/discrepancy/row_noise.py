@@ -133,25 +133,28 @@ def unsaid_squares(twin: Twin, which: int) -> Floats:
     """Squares of what friction may be where a model that states no bristle says nothing of it, per scored row of one
     record (rows that count, channels).
 
-    At a reversal friction is any torque between its two levels for some time. And a joint that creeps may still hang on
-    its bristle, at any torque up to break-away.
+    At a reversal friction is any torque between its two levels for some time. And a joint that slides and creeps in
+    turn may hang on its bristle while it creeps, at any torque up to break-away; of one that never slides that is all
+    that is seen.
     """
     from scipy.ndimage import gaussian_filter1d
 
     model, record = twin.model, twin.records[which]
     found = np.zeros((int(record.keep.sum()), len(twin.channels)))
     late = max(1, round(_TURNS_S / record.bands.period_s))
-    creeps = (SLIDES_M if model.is_linear else SLIDES_RAD) / _STANDS_S
+    slides = SLIDES_M if model.is_linear else SLIDES_RAD
     for j, channel in enumerate(twin.channels):
         if channel.signal != TORQUE or model.number(channel.axis, "friction.sigma0") > 0.0:
             continue
-        rate = record.motion[:, 2 + model.axes.index(channel.axis)]
+        axis = model.axes.index(channel.axis)
+        position, rate = record.motion[:, axis], record.motion[:, 2 + axis]
         friction = model.number(channel.axis, "friction.coulomb") * np.sign(rate)
         before = np.concatenate([friction[:1].repeat(late), friction[:-late]])
         rows = scored((friction - before)[:, None], record.bands)[record.keep, 0]
         found[:, j] = gaussian_filter1d(rows**2, 0.5 * _TURNS_S / (record.bands.stride * record.bands.period_s))
-        creeping = record.at_scored(np.append(np.abs(rate) < creeps, False))
-        found[creeping, j] = np.maximum(found[creeping, j], model.number(channel.axis, "friction.breakaway") ** 2)
+        if np.ptp(position) > slides:
+            creeps = record.at_scored(np.append(np.abs(rate) < slides / _STANDS_S, False))
+            found[creeps, j] = np.maximum(found[creeps, j], model.number(channel.axis, "friction.breakaway") ** 2)
     return found
 
 

@@ -94,7 +94,9 @@ def test_a_rival_that_contains_the_cause_and_hardly_pays_for_its_numbers_is_no_d
     spring = Rival(state, (("cable_spring", "outer"),), -0.05, -0.4, same=True, plainer="torque_offset")
     named = rejudged(Policy(), told, (spring,))
     assert named.status is Status.NAMED and named.close == ()
-    for doubt in (replace(spring, plainer=None), replace(spring, sure=-3.5)):
+    # surely, but by less than what a cause must take to be added
+    assert rejudged(Policy(), told, (replace(spring, sure=-3.5),)).status is Status.NAMED
+    for doubt in (replace(spring, plainer=None), replace(spring, sure=-3.5, extra=-0.2)):
         assert rejudged(Policy(), told, (doubt,)).status is Status.AMBIGUOUS
 
 
