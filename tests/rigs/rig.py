@@ -34,9 +34,13 @@ def write_log(path: Path, columns: Mapping[str, np.ndarray]) -> Path:
     return path
 
 
-def write_model(path: Path, document: Mapping[str, Any], scaled: Mapping[str, float] | None = None) -> Path:
-    """A model file; `scaled` multiplies numbers of its first axis (path -> factor), to plant an error."""
-    axis = next(iter(document["axes"].values()))
+def write_model(
+    path: Path, document: Mapping[str, Any], scaled: Mapping[str, float] | None = None, of: str | None = None
+) -> Path:
+    """A model file; `scaled` multiplies numbers of an axis, of its first one if none is said (path -> factor), to plant
+    an error.
+    """
+    axis = document["axes"][of or next(iter(document["axes"]))]
     for place, factor in (scaled or {}).items():
         *parents, key = place.split(".")
         section = axis
