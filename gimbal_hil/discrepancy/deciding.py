@@ -247,7 +247,8 @@ def class_probability(
 
     Six things speak against it: what it takes may be chance; any curve over position takes as much; its own variables
     still predict what is left; others predict so much of it that the cause may be a part of theirs, or what is not
-    known takes as many squares of its channel (`unknown`); much is left that nothing predicts; and it took little.
+    known takes as many squares of its channel (`unknown`); more is left that nothing predicts than it takes, or than
+    was taken in all; and it took little.
     """
     from scipy.stats import norm
 
@@ -268,18 +269,19 @@ def class_probability(
     others = left.predictable.beyond * (1.0 - standing.share) / max(standing.share, 1e-9)
     beyond_it = max(0.0, unknown) / max(standing.takes[standing.channel], 1e-9)
     whole = 1.0 / (1.0 + (others / _OTHERS) ** 2 + (beyond_it / _UNKNOWN) ** 2)
-    # what is left beyond a small multiple of the noise, over what was there
+    # what is left beyond the noise, over what the cause takes; and beyond a small multiple of it, over what was there
+    beside_it = max(0.0, left.unpredicted**2 - 1.0) / max(standing.takes[standing.channel], 1e-9)
     beyond = max(0.0, left.unpredicted**2 - _SMALL**2) / max(left.before**2, 1.0)
-    size = 1.0 / (1.0 + (beyond / _LARGE) ** 2)
+    size = 1.0 / (1.0 + (beside_it / _DWARFED) ** 4 + (beyond / _LARGE) ** 4)
     share = max(standing.share, left.closed if left.before > policy.least_gap else 0.0)
     taken = share / (share + _LITTLE)
     return float(np.clip(_MOST * evident * shape * whole * size * taken, 0.0, _MOST))
 
 
-#: at these something else is as likely: what is left and other variables predict, and what stands at its bound takes,
-#: over what a cause takes; the share of the squares that were there that no variable predicts, beyond so many floors;
-#: the share of a channel that a cause takes. And the most that is said.
-_OTHERS, _UNKNOWN, _LARGE, _SMALL, _LITTLE, _MOST = 0.25, 0.5, 0.6, 1.5, 0.03, 0.99
+#: at these something else is as likely: what is left and other variables predict, what stands at its bound takes, and
+#: what no variable predicts, over what a cause takes; the share of the squares that were there that no variable
+#: predicts, beyond so many floors; the share of a channel that a cause takes. And the most that is said.
+_OTHERS, _UNKNOWN, _DWARFED, _LARGE, _SMALL, _LITTLE, _MOST = 0.25, 0.5, 12.0, 0.8, 1.5, 0.03, 0.99
 #: what is left over what a cause takes, squares: below this it counts by how much it is
 _NEXT_TO_NOTHING = 0.05
 #: and so many floors are no longer few

@@ -1,11 +1,12 @@
 """Is the shape exhausted? Whether what an explanation leaves can still be predicted from the variables that a cause
 acts through.
 
-A generic regression (boosted trees, scikit-learn) learns the remainder of the fitted logs from position, rate,
-acceleration, torque, temperature, base motion or time, and is asked for that of the hold-out, which it has not seen.
-The same remainder shifted in time is its negative control. A spring that was named where a stop hardens leaves torque
-over position that can be predicted; beside a true one there is nothing left to learn from position, though other things
-may remain.
+Two generic regressions (scikit-learn: boosted trees, and a penalised line) learn the remainder of the fitted logs from
+position, rate, acceleration, torque, temperature, base motion, time or the past, and are asked for that of the
+hold-out, which they have not seen; the better one counts. The same remainder shifted in time is their negative control.
+A spring that was named where a stop hardens leaves torque over position that can be predicted, and friction of grease
+that was worked leaves torque that goes with recent motion; beside a true cause there is nothing left to learn from its
+variables, though other things may remain.
 """
 
 from __future__ import annotations
@@ -25,6 +26,10 @@ from sim_backend.effects import Variable
 _MOST_ROWS, _SHIFTS = 6000, (0.31, 0.57)
 #: times before a row at which variables with memory are also shown, s
 _MEMORY_S = (0.02, 0.05, 0.12, 0.3, 0.7)
+#: what the past is shown as: slacks, shares of the travel, and times over which recent motion is averaged, s
+_SLACKS, _RECENT_S = (0.003, 0.01, 0.03, 0.1), (1.0, 5.0, 20.0)
+#: penalties of the line, parts of the fitted logs that choose among them, and rows that a slack is followed over
+_PENALTIES, _FOLDS, _FOLLOWED = np.logspace(0.0, 5.0, 6), 3, 8000
 
 
 @dataclass(frozen=True)
@@ -52,12 +57,13 @@ def predictable(inquiry: Inquiry, state: State, column: int, variables: frozense
     total = float(np.mean(target**2))
     shares = []
     for shift in (0.0, *_SHIFTS):
-        learnt = _learnt(taught, np.roll(y, int(shift * len(y))), asked)
-        shares.append(1.0 - float(np.mean((target - learnt) ** 2)) / max(total, 1e-300))
+        rolled = np.roll(y, int(shift * len(y)))
+        both = (learn(taught, rolled, asked) for learn in (_by_trees, _by_a_line))
+        shares.append(max(1.0 - float(np.mean((target - learnt) ** 2)) / max(total, 1e-300) for learnt in both))
     return Predictable(shares[0], max(shares[1:]))
 
 
-def _learnt(x: Floats, y: Floats, asked: Floats) -> Floats:
+def _by_trees(x: Floats, y: Floats, asked: Floats) -> Floats:
     """What is expected at rows `asked` by what has learnt y of rows x."""
     from sklearn.ensemble import HistGradientBoostingRegressor
     from threadpoolctl import threadpool_limits
@@ -74,6 +80,21 @@ def _learnt(x: Floats, y: Floats, asked: Floats) -> Floats:
     # the same bits whatever the number of processors, and none of them spins for another
     with threadpool_limits(1):
         learnt = HistGradientBoostingRegressor(random_state=0, **settings).fit(x[::thin], y[::thin])
+        return np.asarray(learnt.predict(asked))
+
+
+def _by_a_line(x: Floats, y: Floats, asked: Floats) -> Floats:
+    """The same by a line in the variables, penalised as far as blocks of the fitted logs ask for."""
+    from sklearn.linear_model import RidgeCV
+    from sklearn.model_selection import KFold
+    from threadpoolctl import threadpool_limits
+
+    mean, spread = np.mean(x, axis=0), np.std(x, axis=0)
+    moves = spread > 1e-9 * (np.abs(mean) + 1e-300)
+    x, asked = ((one[:, moves] - mean[moves]) / spread[moves] for one in (x, asked))
+    thin = max(1, len(y) // _MOST_ROWS)
+    with threadpool_limits(1):
+        learnt = RidgeCV(_PENALTIES, cv=KFold(_FOLDS)).fit(x[::thin], y[::thin])
         return np.asarray(learnt.predict(asked))
 
 
@@ -99,6 +120,8 @@ def _columns(record: Record, axis: int, variables: frozenset[Variable]) -> Seque
         out += [record.heat[:, axis], motion[:, 2 + axis]]
     if Variable.BASE_MOTION in variables:
         out += [record.base[:, k] for k in range(9)] + [motion[:, k] for k in range(6)]
+    if Variable.PAST in variables:
+        out += _past(motion[:, axis], motion[:, 2 + axis], period_s)
     if Variable.TIME in variables:
         out += [np.asarray(np.arange(len(motion)) * period_s, np.float64)]
     return [record.at_scored(column) for column in out]
@@ -107,3 +130,27 @@ def _columns(record: Record, axis: int, variables: frozenset[Variable]) -> Seque
 def _earlier(column: Floats, seconds: float, period_s: float) -> Floats:
     rows = max(1, round(seconds / period_s))
     return np.concatenate([np.full(min(rows, len(column)), column[0]), column[:-rows]])[: len(column)]
+
+
+def _past(position: Floats, rate: Floats, period_s: float) -> list[Floats]:
+    """How far what is dragged along with slack hangs back, which is the memory of every hysteresis; and how much a
+    joint moved of late, which works or warms what it moves in, by itself and times rate and direction.
+    """
+    from scipy.signal import lfilter
+
+    found = [position - _dragged(position, share * float(np.ptp(position))) for share in _SLACKS]
+    for seconds in _RECENT_S:
+        forgets = float(np.exp(-period_s / seconds))
+        recent = np.asarray(lfilter([1.0 - forgets], [1.0, -forgets], np.abs(rate)))
+        found += [recent, recent * rate, recent * np.sign(rate)]
+    return found
+
+
+def _dragged(position: Floats, slack: float) -> Floats:
+    """Where something stands that is dragged along with slack on either side."""
+    thin = max(1, len(position) // _FOLLOWED)
+    stands, at = [], float(position[0])
+    for now in position[::thin].tolist():
+        at = min(max(at, now - slack), now + slack)
+        stands.append(at)
+    return np.repeat(stands, thin)[: len(position)]
