@@ -40,6 +40,13 @@ def test_a_cause_outside_the_catalogue_is_not_given_a_name() -> None:
     assert verdict["verdict"] == "unexplained" and verdict["where"]
 
 
+def test_what_a_joint_did_a_moment_ago_takes_the_name_from_a_part_of_it() -> None:
+    # grease that motion works is no viscous friction: what is left goes with recent motion
+    case = draw(308, ["worked_grease"], axis="inner", outside_cause=True, magnitude=15.0, duration_s=24.0)
+    verdict = _verdict_on(case)
+    assert all(one["status"] != "named" and one["probability"] < 0.5 for one in verdict["effects"])
+
+
 def test_as_many_orders_as_are_looked_for_draw_any_curve_and_are_no_ripple() -> None:
     case = draw(3117201641154981117, ["position_bump"], axis="inner", outside_cause=True)
     verdict = _verdict_on(case)

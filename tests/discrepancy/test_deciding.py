@@ -66,6 +66,13 @@ def test_what_is_left_above_the_gap_takes_no_name_from_a_cause_that_took_a_thous
     assert probability(replace(shaped, share=0.98), Remainder(70.0, 10.0, _NOTHING)) < 0.5
 
 
+@pytest.mark.parametrize(("takes", "least", "most"), [(90.0, 0.9, 1.0), (2.0, 0.7, 0.9), (0.3, 0.0, 0.1)])
+def test_what_nothing_predicts_counts_by_what_a_cause_takes(takes: float, least: float, most: float) -> None:
+    # a tenth of a squared floor beside two that nobody knows is no name, however large another cause was
+    left = Remainder(100.0, 4.0, _NOTHING)
+    assert least < probability(replace(_SOUND, takes=np.array([takes])), left) < most
+
+
 @pytest.mark.parametrize(
     ("unknown", "least", "most"), [(0.0, 0.9, 1.0), (18.0, 0.8, 0.9), (30.0, 0.5, 0.8), (60.0, 0.0, 0.5)]
 )
