@@ -1,4 +1,4 @@
-"""Joints of other simulators that were once told wrongly (decisions 68 and 69)."""
+"""Joints and gimbals of other simulators, most of them once told wrongly (decisions 68, 69 and 153)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.rigs import drawn, worn
+from tests.rigs import drawn, turret, worn
 
 
 @pytest.mark.parametrize(("name", "motion", "seed"), [("9-45", "sweeps", 9045), ("10-62", "turns", 10062)])
@@ -37,3 +37,22 @@ def test_a_rival_is_compared_where_the_other_causes_have_not_stood_in_for_both(t
     said = worn.asked(tmp_path, "3-29", "inertia halved", "gravity", "moves", 3029)
     named = {one["name"] for one in said["verdict"]["effects"] if one["status"] == "named"}
     assert {"static_unbalance", "inertia"} <= named and "cable_spring" not in named
+
+
+def test_where_a_joint_creeps_no_dip_is_told_of_a_model_without_a_bristle(tmp_path: Path) -> None:
+    # inertia, viscous friction and a dip of 2 mrad/s, all named, in the place of one gain
+    said = drawn.asked(tmp_path, "17-28", "gain", "moves", 17028)
+    assert [one["name"] for one in said["verdict"]["effects"]] == ["torque_gain"]
+    assert said["verdict"]["verdict"] == "named"
+
+
+def test_a_little_beside_more_that_nobody_knows_is_no_name(tmp_path: Path) -> None:
+    said = worn.asked(tmp_path, "6-08", "inertia halved", "a ripple", "sines", 6008)
+    named = {one["name"] for one in said["verdict"]["effects"] if one["status"] == "named"}
+    assert named == {"inertia", "cogging"} and said["judged"] == "right"
+
+
+def test_a_gain_of_one_axis_of_a_gimbal_is_named_with_its_axis(tmp_path: Path) -> None:
+    said = turret.asked(tmp_path, "1-11", "gain", 1, "moves", 1011)
+    assert [(one["name"], one["axis"]) for one in said["verdict"]["effects"]] == [("torque_gain", "elevation")]
+    assert said["judged"] == "right"

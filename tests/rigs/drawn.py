@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.rigs.many import Chosen, ask_many
+from tests.rigs.many import Chosen, ask_many, judged
 from tests.rigs.rig import Rig, measured, write_log, write_model
 from tests.rigs.told import Row, ask
 
@@ -223,28 +223,12 @@ def write_drawn(folder: Path, joint: Joint, hidden: Hidden, seed: int) -> Rig:
     return Rig(write_model(folder / "model.yaml", document, hidden.file), logs)
 
 
-def judged(said: Mapping[str, Any], hidden: Hidden) -> str:
-    """right: the name; class: one that holds it; silent: no name; false: another name beside it or instead."""
-    if "error" in said:
-        return "error"
-    verdict = said["verdict"]
-    told = {one["name"] for one in verdict["effects"] if one["status"] == "named"}
-    classes = {one["name"] for one in (*verdict["effects"], *verdict["alternatives"])}
-    if told - hidden.names:
-        return "false"
-    if told:
-        return "right"
-    if not hidden.names:
-        return "right" if verdict["verdict"] in ("no_discrepancy", "unexplained") else "guessed"
-    return "class" if classes & hidden.names else "silent"
-
-
 def asked(folder: Path, name: str, what: str, motion: str, seed: int) -> dict[str, Any]:
     """One rig, from dice to verdict."""
     joint = replace(drawn_joint(np.random.default_rng((seed, 3))), motion=motion)
     rig = write_drawn(folder / "files" / name, joint, HIDDEN[what], seed)
     said = ask(Row(name, rig, ("first",), ("second",), what), folder / "verdicts" / name)
-    return said | {"true": what, "motion": motion, "judged": judged(said, HIDDEN[what])}
+    return said | {"true": what, "motion": motion, "judged": judged(said, HIDDEN[what].names, AXIS)}
 
 
 def work_of(chosen: Chosen) -> dict[str, tuple[str, str, int]]:

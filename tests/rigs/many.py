@@ -26,6 +26,26 @@ class Chosen:
     motions: tuple[str, ...]
 
 
+def judged(said: Said, names: frozenset[str], axis: str) -> str:
+    """How a verdict stands to what an axis has and its model has not. right: the name, and its axis; class: one that
+    holds it; silent: no name; guessed: a guess where nothing of the catalogue is missing; false: another name beside it
+    or instead.
+    """
+    if "error" in said:
+        return "error"
+    verdict = said["verdict"]
+    told = {(one["name"], one["axis"]) for one in verdict["effects"] if one["status"] == "named"}
+    classes = {(one["name"], one["axis"]) for one in (*verdict["effects"], *verdict["alternatives"])}
+    right = {(name, axis) for name in names}
+    if told - right:
+        return "false"
+    if told:
+        return "right"
+    if not names:
+        return "right" if verdict["verdict"] in ("no_discrepancy", "unexplained") else "guessed"
+    return "class" if classes & right else "silent"
+
+
 def table(results: Mapping[str, Said]) -> str:
     """Markdown: every rig, and how many ended how."""
     lines = ["| rig | hidden | motion | said | judged | processor, s |", "|---|---|---|---|---|---|"]

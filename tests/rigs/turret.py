@@ -9,14 +9,14 @@ Each hides one thing from its model file, two, or none. A name counts with its a
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tests.rigs.drawn import COULOMB_PATHS, GRAVITY_M_S2, MOTIONS, TYPICAL_RAD_S2, VISCOUS
-from tests.rigs.many import Chosen, ask_many
+from tests.rigs.drawn import COULOMB_PATHS, GRAVITY_M_S2, MOTIONS, TYPICAL_RAD_S2, VISCOUS, Hidden, one
+from tests.rigs.many import Chosen, ask_many, judged
 from tests.rigs.rig import Rig, measured, write_log, write_model
 from tests.rigs.told import Row, ask
 
@@ -29,43 +29,29 @@ _HELD = 1e6
 _INERTIAS = ("xx", "yy", "zz", "xy", "xz", "yz")
 
 
-@dataclass(frozen=True)
-class Hidden:
-    """What one axis has and the model has not: names that are right, factors on numbers of the file ("own" is the
-    axis' own moment), and sizes: of the typical torque, in samples, or as said.
-    """
-
-    names: frozenset[str]
-    file: Mapping[str, float] = field(default_factory=dict)
-    rig: Mapping[str, float] = field(default_factory=dict)
-
-
-def _one(*names: str, file: Mapping[str, float] | None = None, **rig: float) -> Hidden:
-    return Hidden(frozenset(names), file or {}, rig)
-
-
+#: as for single joints; a number of the file that is called "own" is the axis' own moment
 HIDDEN: dict[str, Hidden] = {
-    "nothing": _one(),
-    "viscous halved": _one("viscous", file={VISCOUS: 0.5}),
-    "viscous doubled": _one("viscous", file={VISCOUS: 2.0}),
-    "inertia too small": _one("inertia", file={"own": 0.7}),
-    "inertia too large": _one("inertia", file={"own": 1.4}),
-    "dry friction halved": _one("coulomb", file=dict.fromkeys(COULOMB_PATHS, 0.5)),
-    "dry friction doubled": _one("coulomb", file=dict.fromkeys(COULOMB_PATHS, 2.0)),
-    "unbalance": _one("static_unbalance", unbalance=0.4),
-    "ripple": _one("cogging", ripple=0.1),
-    "spring": _one("cable_spring", spring=0.4),
-    "offset": _one("torque_offset", offset=0.1),
-    "gain": _one("torque_gain", gain=0.8),
-    "late command": _one("transport_delay", delay=4.0),
-    "lagging actuator": _one("actuator_lag", lag=5.0),
-    "friction by direction": _one("coulomb_asymmetry", drag=0.25),
-    "drag of air": _one("quadratic_drag", air=0.2),
-    "gyro scale": _one("gyro_scale", gyro_scale=0.02),
-    "gyro bias": _one("gyro_bias", gyro_bias=0.01),
+    "nothing": one(),
+    "viscous halved": one("viscous", file={VISCOUS: 0.5}),
+    "viscous doubled": one("viscous", file={VISCOUS: 2.0}),
+    "inertia too small": one("inertia", file={"own": 0.7}),
+    "inertia too large": one("inertia", file={"own": 1.4}),
+    "dry friction halved": one("coulomb", file=dict.fromkeys(COULOMB_PATHS, 0.5)),
+    "dry friction doubled": one("coulomb", file=dict.fromkeys(COULOMB_PATHS, 2.0)),
+    "unbalance": one("static_unbalance", unbalance=0.4),
+    "ripple": one("cogging", ripple=0.1),
+    "spring": one("cable_spring", spring=0.4),
+    "offset": one("torque_offset", offset=0.1),
+    "gain": one("torque_gain", gain=0.8),
+    "late command": one("transport_delay", delay=4.0),
+    "lagging actuator": one("actuator_lag", lag=5.0),
+    "friction by direction": one("coulomb_asymmetry", drag=0.25),
+    "drag of air": one("quadratic_drag", air=0.2),
+    "gyro scale": one("gyro_scale", gyro_scale=0.02),
+    "gyro bias": one("gyro_bias", gyro_bias=0.01),
     # no effect of the catalogue does these
-    "hardening stop": _one(stop=3.0),
-    "friction that switches": _one(switching=0.5),
+    "hardening stop": one(stop=3.0),
+    "friction that switches": one(switching=0.5),
 }
 
 
@@ -257,25 +243,6 @@ def write_turret(folder: Path, turret: Turret, hidden: Hidden, axis: int, seed: 
     return Rig(write_model(folder / "model.yaml", document, planted, AXES[axis]), logs)
 
 
-def judged(said: Mapping[str, Any], hidden: Hidden, axis: str) -> str:
-    """right: the name and its axis; class: one that holds it; silent: no name; false: another name beside it or
-    instead.
-    """
-    if "error" in said:
-        return "error"
-    verdict = said["verdict"]
-    told = {(one["name"], one["axis"]) for one in verdict["effects"] if one["status"] == "named"}
-    classes = {(one["name"], one["axis"]) for one in (*verdict["effects"], *verdict["alternatives"])}
-    right = {(name, axis) for name in hidden.names}
-    if told - right:
-        return "false"
-    if told:
-        return "right"
-    if not hidden.names:
-        return "right" if verdict["verdict"] in ("no_discrepancy", "unexplained") else "guessed"
-    return "class" if classes & right else "silent"
-
-
 def asked(folder: Path, name: str, what: str, axis: int, motion: str, seed: int) -> dict[str, Any]:
     """One rig, from dice to verdict."""
     turret = replace(drawn_turret(np.random.default_rng((seed, 3))), motion=motion)
@@ -286,7 +253,11 @@ def asked(folder: Path, name: str, what: str, axis: int, motion: str, seed: int)
     said = ask(Row(name, rig, ("first",), ("second",), what), folder / "verdicts" / name)
     seen = f"{'swaying' if turret.sway else 'still'}{', gyros' if turret.gyro else ''}"
     of = f" of {AXES[axis]}" if hidden.names or hidden.rig else ""
-    return said | {"true": f"{what}{of}", "motion": f"{motion}, {seen}", "judged": judged(said, hidden, AXES[axis])}
+    return said | {
+        "true": f"{what}{of}",
+        "motion": f"{motion}, {seen}",
+        "judged": judged(said, hidden.names, AXES[axis]),
+    }
 
 
 def work_of(chosen: Chosen) -> dict[str, tuple[str, int, str, int]]:
