@@ -231,7 +231,7 @@ def _odds(rival: Rival, policy: Policy) -> float:
 
 def _contains(rival: Rival, standing: Standing, policy: Policy) -> bool:
     """Whether a rival is the cause itself with more numbers, which do not pay as a cause must, or not surely."""
-    pays = rival.sure <= -policy.anew and rival.extra <= -policy.least_squares
+    pays = rival.sure <= -policy.anew and rival.less >= policy.least_squares
     return (rival.plainer, rival.label[1]) == standing.label and not pays
 
 
@@ -247,8 +247,8 @@ def class_probability(
 
     Six things speak against it: what it takes may be chance; any curve over position takes as much; its own variables
     still predict what is left; others predict so much of it that the cause may be a part of theirs, or what is not
-    known takes as many squares of its channel (`unknown`); more is left that nothing predicts than it takes, or than
-    was taken in all; and it took little.
+    known takes as many squares of its channel (`unknown`); many times what it takes is left that nothing predicts, or
+    most of what was there; and it took little.
     """
     from scipy.stats import norm
 

@@ -28,8 +28,9 @@ _MOST_ROWS, _SHIFTS = 6000, (0.31, 0.57)
 _MEMORY_S = (0.02, 0.05, 0.12, 0.3, 0.7)
 #: what the past is shown as: slacks, shares of the travel, and times over which recent motion is averaged, s
 _SLACKS, _RECENT_S = (0.003, 0.01, 0.03, 0.1), (1.0, 5.0, 20.0)
-#: penalties of the line, parts of the fitted logs that choose among them, and rows that a slack is followed over
-_PENALTIES, _FOLDS, _FOLLOWED = np.logspace(0.0, 5.0, 6), 3, 8000
+#: penalties of the line, parts of the fitted logs that choose among them, rows below which it is none, and rows that a
+#: slack is followed over
+_PENALTIES, _FOLDS, _FEW_ROWS, _FOLLOWED = np.logspace(0.0, 5.0, 6), 3, 30, 20000
 
 
 @dataclass(frozen=True)
@@ -50,8 +51,10 @@ class Predictable:
 def predictable(inquiry: Inquiry, state: State, column: int, variables: frozenset[Variable]) -> Predictable:
     """How much of one channel's remainder some variables predict on the whole hold-out."""
     axis = inquiry.twin.model.axes.index(inquiry.twin.channels[column].axis)
-    taught = _inputs(placed(inquiry.twin.records, state.hypothesis), axis, variables)
-    asked = _inputs(placed(inquiry.holdout.records, state.held), axis, variables)
+    fitted, held = placed(inquiry.twin.records, state.hypothesis), placed(inquiry.holdout.records, state.held)
+    # a slack is the same one in every log
+    travel = max(float(np.ptp(record.motion[:, axis])) for record in fitted)
+    taught, asked = (_inputs(records, axis, variables, travel) for records in (fitted, held))
     y = state.fitted[:, column]
     target = inquiry.in_order(state)[:, column]
     total = float(np.mean(target**2))
@@ -90,7 +93,9 @@ def _by_a_line(x: Floats, y: Floats, asked: Floats) -> Floats:
     from threadpoolctl import threadpool_limits
 
     mean, spread = np.mean(x, axis=0), np.std(x, axis=0)
-    moves = spread > 1e-9 * (np.abs(mean) + 1e-300)
+    moves = spread > 1e-9 * np.maximum(np.max(np.abs(x), axis=0), np.max(np.abs(asked), axis=0))
+    if not np.any(moves) or len(y) < _FEW_ROWS:
+        return np.full(len(asked), float(np.mean(y)))
     x, asked = ((one[:, moves] - mean[moves]) / spread[moves] for one in (x, asked))
     thin = max(1, len(y) // _MOST_ROWS)
     with threadpool_limits(1):
@@ -98,12 +103,12 @@ def _by_a_line(x: Floats, y: Floats, asked: Floats) -> Floats:
         return np.asarray(learnt.predict(asked))
 
 
-def _inputs(records: tuple[Record, ...], axis: int, variables: frozenset[Variable]) -> Floats:
-    return np.concatenate([np.column_stack(_columns(record, axis, variables)) for record in records])
+def _inputs(records: tuple[Record, ...], axis: int, variables: frozenset[Variable], travel: float) -> Floats:
+    return np.concatenate([np.column_stack(_columns(record, axis, variables, travel)) for record in records])
 
 
-def _columns(record: Record, axis: int, variables: frozenset[Variable]) -> Sequence[Floats]:
-    """The variables of one record at its scored rows."""
+def _columns(record: Record, axis: int, variables: frozenset[Variable], travel: float) -> Sequence[Floats]:
+    """The variables of one record at its scored rows; `travel` is that of all fitted logs."""
     motion, out = record.motion, []
     period_s = record.bands.period_s
     if Variable.POSITION in variables:
@@ -121,7 +126,7 @@ def _columns(record: Record, axis: int, variables: frozenset[Variable]) -> Seque
     if Variable.BASE_MOTION in variables:
         out += [record.base[:, k] for k in range(9)] + [motion[:, k] for k in range(6)]
     if Variable.PAST in variables:
-        out += _past(motion[:, axis], motion[:, 2 + axis], period_s)
+        out += _past(motion[:, axis], motion[:, 2 + axis], period_s, travel)
     if Variable.TIME in variables:
         out += [np.asarray(np.arange(len(motion)) * period_s, np.float64)]
     return [record.at_scored(column) for column in out]
@@ -132,13 +137,13 @@ def _earlier(column: Floats, seconds: float, period_s: float) -> Floats:
     return np.concatenate([np.full(min(rows, len(column)), column[0]), column[:-rows]])[: len(column)]
 
 
-def _past(position: Floats, rate: Floats, period_s: float) -> list[Floats]:
+def _past(position: Floats, rate: Floats, period_s: float, travel: float) -> list[Floats]:
     """How far what is dragged along with slack hangs back, which is the memory of every hysteresis; and how much a
     joint moved of late, which works or warms what it moves in, by itself and times rate and direction.
     """
     from scipy.signal import lfilter
 
-    found = [position - _dragged(position, share * float(np.ptp(position))) for share in _SLACKS]
+    found = [_hanging_back(position, share * travel) for share in _SLACKS]
     for seconds in _RECENT_S:
         forgets = float(np.exp(-period_s / seconds))
         recent = np.asarray(lfilter([1.0 - forgets], [1.0, -forgets], np.abs(rate)))
@@ -146,11 +151,11 @@ def _past(position: Floats, rate: Floats, period_s: float) -> list[Floats]:
     return found
 
 
-def _dragged(position: Floats, slack: float) -> Floats:
-    """Where something stands that is dragged along with slack on either side."""
+def _hanging_back(position: Floats, slack: float) -> Floats:
+    """How far something hangs back that is dragged along with slack on either side."""
     thin = max(1, len(position) // _FOLLOWED)
-    stands, at = [], float(position[0])
+    found, at = [], float(position[0])
     for now in position[::thin].tolist():
         at = min(max(at, now - slack), now + slack)
-        stands.append(at)
-    return np.repeat(stands, thin)[: len(position)]
+        found.append(now - at)
+    return np.repeat(found, thin)[: len(position)]

@@ -113,11 +113,17 @@ def _standing(inquiry: Inquiry, state: State, path: Path, label: tuple[str, str]
         entries, label, late, surely_less(inquiry, without, state),
         float(taken[channel] / max(squares_of(without)[channel], 1e-300)), control_share(inquiry, without, lead),
         rivals,
-        predictable(inquiry, state, channel, CATALOGUE[label[0]].acts_through),
+        predictable(inquiry, state, channel, _own_variables(label[0])),
         _at_bound(inquiry, state, entries), unseen, channel,
         float(np.sum(mean_squares(without.held_out()) - mean_squares(state.held_out()))), taken,
         _any_curve(inquiry, without, state, entries),
     )  # fmt: skip
+
+
+def _own_variables(effect: str) -> frozenset[Variable]:
+    """What an effect acts through: with what these were a moment ago, but not all that a joint ever did."""
+    own = CATALOGUE[effect].acts_through
+    return own - {Variable.PAST} or own
 
 
 def _at_bound(inquiry: Inquiry, state: State, entries: tuple[int, ...]) -> tuple[str, ...]:

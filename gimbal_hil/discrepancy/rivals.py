@@ -38,6 +38,8 @@ class Rival:
     sure: float
     #: the two differ by less than a twin is exact to
     same: bool
+    #: squared floors a row that it leaves less, on the channel where that is most
+    less: float = 0.0
     #: its numbers that may go no further
     at_bound: tuple[str, ...] = ()
     #: the effect with fewer numbers that it contains, where its numbers stand
@@ -124,7 +126,7 @@ def _rival(
     sure = surely_less(inquiry, other, state, np.minimum(other.fit.squares, state.fit.squares))
     noisy, noisier = (noise_of_command(inquiry.twin, one.hypothesis, inquiry.floor) for one in (state, other))
     same = same_to_a_twin(inquiry.policy, mine, theirs, squares_of(without), noisier - noisy, missing)
-    found = Rival(other, labels, extra, sure, same)
+    found = Rival(other, labels, extra, sure, same, float(np.max(mine - theirs)))
     if not found.is_cause:
         return found
     newest = len(other.hypothesis.causes) - 1

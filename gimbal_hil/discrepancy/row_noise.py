@@ -13,12 +13,13 @@ it says nothing of how friction turns over at a reversal, nor of a joint that cr
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gimbal_hil.discrepancy.record import TORQUE, reread
 from gimbal_hil.discrepancy.smoothing import Floats, scored
 from gimbal_hil.discrepancy.twin import Twin
 from gimbal_hil.signals import SignalsTable
-from sim_backend.effects import SLIDES_M, SLIDES_RAD
+from sim_backend.effects import GIVES_M, GIVES_RAD, SLIDES_M, SLIDES_RAD
 from sim_backend.model import AntennaModel
 
 _DRAWS = 3
@@ -27,8 +28,8 @@ _EVEN_S, _QUICK_STEPS = 0.25, 1.5
 #: rows over which the spread is averaged, s
 _AVERAGED_S = 0.5
 #: a joint stands where it is seen within so many steps for so long, s; and moves where it is seen beyond so many; it
-#: creeps where it would not slide in that time
-_STANDS, _STANDS_S, _FLICKER = 2.0, 0.5, 5.0
+#: creeps where it would not slide in that time, by its rate over so long, s
+_STANDS, _STANDS_S, _FLICKER, _CREEPS_S = 2.0, 0.5, 5.0, 0.1
 #: time within which friction turns over at a reversal where the model does not say how, s
 _TURNS_S = 0.02
 #: spread that every row has: this quantile of the rows is in the floor already
@@ -133,16 +134,14 @@ def unsaid_squares(twin: Twin, which: int) -> Floats:
     """Squares of what friction may be where a model that states no bristle says nothing of it, per scored row of one
     record (rows that count, channels).
 
-    At a reversal friction is any torque between its two levels for some time. And a joint that slides and creeps in
-    turn may hang on its bristle while it creeps, at any torque up to break-away; of one that never slides that is all
-    that is seen.
+    At a reversal friction is any torque between its two levels for some time. And where a joint creeps it may hang on
+    its bristle, at any torque up to break-away.
     """
     from scipy.ndimage import gaussian_filter1d
 
     model, record = twin.model, twin.records[which]
     found = np.zeros((int(record.keep.sum()), len(twin.channels)))
     late = max(1, round(_TURNS_S / record.bands.period_s))
-    slides = SLIDES_M if model.is_linear else SLIDES_RAD
     for j, channel in enumerate(twin.channels):
         if channel.signal != TORQUE or model.number(channel.axis, "friction.sigma0") > 0.0:
             continue
@@ -150,12 +149,31 @@ def unsaid_squares(twin: Twin, which: int) -> Floats:
         position, rate = record.motion[:, axis], record.motion[:, 2 + axis]
         friction = model.number(channel.axis, "friction.coulomb") * np.sign(rate)
         before = np.concatenate([friction[:1].repeat(late), friction[:-late]])
-        rows = scored((friction - before)[:, None], record.bands)[record.keep, 0]
-        found[:, j] = gaussian_filter1d(rows**2, 0.5 * _TURNS_S / (record.bands.stride * record.bands.period_s))
-        if np.ptp(position) > slides:
-            creeps = record.at_scored(np.append(np.abs(rate) < slides / _STANDS_S, False))
-            found[creeps, j] = np.maximum(found[creeps, j], model.number(channel.axis, "friction.breakaway") ** 2)
+        held = model.number(channel.axis, "friction.breakaway") * creeps(
+            position, record.bands.period_s, model.is_linear
+        )
+        turns, holds = scored(np.column_stack([friction - before, held]), record.bands)[record.keep].T
+        turned = gaussian_filter1d(turns**2, 0.5 * _TURNS_S / (record.bands.stride * record.bands.period_s))
+        found[:, j] = np.maximum(turned, holds**2)
     return found
+
+
+def creeps(position: Floats, period_s: float, is_linear: bool) -> NDArray[np.bool_]:
+    """Where a joint is slow and stays within a way that joints give before they slide, so that it may not slide, (n,).
+
+    One that is slow over a longer way slides slowly. One that never slides shows nothing else than how it gives.
+    """
+    from scipy.ndimage import uniform_filter1d
+
+    slides, gives = (SLIDES_M, GIVES_M) if is_linear else (SLIDES_RAD, GIVES_RAD)
+    if np.ptp(position) <= slides:
+        return np.zeros(len(position), bool)
+    rate = uniform_filter1d(np.gradient(position, period_s), max(1, round(_CREEPS_S / period_s)))
+    slow = np.abs(rate) < slides / _STANDS_S
+    stretch = np.cumsum(np.diff(slow, prepend=slow[:1]))
+    first = np.flatnonzero(np.diff(stretch, prepend=-1))
+    way = np.maximum.reduceat(position, first) - np.minimum.reduceat(position, first)
+    return np.asarray(slow & (way[stretch] < gives))
 
 
 def other_readings(twin: Twin, tables: tuple[SignalsTable, ...], seed: int = 11) -> tuple[Twin, ...]:
@@ -190,6 +208,6 @@ def row_scales(twin: Twin, tables: tuple[SignalsTable, ...], floor: Floats) -> t
     quiet = [np.quantile(spread, _QUIET_ROWS, axis=0) for spread in noise]
     found = []
     for which, (spread, least) in enumerate(zip(noise, quiet, strict=True)):
-        unsaid = held_squares(twin, which, tables[which]) + unsaid_squares(twin, which)
+        unsaid = np.maximum(held_squares(twin, which, tables[which]), unsaid_squares(twin, which))
         found.append(np.sqrt(1.0 + (np.maximum(spread - least, 0.0) + unsaid) / floor**2))
     return tuple(found)

@@ -1,6 +1,14 @@
 """Every effect that a real antenna can have, one file each, and the catalogue that finds them."""
 
-from sim_backend.effects.axis_scale import SLIDES_M, SLIDES_RAD, TORQUE_SHARES, AxisScale, Need
+from sim_backend.effects.axis_scale import (
+    GIVES_M,
+    GIVES_RAD,
+    SLIDES_M,
+    SLIDES_RAD,
+    TORQUE_SHARES,
+    AxisScale,
+    Need,
+)
 from sim_backend.effects.effect import Domain, Effect, FittedNumber, Hook, PlainerEffect, RateForm, Variable
 from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import (
@@ -52,6 +60,8 @@ __all__ = [
     "CATALOGUE",
     "CREEP",
     "FULL_TRAVEL",
+    "GIVES_M",
+    "GIVES_RAD",
     "KNOWN_LOAD",
     "MEASURED_TORQUE",
     "NEUTRAL_ORDER",

@@ -75,8 +75,8 @@ def _search(scale: AxisScale) -> SearchProfile:
     """
     inertia = scale.own_inertia
     knobs = (
-        # two degrees are a worn hobby servo's; a wider gap, with next to no rotor, is a soft spring by another name
-        Knob(("gap",), Move.LEVEL, 1e-3, -5.0, math.log(35.0)),
+        # a degree is a hobby servo's; a wider gap, with next to no rotor, is hysteresis by another name
+        Knob(("gap",), Move.LEVEL, 1e-3, -5.0, math.log(20.0)),
         Knob(("rotor_inertia",), Move.LEVEL, 0.2 * inertia, -7.0, 2.0),
         # what the model counts as the joint's may have been the rotor's
         Knob((), size=0.05 * inertia, low=-19.0, along="body.own_inertia"),

@@ -68,7 +68,7 @@ def test_what_is_left_above_the_gap_takes_no_name_from_a_cause_that_took_a_thous
 
 @pytest.mark.parametrize(("takes", "least", "most"), [(90.0, 0.9, 1.0), (2.0, 0.7, 0.9), (0.3, 0.0, 0.1)])
 def test_what_nothing_predicts_counts_by_what_a_cause_takes(takes: float, least: float, most: float) -> None:
-    # a tenth of a squared floor beside two that nobody knows is no name, however large another cause was
+    # a third of a squared floor beside fifteen that nobody knows is no name, however large another cause was
     left = Remainder(100.0, 4.0, _NOTHING)
     assert least < probability(replace(_SOUND, takes=np.array([takes])), left) < most
 
@@ -98,12 +98,12 @@ def test_a_rival_that_contains_the_cause_and_hardly_pays_for_its_numbers_is_no_d
     state: Any = SimpleNamespace(hypothesis=SimpleNamespace(labels=()))
     offset = replace(_SOUND, label=("torque_offset", "outer"))
     told = Told(offset, Status.AMBIGUOUS, (), 0.96, 0.96, shown=True)
-    spring = Rival(state, (("cable_spring", "outer"),), -0.05, -0.4, same=True, plainer="torque_offset")
+    spring = Rival(state, (("cable_spring", "outer"),), -0.05, -0.4, same=True, less=0.2, plainer="torque_offset")
     named = rejudged(Policy(), told, (spring,))
     assert named.status is Status.NAMED and named.close == ()
     # surely, but by less than what a cause must take to be added
-    assert rejudged(Policy(), told, (replace(spring, sure=-3.5),)).status is Status.NAMED
-    for doubt in (replace(spring, plainer=None), replace(spring, sure=-3.5, extra=-0.2)):
+    assert rejudged(Policy(), told, (replace(spring, sure=-3.5, less=0.05),)).status is Status.NAMED
+    for doubt in (replace(spring, plainer=None), replace(spring, sure=-3.5)):
         assert rejudged(Policy(), told, (doubt,)).status is Status.AMBIGUOUS
 
 

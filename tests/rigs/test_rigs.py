@@ -113,5 +113,8 @@ def test_a_drawn_gimbal_of_another_simulator_obeys_our_equations_of_motion(tmp_p
         if gap["signal"] == "torque":
             scale = float(np.std(table.torque(gap["axis"])))
             assert gap["before"] < 0.1 * scale, gap
-    rate = table.columns["azimuth.rate"] - np.gradient(table.position("azimuth"), table.period_s)
-    assert np.std(rate) > 0.02, "the base turns"
+        else:
+            # a step of the simulator lies between its angle and its rate
+            assert gap["before"] < 3.0 * gap["noise_floor"], gap
+    turns = table.columns["azimuth.rate"] - np.gradient(table.position("azimuth"), table.period_s)
+    assert np.std(turns) > 0.02, "the base turns"
