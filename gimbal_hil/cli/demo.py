@@ -43,7 +43,7 @@ def command(
     from gimbal_hil.settings import shipped_settings
     from gimbal_hil.warming import ask_elsewhere
 
-    if not is_kept("gimbal_hil.discrepancy.kernel"):
+    if not is_kept("gimbal_hil.discrepancy.twin.kernel"):
         # what later stages need; the host is half of the first one's kernel and would be translated twice
         ask_elsewhere("rigid_body", "friction_fit", "search")
     found: dict[str, str] = {}

@@ -12,16 +12,20 @@ from itertools import combinations
 
 import numpy as np
 
-from gimbal_hil.discrepancy.axis_scales import present_in
-from gimbal_hil.discrepancy.families import Family
-from gimbal_hil.discrepancy.fit import Fit, Weighing
-from gimbal_hil.discrepancy.hypothesis import Cause, KnownNumber, values_of
-from gimbal_hil.discrepancy.inquiry import Inquiry, State, weighing_of
-from gimbal_hil.discrepancy.policy import Policy
-from gimbal_hil.discrepancy.prepare import as_stated, effect_names, prepared, recalibrated
-from gimbal_hil.discrepancy.screening import basis_of, responses, row_weights
-from gimbal_hil.discrepancy.separating import why_not_testable
-from gimbal_hil.discrepancy.smoothing import Floats
+from gimbal_hil.discrepancy.hypotheses import Cause, Family, Fit, KnownNumber, Weighing, present_in, values_of
+from gimbal_hil.discrepancy.inquiry import (
+    Inquiry,
+    Policy,
+    State,
+    as_stated,
+    effect_names,
+    prepared,
+    recalibrated,
+    weighing_of,
+)
+from gimbal_hil.discrepancy.search import basis_of, responses, row_weights
+from gimbal_hil.discrepancy.twin import Floats
+from gimbal_hil.discrepancy.verdict import why_not_testable
 from gimbal_hil.executor import open_executor
 from gimbal_hil.signals import SignalsTable
 from sim_backend.effects import CATALOGUE, Start, ripple_start

@@ -8,77 +8,35 @@ what has to be explained; causes are added while they pay; those that do not sta
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.discrepancy.deciding import Decision, Told, decide
-from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, rms, shared, stands_out
-from gimbal_hil.discrepancy.measured_torque import torque_is_measured, with_measured_torque
-from gimbal_hil.discrepancy.policy import Policy
-from gimbal_hil.discrepancy.prepare import Noise, as_stated, effect_names, prepared, recalibrated
-from gimbal_hil.discrepancy.row_noise import moves
-from gimbal_hil.discrepancy.search import Path
-from gimbal_hil.discrepancy.stories import explain
+from gimbal_hil.discrepancy.inquiry import (
+    Inquiry,
+    Noise,
+    State,
+    as_stated,
+    effect_names,
+    prepared,
+    recalibrated,
+    refitted,
+    rms,
+    shared,
+    stands_out,
+)
+from gimbal_hil.discrepancy.judgement import Request, Result, decide, torque_is_measured, with_measured_torque
+from gimbal_hil.discrepancy.noise import moves
+from gimbal_hil.discrepancy.search import Path, explain
 from gimbal_hil.executor import WorkExecutor, open_executor
 from gimbal_hil.signals import SignalsTable
-from sim_backend.model import AntennaModel
 
 #: floors that fell below this share of what they were under an explanation are worth another look
 _FALLEN = 0.8
 #: a gap of so many times the limit in the hold-out, and none in the logs that are fitted, is fitted where it is
 _ONLY_THERE = 2.0
-
-
-@dataclass(frozen=True)
-class Request:
-    """What is asked: a model, logs to search in, logs of another trajectory to judge on, and how."""
-
-    model: AntennaModel
-    measured: tuple[SignalsTable, ...]
-    #: empty: the last of several logs judges, or the last third of the only one
-    holdout: tuple[SignalsTable, ...] = ()
-    #: end of the scored band, Hz; None: what the logs can have, narrower where the encoder drowns it
-    band_hz: float | None = None
-    #: names of effects that alone are searched, and that are not
-    only: tuple[str, ...] = ()
-    without: tuple[str, ...] = ()
-    policy: Policy = field(default_factory=Policy)
-
-
-@dataclass(frozen=True)
-class Result:
-    """Everything that a verdict, a model file and a report are made from."""
-
-    request: Request
-    inquiry: Inquiry
-    noise: Noise
-    #: the model as its file has it, and with its known numbers refitted inside their uncertainty
-    stated: State
-    null: State
-    decision: Decision
-    path: Path
-    #: there was no log of another trajectory
-    suspected_only: bool
-    #: only the hold-out has a gap: a part of it was fitted with the other logs, and the rest judged
-    only_in_hold_out: bool = False
-
-    @property
-    def model(self) -> AntennaModel:
-        """The model that was asked about."""
-        return self.request.model
-
-    @property
-    def best(self) -> State:
-        """The explanation that is told; the refitted model where none is."""
-        return self.decision.state
-
-    @property
-    def told(self) -> tuple[Told, ...]:
-        """The causes that are told."""
-        return self.decision.told
 
 
 def diagnose(
@@ -184,4 +142,4 @@ def with_hold_out(
     return (first,), (last,), True
 
 
-__all__ = ["Request", "Result", "diagnose", "with_hold_out"]
+__all__ = ["diagnose", "with_hold_out"]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gimbal_hil.discrepancy import Request, diagnose, verdict_of
-from gimbal_hil.discrepancy.contradictions import contradictions, ramps_apart
+from gimbal_hil.discrepancy.verdict.contradictions import contradictions, ramps_apart
 from gimbal_hil.identification import LugreFriction, StaticFriction
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel, model_from_document

@@ -10,8 +10,8 @@ from typing import cast
 import pytest
 
 from gimbal_hil.discrepancy import Result, recalibrated_model
-from gimbal_hil.discrepancy.corrected import with_numbers
-from gimbal_hil.discrepancy.hypothesis import Hypothesis, KnownNumber
+from gimbal_hil.discrepancy.hypotheses.hypothesis import Hypothesis, KnownNumber
+from gimbal_hil.discrepancy.verdict.corrected import with_numbers
 from sim_backend.model import AntennaModel, model_from_document, shipped_model
 
 TS, TC = ("arm", "friction.breakaway"), ("arm", "friction.coulomb")

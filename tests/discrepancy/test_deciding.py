@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy.comparing import clearly_better, same_to_a_twin
-from gimbal_hil.discrepancy.deciding import Status, Told, class_probability, rejudged
-from gimbal_hil.discrepancy.exhaustion import Predictable
-from gimbal_hil.discrepancy.judging import Remainder, Standing
-from gimbal_hil.discrepancy.policy import Policy
-from gimbal_hil.discrepancy.rivals import Rival
+from gimbal_hil.discrepancy.inquiry.policy import Policy
+from gimbal_hil.discrepancy.judgement.deciding import Status, Told, class_probability, rejudged
+from gimbal_hil.discrepancy.judgement.exhaustion import Predictable
+from gimbal_hil.discrepancy.judgement.judging import Remainder, Standing
+from gimbal_hil.discrepancy.judgement.rivals import Rival
+from gimbal_hil.discrepancy.search.comparing import clearly_better, same_to_a_twin
 from gimbal_hil.estimation import Paired
 
 _NOTHING = Predictable(0.0, 0.0)

@@ -6,11 +6,11 @@ import warnings
 
 import numpy as np
 
-from gimbal_hil.discrepancy.floors import over_own_noise, spectral_floor, wide_twin
-from gimbal_hil.discrepancy.record import record_of
-from gimbal_hil.discrepancy.smoothing import Floats
-from gimbal_hil.discrepancy.standing import standing
-from gimbal_hil.discrepancy.twin import Twin
+from gimbal_hil.discrepancy.inquiry.standing import standing
+from gimbal_hil.discrepancy.noise.floors import over_own_noise, spectral_floor, wide_twin
+from gimbal_hil.discrepancy.twin.record import record_of
+from gimbal_hil.discrepancy.twin.smoothing import Floats
+from gimbal_hil.discrepancy.twin.twin import Twin
 from gimbal_hil.experiments.sequences import SequenceOptions
 from gimbal_hil.experiments.sequences.survey import survey_motion
 from gimbal_hil.improvement.rehearsal import rehearse

@@ -10,7 +10,7 @@ import pytest
 
 from gimbal_hil.cli import main
 from gimbal_hil.discrepancy import Foreseen, Policy, foreseen
-from gimbal_hil.discrepancy.prepare import as_stated, effect_names, prepared, recalibrated
+from gimbal_hil.discrepancy.inquiry.prepare import as_stated, effect_names, prepared, recalibrated
 from gimbal_hil.executor import open_executor
 from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
 from gimbal_hil.improvement import rehearse

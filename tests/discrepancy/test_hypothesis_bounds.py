@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy.families import Family, families
-from gimbal_hil.discrepancy.hypothesis import (
+from gimbal_hil.discrepancy.hypotheses.families import Family, families
+from gimbal_hil.discrepancy.hypotheses.hypothesis import (
     Cause,
     Hypothesis,
     KnownNumber,
@@ -18,9 +18,9 @@ from gimbal_hil.discrepancy.hypothesis import (
     parameters_of,
     values_of,
 )
-from gimbal_hil.discrepancy.number_slots import read_number, write_number
-from gimbal_hil.discrepancy.record import record_of
-from gimbal_hil.discrepancy.twin import Twin
+from gimbal_hil.discrepancy.twin.number_slots import read_number, write_number
+from gimbal_hil.discrepancy.twin.record import record_of
+from gimbal_hil.discrepancy.twin.twin import Twin
 from gimbal_hil.signals import SignalsTable
 from sim_backend.effects import Move
 from sim_backend.model import AntennaModel, load_model, shipped_model, shipped_model_path

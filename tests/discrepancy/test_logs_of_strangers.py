@@ -9,19 +9,19 @@ import pytest
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.discrepancy import Request, diagnose, verdict_of
-from gimbal_hil.discrepancy.evidence import transmitted
-from gimbal_hil.discrepancy.floors import repeat_floor, spectral_floor, wide_twin
-from gimbal_hil.discrepancy.hypothesis import Cause
-from gimbal_hil.discrepancy.inquiry import refitted, settled, squares_of
-from gimbal_hil.discrepancy.intervals import number_intervals
-from gimbal_hil.discrepancy.policy import Policy
-from gimbal_hil.discrepancy.prepare import as_stated, effect_names, prepared, recalibrated, useful_band
-from gimbal_hil.discrepancy.processing import balanced, processing_floors
-from gimbal_hil.discrepancy.record import record_of
-from gimbal_hil.discrepancy.release import given_back
-from gimbal_hil.discrepancy.row_noise import held_squares, moves, row_scales
-from gimbal_hil.discrepancy.smoothing import Floats
-from gimbal_hil.discrepancy.twin import Twin
+from gimbal_hil.discrepancy.hypotheses.evidence import transmitted
+from gimbal_hil.discrepancy.hypotheses.hypothesis import Cause
+from gimbal_hil.discrepancy.inquiry.inquiry import refitted, settled, squares_of
+from gimbal_hil.discrepancy.inquiry.policy import Policy
+from gimbal_hil.discrepancy.inquiry.prepare import as_stated, effect_names, prepared, recalibrated, useful_band
+from gimbal_hil.discrepancy.noise.floors import repeat_floor, spectral_floor, wide_twin
+from gimbal_hil.discrepancy.noise.processing import balanced, processing_floors
+from gimbal_hil.discrepancy.noise.row_noise import held_squares, moves, row_scales
+from gimbal_hil.discrepancy.search.release import given_back
+from gimbal_hil.discrepancy.twin.record import record_of
+from gimbal_hil.discrepancy.twin.smoothing import Floats
+from gimbal_hil.discrepancy.twin.twin import Twin
+from gimbal_hil.discrepancy.verdict.intervals import number_intervals
 from gimbal_hil.executor import open_executor
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel, model_from_document

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy.page_figures import sliced_mean, with_the_rest
-from gimbal_hil.discrepancy.where import Regime
+from gimbal_hil.discrepancy.verdict.page_figures import sliced_mean, with_the_rest
+from gimbal_hil.discrepancy.verdict.where import Regime
 
 
 def regime(group: str, text: str, gap: float, time: float) -> Regime:

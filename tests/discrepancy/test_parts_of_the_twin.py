@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gimbal_hil.discrepancy.families import Family, families
-from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis, known_numbers, parameters_of
-from gimbal_hil.discrepancy.record import Record, record_of
-from gimbal_hil.discrepancy.twin import Twin
+from gimbal_hil.discrepancy.hypotheses.families import Family, families
+from gimbal_hil.discrepancy.hypotheses.hypothesis import Cause, Hypothesis, known_numbers, parameters_of
+from gimbal_hil.discrepancy.twin.record import Record, record_of
+from gimbal_hil.discrepancy.twin.twin import Twin
 from gimbal_hil.signals import SignalsTable
 from sim_backend.effects import CATALOGUE
 from sim_backend.model import shipped_model

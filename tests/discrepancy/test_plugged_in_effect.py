@@ -67,12 +67,12 @@ EFFECT = Effect(
 SEARCHED = """
 import json, sys
 import numpy as np
-from gimbal_hil.discrepancy.families import families
-from gimbal_hil.discrepancy.fit import Weighing, fit
-from gimbal_hil.discrepancy.hypothesis import Cause, Hypothesis, values_of
-from gimbal_hil.discrepancy.record import record_of
-from gimbal_hil.discrepancy.screening import propose, respond
-from gimbal_hil.discrepancy.twin import Twin
+from gimbal_hil.discrepancy.hypotheses.families import families
+from gimbal_hil.discrepancy.hypotheses.fit import Weighing, fit
+from gimbal_hil.discrepancy.hypotheses.hypothesis import Cause, Hypothesis, values_of
+from gimbal_hil.discrepancy.twin.record import record_of
+from gimbal_hil.discrepancy.search.screening import propose, respond
+from gimbal_hil.discrepancy.twin.twin import Twin
 from gimbal_hil.signals import SignalsTable
 from sim_backend.effects import CATALOGUE
 from sim_backend.model import model_from_document

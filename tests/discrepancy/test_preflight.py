@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.discrepancy.preflight import check_logs
+from gimbal_hil.discrepancy.inquiry.preflight import check_logs
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import shipped_model
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy.record import record_of
-from gimbal_hil.discrepancy.row_noise import (
+from gimbal_hil.discrepancy.noise.row_noise import (
     creeps,
     encoder_noise,
     other_readings,
@@ -14,7 +13,8 @@ from gimbal_hil.discrepancy.row_noise import (
     seen_step,
     unsaid_squares,
 )
-from gimbal_hil.discrepancy.twin import Twin
+from gimbal_hil.discrepancy.twin.record import record_of
+from gimbal_hil.discrepancy.twin.twin import Twin
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import shipped_model
 

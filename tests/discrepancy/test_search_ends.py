@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from gimbal_hil.discrepancy import search
+from gimbal_hil.discrepancy.search import search
 
 
 @pytest.mark.parametrize("still_pays", [False, True])

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import yaml
 
-from gimbal_hil.discrepancy.corrected import with_numbers
-from gimbal_hil.discrepancy.hypothesis import known_numbers
-from gimbal_hil.discrepancy.standing import standing
+from gimbal_hil.discrepancy.hypotheses.hypothesis import known_numbers
+from gimbal_hil.discrepancy.inquiry.standing import standing
+from gimbal_hil.discrepancy.verdict.corrected import with_numbers
 from gimbal_hil.experiments.sequences import SequenceOptions
 from gimbal_hil.experiments.sequences.survey import survey_motion
 from gimbal_hil.improvement.rehearsal import rehearse

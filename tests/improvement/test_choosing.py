@@ -7,8 +7,8 @@ from typing import cast
 import pytest
 
 from gimbal_hil.discrepancy import Request, Result, diagnose
-from gimbal_hil.discrepancy.inquiry import State
-from gimbal_hil.discrepancy.separating import CHANCE, all_sequences
+from gimbal_hil.discrepancy.inquiry.inquiry import State
+from gimbal_hil.discrepancy.verdict.separating import CHANCE, all_sequences
 from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
 from gimbal_hil.experiments.sequences.survey import SHORT_SURVEY_S, survey_motion
 from gimbal_hil.improvement.choosing import (

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import pytest
 
-from gimbal_hil.discrepancy.separating import separating_run, separating_runs, showing_sequences
+from gimbal_hil.discrepancy.verdict.separating import separating_run, separating_runs, showing_sequences
 from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
 from gimbal_hil.experiments.sequences.registry import SEQUENCES
 from gimbal_hil.improvement import budgets_of

@@ -1,0 +1,55 @@
+"""Hypotheses: effects added to a model, their evidence in the logs, and the fit of their numbers."""
+
+from gimbal_hil.discrepancy.hypotheses.axis_scales import present_in
+from gimbal_hil.discrepancy.hypotheses.evidence import (
+    command_residual,
+    noise_of_command,
+    torque_residual,
+    unshaped,
+    with_shares,
+)
+from gimbal_hil.discrepancy.hypotheses.families import Family, families
+from gimbal_hil.discrepancy.hypotheses.fit import Fit, Weighing, bounds_of, fit, prior_weights, weighed_cost
+from gimbal_hil.discrepancy.hypotheses.hypothesis import (
+    Cause,
+    Hypothesis,
+    KnownNumber,
+    at_bound,
+    has_no_bump,
+    is_tied,
+    known_numbers,
+    parameters_of,
+    plainer_of,
+    values_of,
+)
+from gimbal_hil.discrepancy.hypotheses.origin import aligned, placed, zero_is_a_convention
+
+__all__ = [
+    "Cause",
+    "Family",
+    "Fit",
+    "Hypothesis",
+    "KnownNumber",
+    "Weighing",
+    "aligned",
+    "at_bound",
+    "bounds_of",
+    "command_residual",
+    "families",
+    "fit",
+    "has_no_bump",
+    "is_tied",
+    "known_numbers",
+    "noise_of_command",
+    "parameters_of",
+    "placed",
+    "plainer_of",
+    "present_in",
+    "prior_weights",
+    "torque_residual",
+    "unshaped",
+    "values_of",
+    "weighed_cost",
+    "with_shares",
+    "zero_is_a_convention",
+]

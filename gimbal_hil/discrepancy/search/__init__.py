@@ -1,0 +1,28 @@
+"""The search: screen candidates, add causes while they pay, try every slot again, drop what does not pay."""
+
+from gimbal_hil.discrepancy.search.candidates import numbers_of
+from gimbal_hil.discrepancy.search.comparing import clearly_better, no_worse, same_to_a_twin, surely
+from gimbal_hil.discrepancy.search.curve import curve_does_as_well
+from gimbal_hil.discrepancy.search.release import given_back, numbers_instead
+from gimbal_hil.discrepancy.search.screening import basis_of, respond, responses, row_weights
+from gimbal_hil.discrepancy.search.search import Path, control_share, in_its_place
+from gimbal_hil.discrepancy.search.stories import explain
+
+__all__ = [
+    "Path",
+    "basis_of",
+    "clearly_better",
+    "control_share",
+    "curve_does_as_well",
+    "explain",
+    "given_back",
+    "in_its_place",
+    "no_worse",
+    "numbers_instead",
+    "numbers_of",
+    "respond",
+    "responses",
+    "row_weights",
+    "same_to_a_twin",
+    "surely",
+]

@@ -1,0 +1,60 @@
+"""Is it a ripple, or some curve over position? A name has to give what a function that knows nothing does not.
+
+Several orders together can draw any curve over a limited travel, such as a stop that hardens or rails that are not
+straight. So what the strongest order of a ripple takes is asked for once more beside a smooth curve over the travel
+that has as many free numbers (a cosine series), fitted on the same rows and judged on the same hold-out. A curve that
+is there as well, beside a true ripple, costs it nothing.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gimbal_hil.discrepancy.hypotheses import placed
+from gimbal_hil.discrepancy.inquiry import Inquiry, State, mean_squares
+from gimbal_hil.discrepancy.twin import TORQUE, Floats, Record
+from sim_backend.effects import Ripple
+
+#: free numbers of one order: amplitude, order and phase
+_NUMBERS = 3
+#: a ripple stands beside a curve where that alone leaves more by this share of what the ripple takes by itself, or so
+#: many times as much
+_CLEARLY, _TIMES = 0.4, 2.5
+
+
+def curve_does_as_well(inquiry: Inquiry, without: State, state: State) -> bool:
+    """Whether a smooth curve over position leaves nothing to explain for the newest cause of a state, where that is a
+    ripple of torque, on the channel where it takes most.
+    """
+    family = state.hypothesis.causes[-1].family
+    before, after = (mean_squares(s.held_out()) for s in (without, state))
+    channel = int(np.argmax((before - after) / np.maximum(before, 1.0)))
+    if family.ripple is None or inquiry.twin.channels[channel].signal != TORQUE:
+        return False
+    alone, beside = (_left_by_a_curve(inquiry, one, state, channel, family.ripple) for one in (without, state))
+    takes = float(before[channel] - after[channel])
+    return alone < min(beside + _CLEARLY * takes, _TIMES * max(beside, 1.0))
+
+
+def _left_by_a_curve(inquiry: Inquiry, state: State, placing: State, channel: int, over: Ripple) -> float:
+    """Mean square of a channel of the hold-out, in squared floors, that a curve with the numbers of one order leaves of
+    a state; positions as `placing` has them.
+    """
+    axis = inquiry.twin.model.axes.index(inquiry.twin.channels[channel].axis)
+    taught, asked = placed(inquiry.twin.records, placing.hypothesis), placed(inquiry.holdout.records, placing.held)
+    position = np.concatenate([record.at_scored(record.motion[:, axis]) for record in taught])
+    low, high = float(position.min()), float(position.max())
+    terms = 1 + _NUMBERS
+    columns, held = (
+        np.concatenate([_terms(r, axis, low, high, terms, over) for r in logs]) for logs in (taught, asked)
+    )
+    weights = np.linalg.lstsq(columns, state.fitted[:, channel], rcond=None)[0]
+    return float(np.mean((inquiry.in_order(state)[:, channel] - held @ weights) ** 2))
+
+
+def _terms(record: Record, axis: int, low: float, high: float, terms: int, over: Ripple) -> Floats:
+    """Cosines over the travel, (rows, terms); beyond the travel that was taught the curve stays where it ended."""
+    position, rate = (record.at_scored(record.motion[:, k]) for k in (axis, 2 + axis))
+    along = np.clip((position - low) / max(high - low, 1e-300), 0.0, 1.0)
+    found = np.cos(np.pi * np.outer(along, np.arange(terms)))
+    return np.asarray(found * np.sign(rate)[:, None] if over is Ripple.FRICTION else found)

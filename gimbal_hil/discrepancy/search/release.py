@@ -1,0 +1,124 @@
+"""Known numbers that press against their stated uncertainty: let go of all at once, to see which of them have to leave
+it.
+
+Several numbers that are off can look like few effects one after another. So beside the single causes of a round stands
+one more candidate: every number that leaves its uncertainty when all may, as the causes that the catalogue has for
+them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from gimbal_hil.discrepancy.hypotheses import Cause, Family, Hypothesis, KnownNumber, is_tied, known_numbers, values_of
+from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, settled, squares_of
+from sim_backend.effects import CATALOGUE
+
+#: a number this close to its bound presses against it
+_PRESSING = 0.98
+#: how far numbers may go when they are let go, in units of their uncertainty
+_LEASH = 25.0
+#: an uncertainty that was stated too small by this factor surprises nobody
+_PLAUSIBLE = 2.0
+
+
+def released(inquiry: Inquiry, state: State) -> State | None:
+    """A state with every cause that numbers which leave their uncertainty ask for; None where fewer than two do."""
+    hypothesis = state.hypothesis
+    if sum(abs(y) >= _PRESSING * known.trust for known, y in zip(hypothesis.floating, hypothesis.y, strict=True)) < 2:
+        return None
+    free = refitted(inquiry, state, hypothesis, rounds=3, leash=_LEASH).hypothesis
+    far = {known for known, y in zip(free.floating, free.y, strict=True) if abs(y) > known.trust}
+    wanted = hypothesis
+    for family in _covering(inquiry, far, set(hypothesis.labels)):
+        wanted = wanted.plus(Cause(family, (0.0,) * len(family.knobs)))
+    if len(wanted.causes) - len(hypothesis.causes) < 2:
+        return None
+    return refitted(inquiry, state, wanted, rounds=8)
+
+
+def numbers_instead(
+    inquiry: Inquiry, without: State, label: tuple[str, str]
+) -> tuple[State, tuple[tuple[str, str], ...]] | None:
+    """A state without a cause in which known numbers may leave their uncertainty a little, all but the cause's own; and
+    the effects that those which do are told as. None where none does.
+    """
+    model, hypothesis = inquiry.twin.model, without.hypothesis
+    own = {model.number_path(label[1], p.path) for p in CATALOGUE[label[0]].parameters if p.path}
+    wider = tuple(
+        known if known.axis == label[1] and known.path in own else replace(known, trust=_PLAUSIBLE * known.trust)
+        for known in hypothesis.floating
+    )
+    if not wider:
+        return None
+    free = refitted(inquiry, without, replace(hypothesis, floating=wider))
+    far = {k for k, y in zip(hypothesis.floating, free.hypothesis.y, strict=True) if abs(y) > k.trust}
+    found = tuple(family.label for family in _covering(inquiry, far, set(hypothesis.labels)))
+    return (free, found) if found else None
+
+
+def given_back(inquiry: Inquiry, state: State) -> State:
+    """A state without causes whose every number lies within what the model says of it: no number has left its
+    uncertainty there, so they move as known numbers do, unless that leaves more.
+    """
+    for label in dict.fromkeys(state.hypothesis.labels):
+        lighter = _as_known(inquiry, state.hypothesis, state.hypothesis.labels.index(label))
+        if lighter is not None:
+            other = settled(inquiry, refitted(inquiry, state, lighter, rounds=0))
+            before, after = (float(np.sum(squares_of(one))) for one in (state, other))
+            state = other if after < (1.0 + inquiry.policy.same) * before else state
+    return state
+
+
+def _as_known(inquiry: Inquiry, hypothesis: Hypothesis, index: int) -> Hypothesis | None:
+    """The hypothesis with the numbers of one cause as known numbers; None where one of them is beyond what the model
+    says of it, or where the cause is more than numbers.
+    """
+    model = inquiry.twin.model
+    effect, axis = hypothesis.labels[index]
+    if not CATALOGUE[effect].is_number:
+        return None
+    stated = {(known.axis, known.path): known for known in known_numbers(model)}
+    found: dict[KnownNumber, float] = {}
+    values = values_of(model, inquiry.twin, hypothesis, index)
+    for parameter in CATALOGUE[effect].parameters:
+        (value, nominal), path = values[parameter.name], model.number_path(axis, parameter.path or "")
+        if is_tied(model, axis, path):
+            continue
+        known = stated.get((axis, path))
+        y = None if known is None or nominal is None else known.coordinate(nominal, value)
+        if known is None or y is None or abs(y) > known.trust:
+            return None
+        found[known] = y
+    rest = hypothesis.minus(index)
+    return replace(rest, y=tuple(found.get(known, y) for known, y in zip(rest.floating, rest.y, strict=True)))
+
+
+def _covering(inquiry: Inquiry, far: set[KnownNumber], present: set[tuple[str, str]]) -> list[Family]:
+    """Effects that are nothing but numbers being wrong, each taken for those of its numbers that are far; the fullest
+    first.
+    """
+    model = inquiry.twin.model
+    left = {(known.axis, known.path) for known in far}
+    found: list[Family] = []
+    numbers = [f for f in inquiry.families if CATALOGUE[f.effect].is_number and f.label not in present]
+    paths = {
+        f.label: {(f.axis, model.number_path(f.axis, p.path)) for p in CATALOGUE[f.effect].parameters if p.path}
+        for f in numbers
+    }
+    while left and numbers:
+        shares = [len(paths[f.label] & left) / len(paths[f.label]) for f in numbers]
+        best = int(np.argmax(shares))
+        if shares[best] == 0.0:
+            break
+        family = numbers.pop(best)
+        left -= paths[family.label]
+        found.append(family)
+    return found
+
+
+def moved(hypothesis: Hypothesis) -> list[tuple[KnownNumber, float]]:
+    """Known numbers and how far they stand from the model, in units of their uncertainty."""
+    return [(known, y / known.trust) for known, y in zip(hypothesis.floating, hypothesis.y, strict=True)]

@@ -1,0 +1,138 @@
+"""The verdict in plain words: what was found, how sure it is, and what is left."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from gimbal_hil.discrepancy.judgement import Kind, Result, Status
+from gimbal_hil.discrepancy.verdict.gaps import Gap
+from sim_backend.effects import CATALOGUE, FittedNumber
+
+#: one effect or alternative as verdict.json holds it
+Entry = dict[str, Any]
+
+
+def told(result: Result, effects: Sequence[Entry], alternatives: Sequence[Entry], gaps: Sequence[Gap]) -> str:
+    """What was found and how sure it is."""
+    kind = result.decision.kind
+    moved = _recalibration(result, gaps)
+    if kind is Kind.NO_DISCREPANCY:
+        return f"The model explains this data to its noise{moved}; nothing is missing that this data could show."
+    if kind is Kind.UNEXPLAINED:
+        return _unexplained(result, gaps)
+    gap = max(gaps, key=lambda g: (g.after_recalibration - g.after) / g.noise_floor)
+    names = ", ".join(_name(e["name"], e["axis"]) for e in effects)
+    share = (
+        "" if gap.closed_fraction is None else f", which closes {gap.closed_fraction:.0%} of it {_where_judged(result)}"
+    )
+    size = _size("The largest gap is" if gap is _largest(gaps) else "A gap is", gap)
+    first = f"{size}{moved}. It is explained by {names}{share}."
+    if all(one.standing.silent for one in result.told):
+        first = f"Only the searched logs show a gap{moved}; it is explained by {names}."
+    against = "".join(f" {e['contradiction']}" for e in effects if "contradiction" in e)
+    forms = "".join(_undetermined(e) for e in effects if "form_undetermined" in e)
+    return first + _doubts(result, alternatives) + forms + against + _remainder(gaps)
+
+
+def _recalibration(result: Result, gaps: Sequence[Gap]) -> str:
+    gap = _largest(gaps)
+    if gap.before - gap.after_recalibration <= 0.1 * gap.before or gap.before <= 1.1 * gap.noise_floor:
+        return ""
+    return f" ({gap.after_recalibration:.3g} {gap.unit} once known numbers moved within their stated uncertainty)"
+
+
+def _where_judged(result: Result) -> str:
+    return "on the last part of the same log" if result.suspected_only else "on data that had no part in the search"
+
+
+def _unexplained(result: Result, gaps: Sequence[Gap]) -> str:
+    size = _size("The largest gap is", _largest(gaps))
+    tried = ", ".join(dict.fromkeys(_name(*label) for label in result.path.state.hypothesis.labels))
+    shape = max(result.decision.remainders, key=lambda r: r.after)
+    seen = (
+        f" From the motion, {shape.predictable.beyond:.0%} of what is left can be predicted."
+        if shape.predictable.beyond > 0.1
+        else ""
+    )
+    if not tried:
+        return f"{size}. Nothing in the catalogue explains it: no candidate pays on the hold-out.{seen}"
+    least = float(np.max(result.path.state.left()))
+    attempt = f"the best attempt ({tried}) leaves {least:.1f} floors and does not stand"
+    return f"{size}. Nothing in the catalogue explains it: {attempt}.{seen}"
+
+
+def _doubts(result: Result, alternatives: Sequence[Entry]) -> str:
+    """Why a name is not sure."""
+    if result.suspected_only and result.only_in_hold_out:
+        return " Only the hold-out has this gap, and no log of another trajectory: it is suspected, not shown."
+    if result.suspected_only:
+        return " There is no log of another trajectory to judge it on: it is suspected, not shown."
+    found = []
+    for one in result.told:
+        if one.status is Status.NAMED:
+            continue
+        name, axis = one.standing.label
+        others = [_name(other["name"], other["axis"]) for other in alternatives if other["instead_of"] == name]
+        if others:
+            told_from = " or ".join(dict.fromkeys(others))
+            found.append(
+                f" {_name(name, axis).capitalize()} cannot be told from {told_from} on this data; the run that would is"
+                " proposed."
+            )
+        elif one.standing.silent:
+            found.append(f" The hold-out has no trace of {_name(name, axis)}, which is therefore suspected, not shown.")
+        elif one.standing.at_bound:
+            stands = ", ".join(one.standing.at_bound)
+            found.append(
+                f" {_name(name, axis).capitalize()} stands at the bound of what is possible ({stands}): nothing is"
+                " known of it."
+            )
+        else:
+            found.append(f" {_name(name, axis).capitalize()} is probable only ({one.probability:.0%}).")
+    return "".join(found)
+
+
+def _name(effect: str, axis: str) -> str:
+    return f"{effect.replace('_', ' ')} on {axis}"
+
+
+def _largest(gaps: Sequence[Gap]) -> Gap:
+    return max(gaps, key=lambda g: g.before / g.noise_floor)
+
+
+def _size(start: str, gap: Gap) -> str:
+    size = f"{gap.before:.3g} {gap.unit}, {gap.before / gap.noise_floor:.1f} times the noise floor"
+    return f"{start} in the {gap.signal.replace('_', ' ')} of {gap.axis}: {size}"
+
+
+def _undetermined(effect: Entry) -> str:
+    form = effect["form_undetermined"]
+    name, alike = _name(effect["name"], effect["axis"]), " and ".join(form["between"])
+    correlation = f"{alike} have a canonical correlation of {form['canonical_correlation']:.2f}"
+    return f" The form of {name} is undetermined on this data: {correlation}."
+
+
+def told_against(found: Entry) -> str:
+    """A contradiction of the logs among themselves, in one sentence."""
+    rule, why = found["rule"].replace("_", " "), found["text"].split(":")[0]
+    return f" The data contradict themselves on {found['axis']} ({rule}, {why})."
+
+
+def _remainder(gaps: Sequence[Gap]) -> str:
+    """What the causes leave."""
+    left = [g for g in gaps if g.after > 1.5 * g.noise_floor]
+    places = ", ".join(f"{g.signal.replace('_', ' ')} of {g.axis} {g.after / g.noise_floor:.1f} floors" for g in left)
+    return f" Still unexplained beside it: {places}." if places else ""
+
+
+def contradiction_of(effect: Entry) -> str:
+    """What a fitted number says against the law that it belongs to; empty where there is nothing."""
+    objection = CATALOGUE[effect["name"]].objection
+    return (
+        objection({name: FittedNumber(**number) for name, number in effect["parameters"].items()})
+        if objection is not None
+        else ""
+    )
