@@ -119,12 +119,18 @@ def _under(inquiry: Inquiry, noise: Noise, path: Path) -> tuple[Inquiry, Noise, 
     stated = as_stated(inquiry)
     inquiry, null = recalibrated(inquiry, stated)
     inquiry = shared(inquiry)
-    again = refitted(
-        inquiry, null, replace(path.state.hypothesis, floating=null.hypothesis.floating, y=null.hypothesis.y)
-    )
-    further = explain(inquiry, again, heard=heard)
+    further = explain(inquiry, _weighed_anew(inquiry, null, path.state), heard=heard)
     both = replace(further, rounds=(*path.rounds, *further.rounds), over_others=len(path.rounds))
     return inquiry, noise, stated, null, both
+
+
+def _weighed_anew(inquiry: Inquiry, null: State, old: State) -> State:
+    """A state of other floors: from where it stood, beside the noise that it leaves itself."""
+    stood, known = old.hypothesis, null.hypothesis
+    y = dict(zip(stood.floating, stood.y, strict=True))
+    at = tuple(y.get(one, refound) for one, refound in zip(known.floating, known.y, strict=True))
+    here = refitted(inquiry, null, replace(stood, floating=known.floating, y=at), rounds=0)
+    return refitted(inquiry, here, here.hypothesis)
 
 
 def with_hold_out(

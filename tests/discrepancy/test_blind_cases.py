@@ -8,7 +8,7 @@ import pytest
 
 from gimbal_hil.discrepancy import Request, corrected_model, diagnose, verdict_of
 from tests.blind.cases import model_of, tables_of
-from tests.blind.draw import Case, draw
+from tests.blind.draw import Case, Wrong, draw
 from tests.blind.kinds import Stated
 from tests.blind.score import Outcome, outcome, parameter_errors
 
@@ -65,6 +65,16 @@ def test_known_numbers_that_are_off_are_told_as_themselves_and_not_as_a_gain() -
     assert ("viscous", "inner") in [(e["name"], e["axis"]) for e in verdict["effects"] if e["status"] == "named"]
 
 
+@pytest.mark.heavy
+def test_numbers_that_are_far_off_are_all_kept_where_floors_fall_under_them() -> None:
+    # five numbers 20 to 33 % off; once they are found floors lie lower, and beside what the model alone leaves there
+    # the fit of all known numbers was so loose that two of the five seemed not to pay
+    case = draw(3234671186473927356, [], rig="plain", wrong=Wrong(5, 0.20, 0.33))
+    logs = tables_of(case.measured, case.axes), tables_of(case.holdout, case.axes)
+    verdict = verdict_of(diagnose(Request(model_of(case, Stated.CAD), *logs))).document
+    assert outcome(case.truth, verdict) is Outcome.EXACT and verdict["verdict"] == "named"
+
+
 def test_a_second_cause_under_the_first_ones_floor_is_looked_for() -> None:
     # presliding alone explains this data to the floor that was read while its own wide-band trace passed for noise
     case = draw(30033, count=2)
@@ -96,7 +106,10 @@ def test_a_field_that_a_ripple_half_resembles_is_not_given_its_name() -> None:
 
 
 def _verdict_on(case: Case) -> dict[str, Any]:
-    return verdict_of(diagnose(_request(case))).document
+    verdict = verdict_of(diagnose(_request(case))).document
+    told, unseen = ({(one["name"], one["axis"]) for one in verdict[key]} for key in ("effects", "not_testable"))
+    assert not told & unseen
+    return verdict
 
 
 def _request(case: Case) -> Request:

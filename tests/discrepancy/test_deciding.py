@@ -14,6 +14,7 @@ from gimbal_hil.discrepancy.judgement.deciding import Status, Told, class_probab
 from gimbal_hil.discrepancy.judgement.exhaustion import Predictable
 from gimbal_hil.discrepancy.judgement.judging import Remainder, Standing
 from gimbal_hil.discrepancy.judgement.rivals import Rival
+from gimbal_hil.discrepancy.search import curve
 from gimbal_hil.discrepancy.search.comparing import clearly_better, same_to_a_twin
 from gimbal_hil.estimation import Paired
 
@@ -66,7 +67,9 @@ def test_what_is_left_above_the_gap_takes_no_name_from_a_cause_that_took_a_thous
     assert probability(replace(shaped, share=0.98), Remainder(70.0, 10.0, _NOTHING)) < 0.5
 
 
-@pytest.mark.parametrize(("takes", "least", "most"), [(90.0, 0.9, 1.0), (2.0, 0.7, 0.9), (0.3, 0.0, 0.1)])
+@pytest.mark.parametrize(
+    ("takes", "least", "most"), [(90.0, 0.94, 1.0), (4.0, 0.9, 0.94), (2.0, 0.5, 0.6), (0.3, 0.0, 0.1)]
+)
 def test_what_nothing_predicts_counts_by_what_a_cause_takes(takes: float, least: float, most: float) -> None:
     # a third of a squared floor beside fifteen that nobody knows is no name, however large another cause was
     left = Remainder(100.0, 4.0, _NOTHING)
@@ -107,6 +110,12 @@ def test_a_rival_that_contains_the_cause_and_hardly_pays_for_its_numbers_is_no_d
         assert rejudged(Policy(), told, (doubt,)).status is Status.AMBIGUOUS
 
 
+def test_a_cause_at_its_bound_is_as_likely_something_else_that_acts_like_it() -> None:
+    told = Told(replace(_SOUND, at_bound=("gap",)), Status.AMBIGUOUS, (), 0.96, 0.96, shown=False)
+    found = rejudged(Policy(), told, ())
+    assert (found.status, found.probability, found.of_class) == (Status.AMBIGUOUS, 0.48, 0.96)
+
+
 @pytest.mark.parametrize(
     ("same", "sure", "share"), [(True, 1.9, 0.5), (False, 0.0, 0.5), (False, 1.0, 0.84), (False, 1.8, 0.96)]
 )
@@ -124,6 +133,9 @@ def test_a_name_shares_its_class_by_the_odds_that_a_difference_is_chance(same: b
         # what a floor is known to, of a small gap
         (1.0, 1.11, 4.0, True),
         (1.0, 1.13, 4.0, False),
+        # both within their floor, which then lies above the noise, or one of them well beyond it
+        (0.4, 0.9, 190.0, True),
+        (0.4, 1.3, 190.0, False),
         # two per cent of what is left
         (50.0, 50.9, 60.0, True),
         (50.0, 51.1, 60.0, False),
@@ -188,3 +200,26 @@ def test_a_state_is_better_by_what_is_left_of_each_channel(
 ) -> None:
     inquiry: Any = SimpleNamespace(split=lambda rows: [rows], split_held=lambda rows, selecting: [rows])
     assert clearly_better(inquiry, _leaves(*new), _leaves(*old)) is better
+
+
+@pytest.mark.parametrize(
+    ("orders", "travel_rad", "series"),
+    [
+        # a field over less than half a turn, and a motor's ripple over three turns and over half of one
+        ((2.55, 5.12, 8.12, 10.84), 2.71, True),
+        ((7.0, 28.0, 14.0, 12.0), 18.8, False),
+        ((7.0, 14.0), 1.5, True),
+        ((7.0, 14.0), 3.0, False),
+        ((7.0, 28.0), 1.5, False),
+        ((2.55,), 2.71, False),
+    ],
+)
+def test_orders_one_a_period_of_the_travel_are_a_series_and_no_ripple(
+    orders: tuple[float, ...], travel_rad: float, series: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(curve, "values_of", lambda model, twin, hypothesis, index: {"order": (orders[index], None)})
+    record = SimpleNamespace(motion=np.array([[0.0, 0.0], [travel_rad, 0.0]]))
+    twin = SimpleNamespace(model=SimpleNamespace(axes=("outer", "inner")), records=(record,))
+    state: Any = SimpleNamespace(hypothesis=SimpleNamespace(labels=(("cogging", "outer"),) * len(orders)))
+    inquiry: Any = SimpleNamespace(twin=twin)
+    assert curve.orders_make_a_series(inquiry, state, tuple(range(len(orders)))) is series

@@ -22,8 +22,11 @@ from sim_backend import layout
 from sim_backend.effects import CATALOGUE, Knob
 from sim_backend.model import NUMBER_AT, AntennaModel
 
-#: a coordinate this close to its bound (share of the room that it has, at most of one unit) stands there
-_AT_BOUND = 1e-3
+#: a coordinate this close to its bound (share of the room that it has, at most of one unit) stands there: a search
+#: that presses against a bound ends a little before it
+_NEAR = 0.02
+#: a number that is held back by this share stands at its bound
+_HELD = 1e-3
 
 
 @dataclass(frozen=True)
@@ -38,7 +41,7 @@ class Cause:
         """Parameters whose coordinates may go no further. Nuisances do not count."""
         found: list[str] = []
         for knob, x in zip(self.family.knobs, self.x, strict=True):
-            close = _AT_BOUND * min(knob.high - knob.low, 1.0)
+            close = _NEAR * min(knob.high - knob.low, 1.0)
             if not knob.nuisance and knob.low < knob.high and (x <= knob.low + close or x >= knob.high - close):
                 found += knob.parameters or (knob.along or "",)
         return tuple(found)
@@ -242,7 +245,7 @@ def at_bound(twin: Twin, hypothesis: Hypothesis, index: int) -> tuple[str, ...]:
     for parameter in CATALOGUE[effect].parameters:
         if parameter.path is not None and parameter.name not in (*found, *nuisances):
             wanted, kept = (read_number(twin.model, P, axis, parameter.path) for P in (led, held))
-            if abs(wanted - kept) > _AT_BOUND * abs(kept):
+            if abs(wanted - kept) > _HELD * abs(kept):
                 found.append(parameter.name)
     return tuple(found)
 

@@ -207,7 +207,9 @@ def rejudged(policy: Policy, one: Told, close: tuple[Rival, ...]) -> Told:
     close = tuple(rival for rival in close if not _contains(rival, one.standing, policy))
     # commanded torque alone never tells such a pair apart: either name is right
     others = [rival for rival in close if rival.label != (CATALOGUE[effect].same_by_command, axis)]
-    alone = 1.0 / (1.0 + sum(_odds(rival, policy) for rival in others))
+    # what stands at its bound is as likely something else that only acts like it
+    odds = sum(_odds(rival, policy) for rival in others) + bool(one.standing.at_bound)
+    alone = 1.0 / (1.0 + odds)
     sure = one.shown and one.of_class >= policy.named and alone >= policy.alone
     return replace(
         one, close=close, probability=one.of_class * alone, status=Status.NAMED if sure else Status.AMBIGUOUS
@@ -277,7 +279,7 @@ def class_probability(
 #: at these something else is as likely: what is left and other variables predict, what stands at its bound takes, and
 #: what no variable predicts, over what a cause takes; the share of the squares that were there that no variable
 #: predicts, beyond so many floors; the share of a channel that a cause takes. And the most that is said.
-_OTHERS, _UNKNOWN, _DWARFED, _LARGE, _SMALL, _LITTLE, _MOST = 0.25, 0.5, 12.0, 0.8, 1.5, 0.03, 0.99
+_OTHERS, _UNKNOWN, _DWARFED, _LARGE, _SMALL, _LITTLE, _MOST = 0.25, 0.5, 8.0, 0.8, 1.5, 0.03, 0.99
 #: what is left over what a cause takes, squares: below this it counts by how much it is
 _NEXT_TO_NOTHING = 0.05
 #: and so many floors are no longer few

@@ -27,7 +27,7 @@ from gimbal_hil.discrepancy.inquiry import (
 )
 from gimbal_hil.discrepancy.judgement.exhaustion import Predictable, predictable
 from gimbal_hil.discrepancy.judgement.rivals import Rival, rivals_of
-from gimbal_hil.discrepancy.search import Path, control_share, curve_does_as_well
+from gimbal_hil.discrepancy.search import Path, control_share, curve_does_as_well, orders_make_a_series
 from gimbal_hil.discrepancy.twin import Floats
 from gimbal_hil.estimation import Paired
 from sim_backend.effects import CATALOGUE, Variable
@@ -132,11 +132,12 @@ def _at_bound(inquiry: Inquiry, state: State, entries: tuple[int, ...]) -> tuple
 
 
 def _any_curve(inquiry: Inquiry, without: State, state: State, entries: tuple[int, ...]) -> bool:
-    """Whether a smooth curve does as well as the strongest order of a ripple."""
+    """Whether a smooth curve does as well as the strongest order of a ripple, or all orders together are one."""
     lead = max((state.hypothesis.causes[i] for i in entries), key=lambda cause: abs(cause.x[0]))
     if lead.family.ripple is None:
         return False
-    return curve_does_as_well(inquiry, without, refitted(inquiry, state, without.hypothesis.plus(lead), rounds=3))
+    alone = refitted(inquiry, state, without.hypothesis.plus(lead), rounds=3)
+    return orders_make_a_series(inquiry, state, entries) or curve_does_as_well(inquiry, without, alone)
 
 
 def _unseen(inquiry: Inquiry, state: State, bare: State) -> bool:

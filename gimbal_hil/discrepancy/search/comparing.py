@@ -72,5 +72,6 @@ def same_to_a_twin(
             np.minimum(missing * theirs, _PART * (without - mine)),
         ]
     )
-    # over all channels together: what another one leaves more of one it may leave less of the next
-    return bool(np.sum((theirs - mine) / exact) < 1.0)
+    # below its floor a channel refutes nothing; and all channels count together, since of one an explanation may leave
+    # more and of the next less
+    return bool(np.sum((np.maximum(theirs, 1.0) - left) / exact) < 1.0)

@@ -3,14 +3,15 @@
 Several orders together can draw any curve over a limited travel, such as a stop that hardens or rails that are not
 straight. So what the strongest order of a ripple takes is asked for once more beside a smooth curve over the travel
 that has as many free numbers (a cosine series), fitted on the same rows and judged on the same hold-out. A curve that
-is there as well, beside a true ripple, costs it nothing.
+is there as well, beside a true ripple, costs it nothing. And orders that follow one another as closely as the terms of
+a series over the travel are such a series.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from gimbal_hil.discrepancy.hypotheses import placed
+from gimbal_hil.discrepancy.hypotheses import placed, values_of
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, mean_squares
 from gimbal_hil.discrepancy.twin import TORQUE, Floats, Record
 from sim_backend.effects import Ripple
@@ -20,6 +21,8 @@ _NUMBERS = 3
 #: a ripple stands beside a curve where that alone leaves more by this share of what the ripple takes by itself, or so
 #: many times as much
 _CLEARLY, _TIMES = 0.4, 2.5
+#: a series over the travel has one order a period of its highest one; a ripple has fewer than this share of that
+_OF_A_SERIES = 0.5
 
 
 def curve_does_as_well(inquiry: Inquiry, without: State, state: State) -> bool:
@@ -34,6 +37,14 @@ def curve_does_as_well(inquiry: Inquiry, without: State, state: State) -> bool:
     alone, beside = (_left_by_a_curve(inquiry, one, state, channel, family.ripple) for one in (without, state))
     takes = float(before[channel] - after[channel])
     return alone < min(beside + _CLEARLY * takes, _TIMES * max(beside, 1.0))
+
+
+def orders_make_a_series(inquiry: Inquiry, state: State, entries: tuple[int, ...]) -> bool:
+    """Whether several orders of one ripple lie as close, from the travel's own length on, as terms of a series do."""
+    axis = inquiry.twin.model.axes.index(state.hypothesis.labels[entries[0]][1])
+    travel = max(float(np.ptp(record.motion[:, axis])) for record in inquiry.twin.records)
+    orders = [values_of(inquiry.twin.model, inquiry.twin, state.hypothesis, index)["order"][0] for index in entries]
+    return len(orders) > 1 and len(orders) > _OF_A_SERIES * max(orders) * travel / (2.0 * np.pi)
 
 
 def _left_by_a_curve(inquiry: Inquiry, state: State, placing: State, channel: int, over: Ripple) -> float:

@@ -21,11 +21,16 @@ def not_testable(result: Result) -> list[dict[str, str]]:
         size = float(np.sqrt(np.mean(response.columns**2, axis=0)).max())
         heard[response.family.label] = max(heard.get(response.family.label, 0.0), size)
     searched = {family.label: family for family in inquiry.families}
+    told = {one.standing.label for one in result.told}
     found = []
     for axis in model.axes:
         present = present_in(model, axis, inquiry.twin.records)
         for name, effect in CATALOGUE.items():
-            if (effect.rotary_only and model.is_linear) or (effect.two_axis_only and len(model.axes) < 2):
+            if (
+                (name, axis) in told
+                or (effect.rotary_only and model.is_linear)
+                or (effect.two_axis_only and len(model.axes) < 2)
+            ):
                 continue
             family = searched.get((name, axis))
             if family is None and (
