@@ -270,7 +270,7 @@ def class_probability(
     # what is left beyond the noise, over what the cause takes; and beyond a small multiple of it, over what was there
     beside_it = max(0.0, left.unpredicted**2 - 1.0) / max(standing.takes[standing.channel], 1e-9)
     beyond = max(0.0, left.unpredicted**2 - _SMALL**2) / max(left.before**2, 1.0)
-    size = 1.0 / (1.0 + (beside_it / _DWARFED) ** 4 + (beyond / _LARGE) ** 4)
+    size = 1.0 / (1.0 + (beside_it / _DWARFED) ** 6 + (beyond / _LARGE) ** 4)
     share = max(standing.share, left.closed if left.before > policy.least_gap else 0.0)
     taken = share / (share + _LITTLE)
     return float(np.clip(_MOST * evident * shape * whole * size * taken, 0.0, _MOST))
