@@ -17,6 +17,7 @@ from gimbal_hil.discrepancy.judgement.rivals import Rival
 from gimbal_hil.discrepancy.search import curve
 from gimbal_hil.discrepancy.search.comparing import clearly_better, same_to_a_twin
 from gimbal_hil.estimation import Paired
+from sim_backend.effects import NEUTRAL_ORDER
 
 _NOTHING = Predictable(0.0, 0.0)
 #: a cause that takes nearly all of a gap of ten floors
@@ -215,11 +216,14 @@ def test_a_state_is_better_by_what_is_left_of_each_channel(
     ],
 )
 def test_orders_one_a_period_of_the_travel_are_a_series_and_no_ripple(
-    orders: tuple[float, ...], travel_rad: float, series: bool, monkeypatch: pytest.MonkeyPatch
+    orders: tuple[float, ...], travel_rad: float, series: bool
 ) -> None:
-    monkeypatch.setattr(curve, "values_of", lambda model, twin, hypothesis, index: {"order": (orders[index], None)})
-    record = SimpleNamespace(motion=np.array([[0.0, 0.0], [travel_rad, 0.0]]))
-    twin = SimpleNamespace(model=SimpleNamespace(axes=("outer", "inner")), records=(record,))
-    state: Any = SimpleNamespace(hypothesis=SimpleNamespace(labels=(("cogging", "outer"),) * len(orders)))
+    # half of the travel in one log, half in the next
+    logs = tuple(SimpleNamespace(name="", motion=np.array([[0.0, one], [0.5 * travel_rad, one]])) for one in (0.0, 1.0))
+    logs[1].motion[:, 0] += 0.5 * travel_rad
+    family = SimpleNamespace(axis="outer")
+    causes = tuple(SimpleNamespace(family=family, x=(0.01, order - NEUTRAL_ORDER, 0.0)) for order in orders)
+    state: Any = SimpleNamespace(hypothesis=SimpleNamespace(causes=causes, origins=()))
+    twin = SimpleNamespace(model=SimpleNamespace(axes=("outer", "inner")), records=logs)
     inquiry: Any = SimpleNamespace(twin=twin)
     assert curve.orders_make_a_series(inquiry, state, tuple(range(len(orders)))) is series

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from gimbal_hil.discrepancy.hypotheses import placed, values_of
+from gimbal_hil.discrepancy.hypotheses import placed
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, mean_squares
 from gimbal_hil.discrepancy.twin import TORQUE, Floats, Record
-from sim_backend.effects import Ripple
+from sim_backend.effects import NEUTRAL_ORDER, Ripple
 
 #: free numbers of one order: amplitude, order and phase
 _NUMBERS = 3
@@ -41,10 +41,13 @@ def curve_does_as_well(inquiry: Inquiry, without: State, state: State) -> bool:
 
 def orders_make_a_series(inquiry: Inquiry, state: State, entries: tuple[int, ...]) -> bool:
     """Whether several orders of one ripple lie as close, from the travel's own length on, as terms of a series do."""
-    axis = inquiry.twin.model.axes.index(state.hypothesis.labels[entries[0]][1])
-    travel = max(float(np.ptp(record.motion[:, axis])) for record in inquiry.twin.records)
-    orders = [values_of(inquiry.twin.model, inquiry.twin, state.hypothesis, index)["order"][0] for index in entries]
-    return len(orders) > 1 and len(orders) > _OF_A_SERIES * max(orders) * travel / (2.0 * np.pi)
+    twin, causes = inquiry.twin, [state.hypothesis.causes[index] for index in entries]
+    axis = twin.model.axes.index(causes[0].family.axis)
+    taught = placed(twin.records, state.hypothesis)
+    ends = [end(record.motion[:, axis]) for record in taught for end in (np.min, np.max)]
+    highest = max(NEUTRAL_ORDER + cause.x[1] for cause in causes)
+    periods = highest * float(max(ends) - min(ends)) / (2.0 * np.pi)
+    return len(causes) > 1 and len(causes) > _OF_A_SERIES * periods
 
 
 def _left_by_a_curve(inquiry: Inquiry, state: State, placing: State, channel: int, over: Ripple) -> float:
