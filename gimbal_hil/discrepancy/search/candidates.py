@@ -11,7 +11,7 @@ from itertools import repeat
 import numpy as np
 
 from gimbal_hil.discrepancy.hypotheses import Cause, Family, Fit, Hypothesis, Weighing, fit, weighed_cost
-from gimbal_hil.discrepancy.inquiry import MOST_ENTRIES, Inquiry, State, state_of, weighing_of
+from gimbal_hil.discrepancy.inquiry import MOST_ENTRIES, Inquiry, State, refitted, state_of, weighing_of
 from gimbal_hil.discrepancy.search.comparing import advantage
 from gimbal_hil.discrepancy.search.screening import Proposal, Response, propose, respond
 
@@ -21,6 +21,10 @@ _REFINED, _IN_PLACE = 6, 3
 _FIRST, _RACING, _IN_THE_RACE = 1, 5, 2.0
 #: and that took this share of the least that a cause must take in their first step
 _PROMISE = 0.3
+#: candidates that are compared closely, and asked for their negative control
+ASKED = 4
+#: where the best one leaves at most this share of the squares of a channel, noise at least, fits are looked at again
+_MUCH_LESS = 0.1
 #: a family of more coordinates than this is refined from more than two of its starts
 _VALLEYS = 3
 
@@ -57,7 +61,17 @@ def candidates(
     # a fit that contains the state that it began from and ends above it has failed
     ceiling = weighed_cost(before.fit, weighing)
     states = [state_of(inquiry, one) for one in kept.values() if one.cost <= ceiling]
-    return sorted(states, key=lambda state: -advantage(inquiry, before, state))
+    return _beside_the_best(inquiry, before, sorted(states, key=lambda state: -advantage(inquiry, before, state)))
+
+
+def _beside_the_best(inquiry: Inquiry, before: State, states: list[State]) -> list[State]:
+    """The same, the first few fitted once more beside what the best of them leaves: beside a gap that is many times as
+    large, fits are content as soon as they explain most of it, and which of them comes nearest is chance.
+    """
+    if not states or np.all(states[0].fit.squares > _MUCH_LESS * np.maximum(before.fit.squares, 1.0)):
+        return states
+    first = [refitted(inquiry, states[0], state.hypothesis) for state in states[:ASKED]]
+    return sorted(first, key=lambda state: -advantage(inquiry, states[0], state)) + states[ASKED:]
 
 
 def listen(inquiry: Inquiry, state: State, families: list[Family]) -> list[Response]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from gimbal_hil.discrepancy.hypotheses import Cause, Hypothesis, at_bound, plainer_of
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, gain_on, refitted, stands_out, weighing_of
-from gimbal_hil.discrepancy.search.candidates import candidates, numbers_of
+from gimbal_hil.discrepancy.search.candidates import ASKED, candidates, numbers_of
 from gimbal_hil.discrepancy.search.comparing import clearly_better, no_worse, surely
 from gimbal_hil.discrepancy.search.curve import curve_does_as_well
 from gimbal_hil.discrepancy.search.release import released
@@ -22,8 +22,6 @@ from gimbal_hil.discrepancy.search.screening import Response, basis_of, control_
 from gimbal_hil.discrepancy.twin import Floats
 from sim_backend.effects import Start
 
-#: candidates that are asked for their negative control
-_ASKED = 4
 #: where no cause pays alone, so many of them are tried with another one
 _FIRST_OF_TWO = 2
 #: how often the search is begun again where a slot was filled anew
@@ -86,7 +84,7 @@ def one_more(inquiry: Inquiry, path: Path, release: bool, room: int) -> Path:
     """
     before = path.state
     tried = candidates(inquiry, before, path.heard)
-    asked = tried[:_ASKED]
+    asked = tried[:ASKED]
     controls = {s.hypothesis.labels[-1]: control_share(inquiry, before, s.hypothesis.causes[-1]) for s in asked}
     paying = [s for s in asked if pays(inquiry, before, s, controls[s.hypothesis.labels[-1]])]
     sound = _sound(inquiry, before, paying)
@@ -122,7 +120,7 @@ def _two_at_once(inquiry: Inquiry, path: Path, tried: list[State]) -> Path:
     for first in tried[:_FIRST_OF_TWO]:
         both = candidates(inquiry, first, path.heard)
         path = replace(path, rounds=(*path.rounds, Round(first, tuple(both), {})))
-        for state in _sound(inquiry, first, [s for s in both[:_ASKED] if not stands_out(inquiry, s)]):
+        for state in _sound(inquiry, first, [s for s in both[:ASKED] if not stands_out(inquiry, s)]):
             control = control_share(inquiry, first, state.hypothesis.causes[-1])
             if pays(inquiry, first, state, control) and pays(inquiry, before, state):
                 return replace(path, state=refitted(inquiry, before, state.hypothesis))
