@@ -213,6 +213,8 @@ def test_a_state_is_better_by_what_is_left_of_each_channel(
         ((7.0, 14.0), 3.0, False),
         ((7.0, 28.0), 1.5, False),
         ((2.55,), 2.71, False),
+        # a stop that hardens, as half a period beside a spring
+        ((2.5,), 1.2, True),
     ],
 )
 def test_orders_one_a_period_of_the_travel_are_a_series_and_no_ripple(

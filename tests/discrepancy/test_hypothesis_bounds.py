@@ -120,3 +120,13 @@ def test_a_number_that_recalibration_leads_to_its_bound_stands_there_whatever_it
     assert at_bound(twin, halved, 0) == ()
     assert gone.causes[0].knobs_at_bound == ()
     assert at_bound(twin, gone, 0) == ("inertia",)
+
+
+def test_what_is_pressed_against_a_bound_ends_just_before_it_and_stands_there() -> None:
+    twin = twin_of(shipped_model())
+    gap = named(twin, "backlash")
+    at = {name: i for i, knob in enumerate(gap.knobs) for name in knob.parameters}["gap"]
+    for before_the_end, pressed in ((0.005, True), (0.05, False)):
+        x = [0.5 * (knob.low + knob.high) if np.isfinite(knob.low + knob.high) else 0.0 for knob in gap.knobs]
+        x[at] = gap.knobs[at].high - before_the_end
+        assert ("gap" in Cause(gap, tuple(x)).knobs_at_bound) is pressed

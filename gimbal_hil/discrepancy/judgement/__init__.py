@@ -1,12 +1,11 @@
 """The judgement: which of the causes found are told, and how surely."""
 
-from gimbal_hil.discrepancy.judgement.deciding import Decision, Kind, Status, Told, decide
+from gimbal_hil.discrepancy.judgement.deciding import Kind, Status, Told, decide
 from gimbal_hil.discrepancy.judgement.measured_torque import torque_is_measured, with_measured_torque
 from gimbal_hil.discrepancy.judgement.result import Request, Result
 from gimbal_hil.discrepancy.judgement.rivals import Rival
 
 __all__ = [
-    "Decision",
     "Kind",
     "Request",
     "Result",

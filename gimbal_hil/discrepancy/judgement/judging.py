@@ -136,8 +136,9 @@ def _any_curve(inquiry: Inquiry, without: State, state: State, entries: tuple[in
     lead = max((state.hypothesis.causes[i] for i in entries), key=lambda cause: abs(cause.x[0]))
     if lead.family.ripple is None:
         return False
-    alone = refitted(inquiry, state, without.hypothesis.plus(lead), rounds=3)
-    return orders_make_a_series(inquiry, state, entries) or curve_does_as_well(inquiry, without, alone)
+    if orders_make_a_series(inquiry, state, entries):
+        return True
+    return curve_does_as_well(inquiry, without, refitted(inquiry, state, without.hypothesis.plus(lead), rounds=3))
 
 
 def _unseen(inquiry: Inquiry, state: State, bare: State) -> bool:
