@@ -209,7 +209,9 @@ def test_a_state_is_better_by_what_is_left_of_each_channel(
         # a field over less than half a turn, and a motor's ripple over three turns and over half of one
         ((2.55, 5.12, 8.12, 10.84), 2.71, True),
         ((7.0, 28.0, 14.0, 12.0), 18.8, False),
-        ((7.0, 14.0), 1.5, True),
+        # a ripple and its harmonic over 43 degrees to both sides
+        ((7.0, 14.0), 1.5, False),
+        ((5.0, 7.5, 10.0), 3.0, True),
         ((7.0, 14.0), 3.0, False),
         ((7.0, 28.0), 1.5, False),
         ((2.55,), 2.71, False),

@@ -40,8 +40,8 @@ def curve_does_as_well(inquiry: Inquiry, without: State, state: State) -> bool:
 
 
 def orders_make_a_series(inquiry: Inquiry, state: State, entries: tuple[int, ...]) -> bool:
-    """Whether orders of one ripple are a series over the travel: several, more than half as many as periods of the
-    highest one lie there, or one of which no whole period does.
+    """Whether orders of one ripple are a series over the travel: three and more, more than half as many as periods of
+    the highest one lie there; or of none a whole period does. Two are a ripple and its harmonic just as well.
     """
     twin, causes = inquiry.twin, [state.hypothesis.causes[index] for index in entries]
     axis = twin.model.axes.index(causes[0].family.axis)
@@ -49,7 +49,7 @@ def orders_make_a_series(inquiry: Inquiry, state: State, entries: tuple[int, ...
     ends = [end(record.motion[:, axis]) for record in taught for end in (np.min, np.max)]
     highest = max(NEUTRAL_ORDER + cause.x[1] for cause in causes)
     periods = highest * float(max(ends) - min(ends)) / (2.0 * np.pi)
-    return periods < 1.0 or 1 < len(causes) > _OF_A_SERIES * periods
+    return periods < 1.0 or 2 < len(causes) > _OF_A_SERIES * periods
 
 
 def _left_by_a_curve(inquiry: Inquiry, state: State, placing: State, channel: int, over: Ripple) -> float:
