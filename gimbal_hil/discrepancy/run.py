@@ -126,10 +126,10 @@ def _under(inquiry: Inquiry, noise: Noise, path: Path) -> tuple[Inquiry, Noise, 
 
 def _weighed_anew(inquiry: Inquiry, null: State, old: State) -> State:
     """A state of other floors: from where it stood, beside the noise that it leaves itself."""
-    stood, known = old.hypothesis, null.hypothesis
+    stood, floating = old.hypothesis, null.hypothesis.floating
     y = dict(zip(stood.floating, stood.y, strict=True))
-    at = tuple(y.get(one, refound) for one, refound in zip(known.floating, known.y, strict=True))
-    here = refitted(inquiry, null, replace(stood, floating=known.floating, y=at), rounds=0)
+    at = tuple(y.get(known, 0.0) for known in floating)
+    here = refitted(inquiry, null, replace(stood, floating=floating, y=at), rounds=0)
     return refitted(inquiry, here, here.hypothesis)
 
 

@@ -54,7 +54,8 @@ EFFECT = Effect(
     law=levels_over_position,
     parameters=(
         Parameter("relative_amplitude", "1", 0.0, 0.9, 0.0, "swing as a share of the mean friction"),
-        Parameter("order", "1/turn", 1.0, 1e6, NEUTRAL_ORDER, "swings per turn (per 2 pi m on a linear axis)"),
+        # a shaft that runs tighter on one side swings once a turn, in the midst of what is possible
+        Parameter("order", "1/turn", 0.5, 1e6, NEUTRAL_ORDER, "swings per turn (per 2 pi m on a linear axis)"),
         Parameter(
             "phase",
             "rad",

@@ -49,11 +49,16 @@ class Told:
     standing: Standing
     status: Status
     close: tuple[Rival, ...]
-    #: of the name; of the name or one of those that it cannot be told from
+    #: of the name; of the name, one of those that it cannot be told from, or what acts like it beyond its bound
     probability: float
     of_class: float
     #: data that had no part in the search shows it, and its numbers are inside their bounds
     shown: bool
+
+    @property
+    def of_names(self) -> float:
+        """Probability of the name or one of its alternatives: what stands at its bound is as likely neither."""
+        return self.of_class - (self.probability if self.standing.at_bound else 0.0)
 
 
 @dataclass(frozen=True)

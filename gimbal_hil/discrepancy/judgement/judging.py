@@ -30,7 +30,7 @@ from gimbal_hil.discrepancy.judgement.rivals import Rival, rivals_of
 from gimbal_hil.discrepancy.search import Path, control_share, curve_does_as_well, orders_make_a_series
 from gimbal_hil.discrepancy.twin import Floats
 from gimbal_hil.estimation import Paired
-from sim_backend.effects import CATALOGUE, Variable
+from sim_backend.effects import CATALOGUE, Ripple, Variable
 
 EVERYTHING = frozenset(Variable)
 #: a change of the hold-out below this share of what is left there is no trace
@@ -134,7 +134,7 @@ def _at_bound(inquiry: Inquiry, state: State, entries: tuple[int, ...]) -> tuple
 def _any_curve(inquiry: Inquiry, without: State, state: State, entries: tuple[int, ...]) -> bool:
     """Whether a smooth curve does as well as the strongest order of a ripple, or all orders together are one."""
     lead = max((state.hypothesis.causes[i] for i in entries), key=lambda cause: abs(cause.x[0]))
-    if lead.family.ripple is None:
+    if lead.family.ripple is not Ripple.TORQUE:
         return False
     if orders_make_a_series(inquiry, state, entries):
         return True

@@ -23,7 +23,8 @@ _FIRST, _RACING, _IN_THE_RACE = 1, 5, 2.0
 _PROMISE = 0.3
 #: candidates that are compared closely, and asked for their negative control
 ASKED = 4
-#: where the best one leaves at most this share of the squares of a channel, noise at least, fits are looked at again
+#: where the best one leaves at most this share of the squares of a channel, noise at least in both, fits are looked at
+#: again
 _MUCH_LESS = 0.1
 #: a family of more coordinates than this is refined from more than two of its starts
 _VALLEYS = 3
@@ -68,7 +69,10 @@ def _beside_the_best(inquiry: Inquiry, before: State, states: list[State]) -> li
     """The same, the first few fitted once more beside what the best of them leaves: beside a gap that is many times as
     large, fits are content as soon as they explain most of it, and which of them comes nearest is chance.
     """
-    if not states or np.all(states[0].fit.squares > _MUCH_LESS * np.maximum(before.fit.squares, 1.0)):
+    if not states:
+        return states
+    was, left = (np.maximum(state.fit.squares, 1.0) for state in (before, states[0]))
+    if np.all(left > _MUCH_LESS * was):
         return states
     first = [refitted(inquiry, states[0], state.hypothesis) for state in states[:ASKED]]
     return sorted(first, key=lambda state: -advantage(inquiry, states[0], state)) + states[ASKED:]

@@ -5,6 +5,8 @@ straight. So what the strongest order of a ripple takes is asked for once more b
 that has as many free numbers (a cosine series), fitted on the same rows and judged on the same hold-out. A curve that
 is there as well, beside a true ripple, costs it nothing. And orders that follow one another as closely as the terms of
 a series over the travel are such a series.
+
+That is asked of torque alone: friction that changes along the travel is what its name says, whatever the curve.
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ _NUMBERS = 3
 #: a ripple stands beside a curve where that alone leaves more by this share of what the ripple takes by itself, or so
 #: many times as much
 _CLEARLY, _TIMES = 0.4, 2.5
-#: a series over the travel has one order a period of its highest one; a ripple has fewer than this share of that
+#: a series over the travel that ends with an order of n periods has n orders; a ripple has at most this share of them
 _OF_A_SERIES = 0.5
 
 
@@ -32,9 +34,9 @@ def curve_does_as_well(inquiry: Inquiry, without: State, state: State) -> bool:
     family = state.hypothesis.causes[-1].family
     before, after = (mean_squares(s.held_out()) for s in (without, state))
     channel = int(np.argmax((before - after) / np.maximum(before, 1.0)))
-    if family.ripple is None or inquiry.twin.channels[channel].signal != TORQUE:
+    if family.ripple is not Ripple.TORQUE or inquiry.twin.channels[channel].signal != TORQUE:
         return False
-    alone, beside = (_left_by_a_curve(inquiry, one, state, channel, family.ripple) for one in (without, state))
+    alone, beside = (_left_by_a_curve(inquiry, one, state, channel) for one in (without, state))
     takes = float(before[channel] - after[channel])
     return alone < min(beside + _CLEARLY * takes, _TIMES * max(beside, 1.0))
 
@@ -52,7 +54,7 @@ def orders_make_a_series(inquiry: Inquiry, state: State, entries: tuple[int, ...
     return periods < 1.0 or 2 < len(causes) > _OF_A_SERIES * periods
 
 
-def _left_by_a_curve(inquiry: Inquiry, state: State, placing: State, channel: int, over: Ripple) -> float:
+def _left_by_a_curve(inquiry: Inquiry, state: State, placing: State, channel: int) -> float:
     """Mean square of a channel of the hold-out, in squared floors, that a curve with the numbers of one order leaves of
     a state; positions as `placing` has them.
     """
@@ -61,16 +63,13 @@ def _left_by_a_curve(inquiry: Inquiry, state: State, placing: State, channel: in
     position = np.concatenate([record.at_scored(record.motion[:, axis]) for record in taught])
     low, high = float(position.min()), float(position.max())
     terms = 1 + _NUMBERS
-    columns, held = (
-        np.concatenate([_terms(r, axis, low, high, terms, over) for r in logs]) for logs in (taught, asked)
-    )
+    columns, held = (np.concatenate([_terms(r, axis, low, high, terms) for r in logs]) for logs in (taught, asked))
     weights = np.linalg.lstsq(columns, state.fitted[:, channel], rcond=None)[0]
     return float(np.mean((inquiry.in_order(state)[:, channel] - held @ weights) ** 2))
 
 
-def _terms(record: Record, axis: int, low: float, high: float, terms: int, over: Ripple) -> Floats:
+def _terms(record: Record, axis: int, low: float, high: float, terms: int) -> Floats:
     """Cosines over the travel, (rows, terms); beyond the travel that was taught the curve stays where it ended."""
-    position, rate = (record.at_scored(record.motion[:, k]) for k in (axis, 2 + axis))
+    position = record.at_scored(record.motion[:, axis])
     along = np.clip((position - low) / max(high - low, 1e-300), 0.0, 1.0)
-    found = np.cos(np.pi * np.outer(along, np.arange(terms)))
-    return np.asarray(found * np.sign(rate)[:, None] if over is Ripple.FRICTION else found)
+    return np.asarray(np.cos(np.pi * np.outer(along, np.arange(terms))))

@@ -84,7 +84,7 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
         run = _run_for(result, worst)
     against = tuple(contradictions(corrected_model(result) or recalibrated_model(result), logs))
     text = told(result, effects, alternatives, gaps) + "".join(told_against(found) for found in against)
-    something_else = 1.0 - min((one.of_class for one in result.told), default=0.0 if kind is Kind.UNEXPLAINED else 1.0)
+    something_else = 1.0 - min((one.of_names for one in result.told), default=0.0 if kind is Kind.UNEXPLAINED else 1.0)
     return Verdict(
         kind,
         text,
@@ -120,7 +120,7 @@ def _effect_entry(result: Result, one: Told) -> tuple[Entry, list[Entry], Entry 
         "best_control_gain": one.standing.control,
         "probability": round(one.probability, 3),
         "confidence": round(one.probability, 3),
-        "probability_of_class": round(one.of_class, 3),
+        "probability_of_class": round(one.of_names, 3),
         "predicted_from_its_variables": round(one.standing.exhausted.beyond, 3),
     }
     if len(one.standing.entries) > 1:
