@@ -12,6 +12,9 @@ from tests.blind.draw import Case, Wrong, draw
 from tests.blind.kinds import Stated
 from tests.blind.score import Outcome, outcome, parameter_errors
 
+#: keys of a verdict that hold effects by name
+_NAMING = ("effects", "alternatives", "not_testable")
+
 
 def test_a_hidden_ripple_is_named_with_its_numbers_and_the_model_gains_it() -> None:
     case = draw(101, ["cogging"], axis="inner", magnitude=12.0, duration_s=24.0)
@@ -45,6 +48,14 @@ def test_what_a_joint_did_a_moment_ago_takes_the_name_from_a_part_of_it() -> Non
     case = draw(308, ["worked_grease"], axis="inner", outside_cause=True, magnitude=15.0, duration_s=24.0)
     verdict = _verdict_on(case)
     assert all(one["status"] != "named" and one["probability"] < 0.5 for one in verdict["effects"])
+
+
+def test_a_joint_that_runs_tighter_on_one_side_is_named_over_a_part_of_a_turn() -> None:
+    # one swing a turn over less than a turn is any smooth curve: of friction, that is what the name says
+    case = draw(5056, ["position_dependent_friction"])
+    verdict = _verdict_on(case)
+    assert outcome(case.truth, verdict) is Outcome.EXACT
+    assert verdict["effects"][0]["parameters"]["order"]["value"] == pytest.approx(1.0, abs=0.05)
 
 
 def test_as_many_orders_as_are_looked_for_draw_any_curve_and_are_no_ripple() -> None:
@@ -107,8 +118,8 @@ def test_a_field_that_a_ripple_half_resembles_is_not_given_its_name() -> None:
 
 def _verdict_on(case: Case) -> dict[str, Any]:
     verdict = verdict_of(diagnose(_request(case))).document
-    told, unseen = ({(one["name"], one["axis"]) for one in verdict[key]} for key in ("effects", "not_testable"))
-    assert not told & unseen
+    labels = {key: {(one["name"], one["axis"]) for one in verdict[key]} for key in _NAMING}
+    assert not (labels["effects"] | labels["alternatives"]) & labels["not_testable"]
     return verdict
 
 

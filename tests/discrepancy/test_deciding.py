@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from gimbal_hil.discrepancy.inquiry.policy import Policy
+from gimbal_hil.discrepancy.judgement import judging
 from gimbal_hil.discrepancy.judgement.deciding import Status, Told, class_probability, rejudged
 from gimbal_hil.discrepancy.judgement.exhaustion import Predictable
 from gimbal_hil.discrepancy.judgement.judging import Remainder, Standing
@@ -17,7 +18,7 @@ from gimbal_hil.discrepancy.judgement.rivals import Rival
 from gimbal_hil.discrepancy.search import curve
 from gimbal_hil.discrepancy.search.comparing import clearly_better, same_to_a_twin
 from gimbal_hil.estimation import Paired
-from sim_backend.effects import NEUTRAL_ORDER
+from sim_backend.effects import NEUTRAL_ORDER, Ripple
 
 _NOTHING = Predictable(0.0, 0.0)
 #: a cause that takes nearly all of a gap of ten floors
@@ -115,6 +116,23 @@ def test_a_cause_at_its_bound_is_as_likely_something_else_that_acts_like_it() ->
     told = Told(replace(_SOUND, at_bound=("gap",)), Status.AMBIGUOUS, (), 0.96, 0.96, shown=False)
     found = rejudged(Policy(), told, ())
     assert (found.status, found.probability, found.of_class) == (Status.AMBIGUOUS, 0.48, 0.96)
+    # neither its name nor, where there is one, an alternative
+    assert found.of_names == pytest.approx(0.48)
+    state: Any = SimpleNamespace(hypothesis=SimpleNamespace(labels=()))
+    beside = rejudged(Policy(), told, (Rival(state, (("cogging", "outer"),), 0.0, 0.0, same=True),))
+    assert (beside.probability, beside.of_names) == (pytest.approx(0.32), pytest.approx(0.64))
+    assert replace(told, standing=_SOUND).of_names == 0.96
+
+
+@pytest.mark.parametrize(("over", "doubted"), [(Ripple.TORQUE, True), (Ripple.FRICTION, False), (None, False)])
+def test_only_a_ripple_of_torque_is_asked_whether_any_curve_does_as_well(
+    over: Ripple | None, doubted: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cause = SimpleNamespace(family=SimpleNamespace(ripple=over), x=(1.0, 1.0, 0.0))
+    state: Any = SimpleNamespace(hypothesis=SimpleNamespace(causes=(cause,)))
+    monkeypatch.setattr(judging, "orders_make_a_series", lambda *_: True)
+    nothing: Any = None
+    assert judging._any_curve(nothing, nothing, state, (0,)) is doubted
 
 
 @pytest.mark.parametrize(

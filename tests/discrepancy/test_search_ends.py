@@ -1,13 +1,16 @@
-"""A search that comes to nothing new is over."""
+"""A search that comes to nothing new is over, and what it compares it compares beside the same noise."""
 
 from __future__ import annotations
 
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy.search import search
+from gimbal_hil.discrepancy import run
+from gimbal_hil.discrepancy.hypotheses import Hypothesis, KnownNumber
+from gimbal_hil.discrepancy.search import candidates, search
 
 
 @pytest.mark.parametrize("still_pays", [False, True])
@@ -23,3 +26,57 @@ def test_several_numbers_of_which_nothing_new_is_left_end_the_round(
     path = search.Path(before, (), ())  # type: ignore[arg-type]
     ended = search.one_more(inquiry, path, release=True, room=1).state
     assert ended is (pruned if still_pays else before)
+
+
+@pytest.mark.parametrize(
+    ("was", "left", "anew"),
+    [
+        # a large gap of which hardly anything is left, in one channel of two
+        ((400.0, 1.0), (20.0, 1.0), True),
+        ((400.0, 1.0), (60.0, 1.0), False),
+        # a channel far below its floor from the start tells nothing
+        ((9.0, 0.02), (4.0, 0.02), False),
+    ],
+)
+def test_close_candidates_are_fitted_again_where_the_best_leaves_little_of_a_large_gap(
+    was: tuple[float, ...], left: tuple[float, ...], anew: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def state(squares: tuple[float, ...], name: str = "") -> Any:
+        return SimpleNamespace(fit=SimpleNamespace(squares=np.array(squares)), hypothesis=name)
+
+    best, second = state(left, "best"), state(left, "second")
+    fitted: list[str] = []
+
+    def refitted(inquiry: Any, beside: Any, hypothesis: str) -> Any:
+        assert beside is best
+        fitted.append(hypothesis)
+        return state((1.0, 1.0), hypothesis)
+
+    monkeypatch.setattr(candidates, "refitted", refitted)
+    # anew, the second comes out ahead
+    monkeypatch.setattr(candidates, "advantage", lambda inquiry, before, found: float(found.hypothesis == "second"))
+    inquiry: Any = SimpleNamespace()
+    found = candidates._beside_the_best(inquiry, state(was), [best, second])
+    assert fitted == (["best", "second"] if anew else [])
+    assert [one.hypothesis for one in found] == (["second", "best"] if anew else ["best", "second"])
+
+
+def test_where_floors_fell_a_state_goes_on_from_where_it_stood_beside_what_it_leaves_itself(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    level, mass = (KnownNumber("outer", path, 0.1) for path in ("friction.coulomb", "body.mass"))
+    # of the numbers that float now one floated before
+    null: Any = SimpleNamespace(hypothesis=Hypothesis(floating=(level, mass), y=(0.09, 0.08)))
+    old: Any = SimpleNamespace(hypothesis=Hypothesis(floating=(level,), y=(0.02,)))
+    fits: list[tuple[Any, Hypothesis]] = []
+
+    def refitted(inquiry: Any, state: Any, hypothesis: Hypothesis, rounds: int = 6) -> Any:
+        fits.append((state, hypothesis))
+        return SimpleNamespace(hypothesis=hypothesis)
+
+    monkeypatch.setattr(run, "refitted", refitted)
+    inquiry: Any = SimpleNamespace()
+    run._weighed_anew(inquiry, null, old)
+    (beside_first, first), (beside, second) = fits
+    assert first == second and first.y == (0.02, 0.0) and beside_first is null
+    assert beside.hypothesis is first
