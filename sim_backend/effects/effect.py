@@ -71,6 +71,8 @@ class Variable(Enum):
     TIME = "time"
     #: rates and angular accelerations of the base
     BASE_MOTION = "base motion"
+    #: what the other axis is commanded
+    OTHER_TORQUE = "torque of the other axis"
     #: which way gravity points, seen from the base
     ATTITUDE = "attitude"
     #: the same a moment ago: the effect has memory

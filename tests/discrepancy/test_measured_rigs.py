@@ -97,8 +97,9 @@ def test_a_wrong_number_of_a_servo_drive_is_named_beside_its_story(
     effect, parameter, published = _PLANTED[path]
     told = {e["name"]: e for e in verdict["effects"]}
     if (effect, factor) == ("coulomb", 2.0):
-        # several numbers a little outside their uncertainty do nearly as well
-        assert told[effect]["probability"] > 0.8
+        # another viscous friction beside a dip as wide as all speeds leaves 5 % more: that may be chance
+        assert told[effect]["status"] == "ambiguous"
+        assert [a["name"] for a in verdict["alternatives"] if a["instead_of"] == effect] == ["viscous"]
     else:
         assert told[effect]["status"] == "named"
     # a dip towards standstill moves the level that Coulomb friction means by 6 %

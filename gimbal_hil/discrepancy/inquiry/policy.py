@@ -35,7 +35,7 @@ class Policy:
     #: further order of a ripple, or the plainer form of the same cause
     anew: float = 3.0
     #: probability of its class from which a cause is called named, and the share of that which must be its own
-    named: float = 0.94
+    named: float = 0.95
     alone: float = 0.95
 
 

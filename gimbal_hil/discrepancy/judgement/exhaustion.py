@@ -124,6 +124,8 @@ def _columns(record: Record, axis: int, variables: frozenset[Variable], travel: 
         out += [record.heat[:, axis], motion[:, 2 + axis]]
     if Variable.BASE_MOTION in variables:
         out += [record.base[:, k] for k in range(9)] + [motion[:, k] for k in range(6)]
+    if Variable.OTHER_TORQUE in variables:
+        out += [torque for k, torque in enumerate(record.torque.T) if k != axis]
     if Variable.PAST in variables:
         out += _past(motion[:, axis], motion[:, 2 + axis], period_s, travel)
     if Variable.TIME in variables:

@@ -1,0 +1,62 @@
+"""What is asked whether it predicts a remainder: the variables of an axis, their past, and what is beside it."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gimbal_hil.discrepancy.judgement import exhaustion
+from gimbal_hil.discrepancy.judgement.judging import EVERYTHING
+from gimbal_hil.discrepancy.twin import Floats
+from sim_backend.effects import Variable
+
+_ROWS = 6000
+
+
+def _record(seed: int) -> Any:
+    """Ten seconds of two axes whose every signal is noise of a second's memory."""
+    rng = np.random.default_rng(seed)
+
+    def slow(columns: int) -> Floats:
+        steps = rng.standard_normal((_ROWS, columns))
+        return np.asarray(np.apply_along_axis(lambda one: np.convolve(one, np.ones(50) / 7.0, "same"), 0, steps))
+
+    bands = SimpleNamespace(period_s=10.0 / _ROWS)
+    signals = dict(motion=slow(6), torque=slow(2), heat=slow(2), base=slow(9))
+    return SimpleNamespace(**signals, bands=bands, name="", at_scored=lambda column: column)
+
+
+def _left(record: Any, of: str) -> Floats:
+    noise = 0.3 * np.random.default_rng(9).standard_normal(_ROWS)
+    return np.asarray({"other torque": record.torque[:, 1], "nothing": 0.0 * noise}[of] + noise)
+
+
+@pytest.mark.parametrize(
+    ("of", "variables", "predicted"),
+    [
+        ("other torque", EVERYTHING, True),
+        ("other torque", EVERYTHING - {Variable.OTHER_TORQUE}, False),
+        ("other torque", frozenset({Variable.TORQUE}), False),
+        ("nothing", EVERYTHING, False),
+    ],
+)
+def test_what_the_other_axis_is_commanded_is_asked_too(
+    of: str, variables: frozenset[Variable], predicted: bool
+) -> None:
+    taught, asked = _record(1), _record(2)
+    hypothesis = SimpleNamespace(origins=())
+    twins = [
+        SimpleNamespace(
+            records=(record,),
+            model=SimpleNamespace(axes=("outer", "inner")),
+            channels=(SimpleNamespace(axis="outer", signal="torque"),),
+        )
+        for record in (taught, asked)
+    ]
+    state: Any = SimpleNamespace(hypothesis=hypothesis, held=hypothesis, fitted=_left(taught, of)[:, None])
+    inquiry: Any = SimpleNamespace(twin=twins[0], holdout=twins[1], in_order=lambda _: _left(asked, of)[:, None])
+    found = exhaustion.predictable(inquiry, state, 0, variables).beyond
+    assert (found > 0.7) if predicted else (found < 0.1)
