@@ -54,7 +54,7 @@ EFFECT = Effect(
     law=levels_over_position,
     parameters=(
         Parameter("relative_amplitude", "1", 0.0, 0.9, 0.0, "swing as a share of the mean friction"),
-        # a shaft that runs tighter on one side swings once a turn, in the midst of what is possible
+        # a shaft that runs tighter on one side swings once a turn; half a swing keeps that off the bound of a search
         Parameter("order", "1/turn", 0.5, 1e6, NEUTRAL_ORDER, "swings per turn (per 2 pi m on a linear axis)"),
         Parameter(
             "phase",

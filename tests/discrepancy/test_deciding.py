@@ -125,14 +125,58 @@ def test_a_cause_at_its_bound_is_as_likely_something_else_that_acts_like_it() ->
 
 
 @pytest.mark.parametrize(("over", "doubted"), [(Ripple.TORQUE, True), (Ripple.FRICTION, False), (None, False)])
-def test_only_a_ripple_of_torque_is_asked_whether_any_curve_does_as_well(
+def test_only_orders_of_a_torque_are_a_series_over_the_travel(
     over: Ripple | None, doubted: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     cause = SimpleNamespace(family=SimpleNamespace(ripple=over), x=(1.0, 1.0, 0.0))
     state: Any = SimpleNamespace(hypothesis=SimpleNamespace(causes=(cause,)))
+    without: Any = SimpleNamespace(hypothesis=SimpleNamespace(plus=lambda cause: None))
     monkeypatch.setattr(judging, "orders_make_a_series", lambda *_: True)
-    nothing: Any = None
-    assert judging._any_curve(nothing, nothing, state, (0,)) is doubted
+    monkeypatch.setattr(judging, "refitted", lambda *_, **__: state)
+    monkeypatch.setattr(judging, "curve_does_as_well", lambda *_: False)
+    inquiry: Any = None
+    assert judging._any_curve(inquiry, without, state, (0,)) is doubted
+
+
+@pytest.mark.parametrize("over", [Ripple.TORQUE, Ripple.FRICTION])
+@pytest.mark.parametrize(
+    ("both_ways", "turns", "doubted"),
+    [
+        # half a period is any smooth curve of torque, and of friction where the joint moves one way
+        (False, 0.5, {Ripple.TORQUE: True, Ripple.FRICTION: True}),
+        (True, 0.5, {Ripple.TORQUE: True, Ripple.FRICTION: False}),
+        (True, 6.0, {Ripple.TORQUE: False, Ripple.FRICTION: False}),
+    ],
+)
+def test_a_smooth_curve_of_torque_stands_for_friction_only_where_a_joint_moves_one_way(
+    over: Ripple, both_ways: bool, turns: float, doubted: dict[Ripple, bool]
+) -> None:
+    way = np.linspace(-1.0, 1.0, 2000)
+    position = 0.5 * turns * 2.0 * np.pi * np.concatenate([way, way[::-1] if both_ways else way])
+    rate = np.repeat([1.0, -1.0 if both_ways else 1.0], len(way))
+    ripple = 5.0 * np.sin(position + 0.4) * (np.sign(rate) if over is Ripple.FRICTION else 1.0)
+    noise = np.random.default_rng(2).standard_normal((2, len(position)))
+    motion = np.column_stack([position, position, rate, rate])
+    record = SimpleNamespace(name="", motion=motion, at_scored=lambda column: column)
+    cause = SimpleNamespace(family=SimpleNamespace(ripple=over, axis="outer"))
+    hypothesis = SimpleNamespace(causes=(cause,), origins=())
+
+    def leaves(gap: np.ndarray) -> Any:
+        held = (gap + noise[1])[:, None]
+        return SimpleNamespace(
+            hypothesis=hypothesis, held=hypothesis, fitted=(gap + noise[0])[:, None], held_out=lambda: held
+        )
+
+    channel = SimpleNamespace(axis="outer", signal="torque")
+    twin = SimpleNamespace(model=SimpleNamespace(axes=("outer", "inner")), records=(record,), channels=(channel,))
+    inquiry: Any = SimpleNamespace(twin=twin, holdout=twin, in_order=lambda state: state.held_out())
+    assert curve.curve_does_as_well(inquiry, leaves(ripple), leaves(0.0 * ripple)) is doubted[over]
+
+
+@pytest.mark.parametrize(("of_class", "named"), [(0.949, False), (0.951, True)])
+def test_a_name_is_told_from_a_probability_of_95_per_cent(of_class: float, named: bool) -> None:
+    found = rejudged(Policy(), Told(_SOUND, Status.AMBIGUOUS, (), of_class, of_class, shown=True), ())
+    assert (found.status is Status.NAMED) is named
 
 
 @pytest.mark.parametrize(

@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy import Request, diagnose, verdict_of
+from gimbal_hil.discrepancy import Policy, Request, diagnose, verdict_of
+from gimbal_hil.discrepancy.judgement import measured_torque
+from gimbal_hil.discrepancy.judgement.deciding import Decision, Kind, Status, Told
+from gimbal_hil.discrepancy.judgement.exhaustion import Predictable
+from gimbal_hil.discrepancy.judgement.judging import Standing
+from gimbal_hil.discrepancy.judgement.rivals import Rival
+from gimbal_hil.estimation import Paired
 from gimbal_hil.experiments.sequences import SequenceOptions
 from gimbal_hil.experiments.sequences.survey import survey_motion
 from gimbal_hil.improvement.rehearsal import rehearse
@@ -40,3 +49,32 @@ def test_the_measured_torque_tells_back_emf_from_drag(hidden: str) -> None:
     assert verdict["verdict"] == "named"
     assert [(e["name"], e["axis"]) for e in verdict["effects"]] == [(hidden, "inner")]
     assert not verdict["alternatives"]
+
+
+@pytest.mark.parametrize("clearly", [True, False])
+def test_what_the_measured_torque_rules_out_gives_its_place_to_the_alternative_and_its_bounds(
+    clearly: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mine, other = (
+        SimpleNamespace(hypothesis=SimpleNamespace(labels=((name, "inner"),))) for name in ("backlash", "viscous")
+    )
+    nothing = Predictable(0.0, 0.0)
+    standing = Standing(
+        (0,), ("backlash", "inner"), Paired(90.0, 0.9, 0.1, 40), 12.0, 0.95, 0.0, (), nothing, ("gap",), False, 0, 90.0,
+        np.array([90.0]), False,
+    )  # fmt: skip
+    rival = Rival(other, (("viscous", "inner"),), 0.0, 0.0, same=True)  # type: ignore[arg-type]
+    told = Told(standing, Status.AMBIGUOUS, (rival,), 0.32, 0.96, shown=False)
+    left = {id(mine): 9.0 if clearly else 1.0, id(other): 1.0}
+    blocks = 1.0 + 0.01 * np.arange(20.0)
+    monkeypatch.setattr(measured_torque, "torque_is_measured", lambda *_: True)
+    monkeypatch.setattr(measured_torque, "_squares", lambda inquiry, state, tables: left[id(state)] * blocks)
+    inquiry: Any = SimpleNamespace(logs=(), twin=SimpleNamespace(model=SimpleNamespace(axes=())), policy=Policy())
+    state: Any = mine
+    found = measured_torque.with_measured_torque(inquiry, Decision(Kind.AMBIGUOUS, state, (told,), ()))
+    (one,) = found.told
+    if clearly:
+        assert found.state is other and one.standing.label == ("viscous", "inner")
+        assert one.standing.at_bound == () and one.close == () and one.status is Status.AMBIGUOUS
+    else:
+        assert found.state is mine and one.standing.at_bound == ("gap",) and one.close == (rival,)

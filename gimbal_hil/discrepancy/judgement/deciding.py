@@ -90,7 +90,7 @@ def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_c
                 state = instead
                 continue
             anew = (_told(inquiry, s, found, left, suspected_only) for s in found)
-            told = tuple(replace(beside_a_curve.get(t.standing.label, t), standing=t.standing) for t in anew)
+            told = tuple(t if t.standing.at_bound else _as_before(beside_a_curve, t) for t in anew)
             fallen = [t for t in told if t.of_class < 0.5]
             if not fallen:
                 return Decision(kind_of(told), state, told, left)
@@ -109,6 +109,11 @@ def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_c
             state = settled(inquiry, refitted(inquiry, state, rest))
     left = remainders(inquiry, null, null)
     return Decision(Kind.NO_DISCREPANCY if _only_noise(inquiry, null, left) else Kind.UNEXPLAINED, null, (), left)
+
+
+def _as_before(named: dict[tuple[str, str], Told], told: Told) -> Told:
+    """A cause as it was told when something over position stood beside it, with the standing that it has now."""
+    return replace(named.get(told.standing.label, told), standing=told.standing)
 
 
 def _stands_beside_a_curve(told: Told) -> bool:

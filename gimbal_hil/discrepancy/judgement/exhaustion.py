@@ -2,11 +2,11 @@
 acts through.
 
 Two generic regressions (scikit-learn: boosted trees, and a penalised line) learn the remainder of the fitted logs from
-position, rate, acceleration, torque, temperature, base motion, time or the past, and are asked for that of the
-hold-out, which they have not seen; the better one counts. The same remainder shifted in time is their negative control.
-A spring that was named where a stop hardens leaves torque over position that can be predicted, and friction of grease
-that was worked leaves torque that goes with recent motion; beside a true cause there is nothing left to learn from its
-variables, though other things may remain.
+position, rate, acceleration, torque, temperature, base motion, time, the past or the other axis' torque, and are asked
+for that of the hold-out, which they have not seen; the better one counts. The same remainder shifted in time is their
+negative control. A spring that was named where a stop hardens leaves torque over position that can be predicted, and
+friction of grease that was worked leaves torque that goes with recent motion; beside a true cause there is nothing left
+to learn from its variables, though other things may remain.
 """
 
 from __future__ import annotations

@@ -59,7 +59,7 @@ class Standing:
     taken: float
     #: the same of each channel, of all data
     takes: Floats
-    #: a smooth curve over position with as many numbers leaves no more of the hold-out
+    #: a smooth curve of torque over position with as many numbers leaves no more of the hold-out
     any_curve: bool
 
 
@@ -132,11 +132,13 @@ def _at_bound(inquiry: Inquiry, state: State, entries: tuple[int, ...]) -> tuple
 
 
 def _any_curve(inquiry: Inquiry, without: State, state: State, entries: tuple[int, ...]) -> bool:
-    """Whether a smooth curve does as well as the strongest order of a ripple, or all orders together are one."""
+    """Whether a smooth curve of torque does as well as the strongest order of a ripple, or all orders together are
+    one.
+    """
     lead = max((state.hypothesis.causes[i] for i in entries), key=lambda cause: abs(cause.x[0]))
-    if lead.family.ripple is not Ripple.TORQUE:
+    if lead.family.ripple is None:
         return False
-    if orders_make_a_series(inquiry, state, entries):
+    if lead.family.ripple is Ripple.TORQUE and orders_make_a_series(inquiry, state, entries):
         return True
     return curve_does_as_well(inquiry, without, refitted(inquiry, state, without.hypothesis.plus(lead), rounds=3))
 

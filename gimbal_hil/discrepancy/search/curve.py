@@ -6,7 +6,8 @@ that has as many free numbers (a cosine series), fitted on the same rows and jud
 is there as well, beside a true ripple, costs it nothing. And orders that follow one another as closely as the terms of
 a series over the travel are such a series.
 
-That is asked of torque alone: friction that changes along the travel is what its name says, whatever the curve.
+The curve is one of torque. Friction that changes along the travel is what its name says, whatever the curve: a curve of
+torque does as well only where the joint moves one way.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 from gimbal_hil.discrepancy.hypotheses import placed
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, mean_squares
 from gimbal_hil.discrepancy.twin import TORQUE, Floats, Record
-from sim_backend.effects import NEUTRAL_ORDER, Ripple
+from sim_backend.effects import NEUTRAL_ORDER
 
 #: free numbers of one order: amplitude, order and phase
 _NUMBERS = 3
@@ -28,13 +29,13 @@ _OF_A_SERIES = 0.5
 
 
 def curve_does_as_well(inquiry: Inquiry, without: State, state: State) -> bool:
-    """Whether a smooth curve over position leaves nothing to explain for the newest cause of a state, where that is a
-    ripple of torque, on the channel where it takes most.
+    """Whether a smooth curve of torque over position leaves nothing to explain for the newest cause of a state, where
+    that is a ripple, on the channel of torque where it takes most.
     """
     family = state.hypothesis.causes[-1].family
     before, after = (mean_squares(s.held_out()) for s in (without, state))
     channel = int(np.argmax((before - after) / np.maximum(before, 1.0)))
-    if family.ripple is not Ripple.TORQUE or inquiry.twin.channels[channel].signal != TORQUE:
+    if family.ripple is None or inquiry.twin.channels[channel].signal != TORQUE:
         return False
     alone, beside = (_left_by_a_curve(inquiry, one, state, channel) for one in (without, state))
     takes = float(before[channel] - after[channel])

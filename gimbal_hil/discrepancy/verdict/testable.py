@@ -21,13 +21,13 @@ def not_testable(result: Result) -> list[dict[str, str]]:
         size = float(np.sqrt(np.mean(response.columns**2, axis=0)).max())
         heard[response.family.label] = max(heard.get(response.family.label, 0.0), size)
     searched = {family.label: family for family in inquiry.families}
-    told = {label for one in result.told for label in (one.standing.label, *(rival.label for rival in one.close))}
+    mentioned = {label for one in result.told for label in (one.standing.label, *(rival.label for rival in one.close))}
     found = []
     for axis in model.axes:
         present = present_in(model, axis, inquiry.twin.records)
         for name, effect in CATALOGUE.items():
             if (
-                (name, axis) in told
+                (name, axis) in mentioned
                 or (effect.rotary_only and model.is_linear)
                 or (effect.two_axis_only and len(model.axes) < 2)
             ):
