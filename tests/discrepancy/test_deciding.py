@@ -277,8 +277,12 @@ def test_a_state_is_better_by_what_is_left_of_each_channel(
         ((7.0, 14.0), 3.0, False),
         ((7.0, 28.0), 1.5, False),
         ((2.55,), 2.71, False),
-        # a stop that hardens, as half a period beside a spring
+        # a stop that hardens, as half a period beside a spring, and as two orders of which neither is the other's
         ((2.5,), 1.2, True),
+        ((3.72, 6.02), 1.17, True),
+        ((3.72, 7.4), 1.17, False),
+        # of two orders over three turns nothing else is asked
+        ((7.0, 12.0), 18.8, False),
     ],
 )
 def test_orders_one_a_period_of_the_travel_are_a_series_and_no_ripple(

@@ -4,7 +4,7 @@ Several orders together can draw any curve over a limited travel, such as a stop
 straight. So what the strongest order of a ripple takes is asked for once more beside a smooth curve over the travel
 that has as many free numbers (a cosine series), fitted on the same rows and judged on the same hold-out. A curve that
 is there as well, beside a true ripple, costs it nothing. And orders that follow one another as closely as the terms of
-a series over the travel are such a series.
+a series over the travel are such a series, unless they are two of which one is a multiple of the other.
 
 The curve is one of torque. Friction that changes along the travel is what its name says, whatever the curve: a curve of
 torque does as well only where the joint moves one way.
@@ -26,6 +26,8 @@ _NUMBERS = 3
 _CLEARLY, _TIMES = 0.4, 2.5
 #: a series over the travel that ends with an order of n periods has n orders; a ripple has at most this share of them
 _OF_A_SERIES = 0.5
+#: a harmonic is a multiple of its ripple's order, as well as a short travel shows both
+_A_MULTIPLE = 0.1
 
 
 def curve_does_as_well(inquiry: Inquiry, without: State, state: State) -> bool:
@@ -43,16 +45,22 @@ def curve_does_as_well(inquiry: Inquiry, without: State, state: State) -> bool:
 
 
 def orders_make_a_series(inquiry: Inquiry, state: State, entries: tuple[int, ...]) -> bool:
-    """Whether orders of one ripple are a series over the travel: three and more, more than half as many as periods of
-    the highest one lie there; or of none a whole period does. Two are a ripple and its harmonic just as well.
+    """Whether orders of one ripple are a series over the travel: more than half as many as periods of the highest one
+    lie there, unless they are two, a ripple and its harmonic; or of none a whole period lies there.
     """
     twin, causes = inquiry.twin, [state.hypothesis.causes[index] for index in entries]
     axis = twin.model.axes.index(causes[0].family.axis)
     taught = placed(twin.records, state.hypothesis)
     ends = [end(record.motion[:, axis]) for record in taught for end in (np.min, np.max)]
-    highest = max(NEUTRAL_ORDER + cause.x[1] for cause in causes)
-    periods = highest * float(max(ends) - min(ends)) / (2.0 * np.pi)
-    return periods < 1.0 or 2 < len(causes) > _OF_A_SERIES * periods
+    orders = sorted(NEUTRAL_ORDER + cause.x[1] for cause in causes)
+    periods = orders[-1] * float(max(ends) - min(ends)) / (2.0 * np.pi)
+    if len(orders) == 1 or (len(orders) == 2 and _is_a_multiple(orders[1] / orders[0])):
+        return periods < 1.0
+    return len(orders) > _OF_A_SERIES * periods
+
+
+def _is_a_multiple(ratio: float) -> bool:
+    return round(ratio) > 1 and abs(ratio - round(ratio)) < _A_MULTIPLE
 
 
 def _left_by_a_curve(inquiry: Inquiry, state: State, placing: State, channel: int) -> float:
