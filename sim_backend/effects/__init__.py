@@ -1,6 +1,8 @@
 """Every effect that a real antenna can have, one file each, and the catalogue that finds them."""
 
 from sim_backend.effects.axis_scale import (
+    CREEPS_M_S,
+    CREEPS_RAD_S,
     GIVES_M,
     GIVES_RAD,
     SLIDES_M,
@@ -59,6 +61,8 @@ from sim_backend.effects.registry import CATALOGUE, confused_with, effect_named,
 __all__ = [
     "CATALOGUE",
     "CREEP",
+    "CREEPS_M_S",
+    "CREEPS_RAD_S",
     "FULL_TRAVEL",
     "GIVES_M",
     "GIVES_RAD",

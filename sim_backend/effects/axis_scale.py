@@ -11,6 +11,8 @@ TORQUE_SHARES = (0.9, 0.96, 0.985, 0.994, 0.998, 0.9995)
 #: as far as joints give way before they slide, at most, and mostly: rad, m
 GIVES_RAD, GIVES_M = 0.02, 1e-3
 SLIDES_RAD, SLIDES_M = 2e-3, 1e-4
+#: rad/s, m/s: slower than this a joint may hang on its bristle, so that a model without one does not state its friction
+CREEPS_RAD_S, CREEPS_M_S = 4e-3, 2e-4
 #: friction and drag of a model that states none, as a share of the torque that is commanded
 _LEAST_SHARE = 0.02
 
@@ -66,6 +68,13 @@ class AxisScale:
     def travel(self) -> float:
         """From the lowest to the highest position."""
         return self.position_high - self.position_low
+
+    @property
+    def least_stated_speed(self) -> float:
+        """Speed below which the model does not say what friction is; 0 where it states a bristle."""
+        if self.numbers["friction.sigma0"] > 0.0:
+            return 0.0
+        return CREEPS_M_S if self.is_linear else CREEPS_RAD_S
 
     @property
     def own_inertia(self) -> float:

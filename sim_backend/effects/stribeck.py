@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from sim_backend.effects.axis_scale import AxisScale, Need
@@ -10,18 +11,28 @@ from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import Knob, Move, SearchProfile, Start, plane
 from sim_backend.effects.separating_runs import CREEP
 
+#: the bump's speed is sought between exp of these times what the model has
+_SPEEDS = (-3.5, 3.5)
+
 
 def _search(scale: AxisScale) -> SearchProfile:
     """From the bump as the model has it, and from bumps that fade at other speeds, where only their height is
     proportional.
+
+    No bump fades at a speed below which the model states no friction: how a joint comes to rest would take its name.
     """
+    slowest = _SPEEDS[0]
+    if scale.least_stated_speed > 0.0:
+        stated = math.log(scale.least_stated_speed / scale.numbers["friction.stribeck_velocity"])
+        slowest = min(0.0, max(slowest, stated))
     knobs = (
         Knob(("breakaway",), size=0.1 * max(scale.numbers["friction.breakaway"], 1e-9)),
-        Knob(("stribeck_velocity",), Move.FACTOR, 1.0, -3.5, 3.5),
+        Knob(("stribeck_velocity",), Move.FACTOR, 1.0, slowest, _SPEEDS[1]),
         # how sharply it fades shows between two or three speeds only
         Knob(("shape",), Move.FACTOR, 1.0, -0.7, 1.2, nuisance=True),
     )
-    elsewhere = (Start(((0.7, shift, 0.0),), (0.0, shift, 0.0)) for shift in (-0.7, 0.7, 1.4, 2.1, 3.0))
+    shifts = (shift for shift in (-0.7, 0.7, 1.4, 2.1, 3.0) if shift >= slowest)
+    elsewhere = (Start(((0.7, shift, 0.0),), (0.0, shift, 0.0)) for shift in shifts)
     return SearchProfile(knobs, (plane(3, 0.3), *elsewhere))
 
 

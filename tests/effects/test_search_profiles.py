@@ -51,6 +51,21 @@ def test_an_effect_is_searched_from_starts_that_lie_inside_its_bounds(effect: Ef
             assert all(knob.low <= value <= knob.high for knob, value in zip(profile.knobs, x, strict=True))
 
 
+@pytest.mark.parametrize(("stated", "slowest"), [(0.01, 4e-3), (5e-3, 4e-3), (1e-3, 1e-3), (1.0, math.exp(-3.5))])
+def test_without_a_bristle_no_bump_is_sought_at_a_speed_of_which_the_model_says_nothing(
+    stated: float, slowest: float
+) -> None:
+    here = scale()
+    rigid = replace(here, numbers={**here.numbers, "friction.sigma0": 0.0, "friction.stribeck_velocity": stated})
+    profile = CATALOGUE["stribeck"].profile(rigid)
+    assert profile is not None
+    speed = next(i for i, knob in enumerate(profile.knobs) if knob.parameters == ("stribeck_velocity",))
+    assert profile.knobs[speed].moved(stated, profile.knobs[speed].low) == pytest.approx(slowest)
+    assert all(start.base[speed] >= profile.knobs[speed].low for start in profile.starts)
+    assert here.least_stated_speed == 0.0
+    assert replace(rigid, is_linear=True).least_stated_speed == pytest.approx(2e-4)
+
+
 @every_effect
 def test_no_coordinate_leads_a_parameter_out_of_the_catalogues_bounds(effect: Effect) -> None:
     here = scale()

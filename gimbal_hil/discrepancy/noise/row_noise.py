@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from gimbal_hil.discrepancy.twin import TORQUE, Floats, Twin, reread, scored
 from gimbal_hil.signals import SignalsTable
-from sim_backend.effects import GIVES_M, GIVES_RAD, SLIDES_M, SLIDES_RAD
+from sim_backend.effects import CREEPS_M_S, CREEPS_RAD_S, GIVES_M, GIVES_RAD, SLIDES_M, SLIDES_RAD
 from sim_backend.model import AntennaModel
 
 _DRAWS = 3
@@ -25,8 +25,8 @@ _DRAWS = 3
 _EVEN_S, _QUICK_STEPS = 0.25, 1.5
 #: rows over which the spread is averaged, s
 _AVERAGED_S = 0.5
-#: a joint stands where it is seen within so many steps for so long, s; and moves where it is seen beyond so many; it
-#: creeps where it would not slide in that time, by its rate over so long, s
+#: a joint stands where it is seen within so many steps for so long, s; and moves where it is seen beyond so many; its
+#: rate, by which it creeps, is that over so long, s
 _STANDS, _STANDS_S, _FLICKER, _CREEPS_S = 2.0, 0.5, 5.0, 0.1
 #: time within which friction turns over at a reversal where the model does not say how, s
 _TURNS_S = 0.02
@@ -163,11 +163,11 @@ def creeps(position: Floats, period_s: float, is_linear: bool) -> NDArray[np.boo
     """
     from scipy.ndimage import uniform_filter1d
 
-    slides, gives = (SLIDES_M, GIVES_M) if is_linear else (SLIDES_RAD, GIVES_RAD)
+    slides, gives, creeps_at = (SLIDES_M, GIVES_M, CREEPS_M_S) if is_linear else (SLIDES_RAD, GIVES_RAD, CREEPS_RAD_S)
     if np.ptp(position) <= slides:
         return np.zeros(len(position), bool)
     rate = uniform_filter1d(np.gradient(position, period_s), max(1, round(_CREEPS_S / period_s)))
-    slow = np.abs(rate) < slides / _STANDS_S
+    slow = np.abs(rate) < creeps_at
     stretch = np.cumsum(np.diff(slow, prepend=slow[:1]))
     first = np.flatnonzero(np.diff(stretch, prepend=-1))
     way = np.maximum.reduceat(position, first) - np.minimum.reduceat(position, first)
