@@ -22,7 +22,6 @@ from gimbal_hil.discrepancy.inquiry import (
     effect_names,
     prepared,
     recalibrated,
-    refitted,
     rms,
     shared,
     stands_out,
@@ -119,18 +118,9 @@ def _under(inquiry: Inquiry, noise: Noise, path: Path) -> tuple[Inquiry, Noise, 
     stated = as_stated(inquiry)
     inquiry, null = recalibrated(inquiry, stated)
     inquiry = shared(inquiry)
-    further = explain(inquiry, _weighed_anew(inquiry, null, path.state), heard=heard)
-    both = replace(further, rounds=(*path.rounds, *further.rounds), over_others=len(path.rounds))
+    anew = explain(inquiry, null, heard=heard)
+    both = replace(anew, rounds=(*path.rounds, *anew.rounds), over_others=len(path.rounds))
     return inquiry, noise, stated, null, both
-
-
-def _weighed_anew(inquiry: Inquiry, null: State, old: State) -> State:
-    """A state of other floors: from where it stood, beside the noise that it leaves itself."""
-    stood, floating = old.hypothesis, null.hypothesis.floating
-    y = dict(zip(stood.floating, stood.y, strict=True))
-    at = tuple(y.get(known, 0.0) for known in floating)
-    here = refitted(inquiry, null, replace(stood, floating=floating, y=at), rounds=0)
-    return refitted(inquiry, here, here.hypothesis)
 
 
 def with_hold_out(

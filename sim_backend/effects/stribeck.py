@@ -21,13 +21,13 @@ def _search(scale: AxisScale) -> SearchProfile:
 
     No bump fades at a speed below which the model states no friction: how a joint comes to rest would take its name.
     """
-    slowest = _SPEEDS[0]
-    if scale.least_stated_speed > 0.0:
-        stated = math.log(scale.least_stated_speed / scale.numbers["friction.stribeck_velocity"])
-        slowest = min(0.0, max(slowest, stated))
+    stated = scale.numbers["friction.stribeck_velocity"]
+    # where the model's own bump is such a one, the search begins at the slowest that it may find
+    begins = max(stated, scale.least_stated_speed)
+    slowest = max(_SPEEDS[0], math.log(scale.least_stated_speed / begins)) if scale.least_stated_speed else _SPEEDS[0]
     knobs = (
         Knob(("breakaway",), size=0.1 * max(scale.numbers["friction.breakaway"], 1e-9)),
-        Knob(("stribeck_velocity",), Move.FACTOR, 1.0, slowest, _SPEEDS[1]),
+        Knob(("stribeck_velocity",), Move.LEVEL, begins, slowest, _SPEEDS[1]),
         # how sharply it fades shows between two or three speeds only
         Knob(("shape",), Move.FACTOR, 1.0, -0.7, 1.2, nuisance=True),
     )

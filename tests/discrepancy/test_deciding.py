@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gimbal_hil.discrepancy.inquiry.policy import Policy
-from gimbal_hil.discrepancy.judgement import judging
+from gimbal_hil.discrepancy.judgement import deciding, judging
 from gimbal_hil.discrepancy.judgement.deciding import Status, Told, class_probability, rejudged
 from gimbal_hil.discrepancy.judgement.exhaustion import Predictable
 from gimbal_hil.discrepancy.judgement.judging import Remainder, Standing
@@ -122,6 +122,18 @@ def test_a_cause_at_its_bound_is_as_likely_something_else_that_acts_like_it() ->
     beside = rejudged(Policy(), told, (Rival(state, (("cogging", "outer"),), 0.0, 0.0, same=True),))
     assert (beside.probability, beside.of_names) == (pytest.approx(0.32), pytest.approx(0.64))
     assert replace(told, standing=_SOUND).of_names == 0.96
+
+
+@pytest.mark.parametrize(
+    ("now", "kept"), [({}, True), ({"at_bound": ("limit",)}, False), ({"silent": True}, False)], ids=str
+)
+def test_what_was_named_beside_a_curve_stays_so_while_data_show_it(now: dict[str, Any], kept: bool) -> None:
+    before = Told(_SOUND, Status.NAMED, (), 0.96, 0.96, shown=True)
+    standing = replace(_SOUND, share=0.5, **now)
+    told = Told(standing, Status.AMBIGUOUS, (), 0.7, 0.7, shown=not now)
+    found = deciding._as_before({_SOUND.label: before}, told)
+    assert found == (replace(before, standing=standing) if kept else told)
+    assert deciding._as_before({}, told) == told
 
 
 @pytest.mark.parametrize(("over", "doubted"), [(Ripple.TORQUE, True), (Ripple.FRICTION, False), (None, False)])
@@ -281,6 +293,12 @@ def test_a_state_is_better_by_what_is_left_of_each_channel(
         ((2.5,), 1.2, True),
         ((3.72, 6.02), 1.17, True),
         ((3.72, 7.4), 1.17, False),
+        # two orders are half as many as periods of the higher one, or more; or nearly a multiple, or not
+        ((5.0, 7.5), 3.18, True),
+        ((5.0, 7.5), 3.52, False),
+        ((4.0, 7.4), 1.5, True),
+        ((4.0, 7.8), 1.5, False),
+        ((4.0, 8.6), 1.5, True),
         # of two orders over three turns nothing else is asked
         ((7.0, 12.0), 18.8, False),
     ],

@@ -76,5 +76,6 @@ def test_what_the_measured_torque_rules_out_gives_its_place_to_the_alternative_a
     if clearly:
         assert found.state is other and one.standing.label == ("viscous", "inner")
         assert one.standing.at_bound == () and one.close == () and one.status is Status.AMBIGUOUS
+        assert (one.of_class, one.of_names, one.probability) == (0.96, 0.96, 0.96)
     else:
         assert found.state is mine and one.standing.at_bound == ("gap",) and one.close == (rival,)

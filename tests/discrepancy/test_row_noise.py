@@ -103,8 +103,13 @@ def test_friction_of_a_joint_that_creeps_is_uncertain_where_the_model_states_no_
         (0.0005 * np.sin(T), 0.0),
     ],
 )
-def test_a_joint_creeps_where_it_is_slow_over_a_short_way_only(position: np.ndarray, share: float) -> None:
-    found = creeps(np.round(position / STEP) * STEP, 1e-3, is_linear=False)
+@pytest.mark.parametrize("is_linear", [False, True])
+def test_a_joint_creeps_where_it_is_slow_over_a_short_way_only(
+    position: np.ndarray, share: float, is_linear: bool
+) -> None:
+    # 50 mm of a slide count as much as one radian
+    size = 0.05 if is_linear else 1.0
+    found = creeps(size * np.round(position / STEP) * STEP, 1e-3, is_linear)
     assert np.mean(found) == pytest.approx(share, abs=0.01)
 
 

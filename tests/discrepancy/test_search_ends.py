@@ -8,8 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy import run
-from gimbal_hil.discrepancy.hypotheses import Hypothesis, KnownNumber
 from gimbal_hil.discrepancy.search import candidates, search
 
 
@@ -59,24 +57,3 @@ def test_close_candidates_are_fitted_again_where_the_best_leaves_little_of_a_lar
     found = candidates._beside_the_best(inquiry, state(was), [best, second])
     assert fitted == (["best", "second"] if anew else [])
     assert [one.hypothesis for one in found] == (["second", "best"] if anew else ["best", "second"])
-
-
-def test_where_floors_fell_a_state_goes_on_from_where_it_stood_beside_what_it_leaves_itself(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    level, mass = (KnownNumber("outer", path, 0.1) for path in ("friction.coulomb", "body.mass"))
-    # of the numbers that float now one floated before
-    null: Any = SimpleNamespace(hypothesis=Hypothesis(floating=(level, mass), y=(0.09, 0.08)))
-    old: Any = SimpleNamespace(hypothesis=Hypothesis(floating=(level,), y=(0.02,)))
-    fits: list[tuple[Any, Hypothesis]] = []
-
-    def refitted(inquiry: Any, state: Any, hypothesis: Hypothesis, rounds: int = 6) -> Any:
-        fits.append((state, hypothesis))
-        return SimpleNamespace(hypothesis=hypothesis)
-
-    monkeypatch.setattr(run, "refitted", refitted)
-    inquiry: Any = SimpleNamespace()
-    run._weighed_anew(inquiry, null, old)
-    (beside_first, first), (beside, second) = fits
-    assert first == second and first.y == (0.02, 0.0) and beside_first is null
-    assert beside.hypothesis is first

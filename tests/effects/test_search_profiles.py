@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gimbal_hil.discrepancy.hypotheses import Cause, Family
 from sim_backend.effects import (
     CATALOGUE,
     AxisScale,
@@ -51,19 +52,26 @@ def test_an_effect_is_searched_from_starts_that_lie_inside_its_bounds(effect: Ef
             assert all(knob.low <= value <= knob.high for knob, value in zip(profile.knobs, x, strict=True))
 
 
-@pytest.mark.parametrize(("stated", "slowest"), [(0.01, 4e-3), (5e-3, 4e-3), (1e-3, 1e-3), (1.0, math.exp(-3.5))])
-def test_without_a_bristle_no_bump_is_sought_at_a_speed_of_which_the_model_says_nothing(
-    stated: float, slowest: float
+@pytest.mark.parametrize("is_linear", [False, True])
+@pytest.mark.parametrize("stated", [1.0, 0.01, 5e-3, 1e-3, 1e-4])
+def test_without_a_bristle_a_bump_at_a_speed_of_which_the_model_says_nothing_stands_at_its_bound(
+    stated: float, is_linear: bool
 ) -> None:
     here = scale()
-    rigid = replace(here, numbers={**here.numbers, "friction.sigma0": 0.0, "friction.stribeck_velocity": stated})
+    numbers = {**here.numbers, "friction.sigma0": 0.0, "friction.stribeck_velocity": stated}
+    rigid = replace(here, numbers=numbers, is_linear=is_linear)
+    lowest = 2e-4 if is_linear else 4e-3
+    assert (rigid.least_stated_speed, here.least_stated_speed) == (lowest, 0.0)
     profile = CATALOGUE["stribeck"].profile(rigid)
     assert profile is not None
-    speed = next(i for i, knob in enumerate(profile.knobs) if knob.parameters == ("stribeck_velocity",))
-    assert profile.knobs[speed].moved(stated, profile.knobs[speed].low) == pytest.approx(slowest)
-    assert all(start.base[speed] >= profile.knobs[speed].low for start in profile.starts)
-    assert here.least_stated_speed == 0.0
-    assert replace(rigid, is_linear=True).least_stated_speed == pytest.approx(2e-4)
+    which = next(i for i, knob in enumerate(profile.knobs) if knob.parameters == ("stribeck_velocity",))
+    knob = profile.knobs[which]
+    assert knob.moved(stated, knob.low) == pytest.approx(max(lowest, stated * math.exp(-3.5)))
+    assert knob.moved(stated, 0.0) == pytest.approx(max(lowest, stated))
+    assert all(start.base[which] >= knob.low for start in profile.starts)
+    family = Family(**vars(profile), effect="stribeck", axis="outer")
+    slowest = Cause(family, tuple(knob.low if i == which else 0.1 for i in range(len(profile.knobs))))
+    assert slowest.knobs_at_bound == ("stribeck_velocity",)
 
 
 @every_effect

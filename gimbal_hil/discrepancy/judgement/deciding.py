@@ -90,7 +90,7 @@ def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_c
                 state = instead
                 continue
             anew = (_told(inquiry, s, found, left, suspected_only) for s in found)
-            told = tuple(t if t.standing.at_bound else _as_before(beside_a_curve, t) for t in anew)
+            told = tuple(_as_before(beside_a_curve, t) for t in anew)
             fallen = [t for t in told if t.of_class < 0.5]
             if not fallen:
                 return Decision(kind_of(told), state, told, left)
@@ -112,8 +112,10 @@ def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_c
 
 
 def _as_before(named: dict[tuple[str, str], Told], told: Told) -> Told:
-    """A cause as it was told when something over position stood beside it, with the standing that it has now."""
-    return replace(named.get(told.standing.label, told), standing=told.standing)
+    """A cause as it was told when something over position stood beside it, with the standing that it has now; as it is
+    told now where data no longer show it.
+    """
+    return replace(named.get(told.standing.label, told), standing=told.standing) if told.shown else told
 
 
 def _stands_beside_a_curve(told: Told) -> bool:

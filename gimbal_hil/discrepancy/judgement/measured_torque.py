@@ -47,7 +47,8 @@ def with_measured_torque(inquiry: Inquiry, decision: Decision) -> Decision:
         lead = next((rival for rival in kept if rival.is_cause), None)
         if id(decision.state) in out and len(decision.told) == 1 and lead is not None:
             rest = tuple(rival for rival in kept if rival is not lead)
-            # never surer than what it replaces: it has not been judged by itself
+            # the class was judged, and the measured torque says which of it; but the cause itself was not judged, so it
+            # is named only where what it replaces was shown
             standing = replace(one.standing, label=lead.label, at_bound=lead.at_bound)
             swapped = rejudged(inquiry.policy, replace(one, standing=standing), rest)
             return replace(decision, state=lead.state, told=(swapped,), kind=kind_of((swapped,)))

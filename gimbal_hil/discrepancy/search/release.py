@@ -36,7 +36,9 @@ def released(inquiry: Inquiry, state: State) -> State | None:
         wanted = wanted.plus(Cause(family, (0.0,) * len(family.knobs)))
     if len(wanted.causes) - len(hypothesis.causes) < 2:
         return None
-    return refitted(inquiry, state, wanted, rounds=8)
+    found = refitted(inquiry, state, wanted, rounds=8)
+    # beside the whole gap a fit is content once it explains most of it, and far from the model numbers do other things
+    return refitted(replace(inquiry, known=None), found, found.hypothesis, rounds=8)
 
 
 def numbers_instead(
