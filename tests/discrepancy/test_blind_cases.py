@@ -50,6 +50,16 @@ def test_what_a_joint_did_a_moment_ago_takes_the_name_from_a_part_of_it() -> Non
     assert all(one["status"] != "named" and one["probability"] < 0.5 for one in verdict["effects"])
 
 
+@pytest.mark.heavy
+@pytest.mark.parametrize(
+    ("seed", "outside"), [(3043385458167377686, "viscous_jump"), (2880084861732613201, "encoder_subdivision")]
+)
+def test_what_is_not_the_same_at_any_time_or_rate_takes_the_name_from_most_of_it(seed: int, outside: str) -> None:
+    # viscosity that jumps after six seconds, and an error of the encoder whose torque grows with the rate squared
+    verdict = _verdict_on(draw(seed, [outside], axis="outer", outside_cause=True))
+    assert all(one["status"] != "named" and one["probability"] < 0.8 for one in verdict["effects"])
+
+
 def test_a_joint_that_runs_tighter_on_one_side_is_named_over_a_part_of_a_turn() -> None:
     # one swing a turn over less than a turn is any smooth curve: of friction, that is what the name says
     case = draw(5056, ["position_dependent_friction"])
@@ -77,10 +87,11 @@ def test_known_numbers_that_are_off_are_told_as_themselves_and_not_as_a_gain() -
 
 
 @pytest.mark.heavy
-def test_numbers_that_are_far_off_are_all_kept_where_floors_fall_under_them() -> None:
-    # five numbers 20 to 33 % off; once they are found floors lie lower, and beside what the model alone leaves there
-    # the fit of all known numbers was so loose that two of the five seemed not to pay
-    case = draw(3234671186473927356, [], rig="plain", wrong=Wrong(5, 0.20, 0.33))
+@pytest.mark.parametrize("seed", [3234671186473927356, 3821779340257519569, 7541957876423155350])
+def test_numbers_that_are_far_off_are_all_kept_where_floors_fall_under_them(seed: int) -> None:
+    # five numbers 20 to 33 % off; only once they are found floors lie so low that all of them pay, and where one was
+    # dropped a gain of the drive lets the others go back inside their uncertainty
+    case = draw(seed, [], rig="plain", wrong=Wrong(5, 0.20, 0.33))
     logs = tables_of(case.measured, case.axes), tables_of(case.holdout, case.axes)
     verdict = verdict_of(diagnose(Request(model_of(case, Stated.CAD), *logs))).document
     assert outcome(case.truth, verdict) is Outcome.EXACT and verdict["verdict"] == "named"

@@ -8,7 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy.search import candidates, search
+from gimbal_hil.discrepancy import run
+from gimbal_hil.discrepancy.inquiry import Inquiry
+from gimbal_hil.discrepancy.search import Path, candidates, search
+from gimbal_hil.executor import open_executor
 
 
 @pytest.mark.parametrize("still_pays", [False, True])
@@ -57,3 +60,30 @@ def test_close_candidates_are_fitted_again_where_the_best_leaves_little_of_a_lar
     found = candidates._beside_the_best(inquiry, state(was), [best, second])
     assert fitted == (["best", "second"] if anew else [])
     assert [one.hypothesis for one in found] == (["second", "best"] if anew else ["best", "second"])
+
+
+def test_under_lower_floors_a_search_begins_anew_from_the_model(monkeypatch: pytest.MonkeyPatch) -> None:
+    nothing: Any = None
+    with open_executor(1, None) as executor:
+        before = Inquiry(
+            nothing, nothing, nothing, np.array([True]), np.array([1.0]), (), executor=executor, known=np.eye(1)
+        )
+        floors: Any = SimpleNamespace(effective=lambda twin: np.array([0.1]), processing=np.array([0.05]))
+        old, null, found = ("old", "null", "found")
+        begun: list[tuple[Inquiry, Any, Any]] = []
+
+        def explain(inquiry: Inquiry, start: Any, heard: Any) -> Path:
+            begun.append((inquiry, start, heard))
+            return Path(found, ("a round",), ())  # type: ignore[arg-type]
+
+        monkeypatch.setattr(run, "as_stated", lambda inquiry: "stated")
+        monkeypatch.setattr(run, "recalibrated", lambda inquiry, stated: (inquiry, null))
+        monkeypatch.setattr(run, "explain", explain)
+        heard: Any = SimpleNamespace(over=lambda ratio: ("heard", float(ratio[0])))
+        path = Path(old, ("a first round", "a second"), (heard,))  # type: ignore[arg-type]
+        _, _, stated, start, anew = run._under(before, floors, path)
+    ((inquiry, began, again),) = begun
+    assert (began, start, stated, again) == (null, null, "stated", (("heard", 10.0),))
+    assert inquiry.floor == 0.1 and inquiry.inexact == 0.5 and inquiry.known is None
+    assert anew.state == found and anew.over_others == 2
+    assert anew.rounds == ("a first round", "a second", "a round")

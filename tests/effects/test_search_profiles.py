@@ -74,6 +74,13 @@ def test_without_a_bristle_a_bump_at_a_speed_of_which_the_model_says_nothing_sta
     assert slowest.knobs_at_bound == ("stribeck_velocity",)
 
 
+def test_a_backlash_takes_inertia_from_the_joint_and_adds_none() -> None:
+    profile = CATALOGUE["backlash"].profile(scale())
+    assert profile is not None
+    (taken,) = (knob for knob in profile.knobs if knob.along == "body.own_inertia")
+    assert (taken.high, taken.nuisance) == (0.0, True) and taken.moved(1.0, taken.low) < 1.0
+
+
 @every_effect
 def test_no_coordinate_leads_a_parameter_out_of_the_catalogues_bounds(effect: Effect) -> None:
     here = scale()
