@@ -78,8 +78,8 @@ def _search(scale: AxisScale) -> SearchProfile:
         # a degree is a hobby servo's; a wider gap, with next to no rotor, is hysteresis by another name
         Knob(("gap",), Move.LEVEL, 1e-3, -5.0, math.log(20.0)),
         Knob(("rotor_inertia",), Move.LEVEL, 0.2 * inertia, -7.0, 2.0),
-        # what the model counts as the joint's may have been the rotor's; a joint with more is another cause
-        Knob((), size=0.05 * inertia, low=-19.0, high=0.0, along="body.own_inertia", nuisance=True),
+        # what the model counts as the joint's may have been the rotor's; a joint with more inertia is another cause
+        Knob((), size=0.05 * inertia, low=-19.0, high=1.0, along="body.own_inertia"),
         # how it bounces decides when the next flank is met; bounds keep the contact stable in the twin's steps
         Knob(("contact_frequency",), Move.LEVEL, 90.0, -1.2, 0.8, nuisance=True),
         Knob(("contact_damping",), Move.LEVEL, 0.3, -2.0, 1.0, nuisance=True),

@@ -27,7 +27,7 @@ def _search(scale: AxisScale) -> SearchProfile:
     slowest = max(_SPEEDS[0], math.log(scale.least_stated_speed / begins)) if scale.least_stated_speed else _SPEEDS[0]
     knobs = (
         Knob(("breakaway",), size=0.1 * max(scale.numbers["friction.breakaway"], 1e-9)),
-        Knob(("stribeck_velocity",), Move.LEVEL, begins, slowest, _SPEEDS[1]),
+        Knob(("stribeck_velocity",), Move.LEVEL if begins > stated else Move.FACTOR, begins, slowest, _SPEEDS[1]),
         # how sharply it fades shows between two or three speeds only
         Knob(("shape",), Move.FACTOR, 1.0, -0.7, 1.2, nuisance=True),
     )

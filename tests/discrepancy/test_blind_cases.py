@@ -50,16 +50,6 @@ def test_what_a_joint_did_a_moment_ago_takes_the_name_from_a_part_of_it() -> Non
     assert all(one["status"] != "named" and one["probability"] < 0.5 for one in verdict["effects"])
 
 
-@pytest.mark.heavy
-@pytest.mark.parametrize(
-    ("seed", "outside"), [(3043385458167377686, "viscous_jump"), (2880084861732613201, "encoder_subdivision")]
-)
-def test_what_is_not_the_same_at_any_time_or_rate_takes_the_name_from_most_of_it(seed: int, outside: str) -> None:
-    # viscosity that jumps after six seconds, and an error of the encoder whose torque grows with the rate squared
-    verdict = _verdict_on(draw(seed, [outside], axis="outer", outside_cause=True))
-    assert all(one["status"] != "named" and one["probability"] < 0.8 for one in verdict["effects"])
-
-
 def test_a_joint_that_runs_tighter_on_one_side_is_named_over_a_part_of_a_turn() -> None:
     # one swing a turn over less than a turn is any smooth curve: of friction, that is what the name says
     case = draw(5056, ["position_dependent_friction"])

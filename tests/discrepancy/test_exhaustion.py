@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,7 +9,7 @@ import numpy as np
 import pytest
 
 from gimbal_hil.discrepancy.judgement import exhaustion
-from gimbal_hil.discrepancy.judgement.judging import EVERYTHING, _own_variables
+from gimbal_hil.discrepancy.judgement.judging import EVERYTHING
 from gimbal_hil.discrepancy.twin import Floats
 from sim_backend.effects import Variable
 
@@ -47,30 +46,6 @@ def _left(record: Any, of: str) -> Floats:
 def test_what_the_other_axis_is_commanded_is_asked_too(
     of: str, variables: frozenset[Variable], predicted: bool
 ) -> None:
-    found = _predicted(lambda record: _left(record, of), variables)
-    assert (found > 0.7) if predicted else (found < 0.1)
-
-
-@pytest.mark.parametrize(("orders", "predicted"), [((219.0,), True), ((), False), ((240.0,), False)])
-def test_of_a_ripple_its_own_waves_are_asked(orders: tuple[float, ...], predicted: bool) -> None:
-    def left(record: Any) -> Floats:
-        position, rate = record.motion[:, 0], record.motion[:, 2]
-        return np.asarray(np.sin(219.0 * position + 0.3) * rate**2)
-
-    found = _predicted(left, frozenset({Variable.POSITION, Variable.RATE}), orders)
-    assert (found > 0.9) if predicted else (found < 0.1)
-
-
-@pytest.mark.parametrize(("variables", "predicted"), [({Variable.RATE, Variable.TIME}, True), ({Variable.RATE}, False)])
-def test_what_a_cause_does_it_does_at_any_time(variables: set[Variable], predicted: bool) -> None:
-    first_half = np.arange(_ROWS) < _ROWS // 2
-    found = _predicted(lambda record: record.motion[:, 2] * np.where(first_half, -1.0, 1.0), frozenset(variables))
-    assert (found > 0.7) if predicted else (found < 0.1)
-    assert Variable.TIME in _own_variables("viscous") and Variable.PAST not in _own_variables("backlash")
-
-
-def _predicted(left: Callable[[Any], Floats], variables: frozenset[Variable], orders: tuple[float, ...] = ()) -> float:
-    """Share of what is left of one record that is predicted from what is left of another one."""
     taught, asked = _record(1), _record(2)
     hypothesis = SimpleNamespace(origins=())
     twins = [
@@ -81,6 +56,7 @@ def _predicted(left: Callable[[Any], Floats], variables: frozenset[Variable], or
         )
         for record in (taught, asked)
     ]
-    state: Any = SimpleNamespace(hypothesis=hypothesis, held=hypothesis, fitted=left(taught)[:, None])
-    inquiry: Any = SimpleNamespace(twin=twins[0], holdout=twins[1], in_order=lambda _: left(asked)[:, None])
-    return exhaustion.predictable(inquiry, state, 0, variables, orders).beyond
+    state: Any = SimpleNamespace(hypothesis=hypothesis, held=hypothesis, fitted=_left(taught, of)[:, None])
+    inquiry: Any = SimpleNamespace(twin=twins[0], holdout=twins[1], in_order=lambda _: _left(asked, of)[:, None])
+    found = exhaustion.predictable(inquiry, state, 0, variables).beyond
+    assert (found > 0.7) if predicted else (found < 0.1)

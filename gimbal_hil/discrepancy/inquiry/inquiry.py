@@ -124,9 +124,12 @@ def state_of(inquiry: Inquiry, found: Fit) -> State:
     return State(found, rows[inquiry.selecting], rows[~inquiry.selecting], held)
 
 
-def stands_out(inquiry: Inquiry, state: State) -> bool:
-    """Whether what a state leaves stands above the noise and what the pipeline leaves of the model itself."""
-    return bool(np.any(state.left() > inquiry.policy.least_gap * np.hypot(1.0, inquiry.inexact)))
+def stands_out(inquiry: Inquiry, state: State, best: State | None = None) -> bool:
+    """Whether what a state leaves stands above the noise and what the pipeline leaves of the model itself, which is no
+    more than the best explanation leaves.
+    """
+    inexact = inquiry.inexact if best is None else np.minimum(inquiry.inexact, best.left())
+    return bool(np.any(state.left() > inquiry.policy.least_gap * np.hypot(1.0, inexact)))
 
 
 def weighing_of(inquiry: Inquiry, state: State) -> Weighing:

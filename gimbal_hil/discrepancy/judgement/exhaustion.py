@@ -25,8 +25,6 @@ from sim_backend.effects import Variable
 _MOST_ROWS, _SHIFTS = 6000, (0.31, 0.57)
 #: times before a row at which variables with memory are also shown, s
 _MEMORY_S = (0.02, 0.05, 0.12, 0.3, 0.7)
-#: steps in which time is shown, s
-_TIME_S = 5.0
 #: what the past is shown as: slacks, shares of the travel, and times over which recent motion is averaged, s
 _SLACKS, _RECENT_S = (0.003, 0.01, 0.03, 0.1), (1.0, 5.0, 20.0)
 #: penalties of the line, parts of the fitted logs that choose among them, rows below which it is none, and rows that a
@@ -49,17 +47,13 @@ class Predictable:
         return max(0.0, self.share - max(0.0, self.control))
 
 
-def predictable(
-    inquiry: Inquiry, state: State, column: int, variables: frozenset[Variable], orders: tuple[float, ...] = ()
-) -> Predictable:
-    """How much of one channel's remainder some variables predict on the whole hold-out; `orders` are those of a ripple,
-    which acts through its phase.
-    """
+def predictable(inquiry: Inquiry, state: State, column: int, variables: frozenset[Variable]) -> Predictable:
+    """How much of one channel's remainder some variables predict on the whole hold-out."""
     axis = inquiry.twin.model.axes.index(inquiry.twin.channels[column].axis)
     fitted, held = placed(inquiry.twin.records, state.hypothesis), placed(inquiry.holdout.records, state.held)
     # a slack is the same one in every log
     travel = max(float(np.ptp(record.motion[:, axis])) for record in fitted)
-    taught, asked = (_inputs(records, axis, variables, travel, orders) for records in (fitted, held))
+    taught, asked = (_inputs(records, axis, variables, travel) for records in (fitted, held))
     y = state.fitted[:, column]
     target = inquiry.in_order(state)[:, column]
     total = float(np.mean(target**2))
@@ -108,15 +102,11 @@ def _by_a_line(x: Floats, y: Floats, asked: Floats) -> Floats:
         return np.asarray(learnt.predict(asked))
 
 
-def _inputs(
-    records: tuple[Record, ...], axis: int, variables: frozenset[Variable], travel: float, orders: tuple[float, ...]
-) -> Floats:
-    return np.concatenate([np.column_stack(_columns(record, axis, variables, travel, orders)) for record in records])
+def _inputs(records: tuple[Record, ...], axis: int, variables: frozenset[Variable], travel: float) -> Floats:
+    return np.concatenate([np.column_stack(_columns(record, axis, variables, travel)) for record in records])
 
 
-def _columns(
-    record: Record, axis: int, variables: frozenset[Variable], travel: float, orders: tuple[float, ...]
-) -> Sequence[Floats]:
+def _columns(record: Record, axis: int, variables: frozenset[Variable], travel: float) -> Sequence[Floats]:
     """The variables of one record at its scored rows; `travel` is that of all fitted logs."""
     motion, out = record.motion, []
     period_s = record.bands.period_s
@@ -138,20 +128,9 @@ def _columns(
         out += [torque for k, torque in enumerate(record.torque.T) if k != axis]
     if Variable.PAST in variables:
         out += _past(motion[:, axis], motion[:, 2 + axis], period_s, travel)
-    for order in orders:
-        out += _of_a_ripple(motion[:, axis], motion[:, 2 + axis], order)
     if Variable.TIME in variables:
-        # so coarse that it follows what changes slowly, and no trajectory that is driven again
-        out += [np.asarray(np.arange(len(motion)) * period_s // _TIME_S, np.float64)]
+        out += [np.asarray(np.arange(len(motion)) * period_s, np.float64)]
     return [record.at_scored(column) for column in out]
-
-
-def _of_a_ripple(position: Floats, rate: Floats, order: float) -> list[Floats]:
-    """A ripple, and one whose strength changes along the travel, with the direction or with the rate."""
-    waves = (np.cos(order * position), np.sin(order * position))
-    return [
-        wave * strength for wave in waves for strength in (1.0, position, np.sign(rate), rate, np.abs(rate), rate**2)
-    ]
 
 
 def _earlier(column: Floats, seconds: float, period_s: float) -> Floats:

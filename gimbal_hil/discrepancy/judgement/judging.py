@@ -30,7 +30,7 @@ from gimbal_hil.discrepancy.judgement.rivals import Rival, rivals_of
 from gimbal_hil.discrepancy.search import Path, control_share, curve_does_as_well, orders_make_a_series
 from gimbal_hil.discrepancy.twin import Floats
 from gimbal_hil.estimation import Paired
-from sim_backend.effects import CATALOGUE, NEUTRAL_ORDER, Ripple, Variable
+from sim_backend.effects import CATALOGUE, Ripple, Variable
 
 EVERYTHING = frozenset(Variable)
 #: a change of the hold-out below this share of what is left there is no trace
@@ -112,7 +112,7 @@ def _standing(inquiry: Inquiry, state: State, path: Path, label: tuple[str, str]
         entries, label, late, surely_less(inquiry, without, state),
         float(taken[channel] / max(squares_of(without)[channel], 1e-300)), control_share(inquiry, without, lead),
         rivals,
-        predictable(inquiry, state, channel, _own_variables(label[0]), _orders(state, entries)),
+        predictable(inquiry, state, channel, _own_variables(label[0])),
         _at_bound(inquiry, state, entries), unseen, channel,
         float(np.sum(mean_squares(without.held_out()) - mean_squares(state.held_out()))), taken,
         _any_curve(inquiry, without, state, entries),
@@ -120,17 +120,9 @@ def _standing(inquiry: Inquiry, state: State, path: Path, label: tuple[str, str]
 
 
 def _own_variables(effect: str) -> frozenset[Variable]:
-    """What an effect acts through, which it does alike at any time: with what these were a moment ago, but not all that
-    a joint ever did.
-    """
+    """What an effect acts through: with what these were a moment ago, but not all that a joint ever did."""
     own = CATALOGUE[effect].acts_through
-    return (own - {Variable.PAST} or own) | {Variable.TIME}
-
-
-def _orders(state: State, entries: tuple[int, ...]) -> tuple[float, ...]:
-    """The orders of a ripple; none of another cause."""
-    causes = [state.hypothesis.causes[index] for index in entries]
-    return tuple(NEUTRAL_ORDER + cause.x[1] for cause in causes if cause.family.ripple is not None)
+    return own - {Variable.PAST} or own
 
 
 def _at_bound(inquiry: Inquiry, state: State, entries: tuple[int, ...]) -> tuple[str, ...]:

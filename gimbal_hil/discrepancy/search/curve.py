@@ -26,7 +26,7 @@ _NUMBERS = 3
 _CLEARLY, _TIMES = 0.4, 2.5
 #: a series over the travel that ends with an order of n periods has n orders; a ripple has at most this share of them
 _OF_A_SERIES = 0.5
-#: a harmonic is a multiple of its ripple's order, which a short travel shows to so much of that order
+#: a harmonic is a multiple of its ripple's order; the ratio of two orders is known to this much
 _A_MULTIPLE = 0.1
 
 

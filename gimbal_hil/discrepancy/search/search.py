@@ -207,7 +207,7 @@ def pays(inquiry: Inquiry, before: State, after: State, control: float = 0.0) ->
     What the hold-out hardly shows pays where it takes nearly all that is left of the fitted logs.
     """
     policy = inquiry.policy
-    if not stands_out(inquiry, before):
+    if not stands_out(inquiry, before, after):
         return False
     fitted = gain_on(inquiry, before, after, "fitted")
     taken = float(np.sum(before.fit.squares - after.fit.squares))
