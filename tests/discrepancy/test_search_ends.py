@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gimbal_hil.discrepancy import run
-from gimbal_hil.discrepancy.inquiry import Inquiry
+from gimbal_hil.discrepancy.inquiry import Inquiry, Policy, stands_out
 from gimbal_hil.discrepancy.search import Path, candidates, search
 from gimbal_hil.executor import open_executor
 
@@ -87,3 +87,13 @@ def test_under_lower_floors_a_search_begins_anew_from_the_model(monkeypatch: pyt
     assert inquiry.floor == 0.1 and inquiry.inexact == 0.5 and inquiry.known is None
     assert anew.state == found and anew.over_others == 2
     assert anew.rounds == ("a first round", "a second", "a round")
+
+
+@pytest.mark.parametrize(("best_leaves", "stands"), [(None, False), (0.3, True), (5.0, False)])
+def test_the_pipeline_is_no_more_inexact_than_what_the_best_explanation_leaves(
+    best_leaves: float | None, stands: bool
+) -> None:
+    inquiry: Any = SimpleNamespace(policy=Policy(), inexact=np.array([4.0]))
+    state: Any = SimpleNamespace(left=lambda: np.array([5.6]))
+    best: Any = None if best_leaves is None else SimpleNamespace(left=lambda: np.array([best_leaves]))
+    assert stands_out(inquiry, state, best) is stands
