@@ -117,6 +117,15 @@ def test_a_field_that_a_ripple_half_resembles_is_not_given_its_name() -> None:
     assert not _verdict_on(case)["effects"]
 
 
+@pytest.mark.heavy
+def test_a_viscosity_that_jumps_within_a_log_is_not_called_viscous() -> None:
+    # one viscosity explains nearly all of it, but not with the same strength before the jump
+    case = draw(8161714164040354824, ["viscous_jump"], axis="outer", outside_cause=True)
+    (told,) = _verdict_on(case)["effects"]
+    assert told["name"] == "viscous" and told["status"] == "ambiguous"
+    assert told["strength_varies_by"] > 0.15
+
+
 def _verdict_on(case: Case) -> dict[str, Any]:
     verdict = verdict_of(diagnose(_request(case))).document
     labels = {key: {(one["name"], one["axis"]) for one in verdict[key]} for key in _NAMING}

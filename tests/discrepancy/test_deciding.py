@@ -24,7 +24,7 @@ _NOTHING = Predictable(0.0, 0.0)
 #: a cause that takes nearly all of a gap of ten floors
 _SOUND = Standing(
     (0,), ("cable_spring", "outer"), Paired(90.0, 0.9, 0.1, 40), 12.0, 0.95, 0.0, (), _NOTHING, (), False, 0, 90.0,
-    np.array([90.0]), False,
+    np.array([90.0]), False, 0.0,
 )  # fmt: skip
 
 
@@ -46,10 +46,18 @@ def test_a_cause_that_leaves_noise_is_nearly_sure() -> None:
         # others predict four fifths of what is left, and that is half of what it takes
         ({"share": 0.62}, Remainder(10.0, 6.0, Predictable(0.8, 0.0))),
         ({"share": 0.01}, Remainder(10.0, 9.9, _NOTHING)),
+        # its strength is another from stretch to stretch
+        ({"uneven": 0.4}, Remainder(10.0, 1.0, _NOTHING)),
     ],
 )
 def test_each_doubt_alone_takes_a_name_away(change: dict, left: Remainder) -> None:
     assert probability(replace(_SOUND, **change), left) < 0.5
+
+
+@pytest.mark.parametrize(("uneven", "is_name"), [(0.0, True), (0.06, True), (0.15, False)])
+def test_a_strength_that_varies_takes_a_name_before_it_takes_the_cause(uneven: float, is_name: bool) -> None:
+    told = probability(replace(_SOUND, uneven=uneven), Remainder(10.0, 1.0, _NOTHING))
+    assert told > 0.5 and (told >= Policy().named) is is_name
 
 
 def test_what_is_left_below_the_gap_takes_no_name_from_a_cause_that_took_nearly_all_of_a_large_one() -> None:

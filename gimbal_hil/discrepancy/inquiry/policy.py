@@ -28,6 +28,9 @@ class Policy:
     #: share of the remainder, beyond its control, that may still be predicted from the variables that a named cause
     #: acts through
     exhausted: float = 0.2
+    #: by how much the strength of a cause differs from stretch to stretch of the logs, as a share of it, where it is as
+    #: likely something else
+    uneven: float = 0.3
     #: what tells two explanations apart, beyond their standard error, since no twin is more exact: a share of the
     #: squares that are left, and this share of the rms that a cause takes
     same: float = 0.02

@@ -255,10 +255,10 @@ def class_probability(
 ) -> float:
     """Probability that the cause, or one that this data cannot tell from it, is there.
 
-    Six things speak against it: what it takes may be chance; any curve over position takes as much; its own variables
-    still predict what is left; others predict so much of it that the cause may be a part of theirs, or what is not
-    known takes as many squares of its channel (`unknown`); many times what it takes is left that nothing predicts, or
-    most of what was there; and it took little.
+    Seven things speak against it: what it takes may be chance; any curve over position takes as much; its own variables
+    still predict what is left; its strength is another from stretch to stretch; others predict so much of what is left
+    that the cause may be a part of theirs, or what is not known takes as many squares of its channel (`unknown`); many
+    times what it takes is left that nothing predicts, or most of what was there; and it took little.
     """
     from scipy.stats import norm
 
@@ -275,6 +275,7 @@ def class_probability(
         beside = min(beside, left.after**2 / left.before**2)
     predicted = standing.exhausted.beyond * min(1.0, left.after**2) * min(1.0, beside / _NEXT_TO_NOTHING)
     shape = 1.0 / (1.0 + (predicted / (2.0 * policy.exhausted)) ** 3)
+    steady = 1.0 / (1.0 + (standing.uneven / policy.uneven) ** 4)
     # what one thing through other variables does, a cause that is no part of it may take a share of
     others = left.predictable.beyond * (1.0 - standing.share) / max(standing.share, 1e-9)
     beyond_it = max(0.0, unknown) / max(standing.takes[standing.channel], 1e-9)
@@ -285,13 +286,13 @@ def class_probability(
     size = 1.0 / (1.0 + (beside_it / _DWARFED) ** 6 + (beyond / _LARGE) ** 4)
     share = max(standing.share, left.closed if left.before > policy.least_gap else 0.0)
     taken = share / (share + _LITTLE)
-    return float(np.clip(_MOST * evident * shape * whole * size * taken, 0.0, _MOST))
+    return float(np.clip(_MOST * evident * shape * steady * whole * size * taken, 0.0, _MOST))
 
 
 #: at these something else is as likely: what is left and other variables predict, what stands at its bound takes, and
 #: what no variable predicts, over what a cause takes; the share of the squares that were there that no variable
 #: predicts, beyond so many floors; the share of a channel that a cause takes. And the most that is said.
-_OTHERS, _UNKNOWN, _DWARFED, _LARGE, _SMALL, _LITTLE, _MOST = 0.25, 0.5, 8.0, 0.8, 1.5, 0.03, 0.99
+_OTHERS, _UNKNOWN, _DWARFED, _LARGE, _SMALL, _LITTLE, _MOST = 0.25, 0.5, 8.0, 0.8, 1.5, 0.02, 0.99
 #: what is left over what a cause takes, squares: below this it counts by how much it is
 _NEXT_TO_NOTHING = 0.05
 #: and so many floors are no longer few

@@ -27,6 +27,7 @@ from gimbal_hil.discrepancy.inquiry import (
 )
 from gimbal_hil.discrepancy.judgement.exhaustion import Predictable, predictable
 from gimbal_hil.discrepancy.judgement.rivals import Rival, rivals_of
+from gimbal_hil.discrepancy.judgement.steadiness import unevenness
 from gimbal_hil.discrepancy.search import Path, control_share, curve_does_as_well, orders_make_a_series
 from gimbal_hil.discrepancy.twin import Floats
 from gimbal_hil.estimation import Paired
@@ -61,6 +62,8 @@ class Standing:
     takes: Floats
     #: a smooth curve of torque over position with as many numbers leaves no more of the hold-out
     any_curve: bool
+    #: by how much its strength differs from stretch to stretch, beyond chance, as a share of it
+    uneven: float
 
 
 @dataclass(frozen=True)
@@ -107,15 +110,15 @@ def _standing(inquiry: Inquiry, state: State, path: Path, label: tuple[str, str]
     rivals = rivals_of(inquiry, path, without, state, label, missing) if len(entries) == 1 else ()
     lead = state.hypothesis.causes[entries[0]]
     late = gain_on(inquiry, without, state, "untouched")
-    unseen = _unseen(inquiry, state, refitted(inquiry, state, rest, rounds=0))
+    bare = refitted(inquiry, state, rest, rounds=0)
     return Standing(
         entries, label, late, surely_less(inquiry, without, state),
         float(taken[channel] / max(squares_of(without)[channel], 1e-300)), control_share(inquiry, without, lead),
         rivals,
         predictable(inquiry, state, channel, _own_variables(label[0])),
-        _at_bound(inquiry, state, entries), unseen, channel,
+        _at_bound(inquiry, state, entries), _unseen(inquiry, state, bare), channel,
         float(np.sum(mean_squares(without.held_out()) - mean_squares(state.held_out()))), taken,
-        _any_curve(inquiry, without, state, entries),
+        _any_curve(inquiry, without, state, entries), unevenness(inquiry, bare, state, channel),
     )  # fmt: skip
 
 

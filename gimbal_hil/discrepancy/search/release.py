@@ -21,7 +21,7 @@ _PRESSING = 0.98
 #: how far numbers may go when they are let go, in units of their uncertainty
 _LEASH = 25.0
 #: an uncertainty that was stated too small by this factor surprises nobody
-_PLAUSIBLE = 2.0
+_PLAUSIBLE = 2.5
 
 
 def released(inquiry: Inquiry, state: State) -> State | None:
@@ -46,8 +46,11 @@ def numbers_instead(
 ) -> tuple[State, tuple[tuple[str, str], ...]] | None:
     """A state without a cause in which known numbers may leave their uncertainty a little, all but the cause's own; and
     the effects that those which do are told as. None where none does.
+
+    A cause that is no number goes from all axes at once: gains of both drives are one scale of all torques, and each of
+    them is missed where the numbers have moved for the other.
     """
-    model, hypothesis = inquiry.twin.model, without.hypothesis
+    model, hypothesis = inquiry.twin.model, _on_no_axis(without.hypothesis, label[0])
     own = {model.number_path(label[1], p.path) for p in CATALOGUE[label[0]].parameters if p.path}
     wider = tuple(
         known if known.axis == label[1] and known.path in own else replace(known, trust=_PLAUSIBLE * known.trust)
@@ -59,6 +62,14 @@ def numbers_instead(
     far = {k for k, y in zip(hypothesis.floating, free.hypothesis.y, strict=True) if abs(y) > k.trust}
     found = tuple(family.label for family in _covering(inquiry, far, set(hypothesis.labels)))
     return (free, found) if found else None
+
+
+def _on_no_axis(hypothesis: Hypothesis, effect: str) -> Hypothesis:
+    """The hypothesis without an effect on any axis, where it is more than numbers."""
+    if not CATALOGUE[effect].is_number:
+        for index in reversed([i for i, (name, _) in enumerate(hypothesis.labels) if name == effect]):
+            hypothesis = hypothesis.minus(index)
+    return hypothesis
 
 
 def given_back(inquiry: Inquiry, state: State) -> State:

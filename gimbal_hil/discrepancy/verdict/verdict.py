@@ -122,6 +122,7 @@ def _effect_entry(result: Result, one: Told) -> tuple[Entry, list[Entry], Entry 
         "confidence": round(one.probability, 3),
         "probability_of_class": round(one.of_names, 3),
         "predicted_from_its_variables": round(one.standing.exhausted.beyond, 3),
+        "strength_varies_by": round(one.standing.uneven, 3),
     }
     if len(one.standing.entries) > 1:
         entry["entries"] = [_parameters(result, i) for i in one.standing.entries]

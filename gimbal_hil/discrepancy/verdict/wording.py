@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from gimbal_hil.discrepancy.judgement import Kind, Result, Status
+from gimbal_hil.discrepancy.judgement import Kind, Result, Status, Told
 from gimbal_hil.discrepancy.verdict.gaps import Gap
 from sim_backend.effects import CATALOGUE, FittedNumber
 
+#: a strength that varies by this share of where it is as likely something else is told as the reason of a doubt
+_TOLD = 0.3
 #: one effect or alternative as verdict.json holds it
 Entry = dict[str, Any]
 
@@ -91,8 +93,14 @@ def _doubts(result: Result, alternatives: Sequence[Entry]) -> str:
                 " known of it."
             )
         else:
-            found.append(f" {_name(name, axis).capitalize()} is probable only ({one.probability:.0%}).")
+            why = f": its strength varies by {one.standing.uneven:.0%} along the logs" if _varies(result, one) else ""
+            found.append(f" {_name(name, axis).capitalize()} is probable only ({one.probability:.0%}){why}.")
     return "".join(found)
+
+
+def _varies(result: Result, one: Told) -> bool:
+    """Whether the strength of a cause varies by so much that this is a doubt."""
+    return one.standing.uneven > _TOLD * result.request.policy.uneven
 
 
 def _name(effect: str, axis: str) -> str:
