@@ -27,10 +27,12 @@ def unevenness(inquiry: Inquiry, without: State, state: State, channel: int) -> 
 
     `without` is the state once the cause is taken away, everything else as it stands; of one channel.
     """
-    found = np.concatenate([_strengths(*log) for log in _logs(inquiry, without, state, channel)])
-    if len(found) < _STRETCHES:
+    stretches = np.concatenate([_strengths(*log) for log in _logs(inquiry, without, state, channel)])
+    if len(stretches) < _STRETCHES:
         return 0.0
-    strength, error, weight = found[:, 0], found[:, 1], found[:, 2] / np.sum(found[:, 2])
+    strength, error, own = stretches.T
+    weight = own / np.sum(own)
+    # one over how many stretches of equal weight these are worth
     mean, few = float(weight @ strength), float(weight @ weight)
     spread = float(weight @ (strength - mean) ** 2) / max(1.0 - few, 1e-9)
     # two standard errors of a variance that is known from so many stretches
@@ -39,7 +41,10 @@ def unevenness(inquiry: Inquiry, without: State, state: State, channel: int) -> 
 
 
 def _strengths(does: Floats, left: Floats) -> Floats:
-    """(strength, its squared error, squares of what the cause does) of every stretch of one log, (stretches, 3)."""
+    """(strength, its squared error, squares of what the cause does) of every stretch of one log, (stretches, 3).
+
+    The strength is one and the slope, over what the cause does, of what is left beside it.
+    """
     power = np.cumsum(does**2)
     ends = np.searchsorted(power, float(does @ does) * np.arange(1, _STRETCHES) / _STRETCHES)
     parts = [part for part in np.split(np.arange(len(does)), ends) if len(part) >= 2 * _BLOCKS]
@@ -50,12 +55,14 @@ def _strengths(does: Floats, left: Floats) -> Floats:
     # within a stretch what is left beside its own strength is noise, however much that is another than the mean
     noise = [does[part] * (left[part] - slope * does[part]) for part, slope in zip(parts, slopes, strict=True)]
     wanted = _A_BLOCK * decorrelation_rows(np.concatenate(noise))
-    error = 0.0
+    squares = 0.0
     for part in noise:
         length = int(np.clip(np.ceil(wanted), 1, len(part) // _BLOCKS))
         sums = block_sums(part, length)
-        error += float(np.sum(sums**2)) * len(sums) / (len(sums) - 1)
-    return np.column_stack([1.0 + slopes, error / np.sum(own) / own, own])
+        # of a block that is shorter than rows are correlated over, sums say too little; nor does the last part of one
+        longer = max(1.0, wanted / length) * len(part) / (len(sums) * length)
+        squares += longer * float(np.sum(sums**2)) * len(sums) / (len(sums) - 1)
+    return np.column_stack([1.0 + slopes, squares / np.sum(own) / own, own])
 
 
 def _logs(inquiry: Inquiry, without: State, state: State, channel: int) -> Iterator[tuple[Floats, Floats]]:

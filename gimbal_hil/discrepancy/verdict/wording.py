@@ -11,8 +11,8 @@ from gimbal_hil.discrepancy.judgement import Kind, Result, Status, Told
 from gimbal_hil.discrepancy.verdict.gaps import Gap
 from sim_backend.effects import CATALOGUE, FittedNumber
 
-#: a strength that varies by this share of where it is as likely something else is told as the reason of a doubt
-_TOLD = 0.3
+#: the share of `Policy.uneven` from which a varying strength alone costs a name
+_TOLD = 0.45
 #: one effect or alternative as verdict.json holds it
 Entry = dict[str, Any]
 
@@ -93,13 +93,17 @@ def _doubts(result: Result, alternatives: Sequence[Entry]) -> str:
                 " known of it."
             )
         else:
-            why = f": its strength varies by {one.standing.uneven:.0%} along the logs" if _varies(result, one) else ""
+            why = (
+                f": fitted to stretches of the logs by themselves, its strength differs by {one.standing.uneven:.0%}"
+                if _varies(result, one)
+                else ""
+            )
             found.append(f" {_name(name, axis).capitalize()} is probable only ({one.probability:.0%}){why}.")
     return "".join(found)
 
 
 def _varies(result: Result, one: Told) -> bool:
-    """Whether the strength of a cause varies by so much that this is a doubt."""
+    """Whether the strength of a cause varies by so much that this alone would cost its name."""
     return one.standing.uneven > _TOLD * result.request.policy.uneven
 
 
