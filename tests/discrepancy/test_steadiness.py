@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gimbal_hil.discrepancy.hypotheses import BROKEN
 from gimbal_hil.discrepancy.judgement.steadiness import unevenness
 from gimbal_hil.discrepancy.twin import Floats
 
@@ -84,3 +85,12 @@ def test_a_log_without_room_for_stretches_says_nothing(rows: int) -> None:
 def test_what_does_nothing_has_no_strength() -> None:
     left = [_slow(k, 3) for k in range(3)]
     assert _uneven([np.zeros(_ROWS)] * 3, left) == 0.0
+
+
+def test_a_log_that_the_twin_cannot_carry_without_the_cause_says_nothing() -> None:
+    does = [_does(k) for k in range(3)]
+    left = [0.5 * _slow(10 + k, 5) for k in range(3)]
+    does[0][-1000:] = BROKEN - left[0][-1000:]
+    assert _uneven(does, left) < 0.1
+    does[1:] = [np.full(_ROWS, BROKEN) for _ in does[1:]]
+    assert _uneven(does, left) == 0.0

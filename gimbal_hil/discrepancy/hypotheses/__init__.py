@@ -9,8 +9,9 @@ from gimbal_hil.discrepancy.hypotheses.evidence import (
     with_shares,
 )
 from gimbal_hil.discrepancy.hypotheses.families import Family, families
-from gimbal_hil.discrepancy.hypotheses.fit import Fit, Weighing, bounds_of, fit, prior_weights, weighed_cost
+from gimbal_hil.discrepancy.hypotheses.fit import BROKEN, Fit, Weighing, bounds_of, fit, prior_weights, weighed_cost
 from gimbal_hil.discrepancy.hypotheses.hypothesis import (
+    PLAUSIBLE,
     Cause,
     Hypothesis,
     KnownNumber,
@@ -25,6 +26,8 @@ from gimbal_hil.discrepancy.hypotheses.hypothesis import (
 from gimbal_hil.discrepancy.hypotheses.origin import aligned, placed, zero_is_a_convention
 
 __all__ = [
+    "BROKEN",
+    "PLAUSIBLE",
     "Cause",
     "Family",
     "Fit",

@@ -17,14 +17,14 @@ from gimbal_hil.estimation import bounded_fit
 from sim_backend.effects import CATALOGUE
 
 _STEP = 0.02
-#: a coordinate of a cause is held this loosely, so that one without effect on these data stays near its start
+#: a coordinate of a cause is held this loosely, so that one without effect on these data stays where it does nothing
 _LOOSE = 1e2
 #: how far a number may go on a leash (log), unless it is known even less
 _FARTHEST = 0.9
 #: shares of the way from neutral at which a start that is too far is tried
 _NEARER = (1.0, 0.5, 0.2, 0.05)
 #: residual, in floors, of a hypothesis that the twin cannot carry
-_BROKEN = 1e6
+BROKEN = 1e6
 
 
 @dataclass(frozen=True)
@@ -87,6 +87,7 @@ def fit(
     per_row = 1.0 / (np.array(weighing.scale) * weighing.spread)
     low, high = bounds_of(hypothesis, leash)
     start = hypothesis.vector()
+    held_at = _held_at(hypothesis, start)
     shaping = _shaping(hypothesis)
     given = [
         None if part is None else part * np.tile(per_row, len(part) // channels)[:, None] for part in (earlier, known)
@@ -103,7 +104,7 @@ def fit(
         return seen[x.tobytes()]
 
     def residual_at(x: Floats) -> Floats:
-        return np.concatenate([seen_at(x)[0], _pull(hypothesis, x, start) * weights])
+        return np.concatenate([seen_at(x)[0], (x - held_at) * weights])
 
     def jacobian_at(x: Floats, residual: Floats) -> Floats:
         (rows, here), own = seen_at(x), []
@@ -126,7 +127,7 @@ def fit(
     unweighed = np.tile(1.0 / per_row, n // channels)
     residual = (found.residual[:n] * unweighed).reshape(-1, channels)
     if not np.all(np.isfinite(residual)):
-        broken = np.full_like(residual, _BROKEN)
+        broken = np.full_like(residual, BROKEN)
         return Fit(here, broken, np.zeros((n, len(start))), float(np.sum((broken * per_row) ** 2)))
     return Fit(here, residual, found.jacobian[:n] * unweighed[:, None], found.cost)
 
@@ -146,7 +147,7 @@ def bounds_of(hypothesis: Hypothesis, leash: float) -> tuple[Floats, Floats]:
     numbers.
     """
     knobs = [knob for cause in hypothesis.causes for knob in cause.family.knobs]
-    reach = [max(known.trust, min(leash * known.trust, _FARTHEST)) for known in hypothesis.floating]
+    reach = [max(known.reach, min(leash * known.trust, _FARTHEST)) for known in hypothesis.floating]
     zeros = [np.inf] * len(hypothesis.origins)
     low = np.array([knob.low for knob in knobs] + [-z for z in zeros] + [-r for r in reach])
     return low, np.array([knob.high for knob in knobs] + zeros + reach)
@@ -172,9 +173,10 @@ def _shaping(hypothesis: Hypothesis) -> list[bool]:
     return found + [False] * (len(hypothesis.vector()) - len(found))
 
 
-def _pull(hypothesis: Hypothesis, x: Floats, start: Floats) -> Floats:
-    """How far each coordinate is from where its prior holds it: causes from their start, known numbers from the
-    model.
+def _held_at(hypothesis: Hypothesis, start: Floats) -> Floats:
+    """Where its prior holds each coordinate: a ripple, whose angle is any, and zeros of logs at their start, all else
+    where it does nothing. Held at its start, what these data do not see would stay wherever a fit once left it.
     """
-    causes = len(x) - len(hypothesis.y)
-    return np.concatenate([x[:causes] - start[:causes], x[causes:]])
+    anywhere = [cause.family.ripple is not None for cause in hypothesis.causes for _ in cause.x]
+    anywhere += [True] * len(hypothesis.origins) + [False] * len(hypothesis.y)
+    return np.where(anywhere, start, 0.0)

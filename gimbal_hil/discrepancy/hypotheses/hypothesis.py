@@ -27,6 +27,9 @@ from sim_backend.model import NUMBER_AT, AntennaModel
 _NEAR = 0.02
 #: a number that is held back by this share stands at its bound
 _HELD = 1e-3
+#: an uncertainty that was stated too small by this factor surprises nobody: with twice, numbers 10 % off where 5 % is
+#: stated lay just beyond it, and gains of the drives were named in their place
+PLAUSIBLE = 2.5
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,8 @@ class Cause:
 
 @dataclass(frozen=True)
 class KnownNumber:
-    """A number of the model that may float: its axis, path and the share by which one trusts it.
+    """A number of the model that may float: its axis, path, the share by which one trusts it, and how many times that
+    it may move.
 
     It moves by the factor exp(y); with a size, by y times that size (an offset, which may change its sign).
     """
@@ -58,6 +62,12 @@ class KnownNumber:
     path: str
     trust: float
     size: float = 0.0
+    room: float = 1.0
+
+    @property
+    def reach(self) -> float:
+        """The farthest coordinate."""
+        return self.room * self.trust
 
     def moved(self, nominal: float, y: float) -> float:
         """The number at coordinate y."""
@@ -264,7 +274,17 @@ def _upright(effect: str, found: dict[str, tuple[float, float | None]]) -> dict[
 def known_numbers(model: AntennaModel) -> tuple[KnownNumber, ...]:
     """Numbers that float within what the model says of them: friction, bodies, offsets. What is zero, or exactly known,
     stays.
+
+    A number that no effect of the catalogue could tell may go as far as is plausible: held back, it would press, and
+    something that is not off would be told in its place.
     """
+    tellable = {
+        (axis, model.number_path(axis, parameter.path))
+        for axis in model.axes
+        for effect in CATALOGUE.values()
+        for parameter in effect.parameters
+        if effect.is_number and parameter.path
+    }
     bodies = (
         ["body.mass"] if model.is_linear else [f"body.inertia.{c}" for c in _MOMENTS] + [f"body.cog.{c}" for c in "xyz"]
     )
@@ -276,7 +296,8 @@ def known_numbers(model: AntennaModel) -> tuple[KnownNumber, ...]:
                 continue
             # an offset may change its sign
             signed = path == "actuator.offset"
-            found.append(KnownNumber(axis, path, 1.0 if signed else spread / abs(value), spread if signed else 0.0))
+            trust, size = (1.0, spread) if signed else (spread / abs(value), 0.0)
+            found.append(KnownNumber(axis, path, trust, size, 1.0 if (axis, path) in tellable else PLAUSIBLE))
     return tuple(found)
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gimbal_hil.discrepancy.hypotheses import Family, Fit, Hypothesis, Weighing, aligned, command_residual, fit
+from gimbal_hil.discrepancy.hypotheses import BROKEN, Family, Fit, Hypothesis, Weighing, aligned, command_residual, fit
 from gimbal_hil.discrepancy.inquiry.policy import Policy
 from gimbal_hil.discrepancy.twin import Floats, Twin
 from gimbal_hil.estimation import Paired, decorrelation_rows, paired
@@ -20,8 +20,6 @@ from gimbal_hil.signals import SignalsTable
 
 #: the data by what it is for, as fields of a state
 PARTS = ("fitted", "selecting", "untouched")
-#: residual, in floors, that stands for a hypothesis which the twin cannot carry along a log
-_BROKEN = 1e6
 
 
 @dataclass(frozen=True)
@@ -120,7 +118,7 @@ def state_of(inquiry: Inquiry, found: Fit) -> State:
     scale = tuple(float(x) for x in np.sqrt(np.maximum(found.squares, 1.0)))
     held = aligned(inquiry.holdout, found.hypothesis, inquiry.floor, scale, inquiry.selecting)
     rows = command_residual(inquiry.holdout, held, inquiry.floor)
-    rows = np.nan_to_num(rows, nan=_BROKEN, posinf=_BROKEN, neginf=-_BROKEN)
+    rows = np.nan_to_num(rows, nan=BROKEN, posinf=BROKEN, neginf=-BROKEN)
     return State(found, rows[inquiry.selecting], rows[~inquiry.selecting], held)
 
 

@@ -12,7 +12,15 @@ from gimbal_hil.discrepancy.inquiry import Inquiry, Policy, State, refitted, rms
 from gimbal_hil.discrepancy.judgement.judging import Remainder, Standing, remainders, standings
 from gimbal_hil.discrepancy.judgement.rivals import Rival
 from gimbal_hil.discrepancy.judgement.wander import left_beside_wander
-from gimbal_hil.discrepancy.search import Path, clearly_better, given_back, no_worse, numbers_of, surely
+from gimbal_hil.discrepancy.search import (
+    Path,
+    clearly_better,
+    given_back,
+    no_worse,
+    numbers_of,
+    surely,
+    with_more_room,
+)
 from sim_backend.effects import CATALOGUE, Variable
 
 #: a gap that the hold-out does not repeat, or that nothing predicts, is none up to this many floors
@@ -161,14 +169,19 @@ def _better_instead(inquiry: Inquiry, state: State, found: tuple[Standing, ...])
 
 def _surely_beats(inquiry: Inquiry, state: State, standing: Standing, rival: Rival) -> bool:
     """Whether a rival is what should have been found: another cause, no fuller form of this one and no ripple, which
-    with a few of its like draws any curve, that explains clearly and surely more.
+    with a few of its like draws any curve, that explains clearly and surely more, also where known numbers may leave
+    their uncertainty a little beside what is there: a drive's gain makes up for all that are held back.
     """
     if not rival.is_cause or (rival.plainer, rival.label[1]) == standing.label or rival.extra >= 0.0:
         return False
     mine, other = state.hypothesis.causes[standing.entries[0]], rival.state.hypothesis.causes[-1]
     if other.family.ripple or numbers_of(other) > numbers_of(mine) + _MORE_NUMBERS:
         return False
-    return surely(inquiry, state, rival.state) > inquiry.policy.anew and clearly_better(inquiry, rival.state, state)
+
+    def beats(one: State) -> bool:
+        return surely(inquiry, one, rival.state) > inquiry.policy.anew and clearly_better(inquiry, rival.state, one)
+
+    return beats(state) and beats(settled(inquiry, with_more_room(inquiry, state)))
 
 
 def _leaves_a_gap(inquiry: Inquiry, null: State) -> bool:

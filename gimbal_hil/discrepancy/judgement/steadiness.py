@@ -13,6 +13,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from gimbal_hil.discrepancy.hypotheses import BROKEN
 from gimbal_hil.discrepancy.inquiry import Inquiry, State
 from gimbal_hil.discrepancy.twin import Floats
 from gimbal_hil.estimation import block_sums, decorrelation_rows
@@ -27,7 +28,7 @@ def unevenness(inquiry: Inquiry, without: State, state: State, channel: int) -> 
 
     `without` is the state once the cause is taken away, everything else as it stands; of one channel.
     """
-    stretches = np.concatenate([_strengths(*log) for log in _logs(inquiry, without, state, channel)])
+    stretches = np.vstack([np.zeros((0, 3)), *(_strengths(*log) for log in _logs(inquiry, without, state, channel))])
     if len(stretches) < _STRETCHES:
         return 0.0
     strength, error, own = stretches.T
@@ -66,8 +67,12 @@ def _strengths(does: Floats, left: Floats) -> Floats:
 
 
 def _logs(inquiry: Inquiry, without: State, state: State, channel: int) -> Iterator[tuple[Floats, Floats]]:
-    """What a cause does and what is left beside it, log by log, fitted ones first."""
+    """What a cause does and what is left beside it, log by log, fitted ones first; a log that the twin cannot carry
+    without the cause, or with it, says nothing of its strength.
+    """
     cuts = np.cumsum(inquiry.held_counts)[:-1]
     bare = [*inquiry.split(without.fitted), *np.split(inquiry.in_order(without), cuts)]
     left = [*inquiry.split(state.fitted), *np.split(inquiry.in_order(state), cuts)]
-    return ((one[:, channel] - other[:, channel], other[:, channel]) for one, other in zip(bare, left, strict=True))
+    for one, other in zip(bare, left, strict=True):
+        if max(np.max(np.abs(one), initial=0.0), np.max(np.abs(other), initial=0.0)) < BROKEN:
+            yield one[:, channel] - other[:, channel], other[:, channel]

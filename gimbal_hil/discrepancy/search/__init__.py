@@ -3,7 +3,7 @@
 from gimbal_hil.discrepancy.search.candidates import numbers_of
 from gimbal_hil.discrepancy.search.comparing import clearly_better, no_worse, same_to_a_twin, surely
 from gimbal_hil.discrepancy.search.curve import curve_does_as_well, orders_make_a_series
-from gimbal_hil.discrepancy.search.release import given_back, numbers_instead
+from gimbal_hil.discrepancy.search.release import given_back, numbers_instead, with_more_room
 from gimbal_hil.discrepancy.search.screening import basis_of, respond, responses, row_weights
 from gimbal_hil.discrepancy.search.search import Path, control_share, in_its_place
 from gimbal_hil.discrepancy.search.stories import explain
@@ -26,4 +26,5 @@ __all__ = [
     "row_weights",
     "same_to_a_twin",
     "surely",
+    "with_more_room",
 ]

@@ -8,11 +8,21 @@ them.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
 
-from gimbal_hil.discrepancy.hypotheses import Cause, Family, Hypothesis, KnownNumber, is_tied, known_numbers, values_of
+from gimbal_hil.discrepancy.hypotheses import (
+    PLAUSIBLE,
+    Cause,
+    Family,
+    Hypothesis,
+    KnownNumber,
+    is_tied,
+    known_numbers,
+    values_of,
+)
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, settled, squares_of
 from sim_backend.effects import CATALOGUE
 
@@ -20,26 +30,68 @@ from sim_backend.effects import CATALOGUE
 _PRESSING = 0.98
 #: how far numbers may go when they are let go, in units of their uncertainty
 _LEASH = 25.0
-#: an uncertainty that was stated too small by this factor surprises nobody: with twice, numbers 10 % off where 5 % is
-#: stated lay just beyond it, and gains of the drives were named in their place
-_PLAUSIBLE = 2.5
+#: how often it is looked whether further numbers have to leave their uncertainty beside those that are told
+_TURNS = 3
 
 
 def released(inquiry: Inquiry, state: State) -> State | None:
-    """A state with every cause that numbers which leave their uncertainty ask for; None where fewer than two do."""
+    """A state whose known numbers may leave their uncertainty as far as is plausible, and those that would go farther
+    as the causes that they are; None where fewer than two press, or where they may already and fewer than two would.
+    """
     hypothesis = state.hypothesis
-    if sum(abs(y) >= _PRESSING * known.trust for known, y in zip(hypothesis.floating, hypothesis.y, strict=True)) < 2:
+    if sum(abs(y) >= _PRESSING * known.reach for known, y in zip(hypothesis.floating, hypothesis.y, strict=True)) < 2:
         return None
-    free = refitted(inquiry, state, hypothesis, rounds=3, leash=_LEASH).hypothesis
-    far = {known for known, y in zip(free.floating, free.y, strict=True) if abs(y) > known.trust}
-    wanted = hypothesis
-    for family in _covering(inquiry, far, set(hypothesis.labels)):
-        wanted = wanted.plus(Cause(family, (0.0,) * len(family.knobs)))
-    if len(wanted.causes) - len(hypothesis.causes) < 2:
+    wanted = _roomy(hypothesis)
+    far = _beyond(refitted(inquiry, state, wanted, rounds=3, leash=_LEASH).hypothesis, PLAUSIBLE)
+    several = _covering(inquiry, far, set(hypothesis.labels))
+    if wanted == hypothesis and len(several) < 2:
         return None
-    found = refitted(inquiry, state, wanted, rounds=8)
+    return _with_causes(inquiry, state, wanted, several)
+
+
+def told_as_causes(inquiry: Inquiry, state: State) -> State:
+    """The same explanation with every number that left its uncertainty as a cause, and the others within theirs."""
+    room = {(known.axis, known.path): known.room for known in known_numbers(inquiry.twin.model)}
+    stated = tuple(replace(known, room=room[known.axis, known.path]) for known in state.hypothesis.floating)
+    if state.hypothesis.floating == stated:
+        return state
+    found, free = state, state
+    for _ in range(_TURNS):
+        far = _beyond(free.hypothesis, 1.0)
+        several = _covering(inquiry, far, set(found.hypothesis.labels))
+        if free is not state and not several:
+            break
+        within = tuple(float(np.clip(y, -k.reach, k.reach)) for k, y in zip(stated, found.hypothesis.y, strict=True))
+        found = _with_causes(inquiry, state, replace(found.hypothesis, floating=stated, y=within), several)
+        if np.sum(squares_of(found)) <= (1.0 + inquiry.policy.same) * np.sum(squares_of(state)):
+            break
+        free = with_more_room(inquiry, found)
+    return found
+
+
+def _with_causes(inquiry: Inquiry, state: State, hypothesis: Hypothesis, families: list[Family]) -> State:
+    """A hypothesis with these causes beside it, from where they do nothing."""
+    for family in families:
+        hypothesis = hypothesis.plus(Cause(family, (0.0,) * len(family.knobs)))
+    found = refitted(inquiry, state, hypothesis, rounds=8)
     # beside the whole gap a fit is content once it explains most of it, and far from the model numbers do other things
     return refitted(replace(inquiry, known=None), found, found.hypothesis, rounds=8)
+
+
+def _beyond(hypothesis: Hypothesis, times: float) -> set[KnownNumber]:
+    """Known numbers farther off than so many times their uncertainty."""
+    return {k for k, y in zip(hypothesis.floating, hypothesis.y, strict=True) if abs(y) > times * k.trust}
+
+
+def _roomy(hypothesis: Hypothesis, but: Collection[tuple[str, str]] = ()) -> Hypothesis:
+    """A hypothesis whose known numbers may go as far as is plausible, all but some (axis, path)."""
+    wider = tuple(k if (k.axis, k.path) in but else replace(k, room=PLAUSIBLE) for k in hypothesis.floating)
+    return replace(hypothesis, floating=wider)
+
+
+def with_more_room(inquiry: Inquiry, state: State, but: Collection[tuple[str, str]] = ()) -> State:
+    """A state whose known numbers may leave their uncertainty as far as is plausible, all but some (axis, path)."""
+    return refitted(inquiry, state, _roomy(state.hypothesis, but))
 
 
 def numbers_instead(
@@ -49,15 +101,11 @@ def numbers_instead(
     the effects that those which do are told as. None where none does.
     """
     model, hypothesis = inquiry.twin.model, without.hypothesis
-    own = {model.number_path(label[1], p.path) for p in CATALOGUE[label[0]].parameters if p.path}
-    wider = tuple(
-        known if known.axis == label[1] and known.path in own else replace(known, trust=_PLAUSIBLE * known.trust)
-        for known in hypothesis.floating
-    )
-    if not wider:
+    if not hypothesis.floating:
         return None
-    free = refitted(inquiry, without, replace(hypothesis, floating=wider))
-    far = {k for k, y in zip(hypothesis.floating, free.hypothesis.y, strict=True) if abs(y) > k.trust}
+    own = {(label[1], model.number_path(label[1], p.path)) for p in CATALOGUE[label[0]].parameters if p.path}
+    free = with_more_room(inquiry, without, but=own)
+    far = _beyond(free.hypothesis, 1.0)
     found = tuple(family.label for family in _covering(inquiry, far, set(hypothesis.labels)))
     return (free, found) if found else None
 

@@ -1,0 +1,77 @@
+"""Known numbers that may leave their uncertainty: as far as is plausible while something is searched beside them, and
+in the end as the causes that they are; what data do not see stays where it does nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+
+from gimbal_hil.discrepancy.hypotheses import PLAUSIBLE, Cause, known_numbers
+from gimbal_hil.discrepancy.inquiry import Inquiry, Policy, State, refitted, squares_of
+from gimbal_hil.discrepancy.inquiry.prepare import as_stated, effect_names, prepared, recalibrated
+from gimbal_hil.discrepancy.search.release import told_as_causes, with_more_room
+from gimbal_hil.executor import open_executor
+from sim_backend.model import AntennaModel, load_model, model_from_document
+from tests.blind.files import SHIPPED_MODEL
+from tests.discrepancy.test_logs_of_strangers import COULOMB, INERTIA, STEP, swing, table
+
+
+def _arm() -> AntennaModel:
+    """One joint with a mass, whose numbers are known to 10 %."""
+    axis = {
+        "body": {"mass": 1.0, "inertia": {"zz": INERTIA}},
+        "friction": {"coulomb": COULOMB, "breakaway": COULOMB, "viscous": 0.001},
+        "encoder": {"step": STEP},
+    }
+    document = {"schema": 1, "name": "arm", "kind": "rotary", "incline_sine": 0.0, "uncertainty": "10%"}
+    return model_from_document(document | {"axes": {"pan": axis}}, "arm")
+
+
+@contextmanager
+def _asked(effect: str, level: float) -> Iterator[tuple[Inquiry, State]]:
+    """Two logs of the arm with another Coulomb level, one effect to look for, and what the known numbers leave."""
+    logs = []
+    for speed in (1.0, 0.8):
+        t, torque, position = swing(10.0, noise=0.003, coulomb=level * COULOMB, speed=speed)
+        logs.append(table({"pan.torque": torque, "pan.position": position}, t))
+    with open_executor(1, None) as executor:
+        names = effect_names((effect,), ())
+        inquiry, _ = prepared(
+            _arm(), tuple(logs[:1]), tuple(logs[1:]), None, names, Policy(), executor, lambda text: None
+        )
+        yield recalibrated(inquiry, as_stated(inquiry))
+
+
+@pytest.mark.parametrize("level", [0.82, 1.2])
+def test_a_number_that_was_let_go_beyond_its_uncertainty_is_told_as_its_cause(level: float) -> None:
+    with _asked("coulomb", level) as (inquiry, null):
+        free = with_more_room(inquiry, null)
+        told = told_as_causes(inquiry, free)
+        assert free.hypothesis.labels == () and told.hypothesis.labels == (("coulomb", "pan"),)
+        assert told.hypothesis.floating == null.hypothesis.floating
+        assert all(abs(y) <= known.reach for known, y in zip(told.hypothesis.floating, told.hypothesis.y, strict=True))
+        assert np.sum(squares_of(told)) < 1.02 * np.sum(squares_of(free)) < 0.1 * np.sum(squares_of(null))
+
+
+def test_numbers_that_stay_within_their_uncertainty_are_no_cause_though_they_were_let_go() -> None:
+    with _asked("coulomb", 1.05) as (inquiry, null):
+        told = told_as_causes(inquiry, with_more_room(inquiry, null))
+        assert told.hypothesis.labels == () and told.hypothesis.floating == null.hypothesis.floating
+
+
+def test_a_coordinate_that_data_do_not_see_goes_back_to_where_it_does_nothing() -> None:
+    # upright, a centre of mass off the pivot weighs nothing: wherever a step led it, no data hold it there
+    with _asked("static_unbalance", 1.0) as (inquiry, null):
+        (family,) = inquiry.families
+        far = null.hypothesis.plus(Cause(family, (0.0, -300.0, 300.0)))
+        assert np.abs(refitted(inquiry, null, far).hypothesis.causes[0].x).max() < 1.0
+
+
+def test_a_number_that_no_effect_tells_may_go_as_far_as_is_plausible() -> None:
+    rooms = {(known.axis, known.path): known.room for known in known_numbers(load_model(SHIPPED_MODEL))}
+    assert rooms["outer", "body.inertia.yy"] == rooms["inner", "body.inertia.xx"] == PLAUSIBLE
+    assert rooms["outer", "body.inertia.zz"] == rooms["inner", "friction.coulomb"] == 1.0
