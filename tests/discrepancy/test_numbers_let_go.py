@@ -10,11 +10,14 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
+from gimbal_hil.discrepancy import Request, diagnose, verdict_of
 from gimbal_hil.discrepancy.hypotheses import PLAUSIBLE, Cause, known_numbers
 from gimbal_hil.discrepancy.inquiry import Inquiry, Policy, State, refitted, squares_of
 from gimbal_hil.discrepancy.inquiry.prepare import as_stated, effect_names, prepared, recalibrated
 from gimbal_hil.discrepancy.search.release import told_as_causes, with_more_room
+from gimbal_hil.discrepancy.verdict.discrepancy_page import discrepancy_page
 from gimbal_hil.executor import open_executor
+from gimbal_hil.report import Table
 from sim_backend.model import AntennaModel, load_model, model_from_document
 from tests.blind.files import SHIPPED_MODEL
 from tests.discrepancy.test_logs_of_strangers import COULOMB, INERTIA, STEP, swing, table
@@ -75,3 +78,17 @@ def test_a_number_that_no_effect_tells_may_go_as_far_as_is_plausible() -> None:
     rooms = {(known.axis, known.path): known.room for known in known_numbers(load_model(SHIPPED_MODEL))}
     assert rooms["outer", "body.inertia.yy"] == rooms["inner", "body.inertia.xx"] == PLAUSIBLE
     assert rooms["outer", "body.inertia.zz"] == rooms["inner", "friction.coulomb"] == 1.0
+
+
+def test_numbers_that_are_a_little_off_are_told_as_themselves_and_the_page_says_that_they_were_let_go_of() -> None:
+    logs = []
+    for speed in (1.0, 0.8):
+        t, torque, position = swing(20.0, noise=0.001, coulomb=0.7 * COULOMB, speed=speed)
+        logs.append(table({"pan.torque": 1.18 * torque, "pan.position": position}, t))
+    model = _arm()
+    result = diagnose(Request(model, tuple(logs[:1]), tuple(logs[1:])))
+    found = verdict_of(result)
+    assert {e["name"] for e in found.document["effects"]} == {"coulomb", "inertia"}
+    page = discrepancy_page(result, found, model, ["a log"])
+    tried = next(block for block in page.blocks if isinstance(block, Table) and "candidate" in block.header)
+    assert ("known numbers, let go of", "all") in [row[1:3] for row in tried.rows]
