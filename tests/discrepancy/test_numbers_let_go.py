@@ -89,6 +89,8 @@ def test_numbers_that_are_a_little_off_are_told_as_themselves_and_the_page_says_
     result = diagnose(Request(model, tuple(logs[:1]), tuple(logs[1:])))
     found = verdict_of(result)
     assert {e["name"] for e in found.document["effects"]} == {"coulomb", "inertia"}
+    # both as shares of the whole gap, of which the second cause takes little
+    assert all(e["best_control_gain"] < 0.5 * e["held_out_gain"] for e in found.document["effects"])
     page = discrepancy_page(result, found, model, ["a log"])
     tried = next(block for block in page.blocks if isinstance(block, Table) and "candidate" in block.header)
     assert ("known numbers, let go of", "all") in [row[1:3] for row in tried.rows]

@@ -111,13 +111,15 @@ def _effect_entry(result: Result, one: Told) -> tuple[Entry, list[Entry], Entry 
     """A told cause, what it could also be, and the run that would tell."""
     name, axis = one.standing.label
     index = one.standing.entries[0]
+    gain = min(1.0, one.standing.untouched.share if one.standing.silent else _gain(result, one))
     entry: Entry = {
         "name": name,
         "axis": axis,
         "status": one.status.value,
         "parameters": _parameters(result, index),
-        "held_out_gain": min(1.0, one.standing.untouched.share if one.standing.silent else _gain(result, one)),
-        "best_control_gain": one.standing.control,
+        "held_out_gain": gain,
+        # of the same gap: the control is known as a share of what is left without the cause, as `share` is
+        "best_control_gain": gain * one.standing.control / max(one.standing.share, 1e-9),
         "probability": round(one.probability, 3),
         "confidence": round(one.probability, 3),
         "probability_of_class": round(one.of_names, 3),
