@@ -43,6 +43,13 @@ def test_a_cause_outside_the_catalogue_is_not_given_a_name() -> None:
     assert verdict["verdict"] == "unexplained" and verdict["where"]
 
 
+def test_a_stop_that_hardens_is_said_to_be_something_over_position() -> None:
+    case = draw(3600, ["hardening_stop"], axis="outer", outside_cause=True, magnitude=20.0, duration_s=24.0)
+    verdict = _verdict_on(case)
+    assert verdict["verdict"] == "unexplained" and verdict["depends_on"]["variable"] == "position"
+    assert verdict["depends_on"]["share"] > 0.5 and "From the position alone" in verdict["text"]
+
+
 def test_what_a_joint_did_a_moment_ago_takes_the_name_from_a_part_of_it() -> None:
     # grease that motion works is no viscous friction: what is left goes with recent motion
     case = draw(308, ["worked_grease"], axis="inner", outside_cause=True, magnitude=15.0, duration_s=24.0)

@@ -9,7 +9,7 @@ import numpy as np
 
 from gimbal_hil.discrepancy.hypotheses import Cause
 from gimbal_hil.discrepancy.inquiry import Inquiry, Policy, State, refitted, rms, settled, squares_of
-from gimbal_hil.discrepancy.judgement.judging import Remainder, Standing, remainders, standings
+from gimbal_hil.discrepancy.judgement.judging import Remainder, Standing, depends_on, remainders, standings
 from gimbal_hil.discrepancy.judgement.rivals import Rival
 from gimbal_hil.discrepancy.judgement.wander import left_beside_wander
 from gimbal_hil.discrepancy.search import (
@@ -77,6 +77,8 @@ class Decision:
     state: State
     told: tuple[Told, ...]
     remainders: tuple[Remainder, ...]
+    #: where nothing is told: the variable that what is left depends on, and the share that it predicts alone
+    depends_on: tuple[Variable, float] | None = None
 
 
 def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_command: bool) -> Decision:
@@ -116,7 +118,9 @@ def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_c
                 break
             state = settled(inquiry, refitted(inquiry, state, rest))
     left = remainders(inquiry, null, null)
-    return Decision(Kind.NO_DISCREPANCY if _only_noise(inquiry, null, left) else Kind.UNEXPLAINED, null, (), left)
+    if _only_noise(inquiry, null, left):
+        return Decision(Kind.NO_DISCREPANCY, null, (), left)
+    return Decision(Kind.UNEXPLAINED, null, (), left, depends_on(inquiry, null, left))
 
 
 def _as_before(named: dict[tuple[str, str], Told], told: Told) -> Told:

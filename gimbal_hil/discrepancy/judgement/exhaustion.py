@@ -54,6 +54,9 @@ def predictable(inquiry: Inquiry, state: State, column: int, variables: frozense
     # a slack is the same one in every log
     travel = max(float(np.ptp(record.motion[:, axis])) for record in fitted)
     taught, asked = (_inputs(records, axis, variables, travel) for records in (fitted, held))
+    if not taught.shape[1]:
+        # nothing here says that of a log: one axis has no other
+        return Predictable(0.0, 0.0)
     y = state.fitted[:, column]
     target = inquiry.in_order(state)[:, column]
     total = float(np.mean(target**2))
@@ -103,7 +106,9 @@ def _by_a_line(x: Floats, y: Floats, asked: Floats) -> Floats:
 
 
 def _inputs(records: tuple[Record, ...], axis: int, variables: frozenset[Variable], travel: float) -> Floats:
-    return np.concatenate([np.column_stack(_columns(record, axis, variables, travel)) for record in records])
+    """The variables of all scored rows, (rows, columns)."""
+    logs = [_columns(record, axis, variables, travel) for record in records]
+    return np.concatenate([np.column_stack(columns) if columns else np.zeros((0, 0)) for columns in logs])
 
 
 def _columns(record: Record, axis: int, variables: frozenset[Variable], travel: float) -> Sequence[Floats]:

@@ -36,6 +36,8 @@ from sim_backend.effects import CATALOGUE, Ripple, Variable
 EVERYTHING = frozenset(Variable)
 #: a change of the hold-out below this share of what is left there is no trace
 _NO_TRACE = 0.1
+#: a variable predicts as much as another from this share of it on, and nearly as much as all together
+_AS_MUCH, _NEARLY_ALL = 0.95, 0.7
 
 
 @dataclass(frozen=True)
@@ -153,6 +155,20 @@ def _unseen(inquiry: Inquiry, state: State, bare: State) -> bool:
     changes = [rms(getattr(bare, part) - getattr(state, part)) for part in PARTS[1:]]
     levels = [np.maximum(rms(getattr(state, part)), 1.0) for part in PARTS[1:]]
     return all(bool(np.all(change < _NO_TRACE * level)) for change, level in zip(changes, levels, strict=True))
+
+
+def depends_on(inquiry: Inquiry, state: State, left: tuple[Remainder, ...]) -> tuple[Variable, float] | None:
+    """The variable that alone predicts most of what a state leaves of its worst channel, and the share; None where
+    none predicts nearly as much as all together.
+    """
+    column = max(range(len(left)), key=lambda j: left[j].after)
+    together = left[column].predictable.beyond
+    if together < inquiry.policy.exhausted:
+        return None
+    shares = {one: predictable(inquiry, state, column, frozenset({one})).beyond for one in Variable}
+    # of two that say as much the one that comes first: what a law is written over before what only goes with it
+    best = next(one for one, share in shares.items() if share > _AS_MUCH * max(shares.values()))
+    return (best, shares[best]) if shares[best] > _NEARLY_ALL * together else None
 
 
 def remainders(inquiry: Inquiry, null: State, state: State) -> tuple[Remainder, ...]:

@@ -47,6 +47,8 @@ class Verdict:
     contradictions: tuple[Entry, ...]
     #: that none of the told causes is it
     something_else: float
+    #: where nothing is told: the variable that alone predicts most of what is left, and the share
+    depends_on: Entry | None
     notes: tuple[str, ...] = ()
 
     @property
@@ -66,6 +68,7 @@ class Verdict:
             "recalibrated": list(self.recalibrated),
             "contradictions": list(self.contradictions),
             "something_else": round(self.something_else, 3),
+            "depends_on": self.depends_on,
             "notes": list(self.notes),
         }
 
@@ -85,6 +88,7 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
     against = tuple(contradictions(corrected_model(result) or recalibrated_model(result), logs))
     text = told(result, effects, alternatives, gaps) + "".join(told_against(found) for found in against)
     something_else = 1.0 - min((one.of_names for one in result.told), default=0.0 if kind is Kind.UNEXPLAINED else 1.0)
+    over = result.decision.depends_on
     return Verdict(
         kind,
         text,
@@ -98,6 +102,7 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
         _recalibrated(result),
         against,
         something_else,
+        None if over is None else {"variable": over[0].value, "share": round(over[1], 3)},
         (*notes, *_notes(result)),
     )
 

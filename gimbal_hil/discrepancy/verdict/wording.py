@@ -54,11 +54,12 @@ def _unexplained(result: Result, gaps: Sequence[Gap]) -> str:
     size = _size("The largest gap is", _largest(gaps))
     tried = ", ".join(dict.fromkeys(_name(*label) for label in result.path.state.hypothesis.labels))
     shape = max(result.decision.remainders, key=lambda r: r.after)
-    seen = (
-        f" From the motion, {shape.predictable.beyond:.0%} of what is left can be predicted."
-        if shape.predictable.beyond > 0.1
-        else ""
-    )
+    seen = ""
+    over = result.decision.depends_on
+    if over is not None:
+        seen = f" From the {over[0].value} alone, {over[1]:.0%} of what is left can be predicted."
+    elif shape.predictable.beyond > 0.1:
+        seen = f" From the motion, {shape.predictable.beyond:.0%} of what is left can be predicted."
     if not tried:
         return f"{size}. Nothing in the catalogue explains it: no candidate pays on the hold-out.{seen}"
     least = float(np.max(result.path.state.left()))
