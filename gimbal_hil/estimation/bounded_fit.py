@@ -17,6 +17,8 @@ Floats = NDArray[np.float64]
 
 #: how a step is shortened, and how often, before a fit is taken for finished
 _SHORTER, _SHORTENINGS = 0.35, 5
+#: share of the largest curvature, in units of each coordinate's own, that every direction has at least
+_DAMPING = 1e-12
 
 
 @dataclass(frozen=True)
@@ -88,11 +90,12 @@ def _bounded_step(jacobian: Floats, residual: Floats, low: Floats, high: Floats)
     scale = size[moving]
     # the square root of the normal matrix stands for the long Jacobian
     values, vectors = np.linalg.eigh(normal[np.ix_(moving, moving)] / np.outer(scale, scale))
-    kept = values > 1e-10 * values[-1]
-    root = np.sqrt(values[kept])
-    triangle, target = root[:, None] * vectors[:, kept].T, -(vectors[:, kept].T @ (gradient[moving] / scale)) / root
+    # a direction that the data hardly see is damped, not left out: inside bounds nothing else would hold it, and two
+    # coordinates that cancel each other would run away together
+    root = np.sqrt(np.maximum(values, 0.0) + _DAMPING * values[-1])
+    triangle, target = root[:, None] * vectors.T, -(vectors.T @ (gradient[moving] / scale)) / root
     bounds = low[moving] * scale, high[moving] * scale
-    free = vectors[:, kept] @ (target / root)
+    free = vectors @ (target / root)
     if np.any(free < bounds[0]) or np.any(free > bounds[1]):
         free = lsq_linear(triangle, target, bounds=bounds, method="bvls", max_iter=200).x
     step[moving] = free / scale
