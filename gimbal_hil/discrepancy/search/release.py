@@ -30,43 +30,16 @@ from sim_backend.effects import CATALOGUE
 _PRESSING = 0.98
 #: how far numbers may go when they are let go, in units of their uncertainty
 _LEASH = 25.0
-#: how often it is looked whether further numbers have to leave their uncertainty beside those that are told
-_TURNS = 3
 
 
 def released(inquiry: Inquiry, state: State) -> State | None:
-    """A state whose known numbers may leave their uncertainty as far as is plausible, and those that would go farther
-    as the causes that they are; None where fewer than two press, or where they may already and fewer than two would.
-    """
+    """A state with every cause that numbers which leave their uncertainty ask for; None where fewer than two do."""
     hypothesis = state.hypothesis
     if sum(abs(y) >= _PRESSING * known.reach for known, y in zip(hypothesis.floating, hypothesis.y, strict=True)) < 2:
         return None
-    wanted = _roomy(hypothesis)
-    far = _beyond(refitted(inquiry, state, wanted, rounds=3, leash=_LEASH).hypothesis, PLAUSIBLE)
-    several = _covering(inquiry, far, set(hypothesis.labels))
-    if wanted == hypothesis and len(several) < 2:
-        return None
-    return _with_causes(inquiry, state, wanted, several)
-
-
-def told_as_causes(inquiry: Inquiry, state: State) -> State:
-    """The same explanation with every number that left its uncertainty as a cause, and the others within theirs."""
-    room = {(known.axis, known.path): known.room for known in known_numbers(inquiry.twin.model)}
-    stated = tuple(replace(known, room=room[known.axis, known.path]) for known in state.hypothesis.floating)
-    if state.hypothesis.floating == stated:
-        return state
-    found, free = state, state
-    for _ in range(_TURNS):
-        far = _beyond(free.hypothesis, 1.0)
-        several = _covering(inquiry, far, set(found.hypothesis.labels))
-        if free is not state and not several:
-            break
-        within = tuple(float(np.clip(y, -k.reach, k.reach)) for k, y in zip(stated, found.hypothesis.y, strict=True))
-        found = _with_causes(inquiry, state, replace(found.hypothesis, floating=stated, y=within), several)
-        if np.sum(squares_of(found)) <= (1.0 + inquiry.policy.same) * np.sum(squares_of(state)):
-            break
-        free = with_more_room(inquiry, found)
-    return found
+    free = refitted(inquiry, state, hypothesis, rounds=3, leash=_LEASH).hypothesis
+    several = _covering(inquiry, _beyond_stated(free), set(hypothesis.labels))
+    return None if len(several) < 2 else _with_causes(inquiry, state, hypothesis, several)
 
 
 def _with_causes(inquiry: Inquiry, state: State, hypothesis: Hypothesis, families: list[Family]) -> State:
@@ -78,20 +51,15 @@ def _with_causes(inquiry: Inquiry, state: State, hypothesis: Hypothesis, familie
     return refitted(replace(inquiry, known=None), found, found.hypothesis, rounds=8)
 
 
-def _beyond(hypothesis: Hypothesis, times: float) -> set[KnownNumber]:
-    """Known numbers farther off than so many times their uncertainty."""
-    return {k for k, y in zip(hypothesis.floating, hypothesis.y, strict=True) if abs(y) > times * k.trust}
-
-
-def _roomy(hypothesis: Hypothesis, but: Collection[tuple[str, str]] = ()) -> Hypothesis:
-    """A hypothesis whose known numbers may go as far as is plausible, all but some (axis, path)."""
-    wider = tuple(k if (k.axis, k.path) in but else replace(k, room=PLAUSIBLE) for k in hypothesis.floating)
-    return replace(hypothesis, floating=wider)
+def _beyond_stated(hypothesis: Hypothesis) -> set[KnownNumber]:
+    """Known numbers that left their uncertainty."""
+    return {known for known, y in zip(hypothesis.floating, hypothesis.y, strict=True) if abs(y) > known.trust}
 
 
 def with_more_room(inquiry: Inquiry, state: State, but: Collection[tuple[str, str]] = ()) -> State:
     """A state whose known numbers may leave their uncertainty as far as is plausible, all but some (axis, path)."""
-    return refitted(inquiry, state, _roomy(state.hypothesis, but))
+    wider = tuple(k if (k.axis, k.path) in but else replace(k, room=PLAUSIBLE) for k in state.hypothesis.floating)
+    return refitted(inquiry, state, replace(state.hypothesis, floating=wider))
 
 
 def numbers_instead(
@@ -105,7 +73,7 @@ def numbers_instead(
         return None
     own = {(label[1], model.number_path(label[1], p.path)) for p in CATALOGUE[label[0]].parameters if p.path}
     free = with_more_room(inquiry, without, but=own)
-    far = _beyond(free.hypothesis, 1.0)
+    far = _beyond_stated(free.hypothesis)
     found = tuple(family.label for family in _covering(inquiry, far, set(hypothesis.labels)))
     return (free, found) if found else None
 

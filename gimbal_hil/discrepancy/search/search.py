@@ -195,9 +195,7 @@ def in_its_place(inquiry: Inquiry, path: Path, without: State, state: State, lab
             sorted(one.before.hypothesis.labels) == others
             and one.before.hypothesis.floating == without.hypothesis.floating
         ):
-            # what let go of numbers alone has no cause
-            tried = (state for state in one.tried if state.hypothesis.causes)
-            alone = (state for state in tried if sorted(state.hypothesis.labels[:-1]) == others)
+            alone = (state for state in one.tried if sorted(state.hypothesis.labels[:-1]) == others)
             return [state for state in alone if state.hypothesis.labels[-1] != label]
     return candidates(inquiry, without, path.heard, state)
 

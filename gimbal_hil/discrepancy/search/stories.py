@@ -8,9 +8,9 @@ from gimbal_hil.discrepancy.hypotheses import Hypothesis
 from gimbal_hil.discrepancy.inquiry import MOST_CAUSES, Inquiry, State, settled, squares_of, stands_out
 from gimbal_hil.discrepancy.search.candidates import listen, numbers_of
 from gimbal_hil.discrepancy.search.comparing import clearly_better, same_to_a_twin
-from gimbal_hil.discrepancy.search.release import released, told_as_causes
+from gimbal_hil.discrepancy.search.release import released
 from gimbal_hil.discrepancy.search.screening import Response
-from gimbal_hil.discrepancy.search.search import Path, Round, extended, pays, pruned
+from gimbal_hil.discrepancy.search.search import Path, Round, extended, pays
 
 
 def explain(inquiry: Inquiry, start: State, most: int = MOST_CAUSES, heard: tuple[Response, ...] | None = None) -> Path:
@@ -24,23 +24,16 @@ def explain(inquiry: Inquiry, start: State, most: int = MOST_CAUSES, heard: tupl
         heard = tuple(listen(inquiry, start, [f for f in inquiry.families if not f.ripple]))
     numbers = released(inquiry, start) if most > 1 else None
     if numbers is None or not pays(inquiry, start, numbers):
-        path = extended(inquiry, start, most, heard)
-        return replace(path, state=_told(inquiry, path.state))
+        return extended(inquiry, start, most, heard)
     story = extended(inquiry, numbers, most, heard)
     story = replace(story, rounds=(Round(start, (numbers,), {}), *story.rounds))
     # where nothing is left to explain, one cause alone could still be plainer
     other = extended(inquiry, start, most if stands_out(inquiry, story.state) else 1, heard)
     # one that is still on its way looks worse than it is
-    stories = [replace(path, state=settled(inquiry, _told(inquiry, path.state))) for path in (other, story)]
+    stories = [replace(path, state=settled(inquiry, path.state)) for path in (other, story)]
     plainer, fuller = sorted(stories, key=lambda path: _free_numbers(path.state.hypothesis))
     better = fuller if _more_is_there(inquiry, start, fuller.state, plainer.state) else plainer
     return replace(better, rounds=(*story.rounds, *other.rounds))
-
-
-def _told(inquiry: Inquiry, state: State) -> State:
-    """An explanation at its end: numbers that left their uncertainty are causes of it, where they pay as such."""
-    told = told_as_causes(inquiry, state)
-    return state if told is state else pruned(inquiry, told)[0]
 
 
 def _more_is_there(inquiry: Inquiry, start: State, fuller: State, plainer: State) -> bool:

@@ -167,8 +167,7 @@ def _ranking(result: Result) -> Table:
     rows = []
     for number, one in enumerate(result.path.rounds, start=1):
         for tried in one.tried[:6]:
-            let_go = tried.hypothesis.floating != one.before.hypothesis.floating
-            effect, axis = ("known numbers, let go of", "all") if let_go else tried.hypothesis.labels[-1]
+            effect, axis = tried.hypothesis.labels[-1]
             fitted, held = (gain_on(result.inquiry, one.before, tried, part) for part in ("fitted", "selecting"))
             control = one.controls.get((effect, axis))
             rows.append(
