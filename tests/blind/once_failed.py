@@ -93,7 +93,7 @@ def rows() -> Iterator[Row]:
     for k in range(2):
         yield Row(Job(f"degrees_for_radians.{k}", still), _in_degrees, "degrees")
         yield Row(Job(f"axes_swapped.{k}", still), _swapped, "swapped")
-        yield Row(Job(f"axis_mirrored.{k}", still), _mirrored, "inner")
+        yield Row(Job(f"axis_mirrored.{k}", still), _mirrored, "mirrored")
         yield Row(Job(f"base_in_degrees.{k}", moving), _base_in_degrees, "degrees")
 
 
@@ -116,17 +116,15 @@ def line_of(row: Row, folder: Path) -> str:
     truth = json.loads((folder / TRUTH_FILE).read_text(encoding="utf-8"))
     verdict = json.loads((folder / VERDICT_FILE).read_text(encoding="utf-8"))
     hidden = ", ".join(f"{c['name']}@{c['axis']}" for c in truth["causes"]) or "nothing"
-    if row.spoil:
+    if row.spoil is not None:
         refused = verdict["verdict"] == "unusable_data" and row.said in verdict["text"]
-        said, right = (
-            verdict["text"].replace(f"{folder / 'data'}/", "").replace("\n", " "),
-            "refused" if refused else "NOT REFUSED",
-        )
+        said = verdict["text"].replace(f"{folder / 'data'}/", "").replace("\n", " ")
+        right = "refused" if refused else "NOT REFUSED"
     else:
-        told = [
-            f"{one['name']}@{one['axis']}" + ("" if one["status"] == "named" else "?") for one in verdict["effects"]
-        ]
-        said, right = f"`{verdict['verdict']}` {', '.join(told)}", outcome(truth, verdict).value
+        marks = ((one, "" if one["status"] == "named" else "?") for one in verdict["effects"])
+        told = ", ".join(f"{one['name']}@{one['axis']}{mark}" for one, mark in marks)
+        said = f"`{verdict['verdict']}` {told}".rstrip()
+        right = outcome(truth, verdict).value
     return f"| {row.job.name} | {hidden} | {said} | {right} | {verdict['seconds']:.0f} |"
 
 

@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy.judgement import exhaustion
-from gimbal_hil.discrepancy.judgement.judging import EVERYTHING
+from gimbal_hil.discrepancy.inquiry import Policy
+from gimbal_hil.discrepancy.judgement import exhaustion, judging
+from gimbal_hil.discrepancy.judgement.exhaustion import Predictable
+from gimbal_hil.discrepancy.judgement.judging import EVERYTHING, Remainder, depends_on
 from gimbal_hil.discrepancy.twin import Floats
 from sim_backend.effects import Variable
 
@@ -60,3 +62,30 @@ def test_what_the_other_axis_is_commanded_is_asked_too(
     inquiry: Any = SimpleNamespace(twin=twins[0], holdout=twins[1], in_order=lambda _: _left(asked, of)[:, None])
     found = exhaustion.predictable(inquiry, state, 0, variables).beyond
     assert (found > 0.7) if predicted else (found < 0.1)
+
+
+@pytest.mark.parametrize(
+    ("alone", "together", "said"),
+    [
+        ({}, 0.6, None),
+        ({Variable.RATE: 0.3}, 0.6, None),
+        ({Variable.RATE: 0.5, Variable.TORQUE: 0.51}, 0.6, (Variable.RATE, 0.5)),
+        ({Variable.RATE: 0.5, Variable.TORQUE: 0.58}, 0.6, (Variable.TORQUE, 0.58)),
+        ({Variable.TIME: 0.1}, 0.1, None),
+    ],
+)
+def test_a_gap_depends_on_the_variable_that_alone_says_nearly_as_much_as_all(
+    monkeypatch: pytest.MonkeyPatch,
+    alone: dict[Variable, float],
+    together: float,
+    said: tuple[Variable, float] | None,
+) -> None:
+    def share(inquiry: Any, state: Any, column: int, variables: frozenset[Variable]) -> Predictable:
+        (one,) = variables
+        return Predictable(alone.get(one, 0.0), 0.0)
+
+    monkeypatch.setattr(judging, "predictable", share)
+    inquiry: Any = SimpleNamespace(policy=Policy())
+    left = (Remainder(1.0, 1.0, Predictable(0.0, 0.0)), Remainder(5.0, 5.0, Predictable(together, 0.0)))
+    state: Any = None
+    assert depends_on(inquiry, state, left) == said

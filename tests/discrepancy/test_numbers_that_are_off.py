@@ -29,11 +29,11 @@ def _arm() -> AntennaModel:
 
 
 @contextmanager
-def _asked(effect: str, level: float) -> Iterator[tuple[Inquiry, State]]:
-    """Two logs of the arm with another Coulomb level, one effect to look for, and what the known numbers leave."""
+def _asked(effect: str) -> Iterator[tuple[Inquiry, State]]:
+    """Two logs of the arm, one effect to look for, and what the known numbers leave."""
     logs = []
     for speed in (1.0, 0.8):
-        t, torque, position = swing(10.0, noise=0.003, coulomb=level * COULOMB, speed=speed)
+        t, torque, position = swing(10.0, noise=0.003, speed=speed)
         logs.append(table({"pan.torque": torque, "pan.position": position}, t))
     with open_executor(1, None) as executor:
         names = effect_names((effect,), ())
@@ -45,7 +45,7 @@ def _asked(effect: str, level: float) -> Iterator[tuple[Inquiry, State]]:
 
 def test_a_coordinate_that_data_do_not_see_goes_back_to_where_it_does_nothing() -> None:
     # upright, a centre of mass off the pivot weighs nothing: wherever a step led it, no data hold it there
-    with _asked("static_unbalance", 1.0) as (inquiry, null):
+    with _asked("static_unbalance") as (inquiry, null):
         (family,) = inquiry.families
         far = null.hypothesis.plus(Cause(family, (0.0, -300.0, 300.0)))
         assert np.abs(refitted(inquiry, null, far).hypothesis.causes[0].x).max() < 1.0

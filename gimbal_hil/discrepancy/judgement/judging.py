@@ -167,7 +167,7 @@ def depends_on(inquiry: Inquiry, state: State, left: tuple[Remainder, ...]) -> t
         return None
     shares = {one: predictable(inquiry, state, column, frozenset({one})).beyond for one in Variable}
     # of two that say as much the one that comes first: what a law is written over before what only goes with it
-    best = next(one for one, share in shares.items() if share > _AS_MUCH * max(shares.values()))
+    best = next(one for one, share in shares.items() if share >= _AS_MUCH * max(shares.values()))
     return (best, shares[best]) if shares[best] > _NEARLY_ALL * together else None
 
 

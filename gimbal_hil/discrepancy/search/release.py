@@ -38,15 +38,12 @@ def released(inquiry: Inquiry, state: State) -> State | None:
     if sum(abs(y) >= _PRESSING * known.reach for known, y in zip(hypothesis.floating, hypothesis.y, strict=True)) < 2:
         return None
     free = refitted(inquiry, state, hypothesis, rounds=3, leash=_LEASH).hypothesis
-    several = _covering(inquiry, _beyond_stated(free), set(hypothesis.labels))
-    return None if len(several) < 2 else _with_causes(inquiry, state, hypothesis, several)
-
-
-def _with_causes(inquiry: Inquiry, state: State, hypothesis: Hypothesis, families: list[Family]) -> State:
-    """A hypothesis with these causes beside it, from where they do nothing."""
-    for family in families:
-        hypothesis = hypothesis.plus(Cause(family, (0.0,) * len(family.knobs)))
-    found = refitted(inquiry, state, hypothesis, rounds=8)
+    wanted = hypothesis
+    for family in _covering(inquiry, _beyond_stated(free), set(hypothesis.labels)):
+        wanted = wanted.plus(Cause(family, (0.0,) * len(family.knobs)))
+    if len(wanted.causes) - len(hypothesis.causes) < 2:
+        return None
+    found = refitted(inquiry, state, wanted, rounds=8)
     # beside the whole gap a fit is content once it explains most of it, and far from the model numbers do other things
     return refitted(replace(inquiry, known=None), found, found.hypothesis, rounds=8)
 
