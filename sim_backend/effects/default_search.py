@@ -34,22 +34,24 @@ _SECONDS, _HERTZ, _KELVIN = 1e-3, 1.0, 1.0
 
 def default_profile(parameters: Sequence[Parameter], scale: AxisScale) -> SearchProfile | None:
     """Knobs and starts for an effect of these parameters on an axis; None where nothing of it can be off neutral."""
-    ordered = sorted(parameters, key=lambda p: p.periodic)
-    strengths = [p for p in ordered if _is_strength(p)] or [p for p in ordered if p.neutral == 0.0 and not p.periodic][
-        :1
-    ]
-    if all(p.path is not None for p in ordered):
-        # numbers that the model has anyway: each moves from where it stands
-        strengths = ordered
-    if not strengths:
+    first = strengths(parameters)
+    if not first:
         return None
-    ordered = [*strengths, *(p for p in ordered if p not in strengths)]
-    shapes = ordered[len(strengths) :]
-    knobs = tuple(_strength_knob(p, scale) if p in strengths else _shape_knob(p) for p in ordered)
+    shapes = sorted((p for p in parameters if p not in first), key=lambda p: p.periodic)
+    knobs = (*(_strength_knob(p, scale) for p in first), *(_shape_knob(p) for p in shapes))
     grids = _grids(shapes, scale)
-    angle = len(strengths) == 1 and len(shapes) > 0 and shapes[-1].periodic
-    starts = tuple(_start(len(strengths), at, angle) for at in itertools.product(*grids))
+    angle = len(first) == 1 and len(shapes) > 0 and shapes[-1].periodic
+    starts = tuple(_start(len(first), at, angle) for at in itertools.product(*grids))
     return SearchProfile(knobs, starts)
+
+
+def strengths(parameters: Sequence[Parameter]) -> list[Parameter]:
+    """The parameters of an effect that carry what it does: with all of them where they are neutral nothing is left."""
+    if all(p.path is not None for p in parameters):
+        # numbers that the model has anyway: each moves from where it stands
+        return sorted(parameters, key=lambda p: p.periodic)
+    neutral_at_zero = [p for p in parameters if p.neutral == 0.0 and not p.periodic]
+    return [p for p in neutral_at_zero if _is_strength(p)] or neutral_at_zero[:1]
 
 
 def unit_scale(unit: str, scale: AxisScale) -> float:
@@ -77,8 +79,8 @@ def _product(units: str, known: dict[str, float]) -> float:
 
 
 def _is_strength(p: Parameter) -> bool:
-    """Whether a parameter carries what the effect does: a torque, a mass or a share, absent at zero."""
-    return p.neutral == 0.0 and not p.periodic and (p.unit == "1" or re.match(r"(N|kg)\b", p.unit) is not None)
+    """Whether what is neutral at zero carries what the effect does: a torque, a mass or a share."""
+    return p.unit == "1" or re.match(r"(N|kg)\b", p.unit) is not None
 
 
 def _unit(p: Parameter, scale: AxisScale) -> str:

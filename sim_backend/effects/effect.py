@@ -19,7 +19,7 @@ from enum import Enum, IntEnum
 from typing import Any
 
 from sim_backend.effects.axis_scale import AxisScale, Need
-from sim_backend.effects.default_search import default_profile
+from sim_backend.effects.default_search import default_profile, strengths
 from sim_backend.effects.parameter import Parameter
 from sim_backend.effects.search_profile import Knob, SearchProfile
 from sim_backend.effects.separating_runs import SeparatingRun
@@ -179,6 +179,13 @@ class Effect:
     def is_number(self) -> bool:
         """Whether the model already has this effect's numbers."""
         return self.hook is None
+
+    @property
+    def strengths(self) -> tuple[Parameter, ...]:
+        """The parameters that carry what it does: with all of them neutral (a number as the model has it) there is
+        nothing.
+        """
+        return tuple(strengths(self.parameters))
 
     def profile(self, scale: AxisScale) -> SearchProfile | None:
         """How it is searched on an axis, every knob within the parameters' bounds; None where the axis or its data

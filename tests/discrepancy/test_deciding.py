@@ -24,7 +24,7 @@ _NOTHING = Predictable(0.0, 0.0)
 #: a cause that takes nearly all of a gap of ten floors
 _SOUND = Standing(
     (0,), ("cable_spring", "outer"), Paired(90.0, 0.9, 0.1, 40), 12.0, 0.95, 0.0, (), _NOTHING, (), False, 0, 90.0,
-    np.array([90.0]), False, 0.0,
+    np.array([90.0]), False, 0.0, 0.02, 1.0,
 )  # fmt: skip
 
 
@@ -48,6 +48,10 @@ def test_a_cause_that_leaves_noise_is_nearly_sure() -> None:
         ({"share": 0.01}, Remainder(10.0, 9.9, _NOTHING)),
         # its strength is another from stretch to stretch
         ({"uneven": 0.4}, Remainder(10.0, 1.0, _NOTHING)),
+        # the interval of its strength holds nothing
+        ({"error": 1.2}, Remainder(10.0, 1.0, _NOTHING)),
+        # it does thirty times what was there, which others undo
+        ({"does": 30.0}, Remainder(10.0, 1.0, _NOTHING)),
     ],
 )
 def test_each_doubt_alone_takes_a_name_away(change: dict, left: Remainder) -> None:

@@ -130,3 +130,12 @@ def test_what_is_pressed_against_a_bound_ends_just_before_it_and_stands_there() 
         x = [0.5 * (knob.low + knob.high) if np.isfinite(knob.low + knob.high) else 0.0 for knob in gap.knobs]
         x[at] = gap.knobs[at].high - before_the_end
         assert ("gap" in Cause(gap, tuple(x)).knobs_at_bound) is pressed
+
+
+def test_a_small_strength_is_not_at_its_bound_but_an_order_at_its_lowest_is() -> None:
+    twin = twin_of(odd_model())
+    spring = named(twin, "cable_spring")
+    assert Cause(spring, (1e-3, 0.5)).knobs_at_bound == ()
+    ripple = named(twin, "cogging")
+    lowest = next(knob.low for knob in ripple.knobs if knob.parameters == ("order",))
+    assert Cause(ripple, (3.0, lowest, 0.2)).knobs_at_bound == ("order",)

@@ -14,6 +14,7 @@ from gimbal_hil.discrepancy.hypotheses.hypothesis import Cause
 from gimbal_hil.discrepancy.inquiry.inquiry import refitted, settled, squares_of
 from gimbal_hil.discrepancy.inquiry.policy import Policy
 from gimbal_hil.discrepancy.inquiry.prepare import as_stated, effect_names, prepared, recalibrated, useful_band
+from gimbal_hil.discrepancy.judgement.intervals import number_intervals
 from gimbal_hil.discrepancy.noise.floors import repeat_floor, spectral_floor, wide_twin
 from gimbal_hil.discrepancy.noise.processing import balanced, processing_floors
 from gimbal_hil.discrepancy.noise.row_noise import held_squares, moves, row_scales
@@ -21,7 +22,6 @@ from gimbal_hil.discrepancy.search.release import given_back
 from gimbal_hil.discrepancy.twin.record import record_of
 from gimbal_hil.discrepancy.twin.smoothing import Floats
 from gimbal_hil.discrepancy.twin.twin import Twin
-from gimbal_hil.discrepancy.verdict.intervals import number_intervals
 from gimbal_hil.executor import open_executor
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import AntennaModel, model_from_document

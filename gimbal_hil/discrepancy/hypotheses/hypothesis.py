@@ -19,7 +19,7 @@ from gimbal_hil.discrepancy.twin import (
     write_number,
 )
 from sim_backend import layout
-from sim_backend.effects import CATALOGUE, Knob
+from sim_backend.effects import CATALOGUE, Knob, Move
 from sim_backend.model import NUMBER_AT, AntennaModel
 
 #: a coordinate this close to its bound (share of the room that it has, at most of one unit) stands there: a search
@@ -27,6 +27,8 @@ from sim_backend.model import NUMBER_AT, AntennaModel
 _NEAR = 0.02
 #: a number that is held back by this share stands at its bound
 _HELD = 1e-3
+#: and a known number this close to the end of its uncertainty presses against it
+_PRESSING = 0.98
 #: an uncertainty that was stated too small by this factor surprises nobody: with twice, numbers 10 % off where 5 % is
 #: stated lay just beyond it, and gains of the drives were named in their place
 PLAUSIBLE = 2.5
@@ -41,11 +43,16 @@ class Cause:
 
     @property
     def knobs_at_bound(self) -> tuple[str, ...]:
-        """Parameters whose coordinates may go no further. Nuisances do not count."""
+        """Parameters whose coordinates may go no further. Nuisances do not count, nor does nothing as the bound of a
+        strength: near it, the strength is small.
+        """
         found: list[str] = []
+        strengths = {parameter.name for parameter in CATALOGUE[self.family.effect].strengths}
         for knob, x in zip(self.family.knobs, self.x, strict=True):
             close = _NEAR * min(knob.high - knob.low, 1.0)
-            if not knob.nuisance and knob.low < knob.high and (x <= knob.low + close or x >= knob.high - close):
+            from_nothing = knob.move is Move.ADD and strengths.issuperset(knob.parameters)
+            ends = [end for end in (knob.low, knob.high) if end != 0.0 or not from_nothing]
+            if not knob.nuisance and knob.low < knob.high and any(abs(x - end) <= close for end in ends):
                 found += knob.parameters or (knob.along or "",)
         return tuple(found)
 
@@ -100,6 +107,12 @@ class Hypothesis:
     floating: tuple[KnownNumber, ...] = ()
     y: tuple[float, ...] = field(default=())
     origins: tuple[Origin, ...] = ()
+
+    @property
+    def pressing(self) -> tuple[int, ...]:
+        """Known numbers that are held back by their uncertainty, as places in `floating`."""
+        both = zip(self.floating, self.y, strict=True)
+        return tuple(i for i, (known, y) in enumerate(both) if abs(y) >= _PRESSING * known.reach)
 
     @property
     def labels(self) -> tuple[tuple[str, str], ...]:
@@ -210,10 +223,12 @@ def is_tied(model: AntennaModel, axis: str, path: str) -> bool:
 
 
 def values_of(
-    model: AntennaModel, twin: Twin, hypothesis: Hypothesis, index: int
+    model: AntennaModel, twin: Twin, hypothesis: Hypothesis, index: int, held: bool = True
 ) -> dict[str, tuple[float, float | None]]:
-    """Parameters of one cause in the catalogue's names: (value, the model's own value where it has one)."""
-    _, P = parameters_of(twin, hypothesis)
+    """Parameters of one cause in the catalogue's names: (value, the model's own value where it has one); not `held`,
+    wherever causes and recalibration lead them, be it where no antenna can be.
+    """
+    _, P = parameters_of(twin, hypothesis) if held else _as_moved(twin, hypothesis)
     structure = twin.structure(hook_list(hypothesis))
     cause = hypothesis.causes[index]
     effect, axis = cause.family.label

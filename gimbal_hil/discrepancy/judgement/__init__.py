@@ -1,6 +1,7 @@
 """The judgement: which of the causes found are told, and how surely."""
 
 from gimbal_hil.discrepancy.judgement.deciding import Kind, Status, Told, decide
+from gimbal_hil.discrepancy.judgement.intervals import number_intervals, parameter_intervals
 from gimbal_hil.discrepancy.judgement.measured_torque import torque_is_measured, with_measured_torque
 from gimbal_hil.discrepancy.judgement.result import Request, Result
 from gimbal_hil.discrepancy.judgement.rivals import Rival
@@ -13,6 +14,8 @@ __all__ = [
     "Status",
     "Told",
     "decide",
+    "number_intervals",
+    "parameter_intervals",
     "torque_is_measured",
     "with_measured_torque",
 ]

@@ -94,7 +94,7 @@ def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_c
                 # what leaves more than the model alone explains nothing
                 break
             left = remainders(inquiry, null, state)
-            found = standings(inquiry, state, path, left)
+            found = standings(inquiry, null, state, path, left)
             instead = _better_instead(inquiry, state, found)
             if instead is not None:
                 state = instead
@@ -272,10 +272,11 @@ def class_probability(
 ) -> float:
     """Probability that the cause, or one that this data cannot tell from it, is there.
 
-    Seven things speak against it: what it takes may be chance; any curve over position takes as much; its own variables
-    still predict what is left; its strength is another from stretch to stretch; others predict so much of what is left
-    that the cause may be a part of theirs, or what is not known takes as many squares of its channel (`unknown`); many
-    times what it takes is left that nothing predicts, or most of what was there; and it took little.
+    Nine things speak against it: what it takes may be chance; any curve over position takes as much; its own variables
+    still predict what is left; its strength is another from stretch to stretch; beside everything else it may as well
+    have none; it does many times what was there, and others undo it; others predict so much of what is left that the
+    cause may be a part of theirs, or what is not known takes as many squares of its channel (`unknown`); many times
+    what it takes is left that nothing predicts, or most of what was there; and it took little.
     """
     from scipy.stats import norm
 
@@ -293,6 +294,10 @@ def class_probability(
     predicted = standing.exhausted.beyond * min(1.0, left.after**2) * min(1.0, beside / _NEXT_TO_NOTHING)
     shape = 1.0 / (1.0 + (predicted / (2.0 * policy.exhausted)) ** 3)
     steady = 1.0 / (1.0 + (standing.uneven / policy.uneven) ** 4)
+    # even odds where the interval of its strength just holds nothing; and of what causes that undo each other leave
+    # over, much is no more than a twin is exact to
+    inexact = policy.same * standing.does
+    known = 1.0 / (1.0 + standing.error**6 + (inexact / _EXACT) ** 4)
     # what one thing through other variables does, a cause that is no part of it may take a share of
     others = left.predictable.beyond * (1.0 - standing.share) / max(standing.share, 1e-9)
     beyond_it = max(0.0, unknown) / max(standing.takes[standing.channel], 1e-9)
@@ -303,7 +308,7 @@ def class_probability(
     size = 1.0 / (1.0 + (beside_it / _DWARFED) ** 6 + (beyond / _LARGE) ** 4)
     share = max(standing.share, left.closed if left.before > policy.least_gap else 0.0)
     taken = share / (share + _LITTLE)
-    return float(np.clip(_MOST * evident * shape * steady * whole * size * taken, 0.0, _MOST))
+    return float(np.clip(_MOST * evident * shape * steady * known * whole * size * taken, 0.0, _MOST))
 
 
 #: at these something else is as likely: what is left and other variables predict, what stands at its bound takes, and
@@ -312,6 +317,8 @@ def class_probability(
 _OTHERS, _UNKNOWN, _DWARFED, _LARGE, _SMALL, _LITTLE, _MOST = 0.25, 0.5, 8.0, 0.8, 1.5, 0.02, 0.99
 #: what is left over what a cause takes, squares: below this it counts by how much it is
 _NEXT_TO_NOTHING = 0.05
+#: where what a cause does is inexact by this share of the gap that was there, it closes it as likely by chance
+_EXACT = 0.25
 #: and so many floors are no longer few
 _FEW = 6.0
 

@@ -26,6 +26,7 @@ from gimbal_hil.discrepancy.inquiry import (
     surely_less,
 )
 from gimbal_hil.discrepancy.judgement.exhaustion import Predictable, predictable
+from gimbal_hil.discrepancy.judgement.intervals import strength_error
 from gimbal_hil.discrepancy.judgement.rivals import Rival, rivals_of
 from gimbal_hil.discrepancy.judgement.steadiness import unevenness
 from gimbal_hil.discrepancy.search import Path, control_share, curve_does_as_well, orders_make_a_series
@@ -66,6 +67,10 @@ class Standing:
     any_curve: bool
     #: by how much its strength differs from stretch to stretch, beyond chance, as a share of it
     uneven: float
+    #: half width of the interval of its strength, as a share of it
+    error: float
+    #: rms of what it does to its own channel, everything else as it is, over what the model alone leaves there
+    does: float
 
 
 @dataclass(frozen=True)
@@ -90,17 +95,21 @@ class Remainder:
         return self.after * math.sqrt(max(0.0, 1.0 - self.predictable.beyond))
 
 
-def standings(inquiry: Inquiry, state: State, path: Path, left: tuple[Remainder, ...]) -> tuple[Standing, ...]:
-    """Every cause of a state by its own evidence, those that take most first; `path` is what was tried on the way, and
-    `left` what the state leaves.
+def standings(
+    inquiry: Inquiry, null: State, state: State, path: Path, left: tuple[Remainder, ...]
+) -> tuple[Standing, ...]:
+    """Every cause of a state by its own evidence, those that take most first; `null` is the model alone, `path` what
+    was tried on the way, and `left` what the state leaves.
     """
     labels = list(dict.fromkeys(state.hypothesis.labels))
     missing = np.array([remainder.predictable.beyond for remainder in left])
-    found = (_standing(inquiry, state, path, label, missing) for label in labels)
+    found = (_standing(inquiry, null, state, path, label, missing) for label in labels)
     return tuple(sorted(found, key=lambda s: -s.share))
 
 
-def _standing(inquiry: Inquiry, state: State, path: Path, label: tuple[str, str], missing: Floats) -> Standing:
+def _standing(
+    inquiry: Inquiry, null: State, state: State, path: Path, label: tuple[str, str], missing: Floats
+) -> Standing:
     inquiry.tell(f"what else could {label[0].replace('_', ' ')} be")
     entries = tuple(i for i, other in enumerate(state.hypothesis.labels) if other == label)
     rest = state.hypothesis
@@ -121,7 +130,14 @@ def _standing(inquiry: Inquiry, state: State, path: Path, label: tuple[str, str]
         _at_bound(inquiry, state, entries), _unseen(inquiry, state, bare), channel,
         float(np.sum(mean_squares(without.held_out()) - mean_squares(state.held_out()))), taken,
         _any_curve(inquiry, without, state, entries), unevenness(inquiry, bare, state, channel),
+        min(strength_error(inquiry, state, i) for i in entries),
+        float((rms(_rows(bare) - _rows(state)) / np.maximum(rms(_rows(null)), 1.0))[channel]),
     )  # fmt: skip
+
+
+def _rows(state: State) -> Floats:
+    """What a state leaves of all data."""
+    return np.concatenate([state.fitted, state.held_out()])
 
 
 def _own_variables(effect: str) -> frozenset[Variable]:

@@ -26,8 +26,6 @@ from gimbal_hil.discrepancy.hypotheses import (
 from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, settled, squares_of
 from sim_backend.effects import CATALOGUE
 
-#: a number this close to its bound presses against it
-_PRESSING = 0.98
 #: how far numbers may go when they are let go, in units of their uncertainty
 _LEASH = 25.0
 
@@ -35,7 +33,7 @@ _LEASH = 25.0
 def released(inquiry: Inquiry, state: State) -> State | None:
     """A state with every cause that numbers which leave their uncertainty ask for; None where fewer than two do."""
     hypothesis = state.hypothesis
-    if sum(abs(y) >= _PRESSING * known.reach for known, y in zip(hypothesis.floating, hypothesis.y, strict=True)) < 2:
+    if len(hypothesis.pressing) < 2:
         return None
     free = refitted(inquiry, state, hypothesis, rounds=3, leash=_LEASH).hypothesis
     wanted = hypothesis

@@ -10,13 +10,12 @@ import numpy as np
 
 from gimbal_hil.discrepancy.hypotheses import values_of
 from gimbal_hil.discrepancy.inquiry import rms
-from gimbal_hil.discrepancy.judgement import Kind, Result, Rival, Told
+from gimbal_hil.discrepancy.judgement import Kind, Result, Rival, Told, number_intervals, parameter_intervals
 from gimbal_hil.discrepancy.twin import Channel
 from gimbal_hil.discrepancy.verdict.contradictions import contradictions
 from gimbal_hil.discrepancy.verdict.corrected import corrected_model, recalibrated_model
 from gimbal_hil.discrepancy.verdict.forms import undetermined_form
 from gimbal_hil.discrepancy.verdict.gaps import Gap, gaps_of
-from gimbal_hil.discrepancy.verdict.intervals import number_intervals, parameter_intervals
 from gimbal_hil.discrepancy.verdict.separating import CHANCE, separating_run
 from gimbal_hil.discrepancy.verdict.testable import not_testable
 from gimbal_hil.discrepancy.verdict.where import Regime, most_telling, regimes
@@ -130,6 +129,7 @@ def _effect_entry(result: Result, one: Told) -> tuple[Entry, list[Entry], Entry 
         "probability_of_class": round(one.of_names, 3),
         "predicted_from_its_variables": round(one.standing.exhausted.beyond, 3),
         "strength_varies_by": round(one.standing.uneven, 3),
+        "strength_known_within": round(one.standing.error, 3),
     }
     if len(one.standing.entries) > 1:
         entry["entries"] = [_parameters(result, i) for i in one.standing.entries]

@@ -11,7 +11,7 @@ from gimbal_hil.discrepancy.judgement import Kind, Result, Status, Told
 from gimbal_hil.discrepancy.verdict.gaps import Gap
 from sim_backend.effects import CATALOGUE, FittedNumber
 
-#: the share of `Policy.uneven` from which a varying strength alone costs a name
+#: the share of `Policy.uneven` from which a varying strength alone costs a name; and one that is known to this share
 _TOLD = 0.45
 #: one effect or alternative as verdict.json holds it
 Entry = dict[str, Any]
@@ -94,18 +94,19 @@ def _doubts(result: Result, alternatives: Sequence[Entry]) -> str:
                 " known of it."
             )
         else:
-            why = (
-                f": fitted to stretches of the logs by themselves, its strength differs by {one.standing.uneven:.0%}"
-                if _varies(result, one)
-                else ""
+            found.append(
+                f" {_name(name, axis).capitalize()} is probable only ({one.probability:.0%}){_why(result, one)}."
             )
-            found.append(f" {_name(name, axis).capitalize()} is probable only ({one.probability:.0%}){why}.")
     return "".join(found)
 
 
-def _varies(result: Result, one: Told) -> bool:
-    """Whether the strength of a cause varies by so much that this alone would cost its name."""
-    return one.standing.uneven > _TOLD * result.request.policy.uneven
+def _why(result: Result, one: Told) -> str:
+    """What about its strength alone would cost a cause its name; empty where nothing would."""
+    if one.standing.uneven > _TOLD * result.request.policy.uneven:
+        return f": fitted to stretches of the logs by themselves, its strength differs by {one.standing.uneven:.0%}"
+    if one.standing.error > _TOLD:
+        return f": beside everything else that is there, its strength is known to {one.standing.error:.0%} only"
+    return ""
 
 
 def _name(effect: str, axis: str) -> str:
