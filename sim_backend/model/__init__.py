@@ -3,7 +3,7 @@
 from sim_backend.model.arrays import THESIS_BASE_CASES, PlantArrays, lag_decay, plant_arrays, put_friction
 from sim_backend.model.file import BaseMotionKind, BaseSection, ModelFile, ModelKind, Quantity
 from sim_backend.model.model import AntennaModel, EffectEntry, load_model, model_from_document
-from sim_backend.model.numbers import ENDLESS, NUMBER_AT, SlotBase, gyro_filter
+from sim_backend.model.numbers import ENDLESS, NUMBER_AT, SlotBase, beside, gyro_filter
 from sim_backend.model.shipped import CONTROL_ANTENNA, model_named, shipped_model, shipped_model_path
 
 __all__ = [
@@ -20,6 +20,7 @@ __all__ = [
     "PlantArrays",
     "Quantity",
     "SlotBase",
+    "beside",
     "gyro_filter",
     "lag_decay",
     "load_model",

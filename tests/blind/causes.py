@@ -215,7 +215,9 @@ def wrong_number(name: str, axis: str, kind: int, change: float, friction: dict[
     return Cause(name, axis, {"s2": change * friction["s2"]}, number=True)
 
 
-#: what keeps a scaled quantity physical: multiples of scale 1
+#: what the simulated antenna resolves (a lag below half a substep is none) and what keeps a scaled quantity physical:
+#: multiples of scale 1
+LEAST = {"actuator_lag": 0.04}
 CAPS = {
     "viscous": 6.0,
     "coulomb": 6.0,

@@ -19,7 +19,7 @@ SENSOR_EFFECTS = ("gyro_bias", "gyro_scale", "gyro_misalignment", "encoder_eccen
 
 
 class Unstable(Exception):
-    """The drawn antenna's loop does not stand what is hidden in it."""
+    """The drawn antenna's loop does not stand what is hidden in it, or no antenna can have it."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +90,8 @@ def draw(
         goals[-1] = float(rng.uniform(0.5, 1.2))
     floors = torque_floors(scene)
     scales = scaled_to(scene, goals, floors)
+    if not all(is_body(body) for body in scene.rows([s for s, _ in scales])[2].values()):
+        raise Unstable(f"seed {seed}: no body has what is hidden in it")
     logs = [scene.run(i, [s for s, _ in scales], _noise_seed(seed, i)) for i in range(3)]
     if not all(np.isfinite(x).all() and np.abs(x[:, 2:4]).max() < 1e3 for x in logs):
         raise Unstable(f"seed {seed}: the loop does not stand its causes")

@@ -7,10 +7,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from tests.blind.causes import CAPS, Array, Cause
+from tests.blind.causes import CAPS, LEAST, Array, Cause
 from tests.blind.scene import Scene
 
 BAND_HZ = 30.0  # in which magnitude is counted
+_TRIALS = 5
 
 
 def torque_floors(scene: Scene) -> Array:
@@ -56,27 +57,33 @@ def scaled_to(scene: Scene, goals: list[float], floors: Array) -> list[tuple[flo
     return found
 
 
-def _reached(scene: Scene, k: int, scale: float, floors: Array) -> float:
+def _alone(scene: Scene, k: int, scale: float, floors: Array) -> float:
     scales = [scale if j == k else 0.0 for j in range(len(scene.causes))]
     return strength(scene.run(0, scales, 1, trial=True), scene.causes[k], floors, scene)
 
 
+def _reached(scene: Scene, k: int, scale: float, floors: Array) -> float:
+    """What the cause does beyond what the antenna's own noise leaves without it."""
+    return float(np.sqrt(max(_alone(scene, k, scale, floors) ** 2 - _alone(scene, k, 0.0, floors) ** 2, 0.0)))
+
+
 def _scale(scene: Scene, k: int, goal: float, floors: Array) -> tuple[float, float]:
-    scale, reached = 1.0, 0.0
-    cap = CAPS.get(scene.causes[k].name, 30.0)
-    for _ in range(4):
+    name, scale = scene.causes[k].name, 1.0
+    least, cap = LEAST.get(name, 0.0), CAPS.get(name, 30.0)
+    for _ in range(_TRIALS):
         reached = _reached(scene, k, scale, floors)
         if not np.isfinite(reached) or reached > 30.0 * goal:
             # the loop of the bench did not stand it: try far less
-            scale, cap = 0.2 * scale, 0.5 * scale
-            continue
-        if abs(np.log(max(reached, 1e-9) / goal)) < 0.1:
-            break
-        new = float(min(cap, scale * np.clip(goal / max(reached, 1e-9), 0.02, 50.0)))
+            new, cap = 0.2 * scale, 0.5 * scale
+        elif abs(np.log(max(reached, 1e-9) / goal)) < 0.1:
+            return scale, reached
+        else:
+            new = float(min(cap, scale * np.clip(goal / max(reached, 1e-9), 0.02, 50.0)))
+        new = max(new, least)
         if new == scale:
-            break
+            return scale, reached
         scale = new
-    return scale, reached
+    return scale, _reached(scene, k, scale, floors)
 
 
 def _gyro_scale(cause: Cause, goal: float, floors: Array) -> tuple[float, float]:

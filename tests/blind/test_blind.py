@@ -4,10 +4,12 @@ worth.
 
 from __future__ import annotations
 
+import contextlib
 import json
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -16,8 +18,11 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.bench import BlindChoice
 from gimbal_hil.discrepancy import Policy
 from sim_backend.model import model_from_document
+from tests.blind import magnitude
+from tests.blind.causes import BODY as THESIS_BODY
+from tests.blind.causes import LEAST
 from tests.blind.compare import comparison
-from tests.blind.draw import Wrong, draw
+from tests.blind.draw import Unstable, Wrong, draw
 from tests.blind.figures import CaseResult, case_result, reliability
 from tests.blind.files import model_document, write_case
 from tests.blind.guests import ROWS, SOURCES, install
@@ -25,6 +30,7 @@ from tests.blind.kinds import KINDS, Job, Part, Stated, all_jobs, jobs, sealed_s
 from tests.blind.page import write_page
 from tests.blind.policy import changed, rows
 from tests.blind.rig import STRANGERS, rig_named
+from tests.blind.scene import Scene, is_body
 from tests.blind.score import Outcome, numbers_found, outcome, told_class
 from tests.blind.tally import tables, targets
 
@@ -133,6 +139,31 @@ def test_five_wrong_numbers_are_20_to_33_percent_off_in_the_antenna_not_in_the_m
     off = {(n["axis"], n["path"]): n["true"] / n["model"] - 1.0 for n in case.truth["off_numbers"]}  # type: ignore[attr-defined]
     plain = {key: change for key, change in off.items() if not key[1].endswith(("breakaway", "sigma1"))}
     assert len(plain) >= 5 and all(0.199 <= abs(change) <= 0.331 for change in plain.values())
+
+
+@pytest.mark.parametrize(("name", "axis"), [("inertia", "inner"), ("dynamic_unbalance", "inner")])
+def test_what_is_hidden_in_a_body_leaves_it_a_body(name: str, axis: str) -> None:
+    drawn = 0
+    for seed in range(40, 52):
+        with contextlib.suppress(Unstable):
+            case = draw(seed, [name], axis=axis, magnitude=30.0, **SHORT)
+            drawn += 1
+            row = THESIS_BODY[axis].copy()
+            for key, value in case.truth["causes"][0]["body"].items():  # type: ignore[index]
+                row[int(key)] = value
+            assert is_body(row)
+    assert drawn >= 3
+
+
+def test_a_magnitude_is_that_of_the_size_that_is_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
+    # a trace that grows with the square root of the size, beside noise of three floors
+    monkeypatch.setattr(magnitude, "_alone", lambda scene, k, scale, floors: np.hypot(3.0, 50.0 * np.sqrt(scale)))
+    scene = cast(Scene, SimpleNamespace(causes=[SimpleNamespace(name="viscous", number=False)]))
+    ((scale, reached),) = magnitude.scaled_to(scene, [0.8], np.ones(3))
+    assert reached == pytest.approx(50.0 * np.sqrt(scale)) and scale < 0.01
+    lag = cast(Scene, SimpleNamespace(causes=[SimpleNamespace(name="actuator_lag", number=False)]))
+    ((scale, reached),) = magnitude.scaled_to(lag, [0.8], np.ones(3))
+    assert scale == LEAST["actuator_lag"] and reached == pytest.approx(50.0 * np.sqrt(scale))
 
 
 def test_a_level_that_wanders_changes_the_torque_and_is_no_cause() -> None:

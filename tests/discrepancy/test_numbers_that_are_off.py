@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 import numpy as np
+import pytest
 
 from gimbal_hil.discrepancy import Request, diagnose, verdict_of
 from gimbal_hil.discrepancy.hypotheses import PLAUSIBLE, Cause, known_numbers
@@ -68,3 +70,15 @@ def test_two_numbers_that_are_off_are_told_as_themselves_each_beside_its_control
     assert {e["name"] for e in found.document["effects"]} == {"coulomb", "inertia"}
     # both as shares of the whole gap, of which the second cause takes little
     assert all(e["best_control_gain"] < 0.5 * e["held_out_gain"] for e in found.document["effects"])
+
+
+def test_centres_and_products_go_either_side_of_zero_also_from_there() -> None:
+    model = load_model(SHIPPED_MODEL).with_numbers("outer", {"body.inertia.yz": 0.0, "body.cog.z": 0.0}, "CAD")
+    known = {(k.axis, k.path): k for k in known_numbers(model)}
+    for path in ("body.inertia.yz", "body.inertia.xz", "body.cog.z", "body.cog.x"):
+        one, stated = known["outer", path], model.number("outer", path)
+        spread = model.uncertainty("outer", path)
+        ends = [one.moved(stated, side * one.trust) - stated for side in (-1.0, 1.0)]
+        assert ends == pytest.approx([-spread, spread])
+        assert one.coordinate(stated, stated + spread) == pytest.approx(one.trust)
+    assert known["outer", "body.inertia.zz"].moved(2.0, 0.1) == pytest.approx(2.0 * math.exp(0.1))

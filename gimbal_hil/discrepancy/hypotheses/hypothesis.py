@@ -20,7 +20,7 @@ from gimbal_hil.discrepancy.twin import (
 )
 from sim_backend import layout
 from sim_backend.effects import CATALOGUE, Knob, Move
-from sim_backend.model import NUMBER_AT, AntennaModel
+from sim_backend.model import NUMBER_AT, AntennaModel, beside
 
 #: a coordinate this close to its bound (share of the room that it has, at most of one unit) stands there: a search
 #: that presses against a bound ends a little before it
@@ -62,7 +62,8 @@ class KnownNumber:
     """A number of the model that may float: its axis, path, the share by which one trusts it, and how many times that
     it may move.
 
-    It moves by the factor exp(y); with a size, by y times that size (an offset, which may change its sign).
+    It moves by the factor exp(y); with a size, by y times that size: offsets, centres of gravity and products of
+    inertia may change their sign, and next to zero no factor leads where they may be.
     """
 
     axis: str
@@ -287,8 +288,8 @@ def _upright(effect: str, found: dict[str, tuple[float, float | None]]) -> dict[
 
 
 def known_numbers(model: AntennaModel) -> tuple[KnownNumber, ...]:
-    """Numbers that float within what the model says of them: friction, bodies, offsets. What is zero, or exactly known,
-    stays.
+    """Numbers that float within what the model says of them: friction, bodies, offsets. What is exactly known stays, as
+    does friction that is none.
 
     A number that no effect of the catalogue could tell may go as far as is plausible: held back, it would press, and
     something that is not off would be told in its place.
@@ -300,22 +301,23 @@ def known_numbers(model: AntennaModel) -> tuple[KnownNumber, ...]:
         for parameter in effect.parameters
         if effect.is_number and parameter.path
     }
-    bodies = (
-        ["body.mass"] if model.is_linear else [f"body.inertia.{c}" for c in _MOMENTS] + [f"body.cog.{c}" for c in "xyz"]
-    )
+    bodies = ("body.mass",) if model.is_linear else (*_MOMENTS, *_PRODUCTS, *_CENTRE)
     found = []
     for axis in model.axes:
-        for path in (*_FRICTION, *bodies, "actuator.offset"):
+        for path in (*_FRICTION, *bodies, _OFFSET):
             value, spread = model.number(axis, path), model.uncertainty(axis, path)
-            if value == 0.0 or spread == 0.0 or is_tied(model, axis, path):
+            signed = path in _SIGNED
+            size = math.hypot(*(model.number(axis, one) for one in beside(path))) if signed else abs(value)
+            if size == 0.0 or spread == 0.0 or is_tied(model, axis, path):
                 continue
-            # an offset may change its sign
-            signed = path == "actuator.offset"
-            trust, size = (1.0, spread) if signed else (spread / abs(value), 0.0)
-            found.append(KnownNumber(axis, path, trust, size, 1.0 if (axis, path) in tellable else PLAUSIBLE))
+            room = 1.0 if (axis, path) in tellable else PLAUSIBLE
+            found.append(KnownNumber(axis, path, spread / size, size if signed else 0.0, room))
     return tuple(found)
 
 
 _BUMP = ("friction.breakaway", "friction.stribeck_velocity", "friction.shape")
 _FRICTION = ("friction.coulomb", *_BUMP, "friction.sigma0", "friction.sigma1", "friction.viscous")
-_MOMENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
+_MOMENTS, _PRODUCTS = (tuple(f"body.inertia.{c}" for c in of) for of in (("xx", "yy", "zz"), ("xy", "xz", "yz")))
+_CENTRE, _OFFSET = tuple(f"body.cog.{c}" for c in "xyz"), "actuator.offset"
+#: either side of zero
+_SIGNED = (*_PRODUCTS, *_CENTRE, _OFFSET)

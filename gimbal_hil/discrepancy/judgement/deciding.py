@@ -297,7 +297,7 @@ def class_probability(
     # even odds where the interval of its strength just holds nothing; and of what causes that undo each other leave
     # over, much is no more than a twin is exact to
     inexact = policy.same * standing.does
-    known = 1.0 / (1.0 + standing.error**6 + (inexact / _EXACT) ** 4)
+    known = 1.0 / (1.0 + standing.error**6 + (inexact / _EXACT) ** 6)
     # what one thing through other variables does, a cause that is no part of it may take a share of
     others = left.predictable.beyond * (1.0 - standing.share) / max(standing.share, 1e-9)
     beyond_it = max(0.0, unknown) / max(standing.takes[standing.channel], 1e-9)

@@ -41,30 +41,19 @@ def _covariance(inquiry: Inquiry, state: State) -> Floats:
     hypothesis = state.hypothesis
     per_row = np.tile(1.0 / (np.array(weighing.scale) * weighing.spread), len(found.residual))
     jacobian, residual = found.jacobian * per_row[:, None], found.residual.ravel() * per_row
-    channels, k = found.residual.shape[1], jacobian.shape[1]
+    channels = found.residual.shape[1]
     bands = inquiry.twin.records[0].bands
     length = min(max(2, int(_BLOCK_S / (bands.stride * bands.period_s))), max(2, len(found.residual) // 8)) * channels
     scores = block_sums(jacobian * residual[:, None], length)
     scores = scores - scores.mean(axis=0)
-    # known numbers at the end of their uncertainty stand there, whatever the data say
-    pressing = {k - len(hypothesis.y) + i: hypothesis.floating[i] for i in hypothesis.pressing}
-    free = np.array([j for j in range(k) if j not in pressing], dtype=int)
     prior = prior_weights(hypothesis) ** 2
-    normal = jacobian.T @ jacobian + np.diag(prior)
-    inverse = _inverse(normal[np.ix_(free, free)])
-    # what the prior says of a number is as unsure as the prior; numbers that the data gave were taken from the blocks
-    given = float(np.sum(1.0 - prior[free] * np.diag(inverse)))
+    inverse = _inverse(jacobian.T @ jacobian + np.diag(prior))
+    # what the prior says of a number is as unsure as the prior, also where the number stands at its end; numbers that
+    # the data gave were taken from the blocks
+    given = float(np.sum(1.0 - prior * np.diag(inverse)))
     blocks = len(scores)
     scatter = scores.T @ scores * blocks / max(blocks - given, 1.0)
-    found_by_data = (scatter + np.diag(prior))[np.ix_(free, free)]
-    spread = np.zeros((k, k))
-    spread[np.ix_(free, free)] = inverse @ found_by_data @ inverse
-    for j, known in pressing.items():
-        # the true number may lie beyond, as far again, and everything else goes with it
-        along = np.zeros(k)
-        along[j], along[free] = 1.0, -inverse @ normal[free, j]
-        spread += known.trust**2 * np.outer(along, along)
-    return spread
+    return np.asarray(inverse @ (scatter + np.diag(prior)) @ inverse)
 
 
 def _inverse(normal: Floats) -> Floats:

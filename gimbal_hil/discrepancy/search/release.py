@@ -102,7 +102,7 @@ def _as_known(inquiry: Inquiry, hypothesis: Hypothesis, index: int) -> Hypothesi
         if is_tied(model, axis, path):
             continue
         known = stated.get((axis, path))
-        y = None if known is None or nominal is None else known.coordinate(nominal, value)
+        y = None if known is None else known.coordinate(nominal or 0.0, value)
         if known is None or y is None or abs(y) > known.trust:
             return None
         found[known] = y

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from gimbal_hil.discrepancy.hypotheses import Hypothesis, has_no_bump, parameters_of, values_of
 from gimbal_hil.discrepancy.judgement import Result
 from gimbal_hil.discrepancy.twin import Twin, read_number
@@ -18,7 +20,7 @@ def corrected_model(result: Result) -> AntennaModel | None:
 
 def explained_by(model: AntennaModel, twin: Twin, hypothesis: Hypothesis) -> AntennaModel:
     """A model as a hypothesis has it: effects appended, numbers corrected."""
-    changed = moved_model(model, hypothesis)
+    changed = moved_model(model, twin, hypothesis)
     numbers: dict[tuple[str, str], float] = {}
     for index, (effect, axis) in enumerate(hypothesis.labels):
         values = {name: value for name, (value, _) in values_of(model, twin, hypothesis, index).items()}
@@ -36,17 +38,22 @@ def explained_by(model: AntennaModel, twin: Twin, hypothesis: Hypothesis) -> Ant
 
 def recalibrated_model(result: Result) -> AntennaModel:
     """The input model with the known numbers where they came to rest inside their uncertainty."""
-    return moved_model(result.model, result.best.hypothesis)
+    return moved_model(result.model, result.inquiry.twin, replace(result.best.hypothesis, causes=()))
 
 
-def moved_model(model: AntennaModel, hypothesis: Hypothesis) -> AntennaModel:
-    """A model with its known numbers as a hypothesis has them."""
-    at = zip(hypothesis.floating, hypothesis.y, strict=True)
-    moved = {(k.axis, k.path): k.moved(model.number(k.axis, k.path), y) for k, y in at}
+def moved_model(model: AntennaModel, twin: Twin, hypothesis: Hypothesis) -> AntennaModel:
+    """A model with its known numbers where a hypothesis has them, held to an antenna that can be."""
+    moved = moved_numbers(model, twin, hypothesis)
     for axis in model.axes:
         if (axis, "friction.coulomb") in moved and has_no_bump(model, axis):
             moved[axis, "friction.breakaway"] = moved[axis, "friction.coulomb"]
     return with_numbers(model, moved)
+
+
+def moved_numbers(model: AntennaModel, twin: Twin, hypothesis: Hypothesis) -> dict[tuple[str, str], float]:
+    """Known numbers by (axis, path) where a hypothesis has them."""
+    _, P = parameters_of(twin, hypothesis)
+    return {(k.axis, k.path): read_number(model, P, k.axis, k.path) for k in hypothesis.floating}
 
 
 def with_numbers(model: AntennaModel, numbers: dict[tuple[str, str], float]) -> AntennaModel:

@@ -61,13 +61,9 @@ def discrepancy_page(result: Result, found: Verdict, corrected: AntennaModel | N
             Listing(change, "Difference between the input model and model.yaml."),
         ]
     if verdict["recalibrated"]:
-        rows = [
-            (r["axis"], r["path"], f"{r['nominal']:.4g}", f"{r['value']:.4g}", f"{r['value'] / r['nominal'] - 1:+.1%}")
-            for r in verdict["recalibrated"]
-        ]
-        blocks.append(
-            Details("Known numbers that had to float", [Table(("axis", "number", "model", "refitted", "change"), rows)])
-        )
+        heads = ("axis", "number", "model", "known to", "refitted", "moved by, of what it is known to")
+        rows = [_moved_row(moved) for moved in verdict["recalibrated"]]
+        blocks.append(Details("Known numbers that had to float", [Table(heads, rows)]))
     if verdict["not_testable"]:
         unseen = [(n["name"], n["axis"], n["reason"]) for n in verdict["not_testable"]]
         blocks.append(Details("What this data cannot show", [Table(("effect", "axis", "reason"), unseen)]))
@@ -104,6 +100,13 @@ def _answer(result: Result, verdict: dict[str, Any]) -> list[Block]:
         Plot(gap_figure(verdict), _GAP_CAPTION.format(_judged_on(result))),
         *_proof(result, verdict),
     ]
+
+
+def _moved_row(moved: dict[str, Any]) -> tuple[str, ...]:
+    """A known number that moved, in units of what it is known to: of next to nothing any move is many times it."""
+    stated, spread, value = moved["nominal"], moved["uncertainty"], moved["value"]
+    share = f"{(value - stated) / spread:+.2f}" if spread > 0.0 else "it was taken as exact"
+    return moved["axis"], moved["path"], f"{stated:.4g}", f"{spread:.2g}", f"{value:.4g}", share
 
 
 def _judged_on(result: Result) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from gimbal_hil.discrepancy.inquiry import rms
 from gimbal_hil.discrepancy.judgement import Kind, Result, Rival, Told, number_intervals, parameter_intervals
 from gimbal_hil.discrepancy.twin import Channel
 from gimbal_hil.discrepancy.verdict.contradictions import contradictions
-from gimbal_hil.discrepancy.verdict.corrected import corrected_model, recalibrated_model
+from gimbal_hil.discrepancy.verdict.corrected import corrected_model, moved_numbers, recalibrated_model
 from gimbal_hil.discrepancy.verdict.forms import undetermined_form
 from gimbal_hil.discrepancy.verdict.gaps import Gap, gaps_of
 from gimbal_hil.discrepancy.verdict.separating import CHANCE, separating_run
@@ -255,6 +255,7 @@ def _recalibrated(result: Result) -> tuple[Entry, ...]:
     }
     found = []
     intervals = number_intervals(result.inquiry, result.best)
+    numbers = moved_numbers(model, result.inquiry.twin, replace(hypothesis, causes=()))
     for known, y, (low, high) in zip(hypothesis.floating, hypothesis.y, intervals, strict=True):
         nominal = model.number(known.axis, known.path)
         if abs(y) < _MOVED * known.trust or (known.axis, known.path) in named:
@@ -264,12 +265,12 @@ def _recalibrated(result: Result) -> tuple[Entry, ...]:
                 "axis": known.axis,
                 "path": known.path,
                 "from": nominal,
-                "to": known.moved(nominal, y),
+                "to": numbers[known.axis, known.path],
                 "low": known.moved(nominal, low),
                 "high": known.moved(nominal, high),
                 "uncertainty": model.uncertainty(known.axis, known.path),
                 "named": False,
-                "value": known.moved(nominal, y),
+                "value": numbers[known.axis, known.path],
                 "nominal": nominal,
             }
         )

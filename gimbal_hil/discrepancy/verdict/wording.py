@@ -22,7 +22,8 @@ def told(result: Result, effects: Sequence[Entry], alternatives: Sequence[Entry]
     kind = result.decision.kind
     moved = _recalibration(result, gaps)
     if kind is Kind.NO_DISCREPANCY:
-        return f"The model explains this data to its noise{moved}; nothing is missing that this data could show."
+        missing = "nothing is missing that this data could show." + _no_gap(gaps, result.request.policy.least_gap)
+        return f"The model explains this data to its noise{moved}; {missing}"
     if kind is Kind.UNEXPLAINED:
         return _unexplained(result, gaps)
     gap = max(gaps, key=lambda g: (g.after_recalibration - g.after) / g.noise_floor)
@@ -37,6 +38,16 @@ def told(result: Result, effects: Sequence[Entry], alternatives: Sequence[Entry]
     against = "".join(f" {e['contradiction']}" for e in effects if "contradiction" in e)
     forms = "".join(_undetermined(e) for e in effects if "form_undetermined" in e)
     return first + _doubts(result, alternatives) + forms + against + _remainder(gaps)
+
+
+def _no_gap(gaps: Sequence[Gap], least: float) -> str:
+    """What passes for noise although it is larger than its floor."""
+    gap = max(gaps, key=lambda g: g.after / g.noise_floor)
+    floors = gap.after / gap.noise_floor
+    if floors <= least:
+        return ""
+    where = f"The {gap.signal.replace('_', ' ')} of {gap.axis} keeps {floors:.1f} floors"
+    return f" {where}: no more than what does not repeat, or than friction whose level wanders by a little leaves."
 
 
 def _recalibration(result: Result, gaps: Sequence[Gap]) -> str:
