@@ -227,7 +227,7 @@ CAPS = {
     "static_unbalance": 4.0,
     "dynamic_unbalance": 1.2,
     "coulomb_asymmetry": 5.0,
-    "viscous_asymmetry": 3.0,
+    "viscous_asymmetry": 2.8,
     "position_dependent_friction": 6.0,
     "structural_resonance": 4.0,
     "backlash": 8.0,

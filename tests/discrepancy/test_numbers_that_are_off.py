@@ -82,3 +82,13 @@ def test_centres_and_products_go_either_side_of_zero_also_from_there() -> None:
         assert ends == pytest.approx([-spread, spread])
         assert one.coordinate(stated, stated + spread) == pytest.approx(one.trust)
     assert known["outer", "body.inertia.zz"].moved(2.0, 0.1) == pytest.approx(2.0 * math.exp(0.1))
+
+
+def test_a_number_that_is_zero_floats_as_far_as_the_file_says_of_it() -> None:
+    document = _arm().document
+    document["axes"]["pan"]["body"]["cog"] = {"z": {"value": 0.0, "uncertainty": 0.005}}
+    document["axes"]["pan"]["actuator"] = {"offset": {"value": 0.0, "uncertainty": 0.02}}
+    known = {k.path: k for k in known_numbers(model_from_document(document, "arm"))}
+    assert known["body.cog.z"].moved(0.0, -known["body.cog.z"].trust) == pytest.approx(-0.005)
+    assert known["actuator.offset"].moved(0.0, known["actuator.offset"].reach) == pytest.approx(0.02)
+    assert "body.cog.x" not in known

@@ -306,12 +306,13 @@ def known_numbers(model: AntennaModel) -> tuple[KnownNumber, ...]:
     for axis in model.axes:
         for path in (*_FRICTION, *bodies, _OFFSET):
             value, spread = model.number(axis, path), model.uncertainty(axis, path)
-            signed = path in _SIGNED
-            size = math.hypot(*(model.number(axis, one) for one in beside(path))) if signed else abs(value)
+            # what may have either sign also floats from zero, in units of all its components or of what is said of it
+            together = math.hypot(*(model.number(axis, one) for one in beside(path))) or spread
+            size, unit = (together, together) if path in _SIGNED else (abs(value), 0.0)
             if size == 0.0 or spread == 0.0 or is_tied(model, axis, path):
                 continue
             room = 1.0 if (axis, path) in tellable else PLAUSIBLE
-            found.append(KnownNumber(axis, path, spread / size, size if signed else 0.0, room))
+            found.append(KnownNumber(axis, path, spread / size, unit, room))
     return tuple(found)
 
 

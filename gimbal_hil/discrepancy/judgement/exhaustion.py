@@ -26,7 +26,7 @@ _MOST_ROWS, _SHIFTS = 6000, (0.31, 0.57)
 #: times before a row at which variables with memory are also shown, s
 _MEMORY_S = (0.02, 0.05, 0.12, 0.3, 0.7)
 #: what the past is shown as: slacks, shares of the travel, and times over which recent motion is averaged, s
-_SLACKS, _RECENT_S = (0.003, 0.01, 0.03, 0.1), (1.0, 5.0, 20.0)
+_SLACKS, _RECENT_S = (0.003, 0.01, 0.03, 0.1, 0.3), (1.0, 5.0, 20.0)
 #: penalties of the line, parts of the fitted logs that choose among them, rows below which it is none, and rows that a
 #: slack is followed over
 _PENALTIES, _FOLDS, _FEW_ROWS, _FOLLOWED = np.logspace(0.0, 5.0, 6), 3, 30, 20000
