@@ -78,7 +78,7 @@ def rivals_of(
     """
     others = in_its_place(inquiry, path, without, state, label)
     found: list[tuple[State, tuple[tuple[str, str], ...]]] = [(o, (o.hypothesis.labels[-1],)) for o in others]
-    numbers = numbers_instead(inquiry, without, label)
+    numbers = numbers_instead(inquiry, without, state, label)
     if numbers is not None:
         found.append(numbers)
     rivals = [

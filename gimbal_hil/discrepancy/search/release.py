@@ -21,9 +21,11 @@ from gimbal_hil.discrepancy.hypotheses import (
     KnownNumber,
     is_tied,
     known_numbers,
+    prior_weights,
     values_of,
 )
-from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, settled, squares_of
+from gimbal_hil.discrepancy.inquiry import Inquiry, State, refitted, settled, squares_of, weighing_of
+from gimbal_hil.discrepancy.search.screening import row_weights
 from sim_backend.effects import CATALOGUE
 
 #: how far numbers may go when they are let go, in units of their uncertainty
@@ -58,19 +60,40 @@ def with_more_room(inquiry: Inquiry, state: State, but: Collection[tuple[str, st
 
 
 def numbers_instead(
-    inquiry: Inquiry, without: State, label: tuple[str, str]
+    inquiry: Inquiry, without: State, state: State, label: tuple[str, str]
 ) -> tuple[State, tuple[tuple[str, str], ...]] | None:
     """A state without a cause in which known numbers may leave their uncertainty a little, all but the cause's own; and
     the effects that those which do are told as. None where none does.
+
+    Looked for from where the others stand `without` the cause, and from where they go as the cause of a `state` gives
+    way to them: a gain that several numbers and a limit make up for is left on no other way.
     """
     model, hypothesis = inquiry.twin.model, without.hypothesis
     if not hypothesis.floating:
         return None
     own = {(label[1], model.number_path(label[1], p.path)) for p in CATALOGUE[label[0]].parameters if p.path}
-    free = with_more_room(inquiry, without, but=own)
+    led = replace(state, fit=replace(state.fit, hypothesis=_giving_way(inquiry, state, label)))
+    ways = (with_more_room(inquiry, without, but=own), with_more_room(replace(inquiry, known=None), led, but=own))
+    free = min(ways, key=lambda one: float(np.sum(squares_of(one))))
     far = _beyond_stated(free.hypothesis)
     found = tuple(family.label for family in _covering(inquiry, far, set(hypothesis.labels)))
     return (free, found) if found else None
+
+
+def _giving_way(inquiry: Inquiry, state: State, label: tuple[str, str]) -> Hypothesis:
+    """A hypothesis without a cause, everything else as far along as, by the slopes, makes up for the cause best."""
+    hypothesis, x = state.hypothesis, state.hypothesis.vector()
+    goes = [cause.family.label == label for cause in hypothesis.causes for _ in cause.x]
+    mine = np.array(goes + [False] * (len(x) - len(goes)))
+    rows = state.fit.jacobian * row_weights(state.fit, weighing_of(inquiry, state))[:, None]
+    held = np.diag(prior_weights(hypothesis))
+    both, wanted = np.vstack([rows, held])[:, ~mine], np.vstack([rows, held])[:, mine] @ x[mine]
+    x[~mine] += np.linalg.lstsq(both, wanted, rcond=None)[0]
+    x[mine] = 0.0
+    led = hypothesis.at(x)
+    for index in reversed([i for i, other in enumerate(hypothesis.labels) if other == label]):
+        led = led.minus(index)
+    return led
 
 
 def given_back(inquiry: Inquiry, state: State) -> State:
