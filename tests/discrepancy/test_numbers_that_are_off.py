@@ -11,8 +11,9 @@ import pytest
 
 from gimbal_hil.discrepancy import Request, diagnose, verdict_of
 from gimbal_hil.discrepancy.hypotheses import PLAUSIBLE, Cause, known_numbers
-from gimbal_hil.discrepancy.inquiry import Inquiry, Policy, State, refitted
+from gimbal_hil.discrepancy.inquiry import Inquiry, Policy, State, refitted, squares_of
 from gimbal_hil.discrepancy.inquiry.prepare import as_stated, effect_names, prepared, recalibrated
+from gimbal_hil.discrepancy.search.release import _giving_way, numbers_instead
 from gimbal_hil.executor import open_executor
 from sim_backend.model import AntennaModel, load_model, model_from_document
 from tests.blind.files import SHIPPED_MODEL
@@ -31,14 +32,16 @@ def _arm() -> AntennaModel:
 
 
 @contextmanager
-def _asked(effect: str) -> Iterator[tuple[Inquiry, State]]:
-    """Two logs of the arm, one effect to look for, and what the known numbers leave."""
+def _asked(*effects: str, times: float = 1.0) -> Iterator[tuple[Inquiry, State]]:
+    """Two logs of the arm, whose torque is so many times what its model says, effects to look for, and what the
+    known numbers leave.
+    """
     logs = []
     for speed in (1.0, 0.8):
         t, torque, position = swing(10.0, noise=0.003, speed=speed)
-        logs.append(table({"pan.torque": torque, "pan.position": position}, t))
+        logs.append(table({"pan.torque": times * torque, "pan.position": position}, t))
     with open_executor(1, None) as executor:
-        names = effect_names((effect,), ())
+        names = effect_names(effects, ())
         inquiry, _ = prepared(
             _arm(), tuple(logs[:1]), tuple(logs[1:]), None, names, Policy(), executor, lambda text: None
         )
@@ -57,6 +60,21 @@ def test_a_number_that_no_effect_tells_may_go_as_far_as_is_plausible() -> None:
     rooms = {(known.axis, known.path): known.room for known in known_numbers(load_model(SHIPPED_MODEL))}
     assert rooms["outer", "body.inertia.yy"] == rooms["inner", "body.inertia.xx"] == PLAUSIBLE
     assert rooms["outer", "body.inertia.zz"] == rooms["inner", "friction.coulomb"] == 1.0
+
+
+def test_numbers_make_up_for_a_gain_from_where_it_gives_way_to_them() -> None:
+    with _asked("torque_gain", "coulomb", "inertia", times=1.2) as (inquiry, null):
+        family = next(family for family in inquiry.families if family.effect == "torque_gain")
+        state = refitted(inquiry, null, null.hypothesis.plus(Cause(family, (0.0,) * len(family.knobs))))
+        led = _giving_way(inquiry, state, family.label)
+        taken = np.sum(squares_of(refitted(inquiry, state, state.hypothesis.minus(0), rounds=0)))
+        given = np.sum(squares_of(refitted(inquiry, state, led, rounds=0, leash=PLAUSIBLE)))
+        instead = numbers_instead(inquiry, null, state, family.label)
+    assert led.labels == () and given < 0.1 * taken
+    assert instead is not None
+    free, names = instead
+    assert {name for name, _ in names} >= {"coulomb", "inertia"}
+    assert np.sum(squares_of(free)) < 1.1 * np.sum(squares_of(state))
 
 
 def test_two_numbers_that_are_off_are_told_as_themselves_each_beside_its_control() -> None:
