@@ -71,7 +71,7 @@ def _diagnose(request: Request, executor: WorkExecutor, progress: Callable[[str]
         inquiry, noise, stated, null, path = _under(inquiry, lower, path)
     progress("judging what was found")
     by_command = not torque_is_measured(inquiry.logs, request.model.axes)
-    decision = decide(inquiry, null, path, suspected_only, by_command)
+    decision = decide(inquiry, stated, null, path, suspected_only, by_command)
     decision = with_measured_torque(inquiry, decision)
     return Result(request, inquiry, noise, stated, null, decision, path, suspected_only, only_there)
 

@@ -81,9 +81,12 @@ class Decision:
     depends_on: tuple[Variable, float] | None = None
 
 
-def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_command: bool) -> Decision:
+def decide(
+    inquiry: Inquiry, stated: State, null: State, path: Path, suspected_only: bool, by_command: bool
+) -> Decision:
     """Judge the causes that a search ended with; of those that do not stand one is left out, and the others are judged
-    once more without it. `suspected_only`: no log can confirm a name. `by_command`: none says what an actuator gave.
+    once more without it. `stated` and `null` are the model as its file has it and with its known numbers inside their
+    uncertainty. `suspected_only`: no log can confirm a name. `by_command`: none says what an actuator gave.
     """
     if path.state.hypothesis.causes and _leaves_a_gap(inquiry, null):
         state = given_back(inquiry, settled(inquiry, path.state))
@@ -94,7 +97,7 @@ def decide(inquiry: Inquiry, null: State, path: Path, suspected_only: bool, by_c
                 # what leaves more than the model alone explains nothing
                 break
             left = remainders(inquiry, null, state)
-            found = standings(inquiry, null, state, path, left)
+            found = standings(inquiry, stated, null, state, path, left)
             instead = _better_instead(inquiry, state, found)
             if instead is not None:
                 state = instead

@@ -69,7 +69,8 @@ class Standing:
     uneven: float
     #: half width of the interval of its strength, as a share of it
     error: float
-    #: rms of what it does to its own channel, everything else as it is, over what the model alone leaves there
+    #: rms of what it does to its own channel, everything else as it is, over what the model alone leaves there: as its
+    #: file has it where the cause is a number, otherwise with its known numbers moved
     does: float
 
 
@@ -96,19 +97,25 @@ class Remainder:
 
 
 def standings(
-    inquiry: Inquiry, null: State, state: State, path: Path, left: tuple[Remainder, ...]
+    inquiry: Inquiry, stated: State, null: State, state: State, path: Path, left: tuple[Remainder, ...]
 ) -> tuple[Standing, ...]:
-    """Every cause of a state by its own evidence, those that take most first; `null` is the model alone, `path` what
-    was tried on the way, and `left` what the state leaves.
+    """Every cause of a state by its own evidence, those that take most first; `stated` and `null` are the model alone,
+    without and with its known numbers moved, `path` what was tried on the way, and `left` what the state leaves.
     """
     labels = list(dict.fromkeys(state.hypothesis.labels))
     missing = np.array([remainder.predictable.beyond for remainder in left])
-    found = (_standing(inquiry, null, state, path, label, missing) for label in labels)
+    found = (_standing(inquiry, stated, null, state, path, label, missing) for label in labels)
     return tuple(sorted(found, key=lambda s: -s.share))
 
 
 def _standing(
-    inquiry: Inquiry, null: State, state: State, path: Path, label: tuple[str, str], missing: Floats
+    inquiry: Inquiry,
+    stated: State,
+    null: State,
+    state: State,
+    path: Path,
+    label: tuple[str, str],
+    missing: Floats,
 ) -> Standing:
     inquiry.tell(f"what else could {label[0].replace('_', ' ')} be")
     entries = tuple(i for i, other in enumerate(state.hypothesis.labels) if other == label)
@@ -122,6 +129,8 @@ def _standing(
     lead = state.hypothesis.causes[entries[0]]
     late = gain_on(inquiry, without, state, "untouched")
     bare = refitted(inquiry, state, rest, rounds=0)
+    # of a number that is off, the same number within its uncertainty took a part before
+    there = stated if CATALOGUE[label[0]].is_number else null
     return Standing(
         entries, label, late, surely_less(inquiry, without, state),
         float(taken[channel] / max(squares_of(without)[channel], 1e-300)), control_share(inquiry, without, lead),
@@ -131,7 +140,7 @@ def _standing(
         float(np.sum(mean_squares(without.held_out()) - mean_squares(state.held_out()))), taken,
         _any_curve(inquiry, without, state, entries), unevenness(inquiry, bare, state, channel),
         min(strength_error(inquiry, state, i) for i in entries),
-        float((rms(_rows(bare) - _rows(state)) / np.maximum(rms(_rows(null)), 1.0))[channel]),
+        float((rms(_rows(bare) - _rows(state)) / np.maximum(rms(_rows(there)), 1.0))[channel]),
     )  # fmt: skip
 
 
