@@ -55,8 +55,12 @@ def _beyond_stated(hypothesis: Hypothesis) -> set[KnownNumber]:
 
 def with_more_room(inquiry: Inquiry, state: State, but: Collection[tuple[str, str]] = ()) -> State:
     """A state whose known numbers may leave their uncertainty as far as is plausible, all but some (axis, path)."""
-    wider = tuple(k if (k.axis, k.path) in but else replace(k, room=PLAUSIBLE) for k in state.hypothesis.floating)
-    return refitted(inquiry, state, replace(state.hypothesis, floating=wider))
+    return refitted(inquiry, state, _with_room(state.hypothesis, but))
+
+
+def _with_room(hypothesis: Hypothesis, but: Collection[tuple[str, str]]) -> Hypothesis:
+    wider = tuple(k if (k.axis, k.path) in but else replace(k, room=PLAUSIBLE) for k in hypothesis.floating)
+    return replace(hypothesis, floating=wider)
 
 
 def numbers_instead(
@@ -72,8 +76,8 @@ def numbers_instead(
     if not hypothesis.floating:
         return None
     own = {(label[1], model.number_path(label[1], p.path)) for p in CATALOGUE[label[0]].parameters if p.path}
-    led = replace(state, fit=replace(state.fit, hypothesis=_giving_way(inquiry, state, label)))
-    ways = (with_more_room(inquiry, without, but=own), with_more_room(replace(inquiry, known=None), led, but=own))
+    led = _with_room(_giving_way(inquiry, state, label), own)
+    ways = with_more_room(inquiry, without, own), refitted(replace(inquiry, known=None), state, led)
     free = min(ways, key=lambda one: float(np.sum(squares_of(one))))
     far = _beyond_stated(free.hypothesis)
     found = tuple(family.label for family in _covering(inquiry, far, set(hypothesis.labels)))
