@@ -4,12 +4,14 @@ catalogue's bounds.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from gimbal_hil.discrepancy.hypotheses.families import Family, families
+from gimbal_hil.discrepancy.hypotheses.fit import Weighing, fit
 from gimbal_hil.discrepancy.hypotheses.hypothesis import (
     Cause,
     Hypothesis,
@@ -139,3 +141,23 @@ def test_a_small_strength_is_not_at_its_bound_but_an_order_at_its_lowest_is() ->
     ripple = named(twin, "cogging")
     lowest = next(knob.low for knob in ripple.knobs if knob.parameters == ("order",))
     assert Cause(ripple, (3.0, lowest, 0.2)).knobs_at_bound == ("order",)
+
+
+def test_at_the_edge_of_what_bodies_there_are_a_derivative_is_one_of_what_is_inside() -> None:
+    # with its largest moment all but the sum of the others, a step that makes it larger is led back
+    model = shipped_model().with_numbers(
+        "inner",
+        {f"body.inertia.{one}": value for one, value in zip(("xx", "yy", "zz"), (0.04, 0.0799, 0.04), strict=True)},
+    )
+    twin = twin_of(model)
+    floating = tuple(KnownNumber("inner", f"body.inertia.{one}", 0.2) for one in ("xx", "yy", "zz"))
+    weighing = Weighing((1.0,) * len(twin.channels), 1.0)
+    floor = np.full(len(twin.channels), 1e-3)
+    # one round gives the derivatives where it begins: at the edge, and well inside
+    edge, inside = (
+        fit(twin, Hypothesis(floating=floating, y=(0.0, y, 0.0)), floor, weighing, rounds=1).jacobian
+        for y in (math.log(0.08 / 0.0799), -0.1)
+    )
+    size = np.linalg.norm(inside, axis=0)
+    assert np.all(size[1:] > 0.0)
+    assert np.linalg.norm(edge - inside, axis=0) == pytest.approx(0.0, abs=0.2 * float(size.max()))

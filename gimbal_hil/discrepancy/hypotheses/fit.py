@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimbal_hil.discrepancy.hypotheses.evidence import Shares, carries_command, with_shares
-from gimbal_hil.discrepancy.hypotheses.hypothesis import Hypothesis
+from gimbal_hil.discrepancy.hypotheses.hypothesis import Hypothesis, is_held
 from gimbal_hil.discrepancy.hypotheses.origin import aligned
 from gimbal_hil.discrepancy.twin import Floats, Twin
 from gimbal_hil.estimation import bounded_fit
@@ -109,9 +109,7 @@ def fit(
     def jacobian_at(x: Floats, residual: Floats) -> Floats:
         (rows, here), own = seen_at(x), []
         for i in range(first, len(x) - last):
-            step = _STEP if x[i] + _STEP <= high[i] or i >= len(x) - len(hypothesis.y) else -_STEP
-            moved = x.copy()
-            moved[i] += step
+            step, moved = _one_step(twin, hypothesis, x, i, low[i], high[i])
             changed, _ = with_shares(twin, hypothesis.at(moved), floor, None if shaping[i] else here)
             column = ((changed * per_row).ravel() - rows) / step
             # a coordinate that breaks the twin at its next step stays where it is
@@ -151,6 +149,21 @@ def bounds_of(hypothesis: Hypothesis, leash: float) -> tuple[Floats, Floats]:
     zeros = [np.inf] * len(hypothesis.origins)
     low = np.array([knob.low for knob in knobs] + [-z for z in zeros] + [-r for r in reach])
     return low, np.array([knob.high for knob in knobs] + zeros + reach)
+
+
+def _one_step(twin: Twin, hypothesis: Hypothesis, x: Floats, i: int, low: float, high: float) -> tuple[float, Floats]:
+    """A step along one coordinate, for a derivative, and where it leads: to the side where nothing is held, if any.
+    A body at the edge of those that exist is led back with all its moments, which says nothing of one of them.
+    """
+    known = i >= len(x) - len(hypothesis.y)
+    ways = []
+    for step in (_STEP, -_STEP):
+        moved = x.copy()
+        moved[i] += step
+        ways.append((step, moved))
+    # known numbers go a step beyond what is said of them
+    inside = [(step, moved) for step, moved in ways if known or low <= moved[i] <= high] or ways[1:]
+    return next((way for way in inside if not is_held(twin, hypothesis.at(way[1]))), inside[0])
 
 
 def _led_back(hypothesis: Hypothesis, start: Floats, ceiling: float, cost: Callable[[Floats], float]) -> Floats:

@@ -27,6 +27,8 @@ from sim_backend.model import NUMBER_AT, AntennaModel, beside
 _NEAR = 0.02
 #: a number that is held back by this share stands at its bound
 _HELD = 1e-3
+#: by less it is rounding
+_ROUNDING = 1e-9
 #: and a known number this close to the end of its uncertainty presses against it
 _PRESSING = 0.98
 #: an uncertainty that was stated too small by this factor surprises nobody: with twice, numbers 10 % off where 5 % is
@@ -167,6 +169,12 @@ def parameters_of(twin: Twin, hypothesis: Hypothesis) -> tuple[Structure, np.nda
     keep_within(twin.model, P, _bounds(twin.model, hypothesis))
     keep_physical(twin.model, P, structure.P)
     return structure, P
+
+
+def is_held(twin: Twin, hypothesis: Hypothesis) -> bool:
+    """Whether a number is held back where causes and recalibration lead: no antenna is there."""
+    (_, led), (_, held) = _as_moved(twin, hypothesis), parameters_of(twin, hypothesis)
+    return bool(np.any(np.abs(led - held) > _ROUNDING * np.abs(held)))
 
 
 def _as_moved(twin: Twin, hypothesis: Hypothesis) -> tuple[Structure, np.ndarray]:

@@ -15,6 +15,7 @@ from gimbal_hil.discrepancy.judgement.wander import left_beside_wander
 from gimbal_hil.discrepancy.search import (
     Path,
     clearly_better,
+    extended,
     given_back,
     no_worse,
     numbers_of,
@@ -100,7 +101,7 @@ def decide(
             found = standings(inquiry, stated, null, state, path, left)
             instead = _better_instead(inquiry, state, found)
             if instead is not None:
-                state = instead
+                state = settled(inquiry, instead)
                 continue
             anew = (_told(inquiry, s, found, left, suspected_only) for s in found)
             told = tuple(_as_before(beside_a_curve, t) for t in anew)
@@ -108,22 +109,35 @@ def decide(
             if not fallen:
                 return Decision(kind_of(told), state, told, left)
             # one at a time, since of two that take the same neither is missed beside the other: that with most numbers
-            causes, rest = state.hypothesis.causes, state.hypothesis
+            causes = state.hypothesis.causes
             first = max(fallen, key=lambda t: (numbers_of(causes[t.standing.entries[0]]), -t.of_class))
             complete = left[first.standing.channel].after <= inquiry.policy.least_gap
             if first.standing.any_curve and complete and len(fallen) == 1:
                 # that something over position explains the rest, whatever its shape, is no doubt about what acts
                 # through other variables
                 beside_a_curve |= {t.standing.label: t for t in told if _stands_beside_a_curve(t)}
-            for index in sorted(first.standing.entries, reverse=True):
-                rest = rest.minus(index)
-            if not rest.causes:
+            rest = _left_out(inquiry, state, first.standing)
+            if not rest.hypothesis.causes:
                 break
-            state = settled(inquiry, refitted(inquiry, state, rest))
+            state = settled(inquiry, rest)
     left = remainders(inquiry, null, null)
     if _only_noise(inquiry, null, left):
         return Decision(Kind.NO_DISCREPANCY, null, (), left)
     return Decision(Kind.UNEXPLAINED, null, (), left, depends_on(inquiry, null, left))
+
+
+def _left_out(inquiry: Inquiry, state: State, fallen: Standing) -> State:
+    """A state without a cause that does not stand; where a further entry of a name that is there leaves no more, with
+    that in its place, and others that pay beside it: they ask for no other name.
+    """
+    for rival in fallen.rivals:
+        if rival.is_there and rival.extra <= 0.0:
+            own = tuple(family for family in inquiry.families if family.label == rival.label)
+            return extended(replace(inquiry, families=own), rival.state, 1, ()).state
+    rest = state.hypothesis
+    for index in sorted(fallen.entries, reverse=True):
+        rest = rest.minus(index)
+    return refitted(inquiry, state, rest)
 
 
 def _as_before(named: dict[tuple[str, str], Told], told: Told) -> Told:
