@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -9,16 +10,17 @@ import pytest
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.discrepancy import Request, diagnose, verdict_of
-from gimbal_hil.discrepancy.hypotheses.evidence import transmitted
-from gimbal_hil.discrepancy.hypotheses.hypothesis import Cause
+from gimbal_hil.discrepancy.hypotheses.evidence import noise_of_motion, transmitted
+from gimbal_hil.discrepancy.hypotheses.hypothesis import Cause, Hypothesis, KnownNumber
 from gimbal_hil.discrepancy.inquiry.inquiry import refitted, settled, squares_of
 from gimbal_hil.discrepancy.inquiry.policy import Policy
 from gimbal_hil.discrepancy.inquiry.prepare import as_stated, effect_names, prepared, recalibrated, useful_band
 from gimbal_hil.discrepancy.judgement.intervals import number_intervals
-from gimbal_hil.discrepancy.noise.floors import repeat_floor, spectral_floor, wide_twin
+from gimbal_hil.discrepancy.noise.floors import encoder_share, repeat_floor, spectral_floor, wide_twin
 from gimbal_hil.discrepancy.noise.processing import balanced, processing_floors
 from gimbal_hil.discrepancy.noise.row_noise import held_squares, moves, row_scales
 from gimbal_hil.discrepancy.search.release import given_back
+from gimbal_hil.discrepancy.twin.number_slots import turned_inertia
 from gimbal_hil.discrepancy.twin.record import record_of
 from gimbal_hil.discrepancy.twin.smoothing import Floats
 from gimbal_hil.discrepancy.twin.twin import Twin
@@ -278,3 +280,29 @@ def test_a_number_inside_its_uncertainty_is_known_and_no_cause(level: float, lef
     if not left:
         moved = {known.path: y for known, y in zip(found.hypothesis.floating, found.hypothesis.y, strict=True)}
         assert np.exp(moved["friction.coulomb"]) == pytest.approx(level, abs=0.01)
+
+
+@pytest.mark.parametrize(("torque_noise", "position_noise", "share"), [(0.01, 0.0, 0.0), (0.0, 1e-3, 1.0)])
+def test_more_inertia_makes_more_noise_of_the_encoders_error_and_none_of_the_torques(
+    torque_noise: float, position_noise: float, share: float
+) -> None:
+    t, torque, position = swing(12.0, noise=torque_noise, step=1e-7)
+    position = position + position_noise * np.random.default_rng(2).standard_normal(len(t))
+    log, model = table({"pan.torque": torque, "pan.position": position}, t), arm(step=1e-7)
+    twin = twin_of(model, log)
+    structure = twin.structure(())
+    found = encoder_share(wide_twin(twin, (log,)), structure, structure.P, twin.channels[0], twin.records[0].bands)
+    assert found == pytest.approx(share, abs=0.1)
+    # twice the inertia, and half of it
+    heavier, lighter = (
+        Hypothesis(floating=(KnownNumber("pan", "body.inertia.zz", 1.0),), y=(math.log(factor),))
+        for factor in (2.0, 0.5)
+    )
+    assert noise_of_motion(twin, heavier, found)[0] == pytest.approx(1.0 + share, abs=0.15)
+    assert noise_of_motion(twin, lighter, found)[0] == 1.0
+    # what a joint carries it accelerates too
+    both = two_joints()
+    columns = {f"{axis}.{signal}": torque for axis in both.axes for signal in ("torque", "position")}
+    P = twin_of(both, table(columns, t)).structure(()).P
+    assert turned_inertia(both, P, "pan") == pytest.approx(INERTIA)
+    assert turned_inertia(both, P, "tilt") == pytest.approx(0.5 * INERTIA)

@@ -4,6 +4,7 @@ from gimbal_hil.discrepancy.hypotheses.axis_scales import present_in
 from gimbal_hil.discrepancy.hypotheses.evidence import (
     command_residual,
     noise_of_command,
+    noise_of_motion,
     torque_residual,
     unshaped,
     with_shares,
@@ -44,6 +45,7 @@ __all__ = [
     "is_tied",
     "known_numbers",
     "noise_of_command",
+    "noise_of_motion",
     "parameters_of",
     "placed",
     "plainer_of",

@@ -16,7 +16,7 @@ import numpy as np
 
 from gimbal_hil.discrepancy.hypotheses.hypothesis import Hypothesis, parameters_of
 from gimbal_hil.discrepancy.hypotheses.origin import placed
-from gimbal_hil.discrepancy.twin import TORQUE, Evaluation, Floats, Structure, Twin
+from gimbal_hil.discrepancy.twin import TORQUE, Evaluation, Floats, Structure, Twin, turned_inertia
 from sim_backend.effects import CATALOGUE, Effect, Hook
 
 #: window in which the share that comes through is measured, s; a command that is cut off there could have been
@@ -60,6 +60,20 @@ def noise_of_command(twin: Twin, hypothesis: Hypothesis, floor: Floats) -> Float
     """
     shares = with_shares(twin, hypothesis, floor)[1]
     return np.ones(len(twin.channels)) if shares is None else np.asarray(np.mean(np.concatenate(shares) ** -2, axis=0))
+
+
+def noise_of_motion(twin: Twin, hypothesis: Hypothesis, share: Floats | float) -> Floats:
+    """Noise per channel, in floors, where a hypothesis has more inertia than the model: the encoder's error, `share` of
+    a floor's squares, counts by it. At least one: less inertia lowers the floors themselves.
+    """
+    _, P = parameters_of(twin, hypothesis)
+    stated = twin.structure(()).P
+    more = np.ones(len(twin.channels))
+    for j, channel in enumerate(twin.channels):
+        if channel.signal == TORQUE:
+            mine, before = (turned_inertia(twin.model, of, channel.axis) for of in (P, stated))
+            more[j] = max(1.0, mine / max(before, 1e-300))
+    return np.asarray(np.sqrt(1.0 + share * (more**2 - 1.0)))
 
 
 def unshaped(twin: Twin) -> Shares:

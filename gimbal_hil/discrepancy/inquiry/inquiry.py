@@ -11,7 +11,17 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gimbal_hil.discrepancy.hypotheses import BROKEN, Family, Fit, Hypothesis, Weighing, aligned, command_residual, fit
+from gimbal_hil.discrepancy.hypotheses import (
+    BROKEN,
+    Family,
+    Fit,
+    Hypothesis,
+    Weighing,
+    aligned,
+    command_residual,
+    fit,
+    noise_of_motion,
+)
 from gimbal_hil.discrepancy.inquiry.policy import Policy
 from gimbal_hil.discrepancy.twin import Floats, Twin
 from gimbal_hil.estimation import Paired, decorrelation_rows, paired
@@ -45,6 +55,8 @@ class Inquiry:
     known: Floats | None = None
     #: what the pipeline leaves of data that the model itself could have made, over the floors, per channel
     inexact: Floats | float = 0.0
+    #: share of every floor's squares that is the encoder's error
+    from_encoder: Floats | float = 0.0
     #: what stands for the fitted logs and for that Jacobian where the work is done
     twin_there: Twin | None = None
     known_there: Floats | None = None
@@ -123,11 +135,12 @@ def state_of(inquiry: Inquiry, found: Fit) -> State:
 
 
 def stands_out(inquiry: Inquiry, state: State, best: State | None = None) -> bool:
-    """Whether what a state leaves stands above the noise and what the pipeline leaves of the model itself, which is no
-    more than the best explanation leaves.
+    """Whether what a state leaves stands above the noise, of which a larger inertia makes more, and what the pipeline
+    leaves of the model itself, which is no more than the best explanation leaves.
     """
     inexact = inquiry.inexact if best is None else np.minimum(inquiry.inexact, best.left())
-    return bool(np.any(state.left() > inquiry.policy.least_gap * np.hypot(1.0, inexact)))
+    noise = noise_of_motion(inquiry.twin, state.hypothesis, inquiry.from_encoder)
+    return bool(np.any(state.left() > inquiry.policy.least_gap * np.hypot(noise, inexact)))
 
 
 def weighing_of(inquiry: Inquiry, state: State) -> Weighing:

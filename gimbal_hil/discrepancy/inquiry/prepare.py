@@ -29,6 +29,7 @@ from gimbal_hil.discrepancy.noise import (
     Floor,
     WideTwin,
     effective_floors,
+    encoder_share,
     floors,
     moves,
     processing_floors,
@@ -77,6 +78,8 @@ class Noise:
     floors: tuple[Floor, ...]
     processing: Floats
     wide: WideTwin
+    #: share of every floor's squares that is the encoder's error
+    from_encoder: Floats
 
     def under(self, twin: Twin, hypothesis: Hypothesis) -> Noise:
         """The same once a hypothesis is taken out: a cause that reaches beyond the band passes for noise there. Floors
@@ -143,6 +146,7 @@ def prepared(
         tell,
         taught.tables,
         (*taught.left_out, *asked.left_out),
+        from_encoder=noise.from_encoder,
     )
     return inquiry, noise
 
@@ -207,7 +211,9 @@ def _in_band(model: AntennaModel, taught: _Logs, asked: _Logs, widest: float) ->
     held.scales = row_scales(held, asked.tables, levels)
     # rows that are noisier than others count for less between laps too
     found = smaller(found, floors(twin, spectra, structure, structure.P))
-    return twin, held, Noise(tuple(found), processing_floors(twin, taught.tables), wide)
+    bands = twin.records[0].bands
+    share = np.array([encoder_share(wide, structure, structure.P, channel, bands) for channel in twin.channels])
+    return twin, held, Noise(tuple(found), processing_floors(twin, taught.tables), wide, share)
 
 
 def as_stated(inquiry: Inquiry) -> State:

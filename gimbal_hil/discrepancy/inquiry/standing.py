@@ -35,6 +35,7 @@ def standing(model: AntennaModel, table: SignalsTable) -> list[dict[str, Any]]:
             "before": float(rms[j]),
             "after": float(rms[j]),
             "noise_floor": float(floor[j]),
+            "noise_floor_after": float(floor[j]),
             "noise_floor_from": "this log",
             "processing_floor": float(processing[j]),
             "closed_fraction": None,

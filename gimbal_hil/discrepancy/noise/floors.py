@@ -89,6 +89,19 @@ def spectral_floor(
     return float(np.hypot(law, _rung_up(wide, left, structure, P, channel, bands, law)))
 
 
+def encoder_share(
+    wide: WideTwin, structure: Structure, P: NDArray[np.float64], channel: Channel, bands: Bands
+) -> float:
+    """Share of the squares of that law that is the encoder's error, which a twin turns into torque by its inertia."""
+    if channel.signal != TORQUE:
+        return 0.0
+    left = _away_from_ends(
+        wide, [wide.leftover(structure, P, which)[:, channel.column] for which in range(len(wide.records))]
+    )
+    white, encoder = _laws_in_band(wide, left, channel, bands)
+    return encoder / max(white + encoder, 1e-300)
+
+
 def _away_from_ends(wide: WideTwin, left: list[Floats]) -> list[Floats]:
     """One channel's leftovers without the rows at the logs' ends."""
     return [
@@ -155,6 +168,13 @@ def over_own_noise(
 
 def _law_in_band(wide: WideTwin, left: list[Floats], channel: Channel, bands: Bands, average: str = "median") -> float:
     """Rms in the scored band of the noise law that fits the spectrum above it."""
+    return float(np.sqrt(sum(_laws_in_band(wide, left, channel, bands, average))))
+
+
+def _laws_in_band(
+    wide: WideTwin, left: list[Floats], channel: Channel, bands: Bands, average: str = "median"
+) -> tuple[float, float]:
+    """The same by its parts, mean squares: white noise, and the encoder's."""
     from scipy.signal import detrend, welch
 
     dt = bands.period_s
@@ -170,7 +190,7 @@ def _law_in_band(wide: WideTwin, left: list[Floats], channel: Channel, bands: Ba
     psd = np.sum(power, axis=0) / sum(len(part) for part in left)
     if not np.median(psd) > 0.0:
         # a joint that stands, with a torque that stands
-        return 0.0
+        return 0.0, 0.0
     top = wide.records[0].bands.scored_hz
     start, lowest = _FROM / _TO * top, _FROM * bands.scored_hz
     while True:
@@ -183,8 +203,9 @@ def _law_in_band(wide: WideTwin, left: list[Floats], channel: Channel, bands: Ba
         start *= 0.5
     grid = np.linspace(0.0, bands.scoring[1], 400)
     gain = scoring_gain(grid, bands) ** 2
-    noise = _noise_laws(grid, top, channel, dt) @ share
-    return float(np.sqrt(np.trapezoid(noise * gain, grid)))
+    noise = _noise_laws(grid, top, channel, dt) * share
+    white, encoder = (float(np.trapezoid(noise[:, j] * gain, grid)) for j in range(2))
+    return white, encoder
 
 
 def _shares(laws: Floats, power: Floats) -> Floats:
@@ -291,6 +312,7 @@ __all__ = [
     "Floor",
     "WideTwin",
     "effective_floors",
+    "encoder_share",
     "floors",
     "over_own_noise",
     "repeat_floor",

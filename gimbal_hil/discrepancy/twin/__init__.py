@@ -1,6 +1,6 @@
 """The twin: a model with effects switched on, evaluated along measured motion."""
 
-from gimbal_hil.discrepancy.twin.number_slots import number_slot, read_number, write_number
+from gimbal_hil.discrepancy.twin.number_slots import number_slot, read_number, turned_inertia, write_number
 from gimbal_hil.discrepancy.twin.physical import Bounds, keep_physical, keep_within
 from gimbal_hil.discrepancy.twin.record import (
     RATE_ERROR,
@@ -37,5 +37,6 @@ __all__ = [
     "scoring_gain",
     "scoring_reach",
     "searched_name",
+    "turned_inertia",
     "write_number",
 ]

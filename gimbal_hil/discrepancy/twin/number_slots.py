@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_backend import layout
-from sim_backend.model import NUMBER_AT, AntennaModel, SlotBase, lag_decay
+from sim_backend.model import NUMBER_AT, AntennaModel, ModelKind, SlotBase, lag_decay
 
 _TIME_CONSTANT = "actuator.time_constant"
 #: a lag that moves never quite vanishes: its response stays smooth there
@@ -37,6 +37,15 @@ def read_number(model: AntennaModel, P: NDArray[np.float64], axis: str, path: st
     # a lag's mean over a step is (1 - decay) tau / h
     mean = float(P[slot + layout.LAG_MEAN - layout.LAG_DECAY])
     return mean * float(P[layout.STEP_S]) / (1.0 - float(P[slot])) if mean > 0.0 else 0.0
+
+
+def turned_inertia(model: AntennaModel, P: NDArray[np.float64], axis: str) -> float:
+    """What a joint has to accelerate, kg m2 or kg: its body, and what an outer one carries in the mean of its poses."""
+    own = read_number(model, P, axis, "body.own_inertia")
+    if model.kind is not ModelKind.GIMBAL or model.axes.index(axis) == 1:
+        return own
+    carried = model.axes[1]
+    return own + 0.5 * sum(read_number(model, P, carried, f"body.inertia.{one}") for one in ("xx", "zz"))
 
 
 def write_number(model: AntennaModel, P: NDArray[np.float64], axis: str, path: str, value: float) -> None:

@@ -93,13 +93,21 @@ def _answer(result: Result, verdict: dict[str, Any]) -> list[Block]:
                     "-" if gap["closed_fraction"] is None else f"{gap['closed_fraction']:.1%}",
                     f"of the gap closed {_judged_on(result)}",
                 ),
-                (f"{gap['noise_floor']:.2g} {gap['unit']}", "noise floor"),
+                _floor_tile(gap),
             )
         ),
         Heading("How large the gap is"),
         Plot(gap_figure(verdict), _GAP_CAPTION.format(_judged_on(result))),
         *_proof(result, verdict),
     ]
+
+
+def _floor_tile(gap: dict[str, Any]) -> tuple[str, str]:
+    """The noise floor; a larger inertia makes more of the encoder's error, and what is left is then noise to it."""
+    floor, after = (f"{gap[key]:.2g}" for key in ("noise_floor", "noise_floor_after"))
+    if floor == after:
+        return f"{floor} {gap['unit']}", "noise floor"
+    return f"{floor} → {after} {gap['unit']}", "noise floor, without and with the inertia that is told"
 
 
 def _moved_row(moved: dict[str, Any]) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimbal_hil.discrepancy.hypotheses import torque_residual
+from gimbal_hil.discrepancy.hypotheses import noise_of_motion, torque_residual
 from gimbal_hil.discrepancy.inquiry import State
 from gimbal_hil.discrepancy.judgement import Result
 from gimbal_hil.discrepancy.twin import Floats
@@ -29,7 +29,9 @@ class Gap:
     before: float
     after_recalibration: float
     after: float
+    #: of the model as it stands; and with what is told, where a larger inertia makes more of the encoder's error
     noise_floor: float
+    noise_floor_after: float
     noise_floor_from: str
     processing_floor: float
     closed_fraction: float | None
@@ -47,6 +49,7 @@ def gaps_of(result: Result) -> tuple[Gap, ...]:
 
     stated, null, best = rows(result.stated), rows(result.null), rows(result.best)
     length = max(2, int(_BLOCK_S / (bands.stride * bands.period_s)))
+    noise_after = inquiry.floor * noise_of_motion(inquiry.twin, result.best.hypothesis, inquiry.from_encoder)
     found = []
     for j, channel in enumerate(inquiry.twin.channels):
         floor, noise = float(inquiry.floor[j]), result.noise.floors[j]
@@ -61,8 +64,8 @@ def gaps_of(result: Result) -> tuple[Gap, ...]:
             else "spectrum above the band"
         )
         found.append(Gap(
-            channel.axis, channel.signal, unit, (0.0, bands.scored_hz), before, moved, after, floor, source,
-            float(result.noise.processing[j]), closed, low, high,
+            channel.axis, channel.signal, unit, (0.0, bands.scored_hz), before, moved, after, floor,
+            float(noise_after[j]), source, float(result.noise.processing[j]), closed, low, high,
         ))  # fmt: skip
     return tuple(found)
 

@@ -147,9 +147,9 @@ def told_against(found: Entry) -> str:
 
 
 def _remainder(gaps: Sequence[Gap]) -> str:
-    """What the causes leave."""
-    left = [g for g in gaps if g.after > 1.5 * g.noise_floor]
-    places = ", ".join(f"{g.signal.replace('_', ' ')} of {g.axis} {g.after / g.noise_floor:.1f} floors" for g in left)
+    """What the causes leave, in floors of the model with them."""
+    left = [(g, g.after / g.noise_floor_after) for g in gaps if g.after > 1.5 * g.noise_floor_after]
+    places = ", ".join(f"{g.signal.replace('_', ' ')} of {g.axis} {floors:.1f} floors" for g, floors in left)
     return f" Still unexplained beside it: {places}." if places else ""
 
 
