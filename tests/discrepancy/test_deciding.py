@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -327,3 +327,33 @@ def test_orders_one_a_period_of_the_travel_are_a_series_and_no_ripple(
     twin = SimpleNamespace(model=SimpleNamespace(axes=("outer", "inner")), records=logs)
     inquiry: Any = SimpleNamespace(twin=twin)
     assert curve.orders_make_a_series(inquiry, state, tuple(range(len(orders)))) is series
+
+
+@pytest.mark.parametrize(
+    ("is_there", "same", "taken"), [(True, True, True), (True, False, False), (False, True, False)]
+)
+def test_what_does_not_stand_gives_its_place_to_a_further_order_that_data_do_not_tell_from_it(
+    is_there: bool, same: bool, taken: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ripple, other = ("cogging", "outer"), ("quadratic_drag", "outer")
+    labels = (ripple, ripple) if is_there else (other,)
+    further = SimpleNamespace(hypothesis=SimpleNamespace(labels=labels))
+    rival = Rival(further, (ripple,), 0.0, 9.0, same)
+    families = tuple(SimpleNamespace(label=label) for label in (ripple, other))
+
+    @dataclass(frozen=True)
+    class Asked:
+        families: tuple
+        policy: Policy
+
+    asked = []
+    extended = SimpleNamespace(state="extended")
+    monkeypatch.setattr(
+        deciding, "extended", lambda inquiry, *rest: asked.append((inquiry.families, rest[0])) or extended
+    )
+    monkeypatch.setattr(deciding, "refitted", lambda *_: "without")
+    state = SimpleNamespace(hypothesis=SimpleNamespace(minus=lambda index: None))
+    found = deciding._left_out(Asked(families, Policy()), state, replace(_SOUND, rivals=(rival,)))
+    assert found == ("extended" if taken else "without")
+    # beside it only its own orders are looked for
+    assert asked == ([(families[:1], further)] if taken else [])

@@ -127,11 +127,11 @@ def decide(
 
 
 def _left_out(inquiry: Inquiry, state: State, fallen: Standing) -> State:
-    """A state without a cause that does not stand; where a further entry of a name that is there leaves no more, with
-    that in its place, and others that pay beside it: they ask for no other name.
+    """A state without a cause that does not stand; where data do not tell it from a further entry of a name that is
+    there, with that in its place, and others that pay beside it: they ask for no other name.
     """
     for rival in fallen.rivals:
-        if rival.is_there and rival.extra <= 0.0:
+        if rival.is_there and rival.close(inquiry.policy):
             own = tuple(family for family in inquiry.families if family.label == rival.label)
             return extended(replace(inquiry, families=own), rival.state, 1, ()).state
     rest = state.hypothesis
