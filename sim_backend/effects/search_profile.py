@@ -44,6 +44,15 @@ class Knob:
     along: str | None = None
     #: the data need not decide it for the name to stand: being at its bound says nothing about the cause
     nuisance: bool = False
+    #: but for its upper bound, beyond which the effect is no longer what its name says
+    named_up_to_high: bool = False
+
+    @property
+    def telling_ends(self) -> tuple[float, ...]:
+        """Bounds at which the cause is in doubt."""
+        if self.nuisance:
+            return (self.high,) if self.named_up_to_high else ()
+        return self.low, self.high
 
     def moved(self, value: float, x: float) -> float:
         """A number that stood at `value`, at coordinate x."""

@@ -65,8 +65,8 @@ def _search(scale: AxisScale) -> SearchProfile:
     """
     knobs = (
         Knob(("antiresonance_frequency",), low=-49.0, high=100.0),
-        # how long it rings is seen only where it rings freely
-        Knob(("damping_ratio",), size=0.02, low=-0.5, high=20.0, nuisance=True),
+        # how long it rings is seen only where it rings freely; beyond a fifth of critical it has no peak to speak of
+        Knob(("damping_ratio",), size=0.02, low=-0.5, high=9.0, nuisance=True, named_up_to_high=True),
         Knob(("inertia_share",), size=0.05, low=0.0, high=15.0),
     )
     at = (float(hz) - 50.0 for hz in np.geomspace(4.0, 60.0, 20))

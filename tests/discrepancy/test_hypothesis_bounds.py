@@ -115,6 +115,16 @@ def test_a_nuisance_at_its_bound_is_no_reason_to_doubt_the_cause() -> None:
     assert Cause(bump, tuple(0.1 if j == shape else knob.high for j, knob in enumerate(bump.knobs))).knobs_at_bound
 
 
+@pytest.mark.parametrize(("damping", "bound"), [(0.01, ()), (0.05, ()), (0.2, ("damping_ratio",))])
+def test_what_hardly_rings_is_no_resonance_and_one_that_rings_for_long_may_be(
+    damping: float, bound: tuple[str, ...]
+) -> None:
+    twin = twin_of(shipped_model())
+    resonance = named(twin, "structural_resonance")
+    at = tuple((damping - 0.02) / 0.02 if knob.parameters == ("damping_ratio",) else 0.5 for knob in resonance.knobs)
+    assert Cause(resonance, at).knobs_at_bound == bound
+
+
 def test_a_number_that_recalibration_leads_to_its_bound_stands_there_whatever_its_cause_says() -> None:
     twin = twin_of(load_model(shipped_model_path("emps")))
     halved = Hypothesis().plus(Cause(named(twin, "inertia", "carriage"), (-10.0,)))

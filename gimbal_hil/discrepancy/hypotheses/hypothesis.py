@@ -53,8 +53,8 @@ class Cause:
         for knob, x in zip(self.family.knobs, self.x, strict=True):
             close = _NEAR * min(knob.high - knob.low, 1.0)
             from_nothing = knob.move is Move.ADD and strengths.issuperset(knob.parameters)
-            ends = [end for end in (knob.low, knob.high) if end != 0.0 or not from_nothing]
-            if not knob.nuisance and knob.low < knob.high and any(abs(x - end) <= close for end in ends):
+            ends = [end for end in knob.telling_ends if end != 0.0 or not from_nothing]
+            if knob.low < knob.high and any(abs(x - end) <= close for end in ends):
                 found += knob.parameters or (knob.along or "",)
         return tuple(found)
 
