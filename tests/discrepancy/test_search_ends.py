@@ -10,6 +10,7 @@ import pytest
 
 from gimbal_hil.discrepancy import run
 from gimbal_hil.discrepancy.inquiry import Inquiry, Policy, stands_out
+from gimbal_hil.discrepancy.inquiry import inquiry as inquiry_module
 from gimbal_hil.discrepancy.search import Path, candidates, search
 from gimbal_hil.executor import open_executor
 
@@ -94,6 +95,25 @@ def test_the_pipeline_is_no_more_inexact_than_what_the_best_explanation_leaves(
     best_leaves: float | None, stands: bool
 ) -> None:
     inquiry: Any = SimpleNamespace(policy=Policy(), inexact=np.array([4.0]))
-    state: Any = SimpleNamespace(left=lambda: np.array([5.6]))
-    best: Any = None if best_leaves is None else SimpleNamespace(left=lambda: np.array([best_leaves]))
+    state: Any = SimpleNamespace(left=lambda: np.array([5.6]), hypothesis=SimpleNamespace(labels=()))
+    best: Any = None
+    if best_leaves is not None:
+        more = SimpleNamespace(labels=(("viscous", "outer"),))
+        best = SimpleNamespace(left=lambda: np.array([best_leaves]), hypothesis=more)
     assert stands_out(inquiry, state, best) is stands
+
+
+@pytest.mark.parametrize(
+    ("effect", "stands"),
+    [("structural_resonance", False), ("actuator_lag", False), ("presliding", True), ("static_unbalance", True)],
+)
+def test_noise_that_a_larger_inertia_makes_is_no_gap_to_what_smooths_it(
+    effect: str, stands: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(inquiry_module, "noise_of_motion", lambda *_: np.array([2.0]))
+    inquiry: Any = SimpleNamespace(policy=Policy(), inexact=0.0, twin=None, from_encoder=1.0)
+    inertia = ("inertia", "outer")
+    state: Any = SimpleNamespace(left=lambda: np.array([1.7]), hypothesis=SimpleNamespace(labels=(inertia,)))
+    more = SimpleNamespace(labels=(inertia, (effect, "outer")))
+    best: Any = SimpleNamespace(left=lambda: np.array([1.0]), hypothesis=more)
+    assert stands_out(inquiry, state) and stands_out(inquiry, state, best) is stands

@@ -2,6 +2,7 @@
 
 from gimbal_hil.discrepancy.hypotheses.axis_scales import present_in
 from gimbal_hil.discrepancy.hypotheses.evidence import (
+    carries_command,
     command_residual,
     noise_of_command,
     noise_of_motion,
@@ -38,6 +39,7 @@ __all__ = [
     "aligned",
     "at_bound",
     "bounds_of",
+    "carries_command",
     "command_residual",
     "families",
     "fit",

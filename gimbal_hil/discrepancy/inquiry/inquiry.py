@@ -18,6 +18,7 @@ from gimbal_hil.discrepancy.hypotheses import (
     Hypothesis,
     Weighing,
     aligned,
+    carries_command,
     command_residual,
     fit,
     noise_of_motion,
@@ -27,6 +28,7 @@ from gimbal_hil.discrepancy.twin import Floats, Twin
 from gimbal_hil.estimation import Paired, decorrelation_rows, paired
 from gimbal_hil.executor import WorkExecutor, open_executor
 from gimbal_hil.signals import SignalsTable
+from sim_backend.effects import CATALOGUE, Variable
 
 #: the data by what it is for, as fields of a state
 PARTS = ("fitted", "selecting", "untouched")
@@ -135,11 +137,22 @@ def state_of(inquiry: Inquiry, found: Fit) -> State:
 
 
 def stands_out(inquiry: Inquiry, state: State, best: State | None = None) -> bool:
-    """Whether what a state leaves stands above the noise, of which a larger inertia makes more, and what the pipeline
-    leaves of the model itself, which is no more than the best explanation leaves.
+    """Whether what a state leaves stands above the noise and what the pipeline leaves of the model itself, which is no
+    more than the best explanation leaves.
+
+    To a best explanation that adds a filter, something with a memory between command and joint, noise is what the
+    state's inertia makes of the encoder's error: a filter smooths it.
     """
-    inexact = inquiry.inexact if best is None else np.minimum(inquiry.inexact, best.left())
-    noise = noise_of_motion(inquiry.twin, state.hypothesis, inquiry.from_encoder)
+    if best is None:
+        return _above(inquiry, state, inquiry.inexact, 1.0)
+    new = set(best.hypothesis.labels) - set(state.hypothesis.labels)
+    added = [CATALOGUE[effect] for effect, _ in new]
+    smooths = any(carries_command(effect) and Variable.PAST in effect.acts_through for effect in added)
+    noise = noise_of_motion(inquiry.twin, state.hypothesis, inquiry.from_encoder) if smooths else 1.0
+    return _above(inquiry, state, np.minimum(inquiry.inexact, best.left()), noise)
+
+
+def _above(inquiry: Inquiry, state: State, inexact: Floats | float, noise: Floats | float) -> bool:
     return bool(np.any(state.left() > inquiry.policy.least_gap * np.hypot(noise, inexact)))
 
 
