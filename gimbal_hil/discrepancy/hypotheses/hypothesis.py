@@ -166,14 +166,20 @@ def hook_list(hypothesis: Hypothesis) -> tuple[tuple[str, str], ...]:
 def parameters_of(twin: Twin, hypothesis: Hypothesis) -> tuple[Structure, np.ndarray]:
     """The arrays that stand for a hypothesis: its structure and a filled copy of P, held where an antenna can be."""
     structure, P = _as_moved(twin, hypothesis)
-    keep_within(twin.model, P, _bounds(twin.model, hypothesis))
-    keep_physical(twin.model, P, structure.P)
+    _hold(twin, hypothesis, P, structure.P)
     return structure, P
+
+
+def _hold(twin: Twin, hypothesis: Hypothesis, P: np.ndarray, stated: np.ndarray) -> None:
+    keep_within(twin.model, P, _bounds(twin.model, hypothesis))
+    keep_physical(twin.model, P, stated)
 
 
 def is_held(twin: Twin, hypothesis: Hypothesis) -> bool:
     """Whether a number is held back where causes and recalibration lead: no antenna is there."""
-    (_, led), (_, held) = _as_moved(twin, hypothesis), parameters_of(twin, hypothesis)
+    structure, led = _as_moved(twin, hypothesis)
+    held = led.copy()
+    _hold(twin, hypothesis, held, structure.P)
     return bool(np.any(np.abs(led - held) > _ROUNDING * np.abs(held)))
 
 

@@ -107,7 +107,7 @@ def _floor_tile(gap: dict[str, Any]) -> tuple[str, str]:
     floor, after = (f"{gap[key]:.2g}" for key in ("noise_floor", "noise_floor_after"))
     if floor == after:
         return f"{floor} {gap['unit']}", "noise floor"
-    return f"{floor} → {after} {gap['unit']}", "noise floor, without and with the inertia that is told"
+    return f"{floor} → {after} {gap['unit']}", "noise floor, with the inertia of the model and as fitted"
 
 
 def _moved_row(moved: dict[str, Any]) -> tuple[str, ...]:
