@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import subprocess
+import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NoReturn
 
 from firmware_protocol.errors import BadInputError
 
@@ -52,12 +53,18 @@ class BlindChoice:
         return [str(self.folder.resolve()), *given, *(["--table"] if self.table else [])]
 
 
-def run_blind(choice: BlindChoice) -> int:
-    """Draw, run the shipped command, and score; the exit code of the bench."""
+def run_blind(choice: BlindChoice) -> NoReturn:
+    """Draw, run the shipped command, and score.
+
+    This process becomes the bench: its exit code is the bench's, and what ends the one ends the other. Raises
+    BadInputError where the bench is not there.
+    """
     if not (_CHECKOUT / "tests" / "blind" / "run.py").exists():
         raise BadInputError(
             "bench blind",
             "is not part of the installed package",
             "a source checkout (its generator lies in tests/blind)",
         )
-    return subprocess.run([sys.executable, "-m", "tests.blind.run", *choice.words()], cwd=_CHECKOUT).returncode
+    sys.stdout.flush()
+    os.chdir(_CHECKOUT)
+    os.execv(sys.executable, [sys.executable, "-m", "tests.blind.run", *choice.words()])

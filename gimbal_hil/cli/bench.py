@@ -5,7 +5,7 @@ controllers, or the blind bench of the discrepancy search.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
@@ -79,7 +79,7 @@ def command(
         raise BadInputError("bench", f"no bench {what!r}", ", ".join(BENCHES))
     if what == "blind":
         chosen = tuple(kinds.split(",")) if kinds else ()
-        return _blind(out, seed, sealed, chosen, cases, most, first, workers, dask, keep, table, compare)
+        _blind(out, seed, sealed, chosen, cases, most, first, workers, dask, keep, table, compare)
     arena = ArenaChoice(controller or [], antenna or [], scenario or [], seeds, workers, wrong)
     if out is not None:
         require_new(out, force, "report.html")
@@ -127,13 +127,13 @@ def _measuring(name: str) -> None:
     print(f"measuring {name} ...", file=sys.stderr, flush=True)
 
 
-def _blind(out: Path | None, *choice: Any) -> int:
+def _blind(out: Path | None, *choice: Any) -> NoReturn:
     from firmware_protocol.errors import BadInputError
     from gimbal_hil.bench import BlindChoice, run_blind
 
     if out is None:
         raise BadInputError("--out", "is missing", "a folder for the blind cases and their verdicts")
-    return run_blind(BlindChoice(out, *choice))
+    run_blind(BlindChoice(out, *choice))
 
 
 def _faults(every: int, link: str, say: Any) -> BenchFindings:

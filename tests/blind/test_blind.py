@@ -6,6 +6,9 @@ from __future__ import annotations
 
 import contextlib
 import json
+import subprocess
+import sys
+import time
 from dataclasses import fields, replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -35,6 +38,7 @@ from tests.blind.score import Outcome, numbers_found, outcome, told_class
 from tests.blind.tally import tables, targets
 
 SHORT = {"duration_s": 6.0}
+PATIENCE_S = 60.0
 
 
 def cause(name: str, axis: str = "outer", floors: float = 10.0, **more: Any) -> dict[str, Any]:
@@ -362,3 +366,33 @@ def test_a_policy_s_curve_counts_only_cases_that_every_change_has() -> None:
         ("as it is", "-", "2", "1", "1", "0", "0"),
         ("sure", "4", "2", "1", "0", "1", "0"),
     ]
+
+
+COMMAND = [sys.executable, "-c", "from gimbal_hil.cli import main; main()", "bench", "blind"]
+
+
+def test_the_exit_code_of_the_command_is_the_benchs(tmp_path: Path) -> None:
+    said = subprocess.run([*COMMAND, "--out", str(tmp_path), "--table"], capture_output=True, text=True, check=False)
+    assert said.returncode == 2
+    assert "holds no results of a blind bench" in said.stderr
+
+
+@pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="looks for processes in /proc")
+def test_whoever_kills_the_command_kills_the_bench(tmp_path: Path) -> None:
+    words = [*COMMAND, "--out", str(tmp_path), "--seed", "1", "--first", "1", "--workers", "1"]
+    process = subprocess.Popen(words, stdout=subprocess.DEVNULL)
+    end = time.monotonic() + PATIENCE_S
+    while not (tmp_path / "bench.json").exists() and time.monotonic() < end:
+        time.sleep(0.05)
+    process.kill()
+    process.wait()
+    assert (tmp_path / "bench.json").exists()
+    assert not [one for one in Path("/proc").glob("[0-9]*/cmdline") if str(tmp_path) in words_of(one)]
+
+
+def words_of(command_line: Path) -> str:
+    """How a process was started; nothing of one that ended meanwhile."""
+    try:
+        return command_line.read_text(errors="replace")
+    except OSError:
+        return ""
