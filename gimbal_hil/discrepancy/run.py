@@ -28,7 +28,7 @@ from gimbal_hil.discrepancy.inquiry import (
 )
 from gimbal_hil.discrepancy.judgement import Request, Result, decide, torque_is_measured, with_measured_torque
 from gimbal_hil.discrepancy.noise import moves
-from gimbal_hil.discrepancy.search import Path, explain
+from gimbal_hil.discrepancy.search import Path, explain, explain_again
 from gimbal_hil.executor import WorkExecutor, open_executor
 from gimbal_hil.signals import SignalsTable
 
@@ -118,7 +118,7 @@ def _under(inquiry: Inquiry, noise: Noise, path: Path) -> tuple[Inquiry, Noise, 
     stated = as_stated(inquiry)
     inquiry, null = recalibrated(inquiry, stated)
     inquiry = shared(inquiry)
-    anew = explain(inquiry, null, heard=heard)
+    anew = explain_again(inquiry, null, path.state.hypothesis, heard)
     both = replace(anew, rounds=(*path.rounds, *anew.rounds), over_others=len(path.rounds))
     return inquiry, noise, stated, null, both
 

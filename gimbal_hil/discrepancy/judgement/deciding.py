@@ -127,17 +127,18 @@ def decide(
 
 
 def _left_out(inquiry: Inquiry, state: State, fallen: Standing) -> State:
-    """A state without a cause that does not stand; where data do not tell it from a further entry of a name that is
-    there, with that in its place, and others that pay beside it: they ask for no other name.
+    """A state without a cause that does not stand. Where data do not tell it from a further entry of a name that is
+    there, that takes its place; and further entries are added while they pay: they ask for no other name.
     """
-    for rival in fallen.rivals:
-        if rival.is_there and rival.close(inquiry.policy):
-            own = tuple(family for family in inquiry.families if family.label == rival.label)
-            return extended(replace(inquiry, families=own), rival.state, 1, ()).state
     rest = state.hypothesis
     for index in sorted(fallen.entries, reverse=True):
         rest = rest.minus(index)
-    return refitted(inquiry, state, rest)
+    instead = (rival.state for rival in fallen.rivals if rival.is_there and rival.close(inquiry.policy))
+    left = next(instead, None) or refitted(inquiry, state, rest)
+    there = set(left.hypothesis.labels)
+    own = tuple(family for family in inquiry.families if family.ripple and family.label in there)
+    longer = extended(replace(inquiry, families=own), left, 1, ()).state if own else left
+    return longer if clearly_better(inquiry, longer, left) else left
 
 
 def _as_before(named: dict[tuple[str, str], Told], told: Told) -> Told:

@@ -6,7 +6,7 @@ from gimbal_hil.discrepancy.search.curve import curve_does_as_well, orders_make_
 from gimbal_hil.discrepancy.search.release import given_back, numbers_instead, with_more_room
 from gimbal_hil.discrepancy.search.screening import basis_of, respond, responses, row_weights
 from gimbal_hil.discrepancy.search.search import Path, control_share, extended, in_its_place
-from gimbal_hil.discrepancy.search.stories import explain
+from gimbal_hil.discrepancy.search.stories import explain, explain_again
 
 __all__ = [
     "Path",
@@ -15,6 +15,7 @@ __all__ = [
     "control_share",
     "curve_does_as_well",
     "explain",
+    "explain_again",
     "extended",
     "given_back",
     "in_its_place",

@@ -210,7 +210,7 @@ def control_gain(
     block 0: reversed and shifted in time within every record, which scrambles the phase of a ripple. Otherwise: sign
     drawn anew for every `block` rows, since a response that repeats with the laps would come back upon itself when
     shifted. A copy that still resembles the response is no control: a short log of slow motion has few blocks, and
-    some draws leave most signs as they were.
+    some draws leave most signs as they were. And what of a copy lies along the response takes what the cause takes.
     """
     rng = np.random.default_rng(seed)
     shaped = columns.reshape(sum(rows), channels, -1)
@@ -229,8 +229,10 @@ def control_gain(
             parts.append(part)
             at += n
         scrambled = np.concatenate(parts).reshape(columns.shape)
-        if np.linalg.norm(own.T @ scrambled) ** 2 > _RESEMBLES * np.linalg.norm(scrambled) ** 2:
+        along = own.T @ scrambled
+        if np.linalg.norm(along) ** 2 > _RESEMBLES * np.linalg.norm(scrambled) ** 2:
             continue
+        scrambled -= own @ along
         coefficients = np.linalg.pinv(scrambled.T @ scrambled, rcond=1e-9, hermitian=True) @ (-scrambled.T @ residual)
         best, made = max(best, float(-coefficients @ (scrambled.T @ residual))), made + 1
         if made == tries:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from gimbal_hil.discrepancy.hypotheses import Hypothesis
-from gimbal_hil.discrepancy.inquiry import MOST_CAUSES, Inquiry, State, settled, squares_of, stands_out
+from gimbal_hil.discrepancy.inquiry import MOST_CAUSES, Inquiry, State, refitted, settled, squares_of, stands_out
 from gimbal_hil.discrepancy.search.candidates import listen, numbers_of
 from gimbal_hil.discrepancy.search.comparing import clearly_better, same_to_a_twin
 from gimbal_hil.discrepancy.search.release import released
@@ -29,11 +29,36 @@ def explain(inquiry: Inquiry, start: State, most: int = MOST_CAUSES, heard: tupl
     story = replace(story, rounds=(Round(start, (numbers,), {}), *story.rounds))
     # where nothing is left to explain, one cause alone could still be plainer
     other = extended(inquiry, start, most if stands_out(inquiry, story.state) else 1, heard)
+    return _better(inquiry, start, story, other)
+
+
+def explain_again(inquiry: Inquiry, start: State, found: Hypothesis, heard: tuple[Response, ...]) -> Path:
+    """The better of two stories under other floors than those under which a hypothesis was found: what is found from
+    the start, since what paid there may not pay here; or that hypothesis and whatever is missing beside it, since a
+    search from the start may miss what led to these floors.
+    """
+    anew = explain(inquiry, start, heard=heard)
+    state = refitted(inquiry, start, _as_it_was(found, start.hypothesis))
+    # once more beside what it leaves: beside the whole gap a fit is content once it explains most of it
+    state = refitted(inquiry, state, state.hypothesis)
+    further = extended(inquiry, state, MOST_CAUSES - len(set(found.labels)), heard)
+    return _better(inquiry, start, further, anew)
+
+
+def _as_it_was(found: Hypothesis, start: Hypothesis) -> Hypothesis:
+    """The causes of one hypothesis, and its known numbers where those of a start may move."""
+    moved = {(known.axis, known.path): y for known, y in zip(found.floating, found.y, strict=True)}
+    y = (moved.get((known.axis, known.path), y) for known, y in zip(start.floating, start.y, strict=True))
+    return replace(found, floating=start.floating, y=tuple(y))
+
+
+def _better(inquiry: Inquiry, start: State, *paths: Path) -> Path:
+    """The better of two stories, with the rounds of both."""
     # one that is still on its way looks worse than it is
-    stories = [replace(path, state=settled(inquiry, path.state)) for path in (other, story)]
+    stories = [replace(path, state=settled(inquiry, path.state)) for path in paths]
     plainer, fuller = sorted(stories, key=lambda path: _free_numbers(path.state.hypothesis))
     better = fuller if _more_is_there(inquiry, start, fuller.state, plainer.state) else plainer
-    return replace(better, rounds=(*story.rounds, *other.rounds))
+    return replace(better, rounds=tuple(one for path in paths for one in path.rounds))
 
 
 def _more_is_there(inquiry: Inquiry, start: State, fuller: State, plainer: State) -> bool:
