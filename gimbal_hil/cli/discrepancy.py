@@ -98,9 +98,8 @@ def command(
     logs: dict[str, Any] = {"resample": resample, "drop_invalid": drop_invalid, "rate_hz": rate}
     logs["columns"] = ColumnMap.of_words(column)
     search: dict[str, Any] = {"only": only or (), "without": without or (), "band_hz": band}
-    with _refusal_kept(out, force):
+    with _refusal_kept(out, junit, as_json), _progress(as_json) as tell:
         question = question_of(given, measured, holdout or (), **search, **logs)
-    with _progress(as_json) as tell:
         finding = question.asked(workers=workers, dask=dask, progress=tell)
         tell("writing the report")
         _write(out, finding)
@@ -108,13 +107,15 @@ def command(
 
 
 def _refuse(out: Path, force: bool, only: list[str] | None, without: list[str] | None) -> None:
-    """What would be overwritten, and names that are no effects, before anything is read."""
+    """What would be overwritten, names that are no effects, and none to search, before anything is read."""
+    from gimbal_hil.discrepancy import effect_names
     from sim_backend.effects import effect_named
 
     require_new(out, force, MODEL_FILE, VERDICT_FILE, REPORT_FILE)
     for option, names in (("--only", only), ("--without", without)):
         for effect in names or ():
             effect_named(effect, option)
+    effect_names(tuple(only or ()), tuple(without or ()))
 
 
 def _write(out: Path, finding: Finding) -> None:
@@ -139,7 +140,6 @@ def _told(
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO
     from gimbal_hil.cli.following import after_discrepancy, print_next
-    from gimbal_hil.report import Case, write_junit
 
     verdict = finding.verdict.document
     print(json.dumps(verdict, allow_nan=False) if as_json else verdict_summary(verdict, out))
@@ -147,8 +147,7 @@ def _told(
         print_next(after_discrepancy(verdict, model, len(finding.result.model.axes), out))
     failed = finding.kind.value in fails
     if junit is not None:
-        case = Case("discrepancy", f"{finding.kind.value}: {finding.verdict.text}", failed)
-        write_junit(junit, "gimbal-hil discrepancy", [case])
+        _write_junit(junit, f"{finding.kind.value}: {finding.verdict.text}", failed)
     return EXIT_NO if failed else EXIT_DONE
 
 
@@ -166,36 +165,37 @@ def _verdicts(text: str) -> frozenset[str]:
 
 
 @contextmanager
-def _refusal_kept(out: Path, force: bool) -> Iterator[None]:
-    """Logs that are refused leave a verdict that says so."""
+def _refusal_kept(out: Path, junit: Path | None, as_json: bool) -> Iterator[None]:
+    """Logs that are refused leave a verdict that says so, and nothing of an earlier one beside it. An option that is
+    refused says nothing of the logs.
+    """
+    import json
+
     from firmware_protocol.errors import BadInputError
 
     try:
         yield
     except BadInputError as error:
-        _unusable(out, str(error), force)
+        if error.where.startswith("--"):
+            raise
+        from gimbal_hil.discrepancy import refusal
+
+        verdict = refusal(str(error)).document
+        out.mkdir(parents=True, exist_ok=True)
+        for name in (MODEL_FILE, RECALIBRATED_FILE, REPORT_FILE):
+            (out / name).unlink(missing_ok=True)
+        (out / VERDICT_FILE).write_text(json.dumps(verdict, indent=2) + "\n", encoding="utf-8")
+        if as_json:
+            print(json.dumps(verdict))
+        if junit is not None:
+            _write_junit(junit, f"unusable_data: {error}", True)
         raise
 
 
-def _unusable(out: Path, reason: str, force: bool) -> None:
-    import json
+def _write_junit(path: Path, text: str, failed: bool) -> None:
+    from gimbal_hil.report import Case, write_junit
 
-    nothing: dict[str, Any] = {
-        "schema": 1,
-        "verdict": "unusable_data",
-        "text": reason,
-        "where": [],
-        "effects": [],
-        "alternatives": [],
-        "next_experiment": None,
-        "not_testable": [],
-        "gap": None,
-        "gaps": [],
-        "contradictions": [],
-    }
-    out.mkdir(parents=True, exist_ok=True)
-    if force or not (out / VERDICT_FILE).exists():
-        (out / VERDICT_FILE).write_text(json.dumps(nothing, indent=2) + "\n", encoding="utf-8")
+    write_junit(path, "gimbal-hil discrepancy", [Case("discrepancy", text, failed)])
 
 
 class _progress:

@@ -2,7 +2,16 @@
 
 from gimbal_hil.discrepancy.foreseen import ORDER, Foreseen, foreseen
 from gimbal_hil.discrepancy.hypotheses import Hypothesis, Weighing, command_residual, families, fit, prior_weights
-from gimbal_hil.discrepancy.inquiry import LEAST_GAP, Policy, State, check_logs, refitted, scored_band, standing
+from gimbal_hil.discrepancy.inquiry import (
+    LEAST_GAP,
+    Policy,
+    State,
+    check_logs,
+    effect_names,
+    refitted,
+    scored_band,
+    standing,
+)
 from gimbal_hil.discrepancy.judgement import Kind, Request, Result, Status
 from gimbal_hil.discrepancy.run import diagnose
 from gimbal_hil.discrepancy.search import respond
@@ -17,6 +26,7 @@ from gimbal_hil.discrepancy.verdict import (
     explained_by,
     ramps_apart,
     recalibrated_model,
+    refusal,
     separating_runs,
     showing_sequences,
     verdict_of,
@@ -44,6 +54,7 @@ __all__ = [
     "corrected_model",
     "diagnose",
     "discrepancy_page",
+    "effect_names",
     "entries_of",
     "explained_by",
     "families",
@@ -54,6 +65,7 @@ __all__ = [
     "recalibrated_model",
     "record_of",
     "refitted",
+    "refusal",
     "respond",
     "scored_band",
     "separating_runs",

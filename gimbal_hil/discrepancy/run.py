@@ -8,6 +8,7 @@ what has to be explained; causes are added while they pay; those that do not sta
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -50,15 +51,15 @@ def diagnose(
 
 def _diagnose(request: Request, executor: WorkExecutor, progress: Callable[[str], None]) -> Result:
     measured, holdout, suspected_only = with_hold_out(request.measured, request.holdout)
-    if not any(moves(table, axis, request.model) for table in holdout for axis in request.model.axes):
-        where = holdout[0].source or "the hold-out"
-        raise BadInputError(where, "stands still where it judges", "a log of another trajectory (--holdout) that moves")
     begun = _begun(request, measured, holdout, executor, progress)
-    only_there = not suspected_only and _only_in_hold_out(begun.inquiry, begun.null)
-    if only_there:
-        progress("the gap is in the hold-out alone: a part of it is fitted too, and the rest judges")
-        part, rest, suspected_only = with_hold_out(holdout, ())
-        begun = _begun(request, (*measured, *part), rest, executor, progress)
+    only_there = False
+    if not suspected_only and _only_in_hold_out(begun.inquiry, begun.null):
+        part, rest, alone = with_hold_out(holdout, ())
+        # a part that is too short, or stands still, judges nothing: then the whole hold-out does
+        with suppress(BadInputError):
+            progress("the gap is in the hold-out alone: a part of it is fitted too, and the rest judges")
+            begun = _begun(request, (*measured, *part), rest, executor, progress)
+            only_there, suspected_only = True, alone
     inquiry, noise, stated, null = begun
     if stands_out(inquiry, null):
         path = explain(inquiry, null)
@@ -92,7 +93,12 @@ def _begun(
     executor: WorkExecutor,
     progress: Callable[[str], None],
 ) -> _Begun:
-    """Logs as an inquiry; what the model leaves of them as stated, and once its known numbers moved."""
+    """Logs as an inquiry; what the model leaves of them as stated, and once its known numbers moved. BadInputError for
+    a hold-out that judges nothing.
+    """
+    if not any(moves(table, axis, request.model) for table in holdout for axis in request.model.axes):
+        where = holdout[0].source or "the hold-out"
+        raise BadInputError(where, "stands still where it judges", "a log of another trajectory (--holdout) that moves")
     names = effect_names(request.only, request.without)
     inquiry, noise = prepared(
         request.model, measured, holdout, request.band_hz, names, request.policy, executor, progress

@@ -168,7 +168,7 @@ def _valid_rows(
         raise BadInputError(
             raw.where(row, column),
             _what(raw, row, column),
-            f"a finite number; {np.count_nonzero(bad)} rows have none; {_REMEDY}",
+            f"a finite number; rows without one: {np.count_nonzero(bad)}; {_REMEDY}",
         )
     notes.append(
         f"{np.count_nonzero(bad)} of {len(bad)} rows held no number somewhere, first at {raw.where(row, column)}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -329,31 +329,43 @@ def test_orders_one_a_period_of_the_travel_are_a_series_and_no_ripple(
     assert curve.orders_make_a_series(inquiry, state, tuple(range(len(orders)))) is series
 
 
+@dataclass(frozen=True)
+class _Asked:
+    families: tuple
+    policy: Policy = field(default_factory=Policy)
+
+
 @pytest.mark.parametrize(
     ("is_there", "same", "taken"), [(True, True, True), (True, False, False), (False, True, False)]
 )
-def test_what_does_not_stand_gives_its_place_to_a_further_order_that_data_do_not_tell_from_it(
-    is_there: bool, same: bool, taken: bool, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("better", [True, False])
+def test_where_a_cause_does_not_stand_further_orders_of_a_ripple_are_looked_for(
+    is_there: bool, same: bool, taken: bool, better: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ripple, other = ("cogging", "outer"), ("quadratic_drag", "outer")
     labels = (ripple, ripple) if is_there else (other,)
     further = SimpleNamespace(hypothesis=SimpleNamespace(labels=labels))
-    rival = Rival(further, (ripple,), 0.0, 9.0, same)
-    families = tuple(SimpleNamespace(label=label) for label in (ripple, other))
-
-    @dataclass(frozen=True)
-    class Asked:
-        families: tuple
-        policy: Policy
-
+    without = SimpleNamespace(hypothesis=SimpleNamespace(labels=(ripple,)))
+    families = tuple(SimpleNamespace(label=x, ripple=x == ripple or None) for x in (ripple, other))
     asked = []
-    extended = SimpleNamespace(state="extended")
-    monkeypatch.setattr(
-        deciding, "extended", lambda inquiry, *rest: asked.append((inquiry.families, rest[0])) or extended
-    )
-    monkeypatch.setattr(deciding, "refitted", lambda *_: "without")
+    longer = SimpleNamespace(state="longer")
+    monkeypatch.setattr(deciding, "extended", lambda one, *rest: asked.append((one.families, rest[0])) or longer)
+    monkeypatch.setattr(deciding, "refitted", lambda *_: without)
+    monkeypatch.setattr(deciding, "clearly_better", lambda inquiry, new, old: better)
     state = SimpleNamespace(hypothesis=SimpleNamespace(minus=lambda index: None))
-    found = deciding._left_out(Asked(families, Policy()), state, replace(_SOUND, rivals=(rival,)))
-    assert found == ("extended" if taken else "without")
-    # beside it only its own orders are looked for
-    assert asked == ([(families[:1], further)] if taken else [])
+    rival = Rival(further, (ripple,), 0.0, 9.0, same)
+    found = deciding._left_out(_Asked(families), state, replace(_SOUND, rivals=(rival,)))
+    # an order that data do not tell from what fell takes its place
+    began = further if taken else without
+    # other names are not looked for, and what explains no more than before is not taken
+    assert asked == [(families[:1], began)]
+    assert found == ("longer" if better else began)
+
+
+def test_where_no_ripple_is_left_nothing_is_looked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    without = SimpleNamespace(hypothesis=SimpleNamespace(labels=(("viscous", "outer"),)))
+    monkeypatch.setattr(deciding, "refitted", lambda *_: without)
+    monkeypatch.setattr(deciding, "clearly_better", lambda inquiry, new, old: False)
+    state = SimpleNamespace(hypothesis=SimpleNamespace(minus=lambda index: None))
+    families = (SimpleNamespace(label=("cogging", "outer"), ripple=True),)
+    assert deciding._left_out(_Asked(families), state, _SOUND) is without

@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 
 from gimbal_hil.discrepancy.inquiry.standing import standing
-from gimbal_hil.discrepancy.noise.floors import over_own_noise, spectral_floor, wide_twin
+from gimbal_hil.discrepancy.noise.floors import Floor, over_own_noise, smaller, spectral_floor, wide_twin
 from gimbal_hil.discrepancy.twin.record import record_of
 from gimbal_hil.discrepancy.twin.smoothing import Floats
 from gimbal_hil.discrepancy.twin.twin import Twin
@@ -39,6 +39,11 @@ def test_a_model_with_the_resonance_of_its_antenna_is_at_the_floor_and_one_witho
     table = surveyed(antenna)
     assert outer_torque(antenna, table) < 1.4
     assert outer_torque(shipped_model(), table) > 3.0
+
+
+def test_the_smaller_floor_keeps_where_it_comes_from() -> None:
+    from_laps, from_spectrum = Floor(1.6, 1.6, 2.0), Floor(1.5, None, 1.5)
+    assert smaller([from_laps], [from_spectrum]) == smaller([from_spectrum], [from_laps]) == [from_spectrum]
 
 
 def test_a_candidate_that_the_twin_cannot_carry_gives_no_numbers_and_no_warnings() -> None:

@@ -134,6 +134,25 @@ def test_a_gap_that_only_the_hold_out_has_is_searched_there_and_stays_a_guess() 
     assert told["next_experiment"]["separates"][0] == "inertia"
 
 
+@pytest.mark.parametrize("ends", ["short", "standing"])
+def test_a_hold_out_of_which_no_part_could_judge_is_left_whole(ends: str) -> None:
+    t, torque, position = swing(20.0, noise=0.002, speed=0.1)
+    fitted = table({"pan.torque": torque, "pan.position": position}, t)
+    t, torque, position = swing(1.8 if ends == "short" else 12.0, 250.0, noise=0.002)
+    if ends == "standing":
+        rest = t > 7.5
+        torque, position = np.where(rest, 0.0, torque), np.where(rest, position[np.argmax(rest)], position)
+    result = diagnose(
+        Request(
+            arm(inertia=0.5 * INERTIA),
+            (fitted.rows(0, len(fitted)),),
+            (table({"pan.torque": torque, "pan.position": position}, t),),
+            only=("inertia",),
+        )
+    )
+    assert not result.only_in_hold_out and not result.suspected_only
+
+
 def test_an_encoder_that_flickers_on_a_joint_that_stands_narrows_nobodys_band() -> None:
     t, torque, position = swing(noise=0.003)
     flicker = STEP * (np.random.default_rng(3).random(len(t)) > 0.5)

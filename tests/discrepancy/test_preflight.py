@@ -18,10 +18,15 @@ TONES = ((0.3, 3.0), (0.1, 7.1), (0.05, 11.3))
 
 
 def table(
-    scale: float = 1.0, seconds: float = 6.0, torque: float = 1.0, rate: float = 1.0, time: float = 1.0
+    scale: float = 1.0,
+    seconds: float = 6.0,
+    torque: float = 1.0,
+    rate: float = 1.0,
+    time: float = 1.0,
+    late: float = 0.0,
 ) -> SignalsTable:
     """Frictionless motion of the shipped antenna's inertias, each column times a factor that is 1 in sound data."""
-    t = T[: int(seconds * 1000)]
+    t = late + T[: int(seconds * 1000)]
     model = shipped_model()
     position = sum(a * np.sin(w * t) for a, w in TONES)
     columns: dict[str, np.ndarray] = {}
@@ -32,16 +37,35 @@ def table(
         )
         columns[f"{axis}.position"] = scale * position
         columns[f"{axis}.rate"] = rate * sum(a * w * np.cos(w * t) for a, w in TONES)
-    return SignalsTable.of(model.axes, time * t, columns, source="log.csv")
+    return SignalsTable.of(model.axes, time * (t - late), columns, source="log.csv")
 
 
 def test_sound_logs_pass() -> None:
-    check_logs(shipped_model(), (table(), table(seconds=5.5)))
+    check_logs(shipped_model(), (table(), table(seconds=5.5, late=10.0)))
 
 
 def test_a_log_that_is_given_twice_is_refused_since_a_copy_judges_nothing() -> None:
     with pytest.raises(BadInputError, match="the same rows"):
         check_logs(shipped_model(), (table(), table()))
+
+
+@pytest.mark.parametrize("part", [slice(0, 5999), slice(1000, 4000), slice(3000, None)])
+def test_a_piece_of_another_log_is_refused(part: slice) -> None:
+    whole = table()
+    columns = {name: values[part] for name, values in whole.columns.items()}
+    piece = SignalsTable.of(whole.axes, whole.time_s[part] - whole.time_s[part][0], columns, source="piece.csv")
+    for logs in ((whole, piece), (piece, whole)):
+        with pytest.raises(BadInputError, match="the same rows"):
+            check_logs(shipped_model(), logs)
+
+
+def test_two_logs_that_begin_alike_or_stand_alike_are_two_logs() -> None:
+    whole, other = table(), table(late=20.0)
+    begun = {name: np.where(np.arange(6000) < 1200, x, other.columns[name]) for name, x in whole.columns.items()}
+    check_logs(shipped_model(), (whole, SignalsTable.of(whole.axes, whole.time_s, begun, source="other.csv")))
+    # both stand for five seconds of six, where neither moves nor is driven
+    stood = [{n: np.where(np.arange(6000) < 5000, 0.0, x) for n, x in one.columns.items()} for one in (whole, other)]
+    check_logs(shipped_model(), tuple(SignalsTable.of(whole.axes, whole.time_s, one, source="s.csv") for one in stood))
 
 
 def test_an_axis_that_is_locked_or_not_driven_is_no_reason_to_refuse() -> None:

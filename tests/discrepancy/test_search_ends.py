@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from gimbal_hil.discrepancy import run
+from gimbal_hil.discrepancy.hypotheses import Hypothesis, KnownNumber
 from gimbal_hil.discrepancy.inquiry import Inquiry, Policy, stands_out
 from gimbal_hil.discrepancy.inquiry import inquiry as inquiry_module
-from gimbal_hil.discrepancy.search import Path, candidates, search
+from gimbal_hil.discrepancy.search import Path, candidates, search, stories
 from gimbal_hil.executor import open_executor
 
 
@@ -63,6 +64,34 @@ def test_close_candidates_are_fitted_again_where_the_best_leaves_little_of_a_lar
     assert [one.hypothesis for one in found] == (["second", "best"] if anew else ["best", "second"])
 
 
+@pytest.mark.parametrize("better", ["further", "anew"])
+def test_under_lower_floors_what_was_found_competes_with_what_is_found_anew(
+    better: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mass, level, other = (KnownNumber("pan", path, 0.1) for path in ("body.mass", "coulomb", "viscous"))
+    start: Any = SimpleNamespace(hypothesis=Hypothesis(floating=(mass, level), y=(0.01, 0.02)))
+    before = Hypothesis(floating=(level, other), y=(0.05, 0.06))
+    asked: list[Hypothesis] = []
+
+    def refitted(inquiry: Any, state: Any, hypothesis: Hypothesis) -> Any:
+        asked.append(hypothesis)
+        return SimpleNamespace(hypothesis=hypothesis)
+
+    anew, further = (Path(SimpleNamespace(hypothesis=name), (name,), ()) for name in ("anew", "further"))  # type: ignore[arg-type]
+    monkeypatch.setattr(stories, "explain", lambda *_, heard: anew)
+    monkeypatch.setattr(stories, "refitted", refitted)
+    monkeypatch.setattr(stories, "extended", lambda *_: further)
+    monkeypatch.setattr(stories, "settled", lambda inquiry, state: state)
+    # what was found has more numbers
+    monkeypatch.setattr(stories, "_free_numbers", lambda hypothesis: ["anew", "further"].index(hypothesis))
+    monkeypatch.setattr(stories, "_more_is_there", lambda *_: better == "further")
+    nothing: Any = None
+    path = stories.explain_again(nothing, start, before, ())
+    assert path.state.hypothesis == better and path.rounds == ("further", "anew")
+    # known numbers are those that may move under these floors, where they were
+    assert asked[0].floating == (mass, level) and asked[0].y == (0.01, 0.05)
+
+
 def test_under_lower_floors_a_search_begins_anew_from_the_model(monkeypatch: pytest.MonkeyPatch) -> None:
     nothing: Any = None
     with open_executor(1, None) as executor:
@@ -70,21 +99,22 @@ def test_under_lower_floors_a_search_begins_anew_from_the_model(monkeypatch: pyt
             nothing, nothing, nothing, np.array([True]), np.array([1.0]), (), executor=executor, known=np.eye(1)
         )
         floors: Any = SimpleNamespace(effective=lambda twin: np.array([0.1]), processing=np.array([0.05]))
-        old, null, found = ("old", "null", "found")
-        begun: list[tuple[Inquiry, Any, Any]] = []
+        null, found = ("null", "found")
+        old: Any = SimpleNamespace(hypothesis="what was found")
+        begun: list[tuple[Inquiry, Any, Any, Any]] = []
 
-        def explain(inquiry: Inquiry, start: Any, heard: Any) -> Path:
-            begun.append((inquiry, start, heard))
+        def explain_again(inquiry: Inquiry, start: Any, before: Any, heard: Any) -> Path:
+            begun.append((inquiry, start, before, heard))
             return Path(found, ("a round",), ())  # type: ignore[arg-type]
 
         monkeypatch.setattr(run, "as_stated", lambda inquiry: "stated")
         monkeypatch.setattr(run, "recalibrated", lambda inquiry, stated: (inquiry, null))
-        monkeypatch.setattr(run, "explain", explain)
+        monkeypatch.setattr(run, "explain_again", explain_again)
         heard: Any = SimpleNamespace(over=lambda ratio: ("heard", float(ratio[0])))
         path = Path(old, ("a first round", "a second"), (heard,))  # type: ignore[arg-type]
         _, _, stated, start, anew = run._under(before, floors, path)
-    ((inquiry, began, again),) = begun
-    assert (began, start, stated, again) == (null, null, "stated", (("heard", 10.0),))
+    ((inquiry, began, was, again),) = begun
+    assert (began, was, start, stated, again) == (null, "what was found", null, "stated", (("heard", 10.0),))
     assert inquiry.floor == 0.1 and inquiry.inexact == 0.5 and inquiry.known is None
     assert anew.state == found and anew.over_others == 2
     assert anew.rounds == ("a first round", "a second", "a round")

@@ -47,6 +47,13 @@ def test_a_constant_and_a_ramp_pass_unchanged() -> None:
     assert np.allclose(q[MIDDLE, 0], 0.5 * (T[:-1] + 0.5e-3)[MIDDLE], atol=1e-6)
 
 
+@pytest.mark.parametrize("rows", [5, 20, 150, 151])
+def test_a_log_shorter_than_its_filters_gives_rows_all_the_same(rows: int) -> None:
+    t = np.arange(rows) * 4e-3
+    for part in interval_means(0.5 * t[:, None], Bands(1.25, 4e-3)):
+        assert part.shape == (rows - 1, 1) and np.all(np.isfinite(part))
+
+
 def test_scoring_keeps_the_band_drops_what_is_beyond_and_stands_at_its_rows() -> None:
     rows = np.column_stack([np.sin(2 * np.pi * 3.0 * T), np.sin(2 * np.pi * 80.0 * T)])
     thin = scored(rows, BANDS)

@@ -43,6 +43,7 @@ from gimbal_hil.discrepancy.twin import (
     Floats,
     Record,
     Twin,
+    edge_rows,
     judging_name,
     record_of,
     scored,
@@ -163,8 +164,14 @@ def _long_enough(tables: Tables, records: tuple[Record, ...]) -> _Logs:
     """Logs of which rows are left between the ends of the filters; BadInputError where there is none."""
     kept = [int(record.keep.sum()) >= _LEAST_ROWS for record in records]
     if not any(kept):
-        where = tables[0].source or "the log"
-        raise BadInputError(where, "is too short for the scored band", "a longer log, or a wider --band")
+        bands = records[0].bands
+        least_s = (2.0 * edge_rows(bands) + _LEAST_ROWS * bands.stride) * bands.period_s
+        have = " and ".join(f"{len(table) * table.period_s:.2g} s" for table in tables)
+        raise BadInputError(
+            tables[0].source or "the log",
+            f"is too short for a scored band that ends at {bands.scored_hz:.3g} Hz: {have} to use",
+            f"more than {least_s:.2g} s, or a wider --band",
+        )
     short = (table.source for table, is_kept in zip(tables, kept, strict=True) if not is_kept)
     return _Logs(tuple(compress(tables, kept)), tuple(compress(records, kept)), tuple(short))
 
@@ -250,5 +257,8 @@ def _reach(found: Fit, j: int, known: KnownNumber, twin: Twin) -> float:
 
 
 def effect_names(only: tuple[str, ...], without: tuple[str, ...]) -> frozenset[str]:
-    """Names of the catalogue that are searched."""
-    return frozenset(only or CATALOGUE) - frozenset(without)
+    """Names of the catalogue that are searched; BadInputError where none is left."""
+    found = frozenset(only or CATALOGUE) - frozenset(without)
+    if not found:
+        raise BadInputError("--only and --without", "leave no effect to search", "at least one that is not left out")
+    return found

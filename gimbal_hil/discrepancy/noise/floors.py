@@ -2,13 +2,13 @@
 
 From repeats where the log has laps: the variance within equal phase over laps. Always from above the band as well:
 white torque noise and white encoder noise (which the twin turns into torque growing with frequency squared) are fitted
-to the spectrum beyond the scored band and carried down into it. Both see only what does not repeat at that rate, so a
-floor is the smaller.
+to the spectrum beyond the scored band and carried down into it. Laps count before the spectrum, unless they differ by
+more than twice as much: then something else than noise does not repeat.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -294,7 +294,7 @@ def floors(twin: Twin, spectra: list[float], structure: Structure, P: NDArray[np
 
 def smaller(one: list[Floor], other: list[Floor]) -> list[Floor]:
     """Channel by channel the smaller floor."""
-    return [replace(a, rms=min(a.rms, b.rms)) for a, b in zip(one, other, strict=True)]
+    return [a if a.rms <= b.rms else b for a, b in zip(one, other, strict=True)]
 
 
 def effective_floors(twin: Twin, found: list[Floor], processing: Floats) -> Floats:

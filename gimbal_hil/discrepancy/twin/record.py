@@ -201,12 +201,16 @@ def _led(position: Floats, model: AntennaModel, bands: Bands) -> Floats:
     return out
 
 
+def edge_rows(bands: Bands) -> float:
+    """Rows at either end of a log that hold what filters make of its end."""
+    return 1.2 * (scoring_reach(bands) // 2 + taps_for(bands.smoothing, bands.period_s) // 2)
+
+
 def _kept(
     rows: NDArray[np.int64], speed: Floats, torque: Floats, model: AntennaModel, bands: Bands, n: int
 ) -> NDArray[np.bool_]:
     """Rows away from the ends, and after the bristles have forgotten the unknown state in which the log began."""
-    edge = 1.2 * (scoring_reach(bands) // 2 + taps_for(bands.smoothing, bands.period_s) // 2)
-    start = edge
+    start = edge = edge_rows(bands)
     for i, axis in enumerate(model.axes):
         sigma0 = model.number(axis, "friction.sigma0")
         if sigma0 > 0.0:

@@ -85,14 +85,13 @@ def taps_for(edges: tuple[float, float], period_s: float) -> int:
 
 
 def _filtered(x: Floats, kernel: Floats) -> Floats:
-    """Convolution without delay, columns apart; ends are continued by odd reflection. Length n, or n - 1 for an even
-    kernel.
+    """Convolution without delay, columns apart; ends are continued by odd reflection, over and over where the kernel is
+    longer than that. Length n, or n - 1 for an even kernel.
     """
     from scipy.signal import oaconvolve
 
-    half = len(kernel) // 2
-    front, back = 2.0 * x[0] - x[half:0:-1], 2.0 * x[-1] - x[-2 : -half - 2 : -1]
-    long = np.concatenate([front, x, back])
+    ends = [(len(kernel) // 2,) * 2] + [(0, 0)] * (x.ndim - 1)
+    long = np.pad(x, ends, mode="reflect", reflect_type="odd")
     y = oaconvolve(long, kernel.reshape(-1, *([1] * (x.ndim - 1))), mode="valid", axes=0)
     return np.ascontiguousarray(y[: len(x)] if len(kernel) % 2 else y[1 : len(x)])
 

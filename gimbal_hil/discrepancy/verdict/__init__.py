@@ -10,7 +10,7 @@ from gimbal_hil.discrepancy.verdict.separating import (
     showing_sequences,
     why_not_testable,
 )
-from gimbal_hil.discrepancy.verdict.verdict import Verdict, entries_of, verdict_of
+from gimbal_hil.discrepancy.verdict.verdict import Verdict, entries_of, refusal, verdict_of
 
 __all__ = [
     "CHANCE",
@@ -22,6 +22,7 @@ __all__ = [
     "explained_by",
     "ramps_apart",
     "recalibrated_model",
+    "refusal",
     "separating_runs",
     "showing_sequences",
     "verdict_of",

@@ -40,7 +40,8 @@ class Verdict:
     alternatives: tuple[Entry, ...]
     next_experiment: Entry | None
     not_testable: tuple[Entry, ...]
-    gap: Gap
+    #: the largest; None where logs were refused
+    gap: Gap | None
     gaps: tuple[Gap, ...]
     recalibrated: tuple[Entry, ...]
     contradictions: tuple[Entry, ...]
@@ -62,7 +63,7 @@ class Verdict:
             "alternatives": list(self.alternatives),
             "next_experiment": self.next_experiment,
             "not_testable": list(self.not_testable),
-            "gap": asdict(self.gap),
+            "gap": None if self.gap is None else asdict(self.gap),
             "gaps": [asdict(gap) for gap in self.gaps],
             "recalibrated": list(self.recalibrated),
             "contradictions": list(self.contradictions),
@@ -85,7 +86,7 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
     if kind is Kind.UNEXPLAINED and run is None:
         run = _run_for(result, worst)
     against = tuple(contradictions(corrected_model(result) or recalibrated_model(result), logs))
-    text = told(result, effects, alternatives, gaps) + "".join(told_against(found) for found in against)
+    text = told(result, effects, gaps) + "".join(told_against(found) for found in against)
     something_else = 1.0 - min((one.of_names for one in result.told), default=0.0 if kind is Kind.UNEXPLAINED else 1.0)
     over = result.decision.depends_on
     return Verdict(
@@ -104,6 +105,11 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
         None if over is None else {"variable": over[0].value, "share": round(over[1], 3)},
         (*notes, *_notes(result)),
     )
+
+
+def refusal(reason: str) -> Verdict:
+    """The verdict of logs that were refused: nothing but why."""
+    return Verdict(Kind.UNUSABLE_DATA, reason, (), (), (), None, (), None, (), (), (), 1.0, None)
 
 
 def entries_of(effect: Entry) -> list[Entry]:
@@ -146,6 +152,7 @@ def _effect_entry(result: Result, one: Told) -> tuple[Entry, list[Entry], Entry 
             "name": rival.label[0],
             "axis": rival.label[1],
             "instead_of": name,
+            "instead_of_axis": axis,
             "reason": _reason(rival),
         }
         for rival in one.close
@@ -206,8 +213,8 @@ def _separating(one: Told, suspected_only: bool) -> Entry | None:
 def _run_for(result: Result, worst: int) -> Entry:
     """For what nothing explains: a run that shows best what it hangs on."""
     axis = result.inquiry.twin.channels[worst].axis
-    found = where_of(result, worst)
-    group = found[0].group if found else "rate"
+    over, found = result.decision.depends_on, where_of(result, worst)
+    group = over[0].value if over is not None else found[0].group if found else "rate"
     plans = {
         "position": f"one slow turn of {axis} at two constant speeds, each in both directions, as search and hold-out",
         "temperature": f"the same motion of {axis} cold and warm",
@@ -298,4 +305,4 @@ def _recalibrated(result: Result) -> tuple[Entry, ...]:
     return tuple(found)
 
 
-__all__ = ["Verdict", "verdict_of", "where_of"]
+__all__ = ["Verdict", "refusal", "verdict_of", "where_of"]

@@ -13,11 +13,11 @@ from sim_backend.effects import CATALOGUE, FittedNumber
 
 #: the share of `Policy.uneven` from which a varying strength alone costs a name; and one that is known to this share
 _TOLD = 0.45
-#: one effect or alternative as verdict.json holds it
+#: one effect as verdict.json holds it
 Entry = dict[str, Any]
 
 
-def told(result: Result, effects: Sequence[Entry], alternatives: Sequence[Entry], gaps: Sequence[Gap]) -> str:
+def told(result: Result, effects: Sequence[Entry], gaps: Sequence[Gap]) -> str:
     """What was found and how sure it is."""
     kind = result.decision.kind
     moved = _recalibration(result, gaps)
@@ -37,7 +37,7 @@ def told(result: Result, effects: Sequence[Entry], alternatives: Sequence[Entry]
         first = f"Only the searched logs show a gap{moved}; it is explained by {names}."
     against = "".join(f" {e['contradiction']}" for e in effects if "contradiction" in e)
     forms = "".join(_undetermined(e) for e in effects if "form_undetermined" in e)
-    return first + _doubts(result, alternatives) + forms + against + _remainder(gaps)
+    return first + _doubts(result) + forms + against + _remainder(gaps)
 
 
 def _no_gap(gaps: Sequence[Gap], least: float) -> str:
@@ -71,14 +71,17 @@ def _unexplained(result: Result, gaps: Sequence[Gap]) -> str:
         seen = f" From the {over[0].value} alone, {over[1]:.0%} of what is left can be predicted."
     elif shape.predictable.beyond > 0.1:
         seen = f" From the motion, {shape.predictable.beyond:.0%} of what is left can be predicted."
-    if not tried:
-        return f"{size}. Nothing in the catalogue explains it: no candidate pays on the hold-out.{seen}"
-    least = float(np.max(result.path.state.left()))
-    attempt = f"the best attempt ({tried}) leaves {least:.1f} floors and does not stand"
-    return f"{size}. Nothing in the catalogue explains it: {attempt}.{seen}"
+    searched = "Nothing in the catalogue"
+    if result.request.only or result.request.without:
+        searched = "None of the effects that were searched (--only, --without)"
+    attempt = "no candidate pays on the hold-out"
+    if tried:
+        least = float(np.max(result.path.state.left()))
+        attempt = f"the best attempt ({tried}) leaves {least:.1f} floors and does not stand"
+    return f"{size}. {searched} explains it: {attempt}.{seen}"
 
 
-def _doubts(result: Result, alternatives: Sequence[Entry]) -> str:
+def _doubts(result: Result) -> str:
     """Why a name is not sure."""
     if result.suspected_only and result.only_in_hold_out:
         return " Only the hold-out has this gap, and no log of another trajectory: it is suspected, not shown."
@@ -89,25 +92,18 @@ def _doubts(result: Result, alternatives: Sequence[Entry]) -> str:
         if one.status is Status.NAMED:
             continue
         name, axis = one.standing.label
-        others = [_name(other["name"], other["axis"]) for other in alternatives if other["instead_of"] == name]
-        if others:
-            told_from = " or ".join(dict.fromkeys(others))
-            found.append(
-                f" {_name(name, axis).capitalize()} cannot be told from {told_from} on this data; the run that would is"
-                " proposed."
-            )
+        said = _name(name, axis)
+        at_first = said[0].upper() + said[1:]
+        if one.close:
+            told_from = " or ".join(dict.fromkeys(_name(*rival.label) for rival in one.close))
+            found.append(f" {at_first} cannot be told from {told_from} on this data; the run that would is proposed.")
         elif one.standing.silent:
-            found.append(f" The hold-out has no trace of {_name(name, axis)}, which is therefore suspected, not shown.")
+            found.append(f" The hold-out has no trace of {said}, which is therefore suspected, not shown.")
         elif one.standing.at_bound:
             stands = ", ".join(one.standing.at_bound)
-            found.append(
-                f" {_name(name, axis).capitalize()} stands at the bound of what is possible ({stands}): nothing is"
-                " known of it."
-            )
+            found.append(f" {at_first} stands at the bound of what is possible ({stands}): nothing is known of it.")
         else:
-            found.append(
-                f" {_name(name, axis).capitalize()} is probable only ({one.probability:.0%}){_why(result, one)}."
-            )
+            found.append(f" {at_first} is probable only ({one.probability:.0%}){_why(result, one)}.")
     return "".join(found)
 
 

@@ -1,0 +1,24 @@
+"""What a verdict says in words."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+from gimbal_hil.discrepancy.judgement import Status
+from gimbal_hil.discrepancy.verdict import wording
+
+
+def told(effect: str, axis: str, *rivals: tuple[str, str]) -> Any:
+    standing = SimpleNamespace(label=(effect, axis), silent=False, at_bound=())
+    close = tuple(SimpleNamespace(label=label) for label in rivals)
+    return SimpleNamespace(standing=standing, status=Status.AMBIGUOUS, close=close, probability=0.5)
+
+
+def test_an_effect_on_two_axes_has_the_alternatives_of_its_own_axis() -> None:
+    both = (told("coulomb", "AZ", ("viscous", "AZ")), told("coulomb", "EL", ("stribeck", "EL")))
+    result: Any = SimpleNamespace(suspected_only=False, told=both)
+    first, second = (f"{line.strip()}." for line in wording._doubts(result).split(".")[:2])
+    # names of axes stay as they are written
+    assert first.startswith("Coulomb on AZ cannot be told from viscous on AZ on this data")
+    assert second.startswith("Coulomb on EL cannot be told from stribeck on EL on this data")
