@@ -50,12 +50,13 @@ class Repair:
 @dataclass(frozen=True)
 class AxisNames:
     """The axes that a log is read for, what turns a current into torque (N m/A, N/A) by axis, where the model states
-    it, and whether the axes turn.
+    it, whether the axes turn, and what the model is called, if there is one.
     """
 
     axes: tuple[str, ...]
     torque_constants: Mapping[str, float] = field(default_factory=dict)
     rotary: bool = True
+    model: str = ""
 
 
 def checked_table(raw: RawColumns, named: AxisNames, repair: Repair) -> SignalsTable:
@@ -127,12 +128,13 @@ def _known_columns(raw: RawColumns, named: AxisNames) -> tuple[list[str], list[s
                 )  # fmt: skip
         elif name not in raw.values:
             near = difflib.get_close_matches(name, present, 1)
+            of_model = f" of the model {named.model!r}" if named.model else ""
             if len(present) == 1 and any(mark in present[0] for mark in "| "):
                 hint = "columns separated by commas, semicolons or tabs"
             elif near:
-                hint = f"this column of the axes {', '.join(axes)} (the file has {near[0]!r})"
+                hint = f"this column of the axes {', '.join(axes)}{of_model} (the file has {near[0]!r})"
             else:
-                hint = f"this column for the model's axes {', '.join(axes)}"
+                hint = f"this column for the axes {', '.join(axes)}{of_model}"
             others = f", or --column {name}=COLUMN:UNIT with what the file calls it ({', '.join(present)})"
             raise BadInputError(str(raw.path), f"has no column {name!r}", hint + others)
     allowed = (TIME, REPEAT, *column_names(axes))

@@ -132,7 +132,7 @@ def axis_names(of: Sequence[str] | AntennaModel) -> AxisNames:
         return AxisNames(tuple(of))
     constants = {axis: of.number(axis, "actuator.torque_constant") for axis in of.axes}
     known = {axis: constant for axis, constant in constants.items() if constant > 0.0}
-    return AxisNames(of.axes, known, not of.is_linear)
+    return AxisNames(of.axes, known, not of.is_linear, of.name)
 
 
 def _under_control(path: Path, model: AntennaModel, repair: Repair, columns: ColumnMap) -> SignalsTable:

@@ -75,7 +75,11 @@ def _feedback_sets(run: RecordedRun, notes: list[str]) -> _FeedbackSets:
         require_frames(run)
     status = columns_of(run.frames, "drive_status", run.protocol)
     if len(status.place) < 2:
-        raise BadInputError(str(run.folder), "holds no feedback", "a run in which the antenna answered")
+        raise BadInputError(
+            str(run.folder),
+            "holds no feedback",
+            "a run in which the antenna answered: this one ended before, make it again",
+        )
     tick, end = _device_ticks(status)
     if end < len(tick):
         notes.append(f"the device restarted at tick {status.tick[end]}: the table ends there")

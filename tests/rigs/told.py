@@ -1,4 +1,4 @@
-"""What the command says on the measured rigs, beside what is known of them: the table of docs/discrepancy.md.
+"""What the command says on the measured rigs, beside what is known of them: the table of docs/measured-rigs.md.
 
     GIMBAL_HIL_DATA=... python -m tests.rigs.told FOLDER --rows 'emps*' --table
 
