@@ -65,6 +65,8 @@ def run_blind(choice: BlindChoice) -> NoReturn:
             "is not part of the installed package",
             "a source checkout (its generator lies in tests/blind)",
         )
+    # paths are meant from where the command was given
+    words = [sys.executable, "-m", "tests.blind.run", *choice.words()]
     sys.stdout.flush()
     os.chdir(_CHECKOUT)
-    os.execv(sys.executable, [sys.executable, "-m", "tests.blind.run", *choice.words()])
+    os.execv(sys.executable, words)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -94,13 +94,15 @@ def command(
 
     fails = _verdicts(fail_on)
     _refuse(out, force, only, without)
+    _spared(out, model, (*measured, *(holdout or ())))
     given = model_named(model) if model else shipped_model()
     logs: dict[str, Any] = {"resample": resample, "drop_invalid": drop_invalid, "rate_hz": rate}
     logs["columns"] = ColumnMap.of_words(column)
     search: dict[str, Any] = {"only": only or (), "without": without or (), "band_hz": band}
-    with _refusal_kept(out, junit, as_json), _progress(as_json) as tell:
-        question = question_of(given, measured, holdout or (), **search, **logs)
-        finding = question.asked(workers=workers, dask=dask, progress=tell)
+    with _progress(as_json) as tell:
+        with _refusal_kept(out, junit, as_json):
+            question = question_of(given, measured, holdout or (), **search, **logs)
+            finding = question.asked(workers=workers, dask=dask, progress=tell)
         tell("writing the report")
         _write(out, finding)
     return _told(finding, model, out, fails, junit, as_json)
@@ -111,11 +113,25 @@ def _refuse(out: Path, force: bool, only: list[str] | None, without: list[str] |
     from gimbal_hil.discrepancy import effect_names
     from sim_backend.effects import effect_named
 
-    require_new(out, force, MODEL_FILE, VERDICT_FILE, REPORT_FILE)
+    require_new(out, force, MODEL_FILE, VERDICT_FILE, REPORT_FILE, RECALIBRATED_FILE)
     for option, names in (("--only", only), ("--without", without)):
         for effect in names or ():
             effect_named(effect, option)
     effect_names(tuple(only or ()), tuple(without or ()))
+
+
+def _spared(out: Path, model: str | None, logs: Sequence[Path]) -> None:
+    """Raise BadInputError where the answer would take the place of the model that is asked about, or a log is not
+    there: a name that was mistyped is no reason to remove an earlier answer.
+    """
+    from firmware_protocol.errors import BadInputError
+
+    for name in (MODEL_FILE, RECALIBRATED_FILE):
+        if model is not None and (out / name).exists() and (out / name).resolve() == Path(model).resolve():
+            raise BadInputError(f"--model {model}", "is in --out, where the answer takes its place", "another --out")
+    for log in logs:
+        if not log.exists():
+            raise BadInputError(str(log), "no such file or folder", "a run folder, or a table (CSV, Parquet, npz)")
 
 
 def _write(out: Path, finding: Finding) -> None:

@@ -16,6 +16,7 @@ import numpy as np
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.discrepancy.inquiry import (
+    LEAST_S,
     Inquiry,
     Noise,
     State,
@@ -55,11 +56,12 @@ def _diagnose(request: Request, executor: WorkExecutor, progress: Callable[[str]
     only_there = False
     if not suspected_only and _only_in_hold_out(begun.inquiry, begun.null):
         part, rest, alone = with_hold_out(holdout, ())
-        # a part that is too short, or stands still, judges nothing: then the whole hold-out does
+        # what is too short for the band, or stands still, judges nothing: then the whole hold-out does
         with suppress(BadInputError):
-            progress("the gap is in the hold-out alone: a part of it is fitted too, and the rest judges")
-            begun = _begun(request, (*measured, *part), rest, executor, progress)
-            only_there, suspected_only = True, alone
+            if min(len(table) * table.period_s for table in (*part, *rest)) >= LEAST_S:
+                begun = _begun(request, (*measured, *part), rest, executor, progress)
+                only_there, suspected_only = True, alone
+                progress("the gap is in the hold-out alone: a part of it is fitted too, and the rest judges")
     inquiry, noise, stated, null = begun
     if stands_out(inquiry, null):
         path = explain(inquiry, null)

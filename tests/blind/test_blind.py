@@ -371,10 +371,13 @@ def test_a_policy_s_curve_counts_only_cases_that_every_change_has() -> None:
 COMMAND = [sys.executable, "-c", "from gimbal_hil.cli import main; main()", "bench", "blind"]
 
 
-def test_the_exit_code_of_the_command_is_the_benchs(tmp_path: Path) -> None:
-    said = subprocess.run([*COMMAND, "--out", str(tmp_path), "--table"], capture_output=True, text=True, check=False)
+def test_the_exit_code_of_the_command_is_the_benchs_and_paths_are_meant_from_where_it_was_given(
+    tmp_path: Path,
+) -> None:
+    words = [*COMMAND, "--out", "cases", "--table"]
+    said = subprocess.run(words, capture_output=True, text=True, check=False, cwd=tmp_path)
     assert said.returncode == 2
-    assert "holds no results of a blind bench" in said.stderr
+    assert f"{tmp_path / 'cases'}: holds no results of a blind bench" in said.stderr
 
 
 @pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="looks for processes in /proc")

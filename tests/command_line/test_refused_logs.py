@@ -26,9 +26,9 @@ def log(path: Path, seconds: float = 8.0, phase: float = 0.0) -> Path:
     return path
 
 
-def asked(folder: Path, *words: str) -> int:
+def asked(folder: Path, *words: str, force: bool = True) -> int:
     with pytest.raises(SystemExit) as ended:
-        main(["discrepancy", "--out", str(folder), "--force", "--workers", "1", *words])
+        main(["discrepancy", "--out", str(folder), "--workers", "1", *words, *(["--force"] if force else [])])
     return int(ended.value.code or 0)
 
 
@@ -66,3 +66,34 @@ def test_an_option_that_is_refused_says_nothing_of_the_logs(
     assert asked(out, "--measured", logs[0], "--holdout", logs[1], *words) == 2
     assert words[0] in capsys.readouterr().err
     assert all((out / name).read_text(encoding="utf-8") == "of before" for name in (*EARLIER, "verdict.json"))
+
+
+def test_a_log_that_is_not_there_removes_no_answer(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = with_an_answer(tmp_path / "out")
+    there = str(log(tmp_path / "there.csv"))
+    assert asked(out, "--measured", there, "--holdout", str(tmp_path / "their.csv")) == 2
+    assert "their.csv: no such file" in capsys.readouterr().err
+    assert all((out / name).read_text(encoding="utf-8") == "of before" for name in (*EARLIER, "verdict.json"))
+
+
+@pytest.mark.parametrize("name", ["model.yaml", "model_recalibrated.yaml"])
+def test_an_answer_never_takes_the_place_of_the_model_that_it_is_about(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = with_an_answer(tmp_path / "out")
+    logs = [str(log(tmp_path / f"{k}.csv", phase=k)) for k in range(2)]
+    assert asked(out, "--model", str(out / name), "--measured", logs[0], "--holdout", logs[1]) == 2
+    assert "another --out" in capsys.readouterr().err
+    assert (out / name).read_text(encoding="utf-8") == "of before"
+
+
+@pytest.mark.parametrize("name", [*EARLIER, "verdict.json"])
+def test_without_force_no_file_of_an_earlier_answer_is_touched(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / name).write_text("of before", encoding="utf-8")
+    assert asked(tmp_path / "out", "--measured", str(log(tmp_path / "short.csv", 1.0)), force=False) == 2
+    assert "--force" in capsys.readouterr().err
+    assert [path.name for path in (tmp_path / "out").iterdir()] == [name]
+    assert (tmp_path / "out" / name).read_text(encoding="utf-8") == "of before"

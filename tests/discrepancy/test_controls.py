@@ -19,7 +19,8 @@ def ripple(order: float) -> np.ndarray:
 
 def control(columns: np.ndarray, residual: np.ndarray, block: int = 0) -> float:
     """Share of a residual that the best control takes."""
-    return control_gain(columns, residual, [ROWS], 1, block, seed=3) / float(residual @ residual)
+    nothing = np.zeros((ROWS, 0))
+    return control_gain(columns, residual, nothing, [ROWS], 1, block, seed=3) / float(residual @ residual)
 
 
 @pytest.mark.parametrize(("columns", "block"), [(ripple(7.0), 0), (np.abs(ripple(0.7)[:, :1]), 40)])
@@ -33,3 +34,11 @@ def test_a_control_takes_of_noise_what_the_best_of_forty_takes_by_chance(columns
     shares = [control(columns, one, block) for one in noise]
     # of n rows a column takes 1/n; the best of forty some four to eight times as much
     assert 2.0 / ROWS < np.mean(shares) < 16.0 / ROWS
+
+
+def test_a_control_takes_nothing_of_the_cause_beside_what_is_there_either() -> None:
+    # mostly an offset, which the hypothesis has already
+    columns = 5.0 + np.abs(ripple(0.7)[:, :1])
+    basis = np.full((ROWS, 1), 1.0 / np.sqrt(ROWS))
+    new = columns[:, 0] - columns.mean()
+    assert control_gain(columns, new, basis, [ROWS], 1, 40, seed=3) < 1e-12 * float(new @ new)

@@ -338,9 +338,9 @@ class _Asked:
 @pytest.mark.parametrize(
     ("is_there", "same", "taken"), [(True, True, True), (True, False, False), (False, True, False)]
 )
-@pytest.mark.parametrize("better", [True, False])
+@pytest.mark.parametrize(("better", "names_stay"), [(True, True), (False, True), (True, False)])
 def test_where_a_cause_does_not_stand_further_orders_of_a_ripple_are_looked_for(
-    is_there: bool, same: bool, taken: bool, better: bool, monkeypatch: pytest.MonkeyPatch
+    is_there: bool, same: bool, taken: bool, better: bool, names_stay: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ripple, other = ("cogging", "outer"), ("quadratic_drag", "outer")
     labels = (ripple, ripple) if is_there else (other,)
@@ -348,7 +348,8 @@ def test_where_a_cause_does_not_stand_further_orders_of_a_ripple_are_looked_for(
     without = SimpleNamespace(hypothesis=SimpleNamespace(labels=(ripple,)))
     families = tuple(SimpleNamespace(label=x, ripple=x == ripple or None) for x in (ripple, other))
     asked = []
-    longer = SimpleNamespace(state="longer")
+    names = (ripple, ripple, ripple) if names_stay else (ripple, other)
+    longer = SimpleNamespace(state=SimpleNamespace(hypothesis=SimpleNamespace(labels=names)))
     monkeypatch.setattr(deciding, "extended", lambda one, *rest: asked.append((one.families, rest[0])) or longer)
     monkeypatch.setattr(deciding, "refitted", lambda *_: without)
     monkeypatch.setattr(deciding, "clearly_better", lambda inquiry, new, old: better)
@@ -357,15 +358,15 @@ def test_where_a_cause_does_not_stand_further_orders_of_a_ripple_are_looked_for(
     found = deciding._left_out(_Asked(families), state, replace(_SOUND, rivals=(rival,)))
     # an order that data do not tell from what fell takes its place
     began = further if taken else without
-    # other names are not looked for, and what explains no more than before is not taken
+    # other names are not looked for, none goes, and what explains no more than before is not taken
     assert asked == [(families[:1], began)]
-    assert found == ("longer" if better else began)
+    assert found is (longer.state if better and names_stay else began)
 
 
 def test_where_no_ripple_is_left_nothing_is_looked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     without = SimpleNamespace(hypothesis=SimpleNamespace(labels=(("viscous", "outer"),)))
     monkeypatch.setattr(deciding, "refitted", lambda *_: without)
-    monkeypatch.setattr(deciding, "clearly_better", lambda inquiry, new, old: False)
+    monkeypatch.setattr(deciding, "extended", lambda *_: pytest.fail("nothing to look for"))
     state = SimpleNamespace(hypothesis=SimpleNamespace(minus=lambda index: None))
     families = (SimpleNamespace(label=("cogging", "outer"), ripple=True),)
     assert deciding._left_out(_Asked(families), state, _SOUND) is without

@@ -134,11 +134,11 @@ def test_a_gap_that_only_the_hold_out_has_is_searched_there_and_stays_a_guess() 
     assert told["next_experiment"]["separates"][0] == "inertia"
 
 
-@pytest.mark.parametrize("ends", ["short", "standing"])
-def test_a_hold_out_of_which_no_part_could_judge_is_left_whole(ends: str) -> None:
+@pytest.mark.parametrize(("ends", "seconds"), [("short", 1.8), ("short", 4.2), ("standing", 12.0)])
+def test_a_hold_out_of_which_no_part_could_judge_is_left_whole(ends: str, seconds: float) -> None:
     t, torque, position = swing(20.0, noise=0.002, speed=0.1)
     fitted = table({"pan.torque": torque, "pan.position": position}, t)
-    t, torque, position = swing(1.8 if ends == "short" else 12.0, 250.0, noise=0.002)
+    t, torque, position = swing(seconds, 250.0, noise=0.002)
     if ends == "standing":
         rest = t > 7.5
         torque, position = np.where(rest, 0.0, torque), np.where(rest, position[np.argmax(rest)], position)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.discrepancy.inquiry.preflight import check_logs
+from gimbal_hil.discrepancy.inquiry.preflight import check_alike, check_logs
 from gimbal_hil.signals import SignalsTable
 from sim_backend.model import shipped_model
 
@@ -49,23 +51,66 @@ def test_a_log_that_is_given_twice_is_refused_since_a_copy_judges_nothing() -> N
         check_logs(shipped_model(), (table(), table()))
 
 
+def log_of(columns: dict[str, np.ndarray], like: SignalsTable, source: str = "other.csv") -> SignalsTable:
+    """Another log of the same axes and period."""
+    time_s = like.time_s[0] + 1e-3 * np.arange(len(next(iter(columns.values()))))
+    axes = tuple(dict.fromkeys(name.split(".")[0] for name in columns))
+    return SignalsTable.of(axes, time_s, columns, source=source)
+
+
+def signed_zeros(values: np.ndarray) -> np.ndarray:
+    return np.where(values == 0.0, -0.0, values)
+
+
 @pytest.mark.parametrize("part", [slice(0, 5999), slice(1000, 4000), slice(3000, None)])
-def test_a_piece_of_another_log_is_refused(part: slice) -> None:
+@pytest.mark.parametrize(
+    "written", [np.float64, np.float32, lambda x: np.array([float(f"{v:.6g}") for v in x]), signed_zeros]
+)
+def test_a_piece_of_another_log_is_refused_with_whatever_digits(part: slice, written: Any) -> None:
     whole = table()
-    columns = {name: values[part] for name, values in whole.columns.items()}
-    piece = SignalsTable.of(whole.axes, whole.time_s[part] - whole.time_s[part][0], columns, source="piece.csv")
+    piece = log_of({name: np.asarray(written(x[part]), float) for name, x in whole.columns.items()}, whole)
     for logs in ((whole, piece), (piece, whole)):
         with pytest.raises(BadInputError, match="the same rows"):
             check_logs(shipped_model(), logs)
 
 
+def test_a_copy_that_has_one_axis_only_is_a_copy() -> None:
+    whole = table()
+    one = log_of({name: x for name, x in whole.columns.items() if name.startswith("outer")}, whole)
+    with pytest.raises(BadInputError, match="the same rows"):
+        check_alike((whole, one))
+
+
 def test_two_logs_that_begin_alike_or_stand_alike_are_two_logs() -> None:
     whole, other = table(), table(late=20.0)
     begun = {name: np.where(np.arange(6000) < 1200, x, other.columns[name]) for name, x in whole.columns.items()}
-    check_logs(shipped_model(), (whole, SignalsTable.of(whole.axes, whole.time_s, begun, source="other.csv")))
+    check_logs(shipped_model(), (whole, log_of(begun, whole)))
     # both stand for five seconds of six, where neither moves nor is driven
     stood = [{n: np.where(np.arange(6000) < 5000, 0.0, x) for n, x in one.columns.items()} for one in (whole, other)]
-    check_logs(shipped_model(), tuple(SignalsTable.of(whole.axes, whole.time_s, one, source="s.csv") for one in stood))
+    check_logs(shipped_model(), tuple(log_of(one, whole) for one in stood))
+
+
+def triangle(size: float, rows: int = 20000) -> dict[str, np.ndarray]:
+    """Constant speed there and back with a torque that only changes its sign, and nothing noisy, coarse encoder."""
+    way = np.abs((np.arange(rows) * 1e-4 + size) % (4.0 * size) - 2.0 * size) - size
+    return {"pan.position": np.round(way / 1e-3) * 1e-3, "pan.torque": 0.2 * np.sign(np.gradient(way))}
+
+
+def steps(dwell: int, size: float) -> dict[str, np.ndarray]:
+    """Quick moves by one size, and rests between them: nothing noisy."""
+    at = np.arange(6000)
+    number, within = np.divmod(at, 12 + dwell)
+    share = np.clip(within / 12.0, 0.0, 1.0)
+    push = np.where(within < 6, 0.3, np.where(within < 12, -0.3, 0.0))
+    return {"pan.position": np.round(size * (number % 20 + share), 4), "pan.torque": push}
+
+
+@pytest.mark.parametrize(
+    "pair", [(triangle(0.5), triangle(0.8)), (steps(40, 0.2), steps(55, 0.2)), (steps(40, 0.2), steps(55, 0.3))]
+)
+def test_motion_of_the_same_pieces_without_noise_is_no_copy(pair: tuple[dict[str, np.ndarray], ...]) -> None:
+    like = table()
+    check_alike(tuple(log_of(columns, like) for columns in pair))
 
 
 def test_an_axis_that_is_locked_or_not_driven_is_no_reason_to_refuse() -> None:

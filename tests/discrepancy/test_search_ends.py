@@ -87,9 +87,21 @@ def test_under_lower_floors_what_was_found_competes_with_what_is_found_anew(
     monkeypatch.setattr(stories, "_more_is_there", lambda *_: better == "further")
     nothing: Any = None
     path = stories.explain_again(nothing, start, before, ())
-    assert path.state.hypothesis == better and path.rounds == ("further", "anew")
+    assert path.state.hypothesis == better and path.rounds == ("anew", "further")
     # known numbers are those that may move under these floors, where they were
     assert asked[0].floating == (mass, level) and asked[0].y == (0.01, 0.05)
+
+
+@pytest.mark.parametrize(("numbers", "first"), [((2, 2), True), ((3, 2), False), ((2, 3), True)])
+def test_of_stories_with_equally_many_numbers_the_first_is_the_plainer(
+    numbers: tuple[int, int], first: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one, other = (Path(SimpleNamespace(hypothesis=n), (), ()) for n in (0, 1))  # type: ignore[arg-type]
+    monkeypatch.setattr(stories, "settled", lambda inquiry, state: state)
+    monkeypatch.setattr(stories, "_free_numbers", lambda which: numbers[which])
+    monkeypatch.setattr(stories, "_more_is_there", lambda *_: False)
+    nothing: Any = None
+    assert stories._better(nothing, nothing, one, other).state is (one if first else other).state
 
 
 def test_under_lower_floors_a_search_begins_anew_from_the_model(monkeypatch: pytest.MonkeyPatch) -> None:

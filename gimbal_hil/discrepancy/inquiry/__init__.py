@@ -17,12 +17,13 @@ from gimbal_hil.discrepancy.inquiry.inquiry import (
     weighing_of,
 )
 from gimbal_hil.discrepancy.inquiry.policy import LEAST_GAP, MOST_CAUSES, MOST_ENTRIES, Policy
-from gimbal_hil.discrepancy.inquiry.preflight import check_logs
+from gimbal_hil.discrepancy.inquiry.preflight import LEAST_S, check_logs
 from gimbal_hil.discrepancy.inquiry.prepare import Noise, as_stated, effect_names, prepared, recalibrated, scored_band
 from gimbal_hil.discrepancy.inquiry.standing import standing
 
 __all__ = [
     "LEAST_GAP",
+    "LEAST_S",
     "MOST_CAUSES",
     "MOST_ENTRIES",
     "PARTS",

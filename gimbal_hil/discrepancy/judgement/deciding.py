@@ -127,8 +127,9 @@ def decide(
 
 
 def _left_out(inquiry: Inquiry, state: State, fallen: Standing) -> State:
-    """A state without a cause that does not stand. Where data do not tell it from a further entry of a name that is
-    there, that takes its place; and further entries are added while they pay: they ask for no other name.
+    """A state without a cause that does not stand. Where data do not tell it from a further order of a ripple that is
+    there, that takes its place; and further orders are added while they pay, if the same names then explain clearly
+    more.
     """
     rest = state.hypothesis
     for index in sorted(fallen.entries, reverse=True):
@@ -137,8 +138,11 @@ def _left_out(inquiry: Inquiry, state: State, fallen: Standing) -> State:
     left = next(instead, None) or refitted(inquiry, state, rest)
     there = set(left.hypothesis.labels)
     own = tuple(family for family in inquiry.families if family.ripple and family.label in there)
-    longer = extended(replace(inquiry, families=own), left, 1, ()).state if own else left
-    return longer if clearly_better(inquiry, longer, left) else left
+    if not own:
+        return left
+    longer = extended(replace(inquiry, families=own), left, 1, ()).state
+    same = set(longer.hypothesis.labels) == there
+    return longer if same and clearly_better(inquiry, longer, left) else left
 
 
 def _as_before(named: dict[tuple[str, str], Told], told: Told) -> Told:

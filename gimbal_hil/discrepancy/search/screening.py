@@ -118,9 +118,7 @@ def propose(fit: Fit, heard: list[Response], weighing: Weighing) -> list[Proposa
     residual = residual - basis @ (basis.T @ residual)
     found = []
     for response in heard:
-        longer = np.zeros((len(residual), response.columns.shape[1]))
-        longer[: len(response.columns)] = response.columns * per_row[:, None]
-        longer -= basis @ (basis.T @ longer)
+        longer = beside(response.columns * per_row[:, None], basis)
         if np.linalg.norm(longer, axis=0).max() < _ROUNDING * np.sqrt(len(residual)):
             continue
         normal = longer.T @ longer
@@ -128,6 +126,15 @@ def propose(fit: Fit, heard: list[Response], weighing: Weighing) -> list[Proposa
         gain = float(-coefficients @ (longer.T @ residual))
         found.append(Proposal(response.family, gain, response.start.coordinates(coefficients)))
     return sorted(found, key=lambda p: -p.gain)
+
+
+def beside(columns: Floats, basis: Floats) -> Floats:
+    """What of responses is new beside what is there: rows as long as those of its `basis_of`, which go on with the
+    priors of known numbers.
+    """
+    longer = np.zeros((len(basis), columns.shape[1]))
+    longer[: len(columns)] = columns
+    return np.asarray(longer - basis @ (basis.T @ longer))
 
 
 def responses(twin: Twin, fit: Fit, floor: Floats, family: Family, start: Start) -> Floats | None:
@@ -203,9 +210,17 @@ def _ripple_gains(y: Floats, weight: Floats, position: Floats, orders: Floats) -
 
 
 def control_gain(
-    columns: Floats, residual: Floats, rows: list[int], channels: int, block: int, seed: int, tries: int = 40
+    columns: Floats,
+    residual: Floats,
+    basis: Floats,
+    rows: list[int],
+    channels: int,
+    block: int,
+    seed: int,
+    tries: int = 40,
 ) -> float:
-    """Best gain of negative controls made of responses (rows * channels, k).
+    """Best gain of negative controls made of responses (rows * channels, k), beside a basis that the residual has
+    nothing of.
 
     block 0: reversed and shifted in time within every record, which scrambles the phase of a ripple. Otherwise: sign
     drawn anew for every `block` rows, since a response that repeats with the laps would come back upon itself when
@@ -214,7 +229,7 @@ def control_gain(
     """
     rng = np.random.default_rng(seed)
     shaped = columns.reshape(sum(rows), channels, -1)
-    own, _ = np.linalg.qr(columns)
+    own, _ = np.linalg.qr(beside(columns, basis))
     best, made = 0.0, 0
     for _ in range(_DRAWS_A_TRY * tries):
         parts, at = [], 0
@@ -228,7 +243,7 @@ def control_gain(
                 )
             parts.append(part)
             at += n
-        scrambled = np.concatenate(parts).reshape(columns.shape)
+        scrambled = beside(np.concatenate(parts).reshape(columns.shape), basis)
         along = own.T @ scrambled
         if np.linalg.norm(along) ** 2 > _RESEMBLES * np.linalg.norm(scrambled) ** 2:
             continue

@@ -247,11 +247,11 @@ def control_share(inquiry: Inquiry, before: State, cause: Cause) -> float:
         return 0.0
     weighing = weighing_of(inquiry, before)
     basis, residual = basis_of(before.fit, weighing)
-    residual = (residual - basis @ (basis.T @ residual))[: len(columns)]
+    residual = residual - basis @ (basis.T @ residual)
     columns = columns * row_weights(before.fit, weighing)[:, None]
     bands = inquiry.twin.records[0].bands
     block = 0 if cause.family.ripple else max(2, int(_SIGN_S / (bands.stride * bands.period_s)))
-    gain = control_gain(columns, residual, list(inquiry.row_counts), len(inquiry.twin.channels), block, seed=3)
+    gain = control_gain(columns, residual, basis, list(inquiry.row_counts), len(inquiry.twin.channels), block, seed=3)
     return gain * weighing.spread**2 / len(before.fitted)
 
 

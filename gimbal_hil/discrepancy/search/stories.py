@@ -29,7 +29,7 @@ def explain(inquiry: Inquiry, start: State, most: int = MOST_CAUSES, heard: tupl
     story = replace(story, rounds=(Round(start, (numbers,), {}), *story.rounds))
     # where nothing is left to explain, one cause alone could still be plainer
     other = extended(inquiry, start, most if stands_out(inquiry, story.state) else 1, heard)
-    return _better(inquiry, start, story, other)
+    return _better(inquiry, start, other, story)
 
 
 def explain_again(inquiry: Inquiry, start: State, found: Hypothesis, heard: tuple[Response, ...]) -> Path:
@@ -42,7 +42,7 @@ def explain_again(inquiry: Inquiry, start: State, found: Hypothesis, heard: tupl
     # once more beside what it leaves: beside the whole gap a fit is content once it explains most of it
     state = refitted(inquiry, state, state.hypothesis)
     further = extended(inquiry, state, MOST_CAUSES - len(set(found.labels)), heard)
-    return _better(inquiry, start, further, anew)
+    return _better(inquiry, start, anew, further)
 
 
 def _as_it_was(found: Hypothesis, start: Hypothesis) -> Hypothesis:
@@ -53,7 +53,7 @@ def _as_it_was(found: Hypothesis, start: Hypothesis) -> Hypothesis:
 
 
 def _better(inquiry: Inquiry, start: State, *paths: Path) -> Path:
-    """The better of two stories, with the rounds of both."""
+    """The better of two stories, with the rounds of both; of equally many numbers the first counts as the plainer."""
     # one that is still on its way looks worse than it is
     stories = [replace(path, state=settled(inquiry, path.state)) for path in paths]
     plainer, fuller = sorted(stories, key=lambda path: _free_numbers(path.state.hypothesis))

@@ -64,7 +64,7 @@ def where_figure(result: Result, verdict: dict[str, Any]) -> Drawing:
     title = f"Where the gap of {channel.axis} {channel.signal.replace('_', ' ')} sits"
     drawn = figure(title, "share of squared gap", "", 120 + 26 * len(found))
     # two columns of labels: the group once, and what each bar is
-    labels = [[r.group for r in found], [r.regime for r in found]]
+    labels = [[r.group.value for r in found], [r.regime for r in found]]
     drawn.add_bar(
         y=labels,
         x=[r.share_of_gap for r in found],

@@ -16,9 +16,10 @@ from gimbal_hil.discrepancy.verdict.contradictions import contradictions
 from gimbal_hil.discrepancy.verdict.corrected import corrected_model, moved_numbers, recalibrated_model
 from gimbal_hil.discrepancy.verdict.forms import undetermined_form
 from gimbal_hil.discrepancy.verdict.gaps import Gap, gaps_of
+from gimbal_hil.discrepancy.verdict.next_run import run_for
 from gimbal_hil.discrepancy.verdict.separating import CHANCE, separating_run
 from gimbal_hil.discrepancy.verdict.testable import not_testable
-from gimbal_hil.discrepancy.verdict.where import Regime, most_telling, regimes
+from gimbal_hil.discrepancy.verdict.where import Group, Regime, most_telling, regimes
 from gimbal_hil.discrepancy.verdict.wording import contradiction_of, told, told_against
 from gimbal_hil.signals import SignalsTable
 from sim_backend.effects import CATALOGUE
@@ -45,8 +46,8 @@ class Verdict:
     gaps: tuple[Gap, ...]
     recalibrated: tuple[Entry, ...]
     contradictions: tuple[Entry, ...]
-    #: that none of the told causes is it
-    something_else: float
+    #: that none of the told causes is it; None where logs were refused
+    something_else: float | None
     #: where nothing is told: the variable that alone predicts most of what is left, and the share
     depends_on: Entry | None
     notes: tuple[str, ...] = ()
@@ -67,7 +68,7 @@ class Verdict:
             "gaps": [asdict(gap) for gap in self.gaps],
             "recalibrated": list(self.recalibrated),
             "contradictions": list(self.contradictions),
-            "something_else": round(self.something_else, 3),
+            "something_else": None if self.something_else is None else round(self.something_else, 3),
             "depends_on": self.depends_on,
             "notes": list(self.notes),
         }
@@ -109,7 +110,7 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
 
 def refusal(reason: str) -> Verdict:
     """The verdict of logs that were refused: nothing but why."""
-    return Verdict(Kind.UNUSABLE_DATA, reason, (), (), (), None, (), None, (), (), (), 1.0, None)
+    return Verdict(Kind.UNUSABLE_DATA, reason, (), (), (), None, (), None, (), (), (), None, None)
 
 
 def entries_of(effect: Entry) -> list[Entry]:
@@ -212,18 +213,10 @@ def _separating(one: Told, suspected_only: bool) -> Entry | None:
 
 def _run_for(result: Result, worst: int) -> Entry:
     """For what nothing explains: a run that shows best what it hangs on."""
-    axis = result.inquiry.twin.channels[worst].axis
     over, found = result.decision.depends_on, where_of(result, worst)
-    group = over[0].value if over is not None else found[0].group if found else "rate"
-    plans = {
-        "position": f"one slow turn of {axis} at two constant speeds, each in both directions, as search and hold-out",
-        "temperature": f"the same motion of {axis} cold and warm",
-        "time": f"the same motion of {axis} three times over, with a `repeat` column",
-    }
-    plan = plans.get(
-        group, f"constant speeds of {axis} over a decade, both directions, three laps with a `repeat` column"
-    )
-    return {"plan": plan, "separates": []}
+    group = found[0].group if found else Group.SPEED
+    axis = result.inquiry.twin.channels[worst].axis
+    return {"plan": run_for(axis, None if over is None else over[0], group), "separates": []}
 
 
 def where_of(result: Result, worst: int) -> list[Regime]:

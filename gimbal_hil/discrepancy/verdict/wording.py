@@ -73,12 +73,13 @@ def _unexplained(result: Result, gaps: Sequence[Gap]) -> str:
         seen = f" From the motion, {shape.predictable.beyond:.0%} of what is left can be predicted."
     searched = "Nothing in the catalogue"
     if result.request.only or result.request.without:
-        searched = "None of the effects that were searched (--only, --without)"
+        searched = "None of the effects that were searched"
     attempt = "no candidate pays on the hold-out"
     if tried:
         least = float(np.max(result.path.state.left()))
         attempt = f"the best attempt ({tried}) leaves {least:.1f} floors and does not stand"
-    return f"{size}. {searched} explains it: {attempt}.{seen}"
+    where = " Only the hold-out has this gap." if result.only_in_hold_out else ""
+    return f"{size}. {searched} explains it: {attempt}.{where}{seen}"
 
 
 def _doubts(result: Result) -> str:
