@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -246,7 +246,7 @@ def _final(
     # where these fits began is not where the model stood: the map and the slow ramps have spoken before them
     given = dict(zip(LUGRE_NAMES, prior.values().tolist(), strict=True))
     from_motion = {e.name: replace(e, prior=given[e.name]) for e in dynamic.estimates} if dynamic else {}
-    from_regression = {e.name: e for e in rigid.estimates} if rigid else {}
+    from_regression = _possible(rigid, given)
     final = []
     for name, unit, value in zip(LUGRE_NAMES, LUGRE_UNITS, prior.values().tolist(), strict=True):
         candidates = [source[name] for source in (from_map, from_regression, from_motion) if name in source]
@@ -263,6 +263,25 @@ def _final(
         final.append(min(candidates, key=_rank))
     final += [replace(from_regression[name], prior=None) for name in ("inertia", "offset") if name in from_regression]
     return tuple(final)
+
+
+def _possible(rigid: RigidAxisFit | None, given: Mapping[str, float]) -> dict[str, Estimate]:
+    """Estimates of a regression by name; all withheld where it asks for an inertia or a Coulomb level below zero, which
+    means that the torque did not drive the motion: it bends a joint that stands. A viscosity below zero is hardly seen.
+    `given` are the model's numbers.
+    """
+    if rigid is None:
+        return {}
+    found = {e.name: e for e in rigid.estimates}
+    meaningless = any(found[name].value <= 0.0 for name in ("inertia", "coulomb") if name in found)
+    below = {e.name: e.value for e in rigid.estimates if e.name != "offset" and e.value <= 0.0}
+    asked_for = ", ".join(f"{name} {value:.3g}" for name, value in below.items())
+    reason = f"a regression over the whole log gives {asked_for}, which cannot be below zero"
+    experiment = "a log in which the joint slides both ways; of torque that was commanded directly, --torque-driven"
+    return {
+        name: withheld(name, e.unit, given.get(name), reason, experiment) if meaningless or name in below else e
+        for name, e in found.items()
+    }
 
 
 def _rank(estimate: Estimate) -> tuple[int, float]:

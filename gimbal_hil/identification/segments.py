@@ -19,8 +19,9 @@ _BLOCK_S = 0.25
 #: a reference belongs to a level while it is within this share of it: one that was logged with noise, or resampled, is
 #: no other speed
 _LEVEL_SHARE, _LEVEL_LEAST = 0.01, 1e-9
-#: a reference without a level that lasts this long, s, says nothing about levels
-_LEVEL_S = 0.5
+#: a reference of which less than this share of the time belongs to levels that last so long, s, says nothing about
+#: levels: it moves all the time, or was logged with noise
+_OF_LEVELS, _LEVEL_S = 0.5, 0.5
 
 
 class TorqueSource(Enum):
@@ -75,13 +76,20 @@ def stretches_of_table(table: SignalsTable, axis: str) -> tuple[Stretch, ...]:
     """Stretches of a bare table: where a rate reference holds levels, those; else pieces of even measured speed."""
     reference = table.signal(axis, "rate_ref")
     edges = None if reference is None else _level_edges(reference)
-    if edges is None or float(np.max(np.diff(edges))) * table.period_s < _LEVEL_S:
+    if edges is None or not _holds_levels(edges, table.period_s):
         edges = _speed_edges(table.position(axis), table.period_s)
     found = []
     for start, stop in pairwise(edges):
         if stop - start > 1:
             found.append(Stretch(f"{axis} from {table.time_s[start]:.2f} s", int(start), int(stop), TorqueSource.LOOP))
     return tuple(found)
+
+
+def _holds_levels(edges: np.ndarray, period_s: float) -> bool:
+    """Whether pieces between edges that last are most of the time."""
+    lengths = np.diff(edges)
+    lasting = lengths[lengths * period_s >= _LEVEL_S]
+    return bool(np.sum(lasting) >= _OF_LEVELS * np.sum(lengths))
 
 
 def _level_edges(reference: Vector) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import chain, combinations
 
@@ -61,11 +61,16 @@ def other_readings(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> Ite
     yield OtherReading(("time_s",), "in milliseconds", "seconds", _in_seconds)
 
 
-def in_amperes(axes: tuple[str, ...], per_ampere: float, unit: str) -> OtherReading:
-    """Torque columns that hold a current, of which one ampere makes about `per_ampere`."""
-    columns = tuple(f"{axis}.torque" for axis in axes)
-    remedy = f"columns AXIS.current and actuator.torque_constant in the model (about {per_ampere:.2g} {unit}/A?)"
-    return OtherReading(columns, "in amperes or another unit than torque's", remedy, _scaled(columns, per_ampere))
+def in_amperes(per_ampere: Mapping[str, float], unit: str) -> OtherReading:
+    """Torque columns that hold a current, of which one ampere makes about so much on each of these axes."""
+    columns = tuple(f"{axis}.torque" for axis in per_ampere)
+    about = ", ".join(f"{gain:.1g} {unit}/A on {axis}" for axis, gain in per_ampere.items())
+    remedy = f"columns AXIS.current and actuator.torque_constant in the model (about {about}?)"
+
+    def undone(table: SignalsTable) -> SignalsTable:
+        return _with(table, {f"{axis}.torque": gain * table.torque(axis) for axis, gain in per_ampere.items()})
+
+    return OtherReading(columns, "in amperes or another unit than torque's", remedy, undone)
 
 
 def _some_of(parts: tuple) -> list[tuple]:

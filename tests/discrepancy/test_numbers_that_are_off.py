@@ -110,3 +110,31 @@ def test_a_number_that_is_zero_floats_as_far_as_the_file_says_of_it() -> None:
     assert known["body.cog.z"].moved(0.0, -known["body.cog.z"].trust) == pytest.approx(-0.005)
     assert known["actuator.offset"].moved(0.0, known["actuator.offset"].reach) == pytest.approx(0.02)
     assert "body.cog.x" not in known
+
+
+@pytest.mark.parametrize(
+    "actuator",
+    [{"torque_constant": {"value": 0.12, "uncertainty": "15%"}}, {"gain_error": {"value": 0, "uncertainty": 0.15}}],
+)
+@pytest.mark.parametrize("ripple", [0.0, 0.01])
+def test_a_gain_that_is_known_to_a_share_moves_within_it_and_nothing_is_told_in_its_place(
+    ripple: float, actuator: dict[str, object]
+) -> None:
+    logs = []
+    for speed in (1.0, 0.8):
+        t, torque, position = swing(20.0, noise=0.001, speed=speed)
+        commanded = (torque + ripple * np.sin(9.0 * position)) / 1.1
+        logs.append(table({"pan.torque": commanded, "pan.position": position}, t))
+    document = _arm().document | {"uncertainty": "1%"}
+    document["axes"]["pan"]["actuator"] = actuator
+    found = verdict_of(
+        diagnose(Request(model_from_document(document, "arm"), tuple(logs[:1]), tuple(logs[1:])))
+    ).document
+    assert [e["name"] for e in found["effects"]] == (["cogging"] if ripple else [])
+    moved = {one["path"]: one["to"] for one in found["recalibrated"]}
+    assert moved["actuator.gain_error"] == pytest.approx(0.1, abs=0.02)
+    assert moved.get("friction.coulomb", COULOMB) == pytest.approx(COULOMB, rel=0.02)
+
+
+def test_a_gain_of_which_the_file_says_nothing_stays() -> None:
+    assert not [known for known in known_numbers(_arm()) if known.path == "actuator.gain_error"]

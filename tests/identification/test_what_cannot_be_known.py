@@ -11,6 +11,7 @@ import yaml
 
 from gimbal_hil.cli.app import run
 from gimbal_hil.identification import Determination, RigidAxisRule, fit_rigid_axis
+from sim_backend.model import load_model
 from tests.rigs.rig import write_log
 
 STEP_S = 1e-3
@@ -71,7 +72,26 @@ def test_six_short_ramps_below_break_away_say_what_they_can(tmp_path: Path, sigm
         assert found["sigma0"]["value"] == pytest.approx(3000.0, rel=0.05)
 
 
-def test_a_reference_that_changes_in_every_row_is_told_from_the_motion(tmp_path: Path) -> None:
+def test_presliding_that_is_not_said_to_be_torque_driven_leaves_the_model_as_it_is(tmp_path: Path) -> None:
+    model = rig(tmp_path, 3000.0)
+    t = np.arange(0.0, 40.0, STEP_S)
+    torque = 1.6 * (2.0 * np.abs((t / 4.0) % 2.0 - 1.0) - 1.0)
+    bend = -2.4 / 3000.0 * np.log(1.0 - np.abs(torque) / 2.4) * np.sign(torque)
+    columns = {"time_s": t, "arm.torque": torque, "arm.position": 1e-6 * np.round(bend / 1e-6)}
+    log = write_log(tmp_path / "log.csv", columns)
+    code = run("identify", [str(log), "--model", str(model), "--out", str(tmp_path / "out"), "--workers", "1"])
+    assert code in (0, 1)
+    answer = json.loads((tmp_path / "out" / "identification.json").read_text())
+    found = {e["name"]: e for e in answer["axes"][0]["estimates"]}
+    for name in ("coulomb", "viscous", "inertia"):
+        assert found[name]["verdict"] == "not_identified" and "--torque-driven" in found[name]["experiment"]
+    written, stated = (yaml.safe_load(path.read_text())["axes"]["arm"] for path in (tmp_path / "out/model.yaml", model))
+    assert load_model(tmp_path / "out" / "model.yaml").number("arm", "friction.coulomb") == 2.0
+    assert written["body"] == stated["body"]
+
+
+@pytest.mark.parametrize("noise", [1e-3, 0.03])
+def test_a_reference_that_changes_in_every_row_is_told_from_the_motion(noise: float, tmp_path: Path) -> None:
     model = rig(tmp_path, 0.0)
     t = np.arange(0.0, 40.0, 0.002)
     levels = np.array([0.1, -0.1, 0.2, -0.2, 0.4, -0.4, 0.6, -0.6])
@@ -80,7 +100,7 @@ def test_a_reference_that_changes_in_every_row_is_told_from_the_motion(tmp_path:
         "time_s": t,
         "arm.torque": 2.0 * np.sign(asked) + 0.5 * asked + 0.01 * np.random.default_rng(1).normal(size=len(t)),
         "arm.position": 1e-6 * np.round(np.cumsum(asked) * 0.002 / 1e-6),
-        "arm.rate_ref": asked * (1.0 + 1e-3 * np.random.default_rng(2).normal(size=len(t))),
+        "arm.rate_ref": asked * (1.0 + noise * np.random.default_rng(2).normal(size=len(t))),
     }
     log = write_log(tmp_path / "log.csv", columns)
     run("identify", [str(log), "--model", str(model), "--out", str(tmp_path / "out"), "--workers", "1"])

@@ -12,6 +12,7 @@ import pytest
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.preflight import preflight
 from gimbal_hil.preflight.channels import channels_of
+from gimbal_hil.preflight.preflight import _check_attitude
 from gimbal_hil.signals import SignalsTable, read_signals
 from sim_backend.model import AntennaModel, load_model, shipped_model
 from tests.blind.cases import tables_of
@@ -78,7 +79,15 @@ def swapped(logs: tuple[SignalsTable, ...], *signals: str) -> tuple[SignalsTable
         ({"rates": DEGREES}, r": base\.p, base\.q, base\.r: .*in degrees"),
         ({"outer_position": -1.0, "outer_rate": -1.0}, r": outer\.position, outer\.rate: .*mirrored"),
         ({"inner_torque": -1.0}, r": inner\.torque: .*mirrored"),
-        ({"torque": 10.0}, r"outer\.torque, inner\.torque: .*in amperes.*torque_constant.*about 0\.1\d? N m/A"),
+        (
+            {"torque": 10.0},
+            r"outer\.torque, inner\.torque: .*in amperes.*about 0\.1 N m/A on outer, 0\.1 N m/A on inner",
+        ),
+        ({"inner_torque": 10.0}, r": inner\.torque: .*in amperes.*about 0\.1 N m/A on inner"),
+        (
+            {"outer_torque": 5.0, "inner_torque": 20.0},
+            r"outer\.torque, inner\.torque: .*about 0\.[23] N m/A on outer, 0\.0[56] N m/A on inner",
+        ),
         ({"torque": 0.1}, r"outer\.torque, inner\.torque: .*in amperes"),
         ({"time": 1000.0}, r"log 0: time_s.*milliseconds.*seconds"),
     ],
@@ -89,6 +98,34 @@ def test_a_log_in_other_units_or_mirrored_is_refused_and_says_which(
     with pytest.raises(BadInputError, match=says) as caught:
         preflight(shipped_model(), changed(logs, **wrong))
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("which", [0, 1])
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        ({"position": DEGREES, "rate": DEGREES}, "in degrees"),
+        ({"inner_position": -1.0, "inner_rate": -1.0}, "mirrored"),
+        ({"time": 1000.0}, "milliseconds"),
+    ],
+)
+def test_one_log_of_two_that_is_misread_is_named_alone(
+    logs: tuple[SignalsTable, ...], which: int, wrong: dict[str, float], says: str
+) -> None:
+    mixed = tuple(changed((log,), **wrong)[0] if k == which else log for k, log in enumerate(logs))
+    with pytest.raises(BadInputError, match=rf"^log {which}: [^,]*.*{says}"):
+        preflight(shipped_model(), mixed)
+
+
+def test_a_base_that_is_pitched_by_more_than_a_quarter_turn_is_in_degrees(logs: tuple[SignalsTable, ...]) -> None:
+    pitch = np.array([0.3, 17.0])[:, None] * np.sin(logs[0].time_s)
+    for reaches, is_sound in zip(pitch, (True, False), strict=True):
+        table = SignalsTable.of(logs[0].axes, logs[0].time_s, {**logs[0].columns, "base.pitch": reaches}, None, "log 0")
+        if is_sound:
+            _check_attitude(table)
+        else:
+            with pytest.raises(BadInputError, match=r"log 0: base\.pitch: reaches 17, .*degrees; expected radians"):
+                _check_attitude(table)
 
 
 @pytest.mark.parametrize("signals", [("torque", "position", "rate"), ("torque",), ("position", "rate")])

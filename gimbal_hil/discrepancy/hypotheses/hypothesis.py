@@ -302,8 +302,8 @@ def _upright(effect: str, found: dict[str, tuple[float, float | None]]) -> dict[
 
 
 def known_numbers(model: AntennaModel) -> tuple[KnownNumber, ...]:
-    """Numbers that float within what the model says of them: friction, bodies, offsets. What is exactly known stays, as
-    does friction that is none.
+    """Numbers that float within what the model says of them: friction, bodies, offsets, gains. What is exactly known
+    stays, as does friction that is none.
 
     A number that no effect of the catalogue could tell may go as far as is plausible: held back, it would press, and
     something that is not off would be told in its place.
@@ -318,7 +318,7 @@ def known_numbers(model: AntennaModel) -> tuple[KnownNumber, ...]:
     bodies = ("body.mass",) if model.is_linear else (*_MOMENTS, *_PRODUCTS, *_CENTRE)
     found = []
     for axis in model.axes:
-        for path in (*_FRICTION, *bodies, _OFFSET):
+        for path in (*_FRICTION, *bodies, *_ACTUATOR):
             value, spread = model.number(axis, path), model.uncertainty(axis, path)
             # what may have either sign also floats from zero, in units of all its components or of what is said of it
             together = math.hypot(*(model.number(axis, one) for one in beside(path))) or spread
@@ -333,6 +333,7 @@ def known_numbers(model: AntennaModel) -> tuple[KnownNumber, ...]:
 _BUMP = ("friction.breakaway", "friction.stribeck_velocity", "friction.shape")
 _FRICTION = ("friction.coulomb", *_BUMP, "friction.sigma0", "friction.sigma1", "friction.viscous")
 _MOMENTS, _PRODUCTS = (tuple(f"body.inertia.{c}" for c in of) for of in (("xx", "yy", "zz"), ("xy", "xz", "yz")))
-_CENTRE, _OFFSET = tuple(f"body.cog.{c}" for c in "xyz"), "actuator.offset"
+_CENTRE = tuple(f"body.cog.{c}" for c in "xyz")
+_ACTUATOR = ("actuator.offset", "actuator.gain_error")
 #: either side of zero
-_SIGNED = (*_PRODUCTS, *_CENTRE, _OFFSET)
+_SIGNED = (*_PRODUCTS, *_CENTRE, *_ACTUATOR)

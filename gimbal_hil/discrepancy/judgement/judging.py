@@ -190,10 +190,18 @@ def depends_on(inquiry: Inquiry, state: State, left: tuple[Remainder, ...]) -> t
     together = left[column].predictable.beyond
     if together < inquiry.policy.exhausted:
         return None
-    shares = {one: predictable(inquiry, state, column, frozenset({one})).beyond for one in Variable}
+    said = [one for one in Variable if one not in _unsaid(inquiry)]
+    shares = {one: predictable(inquiry, state, column, frozenset({one})).beyond for one in said}
     # of two that say as much the one that comes first: what a law is written over before what only goes with it
     best = next(one for one, share in shares.items() if share >= _AS_MUCH * max(shares.values()))
     return (best, shares[best]) if shares[best] > _NEARLY_ALL * together else None
+
+
+def _unsaid(inquiry: Inquiry) -> set[Variable]:
+    """Variables of which these logs say nothing: what goes with them here is the joint's own motion."""
+    records = (*inquiry.twin.records, *inquiry.holdout.records)
+    base = set() if any(r.moving_base for r in records) else {Variable.BASE_MOTION, Variable.ATTITUDE}
+    return base | (set() if any(r.has_temperature for r in records) else {Variable.TEMPERATURE})
 
 
 def remainders(inquiry: Inquiry, null: State, state: State) -> tuple[Remainder, ...]:

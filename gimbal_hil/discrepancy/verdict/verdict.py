@@ -20,7 +20,7 @@ from gimbal_hil.discrepancy.verdict.next_run import run_for
 from gimbal_hil.discrepancy.verdict.separating import CHANCE, separating_run
 from gimbal_hil.discrepancy.verdict.testable import not_testable
 from gimbal_hil.discrepancy.verdict.where import Group, Regime, most_telling, regimes
-from gimbal_hil.discrepancy.verdict.wording import contradiction_of, told, told_against
+from gimbal_hil.discrepancy.verdict.wording import contradiction_of, told, told_against, told_unseen
 from gimbal_hil.signals import SignalsTable
 from sim_backend.effects import CATALOGUE
 
@@ -89,7 +89,8 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
     against = tuple(contradictions(corrected_model(result) or recalibrated_model(result), logs))
     text = told(result, effects, gaps) + "".join(told_against(found) for found in against)
     something_else = 1.0 - min((one.of_names for one in result.told), default=0.0 if kind is Kind.UNEXPLAINED else 1.0)
-    over = result.decision.depends_on
+    over, unseen = result.decision.depends_on, tuple(not_testable(result))
+    text += told_unseen(result, unseen)
     return Verdict(
         kind,
         text,
@@ -97,7 +98,7 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
         effects,
         alternatives,
         run,
-        tuple(not_testable(result)),
+        unseen,
         gaps[worst],
         gaps,
         _recalibrated(result),
@@ -213,6 +214,8 @@ def _separating(one: Told, suspected_only: bool) -> Entry | None:
 
 def _run_for(result: Result, worst: int) -> Entry:
     """For what nothing explains: a run that shows best what it hangs on."""
+    if result.request.only or result.request.without:
+        return {"plan": "first the same logs without --only and --without: they may show what it is", "separates": []}
     over, found = result.decision.depends_on, where_of(result, worst)
     group = found[0].group if found else Group.SPEED
     axis = result.inquiry.twin.channels[worst].axis

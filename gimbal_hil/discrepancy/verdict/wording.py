@@ -94,7 +94,7 @@ def _doubts(result: Result) -> str:
             continue
         name, axis = one.standing.label
         said = _name(name, axis)
-        at_first = said[0].upper() + said[1:]
+        at_first = _at_first(said)
         if one.close:
             told_from = " or ".join(dict.fromkeys(_name(*rival.label) for rival in one.close))
             found.append(f" {at_first} cannot be told from {told_from} on this data; the run that would is proposed.")
@@ -117,6 +117,11 @@ def _why(result: Result, one: Told) -> str:
     return ""
 
 
+def _at_first(said: str) -> str:
+    """At the start of a sentence; names of axes stay as they are written."""
+    return said[0].upper() + said[1:]
+
+
 def _name(effect: str, axis: str) -> str:
     return f"{effect.replace('_', ' ')} on {axis}"
 
@@ -135,6 +140,12 @@ def _undetermined(effect: Entry) -> str:
     name, alike = _name(effect["name"], effect["axis"]), " and ".join(form["between"])
     correlation = f"{alike} have a canonical correlation of {form['canonical_correlation']:.2f}"
     return f" The form of {name} is undetermined on this data: {correlation}."
+
+
+def told_unseen(result: Result, unseen: Sequence[Entry]) -> str:
+    """Which effects that were asked for these data cannot show."""
+    asked = [e for e in unseen if e["name"] in result.request.only]
+    return "".join(f" {_at_first(_name(e['name'], e['axis']))} was not tested: {e['reason']}." for e in asked)
 
 
 def told_against(found: Entry) -> str:
