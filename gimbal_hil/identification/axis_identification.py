@@ -116,7 +116,8 @@ def identify_axis(
         if static is None and len(model.axes) == 1 and not _only_bends(logs, axis)
         else (None, None)
     )
-    estimates = _final(prior, static, presliding, dynamic, rigid[0])
+    disagreement = _disagreement(presliding, dynamic, axis)
+    estimates = _final(prior, static, presliding, _doubted(dynamic) if disagreement else dynamic, rigid[0])
     usable = [e for e in estimates if e.name in LUGRE_NAMES and np.isfinite(e.value)]
     friction = prior.with_values(tuple(e.name for e in usable), np.array([e.value for e in usable]))
     broken = _break_aways(evidence, friction, step)
@@ -129,7 +130,7 @@ def identify_axis(
     findings += repeatability_findings(velocity_map.points if velocity_map else (), axis)
     decided = {e.name for e in estimates if e.verdict is not Determination.NOT_IDENTIFIED}
     findings += [finding for finding in physical_findings(friction, axis) if decided & finding.concerns]
-    findings += _disagreement(presliding, dynamic, axis)
+    findings += disagreement
     found = AxisIdentification(
         axis=axis,
         evidence=evidence,
@@ -179,9 +180,11 @@ def _bristles(
     )
     if presliding is not None and presliding.sigma0.verdict is not Determination.NOT_IDENTIFIED:
         known = replace(known, sigma0=presliding.sigma0.fitted)
-    free = ("breakaway", "sigma0", "sigma1") if has_map else LUGRE_NAMES
-    length = _BRISTLE_LENGTHS * breakaway / known.sigma0 if has_map and known.sigma0 > 0.0 else float("inf")
-    records = _cut(evidence.records, length)
+    bend = _BRISTLE_LENGTHS * breakaway / known.sigma0 if known.sigma0 > 0.0 else float("inf")
+    # a joint that never slides says nothing of sliding: there viscosity and the bristle's damping are one number
+    slides = any(np.ptp(record.position) > bend for record in evidence.records)
+    free = LUGRE_NAMES if slides and not has_map else ("breakaway", "sigma0", "sigma1")
+    records = _cut(evidence.records, bend if has_map else float("inf"))
     if not records or evidence.inertia is None or known.sigma0 <= 0.0 or known.sigma1 <= 0.0:
         return presliding, None
     dynamic = fit_output_error(records, evidence.inertia, known, free, step, rule)
@@ -306,6 +309,27 @@ def _bent(evidence: Evidence, prior: LugreFriction, step: float) -> LugreFrictio
         prior
         if shown is None or shown.sigma0.verdict is Determination.NOT_IDENTIFIED
         else replace(prior, sigma0=shown.sigma0.fitted)
+    )
+
+
+def _doubted(dynamic: OutputErrorFit | None) -> OutputErrorFit | None:
+    """A fit to simulated motion whose stiffness slow ramps exclude: nothing of it is known as well as it says."""
+    if dynamic is None:
+        return None
+    reason = "slow ramps exclude the stiffness of the simulated motion that this comes from"
+    experiment = EXPERIMENTS["sigma1"]
+    weaker = {Determination.IDENTIFIED: Determination.WEAKLY_IDENTIFIED}
+    return replace(
+        dynamic,
+        estimates=tuple(
+            replace(
+                e,
+                verdict=weaker.get(e.verdict, e.verdict),
+                reason=e.reason or reason,
+                experiment=e.experiment or experiment,
+            )
+            for e in dynamic.estimates
+        ),
     )
 
 

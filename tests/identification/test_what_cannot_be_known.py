@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import yaml
 
 from gimbal_hil.cli.app import run
-from gimbal_hil.identification import Determination, RigidAxisRule, fit_rigid_axis
+from gimbal_hil.identification import Determination, RigidAxisRule, axis_identification, fit_rigid_axis
+from gimbal_hil.identification.axis_response import AxisRecord
+from gimbal_hil.identification.estimate import Estimate, Interval
+from gimbal_hil.identification.evidence import Evidence
+from gimbal_hil.identification.output_error import OutputErrorFit, OutputErrorRule
+from gimbal_hil.identification.stribeck import LugreFriction, StaticFriction
 from sim_backend.model import load_model
 from tests.rigs.rig import write_log
 
@@ -108,3 +114,43 @@ def test_a_reference_that_changes_in_every_row_is_told_from_the_motion(noise: fl
     found = {e["name"]: e for e in answer["axes"][0]["estimates"]}
     assert found["coulomb"]["value"] == pytest.approx(2.0, rel=0.02) and found["coulomb"]["verdict"] != "not_identified"
     assert found["viscous"]["value"] == pytest.approx(0.5, rel=0.1)
+
+
+KNOWN = LugreFriction(StaticFriction(2.4, 2.0, 0.02, 0.5, 1.0), 3000.0, 20.0)
+
+
+def fit_of(*estimates: Estimate) -> OutputErrorFit:
+    return OutputErrorFit(estimates, KNOWN, 0.0, (), (), 0.0, np.ones(len(estimates)), 1)
+
+
+def estimate(name: str, low: float, high: float) -> Estimate:
+    verdict = Determination.IDENTIFIED
+    return Estimate(name, 0.5 * (low + high), Interval(low, high), "1", verdict, 0.01, 1.0, "", "")
+
+
+@pytest.mark.parametrize(("travel", "slides"), [(1e-3, False), (0.1, True)])
+def test_a_joint_that_never_slides_keeps_what_the_model_says_of_sliding(
+    travel: float, slides: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[tuple[str, ...]] = []
+
+    def fitted(records: object, inertia: float, known: object, free: tuple[str, ...], *_: object) -> OutputErrorFit:
+        asked.append(free)
+        return fit_of(estimate("sigma1", 19.0, 21.0))
+
+    monkeypatch.setattr(axis_identification, "fit_output_error", fitted)
+    t = np.arange(0.0, 4.0, STEP_S)
+    record = AxisRecord("log", STEP_S, np.sin(3.0 * t), 0.5 * travel * np.sin(3.0 * t))
+    axis_identification._bristles(Evidence("arm", (), (), (record,), 0.5), KNOWN, False, 1e-6, OutputErrorRule())
+    assert ("viscous" in asked[0]) is slides
+    assert {"breakaway", "sigma0", "sigma1"} <= set(asked[0])
+
+
+def test_where_slow_ramps_exclude_a_stiffness_they_count_and_the_rest_is_weakly_known() -> None:
+    dynamic = fit_of(estimate("sigma0", 2700.0, 2800.0), estimate("sigma1", 19.0, 21.0))
+    doubted = axis_identification._doubted(dynamic)
+    slow = SimpleNamespace(sigma0=estimate("sigma0", 2990.0, 3010.0), travel_steps=1e4)
+    assert axis_identification._disagreement(slow, dynamic, "arm")  # type: ignore[arg-type]
+    found = {e.name: e for e in axis_identification._final(KNOWN, None, slow, doubted, None)}  # type: ignore[arg-type]
+    assert found["sigma0"].value == 3000.0 and found["sigma0"].verdict is Determination.IDENTIFIED
+    assert found["sigma1"].verdict is Determination.WEAKLY_IDENTIFIED and "slow ramps" in found["sigma1"].reason
