@@ -93,9 +93,9 @@ def command(
     from sim_backend.model import model_named, shipped_model
 
     fails = _verdicts(fail_on)
-    _refuse(out, force, only, without)
-    _spared(out, model, (*measured, *(holdout or ())))
+    _refuse(out, force, model, only, without)
     given = model_named(model) if model else shipped_model()
+    _all_there((*measured, *(holdout or ())))
     logs: dict[str, Any] = {"resample": resample, "drop_invalid": drop_invalid, "rate_hz": rate}
     logs["columns"] = ColumnMap.of_words(column)
     search: dict[str, Any] = {"only": only or (), "without": without or (), "band_hz": band}
@@ -108,11 +108,12 @@ def command(
     return _told(finding, model, out, fails, junit, as_json)
 
 
-def _refuse(out: Path, force: bool, only: list[str] | None, without: list[str] | None) -> None:
+def _refuse(out: Path, force: bool, model: str | None, only: list[str] | None, without: list[str] | None) -> None:
     """What would be overwritten, names that are no effects, and none to search, before anything is read."""
     from gimbal_hil.discrepancy import effect_names
     from sim_backend.effects import effect_named
 
+    _spared(out, model)
     require_new(out, force, MODEL_FILE, VERDICT_FILE, REPORT_FILE, RECALIBRATED_FILE)
     for option, names in (("--only", only), ("--without", without)):
         for effect in names or ():
@@ -120,15 +121,21 @@ def _refuse(out: Path, force: bool, only: list[str] | None, without: list[str] |
     effect_names(tuple(only or ()), tuple(without or ()))
 
 
-def _spared(out: Path, model: str | None, logs: Sequence[Path]) -> None:
-    """Raise BadInputError where the answer would take the place of the model that is asked about, or a log is not
-    there: a name that was mistyped is no reason to remove an earlier answer.
-    """
+def _spared(out: Path, model: str | None) -> None:
+    """Raise BadInputError where the answer would take the place of the model that is asked about."""
     from firmware_protocol.errors import BadInputError
 
     for name in (MODEL_FILE, RECALIBRATED_FILE):
         if model is not None and (out / name).exists() and (out / name).resolve() == Path(model).resolve():
             raise BadInputError(f"--model {model}", "is in --out, where the answer takes its place", "another --out")
+
+
+def _all_there(logs: Sequence[Path]) -> None:
+    """Raise BadInputError for a log that is not there: a name that was mistyped is no reason to remove an earlier
+    answer.
+    """
+    from firmware_protocol.errors import BadInputError
+
     for log in logs:
         if not log.exists():
             raise BadInputError(str(log), "no such file or folder", "a run folder, or a table (CSV, Parquet, npz)")

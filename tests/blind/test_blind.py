@@ -8,7 +8,6 @@ import contextlib
 import json
 import subprocess
 import sys
-import time
 from dataclasses import fields, replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -38,7 +37,6 @@ from tests.blind.score import Outcome, numbers_found, outcome, told_class
 from tests.blind.tally import tables, targets
 
 SHORT = {"duration_s": 6.0}
-PATIENCE_S = 60.0
 
 
 def cause(name: str, axis: str = "outer", floors: float = 10.0, **more: Any) -> dict[str, Any]:
@@ -378,24 +376,3 @@ def test_the_exit_code_of_the_command_is_the_benchs_and_paths_are_meant_from_whe
     said = subprocess.run(words, capture_output=True, text=True, check=False, cwd=tmp_path)
     assert said.returncode == 2
     assert f"{tmp_path / 'cases'}: holds no results of a blind bench" in said.stderr
-
-
-@pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="looks for processes in /proc")
-def test_whoever_kills_the_command_kills_the_bench(tmp_path: Path) -> None:
-    words = [*COMMAND, "--out", str(tmp_path), "--seed", "1", "--first", "1", "--workers", "1"]
-    process = subprocess.Popen(words, stdout=subprocess.DEVNULL)
-    end = time.monotonic() + PATIENCE_S
-    while not (tmp_path / "bench.json").exists() and time.monotonic() < end:
-        time.sleep(0.05)
-    process.kill()
-    process.wait()
-    assert (tmp_path / "bench.json").exists()
-    assert not [one for one in Path("/proc").glob("[0-9]*/cmdline") if str(tmp_path) in words_of(one)]
-
-
-def words_of(command_line: Path) -> str:
-    """How a process was started; nothing of one that ended meanwhile."""
-    try:
-        return command_line.read_text(errors="replace")
-    except OSError:
-        return ""

@@ -87,3 +87,21 @@ def test_workers_end_with_the_killed_program_that_they_worked_for() -> None:
     program.send_signal(signal.SIGKILL)
     program.communicate()
     until(lambda: all(gone(pid) for pid in workers), "a worker goes on")
+
+
+def test_the_blind_bench_ends_with_the_command_that_became_it(tmp_path: Path) -> None:
+    program = "from gimbal_hil.cli import main; main()"
+    words = ["bench", "blind", "--out", str(tmp_path), "--seed", "1", "--first", "1", "--workers", "1"]
+    process = subprocess.Popen([sys.executable, "-c", program, *words], stdout=subprocess.DEVNULL)
+    until((tmp_path / "bench.json").exists, "the bench did not begin")
+    process.kill()
+    process.wait()
+    assert not [one for one in Path("/proc").glob("[0-9]*/cmdline") if str(tmp_path) in words_of(one)]
+
+
+def words_of(command_line: Path) -> str:
+    """How a process was started; nothing of one that ended meanwhile."""
+    try:
+        return command_line.read_text(errors="replace")
+    except OSError:
+        return ""

@@ -72,6 +72,8 @@ def test_what_the_other_axis_is_commanded_is_asked_too(
         ({Variable.RATE: 0.5, Variable.TORQUE: 0.51}, 0.6, (Variable.RATE, 0.5)),
         ({Variable.RATE: 0.5, Variable.TORQUE: 0.58}, 0.6, (Variable.TORQUE, 0.58)),
         ({Variable.TIME: 0.1}, 0.1, None),
+        # on a base that stands, what goes with it is the joint's own motion; and nobody read a temperature
+        ({Variable.BASE_MOTION: 0.6, Variable.TEMPERATURE: 0.6, Variable.PAST: 0.55}, 0.6, (Variable.PAST, 0.55)),
     ],
 )
 def test_a_gap_depends_on_the_variable_that_alone_says_nearly_as_much_as_all(
@@ -85,7 +87,8 @@ def test_a_gap_depends_on_the_variable_that_alone_says_nearly_as_much_as_all(
         return Predictable(alone.get(one, 0.0), 0.0)
 
     monkeypatch.setattr(judging, "predictable", share)
-    inquiry: Any = SimpleNamespace(policy=Policy())
+    twin = SimpleNamespace(records=(SimpleNamespace(moving_base=False, has_temperature=False),))
+    inquiry: Any = SimpleNamespace(policy=Policy(), twin=twin, holdout=twin)
     left = (Remainder(1.0, 1.0, Predictable(0.0, 0.0)), Remainder(5.0, 5.0, Predictable(together, 0.0)))
     state: Any = None
     assert depends_on(inquiry, state, left) == said

@@ -6,32 +6,32 @@ import numpy as np
 import pytest
 
 from gimbal_hil.discrepancy.verdict.page_figures import sliced_mean, with_the_rest
-from gimbal_hil.discrepancy.verdict.where import Group, Regime
+from gimbal_hil.discrepancy.verdict.where import Regime, RegimeGroup
 
 
-def regime(group: Group, text: str, gap: float, time: float) -> Regime:
+def regime(group: RegimeGroup, text: str, gap: float, time: float) -> Regime:
     return Regime("outer", "torque", text, group, gap, gap - 0.05, gap + 0.05, time)
 
 
 def test_the_bars_of_every_group_add_up_to_one() -> None:
     found = with_the_rest(
         [
-            regime(Group.SPEED, "slow", 0.5, 0.2),
-            regime(Group.SPEED, "fast", 0.3, 0.6),
-            regime(Group.TIME, "second half", 0.55, 0.5),
-            regime(Group.POSITION, "low", 0.4, 0.5),
-            regime(Group.POSITION, "high", 0.6, 0.5),
+            regime(RegimeGroup.SPEED, "slow", 0.5, 0.2),
+            regime(RegimeGroup.SPEED, "fast", 0.3, 0.6),
+            regime(RegimeGroup.TIME, "second half", 0.55, 0.5),
+            regime(RegimeGroup.POSITION, "low", 0.4, 0.5),
+            regime(RegimeGroup.POSITION, "high", 0.6, 0.5),
         ]
     )
-    for group in (Group.SPEED, Group.TIME, Group.POSITION):
+    for group in (RegimeGroup.SPEED, RegimeGroup.TIME, RegimeGroup.POSITION):
         own = [r for r in found if r.group == group]
         assert sum(r.share_of_gap for r in own) == pytest.approx(1.0)
         assert sum(r.share_of_time for r in own) == pytest.approx(1.0)
         # bars of one group stand together
         assert [found.index(r) for r in own] == list(range(found.index(own[0]), found.index(own[0]) + len(own)))
     rest = {r.group: r for r in found if r.regime == "the rest"}
-    assert set(rest) == {Group.SPEED, Group.TIME}
-    assert (rest[Group.TIME].low, rest[Group.TIME].high) == pytest.approx((0.40, 0.50))
+    assert set(rest) == {RegimeGroup.SPEED, RegimeGroup.TIME}
+    assert (rest[RegimeGroup.TIME].low, rest[RegimeGroup.TIME].high) == pytest.approx((0.40, 0.50))
 
 
 def test_a_ripple_of_seven_periods_a_turn_stands_in_the_mean_over_position_above_noise_ten_times_its_size() -> None:

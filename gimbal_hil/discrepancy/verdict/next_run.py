@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from gimbal_hil.discrepancy.verdict.where import Group
+from gimbal_hil.discrepancy.verdict.where import RegimeGroup
 from sim_backend.effects import Variable
 
 #: where no variable predicts what is left: the one that the regime with most of the gap speaks of
 _OF_GROUP = {
-    Group.SPEED: Variable.RATE,
-    Group.DIRECTION: Variable.RATE,
-    Group.EFFORT: Variable.ACCELERATION,
-    Group.REVERSAL: Variable.PAST,
-    Group.POSITION: Variable.POSITION,
-    Group.BASE: Variable.BASE_MOTION,
-    Group.TIME: Variable.TIME,
-    Group.TEMPERATURE: Variable.TEMPERATURE,
+    RegimeGroup.SPEED: Variable.RATE,
+    RegimeGroup.DIRECTION: Variable.RATE,
+    RegimeGroup.EFFORT: Variable.ACCELERATION,
+    RegimeGroup.REVERSAL: Variable.PAST,
+    RegimeGroup.POSITION: Variable.POSITION,
+    RegimeGroup.BASE: Variable.BASE_MOTION,
+    RegimeGroup.TIME: Variable.TIME,
+    RegimeGroup.TEMPERATURE: Variable.TEMPERATURE,
 }
 _RUNS = {
     Variable.POSITION: "one slow turn of {axis} at two constant speeds, both ways, to search and to judge",
@@ -31,7 +31,7 @@ _RUNS = {
 }
 
 
-def run_for(axis: str, depends_on: Variable | None, group: Group) -> str:
+def run_for(axis: str, depends_on: Variable | None, group: RegimeGroup) -> str:
     """What to do with an axis, given the variable that alone predicts what is left, if one does, and the regime in
     which most of it is.
     """

@@ -19,7 +19,7 @@ from gimbal_hil.discrepancy.verdict.gaps import Gap, gaps_of
 from gimbal_hil.discrepancy.verdict.next_run import run_for
 from gimbal_hil.discrepancy.verdict.separating import CHANCE, separating_run
 from gimbal_hil.discrepancy.verdict.testable import not_testable
-from gimbal_hil.discrepancy.verdict.where import Group, Regime, most_telling, regimes
+from gimbal_hil.discrepancy.verdict.where import Regime, RegimeGroup, most_telling, regimes
 from gimbal_hil.discrepancy.verdict.wording import contradiction_of, told, told_against, told_unseen
 from gimbal_hil.signals import SignalsTable
 from sim_backend.effects import CATALOGUE
@@ -217,7 +217,7 @@ def _run_for(result: Result, worst: int) -> Entry:
     if result.request.only or result.request.without:
         return {"plan": "first the same logs without --only and --without: they may show what it is", "separates": []}
     over, found = result.decision.depends_on, where_of(result, worst)
-    group = found[0].group if found else Group.SPEED
+    group = found[0].group if found else RegimeGroup.SPEED
     axis = result.inquiry.twin.channels[worst].axis
     return {"plan": run_for(axis, None if over is None else over[0], group), "separates": []}
 

@@ -15,7 +15,7 @@ _RESAMPLED = 200
 _BLOCK_S = 1.0
 
 
-class Group(Enum):
+class RegimeGroup(Enum):
     """Regimes that part the data by the same thing."""
 
     SPEED = "speed"
@@ -37,7 +37,7 @@ class Regime:
     axis: str
     signal: str
     regime: str
-    group: Group
+    group: RegimeGroup
     share_of_gap: float
     low: float
     high: float
@@ -75,7 +75,7 @@ def regimes(twin: Twin, residual: Floats, channel: Channel, column: int, seed: i
     return found
 
 
-def _masks(twin: Twin, axis: str) -> list[tuple[Group, str, NDArray[np.bool_]]]:
+def _masks(twin: Twin, axis: str) -> list[tuple[RegimeGroup, str, NDArray[np.bool_]]]:
     i = twin.model.axes.index(axis)
     unit = "m" if twin.model.is_linear else "rad"
 
@@ -88,26 +88,30 @@ def _masks(twin: Twin, axis: str) -> list[tuple[Group, str, NDArray[np.bool_]]]:
     speed = np.abs(v)
     slow, fast = 0.02 * float(speed.max()), float(np.quantile(speed, 0.7))
     out = [
-        (Group.SPEED, f"rate < {slow:.2g} {unit}/s", speed < slow),
-        (Group.SPEED, f"rate {slow:.2g}..{fast:.2g} {unit}/s", (speed >= slow) & (speed < fast)),
-        (Group.SPEED, f"rate > {fast:.2g} {unit}/s", speed >= fast),
-        (Group.DIRECTION, "moving forwards", v > slow),
-        (Group.DIRECTION, "moving backwards", v < -slow),
-        (Group.EFFORT, "speeding up", (v * a > 0.0) & (speed > slow)),
-        (Group.EFFORT, "slowing down", (v * a < 0.0) & (speed > slow)),
-        (Group.REVERSAL, "within 0.1 s of a reversal", column([_near_reversal(r, i) for r in twin.records]) > 0.5),
+        (RegimeGroup.SPEED, f"rate < {slow:.2g} {unit}/s", speed < slow),
+        (RegimeGroup.SPEED, f"rate {slow:.2g}..{fast:.2g} {unit}/s", (speed >= slow) & (speed < fast)),
+        (RegimeGroup.SPEED, f"rate > {fast:.2g} {unit}/s", speed >= fast),
+        (RegimeGroup.DIRECTION, "moving forwards", v > slow),
+        (RegimeGroup.DIRECTION, "moving backwards", v < -slow),
+        (RegimeGroup.EFFORT, "speeding up", (v * a > 0.0) & (speed > slow)),
+        (RegimeGroup.EFFORT, "slowing down", (v * a < 0.0) & (speed > slow)),
+        (
+            RegimeGroup.REVERSAL,
+            "within 0.1 s of a reversal",
+            column([_near_reversal(r, i) for r in twin.records]) > 0.5,
+        ),
     ]
     edges = np.quantile(q, [0.0, 1 / 3, 2 / 3, 1.0])
     for low, high in pairwise(edges):
-        out.append((Group.POSITION, f"position {low:.2f}..{high:.2f} {unit}", (q >= low) & (q < high)))
+        out.append((RegimeGroup.POSITION, f"position {low:.2f}..{high:.2f} {unit}", (q >= low) & (q < high)))
     if any(r.moving_base for r in twin.records):
         rate = column([np.linalg.norm(r.base[:, 3:6], axis=1) for r in twin.records])
-        out.append((Group.BASE, "base rate above its median", rate > np.median(rate)))
+        out.append((RegimeGroup.BASE, "base rate above its median", rate > np.median(rate)))
     time = np.concatenate([r.time_s[r.keep] / r.time_s[-1] for r in twin.records])
-    out.append((Group.TIME, "second half of the logs", time > 0.5))
+    out.append((RegimeGroup.TIME, "second half of the logs", time > 0.5))
     if any(r.has_temperature for r in twin.records):
         heat = column([r.heat[:, i] for r in twin.records])
-        out.append((Group.TEMPERATURE, f"warmer than {np.median(heat):.1f} degC", heat > np.median(heat)))
+        out.append((RegimeGroup.TEMPERATURE, f"warmer than {np.median(heat):.1f} degC", heat > np.median(heat)))
     return out
 
 
@@ -121,7 +125,7 @@ def _near_reversal(record: Record, i: int) -> Floats:
 
 def most_telling(found: list[Regime], count: int = 4) -> list[Regime]:
     """The regimes whose share of the gap stands furthest above their share of time, one per group."""
-    best: dict[Group, Regime] = {}
+    best: dict[RegimeGroup, Regime] = {}
     for regime in sorted(found, key=lambda r: -(r.share_of_gap - r.share_of_time)):
         if regime.low > regime.share_of_time:
             best.setdefault(regime.group, regime)
