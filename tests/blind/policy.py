@@ -94,17 +94,18 @@ def main() -> int:
     store = chosen.folder / "policy.json"
     ended: dict[str, dict[str, str]] = json.loads(store.read_text(encoding="utf-8")) if store.exists() else {}
     kept = [f for f in sorted(chosen.folder.iterdir()) if (f / "data").exists() and fnmatch(f.name, chosen.cases)]
+    asked = [(folder, [c for c in changes if _key(c) not in ended.get(folder.name, {})]) for folder in kept]
+    asked = [(folder, missing) for folder, missing in asked if missing]
+    # one after another where one process does all, so that what is done stays
+    ahead = max(1, len(asked)) if chosen.workers > 1 else 1
     with open_executor(chosen.workers) as executor:
-        running = {}
-        for folder in kept:
-            missing = [change for change in changes if _key(change) not in ended.get(folder.name, {})]
-            if missing:
-                running[executor.submit(outcomes, folder, missing)] = (folder.name, missing)
-        for done in as_completed(running):
-            name, missing = running[done]
-            ended.setdefault(name, {}).update(zip(map(_key, missing), done.result(), strict=True))
-            store.write_text(json.dumps(ended, indent=1), encoding="utf-8")
-            print(f"{name}: {ended[name]}", flush=True)
+        for first in range(0, len(asked), ahead):
+            running = {executor.submit(outcomes, *one): one for one in asked[first : first + ahead]}
+            for done in as_completed(running):
+                folder, missing = running[done]
+                ended.setdefault(folder.name, {}).update(zip(map(_key, missing), done.result(), strict=True))
+                store.write_text(json.dumps(ended, indent=1), encoding="utf-8")
+                print(f"{folder.name}: {ended[folder.name]}", flush=True)
     header = ("number", "value", "cases", "right", "false", "missed or a part", "guessed")
     for row in (header, ("---",) * len(header), *rows(ended, changes)):
         print("| " + " | ".join(row) + " |")

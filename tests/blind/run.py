@@ -95,7 +95,7 @@ def _judge(folder: Path, chosen: list[Job], seed: int, workers: int, dask: str |
     pending = [job for job in chosen if not (folder / job.name / VERDICT_FILE).exists()]
     with open_executor(workers, dask) as executor:
         # one after another where one process does all, so that each line is printed when its case is done
-        ahead = len(pending) if workers > 1 or dask else 1
+        ahead = max(1, len(pending)) if workers > 1 or dask else 1
         for first in range(0, len(pending), ahead):
             now = pending[first : first + ahead]
             running = {executor.submit(diagnose_case, job, seed, folder / job.name, limit_s, keep): job for job in now}

@@ -32,6 +32,7 @@ from tests.blind.kinds import KINDS, Job, Part, Stated, all_jobs, jobs, sealed_s
 from tests.blind.page import write_page
 from tests.blind.policy import changed, rows
 from tests.blind.rig import STRANGERS, rig_named
+from tests.blind.run import _judge
 from tests.blind.scene import Scene, is_body
 from tests.blind.score import Outcome, numbers_found, outcome, told_class
 from tests.blind.tally import tables, targets
@@ -364,6 +365,11 @@ def test_a_policy_s_curve_counts_only_cases_that_every_change_has() -> None:
         ("as it is", "-", "2", "1", "1", "0", "0"),
         ("sure", "4", "2", "1", "0", "1", "0"),
     ]
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_bench_that_is_done_is_done(workers: int, tmp_path: Path) -> None:
+    _judge(tmp_path, [], 1, workers, None, 10, "none")
 
 
 COMMAND = [sys.executable, "-c", "from gimbal_hil.cli import main; main()", "bench", "blind"]
