@@ -6,16 +6,21 @@ In a script: `from gimbal_hil import Run, Antenna, identify, find_discrepancy` (
 from __future__ import annotations
 
 import os
+import sys
 from typing import TYPE_CHECKING, Any
 
+from gimbal_hil.moved import MovedFolders
+
 if TYPE_CHECKING:
-    from gimbal_hil.library import Antenna, Finding, Friction, Run, find_discrepancy, identify
+    from gimbal_hil.surface.library import Antenna, Finding, Friction, Run, find_discrepancy, identify
 
 # The last bits of a matrix product depend on how many threads share it, and on small matrices threads only wait for one
 # another: one thread everywhere gives the same answers on every executor. It has to be said before numpy is loaded; the
 # user's word stands.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("MKL_NUM_THREADS", "1")
+
+sys.meta_path.append(MovedFolders)
 
 __version__ = "0.1.0"
 
@@ -27,5 +32,5 @@ def __getattr__(name: str) -> Any:
     if name in __all__:
         import importlib
 
-        return getattr(importlib.import_module("gimbal_hil.library"), name)
+        return getattr(importlib.import_module("gimbal_hil.surface.library"), name)
     raise AttributeError(f"module 'gimbal_hil' has no attribute {name!r}")

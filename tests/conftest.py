@@ -8,8 +8,8 @@ from collections.abc import Iterator, Sequence
 import pytest
 from hypothesis import HealthCheck, settings
 
-from gimbal_hil.plots import Drawing
-from gimbal_hil.report import figures_packed, page
+from gimbal_hil.pages.plots import Drawing
+from gimbal_hil.pages.report import figures_packed, page
 from tests.real_time.repeating import pytest_runtest_protocol, pytest_terminal_summary
 
 __all__ = ["pytest_runtest_protocol", "pytest_terminal_summary"]

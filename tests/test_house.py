@@ -19,62 +19,42 @@ import pytest
 import yaml
 
 from firmware_protocol.interpreter import apart_from_the_users_folder
+from gimbal_hil.moved import DISTRICT_OF
 
 ROOT = Path(__file__).resolve().parent.parent
 ROOMS = ("firmware_protocol", "sim_backend", "gimbal_hil")
 #: what each room must not know
 ABOVE = {"firmware_protocol": {"sim_backend", "gimbal_hil"}, "sim_backend": {"gimbal_hil"}, "gimbal_hil": set()}
-#: folders of gimbal_hil from the ground up: each may import those before it, none after it; docs/architecture.md draws
-#: the same
-FLOORS = (
-    "executor",
-    "control",
-    "host",
-    "settings",
-    "runs",
-    "timing",
-    "telemetry",
-    "plots",
-    "report",
-    "operator",
-    "observing",
-    "dashboard",
-    "service",
-    "daemon",
-    "signals",
-    "exports",
-    "catalogue",
-    "preflight",
-    "lockstep",
-    "estimation",
-    "identification",
-    "experiments",
-    "experiments.sequences",
-    "campaign",
-    "checking",
-    "starting",
-    "tuning",
-    "thesis",
-    "arena",
-    "pointing",
-    "discrepancy.twin",
-    "discrepancy.noise",
-    "discrepancy.hypotheses",
-    "discrepancy.inquiry",
-    "discrepancy.search",
-    "discrepancy.judgement",
-    "discrepancy.verdict",
-    "discrepancy",
-    "improvement",
-    "demo",
-    "bench",
-    "bench.faults",
-    "library",
-    "conformance",
-    "testing",
-    "deployment",
-    "warming",
-    "cli",
+#: districts of gimbal_hil from the ground up, and in each its rooms from the ground up: a room may import those before
+#: it, none after it; docs/architecture.md draws the same
+DISTRICTS = {
+    "loop": ("control", "host", "settings", "timing"),
+    "pages": ("plots", "report"),
+    "data": ("runs", "signals", "exports", "catalogue", "preflight"),
+    "realtime": ("lockstep", "telemetry", "operator", "observing", "dashboard", "service", "daemon"),
+    "knowledge": (
+        "executor",
+        "estimation",
+        "identification",
+        "experiments",
+        "experiments.sequences",
+        "tuning",
+        "discrepancy.twin",
+        "discrepancy.noise",
+        "discrepancy.hypotheses",
+        "discrepancy.inquiry",
+        "discrepancy.search",
+        "discrepancy.judgement",
+        "discrepancy.verdict",
+        "discrepancy",
+        "improvement",
+    ),
+    "proof": ("campaign", "thesis", "bench", "bench.faults", "conformance"),
+    "pointing": ("arena", "following"),
+    "surface": ("checking", "starting", "demo", "library", "testing", "deployment", "warming", "cli"),
+}
+FLOORS = tuple(
+    floor for district, rooms in DISTRICTS.items() for floor in (*(f"{district}.{room}" for room in rooms), district)
 )
 MODULES = sorted(path for room in ROOMS for path in (ROOT / room).rglob("*.py"))
 in_a_checkout = pytest.mark.skipif(not (ROOT / "pyproject.toml").exists(), reason="needs the source checkout")
@@ -152,7 +132,7 @@ def test_no_arrow_between_folders_leads_up(path: Path) -> None:
     floor = folder_of(path).removeprefix("gimbal_hil").removeprefix(".")
     used = {folder.removeprefix("gimbal_hil.") for folder, _ in reached(path) if folder.startswith("gimbal_hil.")}
     # the package's own face hands out the library, loaded when it is asked for
-    above = {other for other in used if FLOORS.index(other) > FLOORS.index(floor)} if floor else used - {"library"}
+    above = {one for one in used if FLOORS.index(one) > FLOORS.index(floor)} if floor else used - {"surface.library"}
     assert not above, f"{name_of(path)} imports {sorted(above)}, which lies above it"
 
 
@@ -171,9 +151,44 @@ def test_a_face_hands_out_only_what_there_is(folder: str) -> None:
 def test_the_page_on_the_architecture_draws_the_floors_in_their_order() -> None:
     page = (ROOT / "docs" / "architecture.md").read_text()
     drawn = re.findall(r"^\| `gimbal_hil/([\w/]+)` \|", page, re.MULTILINE)
-    assert [name.replace("/", ".") for name in drawn] == [floor for floor in FLOORS if f"gimbal_hil.{floor}" in FACES][
-        ::-1
-    ]
+    rooms = [floor for floor in FLOORS if f"gimbal_hil.{floor}" in FACES and floor not in DISTRICTS]
+    assert [name.replace("/", ".") for name in drawn] == rooms[::-1]
+    assert re.findall(r"^\| \*\*`gimbal_hil/(\w+)/`\*\* \|", page, re.MULTILINE) == list(DISTRICTS)[::-1]
+
+
+@pytest.mark.parametrize("district", DISTRICTS)
+def test_the_face_of_a_district_says_what_lives_in_each_of_its_rooms(district: str) -> None:
+    said = importlib.import_module(f"gimbal_hil.{district}").__doc__ or ""
+    rooms = {path.parent.name for path in MODULES if path.parts[-3] == district and path.name == "__init__.py"}
+    assert (
+        rooms
+        and rooms
+        == set(re.findall(r"^(\w+) {2,}\w", said, re.MULTILINE))
+        | set(re.findall(r"^(\w{9,}) {1,}\w.*$", said, re.MULTILINE)) & rooms
+    )
+    assert said.count("\n") <= 14
+
+
+@pytest.mark.parametrize("old", sorted(DISTRICT_OF))
+def test_a_name_from_before_the_districts_is_the_same_module(old: str) -> None:
+    with pytest.warns(DeprecationWarning, match=f"gimbal_hil.{old} is gimbal_hil.{DISTRICT_OF[old]}.{old} now"):
+        sys.modules.pop(f"gimbal_hil.{old}", None)
+        module = importlib.import_module(f"gimbal_hil.{old}")
+    assert module is importlib.import_module(f"gimbal_hil.{DISTRICT_OF[old]}.{old}")
+    assert module.__spec__ is not None and module.__spec__.name == f"gimbal_hil.{DISTRICT_OF[old]}.{old}"
+
+
+def test_no_module_says_a_name_from_before_the_districts() -> None:
+    old = re.compile(rf"\bgimbal_hil\.({'|'.join(DISTRICT_OF)})\b")
+    said = [name_of(path) for path in MODULES if path.name != "moved.py" and old.search(path.read_text())]
+    assert not said
+
+
+def test_public_names_of_pointing_stay_at_their_old_place() -> None:
+    from gimbal_hil import pointing
+    from gimbal_hil.pointing import following
+
+    assert all(getattr(pointing, name) is getattr(following, name) for name in following.__all__)
 
 
 @in_a_checkout
@@ -224,7 +239,7 @@ def test_help_needs_nothing_heavy() -> None:
     heavy = ("numpy", "numba", "scipy", "plotly", "pyarrow", "pydantic", "typer", "can", "serial")
     code = (
         "import sys; sys.argv = ['gimbal-hil', '--help']\n"
-        "from gimbal_hil.cli import main\n"
+        "from gimbal_hil.surface.cli import main\n"
         "try: main()\n"
         "except SystemExit: pass\n"
         f"print([m for m in {heavy!r} if m in sys.modules], file=sys.stderr)"
@@ -236,7 +251,11 @@ def test_help_needs_nothing_heavy() -> None:
 
 def test_what_is_started_does_not_read_modules_of_the_folder_where_the_user_stands() -> None:
     # the bench of the start is a bare interpreter; the blind bench is in the checkout; a service is a program's path
-    own_way = {"gimbal_hil/bench/speed.py", "gimbal_hil/bench/blind.py", "gimbal_hil/cli/service.py"}
+    own_way = {
+        "gimbal_hil/proof/bench/speed.py",
+        "gimbal_hil/proof/bench/blind.py",
+        "gimbal_hil/surface/cli/service.py",
+    }
     starting = [path for path in MODULES if "sys.executable" in path.read_text() and name_of(path) not in own_way]
     assert len(starting) == 7
     assert [name_of(path) for path in starting if not _starts_apart(ast.parse(path.read_text()))] == []
@@ -256,7 +275,7 @@ def test_a_module_of_the_users_folder_takes_no_place(tmp_path: Path, monkeypatch
     monkeypatch.delenv("PYTHONSAFEPATH", raising=False)
 
     def said() -> bytes:
-        words = [sys.executable, "-m", "gimbal_hil.service"]
+        words = [sys.executable, "-m", "gimbal_hil.realtime.service"]
         return subprocess.run(words, cwd=tmp_path, input=b"", capture_output=True).stderr
 
     with apart_from_the_users_folder():

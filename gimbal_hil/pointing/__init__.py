@@ -1,56 +1,20 @@
-"""Targets in the sky: their direction from an aircraft, following them, pointing errors and a report."""
+"""Pointing: where the antenna looks, and how well it stays there.
 
-from gimbal_hil.pointing.base import BASE_S, MOTIONS, BaseTruth, moved, truth_of
-from gimbal_hil.pointing.clock import TickClock
-from gimbal_hil.pointing.geodesy import Flight, earth_fixed, flight_of, geostationary, seen_from
-from gimbal_hil.pointing.in_lockstep import follow_in_lockstep
-from gimbal_hil.pointing.judging import (
-    HeldTrace,
-    MuteChange,
-    PointingFigures,
-    held_trace,
-    mute_changes,
-    pointing_figures,
-)
-from gimbal_hil.pointing.page import summary, write_page
-from gimbal_hil.pointing.satellite import OLD_DAYS, Elements, read_elements
-from gimbal_hil.pointing.targets import Target, next_pass, target_of
-from gimbal_hil.pointing.through_daemon import LEAD_S, FollowedWay, PointingDaemon, stow_moves
-from gimbal_hil.pointing.way import Way, catmull_rom, joints_seen, way_of
+arena      controllers compared, scenario by scenario, by the true line of sight
+following  targets in the sky, following them, errors and report
 
-__all__ = [
-    "BASE_S",
-    "LEAD_S",
-    "MOTIONS",
-    "OLD_DAYS",
-    "BaseTruth",
-    "Elements",
-    "Flight",
-    "FollowedWay",
-    "HeldTrace",
-    "MuteChange",
-    "PointingDaemon",
-    "PointingFigures",
-    "Target",
-    "TickClock",
-    "Way",
-    "catmull_rom",
-    "earth_fixed",
-    "flight_of",
-    "follow_in_lockstep",
-    "geostationary",
-    "held_trace",
-    "joints_seen",
-    "moved",
-    "mute_changes",
-    "next_pass",
-    "pointing_figures",
-    "read_elements",
-    "seen_from",
-    "stow_moves",
-    "summary",
-    "target_of",
-    "truth_of",
-    "way_of",
-    "write_page",
-]
+The control law itself lies in loop/control, gains in knowledge/tuning.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def __getattr__(name: str) -> Any:
+    """Public names of `following`, which was this folder until 0.2.0."""
+    from gimbal_hil.pointing import following
+
+    if name in following.__all__:
+        return getattr(following, name)
+    raise AttributeError(f"module 'gimbal_hil.pointing.following' has no attribute {name!r}")

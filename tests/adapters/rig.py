@@ -11,10 +11,10 @@ import numpy as np
 
 from firmware_protocol.adapters import AdapterLink, CanFrame, PythonCanBus
 from firmware_protocol.links import AdapterLinkConfig
-from gimbal_hil.host import AxisCommand, Host, HostState, Mode, Segment, Shape, program_of
-from gimbal_hil.settings import DaemonSettings, host_configuration, settings_from_document
-from gimbal_hil.starting import AntennaDescription, AxisDescription, LinkChoice, usual_axis
-from gimbal_hil.starting.documents import configuration_document, model_document
+from gimbal_hil.loop.host import AxisCommand, Host, HostState, Mode, Segment, Shape, program_of
+from gimbal_hil.loop.settings import DaemonSettings, host_configuration, settings_from_document
+from gimbal_hil.surface.starting import AntennaDescription, AxisDescription, LinkChoice, usual_axis
+from gimbal_hil.surface.starting.documents import configuration_document, model_document
 from sim_backend.drives import DrivenGimbal, SimulatedDrive
 from sim_backend.model import ModelKind, model_from_document
 

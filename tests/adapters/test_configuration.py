@@ -8,9 +8,9 @@ import pytest
 
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.links import AdapterLinkConfig
-from gimbal_hil.cli import main
-from gimbal_hil.cli.app import run
-from gimbal_hil.settings import load_settings
+from gimbal_hil.loop.settings import load_settings
+from gimbal_hil.surface.cli import main
+from gimbal_hil.surface.cli.app import run
 from tests.adapters.rig import link_section, settings_and_model
 
 

@@ -13,8 +13,8 @@ from firmware_protocol.adapters import CanFrame
 from firmware_protocol.enumerations import DriveState, FaultCode
 from firmware_protocol.links import AdapterLinkConfig, DriveSection
 from gimbal_hil import timing
-from gimbal_hil.cli.plant_drives import serve_drives
-from gimbal_hil.host import HostState
+from gimbal_hil.loop.host import HostState
+from gimbal_hil.surface.cli.plant_drives import serve_drives
 from sim_backend.drives import DriveServer
 from sim_backend.model import shipped_model
 from tests.adapters.rig import AdapterRig

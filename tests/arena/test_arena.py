@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.arena import (
+from gimbal_hil.loop.settings import shipped_settings_path
+from gimbal_hil.pages.report import Page
+from gimbal_hil.pointing.arena import (
     Score,
     Trial,
     arena_blocks,
@@ -25,9 +27,7 @@ from gimbal_hil.arena import (
     run_trial,
     shipped_scenarios,
 )
-from gimbal_hil.cli import main
-from gimbal_hil.report import Page
-from gimbal_hil.settings import shipped_settings_path
+from gimbal_hil.surface.cli import main
 from sim_backend.model import shipped_model
 
 
@@ -89,7 +89,7 @@ def test_a_trial_that_a_guard_ends_says_so_and_has_no_figures() -> None:
     wanted = trial("outer 0.5 rad")
     tight = wanted.settings.model_dump(mode="json", by_alias=True)
     tight["axes"]["outer"]["limits"]["rate_rad_s"] = 0.3
-    from gimbal_hil.settings import settings_from_document
+    from gimbal_hil.loop.settings import settings_from_document
 
     found = run_trial(replace(wanted, settings=settings_from_document(tight, "tight")))
     assert found.tripped == "overspeed"

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.arena import Manoeuvre, Turbulence
-from gimbal_hil.arena.base_motions import ROW_HZ
+from gimbal_hil.pointing.arena import Manoeuvre, Turbulence
+from gimbal_hil.pointing.arena.base_motions import ROW_HZ
 
 
 def test_the_gust_spectrum_has_the_stated_rms_and_half_of_it_at_the_standard_s_scale() -> None:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from gimbal_hil.arena import (
+from gimbal_hil.loop.settings import DaemonSettings
+from gimbal_hil.pages.report import Page
+from gimbal_hil.pointing.arena import (
     BEFORE,
     FIRST,
     IMPROVED,
@@ -16,8 +18,6 @@ from gimbal_hil.arena import (
     shipped_scenarios,
     what_paid,
 )
-from gimbal_hil.report import Page
-from gimbal_hil.settings import DaemonSettings
 from sim_backend.model import AntennaModel, shipped_model
 
 

@@ -14,13 +14,13 @@ import pytest
 import yaml
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.cli.app import run as run_command
-from gimbal_hil.experiments.plan import plan_from_document
-from gimbal_hil.runs import open_run
-from gimbal_hil.service.operator_commands import SetPointRequest, parse_request
-from gimbal_hil.service.set_point_bounds import require_reachable
-from gimbal_hil.settings import shipped_settings
-from gimbal_hil.signals import read_signals
+from gimbal_hil.data.runs import open_run
+from gimbal_hil.data.signals import read_signals
+from gimbal_hil.knowledge.experiments.plan import plan_from_document
+from gimbal_hil.loop.settings import shipped_settings
+from gimbal_hil.realtime.service.operator_commands import SetPointRequest, parse_request
+from gimbal_hil.realtime.service.set_point_bounds import require_reachable
+from gimbal_hil.surface.cli.app import run as run_command
 from sim_backend.model import AntennaModel, load_model, model_from_document, plant_arrays, shipped_model
 
 NAMES = ("azimuth", "elevation")

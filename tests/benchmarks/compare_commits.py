@@ -27,8 +27,8 @@ WORKER = """
 import gc, sys, time
 tree = sys.argv[1]; sys.path.insert(0, tree)
 import gimbal_hil; assert gimbal_hil.__file__.startswith(tree), gimbal_hil.__file__
-from gimbal_hil.bench import speed
-from gimbal_hil.settings import shipped_settings
+from gimbal_hil.proof.bench import speed
+from gimbal_hil.loop.settings import shipped_settings
 from sim_backend.model import shipped_model
 settings, model = shipped_settings(), shipped_model()
 def compiled_path(keep, every):

@@ -14,7 +14,13 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 #: where the compiled path has its functions
-FOLDERS = ("sim_backend", "firmware_protocol", "gimbal_hil/host", "gimbal_hil/lockstep", "gimbal_hil/control")
+FOLDERS = (
+    "sim_backend",
+    "firmware_protocol",
+    "gimbal_hil/loop/host",
+    "gimbal_hil/realtime/lockstep",
+    "gimbal_hil/loop/control",
+)
 _COMPILED = {"compiled", "part", "entry_point", "assembled_entry_point"}
 
 

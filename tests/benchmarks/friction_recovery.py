@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from gimbal_hil.executor import WorkExecutor, open_executor
+from gimbal_hil.knowledge.executor import WorkExecutor, open_executor
 
 AXES = ("outer", "inner")
 NAMES = ("breakaway", "coulomb", "stribeck_velocity", "viscous", "shape", "sigma0", "sigma1")
@@ -33,11 +33,11 @@ FIRST_SEED = 1000
 
 def repeat(seed: int, short: bool) -> dict[str, Any]:
     """One repeat: experiments, identification, and what came out of it."""
-    from gimbal_hil.experiments.conducting import conduct
-    from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
-    from gimbal_hil.identification import Log, friction_of, identify_axis
-    from gimbal_hil.identification.reading import read_logs
-    from gimbal_hil.settings import shipped_settings
+    from gimbal_hil.knowledge.experiments.conducting import conduct
+    from gimbal_hil.knowledge.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
+    from gimbal_hil.knowledge.identification import Log, friction_of, identify_axis
+    from gimbal_hil.knowledge.identification.reading import read_logs
+    from gimbal_hil.loop.settings import shipped_settings
     from sim_backend.model import shipped_model
 
     settings, truth = shipped_settings(), shipped_model()
@@ -93,8 +93,8 @@ def repeats(executor: WorkExecutor, seeds: Sequence[int], short: bool, at_once: 
 
 def report(results: list[dict[str, Any]]) -> str:
     """The figures as text."""
-    from gimbal_hil.identification import friction_of
-    from gimbal_hil.thesis.printed import FRICTION_RECOVERED
+    from gimbal_hil.knowledge.identification import friction_of
+    from gimbal_hil.proof.thesis.printed import FRICTION_RECOVERED
     from sim_backend.model import shipped_model
 
     run_s, identify_s = (float(np.median([r[part] for r in results])) for part in ("experiments_s", "identify_s"))

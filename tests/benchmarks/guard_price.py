@@ -22,11 +22,11 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
-from gimbal_hil.bench.figures import paired
-from gimbal_hil.bench.speed import work_program
-from gimbal_hil.host import Host
-from gimbal_hil.lockstep import FramePath
-from gimbal_hil.settings import host_configuration, shipped_settings
+from gimbal_hil.loop.host import Host
+from gimbal_hil.loop.settings import host_configuration, shipped_settings
+from gimbal_hil.proof.bench.figures import paired
+from gimbal_hil.proof.bench.speed import work_program
+from gimbal_hil.realtime.lockstep import FramePath
 from sim_backend.model import shipped_model
 
 #: host modules in the order of import from the first one changed on, each with the functions that then do nothing
@@ -59,7 +59,7 @@ def host_without_guards() -> type[Host]:
         kept, os.environ["GIMBAL_HIL_CACHE"] = os.environ.get("GIMBAL_HIL_CACHE"), cache
         try:
             for name in WITHOUT:
-                module = ModuleType(f"gimbal_hil.host.{name}")
+                module = ModuleType(f"gimbal_hil.loop.host.{name}")
                 module.__file__ = str(_path(name))
                 sys.modules[module.__name__] = module
                 exec(compile(source_without(name), str(_path(name)), "exec"), module.__dict__)
@@ -127,7 +127,7 @@ def _ticking(host: type[Host], began: int, blocks: list[tuple[int, bytes, bytes]
 
 @contextmanager
 def _own_modules() -> Iterator[None]:
-    shipped = {name: sys.modules[name] for name in (f"gimbal_hil.host.{name}" for name in WITHOUT)}
+    shipped = {name: sys.modules[name] for name in (f"gimbal_hil.loop.host.{name}" for name in WITHOUT)}
     try:
         yield
     finally:
@@ -135,7 +135,7 @@ def _own_modules() -> Iterator[None]:
 
 
 def _path(name: str) -> Path:
-    file = import_module(f"gimbal_hil.host.{name}").__file__
+    file = import_module(f"gimbal_hil.loop.host.{name}").__file__
     assert file is not None
     return Path(file)
 

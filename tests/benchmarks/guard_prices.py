@@ -14,9 +14,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from gimbal_hil.bench.speed import work_program
-from gimbal_hil.lockstep import CompiledPath
-from gimbal_hil.settings import DaemonSettings, shipped_settings
+from gimbal_hil.loop.settings import DaemonSettings, shipped_settings
+from gimbal_hil.proof.bench.speed import work_program
+from gimbal_hil.realtime.lockstep import CompiledPath
 from sim_backend.model import shipped_model
 from tests.benchmarks.compare_commits import told
 

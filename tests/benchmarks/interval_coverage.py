@@ -16,10 +16,10 @@ from pathlib import Path
 
 import numpy as np
 
-from gimbal_hil.experiments.conducting import conduct
-from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
-from gimbal_hil.identification import LUGRE_NAMES, Estimate, Log, friction_of, identify_axis, read_logs
-from gimbal_hil.settings import shipped_settings
+from gimbal_hil.knowledge.experiments.conducting import conduct
+from gimbal_hil.knowledge.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
+from gimbal_hil.knowledge.identification import LUGRE_NAMES, Estimate, Log, friction_of, identify_axis, read_logs
+from gimbal_hil.loop.settings import shipped_settings
 from sim_backend.model import AntennaModel, shipped_model
 
 DRAWN_WITHIN, PRIOR_OFF_BY = 0.4, 0.25

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from gimbal_hil.bench.figures import Figure
-from gimbal_hil.bench.real_time import RealTime
-from gimbal_hil.bench.real_time_page import real_time_blocks, real_time_text
-from gimbal_hil.bench.results import bench_page, bench_text, speed_blocks
-from gimbal_hil.bench.search import Cost, SearchFigures
-from gimbal_hil.bench.search_page import search_blocks, search_text
-from gimbal_hil.cli.app import run
-from gimbal_hil.timing.miss_causes import MissCause
+from gimbal_hil.loop.timing.miss_causes import MissCause
+from gimbal_hil.proof.bench.figures import Figure
+from gimbal_hil.proof.bench.real_time import RealTime
+from gimbal_hil.proof.bench.real_time_page import real_time_blocks, real_time_text
+from gimbal_hil.proof.bench.results import bench_page, bench_text, speed_blocks
+from gimbal_hil.proof.bench.search import Cost, SearchFigures
+from gimbal_hil.proof.bench.search_page import search_blocks, search_text
+from gimbal_hil.surface.cli.app import run
 
 
 def real_time() -> RealTime:

@@ -14,19 +14,19 @@ from types import FrameType
 
 import pytest
 
-from gimbal_hil.bench.figures import paired
-from gimbal_hil.bench.references import mujoco_steps
-from gimbal_hil.bench.speed import PLANT_STEPS, moving_plant, work_program
-from gimbal_hil.daemon.antenna_link import embedded_antenna
-from gimbal_hil.daemon.control_loop import ControlLoop
-from gimbal_hil.daemon.link_keeper import LinkKeeper
-from gimbal_hil.host import Host
-from gimbal_hil.lockstep import CompiledPath, Exchange, FramePath
-from gimbal_hil.settings import host_configuration, shipped_settings
-from gimbal_hil.telemetry.records import COMMAND_BYTES, TELEMETRY_BYTES, Telemetry
-from gimbal_hil.timing.clock import Duration, LockstepClock
-from gimbal_hil.timing.mailbox import RingReader, RingWriter, create_ring
-from gimbal_hil.timing.tick_engine import TickEngine
+from gimbal_hil.loop.host import Host
+from gimbal_hil.loop.settings import host_configuration, shipped_settings
+from gimbal_hil.loop.timing.clock import Duration, LockstepClock
+from gimbal_hil.loop.timing.mailbox import RingReader, RingWriter, create_ring
+from gimbal_hil.loop.timing.tick_engine import TickEngine
+from gimbal_hil.proof.bench.figures import paired
+from gimbal_hil.proof.bench.references import mujoco_steps
+from gimbal_hil.proof.bench.speed import PLANT_STEPS, moving_plant, work_program
+from gimbal_hil.realtime.daemon.antenna_link import embedded_antenna
+from gimbal_hil.realtime.daemon.control_loop import ControlLoop
+from gimbal_hil.realtime.daemon.link_keeper import LinkKeeper
+from gimbal_hil.realtime.lockstep import CompiledPath, Exchange, FramePath
+from gimbal_hil.realtime.telemetry.records import COMMAND_BYTES, TELEMETRY_BYTES, Telemetry
 from sim_backend.model import shipped_model
 
 #: what every byte through encoder and decoder may cost, as times of a tick without; now 1.6

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from gimbal_hil.bench import HISTORY_FILE, Figure, remember
-from gimbal_hil.cli import app
+from gimbal_hil.proof.bench import HISTORY_FILE, Figure, remember
+from gimbal_hil.surface.cli import app
 
 
 def test_what_lies_above_the_last_benches_by_more_than_their_spread_is_slower(tmp_path: Path) -> None:
@@ -40,7 +40,7 @@ def test_the_bench_says_what_became_slower_on_terminal_and_page(
 
     for times_faster in (40.0, 42.0, 41.0, 20.0):
         figures = measured(times_faster)
-        monkeypatch.setattr("gimbal_hil.bench.speed_figures", lambda repeats, say, figures=figures: figures)
+        monkeypatch.setattr("gimbal_hil.proof.bench.speed_figures", lambda repeats, say, figures=figures: figures)
         capsys.readouterr()
         assert app.run("bench", ["speed", "--out", str(tmp_path), "--force"]) == 0
     assert "SLOWER plant step, beside a sine: 2.05 times the median" in capsys.readouterr().err

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 VERDICT_FILE = "verdict.json"
-_COMMAND = "from gimbal_hil.cli import main; main()"
+_COMMAND = "from gimbal_hil.surface.cli import main; main()"
 
 
 class TooSlow(Exception):
@@ -82,7 +82,7 @@ def _processor_s() -> float:
 
 def _here(words: list[str], limit_s: int) -> tuple[int | None, str]:
     """Exit code (1 for a crash, None when it was too slow) and what was said about it."""
-    from gimbal_hil.cli import main
+    from gimbal_hil.surface.cli import main
 
     said = io.StringIO()
     try:

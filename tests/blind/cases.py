@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gimbal_hil.signals import SignalsTable
+from gimbal_hil.data.signals import SignalsTable
 from sim_backend.model import AntennaModel, model_from_document
 from tests.blind.draw import Case
 from tests.blind.files import model_document

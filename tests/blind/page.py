@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from gimbal_hil.plots import figure
-from gimbal_hil.report import Block, Details, Heading, Page, Plot, Table
+from gimbal_hil.pages.plots import figure
+from gimbal_hil.pages.report import Block, Details, Heading, Page, Plot, Table
 from tests.blind.figures import Bin, CaseResult, class_reliability, reliability
 from tests.blind.tally import (
     TOLD_CLASSES,

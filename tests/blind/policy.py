@@ -20,9 +20,9 @@ from dataclasses import fields, replace
 from fnmatch import fnmatch
 from pathlib import Path
 
-from gimbal_hil.discrepancy import Policy
-from gimbal_hil.executor import open_executor
-from gimbal_hil.library import question_of
+from gimbal_hil.knowledge.discrepancy import Policy
+from gimbal_hil.knowledge.executor import open_executor
+from gimbal_hil.surface.library import question_of
 from sim_backend.model import load_model
 from tests.blind.figures import case_result
 from tests.blind.score import Outcome

@@ -21,7 +21,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from firmware_protocol.errors import BadInputError, GimbalHilError
-from gimbal_hil.executor import code_fingerprint, open_executor
+from gimbal_hil.knowledge.executor import code_fingerprint, open_executor
 from tests.blind.answer import VERDICT_FILE, answer_of
 from tests.blind.compare import comparison
 from tests.blind.figures import CaseResult, results

@@ -17,8 +17,8 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.bench import BlindChoice
-from gimbal_hil.discrepancy import Policy
+from gimbal_hil.knowledge.discrepancy import Policy
+from gimbal_hil.proof.bench import BlindChoice
 from sim_backend.model import model_from_document
 from tests.blind import magnitude
 from tests.blind.causes import BODY as THESIS_BODY
@@ -372,7 +372,7 @@ def test_a_bench_that_is_done_is_done(workers: int, tmp_path: Path) -> None:
     _judge(tmp_path, [], 1, workers, None, 10, "none")
 
 
-COMMAND = [sys.executable, "-c", "from gimbal_hil.cli import main; main()", "bench", "blind"]
+COMMAND = [sys.executable, "-c", "from gimbal_hil.surface.cli import main; main()", "bench", "blind"]
 
 
 def test_the_exit_code_of_the_command_is_the_benchs_and_paths_are_meant_from_where_it_was_given(

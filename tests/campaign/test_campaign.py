@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.campaign import TABLE_FILE, spreads_of
-from gimbal_hil.cli import app
+from gimbal_hil.proof.campaign import TABLE_FILE, spreads_of
+from gimbal_hil.surface.cli import app
 from sim_backend.model import shipped_model
 from tests.executor.cluster import local_cluster
 

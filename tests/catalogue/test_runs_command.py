@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from gimbal_hil.cli import app
+from gimbal_hil.surface.cli import app
 from tests.runs.synthetic import record_run
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from firmware_protocol.documents import yaml_mapping, yaml_text
-from gimbal_hil.cli import main
+from gimbal_hil.surface.cli import main
 from sim_backend.shipped import shipped_file
 
 THESIS = shipped_file("models", "thesis.yaml")

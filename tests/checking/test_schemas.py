@@ -11,9 +11,9 @@ import pytest
 
 from firmware_protocol.documents import read_yaml
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.checking import SCHEMA_KINDS, FileKind, kind_of, schema_of, schema_text
-from gimbal_hil.experiments import REFERENCE_SHAPES, REFERENCE_UNITS
-from gimbal_hil.experiments.plan import plan_from_document
+from gimbal_hil.knowledge.experiments import REFERENCE_SHAPES, REFERENCE_UNITS
+from gimbal_hil.knowledge.experiments.plan import plan_from_document
+from gimbal_hil.surface.checking import SCHEMA_KINDS, FileKind, kind_of, schema_of, schema_text
 from sim_backend.effects import CATALOGUE
 from sim_backend.shipped import shipped_file
 

@@ -8,13 +8,13 @@ from xml.etree import ElementTree
 
 import pytest
 
-from gimbal_hil.bench import Figure, Goal, GoalKind
-from gimbal_hil.bench.real_time import RealTime
-from gimbal_hil.cli import app
-from gimbal_hil.report import Case, write_junit
-from gimbal_hil.runs import Difference, ReplayResult
-from gimbal_hil.settings import shipped_settings_path
-from gimbal_hil.timing.miss_causes import MissCause
+from gimbal_hil.data.runs import Difference, ReplayResult
+from gimbal_hil.loop.settings import shipped_settings_path
+from gimbal_hil.loop.timing.miss_causes import MissCause
+from gimbal_hil.pages.report import Case, write_junit
+from gimbal_hil.proof.bench import Figure, Goal, GoalKind
+from gimbal_hil.proof.bench.real_time import RealTime
+from gimbal_hil.surface.cli import app
 from tests.runs.synthetic import record_run
 
 
@@ -50,7 +50,7 @@ def test_the_bench_ends_with_one_when_a_figure_misses_its_target(
     ratio: float, code: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     asked = Goal(GoalKind.RATIO_AT_LEAST, 10.0)
-    monkeypatch.setattr("gimbal_hil.bench.speed_figures", lambda repeats, say: [figure(50.0, ratio, asked)])
+    monkeypatch.setattr("gimbal_hil.proof.bench.speed_figures", lambda repeats, say: [figure(50.0, ratio, asked)])
     assert app.run("bench", ["speed"]) == code
     assert ("MISSED" in capsys.readouterr().out) is bool(code)
 
@@ -91,7 +91,7 @@ def test_the_real_time_bench_says_which_target_it_misses_and_ends_with_one(
     found: RealTime, words: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert (words in found.problem) and bool(found.problem) is bool(words)
-    monkeypatch.setattr("gimbal_hil.bench.real_time_figures", lambda *given: [found])
+    monkeypatch.setattr("gimbal_hil.proof.bench.real_time_figures", lambda *given: [found])
     assert app.run("bench", ["realtime"]) == (1 if words else 0)
     assert ("MISSED" in capsys.readouterr().out) is bool(words)
 
@@ -121,7 +121,7 @@ def test_replay_leaves_its_answer_as_a_case(tmp_path: Path, monkeypatch: pytest.
     found = Difference(7, "tick.torque_outer", "1", "2", "")
     for difference, code in ((None, 0), (found, 1)):
         answer = ReplayResult(100, 700, difference)
-        monkeypatch.setattr("gimbal_hil.cli.replay._replay", lambda log, quiet, answer=answer: (answer, None))
+        monkeypatch.setattr("gimbal_hil.surface.cli.replay._replay", lambda log, quiet, answer=answer: (answer, None))
         out = tmp_path / f"{code}.xml"
         assert app.run("replay", [str(tmp_path / "run"), "--junit", str(out)]) == code
         suite = ElementTree.parse(out).getroot()[0]

@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 import typer.main
 
-from gimbal_hil.cli.app import COMMANDS, _repeated, function_of, run
-from gimbal_hil.cli.completion import whole_app
+from gimbal_hil.surface.cli.app import COMMANDS, _repeated, function_of, run
+from gimbal_hil.surface.cli.completion import whole_app
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 #: records tell of their day, the changelog of what was

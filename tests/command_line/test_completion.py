@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-PROGRAM = "from gimbal_hil.cli import main; main()"
+PROGRAM = "from gimbal_hil.surface.cli import main; main()"
 
 
 def completed(line: str) -> list[str]:

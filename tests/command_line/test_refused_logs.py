@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gimbal_hil.cli.app import main
-from gimbal_hil.discrepancy import Verdict
+from gimbal_hil.knowledge.discrepancy import Verdict
+from gimbal_hil.surface.cli.app import main
 
 EARLIER = ("model.yaml", "model_recalibrated.yaml", "report.html")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from gimbal_hil.cli.discrepancy import verdict_summary
+from gimbal_hil.surface.cli.discrepancy import verdict_summary
 
 
 def number(value: float, unit: str) -> dict[str, object]:

@@ -11,10 +11,18 @@ from xml.etree import ElementTree
 import pytest
 
 from firmware_protocol.documents import read_yaml
-from gimbal_hil.cli.app import run
-from gimbal_hil.conformance import CHECKS, GROUPS, Bench, InStep, RequirementVerdict, check_all, shipped_requirements
-from gimbal_hil.conformance.requirement_page import conformance_page
-from gimbal_hil.runs import open_run
+from gimbal_hil.data.runs import open_run
+from gimbal_hil.proof.conformance import (
+    CHECKS,
+    GROUPS,
+    Bench,
+    InStep,
+    RequirementVerdict,
+    check_all,
+    shipped_requirements,
+)
+from gimbal_hil.proof.conformance.requirement_page import conformance_page
+from gimbal_hil.surface.cli.app import run
 from sim_backend.device import Device
 from tests.conformance.broken import BROKEN
 from tests.device.bench import bench_model
@@ -80,7 +88,7 @@ def test_without_motion_no_set_point_has_torque(tmp_path: Path, capsys: pytest.C
 def test_an_antenna_that_fails_ends_the_command_with_one(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    import gimbal_hil.conformance as conformance
+    import gimbal_hil.proof.conformance as conformance
 
     broken = InStep(BROKEN["D-01"](), "broken", 1000.0)
     monkeypatch.setattr(conformance, "open_antenna", lambda settings, *, lockstep: broken)
@@ -103,11 +111,11 @@ def test_wrong_use_is_refused(arguments: list[str], tmp_path: Path, capsys: pyte
 
 
 def test_the_page_is_made_from_the_requirements() -> None:
-    assert PAGE.read_text() == conformance_page(), "python -m gimbal_hil.conformance.requirement_page"
+    assert PAGE.read_text() == conformance_page(), "python -m gimbal_hil.proof.conformance.requirement_page"
 
 
 def test_each_requirement_has_a_number_of_its_own_a_group_and_a_check_that_is_used_once() -> None:
-    import gimbal_hil.conformance.requirements as module
+    import gimbal_hil.proof.conformance.requirements as module
 
     raw = read_yaml(module.REQUIREMENTS_FILE, "requirements")["requirements"]
     assert len({one["id"] for one in raw}) == len(raw) == len(BY_ID)

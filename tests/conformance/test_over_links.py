@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from gimbal_hil.cli.app import run
+from gimbal_hil.surface.cli.app import run
 
 pytestmark = pytest.mark.realtime
 #: short ones of every group
@@ -23,7 +23,7 @@ SOME = ("W-03", "W-05", "F-01", "F-03", "I-02", "S-03", "S-07", "D-01", "D-02", 
 def plant(link: str, ready: Path, *options: str) -> Iterator[str]:
     """The virtual antenna in a process of its own; gives the path to connect to."""
     words = ["plant", "--link", link, "--ready-file", str(ready), "--json", *options]
-    program = f"from gimbal_hil.cli.app import main; main({words!r})"
+    program = f"from gimbal_hil.surface.cli.app import main; main({words!r})"
     with subprocess.Popen(
         [sys.executable, "-c", program], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     ) as served:

@@ -11,10 +11,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gimbal_hil.control import Mode, axis_torque, enter_mode
-from gimbal_hil.control.layout import CONTROL_STATES, FILTERED, POSITION_INTEGRAL, RATE_INTEGRAL, TORQUE, TORQUE_LIMIT
-from gimbal_hil.host import layout
-from gimbal_hil.settings import host_configuration, settings_from_document, shipped_settings
+from gimbal_hil.loop.control import Mode, axis_torque, enter_mode
+from gimbal_hil.loop.control.layout import (
+    CONTROL_STATES,
+    FILTERED,
+    POSITION_INTEGRAL,
+    RATE_INTEGRAL,
+    TORQUE,
+    TORQUE_LIMIT,
+)
+from gimbal_hil.loop.host import layout
+from gimbal_hil.loop.settings import host_configuration, settings_from_document, shipped_settings
 
 STEP_S = 1e-3
 OUTER = layout.axis_c(0)

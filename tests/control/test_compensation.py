@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gimbal_hil.control import base_rates, friction_torque, gravity_in_base, gravity_torques
-from gimbal_hil.control.layout import COULOMB, MOMENT_X, SIGN_WIDTH, VISCOUS
-from gimbal_hil.host import layout
+from gimbal_hil.loop.control import base_rates, friction_torque, gravity_in_base, gravity_torques
+from gimbal_hil.loop.control.layout import COULOMB, MOMENT_X, SIGN_WIDTH, VISCOUS
+from gimbal_hil.loop.host import layout
 
 ANGLES = st.floats(-3.0, 3.0)
 OUTER, INNER = layout.axis_c(0), layout.axis_c(1)

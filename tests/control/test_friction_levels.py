@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.arena import controller_settings
-from gimbal_hil.control import adapt_friction, friction_at, has_new_levels, layout, modelled_friction
-from gimbal_hil.host import layout as host
-from gimbal_hil.settings import host_configuration, with_changes
+from gimbal_hil.loop.control import adapt_friction, friction_at, has_new_levels, layout, modelled_friction
+from gimbal_hil.loop.host import layout as host
+from gimbal_hil.loop.settings import host_configuration, with_changes
+from gimbal_hil.pointing.arena import controller_settings
 from sim_backend.friction import lugre_step, stribeck_level
 from sim_backend.model import AntennaModel, model_from_document, shipped_model
 

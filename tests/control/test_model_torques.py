@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.arena import controller_settings
-from gimbal_hil.control import layout, modelled_friction, rigid_torques
-from gimbal_hil.host import layout as host
-from gimbal_hil.settings import host_configuration
+from gimbal_hil.loop.control import layout, modelled_friction, rigid_torques
+from gimbal_hil.loop.host import layout as host
+from gimbal_hil.loop.settings import host_configuration
+from gimbal_hil.pointing.arena import controller_settings
 from sim_backend.model import plant_arrays, shipped_model
 from sim_backend.plant import joint_accelerations
 

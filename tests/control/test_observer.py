@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_lyapunov
 
-from gimbal_hil.control import Mode, ObservedJoint, layout, observe, observed_torque, remember_torque, start_observing
+from gimbal_hil.loop.control import (
+    Mode,
+    ObservedJoint,
+    layout,
+    observe,
+    observed_torque,
+    remember_torque,
+    start_observing,
+)
 from sim_backend.model import gyro_filter
 
 STEP_S = 1e-3

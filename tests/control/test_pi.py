@@ -9,7 +9,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gimbal_hil.control import AntiWindup, clamp, next_integral
+from gimbal_hil.loop.control import AntiWindup, clamp, next_integral
 
 ERRORS = st.floats(-10.0, 10.0)
 GAINS = st.floats(0.0, 500.0)

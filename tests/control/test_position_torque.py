@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from gimbal_hil.arena import controller_settings
-from gimbal_hil.control import bin_of, layout, learn, learned_torque, named_torque
-from gimbal_hil.host import layout as host
-from gimbal_hil.settings import host_configuration, with_changes
+from gimbal_hil.loop.control import bin_of, layout, learn, learned_torque, named_torque
+from gimbal_hil.loop.host import layout as host
+from gimbal_hil.loop.settings import host_configuration, with_changes
+from gimbal_hil.pointing.arena import controller_settings
 from sim_backend.model import shipped_model
 
 STEP_S = 1e-3

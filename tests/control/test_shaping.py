@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from gimbal_hil.control import layout, shape_position, start_shaping
+from gimbal_hil.loop.control import layout, shape_position, start_shaping
 
 STEP_S, CORNER, RATE, ACCELERATION = 1e-3, 5.0, 2.4, 15.0
 

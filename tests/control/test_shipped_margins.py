@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gimbal_hil.settings import shipped_settings
-from gimbal_hil.tuning import AxisDynamics, CascadeLaw
+from gimbal_hil.knowledge.tuning import AxisDynamics, CascadeLaw
+from gimbal_hil.loop.settings import shipped_settings
 from tests.control.loop_margins import Response, gain_margin_db, phase_margin_deg
 
 FREQUENCIES = np.geomspace(0.05, 3000.0, 40000)

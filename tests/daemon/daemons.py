@@ -14,8 +14,8 @@ from typing import Any, Self
 
 import yaml
 
-from gimbal_hil.operator.client import OperatorClient
-from gimbal_hil.settings import shipped_settings_path
+from gimbal_hil.loop.settings import shipped_settings_path
+from gimbal_hil.realtime.operator.client import OperatorClient
 
 Json = dict[str, Any]
 #: long enough for a cold compile on a busy machine; nothing asserts how long a thing took
@@ -57,7 +57,7 @@ class RunningDaemon:
             [
                 sys.executable,
                 "-c",
-                "from gimbal_hil.cli import main; main()",
+                "from gimbal_hil.surface.cli import main; main()",
                 "daemon",
                 "--out",
                 str(run),
@@ -100,7 +100,7 @@ class RunningDaemon:
                 parent = int((path.parent / "stat").read_text().rsplit(")", 1)[1].split()[1])
             except OSError:
                 continue
-            if parent == self.process.pid and b"gimbal_hil.service" in words:
+            if parent == self.process.pid and b"gimbal_hil.realtime.service" in words:
                 return int(path.parent.name)
         raise AssertionError("no service process")
 

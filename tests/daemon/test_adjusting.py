@@ -18,13 +18,9 @@ import pytest
 import yaml
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.dashboard.server import TOKEN_HEADER
-from gimbal_hil.host import Host, layout
-from gimbal_hil.lockstep import give_again, host_of
-from gimbal_hil.operator import Door, OperatorClient
-from gimbal_hil.operator.client import RequestRefusedError
-from gimbal_hil.runs import EventKind, open_run, replay
-from gimbal_hil.settings import (
+from gimbal_hil.data.runs import EventKind, open_run, replay
+from gimbal_hil.loop.host import Host, layout
+from gimbal_hil.loop.settings import (
     adjustable_numbers,
     adjusted,
     host_configuration,
@@ -32,7 +28,11 @@ from gimbal_hil.settings import (
     settings_from_document,
     shipped_settings,
 )
-from gimbal_hil.settings.shipped import shipped_settings_path
+from gimbal_hil.loop.settings.shipped import shipped_settings_path
+from gimbal_hil.realtime.dashboard.server import TOKEN_HEADER
+from gimbal_hil.realtime.lockstep import give_again, host_of
+from gimbal_hil.realtime.operator import Door, OperatorClient
+from gimbal_hil.realtime.operator.client import RequestRefusedError
 from tests.daemon.daemons import RunningDaemon
 
 pytestmark = pytest.mark.realtime
@@ -190,7 +190,7 @@ def test_the_command_shows_changes_and_takes_back_and_so_does_one_key_in_watch(t
         daemon.until_state(client, "idle")
 
         def adjust(*words: str) -> tuple[int, str]:
-            line = [sys.executable, "-c", "from gimbal_hil.cli import main; main()", "adjust", *words]
+            line = [sys.executable, "-c", "from gimbal_hil.surface.cli import main; main()", "adjust", *words]
             done = subprocess.run([*line, "--run", str(run)], capture_output=True, text=True)
             return done.returncode, done.stdout + done.stderr
 
@@ -212,7 +212,15 @@ def _value(answer: Json, key: str) -> float:
 def _press_in_watch(run: Path, client: OperatorClient) -> None:
     """`b`, then `q`, in a terminal."""
     here, there = pty.openpty()
-    line = [sys.executable, "-c", "from gimbal_hil.cli import main; main()", "watch", str(run), "--every", "0.05"]
+    line = [
+        sys.executable,
+        "-c",
+        "from gimbal_hil.surface.cli import main; main()",
+        "watch",
+        str(run),
+        "--every",
+        "0.05",
+    ]
     with subprocess.Popen(line, stdin=there, stdout=there, stderr=there) as watching:
         os.close(there)
         shown = b""

@@ -10,11 +10,11 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from gimbal_hil.timing.clock import Duration, MonotonicClock
-from gimbal_hil.timing.miss_causes import MissCause, ThreadUsage
-from gimbal_hil.timing.scheduling import control_and_witness_cores, real_time
-from gimbal_hil.timing.tick_engine import Tick, TickEngine
-from gimbal_hil.timing.witness import WitnessProcess
+from gimbal_hil.loop.timing.clock import Duration, MonotonicClock
+from gimbal_hil.loop.timing.miss_causes import MissCause, ThreadUsage
+from gimbal_hil.loop.timing.scheduling import control_and_witness_cores, real_time
+from gimbal_hil.loop.timing.tick_engine import Tick, TickEngine
+from gimbal_hil.loop.timing.witness import WitnessProcess
 
 pytestmark = pytest.mark.realtime
 

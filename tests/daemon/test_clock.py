@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gimbal_hil.timing.clock import Duration, Instant, LockstepClock, MonotonicClock
+from gimbal_hil.loop.timing.clock import Duration, Instant, LockstepClock, MonotonicClock
 
 pytestmark = pytest.mark.realtime
 

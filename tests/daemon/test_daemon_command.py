@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 import yaml
 
-from gimbal_hil.cli.app import main
-from gimbal_hil.settings import shipped_settings_path
+from gimbal_hil.loop.settings import shipped_settings_path
+from gimbal_hil.surface.cli.app import main
 from tests.daemon.daemons import RunningDaemon
 
 pytestmark = pytest.mark.realtime

@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.cli.app import run as run_command
-from gimbal_hil.control.layout import Mode
-from gimbal_hil.daemon.run import DaemonOptions, run_daemon
-from gimbal_hil.host.program import AxisCommand, Segment, program_of
-from gimbal_hil.host.states import Shape
-from gimbal_hil.operator.client import RequestRefusedError
-from gimbal_hil.runs import open_run
-from gimbal_hil.settings import FirstTestChoice, settings_from_document, shipped_settings
+from gimbal_hil.data.runs import open_run
+from gimbal_hil.loop.control.layout import Mode
+from gimbal_hil.loop.host.program import AxisCommand, Segment, program_of
+from gimbal_hil.loop.host.states import Shape
+from gimbal_hil.loop.settings import FirstTestChoice, settings_from_document, shipped_settings
+from gimbal_hil.realtime.daemon.run import DaemonOptions, run_daemon
+from gimbal_hil.realtime.operator.client import RequestRefusedError
+from gimbal_hil.surface.cli.app import run as run_command
 from tests.daemon.daemons import Json, RunningDaemon
 
 pytestmark = pytest.mark.realtime

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 import yaml
 
-from gimbal_hil.cli.app import run as run_command
-from gimbal_hil.daemon.link_check import check_link
-from gimbal_hil.settings import DaemonSettings, settings_from_document, shipped_settings, shipped_settings_path
+from gimbal_hil.loop.settings import DaemonSettings, settings_from_document, shipped_settings, shipped_settings_path
+from gimbal_hil.realtime.daemon.link_check import check_link
+from gimbal_hil.surface.cli.app import run as run_command
 from sim_backend.device import Device
 from sim_backend.model import shipped_model
 

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gimbal_hil.cli.app import run as run_command
-from gimbal_hil.operator.client import OperatorClient
-from gimbal_hil.runs import columns_of, open_run
+from gimbal_hil.data.runs import columns_of, open_run
+from gimbal_hil.realtime.operator.client import OperatorClient
+from gimbal_hil.surface.cli.app import run as run_command
 from tests.daemon.daemons import Json, RunningDaemon, patient_configuration
 
 pytestmark = pytest.mark.realtime
@@ -23,7 +23,7 @@ pytestmark = pytest.mark.realtime
 PLANT = """
 import signal, sys
 from pathlib import Path
-from gimbal_hil.timing import control_and_witness_cores, real_time
+from gimbal_hil.loop.timing import control_and_witness_cores, real_time
 from sim_backend.device import Device, Spoilt
 from sim_backend.model import shipped_model
 from sim_backend.server import DeviceServer, OutletKind, open_outlet

@@ -3,7 +3,7 @@ from __future__ import annotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gimbal_hil.timing.histogram import Histogram, upper_bound_ns
+from gimbal_hil.loop.timing.histogram import Histogram, upper_bound_ns
 
 VALUES = st.lists(st.integers(0, 2**39), min_size=1, max_size=200)
 

@@ -15,9 +15,9 @@ from firmware_protocol.links import (
     memory_pair,
 )
 from firmware_protocol.links.link import LinkBasis
-from gimbal_hil.daemon.first_opening import PortConfig, comes_with_the_antenna, opener_of
-from gimbal_hil.daemon.link_keeper import FIRST_WAIT, LONGEST_WAIT, LinkKeeper
-from gimbal_hil.timing.clock import Duration, LockstepClock
+from gimbal_hil.loop.timing.clock import Duration, LockstepClock
+from gimbal_hil.realtime.daemon.first_opening import PortConfig, comes_with_the_antenna, opener_of
+from gimbal_hil.realtime.daemon.link_keeper import FIRST_WAIT, LONGEST_WAIT, LinkKeeper
 
 BLOCK = bytes(10)
 TICK = Duration(1_000_000)

@@ -15,9 +15,9 @@ import pytest
 
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.links import AdapterLinkConfig, FaultsConfig, UnixLinkConfig
-from gimbal_hil.daemon.first_opening import PortConfig
-from gimbal_hil.daemon.lockstep_link import open_in_lockstep
-from gimbal_hil.runs import EventKind, RecordedRun, open_run
+from gimbal_hil.data.runs import EventKind, RecordedRun, open_run
+from gimbal_hil.realtime.daemon.first_opening import PortConfig
+from gimbal_hil.realtime.daemon.lockstep_link import open_in_lockstep
 from tests.daemon.daemons import RunningDaemon, patient_configuration
 
 pytestmark = pytest.mark.realtime
@@ -30,7 +30,7 @@ PATIENCE = ("--answer-within", "300")
 @contextmanager
 def plant(link: str, folder: Path) -> Iterator[subprocess.Popen[bytes]]:
     words = ["plant", "--link", link, "--lockstep", "--seed", "1", "--ready-file", str(folder / "ready"), "--json"]
-    program = f"from gimbal_hil.cli.app import main; main({words!r})"
+    program = f"from gimbal_hil.surface.cli.app import main; main({words!r})"
     with subprocess.Popen(
         [sys.executable, "-c", program], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     ) as served:

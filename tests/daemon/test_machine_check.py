@@ -7,8 +7,8 @@ import sys
 
 import pytest
 
-from gimbal_hil.timing.clock import Duration
-from gimbal_hil.timing.reference_loop import ReferenceLoop, compiler
+from gimbal_hil.loop.timing.clock import Duration
+from gimbal_hil.loop.timing.reference_loop import ReferenceLoop, compiler
 
 pytestmark = pytest.mark.realtime
 
@@ -17,8 +17,8 @@ PERIOD = Duration(1_000_000)
 #: in a process of its own, because a check changes the policy and the collector of its process
 CHECK = """
 import json
-from gimbal_hil.timing.clock import Duration
-from gimbal_hil.timing.machine_check import check_machine
+from gimbal_hil.loop.timing.clock import Duration
+from gimbal_hil.loop.timing.machine_check import check_machine
 print(json.dumps(check_machine(Duration(1_000_000), 0.4).as_dict()))
 """
 
@@ -62,7 +62,7 @@ def test_what_is_not_permitted_is_said_and_done_without() -> None:
         pytest.skip("needs root to give privileges up")
     program = """
 import os, resource
-from gimbal_hil.timing.scheduling import claim_real_time
+from gimbal_hil.loop.timing.scheduling import claim_real_time
 resource.setrlimit(resource.RLIMIT_MEMLOCK, (0, 0))
 os.setgroups([]); os.setgid(65534); os.setuid(65534)
 granted = claim_real_time(core=10_000)
@@ -77,7 +77,7 @@ assert granted.timer_slack_ns == 1
 def test_children_do_not_inherit_the_real_time_policy() -> None:
     program = """
 import os, subprocess, sys
-from gimbal_hil.timing.scheduling import claim_real_time
+from gimbal_hil.loop.timing.scheduling import claim_real_time
 granted = claim_real_time()
 subprocess.run([sys.executable, "-c", "import os; assert os.sched_getscheduler(0) == os.SCHED_OTHER"], check=True)
 """

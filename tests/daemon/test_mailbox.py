@@ -9,7 +9,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
-from gimbal_hil.timing.mailbox import RingReader, RingRecord, RingWriter, create_ring
+from gimbal_hil.loop.timing.mailbox import RingReader, RingRecord, RingWriter, create_ring
 
 pytestmark = pytest.mark.realtime
 
@@ -89,7 +89,7 @@ TestRing = RingMachine.TestCase
 
 WRITER = """
 import sys
-from gimbal_hil.timing.mailbox import RingWriter
+from gimbal_hil.loop.timing.mailbox import RingWriter
 writer = RingWriter(int(sys.argv[1]))
 for number in range(int(sys.argv[2])):
     writer.push(number % 7, b"%d " % number * (number % 50))
@@ -165,7 +165,7 @@ def test_a_damaged_record_is_not_handed_out() -> None:
 
 
 def test_a_descriptor_without_a_ring_is_refused() -> None:
-    from gimbal_hil.timing.mailbox import anonymous_memory
+    from gimbal_hil.loop.timing.mailbox import anonymous_memory
 
     with pytest.raises(ValueError, match="record ring"):
         RingReader(anonymous_memory(4096))

@@ -5,7 +5,7 @@ import gc
 
 import pytest
 
-from gimbal_hil.timing.miss_causes import NOTHING_USED, Miss, MissCause, Stall, ThreadUsage, Usage, cause_of
+from gimbal_hil.loop.timing.miss_causes import NOTHING_USED, Miss, MissCause, Stall, ThreadUsage, Usage, cause_of
 
 
 def miss(**used: int) -> Miss:

@@ -9,9 +9,9 @@ import sys
 
 from numba.core.dispatcher import Dispatcher
 
-from gimbal_hil.bench.soak import random_program
-from gimbal_hil.host import FirstTest, FirstTestState, Host
-from gimbal_hil.settings import host_configuration, shipped_settings
+from gimbal_hil.loop.host import FirstTest, FirstTestState, Host
+from gimbal_hil.loop.settings import host_configuration, shipped_settings
+from gimbal_hil.proof.bench.soak import random_program
 from sim_backend.device import Device
 from sim_backend.model import shipped_model
 

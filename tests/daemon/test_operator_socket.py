@@ -12,9 +12,10 @@ from typing import Any
 import pytest
 
 from firmware_protocol.errors import BadInputError, LinkError
-from gimbal_hil.host import AxisCommand, Mode, Segment, Shape, program_of
-from gimbal_hil.operator.client import OperatorClient, RequestRefusedError
-from gimbal_hil.operator.socket import (
+from gimbal_hil.loop.host import AxisCommand, Mode, Segment, Shape, program_of
+from gimbal_hil.loop.settings import shipped_settings
+from gimbal_hil.realtime.operator.client import OperatorClient, RequestRefusedError
+from gimbal_hil.realtime.operator.socket import (
     GREETING_TIMEOUT_S,
     LONGEST_UNREAD,
     MOST_CLIENTS,
@@ -23,9 +24,8 @@ from gimbal_hil.operator.socket import (
     Door,
     OperatorSocket,
 )
-from gimbal_hil.service.operator_commands import SetPointRequest, parse_request
-from gimbal_hil.service.set_point_bounds import require_reachable
-from gimbal_hil.settings import shipped_settings
+from gimbal_hil.realtime.service.operator_commands import SetPointRequest, parse_request
+from gimbal_hil.realtime.service.set_point_bounds import require_reachable
 
 pytestmark = pytest.mark.realtime
 

@@ -12,15 +12,15 @@ from pathlib import Path
 
 import pytest
 
-from gimbal_hil.operator.client import OperatorClient
-from gimbal_hil.runs import open_run
+from gimbal_hil.data.runs import open_run
+from gimbal_hil.realtime.operator.client import OperatorClient
 
 pytestmark = pytest.mark.realtime
 
 PATIENCE_S = 300.0
 DAEMON = """
 import os, subprocess, sys, time
-main = "from gimbal_hil.cli import main; main()"
+main = "from gimbal_hil.surface.cli import main; main()"
 words = [sys.executable, "-c", main, "daemon", "--out", {run!r}, "--json", "--end-with", str(os.getpid())]
 daemon = subprocess.Popen(words, start_new_session=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 print(daemon.pid, flush=True)
@@ -28,7 +28,7 @@ time.sleep(600)
 """
 WORKERS = """
 import time
-from gimbal_hil.executor import open_executor
+from gimbal_hil.knowledge.executor import open_executor
 import os
 with open_executor(2) as executor:
     print(*{{executor.submit(os.getpid).result() for _ in range(20)}}, flush=True)
@@ -90,7 +90,7 @@ def test_workers_end_with_the_killed_program_that_they_worked_for() -> None:
 
 
 def test_the_blind_bench_ends_with_the_command_that_became_it(tmp_path: Path) -> None:
-    program = "from gimbal_hil.cli import main; main()"
+    program = "from gimbal_hil.surface.cli import main; main()"
     words = ["bench", "blind", "--out", str(tmp_path), "--seed", "1", "--first", "1", "--workers", "1"]
     process = subprocess.Popen([sys.executable, "-c", program, *words], stdout=subprocess.DEVNULL)
     until((tmp_path / "bench.json").exists, "the bench did not begin")

@@ -5,11 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from gimbal_hil.host.program import AxisCommand, Segment, program_of
-from gimbal_hil.runs import TICK_ROW, RunHeader, RunWriter, open_run
-from gimbal_hil.service.recorder import Recorder
-from gimbal_hil.telemetry.records import (
-    MISS_CODE,
+from gimbal_hil.data.runs import TICK_ROW, RunHeader, RunWriter, open_run
+from gimbal_hil.loop.host.program import AxisCommand, Segment, program_of
+from gimbal_hil.loop.timing.mailbox import RingReader, RingWriter, create_ring
+from gimbal_hil.loop.timing.miss_causes import MISS_CODE, MissCause
+from gimbal_hil.realtime.service.recorder import Recorder
+from gimbal_hil.realtime.telemetry.records import (
     MISS_RECORD,
     ROW_BYTES,
     WALL_CLOCK_AT,
@@ -23,8 +24,6 @@ from gimbal_hil.telemetry.records import (
     take_commands,
     unpack_program,
 )
-from gimbal_hil.timing.mailbox import RingReader, RingWriter, create_ring
-from gimbal_hil.timing.miss_causes import MissCause
 
 PERIOD_NS = 1_000_000
 

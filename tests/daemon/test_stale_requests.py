@@ -9,15 +9,16 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from gimbal_hil.daemon.antenna_link import embedded_antenna
-from gimbal_hil.daemon.control_loop import ControlLoop
-from gimbal_hil.daemon.link_keeper import LinkKeeper
-from gimbal_hil.host import AxisCommand, Host, HostState, Mode, Segment, program_of
-from gimbal_hil.operator import Client, OperatorSocket
-from gimbal_hil.service.operator_desk import OperatorDesk
-from gimbal_hil.service.recorder import Recorder
-from gimbal_hil.settings import host_configuration, shipped_settings
-from gimbal_hil.telemetry import (
+from gimbal_hil.loop.host import AxisCommand, Host, HostState, Mode, Segment, program_of
+from gimbal_hil.loop.settings import host_configuration, shipped_settings
+from gimbal_hil.loop.timing import NS_PER_S, Duration, LockstepClock, RingReader, RingWriter, TickEngine, create_ring
+from gimbal_hil.realtime.daemon.antenna_link import embedded_antenna
+from gimbal_hil.realtime.daemon.control_loop import ControlLoop
+from gimbal_hil.realtime.daemon.link_keeper import LinkKeeper
+from gimbal_hil.realtime.operator import Client, OperatorSocket
+from gimbal_hil.realtime.service.operator_desk import OperatorDesk
+from gimbal_hil.realtime.service.recorder import Recorder
+from gimbal_hil.realtime.telemetry import (
     COMMAND_BYTES,
     TELEMETRY_BYTES,
     CommandKind,
@@ -28,7 +29,6 @@ from gimbal_hil.telemetry import (
     pack_configuration,
     pack_program,
 )
-from gimbal_hil.timing import NS_PER_S, Duration, LockstepClock, RingReader, RingWriter, TickEngine, create_ring
 
 pytestmark = pytest.mark.realtime
 

@@ -6,9 +6,9 @@ from itertools import pairwise
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gimbal_hil.timing.clock import Duration, Instant, LockstepClock, MonotonicClock
-from gimbal_hil.timing.miss_causes import Miss, MissCause, Stall
-from gimbal_hil.timing.tick_engine import Tick, TickEngine
+from gimbal_hil.loop.timing.clock import Duration, Instant, LockstepClock, MonotonicClock
+from gimbal_hil.loop.timing.miss_causes import Miss, MissCause, Stall
+from gimbal_hil.loop.timing.tick_engine import Tick, TickEngine
 
 PERIOD = Duration(1_000_000)
 

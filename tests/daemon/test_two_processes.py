@@ -18,9 +18,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gimbal_hil.cli.app import run as run_command
-from gimbal_hil.operator.client import OperatorClient
-from gimbal_hil.runs import open_run
+from gimbal_hil.data.runs import open_run
+from gimbal_hil.realtime.operator.client import OperatorClient
+from gimbal_hil.surface.cli.app import run as run_command
 from tests.daemon.daemons import PATIENCE_S, Json, RunningDaemon, patient_configuration
 
 pytestmark = pytest.mark.realtime
@@ -47,7 +47,7 @@ class RunningPlant:
     def __init__(self, folder: Path, kind: str) -> None:
         words = ["plant", "--link", f"{kind}:{folder / PORT}", "--json", "--ready-file", str(folder / "ready")]
         self.process = subprocess.Popen(
-            [sys.executable, "-c", "from gimbal_hil.cli import main; main()", *words],
+            [sys.executable, "-c", "from gimbal_hil.surface.cli import main; main()", *words],
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
             text=True,

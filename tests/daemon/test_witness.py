@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gimbal_hil.timing.mailbox import anonymous_memory
-from gimbal_hil.timing.miss_causes import Stall
-from gimbal_hil.timing.watching import gap_between
-from gimbal_hil.timing.witness import WitnessPage, WitnessProcess
+from gimbal_hil.loop.timing.mailbox import anonymous_memory
+from gimbal_hil.loop.timing.miss_causes import Stall
+from gimbal_hil.loop.timing.watching import gap_between
+from gimbal_hil.loop.timing.witness import WitnessPage, WitnessProcess
 
 pytestmark = pytest.mark.realtime
 

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gimbal_hil.dashboard.page import PAGE
-from gimbal_hil.dashboard.server import live
-from gimbal_hil.operator import Door
-from gimbal_hil.plots import figure
-from gimbal_hil.report import Details, Made, Page, Plot, Text
-from gimbal_hil.runs import open_run
-from gimbal_hil.telemetry import LiveView
+from gimbal_hil.data.runs import open_run
+from gimbal_hil.pages.plots import figure
+from gimbal_hil.pages.report import Details, Made, Page, Plot, Text
+from gimbal_hil.realtime.dashboard.page import PAGE
+from gimbal_hil.realtime.dashboard.server import live
+from gimbal_hil.realtime.operator import Door
+from gimbal_hil.realtime.telemetry import LiveView
 from tests.browser import CHROMIUM, Browser
 from tests.daemon.daemons import RunningDaemon
 from tests.daemon.test_adjusting import free_port

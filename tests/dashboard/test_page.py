@@ -11,14 +11,14 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.daemon.run import DaemonOptions, run_daemon
-from gimbal_hil.dashboard import PageServer
-from gimbal_hil.dashboard.page import PAGE
-from gimbal_hil.runs import FrameDirection, blocks_of_frames, open_run
-from gimbal_hil.settings import shipped_settings
-from gimbal_hil.telemetry.live_view import LiveView
-from gimbal_hil.telemetry.records import MISS_CODE, Exchange
-from gimbal_hil.timing.miss_causes import MissCause
+from gimbal_hil.data.runs import FrameDirection, blocks_of_frames, open_run
+from gimbal_hil.loop.settings import shipped_settings
+from gimbal_hil.loop.timing.miss_causes import MISS_CODE, MissCause
+from gimbal_hil.realtime.daemon.run import DaemonOptions, run_daemon
+from gimbal_hil.realtime.dashboard import PageServer
+from gimbal_hil.realtime.dashboard.page import PAGE
+from gimbal_hil.realtime.telemetry.live_view import LiveView
+from gimbal_hil.realtime.telemetry.records import Exchange
 
 pytestmark = pytest.mark.realtime
 

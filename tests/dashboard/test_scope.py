@@ -13,15 +13,15 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.dashboard import PageServer, ScopeScreen
-from gimbal_hil.host import HostState
-from gimbal_hil.operator import Door
-from gimbal_hil.runs import RunWriter, open_run, tick_rows
-from gimbal_hil.runs.header import RunHeader
-from gimbal_hil.service.excerpts import MOST, Excerpts
-from gimbal_hil.settings import shipped_settings
-from gimbal_hil.telemetry import Exchange, LiveView, Scope, ScopeState, scope_settings
-from gimbal_hil.telemetry.scope import Capture, capture_columns
+from gimbal_hil.data.runs import RunWriter, open_run, tick_rows
+from gimbal_hil.data.runs.header import RunHeader
+from gimbal_hil.loop.host import HostState
+from gimbal_hil.loop.settings import shipped_settings
+from gimbal_hil.realtime.dashboard import PageServer, ScopeScreen
+from gimbal_hil.realtime.operator import Door
+from gimbal_hil.realtime.service.excerpts import MOST, Excerpts
+from gimbal_hil.realtime.telemetry import Exchange, LiveView, Scope, ScopeState, scope_settings
+from gimbal_hil.realtime.telemetry.scope import Capture, capture_columns
 from sim_backend.model import shipped_model
 
 PERIOD_NS = 1_000_000

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from firmware_protocol.bus_load import bus_load, serial_load
-from gimbal_hil.host import Host
-from gimbal_hil.settings import host_configuration, shipped_settings
-from gimbal_hil.telemetry import Exchange, Wire, WireWatch
+from gimbal_hil.loop.host import Host
+from gimbal_hil.loop.settings import host_configuration, shipped_settings
+from gimbal_hil.realtime.telemetry import Exchange, Wire, WireWatch
 from sim_backend.device import Device
 from sim_backend.model import shipped_model
 

@@ -12,13 +12,13 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from gimbal_hil.cli import app
-from gimbal_hil.dashboard import PageServer
-from gimbal_hil.deployment import UnitChoice, grafana_dashboard, manual_page, unit_text
-from gimbal_hil.deployment.grafana import queried_metrics
-from gimbal_hil.service.notice import Notice
-from gimbal_hil.settings import shipped_settings_path
-from gimbal_hil.telemetry import LiveView
+from gimbal_hil.loop.settings import shipped_settings_path
+from gimbal_hil.realtime.dashboard import PageServer
+from gimbal_hil.realtime.service.notice import Notice
+from gimbal_hil.realtime.telemetry import LiveView
+from gimbal_hil.surface.cli import app
+from gimbal_hil.surface.deployment import UnitChoice, grafana_dashboard, manual_page, unit_text
+from gimbal_hil.surface.deployment.grafana import queried_metrics
 
 pytestmark = pytest.mark.realtime
 
@@ -85,7 +85,7 @@ def test_systemd_hears_once_that_ticks_run_and_then_at_a_third_of_its_watchdog(t
 
 def test_every_metric_that_the_dashboard_asks_for_is_told(tmp_path: Path) -> None:
     pytest.importorskip("prometheus_client", reason="the extra metrics is not installed")
-    from gimbal_hil.dashboard.metrics import metrics_text
+    from gimbal_hil.realtime.dashboard.metrics import metrics_text
 
     assert service("grafana", "--out", tmp_path) == 0
     document = json.loads((tmp_path / "gimbal-hil-grafana.json").read_text())

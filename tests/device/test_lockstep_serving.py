@@ -18,9 +18,9 @@ from firmware_protocol.links.descriptor import DescriptorPort
 from firmware_protocol.links.serial_port import open_serial
 from firmware_protocol.lockstep import BEGIN, EdgeParser, edge, next_edge
 from firmware_protocol.schema import EDGE_BITS, RECORD_SIZE
-from gimbal_hil.host import Segment, program_of
-from gimbal_hil.lockstep import FramePath
-from gimbal_hil.settings import shipped_settings
+from gimbal_hil.loop.host import Segment, program_of
+from gimbal_hil.loop.settings import shipped_settings
+from gimbal_hil.realtime.lockstep import FramePath
 from sim_backend.device import Device
 from sim_backend.model import shipped_model
 from sim_backend.server import DeviceServer, LockstepServer

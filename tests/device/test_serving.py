@@ -259,7 +259,7 @@ def test_a_link_that_does_not_exist_is_refused_with_what_would_do(text: str) -> 
 @contextmanager
 def _command(*options: str) -> Iterator[subprocess.Popen[str]]:
     """`gimbal-hil plant` in a process of its own, gone at the end whatever happens."""
-    command = [sys.executable, "-c", "from gimbal_hil.cli import main; main()", "plant", *options]
+    command = [sys.executable, "-c", "from gimbal_hil.surface.cli import main; main()", "plant", *options]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         yield process

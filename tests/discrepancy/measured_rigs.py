@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gimbal_hil.signals import SignalsTable
+from gimbal_hil.data.signals import SignalsTable
 from sim_backend.model import AntennaModel, model_from_document
 from tests.rigs.data import data_folder
 from tests.rigs.dd2dof import GRAVITY, INERTIA, STEP, sliding_rows

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimbal_hil.signals import SignalsTable
+from gimbal_hil.data.signals import SignalsTable
 from sim_backend.model import AntennaModel, model_from_document
 
 AXIS = "slide"

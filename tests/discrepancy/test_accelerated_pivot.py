@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy import Request, Result, diagnose
-from gimbal_hil.signals import SignalsTable
+from gimbal_hil.data.signals import SignalsTable
+from gimbal_hil.knowledge.discrepancy import Request, Result, diagnose
 from sim_backend.model import AntennaModel, shipped_model
 from sim_backend.plant import Plant
 

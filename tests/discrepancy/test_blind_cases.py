@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from gimbal_hil.discrepancy import Request, corrected_model, diagnose, verdict_of
+from gimbal_hil.knowledge.discrepancy import Request, corrected_model, diagnose, verdict_of
 from tests.blind.cases import model_of, tables_of
 from tests.blind.draw import Case, Wrong, draw
 from tests.blind.kinds import Stated

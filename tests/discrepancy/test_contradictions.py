@@ -7,10 +7,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy import Request, diagnose, verdict_of
-from gimbal_hil.discrepancy.verdict.contradictions import contradictions, ramps_apart
-from gimbal_hil.identification import LugreFriction, StaticFriction
-from gimbal_hil.signals import SignalsTable
+from gimbal_hil.data.signals import SignalsTable
+from gimbal_hil.knowledge.discrepancy import Request, diagnose, verdict_of
+from gimbal_hil.knowledge.discrepancy.verdict.contradictions import contradictions, ramps_apart
+from gimbal_hil.knowledge.identification import LugreFriction, StaticFriction
 from sim_backend.model import AntennaModel, model_from_document
 from tests.discrepancy.measured_rigs import ARM_FITTED, ARM_JUDGED, arm_logs, arm_model, arm_ramps
 from tests.identification.one_axis_rig import (

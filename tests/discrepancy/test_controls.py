@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy.search.screening import control_gain
+from gimbal_hil.knowledge.discrepancy.search.screening import control_gain
 
 ROWS = 400
 

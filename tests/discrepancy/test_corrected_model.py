@@ -9,10 +9,10 @@ from typing import cast
 
 import pytest
 
-from gimbal_hil.discrepancy import Result, recalibrated_model
-from gimbal_hil.discrepancy.hypotheses.hypothesis import Hypothesis, KnownNumber, parameters_of
-from gimbal_hil.discrepancy.twin.number_slots import read_number
-from gimbal_hil.discrepancy.verdict.corrected import with_numbers
+from gimbal_hil.knowledge.discrepancy import Result, recalibrated_model
+from gimbal_hil.knowledge.discrepancy.hypotheses.hypothesis import Hypothesis, KnownNumber, parameters_of
+from gimbal_hil.knowledge.discrepancy.twin.number_slots import read_number
+from gimbal_hil.knowledge.discrepancy.verdict.corrected import with_numbers
 from sim_backend.model import AntennaModel, model_from_document, shipped_model
 from tests.discrepancy.test_hypothesis_bounds import twin_of
 

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy.inquiry.policy import Policy
-from gimbal_hil.discrepancy.judgement import deciding, judging
-from gimbal_hil.discrepancy.judgement.deciding import Status, Told, class_probability, rejudged
-from gimbal_hil.discrepancy.judgement.exhaustion import Predictable
-from gimbal_hil.discrepancy.judgement.judging import Remainder, Standing
-from gimbal_hil.discrepancy.judgement.rivals import Rival
-from gimbal_hil.discrepancy.search import curve
-from gimbal_hil.discrepancy.search.comparing import clearly_better, same_to_a_twin
-from gimbal_hil.estimation import Paired
+from gimbal_hil.knowledge.discrepancy.inquiry.policy import Policy
+from gimbal_hil.knowledge.discrepancy.judgement import deciding, judging
+from gimbal_hil.knowledge.discrepancy.judgement.deciding import Status, Told, class_probability, rejudged
+from gimbal_hil.knowledge.discrepancy.judgement.exhaustion import Predictable
+from gimbal_hil.knowledge.discrepancy.judgement.judging import Remainder, Standing
+from gimbal_hil.knowledge.discrepancy.judgement.rivals import Rival
+from gimbal_hil.knowledge.discrepancy.search import curve
+from gimbal_hil.knowledge.discrepancy.search.comparing import clearly_better, same_to_a_twin
+from gimbal_hil.knowledge.estimation import Paired
 from sim_backend.effects import NEUTRAL_ORDER, Ripple
 
 _NOTHING = Predictable(0.0, 0.0)

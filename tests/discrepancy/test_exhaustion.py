@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy.inquiry import Policy
-from gimbal_hil.discrepancy.judgement import exhaustion, judging
-from gimbal_hil.discrepancy.judgement.exhaustion import Predictable
-from gimbal_hil.discrepancy.judgement.judging import EVERYTHING, Remainder, depends_on
-from gimbal_hil.discrepancy.twin import Floats
+from gimbal_hil.knowledge.discrepancy.inquiry import Policy
+from gimbal_hil.knowledge.discrepancy.judgement import exhaustion, judging
+from gimbal_hil.knowledge.discrepancy.judgement.exhaustion import Predictable
+from gimbal_hil.knowledge.discrepancy.judgement.judging import EVERYTHING, Remainder, depends_on
+from gimbal_hil.knowledge.discrepancy.twin import Floats
 from sim_backend.effects import Variable
 
 _ROWS = 6000

@@ -6,16 +6,16 @@ import warnings
 
 import numpy as np
 
-from gimbal_hil.discrepancy.inquiry.standing import standing
-from gimbal_hil.discrepancy.noise.floors import Floor, over_own_noise, smaller, spectral_floor, wide_twin
-from gimbal_hil.discrepancy.twin.record import record_of
-from gimbal_hil.discrepancy.twin.smoothing import Floats
-from gimbal_hil.discrepancy.twin.twin import Twin
-from gimbal_hil.experiments.sequences import SequenceOptions
-from gimbal_hil.experiments.sequences.survey import survey_motion
-from gimbal_hil.improvement.rehearsal import rehearse
-from gimbal_hil.settings import shipped_settings
-from gimbal_hil.signals import SignalsTable
+from gimbal_hil.data.signals import SignalsTable
+from gimbal_hil.knowledge.discrepancy.inquiry.standing import standing
+from gimbal_hil.knowledge.discrepancy.noise.floors import Floor, over_own_noise, smaller, spectral_floor, wide_twin
+from gimbal_hil.knowledge.discrepancy.twin.record import record_of
+from gimbal_hil.knowledge.discrepancy.twin.smoothing import Floats
+from gimbal_hil.knowledge.discrepancy.twin.twin import Twin
+from gimbal_hil.knowledge.experiments.sequences import SequenceOptions
+from gimbal_hil.knowledge.experiments.sequences.survey import survey_motion
+from gimbal_hil.knowledge.improvement.rehearsal import rehearse
+from gimbal_hil.loop.settings import shipped_settings
 from sim_backend.model import AntennaModel, model_from_document, shipped_model
 
 #: just above the scored band, lightly damped

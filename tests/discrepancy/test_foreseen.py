@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gimbal_hil.cli import main
-from gimbal_hil.discrepancy import Foreseen, Policy, foreseen
-from gimbal_hil.discrepancy.inquiry.prepare import as_stated, effect_names, prepared, recalibrated
-from gimbal_hil.executor import open_executor
-from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
-from gimbal_hil.improvement import rehearse
-from gimbal_hil.settings import shipped_settings
-from gimbal_hil.signals import SignalsTable
+from gimbal_hil.data.signals import SignalsTable
+from gimbal_hil.knowledge.discrepancy import Foreseen, Policy, foreseen
+from gimbal_hil.knowledge.discrepancy.inquiry.prepare import as_stated, effect_names, prepared, recalibrated
+from gimbal_hil.knowledge.executor import open_executor
+from gimbal_hil.knowledge.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
+from gimbal_hil.knowledge.improvement import rehearse
+from gimbal_hil.loop.settings import shipped_settings
+from gimbal_hil.surface.cli import main
 from sim_backend.model import AntennaModel, shipped_model
 
 AXES = ("outer", "inner")

@@ -50,7 +50,7 @@ def test_no_module_can_read_a_true_number(path: Path) -> None:
     [
         "from sim_backend.plant import Plant",
         "import tests.blind.draw",
-        "from gimbal_hil.experiments import embedded_model_of",
+        "from gimbal_hil.knowledge.experiments import embedded_model_of",
         "model = run.record.header.model",
         "header = run.record.header\nx = header.configuration",
         "open('truth.json')",

@@ -10,9 +10,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy.hypotheses.families import Family, families
-from gimbal_hil.discrepancy.hypotheses.fit import Weighing, fit
-from gimbal_hil.discrepancy.hypotheses.hypothesis import (
+from gimbal_hil.data.signals import SignalsTable
+from gimbal_hil.knowledge.discrepancy.hypotheses.families import Family, families
+from gimbal_hil.knowledge.discrepancy.hypotheses.fit import Weighing, fit
+from gimbal_hil.knowledge.discrepancy.hypotheses.hypothesis import (
     Cause,
     Hypothesis,
     KnownNumber,
@@ -20,10 +21,9 @@ from gimbal_hil.discrepancy.hypotheses.hypothesis import (
     parameters_of,
     values_of,
 )
-from gimbal_hil.discrepancy.twin.number_slots import read_number, write_number
-from gimbal_hil.discrepancy.twin.record import record_of
-from gimbal_hil.discrepancy.twin.twin import Twin
-from gimbal_hil.signals import SignalsTable
+from gimbal_hil.knowledge.discrepancy.twin.number_slots import read_number, write_number
+from gimbal_hil.knowledge.discrepancy.twin.record import record_of
+from gimbal_hil.knowledge.discrepancy.twin.twin import Twin
 from sim_backend.effects import Move
 from sim_backend.model import AntennaModel, load_model, shipped_model, shipped_model_path
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy import Request, diagnose, verdict_of
-from gimbal_hil.signals import SignalsTable
+from gimbal_hil.data.signals import SignalsTable
+from gimbal_hil.knowledge.discrepancy import Request, diagnose, verdict_of
 from sim_backend.model import shipped_model
 
 T = np.arange(9000) * 1e-3

@@ -8,11 +8,11 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy.hypotheses import Cause, values_of
-from gimbal_hil.discrepancy.inquiry import Inquiry, Policy, State, refitted, settled
-from gimbal_hil.discrepancy.inquiry.prepare import as_stated, effect_names, prepared, recalibrated
-from gimbal_hil.discrepancy.judgement.intervals import number_intervals, parameter_intervals, strength_error
-from gimbal_hil.executor import open_executor
+from gimbal_hil.knowledge.discrepancy.hypotheses import Cause, values_of
+from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, Policy, State, refitted, settled
+from gimbal_hil.knowledge.discrepancy.inquiry.prepare import as_stated, effect_names, prepared, recalibrated
+from gimbal_hil.knowledge.discrepancy.judgement.intervals import number_intervals, parameter_intervals, strength_error
+from gimbal_hil.knowledge.executor import open_executor
 from sim_backend.model import AntennaModel, model_from_document
 from tests.discrepancy.test_logs_of_strangers import COULOMB, INERTIA, STEP, swing, table
 

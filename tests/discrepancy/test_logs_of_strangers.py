@@ -9,23 +9,29 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.discrepancy import Request, diagnose, verdict_of
-from gimbal_hil.discrepancy.hypotheses.evidence import noise_of_motion, transmitted
-from gimbal_hil.discrepancy.hypotheses.hypothesis import Cause, Hypothesis, KnownNumber
-from gimbal_hil.discrepancy.inquiry.inquiry import refitted, settled, squares_of
-from gimbal_hil.discrepancy.inquiry.policy import Policy
-from gimbal_hil.discrepancy.inquiry.prepare import as_stated, effect_names, prepared, recalibrated, useful_band
-from gimbal_hil.discrepancy.judgement.intervals import number_intervals
-from gimbal_hil.discrepancy.noise.floors import encoder_share, repeat_floor, spectral_floor, wide_twin
-from gimbal_hil.discrepancy.noise.processing import balanced, processing_floors
-from gimbal_hil.discrepancy.noise.row_noise import held_squares, moves, row_scales
-from gimbal_hil.discrepancy.search.release import given_back
-from gimbal_hil.discrepancy.twin.number_slots import turned_inertia
-from gimbal_hil.discrepancy.twin.record import record_of
-from gimbal_hil.discrepancy.twin.smoothing import Floats
-from gimbal_hil.discrepancy.twin.twin import Twin
-from gimbal_hil.executor import open_executor
-from gimbal_hil.signals import SignalsTable
+from gimbal_hil.data.signals import SignalsTable
+from gimbal_hil.knowledge.discrepancy import Request, diagnose, verdict_of
+from gimbal_hil.knowledge.discrepancy.hypotheses.evidence import noise_of_motion, transmitted
+from gimbal_hil.knowledge.discrepancy.hypotheses.hypothesis import Cause, Hypothesis, KnownNumber
+from gimbal_hil.knowledge.discrepancy.inquiry.inquiry import refitted, settled, squares_of
+from gimbal_hil.knowledge.discrepancy.inquiry.policy import Policy
+from gimbal_hil.knowledge.discrepancy.inquiry.prepare import (
+    as_stated,
+    effect_names,
+    prepared,
+    recalibrated,
+    useful_band,
+)
+from gimbal_hil.knowledge.discrepancy.judgement.intervals import number_intervals
+from gimbal_hil.knowledge.discrepancy.noise.floors import encoder_share, repeat_floor, spectral_floor, wide_twin
+from gimbal_hil.knowledge.discrepancy.noise.processing import balanced, processing_floors
+from gimbal_hil.knowledge.discrepancy.noise.row_noise import held_squares, moves, row_scales
+from gimbal_hil.knowledge.discrepancy.search.release import given_back
+from gimbal_hil.knowledge.discrepancy.twin.number_slots import turned_inertia
+from gimbal_hil.knowledge.discrepancy.twin.record import record_of
+from gimbal_hil.knowledge.discrepancy.twin.smoothing import Floats
+from gimbal_hil.knowledge.discrepancy.twin.twin import Twin
+from gimbal_hil.knowledge.executor import open_executor
 from sim_backend.model import AntennaModel, model_from_document
 
 INERTIA, COULOMB, STEP = 0.01, 0.05, 9.6e-5

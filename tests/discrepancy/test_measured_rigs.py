@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from gimbal_hil.cli import main
+from gimbal_hil.surface.cli import main
 from tests.rigs import write_bam, write_emps, write_odrive
 
 pytestmark = pytest.mark.heavy

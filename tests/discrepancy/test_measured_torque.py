@@ -8,18 +8,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy import Policy, Request, diagnose, verdict_of
-from gimbal_hil.discrepancy.judgement import measured_torque
-from gimbal_hil.discrepancy.judgement.deciding import Decision, Kind, Status, Told
-from gimbal_hil.discrepancy.judgement.exhaustion import Predictable
-from gimbal_hil.discrepancy.judgement.judging import Standing
-from gimbal_hil.discrepancy.judgement.rivals import Rival
-from gimbal_hil.estimation import Paired
-from gimbal_hil.experiments.sequences import SequenceOptions
-from gimbal_hil.experiments.sequences.survey import survey_motion
-from gimbal_hil.improvement.rehearsal import rehearse
-from gimbal_hil.settings import shipped_settings
-from gimbal_hil.signals import SignalsTable
+from gimbal_hil.data.signals import SignalsTable
+from gimbal_hil.knowledge.discrepancy import Policy, Request, diagnose, verdict_of
+from gimbal_hil.knowledge.discrepancy.judgement import measured_torque
+from gimbal_hil.knowledge.discrepancy.judgement.deciding import Decision, Kind, Status, Told
+from gimbal_hil.knowledge.discrepancy.judgement.exhaustion import Predictable
+from gimbal_hil.knowledge.discrepancy.judgement.judging import Standing
+from gimbal_hil.knowledge.discrepancy.judgement.rivals import Rival
+from gimbal_hil.knowledge.estimation import Paired
+from gimbal_hil.knowledge.experiments.sequences import SequenceOptions
+from gimbal_hil.knowledge.experiments.sequences.survey import survey_motion
+from gimbal_hil.knowledge.improvement.rehearsal import rehearse
+from gimbal_hil.loop.settings import shipped_settings
 from sim_backend.model import AntennaModel, shipped_model
 
 COEFFICIENT = 0.06

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from gimbal_hil.discrepancy.verdict.next_run import run_for
-from gimbal_hil.discrepancy.verdict.where import RegimeGroup
+from gimbal_hil.knowledge.discrepancy.verdict.next_run import run_for
+from gimbal_hil.knowledge.discrepancy.verdict.where import RegimeGroup
 from sim_backend.effects import Variable
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gimbal_hil.discrepancy.judgement.wander import _beside
+from gimbal_hil.knowledge.discrepancy.judgement.wander import _beside
 
 ROW_S, ROWS = 0.012, 3000
 

@@ -9,12 +9,12 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy import Request, diagnose, verdict_of
-from gimbal_hil.discrepancy.hypotheses import PLAUSIBLE, Cause, known_numbers
-from gimbal_hil.discrepancy.inquiry import Inquiry, Policy, State, refitted, squares_of
-from gimbal_hil.discrepancy.inquiry.prepare import as_stated, effect_names, prepared, recalibrated
-from gimbal_hil.discrepancy.search.release import _giving_way, numbers_instead
-from gimbal_hil.executor import open_executor
+from gimbal_hil.knowledge.discrepancy import Request, diagnose, verdict_of
+from gimbal_hil.knowledge.discrepancy.hypotheses import PLAUSIBLE, Cause, known_numbers
+from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, Policy, State, refitted, squares_of
+from gimbal_hil.knowledge.discrepancy.inquiry.prepare import as_stated, effect_names, prepared, recalibrated
+from gimbal_hil.knowledge.discrepancy.search.release import _giving_way, numbers_instead
+from gimbal_hil.knowledge.executor import open_executor
 from sim_backend.model import AntennaModel, load_model, model_from_document
 from tests.blind.files import SHIPPED_MODEL
 from tests.discrepancy.test_logs_of_strangers import COULOMB, INERTIA, STEP, swing, table

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy.verdict.page_figures import sliced_mean, with_the_rest
-from gimbal_hil.discrepancy.verdict.where import Regime, RegimeGroup
+from gimbal_hil.knowledge.discrepancy.verdict.page_figures import sliced_mean, with_the_rest
+from gimbal_hil.knowledge.discrepancy.verdict.where import Regime, RegimeGroup
 
 
 def regime(group: RegimeGroup, text: str, gap: float, time: float) -> Regime:

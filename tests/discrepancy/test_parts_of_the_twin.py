@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gimbal_hil.discrepancy.hypotheses.families import Family, families
-from gimbal_hil.discrepancy.hypotheses.hypothesis import Cause, Hypothesis, known_numbers, parameters_of
-from gimbal_hil.discrepancy.twin.record import Record, record_of
-from gimbal_hil.discrepancy.twin.twin import Twin
-from gimbal_hil.signals import SignalsTable
+from gimbal_hil.data.signals import SignalsTable
+from gimbal_hil.knowledge.discrepancy.hypotheses.families import Family, families
+from gimbal_hil.knowledge.discrepancy.hypotheses.hypothesis import Cause, Hypothesis, known_numbers, parameters_of
+from gimbal_hil.knowledge.discrepancy.twin.record import Record, record_of
+from gimbal_hil.knowledge.discrepancy.twin.twin import Twin
 from sim_backend.effects import CATALOGUE
 from sim_backend.model import shipped_model
 

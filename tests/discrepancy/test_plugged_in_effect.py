@@ -67,13 +67,13 @@ EFFECT = Effect(
 SEARCHED = """
 import json, sys
 import numpy as np
-from gimbal_hil.discrepancy.hypotheses.families import families
-from gimbal_hil.discrepancy.hypotheses.fit import Weighing, fit
-from gimbal_hil.discrepancy.hypotheses.hypothesis import Cause, Hypothesis, values_of
-from gimbal_hil.discrepancy.twin.record import record_of
-from gimbal_hil.discrepancy.search.screening import propose, respond
-from gimbal_hil.discrepancy.twin.twin import Twin
-from gimbal_hil.signals import SignalsTable
+from gimbal_hil.knowledge.discrepancy.hypotheses.families import families
+from gimbal_hil.knowledge.discrepancy.hypotheses.fit import Weighing, fit
+from gimbal_hil.knowledge.discrepancy.hypotheses.hypothesis import Cause, Hypothesis, values_of
+from gimbal_hil.knowledge.discrepancy.twin.record import record_of
+from gimbal_hil.knowledge.discrepancy.search.screening import propose, respond
+from gimbal_hil.knowledge.discrepancy.twin.twin import Twin
+from gimbal_hil.data.signals import SignalsTable
 from sim_backend.effects import CATALOGUE
 from sim_backend.model import model_from_document
 

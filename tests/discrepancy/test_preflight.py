@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.discrepancy.inquiry.preflight import check_alike, check_logs
-from gimbal_hil.signals import SignalsTable
+from gimbal_hil.data.signals import SignalsTable
+from gimbal_hil.knowledge.discrepancy.inquiry.preflight import check_alike, check_logs
 from sim_backend.model import shipped_model
 
 T = np.arange(6000) * 1e-3

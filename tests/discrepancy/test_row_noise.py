@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy.noise.row_noise import (
+from gimbal_hil.data.signals import SignalsTable
+from gimbal_hil.knowledge.discrepancy.noise.row_noise import (
     creeps,
     encoder_noise,
     other_readings,
@@ -13,9 +14,8 @@ from gimbal_hil.discrepancy.noise.row_noise import (
     seen_step,
     unsaid_squares,
 )
-from gimbal_hil.discrepancy.twin.record import record_of
-from gimbal_hil.discrepancy.twin.twin import Twin
-from gimbal_hil.signals import SignalsTable
+from gimbal_hil.knowledge.discrepancy.twin.record import record_of
+from gimbal_hil.knowledge.discrepancy.twin.twin import Twin
 from sim_backend.model import shipped_model
 
 STEP = 2.0 * np.pi / 2**19

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy import run
-from gimbal_hil.discrepancy.hypotheses import Hypothesis, KnownNumber
-from gimbal_hil.discrepancy.inquiry import Inquiry, Policy, stands_out
-from gimbal_hil.discrepancy.inquiry import inquiry as inquiry_module
-from gimbal_hil.discrepancy.search import Path, candidates, search, stories
-from gimbal_hil.executor import open_executor
+from gimbal_hil.knowledge.discrepancy import run
+from gimbal_hil.knowledge.discrepancy.hypotheses import Hypothesis, KnownNumber
+from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, Policy, stands_out
+from gimbal_hil.knowledge.discrepancy.inquiry import inquiry as inquiry_module
+from gimbal_hil.knowledge.discrepancy.search import Path, candidates, search, stories
+from gimbal_hil.knowledge.executor import open_executor
 
 
 @pytest.mark.parametrize("still_pays", [False, True])

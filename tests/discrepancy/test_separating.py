@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gimbal_hil.discrepancy.verdict.separating import separating_run, why_not_testable
+from gimbal_hil.knowledge.discrepancy.verdict.separating import separating_run, why_not_testable
 from sim_backend.effects import CATALOGUE, Need
 
 EXCITED_BY = {name: effect.excited_by for name, effect in CATALOGUE.items()}

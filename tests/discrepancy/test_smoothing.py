@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy.twin.smoothing import (
+from gimbal_hil.knowledge.discrepancy.twin.smoothing import (
     Bands,
     interval_mean,
     interval_mean_of_rate,

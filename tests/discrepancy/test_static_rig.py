@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from gimbal_hil.discrepancy import Request, diagnose, verdict_of
-from gimbal_hil.signals import SignalsTable
+from gimbal_hil.data.signals import SignalsTable
+from gimbal_hil.knowledge.discrepancy import Request, diagnose, verdict_of
 from tests.discrepancy.static_rig import AXIS, Rig, log, model
 
 

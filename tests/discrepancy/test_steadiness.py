@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy.hypotheses import BROKEN
-from gimbal_hil.discrepancy.judgement.steadiness import unevenness
-from gimbal_hil.discrepancy.twin import Floats
+from gimbal_hil.knowledge.discrepancy.hypotheses import BROKEN
+from gimbal_hil.knowledge.discrepancy.judgement.steadiness import unevenness
+from gimbal_hil.knowledge.discrepancy.twin import Floats
 
 _ROWS = 3000
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from gimbal_hil.discrepancy import Request, diagnose, verdict_of
+from gimbal_hil.knowledge.discrepancy import Request, diagnose, verdict_of
 from tests.blind.cases import model_of, tables_of
 from tests.blind.draw import draw
 from tests.executor.cluster import local_cluster

@@ -5,8 +5,8 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
-from gimbal_hil.discrepancy.judgement import Status
-from gimbal_hil.discrepancy.verdict import wording
+from gimbal_hil.knowledge.discrepancy.judgement import Status
+from gimbal_hil.knowledge.discrepancy.verdict import wording
 
 
 def told(effect: str, axis: str, *rivals: tuple[str, str]) -> Any:

@@ -12,8 +12,8 @@ import pytest
 from firmware_protocol.emit import committed_path
 from firmware_protocol.enumerations import DriveRequest, DriveState
 from firmware_protocol.schema import BY_NAME, name_code
-from gimbal_hil.cli.app import run
-from gimbal_hil.settings import shipped_settings
+from gimbal_hil.loop.settings import shipped_settings
+from gimbal_hil.surface.cli.app import run
 from sim_backend.device.drive import destination
 from sim_backend.device.settings import FirmwareSettings
 

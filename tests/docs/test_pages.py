@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gimbal_hil.runs import FRAME_ROW, TICK_ROW
-from gimbal_hil.signals import read_signals
+from gimbal_hil.data.runs import FRAME_ROW, TICK_ROW
+from gimbal_hil.data.signals import read_signals
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 PAGES = sorted([*(ROOT / "docs").rglob("*.md"), *ROOT.glob("*.md")])

@@ -12,7 +12,7 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 
-from gimbal_hil import library
+from gimbal_hil.surface import library
 
 for package in ("material", "mkdocstrings"):
     pytest.importorskip(package, reason="the extra docs is not installed")
@@ -54,7 +54,7 @@ class Links(HTMLParser):
 def test_everything_that_the_library_gives_is_on_its_reference_page(site: Path) -> None:
     page = (site / "library-reference" / "index.html").read_text()
     names = set(library.__all__) - {"Source"}  # a union of types, told by the signatures
-    assert all(f'id="gimbal_hil.library.{name}"' in page for name in names)
+    assert all(f'id="gimbal_hil.surface.library.{name}"' in page for name in names)
     assert "DataFrame" in page and "BadInputError" in page
 
 

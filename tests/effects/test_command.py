@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from gimbal_hil.cli.effects import as_document, command
+from gimbal_hil.surface.cli.effects import as_document, command
 from sim_backend.effects import CATALOGUE, Effect, confused_with
 from sim_backend.effects.separating_runs import RUNS
 

@@ -67,7 +67,7 @@ def test_an_effect_from_outside_the_package_joins_the_plant_and_the_catalogue(tm
     used = python(tmp_path, USE)
     assert used.returncode == 0, used.stderr
     assert abs(float(used.stdout) - 0.25 / 0.5 * 0.1) < 1e-12
-    listed = python(tmp_path, "from gimbal_hil.cli.app import main; main(['effects', 'wind'])")
+    listed = python(tmp_path, "from gimbal_hil.surface.cli.app import main; main(['effects', 'wind'])")
     assert "steady torque of the wind" in listed.stdout
 
 
@@ -86,14 +86,14 @@ def test_the_kernel_of_a_plug_in_is_compiled_anew_when_its_source_changes(tmp_pa
 
 def test_an_entry_point_that_is_no_effect_is_refused_by_name(tmp_path: Path) -> None:
     installed(tmp_path, "wind_effect", "EFFECT = 3\n")
-    refused = python(tmp_path, "from gimbal_hil.cli.app import main; main(['effects'])")
+    refused = python(tmp_path, "from gimbal_hil.surface.cli.app import main; main(['effects'])")
     assert refused.returncode == 2
     assert refused.stderr.strip() == "error: entry point gimbal_hil.effects:wind_effect: is int; expected an Effect"
 
 
 def test_a_second_effect_of_the_same_name_is_refused(tmp_path: Path) -> None:
     installed(tmp_path, "wind_effect", EFFECT.replace('name="wind"', 'name="cogging"'))
-    refused = python(tmp_path, "from gimbal_hil.cli.app import main; main(['effects'])")
+    refused = python(tmp_path, "from gimbal_hil.surface.cli.app import main; main(['effects'])")
     assert refused.returncode == 2
     assert "effect 'cogging': is defined twice" in refused.stderr
 

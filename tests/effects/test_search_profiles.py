@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gimbal_hil.discrepancy.hypotheses import Cause, Family
+from gimbal_hil.knowledge.discrepancy.hypotheses import Cause, Family
 from sim_backend.effects import (
     CATALOGUE,
     AxisScale,

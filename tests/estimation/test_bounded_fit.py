@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.estimation import bounded_fit
-from gimbal_hil.estimation.bounded_fit import Floats
+from gimbal_hil.knowledge.estimation import bounded_fit
+from gimbal_hil.knowledge.estimation.bounded_fit import Floats
 
 _HELD = 0.01
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.discrepancy import Request, diagnose, verdict_of
-from gimbal_hil.executor import code_fingerprint, open_executor
+from gimbal_hil.knowledge.discrepancy import Request, diagnose, verdict_of
+from gimbal_hil.knowledge.executor import code_fingerprint, open_executor
 from tests.benchmarks import friction_recovery
 from tests.blind.cases import model_of, tables_of
 from tests.blind.draw import draw
@@ -77,7 +77,7 @@ def test_a_missing_package_is_one_line_with_the_extra_to_install(monkeypatch: py
 
 def test_an_address_where_nothing_answers_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed", reason="the extra dask is not installed")
-    monkeypatch.setattr("gimbal_hil.executor.executor._CONNECT_S", 0.3)
+    monkeypatch.setattr("gimbal_hil.knowledge.executor.executor._CONNECT_S", 0.3)
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         with pytest.raises(BadInputError, match="no scheduler answers"):
@@ -98,7 +98,7 @@ def test_a_cluster_answers_like_this_process(cluster: str) -> None:
 def test_a_cluster_with_other_code_is_refused(cluster: str, monkeypatch: pytest.MonkeyPatch) -> None:
     answers = iter(["another"])
     monkeypatch.setattr(
-        "gimbal_hil.executor.executor.importlib.metadata.version", lambda package: next(answers, "another")
+        "gimbal_hil.knowledge.executor.executor.importlib.metadata.version", lambda package: next(answers, "another")
     )
     code_fingerprint.cache_clear()
     try:

@@ -9,9 +9,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from gimbal_hil.experiments.antenna import Followed
-from gimbal_hil.experiments.experiment import Experiment, Row, Signals, Step, move_to, step_of
-from gimbal_hil.runs import FRAME_ROW, tick_rows
+from gimbal_hil.data.runs import FRAME_ROW, tick_rows
+from gimbal_hil.knowledge.experiments.antenna import Followed
+from gimbal_hil.knowledge.experiments.experiment import Experiment, Row, Signals, Step, move_to, step_of
 
 RATE_HZ = 1000.0
 

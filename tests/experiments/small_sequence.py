@@ -4,9 +4,9 @@ from the start.
 
 from __future__ import annotations
 
-from gimbal_hil.experiments.experiment import Experiment, Row, Signals, Step, move_to, position_hold, step_of
-from gimbal_hil.experiments.plateau import plateau_mean
-from gimbal_hil.host import AxisCommand, EndCondition, EndKind, Mode, ReferenceOrigin, Shape
+from gimbal_hil.knowledge.experiments.experiment import Experiment, Row, Signals, Step, move_to, position_hold, step_of
+from gimbal_hil.knowledge.experiments.plateau import plateau_mean
+from gimbal_hil.loop.host import AxisCommand, EndCondition, EndKind, Mode, ReferenceOrigin, Shape
 
 RATE_HZ = 1000.0
 SPEED_RAD_S, TRAVEL_RAD = 0.05, 0.05

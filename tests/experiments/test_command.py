@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from gimbal_hil.cli.app import run as run_command
-from gimbal_hil.runs import open_run
+from gimbal_hil.data.runs import open_run
+from gimbal_hil.surface.cli.app import run as run_command
 
 ONE_AXIS = "schema: 1\nname: arm\nkind: rotary\naxes: {arm: {body: {inertia: {zz: 0.5}}}}\n"
 
@@ -80,7 +80,7 @@ def test_ctrl_c_says_how_to_go_on_where_there_is_something_to_go_on_with(
             (tmp_path / "run" / "checkpoint.json").write_text("{}")
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("gimbal_hil.experiments.conduct", stop)
+    monkeypatch.setattr("gimbal_hil.knowledge.experiments.conduct", stop)
     assert exit_code(["sliding", "--short", "--out", str(tmp_path / "run")]) == 130
     said = capsys.readouterr().err
     assert said.startswith("interrupted") and (f"--out {tmp_path / 'run'} --resume" in said) == begun

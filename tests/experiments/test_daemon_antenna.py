@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError, LinkError, SafetyStopError
-from gimbal_hil.experiments.conducting import conduct, conduct_through_daemon
-from gimbal_hil.experiments.daemon_antenna import DaemonAntenna
-from gimbal_hil.experiments.experiment import Experiment
-from gimbal_hil.experiments.runner import Outcome
-from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
-from gimbal_hil.settings import shipped_settings
+from gimbal_hil.knowledge.experiments.conducting import conduct, conduct_through_daemon
+from gimbal_hil.knowledge.experiments.daemon_antenna import DaemonAntenna
+from gimbal_hil.knowledge.experiments.experiment import Experiment
+from gimbal_hil.knowledge.experiments.runner import Outcome
+from gimbal_hil.knowledge.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
+from gimbal_hil.loop.settings import shipped_settings
 from sim_backend.model import shipped_model
 from tests.daemon.daemons import RunningDaemon
 from tests.daemon.test_two_processes import RunningPlant, configuration
@@ -78,8 +78,8 @@ def test_a_small_sequence_through_the_daemon_measures_what_it_measures_in_lockst
 def test_short_sliding_and_presliding_through_daemon_and_plant_give_the_parameters_of_the_model(
     tmp_path: Path, axis: str
 ) -> None:
-    from gimbal_hil.identification import Log, friction_of, identify_axis
-    from gimbal_hil.identification.reading import read_logs
+    from gimbal_hil.knowledge.identification import Log, friction_of, identify_axis
+    from gimbal_hil.knowledge.identification.reading import read_logs
 
     model = shipped_model()
     logs: list[Log] = []

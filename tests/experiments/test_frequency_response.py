@@ -9,7 +9,7 @@ import math
 import numpy as np
 import pytest
 
-from gimbal_hil.experiments.frequency import Lap, frequency_response, margins_of
+from gimbal_hil.knowledge.experiments.frequency import Lap, frequency_response, margins_of
 from tests.control.loop_margins import gain_margin_db, phase_margin_deg
 
 STEP_S, SAMPLES = 1e-3, 20_000

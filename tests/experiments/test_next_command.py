@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from gimbal_hil.cli import main
-from gimbal_hil.cli.app import run
-from gimbal_hil.cli.following import after_experiment
-from gimbal_hil.experiments.sequences.registry import SEQUENCES
-from gimbal_hil.runs import RunWriter
+from gimbal_hil.data.runs import RunWriter
+from gimbal_hil.knowledge.experiments.sequences.registry import SEQUENCES
+from gimbal_hil.surface.cli import main
+from gimbal_hil.surface.cli.app import run
+from gimbal_hil.surface.cli.following import after_experiment
 from tests.runs.synthetic import HEADER
 
 

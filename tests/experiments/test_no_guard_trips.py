@@ -7,11 +7,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
-from gimbal_hil.host import HostState, program_of
-from gimbal_hil.host.layout import AXES, DISTURBANCE, MAX_DISAGREEMENT, MAX_DRIFT, axis_c
-from gimbal_hil.lockstep import CompiledPath
-from gimbal_hil.settings import shipped_settings
+from gimbal_hil.knowledge.experiments.sequences import SequenceOptions, build_experiment
+from gimbal_hil.loop.host import HostState, program_of
+from gimbal_hil.loop.host.layout import AXES, DISTURBANCE, MAX_DISAGREEMENT, MAX_DRIFT, axis_c
+from gimbal_hil.loop.settings import shipped_settings
+from gimbal_hil.realtime.lockstep import CompiledPath
 from sim_backend.model import shipped_model
 
 BREAKAWAY = {"outer": 0.2585, "inner": 0.1451}

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gimbal_hil.experiments import OPEN_STARTS_DEG, phase_deg
-from gimbal_hil.experiments.planned import DRAWN_S, _drawn, experiment_of_file
-from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
-from gimbal_hil.experiments.sequences.gravity_map import GravityFit, told
-from gimbal_hil.report import Callout, Details, Plot, Table, plots_in
+from gimbal_hil.knowledge.experiments import OPEN_STARTS_DEG, phase_deg
+from gimbal_hil.knowledge.experiments.planned import DRAWN_S, _drawn, experiment_of_file
+from gimbal_hil.knowledge.experiments.sequences import SequenceOptions, build_experiment
+from gimbal_hil.knowledge.experiments.sequences.gravity_map import GravityFit, told
+from gimbal_hil.pages.report import Callout, Details, Plot, Table, plots_in
 from sim_backend.shipped import shipped_file
 
 

@@ -12,10 +12,10 @@ import pytest
 import yaml
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.experiments.plan import Plan, load_plan, plan_from_document
-from gimbal_hil.host import AxisCommand, EndCondition, EndKind, HostState, Mode, ReferenceOrigin, Shape
-from gimbal_hil.lockstep import CompiledPath
-from gimbal_hil.settings import shipped_settings
+from gimbal_hil.knowledge.experiments.plan import Plan, load_plan, plan_from_document
+from gimbal_hil.loop.host import AxisCommand, EndCondition, EndKind, HostState, Mode, ReferenceOrigin, Shape
+from gimbal_hil.loop.settings import shipped_settings
+from gimbal_hil.realtime.lockstep import CompiledPath
 from sim_backend.model import shipped_model
 
 DOCUMENT: dict[str, Any] = {

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from gimbal_hil.experiments import REFERENCE_SHAPES
-from gimbal_hil.experiments.plan_page import plan_page
+from gimbal_hil.knowledge.experiments import REFERENCE_SHAPES
+from gimbal_hil.knowledge.experiments.plan_page import plan_page
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "plan-file.md"
 
@@ -15,7 +15,7 @@ PAGE = Path(__file__).resolve().parents[2] / "docs" / "plan-file.md"
 def test_the_kept_page_is_what_the_classes_give() -> None:
     if not PAGE.exists():
         pytest.skip("needs the source checkout")
-    assert PAGE.read_text() == plan_page(), "python -m gimbal_hil.experiments.plan_page"
+    assert PAGE.read_text() == plan_page(), "python -m gimbal_hil.knowledge.experiments.plan_page"
 
 
 @pytest.mark.parametrize(("name", "shape"), REFERENCE_SHAPES.items())

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.experiments.planned import conclude, experiment_of_file
-from gimbal_hil.host import HostState, program_of
-from gimbal_hil.lockstep import CompiledPath
-from gimbal_hil.report import Callout, Table
-from gimbal_hil.settings import shipped_settings
+from gimbal_hil.knowledge.experiments.planned import conclude, experiment_of_file
+from gimbal_hil.loop.host import HostState, program_of
+from gimbal_hil.loop.settings import shipped_settings
+from gimbal_hil.pages.report import Callout, Table
+from gimbal_hil.realtime.lockstep import CompiledPath
 from sim_backend.model import shipped_model
 from sim_backend.shipped import shipped_file
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.experiments.plateau import DirectionPair, pair_of, plateau_mean
-from gimbal_hil.identification import rate_jitter
+from gimbal_hil.knowledge.experiments.plateau import DirectionPair, pair_of, plateau_mean
+from gimbal_hil.knowledge.identification import rate_jitter
 
 PERIOD_S = 1e-3
 ENCODER_STEP = 1.5e-6

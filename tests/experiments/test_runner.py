@@ -14,15 +14,15 @@ from pathlib import Path
 import pytest
 
 from firmware_protocol.errors import BadInputError, SafetyStopError
-from gimbal_hil.experiments.antenna import LockstepAntenna
-from gimbal_hil.experiments.conducting import run_header, write_results
-from gimbal_hil.experiments.experiment import Experiment
-from gimbal_hil.experiments.runner import Outcome, Silent, run_experiment, table_csv
-from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
-from gimbal_hil.host import Guard
-from gimbal_hil.runs import EventKind, open_run
-from gimbal_hil.runs.header import RunHeader
-from gimbal_hil.settings import shipped_settings
+from gimbal_hil.data.runs import EventKind, open_run
+from gimbal_hil.data.runs.header import RunHeader
+from gimbal_hil.knowledge.experiments.antenna import LockstepAntenna
+from gimbal_hil.knowledge.experiments.conducting import run_header, write_results
+from gimbal_hil.knowledge.experiments.experiment import Experiment
+from gimbal_hil.knowledge.experiments.runner import Outcome, Silent, run_experiment, table_csv
+from gimbal_hil.knowledge.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
+from gimbal_hil.loop.host import Guard
+from gimbal_hil.loop.settings import shipped_settings
 from sim_backend.model import shipped_model
 from tests.experiments.scripted_antenna import ScriptedAntenna, waiting_experiment
 from tests.experiments.small_sequence import small_sequence

@@ -11,12 +11,11 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.control.layout import Mode
-from gimbal_hil.experiments.conducting import conduct
-from gimbal_hil.experiments.experiment import Experiment, position_hold, step_of
-from gimbal_hil.experiments.frequency import margins_of
-from gimbal_hil.experiments.runner import Outcome
-from gimbal_hil.experiments.sequences import (
+from gimbal_hil.knowledge.experiments.conducting import conduct
+from gimbal_hil.knowledge.experiments.experiment import Experiment, position_hold, step_of
+from gimbal_hil.knowledge.experiments.frequency import margins_of
+from gimbal_hil.knowledge.experiments.runner import Outcome
+from gimbal_hil.knowledge.experiments.sequences import (
     SequenceOptions,
     breakaway_torques,
     build_experiment,
@@ -24,12 +23,13 @@ from gimbal_hil.experiments.sequences import (
     sliding,
     sweep,
 )
-from gimbal_hil.experiments.step_signals import STEPS_FOLDER
-from gimbal_hil.host import AxisCommand, ReferenceOrigin, Shape
-from gimbal_hil.identification import friction_of, identify_axis
-from gimbal_hil.identification.reading import read_logs
-from gimbal_hil.settings import shipped_settings
-from gimbal_hil.tuning import AxisDynamics, CascadeLaw
+from gimbal_hil.knowledge.experiments.step_signals import STEPS_FOLDER
+from gimbal_hil.knowledge.identification import friction_of, identify_axis
+from gimbal_hil.knowledge.identification.reading import read_logs
+from gimbal_hil.knowledge.tuning import AxisDynamics, CascadeLaw
+from gimbal_hil.loop.control.layout import Mode
+from gimbal_hil.loop.host import AxisCommand, ReferenceOrigin, Shape
+from gimbal_hil.loop.settings import shipped_settings
 from sim_backend.model import shipped_model
 from tests.control.loop_margins import gain_margin_db, phase_margin_deg
 
@@ -138,7 +138,7 @@ def test_every_speed_slides_both_ways_between_the_same_positions_over_the_travel
 
 
 def test_the_torque_of_a_thinned_step_is_the_mean_over_all_its_ticks() -> None:
-    from gimbal_hil.experiments.antenna import LockstepAntenna
+    from gimbal_hil.knowledge.experiments.antenna import LockstepAntenna
 
     slide = AxisCommand(Mode.POSITION, Shape.RAMP, (0.0, 0.05, 1.0), ReferenceOrigin.START)
     step = step_of("slide", RATE_HZ, 2.005, (slide, position_hold(0.0)))
@@ -225,7 +225,7 @@ def test_a_base_motion_that_does_not_exist_is_refused(name: str) -> None:
 def test_warm_up_shows_no_change_where_friction_does_not_depend_on_temperature(
     conducted: Callable[[str, str], Outcome],
 ) -> None:
-    from gimbal_hil.experiments.sequences.warm_up import laps_of
+    from gimbal_hil.knowledge.experiments.sequences.warm_up import laps_of
 
     laps = laps_of(conducted("warm_up", "inner").rows, "inner")
     assert len(laps) == 10

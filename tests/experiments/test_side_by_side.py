@@ -15,14 +15,14 @@ from pathlib import Path
 import pytest
 
 from firmware_protocol.errors import BadInputError, SafetyStopError
-from gimbal_hil.experiments.conducting import conduct
-from gimbal_hil.experiments.experiment import Experiment
-from gimbal_hil.experiments.runner import Outcome, Silent, table_csv
-from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
-from gimbal_hil.experiments.step_signals import STEPS_FOLDER, step_file
-from gimbal_hil.host import Guard
-from gimbal_hil.runs import EventKind, open_run
-from gimbal_hil.settings import shipped_settings
+from gimbal_hil.data.runs import EventKind, open_run
+from gimbal_hil.knowledge.experiments.conducting import conduct
+from gimbal_hil.knowledge.experiments.experiment import Experiment
+from gimbal_hil.knowledge.experiments.runner import Outcome, Silent, table_csv
+from gimbal_hil.knowledge.experiments.sequences import SequenceOptions, build_experiment
+from gimbal_hil.knowledge.experiments.step_signals import STEPS_FOLDER, step_file
+from gimbal_hil.loop.host import Guard
+from gimbal_hil.loop.settings import shipped_settings
 from sim_backend.model import shipped_model
 
 SEED = 3
@@ -133,8 +133,8 @@ def test_a_folder_without_parts_cannot_be_resumed(tmp_path: Path) -> None:
 
 PROGRAM = """
 import os
-from gimbal_hil.experiments.runner import Silent
-from gimbal_hil.experiments.side_by_side import _run_all
+from gimbal_hil.knowledge.experiments.runner import Silent
+from gimbal_hil.knowledge.experiments.side_by_side import _run_all
 
 class Part:
     def run(self, progress):

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gimbal_hil.experiments.sequences import SEQUENCES, SequenceOptions, build_experiment
-from gimbal_hil.host import AxisCommand, Mode, Shape
+from gimbal_hil.knowledge.experiments.sequences import SEQUENCES, SequenceOptions, build_experiment
+from gimbal_hil.loop.host import AxisCommand, Mode, Shape
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "experiments.md"
 #: those that command torque or rates: their bounds stand in words below the table

@@ -15,13 +15,13 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.bench.faults import Transport, fault_rows, run_row
-from gimbal_hil.cli.app import run
-from gimbal_hil.host import AxisCommand, Mode, Segment, Shape, program_of
-from gimbal_hil.operator import OperatorClient
-from gimbal_hil.runs import open_run
-from gimbal_hil.settings import shipped_settings
-from gimbal_hil.testing.recorded import RecordedSignals
+from gimbal_hil.data.runs import open_run
+from gimbal_hil.loop.host import AxisCommand, Mode, Segment, Shape, program_of
+from gimbal_hil.loop.settings import shipped_settings
+from gimbal_hil.proof.bench.faults import Transport, fault_rows, run_row
+from gimbal_hil.realtime.operator import OperatorClient
+from gimbal_hil.surface.cli.app import run
+from gimbal_hil.surface.testing.recorded import RecordedSignals
 from sim_backend.device import Device
 from sim_backend.firmware import BoardAntenna, BoardImage, build_board
 from sim_backend.firmware_run import FirmwareRun

@@ -9,12 +9,12 @@ import pytest
 
 from firmware_protocol.enumerations import DriveRequest, DriveState
 from firmware_protocol.messages import SetPoint
-from gimbal_hil.cli.app import run
-from gimbal_hil.daemon.antenna_link import EmbeddedLink
-from gimbal_hil.runs import open_run
-from gimbal_hil.settings import EmbeddedAntenna, load_settings
-from gimbal_hil.starting import settings_on_link
-from gimbal_hil.testing.antennas import antenna_of
+from gimbal_hil.data.runs import open_run
+from gimbal_hil.loop.settings import EmbeddedAntenna, load_settings
+from gimbal_hil.realtime.daemon.antenna_link import EmbeddedLink
+from gimbal_hil.surface.cli.app import run
+from gimbal_hil.surface.starting import settings_on_link
+from gimbal_hil.surface.testing.antennas import antenna_of
 from sim_backend.firmware import run_firmware
 from sim_backend.firmware_run import FirmwareRun
 from sim_backend.model import shipped_model

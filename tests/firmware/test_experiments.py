@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from gimbal_hil.experiments import LockstepAntenna
-from gimbal_hil.experiments.runner import Outcome, run_experiment
-from gimbal_hil.settings import shipped_settings
+from gimbal_hil.knowledge.experiments import LockstepAntenna
+from gimbal_hil.knowledge.experiments.runner import Outcome, run_experiment
+from gimbal_hil.loop.settings import shipped_settings
 from sim_backend.firmware_run import FirmwareRun
 from sim_backend.model import shipped_model
 from tests.experiments.small_sequence import small_sequence

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 
 from firmware_protocol.messages import SetPoint
-from gimbal_hil.cli.app import run
+from gimbal_hil.surface.cli.app import run
 from sim_backend.device import Device
 from sim_backend.firmware import MachineAntenna, MachineImage, build_image
 from tests.device.bench import bench_model, control

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from gimbal_hil.cli.app import run
+from gimbal_hil.surface.cli.app import run
 from sim_backend.device import Device
 from sim_backend.firmware import SETTINGS_FILE, HostBench, SmallBench, device_files, fill_settings
 from sim_backend.model import model_named

@@ -170,7 +170,7 @@ def test_the_documentation_names_every_message_field_and_enumeration_member():
 
 
 def run_protocol(*arguments: str) -> int:
-    from gimbal_hil.cli.app import run
+    from gimbal_hil.surface.cli.app import run
 
     return run("protocol", list(arguments))
 

@@ -9,7 +9,7 @@ import pytest
 
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.places import require_new
-from gimbal_hil.cli.app import run
+from gimbal_hil.surface.cli.app import run
 from sim_backend.shipped import shipped_file
 
 

@@ -26,14 +26,14 @@ READING = (
     "firmware_protocol.codec",
     "firmware_protocol.links.slcan_device",
     "firmware_protocol.documents",
-    "gimbal_hil.runs",
-    "gimbal_hil.operator",
-    "gimbal_hil.service.operator_commands",
-    "gimbal_hil.settings",
-    "gimbal_hil.experiments.plan",
-    "gimbal_hil.experiments.references",
-    "gimbal_hil.host.program",
-    "gimbal_hil.host.program_check",
+    "gimbal_hil.data.runs",
+    "gimbal_hil.realtime.operator",
+    "gimbal_hil.realtime.service.operator_commands",
+    "gimbal_hil.loop.settings",
+    "gimbal_hil.knowledge.experiments.plan",
+    "gimbal_hil.knowledge.experiments.references",
+    "gimbal_hil.loop.host.program",
+    "gimbal_hil.loop.host.program_check",
     "sim_backend.model.file",
     "sim_backend.model.model",
     "sim_backend.model.uncertainty",
@@ -71,7 +71,7 @@ def wire() -> tuple[Target, list[bytes]]:
 
 def log() -> tuple[Target, list[bytes]]:
     """One file of a run folder replaced; the first byte says which."""
-    from gimbal_hil.runs import damage_of, open_run
+    from gimbal_hil.data.runs import damage_of, open_run
     from tests.runs.synthetic import record_run
 
     folder = Path(tempfile.mkdtemp(prefix="gimbal-hil-fuzz-")) / "run"
@@ -110,8 +110,8 @@ def door() -> tuple[Target, list[bytes]]:
     import socket
 
     from firmware_protocol.errors import BadInputError
-    from gimbal_hil.operator import Client, Door, OperatorSocket
-    from gimbal_hil.service.operator_commands import PlainRequest, parse_request
+    from gimbal_hil.realtime.operator import Client, Door, OperatorSocket
+    from gimbal_hil.realtime.service.operator_commands import PlainRequest, parse_request
     from tests.fuzz.targets import REQUESTS, start_request
 
     here = Door.make()

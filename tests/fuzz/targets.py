@@ -8,9 +8,9 @@ from random import Random
 from typing import Any
 
 from firmware_protocol.documents import json_line, yaml_mapping
-from gimbal_hil.experiments.plan import plan_from_document
-from gimbal_hil.service.operator_commands import PlainRequest, parse_request
-from gimbal_hil.settings import EmbeddedAntenna, host_configuration, settings_from_document
+from gimbal_hil.knowledge.experiments.plan import plan_from_document
+from gimbal_hil.loop.settings import EmbeddedAntenna, host_configuration, settings_from_document
+from gimbal_hil.realtime.service.operator_commands import PlainRequest, parse_request
 from sim_backend.model import model_from_document, plant_arrays
 
 CONFIG = Path(__file__).resolve().parents[2] / "config"
@@ -122,7 +122,7 @@ READERS: dict[str, Reader] = {
 
 def start_request(random: Random) -> dict[str, Any]:
     """A program as experiments hand it in."""
-    from gimbal_hil.host import AxisCommand, Mode, Segment, Shape, program_of
+    from gimbal_hil.loop.host import AxisCommand, Mode, Segment, Shape, program_of
 
     shape = random.choice([(Shape.HOLD, (0.1,)), (Shape.SMOOTH, (0.1, 1.0)), (Shape.CHIRP, (0.0, 0.1, 1.0, 0.1, 5.0))])
     program = program_of([Segment(AxisCommand(Mode.POSITION, *shape), AxisCommand(), 1000, label=3)])

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 LONG = "x" * 300
-COMMAND = [sys.executable, "-c", "from gimbal_hil.cli import main; main()"]
+COMMAND = [sys.executable, "-c", "from gimbal_hil.surface.cli import main; main()"]
 
 
 def run(*words: str, open_files: int | None = None, output: int = subprocess.PIPE) -> tuple[int, str]:

@@ -6,9 +6,9 @@ from __future__ import annotations
 
 import hashlib
 
-from gimbal_hil.host import AxisCommand, Mode, ReferenceOrigin, Segment, Shape, program_of
-from gimbal_hil.lockstep import CompiledPath, FramePath, joined
-from gimbal_hil.settings import shipped_settings
+from gimbal_hil.loop.host import AxisCommand, Mode, ReferenceOrigin, Segment, Shape, program_of
+from gimbal_hil.loop.settings import shipped_settings
+from gimbal_hil.realtime.lockstep import CompiledPath, FramePath, joined
 from sim_backend.model import shipped_model
 
 

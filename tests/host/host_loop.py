@@ -11,8 +11,19 @@ import numpy as np
 from firmware_protocol import mail as m
 from firmware_protocol.block_codec import new_mail, new_receivers, receive_block
 from firmware_protocol.schema import INDEX, MESSAGES, Direction, offset
-from gimbal_hil.host import AxisCommand, Host, HostEvent, HostState, Mode, Program, Segment, Shape, core, program_of
-from gimbal_hil.settings import host_configuration, settings_from_document, shipped_settings
+from gimbal_hil.loop.host import (
+    AxisCommand,
+    Host,
+    HostEvent,
+    HostState,
+    Mode,
+    Program,
+    Segment,
+    Shape,
+    core,
+    program_of,
+)
+from gimbal_hil.loop.settings import host_configuration, settings_from_document, shipped_settings
 from tests.host.fake_antenna import FakeAntenna
 
 #: interpreted code for the mutants: frames are compiled code's business, so the mail goes straight from side to side

@@ -23,7 +23,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-_PACKAGE = "gimbal_hil.host"
+_PACKAGE = "gimbal_hil.loop.host"
 #: in the order of import, so that each one takes the changed names of those before it
 _NAMES = ("event_ring", "identity", "plausibility", "limits", "reactions", "reception", "drive", "following", "acting")
 _MODULES = {name: importlib.import_module(f"{_PACKAGE}.{name}") for name in (*_NAMES, "core")}

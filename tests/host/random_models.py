@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gimbal_hil.host import AxisCommand, EndCondition, EndKind, Guard, Mode, ReferenceOrigin, Segment, Shape
+from gimbal_hil.loop.host import AxisCommand, EndCondition, EndKind, Guard, Mode, ReferenceOrigin, Segment, Shape
 from sim_backend.effects import CATALOGUE
 from sim_backend.effects.effect import Effect
 from sim_backend.effects.parameter import Parameter

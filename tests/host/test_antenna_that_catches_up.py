@@ -12,12 +12,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_protocol import mail as m
-from gimbal_hil.control.layout import TORQUE
-from gimbal_hil.host import AxisCommand, Host, HostState, Mode, Segment, Shape, layout, program_of
-from gimbal_hil.host.plausibility import watch_sensors
-from gimbal_hil.host.reception import receive
-from gimbal_hil.host.states import LinkStatus
-from gimbal_hil.settings import host_configuration, settings_from_document, shipped_settings
+from gimbal_hil.loop.control.layout import TORQUE
+from gimbal_hil.loop.host import AxisCommand, Host, HostState, Mode, Segment, Shape, layout, program_of
+from gimbal_hil.loop.host.plausibility import watch_sensors
+from gimbal_hil.loop.host.reception import receive
+from gimbal_hil.loop.host.states import LinkStatus
+from gimbal_hil.loop.settings import host_configuration, settings_from_document, shipped_settings
 from sim_backend.device import Device
 from sim_backend.model import shipped_model
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from firmware_protocol import mail as m
-from gimbal_hil.host import Host, HostCause, HostState, LinkStatus, Mode
+from gimbal_hil.loop.host import Host, HostCause, HostState, LinkStatus, Mode
 from tests.host.fake_antenna import FakeAntenna
 from tests.host.host_loop import HostLoop, configuration, hold
 

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from firmware_protocol import schema
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.arena import Trial, chosen, controller_settings, run_trial, shipped_scenarios
-from gimbal_hil.host import (
+from gimbal_hil.loop.host import (
     AxisCommand,
     HostState,
     LinkStatus,
@@ -20,8 +19,9 @@ from gimbal_hil.host import (
     layout,
     program_of,
 )
-from gimbal_hil.host.direction import direction_now, joints_of, nearest_turn
-from gimbal_hil.lockstep import CompiledPath, FramePath
+from gimbal_hil.loop.host.direction import direction_now, joints_of, nearest_turn
+from gimbal_hil.pointing.arena import Trial, chosen, controller_settings, run_trial, shipped_scenarios
+from gimbal_hil.realtime.lockstep import CompiledPath, FramePath
 from sim_backend.model import AntennaModel, shipped_model
 
 Vector = NDArray[np.float64]

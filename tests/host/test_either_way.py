@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from firmware_protocol.enumerations import LimitFlags
-from gimbal_hil.host import AxisCommand, Host, HostCause, HostState, Mode, ReferenceOrigin, Segment, Shape
-from gimbal_hil.host.layout import GYRO_QUIET_CHANGES, GYRO_QUIET_TICKS, axis_g
+from gimbal_hil.loop.host import AxisCommand, Host, HostCause, HostState, Mode, ReferenceOrigin, Segment, Shape
+from gimbal_hil.loop.host.layout import GYRO_QUIET_CHANGES, GYRO_QUIET_TICKS, axis_g
 from tests.host.host_loop import HostLoop, configuration, hold
 from tests.host.test_plausibility import DRIFT_ONLY, _noise, _tripped
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.bench.faults import Rig, Transport
-from gimbal_hil.host import FirstTest, FirstTestState, HostCause, HostState, Program
-from gimbal_hil.settings import DaemonSettings, settings_from_document, shipped_settings
+from gimbal_hil.loop.host import FirstTest, FirstTestState, HostCause, HostState, Program
+from gimbal_hil.loop.settings import DaemonSettings, settings_from_document, shipped_settings
+from gimbal_hil.proof.bench.faults import Rig, Transport
 from sim_backend.device import Spoilt
 from sim_backend.model import AntennaModel, shipped_model
 

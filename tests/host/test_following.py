@@ -6,7 +6,7 @@ import itertools
 
 import pytest
 
-from gimbal_hil.host import AxisCommand, HostState, Mode, ReferenceOrigin, Segment, Shape, layout, program_of
+from gimbal_hil.loop.host import AxisCommand, HostState, Mode, ReferenceOrigin, Segment, Shape, layout, program_of
 from tests.host.host_loop import HostLoop, hold
 
 

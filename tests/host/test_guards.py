@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from gimbal_hil.control.layout import RATE_INTEGRAL
-from gimbal_hil.host import (
+from gimbal_hil.loop.control.layout import RATE_INTEGRAL
+from gimbal_hil.loop.host import (
     AxisCommand,
     EndCondition,
     EndKind,

@@ -7,8 +7,8 @@ from __future__ import annotations
 import pytest
 
 from firmware_protocol.schema import PROTOCOL_VERSION, name_code
-from gimbal_hil.host import EventCode, Host, HostCause, HostState, Mode
-from gimbal_hil.settings import host_configuration, settings_from_document, shipped_settings
+from gimbal_hil.loop.host import EventCode, Host, HostCause, HostState, Mode
+from gimbal_hil.loop.settings import host_configuration, settings_from_document, shipped_settings
 from tests.host.fake_antenna import FakeAntenna
 from tests.host.host_loop import HostLoop, configuration, hold
 

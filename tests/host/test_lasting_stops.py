@@ -7,9 +7,9 @@ from __future__ import annotations
 import pytest
 
 from firmware_protocol.schema import BrakeState, DriveState, FaultCode
-from gimbal_hil.bench.faults import Rig, Transport
-from gimbal_hil.host import AxisCommand, HostState, Mode, Segment, Shape, program_of
-from gimbal_hil.settings import DaemonSettings, settings_from_document, shipped_settings
+from gimbal_hil.loop.host import AxisCommand, HostState, Mode, Segment, Shape, program_of
+from gimbal_hil.loop.settings import DaemonSettings, settings_from_document, shipped_settings
+from gimbal_hil.proof.bench.faults import Rig, Transport
 from sim_backend.model import shipped_model
 
 

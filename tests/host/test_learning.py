@@ -10,9 +10,9 @@ import pytest
 import yaml
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.arena import Trial, TrialOutcome, controller_settings, load_scenarios, run_trial
-from gimbal_hil.cli import app
-from gimbal_hil.settings import DaemonSettings, load_settings, shipped_settings_path, with_changes
+from gimbal_hil.loop.settings import DaemonSettings, load_settings, shipped_settings_path, with_changes
+from gimbal_hil.pointing.arena import Trial, TrialOutcome, controller_settings, load_scenarios, run_trial
+from gimbal_hil.surface.cli import app
 from sim_backend.model import shipped_model
 
 SCENARIOS = Path(__file__).parents[2] / "config" / "scenarios" / "learning.yaml"

@@ -8,8 +8,8 @@ import math
 
 import pytest
 
-from gimbal_hil.control.layout import LOOP_ERROR
-from gimbal_hil.host import AxisCommand, Host, HostCause, HostState, Mode, Segment, layout
+from gimbal_hil.loop.control.layout import LOOP_ERROR
+from gimbal_hil.loop.host import AxisCommand, Host, HostCause, HostState, Mode, Segment, layout
 from tests.host.host_loop import HostLoop, configuration, hold
 
 SIDES = pytest.mark.parametrize("side", [1.0, -1.0])

@@ -16,11 +16,11 @@ from hypothesis import strategies as st
 
 from firmware_protocol.links import Cut, DirectionFaults, FaultsConfig
 from firmware_protocol.schema import RECORD_SIZE
-from gimbal_hil.arena import controller_settings
-from gimbal_hil.host import AxisCommand, HostState, Mode, ReferenceOrigin, Segment, Shape, program_of
-from gimbal_hil.lockstep import CompiledPath, FramePath
-from gimbal_hil.runs.schema import FrameDirection, frames_of_blocks
-from gimbal_hil.settings import DaemonSettings, shipped_settings
+from gimbal_hil.data.runs.schema import FrameDirection, frames_of_blocks
+from gimbal_hil.loop.host import AxisCommand, HostState, Mode, ReferenceOrigin, Segment, Shape, program_of
+from gimbal_hil.loop.settings import DaemonSettings, shipped_settings
+from gimbal_hil.pointing.arena import controller_settings
+from gimbal_hil.realtime.lockstep import CompiledPath, FramePath
 from sim_backend.device import Device
 from sim_backend.model import AntennaModel, shipped_model
 from tests.host.bits_of_a_run import digest_of_run, digest_over_frames

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gimbal_hil.arena import Trial, chosen, controller_settings, run_trial, shipped_scenarios
-from gimbal_hil.host import AxisCommand, Mode, Segment, Shape, program_of
-from gimbal_hil.lockstep import CompiledPath, FramePath
+from gimbal_hil.loop.host import AxisCommand, Mode, Segment, Shape, program_of
+from gimbal_hil.pointing.arena import Trial, chosen, controller_settings, run_trial, shipped_scenarios
+from gimbal_hil.realtime.lockstep import CompiledPath, FramePath
 from sim_backend.model import AntennaModel, shipped_model
 
 PARTS = ("bodies", "friction", "position", "base", "observer", "all", "levels", "learned")
@@ -84,7 +84,7 @@ def test_an_extrapolated_base_halves_the_error_on_one_that_swings_and_all_parts_
 
 
 def test_with_every_number_of_the_model_a_third_off_the_loops_still_hold(tmp_path: Path) -> None:
-    from gimbal_hil.settings import settings_from_document
+    from gimbal_hil.loop.settings import settings_from_document
 
     model = shipped_model("realistic")
     for axis in model.axes:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from firmware_protocol.enumerations import DriveState
-from gimbal_hil.bench.faults import Rig, Transport
-from gimbal_hil.host import HostState, Mode
-from gimbal_hil.settings import shipped_settings
+from gimbal_hil.loop.host import HostState, Mode
+from gimbal_hil.loop.settings import shipped_settings
+from gimbal_hil.proof.bench.faults import Rig, Transport
 from sim_backend.device import Spoilt
 from sim_backend.model import shipped_model
 from tests.host.host_loop import hold, one_program

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from gimbal_hil.host import AxisCommand, HostState, Mode, ReferenceOrigin, Segment, Shape, program_of
-from gimbal_hil.lockstep import CompiledPath
-from gimbal_hil.settings import shipped_settings
+from gimbal_hil.loop.host import AxisCommand, HostState, Mode, ReferenceOrigin, Segment, Shape, program_of
+from gimbal_hil.loop.settings import shipped_settings
+from gimbal_hil.realtime.lockstep import CompiledPath
 from sim_backend.model import AntennaModel, shipped_model
 
 SWAY = {

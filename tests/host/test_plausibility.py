@@ -10,8 +10,8 @@ import pytest
 
 from firmware_protocol import mail as m
 from firmware_protocol.enumerations import LimitFlags, StopReaction
-from gimbal_hil.host import Host, HostCause, HostState, Mode, layout
-from gimbal_hil.host.reactions import BY_ENCODER, stop_for
+from gimbal_hil.loop.host import Host, HostCause, HostState, Mode, layout
+from gimbal_hil.loop.host.reactions import BY_ENCODER, stop_for
 from tests.host.host_loop import HostLoop, configuration, hold
 
 #: shipped limits without the guards that would see the fault before the one that is meant

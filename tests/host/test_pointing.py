@@ -12,16 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from firmware_protocol.schema import BY_CAN_ID, RECORD_SIZE
-from gimbal_hil.arena import (
-    Trial,
-    between,
-    boresight,
-    chosen,
-    controller_settings,
-    run_trial,
-    shipped_scenarios,
-)
-from gimbal_hil.host import (
+from gimbal_hil.loop.host import (
     AxisCommand,
     EventCode,
     Host,
@@ -35,9 +26,18 @@ from gimbal_hil.host import (
     layout,
     program_of,
 )
-from gimbal_hil.host.pointing import judge_pointing
-from gimbal_hil.lockstep import CompiledPath, FramePath, Recorded
-from gimbal_hil.settings import host_configuration
+from gimbal_hil.loop.host.pointing import judge_pointing
+from gimbal_hil.loop.settings import host_configuration
+from gimbal_hil.pointing.arena import (
+    Trial,
+    between,
+    boresight,
+    chosen,
+    controller_settings,
+    run_trial,
+    shipped_scenarios,
+)
+from gimbal_hil.realtime.lockstep import CompiledPath, FramePath, Recorded
 from sim_backend.device import Device
 from sim_backend.layout import POSITION
 from sim_backend.model import AntennaModel, shipped_model

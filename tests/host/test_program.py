@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.host import AxisCommand, EndCondition, EndKind, Guard, Mode, Program, Segment, Shape, program_of
+from gimbal_hil.loop.host import AxisCommand, EndCondition, EndKind, Guard, Mode, Program, Segment, Shape, program_of
 
 
 def test_a_program_is_the_same_bits_after_json() -> None:

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gimbal_hil.host import Shape
-from gimbal_hil.host.references import reference_at
+from gimbal_hil.loop.host import Shape
+from gimbal_hil.loop.host.references import reference_at
 
 VALUES, POSITIVE, TIMES = st.floats(-3.0, 3.0), st.floats(0.05, 5.0), st.floats(0.0, 6.0)
 

@@ -10,7 +10,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware_protocol import mail as m
-from gimbal_hil.host import AxisCommand, Host, HostState, LinkStatus, Mode, ReferenceOrigin, Segment, Shape, program_of
+from gimbal_hil.loop.host import (
+    AxisCommand,
+    Host,
+    HostState,
+    LinkStatus,
+    Mode,
+    ReferenceOrigin,
+    Segment,
+    Shape,
+    program_of,
+)
 from tests.host.host_loop import HostLoop, configuration
 
 TORQUE_LIMITS = (124000, 52800)

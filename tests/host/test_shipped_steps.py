@@ -9,9 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 from firmware_protocol.links import DirectionFaults, FaultsConfig
-from gimbal_hil.host import AxisCommand, Mode, Segment, Shape, program_of
-from gimbal_hil.lockstep import CompiledPath, FramePath, Recorded
-from gimbal_hil.settings import shipped_settings
+from gimbal_hil.loop.host import AxisCommand, Mode, Segment, Shape, program_of
+from gimbal_hil.loop.settings import shipped_settings
+from gimbal_hil.realtime.lockstep import CompiledPath, FramePath, Recorded
 from sim_backend.model import shipped_model
 
 STEP = program_of(

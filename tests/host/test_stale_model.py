@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gimbal_hil.arena import Trial, chosen, controller_settings, run_trial, shipped_scenarios, wrong_model
-from gimbal_hil.host import AxisCommand, EventCode, Mode, Segment, Shape, program_of
-from gimbal_hil.lockstep import CompiledPath, FramePath
-from gimbal_hil.settings import DaemonSettings, host_configuration
+from gimbal_hil.loop.host import AxisCommand, EventCode, Mode, Segment, Shape, program_of
+from gimbal_hil.loop.settings import DaemonSettings, host_configuration
+from gimbal_hil.pointing.arena import Trial, chosen, controller_settings, run_trial, shipped_scenarios, wrong_model
+from gimbal_hil.realtime.lockstep import CompiledPath, FramePath
 from sim_backend.model import AntennaModel, shipped_model
 
 Change = Callable[[AntennaModel, str], AntennaModel]

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition, rule
 
 from firmware_protocol.enumerations import DriveState, FaultCode
-from gimbal_hil.bench.faults import Rig, Transport
-from gimbal_hil.host import AxisCommand, HostCause, HostState, Mode, ReferenceOrigin, Segment, Shape, program_of
-from gimbal_hil.host.layout import MAX_RATE, axis_c
-from gimbal_hil.settings import shipped_settings
+from gimbal_hil.loop.host import AxisCommand, HostCause, HostState, Mode, ReferenceOrigin, Segment, Shape, program_of
+from gimbal_hil.loop.host.layout import MAX_RATE, axis_c
+from gimbal_hil.loop.settings import shipped_settings
+from gimbal_hil.proof.bench.faults import Rig, Transport
 from sim_backend.device import Spoilt
 from sim_backend.model import shipped_model
 

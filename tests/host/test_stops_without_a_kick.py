@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.arena import CONTROLLERS, controller_settings
-from gimbal_hil.control import layout as control
-from gimbal_hil.host import AxisCommand, HostState, Mode, Segment, Shape, layout, program_of
-from gimbal_hil.lockstep import CompiledPath
+from gimbal_hil.loop.control import layout as control
+from gimbal_hil.loop.host import AxisCommand, HostState, Mode, Segment, Shape, layout, program_of
+from gimbal_hil.pointing.arena import CONTROLLERS, controller_settings
+from gimbal_hil.realtime.lockstep import CompiledPath
 from sim_backend.model import shipped_model
 
 AXES = ("outer", "inner")

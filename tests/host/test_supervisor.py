@@ -6,7 +6,7 @@ import pytest
 
 from firmware_protocol import mail as m
 from firmware_protocol.enumerations import LimitFlags
-from gimbal_hil.host import Host, HostCause, HostState, Mode
+from gimbal_hil.loop.host import Host, HostCause, HostState, Mode
 from tests.host.fake_antenna import FakeAntenna
 from tests.host.host_loop import HostLoop, configuration, hold
 

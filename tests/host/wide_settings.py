@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gimbal_hil.settings import DaemonSettings, settings_from_document, shipped_settings
+from gimbal_hil.loop.settings import DaemonSettings, settings_from_document, shipped_settings
 
 
 def wide_settings() -> DaemonSettings:

@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from firmware_protocol.compiling import entry_point
-from gimbal_hil.identification import LugreFriction, StaticFriction
+from gimbal_hil.knowledge.identification import LugreFriction, StaticFriction
 from sim_backend.friction import lugre_step, stribeck_level
 
 OUTER = LugreFriction(StaticFriction(0.2585, 0.2412, 0.0054, 0.0609, 1.0459), 238.88, 16.02)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from gimbal_hil.identification.averaging import autocorrelation_time, mean_with_error, weighted_mean
+from gimbal_hil.knowledge.identification.averaging import autocorrelation_time, mean_with_error, weighted_mean
 
 
 def _autoregressive(rng: np.random.Generator, n: int, memory: float) -> np.ndarray:

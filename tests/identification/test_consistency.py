@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gimbal_hil.identification import LugreFriction, PreslidingRun, StaticFriction, VelocityPoint, fit_static
-from gimbal_hil.identification.consistency import (
+from gimbal_hil.knowledge.identification import LugreFriction, PreslidingRun, StaticFriction, VelocityPoint, fit_static
+from gimbal_hil.knowledge.identification.consistency import (
     BreakAway,
     break_away,
     break_away_findings,

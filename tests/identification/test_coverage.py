@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.identification import (
+from gimbal_hil.knowledge.identification import (
     LUGRE_NAMES,
     AxisRecord,
     Estimate,
@@ -20,7 +20,7 @@ from gimbal_hil.identification import (
     fit_static,
     measure_velocity_map,
 )
-from gimbal_hil.identification.rigid_axis import centred_torque
+from gimbal_hil.knowledge.identification.rigid_axis import centred_torque
 from tests.identification.one_axis_rig import (
     ENCODER_STEP,
     OUTER,

@@ -9,10 +9,10 @@ from typing import cast
 
 import pytest
 
-from gimbal_hil.cli.identify import _lines
-from gimbal_hil.identification import AxisIdentification
-from gimbal_hil.identification.estimate import Determination, Estimate, Interval, withheld
-from gimbal_hil.identification.pages import _estimate_table
+from gimbal_hil.knowledge.identification import AxisIdentification
+from gimbal_hil.knowledge.identification.estimate import Determination, Estimate, Interval, withheld
+from gimbal_hil.knowledge.identification.pages import _estimate_table
+from gimbal_hil.surface.cli.identify import _lines
 from sim_backend.model import shipped_model
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import yaml
 
-from gimbal_hil.cli.app import run
-from gimbal_hil.signals import SignalsTable, write_signals
+from gimbal_hil.data.signals import SignalsTable, write_signals
+from gimbal_hil.surface.cli.app import run
 from sim_backend.model import load_model
 from tests.identification.one_axis_rig import (
     ENCODER_STEP,

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gimbal_hil.cli.app import run
-from gimbal_hil.experiments.antenna import LockstepAntenna
-from gimbal_hil.experiments.conducting import embedded_model_of, run_header
-from gimbal_hil.experiments.experiment import Experiment, Step, move_to, position_hold, step_of
-from gimbal_hil.experiments.runner import run_experiment
-from gimbal_hil.host import AxisCommand, Mode, ReferenceOrigin, Shape
-from gimbal_hil.settings import shipped_settings
+from gimbal_hil.knowledge.experiments.antenna import LockstepAntenna
+from gimbal_hil.knowledge.experiments.conducting import embedded_model_of, run_header
+from gimbal_hil.knowledge.experiments.experiment import Experiment, Step, move_to, position_hold, step_of
+from gimbal_hil.knowledge.experiments.runner import run_experiment
+from gimbal_hil.loop.host import AxisCommand, Mode, ReferenceOrigin, Shape
+from gimbal_hil.loop.settings import shipped_settings
+from gimbal_hil.surface.cli.app import run
 from tests.identification.one_axis_rig import OUTER, pulses, slow_ramp
 
 SPEEDS = (0.002, 0.004, 0.008, 0.015, 0.03, 0.06, 0.1)

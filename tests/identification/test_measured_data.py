@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import yaml
 
-from gimbal_hil.cli.app import run
-from gimbal_hil.identification import (
+from gimbal_hil.data.signals import SignalsTable, write_signals
+from gimbal_hil.knowledge.identification import (
     Determination,
     LugreFriction,
     MapHalf,
@@ -23,8 +23,8 @@ from gimbal_hil.identification import (
     fit_static,
     measure_velocity_map,
 )
-from gimbal_hil.identification.consistency import break_away, break_away_findings, repeatability_findings
-from gimbal_hil.signals import SignalsTable, write_signals
+from gimbal_hil.knowledge.identification.consistency import break_away, break_away_findings, repeatability_findings
+from gimbal_hil.surface.cli.app import run
 from tests.identification.measured_data import (
     dd2dof_gravity,
     dd2dof_plateaus,

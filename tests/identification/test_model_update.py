@@ -8,7 +8,7 @@ from typing import cast
 import pytest
 import yaml
 
-from gimbal_hil.identification import AxisIdentification, Determination, Estimate, Interval, updated_model
+from gimbal_hil.knowledge.identification import AxisIdentification, Determination, Estimate, Interval, updated_model
 from sim_backend.model import AntennaModel, model_from_document
 
 OFFSET = 0.02

@@ -7,16 +7,16 @@ from pathlib import Path
 
 import pytest
 
-import gimbal_hil.identification
+import gimbal_hil.knowledge.identification
 
-MODULES = sorted(Path(gimbal_hil.identification.__file__).parent.rglob("*.py"))
+MODULES = sorted(Path(gimbal_hil.knowledge.identification.__file__).parent.rglob("*.py"))
 #: the only things of a run that a measurement consists of, and what they are to be read by: version of the wire, names
 #: of the axes
 SEEN = {"ticks", "frames", "events", "notes", "folder", "protocol", "record.header.axes"}
 #: files and modules that could bring it in by another way
 FORBIDDEN_IMPORTS = (
-    "gimbal_hil.settings",
-    "gimbal_hil.runs.header",
+    "gimbal_hil.loop.settings",
+    "gimbal_hil.data.runs.header",
     "sim_backend.device",
     "sim_backend.plant",
     "sim_backend.server",

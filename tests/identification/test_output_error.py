@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.identification import (
+from gimbal_hil.knowledge.identification import (
     LUGRE_NAMES,
     AxisRecord,
     Determination,

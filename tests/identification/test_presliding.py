@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.identification import Determination, PreslidingRun, fit_presliding
-from gimbal_hil.identification.presliding import presliding_path
+from gimbal_hil.knowledge.identification import Determination, PreslidingRun, fit_presliding
+from gimbal_hil.knowledge.identification.presliding import presliding_path
 from tests.identification.one_axis_rig import ENCODER_STEP, OUTER, Rig, apply_torque, slow_ramp
 
 TS, SIGMA0 = OUTER.static.breakaway, OUTER.sigma0

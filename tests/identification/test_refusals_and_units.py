@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from gimbal_hil.cli.app import run
-from gimbal_hil.identification.estimate import Interval, settle, straight
-from gimbal_hil.identification.units import LINEAR, ROTARY
+from gimbal_hil.knowledge.identification.estimate import Interval, settle, straight
+from gimbal_hil.knowledge.identification.units import LINEAR, ROTARY
+from gimbal_hil.surface.cli.app import run
 
 
 @pytest.mark.parametrize(
@@ -50,6 +50,6 @@ def test_ctrl_c_ends_in_one_word_and_nothing_written(
     def stop(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("gimbal_hil.identification.read_logs", stop)
+    monkeypatch.setattr("gimbal_hil.knowledge.identification.read_logs", stop)
     assert run("identify", ["nothing.csv", "--out", str(tmp_path / "out")]) == 130
     assert capsys.readouterr().err.strip() == "interrupted" and not (tmp_path / "out").exists()

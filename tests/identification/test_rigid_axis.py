@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.identification import RigidAxisRule, fit_rigid_axis
+from gimbal_hil.knowledge.identification import RigidAxisRule, fit_rigid_axis
 
 TIME = np.arange(20_000) * 1e-3
 TRUE = {"inertia": 0.5, "viscous": 0.8, "coulomb": 0.3, "offset": -0.05}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gimbal_hil.identification import Determination, MapHalf, StaticFriction, VelocityPoint, fit_static
+from gimbal_hil.knowledge.identification import Determination, MapHalf, StaticFriction, VelocityPoint, fit_static
 from tests.identification.one_axis_rig import OUTER
 
 TRUE = OUTER.static

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gimbal_hil.identification.steadiness import (
+from gimbal_hil.knowledge.identification.steadiness import (
     cusum_score,
     find_steady_window,
     reverse_arrangement_score,

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 import yaml
 
-from gimbal_hil.cli.app import run
-from gimbal_hil.identification import Determination, RigidAxisRule, axis_identification, fit_rigid_axis
-from gimbal_hil.identification.axis_response import AxisRecord
-from gimbal_hil.identification.estimate import Estimate, Interval
-from gimbal_hil.identification.evidence import Evidence
-from gimbal_hil.identification.output_error import OutputErrorFit, OutputErrorRule
-from gimbal_hil.identification.stribeck import LugreFriction, StaticFriction
+from gimbal_hil.knowledge.identification import Determination, RigidAxisRule, axis_identification, fit_rigid_axis
+from gimbal_hil.knowledge.identification.axis_response import AxisRecord
+from gimbal_hil.knowledge.identification.estimate import Estimate, Interval
+from gimbal_hil.knowledge.identification.evidence import Evidence
+from gimbal_hil.knowledge.identification.output_error import OutputErrorFit, OutputErrorRule
+from gimbal_hil.knowledge.identification.stribeck import LugreFriction, StaticFriction
+from gimbal_hil.surface.cli.app import run
 from sim_backend.model import load_model
 from tests.rigs.rig import write_log
 

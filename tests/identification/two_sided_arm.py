@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from firmware_protocol.compiling import entry_point
-from gimbal_hil.identification import LugreFriction
+from gimbal_hil.knowledge.identification import LugreFriction
 
 
 @entry_point

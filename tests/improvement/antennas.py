@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 import yaml
 
-from gimbal_hil.discrepancy.hypotheses.hypothesis import known_numbers
-from gimbal_hil.discrepancy.inquiry.standing import standing
-from gimbal_hil.discrepancy.verdict.corrected import with_numbers
-from gimbal_hil.experiments.sequences import SequenceOptions
-from gimbal_hil.experiments.sequences.survey import survey_motion
-from gimbal_hil.improvement.rehearsal import rehearse
-from gimbal_hil.settings import shipped_settings
-from gimbal_hil.signals import SignalsTable
+from gimbal_hil.data.signals import SignalsTable
+from gimbal_hil.knowledge.discrepancy.hypotheses.hypothesis import known_numbers
+from gimbal_hil.knowledge.discrepancy.inquiry.standing import standing
+from gimbal_hil.knowledge.discrepancy.verdict.corrected import with_numbers
+from gimbal_hil.knowledge.experiments.sequences import SequenceOptions
+from gimbal_hil.knowledge.experiments.sequences.survey import survey_motion
+from gimbal_hil.knowledge.improvement.rehearsal import rehearse
+from gimbal_hil.loop.settings import shipped_settings
 from sim_backend.effects import CATALOGUE
 from sim_backend.model import AntennaModel, shipped_model
 from sim_backend.shipped import shipped_file

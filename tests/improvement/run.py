@@ -27,7 +27,14 @@ HEADER = ("antenna", "hidden (floors alone)", "start", "end", "ending", "named",
 def improved(folder: Path, antenna: AntennaModel, words: list[str]) -> dict[str, Any]:
     """Run `gimbal-hil improve` on an antenna as a user would; answers its improve.json with the wall time."""
     config = configuration(folder, antenna)
-    command = [sys.executable, "-c", "from gimbal_hil.cli import main; main()", "improve", "--config", str(config)]
+    command = [
+        sys.executable,
+        "-c",
+        "from gimbal_hil.surface.cli import main; main()",
+        "improve",
+        "--config",
+        str(config),
+    ]
     began = time.monotonic()
     with (folder / "log.txt").open("w") as log:
         subprocess.run([*command, "--out", str(folder / "out"), "--force", *words], stdout=log, stderr=log, check=False)

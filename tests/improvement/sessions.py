@@ -7,10 +7,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from gimbal_hil.experiments.experiment import Experiment
-from gimbal_hil.experiments.runner import ProgressSink
-from gimbal_hil.experiments.sequences.survey import SHORT_SURVEY_S
-from gimbal_hil.improvement import (
+from gimbal_hil.knowledge.experiments.experiment import Experiment
+from gimbal_hil.knowledge.experiments.runner import ProgressSink
+from gimbal_hil.knowledge.experiments.sequences.survey import SHORT_SURVEY_S
+from gimbal_hil.knowledge.improvement import (
     Improvement,
     Journal,
     Site,
@@ -21,7 +21,7 @@ from gimbal_hil.improvement import (
     improve,
     session_of,
 )
-from gimbal_hil.settings import shipped_settings
+from gimbal_hil.loop.settings import shipped_settings
 from sim_backend.model import AntennaModel, shipped_model
 
 

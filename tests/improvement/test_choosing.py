@@ -6,12 +6,13 @@ from typing import cast
 
 import pytest
 
-from gimbal_hil.discrepancy import Request, Result, diagnose
-from gimbal_hil.discrepancy.inquiry.inquiry import State
-from gimbal_hil.discrepancy.verdict.separating import CHANCE, all_sequences
-from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
-from gimbal_hil.experiments.sequences.survey import SHORT_SURVEY_S, survey_motion
-from gimbal_hil.improvement.choosing import (
+from gimbal_hil.data.signals import SignalsTable
+from gimbal_hil.knowledge.discrepancy import Request, Result, diagnose
+from gimbal_hil.knowledge.discrepancy.inquiry.inquiry import State
+from gimbal_hil.knowledge.discrepancy.verdict.separating import CHANCE, all_sequences
+from gimbal_hil.knowledge.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
+from gimbal_hil.knowledge.experiments.sequences.survey import SHORT_SURVEY_S, survey_motion
+from gimbal_hil.knowledge.improvement.choosing import (
     WORTH,
     Option,
     Pair,
@@ -21,9 +22,8 @@ from gimbal_hil.improvement.choosing import (
     weighed,
     worth_running,
 )
-from gimbal_hil.improvement.rehearsal import rehearse
-from gimbal_hil.settings import shipped_settings
-from gimbal_hil.signals import SignalsTable
+from gimbal_hil.knowledge.improvement.rehearsal import rehearse
+from gimbal_hil.loop.settings import shipped_settings
 from sim_backend.model import AntennaModel, shipped_model
 
 

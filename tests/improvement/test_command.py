@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from gimbal_hil.cli.app import run
-from gimbal_hil.improvement import read_journal
-from gimbal_hil.improvement.journal import Stopped
+from gimbal_hil.knowledge.improvement import read_journal
+from gimbal_hil.knowledge.improvement.journal import Stopped
+from gimbal_hil.surface.cli.app import run
 
 
 def refused(capsys: pytest.CaptureFixture[str], *words: str) -> str:

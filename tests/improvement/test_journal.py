@@ -7,7 +7,16 @@ from pathlib import Path
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.improvement.journal import Chosen, Ended, Entry, Journal, Measured, Refused, Started, read_journal
+from gimbal_hil.knowledge.improvement.journal import (
+    Chosen,
+    Ended,
+    Entry,
+    Journal,
+    Measured,
+    Refused,
+    Started,
+    read_journal,
+)
 
 ENTRIES: tuple[Entry, ...] = (
     Started({"short": True}),

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.improvement import Ending, Measured, read_journal
+from gimbal_hil.knowledge.improvement import Ending, Measured, read_journal
 from sim_backend.model import AntennaModel, shipped_model
 from tests.improvement.antennas import with_a_bump
 from tests.improvement.sessions import improved, task_of, virtual

@@ -6,12 +6,12 @@ from __future__ import annotations
 
 import pytest
 
-from gimbal_hil.discrepancy.verdict.separating import separating_run, separating_runs, showing_sequences
-from gimbal_hil.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
-from gimbal_hil.experiments.sequences.registry import SEQUENCES
-from gimbal_hil.improvement import budgets_of
-from gimbal_hil.improvement.rehearsal import rehearse
-from gimbal_hil.settings import shipped_settings
+from gimbal_hil.knowledge.discrepancy.verdict.separating import separating_run, separating_runs, showing_sequences
+from gimbal_hil.knowledge.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
+from gimbal_hil.knowledge.experiments.sequences.registry import SEQUENCES
+from gimbal_hil.knowledge.improvement import budgets_of
+from gimbal_hil.knowledge.improvement.rehearsal import rehearse
+from gimbal_hil.loop.settings import shipped_settings
 from sim_backend.effects import CATALOGUE
 from sim_backend.model import shipped_model
 

@@ -13,10 +13,10 @@ from pathlib import Path
 import pytest
 import yaml
 
-from gimbal_hil.improvement import Measured, Stopped, read_journal
-from gimbal_hil.runs import open_run
-from gimbal_hil.runs.frame_columns import columns_of
-from gimbal_hil.settings import shipped_settings_path
+from gimbal_hil.data.runs import open_run
+from gimbal_hil.data.runs.frame_columns import columns_of
+from gimbal_hil.knowledge.improvement import Measured, Stopped, read_journal
+from gimbal_hil.loop.settings import shipped_settings_path
 from sim_backend.model import shipped_model
 
 pytestmark = pytest.mark.realtime
@@ -25,7 +25,7 @@ COGGING = {"amplitude": 0.03, "order": 12.0, "phase": 0.7}
 #: a machine that stalls for longer than the antenna's deadman stops an experiment, as it should; then the improvement
 #: is resumed
 TRIES = 30
-_MAIN = "from gimbal_hil.cli import main; main()"
+_MAIN = "from gimbal_hil.surface.cli import main; main()"
 
 
 def configuration(folder: Path) -> Path:

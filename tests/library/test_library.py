@@ -13,8 +13,8 @@ import pytest
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil import Antenna, Run, identify
-from gimbal_hil.library.sources import as_paths
-from gimbal_hil.signals import read_signals, unit_of
+from gimbal_hil.data.signals import read_signals, unit_of
+from gimbal_hil.surface.library.sources import as_paths
 from sim_backend.model import model_named, shipped_model
 from tests.runs.lockstep import record_lockstep
 from tests.runs.synthetic import position_rad, record_run
@@ -37,7 +37,7 @@ def test_importing_the_package_loads_nothing_heavy_and_its_names_are_there() -> 
         "print(callable(find_discrepancy), discrepancy.__name__)\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines() == ["[]", "True gimbal_hil.discrepancy"]
+    assert done.stdout.splitlines() == ["[]", "True gimbal_hil.knowledge.discrepancy"]
 
 
 def test_a_name_that_is_not_there_is_no_attribute() -> None:

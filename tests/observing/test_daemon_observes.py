@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from firmware_protocol.documents import yaml_text
-from gimbal_hil.cli.watch import status_lines
-from gimbal_hil.lockstep import give_again, host_of
-from gimbal_hil.runs import open_run, replay
+from gimbal_hil.data.runs import open_run, replay
+from gimbal_hil.realtime.lockstep import give_again, host_of
+from gimbal_hil.surface.cli.watch import status_lines
 from tests.daemon.daemons import PATIENCE_S, RunningDaemon
 from tests.sim_backend.test_observer import with_cogging
 

@@ -11,10 +11,10 @@ import pytest
 
 from firmware_protocol.documents import yaml_text
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.host import AxisCommand, Host, HostState, Mode, Segment, Shape, program_of
-from gimbal_hil.observing import AxisWatch, LiveObserver, WatchState, observed_model
-from gimbal_hil.settings import DaemonSettings, host_configuration, settings_from_document, shipped_settings
-from gimbal_hil.telemetry import Exchange
+from gimbal_hil.loop.host import AxisCommand, Host, HostState, Mode, Segment, Shape, program_of
+from gimbal_hil.loop.settings import DaemonSettings, host_configuration, settings_from_document, shipped_settings
+from gimbal_hil.realtime.observing import AxisWatch, LiveObserver, WatchState, observed_model
+from gimbal_hil.realtime.telemetry import Exchange
 from sim_backend import observer as columns
 from sim_backend.device import Device
 from sim_backend.model import shipped_model

@@ -8,8 +8,8 @@ from typing import Any, Self
 
 import pytest
 
-from gimbal_hil.cli import main, operate
-from gimbal_hil.cli.watch import status_lines
+from gimbal_hil.surface.cli import main, operate
+from gimbal_hil.surface.cli.watch import status_lines
 
 STATUS: dict[str, Any] = {
     "tick": 3017,

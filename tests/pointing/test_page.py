@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gimbal_hil.pointing import HeldTrace, MuteChange, pointing_figures, write_page
+from gimbal_hil.pointing.following import HeldTrace, MuteChange, pointing_figures, write_page
 
 BEYOND = math.radians(0.5)
 

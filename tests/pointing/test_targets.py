@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.arena import between, boresight
-from gimbal_hil.host.references import reference_at
-from gimbal_hil.host.states import Shape
-from gimbal_hil.pointing import (
+from gimbal_hil.loop.host.references import reference_at
+from gimbal_hil.loop.host.states import Shape
+from gimbal_hil.pointing.arena import between, boresight
+from gimbal_hil.pointing.following import (
     Flight,
     catmull_rom,
     earth_fixed,

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.preflight import preflight
-from gimbal_hil.preflight.channels import channels_of
-from gimbal_hil.preflight.preflight import _check_attitude
-from gimbal_hil.signals import SignalsTable, read_signals
+from gimbal_hil.data.preflight import preflight
+from gimbal_hil.data.preflight.channels import channels_of
+from gimbal_hil.data.preflight.preflight import _check_attitude
+from gimbal_hil.data.signals import SignalsTable, read_signals
 from sim_backend.model import AntennaModel, load_model, shipped_model
 from tests.blind.cases import tables_of
 from tests.blind.draw import draw

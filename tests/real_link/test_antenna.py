@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from gimbal_hil.testing import within
+from gimbal_hil.surface.testing import within
 
 if TYPE_CHECKING:
-    from gimbal_hil.testing.antennas import AntennaOfTest
+    from gimbal_hil.surface.testing.antennas import AntennaOfTest
 
 _STEP_RAD = 0.1
 

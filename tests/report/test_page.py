@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gimbal_hil.demo.story import STAGES, StageResult, story_page
-from gimbal_hil.plots import figure, stacked
-from gimbal_hil.report import Callout, Details, Heading, Made, Page, Plot, Table, Text, command_of
-from gimbal_hil.report.figures_packed import STEPS, rounded, unpacked
+from gimbal_hil.pages.plots import figure, stacked
+from gimbal_hil.pages.report import Callout, Details, Heading, Made, Page, Plot, Table, Text, command_of
+from gimbal_hil.pages.report.figures_packed import STEPS, rounded, unpacked
+from gimbal_hil.surface.demo.story import STAGES, StageResult, story_page
 
 MADE = Made("2026-11-22T12:00:00Z", "0.1.0", "gimbal-hil experiment step --out 'my runs/a'")
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from scipy.signal import savgol_filter
 
-from gimbal_hil.discrepancy import standing
-from gimbal_hil.signals import read_signals
+from gimbal_hil.data.signals import read_signals
+from gimbal_hil.knowledge.discrepancy import standing
 from sim_backend.model import load_model
 from tests.rigs import Rig, turret, worn, write_bam, write_dd2dof, write_emps, write_odrive
 from tests.rigs.drawn import AXIS, HIDDEN, drawn_joint, simulated

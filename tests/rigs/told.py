@@ -20,7 +20,7 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any
 
-from gimbal_hil.discrepancy import entries_of
+from gimbal_hil.knowledge.discrepancy import entries_of
 from tests.rigs.bam import write_bam
 from tests.rigs.dd2dof import write_dd2dof
 from tests.rigs.emps import write_emps
@@ -87,7 +87,7 @@ def ask(row: Row, out: Path) -> dict[str, Any]:
         for name in names:
             words += [option, row.rig.logs[name]]
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    begin = [sys.executable, "-c", "from gimbal_hil.cli import main; main()"]
+    begin = [sys.executable, "-c", "from gimbal_hil.surface.cli import main; main()"]
     command = [*begin, *map(str, words), "--resample"]
     try:
         ended = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S, check=False)

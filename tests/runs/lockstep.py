@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from gimbal_hil.host import AxisCommand, Host, HostState, Mode, Segment, Shape, program_of
-from gimbal_hil.runs import TICK_ROW, EventKind, RunHeader, RunWriter
-from gimbal_hil.settings import host_configuration, shipped_settings
+from gimbal_hil.data.runs import TICK_ROW, EventKind, RunHeader, RunWriter
+from gimbal_hil.loop.host import AxisCommand, Host, HostState, Mode, Segment, Shape, program_of
+from gimbal_hil.loop.settings import host_configuration, shipped_settings
 from sim_backend.device import Device
 from sim_backend.model import shipped_model
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from firmware_protocol.block_codec import encode_messages, new_counters, new_mail
 from firmware_protocol.enumerations import DriveState
 from firmware_protocol.schema import BY_NAME, INDEX, offset
-from gimbal_hil.runs import RunHeader, RunWriter, tick_rows
+from gimbal_hil.data.runs import RunHeader, RunWriter, tick_rows
 
 CONFIGURATION = {"rate_hz": 1000, "gains": {"kp": 2.5e-5}}
 HEADER = RunHeader(CONFIGURATION, model={"name": "made up"}, seed=7, period_ns=1_000_000, lockstep=True)

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from scipy.io import loadmat
 
 from firmware_protocol.schema import BY_CAN_ID, BY_NAME
-from gimbal_hil.cli import app
-from gimbal_hil.host import HostState
-from gimbal_hil.runs import open_run
-from gimbal_hil.runs.frame_columns import columns_of
-from gimbal_hil.signals import read_signals, signals_of_run
+from gimbal_hil.data.runs import open_run
+from gimbal_hil.data.runs.frame_columns import columns_of
+from gimbal_hil.data.signals import read_signals, signals_of_run
+from gimbal_hil.loop.host import HostState
+from gimbal_hil.surface.cli import app
 from tests.runs.lockstep import WireFaults, record_lockstep
 from tests.runs.synthetic import record_run, row_of
 

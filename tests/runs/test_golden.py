@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.cli import app
-from gimbal_hil.lockstep import give_again, host_of
-from gimbal_hil.runs import TICK_ROW, RecordedRun, changes, open_run, replay, run_again, update
+from gimbal_hil.data.runs import TICK_ROW, RecordedRun, changes, open_run, replay, run_again, update
+from gimbal_hil.realtime.lockstep import give_again, host_of
+from gimbal_hil.surface.cli import app
 from tests.runs.lockstep import record_lockstep
 
 TICKS, FROM = 1200, 700
@@ -90,7 +90,7 @@ def test_what_changed_is_told_signal_by_signal_and_the_update_holds(copy: Path) 
 def test_the_command_tells_updates_and_is_content_afterwards(
     copy: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("gimbal_hil.lockstep.host_of", Changed)
+    monkeypatch.setattr("gimbal_hil.realtime.lockstep.host_of", Changed)
     assert app.run("replay", [str(copy)]) == 1
     said = capsys.readouterr().out
     assert "differs at tick 700" in said and "torque_inner: at 500 of 1200 ticks" in said

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.runs import GrowingLog, arrow_stream, open_run
+from gimbal_hil.data.runs import GrowingLog, arrow_stream, open_run
 from tests.runs.synthetic import record_run
 
 TICKS = 300

@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 
 from firmware_protocol.documents import yaml_mapping, yaml_text
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.runs import (
+from gimbal_hil.data.runs import (
     FRAME_ROW,
     TICK_ROW,
     EventKind,
@@ -30,8 +30,8 @@ from gimbal_hil.runs import (
     open_run,
     tick_rows,
 )
-from gimbal_hil.runs.arrow_messages import batch_bytes, header_bytes
-from gimbal_hil.runs.arrow_stream import END_OF_STREAM
+from gimbal_hil.data.runs.arrow_messages import batch_bytes, header_bytes
+from gimbal_hil.data.runs.arrow_stream import END_OF_STREAM
 from tests.runs.synthetic import HEADER, Sender, device_block, host_block, record_run, row_of
 
 TICKS = 500
@@ -286,7 +286,7 @@ def test_a_disk_that_fills_up_ends_the_recording_with_a_reason_and_a_readable_ru
         sys.path.insert(0, {str(Path(__file__).parents[2])!r})
         from pathlib import Path
         from tests.runs.synthetic import Sender, device_block, host_block, row_of, HEADER
-        from gimbal_hil.runs import RunWriter
+        from gimbal_hil.data.runs import RunWriter
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         writer = RunWriter(Path(sys.argv[1]), HEADER, clock_ns=lambda: 0)
         resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
@@ -354,8 +354,8 @@ def test_writing_rows_imports_nothing_that_is_slow_to_import(tmp_path: Path) -> 
     """The recorder writes its first rows while the antenna runs: a second of imports then is a second of silence."""
     script = (
         "import sys, numpy as np\n"
-        "from gimbal_hil.runs import FRAME_ROW, TICK_ROW\n"
-        "from gimbal_hil.runs.arrow_messages import batch_bytes\n"
+        "from gimbal_hil.data.runs import FRAME_ROW, TICK_ROW\n"
+        "from gimbal_hil.data.runs.arrow_messages import batch_bytes\n"
         "for kind in (TICK_ROW, FRAME_ROW): assert batch_bytes(np.zeros(3, kind))\n"
         "print(sorted({'pandas', 'pyarrow', 'numba', 'scipy', 'plotly'} & set(sys.modules)))\n"
     )

@@ -11,8 +11,8 @@ import yaml
 from firmware_protocol.enumerations import DriveState
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.protocol_versions import CURRENT, protocol
-from gimbal_hil.runs.frame_columns import columns_of
-from gimbal_hil.runs.schema import FRAME_ROW, FrameDirection
+from gimbal_hil.data.runs.frame_columns import columns_of
+from gimbal_hil.data.runs.schema import FRAME_ROW, FrameDirection
 
 
 def bitwise_crc(octets: bytes, polynomial: int) -> int:
@@ -72,7 +72,7 @@ def test_torques_count_in_the_units_that_the_identity_told() -> None:
 
 
 def test_run_yaml_says_which_version_and_one_that_does_not_is_of_the_first(tmp_path: Path) -> None:
-    from gimbal_hil.runs import open_run
+    from gimbal_hil.data.runs import open_run
     from tests.runs.synthetic import record_run
 
     folder = tmp_path / "run"

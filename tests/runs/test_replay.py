@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 from firmware_protocol.documents import yaml_mapping, yaml_text
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.schema import BY_NAME
-from gimbal_hil.cli import app
-from gimbal_hil.lockstep import give_again, host_of
-from gimbal_hil.runs import AXES, FRAME_ROW, TICK_ROW, open_run
-from gimbal_hil.runs.arrow_messages import batch_bytes, header_bytes
-from gimbal_hil.runs.arrow_stream import END_OF_STREAM
-from gimbal_hil.runs.chain import plain_hash
-from gimbal_hil.runs.integrity import seal
-from gimbal_hil.runs.replaying import ReplayResult, replay
+from gimbal_hil.data.runs import AXES, FRAME_ROW, TICK_ROW, open_run
+from gimbal_hil.data.runs.arrow_messages import batch_bytes, header_bytes
+from gimbal_hil.data.runs.arrow_stream import END_OF_STREAM
+from gimbal_hil.data.runs.chain import plain_hash
+from gimbal_hil.data.runs.integrity import seal
+from gimbal_hil.data.runs.replaying import ReplayResult, replay
+from gimbal_hil.realtime.lockstep import give_again, host_of
+from gimbal_hil.surface.cli import app
 from tests.runs.lockstep import WireFaults, record_lockstep
 
 TICKS = 2600

@@ -18,12 +18,12 @@ import pytest
 
 from firmware_protocol.documents import yaml_mapping, yaml_text
 from firmware_protocol.errors import BadInputError, DamagedRunError, SafetyStopError
-from gimbal_hil.runs import AXES, EventKind, GrowingLog, Retention, RunWriter, damage_of, open_run, replay
-from gimbal_hil.runs.arrow_messages import batch_bytes, header_bytes
-from gimbal_hil.runs.arrow_stream import END_OF_STREAM
-from gimbal_hil.runs.chain import plain_hash
-from gimbal_hil.runs.disk import MB
-from gimbal_hil.signals import signals_of_run
+from gimbal_hil.data.runs import AXES, EventKind, GrowingLog, Retention, RunWriter, damage_of, open_run, replay
+from gimbal_hil.data.runs.arrow_messages import batch_bytes, header_bytes
+from gimbal_hil.data.runs.arrow_stream import END_OF_STREAM
+from gimbal_hil.data.runs.chain import plain_hash
+from gimbal_hil.data.runs.disk import MB
+from gimbal_hil.data.signals import signals_of_run
 from tests.runs.synthetic import HEADER, Sender, device_block, host_block, record_run, row_of
 
 pytestmark = pytest.mark.realtime
@@ -153,7 +153,7 @@ def test_a_folder_that_is_recorded_into_is_locked_even_against_force(tmp_path: P
 def test_the_lock_of_a_killed_writer_is_free(tmp_path: Path) -> None:
     script = (
         "import sys, time; from pathlib import Path\n"
-        "from tests.runs.synthetic import HEADER; from gimbal_hil.runs import RunWriter\n"
+        "from tests.runs.synthetic import HEADER; from gimbal_hil.data.runs import RunWriter\n"
         "writer = RunWriter(Path(sys.argv[1]), HEADER); print('ready', flush=True); time.sleep(60)"
     )
     root = Path(__file__).parents[2]

@@ -9,9 +9,9 @@ import pytest
 from pydantic import BaseModel, Field
 
 from firmware_protocol.documents import key_table, read_yaml, yaml_mapping
-from gimbal_hil.settings import DaemonSettings, settings_from_document, shipped_settings_path
-from gimbal_hil.settings.configuration_page import LINK_EXAMPLES, configuration_page
-from gimbal_hil.settings.link import LINK_KINDS
+from gimbal_hil.loop.settings import DaemonSettings, settings_from_document, shipped_settings_path
+from gimbal_hil.loop.settings.configuration_page import LINK_EXAMPLES, configuration_page
+from gimbal_hil.loop.settings.link import LINK_KINDS
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "configuration.md"
 
@@ -19,7 +19,7 @@ PAGE = Path(__file__).resolve().parents[2] / "docs" / "configuration.md"
 def test_the_kept_page_is_what_the_classes_give() -> None:
     if not PAGE.exists():
         pytest.skip("needs the source checkout")
-    assert PAGE.read_text() == configuration_page(), "python -m gimbal_hil.settings.configuration_page"
+    assert PAGE.read_text() == configuration_page(), "python -m gimbal_hil.loop.settings.configuration_page"
 
 
 def test_there_is_an_example_of_every_kind_of_link() -> None:

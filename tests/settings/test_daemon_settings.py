@@ -12,9 +12,9 @@ import pytest
 import yaml
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.control.layout import PREFILTER_DECAY, TORQUE_LIMIT
-from gimbal_hil.host import layout
-from gimbal_hil.settings import (
+from gimbal_hil.loop.control.layout import PREFILTER_DECAY, TORQUE_LIMIT
+from gimbal_hil.loop.host import layout
+from gimbal_hil.loop.settings import (
     EmbeddedAntenna,
     host_configuration,
     load_settings,

@@ -11,11 +11,11 @@ import pytest
 
 from firmware_protocol.documents import yaml_text
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.arena import controller_settings
-from gimbal_hil.lockstep import host_of
-from gimbal_hil.runs import open_run
-from gimbal_hil.settings import DaemonSettings, adjusted, host_configuration, load_settings, settings_from_document
-from gimbal_hil.testing.antennas import LockstepAntennaOfTest
+from gimbal_hil.data.runs import open_run
+from gimbal_hil.loop.settings import DaemonSettings, adjusted, host_configuration, load_settings, settings_from_document
+from gimbal_hil.pointing.arena import controller_settings
+from gimbal_hil.realtime.lockstep import host_of
+from gimbal_hil.surface.testing.antennas import LockstepAntennaOfTest
 from sim_backend.model import shipped_model
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.signals import ColumnMap, SignalsTable, read_signals, write_signals
+from gimbal_hil.data.signals import ColumnMap, SignalsTable, read_signals, write_signals
 from sim_backend.model import model_named
 from tests.signals.bench import bench_log
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.signals import on_grid, read_signals, read_together
+from gimbal_hil.data.signals import on_grid, read_signals, read_together
 from sim_backend.model import AntennaModel, model_from_document
 from tests.rigs.rig import write_log
 

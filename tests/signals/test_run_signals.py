@@ -13,9 +13,9 @@ import pytest
 from firmware_protocol.enumerations import DriveState
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.schema import BY_NAME, POSITION_STEP_RAD, TORQUE_STEP_NM
-from gimbal_hil.host import AxisCommand, Mode, Segment, Shape, program_of
-from gimbal_hil.runs import EventKind, RunWriter, damage_of, open_run
-from gimbal_hil.signals import SignalsTable, read_signals, signals_of_run, write_signals
+from gimbal_hil.data.runs import EventKind, RunWriter, damage_of, open_run
+from gimbal_hil.data.signals import SignalsTable, read_signals, signals_of_run, write_signals
+from gimbal_hil.loop.host import AxisCommand, Mode, Segment, Shape, program_of
 from tests.runs.synthetic import (
     HEADER,
     Sender,

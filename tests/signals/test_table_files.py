@@ -16,7 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.signals import SignalsTable, read_signals, write_signals
+from gimbal_hil.data.signals import SignalsTable, read_signals, write_signals
 
 AXES = ("outer", "inner")
 HEADER = "time_s,outer.torque,outer.position,inner.torque,inner.position"

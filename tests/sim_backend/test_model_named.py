@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.cli import main
+from gimbal_hil.surface.cli import main
 from sim_backend.model import model_named, shipped_model_path
 
 

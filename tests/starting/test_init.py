@@ -10,13 +10,13 @@ from typing import Any
 import pytest
 
 from firmware_protocol.documents import read_yaml
-from gimbal_hil.checking import check_files
-from gimbal_hil.cli import main
-from gimbal_hil.cli.init import _described
-from gimbal_hil.experiments import conduct, embedded_model_of
-from gimbal_hil.experiments.sequences import SequenceOptions, build_experiment
-from gimbal_hil.settings import load_settings
-from gimbal_hil.starting import parse_link, write_antenna
+from gimbal_hil.knowledge.experiments import conduct, embedded_model_of
+from gimbal_hil.knowledge.experiments.sequences import SequenceOptions, build_experiment
+from gimbal_hil.loop.settings import load_settings
+from gimbal_hil.surface.checking import check_files
+from gimbal_hil.surface.cli import main
+from gimbal_hil.surface.cli.init import _described
+from gimbal_hil.surface.starting import parse_link, write_antenna
 from sim_backend.model import load_model
 
 

@@ -14,15 +14,15 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.lockstep import give_again, host_of
-from gimbal_hil.runs import open_run, replay
-from gimbal_hil.settings import shipped_settings
-from gimbal_hil.testing import MadeStep, Signal, within
-from gimbal_hil.testing.antennas import antenna_of
-from gimbal_hil.testing.recorded import RecordedSignals
+from gimbal_hil.data.runs import open_run, replay
+from gimbal_hil.loop.settings import shipped_settings
+from gimbal_hil.realtime.lockstep import give_again, host_of
+from gimbal_hil.surface.testing import MadeStep, Signal, within
+from gimbal_hil.surface.testing.antennas import antenna_of
+from gimbal_hil.surface.testing.recorded import RecordedSignals
 
 ROOT = Path(__file__).parents[2]
-MODULE = "gimbal_hil.testing.plugin"
+MODULE = "gimbal_hil.surface.testing.plugin"
 #: what a user writes, as the page has it
 USERS_FILE = (ROOT / "docs" / "testing.md").read_text().partition("```python\n")[2].partition("```")[0]
 

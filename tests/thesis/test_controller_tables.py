@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from gimbal_hil.control import Mode
-from gimbal_hil.thesis.closed_loop import AxisLoop, Gains, run_closed_loop
-from gimbal_hil.thesis.controller_tables import REGRESSION_BOUND, Agreement, TableResult, run_table, step_figures
-from gimbal_hil.thesis.inferred import LEVEL, STEP_TIME_S, TILTED, Configuration
-from gimbal_hil.thesis.printed import GAIN_TABLES, PREFILTER_TABLES, Loop, StepTable
+from gimbal_hil.loop.control import Mode
+from gimbal_hil.proof.thesis.closed_loop import AxisLoop, Gains, run_closed_loop
+from gimbal_hil.proof.thesis.controller_tables import REGRESSION_BOUND, Agreement, TableResult, run_table, step_figures
+from gimbal_hil.proof.thesis.inferred import LEVEL, STEP_TIME_S, TILTED, Configuration
+from gimbal_hil.proof.thesis.printed import GAIN_TABLES, PREFILTER_TABLES, Loop, StepTable
 from sim_backend.model import AntennaModel
 
 TABLES = {table.number: table for table in GAIN_TABLES + PREFILTER_TABLES}

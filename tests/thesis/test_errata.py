@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gimbal_hil.thesis.controller_tables import run_table
-from gimbal_hil.thesis.inferred import TILTED, ideal_sensors
-from gimbal_hil.thesis.printed import GAIN_TABLES
+from gimbal_hil.proof.thesis.controller_tables import run_table
+from gimbal_hil.proof.thesis.inferred import TILTED, ideal_sensors
+from gimbal_hil.proof.thesis.printed import GAIN_TABLES
 from sim_backend.model import shipped_model
 from sim_backend.plant import Plant
 

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from gimbal_hil.thesis.friction_curves import FrictionCurves, friction_curves
-from gimbal_hil.thesis.inferred import ideal_sensors
-from gimbal_hil.thesis.sliding import TEMPERATURES_DEGC, sliding_speeds, sliding_sweep, warm_antenna
+from gimbal_hil.proof.thesis.friction_curves import FrictionCurves, friction_curves
+from gimbal_hil.proof.thesis.inferred import ideal_sensors
+from gimbal_hil.proof.thesis.sliding import TEMPERATURES_DEGC, sliding_speeds, sliding_sweep, warm_antenna
 from sim_backend.model import shipped_model
 
 AXES = ("outer", "inner")

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.thesis import as_text, run_thesis
-from gimbal_hil.thesis.step_size import step_convergence
+from gimbal_hil.proof.thesis import as_text, run_thesis
+from gimbal_hil.proof.thesis.step_size import step_convergence
 
 
 def test_a_folder_with_a_report_is_not_overwritten(tmp_path: Path) -> None:

@@ -7,8 +7,8 @@ import pytest
 
 from firmware_protocol.compiling import entry_point
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.thesis.inferred import LEVEL
-from gimbal_hil.thesis.slip_effects import WHERE, acceleration_errors
+from gimbal_hil.proof.thesis.inferred import LEVEL
+from gimbal_hil.proof.thesis.slip_effects import WHERE, acceleration_errors
 from sim_backend.layout import GRAVITY_READING, SLIPS, GravityReading
 from sim_backend.model import model_from_document, plant_arrays, shipped_model
 from sim_backend.plant import Plant

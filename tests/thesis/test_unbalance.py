@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from gimbal_hil.thesis.unbalance import Unbalance, UnbalanceRun, claims, run_all_cases, run_unbalance
+from gimbal_hil.proof.thesis.unbalance import Unbalance, UnbalanceRun, claims, run_all_cases, run_unbalance
 from sim_backend.thesis_slips import Slip
 
 

@@ -7,11 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from gimbal_hil.arena import controller_settings
-from gimbal_hil.control import layout as control
-from gimbal_hil.host import layout as host
-from gimbal_hil.settings import host_configuration, observed_joint, shipped_settings
-from gimbal_hil.tuning import (
+from gimbal_hil.knowledge.tuning import (
     AxisDynamics,
     CascadeLaw,
     ObservedLaw,
@@ -20,6 +16,10 @@ from gimbal_hil.tuning import (
     least_margin,
     margins,
 )
+from gimbal_hil.loop.control import layout as control
+from gimbal_hil.loop.host import layout as host
+from gimbal_hil.loop.settings import host_configuration, observed_joint, shipped_settings
+from gimbal_hil.pointing.arena import controller_settings
 from sim_backend.model import shipped_model
 
 W = np.geomspace(0.1, 0.98 * math.pi * 1e3, 4000)
@@ -88,7 +88,7 @@ def test_the_margins_on_the_page_of_control_are_those_of_the_loops(axis: str, sh
 
 
 def test_the_response_of_the_law_is_that_of_its_code() -> None:
-    from gimbal_hil.control import Mode, observe, observed_torque, remember_torque, start_observing
+    from gimbal_hil.loop.control import Mode, observe, observed_torque, remember_torque, start_observing
 
     settings = controller_settings("all")
     section = settings.axes["outer"]

@@ -8,10 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gimbal_hil.arena import Trial, chosen, run_trial, shipped_scenarios
-from gimbal_hil.cli import main
-from gimbal_hil.settings import DaemonSettings, load_settings, shipped_settings, shipped_settings_path
-from gimbal_hil.tuning import (
+from gimbal_hil.knowledge.tuning import (
     AxisDynamics,
     CascadeLaw,
     NoMarginError,
@@ -25,7 +22,10 @@ from gimbal_hil.tuning import (
     tuned,
     tuning_task,
 )
-from gimbal_hil.tuning.loops import Disturbances
+from gimbal_hil.knowledge.tuning.loops import Disturbances
+from gimbal_hil.loop.settings import DaemonSettings, load_settings, shipped_settings, shipped_settings_path
+from gimbal_hil.pointing.arena import Trial, chosen, run_trial, shipped_scenarios
+from gimbal_hil.surface.cli import main
 from sim_backend.model import AntennaModel, shipped_model
 
 

@@ -13,9 +13,9 @@ import numba
 import pytest
 
 from firmware_protocol.compiling import compiled
-from gimbal_hil.cli import main
-from gimbal_hil.cli.compiling import _KERNELS, compiling_shown
-from gimbal_hil.warming import KERNELS, Kernel
+from gimbal_hil.surface.cli import main
+from gimbal_hil.surface.cli.compiling import _KERNELS, compiling_shown
+from gimbal_hil.surface.warming import KERNELS, Kernel
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 

@@ -1,5 +1,0 @@
-"""The command line: one file a command, nothing heavy imported before it is needed."""
-
-from gimbal_hil.cli.app import main
-
-__all__ = ["main"]

@@ -1,0 +1,10 @@
+"""Data: what was recorded or measured, whoever measured it.
+
+runs       run folders: write while running, read in any state, seal, replay
+signals    the signals table: run folders, CSV, Parquet and npz, checked when read
+exports    a run in other formats, with the same signal names in all
+catalogue  recorded runs: list, show, compare
+preflight  questions to a log before it is believed
+
+Needs no running antenna and no effect; knowledge begins where a log has been questioned.
+"""

@@ -1,0 +1,161 @@
+"""Two runs side by side: figures, what their configurations and models differ in, and both drawn over each other."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from firmware_protocol.errors import GimbalHilError
+from gimbal_hil.data.catalogue.summary import Measure, measures_of
+from gimbal_hil.data.runs import RecordedRun
+from gimbal_hil.data.signals import SignalsTable, signals_of_run, unit_of
+from gimbal_hil.pages.report import Block, Callout, Heading, Page, Plot, Table, Text
+
+_ABSENT = "-"
+_DRAWN = ("position", "rate", "torque")
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """`measures`: (name, unit, value of the first, of the second; None where it has none). `settings`: (key, value,
+    value) of what differs. `notes`: why a run could not be made a table.
+    """
+
+    names: tuple[str, str]
+    measures: tuple[tuple[str, str, float | None, float | None], ...]
+    settings: tuple[tuple[str, str, str], ...]
+    tables: tuple[SignalsTable | None, SignalsTable | None]
+    notes: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "runs": list(self.names),
+            "figures": [
+                {"name": name, "unit": unit, "first": first, "second": second}
+                for name, unit, first, second in self.measures
+            ],
+            "settings": [{"key": key, "first": first, "second": second} for key, first, second in self.settings],
+            "notes": list(self.notes),
+        }
+
+
+def compare(first: RecordedRun, second: RecordedRun) -> Comparison:
+    """How two runs differ."""
+    tables: list[SignalsTable | None] = []
+    notes = []
+    for run in (first, second):
+        try:
+            tables.append(signals_of_run(run, drop_invalid=True))
+        except GimbalHilError as error:
+            tables.append(None)
+            notes.append(str(error))
+    ours, theirs = (
+        {one.name: one for one in measures_of(run, table)} for run, table in zip((first, second), tables, strict=True)
+    )
+    measures = tuple(
+        (name, (ours.get(name) or theirs[name]).unit, _value(ours.get(name)), _value(theirs.get(name)))
+        for name in dict.fromkeys([*ours, *theirs])
+    )
+    names = (str(first.folder), str(second.folder))
+    return Comparison(names, measures, _differences(first, second), (tables[0], tables[1]), tuple(notes))
+
+
+def comparison_page(found: Comparison) -> Page:
+    """The report: figures, differences, and every signal of both over each other."""
+    first, second = found.names
+    count = len(found.settings)
+    lead = (
+        f"{count} {'setting differs' if count == 1 else 'settings differ'}."
+        if count
+        else "Configuration, model and seed are the same."
+    )
+    blocks: list[Block] = [Callout(f"{lead} {_largest_change(found)}".strip())]
+    blocks += [*(Text(note) for note in found.notes), *_overlays(found), Heading("Figures")]
+    rows = [[name, unit, _shown(a), _shown(b), _change(a, b)] for name, unit, a, b in found.measures]
+    blocks.append(Table(["", "unit", first, second, "change"], rows, "Following errors where a loop was closed."))
+    blocks += [Heading("What differs in configuration and model")]
+    blocks.append(Table(["key", first, second], [list(row) for row in found.settings]) if count else Text("Nothing."))
+    return Page("Two runs compared", f"gimbal-hil runs compare {first} {second}", blocks)
+
+
+def _largest_change(found: Comparison) -> str:
+    """The figure of both that changed most against its size; what came from nothing changed most of all."""
+    both = [(name, unit, a, b) for name, unit, a, b in found.measures if a is not None and b is not None and a != b]
+    if not both:
+        return "No figure of both differs."
+    name, unit, a, b = max(both, key=lambda row: abs(row[3] / row[2] - 1.0) if row[2] else math.inf)
+    return f"Most changed: {name}, from {_shown(a)} to {f'{_shown(b)} {unit}'.strip()}."
+
+
+def _overlays(found: Comparison) -> list[Block]:
+    from gimbal_hil.pages.plots import MEASURED, MODEL, stacked, thinned
+
+    first, second = found.tables
+    if first is None or second is None:
+        return [Text("Not both runs make a table of signals.")]
+    blocks: list[Block] = []
+    for axis in [axis for axis in first.axes if axis in second.axes]:
+        columns = [f"{axis}.{name}" for name in _DRAWN]
+        columns = [name for name in columns if name in first.columns and name in second.columns]
+        drawn = stacked(columns, "time since the first row [s]", [f"[{unit_of(name)}]" for name in columns])
+        for table, colour, label in ((first, MEASURED, found.names[0]), (second, MODEL, found.names[1])):
+            part = thinned(len(table), 1500)
+            for row, name in enumerate(columns, start=1):
+                drawn.add_scatter(
+                    x=table.time_s[part], y=table.columns[name][part], name=label, legendgroup=label,
+                    showlegend=row == 1, line={"color": colour, "width": 1.2}, row=row,
+                )  # fmt: skip
+        blocks.append(Plot(drawn, f"{axis}: both runs from their first row on."))
+    return blocks
+
+
+def _differences(first: RecordedRun, second: RecordedRun) -> tuple[tuple[str, str, str], ...]:
+    ours, theirs = (_flat(_told(run)) for run in (first, second))
+    keys = sorted(set(ours) | set(theirs))
+    rows = ((key, ours.get(key, _ABSENT), theirs.get(key, _ABSENT)) for key in keys)
+    return tuple(row for row in rows if row[1] != row[2])
+
+
+def _told(run: RecordedRun) -> dict[str, Any]:
+    header = run.record.header
+    return {
+        "configuration": header.configuration,
+        "model": header.model,
+        "seed": header.seed,
+        "lockstep": header.lockstep,
+        "period_ns": header.period_ns,
+        "axes": list(header.axes),
+        "title": header.title,
+        "software": run.record.software.get("gimbal_hil"),
+    }
+
+
+def _flat(content: Any, prefix: str = "") -> dict[str, str]:
+    """Every number and word by its dotted key; lists by their places."""
+    if isinstance(content, Mapping) and content:
+        pairs = content.items()
+    elif isinstance(content, list) and any(isinstance(one, Mapping | list) for one in content):
+        pairs = {str(place): one for place, one in enumerate(content)}.items()
+    else:
+        return {prefix: f"{content:.9g}" if isinstance(content, float) else str(content)}
+    found: dict[str, str] = {}
+    for key, value in pairs:
+        found |= _flat(value, f"{prefix}.{key}" if prefix else str(key))
+    return found
+
+
+def _value(measure: Measure | None) -> float | None:
+    return None if measure is None else measure.value
+
+
+def _shown(value: float | None) -> str:
+    return _ABSENT if value is None else f"{value:.6g}"
+
+
+def _change(first: float | None, second: float | None) -> str:
+    if first is None or second is None or first == second:
+        return "" if first == second else _ABSENT
+    return f"{100.0 * (second - first) / abs(first):+.2f} %" if first else "new"

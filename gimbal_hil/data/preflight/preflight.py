@@ -1,0 +1,140 @@
+"""The question before all others: does the model, within a factor, ask for the torque that was logged, or only if it is
+read otherwise?
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.data.preflight.channels import ChannelEquation, channels_of, in_blocks
+from gimbal_hil.data.preflight.readings import OtherReading, in_amperes, other_readings
+from gimbal_hil.data.signals import SignalsTable
+from sim_backend.model import AntennaModel
+
+#: numbers of a sound model are right within this factor
+_FACTOR = 3.0
+#: one factor over all numbers, and each of them within a small one of it, is not a wrong model but another unit
+_COMMON_LEAST, _COMMON_MOST, _COMMON_STEP, _ALIKE = 2.7, 3e4, 1.15, 1.4
+#: gains that leave at most so many times the least do as well
+_NEARLY = 1.05
+#: a channel is suspect when more than this share of it is left; another reading is right when it leaves no more than
+#: these shares of any suspect channel, and of what was left of it
+_SUSPECT, _LEFT, _OF_IT = 0.5, 0.4, 0.5
+#: the most that a base is pitched by, rad, and what a table rounds
+_MOST_PITCH = 0.5 * np.pi + 1e-3
+#: slower logs hold nothing of what friction and joints do; a period in milliseconds looks like one
+_LONGEST_PERIOD_S = 0.1
+
+Misfits = Mapping[str, float]
+
+
+def preflight(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> None:
+    """Raise BadInputError that names files, columns and what they seem to hold where logs fit the model only if they
+    are read otherwise.
+
+    A model that is off by a factor of two, or that has no friction, or lacks what the search is to find, is no reason
+    to refuse: what counts is that another reading of the same numbers makes sense where this one makes none.
+    """
+    for table in tables:
+        if table.period_s > _LONGEST_PERIOD_S:
+            raise BadInputError(
+                f"{table.source or 'log'}: time_s",
+                f"has a period of {table.period_s:.4g}, which is slow for seconds and usual for milliseconds",
+                f"seconds, at most {_LONGEST_PERIOD_S:g} a row",
+            )
+    misread = misreading(model, tables)
+    if misread is None:
+        for table in tables:
+            _check_attitude(table)
+        return
+    found, which = misread
+    where = ", ".join(dict.fromkeys(table.source or "log" for table in which))
+    verb = "seems" if len(found.columns) == 1 else "seem"
+    raise BadInputError(
+        f"{where}: {', '.join(found.columns)}",
+        f"{verb} to be {found.what}: only so do they fit what the model asks of this motion",
+        found.remedy,
+    )
+
+
+def _check_attitude(table: SignalsTable) -> None:
+    """Raise BadInputError for a base that is pitched by more than a quarter turn, which no pitch is."""
+    pitch = table.base("pitch")
+    most = 0.0 if pitch is None else float(np.abs(pitch).max())
+    if most > _MOST_PITCH:
+        raise BadInputError(
+            f"{table.source or 'log'}: base.pitch",
+            f"reaches {most:.3g}, and no pitch is beyond a quarter turn: it seems to be in degrees",
+            "radians, for roll and yaw too, and rad/s for rates",
+        )
+
+
+def misreading(
+    model: AntennaModel, tables: tuple[SignalsTable, ...]
+) -> tuple[OtherReading, tuple[SignalsTable, ...]] | None:
+    """The other reading under which the model asks for what was logged, where as it stands it does not, and the tables
+    that are to be read so: all, or one of them. None for sound tables.
+    """
+    blocks = tuple(map(in_blocks, tables))
+    channels = channels_of(model, blocks)
+    as_read = {name: channel.misfit(_FACTOR) for name, channel in channels.items()}
+    found: list[tuple[float, OtherReading, tuple[SignalsTable, ...]]] = []
+    if max(as_read.values(), default=0.0) > _SUSPECT:
+        one_each = [(k,) for k in range(len(tables))] if len(tables) > 1 else []
+        for reading in other_readings(model, blocks):
+            for which in (tuple(range(len(tables))), *one_each):
+                read = tuple(reading.undone(block) if k in which else block for k, block in enumerate(blocks))
+                other = channels_of(model, read)
+                left = {name: channel.misfit(_FACTOR) for name, channel in other.items()}
+                # of several logs all must be left that were there: one that says nothing any more misfits nowhere
+                whole = len(which) == len(tables) or _rows(other) == _rows(channels)
+                if whole and _is_right(as_read, left):
+                    found.append((_size(left), reading, tuple(tables[k] for k in which)))
+    current = [(size, reading, tables) for size, reading in _amperes(model, channels, as_read)]
+    best = min((*found, *current), key=lambda one: one[0], default=None)
+    return None if best is None else best[1:]
+
+
+def _rows(channels: Mapping[str, ChannelEquation]) -> dict[str, int]:
+    return {name: len(channel.target) for name, channel in channels.items()}
+
+
+def _is_right(as_read: Misfits, left: Misfits) -> bool:
+    return all(
+        name in left and left[name] < min(_LEFT, _OF_IT * before)
+        if before > _SUSPECT
+        else left.get(name, np.inf) < _SUSPECT
+        for name, before in as_read.items()
+    )
+
+
+def _amperes(
+    model: AntennaModel, channels: Mapping[str, ChannelEquation], others: Misfits
+) -> list[tuple[float, OtherReading]]:
+    """Torque in another unit: every part of it off by one factor beyond what gains are off by, on one axis that is
+    driven or on each.
+    """
+    driven = {name: channel for name, channel in channels.items() if name.endswith(".torque")}
+    as_read = {name: channel.misfit(_ALIKE) for name, channel in driven.items()}
+    left, gains = {**others, **as_read}, {}
+    steps = np.arange(np.log(_COMMON_LEAST), np.log(_COMMON_MOST), np.log(_COMMON_STEP))
+    for name in (name for name in driven if as_read[name] > _SUSPECT):
+        factors = np.array([*-steps, *steps])
+        tried = np.array([driven[name].misfit(_ALIKE, float(gain)) for gain in np.exp(factors)])
+        # numbers may be off as well, so that many gains do as well: the middle one of them
+        alike = factors[tried <= _NEARLY * tried.min()]
+        left[name], gains[name.removesuffix(".torque")] = float(tried.min()), float(np.exp(alike.mean()))
+        # what numbers that are each off by a factor of their own explain nearly as well is a wrong model, not a unit
+        if left[name] > _OF_IT * others[name]:
+            return []
+    if not gains or not _is_right({**others, **as_read}, left):
+        return []
+    return [(_size(left), in_amperes(gains, "N" if model.is_linear else "N m"))]
+
+
+def _size(left: Misfits) -> float:
+    """How much a reading leaves, over all channels."""
+    return float(np.mean(np.log(0.1 + np.array(list(left.values())))))

@@ -1,0 +1,98 @@
+"""Other ways to read a log: each misreading that people make, as the change of the table that would undo it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import chain, combinations
+
+import numpy as np
+
+from gimbal_hil.data.signals import SignalsTable
+from sim_backend.model import AntennaModel, ModelKind
+
+_RADIANS = float(np.deg2rad(1.0))
+_ANGLES, _RATES = ("base.roll", "base.pitch", "base.yaw"), ("base.p", "base.q", "base.r")
+
+
+@dataclass(frozen=True)
+class OtherReading:
+    """`columns` are `what` (in words that follow "is" or "are"); `undone` is the table as it should have been, `remedy`
+    what to do.
+    """
+
+    columns: tuple[str, ...]
+    what: str
+    remedy: str
+    undone: Callable[[SignalsTable], SignalsTable]
+
+
+def other_readings(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> Iterator[OtherReading]:
+    """Every misreading that these tables allow, with one unit or sign wrong at a time."""
+    present = set.intersection(*(set(table.columns) for table in tables))
+    rotary = model.kind is not ModelKind.LINEAR
+    joints = [
+        tuple(some) for some in (*([axis] for axis in model.axes), *([model.axes] if len(model.axes) > 1 else []))
+    ]
+    for axes in joints:
+        for signals in _some_of(("position", "rate")):
+            columns = tuple(f"{axis}.{signal}" for axis in axes for signal in signals)
+            if set(columns) <= present and rotary:
+                yield OtherReading(columns, "in degrees", "radians (and rad/s)", _scaled(columns, _RADIANS))
+            elif set(columns) <= present:
+                yield OtherReading(columns, "in millimetres", "metres (and m/s)", _scaled(columns, 1e-3))
+    for axis in model.axes:
+        for signals in (*_some_of(("position", "rate")), ("torque",)):
+            columns = tuple(f"{axis}.{signal}" for signal in signals)
+            if set(columns) <= present:
+                remedy = "one positive direction for torque, position and rate of an axis"
+                yield OtherReading(columns, "mirrored", remedy, _scaled(columns, -1.0))
+    if len(model.axes) == 2:
+        for signals in _some_of(("torque", "position", "rate")):
+            columns = tuple(f"{axis}.{signal}" for axis in model.axes for signal in signals)
+            if set(columns) <= present:
+                yield OtherReading(
+                    columns, "swapped", "the columns of each axis under its own name", _swapped(model.axes, signals)
+                )
+    for groups in _some_of((_ANGLES, _RATES)):
+        columns = tuple(name for group in groups for name in group if name in present)
+        if columns and all(any(name in present for name in group) for group in groups):
+            yield OtherReading(columns, "in degrees", "radians and rad/s", _scaled(columns, _RADIANS))
+    yield OtherReading(("time_s",), "in milliseconds", "seconds", _in_seconds)
+
+
+def in_amperes(per_ampere: Mapping[str, float], unit: str) -> OtherReading:
+    """Torque columns that hold a current, of which one ampere makes about so much on each of these axes."""
+    columns = tuple(f"{axis}.torque" for axis in per_ampere)
+    about = ", ".join(f"{gain:.1g} {unit}/A on {axis}" for axis, gain in per_ampere.items())
+    remedy = f"columns AXIS.current and actuator.torque_constant in the model (about {about}?)"
+
+    def undone(table: SignalsTable) -> SignalsTable:
+        return _with(table, {f"{axis}.torque": gain * table.torque(axis) for axis, gain in per_ampere.items()})
+
+    return OtherReading(columns, "in amperes or another unit than torque's", remedy, undone)
+
+
+def _some_of(parts: tuple) -> list[tuple]:
+    """Every choice of parts, the whole first."""
+    return list(chain.from_iterable(combinations(parts, count) for count in range(len(parts), 0, -1)))
+
+
+def _with(table: SignalsTable, changed: dict) -> SignalsTable:
+    return SignalsTable.of(
+        table.axes, table.time_s, {**table.columns, **changed}, table.repeat, table.source, table.notes
+    )
+
+
+def _scaled(columns: tuple[str, ...], factor: float) -> Callable[[SignalsTable], SignalsTable]:
+    return lambda table: _with(table, {name: factor * table.columns[name] for name in columns})
+
+
+def _swapped(axes: tuple[str, ...], signals: tuple[str, ...]) -> Callable[[SignalsTable], SignalsTable]:
+    one, other = axes
+    pairs = [(f"{a}.{signal}", f"{b}.{signal}") for a, b in ((one, other), (other, one)) for signal in signals]
+    return lambda table: _with(table, {to: table.columns[of] for to, of in pairs})
+
+
+def _in_seconds(table: SignalsTable) -> SignalsTable:
+    return SignalsTable.of(table.axes, 1e-3 * table.time_s, table.columns, table.repeat, table.source, table.notes)

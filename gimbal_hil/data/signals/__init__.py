@@ -1,0 +1,29 @@
+"""The signals table: measured data from run folders, CSV and Parquet, checked when read; logs on one time grid."""
+
+from gimbal_hil.data.signals.column_map import ColumnMap
+from gimbal_hil.data.signals.reading import read_signals, read_together, signals_of_run
+from gimbal_hil.data.signals.resampling import on_grid
+from gimbal_hil.data.signals.rigid_body import RigidBody, RigidMotion, base_rows, body_rates
+from gimbal_hil.data.signals.table import SignalsTable, column_names
+from gimbal_hil.data.signals.table_file import TableKind, csv_metadata, replacing, write_signals
+from gimbal_hil.data.signals.units import unit_of, units_of
+
+__all__ = [
+    "ColumnMap",
+    "RigidBody",
+    "RigidMotion",
+    "SignalsTable",
+    "TableKind",
+    "base_rows",
+    "body_rates",
+    "column_names",
+    "csv_metadata",
+    "on_grid",
+    "read_signals",
+    "read_together",
+    "replacing",
+    "signals_of_run",
+    "unit_of",
+    "units_of",
+    "write_signals",
+]

@@ -1,0 +1,248 @@
+"""Is this a signals table? Every way in which a file may fail to be one, refused by name or repaired on request."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.data.signals.resampling import GAP_PERIODS, resample_rows
+from gimbal_hil.data.signals.table import BASE_ANGLES, REPEAT, REQUIRED_SIGNALS, TIME, SignalsTable, column_names
+from gimbal_hil.data.signals.table_file import RawColumns
+
+JITTER_LIMIT = 0.05  # of the period
+FEWEST_ROWS = 10
+_REMEDY = "--resample and --drop-invalid accept such a log"
+
+
+@dataclass(frozen=True)
+class Repair:
+    """What may be done to a log that is no signals table as it stands.
+
+    `drop_invalid` leaves out rows that hold no number or stand still or back in time, and keeps the longest stretch of
+    constant rate. `resample` puts the rows on a grid of the median period, or of `rate_hz`, which asks for a grid by
+    itself. With both, invalid rows go first and the gaps are filled.
+    """
+
+    resample: bool = False
+    drop_invalid: bool = False
+    rate_hz: float | None = None
+
+    @property
+    def to_grid(self) -> bool:
+        """Whether rows are put on a grid."""
+        return self.resample or self.rate_hz is not None
+
+    @property
+    def period_s(self) -> float | None:
+        """Period of that grid; None for the data's own. Raises BadInputError when the rate is none."""
+        if self.rate_hz is None:
+            return None
+        if not 0.0 < self.rate_hz < float("inf"):
+            raise BadInputError(f"--rate {self.rate_hz:g}", "is no rate", "rows a second, above zero")
+        return 1.0 / self.rate_hz
+
+
+@dataclass(frozen=True)
+class AxisNames:
+    """The axes that a log is read for, what turns a current into torque (N m/A, N/A) by axis, where the model states
+    it, whether the axes turn, and what the model is called, if there is one.
+    """
+
+    axes: tuple[str, ...]
+    torque_constants: Mapping[str, float] = field(default_factory=dict)
+    rotary: bool = True
+    model: str = ""
+
+
+def checked_table(raw: RawColumns, named: AxisNames, repair: Repair) -> SignalsTable:
+    """The table in a file; raises BadInputError that names file, row and column."""
+    axes, resample, drop_invalid = named.axes, repair.to_grid, repair.drop_invalid
+    names, notes = _known_columns(raw, named)
+    rows = _valid_rows(raw, names, resample, drop_invalid, notes)
+    rows = _forward_rows(raw, rows, resample or drop_invalid, notes)
+    if named.rotary:
+        raw = _turned_on(raw, rows, axes, notes)
+    if resample:
+        time_s, columns, laps = resample_rows(raw, rows, names, notes, repair.period_s)
+    else:
+        rows = _steady_rows(raw, rows, drop_invalid, notes)
+        time_s = raw.values[TIME][rows]
+        columns = {name: raw.values[name][rows] for name in names if name not in (TIME, REPEAT)}
+        laps = raw.values[REPEAT][rows] if REPEAT in names else None
+    for name in BASE_ANGLES:
+        if name in columns:
+            columns[name] = np.unwrap(columns[name])
+    for axis in axes:
+        if f"{axis}.torque" not in columns:
+            constant = named.torque_constants[axis]
+            columns[f"{axis}.torque"] = constant * columns[f"{axis}.current"]
+            notes.append(f"{axis}.torque is {axis}.current times the model's {constant:.6g} per ampere")
+    repeat = None if laps is None else laps.astype(np.int64)
+    return SignalsTable.of(axes, time_s, columns, repeat, str(raw.path), notes)
+
+
+def _turned_on(raw: RawColumns, rows: NDArray[np.int64], axes: Sequence[str], notes: list[str]) -> RawColumns:
+    """Positions of encoders that begin again after each turn, carried on over whole turns.
+
+    A change of more than half a turn from row to row is such a beginning where all others are below a quarter, and the
+    rest of it, whole turns taken off, is no larger than they are.
+    """
+    values = dict(raw.values)
+    for axis in axes:
+        position = values[f"{axis}.position"]
+        kept = rows[np.isfinite(position[rows])]
+        changes = np.diff(position[kept])
+        far = np.abs(changes) > np.pi
+        rest = (changes[far] + np.pi) % (2.0 * np.pi) - np.pi
+        usual = float(np.max(np.abs(changes[~far]), initial=0.0))
+        if not far.any() or usual > 0.5 * np.pi or np.max(np.abs(rest)) > 2.0 * usual:
+            continue
+        for name in (f"{axis}.position", f"{axis}.position_ref"):
+            if name in values:
+                values[name] = values[name].copy()
+                values[name][kept] = np.unwrap(values[name][kept])
+        notes.append(
+            f"{axis}.position begins again {np.count_nonzero(far)} times, first at"
+            f" {raw.where(int(kept[np.argmax(far) + 1]), f'{axis}.position')}: whole turns were added there"
+        )
+    return replace(raw, values=values)
+
+
+def _known_columns(raw: RawColumns, named: AxisNames) -> tuple[list[str], list[str]]:
+    """Columns that the table takes; raises when a required one is missing."""
+    present, axes = list(raw.values), named.axes
+    required = (TIME, *(f"{axis}.{signal}" for axis in axes for signal in REQUIRED_SIGNALS))
+    for name in required:
+        axis, _, signal = name.rpartition(".")
+        if signal == "torque" and name not in raw.values and f"{axis}.current" in raw.values:
+            if axis not in named.torque_constants:
+                raise BadInputError(
+                    f"{raw.path}: column {axis}.current", "is in amperes and the model does not say what torque they "
+                                                          "make",
+                    f"axes.{axis}.actuator.torque_constant in the model, or the column {name}",
+                )  # fmt: skip
+        elif name not in raw.values:
+            near = difflib.get_close_matches(name, present, 1)
+            of_model = f" of the model {named.model!r}" if named.model else ""
+            if len(present) == 1 and any(mark in present[0] for mark in "| "):
+                hint = "columns separated by commas, semicolons or tabs"
+            elif near:
+                hint = f"this column of the axes {', '.join(axes)}{of_model} (the file has {near[0]!r})"
+            else:
+                hint = f"this column for the axes {', '.join(axes)}{of_model}"
+            others = f", or --column {name}=COLUMN:UNIT with what the file calls it ({', '.join(present)})"
+            raise BadInputError(str(raw.path), f"has no column {name!r}", hint + others)
+    allowed = (TIME, REPEAT, *column_names(axes))
+    unused = [f"{axis}.current" for axis in axes if f"{axis}.torque" in raw.values and f"{axis}.current" in raw.values]
+    notes = [f"{name} was not used: the file has the torque itself" for name in unused]
+    notes += [
+        f"column {name!r} is not one of a signals table and was left out" for name in present if name not in allowed
+    ]
+    return [name for name in allowed if name in raw.values and name not in unused], notes
+
+
+def _valid_rows(
+    raw: RawColumns, names: Sequence[str], resample: bool, drop_invalid: bool, notes: list[str]
+) -> NDArray[np.int64]:
+    if raw.ragged:
+        row, expected, found = raw.ragged[0]
+        if not (resample or drop_invalid):
+            raise BadInputError(
+                f"{raw.path}: line {row}",
+                f"has {found} cells where the header has {expected}",
+                f"one cell a column; {_REMEDY}",
+            )
+        notes.append(f"{len(raw.ragged)} rows with a wrong number of cells were left out, the first in line {row}")
+    invalid = {name: np.isnan(raw.values[name]) for name in names}
+    if REPEAT in invalid:
+        invalid[REPEAT] = invalid[REPEAT] | (raw.values[REPEAT] % 1 != 0)
+    bad = np.any(list(invalid.values()), axis=0)
+    if not bad.any():
+        return np.arange(len(bad))
+    row = int(np.argmax(bad))
+    column = next(name for name in names if invalid[name][row])
+    if not (resample or drop_invalid):
+        raise BadInputError(
+            raw.where(row, column),
+            _what(raw, row, column),
+            f"a finite number; rows without one: {np.count_nonzero(bad)}; {_REMEDY}",
+        )
+    notes.append(
+        f"{np.count_nonzero(bad)} of {len(bad)} rows held no number somewhere, first at {raw.where(row, column)}"
+    )
+    for name in names:
+        if invalid[name].all():
+            raise BadInputError(f"{raw.path}: column {name}", "holds no number at all", "a number in every row")
+    return np.flatnonzero(~bad if drop_invalid else ~invalid[TIME])
+
+
+def _what(raw: RawColumns, row: int, column: str) -> str:
+    text = raw.texts[column].get(row)
+    if text is not None:
+        return f"holds {text!r}"
+    value = raw.values[column][row]
+    return "is empty or not a number" if np.isnan(value) else f"is {value:g}, no whole number"
+
+
+def _forward_rows(raw: RawColumns, rows: NDArray[np.int64], repair: bool, notes: list[str]) -> NDArray[np.int64]:
+    """Rows whose time is later than all before."""
+    _require_rows(raw, len(rows))
+    time_s = raw.values[TIME][rows]
+    latest = np.maximum.accumulate(time_s)
+    forward = np.concatenate(([True], time_s[1:] > latest[:-1]))
+    if forward.all():
+        return rows
+    at = int(np.argmin(forward))
+    problem = (
+        "is the same as in the row before" if time_s[at] == time_s[at - 1] else "is not later than in the rows before"
+    )
+    where = raw.where(int(rows[at]), TIME)
+    count = np.count_nonzero(~forward)
+    if not repair:
+        raise BadInputError(
+            where, f"{problem} ({time_s[at]:.9g} s)", f"increasing times ({count} rows are not); {_REMEDY}"
+        )
+    notes.append(f"{count} rows were left out because their time {problem}, the first at {where}")
+    return rows[forward]
+
+
+def _steady_rows(raw: RawColumns, rows: NDArray[np.int64], cut: bool, notes: list[str]) -> NDArray[np.int64]:
+    """Rows of constant rate: all of them, or the longest stretch of them when `cut`."""
+    _require_rows(raw, len(rows))
+    time_s = raw.values[TIME][rows]
+    steps = np.diff(time_s)
+    period = float(np.median(steps))
+    unsteady = np.abs(steps - period) > JITTER_LIMIT * period
+    if not unsteady.any():
+        return rows
+    at = int(np.argmax(unsteady))
+    problem = f"comes {steps[at] / period:.4g} periods of {period:.6g} s after the row before"
+    word = "a gap" if steps[at] > GAP_PERIODS * period else "jitter over 5 % of the period"
+    gaps = np.count_nonzero(steps > GAP_PERIODS * period)
+    summary = f"{gaps} gaps and {np.count_nonzero(unsteady) - gaps} jittering steps"
+    where = raw.where(int(rows[at + 1]), TIME)
+    if not cut:
+        raise BadInputError(where, f"{problem}: {word}", f"a constant rate ({summary} in the file); {_REMEDY}")
+    edges = np.concatenate(([0], np.flatnonzero(unsteady) + 1, [len(rows)]))
+    longest = int(np.argmax(np.diff(edges)))
+    start, stop = int(edges[longest]), int(edges[longest + 1])
+    if stop - start < FEWEST_ROWS:
+        raise BadInputError(
+            where,
+            f"{problem}: {word}, and no stretch of constant rate has {FEWEST_ROWS} rows",
+            "--resample for such a log",
+        )
+    notes.append(
+        f"{summary}: kept the longest stretch of constant rate, {stop - start} of {len(raw.values[TIME])} rows"
+    )
+    return rows[start:stop]
+
+
+def _require_rows(raw: RawColumns, count: int) -> None:
+    if count < FEWEST_ROWS:
+        raise BadInputError(str(raw.path), f"has {count} usable rows", f"at least {FEWEST_ROWS}")

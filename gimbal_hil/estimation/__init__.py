@@ -1,6 +1,0 @@
-"""Fitting, blocks and intervals: one place for identification, discrepancy and improvement."""
-
-from gimbal_hil.estimation.blocks import Paired, block_sums, decorrelation_rows, paired
-from gimbal_hil.estimation.bounded_fit import BoundedFit, bounded_fit
-
-__all__ = ["BoundedFit", "Paired", "block_sums", "bounded_fit", "decorrelation_rows", "paired"]

@@ -1,0 +1,70 @@
+"""Hypotheses: effects added to a model, their evidence in the logs, and the fit of their numbers."""
+
+from gimbal_hil.knowledge.discrepancy.hypotheses.axis_scales import present_in
+from gimbal_hil.knowledge.discrepancy.hypotheses.evidence import (
+    carries_command,
+    command_residual,
+    noise_of_command,
+    noise_of_motion,
+    torque_residual,
+    unshaped,
+    with_shares,
+)
+from gimbal_hil.knowledge.discrepancy.hypotheses.families import Family, families
+from gimbal_hil.knowledge.discrepancy.hypotheses.fit import (
+    BROKEN,
+    Fit,
+    Weighing,
+    bounds_of,
+    fit,
+    prior_weights,
+    weighed_cost,
+)
+from gimbal_hil.knowledge.discrepancy.hypotheses.hypothesis import (
+    PLAUSIBLE,
+    Cause,
+    Hypothesis,
+    KnownNumber,
+    at_bound,
+    has_no_bump,
+    is_tied,
+    known_numbers,
+    parameters_of,
+    plainer_of,
+    values_of,
+)
+from gimbal_hil.knowledge.discrepancy.hypotheses.origin import aligned, placed, zero_is_a_convention
+
+__all__ = [
+    "BROKEN",
+    "PLAUSIBLE",
+    "Cause",
+    "Family",
+    "Fit",
+    "Hypothesis",
+    "KnownNumber",
+    "Weighing",
+    "aligned",
+    "at_bound",
+    "bounds_of",
+    "carries_command",
+    "command_residual",
+    "families",
+    "fit",
+    "has_no_bump",
+    "is_tied",
+    "known_numbers",
+    "noise_of_command",
+    "noise_of_motion",
+    "parameters_of",
+    "placed",
+    "plainer_of",
+    "present_in",
+    "prior_weights",
+    "torque_residual",
+    "unshaped",
+    "values_of",
+    "weighed_cost",
+    "with_shares",
+    "zero_is_a_convention",
+]

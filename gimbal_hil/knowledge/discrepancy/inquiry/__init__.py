@@ -1,0 +1,59 @@
+"""What is searched, as one frozen value: logs, floors, candidates, known numbers; and how a hypothesis stands there."""
+
+from gimbal_hil.knowledge.discrepancy.inquiry.inquiry import (
+    PARTS,
+    Inquiry,
+    State,
+    gain_on,
+    mean_squares,
+    refitted,
+    rms,
+    settled,
+    shared,
+    squares_of,
+    stands_out,
+    state_of,
+    surely_less,
+    weighing_of,
+)
+from gimbal_hil.knowledge.discrepancy.inquiry.policy import LEAST_GAP, MOST_CAUSES, MOST_ENTRIES, Policy
+from gimbal_hil.knowledge.discrepancy.inquiry.preflight import LEAST_S, check_logs
+from gimbal_hil.knowledge.discrepancy.inquiry.prepare import (
+    Noise,
+    as_stated,
+    effect_names,
+    prepared,
+    recalibrated,
+    scored_band,
+)
+from gimbal_hil.knowledge.discrepancy.inquiry.standing import standing
+
+__all__ = [
+    "LEAST_GAP",
+    "LEAST_S",
+    "MOST_CAUSES",
+    "MOST_ENTRIES",
+    "PARTS",
+    "Inquiry",
+    "Noise",
+    "Policy",
+    "State",
+    "as_stated",
+    "check_logs",
+    "effect_names",
+    "gain_on",
+    "mean_squares",
+    "prepared",
+    "recalibrated",
+    "refitted",
+    "rms",
+    "scored_band",
+    "settled",
+    "shared",
+    "squares_of",
+    "standing",
+    "stands_out",
+    "state_of",
+    "surely_less",
+    "weighing_of",
+]

@@ -1,0 +1,53 @@
+"""How a model stands to one log, without a search: what it leaves of each channel beside the noise floor."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gimbal_hil.data.signals import SignalsTable
+from gimbal_hil.knowledge.discrepancy.hypotheses import Hypothesis, torque_residual
+from gimbal_hil.knowledge.discrepancy.inquiry.prepare import scored_band
+from gimbal_hil.knowledge.discrepancy.noise import (
+    effective_floors,
+    floors,
+    processing_floors,
+    spectral_floors,
+    wide_twin,
+)
+from gimbal_hil.knowledge.discrepancy.twin import Twin, record_of
+from sim_backend.model import AntennaModel
+
+
+def standing(model: AntennaModel, table: SignalsTable) -> list[dict[str, Any]]:
+    """One gap per channel in the form of a verdict's `gaps`, before and after being the same: nothing is searched for
+    or tuned.
+    """
+    hz = scored_band((table,))
+    twin = Twin(model, (record_of(table, model, hz, "judged"),))
+    structure = twin.structure(())
+    spectra = spectral_floors(twin, wide_twin(twin, (table,)), structure, structure.P)
+    noise = floors(twin, spectra, structure, structure.P)
+    processing = processing_floors(twin, (table,))
+    floor = effective_floors(twin, noise, processing)
+    rms = np.sqrt(np.mean(torque_residual(twin, Hypothesis(), floor) ** 2, axis=0)) * floor
+    return [
+        {
+            "axis": channel.axis,
+            "signal": channel.signal,
+            "unit": channel.unit(model.is_linear),
+            "band_hz": [0.0, hz],
+            "before": float(rms[j]),
+            "after": float(rms[j]),
+            "noise_floor": float(floor[j]),
+            "noise_floor_after": float(floor[j]),
+            "noise_floor_from": "this log",
+            "processing_floor": float(processing[j]),
+            "closed_fraction": None,
+            "closed_low": None,
+            "closed_high": None,
+            "on": "a motion that the model has not seen",
+        }
+        for j, channel in enumerate(twin.channels)
+    ]

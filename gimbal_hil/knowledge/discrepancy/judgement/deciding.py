@@ -1,0 +1,347 @@
+"""Which causes are told, and how surely: the probability of a name, of its class, and of something else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+
+from gimbal_hil.knowledge.discrepancy.hypotheses import Cause
+from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, Policy, State, refitted, rms, settled, squares_of
+from gimbal_hil.knowledge.discrepancy.judgement.judging import Remainder, Standing, depends_on, remainders, standings
+from gimbal_hil.knowledge.discrepancy.judgement.rivals import Rival
+from gimbal_hil.knowledge.discrepancy.judgement.wander import left_beside_wander
+from gimbal_hil.knowledge.discrepancy.search import (
+    Path,
+    clearly_better,
+    extended,
+    given_back,
+    no_worse,
+    numbers_of,
+    surely,
+    with_more_room,
+)
+from sim_backend.effects import CATALOGUE, Variable
+
+#: a gap that the hold-out does not repeat, or that nothing predicts, is none up to this many floors
+_NOT_REPEATED = 2.0
+#: how often the judgement may begin anew for each cause: one left out, replaced, or replaced once more
+_TURNS = 3
+#: a rival that takes a cause's place has at most so many numbers more
+_MORE_NUMBERS = 1
+#: alternatives that are told
+_MOST_RIVALS = 3
+
+
+class Status(Enum):
+    """How a cause is told."""
+
+    NAMED = "named"
+    AMBIGUOUS = "ambiguous"
+
+
+class Kind(Enum):
+    """The verdicts."""
+
+    NAMED = "named"
+    AMBIGUOUS = "ambiguous"
+    UNEXPLAINED = "unexplained"
+    NO_DISCREPANCY = "no_discrepancy"
+    UNUSABLE_DATA = "unusable_data"
+
+
+@dataclass(frozen=True)
+class Told:
+    """A cause as it is told: its standing, what else could be in its place, how probable name and class are."""
+
+    standing: Standing
+    status: Status
+    close: tuple[Rival, ...]
+    #: of the name; of the name, one of those that it cannot be told from, or what acts like it beyond its bound
+    probability: float
+    of_class: float
+    #: data that had no part in the search shows it, and its numbers are inside their bounds
+    shown: bool
+
+    @property
+    def of_names(self) -> float:
+        """Probability of the name or one of its alternatives: what stands at its bound is as likely neither."""
+        return self.of_class - (self.probability if self.standing.at_bound else 0.0)
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What is told in the end."""
+
+    kind: Kind
+    state: State
+    told: tuple[Told, ...]
+    remainders: tuple[Remainder, ...]
+    #: where nothing is told: the variable that what is left depends on, and the share that it predicts alone
+    depends_on: tuple[Variable, float] | None = None
+
+
+def decide(
+    inquiry: Inquiry, stated: State, null: State, path: Path, suspected_only: bool, by_command: bool
+) -> Decision:
+    """Judge the causes that a search ended with; of those that do not stand one is left out, and the others are judged
+    once more without it. `stated` and `null` are the model as its file has it and with its known numbers inside their
+    uncertainty. `suspected_only`: no log can confirm a name. `by_command`: none says what an actuator gave.
+    """
+    if path.state.hypothesis.causes and _leaves_a_gap(inquiry, null):
+        state = given_back(inquiry, settled(inquiry, path.state))
+        state = _as_numbers(inquiry, state) if by_command else state
+        beside_a_curve: dict[tuple[str, str], Told] = {}
+        for _ in range(_TURNS * len(set(state.hypothesis.labels))):
+            if not no_worse(null.untouched, state.untouched):
+                # what leaves more than the model alone explains nothing
+                break
+            left = remainders(inquiry, null, state)
+            found = standings(inquiry, stated, null, state, path, left)
+            instead = _better_instead(inquiry, state, found)
+            if instead is not None:
+                state = settled(inquiry, instead)
+                continue
+            anew = (_told(inquiry, s, found, left, suspected_only) for s in found)
+            told = tuple(_as_before(beside_a_curve, t) for t in anew)
+            fallen = [t for t in told if t.of_class < 0.5]
+            if not fallen:
+                return Decision(kind_of(told), state, told, left)
+            # one at a time, since of two that take the same neither is missed beside the other: that with most numbers
+            causes = state.hypothesis.causes
+            first = max(fallen, key=lambda t: (numbers_of(causes[t.standing.entries[0]]), -t.of_class))
+            complete = left[first.standing.channel].after <= inquiry.policy.least_gap
+            if first.standing.any_curve and complete and len(fallen) == 1:
+                # that something over position explains the rest, whatever its shape, is no doubt about what acts
+                # through other variables
+                beside_a_curve |= {t.standing.label: t for t in told if _stands_beside_a_curve(t)}
+            rest = _left_out(inquiry, state, first.standing)
+            if not rest.hypothesis.causes:
+                break
+            state = settled(inquiry, rest)
+    left = remainders(inquiry, null, null)
+    if _only_noise(inquiry, null, left):
+        return Decision(Kind.NO_DISCREPANCY, null, (), left)
+    return Decision(Kind.UNEXPLAINED, null, (), left, depends_on(inquiry, null, left))
+
+
+def _left_out(inquiry: Inquiry, state: State, fallen: Standing) -> State:
+    """A state without a cause that does not stand. Where data do not tell it from a further order of a ripple that is
+    there, that takes its place; and further orders are added while they pay, if the same names then explain clearly
+    more.
+    """
+    rest = state.hypothesis
+    for index in sorted(fallen.entries, reverse=True):
+        rest = rest.minus(index)
+    instead = (rival.state for rival in fallen.rivals if rival.is_there and rival.close(inquiry.policy))
+    left = next(instead, None) or refitted(inquiry, state, rest)
+    there = set(left.hypothesis.labels)
+    own = tuple(family for family in inquiry.families if family.ripple and family.label in there)
+    if not own:
+        return left
+    longer = extended(replace(inquiry, families=own), left, 1, ()).state
+    same = set(longer.hypothesis.labels) == there
+    return longer if same and clearly_better(inquiry, longer, left) else left
+
+
+def _as_before(named: dict[tuple[str, str], Told], told: Told) -> Told:
+    """A cause as it was told when something over position stood beside it, with the standing that it has now; as it is
+    told now where data no longer show it.
+    """
+    return replace(named.get(told.standing.label, told), standing=told.standing) if told.shown else told
+
+
+def _stands_beside_a_curve(told: Told) -> bool:
+    """Whether a cause is named, alone, and through other variables than position."""
+    through = CATALOGUE[told.standing.label[0]].acts_through
+    return told.status is Status.NAMED and not told.close and Variable.POSITION not in through
+
+
+def _as_numbers(inquiry: Inquiry, state: State) -> State:
+    """The same with a number of the model in the place of what commanded torque never tells from it: either name is
+    right, and a number that is off needs nothing new.
+    """
+    families = {family.label: family for family in inquiry.families}
+    for effect, axis in dict.fromkeys(state.hypothesis.labels):
+        twin = CATALOGUE[effect].same_by_command or ""
+        family, labels = families.get((twin, axis)), state.hypothesis.labels
+        if family is None or family.label in labels or CATALOGUE[effect].is_number or not CATALOGUE[twin].is_number:
+            continue
+        cause = Cause(family, (0.0,) * len(family.knobs))
+        rest = state.hypothesis.minus(labels.index((effect, axis)))
+        other = settled(inquiry, refitted(inquiry, state, rest.plus(cause)))
+        before, after = (float(np.sum(squares_of(one))) for one in (state, other))
+        if after < (1.0 + inquiry.policy.same) * before:
+            state = other
+    return state
+
+
+def _better_instead(inquiry: Inquiry, state: State, found: tuple[Standing, ...]) -> State | None:
+    """The state with another cause in the place of one that it surely beats, or of one at its bound, where that is no
+    longer what its name says, if it leaves little more than a cause must take to be told; None where there is none.
+    """
+    for standing in found:
+        for rival in standing.rivals:
+            if rival.at_bound or not rival.state.hypothesis.causes:
+                continue
+            more = rival.extra * (1.0 - standing.share)
+            if standing.at_bound and more < inquiry.policy.least_share:
+                return rival.state
+            if _surely_beats(inquiry, state, standing, rival):
+                return rival.state
+    return None
+
+
+def _surely_beats(inquiry: Inquiry, state: State, standing: Standing, rival: Rival) -> bool:
+    """Whether a rival is what should have been found: another cause, no fuller form of this one and no ripple, which
+    with a few of its like draws any curve, that explains clearly and surely more, also where known numbers may leave
+    their uncertainty a little beside what is there: a drive's gain makes up for all that are held back.
+    """
+    if not rival.is_cause or (rival.plainer, rival.label[1]) == standing.label or rival.extra >= 0.0:
+        return False
+    mine, other = state.hypothesis.causes[standing.entries[0]], rival.state.hypothesis.causes[-1]
+    if other.family.ripple or numbers_of(other) > numbers_of(mine) + _MORE_NUMBERS:
+        return False
+
+    def beats(one: State) -> bool:
+        return surely(inquiry, one, rival.state) > inquiry.policy.anew and clearly_better(inquiry, rival.state, one)
+
+    return beats(state) and beats(settled(inquiry, with_more_room(inquiry, state)))
+
+
+def _leaves_a_gap(inquiry: Inquiry, null: State) -> bool:
+    """Whether the model leaves a gap that the hold-out repeats and friction whose level wanders does not explain, or
+    one of twice the noise anywhere.
+    """
+    limit = np.hypot(1.0, inquiry.inexact)
+    if np.any(null.left() > _NOT_REPEATED * limit):
+        return True
+    least = inquiry.policy.least_gap * limit
+    return bool(np.any(rms(null.held_out()) > least) and np.any(left_beside_wander(inquiry, null) > least))
+
+
+def _only_noise(inquiry: Inquiry, null: State, left: tuple[Remainder, ...]) -> bool:
+    """Whether what a state leaves is no gap: at the floor, or small and nothing predicts it, or friction whose level
+    wanders.
+    """
+    policy = inquiry.policy
+    if not _leaves_a_gap(inquiry, null):
+        return True
+    small = bool(np.all(null.left() <= _NOT_REPEATED)) and all(r.predictable.beyond < policy.exhausted for r in left)
+    return small or bool(np.all(left_beside_wander(inquiry, null) <= _NOT_REPEATED))
+
+
+def _told(
+    inquiry: Inquiry,
+    standing: Standing,
+    found: tuple[Standing, ...],
+    left: tuple[Remainder, ...],
+    suspected_only: bool,
+) -> Told:
+    policy = inquiry.policy
+    # what stands at its bound is as little an equal of what does not as it would be named itself
+    rivals = (rival for rival in standing.rivals if standing.at_bound or not rival.at_bound)
+    close = tuple(r for r in rivals if r.close(policy))
+    # what stands at its bound is not what its name says: something else takes as much
+    unknown = sum(other.takes[standing.channel] for other in found if other.at_bound and other is not standing)
+    of_class = class_probability(standing, left[standing.channel], policy, len(inquiry.families), unknown)
+    shown = not suspected_only and not standing.silent and not standing.at_bound
+    close = close[:_MOST_RIVALS]
+    return rejudged(policy, Told(standing, Status.AMBIGUOUS, close, of_class, of_class, shown), close)
+
+
+def rejudged(policy: Policy, one: Told, close: tuple[Rival, ...]) -> Told:
+    """A cause beside these alternatives."""
+    effect, axis = one.standing.label
+    # the cause itself with more numbers that do not pay is nothing else
+    close = tuple(rival for rival in close if not _contains(rival, one.standing, policy))
+    # commanded torque alone never tells such a pair apart: either name is right
+    others = [rival for rival in close if rival.label != (CATALOGUE[effect].same_by_command, axis)]
+    # what stands at its bound is as likely something else that only acts like it
+    odds = sum(_odds(rival, policy) for rival in others) + bool(one.standing.at_bound)
+    alone = 1.0 / (1.0 + odds)
+    sure = one.shown and one.of_class >= policy.named and alone >= policy.alone
+    return replace(
+        one, close=close, probability=one.of_class * alone, status=Status.NAMED if sure else Status.AMBIGUOUS
+    )
+
+
+def _odds(rival: Rival, policy: Policy) -> float:
+    """Odds of a rival against the cause: even where a twin is not exact enough to tell them apart, otherwise those of
+    their difference being chance.
+    """
+    from scipy.stats import norm
+
+    if rival.is_there or rival.same:
+        return 1.0
+    return min(1.0, float(norm.cdf(-rival.sure) / norm.cdf(rival.sure)))
+
+
+def _contains(rival: Rival, standing: Standing, policy: Policy) -> bool:
+    """Whether a rival is the cause itself with more numbers, which do not pay as a cause must, or not surely."""
+    pays = rival.sure <= -policy.anew and rival.less >= policy.least_squares
+    return (rival.plainer, rival.label[1]) == standing.label and not pays
+
+
+def kind_of(told: tuple[Told, ...]) -> Kind:
+    """The verdict of causes that are told."""
+    return Kind.NAMED if all(one.status is Status.NAMED for one in told) else Kind.AMBIGUOUS
+
+
+def class_probability(
+    standing: Standing, left: Remainder, policy: Policy, candidates: int, unknown: float = 0.0
+) -> float:
+    """Probability that the cause, or one that this data cannot tell from it, is there.
+
+    Nine things speak against it: what it takes may be chance; any curve over position takes as much; its own variables
+    still predict what is left; its strength is another from stretch to stretch; beside everything else it may as well
+    have none; it does many times what was there, and others undo it; others predict so much of what is left that the
+    cause may be a part of theirs, or what is not known takes as many squares of its channel (`unknown`); many times
+    what it takes is left that nothing predicts, or most of what was there; and it took little.
+    """
+    from scipy.stats import norm
+
+    if standing.any_curve:
+        return 0.0
+    # that the best of so many candidates does not do so well by chance (Sidak)
+    evident = float(norm.cdf(standing.sure)) ** candidates
+    # of what is left, or of the noise that would be left anyway; a few floors that are next to nothing beside what the
+    # cause takes are no sign of another shape
+    beside = (1.0 - standing.share) / max(standing.share, 1e-9)
+    beside = max(beside, _NEXT_TO_NOTHING * (left.after / _FEW) ** 2)
+    if left.after <= policy.least_gap and left.before > 0.0:
+        # nor is what is no gap, beside causes that took nearly all of a large one
+        beside = min(beside, left.after**2 / left.before**2)
+    predicted = standing.exhausted.beyond * min(1.0, left.after**2) * min(1.0, beside / _NEXT_TO_NOTHING)
+    shape = 1.0 / (1.0 + (predicted / (2.0 * policy.exhausted)) ** 3)
+    steady = 1.0 / (1.0 + (standing.uneven / policy.uneven) ** 4)
+    # even odds where the interval of its strength just holds nothing; and of what causes that undo each other leave
+    # over, much is no more than a twin is exact to
+    inexact = policy.same * standing.does
+    known = 1.0 / (1.0 + standing.error**6 + (inexact / _EXACT) ** 6)
+    # what one thing through other variables does, a cause that is no part of it may take a share of
+    others = left.predictable.beyond * (1.0 - standing.share) / max(standing.share, 1e-9)
+    beyond_it = max(0.0, unknown) / max(standing.takes[standing.channel], 1e-9)
+    whole = 1.0 / (1.0 + (others / _OTHERS) ** 2 + (beyond_it / _UNKNOWN) ** 2)
+    # what is left beyond the noise, over what the cause takes; and beyond a small multiple of it, over what was there
+    beside_it = max(0.0, left.unpredicted**2 - 1.0) / max(standing.takes[standing.channel], 1e-9)
+    beyond = max(0.0, left.unpredicted**2 - _SMALL**2) / max(left.before**2, 1.0)
+    size = 1.0 / (1.0 + (beside_it / _DWARFED) ** 6 + (beyond / _LARGE) ** 4)
+    share = max(standing.share, left.closed if left.before > policy.least_gap else 0.0)
+    taken = share / (share + _LITTLE)
+    return float(np.clip(_MOST * evident * shape * steady * known * whole * size * taken, 0.0, _MOST))
+
+
+#: at these something else is as likely: what is left and other variables predict, what stands at its bound takes, and
+#: what no variable predicts, over what a cause takes; the share of the squares that were there that no variable
+#: predicts, beyond so many floors; the share of a channel that a cause takes. And the most that is said.
+_OTHERS, _UNKNOWN, _DWARFED, _LARGE, _SMALL, _LITTLE, _MOST = 0.25, 0.5, 8.0, 0.8, 1.5, 0.02, 0.99
+#: what is left over what a cause takes, squares: below this it counts by how much it is
+_NEXT_TO_NOTHING = 0.05
+#: where what a cause does is inexact by this share of the gap that was there, it closes it as likely by chance
+_EXACT = 0.25
+#: and so many floors are no longer few
+_FEW = 6.0
+
+__all__ = ["Decision", "Kind", "Status", "Told", "class_probability", "decide", "kind_of", "rejudged"]

@@ -1,0 +1,32 @@
+"""The search: screen candidates, add causes while they pay, try every slot again, drop what does not pay."""
+
+from gimbal_hil.knowledge.discrepancy.search.candidates import numbers_of
+from gimbal_hil.knowledge.discrepancy.search.comparing import clearly_better, no_worse, same_to_a_twin, surely
+from gimbal_hil.knowledge.discrepancy.search.curve import curve_does_as_well, orders_make_a_series
+from gimbal_hil.knowledge.discrepancy.search.release import given_back, numbers_instead, with_more_room
+from gimbal_hil.knowledge.discrepancy.search.screening import basis_of, respond, responses, row_weights
+from gimbal_hil.knowledge.discrepancy.search.search import Path, control_share, extended, in_its_place
+from gimbal_hil.knowledge.discrepancy.search.stories import explain, explain_again
+
+__all__ = [
+    "Path",
+    "basis_of",
+    "clearly_better",
+    "control_share",
+    "curve_does_as_well",
+    "explain",
+    "explain_again",
+    "extended",
+    "given_back",
+    "in_its_place",
+    "no_worse",
+    "numbers_instead",
+    "numbers_of",
+    "orders_make_a_series",
+    "respond",
+    "responses",
+    "row_weights",
+    "same_to_a_twin",
+    "surely",
+    "with_more_room",
+]

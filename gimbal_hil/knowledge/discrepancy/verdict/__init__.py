@@ -1,0 +1,30 @@
+"""The verdict: what is told, as a typed value, a model file, plain words and a page."""
+
+from gimbal_hil.knowledge.discrepancy.verdict.contradictions import ramps_apart
+from gimbal_hil.knowledge.discrepancy.verdict.corrected import corrected_model, explained_by, recalibrated_model
+from gimbal_hil.knowledge.discrepancy.verdict.discrepancy_page import discrepancy_page
+from gimbal_hil.knowledge.discrepancy.verdict.separating import (
+    CHANCE,
+    all_sequences,
+    separating_runs,
+    showing_sequences,
+    why_not_testable,
+)
+from gimbal_hil.knowledge.discrepancy.verdict.verdict import Verdict, entries_of, refusal, verdict_of
+
+__all__ = [
+    "CHANCE",
+    "Verdict",
+    "all_sequences",
+    "corrected_model",
+    "discrepancy_page",
+    "entries_of",
+    "explained_by",
+    "ramps_apart",
+    "recalibrated_model",
+    "refusal",
+    "separating_runs",
+    "showing_sequences",
+    "verdict_of",
+    "why_not_testable",
+]

@@ -1,0 +1,229 @@
+"""The report: what was found in plain words, where the gap sits, the ranking, before and after, and what the model file
+gained.
+"""
+
+from __future__ import annotations
+
+import difflib
+from typing import Any
+
+from gimbal_hil.knowledge.discrepancy.inquiry import gain_on
+from gimbal_hil.knowledge.discrepancy.judgement import Result
+from gimbal_hil.knowledge.discrepancy.verdict.page_figures import gap_figure, over_figure, time_figure, where_figure
+from gimbal_hil.knowledge.discrepancy.verdict.verdict import Verdict, entries_of
+from gimbal_hil.pages.report import Block, Callout, Details, Heading, Listing, Page, Plot, Table, Text, Tiles
+from sim_backend.model import AntennaModel
+
+_GAP_CAPTION = "Rms left over per channel {}, before and after, beside noise and processing."
+_TONE = {"named": "good", "no_discrepancy": "good", "ambiguous": "warning", "unexplained": "warning"}
+
+
+def discrepancy_page(result: Result, found: Verdict, corrected: AntennaModel | None, sources: list[str]) -> Page:
+    """The page for one result."""
+    verdict = found.document
+    blocks = _answer(result, verdict)
+    if verdict["effects"]:
+        blocks += [Heading("What was found"), _effects_table(result, verdict)]
+    if verdict["alternatives"]:
+        blocks += [Heading("What it could also be"), _alternatives(verdict)]
+    if verdict["next_experiment"]:
+        blocks.append(Callout(f"Run this next: {verdict['next_experiment']['plan']}", "neutral"))
+    blocks += [
+        Heading("Where it sits"),
+        Plot(
+            where_figure(result, verdict),
+            "Share of the squared gap with 90 % block-bootstrap intervals; red marks are the share of time. Every group"
+            " cuts the same data in another way: within one group the bars add up to 1.",
+        ),
+    ]
+    rivals = _rivals(result)
+    blocks += [Heading("What was tried"), _ranking(result), *([rivals] if rivals else [])]
+    blocks += [
+        Heading("Before and after"),
+        Plot(
+            time_figure(result),
+            f"Left over {_judged_on(result)}, before and, where something explains it, after; lines: the noise floor.",
+        ),
+    ]
+    if corrected is not None:
+        change = "\n".join(
+            difflib.unified_diff(
+                result.model.to_yaml().splitlines(),
+                corrected.to_yaml().splitlines(),
+                "model",
+                "corrected",
+                lineterm="",
+                n=2,
+            )
+        )
+        blocks += [
+            Heading("What the model file gained"),
+            Listing(change, "Difference between the input model and model.yaml."),
+        ]
+    if verdict["recalibrated"]:
+        heads = ("axis", "number", "model", "known to", "refitted", "moved by, of what it is known to")
+        rows = [_moved_row(moved) for moved in verdict["recalibrated"]]
+        blocks.append(Details("Known numbers that had to float", [Table(heads, rows)]))
+    if verdict["not_testable"]:
+        unseen = [(n["name"], n["axis"], n["reason"]) for n in verdict["not_testable"]]
+        blocks.append(Details("What this data cannot show", [Table(("effect", "axis", "reason"), unseen)]))
+    notes = [note for record in (*result.inquiry.twin.records,) for note in ([record.source] if record.source else [])]
+    blocks.append(Details("Data", [Text("; ".join(sources)), *([Text("; ".join(notes))] if notes else [])]))
+    return Page(
+        "What the model is missing",
+        f"Model {result.model.name}; verdict: {verdict['verdict'].replace('_', ' ')}",
+        blocks,
+    )
+
+
+def _answer(result: Result, verdict: dict[str, Any]) -> list[Block]:
+    """What a reader came for: the sentence, the figures, how large the gap is, and the plot that shows its kind."""
+    gap = verdict["gap"]
+    return [
+        Callout(verdict["text"], _TONE[verdict["verdict"]]),
+        *(Callout(f"{against['axis']}: {against['text']}.", "warning") for against in verdict["contradictions"]),
+        Tiles(
+            (
+                (verdict["verdict"].replace("_", " "), "verdict"),
+                (
+                    f"{gap['before'] / gap['noise_floor']:.1f} → {gap['after'] / gap['noise_floor']:.1f}",
+                    f"largest gap in floors, {gap['axis']} {gap['signal'].replace('_', ' ')}",
+                ),
+                (
+                    "-" if gap["closed_fraction"] is None else f"{gap['closed_fraction']:.1%}",
+                    f"of the gap closed {_judged_on(result)}",
+                ),
+                _floor_tile(gap),
+            )
+        ),
+        Heading("How large the gap is"),
+        Plot(gap_figure(verdict), _GAP_CAPTION.format(_judged_on(result))),
+        *_proof(result, verdict),
+    ]
+
+
+def _floor_tile(gap: dict[str, Any]) -> tuple[str, str]:
+    """The noise floor; a larger inertia makes more of the encoder's error, and what is left is then noise to it."""
+    floor, after = (f"{gap[key]:.2g}" for key in ("noise_floor", "noise_floor_after"))
+    if floor == after:
+        return f"{floor} {gap['unit']}", "noise floor"
+    return f"{floor} → {after} {gap['unit']}", "noise floor, with the inertia of the model and as fitted"
+
+
+def _moved_row(moved: dict[str, Any]) -> tuple[str, ...]:
+    """A known number that moved, in units of what it is known to: of next to nothing any move is many times it."""
+    stated, spread, value = moved["nominal"], moved["uncertainty"], moved["value"]
+    share = f"{(value - stated) / spread:+.2f}" if spread > 0.0 else "it was taken as exact"
+    return moved["axis"], moved["path"], f"{stated:.4g}", f"{spread:.2g}", f"{value:.4g}", share
+
+
+def _judged_on(result: Result) -> str:
+    """What the sizes of the page were measured on."""
+    if result.suspected_only:
+        return "on the last part of the same log"
+    return "on hold-out rows that neither selected nor tuned"
+
+
+def _proof(result: Result, verdict: dict[str, Any]) -> list[Block]:
+    """The plot that shows what kind of thing is missing: what is left over position, speed and temperature."""
+    gap = verdict["gap"]
+    caption = (
+        f"Dots: rows, {_judged_on(result)}; lines: the mean in each slice of the travel (speed, temperature). A ripple "
+        "in the first panel is tied to position, a slope in the second to speed, a step at zero speed to direction."
+    )
+    return [
+        Heading(f"What is left of {gap['axis']} {gap['signal'].replace('_', ' ')}, and over what"),
+        Plot(over_figure(result, verdict), caption),
+    ]
+
+
+def _effects_table(result: Result, verdict: dict[str, Any]) -> Table:
+    rows = []
+    for e in verdict["effects"]:
+        for name, p in (item for entry in entries_of(e) for item in entry.items()):
+            nominal = "" if p["nominal"] is None else f"{p['nominal']:.4g}"
+            value, interval = (
+                f"{p['value']:.4g} {p['unit'] if p['unit'] != '1' else ''}".rstrip(),
+                f"{p['low']:.4g} .. {p['high']:.4g}",
+            )
+            rows.append(
+                (
+                    f"{e['name']} ({e['axis']})",
+                    e["status"],
+                    name,
+                    value,
+                    interval,
+                    nominal,
+                    f"{e['held_out_gain']:.1%}",
+                    f"{e['best_control_gain']:.1%}",
+                    f"{e['confidence']:.2f}",
+                )
+            )
+    header = ("effect", "status", "parameter", "value", "interval", "model had", "gain", "control", "confidence")
+    return Table(
+        header,
+        rows,
+        f"Gain: share of the gap that the effect takes {_judged_on(result)}; control: what its negative control takes.",
+    )
+
+
+def _alternatives(verdict: dict[str, Any]) -> Table:
+    return Table(
+        ("could also be", "axis", "instead of", "why"),
+        [(a["name"], a["axis"], a["instead_of"], a["reason"]) for a in verdict["alternatives"]],
+    )
+
+
+def _ranking(result: Result) -> Table:
+    rows = []
+    for number, one in enumerate(result.path.rounds, start=1):
+        for tried in one.tried[:6]:
+            effect, axis = tried.hypothesis.labels[-1]
+            fitted, held = (gain_on(result.inquiry, one.before, tried, part) for part in ("fitted", "selecting"))
+            control = one.controls.get((effect, axis))
+            rows.append(
+                (
+                    str(number),
+                    effect,
+                    axis,
+                    f"{fitted.mean:.3g}",
+                    f"{fitted.sure:.1f}",
+                    f"{held.mean:.3g}",
+                    f"{held.sure:.1f}",
+                    "" if control is None else f"{control:.3g}",
+                )
+            )
+    judging = "last part" if result.suspected_only else "hold-out"
+    header = ("round", "candidate", "axis", "takes, fitted", "sure", f"takes, {judging}", "sure", "its control takes")
+    return Table(
+        header,
+        rows,
+        "What a candidate takes, in mean squares of what was left before it, on what is fitted and on the part of the "
+        f"{'log' if result.suspected_only else 'hold-out'} that selects; sure: standard errors over blocks. A control "
+        "is the candidate's own response, scrambled in time.",
+    )
+
+
+def _rivals(result: Result) -> Table | None:
+    """What was put in the place of each cause; None where nothing was."""
+    rows = []
+    policy = result.inquiry.policy
+    for one in result.told:
+        name = f"{one.standing.label[0]} ({one.standing.label[1]})"
+        for rival in one.standing.rivals[:4]:
+            apart = "no" if rival.close(policy) else "yes"
+            other = " and ".join(f"{effect} ({axis})" for effect, axis in rival.labels)
+            rows.append((name, other, f"{rival.sure:.1f}", f"{rival.extra:+.1%}", apart))
+    caption = (
+        "Every cause beside what could stand in its place, refitted there: by how many standard errors over blocks, and"
+        " by which share of "
+        f"what is left, it explains less. Under {policy.sure:g} ({policy.anew:g} for another order of the same ripple),"
+        f" or by less than a model is exact to ({policy.same:.0%} of what is left or of the rms that the cause takes,"
+        f" {policy.least_squares:g} squared noise floors) or than the part of what is left that can be predicted, since"
+        " something else is missing there, they cannot be told apart."
+    )
+    return (
+        Table(("cause", "in its place", "standard errors", "squares left", "told apart"), rows, caption)
+        if rows
+        else None
+    )

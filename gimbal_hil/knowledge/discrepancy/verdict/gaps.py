@@ -1,0 +1,84 @@
+"""How large each gap is, before and after, on rows of the hold-out that neither selected nor tuned anything."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gimbal_hil.knowledge.discrepancy.hypotheses import noise_of_motion, torque_residual
+from gimbal_hil.knowledge.discrepancy.inquiry import State
+from gimbal_hil.knowledge.discrepancy.judgement import Result
+from gimbal_hil.knowledge.discrepancy.twin import Floats
+from gimbal_hil.knowledge.estimation import block_sums
+
+#: length of the blocks that a closed share is drawn from, s; draws; the gap over its floor below which a share means
+#: nothing
+_BLOCK_S, _DRAWS, _A_GAP = 1.0, 300, 1.1
+
+
+@dataclass(frozen=True)
+class Gap:
+    """One channel's gap, rms in its unit within the band."""
+
+    axis: str
+    signal: str
+    unit: str
+    band_hz: tuple[float, float]
+    #: as the model file stands; with known numbers inside their uncertainty; with what is told
+    before: float
+    after_recalibration: float
+    after: float
+    #: of the model as it stands; and with what is told, where a larger inertia makes more of the encoder's error
+    noise_floor: float
+    noise_floor_after: float
+    noise_floor_from: str
+    processing_floor: float
+    closed_fraction: float | None
+    closed_low: float | None
+    closed_high: float | None
+    on: str = "held-out"
+
+
+def gaps_of(result: Result) -> tuple[Gap, ...]:
+    """One gap per channel."""
+    inquiry, bands = result.inquiry, result.inquiry.twin.records[0].bands
+
+    def rows(state: State) -> Floats:
+        return torque_residual(inquiry.holdout, state.hypothesis, inquiry.floor)[~inquiry.selecting]
+
+    stated, null, best = rows(result.stated), rows(result.null), rows(result.best)
+    length = max(2, int(_BLOCK_S / (bands.stride * bands.period_s)))
+    noise_after = inquiry.floor * noise_of_motion(inquiry.twin, result.best.hypothesis, inquiry.from_encoder)
+    found = []
+    for j, channel in enumerate(inquiry.twin.channels):
+        floor, noise = float(inquiry.floor[j]), result.noise.floors[j]
+        before, moved, after = (float(np.sqrt(np.mean(part[:, j] ** 2))) * floor for part in (stated, null, best))
+        closed = low = high = None
+        if moved > _A_GAP * floor:
+            closed, low, high = _closed(null[:, j] ** 2, best[:, j] ** 2, length)
+        unit = channel.unit(result.model.is_linear)
+        source = (
+            "repeats"
+            if noise.from_repeats is not None and noise.rms == noise.from_repeats
+            else "spectrum above the band"
+        )
+        found.append(Gap(
+            channel.axis, channel.signal, unit, (0.0, bands.scored_hz), before, moved, after, floor,
+            float(noise_after[j]), source, float(result.noise.processing[j]), closed, low, high,
+        ))  # fmt: skip
+    return tuple(found)
+
+
+def _closed(before: Floats, after: Floats, length: int) -> tuple[float, float, float]:
+    """Closed share of the gap and its 90 % block-bootstrap interval; squares in floors."""
+    length = min(length, max(1, len(before) // 4))
+    b, a = block_sums(before, length) / length, block_sums(after, length) / length
+    draws = np.random.default_rng(2).integers(0, len(b), (_DRAWS, len(b)))
+
+    def share(x: Floats, y: Floats) -> Floats:
+        return np.asarray(1.0 - (y - 1.0) / np.maximum(x - 1.0, 1e-9))
+
+    low, high = np.quantile(share(b[draws].mean(axis=1), a[draws].mean(axis=1)), [0.05, 0.95])
+    whole = float(share(np.asarray(before.mean()), np.asarray(after.mean())))
+    return min(1.0, whole), min(1.0, float(low)), min(1.0, float(high))

@@ -1,0 +1,197 @@
+"""The figures of a discrepancy report: how large, where, over what, and over time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gimbal_hil.knowledge.discrepancy.hypotheses import torque_residual
+from gimbal_hil.knowledge.discrepancy.judgement import Result
+from gimbal_hil.knowledge.discrepancy.twin import Floats
+from gimbal_hil.knowledge.discrepancy.verdict.where import Regime, regimes
+
+if TYPE_CHECKING:
+    from gimbal_hil.pages.plots import Drawing
+
+#: slices of an abscissa that means are drawn for, rows that a mean takes at least
+_SLICES, _LEAST_ROWS = 240, 4
+#: dots of a cloud: a browser takes a tenth of a millisecond for each, and the means say what the cloud does
+_DOTS = 400
+#: share of time or gap from which on the rest of a group gets a bar
+_A_REST = 0.005
+
+
+def gap_figure(verdict: dict[str, Any]) -> Drawing:
+    """Rms left per channel, in noise floors."""
+    from gimbal_hil.pages.plots import ALERT, MODEL, REFERENCE, SECOND, figure
+
+    labels = [f"{g['axis']} {g['signal'].replace('_', ' ')}" for g in verdict["gaps"]]
+    drawn = figure("Left over, in noise floors", "", "rms / noise floor", 360)
+    for name, key, colour in (
+        ("before", "before", REFERENCE),
+        ("after", "after", MODEL),
+        ("processing floor", "processing_floor", SECOND),
+    ):
+        shares = [gap[key] / gap["noise_floor"] for gap in verdict["gaps"]]
+        drawn.add_bar(name=name, x=labels, y=shares, marker=dict(color=colour))
+    drawn.add_hline(y=1.0, color=ALERT)
+    # on a logarithmic axis annotations stand at the logarithm
+    drawn.add_annotation(
+        x=1.0, xref="paper", xanchor="right", y=0.0, yanchor="bottom", text="noise floor", showarrow=False
+    )
+    # one, two and five of every decade that a bar can reach, written out
+    ticks = [digit * 10.0**decade for decade in range(-3, 7) for digit in (1, 2, 5)]
+    drawn.update_yaxes(type="log", tickvals=ticks, ticktext=[f"{tick:g}" for tick in ticks])
+    return drawn
+
+
+def _column_of(result: Result, verdict: dict[str, Any]) -> int:
+    """The channel that the text speaks of."""
+    gap = verdict["gap"]
+    channels = result.inquiry.twin.channels
+    return next(j for j, c in enumerate(channels) if (c.axis, c.signal) == (gap["axis"], gap["signal"]))
+
+
+def where_figure(result: Result, verdict: dict[str, Any]) -> Drawing:
+    """Shares of the squared gap: for every way to cut the data one group of bars that adds up to 1."""
+    from gimbal_hil.pages.plots import ALERT, MEASURED, figure
+
+    j = _column_of(result, verdict)
+    channel = result.inquiry.twin.channels[j]
+    found = with_the_rest(regimes(result.inquiry.twin, result.null.fitted, channel, j))
+    title = f"Where the gap of {channel.axis} {channel.signal.replace('_', ' ')} sits"
+    drawn = figure(title, "share of squared gap", "", 120 + 26 * len(found))
+    # two columns of labels: the group once, and what each bar is
+    labels = [[r.group.value for r in found], [r.regime for r in found]]
+    drawn.add_bar(
+        y=labels,
+        x=[r.share_of_gap for r in found],
+        orientation="h",
+        name="share of gap",
+        marker=dict(color=MEASURED),
+        error_x=dict(
+            type="data",
+            symmetric=False,
+            array=[max(0.0, r.high - r.share_of_gap) for r in found],
+            arrayminus=[max(0.0, r.share_of_gap - r.low) for r in found],
+        ),
+    )
+    drawn.add_scatter(
+        y=labels,
+        x=[r.share_of_time for r in found],
+        mode="markers",
+        name="share of time",
+        marker=dict(symbol="line-ns-open", size=14, color=ALERT),
+    )
+    drawn.update_xaxes(range=[0.0, 1.02])
+    drawn.update_yaxes(autorange="reversed", dividercolor="#c8d0d8")
+    return drawn
+
+
+def with_the_rest(found: Sequence[Regime]) -> list[Regime]:
+    """Regimes group by group, each group with what lies in none of its regimes, so that its shares add up to 1."""
+    whole: list[Regime] = []
+    for group in dict.fromkeys(r.group for r in found):
+        own = [r for r in found if r.group == group]
+        gap, time = 1.0 - sum(r.share_of_gap for r in own), 1.0 - sum(r.share_of_time for r in own)
+        whole += own
+        if gap > _A_REST or time > _A_REST:
+            gap = max(0.0, gap)
+            # of a group of one, the rest is known as well as that one
+            low, high = (1.0 - own[0].high, 1.0 - own[0].low) if len(own) == 1 else (gap, gap)
+            whole.append(Regime(own[0].axis, own[0].signal, "the rest", group, gap, low, high, max(0.0, time)))
+    return whole
+
+
+def over_figure(result: Result, verdict: dict[str, Any]) -> Drawing:
+    """What is left of the channel that the text speaks of, over position, speed and temperature of its axis."""
+    from gimbal_hil.pages.plots import MODEL, REFERENCE, figure_of_panels, thinned
+
+    inquiry, gap = result.inquiry, verdict["gap"]
+    j = _column_of(result, verdict)
+    floor = float(inquiry.floor[j])
+    before, after = (
+        floor * torque_residual(inquiry.holdout, state.hypothesis, inquiry.floor)[:, j]
+        for state in (result.stated, result.best)
+    )
+    over = _abscissas(result, gap["axis"])
+    word = gap["signal"].replace("_", " ")
+    drawn = figure_of_panels(
+        [name for name, _ in over], f"{gap['unit']}", 250, f"{gap['axis']} {word} left over, before and after"
+    )
+    few = thinned(len(before), _DOTS)
+    lines = [("before", before, REFERENCE)] + ([("after", after, MODEL)] if result.told else [])
+    for row, (_, x) in enumerate(over, start=1):
+        for name, left, colour in lines:
+            dots = dict(mode="markers", marker=dict(size=3, color=colour, opacity=0.35))
+            drawn.add_scatter(x=x[few], y=left[few], name=f"rows, {name}", showlegend=row == 1, row=row, **dots)
+            place, mean = sliced_mean(x, left)
+            line = dict(color="#1c2530" if name == "before" else colour, width=1.5)
+            drawn.add_scatter(
+                x=place, y=mean, name=f"mean, {name}", line=line, showlegend=row == 1, row=row, mode="lines"
+            )
+    return drawn
+
+
+def sliced_mean(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """Means of `x` and of `y`, both (n,), over slices of the range of `x`, in its order: equal slices, joined with the
+    next where fewer than four rows lie in one.
+    """
+    low, high = float(np.min(x)), float(np.max(x))
+    which = np.clip(((x - low) * (_SLICES / max(high - low, 1e-300))).astype(int), 0, _SLICES - 1)
+    rows = np.bincount(which, minlength=_SLICES)
+    joined, full, held = np.empty(_SLICES, int), 0, 0
+    for k in range(_SLICES):
+        joined[k] = full
+        held += int(rows[k])
+        if held >= _LEAST_ROWS:
+            full, held = full + 1, 0
+    # what is left over at the end belongs to the last full one
+    slices = np.minimum(joined, max(0, full - 1))[which]
+    count = np.maximum(np.bincount(slices), 1)
+    return np.asarray(np.bincount(slices, x) / count), np.asarray(np.bincount(slices, y) / count)
+
+
+def _abscissas(result: Result, axis: str) -> list[tuple[str, Floats]]:
+    """(title with unit, values at the scored rows of the hold-out) of what a gap can depend on."""
+    twin = result.inquiry.holdout
+    i = twin.model.axes.index(axis)
+    unit = "m" if twin.model.is_linear else "rad"
+
+    def column(values: list[Floats]) -> Floats:
+        return np.concatenate([r.at_scored(v) for r, v in zip(twin.records, values, strict=True)])
+
+    found = [
+        (f"position [{unit}]", column([r.motion[:, i] for r in twin.records])),
+        (f"rate [{unit}/s]", column([r.motion[:, 2 + i] for r in twin.records])),
+    ]
+    if any(r.has_temperature for r in twin.records):
+        found.append(("temperature [degC]", column([r.heat[:, i] for r in twin.records])))
+    return found
+
+
+def time_figure(result: Result) -> Drawing:
+    """What is left of the first hold-out log over time, every channel, in floors."""
+    from gimbal_hil.pages.plots import ALERT, MODEL, REFERENCE, stacked, thinned
+
+    search = result.inquiry
+    before = torque_residual(search.holdout, result.null.hypothesis, search.floor)
+    after = torque_residual(search.holdout, result.best.hypothesis, search.floor)
+    first = int(search.holdout.records[0].keep.sum())
+    time = search.holdout.records[0].time_s[search.holdout.records[0].keep]
+    part = thinned(first, 2000)
+    channels = search.twin.channels
+    drawn = stacked(
+        [f"{c.axis} {c.signal.replace('_', ' ')}" for c in channels], "time [s]", ["floors"] * len(channels)
+    )
+    for j in range(len(channels)):
+        row = j + 1
+        for name, rows, colour in (("before", before, REFERENCE), ("after", after, MODEL)):
+            if name == "before" or result.told:
+                line = dict(color=colour, width=1)
+                drawn.add_scatter(row, x=time[part], y=rows[:first, j][part], name=name, line=line, showlegend=row == 1)
+        for level in (-1.0, 1.0):
+            drawn.add_hline(y=level, row=row, color=ALERT, width=0.7)
+    return drawn

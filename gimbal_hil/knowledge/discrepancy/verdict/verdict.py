@@ -1,0 +1,304 @@
+"""From a result to the verdict as docs/verdict.md describes it: a typed value, from which verdict.json is written."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from gimbal_hil.data.signals import SignalsTable
+from gimbal_hil.knowledge.discrepancy.hypotheses import values_of
+from gimbal_hil.knowledge.discrepancy.inquiry import rms
+from gimbal_hil.knowledge.discrepancy.judgement import Kind, Result, Rival, Told, number_intervals, parameter_intervals
+from gimbal_hil.knowledge.discrepancy.twin import Channel
+from gimbal_hil.knowledge.discrepancy.verdict.contradictions import contradictions
+from gimbal_hil.knowledge.discrepancy.verdict.corrected import corrected_model, moved_numbers, recalibrated_model
+from gimbal_hil.knowledge.discrepancy.verdict.forms import undetermined_form
+from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap, gaps_of
+from gimbal_hil.knowledge.discrepancy.verdict.next_run import run_for
+from gimbal_hil.knowledge.discrepancy.verdict.separating import CHANCE, separating_run
+from gimbal_hil.knowledge.discrepancy.verdict.testable import not_testable
+from gimbal_hil.knowledge.discrepancy.verdict.where import Regime, RegimeGroup, most_telling, regimes
+from gimbal_hil.knowledge.discrepancy.verdict.wording import contradiction_of, told, told_against, told_unseen
+from sim_backend.effects import CATALOGUE
+
+#: floors above which a second channel is worth a place; standard deviations by which a number has moved at all
+_HAS_A_GAP, _MOVED = 1.3, 0.05
+
+Entry = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The content of verdict.json."""
+
+    kind: Kind
+    text: str
+    where: tuple[Entry, ...]
+    effects: tuple[Entry, ...]
+    alternatives: tuple[Entry, ...]
+    next_experiment: Entry | None
+    not_testable: tuple[Entry, ...]
+    #: the largest; None where logs were refused
+    gap: Gap | None
+    gaps: tuple[Gap, ...]
+    recalibrated: tuple[Entry, ...]
+    contradictions: tuple[Entry, ...]
+    #: that none of the told causes is it; None where logs were refused
+    something_else: float | None
+    #: where nothing is told: the variable that alone predicts most of what is left, and the share
+    depends_on: Entry | None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def document(self) -> Entry:
+        """What verdict.json holds."""
+        return {
+            "schema": 1,
+            "verdict": self.kind.value,
+            "text": self.text,
+            "where": list(self.where),
+            "effects": list(self.effects),
+            "alternatives": list(self.alternatives),
+            "next_experiment": self.next_experiment,
+            "not_testable": list(self.not_testable),
+            "gap": None if self.gap is None else asdict(self.gap),
+            "gaps": [asdict(gap) for gap in self.gaps],
+            "recalibrated": list(self.recalibrated),
+            "contradictions": list(self.contradictions),
+            "something_else": None if self.something_else is None else round(self.something_else, 3),
+            "depends_on": self.depends_on,
+            "notes": list(self.notes),
+        }
+
+
+def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequence[str] = ()) -> Verdict:
+    """What a result says; with the `logs` themselves it also says where they contradict one another."""
+    gaps = gaps_of(result)
+    worst = max(range(len(gaps)), key=lambda j: gaps[j].before / gaps[j].noise_floor)
+    entries = [_effect_entry(result, one) for one in result.told]
+    effects = tuple(sorted((entry for entry, _, _ in entries), key=lambda e: -e["held_out_gain"]))
+    alternatives = tuple(other for _, others, _ in entries for other in others)
+    run = next((run for _, _, run in entries if run is not None), None)
+    kind = result.decision.kind
+    where = () if kind is Kind.NO_DISCREPANCY else tuple(_where_entry(r) for r in where_of(result, worst))
+    if kind is Kind.UNEXPLAINED and run is None:
+        run = _run_for(result, worst)
+    against = tuple(contradictions(corrected_model(result) or recalibrated_model(result), logs))
+    text = told(result, effects, gaps) + "".join(told_against(found) for found in against)
+    something_else = 1.0 - min((one.of_names for one in result.told), default=0.0 if kind is Kind.UNEXPLAINED else 1.0)
+    over, unseen = result.decision.depends_on, tuple(not_testable(result))
+    text += told_unseen(result, unseen)
+    return Verdict(
+        kind,
+        text,
+        where,
+        effects,
+        alternatives,
+        run,
+        unseen,
+        gaps[worst],
+        gaps,
+        _recalibrated(result),
+        against,
+        something_else,
+        None if over is None else {"variable": over[0].value, "share": round(over[1], 3)},
+        (*notes, *_notes(result)),
+    )
+
+
+def refusal(reason: str) -> Verdict:
+    """The verdict of logs that were refused: nothing but why."""
+    return Verdict(Kind.UNUSABLE_DATA, reason, (), (), (), None, (), None, (), (), (), None, None)
+
+
+def entries_of(effect: Entry) -> list[Entry]:
+    """The entries of a told effect, parameters by name: a ripple of several orders has one for each."""
+    return effect.get("entries") or [effect["parameters"]]
+
+
+def _effect_entry(result: Result, one: Told) -> tuple[Entry, list[Entry], Entry | None]:
+    """A told cause, what it could also be, and the run that would tell."""
+    name, axis = one.standing.label
+    index = one.standing.entries[0]
+    gain = min(1.0, one.standing.untouched.share if one.standing.silent else _gain(result, one))
+    entry: Entry = {
+        "name": name,
+        "axis": axis,
+        "status": one.status.value,
+        "parameters": _parameters(result, index),
+        "held_out_gain": gain,
+        # of the same gap: the control is known as a share of what is left without the cause, as `share` is
+        "best_control_gain": gain * one.standing.control / max(one.standing.share, 1e-9),
+        "probability": round(one.probability, 3),
+        "confidence": round(one.probability, 3),
+        "probability_of_class": round(one.of_names, 3),
+        "predicted_from_its_variables": round(one.standing.exhausted.beyond, 3),
+        "strength_varies_by": round(one.standing.uneven, 3),
+        "strength_known_within": round(one.standing.error, 3),
+    }
+    if len(one.standing.entries) > 1:
+        entry["entries"] = [_parameters(result, i) for i in one.standing.entries]
+    if one.standing.at_bound:
+        entry["at_bound"] = list(one.standing.at_bound)
+    contradiction = contradiction_of(entry)
+    if contradiction:
+        entry["contradiction"] = contradiction
+    form = undetermined_form(result.inquiry, result.best.fit, index)
+    if form is not None:
+        entry["form_undetermined"] = form
+    others = [
+        {
+            "name": rival.label[0],
+            "axis": rival.label[1],
+            "instead_of": name,
+            "instead_of_axis": axis,
+            "reason": _reason(rival),
+        }
+        for rival in one.close
+    ]
+    return entry, others, _separating(one, result.suspected_only)
+
+
+def _notes(result: Result) -> list[str]:
+    """What a reader must know of how the logs were used."""
+    found = [f"{source}: too short for the scored band, left out" for source in result.inquiry.left_out]
+    if result.only_in_hold_out:
+        found.append("only the hold-out has a gap: a part of it was fitted with the other logs, and the rest judged")
+    return found
+
+
+def _reason(rival: Rival) -> str:
+    leaves = f"on this data it leaves {rival.extra:+.1%} squares, {rival.sure:.1f} standard errors apart"
+    leaves += ", which is less than a model is exact to or than what both lack" if rival.same else ""
+    beside = " and ".join(f"{name} of the {axis} axis" for name, axis in rival.labels[1:])
+    return f"together with {beside}, {leaves}" if beside else leaves
+
+
+def _parameters(result: Result, index: int) -> Entry:
+    model, twin = result.model, result.inquiry.twin
+    effect = CATALOGUE[result.best.hypothesis.labels[index][0]]
+    intervals = parameter_intervals(result.inquiry, result.best, index)
+    found = {}
+    for name, (value, nominal) in values_of(model, twin, result.best.hypothesis, index).items():
+        parameter = next(p for p in effect.parameters if p.name == name)
+        low, high = intervals.get(name, (value, value))
+        unit = parameter.linear_unit if model.is_linear and parameter.linear_unit else parameter.unit
+        found[name] = {"value": value, "low": low, "high": high, "unit": unit, "nominal": nominal}
+    return found
+
+
+def _gain(result: Result, one: Told) -> float:
+    """Share of the squares on the hold-out, over all channels in floors, that a cause takes."""
+    before = float(np.sum(rms(np.concatenate([result.null.selecting, result.null.untouched])) ** 2))
+    return one.standing.taken / max(before, 1e-9)
+
+
+def _separating(one: Told, suspected_only: bool) -> Entry | None:
+    name = one.standing.label[0]
+    rivals = [r.label[0] for r in one.close if r.label[0] != CATALOGUE[name].same_by_command]
+    if one.standing.silent:
+        return {
+            "plan": f"the hold-out has no trace of it; as a hold-out, {CATALOGUE[name].excited_by}",
+            "separates": [name, CHANCE],
+        }
+    if rivals:
+        plan = separating_run(name, rivals[0], {n: e.excited_by for n, e in CATALOGUE.items()})
+        return {"plan": plan, "separates": [name, rivals[0]]}
+    if suspected_only:
+        return {"plan": "the same causes on another trajectory, given as --holdout", "separates": [name, CHANCE]}
+    return None
+
+
+def _run_for(result: Result, worst: int) -> Entry:
+    """For what nothing explains: a run that shows best what it hangs on."""
+    if result.request.only or result.request.without:
+        return {"plan": "first the same logs without --only and --without: they may show what it is", "separates": []}
+    over, found = result.decision.depends_on, where_of(result, worst)
+    group = found[0].group if found else RegimeGroup.SPEED
+    axis = result.inquiry.twin.channels[worst].axis
+    return {"plan": run_for(axis, None if over is None else over[0], group), "separates": []}
+
+
+def where_of(result: Result, worst: int) -> list[Regime]:
+    """The most telling regimes of the channel `worst`, which the verdict speaks of, and of the next one that has a
+    gap.
+    """
+    levels = rms(result.null.fitted)
+    others = [int(j) for j in np.argsort(-levels) if j != worst and levels[j] > _HAS_A_GAP]
+    found = []
+    for j in (worst, *others[:1]):
+        channel: Channel = result.inquiry.twin.channels[j]
+        found += most_telling(regimes(result.inquiry.twin, result.null.fitted, channel, j), 3)
+    return found
+
+
+def _where_entry(regime: Regime) -> Entry:
+    return {
+        "axis": regime.axis,
+        "signal": regime.signal,
+        "regime": regime.regime,
+        "share_of_gap": round(regime.share_of_gap, 4),
+        "low": round(regime.low, 4),
+        "high": round(regime.high, 4),
+        "share_of_time": round(regime.share_of_time, 4),
+    }
+
+
+def _recalibrated(result: Result) -> tuple[Entry, ...]:
+    """Known numbers that moved: inside their uncertainty by themselves, or beyond it as a named cause."""
+    model, hypothesis = result.model, result.best.hypothesis
+    named = {
+        (axis, model.number_path(axis, p.path))
+        for effect, axis in hypothesis.labels
+        for p in CATALOGUE[effect].parameters
+        if p.path
+    }
+    found = []
+    intervals = number_intervals(result.inquiry, result.best)
+    numbers = moved_numbers(model, result.inquiry.twin, replace(hypothesis, causes=()))
+    for known, y, (low, high) in zip(hypothesis.floating, hypothesis.y, intervals, strict=True):
+        nominal = model.number(known.axis, known.path)
+        if abs(y) < _MOVED * known.trust or (known.axis, known.path) in named:
+            continue
+        found.append(
+            {
+                "axis": known.axis,
+                "path": known.path,
+                "from": nominal,
+                "to": numbers[known.axis, known.path],
+                "low": known.moved(nominal, low),
+                "high": known.moved(nominal, high),
+                "uncertainty": model.uncertainty(known.axis, known.path),
+                "named": False,
+                "value": numbers[known.axis, known.path],
+                "nominal": nominal,
+            }
+        )
+    for one in result.told:
+        effect, axis = one.standing.label
+        for name, number in _parameters(result, one.standing.entries[0]).items():
+            parameter = next(p for p in CATALOGUE[effect].parameters if p.name == name)
+            if parameter.path is None or number["nominal"] is None or number["value"] == number["nominal"]:
+                continue
+            path = model.number_path(axis, parameter.path)
+            found.append(
+                {
+                    "axis": axis,
+                    "path": path,
+                    "from": number["nominal"],
+                    "to": number["value"],
+                    "low": number["low"],
+                    "high": number["high"],
+                    "uncertainty": model.uncertainty(axis, path),
+                    "named": True,
+                    "value": number["value"],
+                    "nominal": number["nominal"],
+                }
+            )
+    return tuple(found)
+
+
+__all__ = ["Verdict", "refusal", "verdict_of", "where_of"]

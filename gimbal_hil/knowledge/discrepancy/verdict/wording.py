@@ -1,0 +1,171 @@
+"""The verdict in plain words: what was found, how sure it is, and what is left."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from gimbal_hil.knowledge.discrepancy.judgement import Kind, Result, Status, Told
+from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap
+from sim_backend.effects import CATALOGUE, FittedNumber
+
+#: the share of `Policy.uneven` from which a varying strength alone costs a name; and one that is known to this share
+_TOLD = 0.45
+#: one effect as verdict.json holds it
+Entry = dict[str, Any]
+
+
+def told(result: Result, effects: Sequence[Entry], gaps: Sequence[Gap]) -> str:
+    """What was found and how sure it is."""
+    kind = result.decision.kind
+    moved = _recalibration(result, gaps)
+    if kind is Kind.NO_DISCREPANCY:
+        missing = "nothing is missing that this data could show." + _no_gap(gaps, result.request.policy.least_gap)
+        return f"The model explains this data to its noise{moved}; {missing}"
+    if kind is Kind.UNEXPLAINED:
+        return _unexplained(result, gaps)
+    gap = max(gaps, key=lambda g: (g.after_recalibration - g.after) / g.noise_floor)
+    names = ", ".join(_name(e["name"], e["axis"]) for e in effects)
+    share = (
+        "" if gap.closed_fraction is None else f", which closes {gap.closed_fraction:.0%} of it {_where_judged(result)}"
+    )
+    size = _size("The largest gap is" if gap is _largest(gaps) else "A gap is", gap)
+    first = f"{size}{moved}. It is explained by {names}{share}."
+    if all(one.standing.silent for one in result.told):
+        first = f"Only the searched logs show a gap{moved}; it is explained by {names}."
+    against = "".join(f" {e['contradiction']}" for e in effects if "contradiction" in e)
+    forms = "".join(_undetermined(e) for e in effects if "form_undetermined" in e)
+    return first + _doubts(result) + forms + against + _remainder(gaps)
+
+
+def _no_gap(gaps: Sequence[Gap], least: float) -> str:
+    """What passes for noise although it is larger than its floor."""
+    gap = max(gaps, key=lambda g: g.after / g.noise_floor)
+    floors = gap.after / gap.noise_floor
+    if floors <= least:
+        return ""
+    where = f"The {gap.signal.replace('_', ' ')} of {gap.axis} keeps {floors:.1f} floors"
+    return f" {where}: no more than what does not repeat, or than friction whose level wanders by a little leaves."
+
+
+def _recalibration(result: Result, gaps: Sequence[Gap]) -> str:
+    gap = _largest(gaps)
+    if gap.before - gap.after_recalibration <= 0.1 * gap.before or gap.before <= 1.1 * gap.noise_floor:
+        return ""
+    return f" ({gap.after_recalibration:.3g} {gap.unit} once known numbers moved within their stated uncertainty)"
+
+
+def _where_judged(result: Result) -> str:
+    return "on the last part of the same log" if result.suspected_only else "on data that had no part in the search"
+
+
+def _unexplained(result: Result, gaps: Sequence[Gap]) -> str:
+    size = _size("The largest gap is", _largest(gaps))
+    tried = ", ".join(dict.fromkeys(_name(*label) for label in result.path.state.hypothesis.labels))
+    shape = max(result.decision.remainders, key=lambda r: r.after)
+    seen = ""
+    over = result.decision.depends_on
+    if over is not None:
+        seen = f" From the {over[0].value} alone, {over[1]:.0%} of what is left can be predicted."
+    elif shape.predictable.beyond > 0.1:
+        seen = f" From the motion, {shape.predictable.beyond:.0%} of what is left can be predicted."
+    searched = "Nothing in the catalogue"
+    if result.request.only or result.request.without:
+        searched = "None of the effects that were searched"
+    attempt = "no candidate pays on the hold-out"
+    if tried:
+        least = float(np.max(result.path.state.left()))
+        attempt = f"the best attempt ({tried}) leaves {least:.1f} floors and does not stand"
+    where = " Only the hold-out has this gap." if result.only_in_hold_out else ""
+    return f"{size}. {searched} explains it: {attempt}.{where}{seen}"
+
+
+def _doubts(result: Result) -> str:
+    """Why a name is not sure."""
+    if result.suspected_only and result.only_in_hold_out:
+        return " Only the hold-out has this gap, and no log of another trajectory: it is suspected, not shown."
+    if result.suspected_only:
+        return " There is no log of another trajectory to judge it on: it is suspected, not shown."
+    found = []
+    for one in result.told:
+        if one.status is Status.NAMED:
+            continue
+        name, axis = one.standing.label
+        said = _name(name, axis)
+        at_first = _at_first(said)
+        if one.close:
+            told_from = " or ".join(dict.fromkeys(_name(*rival.label) for rival in one.close))
+            found.append(f" {at_first} cannot be told from {told_from} on this data; the run that would is proposed.")
+        elif one.standing.silent:
+            found.append(f" The hold-out has no trace of {said}, which is therefore suspected, not shown.")
+        elif one.standing.at_bound:
+            stands = ", ".join(one.standing.at_bound)
+            found.append(f" {at_first} stands at the bound of what is possible ({stands}): nothing is known of it.")
+        else:
+            found.append(f" {at_first} is probable only ({one.probability:.0%}){_why(result, one)}.")
+    return "".join(found)
+
+
+def _why(result: Result, one: Told) -> str:
+    """What about its strength alone would cost a cause its name; empty where nothing would."""
+    if one.standing.uneven > _TOLD * result.request.policy.uneven:
+        return f": fitted to stretches of the logs by themselves, its strength differs by {one.standing.uneven:.0%}"
+    if one.standing.error > _TOLD:
+        return f": beside everything else that is there, its strength is known to {one.standing.error:.0%} only"
+    return ""
+
+
+def _at_first(said: str) -> str:
+    """At the start of a sentence; names of axes stay as they are written."""
+    return said[0].upper() + said[1:]
+
+
+def _name(effect: str, axis: str) -> str:
+    return f"{effect.replace('_', ' ')} on {axis}"
+
+
+def _largest(gaps: Sequence[Gap]) -> Gap:
+    return max(gaps, key=lambda g: g.before / g.noise_floor)
+
+
+def _size(start: str, gap: Gap) -> str:
+    size = f"{gap.before:.3g} {gap.unit}, {gap.before / gap.noise_floor:.1f} times the noise floor"
+    return f"{start} in the {gap.signal.replace('_', ' ')} of {gap.axis}: {size}"
+
+
+def _undetermined(effect: Entry) -> str:
+    form = effect["form_undetermined"]
+    name, alike = _name(effect["name"], effect["axis"]), " and ".join(form["between"])
+    correlation = f"{alike} have a canonical correlation of {form['canonical_correlation']:.2f}"
+    return f" The form of {name} is undetermined on this data: {correlation}."
+
+
+def told_unseen(result: Result, unseen: Sequence[Entry]) -> str:
+    """Which effects that were asked for these data cannot show."""
+    asked = [e for e in unseen if e["name"] in result.request.only]
+    return "".join(f" {_at_first(_name(e['name'], e['axis']))} was not tested: {e['reason']}." for e in asked)
+
+
+def told_against(found: Entry) -> str:
+    """A contradiction of the logs among themselves, in one sentence."""
+    rule, why = found["rule"].replace("_", " "), found["text"].split(":")[0]
+    return f" The data contradict themselves on {found['axis']} ({rule}, {why})."
+
+
+def _remainder(gaps: Sequence[Gap]) -> str:
+    """What the causes leave, in floors of the model with them."""
+    left = [(g, g.after / g.noise_floor_after) for g in gaps if g.after > 1.5 * g.noise_floor_after]
+    places = ", ".join(f"{g.signal.replace('_', ' ')} of {g.axis} {floors:.1f} floors" for g, floors in left)
+    return f" Still unexplained beside it: {places}." if places else ""
+
+
+def contradiction_of(effect: Entry) -> str:
+    """What a fitted number says against the law that it belongs to; empty where there is nothing."""
+    objection = CATALOGUE[effect["name"]].objection
+    return (
+        objection({name: FittedNumber(**number) for name, number in effect["parameters"].items()})
+        if objection is not None
+        else ""
+    )

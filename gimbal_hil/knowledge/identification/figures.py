@@ -1,0 +1,169 @@
+"""Pictures of an identification, as figures that a page can hold."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gimbal_hil.knowledge.identification.estimate import Determination, Estimate
+from gimbal_hil.knowledge.identification.output_error import OutputErrorFit, displacements
+from gimbal_hil.knowledge.identification.presliding import PreslidingFit
+from gimbal_hil.knowledge.identification.sliding import StaticFit
+from gimbal_hil.knowledge.identification.stribeck import LugreFriction, StaticFriction
+from gimbal_hil.knowledge.identification.units import ROTARY, Units
+from gimbal_hil.knowledge.identification.velocity_map import VelocityMap
+from gimbal_hil.pages.plots import ALERT, MEASURED, MODEL, REFERENCE, SECOND, figure, stacked, thinned
+
+if TYPE_CHECKING:
+    from gimbal_hil.pages.plots import Drawing
+
+
+_COLOURS = {
+    Determination.IDENTIFIED: MEASURED,
+    Determination.WEAKLY_IDENTIFIED: SECOND,
+    Determination.NOT_IDENTIFIED: ALERT,
+}
+
+
+def velocity_map_figure(
+    velocity_map: VelocityMap, fits: tuple[StaticFit, ...], prior: StaticFriction, units: Units = ROTARY
+) -> Drawing:
+    """Friction torque over joint rate: measured points with 95 % bars, fitted curves, and the curve of the model one
+    came with.
+
+    The rate axis is logarithmic; both directions are shown at positive rate and torque.
+    """
+    drawn = figure(
+        "Friction over speed", f"joint rate, size [{units.rate}]", f"friction {units.word}, size [{units.torque}]", 460
+    )
+    drawn.update_xaxes(type="log")
+    # six entries do not fit beside the title
+    drawn.update_layout(legend={"y": -0.2, "yanchor": "top", "x": 0.0, "xanchor": "left"}, margin={"b": 90})
+    for side, name, symbol in ((1.0, "measured, positive", "circle"), (-1.0, "measured, negative", "diamond-open")):
+        points = [p for p in velocity_map.points if p.rate * side > 0.0]
+        drawn.add_scatter(
+            x=[abs(p.rate) for p in points], y=[p.torque * side for p in points], mode="markers", name=name,
+            marker={"color": MEASURED if side > 0.0 else SECOND, "symbol": symbol, "size": 7},
+            error_y={"type": "data", "array": [1.96 * p.standard_error for p in points], "thickness": 1},
+            text=[", ".join(p.labels[:3]) for p in points],
+        )  # fmt: skip
+    speeds = np.array([abs(p.rate) for p in velocity_map.points])
+    grid = np.geomspace(0.5 * speeds.min(), 1.2 * speeds.max(), 300)
+    for fit, dash in zip(fits, ("solid", "dash", "dot"), strict=False):
+        drawn.add_scatter(
+            x=grid,
+            y=fit.friction.torque(grid),
+            mode="lines",
+            name=f"fitted, {fit.direction.value}",
+            line={"color": MODEL, "dash": dash},
+        )
+    drawn.add_scatter(
+        x=grid, y=prior.torque(grid), mode="lines", name="model given", line={"color": REFERENCE, "width": 1.5}
+    )
+    return drawn
+
+
+def residual_figure(fit: StaticFit, units: Units = ROTARY) -> Drawing:
+    """Measured minus fitted size of the torque of every point over speed, with 95 % bars of the points' own errors."""
+    drawn = figure(
+        "Residuals of the velocity map", f"joint rate, size [{units.rate}]", f"measured - fitted [{units.torque}]", 320
+    )
+    for side, name, symbol in ((1.0, "positive", "circle"), (-1.0, "negative", "diamond-open")):
+        places = [number for number, point in enumerate(fit.points) if point.rate * side > 0.0]
+        drawn.add_scatter(
+            x=[abs(fit.points[n].rate) for n in places], y=[side * fit.residuals[n] for n in places], mode="markers",
+            name=name,
+            marker={"color": MEASURED if side > 0.0 else SECOND, "symbol": symbol, "size": 7},
+            error_y={"type": "data", "array": [1.96 * fit.points[n].standard_error for n in places], "thickness": 1},
+        )  # fmt: skip
+    drawn.update_xaxes(type="log")
+    return drawn
+
+
+def hysteresis_figure(fit: PreslidingFit, units: Units = ROTARY) -> Drawing:
+    """Presliding loops: friction torque over displacement, measured and as the exact LuGre curve predicts it."""
+    drawn = figure("Presliding", f"displacement [µ{units.angle}]", f"friction {units.word} [{units.torque}]", 460)
+    for number, (run, predicted) in enumerate(zip(fit.runs, fit.predicted, strict=True)):
+        rows = thinned(len(run.position), 1500)
+        zero = run.position[0]
+        first = number == 0
+        drawn.add_scatter(
+            x=1e6 * (run.position[rows] - zero), y=run.friction[rows], mode="lines", name="measured",
+            legendgroup="measured",
+            showlegend=first, line={"color": MEASURED, "width": 1},
+        )  # fmt: skip
+        drawn.add_scatter(
+            x=1e6 * (predicted[rows] - zero), y=run.friction[rows], mode="lines", name="LuGre", legendgroup="model",
+            showlegend=first,
+            line={"color": MODEL, "width": 1.5, "dash": "dash"},
+        )  # fmt: skip
+    drawn.update_layout(hovermode="closest")
+    return drawn
+
+
+def output_error_figure(fit: OutputErrorFit, number: int = 0, units: Units = ROTARY) -> Drawing:
+    """One record of the output-error fit: torque, joint rate measured and simulated, and their difference."""
+    record, simulated = fit.records[number], fit.simulated[number]
+    time = np.arange(len(record.position)) * record.step_s
+    compare = max(record.step_s, 0.01)
+    stride = max(1, int(round(compare / record.step_s)))
+    measured = displacements(record.position, record.step_s, compare) / (stride * record.step_s)
+    modelled = displacements(simulated, record.step_s, compare) / (stride * record.step_s)
+    titles = (f"{units.word} that drives inertia and friction", "joint rate", "difference")
+    drawn = stacked(titles, "time [s]", (f"[{units.torque}]", f"[{units.rate}]", f"[{units.rate}]"))
+    rows, coarse = thinned(len(time)), thinned(len(measured))
+    drawn.add_scatter(
+        x=time[rows], y=record.torque[rows], line={"color": REFERENCE, "width": 1}, name=units.word, row=1
+    )
+    moments = time[::stride][: len(measured)]
+    drawn.add_scatter(
+        x=moments[coarse], y=measured[coarse], line={"color": MEASURED, "width": 1}, name="measured", row=2
+    )
+    drawn.add_scatter(
+        x=moments[coarse],
+        y=modelled[coarse],
+        line={"color": MODEL, "width": 1, "dash": "dash"},
+        name="simulated",
+        row=2,
+    )
+    drawn.add_scatter(
+        x=moments[coarse],
+        y=(measured - modelled)[coarse],
+        line={"color": ALERT, "width": 1},
+        name="difference",
+        row=3,
+    )
+    return drawn
+
+
+def interval_figure(estimates: tuple[Estimate, ...], reference: LugreFriction, names: tuple[str, ...]) -> Drawing:
+    """Every parameter relative to the model given: value and 95 % interval, coloured by verdict, on a logarithmic
+    scale.
+    """
+    drawn = figure("Intervals, relative to the model given", "value / value in the model given", "", 340)
+    known = dict(zip(names, reference.values().tolist(), strict=True))
+    ends = [1.0]
+    for estimate in estimates:
+        base = known.get(estimate.name, 0.0)
+        if base <= 0.0 or not np.isfinite(estimate.value):
+            continue
+        low, high = max(estimate.interval.low / base, 1e-2), min(estimate.interval.high / base, 1e2)
+        ends += [low, high, estimate.value / base]
+        colour = _COLOURS[estimate.verdict]
+        drawn.add_scatter(
+            x=[low, high], y=[estimate.name] * 2, mode="lines", line={"color": colour, "width": 5}, showlegend=False
+        )
+        drawn.add_scatter(
+            x=[estimate.value / base],
+            y=[estimate.name],
+            mode="markers",
+            marker={"color": colour, "size": 11},
+            showlegend=False,
+        )
+    margin = 0.04 * (np.log10(max(ends)) - np.log10(min(ends)))
+    drawn.update_xaxes(type="log", range=[np.log10(min(ends)) - margin, np.log10(max(ends)) + margin])
+    drawn.update_yaxes(autorange="reversed")
+    drawn.add_vline(x=1.0, color=REFERENCE, width=1)
+    drawn.update_layout(hovermode="closest")
+    return drawn

@@ -1,0 +1,257 @@
+"""The report of an identification: one self-contained page, and the same as plain records for `identification.json`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from gimbal_hil.knowledge.identification.axis_identification import AxisIdentification, friction_of
+from gimbal_hil.knowledge.identification.estimate import Determination, number_text
+from gimbal_hil.knowledge.identification.figures import (
+    hysteresis_figure,
+    interval_figure,
+    output_error_figure,
+    residual_figure,
+    velocity_map_figure,
+)
+from gimbal_hil.knowledge.identification.output_error import OutputErrorFit
+from gimbal_hil.knowledge.identification.sliding import MapHalf
+from gimbal_hil.knowledge.identification.stribeck import LUGRE_NAMES
+from gimbal_hil.knowledge.identification.units import LINEAR, ROTARY, Units
+from gimbal_hil.knowledge.identification.velocity_map import VelocityMap
+from gimbal_hil.pages.report import Block, Callout, Details, Heading, Page, Plot, Table, Text, Tiles
+from sim_backend.model import AntennaModel, shipped_model_path
+
+_DIRECTIONS = {
+    MapHalf.BOTH: "Both directions",
+    MapHalf.POSITIVE: "Positive direction",
+    MapHalf.NEGATIVE: "Negative direction",
+}
+_WORDS = {
+    Determination.IDENTIFIED: "identified",
+    Determination.WEAKLY_IDENTIFIED: "weakly identified",
+    Determination.NOT_IDENTIFIED: "not identified, prior kept",
+}
+
+
+def identification_page(model: AntennaModel, results: Sequence[AxisIdentification], sources: Sequence[str]) -> Page:
+    """Everything that was found, axis by axis; `sources` are the logs that were read."""
+    blocks = [block for result in results for block in _axis_blocks(model, result)]
+    blocks.append(Text(f"From {', '.join(sources)}, with {_said(model)} as prior. Intervals are 95 %."))
+    return Page(
+        "Identified friction", f"model {model.name}, {len(results)} {'axis' if len(results) == 1 else 'axes'}", blocks
+    )
+
+
+def _said(model: AntennaModel) -> str:
+    """The model as a person would name it: a shipped one by its name, wherever this machine keeps it."""
+    path = Path(model.where)
+    return f"the shipped model {path.stem}" if path == shipped_model_path(path.stem) else model.where
+
+
+def identification_record(results: Sequence[AxisIdentification], sources: Sequence[str]) -> dict[str, object]:
+    """Plain types for `identification.json`."""
+    return {"schema": 1, "sources": list(sources), "axes": [_axis_record(result) for result in results]}
+
+
+def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]:
+    prior = friction_of(model, result.axis)
+    units = LINEAR if model.is_linear else ROTARY
+    count = sum(e.verdict is Determination.IDENTIFIED for e in result.estimates)
+    blocks: list[Block] = [Heading(result.axis)]
+    tone = (
+        "good"
+        if count == len(result.estimates) and not result.findings
+        else "warning"
+        if result.findings
+        else "neutral"
+    )
+    blocks.append(
+        Callout(
+            f"{count} of {len(result.estimates)} parameters identified; {_findings(len(result.findings))} against "
+            "data or model.",
+            tone,
+        )
+    )
+    blocks.append(Tiles([(number_text(e.value), f"{e.name} [{e.unit}]") for e in result.estimates]))
+    blocks += [Callout(finding.text[:1].upper() + finding.text[1:], "warning") for finding in result.findings]
+    folded: list[Block] = []
+    fits = tuple(fit for fit in (result.both, result.positive, result.negative) if fit is not None)
+    if result.velocity_map is not None and result.velocity_map.points:
+        blocks.append(
+            Plot(
+                velocity_map_figure(result.velocity_map, fits, prior.static, units),
+                _map_caption(result.velocity_map, units),
+            )
+        )
+        folded += [
+            Plot(
+                residual_figure(fit, units),
+                f"{_DIRECTIONS[fit.direction]}: {_scaled(fit.rms, units.torque)} rms; bars are the points' own 95 %.",
+            )
+            for fit in fits[:1]
+        ]
+        folded += _per_direction(result, units.torque)
+        folded += _rejected(result)
+    blocks.append(
+        Plot(
+            interval_figure(result.estimates, prior, LUGRE_NAMES),
+            "Blue: identified. Violet: weakly. Red: not identified, the prior stands.",
+        )
+    )
+    blocks.append(_estimate_table(model, result))
+    if result.presliding is not None and np.isfinite(result.presliding.rms):
+        p = result.presliding
+        folded.append(
+            Plot(
+                hysteresis_figure(p, units),
+                f"{p.travel_steps:.0f} encoder steps of travel; stiffness {p.sigma0.fitted:.5g} by the exact curve, "
+                f"{p.secant:.5g} by the secant of thesis eq. 4.11.",
+            )
+        )
+    if result.dynamic is not None:
+        folded.append(
+            Plot(
+                output_error_figure(result.dynamic, _liveliest(result.dynamic), units),
+                f"Output error: rms {result.dynamic.rms:.3g} {units.angle} per 10 ms; "
+                f"{result.dynamic.agreeing_starts} starts agree; "
+                f"{units.word} offset {result.dynamic.offset:.3g} {units.torque}.",
+            )
+        )
+        folded.append(_sensitivity_table(result.dynamic))
+    return [*blocks, Details(f"How {result.axis} was fitted", folded)] if folded else blocks
+
+
+def _scaled(value: float, unit: str) -> str:
+    """A size with the prefix that puts it at 1 or above."""
+    factor, prefix = next(((f, p) for f, p in ((1.0, ""), (1e3, "m")) if value * f >= 1.0), (1e6, "µ"))
+    return f"{value * factor:.3g} {prefix}{unit}"
+
+
+def _findings(count: int) -> str:
+    return "1 finding speaks" if count == 1 else f"{count or 'no'} findings speak"
+
+
+def _liveliest(fit: OutputErrorFit) -> int:
+    """The record whose torque changes fastest: there the bristles' damping shows, and the joint is faster than its
+    encoder's step.
+    """
+    return int(np.argmax([float(np.max(np.abs(np.diff(record.torque)))) for record in fit.records]))
+
+
+def _map_caption(found: VelocityMap, units: Units) -> str:
+    jitter = max(point.jitter for point in found.points)
+    text = f"Mean friction {units.word} in steady windows, what depends on position taken out; bars are 95 %."
+    if jitter > 0.0:
+        text += f" The rate fluctuated by up to {jitter:.2g} {units.rate} rms, which the fit allows for."
+    return text
+
+
+def _estimate_table(model: AntennaModel, result: AxisIdentification) -> Table:
+    sources = {e.name: _source_of(model, result.axis, e.name) for e in result.estimates}
+    header = ["parameter", "value", "low", "high", "unit", "verdict", "model given"]
+    header += ["where the model has it from"] if any(sources.values()) else []
+    reasons = [". ".join(part for part in (e.reason, e.experiment) if part) for e in result.estimates]
+    header += ["why, and what would settle it"] if any(reasons) else []
+    rows = []
+    for e, reason in zip(result.estimates, reasons, strict=True):
+        row = [e.name, e.value_text, *e.end_texts, e.unit, _WORDS[e.verdict], number_text(e.prior)]
+        row += [sources[e.name]] if any(sources.values()) else []
+        rows.append([*row, reason] if any(reasons) else row)
+    return Table(header, rows)
+
+
+def _source_of(model: AntennaModel, axis: str, name: str) -> str:
+    """What the model file says about where a number comes from; empty where it says nothing."""
+    found = model.numbers.get((axis, f"friction.{name}"))
+    return found.source or "" if found is not None and found.source != "default" else ""
+
+
+def _per_direction(result: AxisIdentification, unit: str) -> list[Block]:
+    sides = [fit for fit in (result.positive, result.negative) if fit is not None]
+    if not sides:
+        return []
+    rows = []
+    for e in sides[0].estimates:
+        found = [next(one for one in fit.estimates if one.name == e.name) for fit in sides]
+        rows.append([e.name, *(f"{one.fitted_text} ({one.interval_text})" for one in found)])
+    rows.append([f"rms [{unit}]", *(number_text(fit.rms) for fit in sides)])
+    return [
+        Table(
+            ["per direction", *(fit.direction.value for fit in sides)], rows, "Each half of the map fitted by itself."
+        )
+    ]
+
+
+def _rejected(result: AxisIdentification) -> list[Block]:
+    rejected = result.velocity_map.rejected if result.velocity_map else ()
+    if not rejected:
+        return []
+    rows = [[one.label, one.reason] for one in rejected]
+    return [Details(f"{len(rejected)} stretches gave no point", [Table(["stretch", "why"], rows)])]
+
+
+def _sensitivity_table(fit: OutputErrorFit) -> Table:
+    rows = [[e.name, f"{s:.3g}"] for e, s in zip(fit.estimates, fit.sensitivities, strict=True)]
+    return Table(
+        ["parameter", "sensitivity"],
+        rows,
+        "Rms change of the simulated displacement for 1 % of the parameter, in units of its error.",
+    )
+
+
+def _axis_record(result: AxisIdentification) -> dict[str, object]:
+    record: dict[str, object] = {
+        "axis": result.axis,
+        "estimates": [_finite(e.as_record()) for e in result.estimates],
+        "findings": [{"rule": f.rule, "text": f.text} for f in result.findings],
+        "break_away": [{"run": b.label, "torque": b.torque} for b in result.break_aways],
+    }
+    if result.velocity_map is not None:
+        record["velocity_map"] = {
+            "points": [
+                {
+                    "rate": p.rate,
+                    "torque": p.torque,
+                    "standard_error": p.standard_error,
+                    "jitter": p.jitter,
+                    "passes": p.passes,
+                }
+                for p in result.velocity_map.points
+            ],
+            "rejected": [{"stretch": r.label, "reason": r.reason} for r in result.velocity_map.rejected],
+        }
+    for fit in (result.both, result.positive, result.negative):
+        if fit is not None:
+            record[f"static_{fit.direction.value}"] = {
+                "estimates": [_finite(e.as_record()) for e in fit.estimates], "offset": fit.offset,
+                "rms": fit.rms, "outliers": list(fit.outliers),
+            }  # fmt: skip
+    if result.presliding is not None:
+        steps = result.presliding.travel_steps
+        record["presliding"] = _finite(
+            {"travel_encoder_steps": steps, "secant": result.presliding.secant, **result.presliding.sigma0.as_record()}
+        )
+    if result.dynamic is not None:
+        record["output_error"] = {
+            "estimates": [_finite(e.as_record()) for e in result.dynamic.estimates], "offset": result.dynamic.offset,
+            "rms_rad": result.dynamic.rms,
+            "agreeing_starts": result.dynamic.agreeing_starts,
+        }  # fmt: skip
+    for name, rigid in (("regression", result.rigid), ("regression_per_direction", result.rigid_per_direction)):
+        if rigid is not None:
+            record[name] = {
+                "estimates": [_finite(e.as_record()) for e in rigid.estimates],
+                "rms": rigid.rms,
+                "relative": rigid.relative,
+            }
+    return record
+
+
+def _finite(record: dict[str, object]) -> dict[str, object]:
+    """JSON knows no infinities: they become null."""
+    return {
+        key: None if isinstance(value, float) and not np.isfinite(value) else value for key, value in record.items()
+    }

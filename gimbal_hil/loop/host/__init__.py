@@ -1,0 +1,76 @@
+"""The host: supervisor and control of one antenna, from block to block or from mail to mail."""
+
+from gimbal_hil.loop.control.layout import Mode
+from gimbal_hil.loop.host import layout
+from gimbal_hil.loop.host.core import host_tick
+from gimbal_hil.loop.host.events import AXIS_NAMES, HostEvent, word_of
+from gimbal_hil.loop.host.first_test import MOMENTUM_WINDOW_S, FirstTest, FirstTestState
+from gimbal_hil.loop.host.frame_tick import encode_host_mail, host_block_tick
+from gimbal_hil.loop.host.host import Host
+from gimbal_hil.loop.host.memory import (
+    C_AT,
+    COUNTERS_AT,
+    H_AT,
+    HOST_OCTETS,
+    MAIL_AT,
+    OCTETS_AT,
+    RECEIVERS_AT,
+    ROWS_KEPT,
+    SENT_AT,
+)
+from gimbal_hil.loop.host.program import AxisCommand, EndCondition, Guard, Program, Segment, program_of
+from gimbal_hil.loop.host.states import (
+    GUARD_CAUSES,
+    EndKind,
+    EventCode,
+    HostCause,
+    HostState,
+    LinkStatus,
+    PointingState,
+    ReferenceOrigin,
+    Shape,
+)
+from gimbal_hil.loop.host.tick_row import LOG_WORDS, MEASURED, ROW_WORDS, write_row
+
+__all__ = [
+    "AXIS_NAMES",
+    "COUNTERS_AT",
+    "C_AT",
+    "GUARD_CAUSES",
+    "HOST_OCTETS",
+    "H_AT",
+    "LOG_WORDS",
+    "MAIL_AT",
+    "MEASURED",
+    "MOMENTUM_WINDOW_S",
+    "OCTETS_AT",
+    "RECEIVERS_AT",
+    "ROWS_KEPT",
+    "ROW_WORDS",
+    "SENT_AT",
+    "AxisCommand",
+    "EndCondition",
+    "EndKind",
+    "EventCode",
+    "FirstTest",
+    "FirstTestState",
+    "Guard",
+    "Host",
+    "HostCause",
+    "HostEvent",
+    "HostState",
+    "LinkStatus",
+    "Mode",
+    "PointingState",
+    "Program",
+    "ReferenceOrigin",
+    "Segment",
+    "Shape",
+    "encode_host_mail",
+    "host_block_tick",
+    "host_tick",
+    "layout",
+    "program_of",
+    "word_of",
+    "write_row",
+]

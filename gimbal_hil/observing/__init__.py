@@ -1,6 +1,0 @@
-"""The model beside the running antenna: estimates the torque that the model lacks, in the service process."""
-
-from gimbal_hil.observing.change import AxisWatch, WatchState
-from gimbal_hil.observing.live_observer import LiveObserver, observed_model
-
-__all__ = ["AxisWatch", "LiveObserver", "WatchState", "observed_model"]

@@ -1,0 +1,7 @@
+"""Pages: what every report is made of.
+
+plots   figures as plotly.js takes them, and their common look
+report  blocks of a page, the page itself, JUnit files
+
+Used by everything that shows a result; knows nothing of what is shown.
+"""

@@ -1,0 +1,24 @@
+"""What people read: pages, and what they are made of."""
+
+from gimbal_hil.pages.report.blocks import Block, Callout, Details, Heading, Listing, Plot, Table, Text, Tiles, plots_in
+from gimbal_hil.pages.report.junit import Case, write_junit
+from gimbal_hil.pages.report.made import Made, command_of
+from gimbal_hil.pages.report.page import Page
+
+__all__ = [
+    "Block",
+    "Callout",
+    "Case",
+    "Details",
+    "Heading",
+    "Listing",
+    "Made",
+    "Page",
+    "Plot",
+    "Table",
+    "Text",
+    "Tiles",
+    "command_of",
+    "plots_in",
+    "write_junit",
+]

@@ -1,0 +1,82 @@
+"""The blocks of a report page: frozen records without any HTML."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from gimbal_hil.pages.plots import Drawing
+
+
+@dataclass(frozen=True)
+class Heading:
+    """A section heading; it also becomes an entry of the page's table of contents."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Text:
+    """A paragraph of plain words."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Callout:
+    """The one sentence that matters, set apart; tone is 'good', 'warning' or 'neutral'."""
+
+    text: str
+    tone: str = "neutral"
+
+
+@dataclass(frozen=True)
+class Tiles:
+    """A row of key figures: (value with unit, what it is)."""
+
+    items: Sequence[tuple[str, str]]
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table; the first column is text, numbers are set right. `caption` says what one sees."""
+
+    header: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    caption: str = ""
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A figure with a caption that says what one sees."""
+
+    figure: Drawing
+    caption: str = ""
+
+
+@dataclass(frozen=True)
+class Listing:
+    """Preformatted text: a file, a difference, a log."""
+
+    text: str
+    caption: str = ""
+
+
+@dataclass(frozen=True)
+class Details:
+    """Blocks that are folded away until one asks for them."""
+
+    summary: str
+    blocks: Sequence[Block]
+
+
+Block = Heading | Text | Callout | Tiles | Table | Plot | Listing | Details
+
+
+def plots_in(blocks: Sequence[Block]) -> Iterator[Plot]:
+    """Every plot in the order of the page, those that are folded away too."""
+    for block in blocks:
+        if isinstance(block, Plot):
+            yield block
+        elif isinstance(block, Details):
+            yield from plots_in(block.blocks)

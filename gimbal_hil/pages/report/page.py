@@ -1,0 +1,171 @@
+"""One self-contained HTML page: text, tables and figures that open without a network.
+
+A page is a title and a tuple of blocks; `render` turns it into text, `write` puts it on disk in one move. It is under a
+megabyte: the library that draws lies in it compressed, and so do the figures, which are drawn when one comes near them
+(docs/decisions/0120-a-page-carries-a-slim-library-compressed.md).
+"""
+
+from __future__ import annotations
+
+import html
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from itertools import count
+from pathlib import Path
+
+from gimbal_hil.pages.plots import Drawing
+from gimbal_hil.pages.report.blocks import (
+    Block,
+    Callout,
+    Details,
+    Heading,
+    Listing,
+    Plot,
+    Table,
+    Text,
+    Tiles,
+    plots_in,
+)
+from gimbal_hil.pages.report.figures_packed import drawing_library, packed
+from gimbal_hil.pages.report.made import Made, made_here
+
+#: headings from which on a page has a table of contents
+_CONTENTS_FROM = 3
+
+
+@dataclass(frozen=True)
+class Page:
+    """A report: title, one line below it, and blocks in order."""
+
+    title: str
+    subtitle: str
+    blocks: Sequence[Block]
+
+    def render(self, made: Made | None = None) -> str:
+        """The page as one HTML text with everything embedded; `made` in the place of this process and this second."""
+        made = made or made_here()
+        figures = [plot.figure for plot in plots_in(self.blocks)]
+        headings = [block.text for block in self.blocks if isinstance(block, Heading)]
+        contents = "".join(f'<a href="#{_anchor(text)}">{html.escape(text)}</a>' for text in headings)
+        numbers = count()
+        body = "\n".join(_render(block, numbers) for block in self.blocks)
+        navigation = f'<nav aria-label="Contents">{contents}</nav>' if len(headings) >= _CONTENTS_FROM else ""
+        return (
+            '<!doctype html><html lang="en"><head><meta charset="utf-8"><meta name="viewport" '
+            'content="width=device-width, initial-scale=1"><meta name="color-scheme" content="light dark">'
+            f"<title>{html.escape(self.title)}</title><style>{_static('page.css')}</style></head><body>"
+            f'<header><div class="mark">gimbal-hil</div><h1>{html.escape(self.title)}</h1>'
+            f"<p>{html.escape(self.subtitle)}</p></header>"
+            f"{navigation}<main>{body}</main>{_foot(made)}{_script(figures)}</body></html>"
+        )
+
+    def write(self, path: Path) -> Path:
+        """Write the page; a reader sees the old page or the whole new one."""
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part = path.with_name(path.name + ".part")
+        part.write_text(self.render(), encoding="utf-8")
+        os.replace(part, path)
+        return path
+
+
+def _static(name: str) -> str:
+    return (files("gimbal_hil.pages.report") / "static" / name).read_text(encoding="utf-8")
+
+
+def _script(figures: Sequence[Drawing]) -> str:
+    if not figures:
+        return ""
+    return (
+        "<noscript><p>The figures of this page are drawn by a script.</p></noscript>"
+        f'<script type="text/plain" id="packed:library">{drawing_library()}</script>'
+        f'<script type="text/plain" id="packed:figures">{packed(figures)}</script>'
+        f"<script>{_static('page.js')}</script>"
+    )
+
+
+def _foot(made: Made) -> str:
+    return (
+        f'<footer>Made <time datetime="{html.escape(made.at_utc)}">{html.escape(made.at_utc)}</time> by gimbal-hil '
+        f"{html.escape(made.version)} with<pre>{html.escape(made.command)}</pre></footer>"
+    )
+
+
+def _anchor(text: str) -> str:
+    """Name of a heading's place: letters, figures and dashes, so never that of what is packed into the page."""
+    return "".join(c if c.isalnum() else "-" for c in text.lower()).strip("-")
+
+
+def _render(block: Block, numbers: Iterator[int]) -> str:
+    match block:
+        case Heading(text):
+            return f'<h2 id="{_anchor(text)}">{html.escape(text)}</h2>'
+        case Text(text):
+            return f"<p>{html.escape(text)}</p>"
+        case Callout(text, tone):
+            return f'<div class="callout {html.escape(tone)}">{html.escape(text)}</div>'
+        case Tiles(items):
+            tiles = "".join(
+                f'<div class="tile"><b>{html.escape(value)}</b><span>{html.escape(what)}</span></div>'
+                for value, what in items
+            )
+            return f'<div class="tiles">{tiles}</div>'
+        case Table():
+            return _table(block)
+        case Plot():
+            return _plot(block, next(numbers))
+        case Listing(text, caption):
+            return f'<figure><pre tabindex="0">{html.escape(text)}</pre>{_caption(caption)}</figure>'
+        case Details(summary, blocks):
+            inside = "".join(_render(inner, numbers) for inner in blocks)
+            return f"<details><summary>{html.escape(summary)}</summary>{inside}</details>"
+
+
+def _plot(plot: Plot, number: int) -> str:
+    """The place of a figure, as high as the figure will be: what stands below does not jump when it is drawn."""
+    title = plot.figure.layout["title"]["text"]
+    height = int(plot.figure.layout.get("height", 400))
+    said = " ".join(part for part in (title, plot.caption) if part)
+    # a figure's title is the page's, so that no legend can lie over it
+    above = f"<h3>{html.escape(title)}</h3>" if title else ""
+    return (
+        f'<figure>{above}{_legend(plot)}<div class="plot" data-figure="{number}" '
+        f'style="height:{height}px" role="img" aria-label="{html.escape(said)}"></div>'
+        f'<div class="below">{_caption(plot.caption)}<span class="save" hidden><button type="button">SVG</button>'
+        '<button type="button">PDF</button></span></div>'
+        "</figure>"
+    )
+
+
+def _legend(plot: Plot) -> str:
+    """Names of what is drawn, each a switch; a figure of one thing needs none."""
+    told = [trace["name"] for trace in plot.figure.data if trace.get("name") and trace.get("showlegend", True)]
+    names = list(dict.fromkeys(told))
+    buttons = [f'<button type="button" aria-pressed="true">{html.escape(name)}</button>' for name in names]
+    return f'<div class="legend">{"".join(buttons) if len(names) > 1 else ""}</div>'
+
+
+def _table(table: Table) -> str:
+    numeric = [
+        all(_is_number(row[i]) for row in table.rows if i < len(row) and row[i].strip()) if i else False
+        for i in range(len(table.header))
+    ]
+    mark = [' class="n"' if is_number else "" for is_number in numeric]
+    head = "".join(f'<th scope="col"{mark[i]}>{html.escape(cell)}</th>' for i, cell in enumerate(table.header))
+    rows = "".join(
+        "<tr>" + "".join(f"<td{mark[i]}>{html.escape(cell)}</td>" for i, cell in enumerate(row)) + "</tr>"
+        for row in table.rows
+    )
+    return (
+        f'<figure><div class="scroll" tabindex="0"><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>'
+        f"</div>{_caption(table.caption)}</figure>"
+    )
+
+
+def _is_number(text: str) -> bool:
+    return text.lstrip("+-−±<>≤≥≈ ")[:1].isdigit() or text in ("–", "—", "-")
+
+
+def _caption(text: str) -> str:
+    return f"<figcaption>{html.escape(text)}</figcaption>" if text else ""

@@ -1,0 +1,161 @@
+"""The controllers that the arena knows by name: each is a whole configuration, made from the shipped one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.knowledge.tuning import tuned
+from gimbal_hil.loop.settings import DaemonSettings, settings_from_document, shipped_settings
+from gimbal_hil.proof.thesis import LEVEL, POSITION_GAINS, RATE_GAINS
+from sim_backend.model import CONTROL_ANTENNA, model_named
+
+Document = dict[str, Any]
+
+
+def _thesis(document: Document) -> None:
+    """Cascade PI with the thesis' gains and the drive gain that its tables imply; nothing is fed forward. Wide guards:
+    it is judged by its errors.
+    """
+    _plain(document)
+    for name, axis in document["axes"].items():
+        (rate_kp, rate_ki), (position_kp, position_ki) = RATE_GAINS[name], POSITION_GAINS[name]
+        axis["rate_loop"] |= {
+            "kp_s_per_rad": rate_kp,
+            "ki_per_rad": rate_ki,
+            "torque_per_unit_nm": LEVEL.drive(name).per_unit_nm,
+        }
+        axis["position_loop"] |= {"kp_per_s": position_kp, "ki_per_s2": position_ki, "rate_limit_rad_s": 1000.0}
+        axis["prefilter"] = None
+        axis["limits"] |= {"rate_rad_s": 17.0, "following_position_rad": None, "following_rate_rad_s": None}
+
+
+def _plain(document: Document) -> None:
+    """The shipped gains, prefilter and limits; nothing is fed forward but the reference's own slope."""
+    for axis in document["axes"].values():
+        axis["feedforward"] |= {"base_rate": False, "moment_kg_m": [0.0, 0.0, 0.0]}
+
+
+def _shipped(document: Document) -> None:
+    """The shipped configuration, config/virtual_antenna.yaml, as it is."""
+
+
+def _with_model(document: Document, **parts: bool) -> None:
+    """The shipped configuration with parts of the model, all others off."""
+    off = dict.fromkeys(PARTS, False)
+    document["model_control"] = {"model": MODEL, **off, **parts}
+
+
+def _bodies(document: Document) -> None:
+    """Shipped, with inertia, coupling, weight and base motion fed forward by the model's bodies."""
+    _with_model(document, bodies=True)
+
+
+def _friction(document: Document) -> None:
+    """Shipped, with the model's friction fed forward."""
+    _with_model(document, friction=True)
+
+
+def _position(document: Document) -> None:
+    """Shipped, with the torque over position that the model names fed forward: cogging."""
+    _with_model(document, position_torque=True)
+
+
+def _base(document: Document) -> None:
+    """Shipped, with the base's motion extrapolated by its age."""
+    _with_model(document, extrapolate_base=True)
+
+
+def _observer(document: Document) -> None:
+    """Shipped, with both loops closed by the observer, in place of gyro and integrators."""
+    _with_model(document)
+    for axis in document["axes"].values():
+        axis["observer"] = {"bandwidth_rad_s": OBSERVER_RAD_S}
+
+
+def _all(document: Document) -> None:
+    """Shipped, with every part together."""
+    _observer(document)
+    _with_model(document, **dict.fromkeys(PARTS, True))
+
+
+def _tuned_cascade(document: Document) -> None:
+    """The cascade that gimbal-hil tune finds for the model, with its prefilter; nothing is fed forward."""
+    _plain(document)
+    for name, axis in document["axes"].items():
+        for key, value in _tuned_keys()[name].items():
+            if key != "observer":
+                axis[key] = axis[key] | value
+
+
+def _tuned(document: Document) -> None:
+    """What gimbal-hil tune makes of the shipped configuration for the model: gains, observer, every part."""
+    _with_model(document, **dict.fromkeys(PARTS, True))
+    for name, axis in document["axes"].items():
+        for key, value in _tuned_keys()[name].items():
+            axis[key] = (axis[key] or {}) | value
+
+
+def _levels(document: Document) -> None:
+    """Tuned, with the levels of friction followed while it works."""
+    _tuned(document)
+    for axis in document["axes"].values():
+        axis["friction_levels"] = {}
+
+
+def _learned(document: Document) -> None:
+    """Tuned, with a table over position and direction that is learned while it works."""
+    _tuned(document)
+    for axis in document["axes"].values():
+        axis["learned"] = {}
+
+
+@cache
+def _tuned_keys() -> dict[str, Document]:
+    """By axis and section, what tuning changes in the shipped configuration."""
+    found: dict[str, Document] = {}
+    for key, value in tuned(shipped_settings(), model_named(MODEL), MODEL).changes.items():
+        words = key.split(".")
+        if words[0] == "axes":
+            section = found.setdefault(words[1], {}).setdefault(words[2], {})
+            section |= {words[3]: value} if len(words) > 3 else value
+    return found
+
+
+#: whose numbers the controllers with a model take, on whatever antenna; and the bandwidth of their observers
+MODEL, OBSERVER_RAD_S = CONTROL_ANTENNA, 150.0
+#: what a model gives, each by its key
+PARTS = ("bodies", "friction", "position_torque", "extrapolate_base")
+CONTROLLERS: dict[str, Callable[[Document], None]] = {
+    "thesis": _thesis,
+    "cascade": _plain,
+    "tuned_cascade": _tuned_cascade,
+    "shipped": _shipped,
+    "bodies": _bodies,
+    "friction": _friction,
+    "position": _position,
+    "base": _base,
+    "observer": _observer,
+    "all": _all,
+    "tuned": _tuned,
+    "levels": _levels,
+    "learned": _learned,
+}
+
+
+def controller_settings(name: str) -> DaemonSettings:
+    """The configuration of a named controller; BadInputError lists the names there are."""
+    if name not in CONTROLLERS:
+        raise BadInputError(
+            "--controller", f"no controller {name!r}", ", ".join(CONTROLLERS) + ", or a configuration file"
+        )
+    document = shipped_settings().model_dump(mode="json", by_alias=True)
+    CONTROLLERS[name](document)
+    return settings_from_document(document, f"controller {name}")
+
+
+def about(name: str) -> str:
+    """What a named controller is, in one sentence or two."""
+    return " ".join((CONTROLLERS[name].__doc__ or "").split())

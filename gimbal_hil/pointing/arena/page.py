@@ -1,0 +1,196 @@
+"""What the arena found, as text and as blocks of a page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from gimbal_hil.pages.report import Block, Callout, Details, Heading, Plot, Table, Text
+from gimbal_hil.pointing.arena.arena import ArenaResult, Spread
+from gimbal_hil.pointing.arena.scenarios import Scenario, Score
+from gimbal_hil.pointing.arena.trial import TrialOutcome
+
+if TYPE_CHECKING:
+    from gimbal_hil.pages.plots import Drawing
+
+_MICRO = 1e6
+#: title, figure of an outcome, factor to the unit of the title
+Column = tuple[str, Callable[[TrialOutcome], float], float]
+_LINE_OF_SIGHT: Column = ("line of sight, rms [urad]", lambda one: one.los_rms, _MICRO)
+_AXES: tuple[Column, ...] = (
+    ("outer, rms [urad]", lambda one: one.rms[0], _MICRO),
+    ("inner, rms [urad]", lambda one: one.rms[1], _MICRO),
+)
+_PEAKS: tuple[Column, ...] = (
+    ("outer, peak after a reversal [urad]", lambda one: one.reversal_peak[0], _MICRO),
+    ("inner, peak after a reversal [urad]", lambda one: one.reversal_peak[1], _MICRO),
+)
+_STEPS: tuple[Column, ...] = (
+    ("overshoot [%]", lambda one: one.overshoot, 1.0),
+    ("settling to 2 % [s]", lambda one: one.settling_s, 1.0),
+)
+#: one for each controller that there is by name
+_COLOURS = [
+    f"#{one}"
+    for one in ["8a94a0", "b8860b", "d95f02", "1f6f8b", "4a8c5c", "6a4c93", "7a5230", "c2579b", "b3261e", "2e4a9e"]
+]
+#: scenarios whose errors are drawn over time, where they are among those run
+_DRAWN = 3
+
+
+def arena_text(found: ArenaResult) -> str:
+    """One line a scenario and antenna, then the worst row of every controller."""
+    names = [entrant.name for entrant in found.entrants]
+    header = ["scenario", "antenna", *names]
+    lines = [_line_of_sight_row(found, one, antenna) for one in found.scenarios for antenna in found.antennas]
+    widths = [max(len(row[i]) for row in [header, *lines]) for i in range(len(header))]
+    table = [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in [header, *lines]
+    ]
+    about = (
+        f"line-of-sight error, urad rms, mean of {found.seeds} seeds; steps: the error at rest, overshoot in percent, "
+        "settling in s"
+    )
+    return "\n".join([about, "", *table, "", *_worst_lines(found)])
+
+
+def _line_of_sight_row(found: ArenaResult, scenario: Scenario, antenna: str) -> list[str]:
+    cells = []
+    for entrant in found.entrants:
+        cell = _cell(found, scenario, antenna, entrant.name, _LINE_OF_SIGHT, spread=False)
+        if scenario.score is Score.STEP and not found.tripped(scenario.name, antenna, entrant.name):
+            more = [_cell(found, scenario, antenna, entrant.name, column, spread=False) for column in _STEPS]
+            cell += f" ({more[0]} %, {more[1]} s)"
+        cells.append(cell)
+    return [scenario.name, antenna, *cells]
+
+
+def _worst_lines(found: ArenaResult) -> list[str]:
+    lines = []
+    for antenna in found.antennas:
+        for entrant in found.entrants:
+            worst = found.worst(antenna, entrant.name)
+            if worst is not None:
+                size = "tripped" if worst[1] == float("inf") else f"{_MICRO * worst[1]:.1f} urad"
+                lines.append(f"worst row of {entrant.name} on {antenna}, steps apart: {worst[0]}, {size}")
+    return lines
+
+
+def _best_lines(found: ArenaResult) -> list[str]:
+    """For each antenna the controller whose worst row is least, beside the greatest."""
+    lines = []
+    for antenna in found.antennas:
+        rows = [(worst, one.name) for one in found.entrants if (worst := found.worst(antenna, one.name)) is not None]
+        if rows:
+            ((where, size), name), (_, last) = (pick(rows, key=lambda row: row[0][1]) for pick in (min, max))
+            told = "a guard stopped it" if size == float("inf") else f"{_MICRO * size:.1f} urad rms"
+            beside = f"; the largest is that of {last}" if len(rows) > 1 else ""
+            lines.append(f"On {antenna} the worst row of {name} is the smallest: {told} ({where}){beside}.")
+    return lines
+
+
+def arena_blocks(found: ArenaResult) -> list[Block]:
+    """The arena as sections of a results page."""
+    moving = [one for one in found.scenarios if one.score is not Score.STEP]
+    turning = [one for one in found.scenarios if one.score is Score.REVERSAL]
+    steps = [one for one in found.scenarios if one.score is Score.STEP]
+    spread = f"means of {found.seeds} seeds, ± their standard deviation" if found.seeds > 1 else "those of one seed"
+    about: list[Block] = [
+        Heading("What was compared"),
+        Text(
+            "Host and virtual antenna in lockstep at the configuration's rate, through every frame. The error is that "
+            "of the antenna's true joints, on the sensors' side of a structural mode, against the reference: for the "
+            "line of sight the angle between where the boresight looks and where it should. Cells of one row differ in "
+            f"the controller alone. Figures are {spread}; seeds draw the sensors' noise and the turbulence."
+        ),
+        Table(("Controller", "What it is"), [(one.name, one.text) for one in found.entrants]),
+    ]
+    blocks: list[Block] = [Callout(line) for line in _best_lines(found)]
+    if moving:
+        blocks += [Plot(_bars(found, moving, antenna), f"On the antenna {antenna}.") for antenna in found.antennas]
+        blocks += [*about, Heading("Line of sight"), *(_tables(found, moving, (_LINE_OF_SIGHT,)))]
+        blocks += [Heading("Each axis"), *_tables(found, moving, _AXES)]
+    else:
+        blocks += about
+    if turning:
+        blocks += [Heading("Reversals"), *_tables(found, turning, _PEAKS)]
+    if steps:
+        blocks += [Heading("Steps"), *_tables(found, steps, (*_STEPS, _LINE_OF_SIGHT))]
+        blocks.append(
+            Text("For steps the line of sight is judged from 2 s after the step on, when it should be at rest.")
+        )
+    blocks += _drawn_errors(found, [*moving, *steps])
+    blocks.append(Details("The worst row of every controller", [Text(line) for line in _worst_lines(found)]))
+    return blocks
+
+
+def _tables(found: ArenaResult, scenarios: Sequence[Scenario], columns: Sequence[Column]) -> list[Block]:
+    return [
+        Table(
+            ("Scenario", *(entrant.name for entrant in found.entrants)),
+            [
+                (one.name, *(_cell(found, one, antenna, entrant.name, column) for entrant in found.entrants))
+                for one in scenarios
+            ],
+            f"Antenna {antenna}: {column[0]}.",
+        )
+        for column in columns
+        for antenna in found.antennas
+    ]
+
+
+def _cell(
+    found: ArenaResult, scenario: Scenario, antenna: str, controller: str, column: Column, spread: bool = True
+) -> str:
+    tripped = found.tripped(scenario.name, antenna, controller)
+    if tripped:
+        return tripped.replace("_", " ")
+    value = found.spread(scenario.name, antenna, controller, column[1])
+    if value is None:
+        return "-"
+    mean, deviation = column[2] * value.mean, column[2] * value.deviation
+    decimals = 0 if mean >= 100.0 else 1 if mean >= 10.0 else 2
+    told = f"{mean:.{decimals}f}"
+    # a deviation that the digits shown do not have is not shown
+    if not spread or deviation < 0.5 * 10.0**-decimals:
+        return told
+    return f"{told} ± {deviation:.{decimals}f}"
+
+
+def _bars(found: ArenaResult, scenarios: Sequence[Scenario], antenna: str) -> Drawing:
+    from gimbal_hil.pages.plots import figure
+
+    drawn = figure(f"Line-of-sight error, antenna {antenna}", "", "rms [urad]", 620)
+    for place, entrant in enumerate(found.entrants):
+        cells: list[Spread | None] = [
+            found.spread(one.name, antenna, entrant.name, _LINE_OF_SIGHT[1]) for one in scenarios
+        ]
+        drawn.add_bar(
+            marker=dict(color=_COLOURS[place % len(_COLOURS)]),
+            x=[one.name for one in scenarios],
+            y=[None if cell is None else _MICRO * cell.mean for cell in cells],
+            name=entrant.name,
+        )
+    drawn.update_yaxes(type="log")
+    return drawn
+
+
+def _drawn_errors(found: ArenaResult, scenarios: Sequence[Scenario]) -> list[Block]:
+    """Errors over time of the first scenarios in which something moves, on the last antenna."""
+    from gimbal_hil.pages.plots import figure
+
+    antenna, blocks = found.antennas[-1], list[Block]()
+    kinds = ("aircraft", "base", "reversals")
+    picked = [next((one for one in scenarios if one.name.startswith(kind)), None) for kind in kinds]
+    for scenario in [one for one in picked if one is not None][:_DRAWN]:
+        drawn = figure(scenario.name, "time [s]", "line-of-sight error [urad]")
+        for place, entrant in enumerate(found.entrants):
+            outcomes = found.of(scenario.name, antenna, entrant.name)
+            if outcomes and outcomes[0].trace is not None:
+                time_s, error = outcomes[0].trace
+                line = dict(color=_COLOURS[place % len(_COLOURS)])
+                drawn.add_scatter(x=time_s, y=_MICRO * error, name=entrant.name, line=line)
+        drawn.update_yaxes(type="log")
+        blocks.append(Plot(drawn, f"Antenna {antenna}, first seed. The first seconds are not judged."))
+    return [Heading("Errors over time"), *blocks] if blocks else []

@@ -1,0 +1,56 @@
+"""Targets in the sky: their direction from an aircraft, following them, pointing errors and a report."""
+
+from gimbal_hil.pointing.following.base import BASE_S, MOTIONS, BaseTruth, moved, truth_of
+from gimbal_hil.pointing.following.clock import TickClock
+from gimbal_hil.pointing.following.geodesy import Flight, earth_fixed, flight_of, geostationary, seen_from
+from gimbal_hil.pointing.following.in_lockstep import follow_in_lockstep
+from gimbal_hil.pointing.following.judging import (
+    HeldTrace,
+    MuteChange,
+    PointingFigures,
+    held_trace,
+    mute_changes,
+    pointing_figures,
+)
+from gimbal_hil.pointing.following.page import summary, write_page
+from gimbal_hil.pointing.following.satellite import OLD_DAYS, Elements, read_elements
+from gimbal_hil.pointing.following.targets import Target, next_pass, target_of
+from gimbal_hil.pointing.following.through_daemon import LEAD_S, FollowedWay, PointingDaemon, stow_moves
+from gimbal_hil.pointing.following.way import Way, catmull_rom, joints_seen, way_of
+
+__all__ = [
+    "BASE_S",
+    "LEAD_S",
+    "MOTIONS",
+    "OLD_DAYS",
+    "BaseTruth",
+    "Elements",
+    "Flight",
+    "FollowedWay",
+    "HeldTrace",
+    "MuteChange",
+    "PointingDaemon",
+    "PointingFigures",
+    "Target",
+    "TickClock",
+    "Way",
+    "catmull_rom",
+    "earth_fixed",
+    "flight_of",
+    "follow_in_lockstep",
+    "geostationary",
+    "held_trace",
+    "joints_seen",
+    "moved",
+    "mute_changes",
+    "next_pass",
+    "pointing_figures",
+    "read_elements",
+    "seen_from",
+    "stow_moves",
+    "summary",
+    "target_of",
+    "truth_of",
+    "way_of",
+    "write_page",
+]

@@ -1,0 +1,135 @@
+"""The page of a direction that was held: figures, error over time, where the joints went, when it was muted."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gimbal_hil.pages.report import Block, Callout, Heading, Page, Plot, Table, Text, Tiles
+from gimbal_hil.pointing.following.judging import HeldTrace, MuteChange, PointingFigures
+
+if TYPE_CHECKING:
+    from gimbal_hil.pages.plots import Drawing
+
+#: points of a line: the largest error of each interval, or one joint position in so many
+_POINTS = 1200
+_MOST_LISTED = 60
+
+
+def write_page(
+    path: Path,
+    name: str,
+    where: str,
+    trace: HeldTrace,
+    figures: PointingFigures,
+    changes: Sequence[MuteChange],
+    beyond_rad: float,
+    about: str,
+) -> Path:
+    """The page of one target; answers its path."""
+    known = not math.isnan(figures.true_rms_urad)
+    tiles = [
+        (f"{figures.settled_rms_urad:.1f} µrad", "rms settled, as host and encoders see it"),
+        (f"{figures.settled_peak_urad:.0f} µrad", "peak, settled"),
+        (f"{figures.muted_after_acquisition_s:.2f} s", "muted after the acquisition"),
+        (f"{figures.acquired_after_s:.2f} s", "until acquired"),
+    ]
+    if known:
+        tiles.insert(0, (f"{figures.settled_true_rms_urad:.1f} µrad", "rms settled, by the base's true motion"))
+    said = summary(name, figures)
+    blocks: list[Block] = [
+        Callout(said, "good" if figures.mutes_after_acquisition == 0 and figures.muted_s < math.inf else "warning"),
+        Tiles(tiles),
+        Text(about),
+        Heading("Pointing error"),
+        Plot(
+            _error_figure(trace, beyond_rad, known), "Largest error in each interval drawn; the line is where mute is."
+        ),
+        Heading("Joints"),
+        Plot(_joints_figure(trace), "Where the joints were: the base's motion and the target's together."),
+        Heading("In figures"),
+        Table(
+            ("Figure", "Value"),
+            [(key.replace("_", " "), _cell(value)) for key, value in figures.as_dict().items()],
+        ),
+        Heading("Mute signal"),
+        Table(
+            ("Time [s]", "State", "Muted", "Error [deg]"),
+            [
+                (
+                    f"{_time(trace, change.tick):.3f}",
+                    change.state,
+                    "yes" if change.muted else "no",
+                    f"{math.degrees(change.error_rad):.3f}",
+                )
+                for change in changes[:_MOST_LISTED]
+            ],
+            "Every change; time counts from the first row of the target's way.",
+        ),
+    ]
+    return Page(f"Pointing at {name}", where, blocks).write(path)
+
+
+def summary(name: str, figures: PointingFigures) -> str:
+    """What counts, in one sentence."""
+    if math.isinf(figures.acquired_after_s):
+        return f"{name}: not acquired in {figures.duration_s:.1f} s."
+    true = figures.settled_true_rms_urad
+    truly = "" if math.isnan(true) else f" ({true:.1f} by the base's true motion)"
+    return (
+        f"{name}: acquired after {figures.acquired_after_s:.2f} s; settled, {figures.settled_rms_urad:.1f} urad rms"
+        f"{truly}, {figures.settled_peak_urad:.0f} at most; muted {figures.mutes_after_acquisition} times after the "
+        f"acquisition, {figures.muted_after_acquisition_s:.2f} s in all."
+    )
+
+
+def _cell(value: float | int | None) -> str:
+    return "-" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _time(trace: HeldTrace, tick: int) -> float:
+    step = float(np.median(np.diff(trace.time_s))) if len(trace.tick) > 1 else 0.0
+    return float(trace.time_s[0]) + (tick - int(trace.tick[0])) * step
+
+
+def _error_figure(trace: HeldTrace, beyond_rad: float, known: bool) -> Drawing:
+    from gimbal_hil.pages.plots import ALERT, MEASURED, SECOND, figure
+
+    drawn = figure("", "time [s]", "error [µrad]")
+    every = max(1, len(trace.tick) // _POINTS)
+    size = len(trace.tick) // every * every
+    time_s = trace.time_s[:size:every]
+    lines = [(trace.error, "host and encoders", MEASURED)]
+    lines += [(trace.true_error, "base's true motion", SECOND)] if known else []
+    for error, label, colour in lines:
+        most = np.nan_to_num(error[:size], nan=0.0).reshape(-1, every).max(axis=1)
+        drawn.add_scatter(x=time_s, y=1e6 * most, name=label, line=dict(color=colour))
+    drawn.add_scatter(
+        x=[float(trace.time_s[0]), float(trace.time_s[-1])],
+        y=[1e6 * beyond_rad] * 2,
+        name="mute",
+        mode="lines",
+        line=dict(color=ALERT, dash="dash"),
+    )
+    drawn.update_yaxes(type="log")
+    return drawn
+
+
+def _joints_figure(trace: HeldTrace) -> Drawing:
+    from gimbal_hil.pages.plots import AXIS_COLOURS, stacked
+
+    drawn = stacked(("", ""), "time [s]", ("outer [deg]", "inner [deg]"), 200)
+    few = slice(None, None, max(1, len(trace.tick) // _POINTS))
+    for place, colour in enumerate(AXIS_COLOURS):
+        drawn.add_scatter(
+            x=trace.time_s[few],
+            y=np.degrees(trace.joints[few, place]),
+            line=dict(color=colour),
+            showlegend=False,
+            row=place + 1,
+        )
+    return drawn

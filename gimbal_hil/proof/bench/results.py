@@ -1,0 +1,76 @@
+"""The bench as text and as a page: machine, versions, command, figures."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import platform
+from collections.abc import Sequence
+
+from gimbal_hil import __version__
+from gimbal_hil.loop.timing import wall_clock_utc
+from gimbal_hil.pages.report import Block, Callout, Heading, Page, Table, Text
+from gimbal_hil.proof.bench.figures import Figure
+from gimbal_hil.proof.bench.speed import STEP_WITH
+
+HEADER = ("Figure", "Value", "Beside", "Ratio", "Spread", "Pairs", "Target")
+PACKAGES = ("numba", "numpy", "mujoco", "pin", "pyarrow")
+
+
+def machine() -> list[tuple[str, str]]:
+    """What the figures were measured on."""
+    facts = [
+        ("gimbal-hil", __version__),
+        ("Python", platform.python_version()),
+        ("system", f"{platform.system()} {platform.release()}"),
+    ]
+    facts.append(("processors", str(os.cpu_count())))
+    for package in PACKAGES:
+        try:
+            facts.append((package, importlib.metadata.version(package)))
+        except importlib.metadata.PackageNotFoundError:
+            facts.append((package, "not installed"))
+    return facts
+
+
+def bench_text(figures: Sequence[Figure]) -> str:
+    """The figures as an aligned table."""
+    rows = [list(HEADER), *(figure.as_row() for figure in figures)]
+    widths = [max(len(row[i]) for row in rows) for i in range(len(HEADER))]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    return "\n".join([", ".join(f"{name} {value}" for name, value in machine()), "", *lines])
+
+
+def speed_blocks(figures: Sequence[Figure]) -> list[Block]:
+    """The figures as a section of the results page."""
+    effects = [figure for figure in figures if figure.name.startswith(STEP_WITH)]
+    about = (
+        "Each figure was measured in turn with its reference, pair by pair, in processor time (start: wall time); "
+        "ratio is the median over"
+        " the pairs, spread its extremes."
+    )
+    return [
+        Heading("Speed"),
+        Text(about),
+        Table(HEADER, [figure.as_row() for figure in figures if figure not in effects]),
+        Heading("What each effect costs"),
+        Table(
+            ("Effect", *HEADER[1:]), [[figure.name.removeprefix(STEP_WITH), *figure.as_row()[1:]] for figure in effects]
+        ),
+    ]
+
+
+def slower_blocks(slower: Sequence[str]) -> list[Block]:
+    """What became slower than in the benches before, at the head of the page."""
+    return [Callout(f"Slower: {line}.", "warning") for line in slower]
+
+
+def bench_page(blocks: Sequence[Block], command: str) -> Page:
+    """The results page: what was found, on what, by which command."""
+    about = [("command", command), ("time", wall_clock_utc()[:16].replace("T", " ") + " UTC"), *machine()]
+    compared = "controllers beside each other" if " pointing" in command else "ratios to references from the same run"
+    return Page(
+        "Bench",
+        compared,
+        [*blocks, Heading("Machine"), Table(("What", "Value"), about)],
+    )

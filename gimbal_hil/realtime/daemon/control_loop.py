@@ -1,0 +1,367 @@
+"""One tick of the control process: take frames, let the host decide, send, and only then tell the rest of the world."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+from firmware_protocol.enumerations import DriveState
+from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, EXIT_SAFETY_STOP
+from gimbal_hil.loop.host import (
+    EventCode,
+    FirstTest,
+    FirstTestState,
+    Host,
+    HostEvent,
+    HostState,
+    LinkStatus,
+    Program,
+    word_of,
+)
+from gimbal_hil.loop.host.layout import AXES, BASE_RATE, DRIVE_STATE, MEASURED_RATE, REST_RATE, axis_c, axis_h
+from gimbal_hil.loop.timing import Clock, Duration, Instant, Miss, MissCause, RingReader, Tick
+from gimbal_hil.realtime.daemon.link_keeper import LinkKeeper
+from gimbal_hil.realtime.telemetry import (
+    Command,
+    CommandKind,
+    Telemetry,
+    take_commands,
+    unpack_configuration,
+    unpack_program,
+)
+
+_EVENT_KIND = {
+    EventCode.STATE: "state",
+    EventCode.SEGMENT_STARTED: "segment",
+    EventCode.SEGMENT_ENDED: "segment",
+    EventCode.COMMAND_REFUSED: "note",
+    EventCode.LINK: "link",
+    EventCode.DRIVE: "drive",
+    EventCode.TRIPPED: "fault",
+    EventCode.BASE: "link",
+    EventCode.IDENTITY: "link",
+    EventCode.BEYOND_LIMIT: "note",
+    EventCode.MODEL: "note",
+    EventCode.FRICTION_LEVELS: "note",
+    EventCode.POINTING: "state",
+}
+#: both ends call it the same: the host's state and the drive's
+_FAULTS = (word_of(HostState.FAULT), word_of(DriveState.FAULT))
+#: how often the service process is asked whether it lives
+_SERVICE_CHECK = Duration(20_000_000)
+#: after a stop the drive is given this long to come to rest and switch off before the process ends
+_LEAVE_TIMEOUT = Duration(3_000_000_000)
+
+
+#: drive states in which it applies no torque
+_DRIVE_OFF = (
+    DriveState.NOT_READY,
+    DriveState.SWITCH_ON_DISABLED,
+    DriveState.READY_TO_SWITCH_ON,
+    DriveState.SWITCHED_ON,
+    DriveState.FAULT,
+)
+#: commands without parameters that go straight to the host, as the log calls them
+_PLAIN: dict[CommandKind, tuple[str, Callable[[Host], None]]] = {
+    CommandKind.STOP: ("stop", Host.stop),
+    CommandKind.QUICK_STOP: ("quick_stop", Host.quick_stop),
+    CommandKind.FAULT_RESET: ("fault_reset", Host.reset_fault),
+}
+
+
+class Stopping(Enum):
+    """How far the loop is on its way out."""
+
+    NOT = "not"
+    BRAKING = "braking"  # the host brings the axes to rest under control
+    SWITCHING_OFF = "switching_off"  # torque is off, the drive goes through its quick stop
+
+
+@dataclass(frozen=True, slots=True)
+class LoopEnd:
+    """Why the loop ends and what the command answers."""
+
+    exit_code: int
+    reason: str
+
+
+class Heartbeat:
+    """Whether the service process still works: it takes what every tick leaves for it, so its progress never stands
+    still for long.
+    """
+
+    def __init__(self, progress: Callable[[], int], timeout: Duration, now: Instant) -> None:
+        self._progress, self._timeout = progress, timeout
+        self._last, self._since = progress(), now
+
+    def missed(self, now: Instant) -> bool:
+        """Whether there was no progress for the whole of the timeout."""
+        progress = self._progress()
+        if progress != self._last:
+            self._last, self._since = progress, now
+        return now.since(self._since) >= self._timeout
+
+    def __str__(self) -> str:
+        return f"the service process has not answered for {self._timeout.ns / 1e9:g} s"
+
+
+class ControlLoop:
+    """The step that the tick engine calls. Nothing in it waits for anybody."""
+
+    def __init__(
+        self,
+        host: Host,
+        link: LinkKeeper,
+        telemetry: Telemetry,
+        commands: RingReader,
+        service_alive: Callable[[], bool],
+        clock: Clock,
+        period: Duration,
+        duration_ticks: int | None = None,
+        pass_over: Callable[[int], None] | None = None,
+        heartbeat: Heartbeat | None = None,
+        first_test: FirstTest | None = None,
+    ) -> None:
+        """`pass_over(periods)` is called when ticks were skipped: a virtual antenna in this process has to go on
+        meanwhile. Without a `heartbeat` a service process that hangs is not noticed.
+        """
+        self._host = host
+        self._link = link
+        self._telemetry = telemetry
+        self._commands = commands
+        self._service_alive = service_alive
+        self._clock = clock
+        self._period_ns = period.ns
+        self._last_tick = sys.maxsize if duration_ticks is None else duration_ticks
+        self._pass_over = pass_over
+        self._heartbeat = heartbeat
+        self._first_test = first_test
+        self._service_check_ticks = max(1, _SERVICE_CHECK // period)
+        self._leave_ticks = max(1, _LEAVE_TIMEOUT // period)
+        self._tick = 0
+        self._due: list[Command] = []
+        self._service_gone = False
+        self._asked: LoopEnd | None = None
+        self._stopping = Stopping.NOT
+        self._stopping_since = 0
+        self._leaving = LoopEnd(EXIT_DONE, "")
+        self.ending: LoopEnd | None = None
+
+    def interrupt(self, reason: str) -> None:
+        """Called by signal handlers: torque off with the next tick, then out. A second call leaves after that tick."""
+        if self._asked is not None and self._asked.exit_code == EXIT_INTERRUPTED:
+            self.ending = self._asked
+        self._asked = LoopEnd(EXIT_INTERRUPTED, reason)
+
+    def step(self, tick: Tick) -> bool:
+        """One tick; False when the loop is done."""
+        self._tick = tick.number
+        time_ns = tick.number * self._period_ns
+        for command in self._due:
+            self._obey(command, time_ns)
+        if self._first_test is not None and self._stopping is Stopping.NOT:
+            self._try_first(self._first_test)
+        if self._asked is not None or self._stopping is not Stopping.NOT or tick.number >= self._last_tick:
+            self._leave_when_due()
+        if tick.skipped and self._pass_over is not None:
+            self._pass_over(tick.skipped)
+        received = self._link.receive()
+        sent = self._host.tick(tick.number, time_ns, received)
+        self._link.send(sent)
+        late_ns, computing_ns = tick.woke_ns - tick.deadline_ns, self._clock.now_ns() - tick.woke_ns
+        self._telemetry.tick(self._host.row, late_ns, computing_ns, received, sent)
+        for event in self._host.events():
+            self._telemetry.event(
+                event.tick, time_ns, _kind(event), event.text, {"code": word_of(event.code), **event.data}
+            )
+        self._due = take_commands(self._commands)
+        if tick.number % self._service_check_ticks <= tick.skipped:
+            self._watch_service()
+        return self._go_on()
+
+    def last_words(self) -> None:
+        """After a failure of this process: try to switch torque off; if even that fails, the drive's deadman does
+        it.
+        """
+        with contextlib.suppress(Exception):
+            for _ in range(3):
+                self._host.quick_stop()
+                self._tick += 1
+                self._link.send(self._host.tick(self._tick, self._tick * self._period_ns, self._link.receive()))
+
+    def tell_miss(self, miss: Miss, cause: MissCause) -> None:
+        """For the tick engine: a miss has been explained; the row that it belongs to is that of the tick which ran
+        next.
+        """
+        tick = miss.tick + miss.periods
+        self._telemetry.miss(tick, miss.periods, cause)
+        used = miss.usage
+        data = {
+            "cause": cause.value,
+            "periods": miss.periods,
+            "late_ms": (miss.woke_ns - miss.deadline_ns) / 1e6,
+            # since the wake-up before
+            "elapsed_ms": (miss.woke_ns - miss.began_ns) / 1e6,
+            "step_ms": (miss.ended_ns - miss.began_ns) / 1e6,
+            "computing_ms": used.computing_ns / 1e6,
+            "queued_ms": used.queued_ns / 1e6,
+            "collecting_ms": used.collecting_ns / 1e6,
+            "bus_ms": used.bus_wait_ns / 1e6,
+            "waits": used.waits,
+            "page_faults": used.minor_faults + used.major_faults,
+        }
+        self._event("timing", f"{miss.periods} ticks missed ({cause.value})", data, tick)
+
+    def tell_link(self, is_open: bool, text: str) -> None:
+        """For the link keeper: the link has come or gone."""
+        self._event("link", text, {"code": "port", "open": is_open})
+
+    def give_up(self, reason: str) -> None:
+        """Nothing can go on: torque off as far as that is still heard, then out with a safety stop."""
+        self._ask(LoopEnd(EXIT_SAFETY_STOP, reason))
+
+    def tell_note(self, text: str) -> None:
+        """Something that whoever reads the log should know."""
+        self._event("note", text, {})
+
+    def _obey(self, command: Command, time_ns: int) -> None:
+        """Hand a command to the host just before the tick that acts on it."""
+        if command.kind is CommandKind.RECORDING_FAILED:
+            self._ask(LoopEnd(EXIT_SAFETY_STOP, f"recording failed: {command.payload.decode()}"))
+            return
+        leaving = self._asked is not None or self._stopping is not Stopping.NOT
+        connecting = self._first_test is not None or self._host.state in (HostState.WAITING, HostState.SYNCHRONISING)
+        problem = "the daemon is stopping" if leaving else self._give(command)
+        self._telemetry.reply(command.number, self._tick, time_ns, problem, not leaving and connecting)
+
+    def _give(self, command: Command) -> str:
+        """Answers why the host does not take the command, empty when it does."""
+        host = self._host
+        # whoever asked has been told by now that it was not taken
+        if command.kind in (CommandKind.START, CommandKind.ADJUST) and command.is_stale:
+            return "the request is too old: the control process stood still meanwhile"
+        if command.kind is CommandKind.START:
+            if self._first_test is not None:
+                spoilt = f"; the last try told nothing: {self._first_test.spoilt}" if self._first_test.spoilt else ""
+                return f"the antenna is being tried with a small torque before its first motion{spoilt}"
+            if host.state not in (HostState.IDLE, HostState.ACTIVE):
+                connecting = host.state in (HostState.WAITING, HostState.SYNCHRONISING)
+                hint = ", which passes once the antenna answers" if connecting else ""
+                return f"the host is in state {word_of(host.state)}{hint} (last cause: {word_of(host.cause)})"
+            host.command(unpack_program(command.payload))
+            return ""  # the service records it: it has the program
+        if command.kind is CommandKind.ADJUST:
+            host.adjust(unpack_configuration(command.payload))
+            return ""  # the service records it: it knows the numbers by name
+        if command.kind is CommandKind.SHUT_DOWN:
+            self._leave(Stopping.BRAKING, LoopEnd(EXIT_DONE, "shut down by the operator"))
+            return ""
+        word, ask = _PLAIN[command.kind]
+        ask(host)
+        self._record_command(word)
+        return ""
+
+    def _try_first(self, test: FirstTest) -> None:
+        """The test before the first motion goes on; the daemon ends where the antenna does not pass it."""
+        before = test.state
+        given = test.before_tick()
+        if before is FirstTestState.RUNS and test.state is FirstTestState.DUE:
+            self._event("note", f"the first test is made again: {test.spoilt}", {})
+        if isinstance(given, Program):
+            self._event("command", "start", {"command": "start", "program": given.as_document()})
+        elif given:
+            self._record_command(given)
+        if test.state is FirstTestState.FAILED:
+            self._ask(LoopEnd(EXIT_SAFETY_STOP, test.problem))
+        if test.state in (FirstTestState.PASSED, FirstTestState.FAILED):
+            self._event("note", test.problem or "first test: each axis turns as its torque, gyro and encoder say", {})
+            self._first_test = None
+
+    def _record_command(self, word: str) -> None:
+        self._event("command", word, {"command": word})
+
+    def _event(self, kind: str, text: str, data: dict[str, Any], tick: int | None = None) -> None:
+        at = self._tick if tick is None else tick
+        self._telemetry.event(at, at * self._period_ns, kind, text, data)
+
+    def _watch_service(self) -> None:
+        if not self._service_gone and not self._service_alive():
+            self._service_gone = True
+            self._ask(
+                LoopEnd(
+                    EXIT_SAFETY_STOP,
+                    "the service process has died: nothing is recorded and no operator can reach the daemon",
+                )
+            )
+        if not self._service_gone and self._heartbeat is not None and self._heartbeat.missed(self._clock.now()):
+            self._service_gone = True
+            self._ask(
+                LoopEnd(
+                    EXIT_SAFETY_STOP, f"{self._heartbeat}: nothing is recorded and no operator can reach the daemon"
+                )
+            )
+
+    def _ask(self, ending: LoopEnd) -> None:
+        if self._asked is None:
+            self._asked = ending
+
+    def _leave(self, how: Stopping, ending: LoopEnd) -> None:
+        """BRAKING: to rest under control, then off. SWITCHING_OFF: no torque from this tick on, the drive stops the
+        axes by itself.
+        """
+        if self._leaving != ending:
+            self._event("note", f"stopping: {ending.reason}", {"exit_code": ending.exit_code})
+        self._stopping, self._stopping_since, self._leaving = how, self._tick, ending
+        if how is Stopping.BRAKING:
+            self._host.stop()
+            self._record_command("stop")
+        else:
+            self._host.quick_stop()
+            self._record_command("quick_stop")
+
+    def _leave_when_due(self) -> None:
+        """The next step on the way out, just before the host's tick."""
+        age = self._tick - self._stopping_since
+        if self._stopping is Stopping.SWITCHING_OFF:
+            return
+        if self._asked is not None:
+            self._leave(Stopping.SWITCHING_OFF, self._asked)
+        elif self._stopping is Stopping.NOT:
+            if self._tick >= self._last_tick:
+                self._leave(Stopping.BRAKING, self._at_end_of_duration())
+        elif age > self._leave_ticks or (age > 0 and self._host.state not in (HostState.ACTIVE, HostState.STOPPING)):
+            self._leave(Stopping.SWITCHING_OFF, self._leaving)
+
+    def _go_on(self) -> bool:
+        """Whether there is another tick: until the drive is off or has had its time."""
+        age = self._tick - self._stopping_since
+        if self._stopping is Stopping.SWITCHING_OFF and age > 2 and (self._drive_is_off() or age > self._leave_ticks):
+            self.ending = self.ending or self._leaving
+        return self.ending is None
+
+    def _drive_is_off(self) -> bool:
+        """Or it stops the axes by itself and they are at rest already, or nothing is heard of it."""
+        if not self._link.is_open or self._host.link_status is LinkStatus.LOST:
+            return True
+        state = DriveState(int(self._host.memory.G[DRIVE_STATE]))
+        return state in _DRIVE_OFF or (state is DriveState.QUICK_STOP_ACTIVE and self._at_rest())
+
+    def _at_rest(self) -> bool:
+        H, C = self._host.memory.H, self._host.memory.C
+        rates = [abs(H[axis_h(axis) + MEASURED_RATE] - H[axis_h(axis) + BASE_RATE]) for axis in range(AXES)]
+        return all(rate < C[axis_c(axis) + REST_RATE] for axis, rate in enumerate(rates))
+
+    def _at_end_of_duration(self) -> LoopEnd:
+        if self._host.state is HostState.FAULT:
+            return LoopEnd(EXIT_SAFETY_STOP, f"the host is in fault ({word_of(self._host.cause)})")
+        if self._host.state is HostState.WAITING:
+            return LoopEnd(EXIT_NO, "the antenna did not answer")
+        return LoopEnd(EXIT_DONE, "the duration is over")
+
+
+def _kind(event: HostEvent) -> str:
+    return "fault" if event.data.get("to") in _FAULTS else _EVENT_KIND[event.code]

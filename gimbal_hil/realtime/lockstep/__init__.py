@@ -1,0 +1,18 @@
+"""Host and virtual antenna bound by sequence number, in this process: tick by tick, compiled, or from a recorded
+run.
+"""
+
+from gimbal_hil.realtime.lockstep.paths import CHUNK_ROWS, CompiledPath, Exchange, FramePath, Lockstep, Recorded, joined
+from gimbal_hil.realtime.lockstep.recorded_host import give_again, host_of
+
+__all__ = [
+    "CHUNK_ROWS",
+    "CompiledPath",
+    "Exchange",
+    "FramePath",
+    "Lockstep",
+    "Recorded",
+    "give_again",
+    "host_of",
+    "joined",
+]

@@ -1,0 +1,54 @@
+"""The host core that a run was made with, set up again from what the run folder says."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.data.runs import Event, RecordedRun
+from gimbal_hil.loop.host import Host, Program
+from gimbal_hil.loop.settings import (
+    DaemonSettings,
+    adjusted,
+    adjustments_from,
+    host_configuration,
+    settings_from_document,
+)
+
+
+def host_of(run: RecordedRun) -> Host:
+    """A host with the run's configuration; raises BadInputError where the run keeps too little to be run again."""
+    settings = _settings_of(run)
+    if not settings.recording.frames or settings.recording.every_ticks != 1:
+        raise BadInputError(
+            f"{run.folder / 'run.yaml'}: configuration.recording",
+            "this run does not keep every frame and tick",
+            "frames: true and every_ticks: 1",
+        )
+    return Host(host_configuration(settings), run.record.header.axes)
+
+
+def _settings_of(run: RecordedRun) -> DaemonSettings:
+    where = f"{run.folder / 'run.yaml'}: configuration"
+    return settings_from_document(dict(run.record.header.configuration), where)
+
+
+def give_again(host: Host, run: RecordedRun, event: Event) -> None:
+    """Ask of the host what a COMMAND event says was asked; raises BadInputError for an event that is no command."""
+    where = f"{run.folder / 'events.jsonl'}: command at tick {event.tick}"
+    command, program = event.data.get("command"), event.data.get("program")
+    plain: dict[object, Any] = {"stop": host.stop, "quick_stop": host.quick_stop, "fault_reset": host.reset_fault}
+    plain |= {"distrust": host.distrust}
+    if command == "start" and isinstance(program, dict):
+        host.command(Program.from_document(program, where))
+    elif command == "adjust":
+        values = adjustments_from(event.data.get("values"), where)
+        host.adjust(host_configuration(adjusted(_settings_of(run), values, where)))
+    elif command in plain:
+        plain[command]()
+    else:
+        raise BadInputError(
+            where,
+            f"is {command!r}",
+            "start with its program, adjust with its values, or one of " + ", ".join(map(str, plain)),
+        )

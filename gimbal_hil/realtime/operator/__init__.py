@@ -1,0 +1,14 @@
+"""The operator's socket of a running daemon: the daemon's side and the client."""
+
+from gimbal_hil.realtime.operator.client import Json, NotReadyError, OperatorClient, RequestRefusedError
+from gimbal_hil.realtime.operator.socket import Client, Door, OperatorSocket
+
+__all__ = [
+    "Client",
+    "Door",
+    "Json",
+    "NotReadyError",
+    "OperatorClient",
+    "OperatorSocket",
+    "RequestRefusedError",
+]

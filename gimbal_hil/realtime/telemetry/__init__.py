@@ -1,0 +1,62 @@
+"""Records from the control process to other processes, and the live view computed from them."""
+
+from gimbal_hil.realtime.telemetry.live_view import LiveView
+from gimbal_hil.realtime.telemetry.records import (
+    COMMAND_BYTES,
+    MISS_RECORD,
+    MOTION_PATIENCE_S,
+    TELEMETRY_BYTES,
+    Command,
+    CommandKind,
+    Commands,
+    Exchange,
+    Telemetry,
+    TelemetryKind,
+    exchange_from,
+    pack_configuration,
+    pack_program,
+    take_commands,
+    unpack_configuration,
+    unpack_program,
+)
+from gimbal_hil.realtime.telemetry.scope import (
+    Capture,
+    Scope,
+    ScopeMode,
+    ScopeSettings,
+    ScopeState,
+    capture_columns,
+    scope_settings,
+    signal_names,
+)
+from gimbal_hil.realtime.telemetry.wire_watch import Wire, WireWatch
+
+__all__ = [
+    "COMMAND_BYTES",
+    "MISS_RECORD",
+    "MOTION_PATIENCE_S",
+    "TELEMETRY_BYTES",
+    "Capture",
+    "Command",
+    "CommandKind",
+    "Commands",
+    "Exchange",
+    "LiveView",
+    "Scope",
+    "ScopeMode",
+    "ScopeSettings",
+    "ScopeState",
+    "Telemetry",
+    "TelemetryKind",
+    "Wire",
+    "WireWatch",
+    "capture_columns",
+    "exchange_from",
+    "pack_configuration",
+    "pack_program",
+    "scope_settings",
+    "signal_names",
+    "take_commands",
+    "unpack_configuration",
+    "unpack_program",
+]

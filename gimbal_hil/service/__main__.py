@@ -1,8 +1,0 @@
-"""Entry point of the service process: `python -m gimbal_hil.service`, its orders on standard input."""
-
-import sys
-
-from gimbal_hil.service.service import main
-
-if __name__ == "__main__":
-    sys.exit(main())

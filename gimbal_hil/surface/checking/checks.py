@@ -1,0 +1,192 @@
+"""Checks files with the loaders that all commands use, and reports every error in each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from firmware_protocol.errors import BadInputError, GimbalHilError, refused_below
+from firmware_protocol.links import AdapterLinkConfig, require_known_interface
+from gimbal_hil.data.runs import open_run
+from gimbal_hil.data.signals import ColumnMap, read_signals
+from gimbal_hil.knowledge.experiments import embedded_model_of, load_plan
+from gimbal_hil.loop.settings import DaemonSettings, EmbeddedAntenna, load_settings
+from gimbal_hil.surface.checking.kinds import FileKind, kind_of
+from sim_backend.carrying import INNER, OUTER
+from sim_backend.model import AntennaModel, load_model
+
+#: keys of a plan's segment that hold a table and are no axis
+_NO_AXES = ("guards", "meaning")
+_AS_CALLED = ColumnMap({})
+#: what says in one line what a file holds, and whether it can be moved: path, document, names of axes
+_Look: TypeAlias = Callable[[Path, dict[str, Any], tuple[str, ...]], tuple[str, bool]]
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What was found out about one file: its kind, what it holds in one line, and everything that is wrong with it."""
+
+    path: Path
+    kind: FileKind
+    text: str
+    faults: tuple[GimbalHilError, ...] = ()
+    #: whether an experiment in virtual time takes it: not a link to somewhere else, one axis, or axes nobody has
+    moves: bool = False
+
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "file": str(self.path),
+            "kind": self.kind.value,
+            "good": not self.faults,
+            "text": self.text,
+            "faults": [
+                {"where": fault.where, "problem": fault.problem, "expected": fault.expected}
+                if isinstance(fault, BadInputError)
+                else {"where": str(self.path), "problem": str(fault), "expected": ""}
+                for fault in self.faults
+            ],
+        }
+
+
+def check_files(paths: Sequence[Path], axes: Sequence[str] = (), columns: ColumnMap = _AS_CALLED) -> list[Checked]:
+    """Check each file; BadInputError only for one that is not there or of no kind that is known.
+
+    Plans and tables call axes by names that they do not declare: those of `axes`, else those of a model or
+    configuration among the files, else any. `columns` says what tables call theirs.
+    """
+    kinds = [kind_of(path) for path in paths]
+    named = tuple(axes) or _declared(kinds)
+    looks = _LOOKS | {FileKind.SIGNALS: partial(_signals, model=_model_among(paths, kinds, named), columns=columns)}
+    return [
+        _checked(looks[kind], path, kind, document, named) for path, (kind, document) in zip(paths, kinds, strict=True)
+    ]
+
+
+def _model_among(
+    paths: Sequence[Path], kinds: Sequence[tuple[FileKind, dict[str, Any]]], axes: tuple[str, ...]
+) -> AntennaModel | None:
+    """The first file that is a sound model of these axes: it knows whether they turn and what a current makes."""
+    for path, (kind, _) in zip(paths, kinds, strict=True):
+        if kind is FileKind.MODEL:
+            with suppress(GimbalHilError):
+                model = load_model(path)
+                if model.axes == axes:
+                    return model
+    return None
+
+
+def _declared(kinds: Sequence[tuple[FileKind, dict[str, Any]]]) -> tuple[str, ...]:
+    for kind, document in kinds:
+        section = document.get("axes")
+        if kind in (FileKind.MODEL, FileKind.CONFIGURATION) and isinstance(section, dict):
+            return _carrying_first(section)
+    return ()
+
+
+def _carrying_first(axes: dict[str, Any]) -> tuple[str, ...]:
+    def is_carried(name: str) -> bool:
+        return isinstance(axes[name], dict) and "parent" in axes[name]
+
+    return tuple(sorted(axes, key=is_carried))
+
+
+def _checked(look: _Look, path: Path, kind: FileKind, document: dict[str, Any], axes: tuple[str, ...]) -> Checked:
+    try:
+        text, moves = look(path, document, axes)
+        return Checked(path, kind, text, moves=moves)
+    except BadInputError as refusal:
+        return Checked(path, kind, "", (_alone(refusal), *refusal.others) if refusal.others else (refusal,))
+    except GimbalHilError as error:
+        return Checked(path, kind, "", (error,))
+
+
+def _alone(refusal: BadInputError) -> BadInputError:
+    """The first of several without the words that count the others."""
+    return BadInputError(refusal.where, refusal.problem.rpartition(" (and ")[0], refusal.expected)
+
+
+def _configuration(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> tuple[str, bool]:
+    from gimbal_hil.realtime.observing import observed_model
+
+    settings = load_settings(path)
+    with refused_below(str(path)):
+        place, settings = _antenna_of(settings)
+        observed_model(settings.with_model())
+    virtual = isinstance(settings.link, EmbeddedAntenna)
+    return f"{settings.rate_hz:g} Hz, {place}, axes {' and '.join(settings.axis_names)}", virtual
+
+
+def _antenna_of(settings: DaemonSettings) -> tuple[str, DaemonSettings]:
+    if isinstance(settings.link, EmbeddedAntenna):
+        model, _ = embedded_model_of(settings)
+        return f"the virtual antenna {model.name}", settings.for_axes(model.axes, model.where)
+    require_known_interface(settings.link)
+    if isinstance(settings.link, AdapterLinkConfig):
+        return f"two {settings.link.drive} drives", settings
+    return f"a {settings.link.kind} link", settings
+
+
+def _model(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> tuple[str, bool]:
+    model = load_model(path)
+    effects = ", ".join(f"{entry.effect.name} on {entry.axis}" for entry in model.effects) or "no effects"
+    return f"{model.name}, {model.kind.value}, axes {' and '.join(model.axes)}, {effects}", len(model.axes) == 2
+
+
+def _plan(path: Path, document: dict[str, Any], axes: tuple[str, ...]) -> tuple[str, bool]:
+    names = _two(axes or _named_in(document))
+    plan = load_plan(path, names)
+    # what only shows when the plan is made into what the host follows: shapes that are too long, targets that are none
+    plan.host_segments(1000.0)
+    said = f"{plan.name}, {plan.laps * len(plan.segments)} segments, {plan.longest_s:g} s at most"
+    if axes:
+        return said, True
+    return f"{said}; axes {' and '.join(names)}, which the antenna must have", names == (OUTER, INNER)
+
+
+def _two(axes: Sequence[str]) -> tuple[str, str]:
+    first, second = (*axes, *(name for name in (OUTER, INNER) if name not in axes))[:2]
+    return first, second
+
+
+def _named_in(document: dict[str, Any]) -> tuple[str, ...]:
+    """The tables in a plan's segments that are no key of a segment: its axes, in the order in which they appear."""
+    segments = document.get("segments")
+    names = [
+        key
+        for segment in (segments if isinstance(segments, list) else ())
+        if isinstance(segment, dict)
+        for key, value in segment.items()
+        if isinstance(value, dict) and key not in _NO_AXES
+    ]
+    found = tuple(dict.fromkeys(names))
+    return (OUTER, INNER) if set(found) <= {OUTER, INNER} or len(found) > 2 else found
+
+
+def _signals(
+    path: Path, _document: dict[str, Any], axes: tuple[str, ...], model: AntennaModel | None, columns: ColumnMap
+) -> tuple[str, bool]:
+    if not axes:
+        raise BadInputError(str(path), "axes are not known", "--axes NAME,NAME, or the model file beside it")
+    table = read_signals(path, model or axes, columns=columns)
+    notes = "".join(f"; {note}" for note in table.notes)
+    return f"{len(table)} rows at {1.0 / table.period_s:g} Hz, axes {' and '.join(axes)}{notes}", False
+
+
+def _run(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> tuple[str, bool]:
+    run = open_run(path)
+    header = run.record.header
+    rate_hz, axes = 1e9 / header.period_ns, " and ".join(header.axes)
+    return f"{header.title or 'run'}, {len(run.ticks)} ticks at {rate_hz:g} Hz, axes {axes}", False
+
+
+_LOOKS: dict[FileKind, _Look] = {
+    FileKind.CONFIGURATION: _configuration,
+    FileKind.MODEL: _model,
+    FileKind.PLAN: _plan,
+    FileKind.RUN: _run,
+}

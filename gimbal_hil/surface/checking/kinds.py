@@ -1,0 +1,57 @@
+"""Recognises the kind of a file by its content."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+from firmware_protocol.documents import read_yaml
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.data.runs import RUN_FILE
+
+_TABLES = (".csv", ".parquet", ".pq", ".npz")
+_EXPECTED = "a model, configuration or plan (YAML), a table of signals (CSV, Parquet, npz) or a run folder"
+#: keys that only one kind of document has; the first kind that has one of the file's keys is meant
+_TELLING: dict[FileKind, frozenset[str]]
+
+
+class FileKind(StrEnum):
+    """Kinds of files that are read."""
+
+    CONFIGURATION = "configuration"
+    MODEL = "model"
+    PLAN = "plan"
+    SIGNALS = "signals table"
+    RUN = "run folder"
+
+
+_TELLING = {
+    FileKind.PLAN: frozenset({"segments", "laps"}),
+    FileKind.CONFIGURATION: frozenset({"link", "rate_hz", "supervisor", "recording", "operator", "antenna"}),
+    FileKind.MODEL: frozenset({"kind", "effects", "gravity_m_s2", "plant_step_s", "uncertainty", "base"}),
+}
+
+
+def kind_of(path: Path) -> tuple[FileKind, dict[str, Any]]:
+    """Kind of a file and, for YAML, its document; BadInputError where it cannot be read or is none of them."""
+    if path.is_dir():
+        if not (path / RUN_FILE).exists():
+            raise BadInputError(str(path), f"is a folder without {RUN_FILE}", _EXPECTED)
+        return FileKind.RUN, {}
+    if path.suffix.lower() in _TABLES:
+        return FileKind.SIGNALS, {}
+    document = read_yaml(path, _EXPECTED)
+    found = next((kind for kind, keys in _TELLING.items() if keys & document.keys()), None)
+    if found is None and _has_loops(document):
+        found = FileKind.CONFIGURATION
+    if found is None:
+        raise BadInputError(str(path), f"has the keys {', '.join(document) or 'none'}", _EXPECTED)
+    return found, document
+
+
+def _has_loops(document: dict[str, Any]) -> bool:
+    """Whether its axes have what only a configuration gives them; such a file may leave out everything else."""
+    axes = document.get("axes")
+    sections = axes.values() if isinstance(axes, dict) else ()
+    return any(isinstance(section, dict) and {"rate_loop", "position_loop"} & section.keys() for section in sections)

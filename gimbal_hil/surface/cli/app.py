@@ -1,0 +1,257 @@
+"""The `gimbal-hil` command: finds each command's module by name and turns errors into one line and an exit code."""
+
+from __future__ import annotations
+
+import difflib
+import errno
+import importlib
+import os
+import sys
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from functools import wraps
+from types import ModuleType
+from typing import Any, NoReturn
+
+from firmware_protocol.errors import EXIT_BAD_INPUT, EXIT_DONE, EXIT_INTERRUPTED, BadInputError, GimbalHilError
+from gimbal_hil import __version__
+
+INTERRUPTED = "interrupted"
+#: set by a shell that asks for completions
+COMPLETE = "_GIMBAL_HIL_COMPLETE"
+#: as `documents.LARGEST_NUMBER`, which --help must not import
+_LARGEST_NUMBER = 1e15
+#: command -> (module in gimbal_hil.surface.cli, one line for --help); a module defines `command`, a function with
+#: typer's annotations, or the function named after a colon
+COMMANDS: dict[str, tuple[str, str]] = {
+    "demo": ("demo", "A demonstration of the whole workflow on the virtual antenna in under two minutes."),
+    "init": ("init", "Files of an antenna of your own: configuration, model, plan, next commands."),
+    "check": ("check", "Check configuration, model, plan or data files: every error with its key."),
+    "daemon": ("daemon", "Run the fixed-rate control daemon on the link that the configuration names."),
+    "watch": ("watch", "A running daemon in the terminal: state, axes, torque, misses, recording."),
+    "set": ("operate:set_axes", "Move the axes of a running daemon: azimuth=0.5 elevation=-0.3."),
+    "adjust": (
+        "adjust",
+        "Gains and limits of a running daemon: show them, change them within their bounds, take back.",
+    ),
+    "stop": ("operate:stop", "Brake both axes to rest, torque off; the daemon stays connected."),
+    "quick-stop": (
+        "operate:quick_stop",
+        "The drive brakes both axes by itself, with torque, holds them, then switches off.",
+    ),
+    "reset": ("operate:reset", "Leave a fault and connect anew."),
+    "shut-down": ("operate:shut_down", "Brake to rest, then end the daemon."),
+    "plant": ("plant", "Serve the virtual antenna's frames on a serial, slcan or Unix-socket link."),
+    "experiment": (
+        "experiment",
+        "Run a sequence: step, sliding, presliding, gravity_map, sweep, base_motion, thesis or a plan file.",
+    ),
+    "campaign": ("campaign", "One experiment on many virtual antennas that differ in their numbers: one table."),
+    "testable": (
+        "testable",
+        "Before recording: which effects a run could show, from which size, and which pairs it cannot tell apart.",
+    ),
+    "point": ("point", "Hold a direction in space, a satellite or a list of directions from a moving base."),
+    "identify": ("identify", "Friction parameters with confidence intervals, into a new model file."),
+    "discrepancy": (
+        "discrepancy",
+        "Find where model and measurement disagree, name what is missing, add it, show the gap shrink.",
+    ),
+    "improve": ("improve", "Experiment, diagnose and correct until the model is at the noise floor or has to give up."),
+    "tune": ("tune", "Gains, observers and feed-forward for a model, with margins kept."),
+    "replay": (
+        "replay",
+        "Re-run a recorded run against its frames: identical, or the first tick and signal that differ.",
+    ),
+    "runs": ("runs", "List recorded runs, show one, or compare two side by side."),
+    "conformance": ("conformance", "Check an antenna's firmware against numbered requirements, with evidence."),
+    "export": ("export", "Write a run as Parquet, CSV, MAT, MCAP, BLF or MF4."),
+    "effects": ("effects", "The catalogue of effects: parameters, units, bounds, and the run that excites each."),
+    "protocol": ("protocol", "Emit the wire definition as DBC, C header or documentation."),
+    "service": ("service", "Write a systemd unit, a container file, a Grafana dashboard, or man pages."),
+    "doctor": ("doctor", "Can this machine hold the rate? A verdict with reasons."),
+    "bench": ("bench", "The speed figures, each as a ratio to a plain reference from the same run."),
+    "warm": ("warm", "Compile everything now, so that no later command has to wait for it."),
+}
+#: commands that may meet a kernel that is not on disk yet
+COMPILING = frozenset(
+    (
+        "demo",
+        "daemon",
+        "plant",
+        "experiment",
+        "campaign",
+        "point",
+        "identify",
+        "discrepancy",
+        "improve",
+        "testable",
+        "replay",
+        "bench",
+        "warm",
+        "check",
+        "conformance",
+    )
+)
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Entry point of the `gimbal-hil` command; ends the process with the exit codes of docs/commands.md."""
+    words = sys.argv[1:] if arguments is None else arguments
+    try:
+        code = _answer(words)
+        # here, where a reader that has gone or a full disk can still be answered for
+        sys.stdout.flush()
+    except BrokenPipeError:
+        code = _without_a_reader()
+    except OSError as error:
+        _fail(f"error: {_of_the_system(error)}", EXIT_BAD_INPUT)
+    sys.exit(code)
+
+
+def _answer(words: list[str]) -> int:
+    if COMPLETE in os.environ or words[:1] in (["--install-completion"], ["--show-completion"]):
+        from gimbal_hil.surface.cli.completion import complete
+
+        return complete(words)
+    if not words or words[0] in ("--help", "-h", "help"):
+        print(overview())
+        return EXIT_DONE
+    if words[0] == "--version":
+        print(f"gimbal-hil {__version__}")
+        return EXIT_DONE
+    if words[0] not in COMMANDS:
+        near = difflib.get_close_matches(words[0], COMMANDS, 1)
+        _fail(
+            f"error: no command {words[0]!r}" + (f"; did you mean {near[0]!r}?" if near else "; see gimbal-hil --help"),
+            EXIT_BAD_INPUT,
+        )
+    return run(words[0], words[1:])
+
+
+def run(name: str, arguments: list[str]) -> int:
+    """Import one command's module, run it and answer its exit code; errors become one line on stderr.
+
+    What the system refuses (OSError) is left to the caller.
+    """
+    import typer
+
+    app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
+    try:
+        loaded, answer = function_of(name)
+        app.command(name=name)(_guarded(answer, name in COMPILING))
+        arguments = _repeated(arguments, getattr(loaded, "MANY_VALUED", ()))
+        code = app(arguments, prog_name=f"gimbal-hil {name}", standalone_mode=False)
+    except GimbalHilError as error:
+        _fail(f"error: {error}", error.exit_code)
+    except (KeyboardInterrupt, typer.Abort):
+        _fail(INTERRUPTED, EXIT_INTERRUPTED)
+    except typer.Exit as done:
+        return int(done.exit_code)
+    except OSError:
+        raise
+    except MemoryError:
+        _fail(
+            "error: there is not enough memory for this; expected a smaller file, a shorter run or a larger machine",
+            EXIT_BAD_INPUT,
+        )
+    except Exception as error:
+        if not hasattr(error, "format_message"):
+            raise
+        _fail(f"error: {error.format_message()}", EXIT_BAD_INPUT)
+    return code if isinstance(code, int) else EXIT_DONE
+
+
+def function_of(name: str) -> tuple[ModuleType, Callable[..., int]]:
+    """The module of a command and the function in it that answers."""
+    place, _, function = COMMANDS[name][0].partition(":")
+    loaded = importlib.import_module(f"gimbal_hil.surface.cli.{place}")
+    answer: Callable[..., int] = getattr(loaded, function or "command")
+    return loaded, answer
+
+
+def _guarded(command: Callable[..., int], compiles: bool) -> Callable[..., int]:
+    """The command with a line for Ctrl-C (typer would end it without a message), given finite numbers only; what it
+    compiles is shown.
+    """
+
+    @wraps(command)
+    def saying(*arguments: Any, **named: Any) -> int:
+        for name, value in named.items():
+            if isinstance(value, float) and not abs(value) <= _LARGEST_NUMBER:
+                option = f"--{name.replace('_', '-')}"
+                raise BadInputError(
+                    option, f"{value:g} is no number that can be worked with", f"a size of at most {_LARGEST_NUMBER:g}"
+                )
+        try:
+            with _shown(compiles):
+                return command(*arguments, **named)
+        except KeyboardInterrupt:
+            print(INTERRUPTED, file=sys.stderr)
+            return EXIT_INTERRUPTED
+        except BrokenPipeError:
+            # typer would make it 1, which is the answer "no"
+            return _without_a_reader()
+
+    return saying
+
+
+def _shown(compiles: bool) -> AbstractContextManager[None]:
+    if not compiles:
+        return nullcontext()
+    # numba, which such a command loads anyway
+    from gimbal_hil.surface.cli.compiling import compiling_shown
+
+    return compiling_shown()
+
+
+def _repeated(arguments: list[str], options: tuple[str, ...]) -> list[str]:
+    """`--log a b` as `--log a --log b`, for a command's options that take many values."""
+    spread: list[str] = []
+    current = ""
+    for word in arguments:
+        if word.startswith("-") and len(word) > 1:
+            current = word
+        elif current in options and spread[-1] != current:
+            spread.append(current)
+        spread.append(word)
+    return spread
+
+
+def overview() -> str:
+    """What `gimbal-hil --help` says."""
+    width = max(map(len, COMMANDS))
+    table = "\n".join(f"  {name:<{width}}  {line}" for name, (_, line) in COMMANDS.items())
+    return f"""Usage: gimbal-hil COMMAND [OPTIONS]
+
+  Controller service and virtual antenna for a two-axis gimballed airborne antenna.
+
+Commands:
+{table}
+
+Each command explains itself with --help; gimbal-hil --install-completion has the shell complete them.
+Exit codes: 0 done and good, 1 done with a negative result, 2 bad input, 3 safety stop, 130 interrupted."""
+
+
+def _without_a_reader() -> int:
+    """Whoever read the output has seen enough (`| head`): nothing more is written, and that is no error."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return EXIT_DONE
+
+
+def _of_the_system(error: OSError) -> str:
+    """What the system refused, in one line: a name that is too long, a full disk, no more open files."""
+    words = error.strerror or str(error)
+    place = str(error.filename) if error.filename is not None else ""
+    shown = place if len(place) <= 200 else f"{place[:100]}...{place[-60:]}"
+    advice = {
+        errno.ENAMETOOLONG: "expected a name of at most 255 characters",
+        errno.EMFILE: "expected a larger limit of open files (ulimit -n 256)",
+        errno.ENOSPC: "expected free space on that disk",
+    }.get(error.errno or 0)
+    return ": ".join(part for part in (shown, words) if part) + (f"; {advice}" if advice else "")
+
+
+def _fail(line: str, code: int) -> NoReturn:
+    print(line, file=sys.stderr)
+    sys.exit(code)

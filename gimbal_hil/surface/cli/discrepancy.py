@@ -1,0 +1,259 @@
+"""`gimbal-hil discrepancy`: where model and measurement disagree, what is missing, by name, with proof."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from firmware_protocol.places import require_new
+from gimbal_hil.surface.cli.columns import COLUMN_HELP, COLUMN_PAIR
+from gimbal_hil.surface.cli.completion import model_names
+
+if TYPE_CHECKING:
+    from gimbal_hil.surface.library import Finding
+
+#: options that take several values after one another
+MANY_VALUED = ("--measured", "--holdout", "--column")
+MODEL_FILE, VERDICT_FILE, REPORT_FILE, RECALIBRATED_FILE = (
+    "model.yaml",
+    "verdict.json",
+    "report.html",
+    "model_recalibrated.yaml",
+)
+
+
+def command(
+    measured: Annotated[
+        list[Path],
+        typer.Option(
+            metavar="LOG",
+            help="To search in: a run of `experiment survey`, or your own CSV or Parquet; may be repeated.",
+        ),
+    ],
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help=f"Folder for {VERDICT_FILE}, {MODEL_FILE} and {REPORT_FILE}.")
+    ],
+    holdout: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="LOG", help="To judge on, another trajectory: a run of `experiment survey_holdout`, or a file."
+        ),
+    ] = None,
+    model: Annotated[
+        str | None,
+        typer.Option(
+            metavar="MODEL", autocompletion=model_names, help="Model file, or name of a shipped one; without it thesis."
+        ),
+    ] = None,
+    column: Annotated[list[str] | None, typer.Option(metavar=COLUMN_PAIR, help=COLUMN_HELP)] = None,
+    resample: Annotated[
+        bool,
+        typer.Option("--resample", help="Accept tables of uneven time or different rates and put all on one grid."),
+    ] = False,
+    rate: Annotated[
+        float | None,
+        typer.Option(metavar="HZ", help="Rate of that grid; without it that of the slowest log. Implies --resample."),
+    ] = None,
+    drop_invalid: Annotated[
+        bool, typer.Option("--drop-invalid", help="Accept tables with invalid rows and drop those.")
+    ] = False,
+    band: Annotated[
+        float | None,
+        typer.Option(metavar="HZ", help="End of the scored band; without it 25 Hz at 1 kHz, less when slower."),
+    ] = None,
+    only: Annotated[
+        list[str] | None, typer.Option(metavar="EFFECT", help="Search these effects alone; may be repeated.")
+    ] = None,
+    without: Annotated[
+        list[str] | None, typer.Option(metavar="EFFECT", help="Leave these effects out; may be repeated.")
+    ] = None,
+    fail_on: Annotated[
+        str, typer.Option(metavar="VERDICTS", help="Verdicts that exit 1, such as unexplained,ambiguous (CI).")
+    ] = "",
+    junit: Annotated[Path | None, typer.Option(metavar="FILE", help="The verdict as JUnit XML too (CI).")] = None,
+    workers: Annotated[int, typer.Option(help="Processes that score candidates.", min=1)] = 2,
+    dask: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Score candidates on a Dask cluster instead.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the verdict as JSON.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
+) -> int:
+    """Find what the model lacks, name it, add it, and show the gap shrink on held-out data.
+
+    Logs come from `gimbal-hil experiment survey` (to search in) and `survey_holdout` (to judge on), or are tables of
+    your own with the columns time_s, AXIS.position and AXIS.torque (docs/signals-table.md), or with others, which
+    --column names: `--column time_s=t_ms:ms joint.position=theta:deg`.
+    """
+    from gimbal_hil.data.signals import ColumnMap
+    from gimbal_hil.surface.library import question_of
+    from sim_backend.model import model_named, shipped_model
+
+    fails = _verdicts(fail_on)
+    _refuse(out, force, model, only, without)
+    given = model_named(model) if model else shipped_model()
+    _all_there((*measured, *(holdout or ())))
+    logs: dict[str, Any] = {"resample": resample, "drop_invalid": drop_invalid, "rate_hz": rate}
+    logs["columns"] = ColumnMap.of_words(column)
+    search: dict[str, Any] = {"only": only or (), "without": without or (), "band_hz": band}
+    with _progress(as_json) as tell:
+        with _refusal_kept(out, junit, as_json):
+            question = question_of(given, measured, holdout or (), **search, **logs)
+            finding = question.asked(workers=workers, dask=dask, progress=tell)
+        tell("writing the report")
+        _write(out, finding)
+    return _told(finding, model, out, fails, junit, as_json)
+
+
+def _refuse(out: Path, force: bool, model: str | None, only: list[str] | None, without: list[str] | None) -> None:
+    """What would be overwritten, names that are no effects, and none to search, before anything is read."""
+    from gimbal_hil.knowledge.discrepancy import effect_names
+    from sim_backend.effects import effect_named
+
+    _spared(out, model)
+    require_new(out, force, MODEL_FILE, VERDICT_FILE, REPORT_FILE, RECALIBRATED_FILE)
+    for option, names in (("--only", only), ("--without", without)):
+        for effect in names or ():
+            effect_named(effect, option)
+    effect_names(tuple(only or ()), tuple(without or ()))
+
+
+def _spared(out: Path, model: str | None) -> None:
+    """Raise BadInputError where the answer would take the place of the model that is asked about."""
+    from firmware_protocol.errors import BadInputError
+
+    for name in (MODEL_FILE, RECALIBRATED_FILE):
+        if model is not None and (out / name).exists() and (out / name).resolve() == Path(model).resolve():
+            raise BadInputError(f"--model {model}", "is in --out, where the answer takes its place", "another --out")
+
+
+def _all_there(logs: Sequence[Path]) -> None:
+    """Raise BadInputError for a log that is not there: a name that was mistyped is no reason to remove an earlier
+    answer.
+    """
+    from firmware_protocol.errors import BadInputError
+
+    for log in logs:
+        if not log.exists():
+            raise BadInputError(str(log), "no such file or folder", "a run folder, or a table (CSV, Parquet, npz)")
+
+
+def _write(out: Path, finding: Finding) -> None:
+    """The verdict, the model where it changed, and the report."""
+    import json
+
+    out.mkdir(parents=True, exist_ok=True)
+    for name, changed in ((MODEL_FILE, finding.model), (RECALIBRATED_FILE, finding.recalibrated)):
+        (out / name).unlink(missing_ok=True)
+        if changed is not None:
+            (out / name).write_text(changed.to_yaml(), encoding="utf-8")
+    text = json.dumps(finding.verdict.document, indent=2, allow_nan=False)
+    (out / VERDICT_FILE).write_text(text + "\n", encoding="utf-8")
+    finding.page.write(out / REPORT_FILE)
+
+
+def _told(
+    finding: Finding, model: str | None, out: Path, fails: frozenset[str], junit: Path | None, as_json: bool
+) -> int:
+    """The answer on the terminal, and as JUnit where asked; the exit code."""
+    import json
+
+    from firmware_protocol.errors import EXIT_DONE, EXIT_NO
+    from gimbal_hil.surface.cli.following import after_discrepancy, print_next
+
+    verdict = finding.verdict.document
+    print(json.dumps(verdict, allow_nan=False) if as_json else verdict_summary(verdict, out))
+    if not as_json:
+        print_next(after_discrepancy(verdict, model, len(finding.result.model.axes), out))
+    failed = finding.kind.value in fails
+    if junit is not None:
+        _write_junit(junit, f"{finding.kind.value}: {finding.verdict.text}", failed)
+    return EXIT_NO if failed else EXIT_DONE
+
+
+def _verdicts(text: str) -> frozenset[str]:
+    """The verdicts of `--fail-on`, checked."""
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.knowledge.discrepancy import Kind
+
+    found = [word.strip() for word in text.split(",") if word.strip()]
+    known = [kind.value for kind in Kind if kind is not Kind.UNUSABLE_DATA]
+    for word in found:
+        if word not in known:
+            raise BadInputError("--fail-on", f"{word!r} is no verdict", "a list of " + ", ".join(known))
+    return frozenset(found)
+
+
+@contextmanager
+def _refusal_kept(out: Path, junit: Path | None, as_json: bool) -> Iterator[None]:
+    """Logs that are refused leave a verdict that says so, and nothing of an earlier one beside it. An option that is
+    refused says nothing of the logs.
+    """
+    import json
+
+    from firmware_protocol.errors import BadInputError
+
+    try:
+        yield
+    except BadInputError as error:
+        if error.where.startswith("--"):
+            raise
+        from gimbal_hil.knowledge.discrepancy import refusal
+
+        verdict = refusal(str(error)).document
+        out.mkdir(parents=True, exist_ok=True)
+        for name in (MODEL_FILE, RECALIBRATED_FILE, REPORT_FILE):
+            (out / name).unlink(missing_ok=True)
+        (out / VERDICT_FILE).write_text(json.dumps(verdict, indent=2) + "\n", encoding="utf-8")
+        if as_json:
+            print(json.dumps(verdict))
+        if junit is not None:
+            _write_junit(junit, f"unusable_data: {error}", True)
+        raise
+
+
+def _write_junit(path: Path, text: str, failed: bool) -> None:
+    from gimbal_hil.pages.report import Case, write_junit
+
+    write_junit(path, "gimbal-hil discrepancy", [Case("discrepancy", text, failed)])
+
+
+class _progress:
+    """A line on the terminal that says what is being done; silent where nobody looks."""
+
+    def __init__(self, quiet: bool) -> None:
+        from gimbal_hil.surface.cli.progress import error_console
+
+        console = error_console()
+        self._status = console.status("starting") if console.is_terminal and not quiet else None
+
+    def __enter__(self) -> Any:
+        if self._status is not None:
+            self._status.start()
+        return lambda text: self._status.update(text) if self._status is not None else None
+
+    def __exit__(self, *_: object) -> None:
+        if self._status is not None:
+            self._status.stop()
+
+
+def _in_words(parameter: tuple[str, dict[str, Any]]) -> str:
+    name, number = parameter
+    return f"{name} {number['value']:.4g} {number['unit'] if number['unit'] != '1' else ''}".rstrip()
+
+
+def verdict_summary(verdict: dict[str, Any], out: Path) -> str:
+    """What the terminal says of a verdict whose files are in `out`."""
+    from gimbal_hil.knowledge.discrepancy import entries_of
+
+    lines = [f"{verdict['verdict'].replace('_', ' ')}: {verdict['text']}"]
+    for effect in verdict["effects"]:
+        values = "; ".join(", ".join(map(_in_words, entry.items())) for entry in entries_of(effect))
+        lines.append(f"  {effect['name']} on {effect['axis']} ({effect['status']}): {values}")
+    lines += [f"  ! {found['axis']}: {found['text']}" for found in verdict["contradictions"]]
+    if verdict["next_experiment"]:
+        lines.append(f"  to decide it: {verdict['next_experiment']['plan']}")
+    return "\n".join([*lines, f"report: {out / REPORT_FILE}"])

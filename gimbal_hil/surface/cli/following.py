@@ -1,0 +1,240 @@
+"""What one mostly runs next: every command ends with one whole command line, made here.
+
+Each function answers that line for one command; `print_next` is the one place that says it.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from gimbal_hil.surface.checking import Checked
+
+#: word in the regime that holds most of the gap -> sequence that dwells there
+_DWELLS = (
+    ("temperature", "warm_and_cool"),
+    ("warmer", "warm_and_cool"),
+    ("position", "full_turn"),
+    ("rate <", "creep"),
+    ("revers", "reversals"),
+    ("rate", "plateaus"),
+)
+_COMMAND_IN_WORDS = re.compile(r"\(gimbal-hil experiment (\w+)\)")
+
+
+def print_next(line: str) -> None:
+    """Say what to run next."""
+    print(f"next: {line}")
+
+
+def command_line(*words: object, **options: object) -> str:
+    """A command line that a shell takes: words, then options that are neither None nor empty; several values repeat."""
+    found = [str(word) for word in words]
+    for name, value in options.items():
+        values = value if isinstance(value, list | tuple) else [] if value in (None, "", False) else [value]
+        for one in values:
+            found += [f"--{name.replace('_', '-')}", str(one)]
+    return shlex.join(["gimbal-hil", *found])
+
+
+def after_demo() -> str:
+    """An antenna of one's own."""
+    return command_line("init", "mine")
+
+
+def after_check(given: Sequence[Path], checked: Sequence[Checked], columns: Sequence[str] = ()) -> str:
+    """Where something is wrong the same check again, else the first use of what was checked."""
+    if any(one.faults for one in checked):
+        return command_line("check", *given, column=columns)
+    first: dict[str, Path] = {}
+    # what an experiment in virtual time takes comes before what it does not
+    for one in sorted(checked, key=lambda one: not one.moves):
+        first.setdefault(one.kind.value, one.path)
+    moved = [one.path for one in checked if one.moves]
+    configuration, model, plan = first.get("configuration"), first.get("model"), first.get("plan")
+    for kind in ("run folder", "signals table"):
+        if kind in first:
+            return command_line("identify", first[kind], model=model, column=columns, out="identified")
+    if configuration is not None and configuration not in moved:
+        return command_line("doctor", config=configuration)
+    if configuration is None and model is not None and model not in moved:
+        return command_line("effects")
+    if configuration is None:
+        # loops that fit this model, or have the axes of this plan, are those beside it
+        alone = model or plan
+        if alone is not None and _has_configuration(alone.parent):
+            return command_line("check", alone.parent)
+        if model is None and plan is not None and plan not in moved:
+            return after_demo()
+    return command_line("experiment", plan or "step", config=configuration, model=None if configuration else model)
+
+
+def _has_configuration(folder: Path) -> bool:
+    """Whether one of the YAML files there is a configuration."""
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.surface.checking import FileKind, kind_of
+
+    for path in sorted(folder.glob("*.yaml")):
+        with suppress(BadInputError):
+            if kind_of(path)[0] is FileKind.CONFIGURATION:
+                return True
+    return False
+
+
+def after_experiment(name: str, folder: Path, config: Path | None, model: str | None, run: Path | None) -> str:
+    """From friction to an identification; from any other to the two logs of a search, then to that."""
+    beside = folder.parent
+    if name in ("sliding", "presliding"):
+        return command_line("identify", folder, model=model or _model_in(config), out=beside / "identified")
+    if name == "survey_holdout":
+        logs = {"measured": _survey_in(beside), "holdout": folder}
+        return command_line("discrepancy", model=model or _model_in(config), **logs, out=beside / "verdict")
+    log = "survey_holdout" if name == "survey" else "survey"
+    return command_line("experiment", log, config=config, run=run, model=model, out=beside / log)
+
+
+def _model_in(config: Path | None) -> str | None:
+    """The model that a configuration names, of its virtual antenna or beside a real one."""
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.loop.settings import EmbeddedAntenna, load_settings
+
+    if config is None:
+        return None
+    try:
+        settings = load_settings(config)
+    except BadInputError:
+        return None
+    link = settings.link
+    model = link.embedded.model if isinstance(link, EmbeddedAntenna) else settings.observer.model
+    return os.path.relpath(model) if model and Path(model).is_relative_to(Path.cwd()) else model
+
+
+def _survey_in(folder: Path) -> Path:
+    """The newest run of a survey there, else where one would be."""
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.data.runs import read_header
+
+    found = []
+    for place in folder.iterdir() if folder.is_dir() else ():
+        with suppress(BadInputError):
+            record = read_header(place)
+            found += [(record.started_utc, place)] if record.header.title == "survey" else []
+    return max(found)[1] if found else folder / "survey"
+
+
+def after_daemon(run: Path, exit_code: int) -> str:
+    """A look at what happened where a safety stop ended it, else the proof that the log is what it says."""
+    return command_line("runs", "show", run) if exit_code == 3 else command_line("replay", run)
+
+
+def after_conformance(config: Path | None, evidence: Path | None) -> str:
+    """What was recorded of the first requirement that failed; else the daemon on the same antenna."""
+    return (
+        command_line("daemon", config=config, duration=10)
+        if evidence is None
+        else command_line("runs", "show", evidence)
+    )
+
+
+def after_plant(config: Path | None, kind: str, path: str) -> str:
+    """The daemon for the antenna that is served, or the files of one: the daemon's link stands in its configuration."""
+    if config is not None:
+        return command_line("daemon", config=config)
+    return command_line("init", "mine", "--yes", link=f"{kind}:{path}")
+
+
+def after_identify(out: Path, runs: Sequence[Path], axes: int, found: bool, columns: Sequence[str] = ()) -> str:
+    """A log to judge the identified model on: a survey, or on a single axis the logs at hand."""
+    model = out / "model.yaml"
+    if axes == 1:
+        logs = [str(run) for run in runs]
+        return command_line("discrepancy", model=model, measured=logs, column=columns, out=out.parent / "verdict")
+    if not found:
+        return command_line("experiment", "sliding", out=runs[0].parent / "sliding_again")
+    return command_line("experiment", "survey", model=model, out=out.parent / "survey")
+
+
+def after_discrepancy(verdict: dict[str, Any], model: str | None, axes: int, out: Path) -> str:
+    """The run that decides what is open, else a step with the model as it is now; on a single axis, which no
+    experiment moves, what the catalogue says of the cause.
+    """
+    from gimbal_hil.knowledge.discrepancy import Kind
+
+    if axes == 1:
+        names = [entry["name"] for entry in (*verdict["effects"], *verdict.get("alternatives", []))]
+        return command_line("effects", *names[:1])
+    found = Kind(verdict["verdict"])
+    if found in (Kind.AMBIGUOUS, Kind.UNEXPLAINED):
+        name = _deciding(verdict)
+        return command_line("experiment", name, model=model, out=out.parent / name)
+    use = out / "model.yaml" if found is Kind.NAMED else model
+    return command_line("experiment", "step", model=use, out=out.parent / "step_with_model")
+
+
+def _deciding(verdict: dict[str, Any]) -> str:
+    """The sequence that the verdict proposes, else the one that dwells where most of the gap is."""
+    planned = verdict.get("next_experiment") or {}
+    told = _COMMAND_IN_WORDS.search(str(planned.get("plan", "")))
+    if told is not None:
+        return told.group(1)
+    regimes = " ".join(str(where["regime"]) for where in verdict.get("where", [])[:1])
+    return next((name for word, name in _DWELLS if word in regimes), "reversals")
+
+
+def after_improve(out: Path, config: Path | None, at_the_floor: bool) -> str:
+    """A step with the improved model, or another improvement from where this one ended."""
+    model = out / "model.yaml"
+    if at_the_floor:
+        return command_line("experiment", "step", model=model, out=out / "step_with_model")
+    return command_line("improve", config=config, model=model, out=out.with_name(f"{out.name}_on"))
+
+
+def after_tune(config: Path, tuned: Path, model: str, axes: int) -> str:
+    """Both configurations beside each other on the antenna that the model describes; for one axis the file."""
+    if axes < 2:
+        return command_line("check", tuned)
+    return command_line("bench", "pointing", controller=[str(config), str(tuned)], antenna=model, scenario="aircraft")
+
+
+def after_replay(run: Path, identical: bool) -> str:
+    """The run for other tools; where the replay differs, what the run says of itself."""
+    if identical:
+        return command_line("export", run, format="csv", out=f"{run.name or 'run'}.csv")
+    return command_line("runs", "show", run)
+
+
+def after_export(run: Path, out: Path, is_table: bool, axes: Sequence[str]) -> str:
+    """What reads a table of these axes; for frames, what the run holds."""
+    return command_line("check", out, axes=",".join(axes)) if is_table else command_line("runs", "show", run)
+
+
+def after_effects(shown: str | None, sequence: str | None) -> str:
+    """One effect in full, or the run that shows it."""
+    if shown is None:
+        return command_line("effects", "cogging")
+    return command_line("experiment", sequence or "survey")
+
+
+def after_point(folder: Path, run: Path | None) -> str:
+    """The proof that the log is what it says; a daemon's goes on, and is looked at."""
+    return command_line("replay", folder) if run is None else command_line("watch", run)
+
+
+def after_stow(run: Path) -> str:
+    """The daemon is not needed any more."""
+    return command_line("shut-down", run=run)
+
+
+def after_doctor(config: Path | None, holds: bool, drives_of_others: bool = False) -> str:
+    """The daemon, in virtual time where this machine cannot hold real time; drives of another make have clocks of their
+    own, so for them it is looked again.
+    """
+    if drives_of_others and not holds:
+        return command_line("doctor", config=config)
+    return command_line("daemon", *([] if holds else ["--lockstep"]), config=config, duration=10)

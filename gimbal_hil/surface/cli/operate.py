@@ -1,0 +1,142 @@
+"""Requests to a running daemon from a terminal: set, stop, quick-stop, reset, shut-down."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from gimbal_hil.realtime.operator import OperatorClient
+
+Run = Annotated[
+    Path | None, typer.Option(metavar="RUN", help="Run folder of the daemon; without it the newest one below ./runs.")
+]
+Place = Annotated[Path | None, typer.Argument(metavar="RUN", help="Run folder of the daemon, as with --run.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print the daemon's answer as one JSON object.")]
+_MODES = {"position": "rad", "rate": "rad/s", "inertial_rate": "rad/s", "torque": "N m", "pointing": "rad"}
+
+
+def set_axes(
+    values: Annotated[
+        list[str], typer.Argument(metavar="AXIS=VALUE...", help="As in outer=0.5 inner=-0.3: names of your model.")
+    ],
+    mode: Annotated[
+        str, typer.Option(help="position (rad), rate or inertial_rate (rad/s), torque (N m), pointing (rad, in space).")
+    ] = "position",
+    over: Annotated[
+        float, typer.Option(metavar="SECONDS", help="Move smoothly for so long; 0: at once.", min=0.0)
+    ] = 0.0,
+    run: Run = None,
+    as_json: AsJson = False,
+) -> int:
+    """Have axes go to values and hold them; an axis that is not named stays where it is (in rate and torque: zero)."""
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.surface.cli.following import command_line
+
+    if mode not in _MODES:
+        raise BadInputError("--mode", f"no mode {mode!r}", ", ".join(_MODES))
+    folder = daemon_run(run)
+    with _client(folder) as client:
+        status = client.request("status")["status"]
+        axes = list(status["position_rad"])
+        wanted = _values(values, axes)
+        standing = status["position_rad"] if mode == "position" else dict.fromkeys(axes, 0.0)
+        if mode == "pointing" and len(wanted) < len(axes):
+            raise BadInputError("pointing", "a direction has two angles", f"values for {' and '.join(axes)}")
+        for axis in axes:
+            if wanted.get(axis, standing[axis]) is None:
+                raise BadInputError(f"{axis}=", "its position is not known yet", f"a value for {axis} too")
+        targets = {axis: float(wanted.get(axis, standing[axis])) for axis in axes}
+        answer = client.when_ready("set_point", mode=mode, over_s=over, **targets)
+    said = ", ".join(f"{axis} to {value:g} {_MODES[mode]}" for axis, value in targets.items())
+    return _tell(answer, f"{said} from tick {answer['tick']}", command_line("watch", folder), as_json)
+
+
+def stop(place: Place = None, run: Run = None, as_json: AsJson = False) -> int:
+    """Brake both axes to rest under control, then torque off; the daemon stays connected."""
+    return _plain("stop", "braking to rest", _meant(place, run), as_json)
+
+
+def quick_stop(place: Place = None, run: Run = None, as_json: AsJson = False) -> int:
+    """The drive brakes both axes by itself, with torque, and holds them until it is switched off; left by `reset`."""
+    return _plain("quick_stop", "quick stop", _meant(place, run), as_json, "reset")
+
+
+def reset(place: Place = None, run: Run = None, as_json: AsJson = False) -> int:
+    """Leave a fault and connect anew; torque stays off until the next motion is requested."""
+    return _plain("fault_reset", "fault reset asked for", _meant(place, run), as_json)
+
+
+def shut_down(place: Place = None, run: Run = None, as_json: AsJson = False) -> int:
+    """Brake to rest, then end the daemon with its log complete."""
+    return _plain("shut_down", "shutting down", _meant(place, run), as_json, "replay")
+
+
+def _meant(place: Path | None, run: Path | None) -> Path | None:
+    """The one folder that was given; BadInputError for two, of which one daemon would go on moving."""
+    from firmware_protocol.errors import BadInputError
+
+    if place is not None and run is not None and place.resolve() != run.resolve():
+        raise BadInputError(f"--run {run}", f"is not {place}, which was given as well", "one run folder")
+    return run or place
+
+
+def daemon_run(run: Path | None) -> Path:
+    """The run folder of the daemon meant: the one given, else the newest below ./runs whose door stands open."""
+    from firmware_protocol.errors import BadInputError
+
+    if run is not None:
+        return run
+    doors = sorted(Path("runs").glob("*/operator.json"), key=lambda path: path.stat().st_mtime)
+    if not doors:
+        raise BadInputError("--run", "no daemon records below ./runs", "the run folder of a running daemon")
+    return doors[-1].parent
+
+
+def _plain(name: str, said: str, run: Path | None, as_json: bool, following: str = "watch") -> int:
+    from gimbal_hil.surface.cli.following import command_line
+
+    folder = daemon_run(run)
+    with _client(folder) as client:
+        answer = client.request(name)
+    follow = command_line("reset", run=folder) if following == "reset" else command_line(following, folder)
+    return _tell(answer, f"{said}, tick {answer.get('tick', '-')}", follow, as_json)
+
+
+def _client(folder: Path) -> OperatorClient:
+    from gimbal_hil.realtime.operator import OperatorClient
+
+    return OperatorClient(folder)
+
+
+def _values(words: list[str], axes: list[str]) -> dict[str, float]:
+    import math
+
+    from firmware_protocol.errors import BadInputError
+
+    found: dict[str, float] = {}
+    for word in words:
+        axis, _, text = word.partition("=")
+        if axis not in axes:
+            raise BadInputError(word, f"no axis {axis!r}", " ".join(f"{name}=VALUE" for name in axes))
+        try:
+            found[axis] = float(text)
+        except ValueError:
+            found[axis] = math.nan
+        if not math.isfinite(found[axis]):
+            raise BadInputError(word, f"{text!r} is no number", f"a number, as in {axis}=0.5")
+    return found
+
+
+def _tell(answer: dict[str, Any], said: str, following: str, as_json: bool) -> int:
+    import json
+
+    from firmware_protocol.errors import EXIT_DONE
+    from gimbal_hil.surface.cli.following import print_next
+
+    print(json.dumps(answer) if as_json else said)
+    if not as_json:
+        print_next(following)
+    return EXIT_DONE

@@ -1,0 +1,301 @@
+"""`gimbal-hil point`: a direction in space, a satellite or a list of directions, held from a moving base."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import UTC
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from firmware_protocol.places import require_new
+from gimbal_hil.surface.cli.completion import model_names
+
+if TYPE_CHECKING:
+    from datetime import datetime
+
+    from gimbal_hil.data.runs import RecordedRun
+    from gimbal_hil.pointing.following import BaseTruth, Flight, MuteChange, Target, Way
+
+_DURATION_S = 60.0
+#: no longer does a machine that is busy make a target wait
+_LONGEST_LEAD_S = 60.0
+
+
+@dataclass(frozen=True)
+class _Judged:
+    """What is looked at afterwards."""
+
+    log: RecordedRun
+    target: Target
+    first_row_tick: int
+    span: tuple[int, int]
+    changes: list[MuteChange]
+    truth: BaseTruth | None
+    where: str
+    about: str
+
+
+def command(
+    target: Annotated[
+        str | None,
+        typer.Option(
+            help="azel:AZIMUTH,ELEVATION (degrees from true north, above the horizon), geo:LONGITUDE, tle:FILE, or a "
+            "CSV file with time_s, azimuth_deg, elevation_deg."
+        ),
+    ] = None,
+    position: Annotated[
+        str | None, typer.Option(metavar="LAT,LON,ALT", help="Where the aircraft is: degrees, m above the ellipsoid.")
+    ] = None,
+    moving: Annotated[
+        str | None, typer.Option(metavar="SPEED,TRACK", help="How it moves over ground: m/s, degrees from north.")
+    ] = None,
+    at: Annotated[
+        str | None, typer.Option(metavar="UTC", help="The sky of this time at the start, not of now; ISO 8601.")
+    ] = None,
+    duration: Annotated[float, typer.Option(help="Seconds to hold it.", min=1.0, max=7200.0)] = _DURATION_S,
+    stow: Annotated[bool, typer.Option("--stow", help="With --run: joints into the stow, then torque off.")] = False,
+    stay: Annotated[
+        bool, typer.Option("--stay", help="With --run: hold the joints at the end where they are, no stow.")
+    ] = False,
+    run: Annotated[Path | None, typer.Option(help="Run folder of a running daemon: in real time through it.")] = None,
+    config: Annotated[
+        Path | None, typer.Option(help="Without --run: configuration; without it the shipped virtual antenna.")
+    ] = None,
+    model: Annotated[
+        str | None,
+        typer.Option(
+            autocompletion=model_names,
+            help="Without --run: model of the virtual antenna; without it that of --config, or realistic.",
+        ),
+    ] = None,
+    base: Annotated[
+        str | None,
+        typer.Option(
+            help="Motion of the virtual antenna's base: turbulence, severe_turbulence, manoeuvre, swing, or a CSV "
+            "file; with --run the one that `plant --base` serves, for the true error."
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed of noise and turbulence.", min=0, max=2**31 - 1)] = 1,
+    out: Annotated[Path | None, typer.Option(help="Folder of the page; without it a new one below ./runs.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
+) -> int:
+    """Hold a target in the sky and say how well: pointing error, mute signal, a page.
+
+    Without --run the virtual antenna follows in lockstep.
+    """
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.loop.timing import wall_clock_utc
+    from gimbal_hil.pointing.following import flight_of
+
+    if stow:
+        if run is None or target is not None:
+            raise BadInputError("--stow", "is for a running daemon and takes no target", "--stow --run RUN")
+        return _stow(run, as_json)
+    if target is None:
+        raise BadInputError("--target", "is missing", "azel:120,35, geo:13.0E, tle:FILE or a CSV file; or --stow")
+    if run is not None and (config is not None or model is not None):
+        raise BadInputError("--run", "has a configuration and an antenna already", "no --config and no --model")
+    folder = out or Path("runs") / f"point-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
+    require_new(folder, force, "pointing.json", "report.html")
+    flight = None if position is None else flight_of(position, moving)
+    if run is None:
+        judged, beyond = _in_lockstep(target, flight, _time_of(at), duration, config, model, base, seed, folder, force)
+    else:
+        judged, beyond = _through_daemon(target, flight, at, duration, run, base, seed, folder, force, stay)
+    return _tell(judged, beyond, folder, run, as_json)
+
+
+def _time_of(text: str | None) -> datetime:
+    from datetime import datetime
+
+    from firmware_protocol.errors import BadInputError
+
+    if text is None:
+        return datetime.now(UTC)
+    try:
+        found = datetime.fromisoformat(text)
+    except ValueError:
+        raise BadInputError("--at", f"is {text!r}", "a time as in 2026-11-22T12:00:00Z") from None
+    return found.replace(tzinfo=UTC) if found.tzinfo is None else found.astimezone(UTC)
+
+
+def _target(text: str, flight: Flight | None, start: datetime, duration_s: float) -> tuple[Target, Way, str]:
+    """The target, its way, and what a reader of the page should know of both."""
+    from gimbal_hil.pointing.following import next_pass, target_of, way_of
+
+    target = target_of(text, flight, start)
+    advice = next_pass(target, start, duration_s) if text.startswith("tle:") else ""
+    target.require_visible(duration_s, advice)
+    way = way_of(target, duration_s)
+    about = (
+        f"Target {text}, sky of {start:%Y-%m-%d %H:%M:%S} UTC. Directions are geometric: no refraction, no light time. "
+        f"A row every {way.row_s:g} s; what lies between is off by {1e6 * way.off_rad:.2g} urad at most."
+    )
+    if flight is not None:
+        about += (
+            f" From latitude {flight.latitude_deg:g}, longitude {flight.longitude_deg:g} degrees, "
+            f"{flight.altitude_m:g} m, at {flight.speed_m_s:g} m/s on a track of {flight.track_deg:g} degrees."
+        )
+    return target, way, about
+
+
+def _in_lockstep(
+    text: str,
+    flight: Flight | None,
+    start: datetime,
+    duration: float,
+    config: Path | None,
+    model: str | None,
+    base: str | None,
+    seed: int,
+    folder: Path,
+    force: bool,
+) -> tuple[_Judged, float]:
+    import tempfile
+
+    from gimbal_hil.data.runs import open_run
+    from gimbal_hil.knowledge.experiments import embedded_model_of
+    from gimbal_hil.loop.settings import load_settings, shipped_settings
+    from gimbal_hil.pointing.following import follow_in_lockstep, moved, mute_changes, truth_of
+    from gimbal_hil.surface.cli.progress import ProgressBar
+    from sim_backend.model import CONTROL_ANTENNA, model_named
+
+    target, way, about = _target(text, flight, start, duration)
+    settings = load_settings(config) if config else shipped_settings()
+    if model is not None or config is None:
+        antenna = model_named(model or CONTROL_ANTENNA)
+    else:
+        antenna, _ = embedded_model_of(settings)
+    settings = settings.for_axes(antenna.axes, antenna.where)
+    truth, moving_s = None, duration + 30.0
+    with tempfile.TemporaryDirectory() as place:
+        if base is not None:
+            antenna, truth = moved(antenna, base, moving_s, seed, Path(place)), truth_of(base, moving_s, seed)
+        with ProgressBar() as bar:
+            follow_in_lockstep(way, duration, settings, antenna, seed, folder, force, bar)
+    log = open_run(folder)
+    told = [(event.tick, dict(event.data)) for event in log.events]
+    first = next(e.tick for e in log.events if e.data.get("step") == "minute 1")
+    span = (first, first + round(duration * settings.rate_hz) - 1)
+    where = f"{antenna.name}, seed {seed}, in lockstep" + ("" if base is None else f", base {base}")
+    changes = [one for one in mute_changes(told) if first <= one.tick <= span[1]]
+    return _Judged(log, target, first, span, changes, truth, where, about), settings.pointing.mute_beyond_rad
+
+
+def _through_daemon(
+    text: str,
+    flight: Flight | None,
+    at: str | None,
+    duration: float,
+    run: Path,
+    base: str | None,
+    seed: int,
+    folder: Path,
+    force: bool,
+    stay: bool,
+) -> tuple[_Judged, float]:
+    import time
+
+    from gimbal_hil.pointing.following import BASE_S, LEAD_S, PointingDaemon, mute_changes, truth_of
+    from gimbal_hil.surface.cli.progress import ProgressBar
+
+    # a target that cannot be held is refused before the daemon is spoken to; ticks tell the sky's time only afterwards
+    _target(text, flight, _time_of(at), duration)
+    truth = None if base is None else truth_of(base, BASE_S, seed)
+    daemon = PointingDaemon(run)
+
+    try:
+        clock = daemon.clock()
+        lead_s, first = LEAD_S, 0
+        while True:
+            begun, first = time.monotonic(), clock.tick_after(lead_s)
+            target, way, about = _target(text, flight, clock.time_of(first) if at is None else _time_of(at), duration)
+            took_s = time.monotonic() - begun
+            if at is not None:
+                # the sky was asked for: it begins when its way is made
+                first = clock.tick_after(LEAD_S)
+            if at is not None or took_s < lead_s or lead_s > _LONGEST_LEAD_S:
+                break
+            # a machine that is busy needs longer for the way than was left: begin later, so that none of it is lost
+            lead_s = LEAD_S + 2.0 * took_s
+        try:
+            with ProgressBar() as bar:
+                bar.begin("point", duration, 0.0)
+                found = daemon.follow(way, first, duration, _say, lambda seconds: bar.at(target.name, seconds))
+        except KeyboardInterrupt:
+            daemon.stop()
+            raise
+        if not stay:
+            daemon.stow(_say)
+        log = daemon.log(found.first_tick, found.last_tick)
+    finally:
+        daemon.close()
+    about += (
+        f" The daemon's ticks were placed in time by looking at them, a quarter of the looks within "
+        f"{1e3 * clock.spread_s:.1f} ms."
+    )
+    changes = [one for one in mute_changes(found.events) if found.first_tick <= one.tick <= found.last_tick]
+    judged = _Judged(
+        log, target, first, (found.first_tick, found.last_tick), changes, truth, f"through the daemon of {run}", about
+    )
+    return judged, daemon.settings.pointing.mute_beyond_rad
+
+
+def _say(line: str) -> None:
+    import sys
+
+    print(line, file=sys.stderr, flush=True)
+
+
+def _tell(judged: _Judged, beyond_rad: float, folder: Path, run: Path | None, as_json: bool) -> int:
+    import json
+
+    from firmware_protocol.errors import EXIT_DONE, EXIT_NO
+    from gimbal_hil.pointing.following import held_trace, pointing_figures, summary, write_page
+    from gimbal_hil.surface.cli.following import after_point, print_next
+
+    trace = held_trace(judged.log, judged.target, judged.first_row_tick, judged.span, judged.changes, judged.truth)
+    figures = pointing_figures(trace, judged.changes, beyond_rad)
+    page = write_page(
+        folder / "report.html",
+        judged.target.name,
+        judged.where,
+        trace,
+        figures,
+        judged.changes,
+        beyond_rad,
+        judged.about,
+    )
+    document: dict[str, Any] = {"target": judged.target.name, "run": str(run or folder), **figures.as_dict()}
+    (folder / "pointing.json").write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+    acquired = document["acquired_after_s"] is not None
+    if as_json:
+        print(json.dumps(document, allow_nan=False))
+    else:
+        print(summary(judged.target.name, figures))
+        print(f"  report  {page}")
+        print_next(after_point(folder, run))
+    return EXIT_DONE if acquired else EXIT_NO
+
+
+def _stow(run: Path, as_json: bool) -> int:
+    import json
+
+    from firmware_protocol.errors import EXIT_DONE
+    from gimbal_hil.pointing.following import PointingDaemon
+    from gimbal_hil.surface.cli.following import after_stow, print_next
+
+    daemon = PointingDaemon(run)
+    try:
+        daemon.stow(_say)
+    finally:
+        daemon.close()
+    if as_json:
+        print(json.dumps({"stowed": True, "run": str(run)}))
+    else:
+        print("stowed, torque off")
+        print_next(after_stow(run))
+    return EXIT_DONE

@@ -1,0 +1,147 @@
+"""`gimbal-hil runs`: what was recorded, one run in words, or two side by side."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from firmware_protocol.places import require_new
+
+if TYPE_CHECKING:
+    from gimbal_hil.data.catalogue import Comparison
+
+REPORT_FILE, ANSWER_FILE = "report.html", "comparison.json"
+
+
+class RunsAction(StrEnum):
+    """What to do with the runs."""
+
+    LIST = "list"
+    SHOW = "show"
+    COMPARE = "compare"
+
+
+def command(
+    action: Annotated[RunsAction, typer.Argument(help="list [FOLDER], show RUN, or compare A B.")],
+    paths: Annotated[
+        list[Path] | None, typer.Argument(metavar="PATH...", help="Run folders; of list the folder, else ./runs.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help=f"compare: folder for {REPORT_FILE} and {ANSWER_FILE}.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the answer as one JSON object.")] = False,
+) -> int:
+    """List the runs below a folder, show what one of them was, or compare two: figures side by side, what differs in
+    configuration and model, and both drawn over each other (with --out).
+    """
+    from firmware_protocol.errors import EXIT_DONE, BadInputError
+
+    given = paths or []
+    if action is RunsAction.LIST:
+        if len(given) > 1:
+            raise BadInputError("runs list", f"has {len(given)} folders", "one folder, or none for ./runs")
+        _list(given[0] if given else Path("runs"), as_json)
+    elif action is RunsAction.SHOW:
+        if len(given) != 1:
+            raise BadInputError("runs show", f"has {len(given)} runs", "one run folder")
+        _show(given[0], as_json)
+    else:
+        if len(given) != 2:
+            raise BadInputError("runs compare", f"has {len(given)} runs", "two run folders")
+        _compare(given[0], given[1], out, force, as_json)
+    return EXIT_DONE
+
+
+def _list(folder: Path, as_json: bool) -> None:
+    import json
+
+    from gimbal_hil.data.catalogue import find_runs, summary_of
+    from gimbal_hil.surface.cli.following import command_line, print_next
+
+    found = [summary_of(run) for run in find_runs(folder)]
+    if as_json:
+        print(json.dumps({"runs": [one.as_dict() for one in found]}))
+        return
+    width = max((len(str(one.folder)) for one in found), default=0)
+    for one in found:
+        length = "      -" if one.length_s is None else f"{one.length_s:7.1f}"
+        print(f"{one.folder!s:<{width}}  {one.started_utc[:19]:<19} {length} s  {one.title:<14} {one.ending}")
+    if not found:
+        print(f"no runs below {folder}")
+        print_next(command_line("experiment", "step"))
+    else:
+        print_next(command_line("runs", "show", found[-1].folder))
+
+
+def _show(folder: Path, as_json: bool) -> None:
+    import json
+
+    from firmware_protocol.errors import GimbalHilError
+    from gimbal_hil.data.catalogue import measures_of, summary_of
+    from gimbal_hil.data.runs import EventKind, damage_of, open_run
+    from gimbal_hil.data.signals import signals_of_run
+    from gimbal_hil.surface.cli.following import command_line, print_next
+
+    run, line = open_run(folder), summary_of(folder)
+    notes = [*run.notes, *(f"damaged {found.in_words()}" for found in damage_of(run))]
+    try:
+        table = signals_of_run(run, drop_invalid=True)
+    except GimbalHilError as error:
+        table = None
+        notes.append(str(error))
+    measures = measures_of(run, table)
+    told = [event for event in run.events if event.kind in (EventKind.FAULT, EventKind.COMMAND, EventKind.LINK)]
+    if as_json:
+        figures = [{"name": one.name, "value": one.value, "unit": one.unit} for one in measures]
+        events = [{"tick": event.tick, "kind": event.kind.value, "text": event.text} for event in told]
+        print(json.dumps(line.as_dict() | {"figures": figures, "events": events, "notes": notes}))
+        return
+    length = "" if line.length_s is None else f", {line.length_s:.1f} s"
+    print(f"{folder}: {line.title or 'a run'} of {line.started_utc[:19]}{length}; {line.ending}")
+    print(f"axes {', '.join(line.axes)}; model {line.model}")
+    print("\n".join(f"  {one.name:<32} {one.value:>12.6g} {one.unit}" for one in measures))
+    period_s = run.record.header.period_ns * 1e-9
+    print("\n".join(f"  {event.tick * period_s:9.3f} s  {event.kind.value:<8} {event.text}" for event in told[-20:]))
+    print("\n".join(f"  note: {note}" for note in notes))
+    print_next(command_line("replay", folder))
+
+
+def _compare(first: Path, second: Path, out: Path | None, force: bool, as_json: bool) -> None:
+    import json
+
+    from gimbal_hil.data.catalogue import compare, comparison_page
+    from gimbal_hil.data.runs import open_run
+    from gimbal_hil.surface.cli.following import command_line, print_next
+
+    if out is not None:
+        require_new(out, force, REPORT_FILE, ANSWER_FILE)
+    found = compare(open_run(first), open_run(second))
+    answer = found.as_dict()
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        (out / ANSWER_FILE).write_text(json.dumps(answer, indent=2) + "\n", encoding="utf-8")
+        comparison_page(found).write(out / REPORT_FILE)
+    if as_json:
+        print(json.dumps(answer))
+        return
+    print("\n".join(_lines(found)))
+    if out is None:
+        print_next(command_line("runs", "compare", first, second, out="compared"))
+    else:
+        print_next(command_line("replay", second))
+        print(f"report: {out / REPORT_FILE}")
+
+
+def _lines(found: Comparison) -> list[str]:
+    def shown(value: Any) -> str:
+        return "-" if value is None else f"{value:.6g}"
+
+    lines = [f"{'':<36}{'first':>14}{'second':>14}"]
+    lines += [f"{f'{name} {unit}':<36}{shown(a):>14}{shown(b):>14}" for name, unit, a, b in found.measures]
+    lines += [f"{key}: {a} | {b}" for key, a, b in found.settings]
+    lines += [f"note: {note}" for note in found.notes]
+    return lines if found.settings else [*lines, "configuration, model and seed are the same"]

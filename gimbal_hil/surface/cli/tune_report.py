@@ -1,0 +1,80 @@
+"""From an improved model to the report of what tuning with it gave, and which named part paid for it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from gimbal_hil.loop.settings import DaemonSettings
+    from sim_backend.model import AntennaModel
+
+#: scenarios of the report: a direction and joints on a moving base, reversals, slow tracking
+_SCENARIOS = ("direction held in moderate", "table 3.1, case 5", "5 deg/s at 1 Hz", "0.02 rad at 0.2 Hz", "0.003 rad/s")
+MODEL_FILE = "model.yaml"
+
+
+def improved_in(folder: Path, config: Path, start: str | None) -> tuple[Path, AntennaModel]:
+    """The improved model's file in the folder of an improvement, and the model that it began with; without the folder
+    `improve --short` makes it first.
+    """
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.knowledge.improvement import JOURNAL_FILE, Journal, Started
+    from gimbal_hil.surface.cli.app import run
+    from sim_backend.model import model_from_document
+
+    if not folder.exists():
+        words = ["--out", str(folder), "--config", str(config), "--short"]
+        run("improve", words + (["--model", start] if start else []))
+    journal = folder / JOURNAL_FILE
+    if not (folder / MODEL_FILE).exists() or not journal.exists():
+        raise BadInputError("--improved", f"{folder} holds no {MODEL_FILE} and {JOURNAL_FILE}", "what improve leaves")
+    first = Journal(journal, resume=True)
+    try:
+        began = first.entries[0]
+    finally:
+        first.close()
+    if not isinstance(began, Started):
+        raise BadInputError(str(journal), "does not say how the improvement began", "what improve leaves")
+    return folder / MODEL_FILE, model_from_document(began.session["model"], f"{journal}: model")
+
+
+def report(
+    out: Path, before: DaemonSettings, after: DaemonSettings, first: AntennaModel, margin: float, seeds: int
+) -> str:
+    """Run the arena on the configuration's antenna (the improved model, where that is a real one) and write the page;
+    the text for the terminal.
+    """
+    from gimbal_hil.knowledge.tuning import tuned
+    from gimbal_hil.loop.settings import EmbeddedAntenna, with_changes
+    from gimbal_hil.pages.report import Page
+    from gimbal_hil.pointing.arena import (
+        BEFORE,
+        FIRST,
+        IMPROVED,
+        changed_parts,
+        chosen,
+        paid_blocks,
+        paid_text,
+        shipped_scenarios,
+        what_paid,
+    )
+    from sim_backend.model import model_named
+
+    assert after.model_control is not None, "a tuned gimbal has it"
+    improved = model_named(after.model_control.model)
+    antenna = before.link.embedded.model if isinstance(before.link, EmbeddedAntenna) else after.model_control.model
+    models = out / "models"
+    models.mkdir(parents=True, exist_ok=True)
+    (models / "first.yaml").write_text(first.to_yaml(), encoding="utf-8")
+    with_first = with_changes(before, tuned(before, first, str(models / "first.yaml"), margin).changes)
+    paid = what_paid(
+        [chosen(shipped_scenarios(), words)[0] for words in _SCENARIOS],
+        antenna,
+        {BEFORE: before, FIRST: with_first, IMPROVED: after},
+        changed_parts(first, improved),
+        models,
+        seeds,
+    )
+    Page("Tuning", "What an improved model gave to the pointing", paid_blocks(paid)).write(out / "report.html")
+    return paid_text(paid)

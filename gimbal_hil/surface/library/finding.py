@@ -1,0 +1,139 @@
+"""What a model lacks, as an object: the verdict, the corrected model, the figures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gimbal_hil.data.preflight import preflight
+from gimbal_hil.data.signals import ColumnMap, SignalsTable, read_together
+from gimbal_hil.knowledge.discrepancy import (
+    Kind,
+    Request,
+    Result,
+    Verdict,
+    check_logs,
+    corrected_model,
+    diagnose,
+    discrepancy_page,
+    ramps_apart,
+    recalibrated_model,
+    verdict_of,
+)
+from gimbal_hil.surface.library.picture import Picture
+from gimbal_hil.surface.library.sources import Source, as_list, as_paths, model_of, plots_of
+from sim_backend.model import AntennaModel
+
+if TYPE_CHECKING:
+    from gimbal_hil.pages.report import Page
+
+
+@dataclass(frozen=True)
+class Finding:
+    """The result of a search. `verdict.document` is what `verdict.json` holds (docs/verdict.md)."""
+
+    verdict: Verdict
+    result: Result = field(repr=False)
+    sources: tuple[str, ...] = ()
+
+    @property
+    def kind(self) -> Kind:
+        """named, ambiguous, unexplained or no_discrepancy."""
+        return self.verdict.kind
+
+    @property
+    def effects(self) -> tuple[dict[str, Any], ...]:
+        """The causes, named or ambiguous: name, axis, parameters with intervals, gain on held-out data."""
+        return self.verdict.effects
+
+    @cached_property
+    def model(self) -> AntennaModel | None:
+        """The model with the named causes; None if nothing was named."""
+        return corrected_model(self.result)
+
+    @cached_property
+    def recalibrated(self) -> AntennaModel | None:
+        """The model with known numbers refitted within their uncertainty, if nothing was named."""
+        moved = self.model is None and bool(self.verdict.recalibrated)
+        return recalibrated_model(self.result) if moved else None
+
+    @cached_property
+    def page(self) -> Page:
+        """The report; `page.write(path)` puts it on disk."""
+        return discrepancy_page(self.result, self.verdict, self.model, list(self.sources))
+
+    def figures(self) -> list[Picture]:
+        """The figures of the report."""
+        return [Picture.of(plot.figure, self.page.title) for plot in plots_of(self.page.blocks)]
+
+
+@dataclass(frozen=True)
+class Question:
+    """Logs that were accepted, sorted by use, and the model that they are held against."""
+
+    request: Request
+    #: slow ramps: they only contradict
+    ramps: tuple[SignalsTable, ...]
+    notes: tuple[str, ...]
+    sources: tuple[str, ...]
+
+    def asked(
+        self, *, workers: int = 1, dask: str | None = None, progress: Callable[[str], None] = lambda text: None
+    ) -> Finding:
+        """The search itself."""
+        result = diagnose(self.request, workers=workers, dask=dask, progress=progress)
+        logs = (*self.request.measured, *self.request.holdout, *self.ramps)
+        return Finding(verdict_of(result, logs, self.notes), result, self.sources)
+
+
+def question_of(
+    model: AntennaModel,
+    measured: Sequence[Path],
+    holdout: Sequence[Path],
+    *,
+    only: Sequence[str] = (),
+    without: Sequence[str] = (),
+    band_hz: float | None = None,
+    **reading: Any,
+) -> Question:
+    """Read logs; `reading` is what `gimbal_hil.data.signals.read_together` takes. BadInputError for logs that cannot
+    answer, or that fit the model only if they are read otherwise.
+    """
+    paths = [*measured, *holdout]
+    tables = read_together(paths, model, **reading)
+    check_logs(model, tables, band_hz)
+    preflight(model, tables)
+    fitted, ramps, notes = ramps_apart(model, tables[: len(measured)])
+    judged = tables[len(measured) :]
+    own = (f"{table.source}: {note}" for table in (*fitted, *judged, *ramps) for note in table.notes)
+    request = Request(model, fitted, judged, band_hz, tuple(only), tuple(without))
+    return Question(request, ramps, (*notes, *own), tuple(str(path) for path in paths))
+
+
+def find_discrepancy(
+    measured: Source | Sequence[Source],
+    holdout: Source | Sequence[Source] = (),
+    model: str | Path | AntennaModel | None = None,
+    *,
+    only: Sequence[str] = (),
+    without: Sequence[str] = (),
+    band_hz: float | None = None,
+    resample: bool = False,
+    drop_invalid: bool = False,
+    columns: Mapping[str, str] | None = None,
+    workers: int = 1,
+) -> Finding:
+    """Search as `gimbal-hil discrepancy` does: in `measured`, judged on `holdout`, another trajectory.
+
+    `columns` says what tables of your own call theirs, and their units: `{"joint.position": "theta:deg"}`.
+    """
+    given = model_of(model)
+    searched, judged = as_list(measured), as_list(holdout)
+    reading = {"resample": resample, "drop_invalid": drop_invalid, "columns": ColumnMap(columns or {})}
+    with as_paths([*searched, *judged], "log") as paths:
+        logs, others = paths[: len(searched)], paths[len(searched) :]
+        question = question_of(given, logs, others, only=only, without=without, band_hz=band_hz, **reading)
+    return question.asked(workers=workers)

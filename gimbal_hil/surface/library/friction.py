@@ -1,0 +1,89 @@
+"""Friction from logs, as an object: a table of estimates, the updated model, the figures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gimbal_hil.data.preflight import preflight
+from gimbal_hil.data.signals import ColumnMap
+from gimbal_hil.knowledge.identification import (
+    AxisIdentification,
+    Log,
+    axes_to_identify,
+    identification_page,
+    identify_axis,
+    read_logs,
+    updated_model,
+)
+from gimbal_hil.surface.library.picture import Picture
+from gimbal_hil.surface.library.run import pandas_module
+from gimbal_hil.surface.library.sources import Source, as_list, as_paths, model_of, plots_of
+from sim_backend.model import AntennaModel
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from gimbal_hil.pages.report import Page
+
+
+@dataclass(frozen=True)
+class Friction:
+    """The identified friction. `prior` is the model before the identification."""
+
+    axes: tuple[AxisIdentification, ...]
+    prior: AntennaModel = field(repr=False)
+    sources: tuple[str, ...] = ()
+
+    def frame(self) -> pd.DataFrame:
+        """One row for each parameter: axis, name, value, low, high (95 %), unit, verdict, reason."""
+        rows = [
+            (r.axis, e.name, e.value, e.interval.low, e.interval.high, e.unit, e.verdict.value, e.reason)
+            for r in self.axes
+            for e in r.estimates
+        ]
+        columns = ["axis", "name", "value", "low", "high", "unit", "verdict", "reason"]
+        return pandas_module().DataFrame(rows, columns=columns)
+
+    @cached_property
+    def model(self) -> AntennaModel:
+        """The prior with the identified numbers."""
+        return updated_model(self.prior, list(self.axes))
+
+    @cached_property
+    def page(self) -> Page:
+        """The report; `page.write(path)` puts it on disk."""
+        return identification_page(self.prior, self.axes, self.sources)
+
+    def figures(self) -> list[Picture]:
+        """The figures of the report."""
+        return [Picture.of(plot.figure, self.page.title) for plot in plots_of(self.page.blocks)]
+
+
+def identify(
+    logs: Source | Sequence[Source],
+    model: str | Path | AntennaModel | None = None,
+    *,
+    axes: Sequence[str] | None = None,
+    torque_driven: bool = False,
+    resample: bool = False,
+    drop_invalid: bool = False,
+    columns: Mapping[str, str] | None = None,
+) -> Friction:
+    """Identify friction as `gimbal-hil identify` does; `model` is the prior and the rigid body, `columns` as in
+    `find_discrepancy`.
+    """
+    given = model_of(model)
+    chosen = axes_to_identify(given, axes, "axes")
+    reading = {"resample": resample, "drop_invalid": drop_invalid}
+    called = ColumnMap(columns or {})
+    read: list[Log] = []
+    with as_paths(as_list(logs), "log") as paths:
+        for path in paths:
+            read += read_logs(path, given, torque_driven=torque_driven, columns=called, **reading)
+    preflight(given, tuple(log.table for log in read))
+    results = tuple(identify_axis(read, given, axis) for axis in chosen)
+    return Friction(results, given, tuple(log.name for log in read))
