@@ -12,7 +12,7 @@ import pytest
 from firmware_protocol.adapters import CanFrame
 from firmware_protocol.enumerations import DriveState, FaultCode
 from firmware_protocol.links import AdapterLinkConfig, DriveSection
-from gimbal_hil import timing
+from gimbal_hil.loop import timing
 from gimbal_hil.loop.host import HostState
 from gimbal_hil.surface.cli.plant_drives import serve_drives
 from sim_backend.drives import DriveServer
