@@ -38,6 +38,7 @@ DISTRICTS = {
         "identification",
         "experiments",
         "experiments.sequences",
+        "model_exports",
         "tuning",
         "discrepancy.twin",
         "discrepancy.noise",

@@ -26,7 +26,7 @@ def completed(line: str) -> list[str]:
 @pytest.mark.parametrize(
     ("line", "expected"),
     [
-        ("gimbal-hil exp", {"experiment", "export"}),
+        ("gimbal-hil exp", {"experiment", "export", "export-model"}),
         ("gimbal-hil experiment sur", {"survey", "survey_holdout"}),
         ("gimbal-hil experiment step --conf", {"--config"}),
         ("gimbal-hil discrepancy --model em", {"emps"}),

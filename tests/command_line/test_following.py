@@ -98,7 +98,7 @@ def test_names_with_blanks_are_quoted_as_a_shell_wants_them() -> None:
     assert following.command_line("replay", Path("my runs/1")) == "gimbal-hil replay 'my runs/1'"
 
 
-MODELS = sorted((Path(following.__file__).parents[2] / "config" / "models").glob("*.yaml"))
+MODELS = sorted((Path(following.__file__).parents[3] / "config" / "models").glob("*.yaml"))
 ONES_OWN: dict[str, tuple[str, ...]] = {
     "a gimbal": (),
     "on an air bearing": ("--coulomb", "azimuth=0", "--viscous", "azimuth=0"),

@@ -19,7 +19,9 @@ _OF_ANTENNAS = {"EmbeddedAntenna", "embedded_model_of"}
 #: parts of a run's header that say nothing of its antenna's numbers
 _PLAIN = {"axes", "period_ns", "title", "seed", "lockstep"}
 
-MODULES = sorted(path for room in ROOMS for path in (Path(gimbal_hil.__file__).parent / room).glob("**/*.py"))
+MODULES = sorted(
+    path for room in ROOMS for path in (Path(gimbal_hil.__file__).parent / "knowledge" / room).glob("**/*.py")
+)
 
 
 def seen_truths(source: str, drives_antennas: bool) -> Iterator[str]:
@@ -61,5 +63,5 @@ def test_each_way_to_the_truth_is_noticed(source: str) -> None:
 
 
 def test_the_method_is_read_in_one_short_module() -> None:
-    workflow = Path(gimbal_hil.__file__).parent / "discrepancy" / "run.py"
+    workflow = Path(gimbal_hil.__file__).parent / "knowledge" / "discrepancy" / "run.py"
     assert len(workflow.read_text(encoding="utf-8").splitlines()) < 200

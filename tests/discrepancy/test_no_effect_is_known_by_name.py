@@ -11,7 +11,7 @@ import pytest
 import gimbal_hil
 from sim_backend.effects import CATALOGUE
 
-ROOMS = tuple(Path(gimbal_hil.__file__).parent / room for room in ("discrepancy", "improvement"))
+ROOMS = tuple(Path(gimbal_hil.__file__).parent / "knowledge" / room for room in ("discrepancy", "improvement"))
 MODULES = sorted(path for room in ROOMS for path in room.rglob("*.py"))
 #: words of the field that are also names: "an inertia of" is prose, "inertia" on its own or among names is the effect
 NAMES = frozenset(CATALOGUE)

@@ -66,6 +66,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "runs": ("runs", "List recorded runs, show one, or compare two side by side."),
     "conformance": ("conformance", "Check an antenna's firmware against numbered requirements, with evidence."),
     "export": ("export", "Write a run as Parquet, CSV, MAT, MCAP, BLF or MF4."),
+    "export-model": (
+        "export_model",
+        "A model for other simulators: MuJoCo, URDF, Isaac Lab, BAM, curves; what they cannot hold is listed.",
+    ),
     "effects": ("effects", "The catalogue of effects: parameters, units, bounds, and the run that excites each."),
     "protocol": ("protocol", "Emit the wire definition as DBC, C header or documentation."),
     "service": ("service", "Write a systemd unit, a container file, a Grafana dashboard, or man pages."),

@@ -48,6 +48,11 @@ def after_demo() -> str:
     return command_line("init", "mine")
 
 
+def after_export_model(model: Path) -> str:
+    """What a run with this model would show, so that the other simulator's log can be asked the same."""
+    return command_line("testable", model=model)
+
+
 def after_check(given: Sequence[Path], checked: Sequence[Checked], columns: Sequence[str] = ()) -> str:
     """Where something is wrong the same check again, else the first use of what was checked."""
     if any(one.faults for one in checked):

@@ -1,0 +1,70 @@
+"""`gimbal-hil export-model`: a model for other people's simulators."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gimbal_hil.knowledge.model_exports import ModelFormat
+
+if TYPE_CHECKING:
+    from gimbal_hil.knowledge.model_exports import ExportedModel, Item
+
+
+def command(
+    model: Annotated[Path, typer.Argument(help="Model file, e.g. the model.yaml of `discrepancy`.")],
+    to: Annotated[
+        ModelFormat,
+        typer.Option(
+            "--to",
+            help="mjcf: MuJoCo; urdf: bodies, damping, Coulomb friction; isaac: actuators for Isaac Lab; "
+            "bam: parameters of BAM; csv: plain curves.",
+        ),
+    ],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="File to write.")],
+    force: Annotated[bool, typer.Option("--force", help="Overwrite the file.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
+) -> int:
+    """Write a model in another format. What the format holds only nearly, and what it cannot hold, is listed."""
+    from firmware_protocol.errors import EXIT_DONE
+    from gimbal_hil.data.signals import replacing
+    from gimbal_hil.knowledge.model_exports import export_model
+    from gimbal_hil.surface.cli.following import after_export_model, print_next
+    from sim_backend.model import load_model
+
+    exported = export_model(load_model(model), to)
+    with replacing(out, force) as temporary:
+        temporary.write_text(exported.text, encoding="utf-8")
+    if as_json:
+        print(json.dumps({"file": str(out), "format": to.value, **_document(exported)}, indent=2))
+    else:
+        _say(exported, to, out)
+        print_next(after_export_model(model))
+    return EXIT_DONE
+
+
+def _document(exported: ExportedModel) -> dict[str, Any]:
+    return {
+        "held": [vars(item) for item in exported.held],
+        "approximated": [{**vars(one.item), "how": one.reason} for one in exported.approximated],
+        "left_out": [{**vars(one.item), "reason": one.reason, "effects": one.effects} for one in exported.left_out],
+    }
+
+
+def _say(exported: ExportedModel, to: ModelFormat, out: Path) -> None:
+    print(f"{len(exported.held)} numbers and effects held in {out} ({to.value})")
+    for title, rows in (("held nearly", exported.approximated), ("left out", exported.left_out)):
+        print(f"{title}: {len(rows) or 'nothing'}")
+        for reason in dict.fromkeys(one.reason for one in rows):
+            items = [one.item for one in rows if one.reason == reason]
+            axes = {axis: ", ".join(item.name for item in items if item.axis == axis) for axis in _axes(items)}
+            for names in dict.fromkeys(axes.values()):
+                who = " and ".join(axis for axis, found in axes.items() if found == names)
+                print(f"  {who}: {names}\n    {reason}")
+
+
+def _axes(items: list[Item]) -> list[str]:
+    return list(dict.fromkeys(item.axis for item in items))
