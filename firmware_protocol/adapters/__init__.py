@@ -3,6 +3,7 @@
 from firmware_protocol.adapters.adapter_link import AdapterLink
 from firmware_protocol.adapters.bus import Bus, CanFrame, PythonCanBus, UnixCanBus, open_bus
 from firmware_protocol.adapters.cia402 import Cia402Drive
+from firmware_protocol.adapters.dbc_map import DriveMap, load_map
 from firmware_protocol.adapters.drive import (
     AxisSample,
     DriveTiming,
@@ -13,10 +14,10 @@ from firmware_protocol.adapters.drive import (
     on_the_joint,
 )
 from firmware_protocol.adapters.gateway import Gateway, torque_exponent
-from firmware_protocol.adapters.mapped import DriveMap, MappedDrive, load_map
+from firmware_protocol.adapters.mapped import MappedDrive
 from firmware_protocol.adapters.moteus import MoteusDrive
 from firmware_protocol.adapters.odrive import OdriveDrive
-from firmware_protocol.adapters.registry import DRIVES, GROUP, drive_named, gives_of
+from firmware_protocol.adapters.registry import DRIVES, GROUP, drive_named, gives_of, require_drives
 
 __all__ = [
     "DRIVES",
@@ -43,5 +44,6 @@ __all__ = [
     "missing_text",
     "on_the_joint",
     "open_bus",
+    "require_drives",
     "torque_exponent",
 ]

@@ -33,7 +33,7 @@ class AdapterLink(LinkBasis):
         self._period_ns = round(1e9 / config.rate_hz)
         self._bus: Bus | None = None
         self.gateway = self._new_gateway()
-        self._edge_ns = 0
+        self._edge_ns = self._opened_ns = 0
         self._connect()
 
     def send(self, block: bytes) -> None:
@@ -42,6 +42,7 @@ class AdapterLink(LinkBasis):
             self._count_sent(block, False)
             return
         self._edge_ns = self._now_ns()
+        self.gateway.periods_passed((self._edge_ns - self._opened_ns) // self._period_ns)
         self._emit(self.gateway.hear(block))
         self._count_sent(block, self._bus is not None)
 
@@ -51,6 +52,7 @@ class AdapterLink(LinkBasis):
             return b""
         if self._now_ns() - self._edge_ns >= 2 * self._period_ns:
             self._edge_ns = self._now_ns()
+            self.gateway.periods_passed((self._edge_ns - self._opened_ns) // self._period_ns)
             self._emit(self.gateway.pass_over())
         if self._bus is None:
             return b""
@@ -84,7 +86,7 @@ class AdapterLink(LinkBasis):
     def _connect(self) -> None:
         self._bus = self._open()
         self.gateway = self._new_gateway()
-        self._edge_ns = self._now_ns()
+        self._edge_ns = self._opened_ns = self._now_ns()
         self._opened()
         self._emit(self.gateway.begin())
 

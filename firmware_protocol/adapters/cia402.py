@@ -33,7 +33,7 @@ _LARGEST = 32767
 class Cia402Drive:
     """One CANopen node with the drive profile."""
 
-    gives = frozenset({Gives.TORQUE})
+    gives = frozenset({Gives.RATE, Gives.TORQUE})
 
     def __init__(self, section: DriveSection, timing: DriveTiming) -> None:
         if section.counts_per_turn is None or section.rated_torque_nm is None:

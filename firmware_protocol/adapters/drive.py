@@ -27,8 +27,12 @@ class Gives(Enum):
     """What a drive may tell; the value says what is missing without it."""
 
     GYRO = (
-        "inertial rate: the encoder's rate stands in, right on a base that rests; absent are the guards "
-        "gyro_encoder_rad_s, gyro_encoder_rad and stuck_gyro_ticks, and the reaction gyro_stop"
+        "inertial rate: the drive's own rate stands in, right on a base that rests, also in the guards that hold gyro "
+        "against encoder; absent is the reaction gyro_stop"
+    )
+    RATE = (
+        "rate: this side differentiates the position; absent are the guards gyro_encoder_rad_s, gyro_encoder_rad and "
+        "stuck_gyro_ticks, which need two numbers"
     )
     DEADMAN_ECHO = (
         "deadman margin: this side counts by itself; what stops a drive whose host is gone is the drive's own watchdog"

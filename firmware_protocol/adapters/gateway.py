@@ -29,10 +29,20 @@ from firmware_protocol.messages import (
     MotorStatusOuter,
     SetPoint,
 )
-from firmware_protocol.schema import BY_CAN_ID, PROTOCOL_VERSION, TORQUE_STEP_NM, Direction, name_code
+from firmware_protocol.schema import (
+    BY_CAN_ID,
+    POSITION_STEP_RAD,
+    PROTOCOL_VERSION,
+    RATE_STEP_RAD_S,
+    TORQUE_STEP_NM,
+    Direction,
+    name_code,
+)
 
 _STATE, _REQUEST = DriveState, DriveRequest
 _LARGEST_RAW = 2**17 - 1
+#: what a feedback frame can carry; beyond it a position or a rate would be told as one that it is not
+_LARGEST_POSITION_RAD, _LARGEST_RATE_RAD_S = (2**25 - 1) * POSITION_STEP_RAD, (2**21 - 1) * RATE_STEP_RAD_S
 _STATUS_EVERY, _IDENTITY_EVERY = 50, 1000
 _DETAIL_BY_ITSELF, _DETAIL_RESET = 0, 7
 #: ticks without drive_control, and ticks in which a drive has lost its torque, that are too many while torque is on
@@ -62,10 +72,17 @@ class Gateway:
         self._enabling, self._powerless, self._reset_level, self._identify = False, 0, True, True
         self._told: list[AnyMessage] = []
         self._seen = [0, 0]
+        self._carried, self._out_of_range = [AxisSample(), AxisSample()], [False, False]
 
     def begin(self) -> list[CanFrame]:
         """Frames for a bus that was just opened."""
         return [frame for drive in self.drives for frame in (*drive.begin(), *drive.ask())]
+
+    def periods_passed(self, periods: int) -> None:
+        """How many periods have passed since the bus was opened: a host that was kept from running skips ticks, and the
+        samples that it then gets are as far apart as they are.
+        """
+        self._tick = max(self._tick, periods - 1)
 
     def hear(self, block: bytes) -> list[CanFrame]:
         """A block of the host's, which is the edge of a tick; answers what the drives are to be sent."""
@@ -94,9 +111,7 @@ class Gateway:
         if any(new == seen for new, seen in zip(updates, self._seen, strict=True)):
             return b""
         self._seen = updates
-        samples = [
-            on_the_joint(drive.sample, section) for drive, section in zip(self.drives, self._sections, strict=True)
-        ]
+        samples = self._samples()
         messages, self._told = self._told, []
         if self._tick % _STATUS_EVERY == 0:
             messages += self._motor_status(samples)
@@ -118,6 +133,17 @@ class Gateway:
         ]
         return b"".join(self._record(message) for message in messages)
 
+    def _samples(self) -> list[AxisSample]:
+        """What both joints last said; one that no frame can carry is not told, and the last one that it can stands."""
+        for place, (drive, section) in enumerate(zip(self.drives, self._sections, strict=True)):
+            found = on_the_joint(drive.sample, section)
+            self._out_of_range[place] = not (
+                abs(found.position_rad) <= _LARGEST_POSITION_RAD and abs(_rate(found)) <= _LARGEST_RATE_RAD_S
+            )
+            if not self._out_of_range[place]:
+                self._carried[place] = found
+        return list(self._carried)
+
     def _advance(self, control: DriveControl | None, fed: bool) -> list[CanFrame]:
         self._tick += 1
         if not fed:
@@ -138,7 +164,7 @@ class Gateway:
             self._identify = self._identify or control.identify
         fault = self._found_fault()
         if self.state is _STATE.FAULT:
-            faulty = any(drive.sample.power is Power.FAULT for drive in self.drives)
+            faulty = any(drive.sample.power is Power.FAULT for drive in self.drives) or any(self._out_of_range)
             if reset and faulty:
                 return [frame for drive in self.drives for frame in drive.reset()]
             if reset:
@@ -182,6 +208,8 @@ class Gateway:
         powers = [drive.sample.power for drive in self.drives]
         if Power.FAULT in powers:
             return FaultCode.INTERNAL
+        if any(self._out_of_range):
+            return FaultCode.ENCODER
         if self.state is not _STATE.OPERATION_ENABLED:
             self._powerless = 0
             return FaultCode.NONE

@@ -1,23 +1,7 @@
-"""A drive of anybody's: a DBC, and a YAML file that says which of its signals are position, torque and the like.
+"""A drive of anybody's: its DBC, and a YAML file that says which of its signals are position, torque and the like.
 
-    schema: 1
-    dbc: servo.dbc                 # beside this file
-    id_step: 16                    # identifiers are those of the DBC plus this times the drive's id
-    feedback:
-      position: {message: Status, signal: Angle, unit: deg, scale: 1.0, sign: -1}
-      rate: {message: Status, signal: Speed, unit: rpm}
-    power: {message: Status, signal: State, on: [4], fault: [15]}
-    torque: {message: Command, signal: Torque, unit: N m}
-    enable: {message: Command, signal: Run, on: 1, off: 0, reset: 2}
-    constants: {Command: {Mode: 3}}
-    messages:
-      Status: {rate_hz: 1000, counter: {signal: Alive, modulo: 16}, crc: Check}
-      Command: {counter: {signal: Alive, modulo: 16}, crc: Check}
-    crc: {polynomial: 0x1D, start: 0xFF, final: 0xFF}
-    watchdog: the drive lets go 20 ms after the last Command
-
-Scale and offset of the DBC count first; `unit` says what its physical values are in. `watchdog` says in words what
-stops the drive when its host is gone, for `doctor`.
+The form of that file stands in `dbc_map.py`. A value that is not finite, outside the DBC's range, or called invalid
+there or in the map, is a fault of the drive: the last good one stays, and is not told as new.
 """
 
 from __future__ import annotations
@@ -25,187 +9,26 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
-from typing import Annotated, Any, Literal
-
-from pydantic import Field
+from typing import Any
 
 from firmware_protocol.adapters.bus import CanFrame
+from firmware_protocol.adapters.dbc_map import MessageRef, SignalRef, load_map
 from firmware_protocol.adapters.drive import AxisSample, DriveTiming, Gives, Power
-from firmware_protocol.documents import Strict, read_yaml, validated
+from firmware_protocol.adapters.signal_span import not_there, span_of
 from firmware_protocol.errors import BadInputError, refused_below
 from firmware_protocol.links import DriveSection
 
-#: factor of a unit to SI
-UNITS = {
-    "rad": 1.0, "deg": math.pi / 180.0, "turn": 2.0 * math.pi,
-    "rad/s": 1.0, "deg/s": math.pi / 180.0, "rpm": math.pi / 30.0, "turn/s": 2.0 * math.pi,
-    "N m": 1.0, "mN m": 1e-3, "degC": 1.0, "V": 1.0, "mV": 1e-3,
-}  # fmt: skip
-_KINDS = {
-    "position": ("rad", "deg", "turn"),
-    "rate": ("rad/s", "deg/s", "rpm", "turn/s"),
-    "gyro": ("rad/s", "deg/s", "rpm", "turn/s"),
-    "torque": ("N m", "mN m"),
-    "temperature": ("degC",),
-    "supply": ("V", "mV"),
-}
 _GIVES = {
+    "rate": Gives.RATE,
     "gyro": Gives.GYRO,
     "torque": Gives.TORQUE,
     "temperature": Gives.TEMPERATURE,
     "supply": Gives.SUPPLY,
 }
+#: how much of a differentiated position a rate takes on in one sample, where the drive tells none
+_RATE_SHARE = 0.2
 #: a message is gone after so many of its periods
 _LOST_PERIODS = 5.0
-_EXPECTED = "a map of a DBC with the keys schema, dbc, feedback, power, torque, enable"
-
-
-class SignalRef(Strict):
-    """One signal of the DBC as a quantity of the axis."""
-
-    message: str
-    signal: str
-    unit: str
-    scale: float = 1.0
-    sign: Literal[-1, 1] = 1
-
-    def si(self, value: float) -> float:
-        """A physical value of the DBC in SI units of the axis."""
-        return self.sign * self.scale * UNITS[self.unit] * value
-
-    def physical(self, value: float) -> float:
-        """The other way."""
-        return value / (self.sign * self.scale * UNITS[self.unit])
-
-
-class Feedback(Strict):
-    """What the drive tells."""
-
-    position: SignalRef
-    rate: SignalRef | None = None
-    gyro: SignalRef | None = None
-    torque: SignalRef | None = None
-    temperature: SignalRef | None = None
-    supply: SignalRef | None = None
-
-    def given(self) -> dict[str, SignalRef]:
-        """Those that are there, by name."""
-        return {name: ref for name in _KINDS if (ref := getattr(self, name)) is not None}
-
-
-class PowerRef(Strict):
-    """The signal that says whether torque can be applied."""
-
-    message: str
-    signal: str
-    on: tuple[int, ...]
-    fault: tuple[int, ...] = ()
-
-
-class EnableRef(Strict):
-    """The signal that asks for torque; `reset` is sent once to clear a fault."""
-
-    message: str
-    signal: str
-    on: int = 1
-    off: int = 0
-    reset: int | None = None
-    #: for a quick stop; `off` without it
-    stop: int | None = None
-
-
-class Counter(Strict):
-    """An alive counter."""
-
-    signal: str
-    modulo: Annotated[int, Field(ge=2)] = 16
-
-
-class MessageRef(Strict):
-    """What protects a message, and how often it comes."""
-
-    rate_hz: Annotated[float, Field(gt=0.0)] | None = None
-    counter: Counter | None = None
-    #: signal of eight whole bits that holds the CRC over the other bytes
-    crc: str | None = None
-
-
-class Crc8(Strict):
-    """A CRC of eight bits, most significant bit first; the standing numbers are those of SAE J1850."""
-
-    polynomial: Annotated[int, Field(ge=1, le=255)] = 0x1D
-    start: Annotated[int, Field(ge=0, le=255)] = 0xFF
-    final: Annotated[int, Field(ge=0, le=255)] = 0xFF
-
-    def of(self, data: bytes) -> int:
-        """CRC of these bytes."""
-        crc = self.start
-        for byte in data:
-            crc ^= byte
-            for _ in range(8):
-                crc = (crc << 1) ^ self.polynomial if crc & 0x80 else crc << 1
-                crc &= 0xFF
-        return crc ^ self.final
-
-
-class DriveMap(Strict):
-    """A whole map."""
-
-    schema_: Literal[1] = Field(alias="schema")
-    dbc: Path
-    id_step: Annotated[int, Field(ge=0)] = 0
-    feedback: Feedback
-    power: PowerRef
-    torque: SignalRef
-    enable: EnableRef
-    constants: dict[str, dict[str, float]] = Field(default_factory=dict)
-    messages: dict[str, MessageRef] = Field(default_factory=dict)
-    crc: Crc8 = Crc8()
-    watchdog: str = ""
-
-
-def load_map(path: Path) -> tuple[DriveMap, Any]:
-    """A map and its DBC (of cantools); BadInputError names file and key of what is wrong or not in the DBC."""
-    found = validated(DriveMap, read_yaml(path, _EXPECTED), str(path))
-    try:
-        import cantools
-    except ImportError:
-        raise BadInputError(str(path), "needs the package cantools", "pip install 'gimbal-hil[dbc]'") from None
-    place = path.parent / found.dbc
-    try:
-        database = cantools.database.load_file(place, database_format="dbc")
-    except Exception as error:  # cantools has errors of its own for every line that it cannot read
-        raise BadInputError(f"{path}: dbc", f"{place} cannot be read: {error}", "a DBC file beside the map") from None
-    _require_signals(found, database, path)
-    return found, database
-
-
-def _require_signals(found: DriveMap, database: Any, path: Path) -> None:
-    named = {f"feedback.{name}": ref for name, ref in found.feedback.given().items()} | {"torque": found.torque}
-    for key, ref in named.items():
-        units = _KINDS[key.rpartition(".")[2]]
-        if ref.unit not in units:
-            raise BadInputError(f"{path}: {key}.unit", f"{ref.unit!r}", " or ".join(units))
-    places = [(key, ref.message, ref.signal) for key, ref in named.items()]
-    places += [
-        ("power", found.power.message, found.power.signal),
-        ("enable", found.enable.message, found.enable.signal),
-    ]
-    places += [(f"constants.{name}", name, signal) for name, values in found.constants.items() for signal in values]
-    for name, message in found.messages.items():
-        signals = [message.counter.signal if message.counter else None, message.crc]
-        places += [(f"messages.{name}", name, signal) for signal in signals if signal]
-    for key, name, signal in places:
-        known = {message.name: [one.name for one in message.signals] for message in database.messages}
-        if name not in known:
-            raise BadInputError(f"{path}: {key}", f"the DBC has no message {name!r}", ", ".join(known))
-        if signal not in known[name]:
-            raise BadInputError(f"{path}: {key}", f"{name} has no signal {signal!r}", ", ".join(known[name]))
-    if found.enable.message != found.torque.message:
-        raise BadInputError(
-            f"{path}: enable.message", f"{found.enable.message!r}", f"that of torque, {found.torque.message!r}"
-        )
 
 
 class MappedDrive:
@@ -219,10 +42,23 @@ class MappedDrive:
         self._offset, self._period_s = self._map.id_step * section.id, timing.period_s
         self._by_identifier = {one.frame_id + self._offset: one for one in self._database.messages}
         self._given = self._map.feedback.given()
+        self._signals = {name: self._signal(ref.message, ref.signal) for name, ref in self._given.items()}
+        self._spans = {name: span_of(signal) for name, signal in self._signals.items()}
+        self._no_values = {
+            name: not_there(signal) | frozenset(self._given[name].invalid) for name, signal in self._signals.items()
+        }
+        command = self._database.get_message_by_name(self._map.torque.message)
+        self._command_message, self._torque_span = command, span_of(command.get_signal_by_name(self._map.torque.signal))
+        bits = {one.name: span_of(one, by_bits=True) for one in command.signals}
+        # nothing, or what is nearest to it where an offset keeps the bits from zero
+        self._standing = {name: min(max(0.0, span.low), span.high) for name, span in bits.items()}
+        self._standing |= self._map.constants.get(command.name, {})
         self.gives = frozenset(_GIVES[name] for name in self._given if name in _GIVES)
         self._sent: dict[str, int] = {}
         self._heard: dict[str, int] = {}
         self._silent: dict[str, int] = {}
+        self._told_power, self._invalid, self._lost = Power.OFF, frozenset[str](), frozenset[str]()
+        self._periods = 0
         self.bad_frames = 0
         self.sample = AxisSample()
 
@@ -260,29 +96,66 @@ class MappedDrive:
             self.bad_frames += 1
             return False
         self._silent[message.name] = 0
+        self._lost -= {message.name}
         changes: dict[str, Any] = {}
         for name, ref in self._given.items():
-            if ref.message == message.name:
-                changes[_FIELDS[name]] = ref.si(float(values[ref.signal]))
-        if self._map.feedback.position.message == message.name:
-            changes["updates"] = self.sample.updates + 1
-        if self._map.power.message == message.name:
-            word = int(values[self._map.power.signal])
-            on, fault = word in self._map.power.on, word in self._map.power.fault
-            changes["power"] = Power.FAULT if fault else Power.ON if on else Power.OFF
-        self.sample = replace(self.sample, **changes)
+            if ref.message == message.name and ref.signal in values:
+                changes |= self._taken(name, ref, float(values[ref.signal]))
+        power = self._map.power
+        if power.message == message.name and power.signal in values:
+            word = float(values[power.signal])
+            # no state has a fraction, and what is no number is none
+            self._told_power = (
+                Power.FAULT
+                if word in power.fault or not word.is_integer()
+                else (Power.ON if word in power.on else Power.OFF)
+            )
+        self.sample = replace(self.sample, **changes, power=self._power())
         return True
 
+    def _taken(self, name: str, ref: SignalRef, value: float) -> dict[str, Any]:
+        """The fields of a sample that a value changes; one that says nothing counts as told, and changes none."""
+        fresh = {"updates": self.sample.updates + 1} if name == "position" else {}
+        if not self._spans[name].holds(value) or value in self._no_values[name]:
+            self._invalid |= {name}
+            return fresh
+        self._invalid -= {name}
+        found = ref.si(value)
+        if name == "position" and ref.wrap_rad is not None and self.sample.updates:
+            # the shorter way round, from the turn that it is in
+            found = self.sample.position_rad + math.remainder(found - self.sample.position_rad, ref.wrap_rad)
+        rate = self._differentiated(found) if name == "position" and "rate" not in self._given else {}
+        return {_FIELDS[name]: found, **fresh, **rate}
+
+    def _differentiated(self, position_rad: float) -> dict[str, float]:
+        """A rate where the drive tells none: the position's low-passed difference."""
+        periods, self._periods = max(self._periods, 1), 0
+        before = self.sample.rate_rad_s
+        if before is None:
+            return {"rate_rad_s": 0.0}
+        rate = (position_rad - self.sample.position_rad) / (periods * self._period_s)
+        return {"rate_rad_s": before + _RATE_SHARE * (rate - before)}
+
+    def _power(self) -> Power:
+        return Power.FAULT if self._invalid or self._lost else self._told_power
+
+    def _signal(self, message: str, signal: str) -> Any:
+        return self._database.get_message_by_name(message).get_signal_by_name(signal)
+
     def _values(self, message: Any, data: bytes) -> Mapping[str, float] | None:
-        """Signals of a frame whose CRC is good and whose counter moved on."""
+        """Signals of a frame whose CRC is good and whose counter moved on; behind a selector those that it carries."""
         guard = self._map.messages.get(message.name, MessageRef())
         try:
             values: dict[str, float] = message.decode(data, decode_choices=False)
-        except Exception:  # too short, or a multiplexer that says something else
+        except Exception:  # too short, or a selector that the DBC does not know
             return None
-        if guard.crc is not None and int(values[guard.crc]) != self._map.crc.of(_without(message, guard.crc, data)):
+        if guard.crc is not None and (
+            guard.crc not in values or int(values[guard.crc]) != self._map.crc.of(_without(message, guard.crc, data))
+        ):
             return None
         if guard.counter is not None:
+            if guard.counter.signal not in values:
+                return None
             count = int(values[guard.counter.signal])
             if self._heard.get(message.name) == count:
                 return None
@@ -290,19 +163,15 @@ class MappedDrive:
         return values
 
     def _command(self, torque_nm: float, enable: int) -> CanFrame:
-        ref, name = self._map.torque, self._map.torque.message
-        message = self._database.get_message_by_name(name)
-        guard = self._map.messages.get(name, MessageRef())
-        signal = message.get_signal_by_name(ref.signal)
-        torque = ref.physical(torque_nm)
-        low, high = signal.minimum, signal.maximum
-        torque = torque if low is None else max(torque, float(low))
-        torque = torque if high is None else min(torque, float(high))
-        values: dict[str, float] = {one.name: 0.0 for one in message.signals}
-        values |= self._map.constants.get(name, {})
-        values |= {ref.signal: torque, self._map.enable.signal: enable}
+        ref, message = self._map.torque, self._command_message
+        guard = self._map.messages.get(message.name, MessageRef())
+        span = self._torque_span
+        values = self._standing | {
+            ref.signal: min(max(ref.physical(torque_nm), span.low), span.high),
+            self._map.enable.signal: enable,
+        }
         if guard.counter is not None:
-            count = self._sent[name] = (self._sent.get(name, -1) + 1) % guard.counter.modulo
+            count = self._sent[message.name] = (self._sent.get(message.name, -1) + 1) % guard.counter.modulo
             values[guard.counter.signal] = count
         data = message.encode(values, scaling=True, strict=False)
         if guard.crc is not None:
@@ -312,12 +181,14 @@ class MappedDrive:
 
     def _grow_older(self) -> None:
         """A message with a stated rate that stays away is a fault: its last values say nothing any more."""
+        self._periods += 1
         for name, guard in self._map.messages.items():
             if guard.rate_hz is None or name not in self._silent:
                 continue
             self._silent[name] += 1
             if self._silent[name] * self._period_s * guard.rate_hz > _LOST_PERIODS:
-                self.sample = replace(self.sample, power=Power.FAULT)
+                self._lost |= {name}
+                self.sample = replace(self.sample, power=self._power())
 
 
 _FIELDS = {

@@ -34,7 +34,7 @@ _QUESTION = bytes([_READ_INT8 | 1, _MODE, _READ_FLOAT | 3, _POSITION, _READ_FLOA
 class MoteusDrive:
     """One moteus controller."""
 
-    gives = frozenset({Gives.TORQUE, Gives.TEMPERATURE, Gives.SUPPLY})
+    gives = frozenset({Gives.RATE, Gives.TORQUE, Gives.TEMPERATURE, Gives.SUPPLY})
 
     def __init__(self, section: DriveSection, timing: DriveTiming) -> None:
         self._id, self._watchdog_s = section.id, timing.watchdog_s

@@ -28,7 +28,7 @@ _ASK_EVERY = 50
 class OdriveDrive:
     """One axis of an ODrive."""
 
-    gives = frozenset({Gives.TORQUE, Gives.TEMPERATURE, Gives.SUPPLY})
+    gives = frozenset({Gives.RATE, Gives.TORQUE, Gives.TEMPERATURE, Gives.SUPPLY})
 
     def __init__(self, section: DriveSection, timing: DriveTiming) -> None:
         self._id = section.id

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from firmware_protocol.documents import yaml_text
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.links import AdapterLinkConfig
 from gimbal_hil.loop.settings import load_settings
 from gimbal_hil.surface.cli import main
 from gimbal_hil.surface.cli.app import run
 from tests.adapters.rig import link_section, settings_and_model
+from tests.adapters.test_mapped import DBC, MAP
+
+
+def without_rate(mapping: dict[str, Any]) -> dict[str, Any]:
+    """The same map of a drive that tells its position alone."""
+    return mapping | {"feedback": {"position": mapping["feedback"]["position"]}}
 
 
 def test_rate_and_watchdog_follow_from_the_configuration_unless_stated() -> None:
@@ -22,12 +30,20 @@ def test_rate_and_watchdog_follow_from_the_configuration_unless_stated() -> None
     assert isinstance(stated, AdapterLinkConfig) and stated.watchdog_s == 0.1
 
 
-def test_a_guard_that_needs_a_gyro_is_refused_where_there_is_none() -> None:
-    link = link_section("odrive")
+def test_a_guard_that_needs_two_numbers_is_refused_where_a_drive_tells_one(tmp_path: Path) -> None:
+    for name, text in (("servo.dbc", DBC), ("map.yaml", yaml_text(without_rate(MAP)))):
+        (tmp_path / name).write_text(text)
+    link = link_section("dbc", map=str(tmp_path / "map.yaml"))
     document = settings_and_model(link)[0].model_dump(mode="json", by_alias=True, exclude_none=True)
     document["axes"]["tilt"]["limits"]["gyro_encoder_rad"] = 0.03
-    with pytest.raises(BadInputError, match=r"axes.tilt.limits.gyro_encoder_rad: drive odrive has no gyro"):
+    with pytest.raises(BadInputError, match=r"axes.tilt.limits.gyro_encoder_rad: drive dbc tells no rate"):
         settings_and_model(link, axes=document["axes"])
+
+
+@pytest.mark.parametrize("drive", ["moteus", "odrive", "cia402"])
+def test_the_guards_that_hold_a_drives_rate_against_its_position_are_on(drive: str) -> None:
+    limits = settings_and_model(link_section(drive))[0].axes["tilt"].limits
+    assert limits.gyro_encoder_rad and limits.gyro_encoder_rad_s and limits.stuck_gyro_ticks
 
 
 def test_a_torque_limit_beyond_the_drive_is_refused() -> None:

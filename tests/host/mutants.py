@@ -32,7 +32,7 @@ GUARDS = {
     "identity": ("receive_identity", "is_known", "is_refused", "_refusal", "_units_differ"),
     "plausibility": (
         *("watch_status", "watch_sensors", "implausible", "_acting_torque", "_weights", "_is_noisy"),
-        *("_is_turned_round", "_watch_quiet", "_window"),
+        *("_is_turned_round", "_watch_quiet", "_window", "_watch_place", "has_jumped"),
     ),
     "reception": ("_periods_since",),
     "limits": (
@@ -50,13 +50,13 @@ GUARDS = {
 }
 TESTS = (
     *("test_plausibility", "test_either_way", "test_guards", "test_identity", "test_connecting"),
-    *("test_limits_of_an_axis", "test_supervisor", "test_following", "test_antenna_that_catches_up"),
+    *("test_places", "test_limits_of_an_axis", "test_supervisor", "test_following", "test_antenna_that_catches_up"),
 )
 _TURNED = {ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
 #: what a guard answers when it trips
 _CAUSES = (
     *("_PROTOCOL", "_NAME", "_SERIAL", "_TORQUE_RANGE", "_FROZEN", "_DRIFT", "_STUCK", "_RUNAWAY", "_OVERSPEED"),
-    *("_DISAGREE", "_FOLLOWING", "_TRAVEL", "_WRAP", "_TEMPERATURE", "_RAMP", "cause"),
+    *("_DISAGREE", "_FOLLOWING", "_TRAVEL", "_WRAP", "_TEMPERATURE", "_RAMP", "_JUMP", "cause"),
 )
 #: mutants that change nothing that can be seen, and why
 EQUIVALENT = {

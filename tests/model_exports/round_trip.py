@@ -19,10 +19,11 @@ from typing import Any
 import numpy as np
 
 from gimbal_hil.knowledge.model_exports import ExportedModel, ModelFormat, export_model
-from sim_backend.model import AntennaModel, shipped_model
+from sim_backend.model import AntennaModel, model_from_document, shipped_model
 from tests.rigs.rig import write_log
 
-RATE_HZ, SUBSTEPS, LOG_S = 1000.0, 10, 30.0
+#: steps a tick: so fine that the rule by which MuJoCo integrates no longer shows
+RATE_HZ, SUBSTEPS, LOG_S = 1000.0, 50, 30.0
 GYRO_NOISE, PATIENCE_S = 2e-4, 900.0
 #: per effect its parameters' ranges; the first group is what MJCF holds
 HELD: dict[str, dict[str, tuple[float, float]]] = {
@@ -117,7 +118,8 @@ def simulated(model: AntennaModel, exported: ExportedModel, seed: int) -> dict[s
 def asked(folder: Path, seed: int) -> dict[str, Any]:
     """One model, from dice to verdict: what was hidden, what the account left out, and what was named."""
     model = drawn(np.random.default_rng((seed, 1)))
-    exported = export_model(model, ModelFormat.MJCF)
+    finer = model_from_document({**model.document, "plant_step_s": 1.0 / RATE_HZ / SUBSTEPS}, model.where)
+    exported = export_model(finer, ModelFormat.MJCF)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "model.yaml").write_text(model.to_yaml())
     (folder / "model.xml").write_text(exported.text)

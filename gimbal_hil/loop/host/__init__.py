@@ -4,9 +4,10 @@ from gimbal_hil.loop.control.layout import Mode
 from gimbal_hil.loop.host import layout
 from gimbal_hil.loop.host.core import host_tick
 from gimbal_hil.loop.host.events import AXIS_NAMES, HostEvent, word_of
-from gimbal_hil.loop.host.first_test import MOMENTUM_WINDOW_S, FirstTest, FirstTestState
+from gimbal_hil.loop.host.first_test import FirstTest, FirstTestState
 from gimbal_hil.loop.host.frame_tick import encode_host_mail, host_block_tick
 from gimbal_hil.loop.host.host import Host
+from gimbal_hil.loop.host.layout import MOMENTUM_WINDOW_S
 from gimbal_hil.loop.host.memory import (
     C_AT,
     COUNTERS_AT,

@@ -60,6 +60,7 @@ from gimbal_hil.loop.host.layout import (
     TORQUE_STEP,
 )
 from gimbal_hil.loop.host.limits import fault_of, forget_counts, report_beyond_limits, stop_cause
+from gimbal_hil.loop.host.plausibility import accept_places, has_jumped
 from gimbal_hil.loop.host.pointing import carry_attitude, has_coasted, is_pointing, judge_pointing
 from gimbal_hil.loop.host.reactions import stop_kind
 from gimbal_hil.loop.host.reception import receive
@@ -82,7 +83,7 @@ _STOP_TIMEOUT, _SET_POINT_LOST, _NOT_A_NUMBER = (
     number(HostCause.SET_POINT_LOST),
     number(HostCause.NOT_A_NUMBER),
 )
-_ATTITUDE_LOST = number(HostCause.ATTITUDE_LOST)
+_ATTITUDE_LOST, _JUMP = number(HostCause.ATTITUDE_LOST), number(HostCause.POSITION_JUMP)
 _WRONG_ANTENNA, _FIRST_TEST = number(HostCause.WRONG_ANTENNA), number(HostCause.FIRST_TEST)
 _GUARD, _OPERATOR, _REPLACED = number(HostCause.GUARD), number(HostCause.OPERATOR), number(HostCause.REPLACED)
 _TRIPPED, _COMMAND_REFUSED = number(EventCode.TRIPPED), number(EventCode.COMMAND_REFUSED)
@@ -133,6 +134,7 @@ def _take_requests(G: np.ndarray) -> None:
     G[REQUESTS] = 0
     if requests & REQUEST_RESET and G[STATE] == _FAULT:
         G[MAY_RESET] = 1
+        accept_places(G)
         G[CLEAR_TRAVEL] = 1 if G[DRIVE_FAULT] == m.FAULT_CODE_TRAVEL_LIMIT else 0
         forget_identity(G)
         enter_state(G, _WAITING, _OPERATOR)
@@ -159,13 +161,15 @@ def _take_requests(G: np.ndarray) -> None:
 def _supervise(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
     """The state machine: who may go where at this tick."""
     state = G[STATE]
-    if state == _WAITING:
+    if state == _WAITING and not has_jumped(G):
         if G[FRESH_IN_A_ROW] >= C[CONNECT_TICKS] and is_known(G):
             enter_state(G, _SYNCHRONISING, _NONE)
-    elif state == _SYNCHRONISING:
+    elif state == _SYNCHRONISING and not has_jumped(G):
         _synchronise(G, C)
     elif state == _FAULT:
         _leave_fault(G, C)
+    elif has_jumped(G):
+        _fault(G, _JUMP)
     elif is_refused(G):
         _fault(G, _WRONG_ANTENNA)
     elif G[LINK_STATUS] == _LOST:
@@ -204,6 +208,9 @@ def _leave_fault(G: np.ndarray, C: np.ndarray) -> None:
     stop.
     """
     lost_link = G[CAUSE] == _FEEDBACK_LOST or (G[CAUSE] == _DRIVE_FAULT and G[DRIVE_FAULT] == m.FAULT_CODE_DEADMAN)
+    if lost_link and has_jumped(G):
+        _fault(G, _JUMP)
+        return
     if C[AUTOMATIC_RECONNECT] == 0.0 or not lost_link or G[FRESH_IN_A_ROW] < C[CONNECT_TICKS] or not is_known(G):
         return
     braking = G[DRIVE_STATE] == m.DRIVE_STATE_QUICK_STOP_ACTIVE or G[DRIVE_STATE] == m.DRIVE_STATE_FAULT_REACTION_ACTIVE

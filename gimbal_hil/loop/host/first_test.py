@@ -19,11 +19,10 @@ from gimbal_hil.loop.control import gravity_torques
 from gimbal_hil.loop.control.layout import TORQUE, TORQUE_LIMIT, Mode
 from gimbal_hil.loop.host import layout
 from gimbal_hil.loop.host.host import Host
+from gimbal_hil.loop.host.layout import MOMENTUM_WINDOW_S
 from gimbal_hil.loop.host.program import AxisCommand, Program, Segment, program_of
 from gimbal_hil.loop.host.states import HostCause, HostState, LinkStatus, Shape
 
-#: window of the runaway guard, in which the configured disturbance adds up
-MOMENTUM_WINDOW_S = 0.03
 #: joint rate that a pulse leads to without friction, and how long a pulse is
 _RATE_RAD_S, _PULSE_S = 0.15, 0.015
 #: there, twice as long back, there again, then a while of nothing

@@ -14,9 +14,10 @@ from gimbal_hil.loop.host.reactions import stop_for
 from gimbal_hil.loop.host.states import HostCause
 
 _OPERATOR, _RETURN = "operator's reset", "by itself when feedback returns; torque stays off"
-_HOST, _PLAUSIBLE, _CONNECTING = (
+_HOST, _PLAUSIBLE, _PLACES, _CONNECTING = (
     "tests/host/test_guards.py",
     "tests/host/test_plausibility.py",
+    "tests/host/test_places.py",
     "tests/host/test_connecting.py",
 )
 _DRIVE = "tests/device/guard_scenarios"
@@ -93,9 +94,16 @@ HOST_GUARDS = (
     ),
     HostGuard(
         HostCause.FEEDBACK_FROZEN,
-        "gyro and encoder do not change for `stuck_gyro_ticks`, or the device's tick stands still",
+        "gyro and encoder do not change for `stuck_gyro_ticks`, or for 0.1 s under more torque than "
+        "`expectation.disturbance_nm`, or the device's tick stands still",
         _OPERATOR,
         _PLAUSIBLE,
+    ),
+    HostGuard(
+        HostCause.POSITION_JUMP,
+        "in every state: a position over 0.05 rad off the way that the rates explain, over 0.25 rad across a silence",
+        _OPERATOR,
+        _PLACES,
     ),
     HostGuard(
         HostCause.RUNAWAY,

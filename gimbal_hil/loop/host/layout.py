@@ -7,6 +7,8 @@ from __future__ import annotations
 from gimbal_hil.loop.control.layout import CONTROL_PARAMETERS, CONTROL_STATES
 
 OUTER, INNER, AXES = 0, 1, 2
+#: window of the runaway guard, in which the configured disturbance adds up
+MOMENTUM_WINDOW_S = 0.03
 
 # --- C: configuration
 #: times in ticks are whole numbers
@@ -145,7 +147,10 @@ HAS_BRAKE, BRAKE_STATE = range(4, 6)
 #: samples in a row in which gyro and encoder did not change; samples at rest without torque, and in how many of them
 #: the gyro changed; which soft limit the axis is beyond (-1, 0, 1)
 GYRO_SAME, ENCODER_SAME, GYRO_QUIET_TICKS, GYRO_QUIET_CHANGES, OUTSIDE = range(6, 11)
-AXIS_G_SIZE = 11
+#: samples in a row that did not change under a torque that must move the axis; 1 once a position was heard, 2 since one
+#: came that the axis cannot have gone to
+STILL_COUNT, PLACE = 11, 12
+AXIS_G_SIZE = 13
 #: ring of events: tick, code, three numbers
 EVENTS = AXIS_G + AXES * AXIS_G_SIZE
 EVENT_SIZE = 5

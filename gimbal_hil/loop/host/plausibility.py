@@ -1,5 +1,6 @@
 """Whether what the sensors say can be: gyro against encoder over a window, a gyro that repeats itself, feedback that
-stands still behind live counters, and motion against the torque that should have made it.
+stands still behind live counters or under torque, positions that no axis can have come to, and motion against the
+torque that should have made it.
 
 Filled in with every feedback set; `implausible` judges it while torque is on.
 """
@@ -51,19 +52,29 @@ from gimbal_hil.loop.host.layout import (
     MODEL_SHARE,
     MOMENTUM,
     MOMENTUM_KEPT,
+    MOMENTUM_WINDOW_S,
     PATH,
     PEAK_TORQUE,
+    PLACE,
     QUIET_MOMENTUM,
     REST_RATE,
     SENT_SEQUENCE,
     STATUS_SAME,
     STEP_S,
+    STILL_COUNT,
     STUCK_TICKS,
 )
 from gimbal_hil.loop.host.states import HostCause, number
 
 _NONE, _DRIFT, _STUCK = number(HostCause.NONE), number(HostCause.SENSOR_DRIFT), number(HostCause.GYRO_STUCK)
 _FROZEN, _RUNAWAY = number(HostCause.FEEDBACK_FROZEN), number(HostCause.RUNAWAY)
+#: a jump, rad: beyond the way that the rates of both samples explain and two periods of jitter, more than the coarsest
+#: encoder steps; across a silence, more than an axis creeps while it is let go
+_JUMP_RAD, _JITTER_PERIODS, _JUMP_IN_SILENCE_RAD = 0.05, 2.0, 0.25
+#: s: an axis under a torque that it cannot hold against has moved by some counts of its encoder after so long
+_MOVED_AFTER_S = 0.1
+#: PLACE
+_HEARD, _JUMPED = 1, 2
 #: a gyro with noise is known by it: it changed in half of at least so many samples taken at rest without torque;
 #: counting ends
 _QUIET_LEAST, _QUIET_MOST = 10, 10000
@@ -103,10 +114,11 @@ def watch_sensors(H: np.ndarray, G: np.ndarray, C: np.ndarray, begin: bool, tick
         h, c, g = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE, AXIS_G + axis * AXIS_G_SIZE
         rate = H[h + MEASURED_RATE]
         joint = rate - H[h + BASE_RATE]
+        _watch_place(H, G, C, axis, begin, ticks)
         if begin:
             H[h + DRIFT] = H[h + PATH] = 0.0
             _forget_momentum(H, h)
-            G[g + GYRO_SAME] = G[g + ENCODER_SAME] = 0
+            G[g + GYRO_SAME] = G[g + ENCODER_SAME] = G[g + STILL_COUNT] = 0
         else:
             moved, turned = H[h + MEASURED_POSITION] - H[h + LAST_POSITION], 0.5 * (joint + H[h + LAST_JOINT_RATE]) * dt
             H[h + DRIFT] = drift_kept * H[h + DRIFT] + drift_new * (moved - turned)
@@ -125,10 +137,46 @@ def watch_sensors(H: np.ndarray, G: np.ndarray, C: np.ndarray, begin: bool, tick
             changed = rate != H[h + LAST_RATE]
             G[g + GYRO_SAME] = 0 if changed else G[g + GYRO_SAME] + 1
             G[g + ENCODER_SAME] = 0 if moved != 0.0 else G[g + ENCODER_SAME] + 1
+            still = moved == 0.0 and not changed and C[c + DISTURBANCE] > 0.0
+            beyond = abs(_acting_torque(H, G, axis) + weights[axis]) * MOMENTUM_WINDOW_S > C[c + DISTURBANCE]
+            G[g + STILL_COUNT] = G[g + STILL_COUNT] + 1 if still and beyond else 0
             if G[g + MODE] == 0 and abs(rate) < C[c + REST_RATE] and G[g + GYRO_QUIET_TICKS] < _QUIET_MOST:
                 G[g + GYRO_QUIET_TICKS] += 1
                 G[g + GYRO_QUIET_CHANGES] += 1 if changed else 0
         H[h + LAST_RATE], H[h + LAST_JOINT_RATE] = rate, joint
+
+
+@compiled
+def _watch_place(H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int, begin: bool, ticks: int) -> None:
+    """Latch a position to which the axis cannot have gone from the one before: an encoder that jumps or has lost its
+    zero. Only an operator's reset takes it as the place where the axis is (`accept_places`).
+    """
+    h, g = AXIS_H + axis * AXIS_H_SIZE, AXIS_G + axis * AXIS_G_SIZE
+    if G[g + PLACE] == 0:
+        G[g + PLACE] = _HEARD
+        return
+    joint, before = H[h + MEASURED_RATE] - H[h + BASE_RATE], H[h + LAST_JOINT_RATE]
+    moved, dt = H[h + MEASURED_POSITION] - H[h + LAST_POSITION], C[STEP_S] * ticks
+    if begin:
+        beyond = abs(moved) - max(abs(joint), abs(before)) * dt > _JUMP_IN_SILENCE_RAD
+    else:
+        jitter = _JITTER_PERIODS * C[STEP_S] * max(abs(joint), abs(before))
+        beyond = abs(moved - 0.5 * (joint + before) * dt) > _JUMP_RAD + jitter
+    if beyond:
+        G[g + PLACE] = _JUMPED
+
+
+@compiled
+def has_jumped(G: np.ndarray) -> bool:
+    """Whether an axis is not where it can be, and nobody has accepted that."""
+    return bool(G[AXIS_G + PLACE] == _JUMPED or G[AXIS_G + AXIS_G_SIZE + PLACE] == _JUMPED)
+
+
+@compiled
+def accept_places(G: np.ndarray) -> None:
+    """Take both axes as being where they say."""
+    for axis in range(AXES):
+        G[AXIS_G + axis * AXIS_G_SIZE + PLACE] = min(G[AXIS_G + axis * AXIS_G_SIZE + PLACE], _HEARD)
 
 
 @compiled
@@ -147,6 +195,8 @@ def implausible(H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) -> int:
     """The HostCause that the sensors of an axis give to stop without them, NONE when all is well."""
     h, c, g = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE, AXIS_G + axis * AXIS_G_SIZE
     if G[STATUS_SAME] >= C[DEBOUNCE_TICKS]:
+        return _FROZEN
+    if G[g + STILL_COUNT] * C[STEP_S] >= _MOVED_AFTER_S:
         return _FROZEN
     if C[c + STUCK_TICKS] > 0.0 and G[g + GYRO_SAME] >= C[c + STUCK_TICKS] and _is_noisy(G, g):
         return _FROZEN if G[g + ENCODER_SAME] >= C[c + STUCK_TICKS] else _STUCK

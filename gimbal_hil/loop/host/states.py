@@ -83,6 +83,8 @@ class HostCause(IntEnum):
     FIRST_TEST = 25
     #: a direction in space was held without attitude for as long as gyros may
     ATTITUDE_LOST = 26
+    #: a position that the axis cannot have come to: a jump, a lost zero, a wrapped count
+    POSITION_JUMP = 27
 
 
 _NO_GUARDS = {

@@ -348,8 +348,8 @@ def with_changes(settings: DaemonSettings, changes: Mapping[str, Any], where: st
     return settings_from_document(document, where)
 
 
-#: guards of an axis that hold the gyro against something, and say nothing where the encoder stands in for it
-_GYRO_GUARDS = ("gyro_encoder_rad_s", "gyro_encoder_rad", "stuck_gyro_ticks")
+#: guards of an axis that hold a rate against its position, and say nothing where the rate is made of it
+_TWO_NUMBER_GUARDS = ("gyro_encoder_rad_s", "gyro_encoder_rad", "stuck_gyro_ticks")
 
 
 def adapted(settings: DaemonSettings, link: AdapterLinkConfig, where: str, folder: Path | None) -> DaemonSettings:
@@ -358,7 +358,7 @@ def adapted(settings: DaemonSettings, link: AdapterLinkConfig, where: str, folde
     BadInputError for a drive that is none, for torque that a drive must not give, and for guards that need a sensor
     which the drive does not have: a guard that cannot trip is none.
     """
-    from firmware_protocol.adapters import Gives, gives_of
+    from firmware_protocol.adapters import Gives, gives_of, require_drives
 
     def found(path: Path | None) -> Path | None:
         return path if path is None or folder is None else (folder / path).resolve()
@@ -377,9 +377,11 @@ def adapted(settings: DaemonSettings, link: AdapterLinkConfig, where: str, folde
             raise BadInputError(f"{place}.torque_nm", f"{axis.limits.torque_nm:g} N m", expected)
         with refused_below(where):
             given_by_drive = gives_of(link.drive, drive)
-        if Gives.GYRO not in given_by_drive:
-            guard = next((one for one in _GYRO_GUARDS if getattr(axis.limits, one) is not None), None)
+        if Gives.GYRO not in given_by_drive and Gives.RATE not in given_by_drive:
+            guard = next((one for one in _TWO_NUMBER_GUARDS if getattr(axis.limits, one) is not None), None)
             if guard is not None:
-                problem = f"drive {link.drive} has no gyro, so this guard could never trip"
+                problem = f"drive {link.drive} tells no rate, so this guard could never trip"
                 raise BadInputError(f"{place}.{guard}", problem, "no such key")
+    with refused_below(where):
+        require_drives(link.drive, drives)
     return settings.model_copy(update={"link": link.model_copy(update=follows)})

@@ -74,6 +74,11 @@ class LinkChoice:
         return self.section.get("kind") == "adapter"
 
     @property
+    def tells_rate(self) -> bool:
+        """Whether its drives tell a rate of their own beside the position; a DBC may lack it."""
+        return self.is_drives and self.section.get("drive") != "dbc"
+
+    @property
     def is_simulated(self) -> bool:
         """Whether at its other end is another process of this machine: no hardware."""
         return self.section.get("kind") == "unix" or self.section.get("interface") == "unix"

@@ -159,6 +159,9 @@ def _loops(antenna: AntennaDescription, place: int) -> Document:
     }
     if antenna.has_gyro:
         limits |= {"gyro_encoder_rad_s": 0.5, "gyro_encoder_rad": 0.03, "stuck_gyro_ticks": 64}
+    elif antenna.link.tells_rate:
+        # a drive's own rate lags and is coarse; it need not have noise
+        limits |= {"gyro_encoder_rad_s": 2.0, "gyro_encoder_rad": 0.1, "stuck_gyro_ticks": 64}
     section: Document = {"parent": antenna.axes[0].name} if place else {}
     section |= {
         "position_loop": {
