@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from gimbal_hil.pointing.following import HeldTrace, MuteChange, pointing_figures, write_page
+from gimbal_hil.surface.cli.app import run
 
 BEYOND = math.radians(0.5)
 
@@ -17,7 +20,8 @@ BEYOND = math.radians(0.5)
 def trace_of(error: np.ndarray, muted: np.ndarray) -> HeldTrace:
     tick = np.arange(1000, 1000 + len(error))
     joints = np.column_stack([error, error])
-    return HeldTrace(tick, (tick - 1000) * 1e-3, error, np.full(len(error), np.nan), joints, joints, muted)
+    unknown, on_target = np.full(len(error), np.nan), np.zeros(len(error))
+    return HeldTrace(tick, (tick - 1000) * 1e-3, error, unknown, joints, joints, on_target, muted)
 
 
 def test_errors_count_while_the_antenna_is_not_muted_and_settled_ones_from_5_s_on() -> None:
@@ -41,3 +45,29 @@ def test_the_page_has_every_name_once_so_that_its_figures_are_found_and_drawn(tm
     page = write_page(tmp_path / "page.html", "a star", "here", trace, figures, [], BEYOND, "about").read_text()
     names = re.findall(r'\sid="([^"]+)"', page)
     assert {"packed:figures", "packed:library"} <= set(names) and len(names) == len(set(names))
+
+
+def test_a_reference_that_left_the_target_is_told_in_red_whatever_the_error_against_it(tmp_path: Path) -> None:
+    trace = trace_of(np.full(8000, 20e-6), np.zeros(8000, np.bool_))
+    off = replace(trace, reference_off=np.where(np.arange(8000) > 4000, 0.15, 0.0))
+    figures = pointing_figures(off, [], BEYOND)
+    assert not figures.followed_the_target and pointing_figures(trace, [], BEYOND).followed_the_target
+    page = write_page(tmp_path / "page.html", "a pass", "here", off, figures, [], BEYOND, "about").read_text()
+    assert 'class="callout bad"' in page and "8.59 degrees off" in page
+
+
+def test_a_target_that_was_never_acquired_is_told_in_red_without_numbers_that_are_none(tmp_path: Path) -> None:
+    trace = trace_of(np.full(8000, 0.3), np.ones(8000, np.bool_))
+    page = write_page(
+        tmp_path / "page.html", "a star", "here", trace, pointing_figures(trace, [], BEYOND), [], BEYOND, "about"
+    ).read_text()
+    assert 'class="callout bad"' in page and "nan µrad" not in page
+
+
+def test_a_moving_target_is_followed_past_the_first_minute(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    tle = Path(__file__).parents[2] / "config" / "scenarios" / "example.tle"
+    words = ["--target", f"tle:{tle}", "--position", "48.35,11.79,10700", "--at", "2026-11-22T12:06:30Z"]
+    assert run("point", [*words, "--duration", "75", "--out", str(tmp_path / "out"), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    # a target that began anew after a minute is degrees off by then
+    assert found["reference_off_urad"] < 10.0 and found["settled_true_peak_urad"] < 100.0

@@ -11,7 +11,7 @@ Parameters per shape (in the mode's unit u, times in s):
     SMOOTH     target, duration
     PULSES     value, amplitude, period, width, 1 when every other pulse is negative, number of pulses
     TABLE      offset in the plan, rows, seconds per row, scale
-    TIMETABLE  the same, and the tick of the first row (negative: the segment's own first tick)
+    TIMETABLE  the same, and the tick of the first row (-1 - n: n ticks before the segment's own first)
 
 With origin START, `value` and `target` count from the start value.
 """
@@ -64,9 +64,10 @@ def reference_at(
 @compiled
 def reference_time(shape: int, plan: np.ndarray, p: int, tick: int, start_tick: int, step_s: float) -> float:
     """Time (s) that a shape counts at a tick of a segment that began at `start_tick`."""
-    if shape == _TIMETABLE and plan[p + 4] >= 0.0:
-        return (tick - plan[p + 4]) * step_s
-    return (tick - start_tick) * step_s
+    first = start_tick
+    if shape == _TIMETABLE:
+        first = plan[p + 4] if plan[p + 4] >= 0.0 else start_tick + 1.0 + plan[p + 4]
+    return (tick - first) * step_s
 
 
 @compiled

@@ -24,7 +24,7 @@ class Text:
 
 @dataclass(frozen=True)
 class Callout:
-    """The one sentence that matters, set apart; tone is 'good', 'warning' or 'neutral'."""
+    """The one sentence that matters, set apart; tone is 'good', 'warning', 'bad' or 'neutral'."""
 
     text: str
     tone: str = "neutral"

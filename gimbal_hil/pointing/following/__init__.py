@@ -1,6 +1,6 @@
 """Targets in the sky: their direction from an aircraft, following them, pointing errors and a report."""
 
-from gimbal_hil.pointing.following.base import BASE_S, MOTIONS, BaseTruth, moved, truth_of
+from gimbal_hil.pointing.following.base import BASE_S, MOTIONS, BaseTruth, moved, truth_of, truth_of_model
 from gimbal_hil.pointing.following.clock import TickClock
 from gimbal_hil.pointing.following.geodesy import Flight, earth_fixed, flight_of, geostationary, seen_from
 from gimbal_hil.pointing.following.in_lockstep import follow_in_lockstep
@@ -51,6 +51,7 @@ __all__ = [
     "summary",
     "target_of",
     "truth_of",
+    "truth_of_model",
     "way_of",
     "write_page",
 ]

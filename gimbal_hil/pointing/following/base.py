@@ -13,7 +13,7 @@ import numpy as np
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.pointing.arena import MOTION_ROW_HZ, AircraftMotion, Manoeuvre, Swing, Turbulence
 from gimbal_hil.pointing.following.geodesy import Table
-from sim_backend.model import AntennaModel
+from sim_backend.model import AntennaModel, BaseMotionKind
 
 #: motions by name; the last one is 5 deg/s at 1 Hz about every axis
 MOTIONS: Mapping[str, AircraftMotion] = {
@@ -64,6 +64,15 @@ def truth_of(base: str, duration_s: float, seed: int) -> BaseTruth:
         except (KeyError, TypeError, ValueError) as error:
             raise BadInputError(base, f"is no base motion ({error})", "columns time_s, roll, pitch, yaw") from None
     return BaseTruth(rows[:, 0], np.unwrap(rows[:, 1:], axis=0))
+
+
+def truth_of_model(model: AntennaModel) -> BaseTruth | None:
+    """What the base of a virtual antenna does where its model says that it stands; None where it moves."""
+    base = model.file.base
+    if base.motion is not BaseMotionKind.FIXED:
+        return None
+    angles = base.attitude_rad
+    return BaseTruth(np.zeros(1), np.array([[angles.roll, angles.pitch, angles.yaw]]))
 
 
 def _require_motion(base: str, path: Path) -> None:

@@ -1,5 +1,8 @@
-"""How well a direction was held, from the log of a run: the angle that the host saw, and where the base's true motion
-is known the true one.
+"""How well a direction was held, from the log of a run: the angle that the host saw, where the base's true motion is
+known the true one, and whether what the host followed was the target at all.
+
+Target and reference are computed apart: the target from the sky at the time of each tick, the reference by the host
+from its table.
 """
 
 from __future__ import annotations
@@ -26,6 +29,11 @@ _DEVICE_TICKS = 4096
 _MOST_LAPS = 400
 #: the end of the way there, which is no error of holding, is over so long after the acquisition
 _SETTLED_S = 5.0
+#: share of the ticks that `reference_off_urad` speaks of: attitudes are told in steps and late
+_MOST_OF_ALL = 0.95
+#: microradians: a reference further off was not the target's; attitudes told a tenth of a second apart on a base that
+#: turns by 5 deg/s leave 4 mrad
+REFERENCE_TOLERANCE_URAD = 10_000.0
 _POINTING = word_of(EventCode.POINTING)
 _COASTING = word_of(PointingState.COASTING)
 
@@ -53,6 +61,8 @@ class HeldTrace:
     #: joints (n, 2) as measured, and those that look there
     joints: Table
     towards: Table
+    #: between the reference and the target, which is turned into the base by the attitude that the antenna told
+    reference_off: Table
     muted: NDArray[np.bool_]
 
 
@@ -78,9 +88,16 @@ class PointingFigures:
     beyond_without_mute_s: float
     longest_beyond_without_mute_s: float
     coasting_s: float
+    #: what the reference was off the target in all but a twentieth of the ticks
+    reference_off_urad: float
     ticks: int
     ticks_without_sample: int
     ticks_skipped: int
+
+    @property
+    def followed_the_target(self) -> bool:
+        """Whether what the host followed was the target."""
+        return not self.reference_off_urad > REFERENCE_TOLERANCE_URAD
 
     def as_dict(self) -> dict[str, float | int | None]:
         """For JSON: what is not known is null."""
@@ -114,18 +131,24 @@ def held_trace(
     joints = np.column_stack([_sampled(run, f"feedback_{axis}", "position", tick) for axis in AXES])
     towards = np.column_stack([rows[f"position_ref_{axis}"] for axis in AXES])
     error = between(boresight(joints), boresight(towards))
+    sky = boresight(joints_seen(target, np.maximum(0.0, (tick - first_row_tick) * step_s)))
+    reference_off = between(boresight(towards), _in_base(sky, _attitude_told(run, tick)))
     true_error = np.full(len(tick), np.nan)
     if truth is not None:
-        base_s = _device_time(run, tick, step_s, truth)
-        wanted = _in_base(
-            boresight(joints_seen(target, np.maximum(0.0, (tick - first_row_tick) * step_s))), truth.at(base_s)
-        )
+        wanted = _in_base(sky, truth.at(_device_time(run, tick, step_s, truth)))
         true_error = between(boresight(joints), wanted)
     muted = np.ones(len(tick), dtype=np.bool_)
     for change in changes:
         muted[tick >= change.tick] = change.muted
     return HeldTrace(
-        tick, step_s * np.asarray(tick - first_row_tick, dtype=np.float64), error, true_error, joints, towards, muted
+        tick,
+        step_s * np.asarray(tick - first_row_tick, dtype=np.float64),
+        error,
+        true_error,
+        joints,
+        towards,
+        reference_off,
+        muted,
     )
 
 
@@ -164,6 +187,7 @@ def pointing_figures(trace: HeldTrace, changes: Sequence[MuteChange], beyond_rad
         beyond_without_mute_s=float(beyond.sum() * step_s),
         longest_beyond_without_mute_s=_longest(beyond) * step_s,
         coasting_s=float(coasting.sum() * step_s),
+        reference_off_urad=_most(trace.reference_off),
         ticks=len(held),
         ticks_without_sample=int((~known).sum()),
         ticks_skipped=int(trace.tick[-1] - first + 1 - len(held)) if len(held) else 0,
@@ -179,6 +203,16 @@ def _sampled(run: RecordedRun, message: str, name: str, tick: NDArray[np.int64])
     inside[inside] = tick[place[inside]] == run.frames["tick"][found.place][inside]
     values[place[inside]] = found.physical(name)[inside]
     return values
+
+
+def _attitude_told(run: RecordedRun, tick: NDArray[np.int64]) -> Table:
+    """Roll, pitch and yaw (n, 3) of the base as the antenna told them, straight between; level where it told none."""
+    columns = []
+    for message, name in (("base_attitude", "roll"), ("base_attitude", "pitch"), ("base_heading", "yaw")):
+        told = _sampled(run, message, name, tick)
+        known = np.isfinite(told)
+        columns.append(np.interp(tick, tick[known], np.unwrap(told[known])) if known.any() else np.zeros(len(tick)))
+    return np.column_stack(columns)
 
 
 def _device_time(run: RecordedRun, tick: NDArray[np.int64], step_s: float, truth: BaseTruth) -> Table:
@@ -209,6 +243,11 @@ def _in_base(x: Table, attitude: Table) -> Table:
 
 def _rms(values: Table) -> float:
     return 1e6 * float(np.sqrt(np.mean(values**2))) if len(values) else math.nan
+
+
+def _most(values: Table) -> float:
+    known = values[np.isfinite(values)]
+    return 1e6 * float(np.quantile(known, _MOST_OF_ALL)) if len(known) else math.nan
 
 
 def _peak(values: Table) -> float:

@@ -32,17 +32,18 @@ def write_page(
 ) -> Path:
     """The page of one target; answers its path."""
     known = not math.isnan(figures.true_rms_urad)
+    acquired = not math.isinf(figures.acquired_after_s)
     tiles = [
-        (f"{figures.settled_rms_urad:.1f} µrad", "rms settled, as host and encoders see it"),
-        (f"{figures.settled_peak_urad:.0f} µrad", "peak, settled"),
+        (f"{figures.settled_rms_urad:.1f} µrad" if acquired else "none", "rms settled, as host and encoders see it"),
+        (f"{figures.settled_peak_urad:.0f} µrad" if acquired else "none", "peak, settled"),
         (f"{figures.muted_after_acquisition_s:.2f} s", "muted after the acquisition"),
-        (f"{figures.acquired_after_s:.2f} s", "until acquired"),
+        (f"{figures.acquired_after_s:.2f} s" if acquired else "never", "until acquired"),
     ]
     if known:
         tiles.insert(0, (f"{figures.settled_true_rms_urad:.1f} µrad", "rms settled, by the base's true motion"))
     said = summary(name, figures)
     blocks: list[Block] = [
-        Callout(said, "good" if figures.mutes_after_acquisition == 0 and figures.muted_s < math.inf else "warning"),
+        Callout(said, _colour(figures)),
         Tiles(tiles),
         Text(about),
         Heading("Pointing error"),
@@ -74,10 +75,21 @@ def write_page(
     return Page(f"Pointing at {name}", where, blocks).write(path)
 
 
+def _colour(figures: PointingFigures) -> str:
+    if math.isinf(figures.acquired_after_s) or not figures.followed_the_target:
+        return "bad"
+    return "good" if figures.mutes_after_acquisition == 0 else "warning"
+
+
 def summary(name: str, figures: PointingFigures) -> str:
     """What counts, in one sentence."""
     if math.isinf(figures.acquired_after_s):
         return f"{name}: not acquired in {figures.duration_s:.1f} s."
+    if not figures.followed_the_target:
+        return (
+            f"{name}: what was followed is not the target, {figures.reference_off_urad * 1e-6 * 180.0 / math.pi:.2f} "
+            "degrees off; errors against that reference say nothing."
+        )
     true = figures.settled_true_rms_urad
     truly = "" if math.isnan(true) else f" ({true:.1f} by the base's true motion)"
     return (

@@ -159,7 +159,7 @@ def _in_lockstep(
     from gimbal_hil.data.runs import open_run
     from gimbal_hil.knowledge.experiments import embedded_model_of
     from gimbal_hil.loop.settings import load_settings, shipped_settings
-    from gimbal_hil.pointing.following import follow_in_lockstep, moved, mute_changes, truth_of
+    from gimbal_hil.pointing.following import follow_in_lockstep, moved, mute_changes, truth_of, truth_of_model
     from gimbal_hil.surface.cli.progress import ProgressBar
     from sim_backend.model import CONTROL_ANTENNA, model_named
 
@@ -170,7 +170,7 @@ def _in_lockstep(
     else:
         antenna, _ = embedded_model_of(settings)
     settings = settings.for_axes(antenna.axes, antenna.where)
-    truth, moving_s = None, duration + 30.0
+    truth, moving_s = truth_of_model(antenna), duration + 30.0
     with tempfile.TemporaryDirectory() as place:
         if base is not None:
             antenna, truth = moved(antenna, base, moving_s, seed, Path(place)), truth_of(base, moving_s, seed)
@@ -278,7 +278,7 @@ def _tell(judged: _Judged, beyond_rad: float, folder: Path, run: Path | None, as
         print(summary(judged.target.name, figures))
         print(f"  report  {page}")
         print_next(after_point(folder, run))
-    return EXIT_DONE if acquired else EXIT_NO
+    return EXIT_DONE if acquired and figures.followed_the_target else EXIT_NO
 
 
 def _stow(run: Path, as_json: bool) -> int:
