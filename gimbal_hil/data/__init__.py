@@ -1,6 +1,7 @@
 """Data: what was recorded or measured, whoever measured it.
 
 runs       run folders: write while running, read in any state, seal, replay
+containers  formats of others: bags, MCAP, ULog, MF4, MATLAB, CAN recordings, workbooks, JSON
 signals    the signals table: run folders, CSV, Parquet and npz, checked when read
 exports    a run in other formats, with the same signal names in all
 catalogue  recorded runs: list, show, compare

@@ -19,6 +19,9 @@ from gimbal_hil.data.runs.integrity import broken_rows, content_hash
 from gimbal_hil.data.runs.schema import FRAME_ROW, FRAMES_FILE, TICK_ROW, TICKS_FILE, Event, EventKind
 from gimbal_hil.data.runs.segments import segments_of
 
+#: what stands in the folder of a bag of ROS 2
+_BAG_FILE = "metadata.yaml"
+
 
 @dataclass(frozen=True)
 class RecordedRun:
@@ -72,8 +75,8 @@ class RecordedRun:
 
 
 def is_run_folder(path: Path) -> bool:
-    """Whether a path should be read as a run folder (any folder) and not as a table file."""
-    return path.is_dir()
+    """Whether a path should be read as a run folder (any folder but a bag of ROS 2) and not as a file of columns."""
+    return path.is_dir() and ((path / RUN_FILE).exists() or not (path / _BAG_FILE).exists())
 
 
 def open_run(folder: Path) -> RecordedRun:

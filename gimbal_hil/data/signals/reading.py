@@ -13,6 +13,7 @@ import numpy as np
 from firmware_protocol.errors import BadInputError, DamagedRunError
 from gimbal_hil.data.runs import RecordedRun, damage_of, is_run_folder, open_run
 from gimbal_hil.data.signals.column_map import ColumnMap
+from gimbal_hil.data.signals.container_file import read_container
 from gimbal_hil.data.signals.form import AxisNames, Repair, checked_table
 from gimbal_hil.data.signals.resampling import on_grid
 from gimbal_hil.data.signals.run_signals import run_columns
@@ -97,7 +98,11 @@ def signals_of_run(
 def _read(path: Path, named: AxisNames, repair: Repair, columns: ColumnMap) -> SignalsTable:
     if is_run_folder(path):
         return _of_run(open_run(path), named.axes, repair)
-    return checked_table(columns.read(read_file(path), named.axes, not named.rotary), named, repair)
+    contained = read_container(path, named, columns)
+    if contained is None:
+        return checked_table(columns.read(read_file(path), named.axes, not named.rotary), named, repair)
+    table = checked_table(contained.called.read(contained.raw, named.axes, not named.rotary), named, repair)
+    return replace(table, notes=(*contained.notes, *table.notes))
 
 
 def _of_run(run: RecordedRun, axes: Sequence[str], repair: Repair) -> SignalsTable:

@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 
 from firmware_protocol.errors import BadInputError, GimbalHilError, refused_below
 from firmware_protocol.links import AdapterLinkConfig, require_known_interface
+from gimbal_hil.data.containers import Contents, contents_of, guess, survey
 from gimbal_hil.data.runs import open_run
 from gimbal_hil.data.signals import ColumnMap, read_signals
 from gimbal_hil.knowledge.experiments import embedded_model_of, load_plan
@@ -22,8 +23,17 @@ from sim_backend.model import AntennaModel, load_model
 #: keys of a plan's segment that hold a table and are no axis
 _NO_AXES = ("guards", "meaning")
 _AS_CALLED = ColumnMap({})
-#: what says in one line what a file holds, and whether it can be moved: path, document, names of axes
-_Look: TypeAlias = Callable[[Path, dict[str, Any], tuple[str, ...]], tuple[str, bool]]
+#: what says what a file holds: path, document, names of axes
+_Look: TypeAlias = Callable[[Path, dict[str, Any], tuple[str, ...]], "_Seen"]
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """Of a file in order: `text`, `moves` and `reads_as` of `Checked`."""
+
+    text: str
+    moves: bool = False
+    reads_as: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -36,6 +46,8 @@ class Checked:
     faults: tuple[GimbalHilError, ...] = ()
     #: whether an experiment in virtual time takes it: not a link to somewhere else, one axis, or axes nobody has
     moves: bool = False
+    #: words for `--column` that would read it, where it has columns of somebody else
+    reads_as: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
@@ -44,6 +56,7 @@ class Checked:
             "kind": self.kind.value,
             "good": not self.faults,
             "text": self.text,
+            **({"columns": list(self.reads_as)} if self.reads_as else {}),
             "faults": [
                 {"where": fault.where, "problem": fault.problem, "expected": fault.expected}
                 if isinstance(fault, BadInputError)
@@ -97,8 +110,8 @@ def _carrying_first(axes: dict[str, Any]) -> tuple[str, ...]:
 
 def _checked(look: _Look, path: Path, kind: FileKind, document: dict[str, Any], axes: tuple[str, ...]) -> Checked:
     try:
-        text, moves = look(path, document, axes)
-        return Checked(path, kind, text, moves=moves)
+        seen = look(path, document, axes)
+        return Checked(path, kind, seen.text, moves=seen.moves, reads_as=seen.reads_as)
     except BadInputError as refusal:
         return Checked(path, kind, "", (_alone(refusal), *refusal.others) if refusal.others else (refusal,))
     except GimbalHilError as error:
@@ -110,7 +123,7 @@ def _alone(refusal: BadInputError) -> BadInputError:
     return BadInputError(refusal.where, refusal.problem.rpartition(" (and ")[0], refusal.expected)
 
 
-def _configuration(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> tuple[str, bool]:
+def _configuration(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> _Seen:
     from gimbal_hil.realtime.observing import observed_model
 
     settings = load_settings(path)
@@ -118,7 +131,7 @@ def _configuration(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]
         place, settings = _antenna_of(settings)
         observed_model(settings.with_model())
     virtual = isinstance(settings.link, EmbeddedAntenna)
-    return f"{settings.rate_hz:g} Hz, {place}, axes {' and '.join(settings.axis_names)}", virtual
+    return _Seen(f"{settings.rate_hz:g} Hz, {place}, axes {' and '.join(settings.axis_names)}", virtual)
 
 
 def _antenna_of(settings: DaemonSettings) -> tuple[str, DaemonSettings]:
@@ -131,21 +144,21 @@ def _antenna_of(settings: DaemonSettings) -> tuple[str, DaemonSettings]:
     return f"a {settings.link.kind} link", settings
 
 
-def _model(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> tuple[str, bool]:
+def _model(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> _Seen:
     model = load_model(path)
     effects = ", ".join(f"{entry.effect.name} on {entry.axis}" for entry in model.effects) or "no effects"
-    return f"{model.name}, {model.kind.value}, axes {' and '.join(model.axes)}, {effects}", len(model.axes) == 2
+    return _Seen(f"{model.name}, {model.kind.value}, axes {' and '.join(model.axes)}, {effects}", len(model.axes) == 2)
 
 
-def _plan(path: Path, document: dict[str, Any], axes: tuple[str, ...]) -> tuple[str, bool]:
+def _plan(path: Path, document: dict[str, Any], axes: tuple[str, ...]) -> _Seen:
     names = _two(axes or _named_in(document))
     plan = load_plan(path, names)
     # what only shows when the plan is made into what the host follows: shapes that are too long, targets that are none
     plan.host_segments(1000.0)
     said = f"{plan.name}, {plan.laps * len(plan.segments)} segments, {plan.longest_s:g} s at most"
     if axes:
-        return said, True
-    return f"{said}; axes {' and '.join(names)}, which the antenna must have", names == (OUTER, INNER)
+        return _Seen(said, True)
+    return _Seen(f"{said}; axes {' and '.join(names)}, which the antenna must have", names == (OUTER, INNER))
 
 
 def _two(axes: Sequence[str]) -> tuple[str, str]:
@@ -169,19 +182,29 @@ def _named_in(document: dict[str, Any]) -> tuple[str, ...]:
 
 def _signals(
     path: Path, _document: dict[str, Any], axes: tuple[str, ...], model: AntennaModel | None, columns: ColumnMap
-) -> tuple[str, bool]:
+) -> _Seen:
+    contents = None if columns.sources else contents_of(path)
+    if contents is not None and not _is_ours(contents, axes):
+        named = axes or ("AXIS",)
+        return _Seen("\n".join(survey(contents, named)), reads_as=guess(contents, named))
     if not axes:
         raise BadInputError(str(path), "axes are not known", "--axes NAME,NAME, or the model file beside it")
     table = read_signals(path, model or axes, columns=columns)
     notes = "".join(f"; {note}" for note in table.notes)
-    return f"{len(table)} rows at {1.0 / table.period_s:g} Hz, axes {' and '.join(axes)}{notes}", False
+    return _Seen(f"{len(table)} rows at {1.0 / table.period_s:g} Hz, axes {' and '.join(axes)}{notes}")
 
 
-def _run(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> tuple[str, bool]:
+def _is_ours(contents: Contents, axes: tuple[str, ...]) -> bool:
+    """Whether a container has the columns of a signals table under their names."""
+    present = {name for group in contents.groups for name in group.columns}
+    return bool(axes) and all(f"{axis}.position" in present for axis in axes)
+
+
+def _run(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> _Seen:
     run = open_run(path)
     header = run.record.header
     rate_hz, axes = 1e9 / header.period_ns, " and ".join(header.axes)
-    return f"{header.title or 'run'}, {len(run.ticks)} ticks at {rate_hz:g} Hz, axes {axes}", False
+    return _Seen(f"{header.title or 'run'}, {len(run.ticks)} ticks at {rate_hz:g} Hz, axes {axes}")
 
 
 _LOOKS: dict[FileKind, _Look] = {

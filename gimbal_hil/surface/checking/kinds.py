@@ -8,8 +8,11 @@ from typing import Any
 
 from firmware_protocol.documents import read_yaml
 from firmware_protocol.errors import BadInputError
+from gimbal_hil.data.containers import container_of
 from gimbal_hil.data.runs import RUN_FILE
 
+#: what people write by hand, though it may begin as JSON does
+_WRITTEN = (".yaml", ".yml")
 _TABLES = (".csv", ".parquet", ".pq", ".npz")
 _EXPECTED = "a model, configuration or plan (YAML), a table of signals (CSV, Parquet, npz) or a run folder"
 #: keys that only one kind of document has; the first kind that has one of the file's keys is meant
@@ -35,6 +38,8 @@ _TELLING = {
 
 def kind_of(path: Path) -> tuple[FileKind, dict[str, Any]]:
     """Kind of a file and, for YAML, its document; BadInputError where it cannot be read or is none of them."""
+    if path.suffix.lower() not in _WRITTEN and container_of(path) is not None:
+        return FileKind.SIGNALS, {}
     if path.is_dir():
         if not (path / RUN_FILE).exists():
             raise BadInputError(str(path), f"is a folder without {RUN_FILE}", _EXPECTED)

@@ -59,7 +59,8 @@ def command(
         print(json.dumps({"good": good, "files": [one.as_dict() for one in checked]}))
     else:
         print("\n".join(line for one in checked for line in _lines(one)))
-        print_next(after_check(files, checked, column or ()))
+        guessed = [word for one in checked for word in one.reads_as]
+        print_next(after_check(files, checked, column or guessed))
     return EXIT_DONE if good else EXIT_NO
 
 
@@ -77,9 +78,10 @@ def _print_schema(name: str) -> int:
 def _spread(given: Path) -> list[Path]:
     """A folder that is no run stands for the YAML files in it."""
     from firmware_protocol.errors import BadInputError
+    from gimbal_hil.data.containers import container_of
     from gimbal_hil.data.runs import RUN_FILE
 
-    if not given.is_dir() or (given / RUN_FILE).exists():
+    if not given.is_dir() or (given / RUN_FILE).exists() or container_of(given) is not None:
         return [given]
     found = sorted(path for path in given.iterdir() if path.suffix in (".yaml", ".yml"))
     if not found:

@@ -1,0 +1,122 @@
+"""Which columns of a stranger's file are likely to be position and torque of which axis, with their units."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+#: words in a name -> points for a signal; the more special the word, the more it counts
+_WORDS: Mapping[str, Mapping[str, int]] = {
+    "position": {"position": 4, "pos": 4, "angle": 4, "theta": 4, "q": 3, "enc": 3, "encoder": 3, "qm": 3, "y": 3},
+    "torque": {"torque": 5, "tau": 5, "effort": 5, "force": 4, "u": 3, "load": 3, "trq": 5, "m": 1},
+    "current": {"current": 4, "iq": 5, "cur": 4, "amps": 4, "amp": 3, "curr": 4},
+}
+#: words that say that it is another thing, and what is asked of a loop rather than measured
+_AGAINST = frozenset(
+    [
+        "velocity",
+        "vel",
+        "speed",
+        "rate",
+        "acc",
+        "acceleration",
+        "error",
+        "err",
+        "temp",
+        "id",
+        "volt",
+        "voltage",
+        "mode",
+        "fault",
+        "index",
+        "limit",
+    ]
+)
+_WANTED = frozenset(
+    ["ref", "set", "setpoint", "cmd", "command", "commanded", "target", "goal", "desired", "des", "action"]
+)
+#: what people write for a unit -> how `--column` takes it, and the signals that it is for
+_UNITS: Mapping[str, tuple[str, tuple[str, ...]]] = {
+    **dict.fromkeys(("rad", "radian", "radians"), ("rad", ("position",))),
+    "mrad": ("mrad", ("position",)),
+    **dict.fromkeys(("deg", "degree", "degrees", "°"), ("deg", ("position",))),
+    **dict.fromkeys(("turn", "turns", "rev", "revs"), ("turn", ("position",))),
+    **dict.fromkeys(("nm", "n m", "n*m", "n.m", "n·m", "newton meter"), ("N m", ("torque",))),
+    **dict.fromkeys(("mnm", "mn m"), ("mN m", ("torque",))),
+    **dict.fromkeys(("a", "amp", "amps", "ampere"), ("A", ("current",))),
+    "ma": ("mA", ("current",)),
+    "n": ("N", ("torque",)),
+    "mm": ("mm", ("position",)),
+}
+_OTHER_UNIT = re.compile(r"/s|rpm|dps|°c|degc|volt|^v$|hz", re.IGNORECASE)
+_LEAST = 3
+
+
+@dataclass(frozen=True)
+class Found:
+    """A column of a file and the unit that the file states for it."""
+
+    column: str
+    unit: str = ""
+
+
+def guessed(columns: Sequence[Found], axes: Sequence[str], taken: Sequence[str] = ()) -> tuple[str, ...]:
+    """Words for `--column`, position and torque (else current) of each axis, as far as names and units tell.
+
+    A column whose name has an axis' name in it goes to that axis, others in their order.
+    """
+    words: list[str] = []
+    for signals in (("position",), ("torque", "current")):
+        best = _best(columns, signals)
+        for place, axis in enumerate(axes):
+            if f"{axis}.{signals[0]}" in taken:
+                continue
+            own = [one for one in best if axis.lower() in one[1].column.lower()]
+            rest = [one for one in best if not any(name.lower() in one[1].column.lower() for name in axes)]
+            for signal, found, unit in own[:1] or rest[place : place + 1]:
+                words.append(f"{axis}.{signal}={found.column}" + (f":{unit}" if unit else ""))
+    return tuple(words)
+
+
+def command_line(words: Sequence[str]) -> str:
+    """The option as a shell takes it."""
+    quoted = [f'"{word}"' if re.search(r"[^\w.=:/@%+,-]", word) else word for word in words]
+    return "--column " + " ".join(quoted)
+
+
+def _best(columns: Sequence[Found], signals: Sequence[str]) -> list[tuple[str, Found, str]]:
+    """Columns by how likely they are one of the signals, the likeliest first."""
+    scored = []
+    for place, found in enumerate(columns):
+        for signal in signals:
+            points, unit = _points(found, signal)
+            if points >= _LEAST:
+                scored.append((-points, place, signal, found, unit))
+    scored.sort(key=lambda one: one[:2])
+    most = -scored[0][0] if scored else 0
+    return [(signal, found, unit) for points, _, signal, found, unit in scored if -points == most]
+
+
+def _points(found: Found, signal: str) -> tuple[int, str]:
+    tokens = list(_tokens(found.column))
+    stated = found.unit.strip().lower() or next((token for token in reversed(tokens[1:]) if _is_unit_tail(token)), "")
+    if stated and _OTHER_UNIT.search(found.unit):
+        return 0, ""
+    points = max((_WORDS[signal].get(token, 0) for token in tokens), default=0)
+    unit, of = _UNITS.get(stated, ("", ()))
+    points += 3 if signal in of else -2 if of else 0
+    points -= 4 if _AGAINST & set(tokens) else 0
+    points -= 2 if _WANTED & set(tokens) and signal == "position" else 0
+    plain = "" if unit in ("rad", "N m", "A") else unit
+    return points, plain if signal in of else (found.unit if found.unit and not of else "")
+
+
+def _is_unit_tail(token: str) -> bool:
+    return token in _UNITS and token not in ("a", "n")
+
+
+def _tokens(name: str) -> Iterator[str]:
+    """Words of a name: parted by marks, digits and changes to capitals."""
+    apart = re.sub(r"([a-z])([A-Z])", r"\1 \2", name)
+    yield from (word.lower() for word in re.split(r"[^A-Za-z°]+", apart) if word)

@@ -1,0 +1,57 @@
+"""A container of somebody else as raw columns: those that are asked for, on the times of the position."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimbal_hil.data.containers import Contents, column_of, contents_of, joined
+from gimbal_hil.data.signals.column_map import ColumnMap
+from gimbal_hil.data.signals.form import AxisNames
+from gimbal_hil.data.signals.table import HELD_SIGNALS, REPEAT, TIME, column_names
+from gimbal_hil.data.signals.table_file import RawColumns
+
+
+@dataclass(frozen=True)
+class ContainerColumns:
+    """Columns of a container as they are there, what they are called with the units that the file states, and notes."""
+
+    raw: RawColumns
+    called: ColumnMap
+    notes: tuple[str, ...]
+
+
+def read_container(path: Path, named: AxisNames, columns: ColumnMap) -> ContainerColumns | None:
+    """The columns of `columns`, else those that have names of a signals table, else all of the largest group; None for
+    a file that is no container.
+
+    Raises BadInputError as `contents_of` and `joined` do.
+    """
+    contents = contents_of(path)
+    if contents is None:
+        return None
+    sources = columns.sources or _by_their_own_names(contents, named)
+    split = {name: column_of(contents, source) for name, source in sources.items()}
+    if not split:
+        largest = max(contents.groups, key=lambda group: len(next(iter(group.columns.values()))))
+        times = {} if largest.time_s is None else {TIME: largest.time_s}
+        return ContainerColumns(_raw(path, times | dict(largest.columns)), columns, contents.notes)
+    held = {column for name, (column, _) in split.items() if name.rpartition(".")[2] in HELD_SIGNALS}
+    acting = {column for name, (column, _) in split.items() if name.rpartition(".")[2] in ("torque", "current")}
+    together = joined(contents, tuple(dict.fromkeys(column for column, _ in split.values())), held - acting, acting)
+    times = {} if together.time_s is None or TIME in split else {TIME: together.time_s}
+    said = {name: f"{column}:{unit}" if unit else column for name, (column, unit) in split.items()}
+    return ContainerColumns(_raw(path, times | together.columns), ColumnMap(said), together.notes)
+
+
+def _by_their_own_names(contents: Contents, named: AxisNames) -> dict[str, str]:
+    present = {name for group in contents.groups for name in group.columns}
+    return {name: name for name in (REPEAT, *column_names(named.axes)) if name in present}
+
+
+def _raw(path: Path, values: dict[str, NDArray[np.float64]]) -> RawColumns:
+    finite = {name: np.where(np.isfinite(column), column, np.nan) for name, column in values.items()}
+    return RawColumns(path, finite, {name: {} for name in finite}, first_line=0)

@@ -1,0 +1,1 @@
+"""Containers of others, written by the libraries that own them."""

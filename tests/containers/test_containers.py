@@ -1,0 +1,174 @@
+"""Every container is recognised by its content and gives its columns, units and times; others are refused by name."""
+
+from __future__ import annotations
+
+import gzip
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.data.containers import CONTAINERS, contents_of, guess
+from gimbal_hil.data.signals import ColumnMap, read_signals
+from gimbal_hil.surface.checking import check_files
+from tests.containers import written
+from tests.containers.written import POSITION, ROWS, TIME, TORQUE, WRITTEN, words_of
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    found = {}
+    for name, (write, _) in WRITTEN.items():
+        folder = tmp_path_factory.mktemp(name.replace(".", "_"))
+        found[name] = write(folder / name)
+    return found
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_a_container_is_read_as_its_owner_wrote_it(files: dict[str, Path], name: str) -> None:
+    columns = ColumnMap.of_words(words_of(WRITTEN[name][1]))
+    # stamps of some are rounded, so that rows are put on a grid
+    table = read_signals(files[name], ("joint",), columns=columns, resample=True)
+    assert abs(len(table) - ROWS) <= 1 and abs(table.period_s - written.PERIOD_S) < 1e-5
+    at = table.time_s - table.time_s[0]
+    assert np.abs(table.position("joint") - np.interp(at, TIME, POSITION)).max() < 2e-3
+    inside = np.abs(np.cos(2.0 * at)) > 0.05
+    assert np.abs(table.torque("joint") - np.interp(at, TIME, TORQUE))[inside].max() < 6e-3
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_check_guesses_the_columns_that_would_read_a_container(files: dict[str, Path], name: str) -> None:
+    (seen,) = check_files([files[name]], ("joint",))
+    assert not seen.faults and f"{ROWS} rows over 1.996 s" in seen.text and "--column" in seen.text
+    table = read_signals(files[name], ("joint",), columns=ColumnMap.of_words(seen.reads_as), resample=True)
+    # of several joints the first is taken where no name says which
+    if "joint_states" not in seen.text and "observation" not in seen.text and name not in ("flight.ulg",):
+        assert np.ptp(table.position("joint")) == pytest.approx(np.ptp(POSITION), rel=1e-3)
+        assert np.ptp(table.torque("joint")) == pytest.approx(np.ptp(TORQUE), rel=0.05)
+
+
+def test_joints_are_found_by_their_names(files: dict[str, Path]) -> None:
+    contents = contents_of(files["bag"])
+    assert contents is not None
+    assert guess(contents, ("elbow",)) == (
+        "elbow.position=/joint_states.position[elbow]",
+        "elbow.torque=/joint_states.effort[elbow]",
+    )
+
+
+def test_stamps_of_the_header_count_and_not_when_the_recorder_wrote(files: dict[str, Path]) -> None:
+    contents = contents_of(files["bag"])
+    assert contents is not None
+    (joints,) = (group for group in contents.groups if group.name == "/joint_states")
+    assert joints.time_s is not None and np.abs(np.diff(joints.time_s) - written.PERIOD_S).max() < 1e-6
+
+
+def test_units_of_the_file_are_applied_and_unknown_columns_refused_with_the_near_ones(files: dict[str, Path]) -> None:
+    columns = ColumnMap.of_words(["joint.position=Axis.Angle", "joint.torque=Axis.Torque"])
+    table = read_signals(files["bus.blf"], ("joint",), columns=columns, resample=True)
+    assert np.ptp(table.position("joint")) == pytest.approx(np.ptp(POSITION), rel=1e-3)
+    wrong = ColumnMap.of_words(["joint.position=Axis.Angel", "joint.torque=Axis.Torque"])
+    with pytest.raises(BadInputError, match=r"no column 'Axis.Angel'.*perhaps Axis.Angle"):
+        read_signals(files["bus.blf"], ("joint",), columns=wrong)
+
+
+def test_torque_of_another_message_keeps_its_impulse(tmp_path: Path) -> None:
+    """A command that is sent a tenth of a period after the position acts from then: nine tenths of it in that row."""
+    from asammdf import MDF, Signal
+
+    file = MDF(version="4.10")
+    file.append([Signal(POSITION, TIME, name="q", unit="rad")])
+    command = np.zeros(ROWS)
+    command[200:] = 1.0
+    file.append([Signal(command, TIME + 0.1 * written.PERIOD_S, name="u", unit="Nm")])
+    file.save(tmp_path / "late.mf4")
+    file.close()
+    columns = ColumnMap.of_words(["joint.position=q", "joint.torque=u"])
+    table = read_signals(tmp_path / "late.mf4", ("joint",), columns=columns)
+    step = int(np.argmax(table.torque("joint") > 0.0))
+    assert table.torque("joint")[step] == pytest.approx(0.9, abs=1e-6) and table.torque("joint")[step + 1] == 1.0
+    assert any("held" in note for note in table.notes)
+
+
+def test_the_longest_episode_is_read_and_the_others_told(files: dict[str, Path]) -> None:
+    columns = ColumnMap.of_words(words_of(WRITTEN["episodes.parquet"][1]))
+    table = read_signals(files["episodes.parquet"], ("joint",), columns=columns, resample=True)
+    assert any("episode 1 was read, the longest of 2" in note for note in table.notes)
+
+
+@pytest.mark.parametrize(
+    ("start", "said"),
+    [
+        (b"\x89HDF\r\n\x1a\n", "HDF5"),
+        (b"TDSm", "TDMS"),
+        (b"TLOG0003", "moteus"),
+        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "Excel workbook of the old kind"),
+        (b"\x80\x04\x95", "pickle"),
+        (b"SQLite format 3\0", "SQLite"),
+    ],
+)
+def test_a_container_that_is_not_read_is_refused_by_its_name(tmp_path: Path, start: bytes, said: str) -> None:
+    path = tmp_path / "log.dat"
+    path.write_bytes(start + bytes(100))
+    with pytest.raises(BadInputError, match=rf"log\.dat: is .*{said}.*not read; expected "):
+        read_signals(path, ("joint",))
+
+
+def test_a_can_recording_without_its_dbc_says_where_it_is_to_lie(files: dict[str, Path], tmp_path: Path) -> None:
+    bare = tmp_path / "bus.asc"
+    bare.write_bytes(files["bus.asc"].read_bytes())
+    with pytest.raises(
+        BadInputError, match=r"takes a DBC to read, and none lies beside it; expected the DBC as .*bus\.dbc"
+    ):
+        contents_of(bare)
+
+
+def test_a_library_that_is_missing_is_one_line_with_its_extra(
+    files: dict[str, Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import sys
+
+    for name, package, extra in (("bag", "rosbags.highlevel", "bags"), ("flight.ulg", "pyulog", "ulog")):
+        monkeypatch.setitem(sys.modules, package, None)
+        with pytest.raises(BadInputError, match=rf"pip install 'gimbal-hil\[{extra}\]'"):
+            contents_of(files[name])
+
+
+def test_text_tables_are_no_containers(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("time_s,joint.torque,joint.position\n" + "".join(f"{t},0,0\n" for t in range(20)))
+    assert contents_of(path) is None
+    packed = tmp_path / "log.csv.gz"
+    packed.write_bytes(gzip.compress(path.read_bytes()))
+    assert contents_of(packed) is None
+
+
+def test_every_container_stands_in_the_registry_once() -> None:
+    assert len({one.name for one in CONTAINERS}) == len(CONTAINERS) >= 9
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    name=st.sampled_from([name for name in WRITTEN if name not in ("bag", "bag.mcap")]),
+    cut=st.floats(0.0, 1.0),
+    flips=st.lists(st.tuples(st.floats(0.0, 1.0), st.integers(1, 255)), max_size=4),
+)
+def test_a_damaged_container_is_refused_in_one_line_or_read(
+    files: dict[str, Path], tmp_path_factory: pytest.TempPathFactory, name: str, cut: float, flips: list
+) -> None:
+    data = bytearray(files[name].read_bytes())
+    data = data[: max(1, round(cut * len(data)))]
+    for place, change in flips:
+        data[min(len(data) - 1, int(place * len(data)))] ^= change
+    folder = tmp_path_factory.mktemp("damaged")
+    path = folder / name
+    path.write_bytes(bytes(data))
+    if name.startswith("bus"):
+        path.with_suffix(".dbc").write_text(written.DBC)
+    try:
+        contents_of(path)
+    except BadInputError as error:
+        assert "\n" not in str(error)
