@@ -1,6 +1,6 @@
 """Containers of others (bags, MCAP, ULog, MF4, MATLAB, CAN recordings, workbooks, JSON) as named columns with times."""
 
-from gimbal_hil.data.containers.contents import Container, Contents, Group
+from gimbal_hil.data.containers.contents import Container, Contents, SampledGroup
 from gimbal_hil.data.containers.guessing import Found, command_line, guessed
 from gimbal_hil.data.containers.joining import Joined, column_of, joined
 from gimbal_hil.data.containers.registry import CONTAINERS, container_of, contents_of
@@ -11,8 +11,8 @@ __all__ = [
     "Container",
     "Contents",
     "Found",
-    "Group",
     "Joined",
+    "SampledGroup",
     "column_of",
     "command_line",
     "container_of",

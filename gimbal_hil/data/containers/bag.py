@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.data.containers.contents import Contents, Group, broken, from_first, missing
+from gimbal_hil.data.containers.contents import Contents, SampledGroup, broken, from_first, missing
 from gimbal_hil.data.containers.flattening import columns_of
 
 MCAP_START, ROS1_START, SQLITE_START = b"\x89MCAP0\r\n", b"#ROSBAG V2", b"SQLite format 3"
@@ -115,7 +115,7 @@ def _contents(
         own = columns_of([message for _, message in rows])
         columns = {f"{topic}.{name}" if name else topic: values for name, values in own.items() if _is_signal(name)}
         said = {f"{topic}.{name}": unit for name, unit in units.get(topic, {}).items()}
-        groups.append(Group(topic, times[topic], columns, said))
+        groups.append(SampledGroup(topic, times[topic], columns, said))
     notes = tuple(f"messages that nothing here reads: {one}" for one in sorted(unread))
     return Contents(path, kind, tuple(group for group in groups if group.columns), notes)
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.data.containers.contents import Contents, Floats, Group, broken, from_first, missing
+from gimbal_hil.data.containers.contents import Contents, Floats, SampledGroup, broken, from_first, missing
 
 _CANDUMP = re.compile(rb"\A\s*\(\d+\.\d+\)\s+\S+\s+[0-9A-Fa-f]{3,8}#")
 _ASC = re.compile(rb"\Adate |\A//.*\n?date |\Abase (?:hex|dec)", re.IGNORECASE)
@@ -115,7 +115,7 @@ def _contents(
             f"{name}.{one.name}": np.array([float(row.get(one.name, np.nan)) for _, row in found]) for one in signals
         }
         units = {f"{name}.{one.name}": str(one.unit) for one in signals if one.unit}
-        groups.append(Group(name, times[name], columns, units))
+        groups.append(SampledGroup(name, times[name], columns, units))
     notes = [f"decoded by {dbc.name}"]
     if unknown:
         notes.append(f"{len(unknown)} identifiers are not in it: {', '.join(f'{x:X}' for x in sorted(unknown)[:8])}")

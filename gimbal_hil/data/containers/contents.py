@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Group:
+class SampledGroup:
     """Columns that were sampled together: `time_s` (n,) and `columns` (n,) by name, as the file has them; NaN where a
     row has no number.
 
@@ -43,7 +43,7 @@ class Contents:
 
     path: Path
     kind: str
-    groups: tuple[Group, ...]
+    groups: tuple[SampledGroup, ...]
     notes: tuple[str, ...] = ()
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.data.containers.contents import Contents, Floats, Group
+from gimbal_hil.data.containers.contents import Contents, Floats, SampledGroup
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def column_of(contents: Contents, source: str) -> tuple[str, str]:
     return (column.strip(), unit.strip()) if colon and column.strip() in known else (source, "")
 
 
-def _home(contents: Contents, name: str) -> Group:
+def _home(contents: Contents, name: str) -> SampledGroup:
     found = [group for group in contents.groups if name in group.columns]
     if found:
         return max(found, key=lambda group: len(group.columns[name]))
@@ -102,7 +102,7 @@ def _mean_until_next(times: Floats, values: Floats, at: Floats) -> Floats:
     return np.append(means, values[place[-1:]])
 
 
-def _of(group: Group, name: str) -> tuple[Floats, Floats]:
+def _of(group: SampledGroup, name: str) -> tuple[Floats, Floats]:
     """Times and values of a column where it holds numbers, in the order of time."""
     assert group.time_s is not None
     good = np.isfinite(group.columns[name])

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.data.containers.contents import Contents, Floats, Group, broken
+from gimbal_hil.data.containers.contents import Contents, Floats, SampledGroup, broken
 from gimbal_hil.data.containers.naming import time_among
 
 #: shorter vectors are gains and settings
@@ -40,7 +40,7 @@ def read_matlab(path: Path) -> Contents:
         columns = {name: values for name, values in vectors.items() if len(values) == length}
         time, unit = time_among(columns)
         time_s = None if time is None else (columns[time] - columns[time][0]) * unit
-        groups.append(Group(f"{length} rows", time_s, {n: x for n, x in columns.items() if n != time}))
+        groups.append(SampledGroup(f"{length} rows", time_s, {n: x for n, x in columns.items() if n != time}))
     return Contents(path, "MATLAB file", tuple(group for group in groups if group.columns))
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gimbal_hil.data.containers.contents import Contents, Group, broken, from_first, missing
+from gimbal_hil.data.containers.contents import Contents, SampledGroup, broken, from_first, missing
 
 
 def is_mdf(path: Path, start: bytes) -> bool:
@@ -32,7 +32,7 @@ def read_mdf(path: Path) -> Contents:
     return Contents(path, "MF4 file", tuple(_named_apart(group, several, times) for group in filled))
 
 
-def _group(file: object, index: int) -> Group:
+def _group(file: object, index: int) -> SampledGroup:
     columns, units, time_s = {}, {}, None
     for signal in file.select([(None, index, place) for place in _places(file, index)]):  # type: ignore[attr-defined]
         values = np.asarray(signal.samples)
@@ -41,7 +41,7 @@ def _group(file: object, index: int) -> Group:
             units[signal.name] = str(signal.unit or "")
             time_s = np.asarray(signal.timestamps, np.float64)
     called = getattr(file.groups[index].channel_group, "acq_name", "") or f"group {index}"  # type: ignore[attr-defined]
-    return Group(f"{called} ({index})", time_s, columns, {name: unit for name, unit in units.items() if unit})
+    return SampledGroup(f"{called} ({index})", time_s, columns, {name: unit for name, unit in units.items() if unit})
 
 
 def _places(file: object, index: int) -> list[int]:
@@ -49,11 +49,11 @@ def _places(file: object, index: int) -> list[int]:
     return [place for place in range(len(file.groups[index].channels)) if place != master]  # type: ignore[attr-defined]
 
 
-def _named_apart(group: Group, several: set[str], times: dict[str, np.ndarray]) -> Group:
+def _named_apart(group: SampledGroup, several: set[str], times: dict[str, np.ndarray]) -> SampledGroup:
     def called(name: str) -> str:
         return f"{group.name}.{name}" if name in several else name
 
-    return Group(
+    return SampledGroup(
         group.name,
         times.get(group.name),
         {called(name): values for name, values in group.columns.items()},

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.data.containers.contents import Contents, Floats, Group, broken
+from gimbal_hil.data.containers.contents import Contents, Floats, SampledGroup, broken
 from gimbal_hil.data.containers.flattening import columns_of
 from gimbal_hil.data.containers.naming import time_among
 
@@ -36,7 +36,7 @@ def read_json(path: Path) -> Contents:
     for name, columns in found.items():
         time, unit = time_among(columns)
         time_s = None if time is None else (columns[time] - columns[time][0]) * unit
-        groups.append(Group(name or "records", time_s, {n: x for n, x in columns.items() if n != time}))
+        groups.append(SampledGroup(name or "records", time_s, {n: x for n, x in columns.items() if n != time}))
     return Contents(path, "JSON file", tuple(groups), tuple(notes))
 
 

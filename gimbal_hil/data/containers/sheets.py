@@ -11,7 +11,7 @@ from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
-from gimbal_hil.data.containers.contents import Contents, Floats, Group, broken, missing
+from gimbal_hil.data.containers.contents import Contents, Floats, SampledGroup, broken, missing
 from gimbal_hil.data.containers.naming import time_among
 
 _FEWEST = 10
@@ -143,7 +143,7 @@ def _numbers(pd: Any, cells: Any) -> Floats | None:
     return np.asarray(found, np.float64) if found.notna().mean() > 0.5 else None
 
 
-def _group(name: str, columns: dict[str, Floats]) -> Group:
+def _group(name: str, columns: dict[str, Floats]) -> SampledGroup:
     time, unit = time_among(columns)
     time_s = None if time is None else (columns[time] - columns[time][0]) * unit
-    return Group(name, time_s, {head: values for head, values in columns.items() if head != time})
+    return SampledGroup(name, time_s, {head: values for head, values in columns.items() if head != time})

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from gimbal_hil.data.containers.contents import Contents, Group
+from gimbal_hil.data.containers.contents import Contents, SampledGroup
 from gimbal_hil.data.containers.guessing import Found, command_line, guessed
 
 #: more columns of a group are counted, not listed
@@ -33,7 +33,7 @@ def guess(contents: Contents, axes: Sequence[str]) -> tuple[str, ...]:
     return guessed(once, axes)
 
 
-def _head(group: Group) -> str:
+def _head(group: SampledGroup) -> str:
     rows = len(next(iter(group.columns.values())))
     if group.time_s is None or rows < 2:
         return f"{group.name}: {rows} rows without times"
@@ -42,7 +42,7 @@ def _head(group: Group) -> str:
     return f"{group.name}: {rows} rows over {span:.4g} s" + (f", {rate:.5g} Hz" if rate else "")
 
 
-def _columns(group: Group) -> Iterator[str]:
+def _columns(group: SampledGroup) -> Iterator[str]:
     for name, values in list(group.columns.items())[:_LISTED]:
         good = values[np.isfinite(values)]
         unit = f" [{group.units[name]}]" if name in group.units else ""

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gimbal_hil.data.containers.contents import Contents, Group, broken, from_first, missing
+from gimbal_hil.data.containers.contents import Contents, SampledGroup, broken, from_first, missing
 
 _START = b"ULog\x01\x12\x35"
 
@@ -31,7 +31,7 @@ def read_ulog(path: Path) -> Contents:
     topics = {f"{one.name}.{one.multi_id}" if one.name in several else one.name: one.data for one in log.data_list}
     times = from_first({name: np.asarray(data["timestamp"], np.float64) for name, data in topics.items()}, 1e-6)
     groups = tuple(
-        Group(
+        SampledGroup(
             name,
             times[name],
             {f"{name}.{key}": np.asarray(x, np.float64) for key, x in data.items() if key != "timestamp"},
