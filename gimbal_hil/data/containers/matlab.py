@@ -14,6 +14,7 @@ from gimbal_hil.data.containers.naming import time_among
 
 #: shorter vectors are gains and settings
 _FEWEST = 10
+_HDF5 = b"MATLAB 7.3"
 
 
 def is_matlab(path: Path, start: bytes) -> bool:
@@ -28,10 +29,11 @@ def read_matlab(path: Path) -> Contents:
     from scipy.io import loadmat
     from scipy.io.matlab import MatReadError
 
+    with path.open("rb") as file:
+        if file.read(len(_HDF5)) == _HDF5:
+            raise BadInputError(str(path), "is a MATLAB file of version 7.3 (HDF5)", "save(..., '-v7') in MATLAB")
     try:
         found = loadmat(path, simplify_cells=True)
-    except NotImplementedError:
-        raise BadInputError(str(path), "is a MATLAB file of version 7.3 (HDF5)", "save(..., '-v7') in MATLAB") from None
     except (MatReadError, ValueError, TypeError, OSError, KeyError, IndexError, zlib.error) as error:
         raise broken(path, "MATLAB file", error) from error
     vectors = dict(_vectors({name: value for name, value in found.items() if not name.startswith("__")}, ""))
