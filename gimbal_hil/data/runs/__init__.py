@@ -13,6 +13,7 @@ from gimbal_hil.data.runs.reader import RecordedRun, is_run_folder, open_run
 from gimbal_hil.data.runs.replaying import ReplayResult, replay
 from gimbal_hil.data.runs.schema import (
     AXES,
+    BEGINS,
     FRAME_ROW,
     TICK_ROW,
     Event,
@@ -29,6 +30,7 @@ from gimbal_hil.data.runs.writer import RunWriter
 
 __all__ = [
     "AXES",
+    "BEGINS",
     "FRAME_ROW",
     "RUN_FILE",
     "SCOPE_FOLDER",

@@ -55,6 +55,36 @@ def read_event_lines(folder: Path) -> EventLines:
     return EventLines(tuple(events), tuple(lines), tuple(damaged), tuple(notes), segments[0][0])
 
 
+class GrowingEvents:
+    """The events of a run that goes on: each look takes the whole lines that are new since the last one."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        segments = segments_of(folder, EVENTS_FILE)
+        self._segment = segments[0][0] if segments else 1
+        self._at = 0
+
+    def new_events(self) -> list[Event]:
+        """Events in the order of recording; damaged lines are left out."""
+        found: list[Event] = []
+        for number, path in segments_of(self._folder, EVENTS_FILE):
+            if number < self._segment:
+                continue
+            if number > self._segment:
+                self._segment, self._at = number, 0
+            try:
+                with path.open("rb") as file:
+                    file.seek(self._at)
+                    data = file.read()
+            except OSError as error:
+                raise BadInputError(str(path), error.strerror or "cannot be read", "the events of the run") from error
+            whole = data[: data.rfind(b"\n") + 1]
+            self._at += len(whole)
+            for line in whole.splitlines(keepends=True):
+                found += _events_in(line)
+        return found
+
+
 def _lines_of(path: Path) -> list[bytes]:
     try:
         return path.read_bytes().splitlines(keepends=True)

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimbal_hil.data.runs.arrow_stream import GrowingStream
+from gimbal_hil.data.runs.event_lines import GrowingEvents
 from gimbal_hil.data.runs.header import read_header
 from gimbal_hil.data.runs.reader import RecordedRun
-from gimbal_hil.data.runs.schema import FRAME_ROW, FRAMES_FILE, TICK_ROW, TICKS_FILE
+from gimbal_hil.data.runs.schema import FRAME_ROW, FRAMES_FILE, TICK_ROW, TICKS_FILE, Event
 from gimbal_hil.data.runs.segments import segment_name, segments_of
 
 
@@ -22,6 +23,7 @@ class GrowingLog:
         self.record = read_header(self.folder)
         self._ticks = _Kept(self.folder, TICKS_FILE, TICK_ROW, self.record.header.axes)
         self._frames = _Kept(self.folder, FRAMES_FILE, FRAME_ROW, self.record.header.axes)
+        self._events = GrowingEvents(self.folder)
 
     def look(self, from_tick: int) -> RecordedRun:
         """The log from a tick on as far as it is written by now, without events; rows before that tick are let go."""
@@ -29,6 +31,10 @@ class GrowingLog:
         ticks = self._ticks.from_tick(from_tick)
         frames = self._frames.from_tick(from_tick)
         return RecordedRun(self.folder, self.record, ticks, frames, (), len(ticks), (), ())
+
+    def new_events(self) -> list[Event]:
+        """Events since the last call; those of a tick are written before the row of a later tick is."""
+        return self._events.new_events()
 
 
 class _Kept:

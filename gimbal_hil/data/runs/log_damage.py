@@ -88,6 +88,8 @@ def _missing_ticks(run: RecordedRun) -> Difference | None:
         unexplained = np.flatnonzero(steps - 1 != run.ticks["skipped_ticks"][1:])
     else:
         unexplained = np.flatnonzero(steps > every * (1 + _rows_skipped(run, every)))
+    begun = [event.tick for event in run.events if event.begins_log]
+    unexplained = unexplained[~np.isin(ticks[unexplained + 1], begun)]
     if not len(unexplained):
         return None
     at = int(unexplained[0])

@@ -53,6 +53,9 @@ class StepPurpose(StrEnum):
     TEARDOWN = "teardown"
 
 
+#: key of a COMMAND event that says where the host stood: the log begins, or goes on after a gap, at its tick
+BEGINS = "begins"
+
 #: one row a host tick; torques in N m, angles in rad, rates in rad/s; `time_ns` is the scheduled time of the tick
 TICK_ROW = np.dtype(
     [
@@ -107,6 +110,11 @@ class Event:
     def begins_teardown(self) -> bool:
         """Whether an experiment is over here and only makes safe what it moved."""
         return self.kind is EventKind.SEGMENT and self.data.get("purpose") == StepPurpose.TEARDOWN
+
+    @property
+    def begins_log(self) -> bool:
+        """Whether the log begins here, or goes on after a gap, with the host as the event says."""
+        return self.kind is EventKind.COMMAND and self.data.get(BEGINS) is True
 
 
 def stored_name(column: str, axes: Sequence[str]) -> str:

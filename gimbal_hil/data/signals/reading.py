@@ -152,9 +152,9 @@ def _under_control(path: Path, model: AntennaModel, repair: Repair, columns: Col
     active = np.flatnonzero(run.ticks["segment"] >= 0)
     if len(active):
         ends = [e.tick for e in run.events if e.begins_teardown]
-        # a table may begin a few ticks after its run; its last row is the run's
-        behind = len(run.ticks) - len(table)
-        first = max(0, int(active[0]) - behind)
-        last = (ends[0] if ends else int(run.ticks["tick"][active[-1]])) - int(run.ticks["tick"][0]) - behind
+        # the table's last row is the run's; a tick that the host skipped has a row, so ticks are counted, not rows
+        start = int(run.ticks["tick"][-1]) - len(table) + 1
+        first = max(0, int(run.ticks["tick"][active[0]]) - start)
+        last = (ends[0] if ends else int(run.ticks["tick"][active[-1]])) - start
         table = table.rows(first, min(len(table), max(last, first + 2)))
     return table if repair.period_s is None else on_grid(table, repair.period_s)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import SafetyStopError
-from gimbal_hil.data.runs import AXES, TICK_ROW
+from gimbal_hil.data.runs import AXES, TICK_ROW, Event
 from gimbal_hil.knowledge.experiments.experiment import Signals, Step
 from gimbal_hil.loop.host import HostEvent, HostState, Program
 from gimbal_hil.loop.settings import DaemonSettings, EmbeddedAntenna
@@ -31,7 +31,7 @@ _STRETCH_TICKS = 5_000
 @dataclass(frozen=True)
 class Followed:
     """What a step left: signals (one row in as many ticks as the step says), rows and frames for the log, events, the
-    ticks it took.
+    ticks it took. `logged` are events that another log already holds, commands among them.
     """
 
     signals: Signals
@@ -41,6 +41,7 @@ class Followed:
     first_tick: int
     ticks: int
     program: Program | None = None
+    logged: tuple[Event, ...] = ()
 
 
 class AntennaUnderTest(Protocol):

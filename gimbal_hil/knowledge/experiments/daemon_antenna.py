@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firmware_protocol.errors import LinkError, SafetyStopError
-from gimbal_hil.data.runs import AXES, FRAME_ROW, TICK_ROW, GrowingLog, RecordedRun
+from gimbal_hil.data.runs import AXES, BEGINS, FRAME_ROW, TICK_ROW, Event, EventKind, GrowingLog, RecordedRun
 from gimbal_hil.knowledge.experiments.antenna import Followed
 from gimbal_hil.knowledge.experiments.experiment import Signals, Step, move_to
 from gimbal_hil.loop.host import (
@@ -75,6 +75,11 @@ class DaemonAntenna:
         #: steps handed over and not yet followed, with their labels
         self._under_way: list[tuple[Step, int]] = []
         self._started: dict[int, int] = {}
+        #: tick that the next rows to hand over begin with; None before the first program
+        self._next: int | None = None
+        self._first = -1
+        #: events of the daemon's log that are not handed over yet
+        self._events: list[Event] = []
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -138,7 +143,9 @@ class DaemonAntenna:
             # the daemon records every tick, whatever a step asks of a recording in lockstep
             segments.append(replace(one.segment, label=self._label, record_every=0))
             self._under_way.append((one, self._label))
-        self._client.start(program_of(segments))
+        tick = self._client.start(program_of(segments), with_image=self._next is None)
+        if self._next is None:
+            self._next = self._first = tick
 
     def _wait(self, step: Step, label: int, progress: Callable[[int], None]) -> _Span:
         """Ticks from the step's first to its last; SafetyStopError when the host left it for another reason than its
@@ -176,10 +183,13 @@ class DaemonAntenna:
             time.sleep(0.02)
 
     def _followed(self, step: Step, span: _Span) -> Followed:
-        """The part of the daemon's log that belongs to a step, once it is written."""
+        """The daemon's log from the end of the step before to the end of this one, once it is written: no row and no
+        command is left out, so that what comes together is a run.
+        """
+        assert self._next is not None
         end = time.monotonic() + self._patience_s
         while True:
-            run = self._log.look(span.first)
+            run = self._log.look(self._next)
             if len(run.ticks) and int(run.ticks["tick"][-1]) >= span.last + _AFTER_TICKS:
                 break
             if time.monotonic() > end:
@@ -188,7 +198,18 @@ class DaemonAntenna:
         signals = signals_between(run, span.first, span.last)
         rows = run.ticks[run.ticks["tick"] <= span.last]
         frames = run.frames[run.frames["tick"] <= span.last]
-        return Followed(signals, rows, frames, (), span.first, span.last - span.first + 1, step.program)
+        events = self._events_until(self._next, span.last)
+        self._next = span.last + 1
+        return Followed(signals, rows, frames, (), span.first, span.last - span.first + 1, logged=events)
+
+    def _events_until(self, first: int, last: int) -> tuple[Event, ...]:
+        """Events that have come up to a tick; segments are told by the runner, with what they are for."""
+        self._events += [
+            event for event in self._log.new_events() if event.tick >= first and event.kind is not EventKind.SEGMENT
+        ]
+        taken = tuple(event for event in self._events if event.tick <= last)
+        self._events = [event for event in self._events if event.tick > last]
+        return tuple(_beginning(event) if event.tick == self._first else event for event in taken)
 
 
 def signals_between(run: RecordedRun, first: int, last: int) -> Signals:
@@ -254,6 +275,13 @@ def _start(command: AxisCommand, position: float) -> float:
         and command.shape in (Shape.HOLD, Shape.RAMP)
     )
     return command.parameters[0] if led else position
+
+
+def _beginning(event: Event) -> Event:
+    """The image of the host with which this experiment's log begins."""
+    if event.kind is EventKind.COMMAND and event.data.get("command") == "image":
+        return replace(event, data={**event.data, BEGINS: True})
+    return event
 
 
 def _nothing(tick: int) -> Followed:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -167,22 +167,33 @@ class _Session:
     def _follow(self, number: int, step: Step) -> Followed:
         check_guards(step, self.antenna)
         data = {"step": step.name, "number": number, "purpose": StepPurpose.MEASUREMENT, **dict(step.meaning)}
-        self.writer.event(self.antenna.tick, 0, EventKind.SEGMENT, step.name, data)
-        followed = self.antenna.follow(step, lambda ticks: self.progress.at(step.name, ticks / self.antenna.rate_hz))
+        return self._made(step, data, lambda ticks: self.progress.at(step.name, ticks / self.antenna.rate_hz))
+
+    def _made(self, step: Step, data: Mapping[str, object], progress: Callable[[int], None]) -> Followed:
+        """Follow a step and keep it; its event says the tick at which it began, not the one at which it was asked."""
+        asked = self.antenna.tick
+        try:
+            followed = self.antenna.follow(step, progress)
+        except BaseException:
+            self.writer.event(asked, 0, EventKind.SEGMENT, step.name, data)
+            raise
+        self.writer.event(followed.first_tick, 0, EventKind.SEGMENT, step.name, data)
         self._log(followed)
         return followed
 
     def _log(self, followed: Followed) -> None:
         writer = self.writer
         if followed.program is not None:
-            data = {"command": "start", "program": followed.program.as_document()}
+            start = {"command": "start", "program": followed.program.as_document()}
             writer.command(
-                followed.first_tick, int(followed.rows["time_ns"][0]) if len(followed.rows) else 0, "start", data
+                followed.first_tick, int(followed.rows["time_ns"][0]) if len(followed.rows) else 0, "start", start
             )
+        for told in followed.logged:
+            writer.event(told.tick, told.time_ns, told.kind, told.text, told.data)
         for event in followed.events:
             kind = EventKind.STATE if event.code is EventCode.STATE else EventKind.NOTE
-            told = {"code": word_of(event.code), **event.data} if event.code is EventCode.POINTING else {}
-            writer.event(event.tick, 0, kind, event.text, told)
+            data = {"code": word_of(event.code), **event.data} if event.code is EventCode.POINTING else {}
+            writer.event(event.tick, 0, kind, event.text, data)
         if self.experiment.every == 1:
             writer.append_frames(followed.frames)
             writer.append_ticks(followed.rows)
@@ -202,10 +213,7 @@ class _Session:
             inner=move_to(0.0, 0.05),
         )
         for step in (Step("back to the safe pose", back), Step("torque off", off)):
-            self.writer.event(
-                self.antenna.tick, 0, EventKind.SEGMENT, step.name, {"step": step.name, "purpose": StepPurpose.TEARDOWN}
-            )
-            self._log(self.antenna.follow(step, lambda ticks: None))
+            self._made(step, {"step": step.name, "purpose": StepPurpose.TEARDOWN}, lambda ticks: None)
 
 
 def check_guards(step: Step, antenna: AntennaUnderTest) -> None:

@@ -7,6 +7,7 @@ from gimbal_hil.loop.host.events import AXIS_NAMES, HostEvent, word_of
 from gimbal_hil.loop.host.first_test import FirstTest, FirstTestState
 from gimbal_hil.loop.host.frame_tick import encode_host_mail, host_block_tick
 from gimbal_hil.loop.host.host import Host
+from gimbal_hil.loop.host.image import IMAGE_WORDS, image_of, stand_as
 from gimbal_hil.loop.host.layout import MOMENTUM_WINDOW_S
 from gimbal_hil.loop.host.memory import (
     C_AT,
@@ -40,6 +41,7 @@ __all__ = [
     "GUARD_CAUSES",
     "HOST_OCTETS",
     "H_AT",
+    "IMAGE_WORDS",
     "LOG_WORDS",
     "MAIL_AT",
     "MEASURED",
@@ -70,8 +72,10 @@ __all__ = [
     "encode_host_mail",
     "host_block_tick",
     "host_tick",
+    "image_of",
     "layout",
     "program_of",
+    "stand_as",
     "word_of",
     "write_row",
 ]

@@ -101,6 +101,11 @@ class Host:
         block: bytes = _CUTS[sent](self._octets, SENT_AT)[0]
         return block
 
+    def forget_log(self) -> None:
+        """Rows and events so far are not those of this host: it has been put where another one stood."""
+        self._rows_taken = int(self._words[LOG_COUNT])
+        self._events_taken = int(self._integers[layout.EVENT_COUNT])
+
     @property
     def row(self) -> bytes:
         """Row of the last tick, bytes of one `runs.TICK_ROW`."""

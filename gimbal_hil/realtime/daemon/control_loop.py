@@ -12,6 +12,7 @@ from typing import Any
 from firmware_protocol.enumerations import DriveState
 from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, EXIT_SAFETY_STOP
 from gimbal_hil.loop.host import (
+    IMAGE_WORDS,
     EventCode,
     FirstTest,
     FirstTestState,
@@ -20,6 +21,7 @@ from gimbal_hil.loop.host import (
     HostState,
     LinkStatus,
     Program,
+    image_of,
     word_of,
 )
 from gimbal_hil.loop.host.layout import AXES, BASE_RATE, DRIVE_STATE, MEASURED_RATE, REST_RATE, axis_c, axis_h
@@ -65,6 +67,7 @@ _DRIVE_OFF = (
     DriveState.SWITCHED_ON,
     DriveState.FAULT,
 )
+_STARTS = (CommandKind.START, CommandKind.START_WITH_IMAGE)
 #: commands without parameters that go straight to the host, as the log calls them
 _PLAIN: dict[CommandKind, tuple[str, Callable[[Host], None]]] = {
     CommandKind.STOP: ("stop", Host.stop),
@@ -242,9 +245,9 @@ class ControlLoop:
         """Answers why the host does not take the command, empty when it does."""
         host = self._host
         # whoever asked has been told by now that it was not taken
-        if command.kind in (CommandKind.START, CommandKind.ADJUST) and command.is_stale:
+        if command.kind in (*_STARTS, CommandKind.ADJUST) and command.is_stale:
             return "the request is too old: the control process stood still meanwhile"
-        if command.kind is CommandKind.START:
+        if command.kind in _STARTS:
             if self._first_test is not None:
                 spoilt = f"; the last try told nothing: {self._first_test.spoilt}" if self._first_test.spoilt else ""
                 return f"the antenna is being tried with a small torque before its first motion{spoilt}"
@@ -252,6 +255,9 @@ class ControlLoop:
                 connecting = host.state in (HostState.WAITING, HostState.SYNCHRONISING)
                 hint = ", which passes once the antenna answers" if connecting else ""
                 return f"the host is in state {word_of(host.state)}{hint} (last cause: {word_of(host.cause)})"
+            if command.kind is CommandKind.START_WITH_IMAGE:
+                data = {"command": "image", "words": IMAGE_WORDS, "image": image_of(host)}
+                self._event("command", "where the host stands", data)
             host.command(unpack_program(command.payload))
             return ""  # the service records it: it has the program
         if command.kind is CommandKind.ADJUST:

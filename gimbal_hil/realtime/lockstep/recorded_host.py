@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.data.runs import Event, RecordedRun
-from gimbal_hil.loop.host import Host, Program
+from gimbal_hil.data.runs import BEGINS, Event, RecordedRun
+from gimbal_hil.loop.host import Host, Program, stand_as
 from gimbal_hil.loop.settings import (
     DaemonSettings,
     adjusted,
@@ -39,7 +39,11 @@ def give_again(host: Host, run: RecordedRun, event: Event) -> None:
     command, program = event.data.get("command"), event.data.get("program")
     plain: dict[object, Any] = {"stop": host.stop, "quick_stop": host.quick_stop, "fault_reset": host.reset_fault}
     plain |= {"distrust": host.distrust}
-    if command == "start" and isinstance(program, dict):
+    if command == "image":
+        # in the middle of a run the host stands there by itself
+        if event.data.get(BEGINS) is True:
+            stand_as(host, event.data.get("image"), event.data.get("words"), where)
+    elif command == "start" and isinstance(program, dict):
         host.command(Program.from_document(program, where))
     elif command == "adjust":
         values = adjustments_from(event.data.get("values"), where)

@@ -101,13 +101,14 @@ class OperatorClient:
                     raise
                 time.sleep(_REPEAT_S)
 
-    def start(self, program: Program) -> int:
-        """Have the host follow a program as soon as it is ready; answers the tick at which it began.
+    def start(self, program: Program, with_image: bool = False) -> int:
+        """Have the host follow a program as soon as it is ready; answers the tick at which it began. `with_image` also
+        records where the host stood, so that a run that begins there can be computed again.
 
         Events from before the first program of this connection are let go: the daemon's own test before the first
         motion has segments and a stop as well.
         """
-        tick = int(self.when_ready("start", program=program.as_document())["tick"])
+        tick = int(self.when_ready("start", program=program.as_document(), with_image=with_image)["tick"])
         if self._since_tick is None:
             self._since_tick = tick
         return tick

@@ -113,6 +113,8 @@ class StartRequest(_Request):
 
     command: Literal["start"]
     document: dict[str, Any] = Field(alias="program")
+    #: also record where the host stands, so that a run that begins here can be computed again
+    with_image: bool = False
 
     def program(self, _period_s: float) -> Program:
         """The program, checked."""

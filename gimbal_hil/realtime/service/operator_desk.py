@@ -14,7 +14,13 @@ from gimbal_hil.loop.host import Program
 from gimbal_hil.loop.settings import Adjustments, DaemonSettings
 from gimbal_hil.realtime.operator import Client, OperatorSocket
 from gimbal_hil.realtime.service.adjusting import LiveAdjustments
-from gimbal_hil.realtime.service.operator_commands import AdjustRequest, PlainRequest, SetPointRequest, parse_request
+from gimbal_hil.realtime.service.operator_commands import (
+    AdjustRequest,
+    PlainRequest,
+    SetPointRequest,
+    StartRequest,
+    parse_request,
+)
 from gimbal_hil.realtime.service.recorder import Recorder
 from gimbal_hil.realtime.service.set_point_bounds import require_reachable
 from gimbal_hil.realtime.telemetry import MOTION_PATIENCE_S, CommandKind, Commands, LiveView, pack_program
@@ -84,7 +90,9 @@ class OperatorDesk:
         if values is not None:
             number = self._commands.send(CommandKind.ADJUST, self.adjusting.packed(values))
         elif program is not None:
-            number = self._commands.send(CommandKind.START, pack_program(program))
+            with_image = isinstance(request, StartRequest) and request.with_image
+            kind = CommandKind.START_WITH_IMAGE if with_image else CommandKind.START
+            number = self._commands.send(kind, pack_program(program))
         else:
             number = self._commands.send(_KINDS[request.command])
         if number is None:

@@ -207,8 +207,12 @@ def main() -> int:
 
 
 def _is_chatter(event: Json) -> bool:
-    """Feedback that is late by a tick and comes back: in the log, but nothing to interrupt a person with."""
+    """Feedback that is late by a tick and comes back, where the host stands: in the log, but nothing to interrupt a
+    person with.
+    """
     data = event["data"]
+    if "image" in data:
+        return True
     lost = word_of(LinkStatus.LOST)
     return data.get("code") == word_of(EventCode.LINK) and lost not in (data.get("from"), data.get("to"))
 

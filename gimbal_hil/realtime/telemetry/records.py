@@ -59,6 +59,8 @@ class CommandKind(IntEnum):
     RECORDING_FAILED = 6
     #: other gains and limits: the host's whole array `C`
     ADJUST = 7
+    #: as START, and the host's image before it goes into the log: a run that begins here can be computed again
+    START_WITH_IMAGE = 8
 
 
 #: number of the request, and CLOCK_MONOTONIC when it was asked
