@@ -10,12 +10,14 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError, LinkError, SafetyStopError
+from gimbal_hil.data.runs import damage_of
 from gimbal_hil.knowledge.experiments.conducting import conduct, conduct_through_daemon
 from gimbal_hil.knowledge.experiments.daemon_antenna import DaemonAntenna
 from gimbal_hil.knowledge.experiments.experiment import Experiment
 from gimbal_hil.knowledge.experiments.runner import Outcome
 from gimbal_hil.knowledge.experiments.sequences import SequenceOptions, breakaway_torques, build_experiment
 from gimbal_hil.loop.settings import shipped_settings
+from gimbal_hil.surface.library import Run
 from sim_backend.model import shipped_model
 from tests.daemon.daemons import RunningDaemon
 from tests.daemon.test_two_processes import RunningPlant, configuration
@@ -66,6 +68,11 @@ def through_daemon(tmp_path: Path, experiment: Experiment) -> Outcome:
 @pytest.mark.heavy
 def test_a_small_sequence_through_the_daemon_measures_what_it_measures_in_lockstep(tmp_path: Path) -> None:
     real = through_daemon(tmp_path, small_sequence())
+    run = Run(real.folder)
+    assert run.replays() and not list(damage_of(run.log))
+    table = run.table()
+    assert len(table) >= len(run.log.ticks) - 3  # a period that the machine missed is a row too
+    assert all(np.isfinite(values).all() for values in table.columns.values())
     virtual = conduct(small_sequence(), shipped_settings(), shipped_model(), 1, tmp_path / "lockstep")
     assert [row["step"] for row in real.rows] == [row["step"] for row in virtual.rows]
     for one, other in zip(real.rows, virtual.rows, strict=True):

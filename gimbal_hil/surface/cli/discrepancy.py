@@ -105,7 +105,7 @@ def command(
             finding = question.asked(workers=workers, dask=dask, progress=tell)
         tell("writing the report")
         _write(out, finding)
-    return _told(finding, model, out, fails, junit, as_json)
+    return _told(finding, model, out, [*measured, *(holdout or ())], fails, junit, as_json)
 
 
 def _refuse(out: Path, force: bool, model: str | None, only: list[str] | None, without: list[str] | None) -> None:
@@ -156,7 +156,13 @@ def _write(out: Path, finding: Finding) -> None:
 
 
 def _told(
-    finding: Finding, model: str | None, out: Path, fails: frozenset[str], junit: Path | None, as_json: bool
+    finding: Finding,
+    model: str | None,
+    out: Path,
+    logs: list[Path],
+    fails: frozenset[str],
+    junit: Path | None,
+    as_json: bool,
 ) -> int:
     """The answer on the terminal, and as JUnit where asked; the exit code."""
     import json
@@ -167,7 +173,7 @@ def _told(
     verdict = finding.verdict.document
     print(json.dumps(verdict, allow_nan=False) if as_json else verdict_summary(verdict, out))
     if not as_json:
-        print_next(after_discrepancy(verdict, model, len(finding.result.model.axes), out))
+        print_next(after_discrepancy(verdict, model, len(finding.result.model.axes), out, logs))
     failed = finding.kind.value in fails
     if junit is not None:
         _write_junit(junit, f"{finding.kind.value}: {finding.verdict.text}", failed)

@@ -13,6 +13,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gimbal_hil.surface.cli.origin import LogOrigin, option_in, origin_of
+
 if TYPE_CHECKING:
     from gimbal_hil.surface.checking import Checked
 
@@ -41,6 +43,31 @@ def command_line(*words: object, **options: object) -> str:
         for one in values:
             found += [f"--{name.replace('_', '-')}", str(one)]
     return shlex.join(["gimbal-hil", *found])
+
+
+def _new(path: Path) -> Path:
+    """This path, or the next number of it that is not there yet: no command writes over what stands there."""
+    tried, number = path, 1
+    while tried.exists():
+        number += 1
+        tried = path.with_name(f"{path.stem}_{number}{path.suffix}")
+    return tried
+
+
+def _experiment(name: object, origin: LogOrigin, model: object, out: Path) -> str:
+    """An experiment on the antenna of `origin`; where that is on a link, the daemon that drives it comes first."""
+    if origin.config is not None and not _is_embedded(origin.config):
+        return command_line("daemon", config=origin.config)
+    return command_line("experiment", name, config=origin.config, run=origin.run, model=model, out=_new(out))
+
+
+def _is_embedded(config: Path) -> bool:
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.loop.settings import EmbeddedAntenna, load_settings
+
+    with suppress(BadInputError):
+        return isinstance(load_settings(config).link, EmbeddedAntenna)
+    return True
 
 
 def after_demo() -> str:
@@ -95,13 +122,23 @@ def _has_configuration(folder: Path) -> bool:
 def after_experiment(name: str, folder: Path, config: Path | None, model: str | None, run: Path | None) -> str:
     """From friction to an identification; from any other to the two logs of a search, then to that."""
     beside = folder.parent
+    known = model or _model_in(config or (None if run is None else _configuration_of(run)))
     if name in ("sliding", "presliding"):
-        return command_line("identify", folder, model=model or _model_in(config), out=beside / "identified")
-    if name == "survey_holdout":
-        logs = {"measured": _survey_in(beside), "holdout": folder}
-        return command_line("discrepancy", model=model or _model_in(config), **logs, out=beside / "verdict")
+        return command_line("identify", folder, model=known, out=_new(beside / "identified"))
+    if name == "survey_holdout" and (survey := _survey_in(beside)) is not None:
+        return command_line("discrepancy", model=known, measured=survey, holdout=folder, out=_new(beside / "verdict"))
     log = "survey_holdout" if name == "survey" else "survey"
-    return command_line("experiment", log, config=config, run=run, model=model, out=beside / log)
+    return _experiment(log, LogOrigin(config, run), model, beside / log)
+
+
+def _configuration_of(run: Path) -> Path | None:
+    """The configuration file that a daemon was started with."""
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.data.runs import read_header
+
+    with suppress(BadInputError):
+        return option_in(read_header(run).who.get("command", ()), "--config")
+    return None
 
 
 def _model_in(config: Path | None) -> str | None:
@@ -120,8 +157,8 @@ def _model_in(config: Path | None) -> str | None:
     return os.path.relpath(model) if model and Path(model).is_relative_to(Path.cwd()) else model
 
 
-def _survey_in(folder: Path) -> Path:
-    """The newest run of a survey there, else where one would be."""
+def _survey_in(folder: Path) -> Path | None:
+    """The newest run of a survey there."""
     from firmware_protocol.errors import BadInputError
     from gimbal_hil.data.runs import read_header
 
@@ -130,7 +167,7 @@ def _survey_in(folder: Path) -> Path:
         with suppress(BadInputError):
             record = read_header(place)
             found += [(record.started_utc, place)] if record.header.title == "survey" else []
-    return max(found)[1] if found else folder / "survey"
+    return max(found)[1] if found else None
 
 
 def after_daemon(run: Path, exit_code: int) -> str:
@@ -159,13 +196,16 @@ def after_identify(out: Path, runs: Sequence[Path], axes: int, found: bool, colu
     model = out / "model.yaml"
     if axes == 1:
         logs = [str(run) for run in runs]
-        return command_line("discrepancy", model=model, measured=logs, column=columns, out=out.parent / "verdict")
+        out = _new(out.parent / "verdict")
+        return command_line("discrepancy", model=model, measured=logs, column=columns, out=out)
     if not found:
-        return command_line("experiment", "sliding", out=runs[0].parent / "sliding_again")
-    return command_line("experiment", "survey", model=model, out=out.parent / "survey")
+        return _experiment("sliding", origin_of(runs), None, runs[0].parent / "sliding_again")
+    return _experiment("survey", origin_of(runs), model, out.parent / "survey")
 
 
-def after_discrepancy(verdict: dict[str, Any], model: str | None, axes: int, out: Path) -> str:
+def after_discrepancy(
+    verdict: dict[str, Any], model: str | None, axes: int, out: Path, logs: Sequence[Path] = ()
+) -> str:
     """The run that decides what is open, else a step with the model as it is now; on a single axis, which no
     experiment moves, what the catalogue says of the cause.
     """
@@ -177,9 +217,9 @@ def after_discrepancy(verdict: dict[str, Any], model: str | None, axes: int, out
     found = Kind(verdict["verdict"])
     if found in (Kind.AMBIGUOUS, Kind.UNEXPLAINED):
         name = _deciding(verdict)
-        return command_line("experiment", name, model=model, out=out.parent / name)
+        return _experiment(name, origin_of(logs), model, out.parent / name)
     use = out / "model.yaml" if found is Kind.NAMED else model
-    return command_line("experiment", "step", model=use, out=out.parent / "step_with_model")
+    return _experiment("step", origin_of(logs), use, out.parent / "step_with_model")
 
 
 def _deciding(verdict: dict[str, Any]) -> str:
@@ -192,12 +232,14 @@ def _deciding(verdict: dict[str, Any]) -> str:
     return next((name for word, name in _DWELLS if word in regimes), "reversals")
 
 
-def after_improve(out: Path, config: Path | None, at_the_floor: bool) -> str:
+def after_improve(out: Path, config: Path | None, at_the_floor: bool, run: Path | None = None) -> str:
     """A step with the improved model, or another improvement from where this one ended."""
     model = out / "model.yaml"
     if at_the_floor:
-        return command_line("experiment", "step", model=model, out=out / "step_with_model")
-    return command_line("improve", config=config, model=model, out=out.with_name(f"{out.name}_on"))
+        return _experiment("step", LogOrigin(None if run else config, run), model, out / "step_with_model")
+    if not model.exists():
+        return command_line("doctor", config=config)
+    return command_line("improve", config=config, run=run, model=model, out=_new(out.with_name(f"{out.name}_on")))
 
 
 def after_tune(config: Path, tuned: Path, model: str, axes: int) -> str:
@@ -210,7 +252,7 @@ def after_tune(config: Path, tuned: Path, model: str, axes: int) -> str:
 def after_replay(run: Path, identical: bool) -> str:
     """The run for other tools; where the replay differs, what the run says of itself."""
     if identical:
-        return command_line("export", run, format="csv", out=f"{run.name or 'run'}.csv")
+        return command_line("export", run, format="csv", out=_new(Path(f"{run.name or 'run'}.csv")))
     return command_line("runs", "show", run)
 
 

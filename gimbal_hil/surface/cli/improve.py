@@ -94,7 +94,7 @@ def command(
         journal.close()
     _write_results(task, journal, done, as_json)
     if not as_json:
-        print_next(after_improve(out, config, done.ending is Ending.AT_THE_FLOOR))
+        print_next(after_improve(out, config, done.ending is Ending.AT_THE_FLOOR, run))
     return EXIT_DONE if done.ending is Ending.AT_THE_FLOOR else EXIT_NO
 
 
