@@ -38,9 +38,9 @@ def test_the_way_from_a_step_to_a_verdict_is_shown_command_by_command() -> None:
     assert after_experiment("survey", runs / "survey", config, "m.yaml", None) == (
         "gimbal-hil experiment survey_holdout --config mine/antenna.yaml --model m.yaml --out mine/runs/survey_holdout"
     )
+    # without a survey beside it there is nothing to look into yet
     assert after_experiment("survey_holdout", runs / "survey_holdout", config, "m.yaml", None) == (
-        "gimbal-hil discrepancy --model m.yaml --measured mine/runs/survey --holdout mine/runs/survey_holdout "
-        "--out mine/runs/verdict"
+        "gimbal-hil experiment survey --config mine/antenna.yaml --model m.yaml --out mine/runs/survey"
     )
     assert after_experiment("sliding", runs / "sliding", None, None, None) == (
         "gimbal-hil identify mine/runs/sliding --out mine/runs/identified"

@@ -115,7 +115,7 @@ def command(
     else:
         print(f"{outcome.experiment.text}: {len(outcome.rows)} rows")
         print(f"  table   {folder / 'table.csv'}\n  report  {folder / 'report.html'}")
-        print_next(after_experiment(outcome.experiment.name, folder, config, model, run))
+        print_next(after_experiment(outcome.experiment.name, folder, config, model, run, short))
     return 0
 
 

@@ -54,11 +54,12 @@ def _new(path: Path) -> Path:
     return tried
 
 
-def _experiment(name: object, origin: LogOrigin, model: object, out: Path) -> str:
+def _experiment(name: str, origin: LogOrigin, model: object, out: Path, short: bool = False) -> str:
     """An experiment on the antenna of `origin`; where that is on a link, the daemon that drives it comes first."""
     if origin.config is not None and not _is_embedded(origin.config):
         return command_line("daemon", config=origin.config)
-    return command_line("experiment", name, config=origin.config, run=origin.run, model=model, out=_new(out))
+    words = ("experiment", name, *(["--short"] if short else []))
+    return command_line(*words, config=origin.config, run=origin.run, model=model, out=_new(out))
 
 
 def _is_embedded(config: Path) -> bool:
@@ -119,7 +120,9 @@ def _has_configuration(folder: Path) -> bool:
     return False
 
 
-def after_experiment(name: str, folder: Path, config: Path | None, model: str | None, run: Path | None) -> str:
+def after_experiment(
+    name: str, folder: Path, config: Path | None, model: str | None, run: Path | None, short: bool = False
+) -> str:
     """From friction to an identification; from any other to the two logs of a search, then to that."""
     beside = folder.parent
     known = model or _model_in(config or (None if run is None else _configuration_of(run)))
@@ -128,7 +131,7 @@ def after_experiment(name: str, folder: Path, config: Path | None, model: str | 
     if name == "survey_holdout" and (survey := _survey_in(beside)) is not None:
         return command_line("discrepancy", model=known, measured=survey, holdout=folder, out=_new(beside / "verdict"))
     log = "survey_holdout" if name == "survey" else "survey"
-    return _experiment(log, LogOrigin(config, run), model, beside / log)
+    return _experiment(log, LogOrigin(config, run), model, beside / log, short)
 
 
 def _configuration_of(run: Path) -> Path | None:

@@ -44,7 +44,7 @@ def command(
     if action is RunsAction.LIST:
         if len(given) > 1:
             raise BadInputError("runs list", f"has {len(given)} folders", "one folder, or none for ./runs")
-        _list(given[0] if given else Path("runs"), as_json)
+        _list(given[0] if given else None, as_json)
     elif action is RunsAction.SHOW:
         if len(given) != 1:
             raise BadInputError("runs show", f"has {len(given)} runs", "one run folder")
@@ -56,13 +56,15 @@ def command(
     return EXIT_DONE
 
 
-def _list(folder: Path, as_json: bool) -> None:
+def _list(given: Path | None, as_json: bool) -> None:
     import json
 
     from gimbal_hil.data.catalogue import find_runs, summary_of
     from gimbal_hil.surface.cli.following import command_line, print_next
 
-    found = [summary_of(run) for run in find_runs(folder)]
+    folder = given or Path("runs")
+    # whoever names no folder need not have one yet
+    found = [summary_of(run) for run in find_runs(folder)] if given or folder.is_dir() else []
     if as_json:
         print(json.dumps({"runs": [one.as_dict() for one in found]}))
         return
