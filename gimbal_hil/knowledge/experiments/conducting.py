@@ -111,6 +111,7 @@ def conduct_through_daemon(
     try:
         header = replace(antenna.record.header, title=experiment.name, command_line=tuple(sys.argv))
         outcome = run_experiment(experiment, antenna, folder, header, resume=resume, force=force, progress=progress)
+        antenna.let_go()
     finally:
         antenna.close()
     write_results(outcome, f"through the daemon of {run}, {antenna.rate_hz:g} Hz in real time")

@@ -121,8 +121,12 @@ class DaemonAntenna:
     def put_back(self, state: Mapping[str, NDArray[np.generic]]) -> None:
         """Nothing to put back: a resumed experiment goes on from where the antenna stands."""
 
+    def let_go(self) -> None:
+        """The experiment is over: what the antenna does now it goes on doing without this process."""
+        self._client.release()
+
     def close(self) -> None:
-        """End the connection; the daemon goes on as it is."""
+        """End the connection; a motion that is still under way is braked to rest."""
         self._client.close()
 
     def _status(self) -> Json:

@@ -145,6 +145,13 @@ class Operator(Strict):
     """The operator's socket."""
 
     enabled: bool = Field(default=True, description="whether there is a socket for commands")
+    lease_s: Positive = Field(
+        default=3.0,
+        description=(
+            "a client whose motion is leased (`experiment --run`, `point --run`) and who says nothing for so long "
+            "counts as gone: the axes brake to rest; a closed connection ends the motion at once"
+        ),
+    )
 
 
 class Observer(Strict):

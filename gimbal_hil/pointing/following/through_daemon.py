@@ -116,6 +116,10 @@ class PointingDaemon:
         """Brake to rest, torque off."""
         self.client.request("stop")
 
+    def stay(self) -> None:
+        """The joints are held as they are, without this process."""
+        self.client.release()
+
     def log(self, first: int, last: int) -> RecordedRun:
         """The daemon's log from a tick to another, once it is written."""
         deadline = time.monotonic() + _PATIENCE_S
@@ -128,7 +132,7 @@ class PointingDaemon:
             time.sleep(0.2)
 
     def close(self) -> None:
-        """End the connection; the daemon goes on."""
+        """End the connection; a motion that is still under way is braked to rest."""
         self.client.close()
 
     def _status(self) -> Json:

@@ -25,14 +25,18 @@ from gimbal_hil.loop.host import (
     word_of,
 )
 from gimbal_hil.loop.host.layout import AXES, BASE_RATE, DRIVE_STATE, MEASURED_RATE, REST_RATE, axis_c, axis_h
-from gimbal_hil.loop.timing import Clock, Duration, Instant, Miss, MissCause, RingReader, Tick
+from gimbal_hil.loop.timing import Clock, Duration, Miss, MissCause, RingReader, Tick
+from gimbal_hil.realtime.daemon.heartbeat import Heartbeat
+from gimbal_hil.realtime.daemon.lease import Lease
 from gimbal_hil.realtime.daemon.link_keeper import LinkKeeper
 from gimbal_hil.realtime.telemetry import (
     Command,
     CommandKind,
     Telemetry,
+    lease_ticks_of,
     take_commands,
     unpack_configuration,
+    unpack_motion_number,
     unpack_program,
 )
 
@@ -74,6 +78,7 @@ _PLAIN: dict[CommandKind, tuple[str, Callable[[Host], None]]] = {
     CommandKind.QUICK_STOP: ("quick_stop", Host.quick_stop),
     CommandKind.FAULT_RESET: ("fault_reset", Host.reset_fault),
 }
+_OF_A_LEASE = (CommandKind.RENEW, CommandKind.RELEASE, CommandKind.CLIENT_GONE)
 
 
 class Stopping(Enum):
@@ -90,26 +95,6 @@ class LoopEnd:
 
     exit_code: int
     reason: str
-
-
-class Heartbeat:
-    """Whether the service process still works: it takes what every tick leaves for it, so its progress never stands
-    still for long.
-    """
-
-    def __init__(self, progress: Callable[[], int], timeout: Duration, now: Instant) -> None:
-        self._progress, self._timeout = progress, timeout
-        self._last, self._since = progress(), now
-
-    def missed(self, now: Instant) -> bool:
-        """Whether there was no progress for the whole of the timeout."""
-        progress = self._progress()
-        if progress != self._last:
-            self._last, self._since = progress, now
-        return now.since(self._since) >= self._timeout
-
-    def __str__(self) -> str:
-        return f"the service process has not answered for {self._timeout.ns / 1e9:g} s"
 
 
 class ControlLoop:
@@ -147,6 +132,8 @@ class ControlLoop:
         self._leave_ticks = max(1, _LEAVE_TIMEOUT // period)
         self._tick = 0
         self._due: list[Command] = []
+        #: of the motion that the host follows, where its client has to stay
+        self._lease: Lease | None = None
         self._service_gone = False
         self._asked: LoopEnd | None = None
         self._stopping = Stopping.NOT
@@ -166,6 +153,8 @@ class ControlLoop:
         time_ns = tick.number * self._period_ns
         for command in self._due:
             self._obey(command, time_ns)
+        if self._lease is not None:
+            self._watch_client(self._lease)
         if self._first_test is not None and self._stopping is Stopping.NOT:
             self._try_first(self._first_test)
         if self._asked is not None or self._stopping is not Stopping.NOT or tick.number >= self._last_tick:
@@ -236,6 +225,9 @@ class ControlLoop:
         if command.kind is CommandKind.RECORDING_FAILED:
             self._ask(LoopEnd(EXIT_SAFETY_STOP, f"recording failed: {command.payload.decode()}"))
             return
+        if command.kind in _OF_A_LEASE:
+            self._hear_of_client(command)
+            return
         leaving = self._asked is not None or self._stopping is not Stopping.NOT
         connecting = self._first_test is not None or self._host.state in (HostState.WAITING, HostState.SYNCHRONISING)
         problem = "the daemon is stopping" if leaving else self._give(command)
@@ -259,6 +251,8 @@ class ControlLoop:
                 data = {"command": "image", "words": IMAGE_WORDS, "image": image_of(host)}
                 self._event("command", "where the host stands", data)
             host.command(unpack_program(command.payload))
+            lease_ticks = lease_ticks_of(command.payload)
+            self._lease = Lease(command.number, lease_ticks, self._period_ns) if lease_ticks else None
             return ""  # the service records it: it has the program
         if command.kind is CommandKind.ADJUST:
             host.adjust(unpack_configuration(command.payload))
@@ -270,6 +264,30 @@ class ControlLoop:
         ask(host)
         self._record_command(word)
         return ""
+
+    def _hear_of_client(self, command: Command) -> None:
+        """Of the client of the motion that the host follows; one that was replaced has no lease any more."""
+        lease = self._lease
+        if lease is None or lease.motion != unpack_motion_number(command.payload):
+            return
+        if command.kind is CommandKind.RENEW:
+            lease.renew()
+        elif command.kind is CommandKind.CLIENT_GONE:
+            lease.client_gone()
+        else:
+            self._lease = None
+
+    def _watch_client(self, lease: Lease) -> None:
+        """Brake to rest under control, just before the host's tick, where the motion has lost its client."""
+        lease.pass_tick()
+        if not lease.ended:
+            return
+        self._lease = None
+        if self._host.state is HostState.ACTIVE and self._stopping is Stopping.NOT:
+            text = f"stopping: whoever asked for the motion {lease.ended}"
+            self._event("note", text, {"code": "lease_ended", "reason": lease.ended})
+            self._host.stop()
+            self._record_command("stop")
 
     def _try_first(self, test: FirstTest) -> None:
         """The test before the first motion goes on; the daemon ends where the antenna does not pass it."""

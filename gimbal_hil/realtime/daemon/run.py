@@ -38,8 +38,9 @@ from gimbal_hil.loop.timing import (
     real_time,
 )
 from gimbal_hil.realtime.daemon.antenna_link import EmbeddedLink, embedded_antenna, embedded_model
-from gimbal_hil.realtime.daemon.control_loop import ControlLoop, Heartbeat, LoopEnd
+from gimbal_hil.realtime.daemon.control_loop import ControlLoop, LoopEnd
 from gimbal_hil.realtime.daemon.first_opening import opener_of
+from gimbal_hil.realtime.daemon.heartbeat import Heartbeat
 from gimbal_hil.realtime.daemon.link_keeper import LinkKeeper
 from gimbal_hil.realtime.daemon.lockstep_link import LockstepLink, open_in_lockstep
 from gimbal_hil.realtime.observing import observed_model
@@ -154,7 +155,7 @@ def run_daemon(settings: DaemonSettings, options: DaemonOptions) -> DaemonReport
         ticks = None if options.duration_s is None else max(1, Duration.of_seconds(options.duration_s) // period)
         # in lockstep the ticks wait for the service instead
         timeout = Duration.of_seconds(settings.supervisor.service_timeout_s)
-        heartbeat = None if options.lockstep else Heartbeat(service.progress, timeout, clock.now())
+        heartbeat = None if options.lockstep else Heartbeat(service.progress, timeout)
         pass_over = embedded.pass_over if embedded else None
         is_tried = _is_tried_first(settings, options.lockstep)
         tried = FirstTest(host, settings.step_s, _has_gyro(settings)) if is_tried else None

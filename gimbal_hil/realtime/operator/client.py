@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import socket
+import threading
 import time
 from collections import deque
 from collections.abc import Callable
@@ -27,6 +29,8 @@ _ANSWER = DocumentLimits(size_bytes=64 << 20, values=2_000_000, finite=False)
 
 #: how often a request is repeated while the daemon is on its way to ready
 _REPEAT_S = 0.02
+#: a lease is renewed so many times before it would run out
+_RENEWALS = 6
 
 
 class RequestRefusedError(BadInputError):
@@ -42,6 +46,10 @@ class OperatorClient:
 
     Raises BadInputError when there is no such daemon or the token file is not the caller's own, LinkError when the
     daemon does not answer within `timeout_s` or has gone.
+
+    A motion that was asked for with a lease is this object's own: it is braked to rest when the connection closes, and
+    when this process stands still for longer than `operator.lease_s`; `release` leaves it to itself. The lease is
+    renewed by a thread, so that a caller who computes for long is not taken for one who is gone.
     """
 
     def __init__(self, run: Path | Door, timeout_s: float = 5.0) -> None:
@@ -53,6 +61,8 @@ class OperatorClient:
         self._next_id = 0
         #: events of earlier ticks are of motions that somebody else began
         self._since_tick: int | None = None
+        self._sending, self._leaving = threading.Lock(), threading.Event()
+        self._renewal: threading.Thread | None = None
         self._connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
             self._connection.settimeout(timeout_s)
@@ -81,6 +91,8 @@ class OperatorClient:
             if line.get("id") != number:
                 self._events.append(line)
             elif line.get("ok"):
+                if "lease_s" in line:
+                    self._keep_lease(float(line["lease_s"]))
                 return line
             else:
                 kind = NotReadyError if line.get("not_ready") else RequestRefusedError
@@ -102,13 +114,14 @@ class OperatorClient:
                 time.sleep(_REPEAT_S)
 
     def start(self, program: Program, with_image: bool = False) -> int:
-        """Have the host follow a program as soon as it is ready; answers the tick at which it began. `with_image` also
+        """Have the host follow a program, with a lease, as soon as it is ready; answers the tick at which it began. `with_image` also
         records where the host stood, so that a run that begins there can be computed again.
 
         Events from before the first program of this connection are let go: the daemon's own test before the first
         motion has segments and a stop as well.
         """
-        tick = int(self.when_ready("start", program=program.as_document(), with_image=with_image)["tick"])
+        request = {"program": program.as_document(), "with_image": with_image, "lease": True}
+        tick = int(self.when_ready("start", **request)["tick"])
         if self._since_tick is None:
             self._since_tick = tick
         return tick
@@ -141,8 +154,18 @@ class OperatorClient:
                 return event
         return None
 
+    def release(self) -> None:
+        """The motion goes on, or is held, without this client."""
+        self.request("release")
+
     def close(self) -> None:
-        """End the connection; the daemon goes on as it is."""
+        """End the connection, and with it a motion that it has the lease of; the daemon goes on."""
+        self._leaving.set()
+        with contextlib.suppress(OSError):
+            # a child that was forked may hold the connection too
+            self._connection.shutdown(socket.SHUT_RDWR)
+        if self._renewal is not None:
+            self._renewal.join()
         self._connection.close()
 
     def __enter__(self) -> Self:
@@ -165,8 +188,24 @@ class OperatorClient:
                 time.sleep(0.005)
 
     def _send(self, line: Json) -> None:
-        self._connection.settimeout(self._timeout_s)
-        self._connection.sendall(json.dumps(line).encode() + b"\n")
+        with self._sending:
+            self._connection.settimeout(self._timeout_s)
+            self._connection.sendall(json.dumps(line).encode() + b"\n")
+
+    def _keep_lease(self, lease_s: float) -> None:
+        if self._renewal is None:
+            # the thread's own handle on the connection, which has a time-out of its own
+            voice = self._connection.dup()
+            voice.settimeout(self._timeout_s)
+            self._renewal = threading.Thread(target=self._renew, args=(voice, lease_s / _RENEWALS), daemon=True)
+            self._renewal.start()
+
+    def _renew(self, voice: socket.socket, every_s: float) -> None:
+        line = json.dumps({"command": "renew"}).encode() + b"\n"
+        with voice, contextlib.suppress(OSError):
+            while not self._leaving.wait(every_s):
+                with self._sending:
+                    voice.sendall(line)
 
     def _line(self, deadline: float) -> Json | None:
         while b"\n" not in self._unread:

@@ -123,10 +123,16 @@ class OperatorSocket:
     """
 
     def __init__(
-        self, door: Door, handle: Callable[[Client, Json], Json | None], clock_s: Callable[[], float] = time.monotonic
+        self,
+        door: Door,
+        handle: Callable[[Client, Json], Json | None],
+        clock_s: Callable[[], float] = time.monotonic,
+        gone: Callable[[Client], None] = lambda client: None,
     ) -> None:
+        """`gone(client)` is called when an admitted client's connection has closed."""
         self._token = door.token
         self._handle = handle
+        self._gone = gone
         self._clock_s = clock_s
         #: in the order of their coming
         self._clients: dict[Client, None] = {}
@@ -143,6 +149,10 @@ class OperatorSocket:
     def clients(self) -> int:
         """How many admitted clients there are."""
         return sum(client.admitted for client in self._clients)
+
+    def has(self, client: Client) -> bool:
+        """Whether a client is still connected."""
+        return client in self._clients
 
     def serve(self, timeout_s: float) -> None:
         """Wait up to `timeout_s` for something to do and do all that is ready: all short lines, and one long one."""
@@ -308,3 +318,5 @@ class OperatorSocket:
             del self._clients[client]
             self._selector.unregister(client.connection)
             client.connection.close()
+            if client.admitted:
+                self._gone(client)

@@ -24,7 +24,13 @@ class _Request(Strict):
     """Base of the requests."""
 
 
-class SetPointRequest(_Request):
+class _MotionRequest(_Request):
+    """Base of what makes the antenna move. With `lease` the motion ends, braked to rest, when whoever asked is gone."""
+
+    lease: bool = False
+
+
+class SetPointRequest(_MotionRequest):
     """Both axes to a value in one mode and hold it: at once, or as a smooth move of `over_s` seconds."""
 
     command: Literal["set_point"]
@@ -46,7 +52,7 @@ class SetPointRequest(_Request):
         return AxisCommand(_MODES[self.mode], Shape.HOLD, (value,))
 
 
-class ModeRequest(_Request):
+class ModeRequest(_MotionRequest):
     """Each axis to a mode, without a bump: it holds what it does when the mode begins."""
 
     command: Literal["mode"]
@@ -86,7 +92,7 @@ class SegmentRequest(_Request):
     switch_off_afterwards: bool = False
 
 
-class SegmentsRequest(_Request):
+class SegmentsRequest(_MotionRequest):
     """Segments one after the other."""
 
     command: Literal["segments"]
@@ -108,7 +114,7 @@ class SegmentsRequest(_Request):
         )
 
 
-class StartRequest(_Request):
+class StartRequest(_MotionRequest):
     """A program as `Program.as_document` gives it: how experiments hand in what they have compiled."""
 
     command: Literal["start"]
@@ -125,7 +131,16 @@ class PlainRequest(_Request):
     """A request without parameters."""
 
     command: Literal[
-        "stop", "quick_stop", "fault_reset", "shut_down", "status", "adjustable", "adjust_back", "learn_anew"
+        "stop",
+        "quick_stop",
+        "fault_reset",
+        "shut_down",
+        "status",
+        "adjustable",
+        "adjust_back",
+        "learn_anew",
+        "renew",
+        "release",
     ]
 
 

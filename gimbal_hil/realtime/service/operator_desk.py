@@ -23,10 +23,20 @@ from gimbal_hil.realtime.service.operator_commands import (
 )
 from gimbal_hil.realtime.service.recorder import Recorder
 from gimbal_hil.realtime.service.set_point_bounds import require_reachable
-from gimbal_hil.realtime.telemetry import MOTION_PATIENCE_S, CommandKind, Commands, LiveView, pack_program
+from gimbal_hil.realtime.telemetry import (
+    MOTION_PATIENCE_S,
+    CommandKind,
+    Commands,
+    LiveView,
+    pack_motion_number,
+    pack_program,
+)
 
 Json = dict[str, Any]
 _ANSWERED_HERE = ("status", "adjustable", "learn_anew")
+_OF_A_LEASE = {"renew": CommandKind.RENEW, "release": CommandKind.RELEASE}
+#: in virtual time, which runs as fast as it can, only a closed connection ends a lease
+_NO_TIME = 2**62
 _KINDS = {
     "stop": CommandKind.STOP,
     "quick_stop": CommandKind.QUICK_STOP,
@@ -46,16 +56,28 @@ class _Waiting:
     program: Program | None
     values: Adjustments | None
     deadline_s: float
+    leased: bool = False
 
 
 class OperatorDesk:
     """Handles requests in the service process."""
 
-    def __init__(self, commands: Commands, recorder: Recorder, view: LiveView, settings: DaemonSettings) -> None:
+    def __init__(
+        self,
+        commands: Commands,
+        recorder: Recorder,
+        view: LiveView,
+        settings: DaemonSettings,
+        lockstep: bool = False,
+    ) -> None:
         self._commands = commands
         self._recorder = recorder
         self._view = view
         self._step_s = settings.step_s
+        self._lease_s = settings.operator.lease_s
+        self._lease_ticks = _NO_TIME if lockstep else max(1, round(self._lease_s / settings.step_s))
+        #: whose motion the antenna follows, and the number of its request
+        self._leased: tuple[Client, int] | None = None
         self.adjusting = LiveAdjustments(settings, view)
         self._waiting: dict[int, _Waiting] = {}
         #: answered already, because the control process was silent for too long
@@ -77,6 +99,8 @@ class OperatorDesk:
             if isinstance(request, PlainRequest):
                 if request.command in _ANSWERED_HERE:
                     return self._looked_up(request.command)
+                if request.command in _OF_A_LEASE:
+                    return self._about_lease(client, request.command)
             elif isinstance(request, AdjustRequest):
                 values = self.adjusting.asked(request.changes(self._view.axes))
             else:
@@ -85,6 +109,7 @@ class OperatorDesk:
                 program = request.program(self._step_s)
         except BadInputError as error:
             return {"ok": False, "error": str(error)}
+        leased = program is not None and not isinstance(request, PlainRequest | AdjustRequest) and request.lease
         if request.command == "adjust_back":
             values = self.adjusting.asked(None)
         if values is not None:
@@ -92,7 +117,7 @@ class OperatorDesk:
         elif program is not None:
             with_image = isinstance(request, StartRequest) and request.with_image
             kind = CommandKind.START_WITH_IMAGE if with_image else CommandKind.START
-            number = self._commands.send(kind, pack_program(program))
+            number = self._commands.send(kind, pack_program(program, self._lease_ticks if leased else 0))
         else:
             number = self._commands.send(_KINDS[request.command])
         if number is None:
@@ -103,8 +128,30 @@ class OperatorDesk:
         if values is not None:
             self.adjusting.sent(values)
         deadline = time.monotonic() + _PATIENCE_S
-        self._waiting[number] = _Waiting(client, line.get("id"), request.command, program, values, deadline)
+        self._waiting[number] = _Waiting(client, line.get("id"), request.command, program, values, deadline, leased)
         return None
+
+    def client_gone(self, client: Client) -> None:
+        """Its connection has closed: the motion that it leased ends."""
+        if self._leased is not None and self._leased[0] is client:
+            self._commands.send(CommandKind.CLIENT_GONE, pack_motion_number(self._leased[1]))
+            self._leased = None
+
+    def _about_lease(self, client: Client, command: str) -> Json | None:
+        """A renewal is not answered: whoever renews waits for nothing."""
+        mine = self._leased is not None and self._leased[0] is client
+        if self._leased is not None and mine:
+            self._commands.send(_OF_A_LEASE[command], pack_motion_number(self._leased[1]))
+        if command == "renew":
+            return None
+        self._leased = None if mine else self._leased
+        return {"ok": True}
+
+    def _begin_lease(self, waiting: _Waiting, number: int) -> None:
+        """The motion has begun; its client may be gone already."""
+        self._leased = (waiting.client, number) if waiting.leased else None
+        if waiting.leased and self._socket is not None and not self._socket.has(waiting.client):
+            self.client_gone(waiting.client)
 
     def _looked_up(self, command: str) -> Json:
         if command == "learn_anew":
@@ -153,6 +200,7 @@ class OperatorDesk:
             self._recorder.command(
                 tick, time_ns, "start", {"command": "start", "program": waiting.program.as_document()}
             )
+            self._begin_lease(waiting, reply["request"])
         if waiting.values is not None and reply["problem"]:
             self.adjusting.refused()
         elif waiting.values is not None:
@@ -162,7 +210,8 @@ class OperatorDesk:
         if reply["problem"]:
             self._answer(waiting, {"ok": False, "error": reply["problem"], "not_ready": reply["not_ready"]})
         else:
-            self._answer(waiting, {"ok": True, "tick": tick})
+            lease = {"lease_s": self._lease_s} if waiting.leased else {}
+            self._answer(waiting, {"ok": True, "tick": tick, **lease})
 
     def _answer(self, waiting: _Waiting, answer: Json) -> None:
         if self._socket is not None:

@@ -68,13 +68,14 @@ class Service:
         writer = RunWriter(Path(orders.run), header, force=settings.force, retention=retention)
         self._recorder = Recorder(writer, header.period_ns, settings.frames, settings.every_ticks)
         self._view.recording = lambda: self._recorder.state
-        self._desk = OperatorDesk(Commands(RingWriter(orders.commands)), self._recorder, self._view, configuration)
+        commands = Commands(RingWriter(orders.commands))
+        self._desk = OperatorDesk(commands, self._recorder, self._view, configuration, header.lockstep)
         self._observer = LiveObserver(configuration)
         self._view.observed = self._observer.status
         self._desk.learn_anew = self._observer.learn_anew
         self._view.adjustable = lambda: self._desk.adjusting.numbers
         self._door, self._run = Door(Path(orders.socket), orders.token), Path(orders.run)
-        self._socket = OperatorSocket(self._door, self._desk.handle)
+        self._socket = OperatorSocket(self._door, self._desk.handle, gone=self._desk.client_gone)
         self._desk.attach(self._socket)
         if settings.operator:
             self._door.write(self._run)

@@ -13,10 +13,13 @@ from gimbal_hil.realtime.telemetry.records import (
     Telemetry,
     TelemetryKind,
     exchange_from,
+    lease_ticks_of,
     pack_configuration,
+    pack_motion_number,
     pack_program,
     take_commands,
     unpack_configuration,
+    unpack_motion_number,
     unpack_program,
 )
 from gimbal_hil.realtime.telemetry.scope import (
@@ -52,11 +55,14 @@ __all__ = [
     "WireWatch",
     "capture_columns",
     "exchange_from",
+    "lease_ticks_of",
     "pack_configuration",
+    "pack_motion_number",
     "pack_program",
     "scope_settings",
     "signal_names",
     "take_commands",
     "unpack_configuration",
+    "unpack_motion_number",
     "unpack_program",
 ]

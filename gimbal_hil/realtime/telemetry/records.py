@@ -61,24 +61,47 @@ class CommandKind(IntEnum):
     ADJUST = 7
     #: as START, and the host's image before it goes into the log: a run that begins here can be computed again
     START_WITH_IMAGE = 8
+    #: whoever asked for a motion is still there; the number of that START follows, as in the two below
+    RENEW = 9
+    #: the motion needs its client no more
+    RELEASE = 10
+    #: the connection of the motion's client has closed
+    CLIENT_GONE = 11
 
 
 #: number of the request, and CLOCK_MONOTONIC when it was asked
 COMMAND_HEADER = struct.Struct("<qq")
 #: a motion that was asked for longer ago is not begun: by then its caller has been told that it was not taken
 MOTION_PATIENCE_S = 3.0
-_PROGRAM_LENGTH = struct.Struct("<q")
+#: length of the program, and ticks of its lease
+_PROGRAM_HEAD = struct.Struct("<qq")
+_MOTION_NUMBER = struct.Struct("<q")
 
 
-def pack_program(program: Program) -> bytes:
-    """A program as a START command carries it."""
-    return _PROGRAM_LENGTH.pack(program.length) + program.values.tobytes()
+def pack_program(program: Program, lease_ticks: int = 0) -> bytes:
+    """A program as a START command carries it; a lease of 0 ticks is none."""
+    return _PROGRAM_HEAD.pack(program.length, lease_ticks) + program.values.tobytes()
 
 
 def unpack_program(payload: bytes) -> Program:
     """The program of a START command: it was checked before it was packed."""
-    (length,) = _PROGRAM_LENGTH.unpack_from(payload)
-    return Program(np.frombuffer(payload, np.float64, offset=_PROGRAM_LENGTH.size).copy(), length)
+    length, _ = _PROGRAM_HEAD.unpack_from(payload)
+    return Program(np.frombuffer(payload, np.float64, offset=_PROGRAM_HEAD.size).copy(), length)
+
+
+def lease_ticks_of(payload: bytes) -> int:
+    """The lease of a START command, 0 for none."""
+    return int(_PROGRAM_HEAD.unpack_from(payload)[1])
+
+
+def pack_motion_number(number: int) -> bytes:
+    """Which motion RENEW, RELEASE and CLIENT_GONE are about: the number of its START."""
+    return _MOTION_NUMBER.pack(number)
+
+
+def unpack_motion_number(payload: bytes) -> int:
+    """The same read back."""
+    return int(_MOTION_NUMBER.unpack_from(payload)[0])
 
 
 def pack_configuration(configuration: NDArray[np.float64]) -> bytes:

@@ -28,10 +28,20 @@ def set_axes(
     over: Annotated[
         float, typer.Option(metavar="SECONDS", help="Move smoothly for so long; 0: at once.", min=0.0)
     ] = 0.0,
+    attended: Annotated[
+        bool,
+        typer.Option(
+            "--attended",
+            help="Stay here; the motion ends, braked to rest, with this command: Ctrl-C, a closed terminal, a kill.",
+        ),
+    ] = False,
     run: Run = None,
     as_json: AsJson = False,
 ) -> int:
-    """Have axes go to values and hold them; an axis that is not named stays where it is (in rate and torque: zero)."""
+    """Have axes go to values and hold them; an axis that is not named stays where it is (in rate and torque: zero).
+
+    Without --attended a set-point outlives this command: `stop` ends it.
+    """
     from firmware_protocol.errors import BadInputError
     from gimbal_hil.surface.cli.following import command_line
 
@@ -49,9 +59,32 @@ def set_axes(
             if wanted.get(axis, standing[axis]) is None:
                 raise BadInputError(f"{axis}=", "its position is not known yet", f"a value for {axis} too")
         targets = {axis: float(wanted.get(axis, standing[axis])) for axis in axes}
-        answer = client.when_ready("set_point", mode=mode, over_s=over, **targets)
-    said = ", ".join(f"{axis} to {value:g} {_MODES[mode]}" for axis, value in targets.items())
-    return _tell(answer, f"{said} from tick {answer['tick']}", command_line("watch", folder), as_json)
+        answer = client.when_ready("set_point", mode=mode, over_s=over, lease=attended, **targets)
+        said = ", ".join(f"{axis} to {value:g} {_MODES[mode]}" for axis, value in targets.items())
+        told = _tell(answer, f"{said} from tick {answer['tick']}", command_line("watch", folder), as_json)
+        if attended:
+            _attend(client, int(answer["tick"]))
+    return told
+
+
+def _attend(client: OperatorClient, since_tick: int) -> None:
+    """Stay until somebody else ends the motion, which is told; SafetyStopError where a guard did."""
+    import sys
+
+    from firmware_protocol.errors import SafetyStopError
+    from gimbal_hil.loop.host import HostCause, word_of
+
+    print("this command keeps the motion going: Ctrl-C brakes to rest", file=sys.stderr, flush=True)
+
+    def ends(event: dict[str, Any]) -> bool:
+        data = event.get("data", {})
+        return bool(event.get("tick", 0) >= since_tick and data.get("code") == "state" and data["from"] == "active")
+
+    while (ended := client.wait_for(ends, 60.0)) is None:
+        pass
+    print(ended["text"], file=sys.stderr)
+    if ended["data"]["cause"] != word_of(HostCause.OPERATOR):
+        raise SafetyStopError(f"the host went {ended['text']}")
 
 
 def stop(place: Place = None, run: Run = None, as_json: AsJson = False) -> int:

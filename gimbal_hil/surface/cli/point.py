@@ -228,7 +228,9 @@ def _through_daemon(
         except KeyboardInterrupt:
             daemon.stop()
             raise
-        if not stay:
+        if stay:
+            daemon.stay()
+        else:
             daemon.stow(_say)
         log = daemon.log(found.first_tick, found.last_tick)
     finally:
