@@ -114,8 +114,8 @@ class OperatorClient:
                 time.sleep(_REPEAT_S)
 
     def start(self, program: Program, with_image: bool = False) -> int:
-        """Have the host follow a program, with a lease, as soon as it is ready; answers the tick at which it began. `with_image` also
-        records where the host stood, so that a run that begins there can be computed again.
+        """Have the host follow a program, with a lease, as soon as it is ready; answers the tick at which it began.
+        `with_image` also records where the host stood, so that a run that begins there can be computed again.
 
         Events from before the first program of this connection are let go: the daemon's own test before the first
         motion has segments and a stop as well.
