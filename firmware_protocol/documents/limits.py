@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from firmware_protocol.errors import BadInputError
 
@@ -72,6 +73,22 @@ def text_problem(text: str) -> str | None:
     except UnicodeEncodeError:
         return "half a character (a lone surrogate)"
     return None
+
+
+def printable(value: Any) -> Any:
+    """Plain content as any reader takes it: a byte of a path that is no UTF-8 (Python holds it as half a character)
+    stands as \\xNN.
+    """
+    if isinstance(value, str):
+        try:
+            return value.encode(errors="surrogateescape").decode(errors="backslashreplace")
+        except UnicodeEncodeError:
+            return value.encode(errors="backslashreplace").decode()
+    if isinstance(value, dict):
+        return {printable(key): printable(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [printable(one) for one in value]
+    return value
 
 
 def number_problem(number: float, limits: DocumentLimits) -> str | None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
+from gimbal_hil.data.runs import one_writer
 from gimbal_hil.proof.campaign import TABLE_FILE, spreads_of
 from gimbal_hil.surface.cli import app
 from sim_backend.model import shipped_model
@@ -113,3 +114,13 @@ def test_a_folder_of_another_campaign_is_not_gone_on_with(plan: Path, tmp_path: 
             app.run("campaign", [*words, *more])
         assert ended.value.code == 2
     assert json.loads((tmp_path / "campaign.json").read_text())["seed"] == 0
+
+
+def test_two_campaigns_in_one_folder_are_refused(
+    plan: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = campaign(plan, tmp_path / "one", "--antennas", "1")
+    with one_writer(tmp_path / "one"), pytest.raises(SystemExit) as ended:
+        campaign(plan, tmp_path / "one", "--antennas", "2", "--resume")
+    assert ended.value.code == 2 and "process" in capsys.readouterr().err
+    assert (tmp_path / "one" / TABLE_FILE).read_bytes() == before

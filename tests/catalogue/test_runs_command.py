@@ -79,3 +79,18 @@ def test_the_wrong_number_of_runs_and_folders_that_are_none_are_refused(words: l
     with pytest.raises(SystemExit) as end:
         app.run("runs", words)
     assert end.value.code == 2
+
+
+def test_a_run_that_lost_half_its_ticks_is_called_good_by_neither_show_nor_check(
+    runs: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ticks = runs / "second" / "ticks.arrow"
+    assert app.run("runs", ["show", str(runs / "second")]) == app.run("check", [str(runs / "second")]) == 0
+    ticks.write_bytes(ticks.read_bytes()[: ticks.stat().st_size // 2])
+    capsys.readouterr()
+    assert app.run("runs", ["show", str(runs / "second")]) == 1
+    assert "NOT AS IT WAS RECORDED" in capsys.readouterr().out
+    assert app.run("runs", ["show", str(runs / "second"), "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["sound"] is False
+    assert app.run("check", [str(runs / "second")]) == 1
+    assert "ticks that were recorded are missing" in capsys.readouterr().out

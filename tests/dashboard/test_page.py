@@ -3,6 +3,9 @@ from __future__ import annotations
 import http.client
 import json
 import math
+import os
+import socket
+import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -17,6 +20,7 @@ from gimbal_hil.loop.timing.miss_causes import MISS_CODE, MissCause
 from gimbal_hil.realtime.daemon.run import DaemonOptions, run_daemon
 from gimbal_hil.realtime.dashboard import PageServer
 from gimbal_hil.realtime.dashboard.page import PAGE
+from gimbal_hil.realtime.dashboard.server import MOST_CONNECTIONS
 from gimbal_hil.realtime.telemetry.live_view import LiveView
 from gimbal_hil.realtime.telemetry.records import Exchange
 
@@ -175,3 +179,23 @@ def test_a_port_that_is_taken_is_refused_and_leaves_no_run_folder(server: PageSe
             DaemonOptions(tmp_path / "run", duration_s=0.1, lockstep=True, quiet=True, page_port=port),
         )
     assert not (tmp_path / "run").exists()
+
+
+def test_silent_connections_lock_nobody_out_and_use_up_no_descriptors() -> None:
+    server = PageServer(LiveView(1_000_000), 0)
+    place = urlsplit(server.url)
+    silent: list[socket.socket] = []
+    try:
+        before = len(os.listdir("/proc/self/fd"))
+        for _ in range(4 * MOST_CONNECTIONS):
+            silent.append(socket.create_connection((place.hostname, place.port)))
+            if len(silent) % MOST_CONNECTIONS == 0:
+                with urllib.request.urlopen(server.url, timeout=60) as answer:
+                    assert answer.status == 200
+        # the last one was answered, so all before it have been taken
+        held = len(os.listdir("/proc/self/fd")) - before - len(silent)
+        assert held <= MOST_CONNECTIONS + 8
+    finally:
+        for one in silent:
+            one.close()
+        server.close()

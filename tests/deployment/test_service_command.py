@@ -28,11 +28,16 @@ def service(*words: str | Path) -> int:
 
 
 @pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="systemd-analyze is not there")
-def test_systemd_accepts_the_unit_and_finds_nothing_unknown_in_it(tmp_path: Path) -> None:
+@pytest.mark.parametrize("named", ["antenna.yaml", 'it\'s 100 % $HOME; `x` "two" & \\ more'])
+@pytest.mark.parametrize("runs", [None, Path("/var/lib/gimbal-hil")])
+def test_systemd_accepts_the_unit_and_finds_nothing_unknown_in_it(
+    named: str, runs: Path | None, tmp_path: Path
+) -> None:
     program = tmp_path / "gimbal-hil"
     program.write_text("#!/bin/sh\n")
     program.chmod(0o755)
-    choice = UnitChoice(program, tmp_path / "antenna.yaml", tmp_path, "root", 8765, 10)
+    config = tmp_path / named
+    choice = UnitChoice(program, config, runs or tmp_path / named, "root", 8765, 10)
     unit = tmp_path / "gimbal-hil.service"
     unit.write_text(unit_text(choice))
     done = subprocess.run(
@@ -54,13 +59,25 @@ def test_a_unit_is_installed_for_a_configuration_that_is_good_and_nothing_is_rep
     words = ("install", "--config", shipped_settings_path(), "--out", tmp_path / "units", "--runs", tmp_path / "runs")
     assert service(*words) == 0
     text = (tmp_path / "units" / "gimbal-hil.service").read_text()
-    assert "Type=notify" in text and "WatchdogSec=10" in text and f"ReadWritePaths={tmp_path / 'runs'}" in text
+    assert "Type=notify" in text and "WatchdogSec=10" in text and f'ReadWritePaths="-{tmp_path / "runs"}"' in text
     assert "LimitRTPRIO=95" in text and "RestartPreventExitStatus=2 3" in text
-    for again in (words, ("install", "--out", tmp_path / "b"), (*words[:-1], tmp_path / "a b", "--force")):
+    for again in (words, ("install", "--out", tmp_path / "b"), (*words[:-1], tmp_path / "a\nb", "--force")):
         with pytest.raises(SystemExit) as end:
             service(*again)
         assert end.value.code == 2
     assert not (tmp_path / "b").exists()
+
+
+def test_a_unit_makes_its_folder_waits_for_its_device_and_keeps_the_socket_where_operators_see_it() -> None:
+    text = unit_text(UnitChoice(Path("/opt/gimbal-hil"), Path("/etc/a $b.yaml"), Path("/var/lib/gimbal/a"), "g"))
+    assert 'StateDirectory="gimbal/a"' in text and "ExecStartPre=+" not in text
+    assert 'ExecStart="/opt/gimbal-hil" daemon --wait --config "/etc/a $$b.yaml"\n' in text
+    # PrivateTmp hides what lies in /tmp, and the door goes where this says
+    assert "PrivateTmp=yes" in text and "RuntimeDirectory=gimbal-hil\n" in text
+    assert "Environment=XDG_RUNTIME_DIR=%t/gimbal-hil\n" in text and "/bin/sh" not in text
+    elsewhere = unit_text(UnitChoice(Path("/opt/gimbal-hil"), Path("/etc/a.yaml"), Path("/data/a b"), "g"))
+    assert 'ExecStartPre=+/usr/bin/install -d -m 0750 -o g "/data/a b"' in elsewhere
+    assert "WorkingDirectory=-/data/a b\n" in elsewhere and "StateDirectory" not in elsewhere
 
 
 def test_systemd_hears_once_that_ticks_run_and_then_at_a_third_of_its_watchdog(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import textwrap
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -361,3 +362,14 @@ def test_writing_rows_imports_nothing_that_is_slow_to_import(tmp_path: Path) -> 
     )
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_a_path_that_is_no_utf_8_is_recorded_so_that_every_reader_takes_it(tmp_path: Path) -> None:
+    stray = os.fsdecode(b"caf\xe9.yaml")
+    header = replace(HEADER, configuration={"model": stray}, command_line=("gimbal-hil", stray), title=stray)
+    folder = tmp_path / os.fsdecode(b"\xff run")
+    with RunWriter(folder, header) as writer:
+        writer.event(0, 0, EventKind.NOTE, f"follows {stray}", {"file": stray})
+    log = open_run(folder)
+    assert log.record.header.title == log.record.header.configuration["model"] == "caf\\xe9.yaml"
+    assert log.events[0].data == {"file": "caf\\xe9.yaml"} and not list(damage_of(log))

@@ -11,6 +11,7 @@ from gimbal_hil.data.runs.log_damage import damage_of, require_frames
 from gimbal_hil.data.runs.new_folder import SCOPE_FOLDER
 from gimbal_hil.data.runs.reader import RecordedRun, is_run_folder, open_run
 from gimbal_hil.data.runs.replaying import ReplayResult, replay
+from gimbal_hil.data.runs.run_lock import one_writer
 from gimbal_hil.data.runs.schema import (
     AXES,
     BEGINS,
@@ -59,6 +60,7 @@ __all__ = [
     "frames_of_blocks",
     "is_run_folder",
     "newest_events_file",
+    "one_writer",
     "open_run",
     "read_header",
     "replay",

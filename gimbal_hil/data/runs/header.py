@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from firmware_protocol.documents import read_yaml, yaml_text
+from firmware_protocol.documents import printable, read_yaml, yaml_text
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.schema import PROTOCOL_VERSION
 from gimbal_hil import __version__
@@ -126,9 +126,10 @@ def write_header(folder: Path, header: RunHeader, started_utc: str, end: RunEnd 
         "axes": list(header.axes),
         "exit_status": {"code": end.exit_code, "reason": end.reason} if end else None,
         "log": dict(end.counts) if end else None,
-        "configuration": _plain(header.configuration),
-        "model": _plain(header.model),
+        "configuration": dict(header.configuration),
+        "model": dict(header.model),
     }
+    document = _plain(document)
     document["hashes"] = {part: plain_hash(document[part]) for part in _HASHED} | _end_hashes(end)
     document["seal"] = sealed_with(end.last_block, _ending(document)) if end and end.last_block else None
     temporary = folder / f".{RUN_FILE}.{os.getpid()}"
@@ -222,7 +223,7 @@ def _get(path: Path, table: dict[str, Any], key: str, kind: type, prefix: str = 
 
 
 def _plain(content: Mapping[str, Any]) -> dict[str, Any]:
-    plain: dict[str, Any] = json.loads(json.dumps(content))
+    plain: dict[str, Any] = json.loads(json.dumps(printable(content)))
     return plain
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 from firmware_protocol.errors import BadInputError
@@ -55,3 +57,13 @@ class RunLock:
             _held.discard(self._file)
             os.close(self._file)
             self._file = -1
+
+
+@contextlib.contextmanager
+def one_writer(folder: Path) -> Iterator[None]:
+    """A folder that is there, for one process alone; BadInputError where another one writes into it."""
+    lock = RunLock(folder)
+    try:
+        yield
+    finally:
+        lock.release()

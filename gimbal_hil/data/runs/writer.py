@@ -23,6 +23,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from firmware_protocol.documents import printable, text_problem
 from firmware_protocol.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, BadInputError, SafetyStopError
 from gimbal_hil.data.runs.arrow_messages import batch_bytes
 from gimbal_hil.data.runs.arrow_stream import END_OF_STREAM
@@ -193,7 +194,10 @@ class RunWriter:
     ) -> None:
         """Keep one event; `data` must be plain JSON."""
         line = {"tick": tick, "time_ns": time_ns, "kind": kind.value, "text": text, "data": dict(data or {})}
-        self._events.append(json.dumps(line, ensure_ascii=False) + "\n")
+        text = json.dumps(line, ensure_ascii=False)
+        if text_problem(text) is not None:
+            text = json.dumps(printable(line), ensure_ascii=False)
+        self._events.append(text + "\n")
 
     def command(self, tick: int, time_ns: int, text: str, data: Mapping[str, object]) -> None:
         """Keep the request of an operator or plan to the host core before its tick `tick`; replay repeats it."""

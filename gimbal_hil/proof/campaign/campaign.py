@@ -24,6 +24,7 @@ import numpy as np
 
 from firmware_protocol.errors import BadInputError, GimbalHilError
 from firmware_protocol.places import require_new
+from gimbal_hil.data.runs import one_writer
 from gimbal_hil.knowledge.executor import WorkExecutor
 from gimbal_hil.knowledge.experiments import Experiment, LockstepAntenna, Row, plan_hash
 from gimbal_hil.loop.settings import DaemonSettings
@@ -108,19 +109,25 @@ def run_campaign(
 
     `ahead` pieces of work are under way at once. `tell` hears how many antennas are done, and how many since it heard
     last. What the nominal antenna cannot do is refused; what another cannot do stands in its row.
+    Two campaigns in one folder are refused.
     """
     table = folder / TABLE_FILE
-    first = done = _begun(campaign, folder, resume, force)
-    tell(done, done)
-    with table.open(encoding="utf-8", newline="") as begun:
-        columns = next(csv.reader(begun))
-    with table.open("a", encoding="utf-8", newline="") as file:
-        for rows in _in_order(campaign, range(done, antennas + 1), executor, ahead):
-            file.write(_lines([[row.get(name) for name in columns] for row in rows]))
-            file.flush()
-            done += len(rows)
-            tell(done, len(rows))
-        os.fsync(file.fileno())
+    _require_free(folder, resume, force)
+    if not (resume and table.exists()) and (problem := campaign.row(0)["problem"]):
+        raise BadInputError("the model's own antenna", str(problem), "an experiment that it can do")
+    folder.mkdir(parents=True, exist_ok=True)
+    with one_writer(folder):
+        first = done = _begun(campaign, folder, resume, force)
+        tell(done, done)
+        with table.open(encoding="utf-8", newline="") as begun:
+            columns = next(csv.reader(begun))
+        with table.open("a", encoding="utf-8", newline="") as file:
+            for rows in _in_order(campaign, range(done, antennas + 1), executor, ahead):
+                file.write(_lines([[row.get(name) for name in columns] for row in rows]))
+                file.flush()
+                done += len(rows)
+                tell(done, len(rows))
+            os.fsync(file.fileno())
     return Done(table, done, done - first)
 
 
@@ -140,12 +147,17 @@ def _piece(campaign: Campaign, start: int, stop: int) -> list[Row]:
     return [campaign.row(number) for number in range(start, stop)]
 
 
+def _require_free(folder: Path, resume: bool, force: bool) -> None:
+    require_new(folder, resume or force, TABLE_FILE, instead="a new folder, --resume to go on")
+
+
 def _begun(campaign: Campaign, folder: Path, resume: bool, force: bool) -> int:
     """How many antennas the table of this campaign has: on resume without what was cut off in writing, else the
     nominal one.
     """
     table, about = folder / TABLE_FILE, folder / ABOUT_FILE
-    require_new(folder, resume or force, TABLE_FILE, instead="a new folder, --resume to go on")
+    # again: somebody else may have had the folder until now
+    _require_free(folder, resume, force)
     if resume and table.exists():
         if json.loads(about.read_text(encoding="utf-8"))["digest"] != campaign.digest():
             raise BadInputError(str(folder), "is another campaign", "the same options, but for the number of antennas")
@@ -154,9 +166,6 @@ def _begun(campaign: Campaign, folder: Path, resume: bool, force: bool) -> int:
             table.write_bytes(_END.join([*whole, b""]))
             return len(whole) - 1
     nominal = campaign.row(0)
-    if nominal["problem"]:
-        raise BadInputError("the model's own antenna", nominal["problem"], "an experiment that it can do")
-    folder.mkdir(parents=True, exist_ok=True)
     told = {"schema": 1, "experiment": campaign.experiment.name, "model": campaign.model.name, "seed": campaign.seed}
     told["spreads"] = {spread.name: spread.deviation for spread in campaign.spreads}
     about.write_text(json.dumps(told | {"digest": campaign.digest()}, indent=1), encoding="utf-8")

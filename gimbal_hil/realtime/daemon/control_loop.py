@@ -71,6 +71,13 @@ _DRIVE_OFF = (
     DriveState.SWITCHED_ON,
     DriveState.FAULT,
 )
+#: what whoever is refused a motion can do about it
+_HINTS = {
+    HostState.WAITING: ", which passes once the antenna answers",
+    HostState.SYNCHRONISING: ", which passes once the antenna answers",
+    HostState.STOPPING: ", which passes once the axes rest",
+    HostState.FAULT: ", which `gimbal-hil reset` leaves (fault_reset)",
+}
 _STARTS = (CommandKind.START, CommandKind.START_WITH_IMAGE)
 #: commands without parameters that go straight to the host, as the log calls them
 _PLAIN: dict[CommandKind, tuple[str, Callable[[Host], None]]] = {
@@ -244,8 +251,7 @@ class ControlLoop:
                 spoilt = f"; the last try told nothing: {self._first_test.spoilt}" if self._first_test.spoilt else ""
                 return f"the antenna is being tried with a small torque before its first motion{spoilt}"
             if host.state not in (HostState.IDLE, HostState.ACTIVE):
-                connecting = host.state in (HostState.WAITING, HostState.SYNCHRONISING)
-                hint = ", which passes once the antenna answers" if connecting else ""
+                hint = _HINTS.get(host.state, "")
                 return f"the host is in state {word_of(host.state)}{hint} (last cause: {word_of(host.cause)})"
             if command.kind is CommandKind.START_WITH_IMAGE:
                 data = {"command": "image", "words": IMAGE_WORDS, "image": image_of(host)}

@@ -195,6 +195,8 @@ def _run(parts: _Parts, core: int | None, lockstep: bool, remote: LockstepLink |
         with _signals_to(parts.loop, remote), contextlib.ExitStack() as stack:
             if not lockstep:
                 granted = stack.enter_context(real_time(core=core))
+                for refused in granted.refused:
+                    parts.loop.tell_note(f"not granted, ticks may be late: {refused}")
             parts.engine.run()
         parts.ending = parts.loop.ending or parts.ending
     except BaseException as error:
@@ -309,10 +311,10 @@ def _header(settings: DaemonSettings, period: Duration, options: DaemonOptions) 
 
 def _say_where(run: Path, page: str | None, settings: DaemonSettings, lockstep: bool) -> None:
     pace = "in lockstep" if lockstep else "in real time"
-    print(f"gimbal-hil daemon: {settings.rate_hz:g} Hz {pace}, recording into {run}", file=sys.stderr)
-    if page:
-        print(f"live page and metrics: {page}", file=sys.stderr)
-    sys.stderr.flush()
+    lines = [f"gimbal-hil daemon: {settings.rate_hz:g} Hz {pace}, recording into {run}"]
+    lines += [f"live page and metrics: {page}"] if page else []
+    with contextlib.suppress(OSError):
+        print("\n".join(lines), file=sys.stderr, flush=True)
 
 
 def _frame_counts(host: Host) -> Json:

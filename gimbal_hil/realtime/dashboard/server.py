@@ -6,10 +6,12 @@ operator's door, which judges it like one from any terminal, and the scope takes
 
 from __future__ import annotations
 
+import contextlib
 import hmac
 import json
 import math
 import secrets
+import socket
 import threading
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
@@ -32,7 +34,43 @@ TOKEN_HEADER = "X-Operator-Token"
 #: what the page may ask for; experiments and programs come through the door itself
 _COMMANDS = ("set_point", "stop", "quick_stop", "fault_reset", "adjust", "adjust_back", "learn_anew")
 _LONGEST_REQUEST = 4096
+MOST_CONNECTIONS = 32
 _REQUEST = DocumentLimits(size_bytes=_LONGEST_REQUEST, values=50)
+
+
+class _Connections(ThreadingHTTPServer):
+    """So many connections at once and no more: where one more comes, the oldest has to go, so that silent ones neither
+    use up this process' descriptors nor lock anybody out.
+    """
+
+    daemon_threads = True
+
+    def __init__(self, handler: type[BaseHTTPRequestHandler], port: int) -> None:
+        self._open: dict[socket.socket, None] = {}
+        self._turn = threading.Lock()
+        super().__init__((_LOOPBACK, port), handler)
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Serve one connection in a thread of its own."""
+        with self._turn:
+            oldest = next(iter(self._open)) if len(self._open) >= MOST_CONNECTIONS else None
+            if oldest is not None:
+                del self._open[oldest]
+            self._open[request] = None
+        if oldest is not None:
+            # its thread reads the end and closes it
+            with contextlib.suppress(OSError):
+                oldest.shutdown(socket.SHUT_RDWR)
+        super().process_request(request, client_address)
+
+    def shutdown_request(self, request: Any) -> None:
+        """One connection is done."""
+        with self._turn:
+            self._open.pop(request, None)
+        super().shutdown_request(request)
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """A connection that broke off is not news."""
 
 
 class PageServer:
@@ -42,10 +80,9 @@ class PageServer:
         """`port` 0 takes any free one; BadInputError when it is taken. Without a door nothing can be commanded."""
         handler = type("Handler", (_Handler,), {"view": view, "door": door, "screen": screen})
         try:
-            self._server = ThreadingHTTPServer((_LOOPBACK, port), handler)
+            self._server = _Connections(handler, port)
         except OSError as error:
             raise BadInputError("--page", f"port {port}: {error.strerror}", "a free port, or 0 for any") from None
-        self._server.daemon_threads = True
         self._thread = threading.Thread(target=self._server.serve_forever, daemon=True)
         self._thread.start()
 
@@ -65,7 +102,7 @@ class _Handler(BaseHTTPRequestHandler):
     door: Door | None
     screen: ScopeScreen | None
     #: a client that says nothing is not waited for
-    timeout = 10
+    timeout = 5
 
     def do_HEAD(self) -> None:
         """Answer as GET would, without the content."""

@@ -120,8 +120,8 @@ class OperatorClient:
         Events from before the first program of this connection are let go: the daemon's own test before the first
         motion has segments and a stop as well.
         """
-        request = {"program": program.as_document(), "with_image": with_image, "lease": True}
-        tick = int(self.when_ready("start", **request)["tick"])
+        document = program.as_document()
+        tick = int(self.when_ready("start", program=document, with_image=with_image, lease=True)["tick"])
         if self._since_tick is None:
             self._since_tick = tick
         return tick

@@ -84,6 +84,21 @@ class Door:
         return door
 
     @classmethod
+    def is_open(cls, run: Path) -> bool:
+        """Whether somebody listens at the door of that run folder; a daemon that was killed leaves a dead one."""
+        try:
+            door = cls._written_in(run / DOOR_FILE)
+            with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as knocking:
+                knocking.setblocking(False)
+                knocking.connect(str(door.socket))
+        except BlockingIOError:
+            # a crowd waits there
+            return True
+        except (OSError, BadInputError):
+            return False
+        return True
+
+    @classmethod
     def _written_in(cls, path: Path) -> Door:
         expected = "the run folder of a running daemon"
         content = read_json(path, expected)

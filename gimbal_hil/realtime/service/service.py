@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import select
 import signal
@@ -105,7 +106,8 @@ class Service:
         if self._page is not None:
             self._page.close()
         if self._recorder.failure:
-            print(f"recording failed: {self._recorder.failure}", file=sys.stderr, flush=True)
+            with contextlib.suppress(OSError):
+                print(f"recording failed: {self._recorder.failure}", file=sys.stderr, flush=True)
         return self._recorder.failure is None
 
     def _take(self) -> None:
@@ -176,7 +178,9 @@ class Service:
         terminal.
         """
         if event["kind"] in _NOTICED and not self._quiet and not _is_chatter(event):
-            print(f"{event['time_ns'] / 1e9:9.3f} s  {event['kind']}: {event['text']}", file=sys.stderr, flush=True)
+            # a terminal that was closed takes no word, and is no reason to stop recording
+            with contextlib.suppress(OSError):
+                print(f"{event['time_ns'] / 1e9:9.3f} s  {event['kind']}: {event['text']}", file=sys.stderr, flush=True)
 
 
 def wire_of(settings: DaemonSettings) -> Wire:

@@ -9,10 +9,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from firmware_protocol.errors import BadInputError, GimbalHilError, refused_below
+from firmware_protocol.errors import BadInputError, DamagedRunError, GimbalHilError, refused_below
 from firmware_protocol.links import AdapterLinkConfig, require_known_interface
 from gimbal_hil.data.containers import Contents, contents_of, guess, survey
-from gimbal_hil.data.runs import open_run
+from gimbal_hil.data.runs import damage_of, open_run
 from gimbal_hil.data.signals import ColumnMap, read_signals
 from gimbal_hil.knowledge.experiments import embedded_model_of, load_plan
 from gimbal_hil.loop.settings import DaemonSettings, EmbeddedAntenna, load_settings
@@ -202,6 +202,9 @@ def _is_ours(contents: Contents, axes: tuple[str, ...]) -> bool:
 
 def _run(path: Path, _document: dict[str, Any], _axes: tuple[str, ...]) -> _Seen:
     run = open_run(path)
+    damage = "; ".join(found.in_words() for found in damage_of(run))
+    if damage:
+        raise DamagedRunError(f"{path}: is not what was recorded: {damage}")
     header = run.record.header
     rate_hz, axes = 1e9 / header.period_ns, " and ".join(header.axes)
     return _Seen(f"{header.title or 'run'}, {len(run.ticks)} ticks at {rate_hz:g} Hz, axes {axes}")

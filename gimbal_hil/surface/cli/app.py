@@ -8,7 +8,7 @@ import importlib
 import os
 import sys
 from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, nullcontext, suppress
 from functools import wraps
 from types import ModuleType
 from typing import Any, NoReturn
@@ -107,7 +107,7 @@ def main(arguments: list[str] | None = None) -> None:
         # here, where a reader that has gone or a full disk can still be answered for
         sys.stdout.flush()
     except BrokenPipeError:
-        code = _without_a_reader()
+        code = without_a_reader()
     except OSError as error:
         _fail(f"error: {_of_the_system(error)}", EXIT_BAD_INPUT)
     sys.exit(code)
@@ -195,7 +195,7 @@ def _guarded(command: Callable[..., int], compiles: bool) -> Callable[..., int]:
             return EXIT_INTERRUPTED
         except BrokenPipeError:
             # typer would make it 1, which is the answer "no"
-            return _without_a_reader()
+            return without_a_reader()
 
     return saying
 
@@ -237,9 +237,12 @@ Each command explains itself with --help; gimbal-hil --install-completion has th
 Exit codes: 0 done and good, 1 done with a negative result, 2 bad input, 3 safety stop, 130 interrupted."""
 
 
-def _without_a_reader() -> int:
-    """Whoever read the output has seen enough (`| head`): nothing more is written, and that is no error."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+def without_a_reader() -> int:
+    """Whoever read the output has seen enough (`| head`) or is gone: nothing more is written, and that is no error."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError, ValueError):
+            os.dup2(nowhere, stream.fileno())
     return EXIT_DONE
 
 

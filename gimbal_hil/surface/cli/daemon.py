@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from gimbal_hil.surface.cli.app import without_a_reader
 
 if TYPE_CHECKING:
     from gimbal_hil.realtime.daemon import DaemonReport
@@ -85,7 +88,12 @@ def command(
         folder, force, duration, lockstep, answer_within, spin_us, page, wait=wait, then=_then(then)
     )
     report = run_daemon(settings, options)
-    _tell(report, as_json)
+    try:
+        _tell(report, as_json)
+        sys.stdout.flush()
+    except OSError:
+        # the terminal was closed (ssh): the run folder says how it ended, and so does the exit code
+        without_a_reader()
     return report.ending.exit_code
 
 

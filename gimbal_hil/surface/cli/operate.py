@@ -117,15 +117,19 @@ def _meant(place: Path | None, run: Path | None) -> Path | None:
 
 
 def daemon_run(run: Path | None) -> Path:
-    """The run folder of the daemon meant: the one given, else the newest below ./runs whose door stands open."""
+    """The run folder of the daemon meant: the one given, else the newest below ./runs at whose door one listens."""
     from firmware_protocol.errors import BadInputError
 
     if run is not None:
         return run
-    doors = sorted(Path("runs").glob("*/operator.json"), key=lambda path: path.stat().st_mtime)
-    if not doors:
+    from gimbal_hil.realtime.operator import Door
+
+    doors = sorted(Path("runs").glob("*/operator.json"), key=lambda path: path.stat().st_mtime, reverse=True)
+    # a daemon that was killed leaves its door behind
+    alive = next((door.parent for door in doors if Door.is_open(door.parent)), None)
+    if alive is None:
         raise BadInputError("--run", "no daemon records below ./runs", "the run folder of a running daemon")
-    return doors[-1].parent
+    return alive
 
 
 def _plain(name: str, said: str, run: Path | None, as_json: bool, following: str = "watch") -> int:

@@ -36,9 +36,10 @@ def command(
     as_json: Annotated[bool, typer.Option("--json", help="Print the answer as one JSON object.")] = False,
 ) -> int:
     """List the runs below a folder, show what one of them was, or compare two: figures side by side, what differs in
-    configuration and model, and both drawn over each other (with --out).
+    configuration and model, and both drawn over each other (with --out). `show` answers 1 for a run that is not what
+    was recorded.
     """
-    from firmware_protocol.errors import EXIT_DONE, BadInputError
+    from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
 
     given = paths or []
     if action is RunsAction.LIST:
@@ -48,7 +49,7 @@ def command(
     elif action is RunsAction.SHOW:
         if len(given) != 1:
             raise BadInputError("runs show", f"has {len(given)} runs", "one run folder")
-        _show(given[0], as_json)
+        return EXIT_DONE if _show(given[0], as_json) else EXIT_NO
     else:
         if len(given) != 2:
             raise BadInputError("runs compare", f"has {len(given)} runs", "two run folders")
@@ -79,7 +80,8 @@ def _list(given: Path | None, as_json: bool) -> None:
         print_next(command_line("runs", "show", found[-1].folder))
 
 
-def _show(folder: Path, as_json: bool) -> None:
+def _show(folder: Path, as_json: bool) -> bool:
+    """Whether the run is what it was when it was recorded."""
     import json
 
     from firmware_protocol.errors import GimbalHilError
@@ -89,7 +91,8 @@ def _show(folder: Path, as_json: bool) -> None:
     from gimbal_hil.surface.cli.following import command_line, print_next
 
     run, line = open_run(folder), summary_of(folder)
-    notes = [*run.notes, *(f"damaged {found.in_words()}" for found in damage_of(run))]
+    damage = [f"damaged {found.in_words()}" for found in damage_of(run)]
+    notes = [*run.notes, *damage]
     try:
         table = signals_of_run(run, drop_invalid=True)
     except GimbalHilError as error:
@@ -100,16 +103,19 @@ def _show(folder: Path, as_json: bool) -> None:
     if as_json:
         figures = [{"name": one.name, "value": one.value, "unit": one.unit} for one in measures]
         events = [{"tick": event.tick, "kind": event.kind.value, "text": event.text} for event in told]
-        print(json.dumps(line.as_dict() | {"figures": figures, "events": events, "notes": notes}))
-        return
+        print(json.dumps(line.as_dict() | {"figures": figures, "events": events, "notes": notes, "sound": not damage}))
+        return not damage
     length = "" if line.length_s is None else f", {line.length_s:.1f} s"
     print(f"{folder}: {line.title or 'a run'} of {line.started_utc[:19]}{length}; {line.ending}")
+    if damage:
+        print("NOT AS IT WAS RECORDED: what follows is of the rest; the notes say what is wrong")
     print(f"axes {', '.join(line.axes)}; model {line.model}")
     print("\n".join(f"  {one.name:<32} {one.value:>12.6g} {one.unit}" for one in measures))
     period_s = run.record.header.period_ns * 1e-9
     print("\n".join(f"  {event.tick * period_s:9.3f} s  {event.kind.value:<8} {event.text}" for event in told[-20:]))
     print("\n".join(f"  note: {note}" for note in notes))
     print_next(command_line("replay", folder))
+    return not damage
 
 
 def _compare(first: Path, second: Path, out: Path | None, force: bool, as_json: bool) -> None:

@@ -86,8 +86,9 @@ def _unit(
     folder, manuals = (out, out) if out else (Path("/etc/systemd/system"), Path("/usr/local/share/man/man1"))
     manual = folder.absolute().joinpath(_MANUAL).as_uri() if out else "man:gimbal-hil(1)"
     choice = UnitChoice(program, config.absolute(), runs.absolute(), user or getpass.getuser(), page, watchdog, manual)
-    for path in (choice.program, choice.config, choice.runs):
-        if set(str(path)) & set("\"'$%\\ \n"):
+    # systemd runs no program whose own path needs escapes, and a line of a unit ends where it ends
+    for path, unread in ((choice.program, "\"'$%\\ \n"), (choice.config, "\n"), (choice.runs, "\n$")):
+        if set(str(path)) & set(unread):
             raise BadInputError(str(path), "has a character that a unit would read otherwise", "a plain path")
     files = {folder / UNIT_NAME: unit_text(choice), manuals / _MANUAL: _own_page()}
     return files, command_line("doctor", config=config)

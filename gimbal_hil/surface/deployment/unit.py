@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 UNIT_NAME = "gimbal-hil.service"
+#: below it systemd itself makes the folder, for the unit's user
+_STATE = Path("/var/lib")
 
 
 @dataclass(frozen=True)
@@ -22,16 +24,32 @@ class UnitChoice:
     manual: str = "man:gimbal-hil(1)"
 
 
+def plain(path: Path) -> str:
+    """A path where systemd takes the rest of the line as it is, but for its specifiers."""
+    return str(path).replace("%", "%%")
+
+
+def word(path: Path, before: str = "") -> str:
+    """A path as one word of a line: quoted, with what systemd would read otherwise escaped (systemd.syntax(7))."""
+    text = str(path).replace("\\", "\\\\").replace('"', '\\"').replace("$", "$$")
+    return f'"{before}{plain(Path(text))}"'
+
+
 def unit_text(choice: UnitChoice) -> str:
     """The unit file.
 
-    A run folder is named after the time of the start. `NotifyAccess=all` because the process beside the control loop
-    speaks for it. Memory that is both writable and executable stays allowed: kernels are compiled in it.
+    No shell stands between systemd and the daemon, so that a file may be called anything. Runs are new folders below
+    `runs` of the working folder, where `gimbal-hil watch`, `stop` and the like look for them. `--wait`: a device that
+    comes up later than this unit is waited for, as is a bus. `NotifyAccess=all` because the process beside the control
+    loop speaks for it. Memory that is both writable and executable stays allowed: kernels are compiled in it.
     """
     page = "" if choice.page_port is None else f" --page {choice.page_port}"
-    # %% is a percent sign for systemd, $$ a dollar sign
-    folder = f'"{choice.runs}/$$(date -u +%%Y%%m%%dT%%H%%M%%S)"'
-    command = f"exec {choice.program} daemon --config {choice.config}{page} --out {folder}"
+    program, runs = word(choice.program), plain(choice.runs)
+    if choice.runs.is_relative_to(_STATE):
+        state = f"StateDirectory={word(choice.runs.relative_to(_STATE))}\nStateDirectoryMode=0750"
+    else:
+        # with all rights, before the daemon's own few
+        state = f"ExecStartPre=+/usr/bin/install -d -m 0750 -o {choice.user} {word(choice.runs)}"
     return f"""# Written by `gimbal-hil service install`. The drive's own deadman, not this unit, makes a stop safe.
 [Unit]
 Description=gimbal-hil control daemon
@@ -43,8 +61,9 @@ StartLimitBurst=3
 [Service]
 Type=notify
 NotifyAccess=all
-ExecStartPre={choice.program} warm
-ExecStart=/bin/sh -c '{command}'
+{state}
+ExecStartPre={program} warm
+ExecStart={program} daemon --wait --config {word(choice.config)}{page}
 # compiling in ExecStartPre, the first time
 TimeoutStartSec=900
 WatchdogSec={choice.watchdog_s}
@@ -59,9 +78,13 @@ RestartSec=2
 
 User={choice.user}
 SupplementaryGroups=dialout
-WorkingDirectory={choice.runs}
+WorkingDirectory=-{runs}
 CacheDirectory=gimbal-hil
 Environment=GIMBAL_HIL_CACHE=%C/gimbal-hil
+# where the operator's socket is: PrivateTmp would hide it from whoever operates
+RuntimeDirectory=gimbal-hil
+RuntimeDirectoryMode=0700
+Environment=XDG_RUNTIME_DIR=%t/gimbal-hil
 
 LimitRTPRIO=95
 LimitMEMLOCK=infinity
@@ -71,7 +94,7 @@ CapabilityBoundingSet=CAP_SYS_NICE CAP_IPC_LOCK
 
 NoNewPrivileges=yes
 ProtectSystem=strict
-ReadWritePaths={choice.runs}
+ReadWritePaths={word(choice.runs, "-")}
 ProtectHome=read-only
 PrivateTmp=yes
 ProtectKernelTunables=yes
