@@ -95,8 +95,8 @@ bool gimbal_device_receive(gimbal_device_t *device, uint16_t id, const uint8_t p
         return false;
     }
     gimbal_receiver_t *receiver = &device->receivers[message];
-    uint64_t fields;
-    uint32_t lost;
+    uint64_t fields = 0u;
+    uint32_t lost = 0u;
     if (!gimbal_unseal(data_id, payload, &fields)) {
         receiver->crc_errors += 1u;
         return false;

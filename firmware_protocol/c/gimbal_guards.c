@@ -4,11 +4,6 @@
 /* ticks that a torque may act late */
 #define LATE_TICKS 3
 
-bool gimbal_has_power(int32_t state)
-{
-    return state == GIMBAL_DRIVE_STATE_OPERATION_ENABLED || state == GIMBAL_DRIVE_STATE_QUICK_STOP_ACTIVE;
-}
-
 static gimbal_finding_t found(int32_t fault, int32_t about)
 {
     const gimbal_finding_t finding = {fault, about};

@@ -26,13 +26,24 @@ static inline int64_t gimbal_within(int64_t value, int64_t low, int64_t high)
     return value < low ? low : value > high ? high : value;
 }
 
+/* --- what a state means, for guards and stops alike */
+static inline bool gimbal_has_power(int32_t state)
+{
+    return state == GIMBAL_DRIVE_STATE_OPERATION_ENABLED || state == GIMBAL_DRIVE_STATE_QUICK_STOP_ACTIVE;
+}
+
+static inline bool gimbal_stops_by_itself(const gimbal_drive_t *drive)
+{
+    return drive->state == GIMBAL_DRIVE_STATE_QUICK_STOP_ACTIVE
+        || drive->state == GIMBAL_DRIVE_STATE_FAULT_REACTION_ACTIVE;
+}
+
 /* --- gimbal_guards.c */
 typedef struct {
     int32_t fault;
     int32_t about;
 } gimbal_finding_t;
 
-bool gimbal_has_power(int32_t state);
 gimbal_finding_t gimbal_find_fault(const gimbal_settings_t *settings, const gimbal_drive_t *drive);
 int64_t gimbal_disagreement(const gimbal_joint_t *joint);
 bool gimbal_supply_serves(const gimbal_settings_t *settings, const gimbal_drive_t *drive);
@@ -43,11 +54,10 @@ void gimbal_flag_travel_and_rate(const gimbal_settings_t *settings, gimbal_drive
 void gimbal_watch_momentum(
     const gimbal_settings_t *settings, gimbal_drive_t *drive, int axis, int32_t gyro_before);
 
-/* --- gimbal_stopping.c */
+/* --- gimbal_stopping.c, which uses the guards; they do not use it */
 void gimbal_begin_stop(const gimbal_settings_t *settings, gimbal_drive_t *drive);
 int32_t gimbal_stop_in_force(const gimbal_settings_t *settings, const gimbal_drive_t *drive);
 int64_t gimbal_stop_torque(const gimbal_settings_t *settings, gimbal_drive_t *drive, int axis);
-bool gimbal_stops_by_itself(const gimbal_drive_t *drive);
 void gimbal_count_rest(const gimbal_settings_t *settings, gimbal_drive_t *drive);
 bool gimbal_reaction_over(const gimbal_settings_t *settings, const gimbal_drive_t *drive);
 void gimbal_hold_axes(const gimbal_settings_t *settings, gimbal_drive_t *drive);

@@ -72,12 +72,6 @@ int64_t gimbal_stop_torque(const gimbal_settings_t *settings, gimbal_drive_t *dr
     return 0;
 }
 
-bool gimbal_stops_by_itself(const gimbal_drive_t *drive)
-{
-    return drive->state == GIMBAL_DRIVE_STATE_QUICK_STOP_ACTIVE
-        || drive->state == GIMBAL_DRIVE_STATE_FAULT_REACTION_ACTIVE;
-}
-
 /* Count the ticks in a row in which every axis was at rest. */
 void gimbal_count_rest(const gimbal_settings_t *settings, gimbal_drive_t *drive)
 {
