@@ -94,3 +94,11 @@ def test_a_run_that_lost_half_its_ticks_is_called_good_by_neither_show_nor_check
     assert json.loads(capsys.readouterr().out)["sound"] is False
     assert app.run("check", [str(runs / "second")]) == 1
     assert "ticks that were recorded are missing" in capsys.readouterr().out
+
+
+def test_a_tolerance_makes_runs_that_are_apart_an_answer_of_no(runs: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    first, second = str(runs / "first"), str(runs / "second")
+    assert app.run("runs", ["compare", first, first, "--tolerance", "0"]) == 0
+    assert app.run("runs", ["compare", first, second, "--tolerance", "0"]) == 1
+    assert "further apart than 0 %" in capsys.readouterr().out
+    assert app.run("runs", ["compare", first, second, "--tolerance", "1"]) == 0

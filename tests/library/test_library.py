@@ -117,3 +117,14 @@ def test_what_a_command_refuses_the_library_refuses(run: Run) -> None:
         Run(run.folder / "no").frame()
     with pytest.raises(BadInputError, match="no axis 'middle'"):
         identify(run, axes=["middle"])
+
+
+def test_a_picture_is_written_to_a_name_in_text_and_another_kind_of_file_is_refused(tmp_path: Path) -> None:
+    from gimbal_hil.pages.plots import figure
+    from gimbal_hil.surface.library.picture import Picture
+
+    picture = Picture.of(figure("one", "time [s]", "[rad]"), "one")
+    assert picture.write(str(tmp_path / "one.html")) == tmp_path / "one.html"
+    with pytest.raises(BadInputError, match=r"\.html"):
+        picture.write(tmp_path / "one.svg")
+    assert not (tmp_path / "one.svg").exists()

@@ -29,6 +29,10 @@ class Comparison:
     tables: tuple[SignalsTable | None, SignalsTable | None]
     notes: tuple[str, ...]
 
+    def apart(self, tolerance: float) -> tuple[str, ...]:
+        """Names of the figures that differ by more than this share of the larger one, or that only one run has."""
+        return tuple(name for name, _, first, second in self.measures if _differs(first, second, tolerance))
+
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
         return {
@@ -40,6 +44,12 @@ class Comparison:
             "settings": [{"key": key, "first": first, "second": second} for key, first, second in self.settings],
             "notes": list(self.notes),
         }
+
+
+def _differs(first: float | None, second: float | None, tolerance: float) -> bool:
+    if first is None or second is None:
+        return first is not second
+    return abs(second - first) > tolerance * max(abs(first), abs(second))
 
 
 def compare(first: RecordedRun, second: RecordedRun) -> Comparison:

@@ -32,6 +32,12 @@ def command(
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help=f"compare: folder for {REPORT_FILE} and {ANSWER_FILE}.")
     ] = None,
+    tolerance: Annotated[
+        float | None,
+        typer.Option(
+            metavar="SHARE", min=0.0, help="compare: 1 where a figure differs by more than this share (0.05: 5 %)."
+        ),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the answer as one JSON object.")] = False,
 ) -> int:
@@ -53,7 +59,7 @@ def command(
     else:
         if len(given) != 2:
             raise BadInputError("runs compare", f"has {len(given)} runs", "two run folders")
-        _compare(given[0], given[1], out, force, as_json)
+        return _compare(given[0], given[1], out, tolerance, force, as_json)
     return EXIT_DONE
 
 
@@ -118,9 +124,10 @@ def _show(folder: Path, as_json: bool) -> bool:
     return not damage
 
 
-def _compare(first: Path, second: Path, out: Path | None, force: bool, as_json: bool) -> None:
+def _compare(first: Path, second: Path, out: Path | None, tolerance: float | None, force: bool, as_json: bool) -> int:
     import json
 
+    from firmware_protocol.errors import EXIT_DONE, EXIT_NO
     from gimbal_hil.data.catalogue import compare, comparison_page
     from gimbal_hil.data.runs import open_run
     from gimbal_hil.surface.cli.following import command_line, print_next
@@ -128,20 +135,26 @@ def _compare(first: Path, second: Path, out: Path | None, force: bool, as_json: 
     if out is not None:
         require_new(out, force, REPORT_FILE, ANSWER_FILE)
     found = compare(open_run(first), open_run(second))
-    answer = found.as_dict()
+    apart = () if tolerance is None else found.apart(tolerance)
+    answer = found.as_dict() | ({} if tolerance is None else {"tolerance": tolerance, "apart": list(apart)})
+    code = EXIT_NO if apart else EXIT_DONE
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         (out / ANSWER_FILE).write_text(json.dumps(answer, indent=2) + "\n", encoding="utf-8")
         comparison_page(found).write(out / REPORT_FILE)
     if as_json:
         print(json.dumps(answer))
-        return
+        return code
     print("\n".join(_lines(found)))
+    if tolerance is not None:
+        said = f"further apart than {100.0 * tolerance:g} %: {', '.join(apart)}"
+        print(said if apart else f"no figure differs by more than {100.0 * tolerance:g} %")
     if out is None:
         print_next(command_line("runs", "compare", first, second, out="compared"))
     else:
         print_next(command_line("replay", second))
         print(f"report: {out / REPORT_FILE}")
+    return code
 
 
 def _lines(found: Comparison) -> list[str]:

@@ -38,6 +38,16 @@ class Friction:
     prior: AntennaModel = field(repr=False)
     sources: tuple[str, ...] = ()
 
+    def __str__(self) -> str:
+        """A table for people: axis, parameter, value, 95 % interval, unit, how far the data determine it."""
+        rows = [
+            (r.axis, e.name, e.value_text, f"({e.interval_text})", e.unit, e.verdict.value.replace("_", " "))
+            for r in self.axes
+            for e in r.estimates
+        ]
+        widths = [max((len(row[column]) for row in rows), default=0) for column in range(6)]
+        return "\n".join("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows)
+
     def frame(self) -> pd.DataFrame:
         """One row for each parameter: axis, name, value, low, high (95 %), unit, verdict, reason."""
         rows = [

@@ -6,6 +6,7 @@ import html
 from pathlib import Path
 from typing import Self
 
+from firmware_protocol.errors import BadInputError
 from gimbal_hil.pages.plots import Drawing
 from gimbal_hil.pages.report import Page, Plot
 
@@ -25,8 +26,15 @@ class Picture(Drawing):
         found.data, found.layout, found._title = figure.data, figure.layout, title
         return found
 
-    def write(self, path: Path) -> Path:
-        """A page of this figure alone, which opens without a network; answers its path."""
+    def write(self, path: Path | str) -> Path:
+        """A page (.html) of this figure alone, which opens without a network; answers its path. Path or text;
+        BadInputError for another kind of file.
+        """
+        path = Path(path)
+        if path.suffix not in (".html", ".htm"):
+            raise BadInputError(
+                str(path), f"is no page: {path.suffix or 'no ending'} cannot be written", "a name that ends in .html"
+            )
         return self._page().write(path)
 
     def _page(self) -> Page:

@@ -49,9 +49,7 @@ class AntennaOfTest(ABC):
 
     def go_to(self, **positions_rad: float) -> None:
         """Have axes go to positions and hold them; one that is not named stays where it is."""
-        for axis in positions_rad:
-            if axis not in self.axes:
-                raise BadInputError(axis, "no such axis", " or ".join(self.axes))
+        self._require(*positions_rad)
         self._targets = self._standing() | self._targets | positions_rad
         self._note("go to " + ", ".join(f"{axis} {value:g} rad" for axis, value in positions_rad.items()))
         outer, inner = (AxisCommand(Mode.POSITION, Shape.HOLD, (self._targets[axis],)) for axis in self.axes)
@@ -59,6 +57,7 @@ class AntennaOfTest(ABC):
 
     def step(self, axis: str, target_rad: float, for_s: float = 3.0) -> MadeStep:
         """A step of one axis' position reference, after both have held where they are for a moment; then wait."""
+        self._require(axis)
         if axis not in self._targets:
             self.go_to(**self._standing())
             self.wait(0.2)
@@ -66,6 +65,11 @@ class AntennaOfTest(ABC):
         self.go_to(**{axis: target_rad})
         self.wait(for_s)
         return made
+
+    def _require(self, *axes: str) -> None:
+        for axis in axes:
+            if axis not in self.axes:
+                raise BadInputError(axis, "no such axis", " or ".join(self.axes))
 
     def signal(self, name: str) -> Signal:
         """What is recorded of a signal by now, as in `outer.position`."""
