@@ -22,7 +22,7 @@ os.environ.setdefault("MKL_NUM_THREADS", "1")
 
 sys.meta_path.append(MovedFolders)
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __all__ = ["Antenna", "Finding", "Friction", "Run", "__version__", "find_discrepancy", "identify"]
 
