@@ -42,9 +42,16 @@ def refused_below(where: str) -> Iterator[None]:
         raise refusal.below(where) from refusal
 
 
+def shown(text: str) -> str:
+    """What stands in a file, for a terminal: control characters (colours, bells, a cleared screen) as \\xNN."""
+    if text.isprintable():
+        return text
+    return "".join(one if one.isprintable() or one == "\n" else f"\\x{ord(one):02x}" for one in text)
+
+
 def _one_line(text: str) -> str:
     """What stands in the input may be quoted in an error: in one line, printable, and no longer than a person reads."""
-    plain = " ".join(text.encode(errors="replace").decode().split())
+    plain = shown(" ".join(text.encode(errors="replace").decode().split()))
     return plain if len(plain) <= _LONGEST else f"{plain[: _LONGEST // 2]} ... {plain[-_LONGEST // 2 :]}"
 
 

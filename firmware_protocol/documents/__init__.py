@@ -4,7 +4,7 @@ line.
 
 from firmware_protocol.documents.json_reading import json_line, read_json
 from firmware_protocol.documents.key_tables import Column, key_table
-from firmware_protocol.documents.limits import DocumentLimits, printable, text_problem
+from firmware_protocol.documents.limits import DocumentLimits, printable, require_regular, text_problem
 from firmware_protocol.documents.refusal import Refusals, validated
 from firmware_protocol.documents.strict import LARGEST_NUMBER, Strict, with_strict_numbers
 from firmware_protocol.documents.yaml_editing import yaml_edited
@@ -22,6 +22,7 @@ __all__ = [
     "printable",
     "read_json",
     "read_yaml",
+    "require_regular",
     "text_problem",
     "validated",
     "with_strict_numbers",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import stat
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,7 @@ LIMITS = DocumentLimits()
 
 def read_text(path: Path, expected: str, limits: DocumentLimits) -> str:
     """The text of a file in UTF-8, within the limit of size; BadInputError says what is wrong with it."""
+    require_regular(path, expected)
     try:
         with path.open("rb") as file:
             data = file.read(limits.size_bytes + 1)
@@ -42,6 +44,19 @@ def read_text(path: Path, expected: str, limits: DocumentLimits) -> str:
             str(path), f"cannot be read ({getattr(error, 'strerror', None) or error})", expected
         ) from None
     return text_of(data, str(path), expected, limits)
+
+
+def require_regular(path: Path, expected: str) -> None:
+    """BadInputError for a pipe, a device or a socket: reading one may wait, or go on, for ever. What is not there, and
+    folders, are for whoever opens it.
+    """
+    try:
+        mode = path.stat().st_mode
+    except (OSError, ValueError):
+        return
+    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+        kind = "a pipe" if stat.S_ISFIFO(mode) else "a socket" if stat.S_ISSOCK(mode) else "a device"
+        raise BadInputError(str(path), f"is {kind}, not a file", expected)
 
 
 def text_of(data: bytes | str, where: str, expected: str, limits: DocumentLimits) -> str:

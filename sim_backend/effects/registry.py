@@ -7,6 +7,7 @@ from __future__ import annotations
 import importlib
 import inspect
 import pkgutil
+import warnings
 from importlib.metadata import entry_points
 from pathlib import Path
 
@@ -41,7 +42,11 @@ def _own_effects() -> list[Effect]:
 def _plugged_in() -> list[Effect]:
     found = []
     for point in sorted(entry_points(group=ENTRY_POINT_GROUP), key=lambda point: point.name):
-        effect = point.load()
+        try:
+            effect = point.load()
+        except Exception as error:  # a plug-in may fail in any way, and is no reason to do nothing at all
+            warnings.warn(f"effect {point.name} of {point.value} cannot be loaded: {error}", stacklevel=2)
+            continue
         if not isinstance(effect, Effect):
             raise BadInputError(
                 f"entry point {ENTRY_POINT_GROUP}:{point.name}", f"is {type(effect).__name__}", "an Effect"

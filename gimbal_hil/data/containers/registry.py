@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from firmware_protocol.documents import require_regular
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.containers.bag import SQLITE_START, is_bag, is_mcap, read_bag, read_mcap
 from gimbal_hil.data.containers.can_log import is_can_log, read_can_log
@@ -55,6 +56,7 @@ def container_of(path: Path) -> Container | None:
 
     Raises BadInputError for a file of a kind that is known and not read, with what to do.
     """
+    require_regular(path, _CSV)
     start = _start(path)
     found = next((one for one in CONTAINERS if one.recognised(path, start)), None)
     if found is None:

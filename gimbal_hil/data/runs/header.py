@@ -62,6 +62,9 @@ class RunEnd:
     hashes: Mapping[str, str]
     #: hash of the last block of the chain (see `chain`); empty in a run that was recorded before there was one
     last_block: str = ""
+    #: gains and limits that an operator changed and that were in force at the end, by axis and number; the
+    #: configuration is what the run began with
+    adjusted: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -124,7 +127,7 @@ def write_header(folder: Path, header: RunHeader, started_utc: str, end: RunEnd 
         "lockstep": header.lockstep,
         "seed": header.seed,
         "axes": list(header.axes),
-        "exit_status": {"code": end.exit_code, "reason": end.reason} if end else None,
+        "exit_status": _exit_status(end) if end else None,
         "log": dict(end.counts) if end else None,
         "configuration": dict(header.configuration),
         "model": dict(header.model),
@@ -185,6 +188,7 @@ def _parse(path: Path, document: dict[str, Any]) -> RunRecord:
             {part: _get(path, log, part, int, "log.") for part in LOG_PARTS},
             {part: _get(path, hashes, part, str, "hashes.") for part in LOG_PARTS},
             _get(path, hashes, "last_block", str, "hashes.") if "last_block" in hashes else "",
+            _get(path, status, "adjusted", dict, "exit_status.") if "adjusted" in status else {},
         )
     software = _get(path, document, "software", dict)
     seal = document.get("seal") or ""
@@ -202,6 +206,11 @@ def _parse(path: Path, document: dict[str, Any]) -> RunRecord:
         {part: plain_hash(document.get(part)) for part in _HASHED},
         protocol,
     )
+
+
+def _exit_status(end: RunEnd) -> dict[str, Any]:
+    status: dict[str, Any] = {"code": end.exit_code, "reason": end.reason}
+    return status | ({"adjusted": end.adjusted} if end.adjusted else {})
 
 
 def _end_hashes(end: RunEnd | None) -> dict[str, str]:

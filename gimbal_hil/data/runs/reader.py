@@ -105,6 +105,7 @@ def open_run(folder: Path) -> RecordedRun:
     else:
         found = {"ticks": len(ticks.rows), "frames": len(frames.rows), "events": len(events.lines)}
         notes += _missing_rows(folder, record, blocks, chain_damaged, found)
+    notes += _adjusted(folder, events.events)
     if record.end is None:
         notes.append(f"{folder}: the run goes on or was killed: it has no exit status")
     holes = tuple(
@@ -165,6 +166,23 @@ def _read_stream(folder: Path, name: str, row_type: np.dtype, axes: tuple[str, s
         total += len(content.rows)
         ended = content.ended
     return _Stream(np.concatenate(pieces), tuple(ends), tuple(skipped), ended, segments[0][0])
+
+
+def _adjusted(folder: Path, events: tuple[Event, ...]) -> list[str]:
+    """Which gains and limits an operator changed: the configuration in run.yaml is what the run began with."""
+    found = [event for event in events if event.data.get("command") == "adjust"]
+    if not found:
+        return []
+    values = found[-1].data.get("values")
+    numbers = [
+        f"{axis}.{key} {value:g}"
+        for axis, own in (values.items() if isinstance(values, dict) else ())
+        for key, value in (own.items() if isinstance(own, dict) else ())
+        if isinstance(value, int | float)
+    ]
+    last = f"in force at the end: {', '.join(numbers)}" if numbers else "at the end as configured"
+    ticks = f"tick {found[0].tick}" + (f" (and {len(found) - 1} times later)" if len(found) > 1 else "")
+    return [f"{folder}: gains or limits were changed at {ticks}; {last}"]
 
 
 def _missing_rows(

@@ -97,6 +97,8 @@ class RunWriter:
         self._content = {name: hashlib.sha256() for name in self._counts}
         self._segment, self._segment_bytes, self._warned = 1, 0, False
         self._closed = False
+        #: what an operator changed of gains and limits, as the last such command has it
+        self._adjusted: dict[str, Mapping[str, float]] = {}
         #: the line that says why recording has ended, until it is sealed
         self._noted = b""
         self._flushed_ns = self._looked_ns = clock_ns()
@@ -201,6 +203,9 @@ class RunWriter:
 
     def command(self, tick: int, time_ns: int, text: str, data: Mapping[str, object]) -> None:
         """Keep the request of an operator or plan to the host core before its tick `tick`; replay repeats it."""
+        if data.get("command") == "adjust":
+            values = data.get("values")
+            self._adjusted = dict(values) if isinstance(values, Mapping) else {}
         self.event(tick, time_ns, EventKind.COMMAND, text, data)
 
     def flush(self) -> None:
@@ -246,10 +251,9 @@ class RunWriter:
         remove(self.folder / RESERVE_FILE)
         hashes = {name.split(".")[0]: content.hexdigest() for name, content in self._content.items()}
         counts = {name.split(".")[0]: count for name, count in self._counts.items()}
+        ending = RunEnd(exit_code, reason, counts, hashes, self._last_hash, self._adjusted)
         try:
-            write_header(
-                self.folder, self._header, self._started_utc, RunEnd(exit_code, reason, counts, hashes, self._last_hash)
-            )
+            write_header(self.folder, self._header, self._started_utc, ending)
         except OSError as error:
             self.failure = self.failure or f"{self.folder / RUN_FILE}: {error.strerror}"
         for file in self._files.values():

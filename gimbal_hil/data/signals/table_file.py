@@ -19,6 +19,7 @@ from zipfile import ZIP_DEFLATED, BadZipFile, ZipFile, ZipInfo
 import numpy as np
 from numpy.typing import NDArray
 
+from firmware_protocol.documents import LARGEST_NUMBER, require_regular
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.signals.table import REPEAT, TIME, SignalsTable
 from gimbal_hil.data.signals.units import units_of
@@ -54,6 +55,7 @@ class RawColumns:
 
 def read_file(path: Path) -> RawColumns:
     """Read a table file, by its content; raises BadInputError when it is none."""
+    require_regular(path, _EXPECTED)
     try:
         with path.open("rb") as file:
             start = file.read(4)
@@ -298,7 +300,10 @@ def _numbers(
             for row, cell in enumerate(cells)
             if cell is not None and not math.isfinite(numbers[row]) and cell.strip().lower() not in _EMPTY_WORDS
         }
-    values[~np.isfinite(values)] = np.nan
+    # what nobody measures overflows in the first square
+    beyond = np.isfinite(values) & (np.abs(values) > LARGEST_NUMBER)
+    texts |= {int(row): f"{values[row]:g}" for row in np.flatnonzero(beyond)}
+    values[beyond | ~np.isfinite(values)] = np.nan
     return values, texts
 
 

@@ -109,7 +109,12 @@ class DaemonAntenna:
         if not self._under_way or self._under_way[0][0] is not step:
             self._hand_over(step)
         label = self._under_way.pop(0)[1]
-        span = self._wait(step, label, progress)
+        try:
+            span = self._wait(step, label, progress)
+        except KeyboardInterrupt:
+            # the axes brake now, whatever is written before this process ends
+            self.close()
+            raise
         if step.segment.switch_off_afterwards:
             self._until_idle()
         return self._followed(step, span)

@@ -44,6 +44,8 @@ _BACKLOG = 256
 _SHORT_LINE = 16384
 _MOST_WAITING = 256
 DOOR_FILE = "operator.json"
+#: an address of a socket has 107 bytes, of which the folder and the name below it take 27
+_LONGEST_BASE = 80
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,8 +60,12 @@ class Door:
         """A new socket address in a private folder (socket paths are limited to some 100 bytes, run folders are not)
         and a new token.
         """
-        base = os.environ.get("XDG_RUNTIME_DIR")
-        folder = tempfile.mkdtemp(prefix="gimbal-hil-", dir=base if base and Path(base).is_dir() else None)
+        base = os.environ.get("XDG_RUNTIME_DIR", "")
+        serves = Path(base).is_dir() and len(os.fsencode(base)) <= _LONGEST_BASE
+        folder = tempfile.mkdtemp(prefix="gimbal-hil-", dir=base if base and serves else None)
+        if len(os.fsencode(folder)) > _LONGEST_BASE + len("/gimbal-hil-") + 8:
+            Path(folder).rmdir()
+            raise BadInputError("TMPDIR", f"{folder} is too long for a socket", f"at most {_LONGEST_BASE} bytes")
         return cls(Path(folder) / "socket", secrets.token_hex(32))
 
     def write(self, run: Path) -> Path:

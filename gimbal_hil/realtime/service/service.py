@@ -11,7 +11,7 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Any
 
-from firmware_protocol.errors import EXIT_SAFETY_STOP, BadInputError
+from firmware_protocol.errors import EXIT_SAFETY_STOP, BadInputError, shown
 from firmware_protocol.links import CanLinkConfig, SerialLinkConfig
 from gimbal_hil.data.runs import Retention, RunHeader, RunWriter
 from gimbal_hil.loop.host import EventCode, LinkStatus, word_of
@@ -180,7 +180,11 @@ class Service:
         if event["kind"] in _NOTICED and not self._quiet and not _is_chatter(event):
             # a terminal that was closed takes no word, and is no reason to stop recording
             with contextlib.suppress(OSError):
-                print(f"{event['time_ns'] / 1e9:9.3f} s  {event['kind']}: {event['text']}", file=sys.stderr, flush=True)
+                print(
+                    f"{event['time_ns'] / 1e9:9.3f} s  {event['kind']}: {shown(event['text'])}",
+                    file=sys.stderr,
+                    flush=True,
+                )
 
 
 def wire_of(settings: DaemonSettings) -> Wire:

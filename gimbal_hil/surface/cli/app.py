@@ -102,12 +102,16 @@ COMPILING = frozenset(
 def main(arguments: list[str] | None = None) -> None:
     """Entry point of the `gimbal-hil` command; ends the process with the exit codes of docs/commands.md."""
     words = sys.argv[1:] if arguments is None else arguments
+    _with_streams()
     try:
         code = _answer(words)
         # here, where a reader that has gone or a full disk can still be answered for
         sys.stdout.flush()
     except BrokenPipeError:
         code = without_a_reader()
+    except KeyboardInterrupt:
+        # while something was imported, before any command had a word of its own
+        _fail(INTERRUPTED, EXIT_INTERRUPTED)
     except OSError as error:
         _fail(f"error: {_of_the_system(error)}", EXIT_BAD_INPUT)
     sys.exit(code)
@@ -117,7 +121,13 @@ def _answer(words: list[str]) -> int:
     if COMPLETE in os.environ or words[:1] in (["--install-completion"], ["--show-completion"]):
         from gimbal_hil.surface.cli.completion import complete
 
-        return complete(words)
+        try:
+            return complete(words)
+        except Exception as error:
+            # click's own errors, which are not imported for `--help`
+            if not hasattr(error, "format_message"):
+                raise
+            _fail(f"error: {' '.join(error.format_message().split())}", EXIT_BAD_INPUT)
     if not words or words[0] in ("--help", "-h", "help"):
         print(overview())
         return EXIT_DONE
@@ -160,6 +170,14 @@ def run(name: str, arguments: list[str]) -> int:
             EXIT_BAD_INPUT,
         )
     except Exception as error:
+        if _of_a_damaged_kernel(error):
+            from firmware_protocol.compiling import cache_directory
+
+            problem = f"a compiled kernel there cannot be read ({error})"
+            _fail(
+                f"error: {cache_directory()}: {problem}; expected the folder deleted: all is compiled anew",
+                EXIT_BAD_INPUT,
+            )
         if not hasattr(error, "format_message"):
             raise
         _fail(f"error: {error.format_message()}", EXIT_BAD_INPUT)
@@ -237,6 +255,23 @@ Each command explains itself with --help; gimbal-hil --install-completion has th
 Exit codes: 0 done and good, 1 done with a negative result, 2 bad input, 3 safety stop, 130 interrupted."""
 
 
+def _with_streams() -> None:
+    """A stream that was closed before the start (`<&-`) is the empty one: nothing is read, nothing said."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115
+
+
+def _of_a_damaged_kernel(error: Exception) -> bool:
+    """Whether it was raised where compiled code is read from the disk: a file there was cut off."""
+    trace = error.__traceback__
+    while trace is not None:
+        if trace.tb_frame.f_globals.get("__name__") == "numba.core.caching":
+            return True
+        trace = trace.tb_next
+    return False
+
+
 def without_a_reader() -> int:
     """Whoever read the output has seen enough (`| head`) or is gone: nothing more is written, and that is no error."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
@@ -255,6 +290,7 @@ def _of_the_system(error: OSError) -> str:
         errno.ENAMETOOLONG: "expected a name of at most 255 characters",
         errno.EMFILE: "expected a larger limit of open files (ulimit -n 256)",
         errno.ENOSPC: "expected free space on that disk",
+        errno.ENOENT: "" if place else "expected a working folder that is still there (cd)",
     }.get(error.errno or 0)
     return ": ".join(part for part in (shown, words) if part) + (f"; {advice}" if advice else "")
 

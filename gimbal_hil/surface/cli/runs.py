@@ -78,9 +78,9 @@ def _list(given: Path | None, as_json: bool) -> None:
     width = max((len(str(one.folder)) for one in found), default=0)
     for one in found:
         length = "      -" if one.length_s is None else f"{one.length_s:7.1f}"
-        print(f"{one.folder!s:<{width}}  {one.started_utc[:19]:<19} {length} s  {one.title:<14} {one.ending}")
+        _say(f"{one.folder!s:<{width}}  {one.started_utc[:19]:<19} {length} s  {one.title:<14} {one.ending}")
     if not found:
-        print(f"no runs below {folder}")
+        _say(f"no runs below {folder}")
         print_next(command_line("experiment", "step"))
     else:
         print_next(command_line("runs", "show", found[-1].folder))
@@ -112,14 +112,14 @@ def _show(folder: Path, as_json: bool) -> bool:
         print(json.dumps(line.as_dict() | {"figures": figures, "events": events, "notes": notes, "sound": not damage}))
         return not damage
     length = "" if line.length_s is None else f", {line.length_s:.1f} s"
-    print(f"{folder}: {line.title or 'a run'} of {line.started_utc[:19]}{length}; {line.ending}")
+    _say(f"{folder}: {line.title or 'a run'} of {line.started_utc[:19]}{length}; {line.ending}")
     if damage:
-        print("NOT AS IT WAS RECORDED: what follows is of the rest; the notes say what is wrong")
-    print(f"axes {', '.join(line.axes)}; model {line.model}")
-    print("\n".join(f"  {one.name:<32} {one.value:>12.6g} {one.unit}" for one in measures))
+        _say("NOT AS IT WAS RECORDED: what follows is of the rest; the notes say what is wrong")
+    _say(f"axes {', '.join(line.axes)}; model {line.model}")
+    _say("\n".join(f"  {one.name:<32} {one.value:>12.6g} {one.unit}" for one in measures))
     period_s = run.record.header.period_ns * 1e-9
-    print("\n".join(f"  {event.tick * period_s:9.3f} s  {event.kind.value:<8} {event.text}" for event in told[-20:]))
-    print("\n".join(f"  note: {note}" for note in notes))
+    _say("\n".join(f"  {event.tick * period_s:9.3f} s  {event.kind.value:<8} {event.text}" for event in told[-20:]))
+    _say("\n".join(f"  note: {note}" for note in notes))
     print_next(command_line("replay", folder))
     return not damage
 
@@ -145,15 +145,15 @@ def _compare(first: Path, second: Path, out: Path | None, tolerance: float | Non
     if as_json:
         print(json.dumps(answer))
         return code
-    print("\n".join(_lines(found)))
+    _say("\n".join(_lines(found)))
     if tolerance is not None:
         said = f"further apart than {100.0 * tolerance:g} %: {', '.join(apart)}"
-        print(said if apart else f"no figure differs by more than {100.0 * tolerance:g} %")
+        _say(said if apart else f"no figure differs by more than {100.0 * tolerance:g} %")
     if out is None:
         print_next(command_line("runs", "compare", first, second, out="compared"))
     else:
         print_next(command_line("replay", second))
-        print(f"report: {out / REPORT_FILE}")
+        _say(f"report: {out / REPORT_FILE}")
     return code
 
 
@@ -166,3 +166,10 @@ def _lines(found: Comparison) -> list[str]:
     lines += [f"{key}: {a} | {b}" for key, a, b in found.settings]
     lines += [f"note: {note}" for note in found.notes]
     return lines if found.settings else [*lines, "configuration, model and seed are the same"]
+
+
+def _say(text: str) -> None:
+    """What stands in a run is text of somebody else."""
+    from firmware_protocol.errors import shown
+
+    print(shown(text))

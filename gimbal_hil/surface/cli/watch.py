@@ -33,7 +33,7 @@ def command(
     import json
     import sys
 
-    from firmware_protocol.errors import EXIT_DONE, LinkError
+    from firmware_protocol.errors import EXIT_DONE, LinkError, shown
     from gimbal_hil.realtime.operator import OperatorClient
     from gimbal_hil.surface.cli.following import after_daemon, print_next
     from gimbal_hil.surface.cli.operate import daemon_run
@@ -51,7 +51,7 @@ def command(
             if as_json:
                 print(json.dumps(answer), flush=True)
             else:
-                lines = status_lines(answer)
+                lines = [shown(line) for line in status_lines(answer)]
                 if in_place:
                     lines.append(_KEYS)
                 print(
