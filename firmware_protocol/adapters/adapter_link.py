@@ -62,7 +62,14 @@ class AdapterLink(LinkBasis):
             self._lose(error)
             return b""
         self._statistics.malformed += self.gateway.take(frames)
+        if frames:
+            self.complaint = self._complaint()
         return self._count_received(self.gateway.feedback())
+
+    def _complaint(self) -> str:
+        """Each drive's own word for its fault, by its number on the bus."""
+        drives = zip(self._config.drives, self.gateway.drives, strict=True)
+        return "; ".join(f"drive {section.id}: {drive.sample.fault}" for section, drive in drives if drive.sample.fault)
 
     def wait(self, timeout_ns: int) -> bool:
         """Sleep until a frame has come, at most that long."""

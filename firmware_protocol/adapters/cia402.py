@@ -18,6 +18,7 @@ from firmware_protocol.adapters.drive import AxisSample, DriveTiming, Gives, Pow
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.links import DriveSection
 
+_EMERGENCY = 0x80
 NMT, SYNC, STATUS_PDO, MOTION_PDO, COMMAND_PDO, SDO_ANSWER, SDO_REQUEST = 0x000, 0x80, 0x180, 0x280, 0x200, 0x580, 0x600
 HEARTBEAT, HOST_NODE = 0x700, 127
 _OPERATIONAL, _START = 5, 1
@@ -82,12 +83,22 @@ class Cia402Drive:
         if kind == STATUS_PDO and len(data) >= 6:
             self._status, counts = struct.unpack_from("<Hi", data)
             power = {0x27: Power.ON, 0x08: Power.FAULT, 0x0F: Power.FAULT}.get(state_of(self._status), Power.OFF)
+            fault = (self.sample.fault or f"statusword 0x{self._status:04X}") if power is Power.FAULT else ""
             self.sample = replace(
-                self.sample, updates=self.sample.updates + 1, position_rad=counts * self._radian, power=power
+                self.sample,
+                updates=self.sample.updates + 1,
+                position_rad=counts * self._radian,
+                power=power,
+                fault=fault,
             )
         elif kind == MOTION_PDO and len(data) >= 6:
             rate, torque = struct.unpack_from("<ih", data)
             self.sample = replace(self.sample, rate_rad_s=rate * self._radian, torque_nm=1e-3 * torque * self._rated)
+        elif kind == _EMERGENCY and len(data) == 8:
+            # CiA 301: error code (the drive's 0x603F) and error register; 0 says that it has passed
+            code, register = struct.unpack_from("<HB", data)
+            fault = f"error 0x{code:04X}, register 0x{register:02X}" if code else ""
+            self.sample = replace(self.sample, fault=fault)
         elif kind == SDO_ANSWER and len(data) == 8:
             self._answered(data)
         else:
@@ -101,7 +112,9 @@ class Cia402Drive:
         index, _, _, _ = self._writes[0]
         if data[0] == _ABORTED and index != _HEARTBEAT_CONSUMER:
             self._writes.clear()
-            self.sample = replace(self.sample, power=Power.FAULT)
+            (abort,) = struct.unpack_from("<I", data, 4)
+            fault = f"object 0x{index:04X} refused, abort code 0x{abort:08X}"
+            self.sample = replace(self.sample, power=Power.FAULT, fault=fault)
             return
         self._writes.popleft()
         self._outbox.append(self._next_write())

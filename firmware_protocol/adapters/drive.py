@@ -63,6 +63,8 @@ class AxisSample:
     temperature_degc: float | None = None
     supply_v: float | None = None
     power: Power = Power.OFF
+    #: the drive's own word for its fault, as its manual lists it; empty where it told none
+    fault: str = ""
 
 
 class ForeignDrive(Protocol):

@@ -28,7 +28,12 @@ _FORMS = {_REPLY_INT8: "b", _REPLY_INT16: "h", _REPLY_INT32: "i", _REPLY_FLOAT: 
 _LENGTHS = (*range(9), 12, 16, 20, 24, 32, 48, 64)
 _TURN = 2.0 * math.pi
 #: mode, position, velocity, torque; voltage and temperature
-_QUESTION = bytes([_READ_INT8 | 1, _MODE, _READ_FLOAT | 3, _POSITION, _READ_FLOAT | 2, _VOLTAGE])
+_QUESTION = bytes([_READ_INT8 | 1, _MODE, _READ_FLOAT | 3, _POSITION, _READ_FLOAT | 3, _VOLTAGE])
+
+
+def _fault_of(mode: int, code: int) -> str:
+    """What moteus says of itself; the codes are those of its register 0x00f."""
+    return "moteus: no command in its watchdog's time" if mode == _TIMED_OUT else f"moteus fault {code}"
 
 
 class MoteusDrive:
@@ -86,6 +91,7 @@ class MoteusDrive:
             supply_v=values.get(_VOLTAGE, self.sample.supply_v),
             temperature_degc=values.get(_TEMPERATURE, self.sample.temperature_degc),
             power=power,
+            fault=_fault_of(mode, int(values.get(_FAULT, 0))) if power is Power.FAULT else "",
         )
         return True
 

@@ -68,7 +68,7 @@ class OdriveDrive:
         if command == HEARTBEAT and len(data) >= 5:
             errors, state = struct.unpack_from("<IB", data)
             power = Power.FAULT if errors else Power.ON if state == CLOSED_LOOP else Power.OFF
-            self.sample = replace(self.sample, power=power)
+            self.sample = replace(self.sample, power=power, fault=f"ODrive error 0x{errors:08X}" if errors else "")
             return True
         if command not in (ENCODER_ESTIMATES, TORQUES, TEMPERATURE, BUS_VOLTAGE) or len(data) < 8:
             return False

@@ -98,6 +98,8 @@ class LinkBasis(ABC):
     """Name, state and counts of a link, and how a lost one is opened again."""
 
     speaks_first = True
+    #: what the other end says is wrong with it, in its maker's words; empty where it says nothing
+    complaint: str = ""
 
     def __init__(self, name: str) -> None:
         self._name = name

@@ -39,8 +39,8 @@ def test_a_moteus_command_is_position_mode_with_both_gains_at_zero_and_a_watchdo
     position, velocity, torque, kp, kd = struct.unpack_from("<5f", data, 6)
     assert math.isnan(position) and (velocity, torque, kp, kd) == (0.0, 1.5, 0.0, 0.0)
     assert data[26:28] == bytes([0x0D, 0x27]) and struct.unpack_from("<f", data, 28)[0] == pytest.approx(0.02)
-    # a question for mode, position, velocity, torque, voltage and temperature, then padding to a length of FD
-    assert data[32:38] == bytes([0x11, 0x00, 0x1F, 0x01, 0x1E, 0x0D])
+    # a question for mode, position, velocity, torque, voltage, temperature and fault, then padding to a length of FD
+    assert data[32:38] == bytes([0x11, 0x00, 0x1F, 0x01, 0x1F, 0x0D])
     assert len(data) == 48 and set(data[38:]) == {0x50}
 
 
@@ -132,6 +132,21 @@ def test_cia402_torque_is_in_thousandths_of_the_rated_one_and_held_at_the_wire()
 def test_what_a_cia402_drive_cannot_tell_must_be_stated() -> None:
     with pytest.raises(BadInputError, match="rated_torque_nm: is missing"):
         Cia402Drive(DriveSection(id=5, torque_nm=3.0, counts_per_turn=4096.0), TIMING)
+
+
+def test_each_drive_s_own_word_for_its_fault_is_told() -> None:
+    moteus, odrive, cia402 = (kind(SECTION, TIMING) for kind in (MoteusDrive, OdriveDrive, Cia402Drive))
+    reply = bytes([0x21, 0x00, 1, 0x2F, 0x01]) + struct.pack("<3f", 0.25, 0.0, 0.0)
+    assert moteus.take(
+        CanFrame(0x0500, reply + bytes([0x2F, 0x0D]) + struct.pack("<3f", 24.0, 30.0, 33.0), False, True)
+    )
+    assert moteus.sample.power is Power.FAULT and moteus.sample.fault == "moteus fault 33"
+    assert odrive.take(CanFrame(5 << 5 | 0x01, struct.pack("<IBBBB", 0x40, 1, 0, 0, 0)))
+    assert odrive.sample.fault == "ODrive error 0x00000040"
+    assert cia402.take(CanFrame(0x85, struct.pack("<HB5x", 0x7305, 0x20)))
+    assert cia402.take(CanFrame(0x185, struct.pack("<Hi", 0x08, 0)))
+    assert cia402.sample.power is Power.FAULT and cia402.sample.fault == "error 0x7305, register 0x20"
+    assert cia402.take(CanFrame(0x185, struct.pack("<Hi", 0x27, 0))) and cia402.sample.fault == ""
 
 
 def test_gear_sign_and_zero_lead_from_shaft_to_joint_and_back() -> None:

@@ -29,6 +29,7 @@ from gimbal_hil.loop.timing import Clock, Duration, Miss, MissCause, RingReader,
 from gimbal_hil.realtime.daemon.heartbeat import Heartbeat
 from gimbal_hil.realtime.daemon.lease import Lease
 from gimbal_hil.realtime.daemon.link_keeper import LinkKeeper
+from gimbal_hil.realtime.daemon.refusing import why_not_now
 from gimbal_hil.realtime.telemetry import (
     Command,
     CommandKind,
@@ -71,13 +72,6 @@ _DRIVE_OFF = (
     DriveState.SWITCHED_ON,
     DriveState.FAULT,
 )
-#: what whoever is refused a motion can do about it
-_HINTS = {
-    HostState.WAITING: ", which passes once the antenna answers",
-    HostState.SYNCHRONISING: ", which passes once the antenna answers",
-    HostState.STOPPING: ", which passes once the axes rest",
-    HostState.FAULT: ", which `gimbal-hil reset` leaves (fault_reset)",
-}
 _STARTS = (CommandKind.START, CommandKind.START_WITH_IMAGE)
 #: commands without parameters that go straight to the host, as the log calls them
 _PLAIN: dict[CommandKind, tuple[str, Callable[[Host], None]]] = {
@@ -142,6 +136,8 @@ class ControlLoop:
         #: of the motion that the host follows, where its client has to stay
         self._lease: Lease | None = None
         self._service_gone = False
+        #: the drives' own words for what is wrong with them
+        self._complaint = ""
         self._asked: LoopEnd | None = None
         self._stopping = Stopping.NOT
         self._stopping_since = 0
@@ -177,6 +173,10 @@ class ControlLoop:
             self._telemetry.event(
                 event.tick, time_ns, _kind(event), event.text, {"code": word_of(event.code), **event.data}
             )
+        if self._link.complaint != self._complaint:
+            self._complaint = self._link.complaint
+            told = {"code": "drive_complaint", "complaint": self._complaint}
+            self._event("drive", self._complaint or "the drives complain no more", told)
         self._due = take_commands(self._commands)
         if tick.number % self._service_check_ticks <= tick.skipped:
             self._watch_service()
@@ -251,8 +251,7 @@ class ControlLoop:
                 spoilt = f"; the last try told nothing: {self._first_test.spoilt}" if self._first_test.spoilt else ""
                 return f"the antenna is being tried with a small torque before its first motion{spoilt}"
             if host.state not in (HostState.IDLE, HostState.ACTIVE):
-                hint = _HINTS.get(host.state, "")
-                return f"the host is in state {word_of(host.state)}{hint} (last cause: {word_of(host.cause)})"
+                return why_not_now(host)
             if command.kind is CommandKind.START_WITH_IMAGE:
                 data = {"command": "image", "words": IMAGE_WORDS, "image": image_of(host)}
                 self._event("command", "where the host stands", data)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from firmware_protocol.errors import LinkError
-from firmware_protocol.links import Link, LinkState
+from firmware_protocol.links import Link, LinkBasis, LinkState
 from gimbal_hil.loop.timing import Clock, Duration, Instant
 
 FIRST_WAIT, LONGEST_WAIT = Duration(100_000_000), Duration(2_000_000_000)
@@ -50,6 +50,11 @@ class LinkKeeper:
     def is_open(self) -> bool:
         """Whether frames can pass now."""
         return self._link is not None and self._link.state is LinkState.OPEN
+
+    @property
+    def complaint(self) -> str:
+        """What the drives at the other end say is wrong with them; empty where they say nothing."""
+        return self._link.complaint if isinstance(self._link, LinkBasis) else ""
 
     def receive(self) -> bytes:
         """Frames that have come; none while there is no link."""

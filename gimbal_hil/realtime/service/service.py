@@ -149,6 +149,8 @@ class Service:
             self._recorder.event(event)
             if event["data"].get("code") == word_of(EventCode.STATE):
                 self._view.state_changed(event["data"]["to"], event["data"]["cause"])
+            if event["data"].get("code") == "drive_complaint":
+                self._view.complaint = event["data"]["complaint"]
             if event["data"].get("code") == word_of(EventCode.POINTING):
                 self._view.pointing_changed(event["data"])
             self._notice(event)
@@ -177,7 +179,8 @@ class Service:
         """Tell whoever started the daemon what it waits for; the control process itself must never wait for a
         terminal.
         """
-        if event["kind"] in _NOTICED and not self._quiet and not _is_chatter(event):
+        noticed = event["kind"] in _NOTICED or event["data"].get("code") == "drive_complaint"
+        if noticed and not self._quiet and not _is_chatter(event):
             # a terminal that was closed takes no word, and is no reason to stop recording
             with contextlib.suppress(OSError):
                 print(

@@ -48,6 +48,8 @@ class LiveView:
     row: np.void | None = None
     drive_state: DriveState | None = None
     drive_fault: FaultCode | None = None
+    #: what the drives last said is wrong with them, in their makers' words
+    complaint: str = ""
     #: why the host last changed its state
     cause: str = "none"
     #: the guard that holds the host in fault, or makes it brake, now; empty where none does
@@ -120,6 +122,7 @@ class LiveView:
             "link": word_of(LinkStatus(int(row["link_status"]))),
             "drive_state": word_of(self.drive_state) if self.drive_state is not None else None,
             "drive_fault": word_of(self.drive_fault) if self.drive_fault is not None else None,
+            "drive_complaint": self.complaint,
             "segment": int(row["segment"]),
             "pointing": self.pointing,
             "mode": {axis: word_of(Mode(int(row[f"mode_{own}"]))) for own, axis in self._named()},

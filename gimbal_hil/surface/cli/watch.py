@@ -107,13 +107,14 @@ def status_lines(answer: dict[str, Any]) -> list[str]:
     statistics = status["statistics"]
     latency = statistics["latency_us"]
     fault = status["drive_fault"]
+    said = f" ({status['drive_complaint']})" if status.get("drive_complaint") else ""
     drive = status["drive_state"] or "not heard"
     if status["link"] == "lost" and status["drive_state"]:
         drive += ", last heard"
     state = f"{status['host_state']:<14} drive {drive:<24} link {status['link']}"
     lines = [
         f"tick {status['tick']:>10}   {status['time_ns'] / 1e9:>10.1f} s   host {state}",
-        f"fault: {fault}"
+        f"fault: {fault}{said}"
         if fault not in (None, "none")
         else f"segment {status['segment']}, last cause {status['cause']}",
     ]
