@@ -26,7 +26,8 @@ SUMS = {
     "const int64_t error = gimbal_floor_scaled(joint->stop_position) - joint->encoder;",
     "joint->stop_integral = gimbal_within(joint->stop_integral + error * own->stop_integral_gain, -most, most);",
     "return scaled >= 0 ? scaled / one : -((-scaled + one - 1) / one);",
-    "own->stop_rate_gain * (rate - joint->joint_rate) + own->stop_position_gain * error + joint->stop_integral);",
+    # the sum of the ramp's three parts
+    "return gimbal_floor_scaled(",
     "return value < 0 ? -value : value;",
 }
 
