@@ -38,6 +38,7 @@ class CMutant:
 
 
 _G, _S, _D, _M = "gimbal_guards.c", "gimbal_stopping.c", "gimbal_drive.c", "gimbal_device.c"
+_P = "gimbal_parts.h"
 _STOPPING = "drive->state == GIMBAL_DRIVE_STATE_QUICK_STOP_ACTIVE"
 _QUICK = f"{_STOPPING}\n            && drive->active_reaction <= GIMBAL_STOP_REACTION_BRAKE"
 _PY_QUICK = "state == _QUICK_STOP and drive.active_reaction <= m.STOP_REACTION_BRAKE"
@@ -50,7 +51,7 @@ _PY_FAST = "max(abs(joint.joint_rate), abs(joint.gyro))"
 _ROWS = (
     (_G, "if (drive->margin == 0)", "if (false)", "if drive.margin == 0:", "if False:"),
     (
-        _G,
+        _P,
         " || state == GIMBAL_DRIVE_STATE_QUICK_STOP_ACTIVE;",
         ";",
         "or state == m.DRIVE_STATE_QUICK_STOP_ACTIVE)",
