@@ -40,4 +40,6 @@ EFFECT = Effect(
     needs=Need.SLIDING,
     acts_through=frozenset({Variable.RATE}),
     separated_by=(PLATEAUS, CREEP, WARM_AND_COOL, TWO_LOADS),
+    asked_as="Coulomb friction",
+    must_show=True,
 )

@@ -168,6 +168,10 @@ class Effect:
     fine_steps: int = 1
     #: followed along measured motion, it swings on the encoder's own error
     rings_on_encoder_noise: bool = False
+    #: what people call the number where they ask how well it is known; empty for what is not asked about
+    asked_as: str = ""
+    #: a model is judged only by data that would show an error of a factor of two in it
+    must_show: bool = False
 
     def __post_init__(self) -> None:
         if not self.acts_through:

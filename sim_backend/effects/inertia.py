@@ -37,4 +37,6 @@ EFFECT = Effect(
     # on a moving base the base's own acceleration too
     acts_through=frozenset({Variable.ACCELERATION, Variable.BASE_MOTION}),
     separated_by=(KNOWN_LOAD, TORQUE_SWEEP, REVERSAL_SIZES, TWO_LOADS, ONE_LOCKED),
+    asked_as="inertia",
+    must_show=True,
 )

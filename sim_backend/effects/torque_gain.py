@@ -27,4 +27,5 @@ EFFECT = Effect(
     search=_search,
     acts_through=frozenset({Variable.TORQUE}),
     separated_by=(PLATEAUS, KNOWN_LOAD, REVERSAL_SIZES, TWO_LOADS),
+    asked_as="torque gain",
 )

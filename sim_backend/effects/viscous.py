@@ -37,4 +37,5 @@ EFFECT = Effect(
     acts_through=frozenset({Variable.RATE}),
     separated_by=(PLATEAUS, WARM_AND_COOL, MEASURED_TORQUE),
     same_by_command="back_emf",
+    asked_as="viscosity",
 )

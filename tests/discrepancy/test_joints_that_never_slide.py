@@ -38,4 +38,7 @@ def test_a_stiffness_that_is_wrong_or_missing_is_named_alone(
 
 @pytest.mark.parametrize("factors", [{}, {"body.inertia.zz": 2.0}])
 def test_what_such_motion_cannot_show_is_not_told(factors: dict[str, float], tmp_path: Path) -> None:
-    assert verdict_of(tmp_path, factors)["verdict"] == "no_discrepancy"
+    verdict = verdict_of(tmp_path, factors)
+    # an inertia of twice the size would not have shown, so that no all-clear is earned
+    assert verdict["verdict"] == "cannot_judge" and not verdict["effects"]
+    assert "inertia" in verdict["next_experiment"]["separates"]

@@ -1,5 +1,6 @@
-"""Does a log fit its model at all? Logs with wrong units, signs or columns are refused, with the reason."""
+"""Questions to a log before it is believed: rows that cannot be, and wrong units, signs or columns."""
 
+from gimbal_hil.data.preflight.impossible_rows import MOST_REPAIRED, Impossible, impossible_rows, questioned
 from gimbal_hil.data.preflight.preflight import preflight
 
-__all__ = ["preflight"]
+__all__ = ["MOST_REPAIRED", "Impossible", "impossible_rows", "preflight", "questioned"]

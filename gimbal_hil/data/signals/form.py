@@ -63,6 +63,7 @@ def checked_table(raw: RawColumns, named: AxisNames, repair: Repair) -> SignalsT
     """The table in a file; raises BadInputError that names file, row and column."""
     axes, resample, drop_invalid = named.axes, repair.to_grid, repair.drop_invalid
     names, notes = _known_columns(raw, named)
+    notes[:0] = raw.notes
     rows = _valid_rows(raw, names, resample, drop_invalid, notes)
     rows = _forward_rows(raw, rows, resample or drop_invalid, notes)
     if named.rotary:

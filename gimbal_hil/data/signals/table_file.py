@@ -10,7 +10,7 @@ import warnings
 import zlib
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,8 @@ from gimbal_hil.data.signals.table import REPEAT, TIME, SignalsTable
 from gimbal_hil.data.signals.units import units_of
 
 #: rows of a file that are written in one go
+#: lines below which a file is no log that was cut off
+_LEAST_LINES = 10
 _ROWS_AT_ONCE = 50_000
 _EXPECTED = "a CSV, Parquet or npz file with a header row and one row per sample"
 _EMPTY_WORDS = frozenset(("", "nan", "na", "n/a", "null", "none"))
@@ -46,6 +48,8 @@ class RawColumns:
     ragged: tuple[tuple[int, int, int], ...] = field(default=())
     #: what the file calls columns that were given another name, by that name
     called: Mapping[str, str] = field(default_factory=dict)
+    #: what a reader of results should know of how the file was read
+    notes: tuple[str, ...] = ()
 
     def where(self, row: int, column: str) -> str:
         """Names file, row and column of a cell."""
@@ -183,6 +187,7 @@ class replacing:
 def _read_csv(path: Path) -> RawColumns:
     try:
         text = path.read_bytes().decode("utf-8-sig")
+        text, notes = _whole_lines(text)
         between, point = _separators(text)
         names = [name.strip() for name in next(csv.reader(text.splitlines()[:1], delimiter=between), [])]
         found = _all_numbers(text, between, point, len(names))
@@ -193,7 +198,15 @@ def _read_csv(path: Path) -> RawColumns:
             cells, ragged = _cells(text, between, len(names))
     except (csv.Error, UnicodeDecodeError, OSError) as error:
         raise BadInputError(str(path), f"is no CSV file: {_one_line(error)}", _EXPECTED) from error
-    return _raw_columns(path, names, cells, 2, tuple(ragged), point)
+    return replace(_raw_columns(path, names, cells, 2, tuple(ragged), point), notes=notes)
+
+
+def _whole_lines(text: str) -> tuple[str, tuple[str, ...]]:
+    """The text up to its last line end: a number that was cut off is still a number, of another size."""
+    whole = text[: text.rfind("\n") + 1]
+    if whole == text or whole.count("\n") < _LEAST_LINES:
+        return text, ()
+    return whole, (f"line {whole.count(chr(10)) + 1}, the last one, has no line end and was left out: it may be cut",)
 
 
 def _all_numbers(text: str, between: str, point: str, width: int) -> NDArray[np.float64] | None:

@@ -28,8 +28,17 @@ from gimbal_hil.knowledge.discrepancy.inquiry import (
     rms,
     shared,
     stands_out,
+    without_candidate,
 )
-from gimbal_hil.knowledge.discrepancy.judgement import Request, Result, decide, torque_is_measured, with_measured_torque
+from gimbal_hil.knowledge.discrepancy.judgement import (
+    Kind,
+    Request,
+    Result,
+    decide,
+    smallest_sizes,
+    torque_is_measured,
+    with_measured_torque,
+)
 from gimbal_hil.knowledge.discrepancy.noise import moves
 from gimbal_hil.knowledge.discrepancy.search import Path, explain, explain_again
 from gimbal_hil.knowledge.executor import WorkExecutor, open_executor
@@ -76,7 +85,13 @@ def _diagnose(request: Request, executor: WorkExecutor, progress: Callable[[str]
     by_command = not torque_is_measured(inquiry.logs, request.model.axes)
     decision = decide(inquiry, stated, null, path, suspected_only, by_command)
     decision = with_measured_torque(inquiry, decision)
-    return Result(request, inquiry, noise, stated, null, decision, path, suspected_only, only_there)
+    progress("from which size on errors would have shown")
+    smallest = smallest_sizes(inquiry, null)
+    result = Result(request, inquiry, noise, stated, null, decision, path, suspected_only, only_there, smallest)
+    if decision.kind is Kind.NO_DISCREPANCY and result.hidden:
+        # nothing stands out, but an error of the size that matters would not have either
+        result = replace(result, decision=replace(decision, kind=Kind.CANNOT_JUDGE))
+    return result
 
 
 class _Begun(NamedTuple):
@@ -105,7 +120,9 @@ def _begun(
     inquiry, noise = prepared(
         request.model, measured, holdout, request.band_hz, names, request.policy, executor, progress
     )
-    inquiry = replace(inquiry, inexact=noise.processing / inquiry.floor)
+    noise = without_candidate(inquiry, noise, as_stated(inquiry))
+    floor = noise.effective(inquiry.twin)
+    inquiry = replace(inquiry, floor=floor, inexact=noise.processing / floor)
     stated = as_stated(inquiry)
     inquiry, null = recalibrated(inquiry, stated)
     return _Begun(shared(inquiry), noise, stated, null)

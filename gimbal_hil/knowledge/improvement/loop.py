@@ -332,7 +332,7 @@ class _Loop:
         untouched = max(gap.before / gap.noise_floor for gap in verdict.gaps)
         if max(untouched, float(np.max(diagnosis.stated.left()))) <= LEAST_GAP:
             return NextStep.AT_THE_FLOOR, diagnosis.model, None
-        if verdict.kind is Kind.NO_DISCREPANCY:
+        if verdict.kind in (Kind.NO_DISCREPANCY, Kind.CANNOT_JUDGE):
             moved = recalibrated_model(diagnosis) if verdict.recalibrated else None
             return (NextStep.AT_THE_FLOOR, diagnosis.model, None) if moved is None else (NextStep.CHECK, moved, None)
         corrected = corrected_model(diagnosis)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from firmware_protocol.places import require_new
-from gimbal_hil.surface.cli.columns import COLUMN_HELP, COLUMN_PAIR
+from gimbal_hil.surface.cli.columns import COLUMN_HELP, COLUMN_PAIR, REPAIR_HELP
 from gimbal_hil.surface.cli.completion import model_names
 
 if TYPE_CHECKING:
@@ -61,6 +61,7 @@ def command(
     drop_invalid: Annotated[
         bool, typer.Option("--drop-invalid", help="Accept tables with invalid rows and drop those.")
     ] = False,
+    repair: Annotated[bool, typer.Option("--repair", help=REPAIR_HELP)] = False,
     band: Annotated[
         float | None,
         typer.Option(metavar="HZ", help="End of the scored band; without it 25 Hz at 1 kHz, less when slower."),
@@ -96,7 +97,7 @@ def command(
     _refuse(out, force, model, only, without)
     given = model_named(model) if model else shipped_model()
     _all_there((*measured, *(holdout or ())))
-    logs: dict[str, Any] = {"resample": resample, "drop_invalid": drop_invalid, "rate_hz": rate}
+    logs: dict[str, Any] = {"resample": resample, "drop_invalid": drop_invalid, "rate_hz": rate, "repair": repair}
     logs["columns"] = ColumnMap.of_words(column)
     search: dict[str, Any] = {"only": only or (), "without": without or (), "band_hz": band}
     with _progress(as_json) as tell:

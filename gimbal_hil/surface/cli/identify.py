@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from firmware_protocol.places import require_new
-from gimbal_hil.surface.cli.columns import COLUMN_HELP, COLUMN_PAIR
+from gimbal_hil.surface.cli.columns import COLUMN_HELP, COLUMN_PAIR, REPAIR_HELP
 from gimbal_hil.surface.cli.completion import model_names
 
 if TYPE_CHECKING:
@@ -81,6 +81,7 @@ def command(
     drop_invalid: Annotated[
         bool, typer.Option("--drop-invalid", help="Accept tables with invalid rows and drop those.")
     ] = False,
+    repair: Annotated[bool, typer.Option("--repair", help=REPAIR_HELP)] = False,
     workers: Annotated[int, typer.Option(help="Processes, an axis in each.", min=1)] = 2,
     seed: Annotated[int, typer.Option(help="Seed of the start points.")] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
@@ -99,10 +100,11 @@ def command(
     require_new(out, force, MODEL_FILE, ANSWER_FILE, REPORT_FILE)
     given, axes = _prior(model, axis, breakaway)
     reading = _Reading(torque_driven, resample, drop_invalid, rate, ColumnMap.of_words(column))
-    results = _identify(runs, given, axes, reading, workers, seed, ramps_at_rest, as_json)
-    record = identification_record(results, [str(path) for path in runs])
+    results, notes = _identify(runs, given, axes, reading, repair, workers, seed, ramps_at_rest, as_json)
+    record = identification_record(results, [str(path) for path in runs]) | {"notes": notes}
     _write(out, given, results, record)
-    print(json.dumps(record, allow_nan=False) if as_json else "\n".join(_lines(results, out)))
+    told = "\n".join([*_lines(results, out), *(f"note: {note}" for note in notes)])
+    print(json.dumps(record, allow_nan=False) if as_json else told)
     found = any(e.verdict is Determination.IDENTIFIED for result in results for e in result.estimates)
     if not as_json:
         print_next(after_identify(out, runs, len(given.axes), found, column or ()))
@@ -149,14 +151,18 @@ def _identify(
     model: AntennaModel,
     axes: tuple[str, ...],
     reading: _Reading,
+    repair: bool,
     workers: int,
     seed: int,
     ramps_at_rest: bool,
     quiet: bool,
-) -> list[AxisIdentification]:
+) -> tuple[list[AxisIdentification], list[str]]:
+    """The answers, and what a reader must know of the logs."""
+    from dataclasses import replace
+
     from rich.progress import Progress
 
-    from gimbal_hil.data.preflight import preflight
+    from gimbal_hil.data.preflight import preflight, questioned
     from gimbal_hil.knowledge.executor import open_executor
     from gimbal_hil.knowledge.identification import identify_axis, read_logs
     from gimbal_hil.surface.cli.progress import error_console
@@ -168,7 +174,9 @@ def _identify(
         for path in runs:
             logs += read_logs(path, model, **vars(reading))
             bar.advance(task)
-        preflight(model, tuple(log.table for log in logs))
+        tables = questioned(model, tuple(log.table for log in logs), repair)
+        logs = [replace(log, table=table) for log, table in zip(logs, tables, strict=True)]
+        preflight(model, tables)
         bar.update(task, description=f"identifying {' and '.join(axes)}")
         results = []
         with open_executor(workers) as executor:
@@ -176,7 +184,7 @@ def _identify(
             for one in [executor.submit(identify_axis, shared, model, name, seed, ramps_at_rest) for name in axes]:
                 results.append(one.result())
                 bar.advance(task)
-    return results
+    return results, [f"{table.source}: {note}" for table in tables for note in table.notes]
 
 
 def _lines(results: list[AxisIdentification], out: Path) -> list[str]:

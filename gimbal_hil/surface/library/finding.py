@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gimbal_hil.data.preflight import preflight
+from gimbal_hil.data.preflight import preflight, questioned
 from gimbal_hil.data.signals import ColumnMap, SignalsTable, read_together
 from gimbal_hil.knowledge.discrepancy import (
     Kind,
@@ -97,6 +97,7 @@ def question_of(
     only: Sequence[str] = (),
     without: Sequence[str] = (),
     band_hz: float | None = None,
+    repair: bool = False,
     **reading: Any,
 ) -> Question:
     """Read logs; `reading` is what `gimbal_hil.data.signals.read_together` takes. BadInputError for logs that cannot
@@ -105,6 +106,7 @@ def question_of(
     paths = [*measured, *holdout]
     tables = read_together(paths, model, **reading)
     check_logs(model, tables, band_hz)
+    tables = questioned(model, tables, repair)
     preflight(model, tables)
     fitted, ramps, notes = ramps_apart(model, tables[: len(measured)])
     judged = tables[len(measured) :]
@@ -124,16 +126,28 @@ def find_discrepancy(
     resample: bool = False,
     drop_invalid: bool = False,
     columns: Mapping[str, str] | None = None,
+    repair: bool = False,
     workers: int = 1,
 ) -> Finding:
     """Search as `gimbal-hil discrepancy` does: in `measured`, judged on `holdout`, another trajectory.
 
-    `columns` says what tables of your own call theirs, and their units: `{"joint.position": "theta:deg"}`.
+    `columns` says what tables of your own call theirs, and their units: `{"joint.position": "theta:deg"}`. `repair`
+    makes up a few rows that no joint can make, and a note of the verdict says which.
     """
     given = model_of(model)
     searched, judged = as_list(measured), as_list(holdout)
-    reading = {"resample": resample, "drop_invalid": drop_invalid, "columns": ColumnMap(columns or {})}
+    called = ColumnMap(columns or {})
     with as_paths([*searched, *judged], "log") as paths:
-        logs, others = paths[: len(searched)], paths[len(searched) :]
-        question = question_of(given, logs, others, only=only, without=without, band_hz=band_hz, **reading)
+        question = question_of(
+            given,
+            paths[: len(searched)],
+            paths[len(searched) :],
+            only=only,
+            without=without,
+            band_hz=band_hz,
+            repair=repair,
+            resample=resample,
+            drop_invalid=drop_invalid,
+            columns=called,
+        )
     return question.asked(workers=workers)

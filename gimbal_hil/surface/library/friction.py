@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gimbal_hil.data.preflight import preflight
+from gimbal_hil.data.preflight import preflight, questioned
 from gimbal_hil.data.signals import ColumnMap
 from gimbal_hil.knowledge.identification import (
     AxisIdentification,
@@ -82,9 +82,10 @@ def identify(
     resample: bool = False,
     drop_invalid: bool = False,
     columns: Mapping[str, str] | None = None,
+    repair: bool = False,
 ) -> Friction:
-    """Identify friction as `gimbal-hil identify` does; `model` is the prior and the rigid body, `columns` as in
-    `find_discrepancy`.
+    """Identify friction as `gimbal-hil identify` does; `model` is the prior and the rigid body, `columns` and `repair`
+    as in `find_discrepancy`.
     """
     given = model_of(model)
     chosen = axes_to_identify(given, axes, "axes")
@@ -94,6 +95,8 @@ def identify(
     with as_paths(as_list(logs), "log") as paths:
         for path in paths:
             read += read_logs(path, given, torque_driven=torque_driven, columns=called, **reading)
-    preflight(given, tuple(log.table for log in read))
+    tables = questioned(given, tuple(log.table for log in read), repair)
+    read = [replace(log, table=table) for log, table in zip(read, tables, strict=True)]
+    preflight(given, tables)
     results = tuple(identify_axis(read, given, axis) for axis in chosen)
     return Friction(results, given, tuple(log.name for log in read))

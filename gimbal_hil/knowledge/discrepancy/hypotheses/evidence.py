@@ -17,7 +17,7 @@ import numpy as np
 from gimbal_hil.knowledge.discrepancy.hypotheses.hypothesis import Hypothesis, parameters_of
 from gimbal_hil.knowledge.discrepancy.hypotheses.origin import placed
 from gimbal_hil.knowledge.discrepancy.twin import TORQUE, Evaluation, Floats, Structure, Twin, turned_inertia
-from sim_backend.effects import CATALOGUE, Effect, Hook
+from sim_backend.effects import CATALOGUE, Effect, Hook, Variable
 
 #: window in which the share that comes through is measured, s; a command that is cut off there could have been
 #: anything, and what is left counts twenty times
@@ -96,9 +96,11 @@ def shapes_command(twin: Twin, hypothesis: Hypothesis) -> bool:
 
 
 def carries_command(effect: Effect) -> bool:
-    """Whether an effect stands between the command and the joint."""
+    """Whether an effect can keep a change of the command from the joint: it stands between the two, or its own torque
+    depends on the one that is applied, as friction does that grows with the load.
+    """
     if effect.hook is not None:
-        return effect.hook in (Hook.COMMAND, Hook.STRUCTURE)
+        return effect.hook in (Hook.COMMAND, Hook.STRUCTURE) or Variable.TORQUE in effect.acts_through
     # an offset adds to the command and leaves a change of it as it is
     paths = {parameter.path or "" for parameter in effect.parameters} - {"actuator.offset"}
     return any(path.startswith("actuator.") for path in paths)

@@ -27,6 +27,7 @@ from gimbal_hil.knowledge.discrepancy.inquiry.prepare import (
     scored_band,
 )
 from gimbal_hil.knowledge.discrepancy.inquiry.standing import standing
+from gimbal_hil.knowledge.discrepancy.inquiry.yardstick import without_candidate
 
 __all__ = [
     "LEAST_GAP",
@@ -56,4 +57,5 @@ __all__ = [
     "state_of",
     "surely_less",
     "weighing_of",
+    "without_candidate",
 ]

@@ -5,17 +5,31 @@ from gimbal_hil.knowledge.discrepancy.judgement.intervals import number_interval
 from gimbal_hil.knowledge.discrepancy.judgement.measured_torque import torque_is_measured, with_measured_torque
 from gimbal_hil.knowledge.discrepancy.judgement.result import Request, Result
 from gimbal_hil.knowledge.discrepancy.judgement.rivals import Rival
+from gimbal_hil.knowledge.discrepancy.judgement.smallest import (
+    ORDER,
+    Shows,
+    Trace,
+    channel_name,
+    smallest_sizes,
+    traces,
+)
 
 __all__ = [
+    "ORDER",
     "Kind",
     "Request",
     "Result",
     "Rival",
+    "Shows",
     "Status",
     "Told",
+    "Trace",
+    "channel_name",
     "decide",
     "number_intervals",
     "parameter_intervals",
+    "smallest_sizes",
     "torque_is_measured",
+    "traces",
     "with_measured_torque",
 ]

@@ -48,6 +48,8 @@ class Kind(Enum):
     AMBIGUOUS = "ambiguous"
     UNEXPLAINED = "unexplained"
     NO_DISCREPANCY = "no_discrepancy"
+    #: no gap, in logs that would not have shown an error of the size that matters
+    CANNOT_JUDGE = "cannot_judge"
     UNUSABLE_DATA = "unusable_data"
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from gimbal_hil.data.signals import SignalsTable
-from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, Noise, Policy, State
+from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, Noise, Policy, State, effect_names
 from gimbal_hil.knowledge.discrepancy.judgement.deciding import Decision, Told
+from gimbal_hil.knowledge.discrepancy.judgement.smallest import Shows, hidden_errors
 from gimbal_hil.knowledge.discrepancy.search import Path
 from sim_backend.model import AntennaModel
 
@@ -43,11 +44,19 @@ class Result:
     suspected_only: bool
     #: only the hold-out has a gap: a part of it was fitted with the other logs, and the rest judged
     only_in_hold_out: bool = False
+    #: every cause that these logs would have shown, from which size on
+    smallest: tuple[Shows, ...] = ()
 
     @property
     def model(self) -> AntennaModel:
         """The model that was asked about."""
         return self.request.model
+
+    @property
+    def hidden(self) -> tuple[tuple[str, str], ...]:
+        """Numbers (effect, axis) of which these logs would not have shown an error of a factor of two."""
+        searched = effect_names(self.request.only, self.request.without)
+        return hidden_errors(self.model, searched, self.smallest)
 
     @property
     def best(self) -> State:

@@ -15,7 +15,13 @@ from gimbal_hil.pages.report import Block, Callout, Details, Heading, Listing, P
 from sim_backend.model import AntennaModel
 
 _GAP_CAPTION = "Rms left over per channel {}, before and after, beside noise and processing."
-_TONE = {"named": "good", "no_discrepancy": "good", "ambiguous": "warning", "unexplained": "warning"}
+_TONE = {
+    "named": "good",
+    "no_discrepancy": "good",
+    "cannot_judge": "warning",
+    "ambiguous": "warning",
+    "unexplained": "warning",
+}
 
 
 def discrepancy_page(result: Result, found: Verdict, corrected: AntennaModel | None, sources: list[str]) -> Page:

@@ -15,6 +15,8 @@ from gimbal_hil.knowledge.estimation import block_sums
 #: length of the blocks that a closed share is drawn from, s; draws; the gap over its floor below which a share means
 #: nothing
 _BLOCK_S, _DRAWS, _A_GAP = 1.0, 300, 1.1
+#: a floor is another than the one that was computed from this share of it down
+_LOWER = 0.99
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,9 @@ def gaps_of(result: Result) -> tuple[Gap, ...]:
             closed, low, high = _closed(null[:, j] ** 2, best[:, j] ** 2, length)
         unit = channel.unit(result.model.is_linear)
         source = (
-            "repeats"
+            "what a regression with free numbers leaves of the hold-out"
+            if noise.rms < _LOWER * min(noise.from_spectrum, noise.from_repeats or np.inf)
+            else "repeats"
             if noise.from_repeats is not None and noise.rms == noise.from_repeats
             else "spectrum above the band"
         )

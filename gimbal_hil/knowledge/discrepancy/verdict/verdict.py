@@ -11,7 +11,15 @@ import numpy as np
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.discrepancy.hypotheses import values_of
 from gimbal_hil.knowledge.discrepancy.inquiry import rms
-from gimbal_hil.knowledge.discrepancy.judgement import Kind, Result, Rival, Told, number_intervals, parameter_intervals
+from gimbal_hil.knowledge.discrepancy.judgement import (
+    Kind,
+    Result,
+    Rival,
+    Shows,
+    Told,
+    number_intervals,
+    parameter_intervals,
+)
 from gimbal_hil.knowledge.discrepancy.twin import Channel
 from gimbal_hil.knowledge.discrepancy.verdict.contradictions import contradictions
 from gimbal_hil.knowledge.discrepancy.verdict.corrected import corrected_model, moved_numbers, recalibrated_model
@@ -48,6 +56,8 @@ class Verdict:
     contradictions: tuple[Entry, ...]
     #: that none of the told causes is it; None where logs were refused
     something_else: float | None
+    #: the smallest error of each number or effect that these logs would have shown
+    smallest_shown: tuple[Entry, ...]
     #: where nothing is told: the variable that alone predicts most of what is left, and the share
     depends_on: Entry | None
     notes: tuple[str, ...] = ()
@@ -69,6 +79,7 @@ class Verdict:
             "recalibrated": list(self.recalibrated),
             "contradictions": list(self.contradictions),
             "something_else": None if self.something_else is None else round(self.something_else, 3),
+            "smallest_shown": list(self.smallest_shown),
             "depends_on": self.depends_on,
             "notes": list(self.notes),
         }
@@ -83,9 +94,15 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
     alternatives = tuple(other for _, others, _ in entries for other in others)
     run = next((run for _, _, run in entries if run is not None), None)
     kind = result.decision.kind
-    where = () if kind is Kind.NO_DISCREPANCY else tuple(_where_entry(r) for r in where_of(result, worst))
+    where = (
+        ()
+        if kind in (Kind.NO_DISCREPANCY, Kind.CANNOT_JUDGE)
+        else tuple(_where_entry(r) for r in where_of(result, worst))
+    )
     if kind is Kind.UNEXPLAINED and run is None:
         run = _run_for(result, worst)
+    if kind is Kind.CANNOT_JUDGE:
+        run = _run_that_judges(result)
     against = tuple(contradictions(corrected_model(result) or recalibrated_model(result), logs))
     text = told(result, effects, gaps) + "".join(told_against(found) for found in against)
     something_else = 1.0 - min((one.of_names for one in result.told), default=0.0 if kind is Kind.UNEXPLAINED else 1.0)
@@ -104,14 +121,33 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
         _recalibrated(result),
         against,
         something_else,
+        tuple(_smallest_entry(one) for one in result.smallest),
         None if over is None else {"variable": over[0].value, "share": round(over[1], 3)},
         (*notes, *_notes(result)),
     )
 
 
+def _smallest_entry(one: Shows) -> Entry:
+    relative = one.relative
+    return {
+        "name": one.name,
+        "axis": one.axis,
+        "parameter": one.parameter,
+        "size": float(f"{one.size:.3g}"),
+        "unit": one.unit,
+        "relative": None if relative is None else float(f"{relative:.3g}"),
+    }
+
+
+def _run_that_judges(result: Result) -> Entry:
+    """A run that shows what these logs would not have."""
+    name, axis = result.hidden[0]
+    return {"plan": f"{CATALOGUE[name].excited_by}, on {axis}", "separates": [one for one, _ in result.hidden]}
+
+
 def refusal(reason: str) -> Verdict:
     """The verdict of logs that were refused: nothing but why."""
-    return Verdict(Kind.UNUSABLE_DATA, reason, (), (), (), None, (), None, (), (), (), None, None)
+    return Verdict(Kind.UNUSABLE_DATA, reason, (), (), (), None, (), None, (), (), (), None, (), None)
 
 
 def entries_of(effect: Entry) -> list[Entry]:

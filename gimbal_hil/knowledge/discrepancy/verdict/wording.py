@@ -22,8 +22,14 @@ def told(result: Result, effects: Sequence[Entry], gaps: Sequence[Gap]) -> str:
     kind = result.decision.kind
     moved = _recalibration(result, gaps)
     if kind is Kind.NO_DISCREPANCY:
-        missing = "nothing is missing that this data could show." + _no_gap(gaps, result.request.policy.least_gap)
-        return f"The model explains this data to its noise{moved}; {missing}"
+        limit = _no_gap(gaps, result.request.policy.least_gap)
+        return f"The model explains this data to its noise{moved}. {_would_have_shown(result)}{limit}"
+    if kind is Kind.CANNOT_JUDGE:
+        hidden = " nor ".join(_name(*one) for one in result.hidden)
+        return (
+            f"There is no gap{moved}, but these logs cannot judge the model: an error of a factor of two in {hidden} "
+            f"would not have shown. {_would_have_shown(result)}"
+        )
     if kind is Kind.UNEXPLAINED:
         return _unexplained(result, gaps)
     gap = max(gaps, key=lambda g: (g.after_recalibration - g.after) / g.noise_floor)
@@ -38,6 +44,19 @@ def told(result: Result, effects: Sequence[Entry], gaps: Sequence[Gap]) -> str:
     against = "".join(f" {e['contradiction']}" for e in effects if "contradiction" in e)
     forms = "".join(_undetermined(e) for e in effects if "form_undetermined" in e)
     return first + _doubts(result) + forms + against + _remainder(gaps)
+
+
+def _would_have_shown(result: Result) -> str:
+    """From which size on errors of the numbers that people ask about would have shown."""
+    said = []
+    for axis in result.model.axes:
+        sizes = {one.name: one.relative for one in result.smallest if one.axis == axis and one.relative is not None}
+        asked = {effect.name: effect.asked_as for effect in CATALOGUE.values() if effect.asked_as}
+        shown = [f"{words} {sizes[name]:.0%}" for name, words in asked.items() if name in sizes]
+        hidden = [asked[name] for name, one in result.hidden if one == axis]
+        seen = f"on {axis} from {', '.join(shown)}" if shown else f"on {axis} none"
+        said.append(seen + (f" ({' and '.join(hidden)}: at no size)" if hidden else ""))
+    return f"Errors that would have shown: {'; '.join(said)}."
 
 
 def _no_gap(gaps: Sequence[Gap], least: float) -> str:
