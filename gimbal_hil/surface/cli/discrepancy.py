@@ -70,7 +70,7 @@ def command(
         list[str] | None, typer.Option(metavar="EFFECT", help="Search these effects alone; may be repeated.")
     ] = None,
     without: Annotated[
-        list[str] | None, typer.Option(metavar="EFFECT", help="Leave these effects out; may be repeated.")
+        list[str] | None, typer.Option(metavar="EFFECT", help="Leave these out; may be repeated.")
     ] = None,
     fail_on: Annotated[
         str, typer.Option(metavar="VERDICTS", help="Verdicts that exit 1, such as unexplained,ambiguous (CI).")
@@ -98,11 +98,10 @@ def command(
     given = model_named(model) if model else shipped_model()
     _all_there((*measured, *(holdout or ())))
     logs: dict[str, Any] = {"resample": resample, "drop_invalid": drop_invalid, "rate_hz": rate, "repair": repair}
-    logs["columns"] = ColumnMap.of_words(column)
     search: dict[str, Any] = {"only": only or (), "without": without or (), "band_hz": band}
     with _progress(as_json) as tell:
         with _refusal_kept(out, junit, as_json):
-            question = question_of(given, measured, holdout or (), **search, **logs)
+            question = question_of(given, measured, holdout or (), columns=ColumnMap.of_words(column), **search, **logs)
             finding = question.asked(workers=workers, dask=dask, progress=tell)
         tell("writing the report")
         _write(out, finding)
