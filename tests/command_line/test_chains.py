@@ -13,6 +13,8 @@ from firmware_protocol.documents import read_yaml, yaml_text
 from gimbal_hil.data.runs import open_run
 from tests.daemon.daemons import RunningDaemon
 
+pytestmark = [pytest.mark.realtime, pytest.mark.heavy]
+
 #: commands that a command proposes where its answer stays open, too
 OPEN = (0, 1)
 
@@ -51,13 +53,11 @@ QUICK = [
 ]
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("first", QUICK)
 def test_a_printed_path_of_three_goes_on(tmp_path: Path, first: str) -> None:
     chain(tmp_path, first)
 
 
-@pytest.mark.heavy
 def test_friction_of_ones_own_gimbal_leads_to_a_search_on_that_gimbal(tmp_path: Path) -> None:
     run(tmp_path, "gimbal-hil init mine --yes --axes azimuth,elevation")
     first = "gimbal-hil experiment sliding --short --config mine/antenna.yaml --out mine/runs/sliding"
@@ -66,8 +66,6 @@ def test_friction_of_ones_own_gimbal_leads_to_a_search_on_that_gimbal(tmp_path: 
     assert all("--config mine/antenna.yaml" in line for line in lines[2:])
 
 
-@pytest.mark.heavy
-@pytest.mark.realtime
 def test_a_survey_through_a_daemon_leads_to_a_verdict_and_replays(tmp_path: Path) -> None:
     run(tmp_path, "gimbal-hil init mine --yes --axes azimuth,elevation")
     config = tmp_path / "mine" / "antenna.yaml"

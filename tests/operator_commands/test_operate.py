@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import os
+import socket
 from pathlib import Path
 from typing import Any, Self
 
 import pytest
 
+from gimbal_hil.realtime.operator import Door
 from gimbal_hil.surface.cli import main, operate
 from gimbal_hil.surface.cli.watch import status_lines
 
@@ -70,7 +74,10 @@ def ask(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]
 def test_an_axis_that_is_not_named_stays_where_it_is(daemon: Daemon, capsys: pytest.CaptureFixture[str]) -> None:
     code, out, _ = ask(capsys, "set", "pan=0.5", "--over", "2", "--run", "R")
     assert code == 0
-    assert daemon.asked[-1] == ("set_point", {"mode": "position", "over_s": 2.0, "pan": 0.5, "tilt": -0.1})
+    assert daemon.asked[-1] == (
+        "set_point",
+        {"mode": "position", "over_s": 2.0, "lease": False, "pan": 0.5, "tilt": -0.1},
+    )
     assert "pan to 0.5 rad" in out and "next: gimbal-hil watch R" in out
 
 
@@ -78,7 +85,7 @@ def test_a_negative_value_is_a_value_and_rate_of_an_unnamed_axis_is_zero(
     daemon: Daemon, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert ask(capsys, "set", "tilt=-0.3", "--mode", "rate", "--run", "R", "--json")[0] == 0
-    assert daemon.asked[-1][1] == {"mode": "rate", "over_s": 0.0, "pan": 0.0, "tilt": -0.3}
+    assert daemon.asked[-1][1] == {"mode": "rate", "over_s": 0.0, "lease": False, "pan": 0.0, "tilt": -0.3}
 
 
 @pytest.mark.parametrize(
@@ -129,14 +136,19 @@ def test_without_a_run_the_newest_daemon_below_runs_is_meant(
     monkeypatch.chdir(tmp_path)
     code, _, err = ask(capsys, "stop")
     assert code == 2 and "no daemon records below ./runs" in err and not daemon.asked
-    import os
-
-    for name, seconds in (("old", 1000), ("new", 2000)):
-        door = tmp_path / "runs" / name / "operator.json"
-        door.parent.mkdir(parents=True)
-        door.write_text("{}")
-        os.utime(door, (seconds, seconds))
-    assert operate.daemon_run(None) == Path("runs/new")
+    with contextlib.ExitStack() as listening:
+        for name, seconds, alive in (("old", 1000, True), ("new", 2000, True), ("killed", 3000, False)):
+            run = tmp_path / "runs" / name
+            run.mkdir(parents=True)
+            door = Door.make()
+            listening.callback(door.remove, run)
+            if alive:
+                listener = listening.enter_context(socket.socket(socket.AF_UNIX, socket.SOCK_STREAM))
+                listener.bind(str(door.socket))
+                listener.listen()
+            door.write(run)
+            os.utime(run / "operator.json", (seconds, seconds))
+        assert operate.daemon_run(None) == Path("runs/new")
 
 
 def test_the_terminal_shows_axes_by_name_misses_by_cause_and_a_fault_above_all() -> None:
