@@ -6,7 +6,7 @@ import pytest
 
 from firmware_protocol import mail as m
 from firmware_protocol.enumerations import LimitFlags
-from gimbal_hil.loop.host import Host, HostCause, HostState, Mode
+from gimbal_hil.loop.host import Host, HostCause, HostState, Mode, layout
 from tests.host.fake_antenna import FakeAntenna
 from tests.host.host_loop import HostLoop, configuration, hold
 
@@ -166,6 +166,32 @@ def after_silence(**changes: object) -> HostLoop:
     assert (loop.host.state, loop.host.cause) == (HostState.FAULT, HostCause.FEEDBACK_LOST)
     loop.antenna = FakeAntenna()
     return loop
+
+
+def test_after_a_quick_stop_in_lost_feedback_only_a_reset_leads_back() -> None:
+    loop = after_silence()
+    loop.antenna.silent = True
+    loop.run(5)
+    kind = loop.host.memory.G[layout.STOP_KIND]
+    loop.host.quick_stop()
+    loop.run(5)
+    assert "fault to fault (operator)" in loop.texts()
+    assert loop.host.memory.G[layout.STOP_KIND] == kind
+    loop.antenna = FakeAntenna()
+    loop.run(500)
+    assert (loop.host.state, loop.host.cause) == (HostState.FAULT, HostCause.OPERATOR)
+    loop.command(hold(Mode.RATE)).run(20)
+    assert loop.host.state is HostState.FAULT and loop.sent[-1].torque == (0, 0)
+    loop.host.reset_fault()
+    loop.run(500)
+    assert loop.host.state is HostState.IDLE
+
+
+def test_after_a_quick_stop_in_a_deadman_only_a_reset_leads_back() -> None:
+    loop = in_drive_fault(active(), m.FAULT_CODE_DEADMAN).run(3)
+    loop.host.quick_stop()
+    loop.run(500)
+    assert (loop.host.state, loop.host.cause) == (HostState.FAULT, HostCause.OPERATOR)
 
 
 def test_after_lost_feedback_as_many_whole_sets_are_waited_for_as_for_a_connection() -> None:

@@ -140,8 +140,13 @@ def _take_requests(G: np.ndarray) -> None:
         enter_state(G, _WAITING, _OPERATOR)
     if requests & REQUEST_DISTRUST and G[STATE] != _FAULT:
         _fault(G, _FIRST_TEST)
-    if requests & REQUEST_QUICK_STOP and G[STATE] != _FAULT:
-        _fault(G, _OPERATOR)
+    if requests & REQUEST_QUICK_STOP:
+        if G[STATE] != _FAULT:
+            _fault(G, _OPERATOR)
+        elif _ends_by_itself(G):
+            # the drive goes on stopping as that fault has it, which uses no suspect; only the way out is the operator's
+            G[CAUSE] = _OPERATOR
+            enter_state(G, _FAULT, _OPERATOR)
     if requests & REQUEST_STOP:
         if G[STATE] == _ACTIVE:
             _begin_stopping(G, _OPERATOR)
@@ -203,11 +208,15 @@ def _synchronise(G: np.ndarray, C: np.ndarray) -> None:
 
 
 @compiled
+def _ends_by_itself(G: np.ndarray) -> bool:
+    """Whether the fault is a lost link, seen from either end."""
+    return G[CAUSE] == _FEEDBACK_LOST or (G[CAUSE] == _DRIVE_FAULT and G[DRIVE_FAULT] == m.FAULT_CODE_DEADMAN)
+
+
+@compiled
 def _leave_fault(G: np.ndarray, C: np.ndarray) -> None:
-    """After a lost link (seen from either end) the host connects again by itself, once the drive has had time to
-    stop.
-    """
-    lost_link = G[CAUSE] == _FEEDBACK_LOST or (G[CAUSE] == _DRIVE_FAULT and G[DRIVE_FAULT] == m.FAULT_CODE_DEADMAN)
+    """After a lost link the host connects again by itself, once the drive has had time to stop."""
+    lost_link = _ends_by_itself(G)
     if lost_link and has_jumped(G):
         _fault(G, _JUMP)
         return
