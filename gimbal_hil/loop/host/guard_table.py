@@ -8,6 +8,7 @@ other, and the table to the causes that there are.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from textwrap import fill
 
 from firmware_protocol.enumerations import FaultCode, StopReaction
 from gimbal_hil.loop.host.reactions import stop_for
@@ -236,14 +237,23 @@ No guard detects an encoder or gyro error of less than 0.015 rad/s, or of less t
 """
 
 
+def _filled(*parts: str) -> str:
+    return fill(" ".join(parts), width=120, break_on_hyphens=False, break_long_words=False)
+
+
 def guard_page() -> str:
     """Text of `docs/guards.md`."""
     lines = ["## Host", "", "| cause | trigger | reaction | left by | test |", "|---|---|---|---|---|"]
     lines += [f"| `{g.cause.name}` | {g.trigger} | {g.reaction} | {g.reset} | `{g.test}` |" for g in HOST_GUARDS]
     lines += [
         "",
-        "An operator's `quick-stop` has the cause `OPERATOR`: ramp to rest by the encoder, held, brake closes; left by",
-        "`reset`. Keys and their shipped values are in [the configuration](configuration.md).",
+        _filled(
+            "An operator's `quick-stop` has the cause `OPERATOR`: ramp to rest by the encoder, held, brake closes;",
+            "left by `reset`. In a fault that would end by itself (lost feedback, the drive's deadman) it takes that",
+            "away: the drive goes on stopping as it does, and only `reset` leads back",
+            "(`tests/host/test_supervisor.py`).",
+            "Keys and their shipped values are in [the configuration](configuration.md).",
+        ),
         "",
         "In addition, torque on the wire is limited; an axis without torque that passes a soft limit is reported as an",
         f"event (`{_PLAUSIBLE}`);",
