@@ -24,6 +24,8 @@ AXIS = "joint"
 #: acceleration (rad/s^2) that sizes of torques are told in, and s of each log
 TYPICAL_RAD_S2, LOG_S = 10.0, 40.0
 GRAVITY_M_S2 = 9.81
+#: of a flexible shaft
+_DAMPING = 0.03
 
 
 @dataclass(frozen=True)
@@ -33,7 +35,7 @@ class Hidden:
     names: frozenset[str]
     #: numbers of the model file times these
     file: Mapping[str, float] = field(default_factory=dict)
-    #: of the rig: fractions of the typical torque, or samples
+    #: of the rig: fractions of the typical torque or of the inertia, or samples; `stated` of its unbalance the file has
     rig: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -79,6 +81,8 @@ class Joint:
     phase: float
     #: time, s, in which dry friction brings a slow joint to rest; MuJoCo's own is 20 ms
     softness_s: float
+    #: of a part of its inertia on a flexible shaft, where it has one
+    resonance_hz: float = 0.0
     motion: str = "sines"
 
     @property
@@ -99,6 +103,7 @@ def drawn_joint(dice: np.random.Generator) -> Joint:
         orders=int(dice.integers(5, 37)),
         phase=float(dice.uniform(0.0, 2.0 * np.pi)),
         softness_s=float(dice.choice([0.002, 0.02])),
+        resonance_hz=float(dice.uniform(12.0, 40.0)),
     )
 
 
@@ -112,6 +117,15 @@ def simulated(joint: Joint, hidden: Hidden, seed: int) -> dict[str, np.ndarray]:
     radius = 0.3 * joint.inertia * GRAVITY_M_S2 / max(sizes.get("unbalance", 0.0) * typical, 1e-9)
     mass = sizes.get("unbalance", 0.0) * typical / (GRAVITY_M_S2 * radius) if sizes.get("unbalance") else 1e-6
     own = joint.inertia - mass * radius**2 if sizes.get("unbalance") else joint.inertia
+    hung, load = sizes.get("flexible", 0.0) * own, ""
+    if hung:
+        # behind a flexible shaft
+        own -= hung
+        swing, reduced = 2.0 * np.pi * joint.resonance_hz, hung * own / (hung + own)
+        load = (
+            f'<body><inertial pos="0 0 0" mass="1e-6" diaginertia="{hung} {hung} {hung}"/><joint type="hinge" '
+            f'axis="0 -1 0" stiffness="{swing**2 * reduced}" damping="{2.0 * _DAMPING * swing * reduced}"/></body>'
+        )
     steps = 20
     model = mujoco.MjModel.from_xml_string(
         f'<mujoco><option timestep="{period / steps}" integrator="implicitfast"/><worldbody><body>'
@@ -119,7 +133,7 @@ def simulated(joint: Joint, hidden: Hidden, seed: int) -> dict[str, np.ndarray]:
         f'diaginertia="{own} {own} {own}"/>'
         f'<joint type="hinge" axis="0 -1 0" damping="{joint.viscous}" frictionloss="{joint.coulomb}" '
         f'solreffriction="{joint.softness_s} 1" '
-        f'stiffness="{sizes.get("spring", 0.0) * typical}"/></body></worldbody></mujoco>'
+        f'stiffness="{sizes.get("spring", 0.0) * typical}"/>{load}</body></worldbody></mujoco>'
     )
     data = mujoco.MjData(model)
     rows = int(LOG_S * joint.rate_hz)
@@ -205,9 +219,12 @@ def write_drawn(folder: Path, joint: Joint, hidden: Hidden, seed: int) -> Rig:
         number * (1.0 + spread * float(np.clip(dice.normal(), -1.0, 1.0)))
         for number, spread in ((joint.inertia, 0.03), (joint.coulomb, 0.05), (joint.viscous, 0.05))
     )
-
+    sizes = hidden.rig
+    # of a mass of 1 kg; only its product with the distance counts
+    lever = sizes.get("stated", 0.0) * sizes.get("unbalance", 0.0) * joint.typical / GRAVITY_M_S2
+    body = {"cog": {"x": measured(lever, "m", "3%")}} if lever else {}
     axis = {
-        "body": {"mass": measured(1.0, "kg", "5%"), "inertia": {"zz": measured(inertia, "kg m2", "3%")}},
+        "body": {"mass": measured(1.0, "kg", "5%"), "inertia": {"zz": measured(inertia, "kg m2", "3%")}} | body,
         "friction": {
             "coulomb": measured(coulomb, "N m", "5%"),
             "breakaway": measured(coulomb, "N m", "5%"),
