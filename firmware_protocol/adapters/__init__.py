@@ -1,7 +1,7 @@
 """Other drives behind the antenna's frames: their messages become the signals of an axis, and back."""
 
 from firmware_protocol.adapters.adapter_link import AdapterLink
-from firmware_protocol.adapters.bus import Bus, CanFrame, PythonCanBus, UnixCanBus, open_bus
+from firmware_protocol.adapters.bus import Bus, UnixCanBus, open_bus
 from firmware_protocol.adapters.cia402 import Cia402Drive
 from firmware_protocol.adapters.dbc_map import DriveMap, load_map
 from firmware_protocol.adapters.drive import (
@@ -18,6 +18,7 @@ from firmware_protocol.adapters.mapped import MappedDrive
 from firmware_protocol.adapters.moteus import MoteusDrive
 from firmware_protocol.adapters.odrive import OdriveDrive
 from firmware_protocol.adapters.registry import DRIVES, GROUP, drive_named, gives_of, require_drives
+from firmware_protocol.links import CanFrame, PythonCanBus
 
 __all__ = [
     "DRIVES",

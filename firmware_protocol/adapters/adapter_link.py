@@ -5,11 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from firmware_protocol.adapters.bus import Bus, CanFrame, open_bus
+from firmware_protocol.adapters.bus import Bus, open_bus
 from firmware_protocol.adapters.drive import DriveTiming
 from firmware_protocol.adapters.gateway import Gateway
 from firmware_protocol.adapters.registry import drive_named
-from firmware_protocol.links import AdapterLinkConfig, LinkBasis, LinkState, wait_readable
+from firmware_protocol.links import AdapterLinkConfig, BusClaim, CanFrame, LinkBasis, LinkState, wait_readable
+
+#: buses that have one host by themselves: in one process, one peer of a socket, a port that is claimed
+_ONE_HOST = ("virtual", "unix", "slcan")
 
 
 class AdapterLink(LinkBasis):
@@ -32,6 +35,8 @@ class AdapterLink(LinkBasis):
         )
         self._period_ns = round(1e9 / config.rate_hz)
         self._bus: Bus | None = None
+        self._claim: BusClaim | None = None
+        self._commanded = False
         self.gateway = self._new_gateway()
         self._edge_ns = self._opened_ns = 0
         self._connect()
@@ -41,7 +46,7 @@ class AdapterLink(LinkBasis):
         if self._bus is None:
             self._count_sent(block, False)
             return
-        self._edge_ns = self._now_ns()
+        self._edge_ns, self._commanded = self._now_ns(), True
         self.gateway.periods_passed((self._edge_ns - self._opened_ns) // self._period_ns)
         self._emit(self.gateway.hear(block))
         self._count_sent(block, self._bus is not None)
@@ -61,7 +66,7 @@ class AdapterLink(LinkBasis):
         except OSError as error:
             self._lose(error)
             return b""
-        self._statistics.malformed += self.gateway.take(frames)
+        self._statistics.malformed += self._bus.take_malformed() + self.gateway.take(frames)
         if frames:
             self.complaint = self._complaint()
         return self._count_received(self.gateway.feedback())
@@ -79,19 +84,24 @@ class AdapterLink(LinkBasis):
         return self._bus is not None
 
     def close(self) -> None:
-        """Let both drives go and leave the bus."""
-        if self._bus is not None:
+        """Let both drives go, where they were spoken to as their host, and leave the bus."""
+        if self._bus is not None and self._commanded:
             self._emit([frame for drive in self.gateway.drives for frame in drive.release()])
-        if self._bus is not None:
-            self._bus.close()
-        self._bus, self._state = None, LinkState.CLOSED
+        self._leave()
+        self._state = LinkState.CLOSED
 
     def fileno(self) -> int:
         """Descriptor of the bus, -1 where it has none."""
         return -1 if self._bus is None else self._bus.fileno()
 
     def _connect(self) -> None:
-        self._bus = self._open()
+        if self._config.interface not in _ONE_HOST:
+            self._claim = BusClaim(f"{self._config.interface} {self._config.channel}")
+        try:
+            self._bus = self._open()
+        except BaseException:
+            self._leave()
+            raise
         self.gateway = self._new_gateway()
         self._edge_ns = self._opened_ns = self._now_ns()
         self._opened()
@@ -115,7 +125,13 @@ class AdapterLink(LinkBasis):
                 self._lose(error)
 
     def _lose(self, reason: object) -> None:
-        bus, self._bus = self._bus, None
+        self._leave()
+        self._lost(reason)
+
+    def _leave(self) -> None:
+        bus, self._bus, claim, self._claim = self._bus, None, self._claim, None
+        self._commanded = False
         if bus is not None:
             bus.close()
-        self._lost(reason)
+        if claim is not None:
+            claim.release()

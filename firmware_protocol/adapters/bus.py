@@ -3,32 +3,18 @@
 from __future__ import annotations
 
 import errno
-import logging
 import socket
 import struct
 from collections.abc import Mapping
-from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
 from firmware_protocol.errors import LinkError
-from firmware_protocol.links import UnixListener, connected_to, unix_reason
+from firmware_protocol.links import CanFrame, PythonCanBus, UnixListener, connected_to, unix_reason
 
 _HEAD = struct.Struct("<IB")
 _EXTENDED, _FD = 1, 2
 _MOST_FRAMES = 1024
-_GONE = {errno.ENODEV, errno.ENETDOWN, errno.ENXIO, errno.EIO, errno.EBADF, errno.EPIPE}
-
-
-@dataclass(frozen=True)
-class CanFrame:
-    """One data frame; an FD frame may hold 64 bytes."""
-
-    identifier: int
-    data: bytes
-    extended: bool = False
-    fd: bool = False
 
 
 class Bus(Protocol):
@@ -39,6 +25,9 @@ class Bus(Protocol):
 
     def receive(self) -> list[CanFrame]:
         """Everything that has come."""
+
+    def take_malformed(self) -> int:
+        """What came since the last call and was no data frame."""
 
     def fileno(self) -> int:
         """Descriptor that becomes readable, -1 where there is none."""
@@ -56,72 +45,6 @@ def open_bus(
     return PythonCanBus(interface, channel, bitrate, data_bitrate, options)
 
 
-class PythonCanBus:
-    """Any interface of python-can, read without its Notifier thread; FD where a data bit rate is given."""
-
-    def __init__(
-        self,
-        interface: str,
-        channel: str | int,
-        bitrate: int,
-        data_bitrate: int | None = None,
-        options: Mapping[str, Any] | None = None,
-    ) -> None:
-        import can
-
-        logging.getLogger("can").setLevel(logging.ERROR)
-        given: dict[str, Any] = {"bitrate": bitrate, **(options or {})}
-        if data_bitrate is not None:
-            given = {"fd": True, "data_bitrate": data_bitrate, **given}
-        try:
-            self._bus = can.Bus(channel=channel, interface=interface, ignore_config=True, **given)
-        except Exception as error:  # every interface fails in its own way: missing driver, port, permission, option
-            raise LinkError(
-                f"link: {interface} {channel}: {error}; expected an interface and a channel that python-can can open"
-            ) from error
-        self._message, self._error = can.Message, can.CanError
-
-    def send(self, frame: CanFrame) -> bool:
-        message = self._message(
-            arbitration_id=frame.identifier,
-            data=frame.data,
-            is_extended_id=frame.extended,
-            is_fd=frame.fd,
-            bitrate_switch=frame.fd,
-        )
-        try:
-            self._bus.send(message, timeout=0)
-        except (self._error, OSError, ValueError) as error:
-            number = getattr(error, "error_code", None) or getattr(error, "errno", None)
-            if number in _GONE:
-                raise OSError(number, str(error)) from error
-            return False
-        return True
-
-    def receive(self) -> list[CanFrame]:
-        found = []
-        for _ in range(_MOST_FRAMES):
-            try:
-                message = self._bus.recv(0.0)
-            except self._error as error:
-                raise OSError(errno.EIO, str(error)) from error
-            if message is None:
-                break
-            if not (message.is_error_frame or message.is_remote_frame):
-                data = bytes(message.data)
-                found.append(CanFrame(message.arbitration_id, data, message.is_extended_id, message.is_fd))
-        return found
-
-    def fileno(self) -> int:
-        with suppress(Exception):
-            return int(self._bus.fileno())
-        return -1
-
-    def close(self) -> None:
-        with suppress(Exception):
-            self._bus.shutdown()
-
-
 class UnixCanBus:
     """Frames over a Unix socket of the packet kind, one a packet: a simulated drive in another process of this machine.
 
@@ -131,6 +54,7 @@ class UnixCanBus:
     def __init__(self, path: Path, listen: bool = False) -> None:
         self._listener: UnixListener | None = None
         self._peer: socket.socket | None = None
+        self._malformed = 0
         try:
             if listen:
                 self._listener = UnixListener(path)
@@ -170,7 +94,13 @@ class UnixCanBus:
                 identifier, kind = _HEAD.unpack_from(packet)
                 data = packet[_HEAD.size :][:64]
                 found.append(CanFrame(identifier, data, bool(kind & _EXTENDED), bool(kind & _FD)))
+            else:
+                self._malformed += 1
         return found
+
+    def take_malformed(self) -> int:
+        malformed, self._malformed = self._malformed, 0
+        return malformed
 
     def fileno(self) -> int:
         end = self._peer or self._listener

@@ -13,10 +13,9 @@ import struct
 from collections import deque
 from dataclasses import replace
 
-from firmware_protocol.adapters.bus import CanFrame
 from firmware_protocol.adapters.drive import AxisSample, DriveTiming, Gives, Power
 from firmware_protocol.errors import BadInputError
-from firmware_protocol.links import DriveSection
+from firmware_protocol.links import CanFrame, DriveSection
 
 _EMERGENCY = 0x80
 NMT, SYNC, STATUS_PDO, MOTION_PDO, COMMAND_PDO, SDO_ANSWER, SDO_REQUEST = 0x000, 0x80, 0x180, 0x280, 0x200, 0x580, 0x600

@@ -11,8 +11,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Protocol
 
-from firmware_protocol.adapters.bus import CanFrame
-from firmware_protocol.links import DriveSection
+from firmware_protocol.links import CanFrame, DriveSection
 
 
 class Power(Enum):

@@ -10,11 +10,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from firmware_protocol.adapters.bus import CanFrame
 from firmware_protocol.adapters.drive import AxisSample, ForeignDrive, Power, on_the_joint, shaft_torque
 from firmware_protocol.codec import Rejection, alive_counter, pack, record, records, schema_of, unpack
 from firmware_protocol.enumerations import BrakeState, DriveRequest, DriveState, FaultCode, LimitFlags
-from firmware_protocol.links import DriveSection
+from firmware_protocol.links import CanFrame, DriveSection
 from firmware_protocol.messages import (
     AnyMessage,
     DeadmanConfig,

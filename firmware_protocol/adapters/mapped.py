@@ -11,12 +11,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from firmware_protocol.adapters.bus import CanFrame
 from firmware_protocol.adapters.dbc_map import MessageRef, SignalRef, load_map
 from firmware_protocol.adapters.drive import AxisSample, DriveTiming, Gives, Power
 from firmware_protocol.adapters.signal_span import not_there, span_of
 from firmware_protocol.errors import BadInputError, refused_below
-from firmware_protocol.links import DriveSection
+from firmware_protocol.links import CanFrame, DriveSection
 
 _GIVES = {
     "rate": Gives.RATE,

@@ -12,9 +12,8 @@ import math
 import struct
 from dataclasses import replace
 
-from firmware_protocol.adapters.bus import CanFrame
 from firmware_protocol.adapters.drive import AxisSample, DriveTiming, Gives, Power
-from firmware_protocol.links import DriveSection
+from firmware_protocol.links import CanFrame, DriveSection
 
 _SOURCE, _REPLY = 0, 0x80
 _WRITE_INT8, _WRITE_FLOAT, _READ_FLOAT, _READ_INT8 = 0x00, 0x0C, 0x1C, 0x10

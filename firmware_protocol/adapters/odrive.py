@@ -12,9 +12,8 @@ import math
 import struct
 from dataclasses import replace
 
-from firmware_protocol.adapters.bus import CanFrame
 from firmware_protocol.adapters.drive import AxisSample, DriveTiming, Gives, Power
-from firmware_protocol.links import DriveSection
+from firmware_protocol.links import CanFrame, DriveSection
 
 HEARTBEAT, SET_AXIS_STATE, ENCODER_ESTIMATES, SET_CONTROLLER_MODE = 0x01, 0x07, 0x09, 0x0B
 SET_INPUT_TORQUE, TEMPERATURE, BUS_VOLTAGE, CLEAR_ERRORS, TORQUES = 0x0E, 0x15, 0x17, 0x18, 0x1C

@@ -1,6 +1,9 @@
 """Links: what carries blocks of frames between host and device. Public names of the folder."""
 
+from firmware_protocol.links.can_bus import PythonCanBus
+from firmware_protocol.links.can_frame import CanFrame
 from firmware_protocol.links.can_link import CanLink
+from firmware_protocol.links.claims import BusClaim
 from firmware_protocol.links.config import (
     AdapterLinkConfig,
     CanLinkConfig,
@@ -27,6 +30,8 @@ __all__ = [
     "PATIENCE_S",
     "AdapterLinkConfig",
     "AntennaInStep",
+    "BusClaim",
+    "CanFrame",
     "CanLink",
     "CanLinkConfig",
     "CobsFraming",
@@ -44,6 +49,7 @@ __all__ = [
     "LinkStatistics",
     "MemoryLink",
     "MemoryLinkConfig",
+    "PythonCanBus",
     "SerialLinkConfig",
     "SlcanDevice",
     "StreamLink",

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import errno
-import fcntl
-import os
 import socket
-import termios
 from contextlib import suppress
 from urllib.parse import urlsplit
 
 from firmware_protocol.errors import LinkError
+from firmware_protocol.links.claims import PortClaim, reason_of
 from firmware_protocol.links.descriptor import DescriptorPort
 
 SOCKET_SCHEME = "socket://"
@@ -31,35 +28,25 @@ def open_serial(port: str, baudrate: int) -> DescriptorPort:
 def _open_terminal(port: str, baudrate: int) -> DescriptorPort:
     import serial
 
+    claim: PortClaim | None = None
     try:
-        terminal = serial.Serial(port, baudrate, timeout=0, exclusive=True)
+        claim = PortClaim(port)
+        terminal = serial.Serial(port, baudrate, timeout=0)
     except (serial.SerialException, OSError, ValueError) as error:
-        raise LinkError(f"link.port: {port}: {_reason(error)}; {_EXPECTED}") from error
+        if claim is not None:
+            claim.release()
+        raise LinkError(f"link.port: {port}: {reason_of(error)}; {_EXPECTED}") from error
     # adapters with an FTDI chip hold bytes back for 16 ms unless told otherwise; others do not know the request
     with suppress(OSError, ValueError, RuntimeError, AttributeError):
         terminal.set_low_latency_mode(True)
-    claimed = _claim(terminal.fileno(), port)
+    claim.exclude(terminal.fileno())
 
     def release() -> None:
-        if claimed:
-            with suppress(OSError):
-                fcntl.ioctl(terminal.fileno(), termios.TIOCNXCL)
+        claim.give_back()
         terminal.close()
+        claim.release()
 
     return DescriptorPort(terminal.fileno(), release)
-
-
-def _claim(descriptor: int, port: str) -> bool:
-    """Keep other programs from opening the port, beside pyserial's advisory lock that only those see who ask for it.
-
-    Not a pseudo-terminal: its other end keeps it open, and the claim of a host that was killed would outlive it.
-    """
-    if os.path.realpath(port).startswith("/dev/pts/"):
-        return False
-    with suppress(OSError):
-        fcntl.ioctl(descriptor, termios.TIOCEXCL)
-        return True
-    return False
 
 
 def _open_socket(url: str) -> DescriptorPort:
@@ -72,21 +59,8 @@ def _open_socket(url: str) -> DescriptorPort:
             raise ValueError("host or port number missing")
         connection = socket.create_connection((parts.hostname, parts.port), timeout=_CONNECT_TIMEOUT_S)
     except (OSError, ValueError) as error:
-        raise LinkError(f"link.port: {url}: {_reason(error)}; {_EXPECTED}") from error
+        raise LinkError(f"link.port: {url}: {reason_of(error)}; {_EXPECTED}") from error
     # a peer that stalls must cost frames, not leave a second of old ones in the queue
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SOCKET_BUFFER)
     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     return DescriptorPort(connection.fileno(), connection.close)
-
-
-def _reason(error: Exception) -> str:
-    number = getattr(error, "errno", None)
-    if number == errno.ENOENT:
-        return "no such port"
-    if number in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in str(error):
-        return "busy: another program has this port"
-    if number in (errno.EACCES, errno.EPERM):
-        return "no permission to open it (on Linux: join the group dialout)"
-    if number == errno.ECONNREFUSED:
-        return "connection refused: nobody listens there"
-    return str(error) or type(error).__name__

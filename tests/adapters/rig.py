@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from firmware_protocol.adapters import AdapterLink, CanFrame, PythonCanBus
+from firmware_protocol.adapters import AdapterLink, Bus, CanFrame, PythonCanBus
 from firmware_protocol.links import AdapterLinkConfig
 from gimbal_hil.loop.host import AxisCommand, Host, HostState, Mode, Segment, Shape, program_of
 from gimbal_hil.loop.settings import DaemonSettings, host_configuration, settings_from_document
@@ -43,20 +43,25 @@ def settings_and_model(link: dict[str, Any], **more: Any) -> tuple[DaemonSetting
 
 @dataclass
 class AdapterRig:
-    """Everything, advanced by `run`; `lost` makes the bus lose frames of the drives."""
+    """Everything, advanced by `run`; `lost` makes the bus lose frames of the drives, `far` is their end of another bus
+    than python-can's virtual one, of which `bus_more` tells the host.
+    """
 
     drive: str
     drives: list[SimulatedDrive] | None = None
     link_more: dict[str, Any] = field(default_factory=dict)
     lost: Callable[[CanFrame], bool] = lambda frame: False
     number: int = 0
+    far: Bus | None = None
+    bus_more: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        section = link_section(self.drive, **self.link_more)
+        section = link_section(self.drive, **self.link_more) | self.bus_more
         self.settings, model = settings_and_model(section)
         config = self.settings.link
         assert isinstance(config, AdapterLinkConfig)
-        self.far = PythonCanBus("virtual", str(config.channel), config.bitrate, config.data_bitrate)
+        if self.far is None:
+            self.far = PythonCanBus("virtual", str(config.channel), config.bitrate, config.data_bitrate)
         drives = self.drives
         self.gimbal = (
             DrivenGimbal.of_link(model, config)
@@ -87,6 +92,7 @@ class AdapterRig:
 
     def _drives(self) -> None:
         """What was sent is heard and answered, then the period passes."""
+        assert self.far is not None
         for frame in (*self.gimbal.hear(self.far.receive()), *self.gimbal.tick()):
             if not self.lost(frame):
                 self.far.send(frame)
@@ -110,4 +116,5 @@ class AdapterRig:
 
     def close(self) -> None:
         self.link.close()
-        self.far.close()
+        if self.far is not None:
+            self.far.close()

@@ -52,7 +52,9 @@ class LinkReport:
 
 
 def check_link(settings: DaemonSettings) -> LinkReport:
-    """Listen without sending: an antenna that is powered sends its feedback by itself."""
+    """Listen without commanding: an antenna that is powered sends its feedback by itself. An slcan adapter is told to
+    open its channel, drives that speak only when asked are asked; a port in use is left alone.
+    """
     config = settings.link
     if isinstance(config, EmbeddedAntenna):
         return LinkReport(
