@@ -29,7 +29,7 @@ ABOVE = {"firmware_protocol": {"sim_backend", "gimbal_hil"}, "sim_backend": {"gi
 #: it, none after it; docs/architecture.md draws the same
 DISTRICTS = {
     "loop": ("control", "host", "settings", "timing"),
-    "pages": ("plots", "report"),
+    "pages": ("plots", "antenna", "report"),
     "data": ("runs", "containers", "signals", "exports", "catalogue", "preflight"),
     "realtime": ("lockstep", "telemetry", "operator", "observing", "dashboard", "service", "daemon"),
     "knowledge": (

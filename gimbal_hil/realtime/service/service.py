@@ -75,6 +75,7 @@ class Service:
         self._view.observed = self._observer.status
         self._desk.learn_anew = self._observer.learn_anew
         self._view.adjustable = lambda: self._desk.adjusting.numbers
+        self._view.limits = lambda: limits_in_force(self._desk.adjusting.settings)
         self._door, self._run = Door(Path(orders.socket), orders.token), Path(orders.run)
         self._socket = OperatorSocket(self._door, self._desk.handle, gone=self._desk.client_gone)
         self._desk.attach(self._socket)
@@ -198,6 +199,12 @@ def wire_of(settings: DaemonSettings) -> Wire:
     if isinstance(link, SerialLinkConfig):
         return Wire(link.baudrate, True, window)
     return Wire(None, False, window)
+
+
+def limits_in_force(settings: DaemonSettings) -> Json:
+    """What `LiveView.limits` tells."""
+    shown = {"position_low_rad", "position_high_rad", "cable_wrap_turns", "torque_nm"}
+    return {name: axis.limits.model_dump(include=shown) for name, axis in settings.axes.items()}
 
 
 def main() -> int:

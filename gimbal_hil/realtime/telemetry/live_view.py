@@ -24,6 +24,8 @@ from gimbal_hil.realtime.telemetry.wire_watch import Wire, WireWatch
 Json = dict[str, Any]
 #: rows per second and seconds that the trace keeps
 TRACE_RATE_HZ, TRACE_S = 50, 60
+#: attitude of the base in the trace, rad; NaN where none is heard
+BASE = ("base_roll", "base_pitch", "base_yaw")
 _POINTING_OFF = word_of(PointingState.OFF)
 #: host states in which a guard has stopped the axes, or does
 _STOPS = (word_of(HostState.FAULT), word_of(HostState.STOPPING))
@@ -60,6 +62,8 @@ class LiveView:
     recording: Callable[[], Json] = dict
     #: gains and limits that may be changed, as `AdjustableNumber.as_dict` tells them
     adjustable: Callable[[], list[Json]] = list
+    #: axis -> `position_low_rad`, `position_high_rad`, `cable_wrap_turns` (None without one) and `torque_nm` in force
+    limits: Callable[[], Json] = dict
     #: what the model beside the antenna tells, as `LiveObserver.status` does
     observed: Callable[[], Json] = dict
     #: how a direction in space is held, as the last POINTING event told
@@ -129,6 +133,7 @@ class LiveView:
             "position_rad": {axis: self._measured.get(f"position_{own}") for own, axis in self._named()},
             "rate_rad_s": {axis: self._measured.get(f"rate_{own}") for own, axis in self._named()},
             "torque_nm": {axis: float(row[f"torque_{own}"]) for own, axis in self._named()},
+            "limits": self.limits(),
             "rejected_frames": self.rejected_frames,
             "adjusted": [
                 f"{one['axis']} {one['key']} {one['value']:g} (configured {one['configured']:g})"
@@ -156,6 +161,7 @@ class LiveView:
         names = [
             "time_s",
             "muted",
+            *BASE,
             *(
                 f"{signal}_{axis}"
                 for axis in self.axes
@@ -172,7 +178,7 @@ class LiveView:
     def _point(self, row: np.void, missing_nm: tuple[float, float]) -> list[float]:
         # NaN: no direction is held, so there is nothing to mute
         muted = math.nan if self.pointing["state"] == _POINTING_OFF else float(self.pointing["muted"])
-        point = [int(row["time_ns"]) / 1e9, muted]
+        point = [int(row["time_ns"]) / 1e9, muted, *(self._measured.get(name, math.nan) for name in BASE)]
         for axis, missing in zip(AXES, missing_nm, strict=True):
             measured = self._measured.get
             point += [measured(f"position_{axis}", 0.0), float(row[f"position_ref_{axis}"])]
@@ -195,6 +201,11 @@ class LiveView:
                 axis = message.name.removeprefix("feedback_")
                 self._measured[f"position_{axis}"] = _value(word, message, "position")
                 self._measured[f"rate_{axis}"] = _value(word, message, "rate")
+            elif message.name == "base_attitude":
+                for name in BASE[:2]:
+                    self._measured[name] = _value(word, message, name.removeprefix("base_"))
+            elif message.name == "base_heading":
+                self._measured[BASE[2]] = _value(word, message, "yaw")
             elif message.name == "drive_status":
                 state, fault = int(_value(word, message, "state")), int(_value(word, message, "fault"))
                 if state in DriveState._value2member_map_ and fault in FaultCode._value2member_map_:

@@ -1,0 +1,48 @@
+// the trace arrives in pieces: it is shown so much later that the next piece is there in time
+const LATE_S = .35, SEEN = {measured: "a", second: "b", torque: "green", stop: "red"};
+function begin_seen(limits) {
+  const view = antenna_view($("antenna"), name => colour(SEEN[name] || name), AXES);
+  seen = {limits, heard: false};
+  seen.count = animated($("antenna"), now => { if (trace.time_s.length) view.show(state_at(now / 1000 - lead - LATE_S)); });
+}
+function state_at(t) {
+  const times = trace.time_s; let k = times.length - 1;
+  while (k > 0 && times[k - 1] > t) k -= 1;
+  const from = Math.max(k - 1, 0), share = k ? Math.min(1, Math.max(0, (t - times[from]) / (times[k] - times[from]))) : 0;
+  const value = name => { const a = trace[name][from], b = trace[name][k]; return a === null || b === null ? b : a + (b - a) * share; };
+  const base = ["base_roll", "base_pitch", "base_yaw"].map(value);
+  return {heard: seen.heard, base: base.includes(null) ? null : base, axes: AXES.map(axis => {
+    const l = seen.limits[axis] || {};
+    return {at: value("position_" + axis), second: value("position_ref_" + axis), torque: value("torque_" + axis), most: l.torque_nm,
+      low: l.position_low_rad ?? null, high: l.position_high_rad ?? null};
+  })};
+}
+const degrees = (v, digits) => (v * 180 / Math.PI).toFixed(digits).replace(/^-(?=[0.]*$)/, "") + "\u00b0";
+function travel_of(l) {
+  const low = l.position_low_rad ?? null, high = l.position_high_rad ?? null, end = v => v === null ? "no stop" : degrees(v, 1);
+  return low === null && high === null ? (l.cable_wrap_turns ? "no stop, cable " + l.cable_wrap_turns + " turns either way" : "no stop") : end(low) + " to " + end(high);
+}
+function tell_axes(s) {
+  seen.limits = s.limits; seen.heard = s.link !== "lost" && AXES.every(axis => s.position_rad[axis] !== null);
+  const newest = name => trace[name][trace[name].length - 1] ?? null;
+  const told = AXES.map(axis => {
+    const at = s.position_rad[axis], ref = newest("position_ref_" + axis), l = s.limits[axis] || {};
+    return [axis, at === null ? ["not heard", ""] : [degrees(at, 3), at.toFixed(5) + " rad"],
+      [["reference", ref === null ? "none" : degrees(ref, 3) + (at === null ? "" : ", off by " + degrees(ref - at, 3))],
+        ["rate", s.rate_rad_s[axis] === null ? "not heard" : degrees(s.rate_rad_s[axis], 2) + "/s"],
+        ["torque", s.torque_nm[axis].toFixed(3) + (l.torque_nm ? " of " + l.torque_nm : "") + " N m"], ["travel", travel_of(l)]]];
+  });
+  $("axes").replaceChildren(...told.map(([axis, [large, small], rest]) => {
+    const box = document.createElement("div"), head = document.createElement("h3"), list = document.createElement("dl");
+    head.textContent = axis;
+    for (const [name, value, cls] of [["position", large, "at"], ...rest]) {
+      const dt = document.createElement("dt"), dd = document.createElement("dd");
+      dt.textContent = name; dd.textContent = value; if (cls) dd.className = cls;
+      if (cls && small) { const more = document.createElement("small"); more.textContent = " " + small; dd.append(more); }
+      list.append(dt, dd);
+    }
+    box.append(head, list); return box;
+  }));
+  if (Date.now() - last_said > 1000)
+    $("antenna").setAttribute("aria-label", "the antenna: " + told.map(([axis, [large], [ref]]) => axis + " at " + large + ", reference " + ref[1]).join("; "));
+}

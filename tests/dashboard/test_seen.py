@@ -1,0 +1,162 @@
+"""The antenna in three dimensions on the live page: what it is told, what it draws, keys, screen reader, phone."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from firmware_protocol import schema
+from gimbal_hil.data.runs import TICK_ROW
+from gimbal_hil.loop.settings import shipped_settings
+from gimbal_hil.pages.antenna import ANTENNA_SCRIPT
+from gimbal_hil.realtime.dashboard.page import PAGE
+from gimbal_hil.realtime.dashboard.server import live
+from gimbal_hil.realtime.service.service import limits_in_force
+from gimbal_hil.realtime.telemetry import LiveView
+from gimbal_hil.realtime.telemetry.records import Exchange
+from tests.browser import CHROMIUM, Browser
+
+pytestmark = pytest.mark.realtime
+in_a_browser = pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium here")
+AXES = ("azimuth", "tilt")
+LIMITS = {
+    "azimuth": {"position_low_rad": None, "position_high_rad": None, "cable_wrap_turns": 2.0, "torque_nm": 15.5},
+    "tilt": {"position_low_rad": -1.0, "position_high_rad": 0.5, "cable_wrap_turns": None, "torque_nm": 6.6},
+}
+#: 20 s of a trace at 50 Hz that arrives in pieces as the page asks, once it is told to move
+MOVING = """
+window.moving = false; window.asked = 0;
+const began = performance.now() / 1000, there = n => window.moving ? n / 50 : 0;
+window.fetch = async address => ({json: async () => {
+  const found = structuredClone(window.told), trace = found.trace, since = Number(String(address).split("=")[1]);
+  window.asked += 1;
+  for (let n = Math.floor(Math.max(since, 0) * 50) + 1; n / 50 < performance.now() / 1000 - began + 1; n++)
+    for (const [name, column] of Object.entries(trace))
+      column.push(name === "time_s" ? n / 50 : name === "position_azimuth" ? there(n)
+        : name.startsWith("position_ref") ? .4
+        : name === "torque_tilt" ? -1.5 : name.startsWith("base") || name === "muted" ? null : 0);
+  return found;
+}});
+"""
+#: how many dots of the canvas are not empty, and a sum that another picture changes
+DOTS = """(c => { const d = c.getContext("2d").getImageData(0, 0, c.width, c.height).data; let n = 0, sum = 0;
+for (let k = 0; k < d.length; k += 4) if (d[k + 3]) { n += 1; sum = (sum * 31 + d[k] + 7 * d[k + 1] + k) % 1000003; }
+return [n / (c.width * c.height), sum]; })(document.querySelector("#antenna"))"""
+
+
+def told() -> dict[str, Any]:
+    view = LiveView(1_000_000, AXES, limits=lambda: LIMITS)
+    document = live(view, -1.0)
+    document["status"]["link"] = "ok"
+    document["status"]["position_rad"] = {"azimuth": math.pi / 6, "tilt": -0.2}
+    document["status"]["rate_rad_s"] = {"azimuth": 0.0, "tilt": 0.1}
+    document["status"]["observer"]["state"] = "off"
+    document["recording"] = {"lamp": "ok", "free_mb": None, "problem": None}
+    return document
+
+
+@pytest.fixture
+def browser(tmp_path: Path) -> Iterator[Browser]:
+    file = tmp_path / "page.html"
+    script = f"<script>window.told = {json.dumps(told())};{MOVING}</script>"
+    file.write_text(PAGE.replace("<script>", script + "<script>", 1))
+    with Browser() as browser:
+        browser.open(file.as_uri(), "seen && seen.count.frames > 2")
+        yield browser
+
+
+@in_a_browser
+def test_the_antenna_is_drawn_follows_the_trace_and_is_told_to_a_screen_reader(browser: Browser) -> None:
+    browser.until(f"{DOTS}[0] > .05")
+    browser.until("document.querySelector('#antenna').getAttribute('aria-label').includes('azimuth at 30.000')")
+    said = browser.value("document.querySelector('#axes').textContent")
+    assert "no stop, cable 2 turns either way" in said and "-57.3\u00b0 to 28.6\u00b0" in said
+    assert "30.000\u00b0 0.52360 rad" in said and "of 6.6 N m" in said and "5.73\u00b0/s" in said
+    # once the trace moves the picture does, more often than the page asks for news
+    still = browser.value(DOTS)
+    browser.value("window.moving = true; 1")
+    browser.until(f"{DOTS}[1] !== {still[1]}")
+    frames, asked = browser.value("[seen.count.frames, window.asked]")
+    browser.until(f"window.asked > {asked} + 10")
+    assert browser.value("seen.count.frames") - frames > browser.value("window.asked") - asked
+    # between two points of the trace it is between them
+    shown = browser.value("[state_at(trace.time_s.at(-1) - .03).axes[0].at, trace.position_azimuth.slice(-3)]")
+    assert shown[1][0] < shown[0] < shown[1][1]
+    assert not browser.problems
+
+
+@in_a_browser
+def test_keys_turn_the_view_only_while_it_has_the_focus_and_it_rests_out_of_view(browser: Browser) -> None:
+    before = browser.value(DOTS)
+    browser.press("ArrowLeft", 37)
+    assert browser.value(DOTS) == before
+    browser.value("document.querySelector('#antenna').focus({preventScroll: true}); 1")
+    browser.press("ArrowLeft", 37)
+    turned = browser.value(DOTS)
+    assert turned != before
+    browser.press("+")
+    assert browser.value(DOTS) != turned
+    browser.press("Home", 36)
+    assert browser.value(DOTS) == before
+    # what else keys do here stays
+    browser.press("a")
+    assert browser.value("document.querySelector('#arm').getAttribute('aria-pressed')") == "true"
+    # on a phone nothing is wider than the screen
+    browser.resize(390, 800)
+    browser.until("document.documentElement.scrollWidth <= 390")
+    browser.until(f"{DOTS}[0] > .05")
+    browser.value("document.querySelector('#captures').scrollIntoView(); 1")
+    browser.until(
+        "new Promise(done => { const n = seen.count.frames; setTimeout(() => done(seen.count.frames === n), 500) })"
+    )
+    browser.value("scrollTo(0, 0); 1")
+    frames = browser.value("seen.count.frames")
+    browser.until(f"seen.count.frames > {frames}")
+    assert not browser.problems
+
+
+def test_page_and_drawing_are_small_and_are_one_document() -> None:
+    assert "antenna_view" in ANTENNA_SCRIPT and ANTENNA_SCRIPT in PAGE and "/*" not in PAGE.split("<script>")[1]
+    assert len(PAGE.encode()) < 300_000
+
+
+def test_the_view_tells_limits_in_force_and_the_attitude_of_a_base_that_is_heard() -> None:
+    settings = shipped_settings()
+    limits = limits_in_force(settings)
+    assert limits["inner"] == {
+        "position_low_rad": -2.0, "position_high_rad": 2.0, "cable_wrap_turns": None, "torque_nm": 6.6,
+    }  # fmt: skip
+    assert limits["outer"]["position_low_rad"] is None and limits["outer"]["cable_wrap_turns"] == 2.0
+    view = LiveView(1_000_000, limits=lambda: limits)
+    assert view.status()["limits"] == limits
+    row = np.zeros(1, TICK_ROW)
+    view.take([Exchange(row.tobytes(), b"", b"")])
+    assert np.isnan(view.trace(-1.0)["base_roll"]).all()
+    row["time_ns"] = 1_000_000_000
+    view.take(
+        [
+            Exchange(
+                row.tobytes(),
+                record_of("base_attitude", roll=0.1, pitch=-0.2) + record_of("base_heading", yaw=1.0),
+                b"",
+            )
+        ]
+    )
+    base = [view.trace(0.5)[name][0] for name in ("base_roll", "base_pitch", "base_yaw")]
+    assert base == pytest.approx([0.1, -0.2, 1.0], abs=1e-4)
+
+
+def record_of(name: str, **values: float) -> bytes:
+    """A frame's record with these fields; an onlooker checks no CRC."""
+    message = schema.BY_NAME[name]
+    word = 0
+    for field in message.fields:
+        raw = round(values.get(field.name, 0.0) / field.step)
+        word |= (raw & ((1 << field.bits) - 1)) << message.start(field.name)
+    return message.can_id.to_bytes(2, "little") + word.to_bytes(8, "little")
