@@ -31,7 +31,7 @@ DISTRICTS = {
     "loop": ("control", "host", "settings", "timing"),
     "pages": ("plots", "antenna", "report"),
     "data": ("runs", "containers", "signals", "exports", "catalogue", "preflight"),
-    "realtime": ("lockstep", "telemetry", "operator", "observing", "dashboard", "service", "daemon"),
+    "realtime": ("lockstep", "telemetry", "operator", "mavlink", "observing", "dashboard", "service", "daemon"),
     "knowledge": (
         "executor",
         "estimation",

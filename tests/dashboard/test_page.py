@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.data.runs import FrameDirection, blocks_of_frames, open_run
+from gimbal_hil.data.runs import TICK_ROW, FrameDirection, blocks_of_frames, open_run
 from gimbal_hil.loop.settings import shipped_settings
 from gimbal_hil.loop.timing.miss_causes import MISS_CODE, MissCause
 from gimbal_hil.realtime.daemon.run import DaemonOptions, run_daemon
@@ -66,6 +66,17 @@ def get(server: PageServer, path: str, host: str | None = None) -> tuple[int, by
     content = answer.read()
     connection.close()
     return answer.status, content
+
+
+def test_the_attitude_of_the_base_is_told_as_long_as_navigation_is_heard(recorded: Path) -> None:
+    exchanges, view = exchanges_of(recorded), LiveView(1_000_000)
+    assert view.status()["base_attitude_rad"] is None
+    view.take(exchanges)
+    assert view.status()["base_attitude_rad"] == pytest.approx({"roll": 0.0, "pitch": 0.0, "yaw": 0.0}, abs=0.01)
+    rows = np.frombuffer(exchanges[-1].row, TICK_ROW).copy()
+    rows["time_ns"] += 2_000_000_000
+    view.take([Exchange(rows.tobytes(), b"", b"")])
+    assert view.status()["base_attitude_rad"] is None
 
 
 def test_the_view_counts_what_the_run_holds(view: LiveView, recorded: Path) -> None:

@@ -29,6 +29,14 @@ BASE = ("base_roll", "base_pitch", "base_yaw")
 _POINTING_OFF = word_of(PointingState.OFF)
 #: host states in which a guard has stopped the axes, or does
 _STOPS = (word_of(HostState.FAULT), word_of(HostState.STOPPING))
+#: identifiers of what navigation sends, as they stand in a block: seldom, so that every block is looked at for them
+_BASE_IDS = tuple(
+    message.can_id.to_bytes(2, "little")
+    for message in schema.BY_CAN_ID.values()
+    if message.name in ("base_attitude", "base_heading")
+)
+#: navigation that was not heard for so long is silent
+_BASE_SILENCE_NS = 1_000_000_000
 _CAUSES = {code: cause for cause, code in MISS_CODE.items()}
 
 
@@ -69,6 +77,8 @@ class LiveView:
     #: how a direction in space is held, as the last POINTING event told
     pointing: Json = field(default_factory=lambda: {"state": _POINTING_OFF, "muted": True})
     _measured: dict[str, float] = field(default_factory=dict)
+    #: when navigation was last heard
+    _base_heard_ns: int | None = None
     _trace: deque[list[float]] = field(default_factory=lambda: deque(maxlen=TRACE_RATE_HZ * TRACE_S))
     _next_trace_ns: int = 0
     _wire_watch: WireWatch = field(init=False)
@@ -85,17 +95,19 @@ class LiveView:
         columns = zip(*(rows[name].tolist() for name in names), strict=True)
         for index, (time_ns, late_ns, computing_ns, rejected) in enumerate(columns):
             self._wire_watch.take(exchanges[index], rejected)
+            if any(number in exchanges[index].received for number in _BASE_IDS):
+                self._listen(exchanges[index].received, time_ns)
             self.latency.add(late_ns)
             self.computing.add(computing_ns)
             if time_ns >= self._next_trace_ns:
                 self._next_trace_ns = time_ns + 1_000_000_000 // TRACE_RATE_HZ
-                self._listen(exchanges[index].received)
+                self._listen(exchanges[index].received, time_ns)
                 self._trace.append(self._point(rows[index], missing_nm[index] if missing_nm else (math.nan, math.nan)))
         self.ticks += len(exchanges)
         self.missed += int(rows["skipped_ticks"].sum())
         self.rejected_frames += int(rows["rejected_frames"].sum())
         self.row = rows[-1]
-        self._listen(exchanges[-1].received)
+        self._listen(exchanges[-1].received, int(rows["time_ns"][-1]))
 
     def state_changed(self, to: str, cause: str) -> None:
         """The host has changed its state: a guard trips, or lets go."""
@@ -134,6 +146,7 @@ class LiveView:
             "rate_rad_s": {axis: self._measured.get(f"rate_{own}") for own, axis in self._named()},
             "torque_nm": {axis: float(row[f"torque_{own}"]) for own, axis in self._named()},
             "limits": self.limits(),
+            "base_attitude_rad": self._base_attitude(int(row["time_ns"])),
             "rejected_frames": self.rejected_frames,
             "adjusted": [
                 f"{one['axis']} {one['key']} {one['value']:g} (configured {one['configured']:g})"
@@ -171,6 +184,12 @@ class LiveView:
         points = [point for point in list(self._trace) if point[0] > since_s]
         return {name: [point[index] for point in points] for index, name in enumerate(names)}
 
+    def _base_attitude(self, now_ns: int) -> Json | None:
+        """Roll, pitch and yaw of the base (R_eb = Rz(yaw) Ry(pitch) Rx(roll)); None while navigation is silent."""
+        if self._base_heard_ns is None or now_ns - self._base_heard_ns > _BASE_SILENCE_NS:
+            return None
+        return {name.removeprefix("base_"): self._measured[name] for name in BASE}
+
     def _named(self) -> zip[tuple[str, str]]:
         """(name in columns and messages, name of the axis)."""
         return zip(AXES, self.axes, strict=True)
@@ -190,7 +209,7 @@ class LiveView:
             ]
         return point
 
-    def _listen(self, block: bytes) -> None:
+    def _listen(self, block: bytes, time_ns: int) -> None:
         """Take measured values out of a received block; the host has checked the frames, an onlooker need not."""
         for at in range(0, len(block), schema.RECORD_SIZE):
             message = schema.BY_CAN_ID.get(int.from_bytes(block[at : at + 2], "little"))
@@ -206,6 +225,7 @@ class LiveView:
                     self._measured[name] = _value(word, message, name.removeprefix("base_"))
             elif message.name == "base_heading":
                 self._measured[BASE[2]] = _value(word, message, "yaw")
+                self._base_heard_ns = time_ns if BASE[0] in self._measured else None
             elif message.name == "drive_status":
                 state, fault = int(_value(word, message, "state")), int(_value(word, message, "fault"))
                 if state in DriveState._value2member_map_ and fault in FaultCode._value2member_map_:

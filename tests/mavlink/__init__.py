@@ -1,0 +1,1 @@
+"""MAVLink's gimbal protocol, spoken by the library of the protocol's own authors."""
