@@ -30,7 +30,7 @@ ABOVE = {"firmware_protocol": {"sim_backend", "gimbal_hil"}, "sim_backend": {"gi
 DISTRICTS = {
     "loop": ("control", "host", "settings", "timing"),
     "pages": ("plots", "antenna", "report"),
-    "data": ("runs", "containers", "signals", "exports", "catalogue", "preflight"),
+    "data": ("runs", "tables", "containers", "signals", "exports", "catalogue", "preflight"),
     "realtime": ("lockstep", "telemetry", "operator", "mavlink", "observing", "dashboard", "service", "daemon"),
     "knowledge": (
         "executor",

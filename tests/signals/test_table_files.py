@@ -188,13 +188,13 @@ def test_unknown_columns_are_reported_and_left_out(tmp_path: Path) -> None:
         ((HEADER.replace("time_s", "t"),), ("no column 'time_s'",)),
         ((HEADER.replace("inner", "elevation"),), ("no column 'inner.torque'", "outer, inner")),
         ((HEADER.replace("inner.torque", "outer.torque"),), ("two columns named 'outer.torque'",)),
-        ((HEADER.replace(",", "|"),), ("separated by commas",)),
+        ((HEADER.replace(",", "~"),), ("parted by commas",)),
     ],
 )
 def test_a_wrong_header_is_refused_by_the_column_it_lacks(
     tmp_path: Path, change: tuple[str], words: tuple[str, ...]
 ) -> None:
-    lines = [change[0]] + [line.replace(",", "|") if "|" in change[0] else line for line in csv_lines()[1:]]
+    lines = [change[0]] + [line.replace(",", "~") if "~" in change[0] else line for line in csv_lines()[1:]]
     message = refusal(write_lines(tmp_path / "log.csv", lines))
     assert all(word in message for word in words), message
 

@@ -3,6 +3,7 @@
 from gimbal_hil.data.containers.contents import Container, Contents, SampledGroup
 from gimbal_hil.data.containers.guessing import Found, command_line, guessed
 from gimbal_hil.data.containers.joining import Joined, column_of, joined
+from gimbal_hil.data.containers.naming import time_among
 from gimbal_hil.data.containers.registry import CONTAINERS, container_of, contents_of
 from gimbal_hil.data.containers.survey import guess, survey
 
@@ -21,4 +22,5 @@ __all__ = [
     "guessed",
     "joined",
     "survey",
+    "time_among",
 ]

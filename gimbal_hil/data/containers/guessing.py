@@ -6,11 +6,36 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from gimbal_hil.data.tables import unit_size
+
 #: words in a name -> points for a signal; the more special the word, the more it counts
 _WORDS: Mapping[str, Mapping[str, int]] = {
-    "position": {"position": 4, "pos": 4, "angle": 4, "theta": 4, "q": 3, "enc": 3, "encoder": 3, "qm": 3, "y": 3},
-    "torque": {"torque": 5, "tau": 5, "effort": 5, "force": 4, "u": 3, "load": 3, "trq": 5, "m": 1},
-    "current": {"current": 4, "iq": 5, "cur": 4, "amps": 4, "amp": 3, "curr": 4},
+    "position": {
+        "position": 4,
+        "pos": 4,
+        "angle": 4,
+        "theta": 4,
+        "q": 3,
+        "enc": 3,
+        "encoder": 3,
+        "qm": 3,
+        "y": 3,
+        "winkel": 4,
+        "lage": 3,
+    },
+    "torque": {
+        "torque": 5,
+        "tau": 5,
+        "effort": 5,
+        "force": 4,
+        "u": 3,
+        "load": 3,
+        "trq": 5,
+        "m": 1,
+        "moment": 4,
+        "drehmoment": 5,
+    },
+    "current": {"current": 4, "iq": 5, "cur": 4, "amps": 4, "amp": 3, "curr": 4, "strom": 4},
 }
 #: words that say that it is another thing, and what is asked of a loop rather than measured
 _AGAINST = frozenset(
@@ -36,19 +61,10 @@ _AGAINST = frozenset(
 _WANTED = frozenset(
     ["ref", "set", "setpoint", "cmd", "command", "commanded", "target", "goal", "desired", "des", "action"]
 )
-#: what people write for a unit -> how `--column` takes it, and the signals that it is for
-_UNITS: Mapping[str, tuple[str, tuple[str, ...]]] = {
-    **dict.fromkeys(("rad", "radian", "radians"), ("rad", ("position",))),
-    "mrad": ("mrad", ("position",)),
-    **dict.fromkeys(("deg", "degree", "degrees", "°"), ("deg", ("position",))),
-    **dict.fromkeys(("turn", "turns", "rev", "revs"), ("turn", ("position",))),
-    **dict.fromkeys(("nm", "n m", "n*m", "n.m", "n·m", "newton meter"), ("N m", ("torque",))),
-    **dict.fromkeys(("mnm", "mn m"), ("mN m", ("torque",))),
-    **dict.fromkeys(("a", "amp", "amps", "ampere"), ("A", ("current",))),
-    "ma": ("mA", ("current",)),
-    "n": ("N", ("torque",)),
-    "mm": ("mm", ("position",)),
-}
+#: signals -> SI units that they may be in
+_UNITS: Mapping[str, tuple[str, ...]] = {"position": ("rad", "m"), "torque": ("N m", "N"), "current": ("A",)}
+#: letters that end a name oftener than they are its unit
+_SHORT = ("a", "n", "m", "g", "s", "in", "1")
 _OTHER_UNIT = re.compile(r"/s|rpm|dps|°c|degc|volt|^v$|hz", re.IGNORECASE)
 _LEAST = 3
 
@@ -100,20 +116,24 @@ def _best(columns: Sequence[Found], signals: Sequence[str]) -> list[tuple[str, F
 
 def _points(found: Found, signal: str) -> tuple[int, str]:
     tokens = list(_tokens(found.column))
-    stated = found.unit.strip().lower() or next((token for token in reversed(tokens[1:]) if _is_unit_tail(token)), "")
-    if stated and _OTHER_UNIT.search(found.unit):
+    if found.unit and _OTHER_UNIT.search(found.unit):
         return 0, ""
     points = max((_WORDS[signal].get(token, 0) for token in tokens), default=0)
-    unit, of = _UNITS.get(stated, ("", ()))
-    points += 3 if signal in of else -2 if of else 0
+    stated = found.unit.strip() or _unit_tail(found.column)
+    fits = any(unit_size(stated, si) is not None for si in _UNITS[signal]) if stated else False
+    of_another = not fits and any(unit_size(stated, si) is not None for units in _UNITS.values() for si in units)
+    points += 3 if fits else -2 if of_another else 0
     points -= 4 if _AGAINST & set(tokens) else 0
     points -= 2 if _WANTED & set(tokens) and signal == "position" else 0
-    plain = "" if unit in ("rad", "N m", "A") else unit
-    return points, plain if signal in of else (found.unit if found.unit and not of else "")
+    is_si = fits and any(unit_size(stated, si) == (1.0, 0.0) for si in _UNITS[signal])
+    return points, "" if is_si else stated if fits else "" if of_another else found.unit
 
 
-def _is_unit_tail(token: str) -> bool:
-    return token in _UNITS and token not in ("a", "n")
+def _unit_tail(name: str) -> str:
+    """The unit that a name ends in: behind an underscore or a space, in brackets or not; empty where none is."""
+    tail = re.split(r"[_\s\[(/]", name.rstrip(")] "))[-1]
+    known = any(unit_size(tail, si) is not None for units in _UNITS.values() for si in units) if tail else False
+    return tail if known and tail != name and tail.lower() not in _SHORT else ""
 
 
 def _tokens(name: str) -> Iterator[str]:

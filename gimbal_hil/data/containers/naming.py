@@ -19,6 +19,9 @@ _TIMES: Mapping[str, float | None] = {
     "stamp": None,
     "t_s": 1.0,
     "seconds": 1.0,
+    "zeit": None,
+    "zeit_s": 1.0,
+    "zeit_ms": 1e-3,
     "t_ms": 1e-3,
     "time_ms": 1e-3,
     "timestamp_ms": 1e-3,
@@ -39,7 +42,7 @@ def time_among(columns: Mapping[str, Floats]) -> tuple[str | None, float]:
     A name without a unit is in the largest unit in which the step is that of a usual log.
     """
     for name, values in columns.items():
-        word = name.rpartition(".")[2].strip("%# ").lower()
+        word = name.rpartition(".")[2].strip("%#:, ").lower().replace(",", "")
         bare, _, unit = re.sub(r"[\s\[\](){}]+", " ", word).strip().partition(" ")
         key = f"{bare}_{unit}" if unit and f"{bare}_{unit}" in _TIMES else bare
         if key not in _TIMES or len(values) < 2:

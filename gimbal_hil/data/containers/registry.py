@@ -31,7 +31,6 @@ _CSV = "CSV, Parquet or one of " + ", ".join(one.name for one in CONTAINERS)
 _FOREIGN: tuple[tuple[bytes, str, str], ...] = (
     (b"\x89HDF\r\n\x1a\n", "an HDF5 file", "pandas.read_hdf(...).to_csv(...), or for MATLAB save(..., '-v7')"),
     (b"TDSm", "a TDMS file of LabVIEW", "TdmsFile.read(...).as_dataframe().to_csv(...) with npTDMS"),
-    (b"LabVIEW Measurement", "an LVM file of LabVIEW", "its table as CSV"),
     (b"TLOG000", "a telemetry log of mjlib (moteus tview)", "the same as CSV or JSON lines (moteus library)"),
     (b"\xa3\x95", "a DataFlash log of ArduPilot", "mavlogdump.py --format csv --types TYPE (pymavlink)"),
     (b"ARROW1", "a Feather file (Arrow)", "pandas.read_feather(...).to_parquet(...)"),

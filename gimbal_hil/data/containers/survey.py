@@ -11,18 +11,25 @@ from gimbal_hil.data.containers.guessing import Found, command_line, guessed
 
 #: more columns of a group are counted, not listed
 _LISTED = 40
+#: whole numbers over a wider range may be counts
+_COUNTS = 100.0
 
 
-def survey(contents: Contents, axes: Sequence[str]) -> list[str]:
-    """Lines for people: each group with rows, rate, span and its columns, then the `--column` that would read it."""
+def survey(contents: Contents, words: Sequence[str], is_whole: bool) -> list[str]:
+    """Lines for people: each group with rows, rate, span and its columns, then the `--column` of `words` that would
+    read it, or all that names tell of one where it is not whole.
+    """
     lines = [contents.kind, *(f"  {note}" for note in contents.notes)]
     for group in contents.groups:
         lines += [f"  {_head(group)}", *(f"    {line}" for line in _columns(group))]
-    words = guess(contents, axes)
-    if words:
+    if is_whole:
         lines.append(f"  to read it: {command_line(words)}")
+    elif words:
+        lines.append(f"  names tell: {command_line(words)}; the rest is AXIS.position=COLUMN:UNIT, by name or number")
     else:
         lines.append("  no column looks like a position or a torque; --column AXIS.position=COLUMN:UNIT names them")
+    if all(group.time_s is None for group in contents.groups):
+        lines.append("  its rows have no times that are known: --column time_s=COLUMN:UNIT names them, else --rate HZ")
     return lines
 
 
@@ -47,6 +54,8 @@ def _columns(group: SampledGroup) -> Iterator[str]:
         good = values[np.isfinite(values)]
         unit = f" [{group.units[name]}]" if name in group.units else ""
         spread = f"{good.min():.5g} to {good.max():.5g}" if len(good) else "no number"
+        if len(good) and np.ptp(good) > _COUNTS and np.all(good % 1.0 == 0.0):
+            spread += ", whole numbers"
         yield f"{name}{unit}: {spread}"
     if len(group.columns) > _LISTED:
         yield f"and {len(group.columns) - _LISTED} more"

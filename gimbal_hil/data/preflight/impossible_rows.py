@@ -186,10 +186,21 @@ def _said(table: SignalsTable, one: Impossible) -> str:
 
 def _remedy(one: Impossible, rows: int, of: int) -> str:
     if one.is_jump:
-        return "a column whose counter does not wrap or restart: unwrap it by its modulus, or cut the log there"
+        return f"a column that does not wrap or restart: {_wrap_of(one)}, or the log cut there"
     if rows > MOST_REPAIRED * of:
         return f"at most {MOST_REPAIRED:.0%} of such rows, which --repair makes up from their neighbours"
-    return "the log without such rows; --repair makes them up from their neighbours and says so"
+    other = f"; a signed number that was read without its sign is {_wrap_of(one)}" if _is_torque(one) else ""
+    return f"the log without such rows; --repair makes them up from their neighbours and says so{other}"
+
+
+def _is_torque(one: Impossible) -> bool:
+    return one.column.endswith(".torque")
+
+
+def _wrap_of(one: Impossible) -> str:
+    """How `--column` says where a counter begins again."""
+    name = f"{one.column} (or .current)" if _is_torque(one) else one.column
+    return f"{name}=COLUMN%WRAP:UNIT in --column, WRAP the count at which it begins again, as 65536 of 16 bits"
 
 
 __all__ = ["MOST_REPAIRED", "Impossible", "impossible_rows", "questioned"]

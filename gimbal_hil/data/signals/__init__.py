@@ -1,6 +1,7 @@
 """The signals table: measured data from run folders, CSV and Parquet, checked when read; logs on one time grid."""
 
 from gimbal_hil.data.signals.column_map import ColumnMap
+from gimbal_hil.data.signals.guessing import contents_of_table, guessed_words, is_read_by
 from gimbal_hil.data.signals.reading import read_signals, read_together, signals_of_run
 from gimbal_hil.data.signals.resampling import on_grid
 from gimbal_hil.data.signals.rigid_body import RigidBody, RigidMotion, base_rows, body_rates
@@ -17,7 +18,10 @@ __all__ = [
     "base_rows",
     "body_rates",
     "column_names",
+    "contents_of_table",
     "csv_metadata",
+    "guessed_words",
+    "is_read_by",
     "on_grid",
     "read_signals",
     "read_together",

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from gimbal_hil.data.containers import Contents, column_of, contents_of, joined
 from gimbal_hil.data.signals.column_map import ColumnMap
 from gimbal_hil.data.signals.form import AxisNames
+from gimbal_hil.data.signals.source_terms import terms_of
 from gimbal_hil.data.signals.table import HELD_SIGNALS, REPEAT, TIME, column_names
-from gimbal_hil.data.signals.table_file import RawColumns
+from gimbal_hil.data.tables import RawColumns
 
 
 @dataclass(frozen=True)
@@ -33,18 +34,25 @@ def read_container(path: Path, named: AxisNames, columns: ColumnMap) -> Containe
     contents = contents_of(path)
     if contents is None:
         return None
-    sources = columns.sources or _by_their_own_names(contents, named)
-    split = {name: column_of(contents, source) for name, source in sources.items()}
+    called = columns if columns.sources else ColumnMap(_by_their_own_names(contents, named))
+    known = tuple(dict.fromkeys(name for group in contents.groups for name in group.columns))
+    units = {name: unit for group in contents.groups for name, unit in group.units.items()}
+    split = {name: _columns_of(contents, source, known) for name, source in called.sources.items()}
     if not split:
         largest = max(contents.groups, key=lambda group: len(next(iter(group.columns.values()))))
         times = {} if largest.time_s is None else {TIME: largest.time_s}
-        return ContainerColumns(_raw(path, times | dict(largest.columns)), columns, contents.notes)
-    held = {column for name, (column, _) in split.items() if name.rpartition(".")[2] in HELD_SIGNALS}
-    acting = {column for name, (column, _) in split.items() if name.rpartition(".")[2] in ("torque", "current")}
-    together = joined(contents, tuple(dict.fromkeys(column for column, _ in split.values())), held - acting, acting)
+        return ContainerColumns(_raw(path, times | dict(largest.columns), {}), columns, contents.notes)
+    held = {one for name, found in split.items() if name.rpartition(".")[2] in HELD_SIGNALS for one in found}
+    acting = {one for name, found in split.items() if name.rpartition(".")[2] in ("torque", "current") for one in found}
+    wanted = tuple(dict.fromkeys(one for found in split.values() for one in found))
+    together = joined(contents, wanted, held - acting, acting)
     times = {} if together.time_s is None or TIME in split else {TIME: together.time_s}
-    said = {name: f"{column}:{unit}" if unit else column for name, (column, unit) in split.items()}
-    return ContainerColumns(_raw(path, times | together.columns), ColumnMap(said), together.notes)
+    return ContainerColumns(_raw(path, times | together.columns, units), called, together.notes)
+
+
+def _columns_of(contents: Contents, source: str, known: tuple[str, ...]) -> tuple[str, ...]:
+    terms = terms_of(source, known, numbered=False)
+    return (column_of(contents, source)[0],) if terms is None else tuple(term.column for term in terms)
 
 
 def _by_their_own_names(contents: Contents, named: AxisNames) -> dict[str, str]:
@@ -52,6 +60,7 @@ def _by_their_own_names(contents: Contents, named: AxisNames) -> dict[str, str]:
     return {name: name for name in (REPEAT, *column_names(named.axes)) if name in present}
 
 
-def _raw(path: Path, values: dict[str, NDArray[np.float64]]) -> RawColumns:
+def _raw(path: Path, values: dict[str, NDArray[np.float64]], units: dict[str, str]) -> RawColumns:
     finite = {name: np.where(np.isfinite(column), column, np.nan) for name, column in values.items()}
-    return RawColumns(path, finite, {name: {} for name in finite}, first_line=0)
+    stated = {name: unit for name, unit in units.items() if name in finite}
+    return RawColumns(path, finite, {name: {} for name in finite}, units=stated)

@@ -9,14 +9,18 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from firmware_protocol.documents import LARGEST_NUMBER
 from firmware_protocol.errors import BadInputError
+from gimbal_hil.data.containers import command_line, time_among
+from gimbal_hil.data.signals.guessing import guessed_words, is_read_by
 from gimbal_hil.data.signals.resampling import GAP_PERIODS, resample_rows
 from gimbal_hil.data.signals.table import BASE_ANGLES, REPEAT, REQUIRED_SIGNALS, TIME, SignalsTable, column_names
-from gimbal_hil.data.signals.table_file import RawColumns
+from gimbal_hil.data.tables import RawColumns
 
 JITTER_LIMIT = 0.05  # of the period
 FEWEST_ROWS = 10
-_REMEDY = "--resample and --drop-invalid accept such a log"
+#: a repair that keeps less of a log is not proposed
+_WORTH_KEEPING = 0.25
 
 
 @dataclass(frozen=True)
@@ -60,12 +64,56 @@ class AxisNames:
 
 
 def checked_table(raw: RawColumns, named: AxisNames, repair: Repair) -> SignalsTable:
-    """The table in a file; raises BadInputError that names file, row and column."""
-    axes, resample, drop_invalid = named.axes, repair.to_grid, repair.drop_invalid
+    """The table in a file; raises BadInputError that names file, row and column, and the repairs that would do."""
+    try:
+        return _table(raw, named, repair)[0]
+    except _RepairableError as refused:
+        remedies = _remedies(raw, named, repair, refused.trials)
+        expected = f"{refused.expected}; {remedies}" if remedies else refused.expected
+        raise BadInputError(refused.where, refused.problem, expected) from None
+
+
+class _RepairableError(BadInputError):
+    """Refused as it stands; `trials` are repairs that may do."""
+
+    def __init__(self, where: str, problem: str, expected: str, trials: tuple[Repair, ...] | None = None) -> None:
+        super().__init__(where, problem, expected)
+        self.trials = _BOTH if trials is None else trials
+
+
+_BOTH = (Repair(resample=True), Repair(drop_invalid=True))
+
+
+def _remedies(raw: RawColumns, named: AxisNames, repair: Repair, trials: Sequence[Repair]) -> str:
+    """The options that would make a table of it: each was tried."""
+    found = []
+    for trial in trials:
+        tried = replace(
+            repair, resample=repair.resample or trial.resample, drop_invalid=repair.drop_invalid or trial.drop_invalid
+        )
+        try:
+            kept = _table(raw, named, tried)[1]
+        except BadInputError:
+            continue
+        rows = len(next(iter(raw.values.values()))) + len(raw.odd)
+        if kept >= _WORTH_KEEPING * rows:
+            found.append(f"{'--resample' if trial.resample else '--drop-invalid'} (keeps {kept} of {rows} rows)")
+    return f"{' or '.join(found)} accepts such a log" if found else ""
+
+
+def _table(raw: RawColumns, named: AxisNames, repair: Repair) -> tuple[SignalsTable, int]:
+    """The table, and how many rows of the file it was made from."""
+    axes, drop_invalid = named.axes, repair.drop_invalid
+    raw, repair = _timed(raw, repair)
+    resample = repair.to_grid
     names, notes = _known_columns(raw, named)
     notes[:0] = raw.notes
+    raw = _measurable(raw, names)
+    if resample or drop_invalid:
+        raw = _turned_round(raw, notes)
     rows = _valid_rows(raw, names, resample, drop_invalid, notes)
     rows = _forward_rows(raw, rows, resample or drop_invalid, notes)
+    _require_rows(raw, len(rows))
     if named.rotary:
         raw = _turned_on(raw, rows, axes, notes)
     if resample:
@@ -84,7 +132,50 @@ def checked_table(raw: RawColumns, named: AxisNames, repair: Repair) -> SignalsT
             columns[f"{axis}.torque"] = constant * columns[f"{axis}.current"]
             notes.append(f"{axis}.torque is {axis}.current times the model's {constant:.6g} per ampere")
     repeat = None if laps is None else laps.astype(np.int64)
-    return SignalsTable.of(axes, time_s, columns, repeat, str(raw.path), notes)
+    return SignalsTable.of(axes, time_s, columns, repeat, str(raw.path), notes), len(rows)
+
+
+def _turned_round(raw: RawColumns, notes: list[str]) -> RawColumns:
+    """A file whose rows run backwards in time, from its last row to its first; another as it is."""
+    time_s = raw.values[TIME][np.isfinite(raw.values[TIME])]
+    if len(time_s) < FEWEST_ROWS or not np.all(np.diff(time_s) < 0.0):
+        return raw
+    notes.append("its rows run backwards in time and were read from the last to the first")
+    last = len(raw.values[TIME]) - 1
+    return replace(
+        raw,
+        values={name: values[::-1] for name, values in raw.values.items()},
+        texts={name: {last - row: text for row, text in texts.items()} for name, texts in raw.texts.items()},
+        lines=None if raw.lines is None else raw.lines[::-1],
+    )
+
+
+def _measurable(raw: RawColumns, names: Sequence[str]) -> RawColumns:
+    """Without numbers that overflow in the first square: nobody measures them."""
+    values, texts = dict(raw.values), dict(raw.texts)
+    for name in names:
+        beyond = np.abs(values[name]) > LARGEST_NUMBER
+        if beyond.any():
+            texts[name] = {**texts[name], **{int(row): f"{values[name][row]:g}" for row in np.flatnonzero(beyond)}}
+            values[name] = np.where(beyond, np.nan, values[name])
+    return replace(raw, values=values, texts=texts)
+
+
+def _timed(raw: RawColumns, repair: Repair) -> tuple[RawColumns, Repair]:
+    """A file that has no times with those that its rows have at the stated rate."""
+    if TIME in raw.values or repair.rate_hz is None or repair.period_s is None or time_among(raw.values)[0] is not None:
+        return raw, repair
+    for line in raw.odd[:1]:
+        raise BadInputError(
+            f"{raw.path}: line {line.line}",
+            f"is no row ({line.text!r}), and of a log without times none can be left out",
+            "rows alone, or a column of times",
+        )
+    rows = len(next(iter(raw.values.values())))
+    note = f"has no times: its {rows} rows were taken as {repair.rate_hz:g} a second, as --rate says"
+    values = {TIME: np.arange(rows, dtype=np.float64) * repair.period_s, **raw.values}
+    timed = replace(raw, values=values, texts={TIME: {}, **raw.texts}, notes=(*raw.notes, note))
+    return timed, replace(repair, rate_hz=None)
 
 
 def _turned_on(raw: RawColumns, rows: NDArray[np.int64], axes: Sequence[str], notes: list[str]) -> RawColumns:
@@ -116,7 +207,7 @@ def _turned_on(raw: RawColumns, rows: NDArray[np.int64], axes: Sequence[str], no
 
 def _known_columns(raw: RawColumns, named: AxisNames) -> tuple[list[str], list[str]]:
     """Columns that the table takes; raises when a required one is missing."""
-    present, axes = list(raw.values), named.axes
+    axes = named.axes
     required = (TIME, *(f"{axis}.{signal}" for axis in axes for signal in REQUIRED_SIGNALS))
     for name in required:
         axis, _, signal = name.rpartition(".")
@@ -128,37 +219,53 @@ def _known_columns(raw: RawColumns, named: AxisNames) -> tuple[list[str], list[s
                     f"axes.{axis}.actuator.torque_constant in the model, or the column {name}",
                 )  # fmt: skip
         elif name not in raw.values:
-            near = difflib.get_close_matches(name, present, 1)
-            of_model = f" of the model {named.model!r}" if named.model else ""
-            if len(present) == 1 and any(mark in present[0] for mark in "| "):
-                hint = "columns separated by commas, semicolons or tabs"
-            elif near:
-                hint = f"this column of the axes {', '.join(axes)}{of_model} (the file has {near[0]!r})"
-            else:
-                hint = f"this column for the axes {', '.join(axes)}{of_model}"
-            others = f", or --column {name}=COLUMN:UNIT with what the file calls it ({', '.join(present)})"
-            raise BadInputError(str(raw.path), f"has no column {name!r}", hint + others)
+            raw.require_certain(name)
+            raise _without(raw, name, named)
     allowed = (TIME, REPEAT, *column_names(axes))
     unused = [f"{axis}.current" for axis in axes if f"{axis}.torque" in raw.values and f"{axis}.current" in raw.values]
     notes = [f"{name} was not used: the file has the torque itself" for name in unused]
     notes += [
-        f"column {name!r} is not one of a signals table and was left out" for name in present if name not in allowed
+        f"column {name!r} is not one of a signals table and was left out" for name in raw.values if name not in allowed
     ]
-    return [name for name in allowed if name in raw.values and name not in unused], notes
+    names = [name for name in allowed if name in raw.values and name not in unused]
+    for name in names:
+        raw.require_certain(name)
+    return names, notes
+
+
+def _without(raw: RawColumns, name: str, named: AxisNames) -> BadInputError:
+    """The refusal of a file that lacks a column: what it may be called there, and the words that would say so."""
+    present = list(raw.values)
+    near = difflib.get_close_matches(name, present, 1)
+    of_model = f" of the model {named.model!r}" if named.model else ""
+    axes = f"the axes {', '.join(named.axes)}{of_model}"
+    hint = f"this column of {axes} (the file has {near[0]!r})" if near else f"this column for {axes}"
+    if all(one.isdecimal() for one in present):
+        numbers = ", ".join(present)
+        others = f", or --column {name}=NUMBER:UNIT: the file has no header, and the columns {numbers}"
+    else:
+        others = f", or --column {name}=COLUMN:UNIT with what the file calls it ({', '.join(present)})"
+        words = guessed_words(raw, named.axes)
+        if is_read_by(words, named.axes):
+            others += f"; their names suggest {command_line(words)}"
+    if name == TIME and time_among(raw.values)[0] is None:
+        others += ", or --rate HZ for rows that have no times"
+    return BadInputError(str(raw.path), f"has no column {name!r}", hint + others)
 
 
 def _valid_rows(
     raw: RawColumns, names: Sequence[str], resample: bool, drop_invalid: bool, notes: list[str]
 ) -> NDArray[np.int64]:
-    if raw.ragged:
-        row, expected, found = raw.ragged[0]
+    for line in raw.odd[:1]:
         if not (resample or drop_invalid):
-            raise BadInputError(
-                f"{raw.path}: line {row}",
-                f"has {found} cells where the header has {expected}",
-                f"one cell a column; {_REMEDY}",
+            raise _RepairableError(
+                f"{raw.path}: line {line.line}",
+                f"has {line.cells} cells where the header has {line.wanted}: {line.text!r}",
+                "one cell a column",
             )
-        notes.append(f"{len(raw.ragged)} rows with a wrong number of cells were left out, the first in line {row}")
+        notes.append(
+            f"{len(raw.odd)} lines that are no rows were left out, the first is line {line.line}: {line.text!r}"
+        )
     invalid = {name: np.isnan(raw.values[name]) for name in names}
     if REPEAT in invalid:
         invalid[REPEAT] = invalid[REPEAT] | (raw.values[REPEAT] % 1 != 0)
@@ -168,10 +275,10 @@ def _valid_rows(
     row = int(np.argmax(bad))
     column = next(name for name in names if invalid[name][row])
     if not (resample or drop_invalid):
-        raise BadInputError(
+        raise _RepairableError(
             raw.where(row, column),
             _what(raw, row, column),
-            f"a finite number; rows without one: {np.count_nonzero(bad)}; {_REMEDY}",
+            f"a finite number; rows without one: {np.count_nonzero(bad)}",
         )
     notes.append(
         f"{np.count_nonzero(bad)} of {len(bad)} rows held no number somewhere, first at {raw.where(row, column)}"
@@ -191,7 +298,7 @@ def _what(raw: RawColumns, row: int, column: str) -> str:
 
 
 def _forward_rows(raw: RawColumns, rows: NDArray[np.int64], repair: bool, notes: list[str]) -> NDArray[np.int64]:
-    """Rows whose time is later than all before."""
+    """Rows whose time is later than all before; where the clock starts again, those of its longest part."""
     _require_rows(raw, len(rows))
     time_s = raw.values[TIME][rows]
     latest = np.maximum.accumulate(time_s)
@@ -205,11 +312,36 @@ def _forward_rows(raw: RawColumns, rows: NDArray[np.int64], repair: bool, notes:
     where = raw.where(int(rows[at]), TIME)
     count = np.count_nonzero(~forward)
     if not repair:
-        raise BadInputError(
-            where, f"{problem} ({time_s[at]:.9g} s)", f"increasing times ({count} rows are not); {_REMEDY}"
-        )
-    notes.append(f"{count} rows were left out because their time {problem}, the first at {where}")
-    return rows[forward]
+        raise _RepairableError(where, f"{problem} ({time_s[at]:.9g} s)", f"increasing times ({count} rows are not)")
+    kept, cuts = _without_strays(time_s)
+    if len(kept) < len(rows):
+        notes.append(f"{len(rows) - len(kept)} rows were left out because their time {problem}, the first at {where}")
+    if not len(cuts):
+        return rows[kept]
+    edges = np.concatenate(([0], cuts, [len(kept)]))
+    longest = int(np.argmax(np.diff(edges)))
+    part = rows[kept[edges[longest] : edges[longest + 1]]]
+    notes.append(
+        f"the clock starts again ({len(cuts)} in all), first at {raw.where(int(rows[kept[cuts[0]]]), TIME)}: of its "
+        f"parts the longest was kept, {len(part)} of {len(rows)} rows from {raw.where(int(part[0]), TIME)} on"
+    )
+    return part
+
+
+def _without_strays(time_s: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Places without repeated times and without single ones that are out of order; where among them the clock falls
+    back and goes on from there.
+    """
+    kept = np.flatnonzero(np.concatenate(([True], np.diff(time_s) != 0.0)))
+    at = time_s[kept]
+    stray = np.zeros(len(kept), dtype=np.bool_)
+    for k in np.flatnonzero(np.diff(at) < 0.0) + 1:
+        if k + 1 == len(at) or at[k + 1] > at[k - 1]:
+            stray[k] = True
+        elif k == 1 or at[k] > at[k - 2]:
+            stray[k - 1] = True
+    kept = kept[~stray]
+    return kept, np.flatnonzero(np.diff(time_s[kept]) <= 0.0) + 1
 
 
 def _steady_rows(raw: RawColumns, rows: NDArray[np.int64], cut: bool, notes: list[str]) -> NDArray[np.int64]:
@@ -228,15 +360,16 @@ def _steady_rows(raw: RawColumns, rows: NDArray[np.int64], cut: bool, notes: lis
     summary = f"{gaps} gaps and {np.count_nonzero(unsteady) - gaps} jittering steps"
     where = raw.where(int(rows[at + 1]), TIME)
     if not cut:
-        raise BadInputError(where, f"{problem}: {word}", f"a constant rate ({summary} in the file); {_REMEDY}")
+        raise _RepairableError(where, f"{problem}: {word}", f"a constant rate ({summary} in the file)")
     edges = np.concatenate(([0], np.flatnonzero(unsteady) + 1, [len(rows)]))
     longest = int(np.argmax(np.diff(edges)))
     start, stop = int(edges[longest]), int(edges[longest + 1])
     if stop - start < FEWEST_ROWS:
-        raise BadInputError(
+        raise _RepairableError(
             where,
             f"{problem}: {word}, and no stretch of constant rate has {FEWEST_ROWS} rows",
-            "--resample for such a log",
+            "a constant rate",
+            (Repair(resample=True),),
         )
     notes.append(
         f"{summary}: kept the longest stretch of constant rate, {stop - start} of {len(raw.values[TIME])} rows"

@@ -18,7 +18,7 @@ from gimbal_hil.data.signals.form import AxisNames, Repair, checked_table
 from gimbal_hil.data.signals.resampling import on_grid
 from gimbal_hil.data.signals.run_signals import run_columns
 from gimbal_hil.data.signals.table import REPEAT, TIME, SignalsTable
-from gimbal_hil.data.signals.table_file import RawColumns, read_file
+from gimbal_hil.data.tables import RawColumns, read_table
 from sim_backend.model import AntennaModel
 
 #: periods of logs that differ by less are one period
@@ -100,7 +100,7 @@ def _read(path: Path, named: AxisNames, repair: Repair, columns: ColumnMap) -> S
         return _of_run(open_run(path), named.axes, repair)
     contained = read_container(path, named, columns)
     if contained is None:
-        return checked_table(columns.read(read_file(path), named.axes, not named.rotary), named, repair)
+        return checked_table(columns.read(read_table(path), named.axes, not named.rotary), named, repair)
     table = checked_table(contained.called.read(contained.raw, named.axes, not named.rotary), named, repair)
     return replace(table, notes=(*contained.notes, *table.notes))
 
@@ -114,7 +114,7 @@ def _of_run(run: RecordedRun, axes: Sequence[str], repair: Repair) -> SignalsTab
     _require_sound(run, repair)
     time_s, columns, laps, notes = run_columns(run)
     values = {TIME: time_s, **columns} | ({} if laps is None else {REPEAT: laps.astype(float)})
-    raw = RawColumns(run.folder, values, {name: {} for name in values}, first_line=0)
+    raw = RawColumns(run.folder, values, {name: {} for name in values})
     table = checked_table(raw, AxisNames(tuple(axes)), repair)
     return SignalsTable.of(table.axes, table.time_s, table.columns, table.repeat, table.source, (*notes, *table.notes))
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.signals.table import BASE_ANGLES, HELD_SIGNALS, REPEAT, TIME, SignalsTable
-from gimbal_hil.data.signals.table_file import RawColumns
+from gimbal_hil.data.tables import RawColumns
 
 #: a longer step of time, in periods of the data, has samples missing
 GAP_PERIODS = 1.5
@@ -91,7 +91,7 @@ def on_grid(table: SignalsTable, period_s: float) -> SignalsTable:
         return table
     laps: Mapping[str, Floats] = {} if table.repeat is None else {REPEAT: table.repeat.astype(np.float64)}
     values = {TIME: table.time_s, **table.columns, **laps}
-    raw = RawColumns(Path(table.source or "log"), values, {name: {} for name in values}, first_line=0)
+    raw = RawColumns(Path(table.source or "log"), values, {name: {} for name in values})
     notes: list[str] = []
     grid, columns, repeat = resample_rows(raw, np.arange(len(table)), list(values), notes, period_s)
     return SignalsTable.of(

@@ -1,75 +1,23 @@
-"""CSV, Parquet and npz files as columns of numbers, every cell that is none remembered by row and text."""
+"""Signals tables as CSV, Parquet and npz files."""
 
 from __future__ import annotations
 
-import csv
-import io
-import math
 import os
-import warnings
-import zlib
-from collections import Counter
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
 from enum import Enum
 from pathlib import Path
-from typing import Any
-from zipfile import ZIP_DEFLATED, BadZipFile, ZipFile, ZipInfo
+from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firmware_protocol.documents import LARGEST_NUMBER, require_regular
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.signals.table import REPEAT, TIME, SignalsTable
 from gimbal_hil.data.signals.units import units_of
+from gimbal_hil.data.tables import parquet_module
 
 #: rows of a file that are written in one go
-#: lines below which a file is no log that was cut off
-_LEAST_LINES = 10
 _ROWS_AT_ONCE = 50_000
-_EXPECTED = "a CSV, Parquet or npz file with a header row and one row per sample"
-_EMPTY_WORDS = frozenset(("", "nan", "na", "n/a", "null", "none"))
-
-
-@dataclass(frozen=True)
-class RawColumns:
-    """A file as it is: `values` (n,) by column name with NaN where there is no finite number, `texts` what stood there
-    instead.
-
-    `lines` are the rows' numbers in the file, for messages; `ragged` lists rows that have too few or too many cells
-    (left out).
-    """
-
-    path: Path
-    values: Mapping[str, NDArray[np.float64]]
-    texts: Mapping[str, Mapping[int, str]]
-    first_line: int
-    ragged: tuple[tuple[int, int, int], ...] = field(default=())
-    #: what the file calls columns that were given another name, by that name
-    called: Mapping[str, str] = field(default_factory=dict)
-    #: what a reader of results should know of how the file was read
-    notes: tuple[str, ...] = ()
-
-    def where(self, row: int, column: str) -> str:
-        """Names file, row and column of a cell."""
-        unit = "line" if self.first_line == 2 else "row"
-        return f"{self.path}: {unit} {row + self.first_line}, column {self.called.get(column, column)}"
-
-
-def read_file(path: Path) -> RawColumns:
-    """Read a table file, by its content; raises BadInputError when it is none."""
-    require_regular(path, _EXPECTED)
-    try:
-        with path.open("rb") as file:
-            start = file.read(4)
-    except OSError as error:
-        raise BadInputError(str(path), _reason(error), _EXPECTED) from error
-    if not start:
-        raise BadInputError(str(path), "is empty", _EXPECTED)
-    if start == b"PAR1" or path.suffix.lower() in (".parquet", ".pq"):
-        return _read_parquet(path)
-    return _read_npz(path) if start == b"PK\x03\x04" or path.suffix.lower() == ".npz" else _read_csv(path)
 
 
 class TableKind(Enum):
@@ -107,7 +55,7 @@ def _write_csv(columns: Mapping[str, NDArray[np.generic]], path: Path) -> None:
 
 
 def _write_parquet(columns: Mapping[str, NDArray[np.generic]], path: Path) -> None:
-    parquet = _parquet(path)
+    parquet = parquet_module(path)
     import pyarrow as pa
 
     units = units_of(list(columns))
@@ -129,17 +77,6 @@ def _write_npz(columns: Mapping[str, NDArray[np.generic]], path: Path) -> None:
 
 
 _WRITERS = {TableKind.CSV: _write_csv, TableKind.PARQUET: _write_parquet, TableKind.NPZ: _write_npz}
-
-
-def _parquet(path: Path) -> Any:
-    """pyarrow's module for it; raises BadInputError where it is not installed."""
-    try:
-        import pyarrow.parquet
-    except ImportError:
-        raise BadInputError(
-            str(path), "Parquet needs the package pyarrow, which is not installed", "pip install 'gimbal-hil[parquet]'"
-        ) from None
-    return pyarrow.parquet
 
 
 def csv_metadata(table: SignalsTable, name: str) -> str:
@@ -182,153 +119,6 @@ class replacing:
             self._temporary.unlink(missing_ok=True)
             if isinstance(error, OSError):
                 raise BadInputError(str(self._path), _reason(error), "a place that can be written to") from error
-
-
-def _read_csv(path: Path) -> RawColumns:
-    try:
-        text = path.read_bytes().decode("utf-8-sig")
-        text, notes = _whole_lines(text)
-        between, point = _separators(text)
-        names = [name.strip() for name in next(csv.reader(text.splitlines()[:1], delimiter=between), [])]
-        found = _all_numbers(text, between, point, len(names))
-        if found is not None:
-            cells: list[Any] = list(found)
-            ragged: list[tuple[int, int, int]] = []
-        else:
-            cells, ragged = _cells(text, between, len(names))
-    except (csv.Error, UnicodeDecodeError, OSError) as error:
-        raise BadInputError(str(path), f"is no CSV file: {_one_line(error)}", _EXPECTED) from error
-    return replace(_raw_columns(path, names, cells, 2, tuple(ragged), point), notes=notes)
-
-
-def _whole_lines(text: str) -> tuple[str, tuple[str, ...]]:
-    """The text up to its last line end: a number that was cut off is still a number, of another size."""
-    whole = text[: text.rfind("\n") + 1]
-    if whole == text or whole.count("\n") < _LEAST_LINES:
-        return text, ()
-    return whole, (f"line {whole.count(chr(10)) + 1}, the last one, has no line end and was left out: it may be cut",)
-
-
-def _all_numbers(text: str, between: str, point: str, width: int) -> NDArray[np.float64] | None:
-    """Columns of a file in which every cell is a number; None for another one."""
-    lines = io.StringIO(text if point == "." else text.replace(point, "."))
-    lines.readline()
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")  # of a file without rows
-            found = np.loadtxt(lines, np.float64, comments=None, delimiter=between, ndmin=2)
-    except (ValueError, UserWarning):
-        return None
-    return found.T if found.shape[1] == width else None
-
-
-def _cells(text: str, between: str, width: int) -> tuple[list[list[str]], list[tuple[int, int, int]]]:
-    """Cells of each column, and (line, wanted, found) of the rows with too few or too many, which are left out."""
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=between)
-    next(reader, None)
-    rows: list[list[str]] = []
-    ragged = []
-    for row in reader:
-        if len(row) == width:
-            rows.append(row)
-        elif row:
-            ragged.append((reader.line_num, width, len(row)))
-    return [list(column) for column in zip(*rows, strict=True)] or [[] for _ in range(width)], ragged
-
-
-def _separators(text: str) -> tuple[str, str]:
-    """What stands between cells and before decimals. Where a header has no comma but semicolons or tabs, those part the
-    cells, and numbers may have commas.
-    """
-    head, first = (*text.split("\n", 2), "", "")[:2]
-    between = next((mark for mark in ",;\t" if mark in head), ",")
-    return between, "," if between != "," and "," in first and "." not in first else "."
-
-
-def _read_parquet(path: Path) -> RawColumns:
-    parquet = _parquet(path)
-    import pyarrow as pa
-
-    try:
-        table = parquet.read_table(path)
-    except (pa.ArrowException, OSError, ValueError) as error:
-        raise BadInputError(str(path), f"is no whole Parquet file: {_one_line(error)}", _EXPECTED) from error
-    return _raw_columns(path, table.column_names, [_arrow_cells(column) for column in table.columns], 1, ())
-
-
-def _read_npz(path: Path) -> RawColumns:
-    """An archive of arrays of one length, as `numpy.savez` leaves it."""
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            found = {name: archive[name] for name in archive.files}
-    except (ValueError, OSError, EOFError, BadZipFile, zlib.error) as error:
-        raise BadInputError(str(path), f"is no whole npz file: {_one_line(error)}", _EXPECTED) from error
-    lengths = {values.shape for values in found.values()}
-    if len(lengths) != 1 or len(lengths.pop()) != 1:
-        raise BadInputError(str(path), "holds arrays of several shapes, or none", "one value a row in each")
-    cells = [
-        np.asarray(values, np.float64) if values.dtype.kind in "fiu" else values.astype(str).tolist()
-        for values in found.values()
-    ]
-    return _raw_columns(path, list(found), cells, 1, ())
-
-
-def _arrow_cells(column: Any) -> Any:
-    import pyarrow as pa
-
-    if pa.types.is_integer(column.type) or pa.types.is_floating(column.type) or pa.types.is_decimal(column.type):
-        return np.array(column.cast(pa.float64(), safe=False).to_numpy(), np.float64)
-    return [None if cell is None else str(cell) for cell in column.to_pylist()]
-
-
-def _raw_columns(
-    path: Path,
-    names: list[str],
-    cells: Sequence[NDArray[np.float64] | Sequence[str | None]],
-    first_line: int,
-    ragged: tuple[tuple[int, int, int], ...],
-    point: str = ".",
-) -> RawColumns:
-    repeated = [name for name, count in Counter(names).items() if count > 1]
-    if repeated:
-        raise BadInputError(str(path), f"has two columns named {repeated[0]!r}", "every name once")
-    values: dict[str, NDArray[np.float64]] = {}
-    texts: dict[str, dict[int, str]] = {}
-    for name, column in zip(names, cells, strict=True):
-        values[name], texts[name] = _numbers(column, point)
-    return RawColumns(path, values, texts, first_line, ragged)
-
-
-def _numbers(
-    cells: NDArray[np.float64] | Sequence[str | None], point: str
-) -> tuple[NDArray[np.float64], dict[int, str]]:
-    if isinstance(cells, np.ndarray):
-        values = np.array(cells)
-        texts = {int(row): str(values[row]) for row in np.flatnonzero(np.isinf(values))}
-    else:
-        numbers = [_number(cell if point == "." or cell is None else cell.replace(point, ".")) for cell in cells]
-        values = np.array(numbers, np.float64)
-        texts = {
-            row: cell
-            for row, cell in enumerate(cells)
-            if cell is not None and not math.isfinite(numbers[row]) and cell.strip().lower() not in _EMPTY_WORDS
-        }
-    # what nobody measures overflows in the first square
-    beyond = np.isfinite(values) & (np.abs(values) > LARGEST_NUMBER)
-    texts |= {int(row): f"{values[row]:g}" for row in np.flatnonzero(beyond)}
-    values[beyond | ~np.isfinite(values)] = np.nan
-    return values, texts
-
-
-def _number(cell: str | None) -> float:
-    try:
-        return float(cell) if cell is not None and "_" not in cell else math.nan
-    except ValueError:
-        return math.nan
-
-
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split())
 
 
 def _reason(error: OSError) -> str:

@@ -13,7 +13,8 @@ from firmware_protocol.errors import BadInputError, DamagedRunError, GimbalHilEr
 from firmware_protocol.links import AdapterLinkConfig, require_known_interface
 from gimbal_hil.data.containers import Contents, contents_of, guess, survey
 from gimbal_hil.data.runs import damage_of, open_run
-from gimbal_hil.data.signals import ColumnMap, read_signals
+from gimbal_hil.data.signals import ColumnMap, contents_of_table, guessed_words, is_read_by, read_signals
+from gimbal_hil.data.tables import RawColumns, read_table
 from gimbal_hil.knowledge.experiments import embedded_model_of, load_plan
 from gimbal_hil.loop.settings import DaemonSettings, EmbeddedAntenna, load_settings
 from gimbal_hil.surface.checking.kinds import FileKind, kind_of
@@ -34,6 +35,7 @@ class _Seen:
     text: str
     moves: bool = False
     reads_as: tuple[str, ...] = ()
+    is_strange: bool = False
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,8 @@ class Checked:
     moves: bool = False
     #: words for `--column` that would read it, where it has columns of somebody else
     reads_as: tuple[str, ...] = ()
+    #: whether some of its columns have to be named before a command can read it
+    is_strange: bool = False
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
@@ -111,7 +115,7 @@ def _carrying_first(axes: dict[str, Any]) -> tuple[str, ...]:
 def _checked(look: _Look, path: Path, kind: FileKind, document: dict[str, Any], axes: tuple[str, ...]) -> Checked:
     try:
         seen = look(path, document, axes)
-        return Checked(path, kind, seen.text, moves=seen.moves, reads_as=seen.reads_as)
+        return Checked(path, kind, seen.text, moves=seen.moves, reads_as=seen.reads_as, is_strange=seen.is_strange)
     except BadInputError as refusal:
         return Checked(path, kind, "", (_alone(refusal), *refusal.others) if refusal.others else (refusal,))
     except GimbalHilError as error:
@@ -183,15 +187,31 @@ def _named_in(document: dict[str, Any]) -> tuple[str, ...]:
 def _signals(
     path: Path, _document: dict[str, Any], axes: tuple[str, ...], model: AntennaModel | None, columns: ColumnMap
 ) -> _Seen:
+    named = axes or ("AXIS",)
     contents = None if columns.sources else contents_of(path)
     if contents is not None and not _is_ours(contents, axes):
-        named = axes or ("AXIS",)
-        return _Seen("\n".join(survey(contents, named)), reads_as=guess(contents, named))
+        words = guess(contents, named)
+        whole = is_read_by(("time_s=", *words), named)
+        return _Seen("\n".join(survey(contents, words, whole)), reads_as=words, is_strange=not whole)
+    if contents is None and not columns.sources:
+        raw = read_table(path)
+        if _is_a_strangers(raw, axes):
+            words = guessed_words(raw, named)
+            whole = is_read_by(words, named)
+            lines = survey(contents_of_table(raw), words, whole)
+            return _Seen("\n".join(lines), reads_as=words, is_strange=not whole)
     if not axes:
         raise BadInputError(str(path), "axes are not known", "--axes NAME,NAME, or the model file beside it")
     table = read_signals(path, model or axes, columns=columns)
     notes = "".join(f"; {note}" for note in table.notes)
     return _Seen(f"{len(table)} rows at {1.0 / table.period_s:g} Hz, axes {' and '.join(axes)}{notes}")
+
+
+def _is_a_strangers(raw: RawColumns, axes: tuple[str, ...]) -> bool:
+    """Whether a table has rows and none of the columns of a signals table."""
+    ours = {"time_s", *(f"{axis}.{signal}" for axis in axes for signal in ("position", "torque", "current"))}
+    named = ours & {*raw.values, *raw.doubts} if axes else {name for name in raw.values if name.endswith(".position")}
+    return not named and any(len(values) for values in raw.values.values())
 
 
 def _is_ours(contents: Contents, axes: tuple[str, ...]) -> bool:

@@ -10,10 +10,11 @@ from firmware_protocol.documents import read_yaml
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.containers import container_of
 from gimbal_hil.data.runs import RUN_FILE
+from gimbal_hil.data.tables import is_text_table
 
 #: what people write by hand, though it may begin as JSON does
 _WRITTEN = (".yaml", ".yml")
-_TABLES = (".csv", ".parquet", ".pq", ".npz")
+_TABLES = (".csv", ".tsv", ".parquet", ".pq", ".npz", ".npy")
 _EXPECTED = "a model, configuration or plan (YAML), a table of signals (CSV, Parquet, npz) or a run folder"
 #: keys that only one kind of document has; the first kind that has one of the file's keys is meant
 _TELLING: dict[FileKind, frozenset[str]]
@@ -44,7 +45,7 @@ def kind_of(path: Path) -> tuple[FileKind, dict[str, Any]]:
         if not (path / RUN_FILE).exists():
             raise BadInputError(str(path), f"is a folder without {RUN_FILE}", _EXPECTED)
         return FileKind.RUN, {}
-    if path.suffix.lower() in _TABLES:
+    if path.suffix.lower() in _TABLES or (path.suffix.lower() not in _WRITTEN and is_text_table(path)):
         return FileKind.SIGNALS, {}
     document = read_yaml(path, _EXPECTED)
     found = next((kind for kind, keys in _TELLING.items() if keys & document.keys()), None)

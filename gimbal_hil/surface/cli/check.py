@@ -60,7 +60,8 @@ def command(
     else:
         print("\n".join(line for one in checked for line in _lines(one)))
         guessed = [word for one in checked for word in one.reads_as]
-        print_next(after_check(files, checked, column or guessed))
+        if column or not any(one.is_strange for one in checked):
+            print_next(after_check(files, checked, column or guessed))
     return EXIT_DONE if good else EXIT_NO
 
 

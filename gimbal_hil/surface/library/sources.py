@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -41,7 +42,14 @@ def as_paths(sources: Sequence[Source], name: str) -> Iterator[list[Path]]:
     pass.
     """
     with TemporaryDirectory() as folder:
-        yield [_path(source, Path(folder) / f"{name}-{place}.npz") for place, source in enumerate(sources)]
+        try:
+            yield [_path(source, Path(folder) / f"{name}-{place}.npz") for place, source in enumerate(sources)]
+        except BadInputError as refused:
+            if folder not in refused.where:
+                raise
+            # nobody has that file but this function: the caller knows the table by its place
+            where = re.sub(rf"{re.escape(folder)}/{name}-(\d+)\.npz", rf"{name} \1 (a DataFrame)", refused.where)
+            raise BadInputError(where, refused.problem, refused.expected, refused.others) from refused
 
 
 def _path(source: Source, spare: Path) -> Path:
@@ -51,10 +59,15 @@ def _path(source: Source, spare: Path) -> Path:
         return Path(source)
     if not hasattr(source, "rename_axis"):
         raise BadInputError(spare.stem, f"is a {type(source).__name__}", "a path, a Run or a DataFrame")
-    frame = source if "time_s" in source.columns else source.rename_axis("time_s").reset_index()
+    names = [".".join(word for word in name if word) if isinstance(name, tuple) else str(name) for name in source]
+    frame = source.set_axis(names, axis=1)
+    frame = frame if "time_s" in names else frame.rename_axis("time_s").reset_index()
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise BadInputError(spare.stem, f"has two columns named {twice!r}", "every name once")
     columns = {str(name): frame[name].to_numpy() for name in frame.columns}
     np.savez(
-        spare, **{name: cells if cells.dtype.kind in "fiu" else cells.astype(str) for name, cells in columns.items()}
+        spare, **{name: cells if cells.dtype.kind in "fiubMm" else cells.astype(str) for name, cells in columns.items()}
     )
     return spare
 

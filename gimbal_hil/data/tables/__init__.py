@@ -1,0 +1,19 @@
+"""Tables as they stand in files, of text, Parquet and numpy: named columns of numbers, and what they are in."""
+
+from gimbal_hil.data.tables.arrays import parquet_module
+from gimbal_hil.data.tables.file import is_text_table, read_table
+from gimbal_hil.data.tables.raw import Floats, OddLine, RawColumns
+from gimbal_hil.data.tables.unit_words import RAW_WORDS, UNITS, knows_all_units, unit_size
+
+__all__ = [
+    "RAW_WORDS",
+    "UNITS",
+    "Floats",
+    "OddLine",
+    "RawColumns",
+    "is_text_table",
+    "knows_all_units",
+    "parquet_module",
+    "read_table",
+    "unit_size",
+]
