@@ -232,7 +232,10 @@ def test_an_export_replaces_nothing_without_force_and_leaves_nothing_else(
     assert out.stat().st_size > 1000 and sorted(path.name for path in tmp_path.iterdir()) == ["log.bin", *beside]
 
 
-@pytest.mark.parametrize(("kind", "package", "extra"), [("mcap", "mcap.writer", "mcap"), ("mf4", "asammdf", "mf4")])
+@pytest.mark.parametrize(
+    ("kind", "package", "extra"),
+    [("mcap", "mcap.writer", "mcap"), ("mf4", "asammdf", "mf4"), ("ros2", "rosbags.rosbag2", "bags")],
+)
 def test_an_absent_extra_is_named(
     recorded: Path,
     tmp_path: Path,

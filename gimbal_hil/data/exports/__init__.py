@@ -6,6 +6,7 @@ from gimbal_hil.data.exports.layouts import foxglove_layout, plotjuggler_layout
 from gimbal_hil.data.exports.mat_file import export_mat
 from gimbal_hil.data.exports.mcap_file import export_mcap
 from gimbal_hil.data.exports.mf4_file import export_mf4
+from gimbal_hil.data.exports.ros2_bag import export_ros2
 
 __all__ = [
     "ExportedSignal",
@@ -15,6 +16,7 @@ __all__ = [
     "export_mat",
     "export_mcap",
     "export_mf4",
+    "export_ros2",
     "foxglove_layout",
     "groups_of",
     "plotjuggler_layout",

@@ -85,11 +85,16 @@ def groups_of(run: RecordedRun, table: SignalsTable | None) -> tuple[Group, ...]
     return (*groups, _of_ticks(run))
 
 
+def table_times_ns(run: RecordedRun, table: SignalsTable) -> NDArray[np.int64]:
+    """Nanoseconds (n,) from the run's first tick to each row of its table."""
+    first = columns_of(run.frames, "drive_status", run.protocol).tick[:1]
+    begin_ns = int(first[0]) * run.record.header.period_ns if len(first) else 0
+    return begin_ns + np.round(table.time_s * 1e9).astype(np.int64)
+
+
 def _of_table(run: RecordedRun, table: SignalsTable) -> list[Group]:
     """The signals table by what stands before the dot, at the times of its own grid."""
-    first = columns_of(run.frames, "drive_status", run.protocol).tick[:1]
-    start_ns = int(first[0]) * run.record.header.period_ns if len(first) else 0
-    time_ns = start_ns + np.round(table.time_s * 1e9).astype(np.int64)
+    time_ns = table_times_ns(run, table)
     found: dict[str, list[ExportedSignal]] = {}
     for column, values in table.columns.items():
         group, _, name = column.rpartition(".")
@@ -157,10 +162,11 @@ def start_ns(run: RecordedRun) -> int:
     return round(start.timestamp() * 1000) * 1_000_000
 
 
-def missing_extra(extra: str, package: str) -> BadInputError:
-    """That an optional package is not there."""
+def missing_extra(kind: str, package: str, extra: str = "") -> BadInputError:
+    """That the package for a format is not there; its extra is called like the format unless it is given."""
+    extra = extra or kind
     return BadInputError(
-        f"--format {extra}",
+        f"--format {kind}",
         f"needs the package {package}, which is not installed",
         f"pip install 'gimbal-hil[{extra}]'",
     )

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 
 class Format(StrEnum):
-    """What is written: the signals table (parquet, csv, mat), all that is known by name (mcap, mf4), or frames as they
-    were (blf).
+    """What is written: the signals table (parquet, csv, mat), all that is known by name (mcap, mf4), frames as they
+    were (blf), or messages of ROS 2 (ros2).
     """
 
     PARQUET = "parquet"
@@ -26,6 +26,7 @@ class Format(StrEnum):
     MCAP = "mcap"
     BLF = "blf"
     MF4 = "mf4"
+    ROS2 = "ros2"
 
 
 _TABLES = (Format.CSV, Format.PARQUET, Format.MAT)
@@ -35,9 +36,12 @@ def command(
     run: Annotated[Path, typer.Argument(help="Run folder.")],
     kind: Annotated[
         Format,
-        typer.Option("--format", help="parquet, csv, mat: signals table; mcap, mf4: that and frames; blf: raw frames."),
+        typer.Option(
+            "--format",
+            help="parquet, csv, mat: signals table; mcap, mf4: that and frames; blf: raw frames; ros2: a bag.",
+        ),
     ],
-    out: Annotated[Path, typer.Option(metavar="FILE", help="File to write.")],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="File to write; for ros2 a folder.")],
     layouts: Annotated[
         bool, typer.Option("--layouts", help="mcap: layouts for Foxglove and PlotJuggler beside the file.")
     ] = False,
@@ -48,8 +52,8 @@ def command(
     force: Annotated[bool, typer.Option("--force", help="Overwrite the file.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> int:
-    """Write a run as a signals table (CSV, Parquet, MAT), as signals and decoded frames (MCAP, MF4), or as raw frames
-    (BLF). A signal has the same name in all of them.
+    """Write a run as a signals table (CSV, Parquet, MAT), as signals and decoded frames (MCAP, MF4), as raw frames
+    (BLF), or as messages of ROS 2. A signal has the same name in all of them but the last, which has ROS's own.
     """
     from rich.progress import Progress as Bar
 
@@ -72,6 +76,8 @@ def command(
 
         if kind in _TABLES:
             answer = _write_table(log, out, kind, resample=resample, drop_invalid=drop_invalid, force=force)
+        elif kind is Format.ROS2:
+            answer = _write_bag(log, out, show, resample=resample, drop_invalid=drop_invalid, force=force)
         else:
             answer = _write_frames(log, out, kind, show, layouts=layouts, force=force)
     answer = {"file": str(out), "format": kind.value, **answer, "notes": [*answer["notes"], *damage]}
@@ -101,6 +107,17 @@ def _write_table(
         write_signals(table, out, TableKind(kind.value), force=force)
     content = f"{len(table)} rows of {len(table.columns)} signals at {table.period_s * 1e3:.6g} ms"
     return {"content": content, "rows": len(table), "columns": list(table.columns), "notes": list(table.notes)}
+
+
+def _write_bag(
+    log: RecordedRun, out: Path, show: Progress, *, resample: bool, drop_invalid: bool, force: bool
+) -> dict[str, Any]:
+    from gimbal_hil.data.exports import export_ros2
+    from gimbal_hil.data.signals import signals_of_run
+
+    table = signals_of_run(log, resample=resample, drop_invalid=drop_invalid)
+    count = export_ros2(log, table, out, force, show)
+    return {"content": f"{count} messages", "messages": count, "notes": list(table.notes)}
 
 
 def _write_frames(
