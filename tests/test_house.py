@@ -39,6 +39,7 @@ DISTRICTS = {
         "experiments",
         "experiments.sequences",
         "model_exports",
+        "drive_tables",
         "tuning",
         "discrepancy.twin",
         "discrepancy.noise",

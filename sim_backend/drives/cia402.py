@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
+from dataclasses import dataclass
 
 from firmware_protocol.adapters import CanFrame
 from sim_backend.drives.axis import Shaft
@@ -12,22 +13,53 @@ _PRE_OPERATIONAL, _OPERATIONAL = 0x7F, 0x05
 _SWITCH_ON_DISABLED, _READY, _SWITCHED_ON, _ENABLED, _QUICK_STOP, _FAULT = 0x40, 0x21, 0x23, 0x27, 0x07, 0x08
 _SIZES = {0x2F: 1, 0x2B: 2, 0x23: 4}
 _NO_OBJECT = 0x0602_0000
+_CYCLIC_POSITION, _CYCLIC_TORQUE = 8, 10
+_CONTROLWORD, _TARGET_TORQUE, _TARGET_POSITION = 0x6040_0010, 0x6071_0010, 0x607A_0020
+_RATE_OFFSET, _TORQUE_OFFSET = 0x60B1_0020, 0x60B2_0010
+#: what may be mapped into the two commands
+_COMMANDED = {_CONTROLWORD: "H", _TARGET_TORQUE: "h", _TARGET_POSITION: "i", _RATE_OFFSET: "i", _TORQUE_OFFSET: "h"}
+_COMMAND_PDOS = ((0x1400, 0x1600), (0x1401, 0x1601))
+
+
+@dataclass
+class PositionGains:
+    """A drive's own loops in mode 8 (1/s, N m s/rad, N m/rad at the shaft), which every maker sets in its own way."""
+
+    position: float = 0.0
+    rate: float = 0.0
+    integral: float = 0.0
 
 
 class SimulatedCia402:
-    """One node; torque in thousandths of `rated_nm`, position in `counts` a turn."""
+    """One node; torque in thousandths of `rated_nm`, position in `counts` a turn. The torque offset (0x60B2) is added
+    in cyclic synchronous position (8) and torque (10) mode alike.
+    """
 
     def __init__(self, number: int, rated_nm: float, counts: float, watches: bool = True) -> None:
         self.number, self.shaft, self._rated, self._radian = number, Shaft(), rated_nm, 2.0 * math.pi / counts
         self._watches = watches
         self.objects: dict[tuple[int, int], int] = {}
         self.network, self.status = _PRE_OPERATIONAL, _SWITCH_ON_DISABLED
-        self._control, self._target, self._left_s = 0, 0, math.inf
+        self._control, self._left_s = 0, math.inf
+        self._commanded: dict[int, int] = {}
+        self._integral_nm = 0.0
+        self.gains = PositionGains()
 
     @property
     def torque_nm(self) -> float:
-        enabled = self.network == _OPERATIONAL and self.status == _ENABLED and self.objects.get((0x6060, 0)) == 10
-        return 1e-3 * self._target * self._rated if enabled else 0.0
+        mode = self.objects.get((0x6060, 0))
+        if self.network != _OPERATIONAL or self.status != _ENABLED or mode not in (_CYCLIC_POSITION, _CYCLIC_TORQUE):
+            return 0.0
+        offset = self._commanded.get(_TORQUE_OFFSET, 0)
+        if mode == _CYCLIC_TORQUE:
+            return 1e-3 * (self._commanded.get(_TARGET_TORQUE, 0) + offset) * self._rated
+        return self.gains.rate * self._slower() + self._integral_nm + 1e-3 * offset * self._rated
+
+    def _slower(self) -> float:
+        """How much slower (rad/s) the shaft is than the position loop wants it."""
+        behind = self._commanded.get(_TARGET_POSITION, 0) * self._radian - self.shaft.position_rad
+        wanted = self.gains.position * behind + self._commanded.get(_RATE_OFFSET, 0) * self._radian
+        return wanted - self.shaft.rate_rad_s
 
     def hear(self, frame: CanFrame) -> list[CanFrame]:
         identifier, data = frame.identifier, frame.data
@@ -35,8 +67,9 @@ class SimulatedCia402:
             self.network = {1: _OPERATIONAL, 0x80: _PRE_OPERATIONAL}.get(data[0], self.network)
         elif identifier == 0x600 + self.number:
             return [CanFrame(0x580 + self.number, self._write(data))]
-        elif identifier == self.objects.get((0x1400, 1)) and self.network == _OPERATIONAL:
-            self._command(data)
+        elif identifier in (self.objects.get((p, 1)) for p, _ in _COMMAND_PDOS) and self.network == _OPERATIONAL:
+            mapping = next(mapping for p, mapping in _COMMAND_PDOS if self.objects.get((p, 1)) == identifier)
+            self._command(data, mapping)
         elif identifier == 0x80 and self.network == _OPERATIONAL:
             return [*self._mapped(0x1800, 0x1A00), *self._mapped(0x1801, 0x1A01)]
         else:
@@ -49,6 +82,8 @@ class SimulatedCia402:
         self._left_s -= period_s
         if self._left_s <= 0.0 and self.status == _ENABLED:
             self.status = _FAULT
+        if self.status == _ENABLED and self.objects.get((0x6060, 0)) == _CYCLIC_POSITION:
+            self._integral_nm += self.gains.integral * self._slower() * period_s
         return []
 
     def trip(self) -> None:
@@ -76,9 +111,14 @@ class SimulatedCia402:
         count = self.objects.get((mapping, 0), 0)
         return [CanFrame(identifier, b"".join(values[self.objects[mapping, place]] for place in range(1, count + 1)))]
 
-    def _command(self, data: bytes) -> None:
-        assert [self.objects.get((0x1600, place)) for place in range(3)] == [2, 0x60400010, 0x60710010]
-        control, self._target = struct.unpack("<Hh", data)
+    def _command(self, data: bytes, mapping: int) -> None:
+        mapped = [self.objects[mapping, place] for place in range(1, self.objects.get((mapping, 0), 0) + 1)]
+        values = struct.unpack("<" + "".join(_COMMANDED[one] for one in mapped), data)
+        self._commanded |= dict(zip(mapped, values, strict=True))
+        if _CONTROLWORD in mapped:
+            self._hear_control(self._commanded[_CONTROLWORD])
+
+    def _hear_control(self, control: int) -> None:
         rose, self._control = control & ~self._control, control
         if self.status == _FAULT:
             if rose & 0x80:

@@ -1,4 +1,9 @@
-"""A moteus controller: register reads and writes in CAN-FD frames, after the controller reference of mjbots."""
+"""A moteus controller: register reads and writes in CAN-FD frames, after the controller reference of mjbots.
+
+Its own position loop (`servo.pid_position`, in turns) works where a command does not scale its gains to zero. In
+position mode the commutation encoder's place in its turn selects a current out of `motor.cogging_dq_comp` (1024 signed
+bytes, linear between them, times `motor.cogging_dq_scale` in A), which is added to what the loop asks for.
+"""
 
 from __future__ import annotations
 
@@ -12,14 +17,25 @@ _TURN = 2.0 * math.pi
 _SIZES = {0: (1, "b"), 4: (2, "h"), 8: (4, "i"), 12: (4, "f")}
 _STOPPED, _FAULT, _POSITION, _TIMEOUT = 0, 1, 10, 11
 _LENGTHS = (*range(9), 12, 16, 20, 24, 32, 48, 64)
+_TABLE_SIZE = 1024
+_COMMAND_POSITION, _COMMAND_VELOCITY, _COMMAND_TORQUE, _KP_SCALE, _KD_SCALE = range(0x20, 0x25)
 
 
 class SimulatedMoteus:
-    """One controller with the id `number`."""
+    """One controller with the id `number`, its motor's torque constant (N m/A at the rotor), and how the commutation
+    encoder reads: `rotor_turns` for one of the shaft (negative: backwards), `rotor_zero` turns where the shaft is at
+    zero.
+    """
 
-    def __init__(self, number: int) -> None:
+    def __init__(
+        self, number: int, torque_constant: float = 0.1, rotor_turns: float = 1.0, rotor_zero: float = 0.0
+    ) -> None:
         self.number, self.shaft = number, Shaft()
         self.mode, self.fault = _STOPPED, 0
+        self._torque_constant, self._rotor_turns, self._rotor_zero = torque_constant, rotor_turns, rotor_zero
+        self._gains = {"kp": 0.0, "ki": 0.0, "kd": 0.0}
+        self._integral_nm = 0.0
+        self._scale, self._table = 0.0, [0] * _TABLE_SIZE
         self._registers: dict[int, float] = {}
         self._left_s = 0.0
 
@@ -27,9 +43,39 @@ class SimulatedMoteus:
     def torque_nm(self) -> float:
         if self.mode != _POSITION:
             return 0.0
-        # with gains scaled to anything but zero its own loops would work, which are not simulated
-        assert self._registers.get(0x23, 1.0) == 0.0 and self._registers.get(0x24, 1.0) == 0.0
-        return self._registers.get(0x22, 0.0)
+        behind, slower = self._errors()
+        asked = self._integral_nm + self._registers.get(_COMMAND_TORQUE, 0.0)
+        asked += self._gains["kp"] * self._registers.get(_KP_SCALE, 1.0) * behind
+        asked += self._gains["kd"] * self._registers.get(_KD_SCALE, 1.0) * slower
+        return asked + self._cogging_a() * self._torque_constant * abs(self._rotor_turns)
+
+    def configure(self, line: str) -> None:
+        """`conf set` with this key and value, as a line of `moteus_tool --restore-config` has them."""
+        key, value = line.split("#")[0].split()
+        group, _, last = key.rpartition(".")
+        if key == "motor.cogging_dq_scale":
+            self._scale = float(value)
+        elif group == "motor.cogging_dq_comp":
+            if not -128 <= int(value) <= 127:
+                raise ValueError(f"{key} is a signed byte, not {value}")
+            self._table[int(last)] = int(value)
+        elif group == "servo.pid_position" and last in self._gains:
+            self._gains[last] = float(value)
+        else:
+            raise ValueError(f"no key {key}")
+
+    def _errors(self) -> tuple[float, float]:
+        """How far (turns) and by how much (turns/s) the shaft is behind its command; none where there is none."""
+        wanted, speed = self._registers.get(_COMMAND_POSITION, math.nan), self._registers.get(_COMMAND_VELOCITY, 0.0)
+        behind = 0.0 if math.isnan(wanted) else wanted - self.shaft.position_rad / _TURN
+        return behind, (0.0 if math.isnan(speed) else speed) - self.shaft.rate_rad_s / _TURN
+
+    def _cogging_a(self) -> float:
+        """The table's current at the commutation encoder's place."""
+        place = (self.shaft.position_rad / _TURN * self._rotor_turns + self._rotor_zero) % 1.0 * _TABLE_SIZE
+        left = min(int(place), _TABLE_SIZE - 1)
+        low, high = self._table[left], self._table[(left + 1) % _TABLE_SIZE]
+        return self._scale * (low + (high - low) * (place - left))
 
     def hear(self, frame: CanFrame) -> list[CanFrame]:
         if not frame.fd or frame.identifier & 0x7F != self.number or frame.identifier & 0x80:
@@ -66,6 +112,8 @@ class SimulatedMoteus:
 
     def tick(self, period_s: float) -> list[CanFrame]:
         if self.mode == _POSITION:
+            scale = self._registers.get(_KP_SCALE, 1.0)
+            self._integral_nm += self._gains["ki"] * scale * self._errors()[0] * period_s
             self._left_s -= period_s
             if self._left_s <= 0.0:
                 self.mode = _TIMEOUT

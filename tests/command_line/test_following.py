@@ -51,6 +51,8 @@ LINES = [
     following.after_tune(Path("c.yaml"), Path("c.tuned.yaml"), "emps", 1),
     following.after_replay(HERE, True),
     following.after_export(HERE, Path("a.csv"), True, ("outer", "inner")),
+    following.after_drive_tables(Path("m.yaml"), Path("c.yaml"), Path("tables"), False),
+    following.after_drive_tables(Path("m.yaml"), Path("c.yaml"), Path("tables"), True),
     following.after_effects(None, None),
     following.after_effects("cogging", "full_turn"),
     following.after_doctor(None, False),

@@ -71,6 +71,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "export_model",
         "A model for other simulators: MuJoCo, URDF, Isaac Lab, BAM, curves; what they cannot hold is listed.",
     ),
+    "drive-tables": (
+        "drive_tables",
+        "Ripple and friction of a model as tables that moteus, ODrive and CiA 402 drives take.",
+    ),
     "effects": ("effects", "The catalogue of effects: parameters, units, bounds, and the run that excites each."),
     "protocol": ("protocol", "Emit the wire definition as DBC, C header or documentation."),
     "service": ("service", "Write a systemd unit, a container file, a Grafana dashboard, or man pages."),
@@ -86,6 +90,7 @@ COMPILING = frozenset(
         "plant",
         "experiment",
         "campaign",
+        "drive-tables",
         "point",
         "identify",
         "discrepancy",

@@ -81,6 +81,13 @@ def after_export_model(model: Path) -> str:
     return command_line("testable", model=model)
 
 
+def after_drive_tables(model: Path, config: Path, out: Path, rehearsed: bool) -> str:
+    """What the tables are worth on simulated drives; after that the antenna that has them."""
+    if rehearsed:
+        return command_line("daemon", config=config)
+    return command_line("drive-tables", model, "--rehearse", config=config, out=_new(out))
+
+
 def after_check(given: Sequence[Path], checked: Sequence[Checked], columns: Sequence[str] = ()) -> str:
     """Where something is wrong the same check again, else the first use of what was checked."""
     if any(one.faults for one in checked):
