@@ -60,6 +60,8 @@ class Domain(IntEnum):
 class Variable(Enum):
     """What a cause acts through: with everything of it taken out, what is left must no longer depend on that."""
 
+    #: which way it moves, whatever else: of motion that goes one way, place by place, position and torque say no more
+    DIRECTION = "direction"
     POSITION = "position"
     #: its direction included
     RATE = "rate"

@@ -72,6 +72,12 @@ def test_what_the_other_axis_is_commanded_is_asked_too(
         ({Variable.RATE: 0.5, Variable.TORQUE: 0.51}, 0.6, (Variable.RATE, 0.5)),
         ({Variable.RATE: 0.5, Variable.TORQUE: 0.58}, 0.6, (Variable.TORQUE, 0.58)),
         ({Variable.TIME: 0.1}, 0.1, None),
+        # where each log goes one way, its place and its torque say which
+        (
+            {Variable.DIRECTION: 0.55, Variable.POSITION: 0.56, Variable.TORQUE: 0.57},
+            0.6,
+            (Variable.DIRECTION, 0.55),
+        ),
         # on a base that stands, what goes with it is the joint's own motion; and nobody read a temperature
         ({Variable.BASE_MOTION: 0.6, Variable.TEMPERATURE: 0.6, Variable.PAST: 0.55}, 0.6, (Variable.PAST, 0.55)),
     ],
@@ -92,3 +98,26 @@ def test_a_gap_depends_on_the_variable_that_alone_says_nearly_as_much_as_all(
     left = (Remainder(1.0, 1.0, Predictable(0.0, 0.0)), Remainder(5.0, 5.0, Predictable(together, 0.0)))
     state: Any = None
     assert depends_on(inquiry, state, left) == said
+
+
+def test_the_direction_alone_predicts_what_a_log_of_each_way_leaves_and_nothing_that_changes_along_it() -> None:
+    def one_way(sign: float) -> Any:
+        record = _record(5)
+        way = np.linspace(0.0, sign, _ROWS)
+        motion = np.column_stack([way, record.motion[:, 1], np.full(_ROWS, sign), *record.motion[:, 3:].T])
+        return SimpleNamespace(**{**vars(record), "motion": motion})
+
+    both = tuple(one_way(sign) for sign in (1.0, -1.0))
+    place = np.concatenate([record.motion[:, 0] for record in both])
+    twin = SimpleNamespace(
+        records=both,
+        model=SimpleNamespace(axes=("outer", "inner")),
+        channels=(SimpleNamespace(axis="outer", signal="torque"),),
+    )
+    hypothesis = SimpleNamespace(origins=())
+    found = []
+    for left in (np.sign(place), np.sin(40.0 * place)):
+        state: Any = SimpleNamespace(hypothesis=hypothesis, held=hypothesis, fitted=left[:, None])
+        inquiry: Any = SimpleNamespace(twin=twin, holdout=twin, in_order=lambda s: s.fitted)
+        found.append(exhaustion.predictable(inquiry, state, 0, frozenset({Variable.DIRECTION})).share)
+    assert found[0] > 0.95 and found[1] < 0.1

@@ -12,7 +12,7 @@ from gimbal_hil.knowledge.discrepancy.verdict import wording
 def told(effect: str, axis: str, *rivals: tuple[str, str]) -> Any:
     standing = SimpleNamespace(label=(effect, axis), silent=False, at_bound=())
     close = tuple(SimpleNamespace(label=label) for label in rivals)
-    return SimpleNamespace(standing=standing, status=Status.AMBIGUOUS, close=close, probability=0.5)
+    return SimpleNamespace(standing=standing, status=Status.AMBIGUOUS, close=close, probability=0.5, denials=())
 
 
 def test_an_effect_on_two_axes_has_the_alternatives_of_its_own_axis() -> None:

@@ -37,6 +37,7 @@ from gimbal_hil.knowledge.discrepancy.judgement import (
     decide,
     smallest_sizes,
     torque_is_measured,
+    with_identification,
     with_measured_torque,
 )
 from gimbal_hil.knowledge.discrepancy.noise import moves
@@ -84,7 +85,7 @@ def _diagnose(request: Request, executor: WorkExecutor, progress: Callable[[str]
     progress("judging what was found")
     by_command = not torque_is_measured(inquiry.logs, request.model.axes)
     decision = decide(inquiry, stated, null, path, suspected_only, by_command)
-    decision = with_measured_torque(inquiry, decision)
+    decision = with_identification(inquiry, with_measured_torque(inquiry, decision))
     progress("from which size on errors would have shown")
     smallest = smallest_sizes(inquiry, null)
     result = Result(request, inquiry, noise, stated, null, decision, path, suspected_only, only_there, smallest)

@@ -6,6 +6,7 @@ from gimbal_hil.knowledge.identification.axis_identification import (
     axes_to_identify,
     friction_of,
     identify_axis,
+    numbers_of_motion,
 )
 from gimbal_hil.knowledge.identification.axis_response import AxisRecord, simulate_axis
 from gimbal_hil.knowledge.identification.consistency import (
@@ -80,6 +81,7 @@ __all__ = [
     "identify_axis",
     "mean_with_error",
     "measure_velocity_map",
+    "numbers_of_motion",
     "rate_jitter",
     "read_logs",
     "simulate_axis",

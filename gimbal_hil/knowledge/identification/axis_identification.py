@@ -105,8 +105,7 @@ def identify_axis(
     evidence = collect(logs, model, axis)
     prior = friction_of(model, axis)
     step = model.number(axis, "encoder.step")
-    length = prior.static.breakaway / prior.sigma0 if prior.sigma0 > 0.0 else 0.0
-    velocity_map = measure_velocity_map(evidence.plateaus, None, step or None, length) if evidence.plateaus else None
+    velocity_map = _velocity_map(evidence, prior, step)
     points = velocity_map.points if velocity_map else ()
     if ramps_at_rest and points:
         points = (*points, *points_at_rest(_break_aways(evidence, _bent(evidence, prior, step), step), points))
@@ -153,6 +152,24 @@ def identify_axis(
         findings=tuple(findings),
     )
     return _in_straight_units(found) if model.is_linear else found
+
+
+def numbers_of_motion(logs: Sequence[Log], model: AntennaModel, axis: str) -> tuple[Estimate, ...]:
+    """The same estimates as far as motion that slides tells them, without the fits to simulated motion: friction from
+    plateaus, otherwise friction and inertia of a single axis from a regression.
+    """
+    evidence, prior = collect(logs, model, axis), friction_of(model, axis)
+    velocity_map = _velocity_map(evidence, prior, model.number(axis, "encoder.step"))
+    static = fit_static(velocity_map.points, MapHalf.BOTH, prior.static) if velocity_map else None
+    rigid = _rigid(logs, model, axis)[0] if static is None and len(model.axes) == 1 else None
+    found = _final(prior, static, None, None, rigid)
+    return tuple(map(straight, found)) if model.is_linear else found
+
+
+def _velocity_map(evidence: Evidence, prior: LugreFriction, step: float) -> VelocityMap | None:
+    """Friction over speed, as far as there are plateaus."""
+    length = prior.static.breakaway / prior.sigma0 if prior.sigma0 > 0.0 else 0.0
+    return measure_velocity_map(evidence.plateaus, None, step or None, length) if evidence.plateaus else None
 
 
 def _in_straight_units(found: AxisIdentification) -> AxisIdentification:

@@ -1,6 +1,7 @@
 """The judgement: which of the causes found are told, and how surely."""
 
-from gimbal_hil.knowledge.discrepancy.judgement.deciding import Kind, Status, Told, decide
+from gimbal_hil.knowledge.discrepancy.judgement.agreement import with_identification
+from gimbal_hil.knowledge.discrepancy.judgement.deciding import Denial, Kind, Status, Told, decide
 from gimbal_hil.knowledge.discrepancy.judgement.intervals import number_intervals, parameter_intervals
 from gimbal_hil.knowledge.discrepancy.judgement.measured_torque import torque_is_measured, with_measured_torque
 from gimbal_hil.knowledge.discrepancy.judgement.result import Request, Result
@@ -16,6 +17,7 @@ from gimbal_hil.knowledge.discrepancy.judgement.smallest import (
 
 __all__ = [
     "ORDER",
+    "Denial",
     "Kind",
     "Request",
     "Result",
@@ -31,5 +33,6 @@ __all__ = [
     "smallest_sizes",
     "torque_is_measured",
     "traces",
+    "with_identification",
     "with_measured_torque",
 ]

@@ -54,6 +54,22 @@ class Kind(Enum):
 
 
 @dataclass(frozen=True)
+class Denial:
+    """A number that is told as off, and what `identify` says of it on the same logs: both with intervals that exclude
+    each other, and the latter nearer to what the model states.
+    """
+
+    label: tuple[str, str]
+    parameter: str
+    stated: float
+    told: float
+    identified: float
+    low: float
+    high: float
+    unit: str
+
+
+@dataclass(frozen=True)
 class Told:
     """A cause as it is told: its standing, what else could be in its place, how probable name and class are."""
 
@@ -65,6 +81,8 @@ class Told:
     of_class: float
     #: data that had no part in the search shows it, and its numbers are inside their bounds
     shown: bool
+    #: what another method says of the same logs against a number of this axis
+    denials: tuple[Denial, ...] = ()
 
     @property
     def of_names(self) -> float:
@@ -110,9 +128,8 @@ def decide(
             fallen = [t for t in told if t.of_class < 0.5]
             if not fallen:
                 return Decision(kind_of(told), state, told, left)
-            # one at a time, since of two that take the same neither is missed beside the other: that with most numbers
-            causes = state.hypothesis.causes
-            first = max(fallen, key=lambda t: (numbers_of(causes[t.standing.entries[0]]), -t.of_class))
+            # one at a time: of two that take the same neither is missed beside the other
+            first = min(fallen, key=lambda t: t.of_class)
             complete = left[first.standing.channel].after <= inquiry.policy.least_gap
             if first.standing.any_curve and complete and len(fallen) == 1:
                 # that something over position explains the rest, whatever its shape, is no doubt about what acts
@@ -263,7 +280,7 @@ def rejudged(policy: Policy, one: Told, close: tuple[Rival, ...]) -> Told:
     # what stands at its bound is as likely something else that only acts like it
     odds = sum(_odds(rival, policy) for rival in others) + bool(one.standing.at_bound)
     alone = 1.0 / (1.0 + odds)
-    sure = one.shown and one.of_class >= policy.named and alone >= policy.alone
+    sure = one.shown and not one.denials and one.of_class >= policy.named and alone >= policy.alone
     return replace(
         one, close=close, probability=one.of_class * alone, status=Status.NAMED if sure else Status.AMBIGUOUS
     )
@@ -308,27 +325,27 @@ def class_probability(
         return 0.0
     # that the best of so many candidates does not do so well by chance (Sidak)
     evident = float(norm.cdf(standing.sure)) ** candidates
-    # of what is left, or of the noise that would be left anyway; a few floors that are next to nothing beside what the
-    # cause takes are no sign of another shape
     beside = (1.0 - standing.share) / max(standing.share, 1e-9)
-    beside = max(beside, _NEXT_TO_NOTHING * (left.after / _FEW) ** 2)
-    if left.after <= policy.least_gap and left.before > 0.0:
-        # nor is what is no gap, beside causes that took nearly all of a large one
-        beside = min(beside, left.after**2 / left.before**2)
-    predicted = standing.exhausted.beyond * min(1.0, left.after**2) * min(1.0, beside / _NEXT_TO_NOTHING)
-    shape = 1.0 / (1.0 + (predicted / (2.0 * policy.exhausted)) ** 3)
+    if left.after > policy.least_gap:
+        # a few floors that are next to nothing beside what the cause takes are no sign of another shape
+        much = max(beside / _NEXT_TO_NOTHING, (left.after / _FEW) ** 2)
+        shape = 1.0 / (1.0 + (standing.exhausted.beyond * min(1.0, much) / (2.0 * policy.exhausted)) ** 3)
+        missing, unknown_rms = left.predictable.beyond, left.unpredicted
+    else:
+        # what is no gap says nothing against what closed it
+        shape, missing, unknown_rms = 1.0, 0.0, 0.0
     steady = 1.0 / (1.0 + (standing.uneven / policy.uneven) ** 4)
     # even odds where the interval of its strength just holds nothing; and of what causes that undo each other leave
     # over, much is no more than a twin is exact to
     inexact = policy.same * standing.does
     known = 1.0 / (1.0 + standing.error**6 + (inexact / _EXACT) ** 6)
     # what one thing through other variables does, a cause that is no part of it may take a share of
-    others = left.predictable.beyond * (1.0 - standing.share) / max(standing.share, 1e-9)
+    others = missing * beside
     beyond_it = max(0.0, unknown) / max(standing.takes[standing.channel], 1e-9)
     whole = 1.0 / (1.0 + (others / _OTHERS) ** 2 + (beyond_it / _UNKNOWN) ** 2)
     # what is left beyond the noise, over what the cause takes; and beyond a small multiple of it, over what was there
-    beside_it = max(0.0, left.unpredicted**2 - 1.0) / max(standing.takes[standing.channel], 1e-9)
-    beyond = max(0.0, left.unpredicted**2 - _SMALL**2) / max(left.before**2, 1.0)
+    beside_it = max(0.0, unknown_rms**2 - 1.0) / max(standing.takes[standing.channel], 1e-9)
+    beyond = max(0.0, unknown_rms**2 - policy.least_gap**2) / max(left.before**2, 1.0)
     size = 1.0 / (1.0 + (beside_it / _DWARFED) ** 6 + (beyond / _LARGE) ** 4)
     share = max(standing.share, left.closed if left.before > policy.least_gap else 0.0)
     taken = share / (share + _LITTLE)
@@ -337,8 +354,8 @@ def class_probability(
 
 #: at these something else is as likely: what is left and other variables predict, what stands at its bound takes, and
 #: what no variable predicts, over what a cause takes; the share of the squares that were there that no variable
-#: predicts, beyond so many floors; the share of a channel that a cause takes. And the most that is said.
-_OTHERS, _UNKNOWN, _DWARFED, _LARGE, _SMALL, _LITTLE, _MOST = 0.25, 0.5, 8.0, 0.8, 1.5, 0.02, 0.99
+#: predicts; the share of a channel that a cause takes. And the most that is said.
+_OTHERS, _UNKNOWN, _DWARFED, _LARGE, _LITTLE, _MOST = 0.25, 0.5, 8.0, 0.8, 0.02, 0.99
 #: what is left over what a cause takes, squares: below this it counts by how much it is
 _NEXT_TO_NOTHING = 0.05
 #: where what a cause does is inexact by this share of the gap that was there, it closes it as likely by chance

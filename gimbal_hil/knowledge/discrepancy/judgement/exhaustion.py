@@ -119,7 +119,7 @@ def _columns(record: Record, axis: int, variables: frozenset[Variable], travel: 
         out += [motion[:, axis]]
     if Variable.RATE in variables:
         out += [motion[:, 2 + axis]]
-    if Variable.POSITION in variables:
+    if variables & {Variable.POSITION, Variable.DIRECTION}:
         out += [np.sign(motion[:, 2 + axis])]
     if Variable.ACCELERATION in variables:
         out += [motion[:, 4 + axis]] + [_earlier(motion[:, 4 + axis], s, period_s) for s in _MEMORY_S]

@@ -209,6 +209,7 @@ def remainders(inquiry: Inquiry, null: State, state: State) -> tuple[Remainder, 
     found = []
     for j in range(len(inquiry.twin.channels)):
         before, after = (float(rms(s.held_out())[j]) for s in (null, state))
-        shape = predictable(inquiry, state, j, EVERYTHING) if after > 1.3 else Predictable(0.0, 0.0)
+        is_gap = after > inquiry.policy.least_gap
+        shape = predictable(inquiry, state, j, EVERYTHING) if is_gap else Predictable(0.0, 0.0)
         found.append(Remainder(before, after, shape))
     return tuple(found)

@@ -31,20 +31,28 @@ _VALLEYS = 3
 
 
 def candidates(
-    inquiry: Inquiry, before: State, heard: tuple[Response, ...], instead_of: State | None = None
+    inquiry: Inquiry,
+    before: State,
+    heard: tuple[Response, ...],
+    instead_of: State | None = None,
+    tried: frozenset[tuple[str, str]] | None = None,
 ) -> list[State]:
     """The most promising families beside a state, refitted with everything that is there; best first.
 
     `instead_of` is a state with one cause more, whose place is looked at: that cause needs no second fit, and another
-    one has to come near it.
+    one has to come near it. With what has been `tried` there, those count that do most of what that cause does: what
+    else is left, in this channel or another, has no say in what the data tell it from.
     """
     weighing = weighing_of(inquiry, before)
     taken = set() if instead_of is None else set(instead_of.hypothesis.labels) - set(before.hypothesis.labels)
     allowed = [f for f in addable(before.hypothesis, inquiry.families) if f.label not in taken]
     labels = {f.label for f in allowed}
-    known = [r for r in heard if r.family.label in labels] + listen(inquiry, before, [f for f in allowed if f.ripple])
+    wanted = before.fit
+    if instead_of is not None and tried is not None:
+        wanted = replace(wanted, residual=wanted.residual - instead_of.fit.residual)
+    known = [r for r in heard if r.family.label in labels] + listen(inquiry, wanted, [f for f in allowed if f.ripple])
     best: dict[tuple[str, str], list[Proposal]] = {}
-    for proposal in propose(before.fit, known, weighing):
+    for proposal in propose(wanted, known, weighing):
         best.setdefault(proposal.family.label, []).append(proposal)
     ranked = sorted(best.values(), key=lambda found: -found[0].gain)
     ranked = ranked[: _REFINED if instead_of is None else _IN_PLACE]
@@ -52,6 +60,7 @@ def candidates(
         before.hypothesis.plus(Cause(p.family, p.x))
         for found in ranked
         for p in found[: _starts_refined(found[0].family)]
+        if tried is None or p.family.label not in tried
     ]
     kept: dict[tuple[str, str], Fit] = {}
     to_beat = math.inf if instead_of is None else weighed_cost(instead_of.fit, weighing)
@@ -78,9 +87,9 @@ def _beside_the_best(inquiry: Inquiry, before: State, states: list[State]) -> li
     return sorted(first, key=lambda state: -advantage(inquiry, states[0], state)) + states[ASKED:]
 
 
-def listen(inquiry: Inquiry, state: State, families: list[Family]) -> list[Response]:
-    """What each of some families does to the residual of a state, at each of its starts."""
-    bare = replace(state.fit, jacobian=np.zeros((0, 0)))
+def listen(inquiry: Inquiry, beside: Fit, families: list[Family]) -> list[Response]:
+    """What each of some families does to the residual of a fit, at each of its starts."""
+    bare = replace(beside, jacobian=np.zeros((0, 0)))
     # those with most starts first: they take longest
     order = sorted(families, key=lambda f: -len(f.starts) - (50 if f.ripple else 0))
     found = inquiry.executor.map(

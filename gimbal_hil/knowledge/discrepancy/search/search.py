@@ -187,17 +187,19 @@ def _newest_at_bound(inquiry: Inquiry, state: State) -> bool:
 
 def in_its_place(inquiry: Inquiry, path: Path, without: State, state: State, label: tuple[str, str]) -> list[State]:
     """States with another cause in the place of the one with a label, beside the others of a state: what was tried on
-    the way, otherwise anew.
+    the way, and what does most of what that cause does.
     """
-    others = sorted(without.hypothesis.labels)
+    others, on_the_way = sorted(without.hypothesis.labels), []
     for one in reversed(path.rounds[path.over_others :]):
         if (
             sorted(one.before.hypothesis.labels) == others
             and one.before.hypothesis.floating == without.hypothesis.floating
         ):
             alone = (state for state in one.tried if sorted(state.hypothesis.labels[:-1]) == others)
-            return [state for state in alone if state.hypothesis.labels[-1] != label]
-    return candidates(inquiry, without, path.heard, state)
+            on_the_way = [state for state in alone if state.hypothesis.labels[-1] != label]
+            break
+    tried = frozenset(other.hypothesis.labels[-1] for other in on_the_way)
+    return [*on_the_way, *candidates(inquiry, without, path.heard, state, tried)]
 
 
 def pays(inquiry: Inquiry, before: State, after: State, control: float = 0.0) -> bool:

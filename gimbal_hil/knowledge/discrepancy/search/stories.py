@@ -29,7 +29,7 @@ def explain(inquiry: Inquiry, start: State, most: int = MOST_CAUSES, heard: tupl
     `heard` is what the families do to the residual, where that has been listened to already.
     """
     if heard is None:
-        heard = tuple(listen(inquiry, start, [f for f in inquiry.families if not f.ripple]))
+        heard = tuple(listen(inquiry, start.fit, [f for f in inquiry.families if not f.ripple]))
     numbers = released(inquiry, start) if most > 1 else None
     if numbers is None or not pays(inquiry, start, numbers):
         return extended(inquiry, start, most, heard)

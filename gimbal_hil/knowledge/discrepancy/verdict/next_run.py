@@ -8,7 +8,7 @@ from sim_backend.effects import Variable
 #: where no variable predicts what is left: the one that the regime with most of the gap speaks of
 _OF_GROUP = {
     RegimeGroup.SPEED: Variable.RATE,
-    RegimeGroup.DIRECTION: Variable.RATE,
+    RegimeGroup.DIRECTION: Variable.DIRECTION,
     RegimeGroup.EFFORT: Variable.ACCELERATION,
     RegimeGroup.REVERSAL: Variable.PAST,
     RegimeGroup.POSITION: Variable.POSITION,
@@ -17,6 +17,7 @@ _OF_GROUP = {
     RegimeGroup.TEMPERATURE: Variable.TEMPERATURE,
 }
 _RUNS = {
+    Variable.DIRECTION: "the same way of {axis} both ways at a constant speed, three laps with a `repeat` column",
     Variable.POSITION: "one slow turn of {axis} at two constant speeds, both ways, to search and to judge",
     Variable.RATE: "constant speeds of {axis} over a decade, both directions, three laps with a `repeat` column",
     Variable.ACCELERATION: "the same speeds of {axis}, reached and left gently, and sharply",

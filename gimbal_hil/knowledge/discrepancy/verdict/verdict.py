@@ -179,6 +179,9 @@ def _effect_entry(result: Result, one: Told) -> tuple[Entry, list[Entry], Entry 
         entry["entries"] = [_parameters(result, i) for i in one.standing.entries]
     if one.standing.at_bound:
         entry["at_bound"] = list(one.standing.at_bound)
+    denials = [asdict(denial) for denial in one.denials if denial.label == one.standing.label]
+    if denials:
+        entry["denied_by_identify"] = [{k: v for k, v in denial.items() if k != "label"} for denial in denials]
     contradiction = contradiction_of(entry)
     if contradiction:
         entry["contradiction"] = contradiction

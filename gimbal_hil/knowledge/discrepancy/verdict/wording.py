@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gimbal_hil.knowledge.discrepancy.judgement import Kind, Result, Status, Told
+from gimbal_hil.knowledge.discrepancy.judgement import Denial, Kind, Result, Status, Told
 from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap
 from sim_backend.effects import CATALOGUE, FittedNumber
 
@@ -114,7 +114,10 @@ def _doubts(result: Result) -> str:
         name, axis = one.standing.label
         said = _name(name, axis)
         at_first = _at_first(said)
-        if one.close:
+        denied = [denial for denial in one.denials if denial.label == one.standing.label]
+        if denied:
+            found += [f" {_denied(denial)}" for denial in denied]
+        elif one.close:
             told_from = " or ".join(dict.fromkeys(_name(*rival.label) for rival in one.close))
             found.append(f" {at_first} cannot be told from {told_from} on this data; the run that would is proposed.")
         elif one.standing.silent:
@@ -122,9 +125,18 @@ def _doubts(result: Result) -> str:
         elif one.standing.at_bound:
             stands = ", ".join(one.standing.at_bound)
             found.append(f" {at_first} stands at the bound of what is possible ({stands}): nothing is known of it.")
-        else:
+        elif not one.denials:
             found.append(f" {at_first} is probable only ({one.probability:.0%}){_why(result, one)}.")
     return "".join(found)
+
+
+def _denied(one: Denial) -> str:
+    """What `identify` says against a number that would be off."""
+    said = f"{one.identified:.4g} {one.unit} ({one.low:.4g} to {one.high:.4g})"
+    return (
+        f"identify denies {_name(*one.label)}: of the same logs it says {one.parameter} {said}, nearer to the model's "
+        f"{one.stated:.4g} than to {one.told:.4g}; nothing beside it on {one.label[1]} is a name then."
+    )
 
 
 def _why(result: Result, one: Told) -> str:

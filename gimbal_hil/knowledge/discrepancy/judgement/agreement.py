@@ -1,0 +1,81 @@
+"""Two methods, one number: what is told as off is asked of `identify` too, on the same logs.
+
+A search explains a residual by differences and has many names for it; a regression knows inertia and sliding friction
+only, and takes the command as it is. Each has errors of its own. Where their intervals exclude each other and the
+regression stands nearer to what the model states, one of the two is wrong that the number is off, and nothing that was
+fitted beside it is a name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.knowledge.discrepancy.hypotheses import values_of
+from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry
+from gimbal_hil.knowledge.discrepancy.judgement.deciding import Decision, Denial, Status, Told, kind_of, rejudged
+from gimbal_hil.knowledge.discrepancy.judgement.intervals import parameter_intervals
+from gimbal_hil.knowledge.identification import Determination, Estimate, Log, numbers_of_motion, stretches_of_table
+from sim_backend.effects import CATALOGUE
+
+#: numbers of the model that both methods know
+_BOTH_KNOW = ("friction.", "body.own_")
+
+
+def with_identification(inquiry: Inquiry, decision: Decision) -> Decision:
+    """The decision without names on an axis of which a named number is denied."""
+    denials: dict[str, tuple[Denial, ...]] = {}
+    for axis in {one.standing.label[1] for one in decision.told if one.status is Status.NAMED}:
+        mine = [one for one in decision.told if one.standing.label[1] == axis and _is_known_to_both(one)]
+        identified = _identified(inquiry, axis) if mine else {}
+        denials[axis] = tuple(found for one in mine for found in _denials(inquiry, decision, one, identified))
+    if not any(denials.values()):
+        return decision
+    told = tuple(
+        rejudged(inquiry.policy, replace(one, denials=denials.get(one.standing.label[1], ())), one.close)
+        for one in decision.told
+    )
+    return replace(decision, told=told, kind=kind_of(told))
+
+
+def _is_known_to_both(one: Told) -> bool:
+    of = CATALOGUE[one.standing.label[0]].parameters
+    return one.status is Status.NAMED and any(_there(parameter.path) for parameter in of)
+
+
+def _there(path: str | None) -> str:
+    """The name by which a number of the model is identified; empty where it is not."""
+    return path.rpartition(".")[2].removeprefix("own_") if path and path.startswith(_BOTH_KNOW) else ""
+
+
+def _identified(inquiry: Inquiry, axis: str) -> Mapping[str, Estimate]:
+    """What motion in the searched logs says of an axis, by name, as far as it is identified."""
+    logs = [Log(table.source, table, {axis: stretches_of_table(table, axis)}) for table in inquiry.logs]
+    try:
+        found = numbers_of_motion(logs, inquiry.twin.model, axis)
+    except BadInputError:
+        # too short, or without a motion that a regression could use: it says nothing
+        return {}
+    return {one.name: one for one in found if one.verdict is Determination.IDENTIFIED}
+
+
+def _denials(inquiry: Inquiry, decision: Decision, one: Told, identified: Mapping[str, Estimate]) -> list[Denial]:
+    """Numbers of one cause that were identified nearer to what the model states, both intervals excluding the other."""
+    found, index = [], one.standing.entries[0]
+    effect = CATALOGUE[one.standing.label[0]]
+    values = values_of(inquiry.twin.model, inquiry.twin, decision.state.hypothesis, index)
+    intervals = parameter_intervals(inquiry, decision.state, index)
+    for parameter in effect.parameters:
+        said = identified.get(_there(parameter.path))
+        value, stated = values.get(parameter.name, (0.0, None))
+        if said is None or stated is None:
+            continue
+        low, high = intervals[parameter.name]
+        apart = said.interval.low > high or said.interval.high < low
+        if apart and abs(said.value - stated) < abs(said.value - value):
+            ends = said.interval
+            found.append(
+                Denial(one.standing.label, parameter.name, stated, value, said.value, ends.low, ends.high, said.unit)
+            )
+    return found
