@@ -8,6 +8,8 @@ import sys
 
 import pytest
 
+from gimbal_hil.surface.cli.app import COMMANDS, GROUPS, overview
+
 PROGRAM = "from gimbal_hil.surface.cli import main; main()"
 
 
@@ -43,3 +45,11 @@ def test_the_script_of_each_shell_is_shown(shell: str) -> None:
     )
     assert done.returncode == 0, done.stderr
     assert "_GIMBAL_HIL_COMPLETE" in done.stdout and "gimbal-hil" in done.stdout
+
+
+def test_help_shows_every_command_once_in_its_group() -> None:
+    shown = [name for names in GROUPS.values() for name in names]
+    assert sorted(shown) == sorted(COMMANDS)
+    lines = overview().splitlines()
+    assert all(sum(line.startswith(f"  {name} ") for line in lines) == 1 for name in COMMANDS)
+    assert all(f"{group}:" in lines for group in GROUPS)

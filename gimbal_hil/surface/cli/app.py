@@ -66,7 +66,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     ),
     "runs": ("runs", "List recorded runs, show one, or compare two side by side."),
     "conformance": ("conformance", "Check an antenna's firmware against numbered requirements, with evidence."),
-    "export": ("export", "Write a run as Parquet, CSV, MAT, MCAP, BLF or MF4."),
+    "export": ("export", "Write a run as Parquet, CSV, MAT, MCAP, BLF, MF4 or a bag of ROS 2."),
     "export-model": (
         "export_model",
         "A model for other simulators: MuJoCo, URDF, Isaac Lab, BAM, curves; what they cannot hold is listed.",
@@ -81,6 +81,27 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "doctor": ("doctor", "Can this machine hold the rate? A verdict with reasons."),
     "bench": ("bench", "The speed figures, each as a ratio to a plain reference from the same run."),
     "warm": ("warm", "Compile everything now, so that no later command has to wait for it."),
+}
+#: the same in the order in which --help shows them, by what they are for
+GROUPS: dict[str, tuple[str, ...]] = {
+    "Begin": ("demo", "init", "check", "doctor", "warm"),
+    "Operate an antenna": (
+        "daemon",
+        "watch",
+        "set",
+        "adjust",
+        "point",
+        "stop",
+        "quick-stop",
+        "reset",
+        "shut-down",
+        "plant",
+        "mavlink",
+    ),
+    "Measure and find out": ("testable", "experiment", "identify", "discrepancy", "improve", "campaign"),
+    "Use a model": ("effects", "tune", "export-model"),
+    "Recorded runs": ("runs", "replay", "export"),
+    "Build and prove": ("conformance", "protocol", "service", "bench"),
 }
 #: commands that may meet a kernel that is not on disk yet
 COMPILING = frozenset(
@@ -249,12 +270,14 @@ def _repeated(arguments: list[str], options: tuple[str, ...]) -> list[str]:
 def overview() -> str:
     """What `gimbal-hil --help` says."""
     width = max(map(len, COMMANDS))
-    table = "\n".join(f"  {name:<{width}}  {line}" for name, (_, line) in COMMANDS.items())
+    table = "\n\n".join(
+        "\n".join([f"{group}:", *(f"  {name:<{width}}  {COMMANDS[name][1]}" for name in names)])
+        for group, names in GROUPS.items()
+    )
     return f"""Usage: gimbal-hil COMMAND [OPTIONS]
 
   Controller service and virtual antenna for a two-axis gimballed airborne antenna.
 
-Commands:
 {table}
 
 Each command explains itself with --help; gimbal-hil --install-completion has the shell complete them.
