@@ -1,6 +1,20 @@
 """What people read: pages, and what they are made of."""
 
-from gimbal_hil.pages.report.blocks import Block, Callout, Details, Heading, Listing, Plot, Table, Text, Tiles, plots_in
+from gimbal_hil.pages.report.blocks import (
+    Block,
+    Callout,
+    Details,
+    Heading,
+    Listing,
+    ModelMotion,
+    MovingAntenna,
+    Plot,
+    Table,
+    Text,
+    Tiles,
+    blocks_in,
+    plots_in,
+)
 from gimbal_hil.pages.report.junit import Case, write_junit
 from gimbal_hil.pages.report.made import Made, command_of
 from gimbal_hil.pages.report.page import Page
@@ -13,11 +27,14 @@ __all__ = [
     "Heading",
     "Listing",
     "Made",
+    "ModelMotion",
+    "MovingAntenna",
     "Page",
     "Plot",
     "Table",
     "Text",
     "Tiles",
+    "blocks_in",
     "command_of",
     "plots_in",
     "write_junit",

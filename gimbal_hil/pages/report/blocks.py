@@ -55,6 +55,30 @@ class Plot:
 
 
 @dataclass(frozen=True)
+class ModelMotion:
+    """How a model moved: its name in words, and positions of both axes, rad, each as long as the motion's times."""
+
+    name: str
+    position: Sequence[Sequence[float]]
+
+
+@dataclass(frozen=True)
+class MovingAntenna:
+    """A recorded motion of the antenna in three dimensions, with the ghosts of one or more models beside it.
+
+    `names` of both axes, the carrying one first; times in s; positions in rad, one column an axis. The page plays the
+    first half with the ghost of the first model and then changes to the last one.
+    """
+
+    title: str
+    names: tuple[str, str]
+    time_s: Sequence[float]
+    measured: Sequence[Sequence[float]]
+    models: Sequence[ModelMotion]
+    caption: str = ""
+
+
+@dataclass(frozen=True)
 class Listing:
     """Preformatted text: a file, a difference, a log."""
 
@@ -70,13 +94,17 @@ class Details:
     blocks: Sequence[Block]
 
 
-Block = Heading | Text | Callout | Tiles | Table | Plot | Listing | Details
+Block = Heading | Text | Callout | Tiles | Table | Plot | MovingAntenna | Listing | Details
+
+
+def blocks_in(blocks: Sequence[Block]) -> Iterator[Block]:
+    """Every block in the order of the page, those that are folded away too."""
+    for block in blocks:
+        yield block
+        if isinstance(block, Details):
+            yield from blocks_in(block.blocks)
 
 
 def plots_in(blocks: Sequence[Block]) -> Iterator[Plot]:
     """Every plot in the order of the page, those that are folded away too."""
-    for block in blocks:
-        if isinstance(block, Plot):
-            yield block
-        elif isinstance(block, Details):
-            yield from plots_in(block.blocks)
+    return (block for block in blocks_in(blocks) if isinstance(block, Plot))

@@ -8,6 +8,7 @@ megabyte: the library that draws lies in it compressed, and so do the figures, w
 from __future__ import annotations
 
 import html
+import json
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -15,6 +16,7 @@ from importlib.resources import files
 from itertools import count
 from pathlib import Path
 
+from gimbal_hil.pages.antenna import ANTENNA_SCRIPT, MOTION_SCRIPT
 from gimbal_hil.pages.plots import Drawing
 from gimbal_hil.pages.report.blocks import (
     Block,
@@ -22,10 +24,12 @@ from gimbal_hil.pages.report.blocks import (
     Details,
     Heading,
     Listing,
+    MovingAntenna,
     Plot,
     Table,
     Text,
     Tiles,
+    blocks_in,
     plots_in,
 )
 from gimbal_hil.pages.report.figures_packed import drawing_library, packed
@@ -58,7 +62,7 @@ class Page:
             f"<title>{html.escape(self.title)}</title><style>{_static('page.css')}</style></head><body>"
             f'<header><div class="mark">gimbal-hil</div><h1>{html.escape(self.title)}</h1>'
             f"<p>{html.escape(self.subtitle)}</p></header>"
-            f"{navigation}<main>{body}</main>{_foot(made)}{_script(figures)}</body></html>"
+            f"{navigation}<main>{body}</main>{_foot(made)}{_script(figures)}{_moving(self.blocks)}</body></html>"
         )
 
     def write(self, path: Path) -> Path:
@@ -83,6 +87,13 @@ def _script(figures: Sequence[Drawing]) -> str:
         f'<script type="text/plain" id="packed:figures">{packed(figures)}</script>'
         f"<script>{_static('page.js')}</script>"
     )
+
+
+def _moving(blocks: Sequence[Block]) -> str:
+    if not any(isinstance(block, MovingAntenna) for block in blocks_in(blocks)):
+        return ""
+    begin = 'for (const one of document.querySelectorAll("figure.motion")) motion_player(one);'
+    return f'<script>"use strict";\n{ANTENNA_SCRIPT}{MOTION_SCRIPT}{begin}</script>'
 
 
 def _foot(made: Made) -> str:
@@ -115,6 +126,8 @@ def _render(block: Block, numbers: Iterator[int]) -> str:
             return _table(block)
         case Plot():
             return _plot(block, next(numbers))
+        case MovingAntenna():
+            return _motion(block)
         case Listing(text, caption):
             return f'<figure><pre tabindex="0">{html.escape(text)}</pre>{_caption(caption)}</figure>'
         case Details(summary, blocks):
@@ -136,6 +149,35 @@ def _plot(plot: Plot, number: int) -> str:
         '<button type="button">PDF</button></span></div>'
         "</figure>"
     )
+
+
+def _motion(motion: MovingAntenna) -> str:
+    """A canvas with its data, a player and a switch for each model."""
+    told = {
+        "title": motion.title,
+        "names": motion.names,
+        "time_s": _short(motion.time_s, 3),
+        "measured": [_short(column, 5) for column in motion.measured],
+        "models": [
+            {"name": one.name, "position": [_short(column, 5) for column in one.position]} for one in motion.models
+        ],
+    }
+    # as text of a script element: nothing in it may look like the element's end
+    data = json.dumps(told, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    switches = "".join(
+        f'<button type="button" aria-pressed="false">{html.escape(one.name)}</button>' for one in motion.models
+    )
+    return (
+        f'<figure class="motion"><h3>{html.escape(motion.title)}</h3><canvas role="img" '
+        f'aria-label="{html.escape(motion.title)}"></canvas><div class="player"><button type="button">Play</button>'
+        f'<input type="range" min="0" max="{float(motion.time_s[-1]):.3f}" step="any" value="0" aria-label="time">'
+        f"{switches if len(motion.models) > 1 else ''}</div><output></output>{_caption(motion.caption)}"
+        f'<script type="application/json">{data}</script></figure>'
+    )
+
+
+def _short(values: Sequence[float], digits: int) -> list[float]:
+    return [round(float(value), digits) for value in values]
 
 
 def _legend(plot: Plot) -> str:

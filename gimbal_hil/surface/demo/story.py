@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from gimbal_hil.data.runs import open_run, replay
@@ -15,6 +15,7 @@ from gimbal_hil.knowledge.identification import Log, identification_page, identi
 from gimbal_hil.loop.settings import DaemonSettings
 from gimbal_hil.pages.report import Block, Details, Heading, Page, Text, Tiles, plots_in
 from gimbal_hil.realtime.lockstep import give_again, host_of
+from gimbal_hil.surface.demo.ghost import ghost_of, side_by_side
 from sim_backend.model import AntennaModel
 
 #: plots of the last stage that stand at the top: how large the gap is, and what is left over position and speed
@@ -24,11 +25,14 @@ _FRICTION = ("breakaway", "coulomb", "stribeck_velocity", "viscous", "shape", "s
 
 @dataclass(frozen=True)
 class StageResult:
-    """What a stage says: a line for the terminal, its key figure as (value, what it is), blocks for the page."""
+    """What a stage says: a line for the terminal, its key figure as (value, what it is), blocks for the page, and what
+    of them is seen without being asked for.
+    """
 
     line: str
     figure: tuple[str, str]
     blocks: list[Block]
+    seen: list[Block] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -110,10 +114,18 @@ def _missing(settings: DaemonSettings, out: Path, progress: ProgressSink) -> Sta
     if corrected is not None:
         (out / "model.yaml").write_text(corrected.to_yaml(), encoding="utf-8")
     page = discrepancy_page(diagnosis, verdict, corrected, ["survey", "survey_holdout"])
+    progress.begin("the ghost of the model beside the antenna", 1.0, 0.0)
+    added = " and ".join(str(effect["name"]).replace("_", " ") for effect in verdict.effects)
+    models = [("the model as it was", model)] + ([] if corrected is None else [(f"with {added} added", corrected)])
+    ghosts = {
+        name: ghost_of(tables[1], model.axes[0], one, settings, seed, out / f"ghost_{number}")
+        for number, (name, one) in enumerate(models)
+    }
     return StageResult(
         f"an antenna with a hidden effect, judged blind: {verdict.kind.value}. {verdict.text}",
         (verdict.kind.value.replace("_", " "), "the effect that was hidden, judged blind"),
         list(page.blocks),
+        [side_by_side(tables[1], model.axes[0], ghosts)],
     )
 
 
@@ -147,5 +159,6 @@ def story_page(told: Sequence[StageResult]) -> Page:
             Heading(stage.text[:1].upper() + stage.text[1:]),
             Text(line if line.endswith(".") else f"{line}."),
             Details("All of it", one.blocks),
+            *one.seen,
         ]
     return Page("What gimbal-hil does", "virtual antenna in this process, the same frames as a real one", blocks)
