@@ -10,6 +10,7 @@ from firmware_protocol.adapters.drive import (
     ForeignDrive,
     Gives,
     Power,
+    StopsUnfed,
     missing_text,
     on_the_joint,
 )
@@ -38,6 +39,7 @@ __all__ = [
     "OdriveDrive",
     "Power",
     "PythonCanBus",
+    "StopsUnfed",
     "UnixCanBus",
     "drive_named",
     "gives_of",

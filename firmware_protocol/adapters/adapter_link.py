@@ -55,9 +55,11 @@ class AdapterLink(LinkBasis):
         """A feedback set where both drives have told something new since the last one."""
         if self._bus is None:
             return b""
-        if self._now_ns() - self._edge_ns >= 2 * self._period_ns:
-            self._edge_ns = self._now_ns()
-            self.gateway.periods_passed((self._edge_ns - self._opened_ns) // self._period_ns)
+        now_ns = self._now_ns()
+        if now_ns - self._edge_ns >= 2 * self._period_ns:
+            # the next one is due a period from now, not two
+            self._edge_ns = now_ns - self._period_ns
+            self.gateway.periods_passed((now_ns - self._opened_ns) // self._period_ns)
             self._emit(self.gateway.pass_over())
         if self._bus is None:
             return b""
@@ -72,9 +74,9 @@ class AdapterLink(LinkBasis):
         return self._count_received(self.gateway.feedback())
 
     def _complaint(self) -> str:
-        """Each drive's own word for its fault, by its number on the bus."""
-        drives = zip(self._config.drives, self.gateway.drives, strict=True)
-        return "; ".join(f"drive {section.id}: {drive.sample.fault}" for section, drive in drives if drive.sample.fault)
+        """What is to be said of each drive, by its number on the bus."""
+        told = zip(self._config.drives, self.gateway.complaints(), strict=True)
+        return "; ".join(f"drive {section.id}: {words}" for section, words in told if words)
 
     def wait(self, timeout_ns: int) -> bool:
         """Sleep until a frame has come, at most that long."""
@@ -111,7 +113,7 @@ class AdapterLink(LinkBasis):
         config = self._config
         timing = DriveTiming(1.0 / config.rate_hz, config.watchdog_s)
         drives = [drive_named(config.drive)(section, timing) for section in config.drives]
-        return Gateway(drives, config.drives, config.name)
+        return Gateway(drives, config.drives, config.name, timing.period_s)
 
     def _emit(self, frames: list[CanFrame]) -> None:
         # what both drives ask of everybody (SYNC) goes out once

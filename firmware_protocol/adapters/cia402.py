@@ -3,7 +3,8 @@
 Facts from CiA 402 / IEC 61800-7-201 (objects 0x6040, 0x6041, 0x6060, 0x6064, 0x606C, 0x6071, 0x6077; states in the
 statusword) and CiA 301 (NMT, SYNC, expedited SDO, PDO mapping, heartbeat). Torque is in thousandths of the motor's
 rated torque (0x6076), position in increments: both are stated in the configuration. The drive watches this side's
-heartbeat (0x1016) where it can; what it does without one is its object 0x6007.
+heartbeat (0x1016) where it can; what it does without one is its object 0x6007. A drive that cannot is held against
+NMT stop, which has the same consequence.
 """
 
 from __future__ import annotations
@@ -14,20 +15,24 @@ from collections import deque
 from dataclasses import replace
 
 from firmware_protocol.adapters.drive import AxisSample, DriveTiming, Gives, Power
+from firmware_protocol.adapters.sdo import SDO_ANSWER, answer_of, asked, written
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.links import CanFrame, DriveSection
 
 _EMERGENCY = 0x80
-NMT, SYNC, STATUS_PDO, MOTION_PDO, COMMAND_PDO, SDO_ANSWER, SDO_REQUEST = 0x000, 0x80, 0x180, 0x280, 0x200, 0x580, 0x600
+NMT, SYNC, STATUS_PDO, MOTION_PDO, COMMAND_PDO = 0x000, 0x80, 0x180, 0x280, 0x200
 HEARTBEAT, HOST_NODE = 0x700, 127
-_OPERATIONAL, _START = 5, 1
-_SHUTDOWN, _SWITCH_ON, _ENABLE, _QUICK_STOP, _RESET = 0x06, 0x07, 0x0F, 0x02, 0x80
+_OPERATIONAL, _BOOT_UP, _START, _HALT = 5, 0, 1, 2
+_DISABLE, _SHUTDOWN, _SWITCH_ON, _ENABLE, _QUICK_STOP, _RESET = 0x00, 0x06, 0x07, 0x0F, 0x02, 0x80
 _CYCLIC_TORQUE = 10
 _OFF, _EVERY_SYNC, _ON_CHANGE = 0x8000_0000, 1, 255
-_WRITE = {1: 0x2F, 2: 0x2B, 4: 0x23}
-_WRITTEN, _ABORTED = 0x60, 0x80
-_HEARTBEAT_CONSUMER = 0x1016
+_HEARTBEAT_CONSUMER, _ERROR_CODE = 0x1016, 0x603F
 _LARGEST = 32767
+#: periods without a statusword after which a node is started again: one that missed heartbeats leaves that state
+_SILENT_TICKS = 50
+_POWERS = {0x27: Power.ON, 0x07: Power.STOPPING, 0x0F: Power.REACTING, 0x08: Power.FAULT}
+#: controlword that leads one state on, by the state that the statusword tells
+_STEPS = {0x40: _SHUTDOWN, 0x21: _SWITCH_ON, 0x23: _ENABLE, 0x27: _ENABLE}
 
 
 class Cia402Drive:
@@ -46,8 +51,12 @@ class Cia402Drive:
         self._id = section.id
         self._radian, self._rated = 2.0 * math.pi / section.counts_per_turn, section.rated_torque_nm
         self._watchdog_ms = max(1, round(timing.watchdog_s * 1e3))
+        self.answers_s = timing.watchdog_s
         self._writes: deque[tuple[int, int, int, int]] = deque()
         self._status = 0
+        self._silent = self._starved = 0
+        self._error = ""
+        self._watches = True
         self._outbox: list[CanFrame] = []
         self.sample = AxisSample()
 
@@ -56,73 +65,106 @@ class Cia402Drive:
         return [self._next_write()]
 
     def ask(self) -> list[CanFrame]:
-        return [*self._queued(), CanFrame(HEARTBEAT + HOST_NODE, bytes([_OPERATIONAL])), CanFrame(SYNC, b"")]
+        self._starved = 0
+        return [*self._queued(), CanFrame(HEARTBEAT + HOST_NODE, bytes([_OPERATIONAL])), *self._sync()]
 
     def enable(self) -> list[CanFrame]:
-        step = {0x40: _SHUTDOWN, 0x21: _SWITCH_ON, 0x23: _ENABLE, 0x27: _ENABLE}.get(state_of(self._status), _SHUTDOWN)
-        return [self._command(step, 0.0), *self.ask()]
+        # nothing leads out of a fault here; out of a stop only switching off does
+        return [self._command(_STEPS.get(state_of(self._status), _DISABLE), 0.0), *self.ask()]
 
     def command(self, torque_nm: float) -> list[CanFrame]:
-        return [self._command(_ENABLE, torque_nm), *self.ask()]
+        # a drive that stopped by itself is not to go on because of the next set-point (transition 16)
+        word = _QUICK_STOP if self.sample.power is Power.STOPPING else _ENABLE
+        return [self._command(word, torque_nm), *self.ask()]
 
     def release(self) -> list[CanFrame]:
-        return [self._command(_SHUTDOWN, 0.0)]
+        # the one word that leads to no torque from every state: "shut down" leads nowhere out of a quick stop
+        return [self._command(_DISABLE, 0.0)]
 
     def stop(self) -> list[CanFrame]:
         return [self._command(_QUICK_STOP, 0.0)]
 
+    def starve(self) -> list[CanFrame]:
+        self._starved += 1
+        halts = not self._watches and self._starved % _SILENT_TICKS == 1
+        halted = [CanFrame(NMT, bytes([_HALT, self._id]))] if halts else []
+        return [*self._queued(), *self.release(), *halted, *self._sync()]
+
     def reset(self) -> list[CanFrame]:
         # an edge: low first
-        return [self._command(0, 0.0), self._command(_RESET, 0.0)]
+        self._error = ""
+        return [self._command(_DISABLE, 0.0), self._command(_RESET, 0.0)]
 
     def take(self, frame: CanFrame) -> bool:
         if frame.extended:
             return False
         kind, data = frame.identifier - self._id, frame.data
         if kind == STATUS_PDO and len(data) >= 6:
-            self._status, counts = struct.unpack_from("<Hi", data)
-            power = {0x27: Power.ON, 0x08: Power.FAULT, 0x0F: Power.FAULT}.get(state_of(self._status), Power.OFF)
-            fault = (self.sample.fault or f"statusword 0x{self._status:04X}") if power is Power.FAULT else ""
-            self.sample = replace(
-                self.sample,
-                updates=self.sample.updates + 1,
-                position_rad=counts * self._radian,
-                power=power,
-                fault=fault,
-            )
+            self._told(*struct.unpack_from("<Hi", data))
         elif kind == MOTION_PDO and len(data) >= 6:
             rate, torque = struct.unpack_from("<ih", data)
             self.sample = replace(self.sample, rate_rad_s=rate * self._radian, torque_nm=1e-3 * torque * self._rated)
         elif kind == _EMERGENCY and len(data) == 8:
             # CiA 301: error code (the drive's 0x603F) and error register; 0 says that it has passed
             code, register = struct.unpack_from("<HB", data)
-            fault = f"error 0x{code:04X}, register 0x{register:02X}" if code else ""
-            self.sample = replace(self.sample, fault=fault)
+            self._error = f"error 0x{code:04X}, register 0x{register:02X}" if code else ""
+            self.sample = replace(self.sample, fault=self._error)
         elif kind == SDO_ANSWER and len(data) == 8:
             self._answered(data)
+        elif kind == HEARTBEAT and data[:1] == bytes([_BOOT_UP]):
+            # it started anew, and has nothing left of what was set up, nor perhaps of its zero
+            self._outbox = self.begin()
+            if self.sample.updates:
+                self.sample = replace(self.sample, power=Power.FAULT, fault="started anew")
         else:
             return kind in (HEARTBEAT, SYNC)
         return True
 
+    def _told(self, status: int, counts: int) -> None:
+        """A statusword and the position that came with it."""
+        self._status, self._silent = status, 0
+        before, power = self.sample.power, _POWERS.get(state_of(status), Power.OFF)
+        if power is Power.FAULT and before is not Power.FAULT and not self._error:
+            # its emergency was lost, or it sends none
+            self._outbox.append(asked(self._id, _ERROR_CODE, 0))
+        self.sample = replace(
+            self.sample,
+            updates=self.sample.updates + 1,
+            position_rad=counts * self._radian,
+            power=power,
+            fault=(self._error or f"statusword 0x{status:04X}") if power.is_faulty else "",
+        )
+
     def _answered(self, data: bytes) -> None:
         """The next object once the last one was written; what the drive does not have is a fault, but a watch."""
-        if not self._writes or data[0] not in (_WRITTEN, _ABORTED):
+        answer = answer_of(data)
+        if answer is None:
             return
-        index, _, _, _ = self._writes[0]
-        if data[0] == _ABORTED and index != _HEARTBEAT_CONSUMER:
+        if answer.index == _ERROR_CODE and answer.value:
+            self._error = f"error 0x{answer.value:04X}"
+            return
+        if not self._writes or (answer.index, answer.sub) != self._writes[0][:2]:
+            return
+        if answer.index == _HEARTBEAT_CONSUMER:
+            self._watches = not answer.abort
+            caution = f"does not watch this side ({answer.refusal})" if answer.abort else ""
+            self.sample = replace(self.sample, caution=caution)
+        elif answer.abort:
             self._writes.clear()
-            (abort,) = struct.unpack_from("<I", data, 4)
-            fault = f"object 0x{index:04X} refused, abort code 0x{abort:08X}"
-            self.sample = replace(self.sample, power=Power.FAULT, fault=fault)
+            self.sample = replace(self.sample, power=Power.FAULT, fault=answer.refusal)
             return
         self._writes.popleft()
         self._outbox.append(self._next_write())
 
     def _next_write(self) -> CanFrame:
-        if not self._writes:
-            return CanFrame(NMT, bytes([_START, self._id]))
-        index, sub, size, value = self._writes[0]
-        return CanFrame(SDO_REQUEST + self._id, struct.pack("<BHBI", _WRITE[size], index, sub, value))
+        return written(self._id, *self._writes[0]) if self._writes else CanFrame(NMT, bytes([_START, self._id]))
+
+    def _sync(self) -> list[CanFrame]:
+        """The question for the next sample; a node that answers none any more is started again first."""
+        self._silent += 1
+        again = not self._writes and self._silent % _SILENT_TICKS == 0
+        started = [CanFrame(NMT, bytes([_START, self._id]))] if again else []
+        return [*started, CanFrame(SYNC, b"")]
 
     def _queued(self) -> list[CanFrame]:
         queued, self._outbox = self._outbox, []

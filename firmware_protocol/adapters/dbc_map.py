@@ -6,7 +6,7 @@
     feedback:
       position: {message: Status, signal: Angle, unit: deg, scale: 1.0, sign: -1, wrap: 360, invalid: [-1]}
       rate: {message: Status, signal: Speed, unit: rpm}
-    power: {message: Status, signal: State, on: [4], fault: [15]}
+    power: {message: Status, signal: State, on: [4], stopping: [5], fault: [15]}
     torque: {message: Command, signal: Torque, unit: N m}
     enable: {message: Command, signal: Run, on: 1, off: 0, reset: 2}
     constants: {Command: {Mode: 3}}
@@ -89,11 +89,14 @@ class Feedback(Strict):
 
 
 class PowerRef(Strict):
-    """The signal that says whether torque can be applied."""
+    """The signal that says whether torque can be applied; `stopping` are values of a drive that stops, or holds after a
+    stop, with torque of its own. Every other value says that there is none.
+    """
 
     message: str
     signal: str
     on: tuple[int, ...]
+    stopping: tuple[int, ...] = ()
     fault: tuple[int, ...] = ()
 
 

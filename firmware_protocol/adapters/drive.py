@@ -9,17 +9,37 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from firmware_protocol.links import CanFrame, DriveSection
 
+#: of a drive that does not say how fast it answers, s
+_ANSWERS_S = 0.25
+
 
 class Power(Enum):
-    """Whether the drive can apply torque."""
+    """Whether the drive applies torque, and whose."""
 
+    #: none
     OFF = "off"
+    #: that of the set-points
     ON = "on"
-    FAULT = "fault"
+    #: its own: it stops, or holds after a stop; set-points count for nothing
+    STOPPING = "stopping, still under torque"
+    #: its own after a fault, or it cannot be told whether
+    REACTING = "in fault, still under torque"
+    #: none, and none until it is reset
+    FAULT = "in fault"
+
+    @property
+    def is_faulty(self) -> bool:
+        """Whether a fault is told."""
+        return self in (Power.REACTING, Power.FAULT)
+
+    @property
+    def is_powered(self) -> bool:
+        """Whether there may be torque."""
+        return self not in (Power.OFF, Power.FAULT)
 
 
 class Gives(Enum):
@@ -52,7 +72,9 @@ class DriveTiming:
 
 @dataclass(frozen=True)
 class AxisSample:
-    """What a drive last said; None for what it never says. `updates` counts new positions."""
+    """What a drive last said; None for what it never says. `updates` counts new positions, `power_updates` new words
+    on power, None where each position comes with one.
+    """
 
     updates: int = 0
     position_rad: float = 0.0
@@ -64,6 +86,14 @@ class AxisSample:
     power: Power = Power.OFF
     #: the drive's own word for its fault, as its manual lists it; empty where it told none
     fault: str = ""
+    #: what speaks against relying on it though it works
+    caution: str = ""
+    power_updates: int | None = None
+
+    @property
+    def words(self) -> int:
+        """How often it has said whether it is under torque."""
+        return self.updates if self.power_updates is None else self.power_updates
 
 
 class ForeignDrive(Protocol):
@@ -88,16 +118,29 @@ class ForeignDrive(Protocol):
         """A torque at the drive's shaft, which is to feed its watchdog, and the question for the next sample."""
 
     def release(self) -> list[CanFrame]:
-        """No torque any more."""
+        """No torque any more; repeated until `sample.power` says so."""
 
     def stop(self) -> list[CanFrame]:
-        """The drive's own quick stop; `release` where it has none."""
+        """The drive's own quick stop; `release` where it has none. Repeated while `sample.power` is ON."""
 
     def reset(self) -> list[CanFrame]:
         """Clear a latched fault; no torque."""
 
     def take(self, frame: CanFrame) -> bool:
         """Whether a frame is of this drive and was understood; `sample` is new then."""
+
+
+@runtime_checkable
+class StopsUnfed(Protocol):
+    """A drive that can be told to stop, and asked, by frames that do not feed its watchdog. One without these two gets
+    no frame at all once it does not do as told, and has a quarter of a second for its word.
+    """
+
+    #: how long after an order its word may still be that from before, s
+    answers_s: float
+
+    def starve(self) -> list[CanFrame]:
+        """Frames of a tick in which it does not do as told: no torque, and nothing that feeds its watchdog."""
 
 
 def on_the_joint(sample: AxisSample, section: DriveSection) -> AxisSample:
@@ -122,6 +165,16 @@ def shaft_torque(torque_nm: float, section: DriveSection) -> float:
         return 0.0
     held = min(max(torque_nm, -section.torque_nm), section.torque_nm)
     return (section.sign) * held / section.gear
+
+
+def starved(drive: ForeignDrive) -> list[CanFrame]:
+    """Frames for a drive that is to be stopped by its own watchdog."""
+    return drive.starve() if isinstance(drive, StopsUnfed) else []
+
+
+def answer_time_s(drive: ForeignDrive) -> float:
+    """How long after an order a drive's word may still be that from before, s."""
+    return drive.answers_s if isinstance(drive, StopsUnfed) else _ANSWERS_S
 
 
 def missing_text(gives: frozenset[Gives]) -> list[str]:

@@ -3,7 +3,7 @@
 Towards the host this is an antenna (docs/wire.md): it may tell of a drive state after CiA 402, echoes the sequence of
 the set-point that acted before the sample, and stops when set-points stay away. It lives in the host's process: that it
 counts a deadman guards against a host that no longer decides, not against one that is gone; for that there is the
-drive's own watchdog.
+drive's own watchdog. A state is told once both drives have said it (`obedience.py`), never because it was commanded.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from firmware_protocol.adapters.drive import AxisSample, ForeignDrive, Power, on_the_joint, shaft_torque
+from firmware_protocol.adapters.obedience import Obedience, Order
 from firmware_protocol.codec import Rejection, alive_counter, pack, record, records, schema_of, unpack
 from firmware_protocol.enumerations import BrakeState, DriveRequest, DriveState, FaultCode, LimitFlags
 from firmware_protocol.links import CanFrame, DriveSection
@@ -46,6 +47,12 @@ _STATUS_EVERY, _IDENTITY_EVERY = 50, 1000
 _DETAIL_BY_ITSELF, _DETAIL_RESET = 0, 7
 #: ticks without drive_control, and ticks in which a drive has lost its torque, that are too many while torque is on
 _CONTROL_TICKS, _LOST_POWER_TICKS = 1000, 20
+#: a drive's own stop after a fault may take so long, s; then it is to let go
+_REACTION_S = 1.0
+#: requests of a host that wants no stop any more; one that asks for operation has not yet heard of the fault
+_NO_STOP = (_REQUEST.NONE, _REQUEST.SHUTDOWN, _REQUEST.DISABLE_VOLTAGE)
+#: faults that the host takes back by itself, because a lost link leaves them behind
+_OF_A_LINK = (FaultCode.DEADMAN, FaultCode.COMMUNICATION)
 _LIMITS = (LimitFlags.OUTER_TORQUE, LimitFlags.INNER_TORQUE)
 
 
@@ -60,8 +67,13 @@ def torque_exponent(largest_nm: float) -> int:
 class Gateway:
     """An antenna made of two drives, the carrying axis first."""
 
-    def __init__(self, drives: Sequence[ForeignDrive], sections: Sequence[DriveSection], name: str) -> None:
+    def __init__(
+        self, drives: Sequence[ForeignDrive], sections: Sequence[DriveSection], name: str, period_s: float = 1e-3
+    ) -> None:
         self.drives, self._sections, self._name = tuple(drives), tuple(sections), name
+        self._obedience, self._reaction_ticks = Obedience(self.drives, period_s), round(_REACTION_S / period_s)
+        self._wanted: tuple[DriveState, DriveRequest] | None = None
+        self._reacting = 0
         self.state, self.fault = _STATE.SWITCH_ON_DISABLED, FaultCode.NONE
         self._units = [2.0 ** torque_exponent(section.torque_nm) for section in sections]
         self._counters: dict[str, int] = {}
@@ -143,17 +155,26 @@ class Gateway:
                 self._carried[place] = found
         return list(self._carried)
 
+    def complaints(self) -> list[str]:
+        """For each drive its own word for its fault, what speaks against it, and that it does not do as told."""
+        return [
+            ", ".join(
+                word for word in (drive.sample.fault, drive.sample.caution, self._obedience.complaint(place)) if word
+            )
+            for place, drive in enumerate(self.drives)
+        ]
+
     def _advance(self, control: DriveControl | None, fed: bool) -> list[CanFrame]:
         self._tick += 1
         if not fed:
             self._margin = max(0, self._margin - 1)
         self._control_age = 0 if control is not None else self._control_age + 1
         frames = self._follow(control)
+        if self._obedience.order is not Order.FOLLOW:
+            return [*frames, *self._obedience.frames()]
         if self.state is _STATE.OPERATION_ENABLED:
             return [*frames, *self._commands()]
-        if self._enabling:
-            return [*frames, *(frame for drive in self.drives for frame in drive.enable())]
-        return [*frames, *(frame for drive in self.drives for frame in drive.ask())]
+        return [*frames, *(frame for drive in self.drives for frame in drive.enable())]
 
     def _follow(self, control: DriveControl | None) -> list[CanFrame]:
         """One transition at most: a fault before a request."""
@@ -161,58 +182,104 @@ class Gateway:
         if control is not None:
             reset, self._reset_level = control.fault_reset and not self._reset_level, control.fault_reset
             self._identify = self._identify or control.identify
+            if self._obedience.order is Order.NONE:
+                self._obedience.give(Order.RELEASE)
         fault = self._found_fault()
         if self.state is _STATE.FAULT:
-            faulty = any(drive.sample.power is Power.FAULT for drive in self.drives) or any(self._out_of_range)
-            if reset and faulty:
-                return [frame for drive in self.drives for frame in drive.reset()]
-            if reset:
-                self.fault = FaultCode.NONE
-                self._enter(_STATE.SWITCH_ON_DISABLED, FaultCode.NONE, _DETAIL_RESET)
-            return []
+            return self._in_fault(fault, reset)
         if self.state is _STATE.FAULT_REACTION_ACTIVE:
-            self._enter(_STATE.FAULT, self.fault, _DETAIL_BY_ITSELF)
-            return self._release()
-        if fault is not FaultCode.NONE:
-            self.fault, powered = fault, self.state in (_STATE.OPERATION_ENABLED, _STATE.QUICK_STOP_ACTIVE)
-            self._enter(_STATE.FAULT_REACTION_ACTIVE, fault, _DETAIL_BY_ITSELF)
-            return self._stop() if powered else self._release()
-        return self._request(control)
+            self._react(control, fault, reset)
+        elif fault is not FaultCode.NONE:
+            self._fail(fault)
+        else:
+            self._request(control)
+            self._arrive()
+        return []
 
-    def _request(self, control: DriveControl | None) -> list[CanFrame]:
+    def _in_fault(self, fault: FaultCode, reset: bool) -> list[CanFrame]:
+        """Nothing is under torque; where a drive says that it is, this is no fault state any more."""
+        self._remember(fault)
+        if any(drive.sample.power.is_powered for drive in self.drives):
+            self._fail(self.fault)
+        elif reset and (any(drive.sample.power is Power.FAULT for drive in self.drives) or any(self._out_of_range)):
+            return [frame for drive in self.drives for frame in drive.reset()]
+        elif reset:
+            self.fault = FaultCode.NONE
+            self._enter(_STATE.SWITCH_ON_DISABLED, FaultCode.NONE, _DETAIL_RESET)
+        return []
+
+    def _react(self, control: DriveControl | None, fault: FaultCode, reset: bool) -> None:
+        """The drives stop by themselves, for some time; a fault is told once none is under torque any more."""
+        self._remember(fault)
+        self._reacting += 1
+        asked = control is not None and not control.quick_stop and control.request in _NO_STOP
+        if self._obedience.without_torque():
+            self._obedience.feed_again()
+            self._obedience.give(Order.RELEASE)
+            self._enter(_STATE.FAULT, self.fault, _DETAIL_BY_ITSELF)
+        elif reset or asked or self._reacting > self._reaction_ticks:
+            self._obedience.give(Order.RELEASE)
+
+    def _remember(self, fault: FaultCode) -> None:
+        """What a lost link leaves behind is taken back by itself; a drive's own fault in it is not."""
+        if self.fault in _OF_A_LINK and fault not in (FaultCode.NONE, *_OF_A_LINK):
+            self.fault = fault
+
+    def _fail(self, fault: FaultCode) -> None:
+        """The drives' own stop; where the position is in doubt, or nothing is under torque, they are to let go."""
+        followed = self._obedience.order is Order.FOLLOW
+        if followed:
+            self._obedience.give(Order.RELEASE if fault is FaultCode.ENCODER else Order.STOP)
+        elif fault is FaultCode.ENCODER:
+            self._obedience.give(Order.RELEASE)
+        self.fault, self._reacting, self._wanted = fault, 0, None
+        self._enter(_STATE.FAULT_REACTION_ACTIVE, fault, _DETAIL_BY_ITSELF)
+
+    def _request(self, control: DriveControl | None) -> None:
+        """What the host asks for begins; it is told once the drives have done it."""
         if self._enabling and all(drive.sample.power is Power.ON for drive in self.drives):
             self._enabling = False
             self._enter(_STATE.OPERATION_ENABLED, FaultCode.NONE, _REQUEST.ENABLE_OPERATION)
-            return []
+            return
         if control is None:
-            return []
+            return
         request = _REQUEST.QUICK_STOP if control.quick_stop else control.request
-        wanted = _destination(self.state, request)
-        if request is _REQUEST.ENABLE_OPERATION and self.state is _STATE.SWITCHED_ON:
+        heading = self.state if self._wanted is None else self._wanted[0]
+        wanted = _destination(heading, request)
+        if request is _REQUEST.ENABLE_OPERATION and self.state is heading is _STATE.SWITCHED_ON:
             # told as enabled once both drives say so, and never without set-points
             self._enabling = self._margin > 0
-            return []
-        if wanted is self.state and request in (_REQUEST.NONE, _REQUEST.SWITCH_ON, _REQUEST.ENABLE_OPERATION):
-            return []
-        left = self._enabling or self.state in (_STATE.OPERATION_ENABLED, _STATE.QUICK_STOP_ACTIVE)
+            self._obedience.give(Order.FOLLOW if self._enabling else Order.RELEASE)
+            return
+        if wanted is heading and request in (_REQUEST.NONE, _REQUEST.SWITCH_ON, _REQUEST.ENABLE_OPERATION):
+            return
         self._enabling = False
-        if wanted is self.state:
-            return self._release() if left and wanted is not _STATE.QUICK_STOP_ACTIVE else []
-        self._enter(wanted, FaultCode.NONE, request)
-        if wanted is _STATE.QUICK_STOP_ACTIVE:
-            return self._stop()
-        return self._release() if left else []
+        self._obedience.give(Order.STOP if wanted is _STATE.QUICK_STOP_ACTIVE else Order.RELEASE)
+        if wanted is not heading:
+            self._wanted = (wanted, request)
+
+    def _arrive(self) -> None:
+        """Tell a state once the drives have: the one asked for, or that a quick stop has ended by itself."""
+        if self._wanted is not None and self._obedience.is_done():
+            (state, request), self._wanted = self._wanted, None
+            self._enter(state, FaultCode.NONE, request)
+        elif self.state is _STATE.QUICK_STOP_ACTIVE and self._wanted is None and self._obedience.without_torque():
+            self._obedience.give(Order.RELEASE)
+            self._enter(_STATE.SWITCH_ON_DISABLED, FaultCode.NONE, _DETAIL_BY_ITSELF)
 
     def _found_fault(self) -> FaultCode:
         powers = [drive.sample.power for drive in self.drives]
-        if Power.FAULT in powers:
+        gave_up = self._obedience.gave_up()
+        if any(power.is_faulty for power in powers):
             return FaultCode.INTERNAL
         if any(self._out_of_range):
             return FaultCode.ENCODER
-        if self.state is not _STATE.OPERATION_ENABLED:
+        if gave_up:
+            return FaultCode.COMMUNICATION if self._obedience.is_silent() else FaultCode.INTERNAL
+        if self.state is not _STATE.OPERATION_ENABLED or self._obedience.order is not Order.FOLLOW:
             self._powerless = 0
             return FaultCode.NONE
-        self._powerless = 0 if Power.OFF not in powers else self._powerless + 1
+        self._powerless = 0 if all(power is Power.ON for power in powers) else self._powerless + 1
         if self._margin == 0:
             return FaultCode.DEADMAN
         if self._control_age > _CONTROL_TICKS:
@@ -235,16 +302,10 @@ class Gateway:
 
     def _limits(self) -> LimitFlags:
         flags = LimitFlags(0)
-        if self.state is _STATE.OPERATION_ENABLED:
+        if self.state is _STATE.OPERATION_ENABLED and self._obedience.order is Order.FOLLOW:
             for flag, torque, section in zip(_LIMITS, self._asked_nm(), self._sections, strict=True):
                 flags |= flag if abs(torque) >= section.torque_nm else LimitFlags(0)
         return flags
-
-    def _release(self) -> list[CanFrame]:
-        return [frame for drive in self.drives for frame in drive.release()]
-
-    def _stop(self) -> list[CanFrame]:
-        return [frame for drive in self.drives for frame in drive.stop()]
 
     def _enter(self, state: DriveState, cause: FaultCode, detail: int) -> None:
         self._told.append(DriveEvent(self.state, state, cause, int(detail), self._tick % 4096))

@@ -26,6 +26,8 @@ _GIVES = {
 }
 #: how much of a differentiated position a rate takes on in one sample, where the drive tells none
 _RATE_SHARE = 0.2
+#: time for a drive whose map does not say how often it tells its power, s
+_ANSWERS_S = 0.25
 #: a message is gone after so many of its periods
 _LOST_PERIODS = 5.0
 
@@ -56,10 +58,13 @@ class MappedDrive:
         self._sent: dict[str, int] = {}
         self._heard: dict[str, int] = {}
         self._silent: dict[str, int] = {}
-        self._told_power, self._invalid, self._lost = Power.OFF, frozenset[str](), frozenset[str]()
+        self._told_power, self._told_fault = Power.OFF, ""
+        self._invalid, self._lost = frozenset[str](), frozenset[str]()
         self._periods = 0
         self.bad_frames = 0
-        self.sample = AxisSample()
+        told = self._map.messages.get(self._map.power.message, MessageRef()).rate_hz
+        self.answers_s = _ANSWERS_S if told is None else _LOST_PERIODS / told
+        self.sample = AxisSample(power_updates=0)
 
     def begin(self) -> list[CanFrame]:
         return []
@@ -74,6 +79,11 @@ class MappedDrive:
     def command(self, torque_nm: float) -> list[CanFrame]:
         self._grow_older()
         return [self._command(torque_nm, self._map.enable.on)]
+
+    def starve(self) -> list[CanFrame]:
+        # what feeds a drive of a map is not known: nothing is sent
+        self._grow_older()
+        return []
 
     def release(self) -> list[CanFrame]:
         return [self._command(0.0, self._map.enable.off)]
@@ -101,15 +111,12 @@ class MappedDrive:
             if ref.message == message.name and ref.signal in values:
                 changes |= self._taken(name, ref, float(values[ref.signal]))
         power = self._map.power
+        words = self.sample.power_updates or 0
         if power.message == message.name and power.signal in values:
-            word = float(values[power.signal])
-            # no state has a fraction, and what is no number is none
-            self._told_power = (
-                Power.FAULT
-                if word in power.fault or not word.is_integer()
-                else (Power.ON if word in power.on else Power.OFF)
-            )
-        self.sample = replace(self.sample, **changes, power=self._power())
+            words += 1
+            self._told_power, self._told_fault = self._word(float(values[power.signal]))
+        self.sample = replace(self.sample, **changes, power_updates=words)
+        self._judge()
         return True
 
     def _taken(self, name: str, ref: SignalRef, value: float) -> dict[str, Any]:
@@ -135,8 +142,28 @@ class MappedDrive:
         rate = (position_rad - self.sample.position_rad) / (periods * self._period_s)
         return {"rate_rad_s": before + _RATE_SHARE * (rate - before)}
 
-    def _power(self) -> Power:
-        return Power.FAULT if self._invalid or self._lost else self._told_power
+    def _word(self, word: float) -> tuple[Power, str]:
+        """What the power signal says, and what of it is a fault; no state has a fraction, and what is no number is
+        none.
+        """
+        power = self._map.power
+        if word in power.fault or not word.is_integer():
+            name = (self._signal(power.message, power.signal).choices or {}).get(word)
+            said = f"{power.message}.{power.signal} = {word:g}" + (f" ({name})" if name else "")
+            return Power.FAULT if word in power.fault else Power.REACTING, said
+        if word in power.stopping:
+            return Power.STOPPING, ""
+        return (Power.ON if word in power.on else Power.OFF), ""
+
+    def _judge(self) -> None:
+        """Power and fault from what it told, and from what it did not."""
+        reasons = [self._told_fault] if self._told_fault else []
+        reasons += [f"{name} has no valid value" for name in sorted(self._invalid)]
+        reasons += [f"{name} stays away" for name in sorted(self._lost)]
+        power = self._told_power
+        if reasons and not power.is_faulty:
+            power = Power.REACTING if power.is_powered else Power.FAULT
+        self.sample = replace(self.sample, power=power, fault=", ".join(reasons))
 
     def _signal(self, message: str, signal: str) -> Any:
         return self._database.get_message_by_name(message).get_signal_by_name(signal)
@@ -187,7 +214,7 @@ class MappedDrive:
             self._silent[name] += 1
             if self._silent[name] * self._period_s * guard.rate_hz > _LOST_PERIODS:
                 self._lost |= {name}
-                self.sample = replace(self.sample, power=self._power())
+                self._judge()
 
 
 _FIELDS = {

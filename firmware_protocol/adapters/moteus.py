@@ -22,6 +22,10 @@ _NOP = 0x50
 _MODE, _POSITION, _VELOCITY, _TORQUE, _VOLTAGE, _TEMPERATURE, _FAULT = 0x000, 0x001, 0x002, 0x003, 0x00D, 0x00E, 0x00F
 _COMMAND = 0x020
 _STOPPED, _IN_FAULT, _IN_POSITION, _TIMED_OUT, _ZERO_VELOCITY = 0, 1, 10, 11, 12
+#: mode -> power. Out of time a controller does what its `servo.timeout_mode` says, which may be to hold, and takes
+#: commands again only after a stop; enabling, calibrating (2 to 4) and a shorted winding (15) apply no torque
+_POWERS = {_IN_POSITION: Power.ON, _IN_FAULT: Power.FAULT, _TIMED_OUT: Power.REACTING}
+_POWERS |= dict.fromkeys((_STOPPED, 2, 3, 4, 15), Power.OFF)
 _FORMS = {_REPLY_INT8: "b", _REPLY_INT16: "h", _REPLY_INT32: "i", _REPLY_FLOAT: "f"}
 #: lengths that an FD frame may have
 _LENGTHS = (*range(9), 12, 16, 20, 24, 32, 48, 64)
@@ -42,6 +46,7 @@ class MoteusDrive:
 
     def __init__(self, section: DriveSection, timing: DriveTiming) -> None:
         self._id, self._watchdog_s = section.id, timing.watchdog_s
+        self.answers_s = timing.watchdog_s
         self.sample = AxisSample()
 
     def begin(self) -> list[CanFrame]:
@@ -66,6 +71,10 @@ class MoteusDrive:
     def stop(self) -> list[CanFrame]:
         return [self._frame(bytes([_WRITE_INT8 | 1, _MODE, _ZERO_VELOCITY]) + _QUESTION)]
 
+    def starve(self) -> list[CanFrame]:
+        # only a position command begins the watchdog's time anew
+        return self.release()
+
     def reset(self) -> list[CanFrame]:
         return self.release()
 
@@ -76,10 +85,9 @@ class MoteusDrive:
         if values is None or _MODE not in values or _POSITION not in values:
             return False
         mode = int(values[_MODE])
-        # out of time it holds back its torque like a drive that is off, and takes commands again only after a stop
-        power = Power.ON if mode == _IN_POSITION else Power.FAULT if mode in (_IN_FAULT, _TIMED_OUT) else Power.OFF
+        power = _POWERS.get(mode, Power.STOPPING)
         if not all(math.isfinite(values.get(register, 0.0)) for register in (_POSITION, _VELOCITY, _TORQUE)):
-            power = Power.FAULT
+            power = Power.REACTING if power.is_powered else Power.FAULT
             values |= {_POSITION: self.sample.position_rad / _TURN, _VELOCITY: 0.0, _TORQUE: 0.0}
         self.sample = replace(
             self.sample,
@@ -90,7 +98,7 @@ class MoteusDrive:
             supply_v=values.get(_VOLTAGE, self.sample.supply_v),
             temperature_degc=values.get(_TEMPERATURE, self.sample.temperature_degc),
             power=power,
-            fault=_fault_of(mode, int(values.get(_FAULT, 0))) if power is Power.FAULT else "",
+            fault=_fault_of(mode, int(values.get(_FAULT, 0))) if power.is_faulty else "",
         )
         return True
 

@@ -20,6 +20,10 @@ SET_INPUT_TORQUE, TEMPERATURE, BUS_VOLTAGE, CLEAR_ERRORS, TORQUES = 0x0E, 0x15, 
 IDLE, CLOSED_LOOP = 1, 8
 _TORQUE_CONTROL, _PASS_THROUGH = 1, 1
 _TURN = 2.0 * math.pi
+#: power while there is no error; every other state of an axis (calibration, homing) has torque of its own
+_POWERS = {0: Power.OFF, IDLE: Power.OFF, CLOSED_LOOP: Power.ON}
+#: its state comes with the heartbeat, every 100 ms unless `can.heartbeat_msg_rate_ms` says otherwise, s
+_ANSWERS_S = 0.25
 #: asking again for a state before the heartbeat has told of the last one helps nobody
 _ASK_EVERY = 50
 
@@ -30,9 +34,10 @@ class OdriveDrive:
     gives = frozenset({Gives.RATE, Gives.TORQUE, Gives.TEMPERATURE, Gives.SUPPLY})
 
     def __init__(self, section: DriveSection, timing: DriveTiming) -> None:
-        self._id = section.id
+        self._id, self.answers_s = section.id, _ANSWERS_S
         self._asked = 0
-        self.sample = AxisSample()
+        self._told_power, self._error, self._invalid = Power.OFF, "", ""
+        self.sample = AxisSample(power_updates=0)
 
     def begin(self) -> list[CanFrame]:
         return [self._frame(SET_CONTROLLER_MODE, struct.pack("<II", _TORQUE_CONTROL, _PASS_THROUGH))]
@@ -57,6 +62,10 @@ class OdriveDrive:
     def stop(self) -> list[CanFrame]:
         return self.release()
 
+    def starve(self) -> list[CanFrame]:
+        # a set-point would feed its watchdog
+        return [self._state(IDLE)]
+
     def reset(self) -> list[CanFrame]:
         return [*self.release(), self._frame(CLEAR_ERRORS, b"\x00")]
 
@@ -66,17 +75,21 @@ class OdriveDrive:
         command, data = frame.identifier & 0x1F, frame.data
         if command == HEARTBEAT and len(data) >= 5:
             errors, state = struct.unpack_from("<IB", data)
-            power = Power.FAULT if errors else Power.ON if state == CLOSED_LOOP else Power.OFF
-            self.sample = replace(self.sample, power=power, fault=f"ODrive error 0x{errors:08X}" if errors else "")
+            self._told_power = _POWERS.get(state, Power.STOPPING)
+            self._error = f"ODrive error 0x{errors:08X}" if errors else ""
+            self._judge(words=1)
             return True
         if command not in (ENCODER_ESTIMATES, TORQUES, TEMPERATURE, BUS_VOLTAGE) or len(data) < 8:
             return False
         first, second = struct.unpack_from("<ff", data)
         if not (math.isfinite(first) and math.isfinite(second)):
-            self.sample = replace(self.sample, power=Power.FAULT)
+            self._invalid = f"ODrive message 0x{command:02X} holds no number"
+            self._judge()
         elif command == ENCODER_ESTIMATES:
             place, rate = first * _TURN, second * _TURN
+            self._invalid = ""
             self.sample = replace(self.sample, updates=self.sample.updates + 1, position_rad=place, rate_rad_s=rate)
+            self._judge()
         elif command == TORQUES:
             self.sample = replace(self.sample, torque_nm=second)
         elif command == TEMPERATURE:
@@ -84,6 +97,15 @@ class OdriveDrive:
         else:
             self.sample = replace(self.sample, supply_v=first)
         return True
+
+    def _judge(self, words: int = 0) -> None:
+        """Power from the last heartbeat and from whether its numbers were any."""
+        fault = self._error or self._invalid
+        power = self._told_power
+        if fault:
+            power = Power.REACTING if power.is_powered else Power.FAULT
+        told = (self.sample.power_updates or 0) + words
+        self.sample = replace(self.sample, power=power, fault=fault, power_updates=told)
 
     def _state(self, state: int) -> CanFrame:
         return self._frame(SET_AXIS_STATE, struct.pack("<I", state))

@@ -43,14 +43,15 @@ def settings_and_model(link: dict[str, Any], **more: Any) -> tuple[DaemonSetting
 
 @dataclass
 class AdapterRig:
-    """Everything, advanced by `run`; `lost` makes the bus lose frames of the drives, `far` is their end of another bus
-    than python-can's virtual one, of which `bus_more` tells the host.
+    """Everything, advanced by `run`; `lost` makes the bus lose frames of the drives, `unheard` those to them; `far` is
+    their end of another bus than python-can's virtual one, of which `bus_more` tells the host.
     """
 
     drive: str
     drives: list[SimulatedDrive] | None = None
     link_more: dict[str, Any] = field(default_factory=dict)
     lost: Callable[[CanFrame], bool] = lambda frame: False
+    unheard: Callable[[CanFrame], bool] = lambda frame: False
     number: int = 0
     far: Bus | None = None
     bus_more: dict[str, Any] = field(default_factory=dict)
@@ -93,7 +94,8 @@ class AdapterRig:
     def _drives(self) -> None:
         """What was sent is heard and answered, then the period passes."""
         assert self.far is not None
-        for frame in (*self.gimbal.hear(self.far.receive()), *self.gimbal.tick()):
+        heard = [frame for frame in self.far.receive() if not self.unheard(frame)]
+        for frame in (*self.gimbal.hear(heard), *self.gimbal.tick()):
             if not self.lost(frame):
                 self.far.send(frame)
 
@@ -110,9 +112,24 @@ class AdapterRig:
         )
         return self
 
+    def torque(self, pan: float, tilt: float) -> AdapterRig:
+        """Ask for torques from the next tick on."""
+        self.host.command(
+            program_of([Segment(*(AxisCommand(Mode.TORQUE, Shape.HOLD, (wanted,)) for wanted in (pan, tilt)))])
+        )
+        return self
+
     @property
     def joints(self) -> np.ndarray:
         return self.gimbal.plant.position
+
+    def only_brakes(self) -> bool:
+        """Whether no drive has torque but against its own motion."""
+        return all(drive.torque_nm * drive.shaft.rate_rad_s <= 0.0 for drive in self.gimbal.drives)
+
+    def has_no_torque(self) -> bool:
+        """Whether no drive has any."""
+        return all(drive.torque_nm == 0.0 for drive in self.gimbal.drives)
 
     def close(self) -> None:
         self.link.close()

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ import pytest
 from firmware_protocol.adapters import AxisSample
 from gimbal_hil.loop.host import HostState
 from tests.adapters.rig import AdapterRig
+from tests.adapters.servo import mapped_rig
 
 #: what an adapter heard, ticks since the fault began, what it heard as that began -> what it is told to have heard
 Spoil = Callable[[AxisSample, int, AxisSample], AxisSample]
@@ -65,9 +67,9 @@ ROWS = (
 MOTIONS = {"rest": (0.0, 0.0), "slow": (0.06, -0.06), "fast": (0.9, -0.9)}
 
 
-@pytest.fixture(params=("moteus", "odrive", "cia402"))
-def rig(request: pytest.FixtureRequest) -> Iterator[AdapterRig]:
-    made = AdapterRig(request.param)
+@pytest.fixture(params=("moteus", "odrive", "cia402", "dbc"))
+def rig(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[AdapterRig]:
+    made = mapped_rig(tmp_path) if request.param == "dbc" else AdapterRig(request.param)
     yield made
     made.close()
 
@@ -109,7 +111,7 @@ def test_spoilt_feedback_is_noticed_before_the_axis_has_gone_far(rig: AdapterRig
     # the first axis was on its way; without feedback it may not go on for long
     assert np.abs(np.array(gone) - start).max() < abs(MOTIONS[motion][0]) + 0.8
     rig.run(20)
-    assert all(drive.torque_nm == 0.0 for drive in rig.gimbal.drives)
+    assert rig.only_brakes()
 
 
 def test_a_position_that_jumped_across_a_silence_is_not_driven_into(rig: AdapterRig) -> None:

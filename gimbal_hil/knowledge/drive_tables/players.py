@@ -104,8 +104,10 @@ class Cia402Player:
         writes: list[tuple[int, int, int, int]] = []
         for at, objects in enumerate(((0x60400010, 0x607A0020, 0x60B20010), (0x60B10020,))):
             identifier = (0x200, 0x300)[at] + number
-            writes += [(0x1400 + at, 1, 4, identifier), (0x1600 + at, 0, 1, len(objects))]
+            # CiA 301: a mapping is changed of a PDO that is switched off, and counts its entries once they are there
+            writes += [(0x1400 + at, 1, 4, 0x8000_0000 | identifier), (0x1600 + at, 0, 1, 0)]
             writes += [(0x1600 + at, place, 4, one) for place, one in enumerate(objects, 1)]
+            writes += [(0x1600 + at, 0, 1, len(objects)), (0x1400 + at, 1, 4, identifier)]
         writes.append((0x6060, 0, 1, 8))
         sizes = {1: 0x2F, 2: 0x2B, 4: 0x23}
         frames = [CanFrame(0x600 + number, struct.pack("<BHBI", sizes[n], i, sub, v)) for i, sub, n, v in writes]

@@ -76,7 +76,13 @@ class LinkChoice:
     @property
     def tells_rate(self) -> bool:
         """Whether its drives tell a rate of their own beside the position; a DBC may lack it."""
-        return self.is_drives and self.section.get("drive") != "dbc"
+        if self.section.get("drive") != "dbc":
+            return self.is_drives
+        from firmware_protocol.adapters import Gives, gives_of
+        from firmware_protocol.links import DriveSection
+
+        mapped = [DriveSection.model_validate(one) for one in self.section.get("drives", ())]
+        return bool(mapped) and all(Gives.RATE in gives_of("dbc", one) for one in mapped)
 
     @property
     def is_simulated(self) -> bool:
