@@ -14,6 +14,7 @@ from pathlib import Path
 from firmware_protocol.compiling import include_source
 from firmware_protocol.errors import BadInputError
 from sim_backend.effects.effect import Effect, Hook
+from sim_backend.effects.law import LAWS
 
 ENTRY_POINT_GROUP = "gimbal_hil.effects"
 #: modules of this folder that define no effect
@@ -22,6 +23,8 @@ _NO_EFFECT = (
     "default_search",
     "dispatch",
     "effect",
+    "law",
+    "law_program",
     "parameter",
     "registry",
     "search_profile",
@@ -67,6 +70,8 @@ def _catalogue() -> dict[str, Effect]:
 
 #: name -> effect
 CATALOGUE: dict[str, Effect] = _catalogue()
+#: the same with what a model file's own laws are at each place
+WITH_LAWS: dict[str, Effect] = CATALOGUE | {law.name: law for law in LAWS.values()}
 
 
 def effect_named(name: str, where: str = "effects") -> Effect:
@@ -89,5 +94,8 @@ def confused_with(name: str) -> tuple[str, ...]:
 
 
 def effects_at(hook: Hook) -> tuple[Effect, ...]:
-    """All effects that enter at a hook; an effect's place in this tuple is its code in compiled code."""
-    return tuple(sorted((e for e in CATALOGUE.values() if e.hook == hook), key=lambda e: e.name))
+    """All effects that enter at a hook, laws of model files last; an effect's place in this tuple is its code in
+    compiled code.
+    """
+    named = sorted((e for e in CATALOGUE.values() if e.hook == hook), key=lambda e: e.name)
+    return (*named, *(law for law in LAWS.values() if law.hook == hook))

@@ -2,6 +2,7 @@
 
 from sim_backend.model.arrays import THESIS_BASE_CASES, PlantArrays, lag_decay, plant_arrays, put_friction
 from sim_backend.model.file import BaseMotionKind, BaseSection, ModelFile, ModelKind, Quantity
+from sim_backend.model.laws import UNIT_OF, UNIT_OVER, ActsOn, LawKind, Over, Program, put_variable
 from sim_backend.model.model import AntennaModel, EffectEntry, load_model, model_from_document
 from sim_backend.model.numbers import ENDLESS, NUMBER_AT, SlotBase, beside, gyro_filter
 from sim_backend.model.shipped import CONTROL_ANTENNA, model_named, shipped_model, shipped_model_path
@@ -11,13 +12,19 @@ __all__ = [
     "ENDLESS",
     "NUMBER_AT",
     "THESIS_BASE_CASES",
+    "UNIT_OF",
+    "UNIT_OVER",
+    "ActsOn",
     "AntennaModel",
     "BaseMotionKind",
     "BaseSection",
     "EffectEntry",
+    "LawKind",
     "ModelFile",
     "ModelKind",
+    "Over",
     "PlantArrays",
+    "Program",
     "Quantity",
     "SlotBase",
     "beside",
@@ -28,6 +35,7 @@ __all__ = [
     "model_named",
     "plant_arrays",
     "put_friction",
+    "put_variable",
     "shipped_model",
     "shipped_model_path",
 ]

@@ -66,7 +66,8 @@ def plant_arrays(model: AntennaModel, rate_hz: float = 1000.0, seed: int = 0) ->
     for index, axis in enumerate(model.axes):
         _fill_axis(P, model, index, axis)
     K[layout.TEMPERATURE_KNOTS] = len(next(iter(model.friction_over_temperature.values()), ()))
-    states = _place_effects(P, K, model)
+    states, programs = _place_effects(P, K, model)
+    P = np.concatenate([P, programs])
     P = _place_base(P, K, model.file.base, model.where)
     X = np.zeros(layout.EFFECT_STATES + states)
     # cosines of the positions zero that stand there
@@ -125,12 +126,15 @@ def _fill_axis(P: np.ndarray, model: AntennaModel, index: int, axis: str) -> Non
             P[knot + 1 + slot] = value
 
 
-def _place_effects(P: np.ndarray, K: np.ndarray, model: AntennaModel) -> int:
-    """Write the hook effects into K and P; answers how many effect states X needs."""
+def _place_effects(P: np.ndarray, K: np.ndarray, model: AntennaModel) -> tuple[int, np.ndarray]:
+    """Write the hook effects into K and P; answers how many effect states X needs, and the programs of the model's own
+    laws, which go behind P as it is.
+    """
     present = [entry for entry in model.effects if not entry.effect.is_number]
     if len(present) > layout.MAX_INSTANCES:
         raise BadInputError(f"{model.where}: effects", f"{len(present)} effects", f"at most {layout.MAX_INSTANCES}")
     states = 0
+    programs: list[float] = []
     listed = layout.HOOK_LISTS
     K[layout.INSTANCES] = len(present)
     for hook in Hook:
@@ -146,10 +150,13 @@ def _place_effects(P: np.ndarray, K: np.ndarray, model: AntennaModel) -> int:
             K[k + layout.CODE], K[k + layout.AXIS] = codes.index(entry.effect.name), model.axes.index(entry.axis)
             K[k + layout.PARAMETERS], K[k + layout.STATES] = o, layout.EFFECT_STATES + states
             P[o : o + len(entry.parameters)] = entry.parameters
-            states += entry.effect.states
+            if entry.law is not None:
+                P[o : o + 3] = len(P) + len(programs), entry.law.operations, model.axes.index(entry.axis)
+                programs += entry.law.program
+            states += entry.states
             K[listed] = i
             listed += 1
-    return states
+    return states, np.array(programs)
 
 
 def _place_base(P: np.ndarray, K: np.ndarray, base: BaseSection, where: str) -> np.ndarray:

@@ -11,10 +11,11 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field, field_validator
+from pydantic import ConfigDict, Field, field_validator, model_validator
 
 from firmware_protocol.documents import Strict, read_yaml
 from sim_backend.carrying import in_order, require_plain_names
+from sim_backend.model.laws import LawKind
 from sim_backend.model.uncertainty import StatedUncertainty
 
 #: key of an axis that names the axis which carries it
@@ -84,11 +85,22 @@ class BaseSection(Strict):
 
 
 class EffectSection(Strict):
-    """One entry of `effects:`; the other keys are the effect's parameters."""
+    """One entry of `effects:`; the other keys are the effect's parameters, or what a law of the file's own consists
+    of (`kind`).
+    """
 
     model_config = ConfigDict(extra="allow", frozen=True)
     name: str
     axis: str
+    kind: LawKind | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _law_without_name(cls, given: Any) -> Any:
+        """A law needs no name."""
+        if isinstance(given, dict) and "kind" in given and "name" not in given:
+            return {**given, "name": str(given["kind"])}
+        return given
 
     def amounts(self) -> dict[str, Any]:
         """The parameters as they stand in the file."""

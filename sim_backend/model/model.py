@@ -18,8 +18,9 @@ from pydantic import ValidationError
 
 from firmware_protocol.documents import Refusals, validated, yaml_text
 from firmware_protocol.errors import BadInputError
-from sim_backend.effects import Effect, effect_named
+from sim_backend.effects import LAWS, Effect, effect_named
 from sim_backend.model.file import PARENT, EffectSection, ModelFile, ModelKind, Quantity, read_document
+from sim_backend.model.laws import Law, curve_of
 from sim_backend.model.numbers import AXIS_NUMBERS, NUMBER_AT, beside
 from sim_backend.model.physical_checks import check_body, check_friction, temperature_table
 from sim_backend.model.uncertainty import DEFAULT_SOURCE, Uncertainty, relative_by_source
@@ -34,6 +35,13 @@ class EffectEntry:
     parameters: tuple[float, ...]
     #: how far each parameter may be off, as stated or by its source
     uncertainties: tuple[float, ...] = ()
+    #: of a law that the file states itself
+    law: Law | None = None
+
+    @property
+    def states(self) -> int:
+        """States in X that it needs."""
+        return self.effect.states if self.law is None else self.law.states
 
     def value(self, name: str) -> float:
         """One parameter by name."""
@@ -178,6 +186,12 @@ class AntennaModel:
         document["effects"] = [*document["effects"], entry]
         return model_from_document(document, self.where)
 
+    def with_law(self, entry: Mapping[str, Any]) -> AntennaModel:
+        """A model with one more law of its own: an entry of `effects:` with a `kind`."""
+        document = copy.deepcopy(self.document)
+        document["effects"] = [*document.get("effects", []), dict(entry)]
+        return model_from_document(document, self.where)
+
     def with_base(self, base: Mapping[str, Any]) -> AntennaModel:
         """A model on another base motion (the `base:` section of a model file)."""
         document = copy.deepcopy(self.document)
@@ -230,18 +244,19 @@ def model_from_document(document: dict[str, Any], where: str) -> AntennaModel:
     effects: tuple[EffectEntry, ...] = ()
     for index, entry_section in enumerate(file.effects):
         with refusals.kept():
-            effects += (_effect_entry(entry_section, index, file, where),)
+            entry = _effect_entry if entry_section.kind is None else _law_entry
+            effects += (entry(entry_section, index, file, where),)
     refusals.settle()
     model = AntennaModel(file, document, where, numbers, effects, tables)
-    for given, entry in zip(file.effects, effects, strict=True):
-        for parameter in entry.effect.parameters:
+    for given, found in zip(file.effects, effects, strict=True):
+        for parameter in found.effect.parameters:
             if parameter.path is not None and parameter.name in given.amounts():
-                path = model.number_path(entry.axis, parameter.path)
-                numbers[entry.axis, path] = Quantity(
-                    value=entry.value(parameter.name),
+                path = model.number_path(found.axis, parameter.path)
+                numbers[found.axis, path] = Quantity(
+                    value=found.value(parameter.name),
                     unit=NUMBER_AT[path].unit_for(file.kind is ModelKind.LINEAR),
-                    source=f"effect {entry.effect.name}",
-                    uncertainty=Uncertainty(entry.uncertainty(parameter.name), False),
+                    source=f"effect {found.effect.name}",
+                    uncertainty=Uncertainty(found.uncertainty(parameter.name), False),
                 )
     for axis in file.axes:
         with refusals.kept():
@@ -326,11 +341,23 @@ def _plain(unit: str) -> str:
     return unit.replace("^", "").replace("*", " ").replace("²", "2")
 
 
+def _law_entry(entry: EffectSection, index: int, file: ModelFile, where: str) -> EffectEntry:
+    place = f"{where}: effects.{index}"
+    _require_axis(entry.axis, place, file)
+    document = {"kind": entry.kind, "axis": entry.axis, **entry.amounts()}
+    law = curve_of(document, place, file.kind is ModelKind.LINEAR)
+    return EffectEntry(LAWS[law.acts_on.value], entry.axis, (0.0,) * 3, (0.0,) * 3, law)
+
+
+def _require_axis(axis: str, place: str, file: ModelFile) -> None:
+    if axis not in file.axes:
+        raise BadInputError(f"{place}.axis", f"no axis {axis!r}", "one of " + ", ".join(file.axes))
+
+
 def _effect_entry(entry: EffectSection, index: int, file: ModelFile, where: str) -> EffectEntry:
     place = f"{where}: effects.{index}"
     effect = effect_named(entry.name, f"{place}.name")
-    if entry.axis not in file.axes:
-        raise BadInputError(f"{place}.axis", f"no axis {entry.axis!r}", "one of " + ", ".join(file.axes))
+    _require_axis(entry.axis, place, file)
     if (effect.rotary_only and file.kind is ModelKind.LINEAR) or (
         effect.two_axis_only and file.kind is not ModelKind.GIMBAL
     ):

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from sim_backend.effects import Parameter
-from sim_backend.model import NUMBER_AT, AntennaModel
+from sim_backend.model import NUMBER_AT, AntennaModel, EffectEntry
 
 #: numbers that are no part of the motion: where it starts
 _NOT_OF_THE_MODEL = ("start.",)
@@ -101,9 +101,7 @@ def items_of(model: AntennaModel) -> tuple[Item, ...]:
         and not path.startswith(_NOT_OF_THE_MODEL)
     )
     effects = (
-        Item(entry.axis, entry.effect.name, ", ".join(_parameters(entry.effect.parameters, entry.parameters)))
-        for entry in model.effects
-        if not entry.effect.is_number
+        Item(entry.axis, entry.effect.name, _numbers_of(entry)) for entry in model.effects if not entry.effect.is_number
     )
     tables = (
         Item(axis, "friction.over_temperature", f"{len(rows)} temperatures")
@@ -112,6 +110,12 @@ def items_of(model: AntennaModel) -> tuple[Item, ...]:
     )
     slips = (Item(model.axes[0], "thesis_slips", slip) for slip in model.file.thesis_slips)
     return (*numbers, *effects, *tables, *slips)
+
+
+def _numbers_of(entry: EffectEntry) -> str:
+    if entry.law is not None:
+        return "a curve of the model file"
+    return ", ".join(_parameters(entry.effect.parameters, entry.parameters))
 
 
 def _parameters(parameters: Iterable[Parameter], values: Iterable[float]) -> Iterable[str]:

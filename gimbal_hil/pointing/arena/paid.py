@@ -80,8 +80,8 @@ def changed_parts(first: AntennaModel, improved: AntennaModel) -> dict[str, Ante
             document = copy.deepcopy(improved.document)
             document["effects"] = [
                 one
-                for one in document["effects"]
-                if (one.get("name"), one.get("axis")) != (entry.effect.name, entry.axis)
+                for one, other in zip(document["effects"], improved.effects, strict=True)
+                if (other.effect.name, other.axis) != (entry.effect.name, entry.axis)
             ]
             name = f"{entry.axis} {entry.effect.name.replace('_', ' ')}"
             found[name] = model_from_document(document, improved.where)

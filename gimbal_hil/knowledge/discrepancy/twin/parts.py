@@ -11,7 +11,7 @@ import numpy as np
 from gimbal_hil.knowledge.discrepancy.twin.kernel import EVERY_JOINT, EVERY_PART, Part
 from gimbal_hil.knowledge.discrepancy.twin.smoothing import Floats
 from sim_backend import layout
-from sim_backend.effects import CATALOGUE, Hook
+from sim_backend.effects import WITH_LAWS, Hook
 
 #: (name of an effect, index of its axis), in the order of their parameters
 Instances = tuple[tuple[str, int], ...]
@@ -61,7 +61,7 @@ def changed_parts(instances: tuple[Instances, Instances], numbers: tuple[Floats,
 
 def parts_of(effect: str, axis: int) -> Part:
     """Parts that an effect which adds physics acts on."""
-    hook = CATALOGUE[effect].hook
+    hook = WITH_LAWS[effect].hook
     if hook in (Hook.COMMAND, Hook.FRICTION, Hook.TORQUE, Hook.STRUCTURE):
         return _JOINT[axis]
     return _GYRO[axis] if hook is Hook.GYRO else EVERY_PART

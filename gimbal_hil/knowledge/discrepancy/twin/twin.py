@@ -104,9 +104,9 @@ class Twin:
             added = [(name, axis) for name, axis in key if not CATALOGUE[name].is_number]
             for name, axis in added:
                 model = model.with_effect(name, axis, {})
-            names = {name for name, _ in key} | {entry.effect.name for entry in model.effects}
+            present = [CATALOGUE[name] for name, _ in key] + [entry.effect for entry in model.effects]
             period_s = self.records[0].bands.period_s
-            steps = max([CATALOGUE[name].fine_steps for name in names], default=1) * max(
+            steps = max([effect.fine_steps for effect in present], default=1) * max(
                 1, round(period_s / _LONGEST_STEP_S)
             )
             arrays = plant_arrays(_with_step(model, period_s / steps), 1.0 / period_s)
