@@ -2,7 +2,7 @@
 
 from sim_backend.model.arrays import THESIS_BASE_CASES, PlantArrays, lag_decay, plant_arrays, put_friction
 from sim_backend.model.file import BaseMotionKind, BaseSection, ModelFile, ModelKind, Quantity
-from sim_backend.model.laws import UNIT_OF, UNIT_OVER, ActsOn, LawKind, Over, Program, put_variable
+from sim_backend.model.laws import UNIT_OF, UNIT_OVER, ActsOn, LawKind, LawProgram, Over, put_variable
 from sim_backend.model.model import AntennaModel, EffectEntry, load_model, model_from_document
 from sim_backend.model.numbers import ENDLESS, NUMBER_AT, SlotBase, beside, gyro_filter
 from sim_backend.model.shipped import CONTROL_ANTENNA, model_named, shipped_model, shipped_model_path
@@ -20,11 +20,11 @@ __all__ = [
     "BaseSection",
     "EffectEntry",
     "LawKind",
+    "LawProgram",
     "ModelFile",
     "ModelKind",
     "Over",
     "PlantArrays",
-    "Program",
     "Quantity",
     "SlotBase",
     "beside",

@@ -107,18 +107,18 @@ class CurveSection(Strict):
 
 
 @dataclass
-class Program:
+class LawProgram:
     """Operations, and the tables that they read; `floats` is how it lies in P."""
 
     operations: list[tuple[Operation, float]] = field(default_factory=list)
     tables: list[tuple[int, Row]] = field(default_factory=list)
 
-    def add(self, operation: Operation, number: float = 0.0) -> Program:
+    def add(self, operation: Operation, number: float = 0.0) -> LawProgram:
         """One more operation."""
         self.operations.append((operation, float(number)))
         return self
 
-    def read(self, operation: Operation, table: Row) -> Program:
+    def read(self, operation: Operation, table: Row) -> LawProgram:
         """One more operation, which reads a table."""
         self.tables.append((len(self.operations), table))
         return self.add(operation)
@@ -161,7 +161,7 @@ def curve_of(document: dict[str, Any], where: str, is_linear: bool) -> Law:
         if one in _UNKNOWN[section.acts_on]:
             known = ", ".join(other for other in Over if other not in _UNKNOWN[section.acts_on])
             raise BadInputError(f"{where}: over", f"{section.acts_on} does not know {one}", f"one of {known}")
-    program = Program()
+    program = LawProgram()
     if len(over) == 2:
         _surface(program, section, over, where)
     elif section.values is not None:
@@ -172,7 +172,7 @@ def curve_of(document: dict[str, Any], where: str, is_linear: bool) -> Law:
     return Law(section.acts_on, program.floats, len(program.operations), program.states)
 
 
-def _surface(program: Program, section: CurveSection, over: tuple[Over, ...], where: str) -> None:
+def _surface(program: LawProgram, section: CurveSection, over: tuple[Over, ...], where: str) -> None:
     knots = section.knots
     if len(knots) != 2 or not all(isinstance(row, tuple) for row in knots):
         raise BadInputError(f"{where}: knots", "is one list", "two lists, of the first variable and of the second")
@@ -188,7 +188,7 @@ def _surface(program: Program, section: CurveSection, over: tuple[Over, ...], wh
     program.read(Operation.SURFACE, (*table, *(x for row in rows if isinstance(row, tuple) for x in row)))
 
 
-def _by_direction(program: Program, section: CurveSection, over: Over, where: str) -> None:
+def _by_direction(program: LawProgram, section: CurveSection, over: Over, where: str) -> None:
     """Their mean, and half their difference times the direction."""
     forward, backward = (_spline_table(section, key, where) for key in ("forward", "backward"))
     for table, sign in ((forward, Operation.ADD), (backward, Operation.SUBTRACT)):
@@ -201,13 +201,13 @@ def _by_direction(program: Program, section: CurveSection, over: Over, where: st
 
 
 def put_variable(
-    program: Program,
+    program: LawProgram,
     over: Over,
     slack: float | None = None,
     memory_s: float | None = None,
     period_s: float | None = None,
     where: str = "a law",
-) -> Program:
+) -> LawProgram:
     """A program that puts a variable on the stack; BadInputError for one with memory that does not say how much."""
     if over is Over.HANGS_BACK:
         return program.add(Operation.HANGS_BACK, _stated(slack, "slack", over, where))
@@ -220,7 +220,7 @@ def put_variable(
     return program if given is None else program.add(Operation.ABS)
 
 
-def _put(program: Program, over: Over, section: CurveSection, where: str) -> None:
+def _put(program: LawProgram, over: Over, section: CurveSection, where: str) -> None:
     put_variable(program, over, section.slack, section.memory_s, section.period_s, where)
 
 
@@ -268,8 +268,8 @@ __all__ = [
     "ActsOn",
     "Law",
     "LawKind",
+    "LawProgram",
     "Over",
-    "Program",
     "curve_of",
     "put_variable",
     "spline_slopes",

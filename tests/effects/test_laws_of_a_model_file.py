@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from firmware_protocol.compiling import interpreted
 from firmware_protocol.errors import BadInputError
 from sim_backend.effects import Given, Operation, spline_value, states_of, surface_value
-from sim_backend.model import AntennaModel, Over, Program, model_from_document, put_variable
+from sim_backend.model import AntennaModel, LawProgram, Over, model_from_document, put_variable
 from tests.effects.rigs import rotary, run, with_effect
 
 SPRING = {"kind": "curve", "axis": "axis", "acts_on": "torque", "over": "position"}
@@ -101,7 +101,7 @@ def test_a_spline_passes_its_knots_is_scipys_between_and_stays_outside(at: list[
 
 
 def test_memory_and_stack_have_a_place_each() -> None:
-    program = put_variable(Program(), Over.HANGS_BACK, slack=0.1)
+    program = put_variable(LawProgram(), Over.HANGS_BACK, slack=0.1)
     program.add(Operation.VARIABLE, Given.RATE).add(Operation.DIRECTION, 0.0)
     assert program.states == states_of(()) + 2
 
