@@ -13,12 +13,13 @@ import pytest
 
 from firmware_protocol import schema
 from gimbal_hil.data.runs import TICK_ROW
+from gimbal_hil.loop.host import GUARD_CAUSES, HostState, word_of
 from gimbal_hil.loop.settings import shipped_settings
 from gimbal_hil.pages.antenna import ANTENNA_SCRIPT
 from gimbal_hil.realtime.dashboard.page import PAGE
 from gimbal_hil.realtime.dashboard.server import live
 from gimbal_hil.realtime.service.service import limits_in_force
-from gimbal_hil.realtime.telemetry import LiveView
+from gimbal_hil.realtime.telemetry import LiveView, trouble_of
 from gimbal_hil.realtime.telemetry.records import Exchange
 from tests.browser import CHROMIUM, Browser
 
@@ -160,3 +161,49 @@ def record_of(name: str, **values: float) -> bytes:
         raw = round(values.get(field.name, 0.0) / field.step)
         word |= (raw & ((1 << field.bits) - 1)) << message.start(field.name)
     return message.can_id.to_bytes(2, "little") + word.to_bytes(8, "little")
+
+
+def test_a_stop_is_told_in_the_words_of_its_guard_and_since_when() -> None:
+    for cause in GUARD_CAUSES:
+        found = trouble_of("fault", word_of(cause), "none", "", 1.0)
+        assert found is not None and found.look_at and found.happens and found.left_by, cause
+        assert trouble_of("idle", word_of(cause), "none", "", 1.0) is None
+    drive = trouble_of("fault", "drive_fault", "undervoltage", "brown-out", 1.0)
+    assert drive is not None and drive.what == "drive fault undervoltage: supply below 18 V (brown-out)"
+    operator = trouble_of("fault", "operator", "none", "", 1.0)
+    assert (
+        operator is not None and "operator" in operator.what and trouble_of("stopping", "operator", "", "", 1.0) is None
+    )
+    view, row = LiveView(1_000_000), np.zeros(1, TICK_ROW)
+    row["host_state"] = HostState.STOPPING
+    for seconds, state in ((2, "stopping"), (3, "fault"), (9, None)):
+        row["time_ns"] = seconds * 1_000_000_000
+        view.take([Exchange(row.tobytes(), b"", b"")])
+        if state:
+            view.state_changed(state, "overspeed")
+    # braking and then fault of the same guard is one stop
+    assert view.status()["trouble"]["since_s"] == 2.0
+    view.state_changed("waiting", "operator")
+    row["host_state"] = HostState.WAITING
+    view.take([Exchange(row.tobytes(), b"", b"")])
+    assert view.status()["trouble"] is None
+    view.state_changed("fault", "overspeed")
+    assert view.stopped_s == 9.0
+
+
+@in_a_browser
+def test_a_stop_has_one_banner_and_set_points_are_told_in_degrees(browser: Browser) -> None:
+    assert browser.value("document.querySelector('#trouble').hidden") is True
+    found = trouble_of("fault", "runaway", "none", "<i>", 1.5)
+    assert found is not None
+    browser.value(f"Object.assign(window.told.status, {{trouble: {json.dumps(found.as_dict())}, time_ns: 4.6e9}}); 1")
+    browser.until("!document.querySelector('#trouble').hidden")
+    said = browser.value("document.querySelector('#trouble').textContent")
+    assert "Stopped: runaway: over 30 ms" in said and "for 3 s (since 1.5 s of the run)" in said
+    assert "Look at phases and sign of the motor" in said and "Arm, then Reset fault" in said
+    assert browser.value("document.querySelectorAll('#trouble i').length") == 0
+    browser.value("(f => { f.value = '0.5'; f.oninput(); })(document.querySelector('#to_tilt')); 1")
+    assert browser.value("document.querySelector('#deg_tilt').textContent") == "28.65\u00b0"
+    browser.value("window.told.status.trouble = null; 1")
+    browser.until("document.querySelector('#trouble').hidden")
+    assert not browser.problems

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from firmware_protocol.enumerations import FaultCode
 from gimbal_hil.loop.host import GUARD_CAUSES
-from gimbal_hil.loop.host.guard_table import DRIVE_GUARDS, HOST_GUARDS, NOT_IN_THE_VIRTUAL_ANTENNA, guard_page
+from gimbal_hil.loop.host.guard_page import guard_page
+from gimbal_hil.loop.host.guard_table import DRIVE_GUARDS, HOST_GUARDS, NOT_IN_THE_VIRTUAL_ANTENNA
 from tests.device.guard_scenarios import SCENARIOS
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import socket
 from pathlib import Path
@@ -12,8 +13,9 @@ from typing import Any, Self
 import pytest
 
 from gimbal_hil.realtime.operator import Door
+from gimbal_hil.realtime.telemetry import trouble_of
 from gimbal_hil.surface.cli import main, operate
-from gimbal_hil.surface.cli.watch import status_lines
+from gimbal_hil.surface.cli.watch import _on_screen, status_lines
 
 STATUS: dict[str, Any] = {
     "tick": 3017,
@@ -89,8 +91,29 @@ def test_a_negative_value_is_a_value_and_rate_of_an_unnamed_axis_is_zero(
 
 
 @pytest.mark.parametrize(
+    ("word", "mode", "value", "told"),
+    [
+        ("pan=30deg", "position", math.pi / 6, "pan to 0.523599 rad (30\u00b0)"),
+        ("pan=0.5rad", "position", 0.5, "pan to 0.5 rad (28.6479\u00b0)"),
+        ("pan=-90deg/s", "rate", -math.pi / 2, "pan to -1.5708 rad/s (-90\u00b0/s)"),
+        ("pan=1.5", "torque", 1.5, "pan to 1.5 N m,"),
+    ],
+)
+def test_an_angle_may_be_given_in_degrees_and_is_told_in_both(
+    daemon: Daemon, capsys: pytest.CaptureFixture[str], word: str, mode: str, value: float, told: str
+) -> None:
+    code, out, _ = ask(capsys, "set", word, "--mode", mode, "--run", "R")
+    assert code == 0 and told in out
+    assert daemon.asked[-1][1]["pan"] == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize(
     ("words", "said"),
     [
+        (("pan=30deg/s",), "expected a number in rad, as in pan=0.5 or pan=30deg"),
+        (("pan=30deg", "--mode", "rate"), "or pan=30deg/s"),
+        (("pan=30deg", "--mode", "torque"), "expected a number in N m, as in pan=0.5"),
+        (("pan=deg",), "'deg' is no number"),
         (("roll=1",), "no axis 'roll'; expected pan=VALUE tilt=VALUE"),
         (("pan=fast",), "'fast' is no number"),
         (("pan=nan",), "'nan' is no number"),
@@ -158,6 +181,26 @@ def test_the_terminal_shows_axes_by_name_misses_by_cause_and_a_fault_above_all()
     assert "fault" not in text
     tripped = "\n".join(status_lines({"status": STATUS | {"drive_fault": "deadman"}}))
     assert "fault: deadman" in tripped
+
+
+def test_no_line_is_wider_than_the_terminal_and_what_is_wrong_is_red_where_there_is_colour() -> None:
+    trouble = trouble_of("fault", "runaway", "none", "phase\x1b[2J", 2.0)
+    assert trouble is not None
+    limits = {"pan": {"position_low_rad": -1.0, "position_high_rad": 0.5}}
+    status = STATUS | {"host_state": "fault", "trouble": trouble.as_dict(), "limits": limits}
+    answer = {"status": status, "recording": {"lamp": "failed", "free_mb": 1.0}}
+    for columns in (60, 80, 132):
+        plain = _on_screen(answer, columns, coloured=False)
+        assert max(map(len, plain)) <= columns and not any("\x1b" in line for line in plain)
+        coloured = _on_screen(answer, columns, coloured=True)
+        red = [line for line in coloured if line.startswith("\x1b[1;31m")]
+        assert all(line.endswith("\x1b[0m") for line in red) and len(coloured) == len(plain)
+        text = " ".join(line.strip() for line in plain)
+        assert "STOPPED for 1 s, since 2.0 s: runaway: over 30 ms the axis gains momentum" in text
+        assert "look at phases and sign of the motor" in text and "left by operator's reset" in text
+        assert any("recording failed" in line for line in red) and any("STOPPED" in line for line in red)
+    text = "\n".join(status_lines(answer))
+    assert "+14.324\u00b0" in text and "-57\u00b0 [" in text and "] +29\u00b0" in text and "-180\u00b0 [" in text
 
 
 def test_a_position_that_nobody_has_heard_yet_is_no_number() -> None:

@@ -6,6 +6,7 @@ from gimbal_hil.loop.host.core import host_tick
 from gimbal_hil.loop.host.events import AXIS_NAMES, HostEvent, word_of
 from gimbal_hil.loop.host.first_test import FirstTest, FirstTestState
 from gimbal_hil.loop.host.frame_tick import encode_host_mail, host_block_tick
+from gimbal_hil.loop.host.guard_table import DRIVE_GUARDS, HOST_GUARDS
 from gimbal_hil.loop.host.host import Host
 from gimbal_hil.loop.host.image import IMAGE_WORDS, image_of, stand_as
 from gimbal_hil.loop.host.layout import MOMENTUM_WINDOW_S
@@ -38,7 +39,9 @@ __all__ = [
     "AXIS_NAMES",
     "COUNTERS_AT",
     "C_AT",
+    "DRIVE_GUARDS",
     "GUARD_CAUSES",
+    "HOST_GUARDS",
     "HOST_OCTETS",
     "H_AT",
     "IMAGE_WORDS",

@@ -1,14 +1,13 @@
 """Every guard of host and drive in one place: what trips it, what comes of it, how it is left, and the test that fails
 without it.
 
-`docs/guards.md` is made from this table by `python -m gimbal_hil.loop.host.guard_table`; a test holds the two to each
-other, and the table to the causes that there are.
+`docs/guards.md` is made from this table (guard_page.py), and `watch` and the live page tell a stop in its words; a test
+holds page and table to each other, and the table to the causes that there are.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from textwrap import fill
 
 from firmware_protocol.enumerations import FaultCode, StopReaction
 from gimbal_hil.loop.host.reactions import stop_for
@@ -21,7 +20,6 @@ _HOST, _PLAUSIBLE, _PLACES, _CONNECTING = (
     "tests/host/test_places.py",
     "tests/host/test_connecting.py",
 )
-_DRIVE = "tests/device/guard_scenarios"
 #: what a stop does, in words
 STOPS = {
     StopReaction.COAST: "coasts, brake closes",
@@ -39,6 +37,8 @@ class HostGuard:
     trigger: str
     reset: str
     test: str
+    #: what an operator looks at first
+    look_at: str
     #: where the host does not go to FAULT
     instead: str = ""
 
@@ -59,39 +59,83 @@ class DriveGuard:
 
 
 HOST_GUARDS = (
-    HostGuard(HostCause.FEEDBACK_LOST, "no whole feedback set for `lost_ticks`", _RETURN, _CONNECTING),
+    HostGuard(
+        HostCause.FEEDBACK_LOST,
+        "no whole feedback set for `lost_ticks`",
+        _RETURN,
+        _CONNECTING,
+        "power, cable and bus of the antenna",
+    ),
     HostGuard(
         HostCause.DRIVE_FAULT,
         "the drive tells a fault",
         f"{_RETURN}; else {_OPERATOR}",
         _CONNECTING,
+        "the drive's fault: its cause has to go before a reset works",
         "the drive's own reaction",
     ),
-    HostGuard(HostCause.DRIVE_LEFT_OPERATION, "the drive leaves operation by itself", _OPERATOR, _HOST),
+    HostGuard(
+        HostCause.DRIVE_LEFT_OPERATION,
+        "the drive leaves operation by itself",
+        _OPERATOR,
+        _HOST,
+        "enable input, supply and temperature of the drive",
+    ),
     HostGuard(
         HostCause.SYNCHRONISATION_TIMEOUT,
         "the drive is not in OPERATION_ENABLED after `synchronise_time_s`",
         _OPERATOR,
         _CONNECTING,
+        "enable input and supply of the drive",
     ),
-    HostGuard(HostCause.STOP_TIMEOUT, "braking under control takes longer than `stop_time_s`", _OPERATOR, _HOST),
-    HostGuard(HostCause.SET_POINT_LOST, "the drive's echo lags more than `set_point_lag_ticks`", _OPERATOR, _HOST),
-    HostGuard(HostCause.OVERSPEED, "joint rate above `limits.rate_rad_s` for `debounce_ticks`", _OPERATOR, _HOST),
-    HostGuard(HostCause.FOLLOWING_ERROR, "loop error above its limit for `following_time_s`", _OPERATOR, _HOST),
     HostGuard(
-        HostCause.GYRO_ENCODER_DISAGREE, "rates of gyro and encoder apart by `gyro_encoder_rad_s`", _OPERATOR, _HOST
+        HostCause.STOP_TIMEOUT,
+        "braking under control takes longer than `stop_time_s`",
+        _OPERATOR,
+        _HOST,
+        "why the axes did not come to rest: gains, load, holding brake",
+    ),
+    HostGuard(
+        HostCause.SET_POINT_LOST,
+        "the drive's echo lags more than `set_point_lag_ticks`",
+        _OPERATOR,
+        _HOST,
+        "load of the bus, and the rate that the drive can take",
+    ),
+    HostGuard(
+        HostCause.OVERSPEED,
+        "joint rate above `limits.rate_rad_s` for `debounce_ticks`",
+        _OPERATOR,
+        _HOST,
+        "gains and what was asked for",
+    ),
+    HostGuard(
+        HostCause.FOLLOWING_ERROR,
+        "loop error above its limit for `following_time_s`",
+        _OPERATOR,
+        _HOST,
+        "a blocked axis, a torque limit that is reached, the gains",
+    ),
+    HostGuard(
+        HostCause.GYRO_ENCODER_DISAGREE,
+        "rates of gyro and encoder apart by `gyro_encoder_rad_s`",
+        _OPERATOR,
+        _HOST,
+        "sign and mounting of gyro and encoder, a slipping coupling",
     ),
     HostGuard(
         HostCause.SENSOR_DRIFT,
         "angles of gyro and encoder apart by `gyro_encoder_rad` and 5 % of the path, 2 s window",
         _OPERATOR,
         _PLAUSIBLE,
+        "bias and scale of the gyro, a slipping coupling, the base rate",
     ),
     HostGuard(
         HostCause.GYRO_STUCK,
         "a gyro that had noise before does not change for `stuck_gyro_ticks`",
         _OPERATOR,
         _PLAUSIBLE,
+        "the gyro and its cable",
     ),
     HostGuard(
         HostCause.FEEDBACK_FROZEN,
@@ -99,12 +143,14 @@ HOST_GUARDS = (
         "`expectation.disturbance_nm`, or the device's tick stands still",
         _OPERATOR,
         _PLAUSIBLE,
+        "encoder, gyro and the drive's firmware; a blocked axis",
     ),
     HostGuard(
         HostCause.POSITION_JUMP,
         "in every state: a position over 0.05 rad off the way that the rates explain, over 0.25 rad across a silence",
         _OPERATOR,
         _PLACES,
+        "the encoder's cable and index; whether the drive restarted",
     ),
     HostGuard(
         HostCause.RUNAWAY,
@@ -112,12 +158,14 @@ HOST_GUARDS = (
         " which grew eightfold out of quiet while the torque turned round explained it",
         _OPERATOR,
         _PLAUSIBLE,
+        "phases and sign of the motor, sign of the encoder, `expectation`",
     ),
     HostGuard(
         HostCause.TRAVEL,
         "braking distance reaches a soft limit",
         "the next command",
         _HOST,
+        "nothing is broken: command a position inside the travel",
         "brakes under control; beyond the margin: fault",
     ),
     HostGuard(
@@ -125,31 +173,48 @@ HOST_GUARDS = (
         "braking distance reaches the cable's end",
         "the next command",
         _HOST,
+        "nothing is broken: command a position nearer to zero",
         "brakes under control; beyond the margin: fault",
     ),
-    HostGuard(HostCause.TEMPERATURE, "winding above `limits.winding_degc`", _OPERATOR, _HOST),
-    HostGuard(HostCause.NOT_A_NUMBER, "a torque that is no number", _OPERATOR, _HOST),
+    HostGuard(
+        HostCause.TEMPERATURE,
+        "winding above `limits.winding_degc`",
+        _OPERATOR,
+        _HOST,
+        "what torque is held, and the cooling",
+    ),
+    HostGuard(
+        HostCause.NOT_A_NUMBER, "a torque that is no number", _OPERATOR, _HOST, "references and gains that were sent"
+    ),
     HostGuard(
         HostCause.WRONG_ANTENNA,
         "it reports another protocol version, name, serial number or torque range than the configuration allows",
         _OPERATOR,
         "tests/host/test_identity.py",
+        "which antenna is on this link, and `antenna` in the configuration",
     ),
     HostGuard(
         HostCause.FIRST_TEST,
         "the small torque before the first motion turns an axis the wrong way or not at all, or its sensors differ",
         _OPERATOR,
         "tests/host/test_first_test.py",
+        "sign, wiring and `expectation` of the axis that the event names",
     ),
     HostGuard(
         HostCause.ATTITUDE_LOST,
         "mode `pointing` without attitude for 0.1 s and `pointing.coast_time_s`",
         "the next command",
         "tests/host/test_pointing.py",
+        "the INS and its link",
         "muted, brakes under control",
     ),
     HostGuard(
-        HostCause.GUARD, "a segment's own bounds", "the next command", _HOST, "brakes under control, program ends"
+        HostCause.GUARD,
+        "a segment's own bounds",
+        "the next command",
+        _HOST,
+        "the plan's guards, and what the axis did",
+        "brakes under control, program ends",
     ),
 )
 
@@ -223,52 +288,3 @@ DRIVE_GUARDS = (
 )
 #: faults that the wire has for drives which see them and the virtual antenna has not
 NOT_IN_THE_VIRTUAL_ANTENNA = {FaultCode.SENSOR_STUCK, FaultCode.HOLDING_BRAKE}
-
-_HEAD = """# Guards
-
-Made from `gimbal_hil/loop/host/guard_table.py` by `python -m gimbal_hil.loop.host.guard_table`; do not edit.
-
-A stop never uses the sensor that is in doubt: the host chooses the stop by the cause and requests it from the drive
-(`drive_control.stop`). If encoder and gyro differ by more than 1 rad/s, the drive's own stop uses neither and shorts
-the windings, whatever was requested; a difference of 4 rad/s is a fault (`SENSORS_DISAGREE`). An axis that its weight
-can move has a holding brake, which is closed whenever no axis is under torque; without power the windings are shorted.
-No guard detects an encoder or gyro error of less than 0.015 rad/s, or of less than 5 % of the rate.
-
-"""
-
-
-def _filled(*parts: str) -> str:
-    return fill(" ".join(parts), width=120, break_on_hyphens=False, break_long_words=False)
-
-
-def guard_page() -> str:
-    """Text of `docs/guards.md`."""
-    lines = ["## Host", "", "| cause | trigger | reaction | left by | test |", "|---|---|---|---|---|"]
-    lines += [f"| `{g.cause.name}` | {g.trigger} | {g.reaction} | {g.reset} | `{g.test}` |" for g in HOST_GUARDS]
-    lines += [
-        "",
-        _filled(
-            "An operator's `quick-stop` has the cause `OPERATOR`: ramp to rest by the encoder, held, brake closes;",
-            "left by `reset`. In a fault that would end by itself (lost feedback, the drive's deadman) it takes that",
-            "away: the drive goes on stopping as it does, and only `reset` leads back",
-            "(`tests/host/test_supervisor.py`).",
-            "Keys and their shipped values are in [the configuration](configuration.md).",
-        ),
-        "",
-        "In addition, torque on the wire is limited; an axis without torque that passes a soft limit is reported as an",
-        f"event (`{_PLAUSIBLE}`);",
-        "a service process that dies or does no work for `service_timeout_s` ends the daemon (exit 3).",
-    ]
-    lines += ["", "## Drive", "", "| fault | trigger | reaction | test |", "|---|---|---|---|"]
-    lines += [f"| `{g.fault.name}` | {g.trigger} | {g.reaction} | `{g.test}` |" for g in DRIVE_GUARDS]
-    lines += [
-        "",
-        "`SENSOR_STUCK` and `HOLDING_BRAKE` are for other drives; the virtual antenna does not raise them.",
-        "A fault latches; it is reset by an edge of `fault_reset` once its cause has gone.",
-        f"The tests are in `{_DRIVE}`.",
-    ]
-    return _HEAD + "\n".join(lines) + "\n"
-
-
-if __name__ == "__main__":
-    print(guard_page(), end="")

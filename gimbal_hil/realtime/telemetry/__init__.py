@@ -32,6 +32,7 @@ from gimbal_hil.realtime.telemetry.scope import (
     scope_settings,
     signal_names,
 )
+from gimbal_hil.realtime.telemetry.trouble import Trouble, trouble_of
 from gimbal_hil.realtime.telemetry.wire_watch import Wire, WireWatch
 
 __all__ = [
@@ -51,6 +52,7 @@ __all__ = [
     "ScopeState",
     "Telemetry",
     "TelemetryKind",
+    "Trouble",
     "Wire",
     "WireWatch",
     "capture_columns",
@@ -62,6 +64,7 @@ __all__ = [
     "scope_settings",
     "signal_names",
     "take_commands",
+    "trouble_of",
     "unpack_configuration",
     "unpack_motion_number",
     "unpack_program",

@@ -19,6 +19,7 @@ from gimbal_hil.loop.control.layout import Mode
 from gimbal_hil.loop.host import GUARD_CAUSES, HostState, LinkStatus, PointingState, word_of
 from gimbal_hil.loop.timing import MISS_CODE, Histogram, MissCause
 from gimbal_hil.realtime.telemetry.records import Exchange
+from gimbal_hil.realtime.telemetry.trouble import trouble_of
 from gimbal_hil.realtime.telemetry.wire_watch import Wire, WireWatch
 
 Json = dict[str, Any]
@@ -64,6 +65,8 @@ class LiveView:
     cause: str = "none"
     #: the guard that holds the host in fault, or makes it brake, now; empty where none does
     guard: str = ""
+    #: when the host came to stand, or began to brake, for that cause: seconds of the run's clock
+    stopped_s: float = 0.0
     #: how often each guard has tripped
     trips: dict[str, int] = field(default_factory=lambda: {word_of(cause): 0 for cause in GUARD_CAUSES})
     #: how recording stands, as `Recorder.state` tells it
@@ -76,6 +79,7 @@ class LiveView:
     observed: Callable[[], Json] = dict
     #: how a direction in space is held, as the last POINTING event told
     pointing: Json = field(default_factory=lambda: {"state": _POINTING_OFF, "muted": True})
+    _stopped: bool = False
     _measured: dict[str, float] = field(default_factory=dict)
     #: when navigation was last heard
     _base_heard_ns: int | None = None
@@ -111,8 +115,10 @@ class LiveView:
 
     def state_changed(self, to: str, cause: str) -> None:
         """The host has changed its state: a guard trips, or lets go."""
-        self.cause = cause
         stops = to in _STOPS
+        if stops and (cause != self.cause or not self._stopped):
+            self.stopped_s = 0.0 if self.row is None else int(self.row["time_ns"]) / 1e9
+        self.cause, self._stopped = cause, stops
         self.guard = cause if stops and cause in self.trips else self.guard if stops else ""
         if stops and cause in self.trips:
             self.trips[cause] += 1
@@ -128,16 +134,20 @@ class LiveView:
     def status(self) -> Json:
         """Where the daemon stands, in words and SI units."""
         row = self.row if self.row is not None else np.zeros(1, TICK_ROW)[0]
+        state, fault = word_of(HostState(int(row["host_state"]))), self.drive_fault
+        told_fault = None if fault is None else word_of(fault)
+        trouble = trouble_of(state, self.cause, told_fault, self.complaint, self.stopped_s)
         return {
             "tick": int(row["tick"]),
             "time_ns": int(row["time_ns"]),
-            "host_state": word_of(HostState(int(row["host_state"]))),
+            "host_state": state,
+            "trouble": None if trouble is None else trouble.as_dict(),
             "cause": self.cause,
             "guard": self.guard,
             "guard_trips": {guard: count for guard, count in self.trips.items() if count},
             "link": word_of(LinkStatus(int(row["link_status"]))),
             "drive_state": word_of(self.drive_state) if self.drive_state is not None else None,
-            "drive_fault": word_of(self.drive_fault) if self.drive_fault is not None else None,
+            "drive_fault": told_fault,
             "drive_complaint": self.complaint,
             "segment": int(row["segment"]),
             "pointing": self.pointing,

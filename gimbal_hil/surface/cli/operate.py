@@ -20,7 +20,7 @@ _MODES = {"position": "rad", "rate": "rad/s", "inertial_rate": "rad/s", "torque"
 
 def set_axes(
     values: Annotated[
-        list[str], typer.Argument(metavar="AXIS=VALUE...", help="As in outer=0.5 inner=-0.3: names of your model.")
+        list[str], typer.Argument(metavar="AXIS=VALUE...", help="As in outer=0.5 inner=-20deg: names of your model.")
     ],
     mode: Annotated[
         str, typer.Option(help="position (rad), rate or inertial_rate (rad/s), torque (N m), pointing (rad, in space).")
@@ -51,7 +51,7 @@ def set_axes(
     with _client(folder) as client:
         status = client.request("status")["status"]
         axes = list(status["position_rad"])
-        wanted = _values(values, axes)
+        wanted = _values(values, axes, _MODES[mode])
         standing = status["position_rad"] if mode == "position" else dict.fromkeys(axes, 0.0)
         if mode == "pointing" and len(wanted) < len(axes):
             raise BadInputError("pointing", "a direction has two angles", f"values for {' and '.join(axes)}")
@@ -60,7 +60,7 @@ def set_axes(
                 raise BadInputError(f"{axis}=", "its position is not known yet", f"a value for {axis} too")
         targets = {axis: float(wanted.get(axis, standing[axis])) for axis in axes}
         answer = client.when_ready("set_point", mode=mode, over_s=over, lease=attended, **targets)
-        said = ", ".join(f"{axis} to {value:g} {_MODES[mode]}" for axis, value in targets.items())
+        said = ", ".join(f"{axis} to {_told(value, _MODES[mode])}" for axis, value in targets.items())
         told = _tell(answer, f"{said} from tick {answer['tick']}", command_line("watch", folder), as_json)
         if attended:
             _attend(client, int(answer["tick"]))
@@ -148,7 +148,16 @@ def _client(folder: Path) -> OperatorClient:
     return OperatorClient(folder)
 
 
-def _values(words: list[str], axes: list[str]) -> dict[str, float]:
+def _told(value: float, unit: str) -> str:
+    """A set-point in its unit, an angle in degrees too."""
+    import math
+
+    more = f" ({math.degrees(value):g}\u00b0{unit.removeprefix('rad')})" if unit.startswith("rad") else ""
+    return f"{value:g} {unit}{more}"
+
+
+def _values(words: list[str], axes: list[str], unit: str) -> dict[str, float]:
+    """Numbers by axis in the mode's unit; `30deg` (`30deg/s`) is taken where that is an angle."""
     import math
 
     from firmware_protocol.errors import BadInputError
@@ -158,12 +167,16 @@ def _values(words: list[str], axes: list[str]) -> dict[str, float]:
         axis, _, text = word.partition("=")
         if axis not in axes:
             raise BadInputError(word, f"no axis {axis!r}", " ".join(f"{name}=VALUE" for name in axes))
+        degrees = unit.replace("rad", "deg")
+        factor = math.radians(1.0) if degrees != unit and text.endswith(degrees) else 1.0
+        number = text.removesuffix(degrees if factor != 1.0 else unit)
         try:
-            found[axis] = float(text)
+            found[axis] = factor * float(number)
         except ValueError:
             found[axis] = math.nan
         if not math.isfinite(found[axis]):
-            raise BadInputError(word, f"{text!r} is no number", f"a number, as in {axis}=0.5")
+            expected = f"a number in {unit}, as in {axis}=0.5" + ("" if degrees == unit else f" or {axis}=30{degrees}")
+            raise BadInputError(word, f"{text!r} is no number", expected)
     return found
 
 

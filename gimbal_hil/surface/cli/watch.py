@@ -11,7 +11,8 @@ from typing import Annotated, Any
 
 import typer
 
-_WIDTH = 24
+_WIDTH = 40
+_COLOURS = {"good": "32", "warning": "33", "bad": "1;31"}
 _ACTS = {"s": "stop", "b": "adjust_back", "n": "learn_anew"}
 _KEYS = "keys: s stop, b gains and limits back to the configuration, n learn anew what the model lacks, q leave"
 
@@ -31,9 +32,11 @@ def command(
     model lacks from now on as usual, q leaves.
     """
     import json
+    import shutil
     import sys
+    import textwrap
 
-    from firmware_protocol.errors import EXIT_DONE, LinkError, shown
+    from firmware_protocol.errors import EXIT_DONE, LinkError
     from gimbal_hil.realtime.operator import OperatorClient
     from gimbal_hil.surface.cli.following import after_daemon, print_next
     from gimbal_hil.surface.cli.operate import daemon_run
@@ -51,9 +54,10 @@ def command(
             if as_json:
                 print(json.dumps(answer), flush=True)
             else:
-                lines = [shown(line) for line in status_lines(answer)]
+                columns = shutil.get_terminal_size().columns if sys.stdout.isatty() else 80
+                lines = _on_screen(answer, columns, sys.stdout.isatty() and "NO_COLOR" not in os.environ)
                 if in_place:
-                    lines.append(_KEYS)
+                    lines += textwrap.wrap(_KEYS, columns)
                 print(
                     "".join(f"\033[2K{line}\n" for line in lines) if in_place else "\n".join(lines), end="", flush=True
                 )
@@ -103,75 +107,146 @@ def _keys(reading: bool) -> Iterator[Callable[[float], str]]:
 
 def status_lines(answer: dict[str, Any]) -> list[str]:
     """What a `status` answer says, a line each."""
+    return [text for text, _ in _told(answer)]
+
+
+def _on_screen(answer: dict[str, Any], columns: int, coloured: bool) -> list[str]:
+    """The same, no line wider than the terminal, in colour where it has it."""
+    import textwrap
+
+    from firmware_protocol.errors import shown
+
+    found = []
+    for told, tone in _told(answer):
+        text = shown(told)
+        # spaces that set columns stay: only what is too long is broken
+        pieces = [text] if len(text) <= columns else textwrap.wrap(text, columns, subsequent_indent="  ")
+        begin, end = (f"\033[{_COLOURS[tone]}m", "\033[0m") if coloured and tone else ("", "")
+        found += [f"{begin}{piece}{end}" for piece in pieces]
+    return found
+
+
+def _told(answer: dict[str, Any]) -> list[tuple[str, str]]:
+    """Lines with the tone of each: good, warning, bad, or none."""
     status = answer["status"]
     statistics = status["statistics"]
-    latency = statistics["latency_us"]
-    fault = status["drive_fault"]
-    said = f" ({status['drive_complaint']})" if status.get("drive_complaint") else ""
     drive = status["drive_state"] or "not heard"
     if status["link"] == "lost" and status["drive_state"]:
         drive += ", last heard"
-    state = f"{status['host_state']:<14} drive {drive:<24} link {status['link']}"
+    tone = {"fault": "bad", "stopping": "warning", "active": "good"}.get(status["host_state"], "")
+    seconds = status["time_ns"] / 1e9
+    host = f"host {status['host_state']}  drive {drive}  link {status['link']}"
     lines = [
-        f"tick {status['tick']:>10}   {status['time_ns'] / 1e9:>10.1f} s   host {state}",
-        f"fault: {fault}{said}"
-        if fault not in (None, "none")
-        else f"segment {status['segment']}, last cause {status['cause']}",
+        (
+            f"{seconds:.1f} s  tick {status['tick']}  {host}",
+            "bad" if status["link"] == "lost" else tone,
+        ),
+        *_trouble_lines(status, seconds),
     ]
     for axis, position in status["position_rad"].items():
         rate, torque = status["rate_rad_s"][axis], status["torque_nm"][axis]
-        bar = _bar(position)
-        lines.append(
-            f"{axis:<12} {status['mode'][axis]:<14} {_number(position, 'rad')} {bar} {_number(rate, 'rad/s')} "
-            f"{_number(torque, 'N m')}"
-        )
+        lines += [
+            (
+                f"{axis:<12} {status['mode'][axis]:<13} {_degrees(position, 10, 3)} {_number(position, 9, 4)} rad "
+                f"{_degrees(rate, 9, 2)}/s {_number(torque, 9, 4)} N m",
+                "",
+            ),
+            (f"{'':<12} {_bar(position, (status.get('limits') or {}).get(axis) or {})}", ""),
+        ]
     pointing = status.get("pointing") or {}
     if pointing.get("state", "off") != "off":
-        lines.append(f"pointing: {pointing['state']}, {'muted' if pointing['muted'] else 'not muted'}")
+        muted = pointing["muted"]
+        lines.append(
+            (f"pointing: {pointing['state']}, {'muted' if muted else 'not muted'}", "warning" if muted else "")
+        )
     lines += _model_lines(status.get("observer") or {})
     if status.get("adjusted"):
-        lines.append("not as configured: " + ", ".join(status["adjusted"]))
+        lines.append(("not as configured: " + ", ".join(status["adjusted"]), "warning"))
+    return [*lines, *_machine_lines(status, statistics, answer.get("recording"))]
+
+
+def _trouble_lines(status: dict[str, Any], seconds: float) -> list[tuple[str, str]]:
+    """A stop: what, since when, what to do; else the drive's fault, or where the program is."""
+    trouble, fault = status.get("trouble"), status["drive_fault"]
+    complaint = status.get("drive_complaint")
+    if trouble:
+        since = f"for {max(0.0, seconds - trouble['since_s']):.0f} s, since {trouble['since_s']:.1f} s"
+        look = f"look at {trouble['look_at']}; " if trouble["look_at"] else ""
+        return [
+            (f"STOPPED {since}: {trouble['what']}", "bad"),
+            (f"now: {trouble['happens']}; {look}left by {trouble['left_by']}", "bad"),
+        ]
+    if fault not in (None, "none"):
+        return [(f"fault: {fault}{f' ({complaint})' if complaint else ''}", "bad")]
+    return [(f"segment {status['segment']}, last cause {status['cause']}", "")]
+
+
+def _machine_lines(status: dict[str, Any], statistics: dict[str, Any], recording: object) -> list[tuple[str, str]]:
+    """How the ticks were kept, the link, and the recording."""
+    latency = statistics["latency_us"]
     causes = ", ".join(f"{name} {count}" for name, count in statistics["missed_by_cause"].items() if count)
-    lines.append(
-        f"ticks missed {statistics['missed']}{f' ({causes})' if causes else ''}; late by p50 {latency['p50']:.0f}, "
-        f"p99 {latency['p99']:.0f}, most {latency['max']:.0f} us; frames rejected {status['rejected_frames']}"
-    )
+    lines = [
+        (f"ticks missed {statistics['missed']}{f' ({causes})' if causes else ''}", ""),
+        (
+            f"late by p50 {latency['p50']:.0f}, p99 {latency['p99']:.0f}, most {latency['max']:.0f} us; "
+            f"frames rejected {status['rejected_frames']}",
+            "",
+        ),
+    ]
     wire = status.get("wire") or {}
     if wire.get("deadman_margin_ticks") is not None:
         load = "" if wire["bus_load"] is None else f"; bus load {wire['bus_load']:.0%}"
         margin, window = wire["deadman_margin_ticks"], wire["deadman_window_ticks"]
-        lines.append(f"deadman margin at least {margin} of {window} ticks{load}")
-    recording = answer.get("recording")
+        # as the page's lamp has it
+        tone = "" if margin > window / 2 else "warning" if margin > window / 5 else "bad"
+        lines.append((f"deadman margin at least {margin} of {window} ticks{load}", tone))
     if isinstance(recording, dict):
-        lines.append(f"recording {recording.get('lamp')}, {recording.get('free_mb', 0):.0f} MB free")
+        lamp = recording.get("lamp")
+        tone = {"ok": "", "low": "warning"}.get(str(lamp), "bad")
+        lines.append((f"recording {lamp}, {recording.get('free_mb', 0):.0f} MB free", tone))
     return lines
 
 
-def _model_lines(observer: dict[str, Any]) -> list[str]:
+def _model_lines(observer: dict[str, Any]) -> list[tuple[str, str]]:
     """What the model beside the antenna lacks."""
     if observer.get("state") in (None, "off"):
         return []
     if observer["state"] != "watching":
-        return [f"model {Path(observer['model']).name}: {observer['problem'] or observer['state']}"]
+        return [(f"model {Path(observer['model']).name}: {observer['problem'] or observer['state']}", "")]
     told = []
     for axis, one in observer["axes"].items():
         rms, usual = ("-" if one[key] is None else f"{one[key]:.3g} N m" for key in ("rms_nm", "usual_nm"))
         said = f"CHANGED: lacks {rms}, usual {usual}" if one["state"] == "changed" else f"{one['state']}, {rms}"
         told.append(f"{axis} {said}")
-    return ["against model: " + "; ".join(told)]
+    changed = any(one["state"] == "changed" for one in observer["axes"].values())
+    return [("against model: " + "; ".join(told), "bad" if changed else "")]
 
 
-def _number(value: float | None, unit: str) -> str:
-    return f"{'-':>9} {unit:<5}" if value is None else f"{value:>+9.4f} {unit:<5}"
+def _number(value: float | None, width: int, decimals: int) -> str:
+    return f"{'-':>{width}}" if value is None else f"{value:>+{width}.{decimals}f}"
 
 
-def _bar(position: float | None) -> str:
-    """Where a joint is between half a turn either way; the middle is zero."""
+def _degrees(radians: float | None, width: int, decimals: int) -> str:
     import math
 
+    return f"{_number(None if radians is None else math.degrees(radians), width, decimals)}\u00b0"
+
+
+def _bar(position: float | None, limits: dict[str, Any]) -> str:
+    """Where a joint is between the stops of its travel, or half a turn either way where it has none; `|` is zero."""
+    import math
+
+    low, high = limits.get("position_low_rad"), limits.get("position_high_rad")
+    ends = (-math.pi if low is None else low, math.pi if high is None else high)
+    names = [f"{math.degrees(end):+.0f}\u00b0" for end in ends]
     cells = [" "] * (_WIDTH + 1)
-    cells[_WIDTH // 2] = "|"
+
+    def place(angle: float) -> int:
+        share = (angle - ends[0]) / max(ends[1] - ends[0], 1e-9)
+        return round(min(max(share, 0.0), 1.0) * _WIDTH)
+
+    if ends[0] <= 0.0 <= ends[1]:
+        cells[place(0.0)] = "|"
     if position is not None:
-        place = round((min(max(position / math.pi, -1.0), 1.0) + 1.0) * _WIDTH / 2)
-        cells[place] = "#"
-    return f"[{''.join(cells)}]"
+        cells[place(position)] = "#"
+    return f"{names[0]:>5} [{''.join(cells)}] {names[1]}"

@@ -46,3 +46,25 @@ function tell_axes(s) {
   if (Date.now() - last_said > 1000)
     $("antenna").setAttribute("aria-label", "the antenna: " + told.map(([axis, [large], [ref]]) => axis + " at " + large + ", reference " + ref[1]).join("; "));
 }
+// one banner for a stop: what, since when, what happens now, what to do; told to a screen reader once
+function tell_trouble(s) {
+  const box = $("trouble"), t = s.trouble;
+  box.hidden = !t;
+  if (!t) { box.dataset.told = ""; return; }
+  const told = t.what + t.since_s;
+  if (box.dataset.told !== told) {
+    box.dataset.told = told;
+    const line = (text, tag) => { const one = document.createElement(tag); one.textContent = text; return one; };
+    const head = line("", "p"), since = line("", "span"), by = t.left_by.includes("reset");
+    since.id = "trouble_since"; since.setAttribute("aria-hidden", "true");
+    head.append(line("Stopped: " + t.what, "b"), " ", since);
+    box.replaceChildren(head, line("Now: " + t.happens + ".", "p"), line((t.look_at ? "Look at " + t.look_at + ". " : "")
+      + "Left by " + t.left_by + (by ? ": Arm, then Reset fault, or gimbal-hil reset" : "") + ".", "p"));
+  }
+  $("trouble_since").textContent = "for " + Math.max(0, s.time_ns / 1e9 - t.since_s).toFixed(0) + " s (since " + t.since_s.toFixed(1) + " s of the run)";
+}
+// beside a set-point in radians the same in degrees
+function in_degrees(axis) {
+  const text = $("to_" + axis).value, mode = $("mode").value;
+  $("deg_" + axis).textContent = text === "" || mode === "torque" ? "" : degrees(Number(text), 2) + (mode === "position" ? "" : "/s");
+}
