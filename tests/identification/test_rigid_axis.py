@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.knowledge.identification import RigidAxisRule, fit_rigid_axis
@@ -30,11 +31,37 @@ def test_all_four_numbers_are_found_without_noise() -> None:
         assert fit.value(name) == pytest.approx(value, rel=0.02), name
 
 
-def test_torque_taken_half_a_sample_late_would_show_as_a_residual() -> None:
-    position, torque = _axis()
-    aligned = fit_rigid_axis(TIME, position, torque, RigidAxisRule(20.0))
-    late = fit_rigid_axis(TIME, position, np.roll(torque, 20), RigidAxisRule(20.0))
-    assert late.rms > 1.5 * aligned.rms
+@pytest.mark.parametrize("rows", [-3, 0, 1, 5, 20])
+def test_torque_that_is_rows_late_is_told_and_changes_no_number(rows: int) -> None:
+    position, torque = _axis(0.01)
+    fit = fit_rigid_axis(TIME, position, np.roll(torque, rows), RigidAxisRule(20.0))
+    assert fit.timing.late.low - 2e-5 <= rows * 1e-3 <= fit.timing.late.high + 2e-5
+    assert fit.timing.excludes_zero is (rows != 0) and fit.timing.lag_s == 0.0
+    for name, value in TRUE.items():
+        assert fit.value(name) == pytest.approx(value, rel=0.02), name
+
+
+def test_torque_behind_a_low_pass_gives_the_numbers_of_the_torque_before_it() -> None:
+    position, torque = _axis(0.01)
+    lag = 1.0 / (2.0 * np.pi * 20.0)
+    decay = np.exp(-1e-3 / lag)
+    fit = fit_rigid_axis(TIME, position, lfilter([1.0 - decay], [1.0, -decay], torque), RigidAxisRule(20.0))
+    assert fit.timing.lag_s == pytest.approx(lag, rel=0.1)
+    for name, value in TRUE.items():
+        assert fit.value(name) == pytest.approx(value, rel=0.02), name
+
+
+def test_without_inertia_torque_a_shift_is_not_made_up_from_one_sine() -> None:
+    """One sine cannot tell a shift from viscosity: the interval must say so, unless the time is stated."""
+    fine = np.arange(20_000 * 10 + 1) * 1e-4
+    position = 0.6 * np.sin(1.3 * fine)
+    need = 0.5 * -0.6 * 1.3**2 * np.sin(1.3 * fine) + 0.8 * 0.6 * 1.3 * np.cos(1.3 * fine)
+    torque = need[:-1].reshape(-1, 10).mean(axis=1) + 0.01 * np.random.default_rng(1).standard_normal(20_000)
+    for stated in (False, True):
+        fit = fit_rigid_axis(TIME, position[:-1:10], torque, RigidAxisRule(20.0, time_stated=stated))
+        viscous = next(e for e in fit.estimates if e.name == "viscous")
+        width = viscous.interval.half_width / viscous.fitted
+        assert viscous.interval.covers(0.8) and (width < 0.01) is stated, (stated, viscous)
 
 
 def test_bootstrap_intervals_cover_the_truth_in_at_least_nine_of_ten_repeats() -> None:

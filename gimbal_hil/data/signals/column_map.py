@@ -11,12 +11,12 @@ from types import MappingProxyType
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.data.signals.source_terms import Term, terms_of, wrapped_on
-from gimbal_hil.data.signals.table import REPEAT, TIME, column_names
+from gimbal_hil.data.signals.source_terms import Term, terms_of, without_time, wrapped_on
+from gimbal_hil.data.signals.table import REPEAT, TIME, TORQUES, column_names
 from gimbal_hil.data.signals.units import unit_of
 from gimbal_hil.data.tables import UNITS, Floats, RawColumns, knows_all_units, unit_size
 
-_PAIR = "NAME=COLUMN or NAME=COLUMN:UNIT, as in azimuth.position=theta_deg:deg"
+_PAIR = "NAME=COLUMN, NAME=COLUMN:UNIT or NAME=COLUMN@TIME:UNIT, as in azimuth.position=theta_deg:deg"
 #: names of a part of the time that say that it is in nanoseconds, as stamps of ROS do
 _NANOSECONDS = re.compile(r"(?:^|[._])(?:nano_?se?cs?|nanoseconds|nsecs?|ns)$", re.IGNORECASE)
 _NUMBER = r"\d+(?:\.\d*)?(?:[eE][+-]?\d+)?"
@@ -29,10 +29,16 @@ class ColumnMap:
 
     A minus before the unit mirrors the column, a number multiplies or divides it: `:-deg`, `:turn/8192`, `:0.062*N m`.
     `COLUMN%65536` is a counter that begins again there, `sec+nanosec:ns` the sum of two columns. Without `:UNIT` the
-    unit counts that the file states.
+    unit counts that the file states. `@-2ms` after the column says that its values belong 2 ms earlier than the rows
+    that they stand in, `@0ms` that they belong where they stand.
     """
 
     sources: Mapping[str, str]
+
+    def states_time_of(self, axis: str) -> bool:
+        """Whether it says when the torque of an axis was in force."""
+        torques = (self.sources.get(f"{axis}.{signal}", "") for signal in TORQUES)
+        return any(without_time(source)[1] is not None for source in torques)
 
     @classmethod
     def of_words(cls, words: Sequence[str] | None, option: str = "--column") -> ColumnMap:
@@ -61,7 +67,7 @@ class ColumnMap:
             own = [name for name in (TIME, REPEAT, *column_names(axes)) if name in raw.units]
             found, missing = {name: (Term(name),) for name in own}, []
         for name in missing:
-            raise _not_there(raw, name, self.sources[name])
+            raise _not_there(raw, name, without_time(self.sources[name], known)[0])
         split = {name: terms for name, terms in found.items() if terms is not None}
         taken = {term.column for terms in split.values() for term in terms} | set(split)
         values = {name: column for name, column in raw.values.items() if name not in taken}
@@ -75,7 +81,17 @@ class ColumnMap:
         stated = [f"{name} is in {raw.units[terms[0].column]}, as the file says" for name, terms in split.items() if (
             len(terms) == 1 and not terms[0].unit and terms[0].column in raw.units
         )]  # fmt: skip
-        return replace(raw, values=values, texts=texts, called=called, notes=(*raw.notes, *stated))
+        shifts = {name: shift for name in split if (shift := self._shift(name, known))}
+        return replace(raw, values=values, texts=texts, called=called, notes=(*raw.notes, *stated), shifts_s=shifts)
+
+    def _shift(self, name: str, known: Sequence[str]) -> float:
+        """Seconds by which a column belongs later than its rows."""
+        shift = without_time(self.sources.get(name, ""), known)[1]
+        if shift is not None and name in (TIME, REPEAT):
+            raise BadInputError(
+                f"--column {name}={self.sources[name]}", f"shifts {name}", "a shift of a column against it"
+            )
+        return shift or 0.0
 
     def _terms(self, name: str, known: Sequence[str], axes: Sequence[str]) -> tuple[Term, ...] | None:
         allowed = (TIME, REPEAT, *column_names(axes))
@@ -86,7 +102,7 @@ class ColumnMap:
             raise BadInputError(
                 f"--column {name}={source}", f"a signals table has no column {name!r}", hint + ", ".join(allowed)
             )
-        return terms_of(source, known)
+        return terms_of(without_time(source, known)[0], known)
 
 
 def _not_there(raw: RawColumns, name: str, source: str) -> BadInputError:

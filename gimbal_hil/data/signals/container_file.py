@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gimbal_hil.data.containers import Contents, column_of, contents_of, joined
 from gimbal_hil.data.signals.column_map import ColumnMap
 from gimbal_hil.data.signals.form import AxisNames
-from gimbal_hil.data.signals.source_terms import terms_of
+from gimbal_hil.data.signals.source_terms import terms_of, without_time
 from gimbal_hil.data.signals.table import HELD_SIGNALS, REPEAT, TIME, column_names
 from gimbal_hil.data.tables import RawColumns
 
@@ -51,6 +51,7 @@ def read_container(path: Path, named: AxisNames, columns: ColumnMap) -> Containe
 
 
 def _columns_of(contents: Contents, source: str, known: tuple[str, ...]) -> tuple[str, ...]:
+    source = without_time(source, known)[0]
     terms = terms_of(source, known, numbered=False)
     return (column_of(contents, source)[0],) if terms is None else tuple(term.column for term in terms)
 

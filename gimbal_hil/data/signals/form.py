@@ -12,9 +12,19 @@ from numpy.typing import NDArray
 from firmware_protocol.documents import LARGEST_NUMBER
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.containers import command_line, time_among
+from gimbal_hil.data.signals.clock import with_counted_times
 from gimbal_hil.data.signals.guessing import guessed_words, is_read_by
-from gimbal_hil.data.signals.resampling import GAP_PERIODS, resample_rows
-from gimbal_hil.data.signals.table import BASE_ANGLES, REPEAT, REQUIRED_SIGNALS, TIME, SignalsTable, column_names
+from gimbal_hil.data.signals.resampling import GAP_PERIODS, resample_rows, shifted
+from gimbal_hil.data.signals.table import (
+    BASE_ANGLES,
+    REPEAT,
+    REQUIRED_SIGNALS,
+    TIME,
+    TORQUES,
+    SignalsTable,
+    column_names,
+)
+from gimbal_hil.data.signals.torque_columns import with_torques
 from gimbal_hil.data.tables import RawColumns
 
 JITTER_LIMIT = 0.05  # of the period
@@ -112,6 +122,7 @@ def _table(raw: RawColumns, named: AxisNames, repair: Repair) -> tuple[SignalsTa
     if resample or drop_invalid:
         raw = _turned_round(raw, notes)
     rows = _valid_rows(raw, names, resample, drop_invalid, notes)
+    raw = with_counted_times(raw, rows, resample or drop_invalid, repair.period_s, notes)
     rows = _forward_rows(raw, rows, resample or drop_invalid, notes)
     _require_rows(raw, len(rows))
     if named.rotary:
@@ -126,11 +137,12 @@ def _table(raw: RawColumns, named: AxisNames, repair: Repair) -> tuple[SignalsTa
     for name in BASE_ANGLES:
         if name in columns:
             columns[name] = np.unwrap(columns[name])
-    for axis in axes:
-        if f"{axis}.torque" not in columns:
-            constant = named.torque_constants[axis]
-            columns[f"{axis}.torque"] = constant * columns[f"{axis}.current"]
-            notes.append(f"{axis}.torque is {axis}.current times the model's {constant:.6g} per ampere")
+    for name, shift in raw.shifts_s.items():
+        if name in columns:
+            columns[name] = shifted(name, time_s, columns[name], shift)
+            way = "later" if shift > 0.0 else "earlier"
+            notes.append(f"{name} was taken {1e3 * abs(shift):.6g} ms {way} than the rows that it stands in, as stated")
+    columns = with_torques(columns, axes, named.torque_constants, notes)
     repeat = None if laps is None else laps.astype(np.int64)
     return SignalsTable.of(axes, time_s, columns, repeat, str(raw.path), notes), len(rows)
 
@@ -211,6 +223,8 @@ def _known_columns(raw: RawColumns, named: AxisNames) -> tuple[list[str], list[s
     required = (TIME, *(f"{axis}.{signal}" for axis in axes for signal in REQUIRED_SIGNALS))
     for name in required:
         axis, _, signal = name.rpartition(".")
+        if signal == "torque" and name not in raw.values and f"{axis}.torque_sampled" in raw.values:
+            continue
         if signal == "torque" and name not in raw.values and f"{axis}.current" in raw.values:
             if axis not in named.torque_constants:
                 raise BadInputError(
@@ -222,7 +236,8 @@ def _known_columns(raw: RawColumns, named: AxisNames) -> tuple[list[str], list[s
             raw.require_certain(name)
             raise _without(raw, name, named)
     allowed = (TIME, REPEAT, *column_names(axes))
-    unused = [f"{axis}.current" for axis in axes if f"{axis}.torque" in raw.values and f"{axis}.current" in raw.values]
+    given = {axis: [f"{axis}.{signal}" for signal in TORQUES if f"{axis}.{signal}" in raw.values] for axis in axes}
+    unused = [name for names in given.values() for name in names[1:]]
     notes = [f"{name} was not used: the file has the torque itself" for name in unused]
     notes += [
         f"column {name!r} is not one of a signals table and was left out" for name in raw.values if name not in allowed

@@ -15,6 +15,7 @@ from gimbal_hil.data.runs import RecordedRun, damage_of, is_run_folder, open_run
 from gimbal_hil.data.signals.column_map import ColumnMap
 from gimbal_hil.data.signals.container_file import read_container
 from gimbal_hil.data.signals.form import AxisNames, Repair, checked_table
+from gimbal_hil.data.signals.refreshed import on_refreshed_rows
 from gimbal_hil.data.signals.resampling import on_grid
 from gimbal_hil.data.signals.run_signals import run_columns
 from gimbal_hil.data.signals.table import REPEAT, TIME, SignalsTable
@@ -100,9 +101,10 @@ def _read(path: Path, named: AxisNames, repair: Repair, columns: ColumnMap) -> S
         return _of_run(open_run(path), named.axes, repair)
     contained = read_container(path, named, columns)
     if contained is None:
-        return checked_table(columns.read(read_table(path), named.axes, not named.rotary), named, repair)
+        raw = columns.read(read_table(path), named.axes, not named.rotary)
+        return on_refreshed_rows(checked_table(raw, named, repair))
     table = checked_table(contained.called.read(contained.raw, named.axes, not named.rotary), named, repair)
-    return replace(table, notes=(*contained.notes, *table.notes))
+    return on_refreshed_rows(replace(table, notes=(*contained.notes, *table.notes)))
 
 
 def _of_run(run: RecordedRun, axes: Sequence[str], repair: Repair) -> SignalsTable:

@@ -104,6 +104,14 @@ def on_grid(table: SignalsTable, period_s: float) -> SignalsTable:
     )
 
 
+def shifted(name: str, time_s: Floats, values: Floats, shift_s: float) -> Floats:
+    """A column (n,) of even rows whose values belong `shift_s` later than their rows, at the times of the rows; its
+    ends hold on.
+    """
+    period = float(time_s[-1] - time_s[0]) / (len(time_s) - 1)
+    return _on_grid(name.rpartition(".")[2], time_s, values, time_s - shift_s, period)
+
+
 def mean_of_held(at: Floats, values: Floats, grid: Floats, period: float) -> Floats:
     """Mean over [g, g + period) of a value that holds from each sample to the next, shape of `grid`; the last holds
     on.

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimbal_hil.data.tables import Floats
+from gimbal_hil.data.tables import UNITS, Floats
 
+_TIMED = re.compile(r"@\s*(?P<size>[+-]?\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)\s*(?P<unit>s|ms|us|ns)\s*(?=:|$)")
 _WRAP = re.compile(r"(?P<column>.+)%(?P<base>\d+(?:\.\d+)?)(?:\^(?P<power>\d{1,2}))?")
 
 
@@ -36,6 +37,16 @@ def terms_of(source: str, known: Sequence[str], numbered: bool = True) -> tuple[
     parts = [_term(part.strip(), known, numbered) for part in source.split("+")]
     terms = tuple(part for part in parts if part is not None)
     return terms if len(terms) == len(parts) and len(parts) > 1 else None
+
+
+def without_time(source: str, known: Sequence[str] = ()) -> tuple[str, float | None]:
+    """What `COLUMN@TIME[:UNIT]` says without its time, and by how many seconds the values belong later than their rows;
+    None where it says no time. A name of the file comes first.
+    """
+    found = None if source in known else _TIMED.search(source)
+    if found is None:
+        return source, None
+    return _TIMED.sub("", source).strip(), float(found["size"]) * UNITS["s"][found["unit"]]
 
 
 def wrapped_on(values: Floats, wrap: float, goes_on: bool) -> Floats:

@@ -13,8 +13,19 @@ TIME = "time_s"
 REPEAT = "repeat"
 #: what an axis may carry, as in `outer.torque`
 REQUIRED_SIGNALS = ("torque", "position")
-OPTIONAL_SIGNALS = ("torque_measured", "rate", "position_ref", "rate_ref", "temperature", "current", "torque_known")
+OPTIONAL_SIGNALS = (
+    "torque_measured",
+    "rate",
+    "position_ref",
+    "rate_ref",
+    "temperature",
+    "current",
+    "torque_known",
+    "torque_sampled",
+)
 SIGNALS = (*REQUIRED_SIGNALS, *OPTIONAL_SIGNALS)
+#: columns that say what torque was in force; the first that is there counts
+TORQUES = ("torque", "torque_sampled", "current")
 #: commanded values: the one in row k is in force from t_k until the next
 HELD_SIGNALS = ("torque", "current", "position_ref", "rate_ref")
 BASE_ANGLES = ("base.roll", "base.pitch", "base.yaw")

@@ -10,6 +10,7 @@ _OF_AXIS = {
     "torque": "N m",
     "torque_measured": "N m",
     "torque_known": "N m",
+    "torque_sampled": "N m",
     "position": "rad",
     "position_ref": "rad",
     "rate": "rad/s",

@@ -53,6 +53,8 @@ class RawColumns:
     doubts: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     #: what a reader of results should know of how the file was read
     notes: tuple[str, ...] = ()
+    #: by how much columns belong later than their rows, s, where that was stated
+    shifts_s: Mapping[str, float] = field(default_factory=dict)
 
     def where(self, row: int, column: str) -> str:
         """Names file, row and column of a cell."""

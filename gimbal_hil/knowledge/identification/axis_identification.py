@@ -135,6 +135,7 @@ def identify_axis(
     decided = {e.name for e in estimates if e.verdict is not Determination.NOT_IDENTIFIED}
     findings += [finding for finding in physical_findings(friction, axis) if decided & finding.concerns]
     findings += disagreement
+    findings += rigid[0].timing.findings(axis) if rigid[0] is not None else ()
     found = AxisIdentification(
         axis=axis,
         evidence=evidence,
@@ -236,14 +237,16 @@ def _rigid(logs: Sequence[Log], model: AntennaModel, axis: str) -> tuple[RigidAx
     """Regression of a single axis over its longest log, gravity taken out, symmetric and per direction; None when it
     hardly moves.
     """
-    table = max(logs, key=lambda one: len(one.table)).table
+    longest = max(logs, key=lambda one: len(one.table))
+    table = longest.table
     position = table.position(axis)
     if len(table) < _LEAST_REGRESSION_ROWS or np.ptp(position) <= 100.0 * model.number(axis, "encoder.step"):
         return None, None
-    torque = axis_load(table, model, axis).drive
-    rule = RigidAxisRule(bandwidth_hz=min(20.0, 0.05 / table.period_s))
+    load = axis_load(table, model, axis)
+    rule = RigidAxisRule(min(20.0, 0.05 / table.period_s), time_stated=axis in longest.time_stated)
+    linear = model.is_linear
     fits = [
-        fit_rigid_axis(table.time_s, position, torque, rule, per_direction=split, linear=model.is_linear)
+        fit_rigid_axis(table.time_s, position, load.held, rule, per_direction=split, linear=linear, known=load.bias)
         for split in (False, True)
     ]
     return fits[0], fits[1]

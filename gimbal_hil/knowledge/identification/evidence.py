@@ -33,11 +33,15 @@ _NOISE_SPREAD = 3.0
 
 @dataclass(frozen=True)
 class Log:
-    """One signals table and how it is cut, per axis."""
+    """One signals table and how it is cut, per axis.
+
+    Of the axes in `time_stated` somebody said when the torque of a row was in force.
+    """
 
     name: str
     table: SignalsTable
     stretches: dict[str, tuple[Stretch, ...]]
+    time_stated: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)

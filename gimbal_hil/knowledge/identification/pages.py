@@ -111,6 +111,9 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
                 f"{p.secant:.5g} by the secant of thesis eq. 4.11.",
             )
         )
+    if result.rigid is not None:
+        timing = result.rigid.timing
+        folded.append(Text(timing.text[:1].upper() + timing.text[1:] + "."))
     if result.dynamic is not None:
         folded.append(
             Plot(
@@ -240,6 +243,8 @@ def _axis_record(result: AxisIdentification) -> dict[str, object]:
             "rms_rad": result.dynamic.rms,
             "agreeing_starts": result.dynamic.agreeing_starts,
         }  # fmt: skip
+    if result.rigid is not None:
+        record["torque_against_position"] = _finite(result.rigid.timing.as_record())
     for name, rigid in (("regression", result.rigid), ("regression_per_direction", result.rigid_per_direction)):
         if rigid is not None:
             record[name] = {

@@ -65,7 +65,10 @@ def read_log(
         stretches = {axis: stretches_of_run(run, table, axis) for axis in axes}
         return _on_grid(Log(path.name, table, stretches), rate_hz)
     table = read_signals(path, model, resample=resample, drop_invalid=drop_invalid, rate_hz=rate_hz, columns=columns)
-    return Log(path.name, table, {axis: _stretches(table, axis, torque_driven) for axis in axes})
+    stated = frozenset(
+        axis for axis in axes if columns.states_time_of(axis) or f"{axis}.torque_sampled" in table.columns
+    )
+    return Log(path.name, table, {axis: _stretches(table, axis, torque_driven) for axis in axes}, stated)
 
 
 def _on_grid(log: Log, rate_hz: float | None) -> Log:

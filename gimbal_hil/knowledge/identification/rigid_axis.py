@@ -1,21 +1,37 @@
-"""Inertia, viscous and Coulomb friction and offset of one axis, by linear regression on filtered motion."""
+"""Inertia, viscous and Coulomb friction and offset of one axis, by linear regression on filtered motion.
+
+When torque and position were logged at different times, inertia passes for friction: the shift between them is an
+unknown like the others. And no number may depend on a choice that nobody made: each interval holds those of the fit at
+half the band, without slow rows, and with a low-pass in place of a shift.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.signal import butter, sosfiltfilt
 
 from firmware_protocol.errors import BadInputError
+from gimbal_hil.knowledge.estimation import ShiftedFit, ShiftedProblem, fit_at, fit_shifted
 from gimbal_hil.knowledge.identification.averaging import Vector, autocorrelation_time
-from gimbal_hil.knowledge.identification.estimate import Estimate, Interval, settle, withheld
+from gimbal_hil.knowledge.identification.estimate import Estimate, Interval, judge, settle, withheld
 from gimbal_hil.knowledge.identification.least_squares import Matrix
+from gimbal_hil.knowledge.identification.timing import STATE_IT, Timing
 
-_REPEATS = 2000
+_REPEATS = 1000
 #: a bootstrap block holds at least this many decorrelation times, and there are at least this many blocks
 _TIMES_PER_BLOCK, _MIN_BLOCKS = 5.0, 8
+#: torque may be logged this much early or late, s or rows, whichever is more
+_MOST_SHIFT_S, _MOST_SHIFT_ROWS = 0.06, 8.0
+#: rows this many times faster than the slowest that count give the same numbers, or the interval holds both; so few
+#: rows say nothing
+_SLOW_TOO, _FEWEST_ROWS = 20.0, 200
+#: a low-pass is seen where at most this share is left of what a shift alone leaves: less may be the noise of the
+#: encoder, which a lag smooths too
+_CLEARLY_LESS = 0.8
 #: a combination of columns, each of length 1, is nothing below this share of the largest; a column takes part in it
 #: above that share
 _DEPENDENT, _TAKES_PART = 1e-6, 1e-2
@@ -34,12 +50,13 @@ class RigidAxisRule:
     Motion is differentiated behind a zero-phase filter at five times `bandwidth_hz`; then torque and every regressor
     pass the same zero-phase filter at `bandwidth_hz`. The first and last `edge_periods / bandwidth_hz` seconds go, and
     so do rows slower than `slowest_share` of the top speed: there the sign of the speed says nothing about the
-    friction.
+    friction. With `time_stated` torque and position have the times that their columns say.
     """
 
     bandwidth_hz: float
     edge_periods: float = 1.0
     slowest_share: float = 0.01
+    time_stated: bool = False
 
 
 @dataclass(frozen=True)
@@ -56,10 +73,29 @@ class RigidAxisFit:
     torque: Vector
     residual: Vector
     blocks: int
+    timing: Timing
 
     def value(self, name: str) -> float:
         """Fitted value by name."""
         return next(estimate.fitted for estimate in self.estimates if estimate.name == name)
+
+
+@dataclass(frozen=True)
+class _Replicates:
+    """One fit and its bootstrap: numbers (repeats, k), how late (repeats,), and the blocks."""
+
+    fit: ShiftedFit
+    numbers: Matrix
+    late_s: Vector
+    blocks: int
+
+    def interval(self, values: Vector) -> Interval:
+        low, high = np.percentile(values, [2.5, 97.5])
+        return Interval(float(low), float(high))
+
+    @property
+    def late(self) -> Interval:
+        return self.interval(self.late_s)
 
 
 def centred_torque(torque: Vector) -> Vector:
@@ -79,82 +115,172 @@ def fit_rigid_axis(
     per_direction: bool = False,
     linear: bool = False,
     seed: int = 0,
+    known: Vector | None = None,
 ) -> RigidAxisFit:
-    """Regress `torque = inertia a + viscous v + coulomb sign(v) + offset`, or with viscous and Coulomb friction per
-    direction.
+    """Regress `torque + known = inertia a + viscous v + coulomb sign(v) + offset`, or with viscous and Coulomb friction
+    per direction.
 
-    `time_s`, `position`, `torque` (commanded, held over the sample), shape (n,), constant rate. The least-squares
-    solution uses every sample behind the filters; intervals are percentiles of a block bootstrap (blocks of at least
-    five decorrelation times of the residual), because filtered residuals are neither white nor equal in size along the
-    trajectory.
+    `time_s`, `position`, `torque` (commanded, held over the sample), `known` (sampled, from the positions), shape (n,),
+    constant rate. The least-squares solution uses every sample behind the filters, at the shift of torque that leaves
+    least where the data exclude that there is none; intervals are percentiles of a block bootstrap (blocks of at least
+    five decorrelation times of the residual), with the shift free, because filtered residuals are neither white nor
+    equal in size along the trajectory.
 
     Raises:
         BadInputError: the table is shorter than the filters need or the joint does not move.
     """
     step = float(np.median(np.diff(time_s)))
-    rate_hz = 1.0 / step
-    edge = int(round(rule.edge_periods / rule.bandwidth_hz * rate_hz))
+    edge = int(round(rule.edge_periods / rule.bandwidth_hz / step))
     if len(time_s) < 4 * edge + 200 or not np.ptp(position) > 0.0:
         raise BadInputError(
             "signals table",
             "too short or without motion for a regression",
             f"at least {4 * edge + 200} rows of a moving axis",
         )
-    smooth = sosfiltfilt(_low_pass(5.0 * rule.bandwidth_hz, rate_hz), position)
-    rate = np.gradient(smooth, step)
-    names, columns = _columns(rate, np.gradient(rate, step), per_direction)
-    narrow = _low_pass(rule.bandwidth_hz, rate_hz)
-    design: Matrix = np.stack([sosfiltfilt(narrow, column) for column in columns], axis=1)
-    target = sosfiltfilt(narrow, centred_torque(torque))
-    keep = np.zeros(len(target), dtype=bool)
-    keep[edge : len(target) - edge] = True
-    keep &= np.abs(rate) >= rule.slowest_share * float(np.max(np.abs(rate)))
-    thin = max(1, int(rate_hz / (2.5 * rule.bandwidth_hz)))
-    rows = np.flatnonzero(keep)[::thin]
-    design, target = design[rows], target[rows]
-    size = np.maximum(np.linalg.norm(design, axis=0), 1e-300)
-    solution = np.linalg.lstsq(design / size, target, rcond=_DEPENDENT)[0] / size
-    residual = target - design @ solution
-    open_ones = _undetermined(design / size)
-    replicates, blocks = _block_bootstrap(design, target, residual, seed)
+    load = np.zeros(len(torque)) if known is None else known
+    problems = _problems(time_s, position, torque, load, rule, per_direction)
+    names, rate = _NAMES[per_direction], problems[0][1]
+    shifted = [_replicates(fit, seed) for fit in _shifted([problem for problem, _ in problems])]
+    timing = _timing(shifted, step, rule.time_stated)
+    plain = problems[0][0]
+    fit = (
+        fit_at(plain, timing.late_s - timing.lag_s, timing.lag_s, 1 + (timing.lag_s > 0.0))
+        if timing.used
+        else fit_at(plain)
+    )
+    as_stated = [_replicates(fit_at(problem), seed) for problem, _ in problems]
+    estimates = _estimates(names, fit, shifted, as_stated, timing, linear)
+    rms = float(np.sqrt(np.mean(fit.residual**2)))
+    relative = rms / float(np.sqrt(np.mean(fit.target**2)))
+    rows = plain.rows
+    return RigidAxisFit(estimates, rms, relative, rate[rows], fit.target, fit.residual, shifted[0].blocks, timing)
+
+
+def _shifted(problems: list[ShiftedProblem]) -> list[ShiftedFit]:
+    """The fits with a shift, one a choice; with a low-pass too where that leaves clearly less whatever the choice."""
+    first = fit_shifted(problems[0])
+    alone = [first, *(fit_shifted(problem, near_s=first.shift_s) for problem in problems[1:])]
+    lagged = []
+    for problem, other in zip(reversed(problems), reversed(alone), strict=True):
+        one = fit_shifted(problem, True, max(0.0, first.shift_s))
+        if one.cost > _CLEARLY_LESS * other.cost:
+            return alone
+        lagged.append(one)
+    return lagged[::-1]
+
+
+def _timing(shifted: list[_Replicates], step: float, stated: bool) -> Timing:
+    """The shift between torque and motion, with an interval that holds whatever a choice makes of it."""
+    late = Interval(min(one.late.low for one in shifted), max(one.late.high for one in shifted))
+    fit = shifted[0].fit
+    used = not stated and not late.covers(0.0)
+    return Timing(fit.shift_s + fit.lag_s, late, fit.lag_s, step, used, stated)
+
+
+def _estimates(
+    names: tuple[str, ...],
+    fit: ShiftedFit,
+    shifted: list[_Replicates],
+    as_stated: list[_Replicates],
+    timing: Timing,
+    linear: bool,
+) -> tuple[Estimate, ...]:
+    design = fit.design[:, : len(names)]
+    open_ones = _undetermined(design / np.maximum(np.linalg.norm(design, axis=0), 1e-300))
     estimates = []
     for index, name in enumerate(names):
-        low, high = np.percentile(replicates[:, index], [2.5, 97.5])
-        family = name.split("_")[0]
+        family, value = name.split("_")[0], float(fit.solution[index])
+        unit, experiment = _unit(family, linear), _EXPERIMENTS[family]
         if index in open_ones:
             partners = ", ".join(n for i, n in enumerate(names) if i in open_ones and i != index)
             reason = (
                 f"in this motion it cannot be told from {partners}" if partners else "this motion does not depend on it"
             )
-            estimates.append(withheld(name, _unit(family, linear), None, reason, _EXPERIMENTS[family]))
+            estimates.append(withheld(name, unit, None, reason, experiment))
             continue
-        estimates.append(
-            settle(
-                name,
-                float(solution[index]),
-                Interval(float(low), float(high)),
-                _unit(family, linear),
-                None,
-                _EXPERIMENTS[family],
-            )
+        with_time, without = (_over(some, index, value) for some in (shifted, as_stated))
+        interval = without if timing.stated else with_time
+        estimate = settle(name, value, interval, unit, None, experiment)
+        if not timing.stated and estimate.verdict is not judge(without, value):
+            reason = f"in this motion it cannot be told from a shift of torque against position; state it: {STATE_IT}"
+            estimate = replace(estimate, reason=reason)
+        estimates.append(estimate)
+    return tuple(estimates)
+
+
+def _over(fits: list[_Replicates], index: int, value: float) -> Interval:
+    """The interval of one number over all fits, the value in it."""
+    intervals = [one.interval(one.numbers[:, index]) for one in fits]
+    ends = [end for one in intervals for end in (one.low, one.high)]
+    return Interval(value, value).stretched_over(ends)
+
+
+def _problems(
+    time_s: Vector, position: Vector, torque: Vector, known: Vector, rule: RigidAxisRule, per_direction: bool
+) -> list[tuple[ShiftedProblem, Vector]]:
+    """The regression at each choice of band and slowest rows, the rule's own first, with the rate (n,) at its rows."""
+    step = float(np.median(np.diff(time_s)))
+    found: list[tuple[ShiftedProblem, Vector]] = []
+    for band in (rule.bandwidth_hz, 0.5 * rule.bandwidth_hz):
+        edge = int(round(rule.edge_periods / band / step))
+        smooth = sosfiltfilt(_low_pass(5.0 * band, 1.0 / step), position)
+        rate = np.asarray(CubicSpline(time_s, smooth)(time_s, 1))
+        narrow = _low_pass(band, 1.0 / step)
+        columns: Matrix = np.stack(
+            [sosfiltfilt(narrow, one) for one in _columns(smooth, rate, step, per_direction)], axis=1
         )
-    rms = float(np.sqrt(np.mean(residual**2)))
-    relative = rms / float(np.sqrt(np.mean(target**2)))
-    return RigidAxisFit(tuple(estimates), rms, relative, rate[rows], target, residual, blocks)
+        target, load = sosfiltfilt(narrow, centred_torque(torque)), sosfiltfilt(narrow, known)
+        inside = np.zeros(len(target), dtype=bool)
+        inside[edge : len(target) - edge] = True
+        thin = max(1, int(1.0 / step / (2.5 * band)))
+        most = max(_MOST_SHIFT_S, _MOST_SHIFT_ROWS * step)
+        for slowest in (rule.slowest_share, _SLOW_TOO * rule.slowest_share):
+            rows = np.flatnonzero(inside & (np.abs(rate) >= slowest * float(np.max(np.abs(rate)))))[::thin]
+            if not found or len(rows) >= _FEWEST_ROWS:
+                found.append((ShiftedProblem(step, target, load, columns, rows, band, most), rate))
+    return found
 
 
-def _columns(rate: Vector, acceleration: Vector, per_direction: bool) -> tuple[tuple[str, ...], tuple[Vector, ...]]:
-    one = np.ones_like(rate)
-    if not per_direction:
-        return ("inertia", "viscous", "coulomb", "offset"), (acceleration, rate, np.sign(rate), one)
-    forward, backward = np.maximum(rate, 0.0), np.minimum(rate, 0.0)
+_NAMES = {
+    False: ("inertia", "viscous", "coulomb", "offset"),
     # a common offset cannot be told from a difference between the two Coulomb levels: it is carried by them
-    names = ("inertia", "viscous_positive", "viscous_negative", "coulomb_positive", "coulomb_negative")
-    return names, (acceleration, forward, backward, (rate > 0.0).astype(np.float64), -(rate < 0.0).astype(np.float64))
+    True: ("inertia", "viscous_positive", "viscous_negative", "coulomb_positive", "coulomb_negative"),
+}
+
+
+def _columns(smooth: Vector, rate: Vector, step: float, per_direction: bool) -> tuple[Vector, ...]:
+    """What each number is multiplied by, (n,) each: its mean over the two samples that meet at t_k, as torque's."""
+    acceleration, mean_rate = _mean_slope(rate, step), _mean_slope(smooth, step)
+    sign = _mean_sign(rate)
+    if not per_direction:
+        return acceleration, mean_rate, sign, np.ones_like(rate)
+    forward, backward = np.maximum(mean_rate, 0.0), np.minimum(mean_rate, 0.0)
+    return acceleration, forward, backward, 0.5 * (1.0 + sign), -0.5 * (1.0 - sign)
+
+
+def _mean_slope(values: Vector, step: float) -> Vector:
+    return np.asarray(np.gradient(values, step))
+
+
+def _mean_sign(rate: Vector) -> Vector:
+    """Mean of sign(rate) from the sample before to the sample after, the rate straight between them: a reversal counts
+    where it is, not at the next row.
+    """
+    change = np.diff(rate)
+    between = np.where(change != 0.0, np.diff(np.abs(rate)) / np.where(change == 0.0, 1.0, change), np.sign(rate[1:]))
+    return np.concatenate([between[:1], 0.5 * (between[1:] + between[:-1]), between[-1:]])
 
 
 def _low_pass(cutoff_hz: float, rate_hz: float) -> Matrix:
     return np.asarray(butter(4, min(cutoff_hz / (0.5 * rate_hz), 0.95), output="sos"))
+
+
+def _replicates(fit: ShiftedFit, seed: int) -> _Replicates:
+    numbers, blocks = _block_bootstrap(fit.design, fit.target, fit.residual, seed)
+    k = len(fit.solution)
+    # a target made to fit with a longer lag or a later shift is later by their sum
+    late = fit.shift_s + fit.lag_s + numbers[:, k:].sum(axis=1)
+    return _Replicates(fit, numbers[:, :k], late, blocks)
 
 
 def _block_bootstrap(design: Matrix, target: Vector, residual: Vector, seed: int) -> tuple[Matrix, int]:
@@ -169,7 +295,7 @@ def _block_bootstrap(design: Matrix, target: Vector, residual: Vector, seed: int
     moment = np.stack([design[a:b].T @ target[a:b] for a, b in pairwise(edges)])
     chosen = np.random.default_rng(seed).integers(0, blocks, size=(_REPEATS, blocks))
     counts = np.stack([np.bincount(row, minlength=blocks) for row in chosen]).astype(np.float64)
-    matrices = np.einsum("rb,bij->rij", counts, normal)
+    matrices = (counts @ normal.reshape(blocks, -1)).reshape(-1, unknowns, unknowns)
     # a resample without any row of one direction has no solution for it: a trace of the full data keeps it finite
     matrices += 1e-9 * np.sum(normal, axis=0)
     moments = counts @ moment + 1e-9 * np.sum(moment, axis=0)

@@ -22,12 +22,15 @@ class AxisLoad:
     """Torques of one axis along the measured motion, each (n,), and the axis' own inertia there (mean over the rows).
 
     `friction` is the applied torque at t_k minus what gravity, base and the other axis take: friction plus own inertia
-    times acceleration. `drive` is the same held over [t_k, t_k+1), for simulation.
+    times acceleration. `drive` is the same held over [t_k, t_k+1), for simulation. `held` is the applied torque alone,
+    `bias` the rest, sampled at t_k.
     """
 
     friction: Vector
     drive: Vector
     inertia: float
+    held: Vector
+    bias: Vector
 
 
 def axis_load(table: SignalsTable, model: AntennaModel, axis: str) -> AxisLoad:
@@ -48,7 +51,7 @@ def axis_load(table: SignalsTable, model: AntennaModel, axis: str) -> AxisLoad:
         bias = bias - body.mass[:, 1] * np.gradient(rates[:, other], table.period_s)
     held = applied_torque(table.torque(axis), model, axis, table.period_s)
     middle = np.concatenate([0.5 * (bias[1:] + bias[:-1]), bias[-1:]])
-    return AxisLoad(centred_torque(held) + bias, held + middle, inertia)
+    return AxisLoad(centred_torque(held) + bias, held + middle, inertia, held, bias)
 
 
 def applied_torque(command: Vector, model: AntennaModel, axis: str, period_s: float) -> Vector:
