@@ -57,7 +57,7 @@ class PythonCanBus:
                 given = {"bitrate": bitrate, **(options or {})}
             else:
                 given = {"fd": True, "bitrate": bitrate, "data_bitrate": data_bitrate, **(options or {})}
-            self._bus = can.Bus(channel=channel, interface=interface, ignore_config=True, **given)
+            self._bus: Any = can.Bus(channel=channel, interface=interface, ignore_config=True, **given)
             if interface == "slcan":
                 self._open_lines(claim, bitrate, data_bitrate)
         except Exception as error:  # every interface fails in its own way: missing driver, port, permission, option
