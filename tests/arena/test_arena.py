@@ -104,7 +104,7 @@ def test_the_arena_puts_controllers_beside_each_other_and_names_the_worst_row() 
     assert name == "base: table 3.1, case 5"
     spread = found.spread(name, "thesis", "cascade", lambda one: one.los_rms)
     assert spread is not None and spread.mean == size and 0.0 < spread.deviation < 0.1 * size
-    assert f"worst row of cascade on thesis, steps apart: {name}" in arena_text(found)
+    assert f"worst case of cascade on thesis, steps apart: {name}" in arena_text(found)
     page = Page("Arena", "", arena_blocks(found)).render()
     assert "table 3.2, case 4" in page and "shipped" in page
     assert all(scenario.score is Score.TRACK for scenario in picked)

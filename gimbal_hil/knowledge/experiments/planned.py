@@ -86,7 +86,8 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
 
     pictures: list[Block] = []
     if drawn:
-        caption = f"Of {len(drawn)} segments one after the other: {', '.join(list(drawn)[:6])}"
+        count = "one segment" if len(drawn) == 1 else f"{len(drawn)} segments one after the other"
+        caption = f"Of {count}: {', '.join(list(drawn)[:6])}"
         caption += ", and so on." if len(drawn) > 6 else "."
         pictures = [Plot(_figure(axis, list(drawn.values())), caption) for axis in axes_of(next(iter(drawn.values())))]
     if not rows:
@@ -97,7 +98,8 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
         for row in rows
         for axis in axes
     ]
-    said = Callout(f"{len(rows)} segments measured. {' '.join(_extent(axis, rows) for axis in axes)}")
+    many = "1 segment" if len(rows) == 1 else f"{len(rows)} segments"
+    said = Callout(f"{many} measured. {' '.join(_extent(axis, rows) for axis in axes)}")
     return [said, *pictures, Table(_HEADER, body, "What the axes did in each measured segment.")]
 
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _COLOURS = {
     Determination.IDENTIFIED: MEASURED,
     Determination.WEAKLY_IDENTIFIED: SECOND,
-    Determination.NOT_IDENTIFIED: ALERT,
+    Determination.NOT_IDENTIFIED: REFERENCE,
 }
 
 

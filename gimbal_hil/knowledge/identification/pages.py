@@ -21,7 +21,7 @@ from gimbal_hil.knowledge.identification.sliding import MapHalf
 from gimbal_hil.knowledge.identification.stribeck import LUGRE_NAMES
 from gimbal_hil.knowledge.identification.units import LINEAR, ROTARY, Units
 from gimbal_hil.knowledge.identification.velocity_map import VelocityMap
-from gimbal_hil.pages.report import Block, Callout, Details, Heading, Page, Plot, Table, Text, Tiles
+from gimbal_hil.pages.report import Block, Callout, Details, Heading, Page, Plot, Table, Text, Tiles, quantity
 from sim_backend.model import AntennaModel, shipped_model_path
 
 _DIRECTIONS = {
@@ -59,7 +59,10 @@ def identification_record(results: Sequence[AxisIdentification], sources: Sequen
 def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]:
     prior = friction_of(model, result.axis)
     units = LINEAR if model.is_linear else ROTARY
-    count = sum(e.verdict is Determination.IDENTIFIED for e in result.estimates)
+    found = [e for e in result.estimates if e.verdict is Determination.IDENTIFIED]
+    priors = [e for e in result.estimates if e.verdict is Determination.NOT_IDENTIFIED]
+    count = len(found)
+    told = ": " + ", ".join(f"{e.name.replace('_', ' ')} {quantity(e.value, e.unit)}" for e in found) if found else ""
     blocks: list[Block] = [Heading(result.axis)]
     tone = (
         "good"
@@ -70,12 +73,17 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
     )
     blocks.append(
         Callout(
-            f"{count} of {len(result.estimates)} parameters identified; {_findings(len(result.findings))} against "
+            f"{count} of {len(result.estimates)} numbers identified{told}; {_findings(len(result.findings))} against "
             "data or model.",
             tone,
         )
     )
-    blocks.append(Tiles([(number_text(e.value), f"{e.name} [{e.unit}]") for e in result.estimates]))
+    if len(priors) < len(result.estimates):
+        measured = [e for e in result.estimates if e not in priors]
+        blocks.append(Tiles([(number_text(e.value), f"{e.name} [{e.unit}]") for e in measured]))
+    if priors:
+        stand = ", ".join(f"{e.name} {number_text(e.value)} {e.unit}".rstrip() for e in priors)
+        blocks.append(Text(f"Not identified from these logs, so the model's own numbers stand: {stand}."))
     blocks += [Callout(finding.text[:1].upper() + finding.text[1:], "warning") for finding in result.findings]
     folded: list[Block] = []
     fits = tuple(fit for fit in (result.both, result.positive, result.negative) if fit is not None)
@@ -98,7 +106,7 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
     blocks.append(
         Plot(
             interval_figure(result.estimates, prior, LUGRE_NAMES),
-            "Blue: identified. Violet: weakly. Red: not identified, the prior stands.",
+            "Blue: identified. Violet: weakly. Grey: not identified, the prior stands.",
         )
     )
     blocks.append(_estimate_table(model, result))

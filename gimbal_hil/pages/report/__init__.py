@@ -18,6 +18,7 @@ from gimbal_hil.pages.report.blocks import (
 from gimbal_hil.pages.report.junit import Case, write_junit
 from gimbal_hil.pages.report.made import Made, command_of
 from gimbal_hil.pages.report.page import Page
+from gimbal_hil.pages.report.quantity import quantity
 
 __all__ = [
     "Block",
@@ -37,5 +38,6 @@ __all__ = [
     "blocks_in",
     "command_of",
     "plots_in",
+    "quantity",
     "write_junit",
 ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gimbal_hil.pages.report import Block, Callout, Details, Heading, Plot, Table, Text
@@ -39,7 +40,7 @@ _DRAWN = 3
 
 
 def arena_text(found: ArenaResult) -> str:
-    """One line a scenario and antenna, then the worst row of every controller."""
+    """One line a scenario and antenna, then the worst case of every controller."""
     names = [entrant.name for entrant in found.entrants]
     header = ["scenario", "antenna", *names]
     lines = [_line_of_sight_row(found, one, antenna) for one in found.scenarios for antenna in found.antennas]
@@ -73,20 +74,26 @@ def _worst_lines(found: ArenaResult) -> list[str]:
             worst = found.worst(antenna, entrant.name)
             if worst is not None:
                 size = "tripped" if worst[1] == float("inf") else f"{_MICRO * worst[1]:.1f} urad"
-                lines.append(f"worst row of {entrant.name} on {antenna}, steps apart: {worst[0]}, {size}")
+                lines.append(f"worst case of {entrant.name} on {_short(antenna)}, steps apart: {worst[0]}, {size}")
     return lines
 
 
+def _short(antenna: str) -> str:
+    """A model by its name, wherever its file lies."""
+    return Path(antenna).name.removesuffix(".yaml")
+
+
 def _best_lines(found: ArenaResult) -> list[str]:
-    """For each antenna the controller whose worst row is least, beside the greatest."""
+    """For each antenna the controller whose worst case is least, beside the greatest."""
     lines = []
     for antenna in found.antennas:
         rows = [(worst, one.name) for one in found.entrants if (worst := found.worst(antenna, one.name)) is not None]
         if rows:
             ((where, size), name), (_, last) = (pick(rows, key=lambda row: row[0][1]) for pick in (min, max))
             told = "a guard stopped it" if size == float("inf") else f"{_MICRO * size:.1f} urad rms"
-            beside = f"; the largest is that of {last}" if len(rows) > 1 else ""
-            lines.append(f"On {antenna} the worst row of {name} is the smallest: {told} ({where}){beside}.")
+            beside = f" The largest worst case is that of {last}." if len(rows) > 1 else ""
+            first = f"{_short(antenna)}: {name} points best in its worst case, {where}: {told}."
+            lines.append(first + beside)
     return lines
 
 
@@ -121,7 +128,7 @@ def arena_blocks(found: ArenaResult) -> list[Block]:
             Text("For steps the line of sight is judged from 2 s after the step on, when it should be at rest.")
         )
     blocks += _drawn_errors(found, [*moving, *steps])
-    blocks.append(Details("The worst row of every controller", [Text(line) for line in _worst_lines(found)]))
+    blocks.append(Details("The worst case of every controller", [Text(line) for line in _worst_lines(found)]))
     return blocks
 
 

@@ -9,10 +9,13 @@ import numpy as np
 
 from gimbal_hil.knowledge.discrepancy.judgement import Denial, Kind, Result, Status, Told
 from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap
+from gimbal_hil.pages.report import quantity
 from sim_backend.effects import CATALOGUE, FittedNumber
 
 #: the share of `Policy.uneven` from which a varying strength alone costs a name; and one that is known to this share
 _TOLD = 0.45
+#: numbers of a cause that a headline tells; the rest stand in the table
+_NUMBERS = 3
 #: one effect as verdict.json holds it
 Entry = dict[str, Any]
 
@@ -33,14 +36,14 @@ def told(result: Result, effects: Sequence[Entry], gaps: Sequence[Gap]) -> str:
     if kind is Kind.UNEXPLAINED:
         return _unexplained(result, gaps)
     gap = max(gaps, key=lambda g: (g.after_recalibration - g.after) / g.noise_floor)
-    names = ", ".join(_name(e["name"], e["axis"]) for e in effects)
-    share = (
-        "" if gap.closed_fraction is None else f", which closes {gap.closed_fraction:.0%} of it {_where_judged(result)}"
-    )
-    size = _size("The largest gap is" if gap is _largest(gaps) else "A gap is", gap)
-    first = f"{size}{moved}. It is explained by {names}{share}."
+    names = " ".join(f"{headline(e)}." for e in effects)
+    it = "It explains" if len(effects) == 1 else "They explain"
+    share = "" if gap.closed_fraction is None else f" {gap.closed_fraction:.0%} of"
+    which = "the largest gap" if gap is _largest(gaps) else "a gap"
+    size = f"the {gap.signal.replace('_', ' ')} of {gap.axis}, {_floors(gap)}"
+    first = f"{names} {it}{share} {which} {_where_judged(result)}: {size}{moved}."
     if all(one.standing.silent for one in result.told):
-        first = f"Only the searched logs show a gap{moved}; it is explained by {names}."
+        first = f"{names} Only the searched logs show a gap{moved}."
     against = "".join(f" {e['contradiction']}" for e in effects if "contradiction" in e)
     forms = "".join(_undetermined(e) for e in effects if "form_undetermined" in e)
     return first + _doubts(result) + forms + against + _remainder(gaps)
@@ -73,7 +76,7 @@ def _recalibration(result: Result, gaps: Sequence[Gap]) -> str:
     gap = _largest(gaps)
     if gap.before - gap.after_recalibration <= 0.1 * gap.before or gap.before <= 1.1 * gap.noise_floor:
         return ""
-    return f" ({gap.after_recalibration:.3g} {gap.unit} once known numbers moved within their stated uncertainty)"
+    return f" ({quantity(gap.after_recalibration, gap.unit)} once known numbers moved within their stated uncertainty)"
 
 
 def _where_judged(result: Result) -> str:
@@ -161,9 +164,31 @@ def _largest(gaps: Sequence[Gap]) -> Gap:
     return max(gaps, key=lambda g: g.before / g.noise_floor)
 
 
+def headline(effect: Entry) -> str:
+    """A told cause in the field's words and numbers: what, where, how large, how sure."""
+    periodic = {p.name for p in CATALOGUE[effect["name"]].parameters if p.periodic}
+    told = []
+    for entry in effect.get("entries") or [effect["parameters"]]:
+        numbers = {name: number for name, number in entry.items() if name not in periodic}
+        moved = {name: number for name, number in numbers.items() if number["value"] != number["nominal"]}
+        told.append(", ".join(_number(name, number) for name, number in list(moved.items())[:_NUMBERS]))
+    where = _at_first(_name(effect["name"], effect["axis"]))
+    return f"{where}: {' and '.join(told)}; probability {effect['probability']:.2f}"
+
+
+def _number(name: str, number: Entry) -> str:
+    value, nominal = quantity(number["value"], number["unit"]), number["nominal"]
+    # "8 per turn" says what it is
+    said = value if number["unit"].startswith("1/") else f"{name.replace('_', ' ')} {value}"
+    return said if nominal is None else f"{said} (model: {quantity(nominal, number['unit'])})"
+
+
+def _floors(gap: Gap) -> str:
+    return f"{quantity(gap.before, gap.unit)} or {gap.before / gap.noise_floor:.1f} times the noise floor"
+
+
 def _size(start: str, gap: Gap) -> str:
-    size = f"{gap.before:.3g} {gap.unit}, {gap.before / gap.noise_floor:.1f} times the noise floor"
-    return f"{start} in the {gap.signal.replace('_', ' ')} of {gap.axis}: {size}"
+    return f"{start} in the {gap.signal.replace('_', ' ')} of {gap.axis}: {_floors(gap)}"
 
 
 def _undetermined(effect: Entry) -> str:

@@ -1,0 +1,28 @@
+"""Numbers as people say them: three digits, and a prefix of the unit that leaves none of them behind zeros."""
+
+from __future__ import annotations
+
+import math
+
+#: units that a prefix goes before; a kilogram has one, and squares and shares take none
+_PREFIXED = ("N m", "N", "rad", "m", "s", "Hz", "W", "A", "V")
+_PREFIXES = {-9: "n", -6: "\u00b5", -3: "m", 0: ""}
+
+
+def quantity(value: float, unit: str) -> str:
+    """`0.012, "N m"` is "12 mN m"; `8, "1/turn"` is "8 per turn"; a unit of "1" is not said."""
+    if not math.isfinite(value):
+        return "-" if math.isnan(value) else "without bound"
+    if unit == "1":
+        return f"{value:.3g}"
+    if unit.startswith("1/"):
+        return f"{value:.3g} per {unit[2:]}"
+    base = unit.split("/")[0].split(" s")[0] if unit not in _PREFIXED else unit
+    size = abs(value)
+    if base not in _PREFIXED or size == 0.0 or size >= 0.1:
+        return f"{value:.3g} {unit}".rstrip()
+    power = max(-9, 3 * math.floor(math.log10(size) / 3.0))
+    if float(f"{size / 10.0**power:.3g}") >= 1000.0:
+        power += 3
+    power = min(power, 0)
+    return f"{value / 10.0**power:.3g} {_PREFIXES[power]}{unit}"

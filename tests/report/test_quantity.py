@@ -1,0 +1,52 @@
+from __future__ import annotations
+
+import re
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gimbal_hil.knowledge.discrepancy.verdict.wording import headline
+from gimbal_hil.pages.report import quantity
+
+SIZES = {"n": 1e-9, "\u00b5": 1e-6, "m": 1e-3, "": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "said"),
+    [
+        (0.012, "N m", "12 mN m"),
+        (0.0999999, "N m", "100 mN m"),
+        (9.9999e-4, "N m", "1 mN m"),
+        (8.0, "1/turn", "8 per turn"),
+        (0.0123, "1", "0.0123"),
+        (3.1e-4, "N m s/rad", "310 \u00b5N m s/rad"),
+        (-4e-4, "m", "-400 \u00b5m"),
+        (0.002, "kg m2", "0.002 kg m2"),
+        (0.0, "N m", "0 N m"),
+        (float("nan"), "m", "-"),
+        (float("inf"), "m", "without bound"),
+    ],
+)
+def test_a_number_is_said_with_three_digits_and_the_prefix_that_shows_them(value: float, unit: str, said: str) -> None:
+    assert quantity(value, unit) == said
+
+
+@given(st.floats(1e-9, 1e9), st.sampled_from(("N m", "rad", "N m s/rad", "rad/s")))
+def test_what_is_said_is_the_number_to_three_digits(value: float, unit: str) -> None:
+    found = re.fullmatch(rf"([-+.e\d]+) ([n\u00b5m]?){re.escape(unit)}", quantity(value, unit))
+    assert found and float(found[1]) * SIZES[found[2]] == pytest.approx(value, rel=6e-3)
+
+
+def test_a_cause_is_told_by_where_how_large_and_how_sure_and_not_by_its_phase() -> None:
+    def number(value: float, unit: str, nominal: float | None = None) -> dict[str, object]:
+        return {"value": value, "low": value, "high": value, "unit": unit, "nominal": nominal}
+
+    ripple = {"amplitude": number(0.012, "N m"), "order": number(8.0, "1/turn"), "phase": number(0.3, "rad")}
+    cogging = {"name": "cogging", "axis": "elevation", "probability": 0.953, "parameters": ripple}
+    assert headline(cogging) == "Cogging on elevation: amplitude 12 mN m, 8 per turn; probability 0.95"
+    twice = cogging | {"entries": [ripple, ripple | {"order": number(16.0, "1/turn")}]}
+    assert "12 mN m, 8 per turn and amplitude 12 mN m, 16 per turn" in headline(twice)
+    moved = {"coulomb": number(0.31, "N m", 0.25), "breakaway": number(0.3, "N m", 0.3)}
+    friction = {"name": "coulomb", "axis": "pan", "probability": 0.6, "parameters": moved}
+    assert headline(friction) == "Coulomb on pan: coulomb 0.31 N m (model: 0.25 N m); probability 0.60"
