@@ -9,7 +9,7 @@ from gimbal_hil.loop.host.frame_tick import encode_host_mail, host_block_tick
 from gimbal_hil.loop.host.guard_table import DRIVE_GUARDS, HOST_GUARDS
 from gimbal_hil.loop.host.host import Host
 from gimbal_hil.loop.host.image import IMAGE_WORDS, image_of, stand_as
-from gimbal_hil.loop.host.layout import MOMENTUM_WINDOW_S
+from gimbal_hil.loop.host.layout import LEAST_BRAKING_SHARE, MOMENTUM_WINDOW_S
 from gimbal_hil.loop.host.memory import (
     C_AT,
     COUNTERS_AT,
@@ -45,6 +45,7 @@ __all__ = [
     "HOST_OCTETS",
     "H_AT",
     "IMAGE_WORDS",
+    "LEAST_BRAKING_SHARE",
     "LOG_WORDS",
     "MAIL_AT",
     "MEASURED",

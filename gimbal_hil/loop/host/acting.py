@@ -89,7 +89,7 @@ from gimbal_hil.loop.host.layout import (
     STEP_S,
     TEMPERATURE_HEARD,
 )
-from gimbal_hil.loop.host.limits import joint_rate, rates_towards_limits
+from gimbal_hil.loop.host.limits import braking, joint_rate, rates_towards_limits
 from gimbal_hil.loop.host.states import NOTHING, EventCode, number
 
 _OFF, _RATE, _POSITION = number(Mode.OFF), number(Mode.RATE), number(Mode.POSITION)
@@ -181,7 +181,7 @@ def _close(mode: int, H: np.ndarray, G: np.ndarray, C: np.ndarray, axis: int) ->
     observed = is_observed(H, h, C, c) and mode >= _RATE
     if mode != G[g + MODE]:
         _enter(mode, H, G, C, axis)
-    allowed = rates_towards_limits(position, C, c)
+    allowed = rates_towards_limits(position, braking(H, C, h, c), C, c)
     if observed:
         observe(position, rate, base_rate, C[STEP_S], H, h, C, c)
         observed_torque(mode, H[h + REFERENCE], base_rate, allowed, C[STEP_S], H, h, C, c)

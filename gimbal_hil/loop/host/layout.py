@@ -9,6 +9,8 @@ from gimbal_hil.loop.control.layout import CONTROL_PARAMETERS, CONTROL_STATES
 OUTER, INNER, AXES = 0, 1, 2
 #: window of the runaway guard, in which the configured disturbance adds up
 MOMENTUM_WINDOW_S = 0.03
+#: of the configured deceleration, below which torque is too little to brake with at all
+LEAST_BRAKING_SHARE = 0.05
 
 # --- C: configuration
 #: times in ticks are whole numbers
@@ -52,7 +54,7 @@ AXIS_C = 52
     MAX_FOLLOWING_POSITION,  # following error of the position loop (rad)
     MAX_FOLLOWING_RATE,  # following error of the rate loop (rad/s)
     MAX_DISAGREEMENT,  # gyro against encoder (rad/s)
-    BRAKING_RAD_S2,  # deceleration that a stop asks for and braking distance counts on
+    BRAKING_RAD_S2,  # deceleration that a stop asks for; braking distance counts on no more, see `limits.braking`
     REST_RATE,  # below this joint rate (rad/s) an axis is at rest
     MAX_TEMPERATURE,  # winding (degC)
     MAX_DRIFT,  # gyro against encoder over the window (rad)
@@ -110,8 +112,9 @@ AXIS_H = 40
     LAST_JOINT_RATE,
     CURVE,  # slope of SLOPE (rad/s^2), NaN where nobody knows it
     TEMPERATURE_HEARD,  # 1 once the drive told the motor's temperature
-) = range(CONTROL_STATES, CONTROL_STATES + 26)
-AXIS_H_SIZE = CONTROL_STATES + 26
+    PULL,  # of the body's expected weight about the axis, either way (N m)
+) = range(CONTROL_STATES, CONTROL_STATES + 27)
+AXIS_H_SIZE = CONTROL_STATES + 27
 H_SIZE = AXIS_H + AXES * AXIS_H_SIZE
 
 # --- G: state

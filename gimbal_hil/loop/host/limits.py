@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from firmware_protocol.compiling import compiled
-from gimbal_hil.loop.control.layout import LOOP_ERROR, RATE_REFERENCE_LIMIT, Mode
+from gimbal_hil.loop.control.layout import LOOP_ERROR, RATE_REFERENCE_LIMIT, TORQUE_LIMIT, Mode
 from gimbal_hil.loop.host.event_ring import report
 from gimbal_hil.loop.host.layout import (
     AXES,
@@ -23,10 +23,13 @@ from gimbal_hil.loop.host.layout import (
     BRAKING_RAD_S2,
     DEBOUNCE_TICKS,
     DISAGREE_COUNT,
+    DISTURBANCE,
     ENCODER_RATE,
+    EXPECTED_INERTIA,
     FOLLOWING_COUNT,
     FOLLOWING_TICKS,
     GYRO_RATE,
+    LEAST_BRAKING_SHARE,
     MAX_DISAGREEMENT,
     MAX_FOLLOWING_POSITION,
     MAX_FOLLOWING_RATE,
@@ -35,11 +38,13 @@ from gimbal_hil.loop.host.layout import (
     MEASURED_POSITION,
     MEASURED_RATE,
     MODE,
+    MOMENTUM_WINDOW_S,
     MOTOR_TEMPERATURE,
     OUTSIDE,
     OVERSPEED_COUNT,
     POSITION_HIGH,
     POSITION_LOW,
+    PULL,
     REST_RATE,
     STEP_S,
     TRAVEL_MARGIN,
@@ -75,6 +80,18 @@ def _moving_rate(H: np.ndarray, C: np.ndarray, axis: int) -> float:
 
 
 @compiled
+def braking(H: np.ndarray, C: np.ndarray, h: int, c: int) -> float:
+    """Deceleration (rad/s^2) that the axis at `h` and `c` can be counted on: the configured one, or what its torque
+    limit leaves of it beside disturbance and weight; of both only known with an expectation.
+    """
+    asked, inertia = C[c + BRAKING_RAD_S2], C[c + EXPECTED_INERTIA]
+    if inertia == 0.0:
+        return float(asked)
+    left = C[c + TORQUE_LIMIT] - C[c + DISTURBANCE] / MOMENTUM_WINDOW_S - H[h + PULL]
+    return float(min(asked, max(left / inertia, LEAST_BRAKING_SHARE * asked)))
+
+
+@compiled
 def fault_of(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> int:
     """The HostCause that any axis has for a fault at this fresh sample, NONE when all is well."""
     for axis in range(AXES):
@@ -95,7 +112,7 @@ def stop_cause(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> int:
         if rate == 0.0 or G[AXIS_G + axis * AXIS_G_SIZE + MODE] == _OFF:
             continue
         # the loop needs a few ticks before the torque brakes
-        distance = rate * rate / (2.0 * C[c + BRAKING_RAD_S2]) + 3.0 * abs(rate) * C[STEP_S]
+        distance = rate * rate / (2.0 * braking(H, C, h, c)) + 3.0 * abs(rate) * C[STEP_S]
         if G[AXIS_G + axis * AXIS_G_SIZE + MODE] == _POSITION:
             # the reference ends at the limit: only its overshoot may lead beyond
             distance -= 0.5 * C[c + TRAVEL_MARGIN]
@@ -107,19 +124,20 @@ def stop_cause(H: np.ndarray, G: np.ndarray, C: np.ndarray) -> int:
 
 
 @compiled
-def rates_towards_limits(position: float, C: np.ndarray, c: int) -> tuple[float, float]:
+def rates_towards_limits(position: float, braking_rad_s2: float, C: np.ndarray, c: int) -> tuple[float, float]:
     """Joint rates (rad/s) down and up from which an axis can still brake before its limits, with half the deceleration
     kept back, and within what the position loop may ask for at all.
     """
     below = position - max(C[c + POSITION_LOW], C[c + WRAP_LOW])
     above = min(C[c + POSITION_HIGH], C[c + WRAP_HIGH]) - position
-    return -_rate_before(below, C, c), _rate_before(above, C, c)
+    limit = C[c + RATE_REFERENCE_LIMIT]
+    return -_rate_before(below, braking_rad_s2, limit), _rate_before(above, braking_rad_s2, limit)
 
 
 @compiled
-def _rate_before(distance: float, C: np.ndarray, c: int) -> float:
+def _rate_before(distance: float, braking_rad_s2: float, limit: float) -> float:
     """Least of the loop's own limit and the rate that half the deceleration brings to rest within a distance."""
-    square, limit = C[c + BRAKING_RAD_S2] * max(distance, 0.0), C[c + RATE_REFERENCE_LIMIT]
+    square = braking_rad_s2 * max(distance, 0.0)
     # far from the limit no root has to be waited for
     return float(math.sqrt(square) if square < limit * limit else limit)
 

@@ -56,6 +56,7 @@ from gimbal_hil.loop.host.layout import (
     PATH,
     PEAK_TORQUE,
     PLACE,
+    PULL,
     QUIET_MOMENTUM,
     REST_RATE,
     SENT_SEQUENCE,
@@ -114,6 +115,7 @@ def watch_sensors(H: np.ndarray, G: np.ndarray, C: np.ndarray, begin: bool, tick
         h, c, g = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE, AXIS_G + axis * AXIS_G_SIZE
         rate = H[h + MEASURED_RATE]
         joint = rate - H[h + BASE_RATE]
+        H[h + PULL] = abs(weights[axis])
         _watch_place(H, G, C, axis, begin, ticks)
         if begin:
             H[h + DRIFT] = H[h + PATH] = 0.0

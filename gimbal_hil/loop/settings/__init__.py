@@ -8,6 +8,7 @@ from gimbal_hil.loop.settings.adjusting import (
     adjustments_from,
     merged,
     require_adjustable,
+    require_braking,
 )
 from gimbal_hil.loop.settings.axis import WIRE_TURNS, AxisSettings, JointObserver
 from gimbal_hil.loop.settings.configuration import host_configuration
@@ -44,6 +45,7 @@ __all__ = [
     "merged",
     "observed_joint",
     "require_adjustable",
+    "require_braking",
     "settings_from_document",
     "shipped_settings",
     "shipped_settings_path",

@@ -13,7 +13,9 @@ from typing import Any
 
 from firmware_protocol.documents import validated
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.loop.settings.axis import AxisSettings, number_at
+from gimbal_hil.loop.control import GRAVITY_M_S2
+from gimbal_hil.loop.host import LEAST_BRAKING_SHARE
+from gimbal_hil.loop.settings.axis import AdjustableKey, AxisSettings, number_at
 from gimbal_hil.loop.settings.daemon import DaemonSettings
 
 #: axis -> key (`rate_loop.kp_s_per_rad`) -> value in force
@@ -70,6 +72,27 @@ def require_adjustable(configured: DaemonSettings, changes: Adjustments) -> None
                 )
 
 
+def require_braking(settings: DaemonSettings, changes: Adjustments) -> None:
+    """BadInputError for a torque limit among `changes` that leaves nothing to brake with: `settings` are those that
+    would be in force. The weight is that on a level base, where the carrying axis has none about itself.
+    """
+    for place, (axis, section) in enumerate(settings.axes.items()):
+        value, expected = changes.get(axis, {}).get(AdjustableKey.TORQUE), section.expectation
+        if value is None or expected is None:
+            continue
+        across, _, along = expected.moment_kg_m
+        weight = GRAVITY_M_S2 * math.hypot(across, along) if place else 0.0
+        least = expected.disturbance_nm + weight
+        least += LEAST_BRAKING_SHARE * section.limits.braking_rad_s2 * expected.inertia_kg_m2
+        if value < least:
+            loads = f"disturbance {expected.disturbance_nm:g} N m, weight {weight:.2g} N m"
+            raise BadInputError(
+                f"{axis}.{AdjustableKey.TORQUE.value}",
+                f"{value:g} N m leaves nothing to brake {axis} with before a limit ({loads}, see `expectation`)",
+                f"at least {least:.2f}",
+            )
+
+
 def merged(adjustments: Adjustments, changes: Adjustments, configured: DaemonSettings) -> dict[str, dict[str, float]]:
     """What is in force after the changes; a number that is back at its configured value is left out."""
     found: dict[str, dict[str, float]] = {}
@@ -97,6 +120,10 @@ def adjusted(configured: DaemonSettings, adjustments: Adjustments, where: str = 
             if not isinstance(document.get(section), dict) or name not in document[section]:
                 raise BadInputError(where, f"no number {axis}.{key}", "as in rate_loop.kp_s_per_rad")
             document[section][name] = value
+        torque = values.get(AdjustableKey.TORQUE.value)
+        if torque is not None and axes[axis].expectation is None:
+            # nobody knows what the axis is held against: it brakes by as much less
+            document["limits"]["braking_rad_s2"] *= min(1.0, torque / axes[axis].limits.torque_nm)
         axes[axis] = validated(AxisSettings, document, f"{where}: {axis}")
     return configured.model_copy(update={"axes": axes})
 

@@ -13,6 +13,7 @@ from gimbal_hil.loop.settings import (
     host_configuration,
     merged,
     require_adjustable,
+    require_braking,
 )
 from gimbal_hil.realtime.telemetry import LiveView, pack_configuration
 
@@ -42,7 +43,9 @@ class LiveAdjustments:
             raise BadInputError("adjust", "names no number", "as in outer: {rate_loop.kp_s_per_rad: 50}")
         require_adjustable(self._configured, changes)
         values = merged(self._asked, changes, self._configured)
-        self._require_inside(adjusted(self._configured, values))
+        settings = adjusted(self._configured, values)
+        require_braking(settings, changes)
+        self._require_inside(settings)
         return values
 
     def packed(self, values: Adjustments) -> bytes:
