@@ -79,9 +79,10 @@ typedef struct {
     int64_t joint_rate; /* low-passed difference of the encoder */
     int32_t winding;
     int32_t sensor_fault;
-    int64_t stop_rate; /* stopping reference */
-    int64_t stop_position;
+    int64_t stop_rate; /* stopping reference, and how far ahead of the joint it is (fraction of a count) */
+    int64_t stop_lead;
     int64_t stop_integral;
+    int32_t stop_encoder; /* when the reference was last advanced */
     int32_t brake_command;
     int32_t brake_state;
     int32_t brake_age;

@@ -2,32 +2,48 @@
    it then holds; and what holds an axis without torque. */
 #include "gimbal_parts.h"
 
+/* Most that the ramp's reference may be ahead of the joint, fraction of a count: far beyond what any torque follows. */
+#define MOST_LEAD ((int64_t)1 << 40)
+
+/* By how many ticks of its deceleration the ramp may be faster than the joint. */
+#define TICKS_AHEAD 8
+
+/* Where and how fast a ramp begins that acts from this tick on. */
+static void take_motion(gimbal_joint_t *joint)
+{
+    joint->stop_rate = joint->joint_rate;
+    joint->stop_lead = 0;
+    joint->stop_integral = 0;
+    joint->stop_encoder = joint->encoder;
+}
+
 /* Take the motion as it is for the start of the ramp. */
 void gimbal_begin_stop(const gimbal_settings_t *settings, gimbal_drive_t *drive)
 {
     drive->rest_count = 0;
-    for (int axis = 0; axis < settings->axes; ++axis) {
-        gimbal_joint_t *joint = &drive->joints[axis];
-        joint->stop_rate = joint->joint_rate;
-        joint->stop_position = gimbal_scaled(joint->encoder);
-        joint->stop_integral = 0;
-    }
+    for (int axis = 0; axis < settings->axes; ++axis)
+        take_motion(&drive->joints[axis]);
 }
 
 /* Torque that keeps an axis on a ramp to rest and then where it came to rest; PID with the integral held at the torque
-   limit. */
+   limit. The ramp is never much faster than the joint: a false step of the encoder that it began with, or that comes
+   later, is gone from its rate as soon as it is gone from the joint's. */
 static int64_t ramp_torque(const gimbal_settings_t *settings, gimbal_joint_t *joint, int axis)
 {
     const gimbal_axis_settings_t *own = &settings->joints[axis];
     const int64_t step = own->stop_rate_per_tick;
     int64_t rate = joint->stop_rate;
+    const int64_t now = joint->joint_rate;
     if (rate > 0)
-        rate = rate > step ? rate - step : 0;
+        rate = gimbal_within(rate - step, 0, (now > 0 ? now : 0) + TICKS_AHEAD * step);
     else
-        rate = rate < -step ? rate + step : 0;
+        rate = gimbal_within(rate + step, (now < 0 ? now : 0) - TICKS_AHEAD * step, 0);
     joint->stop_rate = rate;
-    joint->stop_position += rate * settings->count_of_rate;
-    const int64_t error = gimbal_floor_scaled(joint->stop_position) - joint->encoder;
+    const int64_t moved = (int64_t)joint->encoder - joint->stop_encoder;
+    joint->stop_encoder = joint->encoder;
+    joint->stop_lead = gimbal_within(
+        joint->stop_lead + rate * settings->count_of_rate - gimbal_scaled(moved), -MOST_LEAD, MOST_LEAD);
+    const int64_t error = gimbal_floor_scaled(joint->stop_lead);
     const int64_t most = gimbal_scaled(own->torque_limit);
     joint->stop_integral = gimbal_within(joint->stop_integral + error * own->stop_integral_gain, -most, most);
     return gimbal_floor_scaled(
@@ -61,12 +77,14 @@ int32_t gimbal_stop_in_force(const gimbal_settings_t *settings, const gimbal_dri
     return reaction;
 }
 
-/* Torque of the stop in force; a coasting axis and a shorted winding get none. */
+/* Torque of the stop in force; a coasting axis and a shorted winding get none. A ramp begins when it acts: from the
+   motion after a short that stood in for it, not from the one that called for the short. */
 int64_t gimbal_stop_torque(const gimbal_settings_t *settings, gimbal_drive_t *drive, int axis)
 {
     const int32_t stop = gimbal_stop_in_force(settings, drive);
     if (stop == GIMBAL_STOP_REACTION_DECELERATE_AND_HOLD)
         return ramp_torque(settings, &drive->joints[axis], axis);
+    take_motion(&drive->joints[axis]);
     if (stop == GIMBAL_STOP_REACTION_GYRO_STOP)
         return gyro_torque(&settings->joints[axis], &drive->joints[axis]);
     return 0;

@@ -38,10 +38,12 @@ class Joint(MemoryRecord):
     winding: int
     #: FaultCode of this axis' sensors, latched by nothing: as of the last sample
     sensor_fault: int
-    #: stopping reference: rate, position (fraction), integral of the error (torque, fraction)
+    #: stopping reference: rate, how far ahead of the joint (fraction of a count), integral of that (torque, fraction),
+    #: and the encoder when it was last advanced
     stop_rate: int
-    stop_position: int
+    stop_lead: int
     stop_integral: int
+    stop_encoder: int
     #: BrakeCommand as last heard, BrakeState, ticks since it was to close
     brake_command: int
     brake_state: int

@@ -11,11 +11,15 @@ import numpy as np
 from firmware_protocol import mail as m
 from firmware_protocol.compiling import compiled
 from sim_backend.device.guards import disagreement, supply_serves
-from sim_backend.device.records import SCALE_BITS, Drive
+from sim_backend.device.records import SCALE_BITS, Drive, Joint
 from sim_backend.device.runaway import runs_away
 from sim_backend.layout import AXES
 
 _COAST, _BRAKE = m.STOP_REACTION_COAST, m.STOP_REACTION_BRAKE
+#: most that the ramp's reference may be ahead of the joint, fraction of a count: far beyond what any torque follows
+_MOST_LEAD = 1 << 40
+#: by how many ticks of its deceleration the ramp may be faster than the joint
+_TICKS_AHEAD = 8
 _HOLD, _BY_GYRO = m.STOP_REACTION_DECELERATE_AND_HOLD, m.STOP_REACTION_GYRO_STOP
 
 
@@ -24,25 +28,32 @@ def begin_stop(K: np.ndarray, drive: Drive) -> None:
     """Take the motion as it is for the start of the ramp."""
     drive.rest_count = 0
     for axis in range(K[AXES]):
-        joint = drive.joints[axis]
-        joint.stop_rate, joint.stop_position, joint.stop_integral = (
-            joint.joint_rate,
-            joint.encoder << SCALE_BITS,
-            0,
-        )
+        _take_motion(drive.joints[axis])
+
+
+@compiled
+def _take_motion(joint: Joint) -> None:
+    """Where and how fast a ramp begins that acts from this tick on."""
+    joint.stop_rate, joint.stop_encoder = joint.joint_rate, joint.encoder
+    joint.stop_lead = joint.stop_integral = 0
 
 
 @compiled
 def ramp_torque(drive: Drive, axis: int) -> int:
     """Raw torque that keeps an axis on a ramp to rest and then where it came to rest; PID with the integral held at the
-    torque limit.
+    torque limit. The ramp is never much faster than the joint: a false step of the encoder that it began with, or that
+    comes later, is gone from its rate as soon as it is gone from the joint's.
     """
     joint = drive.joints[axis]
     rate, step = joint.stop_rate, joint.stop_rate_per_tick
-    rate = max(rate - step, 0) if rate > 0 else min(rate + step, 0)
+    if rate > 0:
+        rate = max(min(rate - step, max(joint.joint_rate, 0) + _TICKS_AHEAD * step), 0)
+    else:
+        rate = min(max(rate + step, min(joint.joint_rate, 0) - _TICKS_AHEAD * step), 0)
     joint.stop_rate = rate
-    joint.stop_position += rate * drive.count_of_rate
-    error = (joint.stop_position >> SCALE_BITS) - joint.encoder
+    ahead = joint.stop_lead + rate * drive.count_of_rate - ((joint.encoder - joint.stop_encoder) << SCALE_BITS)
+    joint.stop_lead, joint.stop_encoder = min(max(ahead, -_MOST_LEAD), _MOST_LEAD), joint.encoder
+    error = joint.stop_lead >> SCALE_BITS
     most = joint.torque_limit << SCALE_BITS
     joint.stop_integral = min(max(joint.stop_integral + error * joint.stop_integral_gain, -most), most)
     fraction = joint.stop_rate_gain * (rate - joint.joint_rate) + joint.stop_position_gain * error + joint.stop_integral
@@ -78,10 +89,13 @@ def stop_in_force(K: np.ndarray, drive: Drive) -> int:
 
 @compiled
 def stop_torque(K: np.ndarray, drive: Drive, axis: int) -> int:
-    """Raw torque of the stop in force; a coasting axis and a shorted winding get none."""
+    """Raw torque of the stop in force; a coasting axis and a shorted winding get none. A ramp begins when it acts: from
+    the motion after a short that stood in for it, not from the one that called for the short.
+    """
     stop = stop_in_force(K, drive)
     if stop == _HOLD:
         return ramp_torque(drive, axis)
+    _take_motion(drive.joints[axis])
     return gyro_torque(drive, axis) if stop == _BY_GYRO else 0
 
 

@@ -191,8 +191,8 @@ MUTANTS = (
     _mutant("stopping", "joint.stop_integral = min(max(", "_ = min(max(", "a_quick_stop_at_rest_stays_where_it_was"),
     _mutant(
         "stopping",
-        "rate = max(rate - step, 0)",
-        "rate = max(rate, 0)",
+        "min(rate - step,",
+        "min(rate,",
         "a_quick_stop_decelerates_and_holds_against_gravity",
     ),
     _mutant("stopping", "if stop == _BY_GYRO else 0", "", "coasting_applies_no_torque"),
@@ -258,6 +258,24 @@ MUTANTS = (
         "drive.rest_count >= drive.rest_ticks + hold or",
         "",
         "decelerating_holds_for_its_time_and_then_lets_go",
+    ),
+    _mutant(
+        "stopping",
+        "min(rate - step, max(joint.joint_rate, 0) + _TICKS_AHEAD * step)",
+        "rate - step",
+        "a_false_step_of_the_encoder_as_a_stop_begins_moves_nothing",
+    ),
+    _mutant(
+        "stopping",
+        "max(rate + step, min(joint.joint_rate, 0) - _TICKS_AHEAD * step)",
+        "rate + step",
+        "a_false_step_of_the_encoder_as_a_stop_begins_moves_nothing",
+    ),
+    _mutant(
+        "stopping",
+        "    _take_motion(drive.joints[axis])\n    return",
+        "    return",
+        "a_ramp_goes_on_from_the_motion_after_the_short_that_stood_in_for_it",
     ),
     _mutant("stopping", "drive.hold_ticks if", "10**9 if", "decelerating_holds_for_its_time_and_then_lets_go"),
 )

@@ -1,7 +1,7 @@
 """What an analyser proves of the C device, for every session of any length: any frames, any sensors, any supply.
 
 Abstract interpretation (Frama-C, plug-in Eva) covers every run of `any_session.c` at once; what it does not complain of
-cannot happen. It keeps intervals, so it cannot see that a momentum fades or that a ramp ends: those sums are listed.
+cannot happen. It keeps intervals, so it cannot see that a momentum fades: those sums are listed.
 """
 
 from __future__ import annotations
@@ -19,16 +19,9 @@ from sim_backend.model import shipped_model
 
 #: sums whose bound follows from more than one number; the sessions of test_parity.py run them
 SUMS = {
-    "const int64_t gained = ((int64_t)joint->gyro - gyro_before) * own->impulse_of_rate - gimbal_scaled(torque);",
     "joint->momentum = gimbal_floor_scaled(joint->momentum * kept) + gained;",
     "joint->effort = gimbal_floor_scaled(joint->effort * kept) + gimbal_scaled(gimbal_abs(torque));",
-    "joint->stop_position += rate * settings->count_of_rate;",
-    "const int64_t error = gimbal_floor_scaled(joint->stop_position) - joint->encoder;",
-    "joint->stop_integral = gimbal_within(joint->stop_integral + error * own->stop_integral_gain, -most, most);",
     "return scaled >= 0 ? scaled / one : -((-scaled + one - 1) / one);",
-    # the sum of the ramp's three parts
-    "return gimbal_floor_scaled(",
-    "return value < 0 ? -value : value;",
 }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from firmware_protocol.enumerations import DriveRequest, DriveState, FaultCode, StopReaction
+from firmware_protocol.schema import POSITION_STEP_RAD
 from sim_backend.device import Spoilt
 from tests.device.bench import WINDOW, control
 from tests.device.guard_scenarios.expecting import COAST, MakeBench, expect_fault
@@ -112,3 +113,36 @@ def an_axis_that_ran_away_may_be_reset(make: MakeBench) -> None:
     bench.enable()
     bench.run(50, (5.0, 0.0))
     assert bench.state is DriveState.OPERATION_ENABLED
+
+
+def a_false_step_of_the_encoder_as_a_stop_begins_moves_nothing(make: MakeBench) -> None:
+    """One tick long or lasting, as the stop begins or some ticks before; an axis at rest stays within what the
+    joint's rate is wrong by meanwhile.
+    """
+    for size_rad, moves_rad in ((3e-3, 10e-3), (-12e-3, 25e-3)):
+        for lasts, ticks_before in ((False, 1), (True, 1), (True, 3)):
+            bench = make(brakes=False).enable()
+            bench.run(3)
+            stood = bench.device.joint_positions[0]
+            bench.device.spoil(0, "encoder", Spoilt.OFF, round(size_rad / POSITION_STEP_RAD))
+            bench.run(ticks_before)
+            if not lasts:
+                bench.device.spoil(0, "encoder", Spoilt.NOTHING)
+            bench.request(DriveRequest.QUICK_STOP)
+            bench.run(150)
+            assert bench.state is DriveState.QUICK_STOP_ACTIVE
+            assert abs(bench.device.joint_positions[0] - stood) < moves_rad, (size_rad, lasts, ticks_before)
+
+
+def a_ramp_goes_on_from_the_motion_after_the_short_that_stood_in_for_it(make: MakeBench) -> None:
+    bench = make(brakes=False).enable()
+    bench.request(DriveRequest.QUICK_STOP)
+    bench.run(50)
+    stood = bench.device.joint_positions[0]
+    # the encoder slips while the axis is held: following it back would turn the axis by as much the other way
+    bench.device.spoil(0, "encoder", Spoilt.OFF, round(12e-3 / POSITION_STEP_RAD))
+    bench.run(2)
+    assert bench.device.drive.joints[0].shorted == 1
+    bench.run(200)
+    assert bench.state is DriveState.QUICK_STOP_ACTIVE and bench.device.drive.joints[0].shorted == 0
+    assert -3e-3 < bench.device.joint_positions[0] - stood < 15e-3
