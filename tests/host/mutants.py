@@ -36,6 +36,7 @@ GUARDS = {
     ),
     "reception": ("_periods_since",),
     "limits": (
+        "braking",
         "fault_of",
         "stop_cause",
         "report_beyond_limits",
@@ -45,12 +46,13 @@ GUARDS = {
         "_fault_of_axis",
     ),
     "reactions": ("stop_kind",),
-    "drive": ("may_reset_fault",),
+    "drive": ("may_reset_fault", "_brake_of"),
     "core": ("_take_requests", "_supervise", "_synchronise", "_leave_fault", "_check_limits", "_stop"),
 }
 TESTS = (
     *("test_plausibility", "test_either_way", "test_guards", "test_identity", "test_connecting"),
     *("test_places", "test_limits_of_an_axis", "test_supervisor", "test_following", "test_antenna_that_catches_up"),
+    "test_braking",
 )
 _TURNED = {ast.Gt: ast.LtE, ast.GtE: ast.Lt, ast.Lt: ast.GtE, ast.LtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
 #: what a guard answers when it trips
@@ -263,6 +265,9 @@ def main() -> None:
     """Mutants, those that live, and how long it took; `MUTANTS_EVERY=n` takes every n-th one, `MUTANTS_OF=text,text`
     those with one of these texts in their names.
     """
+    if os.environ.get("NUMBA_DISABLE_JIT") != "1":
+        # compiled code is not changed with its source: every mutant would live
+        sys.exit("mutants: NUMBA_DISABLE_JIT is not 1; expected NUMBA_DISABLE_JIT=1 python -m tests.host.mutants")
     began, tests = time.perf_counter(), _tests()
     every, of = int(os.environ.get("MUTANTS_EVERY", "1")), os.environ.get("MUTANTS_OF", "").split(",")
     named = [mutant for mutant in mutants() if mutant.name not in EQUIVALENT]

@@ -1,5 +1,5 @@
 """Braking distance counts on what torque limit, disturbance and weight leave, and a torque that leaves nothing is
-refused.
+refused; what holds an axis by its brake beside one that moves.
 """
 
 from __future__ import annotations
@@ -7,9 +7,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from firmware_protocol import mail as m
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.loop.control.layout import TORQUE_LIMIT
-from gimbal_hil.loop.host import Host, HostState, Mode, layout
+from gimbal_hil.loop.host import UNNAMED, AxisCommand, Host, HostState, Mode, Segment, Shape, layout
 from gimbal_hil.loop.host.limits import braking
 from gimbal_hil.loop.settings import (
     DaemonSettings,
@@ -101,3 +102,37 @@ def test_without_an_expectation_an_axis_brakes_by_as_much_less_as_it_has_torque(
     for torque_nm, expected in ((7.75, 7.5), (15.5, 15.0)):
         C = host_configuration(adjusted(settings, {"outer": {"limits.torque_nm": torque_nm}}))
         assert C[C_OF[0] + layout.BRAKING_RAD_S2] == pytest.approx(expected)
+
+
+def test_the_brake_of_an_axis_that_is_not_named_is_closed_while_the_other_one_moves_or_stops_and_no_longer() -> None:
+    C = configuration(supervisor__unnamed_axis="brake")
+    moving = AxisCommand(Mode.RATE, Shape.HOLD, (0.5,))
+    for axis, slot in ((1, m.DRIVE_CONTROL_BRAKE_INNER), (0, m.DRIVE_CONTROL_BRAKE_OUTER)):
+        loop = HostLoop(Host(C)).connected()
+        told = _brake_commands(loop, slot)
+        loop.command(Segment(moving, UNNAMED) if axis == 1 else Segment(UNNAMED, moving)).run(150)
+        assert told[-1] == m.BRAKE_COMMAND_ENGAGE
+        loop.host.stop()
+        while loop.run(1).host.state is not HostState.IDLE:
+            assert told[-1] == m.BRAKE_COMMAND_ENGAGE
+        loop.run(150)
+        assert told[-1] == m.BRAKE_COMMAND_AUTOMATIC
+        # and never for one that is off because somebody said so
+        told.clear()
+        loop.command(Segment(moving, AxisCommand()) if axis == 1 else Segment(AxisCommand(), moving)).run(150)
+        assert loop.host.state is HostState.ACTIVE and set(told) == {m.BRAKE_COMMAND_AUTOMATIC}
+
+
+def _brake_commands(loop: HostLoop, slot: int) -> list[int]:
+    """What the antenna is told of a brake, as it is told."""
+    told: list[int] = []
+    obey = loop.antenna._obey
+
+    def listening() -> None:
+        mail = loop.antenna._mail
+        if mail[m.DRIVE_CONTROL] > 0:
+            told.append(int(mail[slot]))
+        obey()
+
+    loop.antenna._obey = listening  # type: ignore[method-assign]
+    return told

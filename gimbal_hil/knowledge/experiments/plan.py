@@ -12,7 +12,8 @@
         guards: {outer: {rate_rad_s: 0.5}}
         measure: true
 
-An axis that is not named is off. The axes have the names of the model file, or `outer` (which carries) and `inner`.
+An axis that is not named beside one that is, is held as `supervisor.unnamed_axis` says. The axes have the names of the
+model file, or `outer` (which carries) and `inner`.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -29,7 +31,17 @@ from firmware_protocol.documents import Strict, read_yaml, validated
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.knowledge.experiments.references import ANY_REFERENCE, SHAPES, AnyReference, without_units
 from gimbal_hil.loop.control.layout import Mode
-from gimbal_hil.loop.host import AXIS_NAMES, AxisCommand, EndCondition, EndKind, Guard, Program, Segment, program_of
+from gimbal_hil.loop.host import (
+    AXIS_NAMES,
+    UNNAMED,
+    AxisCommand,
+    EndCondition,
+    EndKind,
+    Guard,
+    Program,
+    Segment,
+    program_of,
+)
 
 #: a program of so many takes 40 MB
 _MOST_SEGMENTS = 100_000
@@ -147,14 +159,21 @@ class SegmentPlan(Strict):
     def segment(self, label: int, rate_hz: float, last: bool) -> Segment:
         """For the host; after the last segment torque is switched off."""
         return Segment(
-            self.outer.command(self.guards.outer.guard(), 1.0 / rate_hz),
-            self.inner.command(self.guards.inner.guard(), 1.0 / rate_hz),
+            self._command("outer", rate_hz),
+            self._command("inner", rate_hz),
             max(1, round(self.duration_s * rate_hz)),
             tuple(end.condition(rate_hz) for end in self.end),
             label,
             self.record_every_ticks,
             last,
         )
+
+    def _command(self, axis: str, rate_hz: float) -> AxisCommand:
+        guard: Guard = getattr(self.guards, axis).guard()
+        if axis not in self.model_fields_set:
+            return replace(UNNAMED, guard=guard)
+        plan: AxisPlan = getattr(self, axis)
+        return plan.command(guard, 1.0 / rate_hz)
 
 
 class Plan(Strict):

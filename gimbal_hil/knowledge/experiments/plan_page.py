@@ -28,7 +28,8 @@ An experiment of your own as a YAML file. It runs like the [sequences](experimen
 ```yaml
 EXAMPLE```
 
-A segment says what each axis does; an axis that it does not name is off. Use the axis names of your model file; `outer`
+A segment says what each axis does; an axis that it does not name is held beside one that it does, as
+`supervisor.unnamed_axis` of the [configuration](configuration.md) says. Use the axis names of your model file; `outer`
 and `inner` are understood too. At the end torque is switched off.
 """
 _GUARDS = """
@@ -39,7 +40,7 @@ _AXIS = """
 ## What an axis does
 
 `outer: {mode: position, shape: ramp, slope_rad_s: 0.02}`: a mode, a shape, and the keys of the shape. Without `shape` a
-value is held (`hold`). `mode: off` takes no further keys.
+value is held (`hold`). `mode: off` takes no further keys: the axis is free, and falls where it is out of balance.
 
 A key that ends in `_U`, `_U/s` or `_U/s^2` below gets the unit of the mode as its ending:
 

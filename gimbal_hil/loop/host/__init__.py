@@ -21,7 +21,7 @@ from gimbal_hil.loop.host.memory import (
     ROWS_KEPT,
     SENT_AT,
 )
-from gimbal_hil.loop.host.program import AxisCommand, EndCondition, Guard, Program, Segment, program_of
+from gimbal_hil.loop.host.program import UNNAMED, AxisCommand, EndCondition, Guard, Program, Segment, program_of
 from gimbal_hil.loop.host.states import (
     GUARD_CAUSES,
     EndKind,
@@ -32,6 +32,7 @@ from gimbal_hil.loop.host.states import (
     PointingState,
     ReferenceOrigin,
     Shape,
+    UnnamedAxis,
 )
 from gimbal_hil.loop.host.tick_row import LOG_WORDS, MEASURED, ROW_WORDS, write_row
 
@@ -55,6 +56,7 @@ __all__ = [
     "ROWS_KEPT",
     "ROW_WORDS",
     "SENT_AT",
+    "UNNAMED",
     "AxisCommand",
     "EndCondition",
     "EndKind",
@@ -73,6 +75,7 @@ __all__ = [
     "ReferenceOrigin",
     "Segment",
     "Shape",
+    "UnnamedAxis",
     "encode_host_mail",
     "host_block_tick",
     "host_tick",

@@ -10,6 +10,9 @@ from firmware_protocol import mail as m
 from firmware_protocol.compiling import compiled
 from gimbal_hil.loop.host.identity import is_known
 from gimbal_hil.loop.host.layout import (
+    AXIS_G,
+    AXIS_G_SIZE,
+    BRAKED,
     CLEAR_TRAVEL,
     CONTROL_AGE,
     CONTROL_TICKS,
@@ -30,6 +33,7 @@ from gimbal_hil.loop.host.layout import (
 from gimbal_hil.loop.host.states import HostState, number
 
 _WAITING, _SYNCHRONISING, _FAULT = number(HostState.WAITING), number(HostState.SYNCHRONISING), number(HostState.FAULT)
+_ACTIVE, _STOPPING = number(HostState.ACTIVE), number(HostState.STOPPING)
 _TRAVEL_FLAGS = (
     m.LIMIT_FLAGS_OUTER_TRAVEL_LOW
     | m.LIMIT_FLAGS_OUTER_TRAVEL_HIGH
@@ -62,6 +66,14 @@ def next_request(drive_state: int) -> int:
 
 
 @compiled
+def _brake_of(G: np.ndarray, axis: int) -> int:
+    """What an axis' holding brake is told: by itself it stays open on an axis that is off beside one under torque."""
+    moves = G[STATE] == _ACTIVE or G[STATE] == _STOPPING
+    closed = moves and G[AXIS_G + axis * AXIS_G_SIZE + BRAKED] == 1
+    return m.BRAKE_COMMAND_ENGAGE if closed else m.BRAKE_COMMAND_AUTOMATIC
+
+
+@compiled
 def send_control(mail: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
     """Put drive_control into the mail when it changed or is due; with it, while synchronising, the deadman's
     configuration.
@@ -84,7 +96,9 @@ def send_control(mail: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
     identify = 0 if is_known(G) else 1
     # asked anew when frames come after silence, because whoever sends them has not heard the request
     asks = 0 if identify == 0 else (2 if G[FRESH_IN_A_ROW] > 0 else 1)
+    brake_outer, brake_inner = _brake_of(G, 0), _brake_of(G, 1)
     packed = request + 16 * reset + 32 * quick_stop + 64 * G[CLEAR_TRAVEL] + 128 * asks
+    packed += 512 * brake_outer + 2048 * brake_inner
     G[CONTROL_AGE] += 1
     due = packed != G[SENT_CONTROL] or G[CONTROL_AGE] >= C[CONTROL_TICKS]
     mail[m.DRIVE_CONTROL] = 1 if due else 0
@@ -96,7 +110,7 @@ def send_control(mail: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
         mail[m.DRIVE_CONTROL_QUICK_STOP] = quick_stop
         mail[m.DRIVE_CONTROL_CLEAR_TRAVEL] = G[CLEAR_TRAVEL]
         mail[m.DRIVE_CONTROL_STOP] = G[STOP_KIND]
-        mail[m.DRIVE_CONTROL_BRAKE_OUTER] = mail[m.DRIVE_CONTROL_BRAKE_INNER] = m.BRAKE_COMMAND_AUTOMATIC
+        mail[m.DRIVE_CONTROL_BRAKE_OUTER], mail[m.DRIVE_CONTROL_BRAKE_INNER] = brake_outer, brake_inner
         mail[m.DRIVE_CONTROL_IDENTIFY] = identify
         mail[m.DEADMAN_CONFIG_WINDOW_TICKS] = int(C[DEADMAN_WINDOW])
         mail[m.DEADMAN_CONFIG_REACTION] = int(C[DEADMAN_REACTION])

@@ -23,6 +23,7 @@ from gimbal_hil.loop.host.layout import (
     AXIS_H_SIZE,
     AXIS_SEGMENT,
     AXIS_SEGMENT_SIZE,
+    BRAKED,
     CURVE,
     DURATION_TICKS,
     END,
@@ -68,10 +69,11 @@ from gimbal_hil.loop.host.layout import (
 )
 from gimbal_hil.loop.host.limits import joint_rate
 from gimbal_hil.loop.host.references import reference_at, reference_time
-from gimbal_hil.loop.host.states import NOTHING, EndKind, EventCode, HostCause, ReferenceOrigin, Shape, number
+from gimbal_hil.loop.host.states import NOTHING, AxisOff, EndKind, EventCode, HostCause, ReferenceOrigin, Shape, number
 
 _OFF, _TORQUE, _RATE, _POSITION = number(Mode.OFF), number(Mode.TORQUE), number(Mode.RATE), number(Mode.POSITION)
 _INERTIAL_RATE, _POINTING = number(Mode.INERTIAL_RATE), number(Mode.POINTING)
+_BRAKED = number(AxisOff.BRAKED)
 _START, _TIMETABLE = number(ReferenceOrigin.START), number(Shape.TIMETABLE)
 _TWO_PI = 2.0 * math.pi
 #: what a base that turns is left of the cable at either end of a planned way (rad)
@@ -95,7 +97,10 @@ def start_segment(place: int, H: np.ndarray, G: np.ndarray, plan: np.ndarray) ->
         G[END_TICKS + k] = 0
     for axis in range(AXES):
         h = AXIS_H + axis * AXIS_H_SIZE
-        mode = int(plan[base + AXIS_SEGMENT + axis * AXIS_SEGMENT_SIZE + SEGMENT_MODE])
+        s = base + AXIS_SEGMENT + axis * AXIS_SEGMENT_SIZE
+        mode = int(plan[s + SEGMENT_MODE])
+        braked = mode == _OFF and int(plan[s + SHAPE_PARAMETERS]) == _BRAKED
+        G[AXIS_G + axis * AXIS_G_SIZE + BRAKED] = 1 if braked else 0
         if mode == G[AXIS_G + axis * AXIS_G_SIZE + MODE]:
             H[h + START_VALUE] = H[h + REFERENCE]
         else:

@@ -16,7 +16,7 @@ from gimbal_hil.loop.host.frame_tick import host_frame_tick
 from gimbal_hil.loop.host.identity import most_torque
 from gimbal_hil.loop.host.memory import LOG_COUNT, RECEIVED_SIZE, ROWS_KEPT, SENT_AT, new_memory
 from gimbal_hil.loop.host.program import AxisCommand, Program, Segment, program_of
-from gimbal_hil.loop.host.states import HostCause, HostState, LinkStatus
+from gimbal_hil.loop.host.states import HostCause, HostState, LinkStatus, UnnamedAxis
 from gimbal_hil.loop.host.tick_row import LOG_WORDS, ROW_WORDS
 
 _RECORD_SIZE = 10
@@ -46,9 +46,9 @@ class Host:
 
     def command(self, program: Program) -> None:
         """Follow a program from the next tick on, in place of what is followed now. Refused, with an event, unless IDLE
-        or ACTIVE.
+        or ACTIVE. An axis that it does not name is held as configured.
         """
-        self.plan = program.values
+        self.plan = program.holding(UnnamedAxis(int(self.memory.C[layout.UNNAMED_AXIS])))
         G = self.memory.G
         G[layout.PLAN_LENGTH] = program.length
         G[layout.REQUESTS] |= layout.REQUEST_START

@@ -42,8 +42,10 @@ MODEL_TENSOR, MODEL_BODY = 26, 36
 #: a direction in space: error (rad) beyond which it is muted and below which no longer; ticks without a sample after
 #: which it is muted, ticks without attitude that the gyros hold it
 MUTE_BEYOND, MUTE_BELOW, MUTE_TICKS, COAST_TICKS = 48, 49, 50, 51
+#: what holds an axis that a plan does not name: UnnamedAxis
+UNNAMED_AXIS = 52
 #: one block per axis: the control law's parameters, then the supervisor's limits
-AXIS_C = 52
+AXIS_C = 53
 (
     POSITION_LOW,  # soft limits of the joint (rad), -inf and inf without
     POSITION_HIGH,
@@ -153,7 +155,9 @@ GYRO_SAME, ENCODER_SAME, GYRO_QUIET_TICKS, GYRO_QUIET_CHANGES, OUTSIDE = range(6
 #: samples in a row that did not change under a torque that must move the axis; 1 once a position was heard, 2 since one
 #: came that the axis cannot have gone to
 STILL_COUNT, PLACE = 11, 12
-AXIS_G_SIZE = 13
+#: 1 while the axis is off and its brake is to be closed beside one under torque
+BRAKED = 13
+AXIS_G_SIZE = 14
 #: ring of events: tick, code, three numbers
 EVENTS = AXIS_G + AXES * AXIS_G_SIZE
 EVENT_SIZE = 5

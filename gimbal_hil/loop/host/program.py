@@ -17,7 +17,7 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.loop.control.layout import Mode
 from gimbal_hil.loop.host import layout
 from gimbal_hil.loop.host.program_check import PARAMETER_COUNT, TABLES, require_program
-from gimbal_hil.loop.host.states import EndKind, ReferenceOrigin, Shape
+from gimbal_hil.loop.host.states import AxisOff, EndKind, ReferenceOrigin, Shape, UnnamedAxis
 
 #: a program of more numbers than this goes into JSON as base64: a person would not read them, and a machine reads them
 #: 50 times faster
@@ -48,6 +48,10 @@ class AxisCommand:
     origin: ReferenceOrigin = ReferenceOrigin.ABSOLUTE
     guard: Guard = Guard()
     table: tuple[float, ...] | NDArray[np.float64] = ()
+
+
+#: an axis that a plan does not name: what holds it is the host's to say
+UNNAMED = AxisCommand(parameters=(float(AxisOff.UNNAMED),))
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +112,34 @@ class Program:
             raise BadInputError(where, f"is no program: {error!r}", "length, and values or float64_base64") from None
         require_program(values, length, where)
         return cls(values, length)
+
+    def holding(self, unnamed: UnnamedAxis) -> NDArray[np.float64]:
+        """Values in which axes that are not named are held as configured beside one that is under torque; where neither
+        is, both stay off, as without a plan.
+        """
+        axes = self._axes(self.values)
+        off = axes[:, :, layout.SEGMENT_MODE] == Mode.OFF
+        waiting = off & (axes[:, :, layout.SHAPE_PARAMETERS] == AxisOff.UNNAMED)
+        if not waiting.any():
+            return self.values
+        values = self.values.copy()
+        axes, held = self._axes(values), waiting & ~off[:, ::-1]
+        axes[waiting, layout.SHAPE_PARAMETERS] = AxisOff.FREE
+        if unnamed is UnnamedAxis.BRAKE:
+            axes[held, layout.SHAPE_PARAMETERS] = AxisOff.BRAKED
+        elif unnamed is UnnamedAxis.POSITION:
+            axes[held, layout.SEGMENT_MODE] = Mode.POSITION
+            axes[held, layout.ORIGIN] = ReferenceOrigin.START
+        return values
+
+    def _axes(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The blocks of both axes, a view (length, AXES, AXIS_SEGMENT_SIZE)."""
+        segments = values[: self.length * layout.SEGMENT_SIZE].reshape(self.length, layout.SEGMENT_SIZE)
+        return np.lib.stride_tricks.as_strided(
+            segments[:, layout.AXIS_SEGMENT :],
+            (self.length, layout.AXES, layout.AXIS_SEGMENT_SIZE),
+            (segments.strides[0], layout.AXIS_SEGMENT_SIZE * values.itemsize, values.itemsize),
+        )
 
     @property
     def record_every(self) -> set[int]:

@@ -196,6 +196,22 @@ class Shape(IntEnum):
     TIMETABLE = 8
 
 
+class UnnamedAxis(IntEnum):
+    """What holds an axis that a plan does not name, beside one that it moves."""
+
+    FREE = 0
+    POSITION = 1
+    BRAKE = 2
+
+
+class AxisOff(IntEnum):
+    """The one parameter of an axis in mode OFF: free because the plan says so, not named, held by its brake."""
+
+    FREE = 0
+    UNNAMED = 1
+    BRAKED = 2
+
+
 class ReferenceOrigin(IntEnum):
     """What a reference counts from: zero, or where the axis (or the reference before) is when the segment starts."""
 

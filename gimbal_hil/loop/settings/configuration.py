@@ -11,7 +11,7 @@ from firmware_protocol.enumerations import StopReaction
 from firmware_protocol.schema import TORQUE_STEP_NM, name_code
 from gimbal_hil.loop.control import layout as control
 from gimbal_hil.loop.control.layout import AntiWindup
-from gimbal_hil.loop.host import MOMENTUM_WINDOW_S, layout
+from gimbal_hil.loop.host import MOMENTUM_WINDOW_S, UnnamedAxis, layout
 from gimbal_hil.loop.settings.axis import AntiWindupChoice, AxisSettings
 from gimbal_hil.loop.settings.daemon import DaemonSettings
 from gimbal_hil.loop.settings.model_control import fill_model_control
@@ -46,6 +46,7 @@ def host_configuration(settings: DaemonSettings) -> NDArray[np.float64]:
     C[layout.CONTROL_TICKS] = ticks(0.1)
     C[layout.DEADMAN_WINDOW] = supervisor.deadman.window_ticks
     C[layout.DEADMAN_REACTION] = StopReaction[supervisor.deadman.reaction.name]
+    C[layout.UNNAMED_AXIS] = UnnamedAxis[supervisor.unnamed_axis.name]
     C[layout.AUTOMATIC_RECONNECT] = float(supervisor.automatic_reconnect)
     pointing = settings.pointing
     C[layout.MUTE_BEYOND], C[layout.MUTE_BELOW] = pointing.mute_beyond_rad, pointing.mute_below_rad

@@ -34,6 +34,14 @@ class FirstTestChoice(StrEnum):
     NEVER = "never"
 
 
+class UnnamedAxisChoice(StrEnum):
+    """What holds an axis that a plan does not name."""
+
+    POSITION = "position"
+    BRAKE = "brake"
+    FREE = "free"
+
+
 class Deadman(Strict):
     """The drive's deadman, sent to it at connection."""
 
@@ -88,6 +96,13 @@ class Supervisor(Strict):
         description=(
             "test each axis with a small torque before the first motion, once after a daemon's start; a virtual "
             "antenna in the daemon's own process, or one in lockstep, is no `real_link`"
+        ),
+    )
+    unnamed_axis: UnnamedAxisChoice = Field(
+        default=UnnamedAxisChoice.POSITION,
+        description=(
+            "what holds an axis that a plan does not name beside one that it moves: its loops, where it stands; its "
+            "holding `brake`; nothing (`free`: what is out of balance falls)"
         ),
     )
     deadman: Deadman = Field(default=Deadman(), description="the drive's deadman, sent to it at connection")
@@ -370,6 +385,9 @@ def adapted(settings: DaemonSettings, link: AdapterLinkConfig, where: str, folde
     def found(path: Path | None) -> Path | None:
         return path if path is None or folder is None else (folder / path).resolve()
 
+    if settings.supervisor.unnamed_axis is UnnamedAxisChoice.BRAKE:
+        problem = f"drives of another make (`{link.drive}`) have no brake that this side closes"
+        raise BadInputError(f"{where}: supervisor.unnamed_axis", problem, "position or free")
     drives = tuple(drive.model_copy(update={"map": found(drive.map)}) for drive in link.drives)
     given = link.model_fields_set
     follows: dict[str, Any] = {"drives": drives}

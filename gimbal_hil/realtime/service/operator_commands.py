@@ -11,7 +11,7 @@ from pydantic import Field, TypeAdapter, ValidationError
 from firmware_protocol.documents import Strict
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.loop.control.layout import Mode
-from gimbal_hil.loop.host import AXIS_NAMES, AxisCommand, Program, ReferenceOrigin, Segment, Shape, program_of
+from gimbal_hil.loop.host import AXIS_NAMES, UNNAMED, AxisCommand, Program, ReferenceOrigin, Segment, Shape, program_of
 
 _MODES = {mode.name.lower(): mode for mode in Mode}
 _SHAPES = {shape.name.lower(): shape for shape in Shape}
@@ -78,6 +78,8 @@ class AxisRequest(_Request):
 
     def axis_command(self) -> AxisCommand:
         """The same for the host."""
+        if self.mode == "off":
+            return AxisCommand()
         table = np.array(self.table, dtype=np.float64)
         return AxisCommand(_MODES[self.mode], _SHAPES[self.shape], self.parameters, _ORIGINS[self.origin], table=table)
 
@@ -91,6 +93,11 @@ class SegmentRequest(_Request):
     label: int = Field(0, ge=0)
     switch_off_afterwards: bool = False
 
+    def axis_command(self, axis: str) -> AxisCommand:
+        """What an axis follows; one that is not named is the host's to hold."""
+        request: AxisRequest = getattr(self, axis)
+        return request.axis_command() if axis in self.model_fields_set else UNNAMED
+
 
 class SegmentsRequest(_MotionRequest):
     """Segments one after the other."""
@@ -103,8 +110,8 @@ class SegmentsRequest(_MotionRequest):
         return program_of(
             [
                 Segment(
-                    request.outer.axis_command(),
-                    request.inner.axis_command(),
+                    request.axis_command("outer"),
+                    request.axis_command("inner"),
                     round(request.duration_s / period_s),
                     label=request.label,
                     switch_off_afterwards=request.switch_off_afterwards,
