@@ -12,7 +12,16 @@ from typing import TYPE_CHECKING, Any
 from gimbal_hil.moved import MovedFolders
 
 if TYPE_CHECKING:
-    from gimbal_hil.surface.library import Antenna, Finding, Friction, Run, find_discrepancy, identify
+    from gimbal_hil.surface.library import (
+        Antenna,
+        Changes,
+        Finding,
+        Friction,
+        Run,
+        find_changes,
+        find_discrepancy,
+        identify,
+    )
 
 # The last bits of a matrix product depend on how many threads share it, and on small matrices threads only wait for one
 # another: one thread everywhere gives the same answers on every executor. It has to be said before numpy is loaded; the
@@ -24,7 +33,17 @@ sys.meta_path.append(MovedFolders)
 
 __version__ = "0.2.0"
 
-__all__ = ["Antenna", "Finding", "Friction", "Run", "__version__", "find_discrepancy", "identify"]
+__all__ = [
+    "Antenna",
+    "Changes",
+    "Finding",
+    "Friction",
+    "Run",
+    "__version__",
+    "find_changes",
+    "find_discrepancy",
+    "identify",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -30,7 +30,7 @@ ABOVE = {"firmware_protocol": {"sim_backend", "gimbal_hil"}, "sim_backend": {"gi
 DISTRICTS = {
     "loop": ("control", "host", "settings", "timing"),
     "pages": ("plots", "antenna", "report"),
-    "data": ("runs", "tables", "containers", "signals", "exports", "catalogue", "preflight"),
+    "data": ("runs", "tables", "containers", "signals", "arms", "exports", "catalogue", "preflight"),
     "realtime": ("lockstep", "telemetry", "operator", "mavlink", "observing", "dashboard", "service", "daemon"),
     "knowledge": (
         "executor",
@@ -49,6 +49,7 @@ DISTRICTS = {
         "discrepancy.judgement",
         "discrepancy.verdict",
         "discrepancy",
+        "change",
         "improvement",
     ),
     "proof": ("campaign", "thesis", "bench", "bench.faults", "conformance"),

@@ -8,6 +8,7 @@ model_exports   a model for other people's simulators
 drive_tables    ripple and friction as tables for drives of other makes
 tuning          gains for a model, with margins
 discrepancy     where a model is wrong and what it lacks
+change          what differs between two sets of logs
 improvement     experiment, diagnose, correct, repeat
 
 Sees signals tables, run folders and model files; never the antenna that made the data.

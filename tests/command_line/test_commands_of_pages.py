@@ -114,6 +114,7 @@ NOT_HERE = {
     r"^plant|^daemon(?!.*--lockstep --duration)|--run\b|^watch runs": "two processes in real time, tests/daemon",
     r"^bench": "minutes, tests of each bench",
     r"^(improve|tune|warm|demo)": "minutes, tests of each command",
+    r"^changed": "minutes, tests/change",
     r"^experiment thesis": "minutes, tests/thesis",
     r"--column": "the reader's own CSV, tests/signals",
     r"\bNAME\b(?<!effects NAME)|--learned|RUN/scope|--emit$|\[--measured": "a form, or the reader's file",

@@ -14,6 +14,7 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.containers import command_line, time_among
 from gimbal_hil.data.signals.clock import with_counted_times
 from gimbal_hil.data.signals.guessing import guessed_words, is_read_by
+<<<<<<< HEAD
 from gimbal_hil.data.signals.resampling import GAP_PERIODS, resample_rows, shifted
 from gimbal_hil.data.signals.table import (
     BASE_ANGLES,
@@ -25,6 +26,10 @@ from gimbal_hil.data.signals.table import (
     column_names,
 )
 from gimbal_hil.data.signals.torque_columns import with_torques
+=======
+from gimbal_hil.data.signals.resampling import GAP_PERIODS, resample_rows
+from gimbal_hil.data.signals.table import BASE_ANGLES, REPEAT, TIME, SignalsTable, column_names
+>>>>>>> 81d34fe (What changed between two sets of logs; one joint of an arm)
 from gimbal_hil.data.tables import RawColumns
 
 JITTER_LIMIT = 0.05  # of the period
@@ -71,6 +76,8 @@ class AxisNames:
     torque_constants: Mapping[str, float] = field(default_factory=dict)
     rotary: bool = True
     model: str = ""
+    #: of these axes a position is enough
+    passive: tuple[str, ...] = ()
 
 
 def checked_table(raw: RawColumns, named: AxisNames, repair: Repair) -> SignalsTable:
@@ -137,12 +144,20 @@ def _table(raw: RawColumns, named: AxisNames, repair: Repair) -> tuple[SignalsTa
     for name in BASE_ANGLES:
         if name in columns:
             columns[name] = np.unwrap(columns[name])
+<<<<<<< HEAD
     for name, shift in raw.shifts_s.items():
         if name in columns:
             columns[name] = shifted(name, time_s, columns[name], shift)
             way = "later" if shift > 0.0 else "earlier"
             notes.append(f"{name} was taken {1e3 * abs(shift):.6g} ms {way} than the rows that it stands in, as stated")
     columns = with_torques(columns, axes, named.torque_constants, notes)
+=======
+    for axis in axes:
+        if f"{axis}.torque" not in columns and axis not in named.passive:
+            constant = named.torque_constants[axis]
+            columns[f"{axis}.torque"] = constant * columns[f"{axis}.current"]
+            notes.append(f"{axis}.torque is {axis}.current times the model's {constant:.6g} per ampere")
+>>>>>>> 81d34fe (What changed between two sets of logs; one joint of an arm)
     repeat = None if laps is None else laps.astype(np.int64)
     return SignalsTable.of(axes, time_s, columns, repeat, str(raw.path), notes), len(rows)
 
@@ -220,7 +235,8 @@ def _turned_on(raw: RawColumns, rows: NDArray[np.int64], axes: Sequence[str], no
 def _known_columns(raw: RawColumns, named: AxisNames) -> tuple[list[str], list[str]]:
     """Columns that the table takes; raises when a required one is missing."""
     axes = named.axes
-    required = (TIME, *(f"{axis}.{signal}" for axis in axes for signal in REQUIRED_SIGNALS))
+    driven = [f"{axis}.torque" for axis in axes if axis not in named.passive]
+    required = (TIME, *driven, *(f"{axis}.position" for axis in axes))
     for name in required:
         axis, _, signal = name.rpartition(".")
         if signal == "torque" and name not in raw.values and f"{axis}.torque_sampled" in raw.values:

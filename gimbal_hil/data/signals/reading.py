@@ -73,15 +73,18 @@ def read_signals(
     drop_invalid: bool = False,
     rate_hz: float | None = None,
     columns: ColumnMap = _AS_CALLED,
+    passive: Sequence[str] = (),
 ) -> SignalsTable:
     """The signals of the model's axes in a run folder, CSV or Parquet file; with the model itself, currents become
-    torques. `columns` says what files of somebody else call them, and in which units; run folders need none.
+    torques. `columns` says what files of somebody else call them, and in which units; run folders need none. Of the
+    axes in `passive` a position is enough.
 
     Raises BadInputError that names file, row and column for anything that docs/signals-table.md refuses; what was
     accepted by way of `resample`, `drop_invalid` and `rate_hz` (see `Repair`), and columns that were not understood,
     stands in the table's `notes`.
     """
-    return _read(Path(path), axis_names(axes), Repair(resample, drop_invalid, rate_hz), columns)
+    named = replace(axis_names(axes), passive=tuple(passive))
+    return _read(Path(path), named, Repair(resample, drop_invalid, rate_hz), columns)
 
 
 def signals_of_run(

@@ -53,11 +53,13 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "Before recording: which effects a run could show, from which size, and which pairs it cannot tell apart.",
     ),
     "point": ("point", "Hold a direction in space, a satellite or a list of directions from a moving base."),
+    "joint": ("joint", "One joint of an arm as a log of its own: the other links' torque, by a URDF, subtracted."),
     "identify": ("identify", "Friction parameters with confidence intervals, into a new model file."),
     "discrepancy": (
         "discrepancy",
         "Find where model and measurement disagree, name what is missing, add it, show the gap shrink.",
     ),
+    "changed": ("changed", "What differs between two units, days or settings: numbers, effects, or nothing."),
     "improve": ("improve", "Experiment, diagnose and correct until the model is at the noise floor or has to give up."),
     "tune": ("tune", "Gains, observers and feed-forward for a model, with margins kept."),
     "replay": (
@@ -115,6 +117,7 @@ COMPILING = frozenset(
         "point",
         "identify",
         "discrepancy",
+        "changed",
         "improve",
         "testable",
         "replay",

@@ -99,7 +99,7 @@ def command(
     _all_there((*measured, *(holdout or ())))
     logs: dict[str, Any] = {"resample": resample, "drop_invalid": drop_invalid, "rate_hz": rate, "repair": repair}
     search: dict[str, Any] = {"only": only or (), "without": without or (), "band_hz": band}
-    with _progress(as_json) as tell:
+    with searching(as_json) as tell:
         with _refusal_kept(out, junit, as_json):
             question = question_of(given, measured, holdout or (), columns=ColumnMap.of_words(column), **search, **logs)
             finding = question.asked(workers=workers, dask=dask, progress=tell)
@@ -227,7 +227,7 @@ def _write_junit(path: Path, text: str, failed: bool) -> None:
     write_junit(path, "gimbal-hil discrepancy", [Case("discrepancy", text, failed)])
 
 
-class _progress:
+class searching:
     """A line on the terminal that says what is being done; silent where nobody looks."""
 
     def __init__(self, quiet: bool) -> None:

@@ -232,6 +232,18 @@ def after_discrepancy(
     return _experiment("step", origin_of(logs), use, out.parent / "step_with_model")
 
 
+def after_joint(joint: str, inertia: float, out: Path) -> str:
+    """A model of that joint alone."""
+    folder = _new(out.with_suffix(""))
+    return command_line("init", folder, kind="rotary", axes=joint, inertia=f"{joint}={inertia:.4g}")
+
+
+def after_changed(document: dict[str, Any], out: Path) -> str:
+    """What the catalogue says of the cause that changed, else what the model of the machine before holds."""
+    names = [entry["name"] for entry in document["effects"]]
+    return command_line("effects", *names[:1]) if names else command_line("check", out / "model_before.yaml")
+
+
 def _deciding(verdict: dict[str, Any]) -> str:
     """The sequence that the verdict proposes, else the one that dwells where most of the gap is."""
     planned = verdict.get("next_experiment") or {}

@@ -4,6 +4,8 @@
 """
 
 from gimbal_hil.surface.library.antenna import Antenna
+from gimbal_hil.surface.library.arm_joint import joint_of_arm
+from gimbal_hil.surface.library.changing import Changes, changes_between, find_changes
 from gimbal_hil.surface.library.finding import Finding, Question, find_discrepancy, question_of
 from gimbal_hil.surface.library.foreseeing import foresee
 from gimbal_hil.surface.library.friction import Friction, identify
@@ -13,14 +15,18 @@ from gimbal_hil.surface.library.sources import Source
 
 __all__ = [
     "Antenna",
+    "Changes",
     "Finding",
     "Friction",
     "Picture",
     "Question",
     "Run",
     "Source",
+    "changes_between",
+    "find_changes",
     "find_discrepancy",
     "foresee",
     "identify",
+    "joint_of_arm",
     "question_of",
 ]

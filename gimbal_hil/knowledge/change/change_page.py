@@ -1,0 +1,143 @@
+"""The report of a comparison: what changed, how surely, what was missing on both sides, what would not have shown."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from gimbal_hil.knowledge.change.comparing import ChangeKind, Comparison
+from gimbal_hil.knowledge.change.telling import document_of
+from gimbal_hil.knowledge.discrepancy import entries_of
+from gimbal_hil.pages.report import Block, Callout, Details, Heading, Page, Plot, Table, Text, Tiles
+
+if TYPE_CHECKING:
+    from gimbal_hil.pages.plots import Drawing
+
+_TONES = {
+    ChangeKind.CHANGED: "warning",
+    ChangeKind.AMBIGUOUS: "warning",
+    ChangeKind.NO_CHANGE: "good",
+    ChangeKind.CANNOT_JUDGE: "warning",
+}
+
+
+def change_page(comparison: Comparison) -> Page:
+    """The page for one comparison."""
+    document = document_of(comparison)
+    worst = max(comparison.left, key=lambda one: one.after)
+    blocks: list[Block] = [
+        Callout(document["text"], _TONES[comparison.kind]),
+        Tiles(
+            (
+                (comparison.kind.value.replace("_", " "), "verdict"),
+                (str(len(document["effects"])), "causes that changed"),
+                (f"{worst.before:.1f} → {worst.after:.1f}", "noise floors left, logs before → after"),
+                (f"{worst.told:.1f}", "left of those after with the causes told for them"),
+            )
+        ),
+    ]
+    if document["effects"]:
+        blocks += [Heading("What changed"), _changes(document)]
+    blocks += [
+        Heading("What the model of the machine before leaves"),
+        Plot(
+            _left_figure(comparison),
+            "Rms left by the model that was fitted to the logs before, in noise floors of each channel: of those logs, "
+            "of the logs after, and of the logs after with the causes that were told for them.",
+        ),
+    ]
+    if document["dismissed"]:
+        blocks += [Heading("Found, and no change"), _dismissed(document)]
+    if document["shared"]:
+        blocks += [Heading("Missing in the model on both sides"), _shared(document)]
+    blocks += _unseen(document)
+    sides = [f"{side}: {', '.join(document[side]['logs'])}" for side in ("before", "after")]
+    blocks.append(Details("Data", [Text("; ".join(sides))]))
+    verdict = comparison.kind.value.replace("_", " ")
+    return Page("What changed", f"Model {comparison.start.name}; verdict: {verdict}", blocks)
+
+
+def _changes(document: dict[str, Any]) -> Table:
+    rows = []
+    for entry in document["effects"]:
+        against = entry["left_before"]
+        for parameters in entries_of(entry):
+            for key, number in parameters.items():
+                unit = "" if number["unit"] == "1" else f" {number['unit']}"
+                rows.append(
+                    (
+                        f"{entry['name']} ({entry['axis']})",
+                        entry["status"],
+                        key,
+                        "not there" if number["nominal"] is None else f"{number['nominal']:.4g}{unit}",
+                        f"{number['value']:.4g}{unit}",
+                        f"{number['low']:.4g} .. {number['high']:.4g}",
+                        f"{entry['probability']:.2f}",
+                        f"{against['without']:.2g} → {against['with']:.2g}",
+                    )
+                )
+    head = ("cause", "status", "parameter", "before", "after", "interval", "probability", "left of the logs before")
+    return Table(
+        head,
+        rows,
+        "The last column is the proof: put into the model of the machine before, the cause fits the logs before worse "
+        "(rms in noise floors, without → with it).",
+    )
+
+
+def _dismissed(document: dict[str, Any]) -> Table:
+    rows = [
+        (
+            f"{one['name']} ({one['axis']})",
+            one["reason"],
+            f"{one['left_before']['without']:.2g} → {one['left_before']['with']:.2g}",
+        )
+        for one in document["dismissed"]
+    ]
+    return Table(("cause", "why it is no change", "left of the logs before, without → with it"), rows)
+
+
+def _shared(document: dict[str, Any]) -> Table:
+    rows = [
+        (
+            f"{one['name']} ({one['axis']})",
+            one["status"],
+            ", ".join(f"{key} {number['value']:.4g}" for key, number in one["parameters"].items()),
+        )
+        for one in document["shared"]
+    ]
+    return Table(("cause", "status", "numbers"), rows, "They are part of the model of the machine before.")
+
+
+def _unseen(document: dict[str, Any]) -> list[Block]:
+    """What these logs would not have shown."""
+    blocks: list[Block] = []
+    if document["smallest_shown"]:
+        rows = [
+            (
+                f"{one['name']} ({one['axis']})",
+                f"{one['parameter']} {one['size']:g}{'' if one['unit'] == '1' else ' ' + one['unit']}",
+                "" if one["relative"] is None else f"{one['relative']:.0%}",
+            )
+            for one in document["smallest_shown"]
+        ]
+        head = ("number or effect", "smallest change that would have shown", "of the model's number")
+        blocks.append(Details("The smallest changes that these logs would have shown", [Table(head, rows)]))
+    if document["not_testable"]:
+        rows = [(one["name"], one["axis"], one["reason"]) for one in document["not_testable"]]
+        blocks.append(Details("Not told by these logs", [Table(("effect", "axis", "reason"), rows)]))
+    return blocks
+
+
+def _left_figure(comparison: Comparison) -> Drawing:
+    from gimbal_hil.pages.plots import ALERT, MEASURED, MODEL, REFERENCE, figure
+
+    labels = [f"{one.axis} {one.signal.replace('_', ' ')}" for one in comparison.left]
+    drawn = figure("Left over, in noise floors", "", "rms / noise floor", 340)
+    for name, values, colour in (
+        ("logs before", [one.before for one in comparison.left], REFERENCE),
+        ("logs after", [one.after for one in comparison.left], MEASURED),
+        ("logs after, causes added", [one.told for one in comparison.left], MODEL),
+    ):
+        drawn.add_bar(name=name, x=labels, y=values, marker=dict(color=colour))
+    drawn.add_hline(y=1.0, color=ALERT)
+    return drawn

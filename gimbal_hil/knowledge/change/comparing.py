@@ -1,0 +1,221 @@
+"""What differs between two sets of logs of one kind of machine: two units, two days, two settings.
+
+A model of neither machine is right, so the two are not held against the model but against one another. The model is
+first fitted to the logs before, its friction and inertia free, and what it lacks there is added. What this model of the
+machine before lacks for the logs after is searched with the engine that names causes. Each cause that is told is then
+put to the logs before: only one that makes them worse is a change. One that they like as well was missing all along,
+and one that they are deaf to is told by neither side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from enum import Enum, StrEnum
+
+import numpy as np
+
+from gimbal_hil.data.signals import SignalsTable
+from gimbal_hil.knowledge.discrepancy import (
+    Hypothesis,
+    Kind,
+    Request,
+    Result,
+    Status,
+    Verdict,
+    corrected_model,
+    diagnose,
+    explained_by,
+    recalibrated_model,
+    standing,
+    verdict_of,
+)
+from sim_backend.model import AntennaModel
+
+Tables = tuple[SignalsTable, ...]
+#: what the logs before have to lose by a cause, of what those after gain by it, in squares of floors
+_LOSES = 0.25
+#: and in floors at least
+_LEAST_LOSS = 0.5
+#: numbers that any two machines of a kind differ in, beside the inertia: what the model states is no evidence of either
+_EVERYDAY = ("friction.coulomb", "friction.breakaway", "friction.viscous")
+#: to what share of itself such a number is known before any log, and once it was fitted to those before
+_ANY, _FITTED = 0.5, 0.02
+
+
+class ChangeKind(StrEnum):
+    """The answer to what changed."""
+
+    CHANGED = "changed"
+    AMBIGUOUS = "ambiguous"
+    NO_CHANGE = "no_change"
+    CANNOT_JUDGE = "cannot_judge"
+
+
+class Heard(Enum):
+    """What the logs before say of a cause that was found in those after."""
+
+    AGAINST = "the logs before speak against it"
+    SHARED = "the logs before have it too"
+    DEAF = "the logs before would not show it"
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A cause told for the logs after, (effect, axis), and mean squares in floors that it leaves and that are left
+    without it, in the logs after and before.
+    """
+
+    label: tuple[str, str]
+    status: Status
+    after: tuple[float, float]
+    before: tuple[float, float]
+
+    @property
+    def heard(self) -> Heard:
+        """Whether it is a change."""
+        gained = self.after[0] - self.after[1]
+        lost = self.before[1] - self.before[0]
+        if lost > max(_LOSES * gained, _LEAST_LOSS**2):
+            return Heard.AGAINST
+        return Heard.SHARED if lost < 0.0 else Heard.DEAF
+
+
+@dataclass(frozen=True)
+class Left:
+    """What the model of the machine before leaves of one channel, rms in noise floors: of the logs before, of those
+    after, and of those after with the causes that were told for them.
+    """
+
+    axis: str
+    signal: str
+    before: float
+    after: float
+    told: float
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The answer: `start` is the model that was given, `model` the one of the machine before; `shared` and `found` are
+    the verdicts on the logs before and after.
+    """
+
+    start: AntennaModel
+    model: AntennaModel
+    before: Tables
+    after: Tables
+    shared: Verdict
+    found: Verdict
+    result: Result = field(repr=False)
+    left: tuple[Left, ...]
+    asked: tuple[Asked, ...] = ()
+
+    @property
+    def changes(self) -> tuple[Asked, ...]:
+        """Causes that the logs before speak against."""
+        return tuple(one for one in self.asked if one.heard is Heard.AGAINST)
+
+    @property
+    def kind(self) -> ChangeKind:
+        """A change where all that changed has a name, ambiguous where something has none."""
+        if self.changes:
+            named = all(one.status is Status.NAMED for one in self.changes)
+            return ChangeKind.CHANGED if named else ChangeKind.AMBIGUOUS
+        if self.found.kind is Kind.NO_DISCREPANCY:
+            return ChangeKind.NO_CHANGE
+        if self.found.kind is Kind.UNEXPLAINED and self.shared.kind in (Kind.NO_DISCREPANCY, Kind.NAMED):
+            # what has no name and is not there before
+            return ChangeKind.AMBIGUOUS
+        return ChangeKind.NO_CHANGE if self.asked and not self._deaf else ChangeKind.CANNOT_JUDGE
+
+    @property
+    def _deaf(self) -> bool:
+        return any(one.heard is Heard.DEAF for one in self.asked)
+
+
+def compare(
+    model: AntennaModel,
+    before: Tables,
+    after: Tables,
+    *,
+    band_hz: float | None = None,
+    only: tuple[str, ...] = (),
+    without: tuple[str, ...] = (),
+    workers: int = 1,
+    progress: Callable[[str], None] = lambda text: None,
+) -> Comparison:
+    """Compare two sets of logs at one rate. Deterministic. BadInputError for logs that cannot be used."""
+    progress("fitting the model to the logs before, and searching what it lacks for them")
+    start = _open_to(model, _ANY)
+    first = diagnose(_request(start, before, band_hz, only, without), workers=workers, progress=progress)
+    machine = _open_to(corrected_model(first) or recalibrated_model(first), _FITTED)
+    progress("searching what the machine before lacks for the logs after")
+    found = diagnose(_request(machine, after, band_hz, only, without), workers=workers, progress=progress)
+    progress("asking the logs before")
+    asked = tuple(_asked(found, place, before, after) for place in range(len(found.told)))
+    left = _channels(found, before, after)
+    return Comparison(model, machine, before, after, verdict_of(first), verdict_of(found), found, left, asked)
+
+
+def _open_to(model: AntennaModel, share: float) -> AntennaModel:
+    """The model with its everyday numbers known to no more than a share of themselves."""
+    for axis in model.axes:
+        paths = (model.own_inertia_path(axis), *_EVERYDAY)
+        values = {path: model.number(axis, path) for path in paths}
+        values = {path: value for path, value in values.items() if value > 0.0}
+        model = model.with_numbers(axis, values, None, {path: share * value for path, value in values.items()})
+    return model
+
+
+def _request(
+    model: AntennaModel, tables: Tables, band_hz: float | None, only: tuple[str, ...], without: tuple[str, ...]
+) -> Request:
+    """The last log judges; a single one is cut at two thirds. That both parts have one trajectory is no doubt here: the
+    other machine's logs are what a cause is held against.
+    """
+    if len(tables) == 1:
+        n = len(tables[0])
+        tables = (tables[0].rows(0, 2 * n // 3), tables[0].rows(2 * n // 3, n))
+    return Request(model, tables[:-1], tables[-1:], band_hz, only, without)
+
+
+def _asked(found: Result, place: int, before: Tables, after: Tables) -> Asked:
+    """One told cause: in the logs after beside the others, in those before alone, with the known numbers as they were
+    or as the search moved them, whichever these logs like better.
+    """
+    entries = found.told[place].standing.entries
+    whole = found.best.hypothesis
+
+    def model_with(hypothesis: Hypothesis) -> AntennaModel:
+        return explained_by(found.model, found.inquiry.twin, hypothesis)
+
+    rest = replace(whole, causes=tuple(cause for k, cause in enumerate(whole.causes) if k not in entries))
+    alone = replace(whole, causes=tuple(whole.causes[k] for k in entries))
+    unmoved = replace(alone, floating=(), y=())
+    return Asked(
+        found.told[place].standing.label,
+        found.told[place].status,
+        (_left(model_with(rest), after), _left(model_with(whole), after)),
+        (_left(found.model, before), min(_left(model_with(one), before) for one in (alone, unmoved))),
+    )
+
+
+def _channels(found: Result, before: Tables, after: Tables) -> tuple[Left, ...]:
+    """Channel by channel."""
+    told = explained_by(found.model, found.inquiry.twin, found.best.hypothesis)
+    sides = [_squares(model, tables) for model, tables in ((found.model, before), (found.model, after), (told, after))]
+    return tuple(Left(*channel, *(float(np.sqrt(side[channel])) for side in sides)) for channel in sides[0])
+
+
+def _left(model: AntennaModel, tables: Tables) -> float:
+    """Mean squares that a model leaves of logs, in floors, over all channels."""
+    return float(np.mean(list(_squares(model, tables).values())))
+
+
+def _squares(model: AntennaModel, tables: Tables) -> dict[tuple[str, str], float]:
+    """Mean squares in floors by channel, over all logs."""
+    found: dict[tuple[str, str], list[float]] = {}
+    for table in tables:
+        for gap in standing(model, table):
+            found.setdefault((gap["axis"], gap["signal"]), []).append((gap["before"] / gap["noise_floor"]) ** 2)
+    return {channel: float(np.mean(squares)) for channel, squares in found.items()}

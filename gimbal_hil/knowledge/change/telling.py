@@ -1,0 +1,94 @@
+"""What changed, in words and as the content of changed.json."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from gimbal_hil.knowledge.change.comparing import Asked, ChangeKind, Comparison, Heard
+from gimbal_hil.knowledge.discrepancy import entries_of
+
+_LISTED = 4
+Entry = dict[str, Any]
+
+
+def document_of(comparison: Comparison) -> Entry:
+    """What changed.json holds."""
+    found = comparison.found
+    changed = {one.label: one for one in comparison.changes}
+    effects = [_with_sides(entry, changed[_label(entry)]) for entry in found.effects if _label(entry) in changed]
+    return {
+        "schema": 1,
+        "verdict": comparison.kind.value,
+        "text": text_of(comparison),
+        "effects": effects,
+        "alternatives": [
+            other for other in found.alternatives if (other["instead_of"], other["instead_of_axis"]) in changed
+        ],
+        "dismissed": [
+            {"name": one.label[0], "axis": one.label[1], "reason": one.heard.value, **_sides(one)}
+            for one in comparison.asked
+            if one.heard is not Heard.AGAINST
+        ],
+        "shared": [
+            {"name": entry["name"], "axis": entry["axis"], "status": entry["status"], "parameters": entry["parameters"]}
+            for entry in comparison.shared.effects
+        ],
+        "something_else": None if found.something_else is None or not changed else round(found.something_else, 3),
+        "left": [
+            {"axis": one.axis, "signal": one.signal, "unit": "noise floors", "before": round(one.before, 3),
+             "after": round(one.after, 3), "after_with_changes": round(one.told, 3)}
+            for one in comparison.left
+        ],
+        "smallest_shown": list(found.smallest_shown),
+        "not_testable": list(found.not_testable),
+        "before": {"verdict": comparison.shared.kind.value, "logs": [table.source for table in comparison.before]},
+        "after": {"verdict": found.kind.value, "logs": [table.source for table in comparison.after]},
+    }  # fmt: skip
+
+
+def text_of(comparison: Comparison) -> str:
+    """The answer in sentences."""
+    worst = max(comparison.left, key=lambda one: one.after)
+    size = f"{worst.after:.1f} noise floors of the {worst.signal.replace('_', ' ')} of {worst.axis}"
+    if comparison.changes:
+        entries = {_label(entry): entry for entry in comparison.found.effects}
+        told = "; ".join(_change_in_words(one, entries[one.label]) for one in comparison.changes)
+        others = sum(one.heard is not Heard.AGAINST for one in comparison.asked)
+        rest = " Other causes that were found are no change: the logs before have them too." if others else ""
+        begin = "What changed" if comparison.kind is ChangeKind.CHANGED else "Something changed, perhaps this"
+        return f"{begin}: {told}. The model that fits the logs before leaves {size} in those after.{rest}"
+    if comparison.kind is ChangeKind.NO_CHANGE:
+        return f"Nothing changed that these logs show: the model that fits those before leaves {size} in those after."
+    if comparison.kind is ChangeKind.AMBIGUOUS:
+        return f"Something without a name changed: the model that fits the logs before leaves {size} in those after."
+    return (
+        f"These logs cannot tell: the model that fits those before leaves {size} in those after, and those before "
+        f"{worst.before:.1f}; what is missing may be missing in both."
+    )
+
+
+def _change_in_words(one: Asked, entry: Entry) -> str:
+    name, axis = one.label
+    parts = []
+    for parameters in entries_of(entry):
+        for key, number in list(parameters.items())[:_LISTED]:
+            unit = "" if number["unit"] == "1" else f" {number['unit']}"
+            was = "" if number["nominal"] is None else f"was {number['nominal']:.4g} and is "
+            parts.append(f"{key} {was}{number['value']:.4g}{unit} ({number['low']:.4g} to {number['high']:.4g})")
+    return f"{name} of {axis}: {', '.join(parts)}, probability {entry['probability']:.2f}"
+
+
+def _with_sides(entry: Entry, one: Asked) -> Entry:
+    return {**entry, "reason": one.heard.value, **_sides(one)}
+
+
+def _sides(one: Asked) -> Entry:
+    """What both sides say of a cause, rms in noise floors."""
+    return {
+        key: {"without": round(without**0.5, 3), "with": round(having**0.5, 3), "unit": "noise floors"}
+        for key, (without, having) in (("left_before", one.before), ("left_after", one.after))
+    }
+
+
+def _label(entry: Entry) -> tuple[str, str]:
+    return entry["name"], entry["axis"]

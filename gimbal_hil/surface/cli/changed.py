@@ -1,0 +1,142 @@
+"""`gimbal-hil changed`: what differs between two units, days, settings or temperatures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from firmware_protocol.places import require_new
+from gimbal_hil.surface.cli.columns import COLUMN_HELP, COLUMN_PAIR, REPAIR_HELP
+from gimbal_hil.surface.cli.completion import model_names
+
+if TYPE_CHECKING:
+    from gimbal_hil.surface.library import Changes
+
+#: options that take several values after one another
+MANY_VALUED = ("--before", "--after", "--column")
+ANSWER_FILE, MODEL_FILE, REPORT_FILE = "changed.json", "model_before.yaml", "report.html"
+
+
+def command(
+    before: Annotated[
+        list[Path], typer.Option(metavar="LOG", help="Logs of the machine as it was: runs or tables; may be repeated.")
+    ],
+    after: Annotated[
+        list[Path], typer.Option(metavar="LOG", help="Logs of the other unit, day or setting; may be repeated.")
+    ],
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help=f"Folder for {ANSWER_FILE}, {MODEL_FILE} and {REPORT_FILE}.")
+    ],
+    model: Annotated[
+        str | None,
+        typer.Option(
+            metavar="MODEL", autocompletion=model_names, help="Model file, or name of a shipped one; without it thesis."
+        ),
+    ] = None,
+    column: Annotated[list[str] | None, typer.Option(metavar=COLUMN_PAIR, help=COLUMN_HELP)] = None,
+    resample: Annotated[
+        bool,
+        typer.Option("--resample", help="Accept tables of uneven time or different rates and put all on one grid."),
+    ] = False,
+    rate: Annotated[
+        float | None,
+        typer.Option(metavar="HZ", help="Rate of that grid; without it that of the slowest log. Implies --resample."),
+    ] = None,
+    drop_invalid: Annotated[
+        bool, typer.Option("--drop-invalid", help="Accept tables with invalid rows and drop those.")
+    ] = False,
+    repair: Annotated[bool, typer.Option("--repair", help=REPAIR_HELP)] = False,
+    band: Annotated[
+        float | None,
+        typer.Option(metavar="HZ", help="End of the scored band; without it 25 Hz at 1 kHz, less when slower."),
+    ] = None,
+    only: Annotated[
+        list[str] | None, typer.Option(metavar="EFFECT", help="Search these effects alone; may be repeated.")
+    ] = None,
+    without: Annotated[
+        list[str] | None, typer.Option(metavar="EFFECT", help="Leave these out; may be repeated.")
+    ] = None,
+    fail_on: Annotated[
+        str, typer.Option(metavar="VERDICTS", help="Verdicts that exit 1, such as changed,ambiguous (CI).")
+    ] = "",
+    workers: Annotated[int, typer.Option(help="Processes that score candidates.", min=1)] = 2,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
+) -> int:
+    """Say which numbers or effects of a machine are not what they were, or that none shows.
+
+    The model is fitted to the logs before; what it then lacks for the logs after is searched, and each cause is put to
+    the logs before: only one that they speak against is a change (docs/changed.md).
+    """
+    import json
+
+    from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
+    from gimbal_hil.data.signals import ColumnMap
+    from gimbal_hil.surface.cli.discrepancy import searching
+    from gimbal_hil.surface.cli.following import after_changed, print_next
+    from gimbal_hil.surface.library import changes_between
+    from sim_backend.model import model_named, shipped_model
+
+    fails = _verdicts(fail_on)
+    require_new(out, force, ANSWER_FILE, MODEL_FILE, REPORT_FILE)
+    for log in (*before, *after):
+        if not log.exists():
+            raise BadInputError(str(log), "no such file or folder", "a run folder, or a table (CSV, Parquet, npz)")
+    given = model_named(model) if model else shipped_model()
+    with searching(as_json) as tell:
+        found = changes_between(
+            given,
+            before,
+            after,
+            only=only or (),
+            without=without or (),
+            band_hz=band,
+            repair=repair,
+            workers=workers,
+            progress=tell,
+            resample=resample,
+            drop_invalid=drop_invalid,
+            rate_hz=rate,
+            columns=ColumnMap.of_words(column),
+        )
+        _write(out, found)
+    if as_json:
+        print(json.dumps(found.document, allow_nan=False))
+    else:
+        print("\n".join(_lines(found, out)))
+        print_next(after_changed(found.document, out))
+    return EXIT_NO if found.kind.value in fails else EXIT_DONE
+
+
+def _verdicts(text: str) -> frozenset[str]:
+    """The verdicts of `--fail-on`, checked."""
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.knowledge.change import ChangeKind
+
+    found = [word.strip() for word in text.split(",") if word.strip()]
+    known = [kind.value for kind in ChangeKind]
+    for word in found:
+        if word not in known:
+            raise BadInputError("--fail-on", f"{word!r} is no verdict", "a list of " + ", ".join(known))
+    return frozenset(found)
+
+
+def _write(out: Path, found: Changes) -> None:
+    """The answer, the model of the machine before, and the report."""
+    import json
+
+    out.mkdir(parents=True, exist_ok=True)
+    (out / MODEL_FILE).write_text(found.model.to_yaml(), encoding="utf-8")
+    text = json.dumps(found.document, indent=2, allow_nan=False)
+    (out / ANSWER_FILE).write_text(text + "\n", encoding="utf-8")
+    found.page.write(out / REPORT_FILE)
+
+
+def _lines(found: Changes, out: Path) -> list[str]:
+    document = found.document
+    lines = [f"{document['verdict'].replace('_', ' ')}: {document['text']}"]
+    lines += [f"  no change: {one['name']} on {one['axis']}, {one['reason']}" for one in document["dismissed"]]
+    lines += [f"note: {note}" for note in document["notes"]]
+    return [*lines, f"report: {out / REPORT_FILE}", f"model:  {out / MODEL_FILE} (the machine before)"]

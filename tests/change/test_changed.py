@@ -1,0 +1,97 @@
+"""What changed between two sets of logs is told by name, and nothing else is."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gimbal_hil.data.signals import write_signals
+from gimbal_hil.knowledge.change import Asked, Heard
+from gimbal_hil.knowledge.discrepancy import Status
+from gimbal_hil.surface.cli.app import run
+from tests.change.rig import Machine
+
+#: what a person believes of the machine: every number somewhat off
+BELIEVED = Machine(inertia=0.0212, coulomb=0.045, viscous=0.023)
+KEYS = {
+    "schema", "verdict", "text", "effects", "alternatives", "dismissed", "shared", "something_else", "left",
+    "smallest_shown", "not_testable", "before", "after", "notes",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("after", "before", "heard"),
+    [
+        ((9.0, 1.0), (1.0, 60.0), Heard.AGAINST),
+        ((9.0, 1.0), (1.0, 3.1), Heard.AGAINST),
+        ((9.0, 1.0), (9.0, 1.2), Heard.SHARED),
+        ((9.0, 1.0), (1.0, 1.01), Heard.DEAF),
+        ((1.4, 1.0), (1.0, 1.2), Heard.DEAF),
+    ],
+)
+def test_a_cause_is_a_change_where_the_logs_before_lose_by_it(
+    after: tuple[float, float], before: tuple[float, float], heard: Heard
+) -> None:
+    assert Asked(("coulomb", "joint"), Status.NAMED, after, before).heard is heard
+
+
+def answer(
+    folder: Path, before: Machine, after: Machine, seed: int, *words: str, count: int = 2
+) -> tuple[int, dict[str, object]]:
+    """The exit code of the command on logs of two machines, and what it leaves."""
+    random = np.random.default_rng(seed)
+    names: dict[str, list[str]] = {"--before": [], "--after": []}
+    for (option, some), machine in zip(names.items(), (before, after), strict=True):
+        for place, table in enumerate(machine.logs(random, count)):
+            some.append(str(folder / f"{option[2:]}{place}.csv"))
+            write_signals(table, Path(some[-1]))
+    (folder / "model.yaml").write_text(BELIEVED.model().to_yaml())
+    logs = [word for option, some in names.items() for word in (option, *some)]
+    out = ["--model", str(folder / "model.yaml"), "--out", str(folder / "out"), "--workers", "1"]
+    code = run("changed", [*logs, *out, *words])
+    return code, json.loads((folder / "out" / "changed.json").read_text())
+
+
+@pytest.mark.heavy
+def test_a_changed_level_and_a_new_ripple_are_told_with_what_was_before(tmp_path: Path) -> None:
+    code, found = answer(tmp_path, Machine(), Machine(coulomb=0.065, ripple=0.01), 77, "--fail-on", "changed")
+    assert code == 1 and found["verdict"] == "changed" and set(found) == KEYS, found["text"]
+    told = {entry["name"]: entry for entry in found["effects"]}  # type: ignore[union-attr, attr-defined]
+    assert set(told) == {"coulomb", "cogging"}
+    level = told["coulomb"]["parameters"]["coulomb"]
+    assert level["nominal"] == pytest.approx(0.05, rel=0.02) and level["value"] == pytest.approx(0.065, rel=0.02)
+    assert told["cogging"]["parameters"]["amplitude"]["value"] == pytest.approx(0.01, rel=0.05)
+    assert all(entry["left_before"]["with"] > 2.0 * entry["left_before"]["without"] for entry in told.values())
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "What changed" in page and "cogging (joint)" in page and (tmp_path / "out" / "model_before.yaml").exists()
+
+
+@pytest.mark.heavy
+def test_what_the_model_lacks_on_both_sides_is_no_change(tmp_path: Path) -> None:
+    machine = Machine(ripple=0.012, order=9.0)
+    code, found = answer(tmp_path, machine, machine, 5)
+    assert code == 0 and found["verdict"] == "no_change" and not found["effects"], found["text"]
+    assert "cogging" in [entry["name"] for entry in found["shared"]]  # type: ignore[union-attr, attr-defined]
+
+
+@pytest.mark.heavy
+def test_a_single_log_on_each_side_will_do(tmp_path: Path) -> None:
+    _, found = answer(tmp_path, Machine(), Machine(gain=0.8), 8, count=1)
+    assert found["verdict"] in ("changed", "ambiguous") and found["effects"], found["text"]
+
+
+def test_one_log_on_both_sides_and_a_verdict_that_is_none_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = tmp_path / "log.csv"
+    write_signals(Machine().log(np.random.default_rng(1), 5.0), log)
+    (tmp_path / "model.yaml").write_text(BELIEVED.model().to_yaml())
+    words = ["--before", str(log), "--after", str(log), "--model", str(tmp_path / "model.yaml")]
+    for more, said in (([], "is before and after"), (["--fail-on", "named"], "'named' is no verdict")):
+        with pytest.raises(SystemExit) as refused:
+            run("changed", [*words, *more, "--out", str(tmp_path / "out")])
+        assert refused.value.code == 2 and said in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
