@@ -14,22 +14,16 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.containers import command_line, time_among
 from gimbal_hil.data.signals.clock import with_counted_times
 from gimbal_hil.data.signals.guessing import guessed_words, is_read_by
-<<<<<<< HEAD
 from gimbal_hil.data.signals.resampling import GAP_PERIODS, resample_rows, shifted
 from gimbal_hil.data.signals.table import (
     BASE_ANGLES,
     REPEAT,
-    REQUIRED_SIGNALS,
     TIME,
     TORQUES,
     SignalsTable,
     column_names,
 )
 from gimbal_hil.data.signals.torque_columns import with_torques
-=======
-from gimbal_hil.data.signals.resampling import GAP_PERIODS, resample_rows
-from gimbal_hil.data.signals.table import BASE_ANGLES, REPEAT, TIME, SignalsTable, column_names
->>>>>>> 81d34fe (What changed between two sets of logs; one joint of an arm)
 from gimbal_hil.data.tables import RawColumns
 
 JITTER_LIMIT = 0.05  # of the period
@@ -144,20 +138,13 @@ def _table(raw: RawColumns, named: AxisNames, repair: Repair) -> tuple[SignalsTa
     for name in BASE_ANGLES:
         if name in columns:
             columns[name] = np.unwrap(columns[name])
-<<<<<<< HEAD
     for name, shift in raw.shifts_s.items():
         if name in columns:
             columns[name] = shifted(name, time_s, columns[name], shift)
             way = "later" if shift > 0.0 else "earlier"
             notes.append(f"{name} was taken {1e3 * abs(shift):.6g} ms {way} than the rows that it stands in, as stated")
-    columns = with_torques(columns, axes, named.torque_constants, notes)
-=======
-    for axis in axes:
-        if f"{axis}.torque" not in columns and axis not in named.passive:
-            constant = named.torque_constants[axis]
-            columns[f"{axis}.torque"] = constant * columns[f"{axis}.current"]
-            notes.append(f"{axis}.torque is {axis}.current times the model's {constant:.6g} per ampere")
->>>>>>> 81d34fe (What changed between two sets of logs; one joint of an arm)
+    driven = tuple(axis for axis in axes if axis not in named.passive)
+    columns = with_torques(columns, driven, named.torque_constants, notes)
     repeat = None if laps is None else laps.astype(np.int64)
     return SignalsTable.of(axes, time_s, columns, repeat, str(raw.path), notes), len(rows)
 

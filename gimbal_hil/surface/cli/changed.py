@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -70,38 +70,42 @@ def command(
     The model is fitted to the logs before; what it then lacks for the logs after is searched, and each cause is put to
     the logs before: only one that they speak against is a change (docs/changed.md).
     """
-    import json
-
-    from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
     from gimbal_hil.data.signals import ColumnMap
-    from gimbal_hil.surface.cli.discrepancy import searching
-    from gimbal_hil.surface.cli.following import after_changed, print_next
-    from gimbal_hil.surface.library import changes_between
-    from sim_backend.model import model_named, shipped_model
 
     fails = _verdicts(fail_on)
     require_new(out, force, ANSWER_FILE, MODEL_FILE, REPORT_FILE)
+    search: dict[str, Any] = {"only": only or (), "without": without or (), "band_hz": band, "workers": workers}
+    logs: dict[str, Any] = {"resample": resample, "drop_invalid": drop_invalid, "rate_hz": rate, "repair": repair}
+    found = _compared(model, before, after, out, as_json, columns=ColumnMap.of_words(column), **search, **logs)
+    return _told(found, out, fails, as_json)
+
+
+def _compared(
+    model: str | None, before: list[Path], after: list[Path], out: Path, quiet: bool, **asked: Any
+) -> Changes:
+    """The answer, with its files in the folder."""
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.surface.cli.discrepancy import searching
+    from gimbal_hil.surface.library import changes_between
+    from sim_backend.model import model_named, shipped_model
+
     for log in (*before, *after):
         if not log.exists():
             raise BadInputError(str(log), "no such file or folder", "a run folder, or a table (CSV, Parquet, npz)")
     given = model_named(model) if model else shipped_model()
-    with searching(as_json) as tell:
-        found = changes_between(
-            given,
-            before,
-            after,
-            only=only or (),
-            without=without or (),
-            band_hz=band,
-            repair=repair,
-            workers=workers,
-            progress=tell,
-            resample=resample,
-            drop_invalid=drop_invalid,
-            rate_hz=rate,
-            columns=ColumnMap.of_words(column),
-        )
+    with searching(quiet) as tell:
+        found = changes_between(given, before, after, progress=tell, **asked)
         _write(out, found)
+    return found
+
+
+def _told(found: Changes, out: Path, fails: frozenset[str], as_json: bool) -> int:
+    """The answer on the terminal; the exit code."""
+    import json
+
+    from firmware_protocol.errors import EXIT_DONE, EXIT_NO
+    from gimbal_hil.surface.cli.following import after_changed, print_next
+
     if as_json:
         print(json.dumps(found.document, allow_nan=False))
     else:
