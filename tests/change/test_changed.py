@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from gimbal_hil.data.signals import write_signals
-from gimbal_hil.knowledge.change import Asked, Heard
+from gimbal_hil.knowledge.change import AskedCause, Heard
+from gimbal_hil.knowledge.change.one_gain import as_one_gain
 from gimbal_hil.knowledge.discrepancy import Status
 from gimbal_hil.surface.cli.app import run
 from tests.change.rig import Machine
@@ -35,7 +36,26 @@ KEYS = {
 def test_a_cause_is_a_change_where_the_logs_before_lose_by_it(
     after: tuple[float, float], before: tuple[float, float], heard: Heard
 ) -> None:
-    assert Asked(("coulomb", "joint"), Status.NAMED, after, before).heard is heard
+    assert AskedCause(("coulomb", "joint"), Status.NAMED, after, before).heard is heard
+
+
+def number(name: str, before: float, after: float, share: float = 0.01) -> dict[str, object]:
+    value = {"value": after, "low": after * (1.0 - share), "high": after * (1.0 + share), "nominal": before}
+    return {"name": name, "axis": "joint", "probability": 0.97, "parameters": {name: value}}
+
+
+def test_numbers_that_one_factor_changed_are_told_as_a_gain() -> None:
+    numbers = [
+        number("inertia", 0.02, 0.02 / 1.15),
+        number("coulomb", 0.05, 0.05 / 1.15),
+        number("viscous", 0.02, 0.0175),
+    ]
+    found, others = as_one_gain([*numbers, number("cogging", 0.0, 0.01)], 0.02)
+    assert [entry["name"] for entry in found] == ["torque_gain", "cogging"] and len(others) == 3
+    gain = found[0]["parameters"]["gain_error"]
+    assert gain["low"] < 0.15 < gain["high"]
+    apart = [*numbers[:2], number("viscous", 0.02, 0.02)]
+    assert as_one_gain(apart, 0.02) == (apart, []) and as_one_gain(numbers[:2], 0.02) == (numbers[:2], [])
 
 
 def answer(

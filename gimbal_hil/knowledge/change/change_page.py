@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from gimbal_hil.knowledge.change.comparing import ChangeKind, Comparison
+from gimbal_hil.knowledge.change.comparing import ChangeKind, MachineComparison
 from gimbal_hil.knowledge.change.telling import document_of
 from gimbal_hil.knowledge.discrepancy import entries_of
 from gimbal_hil.pages.report import Block, Callout, Details, Heading, Page, Plot, Table, Text, Tiles
@@ -20,7 +20,7 @@ _TONES = {
 }
 
 
-def change_page(comparison: Comparison) -> Page:
+def change_page(comparison: MachineComparison) -> Page:
     """The page for one comparison."""
     document = document_of(comparison)
     worst = max(comparison.left, key=lambda one: one.after)
@@ -128,7 +128,7 @@ def _unseen(document: dict[str, Any]) -> list[Block]:
     return blocks
 
 
-def _left_figure(comparison: Comparison) -> Drawing:
+def _left_figure(comparison: MachineComparison) -> Drawing:
     from gimbal_hil.pages.plots import ALERT, MEASURED, MODEL, REFERENCE, figure
 
     labels = [f"{one.axis} {one.signal.replace('_', ' ')}" for one in comparison.left]

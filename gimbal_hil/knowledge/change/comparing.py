@@ -40,7 +40,7 @@ _LEAST_LOSS = 0.5
 #: numbers that any two machines of a kind differ in, beside the inertia: what the model states is no evidence of either
 _EVERYDAY = ("friction.coulomb", "friction.breakaway", "friction.viscous")
 #: to what share of itself such a number is known before any log, and once it was fitted to those before
-_ANY, _FITTED = 0.5, 0.02
+_ANY, FITTED = 0.5, 0.02
 
 
 class ChangeKind(StrEnum):
@@ -61,7 +61,7 @@ class Heard(Enum):
 
 
 @dataclass(frozen=True)
-class Asked:
+class AskedCause:
     """A cause told for the logs after, (effect, axis), and mean squares in floors that it leaves and that are left
     without it, in the logs after and before.
     """
@@ -95,7 +95,7 @@ class Left:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class MachineComparison:
     """The answer: `start` is the model that was given, `model` the one of the machine before; `shared` and `found` are
     the verdicts on the logs before and after.
     """
@@ -108,10 +108,10 @@ class Comparison:
     found: Verdict
     result: Result = field(repr=False)
     left: tuple[Left, ...]
-    asked: tuple[Asked, ...] = ()
+    asked: tuple[AskedCause, ...] = ()
 
     @property
-    def changes(self) -> tuple[Asked, ...]:
+    def changes(self) -> tuple[AskedCause, ...]:
         """Causes that the logs before speak against."""
         return tuple(one for one in self.asked if one.heard is Heard.AGAINST)
 
@@ -143,18 +143,18 @@ def compare(
     without: tuple[str, ...] = (),
     workers: int = 1,
     progress: Callable[[str], None] = lambda text: None,
-) -> Comparison:
+) -> MachineComparison:
     """Compare two sets of logs at one rate. Deterministic. BadInputError for logs that cannot be used."""
     progress("fitting the model to the logs before, and searching what it lacks for them")
     start = _open_to(model, _ANY)
     first = diagnose(_request(start, before, band_hz, only, without), workers=workers, progress=progress)
-    machine = _open_to(corrected_model(first) or recalibrated_model(first), _FITTED)
+    machine = _open_to(corrected_model(first) or recalibrated_model(first), FITTED)
     progress("searching what the machine before lacks for the logs after")
     found = diagnose(_request(machine, after, band_hz, only, without), workers=workers, progress=progress)
     progress("asking the logs before")
     asked = tuple(_asked(found, place, before, after) for place in range(len(found.told)))
     left = _channels(found, before, after)
-    return Comparison(model, machine, before, after, verdict_of(first), verdict_of(found), found, left, asked)
+    return MachineComparison(model, machine, before, after, verdict_of(first), verdict_of(found), found, left, asked)
 
 
 def _open_to(model: AntennaModel, share: float) -> AntennaModel:
@@ -179,7 +179,7 @@ def _request(
     return Request(model, tables[:-1], tables[-1:], band_hz, only, without)
 
 
-def _asked(found: Result, place: int, before: Tables, after: Tables) -> Asked:
+def _asked(found: Result, place: int, before: Tables, after: Tables) -> AskedCause:
     """One told cause: in the logs after beside the others, in those before alone, with the known numbers as they were
     or as the search moved them, whichever these logs like better.
     """
@@ -192,7 +192,7 @@ def _asked(found: Result, place: int, before: Tables, after: Tables) -> Asked:
     rest = replace(whole, causes=tuple(cause for k, cause in enumerate(whole.causes) if k not in entries))
     alone = replace(whole, causes=tuple(whole.causes[k] for k in entries))
     unmoved = replace(alone, floating=(), y=())
-    return Asked(
+    return AskedCause(
         found.told[place].standing.label,
         found.told[place].status,
         (_left(model_with(rest), after), _left(model_with(whole), after)),

@@ -4,25 +4,27 @@ from __future__ import annotations
 
 from typing import Any
 
-from gimbal_hil.knowledge.change.comparing import Asked, ChangeKind, Comparison, Heard
+from gimbal_hil.knowledge.change.comparing import FITTED, AskedCause, ChangeKind, Heard, MachineComparison
+from gimbal_hil.knowledge.change.one_gain import as_one_gain
 from gimbal_hil.knowledge.discrepancy import entries_of
 
 _LISTED = 4
 Entry = dict[str, Any]
 
 
-def document_of(comparison: Comparison) -> Entry:
+def document_of(comparison: MachineComparison) -> Entry:
     """What changed.json holds."""
     found = comparison.found
     changed = {one.label: one for one in comparison.changes}
-    effects = [_with_sides(entry, changed[_label(entry)]) for entry in found.effects if _label(entry) in changed]
+    effects, of_a_gain = _changes(comparison)
     return {
         "schema": 1,
         "verdict": comparison.kind.value,
         "text": text_of(comparison),
         "effects": effects,
         "alternatives": [
-            other for other in found.alternatives if (other["instead_of"], other["instead_of_axis"]) in changed
+            *of_a_gain,
+            *(other for other in found.alternatives if (other["instead_of"], other["instead_of_axis"]) in changed),
         ],
         "dismissed": [
             {"name": one.label[0], "axis": one.label[1], "reason": one.heard.value, **_sides(one)}
@@ -46,13 +48,12 @@ def document_of(comparison: Comparison) -> Entry:
     }  # fmt: skip
 
 
-def text_of(comparison: Comparison) -> str:
+def text_of(comparison: MachineComparison) -> str:
     """The answer in sentences."""
     worst = max(comparison.left, key=lambda one: one.after)
     size = f"{worst.after:.1f} noise floors of the {worst.signal.replace('_', ' ')} of {worst.axis}"
     if comparison.changes:
-        entries = {_label(entry): entry for entry in comparison.found.effects}
-        told = "; ".join(_change_in_words(one, entries[one.label]) for one in comparison.changes)
+        told = "; ".join(map(_change_in_words, _changes(comparison)[0]))
         others = sum(one.heard is not Heard.AGAINST for one in comparison.asked)
         rest = " Other causes that were found are no change: the logs before have them too." if others else ""
         begin = "What changed" if comparison.kind is ChangeKind.CHANGED else "Something changed, perhaps this"
@@ -67,22 +68,28 @@ def text_of(comparison: Comparison) -> str:
     )
 
 
-def _change_in_words(one: Asked, entry: Entry) -> str:
-    name, axis = one.label
+def _changes(comparison: MachineComparison) -> tuple[list[Entry], list[Entry]]:
+    """What changed, and what a gain among them may be instead."""
+    changed = {one.label: one for one in comparison.changes}
+    told = [entry for entry in comparison.found.effects if _label(entry) in changed]
+    return as_one_gain([_with_sides(entry, changed[_label(entry)]) for entry in told], FITTED)
+
+
+def _change_in_words(entry: Entry) -> str:
     parts = []
     for parameters in entries_of(entry):
         for key, number in list(parameters.items())[:_LISTED]:
             unit = "" if number["unit"] == "1" else f" {number['unit']}"
             was = "" if number["nominal"] is None else f"was {number['nominal']:.4g} and is "
             parts.append(f"{key} {was}{number['value']:.4g}{unit} ({number['low']:.4g} to {number['high']:.4g})")
-    return f"{name} of {axis}: {', '.join(parts)}, probability {entry['probability']:.2f}"
+    return f"{entry['name']} of {entry['axis']}: {', '.join(parts)}, probability {entry['probability']:.2f}"
 
 
-def _with_sides(entry: Entry, one: Asked) -> Entry:
+def _with_sides(entry: Entry, one: AskedCause) -> Entry:
     return {**entry, "reason": one.heard.value, **_sides(one)}
 
 
-def _sides(one: Asked) -> Entry:
+def _sides(one: AskedCause) -> Entry:
     """What both sides say of a cause, rms in noise floors."""
     return {
         key: {"without": round(without**0.5, 3), "with": round(having**0.5, 3), "unit": "noise floors"}

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.preflight import preflight, questioned
 from gimbal_hil.data.signals import ColumnMap, read_together
-from gimbal_hil.knowledge.change import ChangeKind, Comparison, change_page, compare, document_of
+from gimbal_hil.knowledge.change import ChangeKind, MachineComparison, change_page, compare, document_of
 from gimbal_hil.knowledge.discrepancy import check_logs
 from gimbal_hil.surface.library.sources import Source, as_list, as_paths, model_of
 from sim_backend.model import AntennaModel
@@ -25,7 +25,7 @@ class Changes:
     """The answer of a comparison. `document` is what `changed.json` holds (docs/changed.md)."""
 
     document: dict[str, Any]
-    comparison: Comparison = field(repr=False)
+    comparison: MachineComparison = field(repr=False)
 
     @property
     def kind(self) -> ChangeKind:
