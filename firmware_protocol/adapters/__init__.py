@@ -19,6 +19,15 @@ from firmware_protocol.adapters.mapped import MappedDrive
 from firmware_protocol.adapters.moteus import MoteusDrive
 from firmware_protocol.adapters.odrive import OdriveDrive
 from firmware_protocol.adapters.registry import DRIVES, GROUP, drive_named, gives_of, require_drives
+from firmware_protocol.adapters.spoken import (
+    DriveReport,
+    ListenedBus,
+    NamesItsWords,
+    Spoken,
+    drive_reports,
+    probes,
+    strangers,
+)
 from firmware_protocol.links import CanFrame, PythonCanBus
 
 __all__ = [
@@ -30,23 +39,30 @@ __all__ = [
     "CanFrame",
     "Cia402Drive",
     "DriveMap",
+    "DriveReport",
     "DriveTiming",
     "ForeignDrive",
     "Gateway",
     "Gives",
+    "ListenedBus",
     "MappedDrive",
     "MoteusDrive",
+    "NamesItsWords",
     "OdriveDrive",
     "Power",
     "PythonCanBus",
+    "Spoken",
     "StopsUnfed",
     "UnixCanBus",
     "drive_named",
+    "drive_reports",
     "gives_of",
     "load_map",
     "missing_text",
     "on_the_joint",
     "open_bus",
+    "probes",
     "require_drives",
+    "strangers",
     "torque_exponent",
 ]

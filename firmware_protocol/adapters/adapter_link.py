@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 
 from firmware_protocol.adapters.bus import Bus, open_bus
-from firmware_protocol.adapters.drive import DriveTiming
+from firmware_protocol.adapters.drive import DriveTiming, farewell
 from firmware_protocol.adapters.gateway import Gateway
 from firmware_protocol.adapters.registry import drive_named
 from firmware_protocol.links import AdapterLinkConfig, BusClaim, CanFrame, LinkBasis, LinkState, wait_readable
@@ -69,14 +69,19 @@ class AdapterLink(LinkBasis):
             self._lose(error)
             return b""
         self._statistics.malformed += self._bus.take_malformed() + self.gateway.take(frames)
-        if frames:
-            self.complaint = self._complaint()
+        self.complaint = self._complaint()
         return self._count_received(self.gateway.feedback())
 
     def _complaint(self) -> str:
         """What is to be said of each drive, by its number on the bus."""
         told = zip(self._config.drives, self.gateway.complaints(), strict=True)
         return "; ".join(f"drive {section.id}: {words}" for section, words in told if words)
+
+    def why_silent(self) -> str:
+        """Which drives tell no position any more, with what else is known of them."""
+        told = zip(self._config.drives, self.gateway.silent(), strict=True)
+        silent = [f"drive {section.id} tells no position" for section, is_silent in told if is_silent]
+        return "; ".join([*silent, *([self.complaint] if self.complaint else [])])
 
     def wait(self, timeout_ns: int) -> bool:
         """Sleep until a frame has come, at most that long."""
@@ -89,6 +94,7 @@ class AdapterLink(LinkBasis):
         """Let both drives go, where they were spoken to as their host, and leave the bus."""
         if self._bus is not None and self._commanded:
             self._emit([frame for drive in self.gateway.drives for frame in drive.release()])
+        self._emit([frame for drive in self.gateway.drives for frame in farewell(drive)])
         self._leave()
         self._state = LinkState.CLOSED
 

@@ -16,6 +16,7 @@ from dataclasses import replace
 
 from firmware_protocol.adapters.drive import AxisSample, DriveTiming, Gives, Power
 from firmware_protocol.adapters.sdo import SDO_ANSWER, answer_of, asked, written
+from firmware_protocol.adapters.spoken import Spoken
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.links import CanFrame, DriveSection
 
@@ -26,10 +27,17 @@ _OPERATIONAL, _BOOT_UP, _START, _HALT = 5, 0, 1, 2
 _DISABLE, _SHUTDOWN, _SWITCH_ON, _ENABLE, _QUICK_STOP, _RESET = 0x00, 0x06, 0x07, 0x0F, 0x02, 0x80
 _CYCLIC_TORQUE = 10
 _OFF, _EVERY_SYNC, _ON_CHANGE = 0x8000_0000, 1, 255
-_HEARTBEAT_CONSUMER, _ERROR_CODE = 0x1016, 0x603F
+_HEARTBEAT_CONSUMER, _ERROR_CODE, _DEVICE_TYPE = 0x1016, 0x603F, 0x1000
 _LARGEST = 32767
 #: periods without a statusword after which a node is started again: one that missed heartbeats leaves that state
 _SILENT_TICKS = 50
+_WORDS = {
+    SDO_ANSWER: "answer to SDO",
+    STATUS_PDO: "statusword and position",
+    MOTION_PDO: "rate and torque",
+    _EMERGENCY: "emergency",
+    HEARTBEAT: "heartbeat",
+}
 _POWERS = {0x27: Power.ON, 0x07: Power.STOPPING, 0x0F: Power.REACTING, 0x08: Power.FAULT}
 #: controlword that leads one state on, by the state that the statusword tells
 _STEPS = {0x40: _SHUTDOWN, 0x21: _SWITCH_ON, 0x23: _ENABLE, 0x27: _ENABLE}
@@ -55,13 +63,30 @@ class Cia402Drive:
         self._writes: deque[tuple[int, int, int, int]] = deque()
         self._status = 0
         self._silent = self._starved = 0
-        self._error = ""
+        self._error = self._refused = ""
         self._watches = True
         self._outbox: list[CanFrame] = []
+        remedy = "answers SYNC only once it is set up and started: see its faults, or whether another master stops it"
+        self.spoken = (
+            Spoken("answer to SDO", f"power, wiring, bit rate and node {section.id}"),
+            Spoken("statusword and position", remedy),
+            Spoken("rate and torque", remedy),
+        )
         self.sample = AxisSample()
 
+    def sender_of(self, frame: CanFrame) -> int | None:
+        node = frame.identifier & 0x7F
+        kind = frame.identifier - node
+        return node if node and not frame.extended and kind in _WORDS and node != HOST_NODE else None
+
+    def question_to(self, number: int) -> CanFrame | None:
+        return asked(number, _DEVICE_TYPE, 0)
+
+    def word_of(self, frame: CanFrame) -> str:
+        return "" if frame.extended else _WORDS.get(frame.identifier - self._id, "")
+
     def begin(self) -> list[CanFrame]:
-        self._writes = deque(self._set_up())
+        self._writes, self._refused = deque(self._set_up()), ""
         return [self._next_write()]
 
     def ask(self) -> list[CanFrame]:
@@ -89,6 +114,10 @@ class Cia402Drive:
         halts = not self._watches and self._starved % _SILENT_TICKS == 1
         halted = [CanFrame(NMT, bytes([_HALT, self._id]))] if halts else []
         return [*self._queued(), *self.release(), *halted, *self._sync()]
+
+    def leave(self) -> list[CanFrame]:
+        # else it would be in fault for want of this side's heartbeat
+        return [written(self._id, _HEARTBEAT_CONSUMER, 1, 4, 0)] if self._watches else []
 
     def reset(self) -> list[CanFrame]:
         # an edge: low first
@@ -124,7 +153,10 @@ class Cia402Drive:
         """A statusword and the position that came with it."""
         self._status, self._silent = status, 0
         before, power = self.sample.power, _POWERS.get(state_of(status), Power.OFF)
-        if power is Power.FAULT and before is not Power.FAULT and not self._error:
+        if self._refused:
+            # one that an earlier host has started, and that is not as this one needs it
+            power = Power.REACTING if power.is_powered else Power.FAULT
+        elif power is Power.FAULT and before is not Power.FAULT and not self._error:
             # its emergency was lost, or it sends none
             self._outbox.append(asked(self._id, _ERROR_CODE, 0))
         self.sample = replace(
@@ -132,7 +164,7 @@ class Cia402Drive:
             updates=self.sample.updates + 1,
             position_rad=counts * self._radian,
             power=power,
-            fault=(self._error or f"statusword 0x{status:04X}") if power.is_faulty else "",
+            fault=(self._refused or self._error or f"statusword 0x{status:04X}") if power.is_faulty else "",
         )
 
     def _answered(self, data: bytes) -> None:
@@ -151,7 +183,8 @@ class Cia402Drive:
             self.sample = replace(self.sample, caution=caution)
         elif answer.abort:
             self._writes.clear()
-            self.sample = replace(self.sample, power=Power.FAULT, fault=answer.refusal)
+            self._refused = answer.refusal
+            self.sample = replace(self.sample, power=Power.FAULT, fault=self._refused)
             return
         self._writes.popleft()
         self._outbox.append(self._next_write())
@@ -162,7 +195,7 @@ class Cia402Drive:
     def _sync(self) -> list[CanFrame]:
         """The question for the next sample; a node that answers none any more is started again first."""
         self._silent += 1
-        again = not self._writes and self._silent % _SILENT_TICKS == 0
+        again = not self._writes and not self._refused and self._silent % _SILENT_TICKS == 0
         started = [CanFrame(NMT, bytes([_START, self._id]))] if again else []
         return [*started, CanFrame(SYNC, b"")]
 

@@ -132,8 +132,8 @@ class ForeignDrive(Protocol):
 
 @runtime_checkable
 class StopsUnfed(Protocol):
-    """A drive that can be told to stop, and asked, by frames that do not feed its watchdog. One without these two gets
-    no frame at all once it does not do as told, and has a quarter of a second for its word.
+    """A drive that can be told to stop, and asked, by frames that do not feed its watchdog. One without these gets no
+    frame at all once it does not do as told, and has a quarter of a second for its word.
     """
 
     #: how long after an order its word may still be that from before, s
@@ -141,6 +141,9 @@ class StopsUnfed(Protocol):
 
     def starve(self) -> list[CanFrame]:
         """Frames of a tick in which it does not do as told: no torque, and nothing that feeds its watchdog."""
+
+    def leave(self) -> list[CanFrame]:
+        """The last frames of a host that goes: its watchdog waits for nobody any more. Only where it has no torque."""
 
 
 def on_the_joint(sample: AxisSample, section: DriveSection) -> AxisSample:
@@ -170,6 +173,11 @@ def shaft_torque(torque_nm: float, section: DriveSection) -> float:
 def starved(drive: ForeignDrive) -> list[CanFrame]:
     """Frames for a drive that is to be stopped by its own watchdog."""
     return drive.starve() if isinstance(drive, StopsUnfed) else []
+
+
+def farewell(drive: ForeignDrive) -> list[CanFrame]:
+    """The last frames for a drive; one under torque keeps its watchdog."""
+    return drive.leave() if isinstance(drive, StopsUnfed) and not drive.sample.power.is_powered else []
 
 
 def answer_time_s(drive: ForeignDrive) -> float:

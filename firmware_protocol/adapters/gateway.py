@@ -118,10 +118,9 @@ class Gateway:
 
     def feedback(self) -> bytes:
         """The feedback set of this tick, once both drives have said something new; else nothing."""
-        updates = [drive.sample.updates for drive in self.drives]
-        if any(new == seen for new, seen in zip(updates, self._seen, strict=True)):
+        if any(self.silent()):
             return b""
-        self._seen = updates
+        self._seen = [drive.sample.updates for drive in self.drives]
         samples = self._samples()
         messages, self._told = self._told, []
         if self._tick % _STATUS_EVERY == 0:
@@ -154,6 +153,10 @@ class Gateway:
             if not self._out_of_range[place]:
                 self._carried[place] = found
         return list(self._carried)
+
+    def silent(self) -> list[bool]:
+        """For each drive whether it has told no position since the last feedback set."""
+        return [drive.sample.updates == seen for drive, seen in zip(self.drives, self._seen, strict=True)]
 
     def complaints(self) -> list[str]:
         """For each drive its own word for its fault, what speaks against it, and that it does not do as told."""

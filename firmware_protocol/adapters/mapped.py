@@ -14,6 +14,7 @@ from typing import Any
 from firmware_protocol.adapters.dbc_map import MessageRef, SignalRef, load_map
 from firmware_protocol.adapters.drive import AxisSample, DriveTiming, Gives, Power
 from firmware_protocol.adapters.signal_span import not_there, span_of
+from firmware_protocol.adapters.spoken import Spoken
 from firmware_protocol.errors import BadInputError, refused_below
 from firmware_protocol.links import CanFrame, DriveSection
 
@@ -64,7 +65,31 @@ class MappedDrive:
         self.bad_frames = 0
         told = self._map.messages.get(self._map.power.message, MessageRef()).rate_hz
         self.answers_s = _ANSWERS_S if told is None else _LOST_PERIODS / told
+        self.spoken = tuple(
+            Spoken(
+                name,
+                f"power, wiring, bit rate, and identifier 0x{self._identifier_of(name):X} (the DBC's, id and id_step)",
+                (self._map.messages.get(name) or MessageRef()).rate_hz,
+            )
+            for name in sorted(self._map.received())
+        )
         self.sample = AxisSample(power_updates=0)
+
+    def sender_of(self, frame: CanFrame) -> int | None:
+        # a DBC does not say how other drives of its make are numbered
+        return None
+
+    def question_to(self, number: int) -> CanFrame | None:
+        return None
+
+    def word_of(self, frame: CanFrame) -> str:
+        message = self._by_identifier.get(frame.identifier)
+        if message is None or message.is_extended_frame != frame.extended:
+            return ""
+        return str(message.name) if message.name in self._map.received() else ""
+
+    def _identifier_of(self, name: str) -> int:
+        return int(self._database.get_message_by_name(name).frame_id) + self._offset
 
     def begin(self) -> list[CanFrame]:
         return []
@@ -83,6 +108,9 @@ class MappedDrive:
     def starve(self) -> list[CanFrame]:
         # what feeds a drive of a map is not known: nothing is sent
         self._grow_older()
+        return []
+
+    def leave(self) -> list[CanFrame]:
         return []
 
     def release(self) -> list[CanFrame]:

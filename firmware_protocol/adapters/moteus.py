@@ -13,6 +13,7 @@ import struct
 from dataclasses import replace
 
 from firmware_protocol.adapters.drive import AxisSample, DriveTiming, Gives, Power
+from firmware_protocol.adapters.spoken import Spoken
 from firmware_protocol.links import CanFrame, DriveSection
 
 _SOURCE, _REPLY = 0, 0x80
@@ -47,7 +48,23 @@ class MoteusDrive:
     def __init__(self, section: DriveSection, timing: DriveTiming) -> None:
         self._id, self._watchdog_s = section.id, timing.watchdog_s
         self.answers_s = timing.watchdog_s
+        self.spoken = (
+            Spoken(
+                "answer",
+                f"power, wiring, id {section.id} (`moteus_tool --info`) and both bit rates; without CAN FD "
+                "(link.data_bitrate) a moteus does not hear this side",
+            ),
+        )
         self.sample = AxisSample()
+
+    def sender_of(self, frame: CanFrame) -> int | None:
+        return frame.identifier >> 8 & 0x7F if frame.identifier & 0xFF == _SOURCE else None
+
+    def question_to(self, number: int) -> CanFrame | None:
+        return self._frame(_QUESTION, number)
+
+    def word_of(self, frame: CanFrame) -> str:
+        return "answer" if frame.identifier & 0xFFFF == (self._id << 8) | _SOURCE else ""
 
     def begin(self) -> list[CanFrame]:
         return []
@@ -64,6 +81,9 @@ class MoteusDrive:
         write = bytes([_WRITE_INT8 | 1, _MODE, _IN_POSITION, _WRITE_FLOAT, 5, _COMMAND]) + values
         watchdog = bytes([_WRITE_FLOAT | 1, _COMMAND + 7]) + struct.pack("<f", self._watchdog_s)
         return [self._frame(write + watchdog + _QUESTION)]
+
+    def leave(self) -> list[CanFrame]:
+        return []
 
     def release(self) -> list[CanFrame]:
         return [self._frame(bytes([_WRITE_INT8 | 1, _MODE, _STOPPED]) + _QUESTION)]
@@ -102,9 +122,9 @@ class MoteusDrive:
         )
         return True
 
-    def _frame(self, data: bytes) -> CanFrame:
+    def _frame(self, data: bytes, number: int | None = None) -> CanFrame:
         length = next(length for length in _LENGTHS if length >= len(data))
-        identifier = (_SOURCE | _REPLY) << 8 | self._id
+        identifier = (_SOURCE | _REPLY) << 8 | (self._id if number is None else number)
         # an identifier of more than eleven bits makes the frame an extended one
         return CanFrame(identifier, data.ljust(length, bytes([_NOP])), extended=True, fd=True)
 

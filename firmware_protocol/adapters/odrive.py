@@ -13,11 +13,19 @@ import struct
 from dataclasses import replace
 
 from firmware_protocol.adapters.drive import AxisSample, DriveTiming, Gives, Power
+from firmware_protocol.adapters.spoken import Spoken
 from firmware_protocol.links import CanFrame, DriveSection
 
 HEARTBEAT, SET_AXIS_STATE, ENCODER_ESTIMATES, SET_CONTROLLER_MODE = 0x01, 0x07, 0x09, 0x0B
 SET_INPUT_TORQUE, TEMPERATURE, BUS_VOLTAGE, CLEAR_ERRORS, TORQUES = 0x0E, 0x15, 0x17, 0x18, 0x1C
 IDLE, CLOSED_LOOP = 1, 8
+_WORDS = {
+    HEARTBEAT: "heartbeat",
+    ENCODER_ESTIMATES: "encoder estimates",
+    TORQUES: "torques",
+    TEMPERATURE: "temperature",
+    BUS_VOLTAGE: "bus voltage",
+}
 _TORQUE_CONTROL, _PASS_THROUGH = 1, 1
 _TURN = 2.0 * math.pi
 #: power while there is no error; every other state of an axis (calibration, homing) has torque of its own
@@ -37,7 +45,26 @@ class OdriveDrive:
         self._id, self.answers_s = section.id, _ANSWERS_S
         self._asked = 0
         self._told_power, self._error, self._invalid = Power.OFF, "", ""
+        self.spoken = (
+            Spoken(
+                "heartbeat",
+                f"power, wiring, bit rate (`can.config.baud_rate`), node_id {section.id} and "
+                "`config.can.heartbeat_msg_rate_ms`",
+            ),
+            Spoken("encoder estimates", "`config.can.encoder_msg_rate_ms` at the control rate", 1.0 / timing.period_s),
+        )
         self.sample = AxisSample(power_updates=0)
+
+    def sender_of(self, frame: CanFrame) -> int | None:
+        # what a host sends has these commands too, but never its heartbeat
+        return None if frame.extended or frame.identifier & 0x1F != HEARTBEAT else frame.identifier >> 5
+
+    def question_to(self, number: int) -> CanFrame | None:
+        return None
+
+    def word_of(self, frame: CanFrame) -> str:
+        mine = not frame.extended and frame.identifier >> 5 == self._id
+        return _WORDS.get(frame.identifier & 0x1F, "") if mine else ""
 
     def begin(self) -> list[CanFrame]:
         return [self._frame(SET_CONTROLLER_MODE, struct.pack("<II", _TORQUE_CONTROL, _PASS_THROUGH))]
@@ -54,6 +81,9 @@ class OdriveDrive:
 
     def command(self, torque_nm: float) -> list[CanFrame]:
         return [self._frame(SET_INPUT_TORQUE, struct.pack("<f", torque_nm))]
+
+    def leave(self) -> list[CanFrame]:
+        return []
 
     def release(self) -> list[CanFrame]:
         self._asked = 0

@@ -1,6 +1,7 @@
 """Links: what carries blocks of frames between host and device. Public names of the folder."""
 
 from firmware_protocol.links.can_bus import PythonCanBus
+from firmware_protocol.links.can_errors import error_words, interface_problems, problems_of
 from firmware_protocol.links.can_frame import CanFrame
 from firmware_protocol.links.can_link import CanLink
 from firmware_protocol.links.claims import BusClaim
@@ -20,6 +21,7 @@ from firmware_protocol.links.link import Link, LinkBasis, LinkLost, LinkState, L
 from firmware_protocol.links.memory_link import MemoryLink, memory_pair
 from firmware_protocol.links.opening import open_link, require_can_wait, require_known_interface, require_link_carries
 from firmware_protocol.links.pty_link import pty_link
+from firmware_protocol.links.serial_names import named_ports
 from firmware_protocol.links.serial_port import open_serial
 from firmware_protocol.links.slcan_device import SlcanDevice
 from firmware_protocol.links.stream_link import CobsFraming, Framing, StreamLink
@@ -57,9 +59,13 @@ __all__ = [
     "UnixLinkConfig",
     "UnixListener",
     "connected_to",
+    "error_words",
+    "interface_problems",
     "memory_pair",
+    "named_ports",
     "open_link",
     "open_serial",
+    "problems_of",
     "pty_link",
     "require_can_wait",
     "require_known_interface",

@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import errno
 import logging
+from collections import Counter
 from collections.abc import Mapping
 from contextlib import suppress
 from typing import Any
 
 from firmware_protocol.errors import LinkError
+from firmware_protocol.links.can_errors import error_words
 from firmware_protocol.links.can_frame import CanFrame
 from firmware_protocol.links.claims import PortClaim, reason_of
 from firmware_protocol.links.descriptor import DescriptorPort, wait_readable
@@ -46,6 +48,8 @@ class PythonCanBus:
         self._message, self._error = can.Message, can.CanError
         self._early: Any = None
         self._malformed = 0
+        #: what error frames told, how often
+        self.errors: Counter[str] = Counter()
         #: where the interface is slcan, its lines; frames need not be made of them one by one
         self.slcan: SlcanPort | None = None
         claim: PortClaim | None = None
@@ -104,6 +108,8 @@ class PythonCanBus:
                 break
             if message.is_error_frame or message.is_remote_frame:
                 self._malformed += 1
+                if message.is_error_frame:
+                    self.errors.update(error_words(message.arbitration_id))
             else:
                 found.append(
                     CanFrame(message.arbitration_id, bytes(message.data), message.is_extended_id, message.is_fd)

@@ -123,6 +123,10 @@ class LinkBasis(ABC):
     def statistics(self) -> LinkStatistics:
         return self._statistics
 
+    def why_silent(self) -> str:
+        """What is known of an other end that says nothing; empty where nothing is."""
+        return ""
+
     def reopen(self) -> bool:
         """Try once to open a lost link again; whether it is open now."""
         if self._state is not LinkState.OPEN:

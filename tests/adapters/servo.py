@@ -44,8 +44,7 @@ MAP: dict[str, Any] = {
     "torque": {"message": "Command", "signal": "Torque", "unit": "mN m"},
     "enable": {"message": "Command", "signal": "Run", "on": 1, "off": 0, "reset": 2, "stop": 3},
     "messages": {
-        "Status": {"rate_hz": 1000, "counter": {"signal": "Alive"}, "crc": "Check"},
-        "State": {"rate_hz": 200},
+        "Status": {"counter": {"signal": "Alive"}, "crc": "Check"},
         "Command": {"counter": {"signal": "Alive"}, "crc": "Check"},
     },
 }
@@ -107,8 +106,15 @@ class SimulatedServo:
         self.state = code
 
 
+def mapped_files(folder: Path, rate_hz: float = 1000.0) -> dict[str, str]:
+    """DBC and map of a servo that ticks at this rate, and what stands in its section because of that."""
+    messages = MAP["messages"] | {"Status": MAP["messages"]["Status"] | {"rate_hz": rate_hz}}
+    messages["State"] = {"rate_hz": rate_hz / _STATE_TICKS}
+    (folder / "servo.dbc").write_text(DBC)
+    (folder / "map.yaml").write_text(yaml_text(MAP | {"messages": messages}))
+    return {"map": str(folder / "map.yaml")}
+
+
 def mapped_rig(folder: Path) -> AdapterRig:
     """Two of these behind a host."""
-    (folder / "servo.dbc").write_text(DBC)
-    (folder / "map.yaml").write_text(yaml_text(MAP))
-    return AdapterRig("dbc", [SimulatedServo(number) for number in (1, 2)], link_more={"map": str(folder / "map.yaml")})
+    return AdapterRig("dbc", [SimulatedServo(number) for number in (1, 2)], link_more=mapped_files(folder))

@@ -21,7 +21,7 @@ from firmware_protocol.adapters import (
     on_the_joint,
 )
 from firmware_protocol.adapters.cia402 import state_of
-from firmware_protocol.adapters.drive import AxisSample, shaft_torque
+from firmware_protocol.adapters.drive import AxisSample, farewell, shaft_torque
 from firmware_protocol.adapters.gateway import torque_exponent
 from firmware_protocol.adapters.moteus import replies
 from firmware_protocol.errors import BadInputError
@@ -127,6 +127,16 @@ def test_cia402_torque_is_in_thousandths_of_the_rated_one_and_held_at_the_wire()
     drive = Cia402Drive(SECTION, TIMING)
     assert drive.command(0.5)[0].data == struct.pack("<Hh", 0x0F, 250)
     assert drive.command(-1e9)[0].data == struct.pack("<Hh", 0x0F, -32767)
+
+
+def test_a_host_that_goes_takes_back_the_watch_of_a_drive_without_torque_and_of_no_other() -> None:
+    drive = Cia402Drive(SECTION, TIMING)
+    drive.take(CanFrame(0x185, struct.pack("<Hi", 0x40, 0)))
+    (frame,) = farewell(drive)
+    assert (frame.identifier, frame.data) == (0x605, struct.pack("<BHBI", 0x23, 0x1016, 1, 0))
+    for powered in (0x27, 0x07, 0x0F):
+        drive.take(CanFrame(0x185, struct.pack("<Hi", powered, 0)))
+        assert farewell(drive) == []
 
 
 def test_what_a_cia402_drive_cannot_tell_must_be_stated() -> None:

@@ -4,12 +4,25 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, TypeGuard
 
 from firmware_protocol.bus_load import bus_load
 from firmware_protocol.errors import LinkError
-from firmware_protocol.links import AdapterLinkConfig, CanLinkConfig, open_link
+from firmware_protocol.links import (
+    AdapterLinkConfig,
+    CanLinkConfig,
+    LinkConfig,
+    SerialLinkConfig,
+    interface_problems,
+    named_ports,
+    open_link,
+)
 from firmware_protocol.schema import BY_CAN_ID, RECORD_SIZE
 from gimbal_hil.loop.settings import DaemonSettings, EmbeddedAntenna
+
+if TYPE_CHECKING:
+    from firmware_protocol.adapters import DriveReport
+    from gimbal_hil.realtime.daemon.drive_check import DriveListener
 
 _LISTEN_S = 1.0
 
@@ -23,6 +36,8 @@ class LinkReport:
     bus_load: float | None = None
     reasons: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
+    #: of other makes, each as it was heard
+    drives: list[DriveReport] = field(default_factory=list)
 
     @property
     def good(self) -> bool:
@@ -36,6 +51,7 @@ class LinkReport:
             "good": self.good,
             "frames_heard": self.frames,
             "computed_bus_load": self.bus_load,
+            "drives": [drive.as_dict() for drive in self.drives],
             "reasons": self.reasons,
             "remarks": self.remarks,
         }
@@ -48,7 +64,8 @@ class LinkReport:
             else "no frames heard"
         )
         load = "" if self.bus_load is None else f", computed bus load {self.bus_load:.0%}"
-        return [f"link: {self.name}: {heard}{load}", *(f"remark: {remark}" for remark in self.remarks)]
+        drives = [drive.line for drive in self.drives]
+        return [f"link: {self.name}: {heard}{load}", *drives, *(f"remark: {remark}" for remark in self.remarks)]
 
 
 def check_link(settings: DaemonSettings) -> LinkReport:
@@ -65,8 +82,17 @@ def check_link(settings: DaemonSettings) -> LinkReport:
         report.remarks += _not_given(config)
     if isinstance(config, CanLinkConfig):
         report.bus_load = bus_load(settings.rate_hz, config.bitrate)
+    if _is_socketcan(config):
+        report.reasons += interface_problems(str(config.channel), config.bitrate)
+    if ports := _serial_ports(config):
+        report.remarks.append(f"serial ports: {', '.join(ports)}")
+    listener: DriveListener | None = None
     try:
-        link = open_link(config)
+        if isinstance(config, AdapterLinkConfig):
+            from gimbal_hil.realtime.daemon.drive_check import DriveListener
+
+            listener = DriveListener(config)
+        link = open_link(config) if listener is None else listener.link
     except LinkError as error:
         report.reasons.append(str(error))
         return report
@@ -76,15 +102,30 @@ def check_link(settings: DaemonSettings) -> LinkReport:
         while time.monotonic() < end:
             link.wait(10_000_000)
             _count(link.receive(), report.frames)
+        if listener is not None:
+            heard = listener.judged()
+            report.drives = heard.drives
+            report.reasons += heard.reasons
+            report.remarks += heard.remarks
     finally:
         link.close()
     if link.loss is not None:
         report.reasons.append(str(link.loss))
-    elif not report.frames:
+    elif not report.frames and not report.reasons:
         report.reasons.append(f"{link.name} is open, but no antenna answered within {_LISTEN_S:g} s")
     if link.statistics.malformed:
         report.remarks.append(f"{link.statistics.malformed} packets were not whole frames")
     return report
+
+
+def _is_socketcan(config: LinkConfig) -> TypeGuard[CanLinkConfig | AdapterLinkConfig]:
+    return isinstance(config, CanLinkConfig | AdapterLinkConfig) and config.interface == "socketcan"
+
+
+def _serial_ports(config: LinkConfig) -> list[str]:
+    """Those that there are, where the link is behind one."""
+    slcan = isinstance(config, CanLinkConfig | AdapterLinkConfig) and config.interface == "slcan"
+    return named_ports() if slcan or isinstance(config, SerialLinkConfig) else []
 
 
 def _not_given(config: AdapterLinkConfig) -> list[str]:

@@ -94,9 +94,10 @@ class LinkKeeper:
         if heard:
             self._heard = now
         elif now.since(self._heard or self._opened) >= CLOSED_AFTER and now.since(self._opened) >= CLOSED_AFTER:
+            why = link.why_silent() if isinstance(link, LinkBasis) else ""
             link.close()
             self._link, self._heard = None, None
-            self._last_loss = f"no whole frame for {CLOSED_AFTER.ns / 1e9:g} s"
+            self._last_loss = f"no whole frame for {CLOSED_AFTER.ns / 1e9:g} s" + (f": {why}" if why else "")
             self._note_loss()
 
     def _come_back(self) -> bool:
