@@ -150,9 +150,11 @@ def simulated(joint: Joint, hidden: Hidden, seed: int) -> dict[str, np.ndarray]:
         rate += 0.3 * ((measured - before) / period - rate) if k else 0.0
         before = measured
         error = float(reference[k]) - measured
-        total += 0.5 * bandwidth * error * period
-        command = joint.inertia * (bandwidth**2 * (error + total) - 1.4 * bandwidth * rate)
-        command = float(np.clip(command, -3.0 * typical, 3.0 * typical))
+        grown = total + 0.5 * bandwidth * error * period
+        wanted = joint.inertia * (bandwidth**2 * (error + grown) - 1.4 * bandwidth * rate)
+        command = float(np.clip(wanted, -3.0 * typical, 3.0 * typical))
+        # no integral winds up while the drive gives all it has
+        total = grown if command == wanted else total
         columns[f"{AXIS}.torque"][k], columns[f"{AXIS}.position"][k] = command, measured
         sent = [*sent[1:], command]
         if dice.random() < period / 3.0:

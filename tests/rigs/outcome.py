@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
+from itertools import combinations
 from typing import Any
 
 #: commanded torque never tells these from one another
 ALIKE = {"viscous": frozenset({"viscous", "back_emf"})}
 #: a gain that is off is every other number of the model being off alike
 SCALED_BY_A_GAIN = frozenset({"inertia", "coulomb", "viscous", "back_emf", "static_unbalance"})
-TOLD_AS_A_GAIN = (frozenset({"torque_gain"}), frozenset({"inertia", "coulomb"}))
+TOLD_AS_A_GAIN = (
+    frozenset({"torque_gain"}),
+    *(frozenset(two) for two in combinations(sorted(SCALED_BY_A_GAIN - {"back_emf"}), 2)),
+)
 
 
 class Outcome(Enum):
@@ -29,9 +33,12 @@ class Outcome(Enum):
 
 @dataclass(frozen=True)
 class Planted:
-    """The effect whose number is off, and effects that the rig has and its model has not: no false names."""
+    """The effect whose number is off, by what factor, and effects that the rig has and its model has not: no false
+    names.
+    """
 
     effect: str
+    factor: float
     beside: frozenset[str] = frozenset()
 
     @property
@@ -61,9 +68,7 @@ def outcome(said: Mapping[str, Any], planted: Planted) -> tuple[Outcome, str]:
     if verdict["verdict"] == "no_discrepancy":
         return Outcome.FALSE_ALL_CLEAR, _left(verdict)
     if verdict["verdict"] == "cannot_judge":
-        hidden = verdict["next_experiment"]["separates"]
-        right = planted.effect in hidden or planted.effect == "torque_gain"
-        return Outcome.CANNOT_JUDGE, ("" if right else "for another reason: ") + ", ".join(hidden)
+        return Outcome.CANNOT_JUDGE, _claim(verdict, planted)
     if any(names <= named for names in planted.named_by):
         return Outcome.RIGHT, ""
     told = guessed | {one["name"] for one in verdict["alternatives"]}
@@ -72,6 +77,16 @@ def outcome(said: Mapping[str, Any], planted: Planted) -> tuple[Outcome, str]:
     if guessed - planted.true_names:
         return Outcome.GUESS, _left(verdict)
     return Outcome.SILENT, _left(verdict)
+
+
+def _claim(verdict: Mapping[str, Any], planted: Planted) -> str:
+    """What the answer says of errors like the planted one."""
+    sizes = [one["relative"] for one in verdict["smallest_shown"] if one["name"] == planted.effect]
+    shown = min((size for size in sizes if size is not None), default=None)
+    if shown is None:
+        return "it would not have shown at any size"
+    would = "would not have shown" if shown > abs(planted.factor - 1.0) else "WRONG: should have shown"
+    return f"{would}: from {shown:.0%}"
 
 
 def _left(verdict: Mapping[str, Any]) -> str:

@@ -106,7 +106,9 @@ def rows(folder: Path, seed: int, joints: int, factors: tuple[float, ...]) -> It
         for name, rig in RIGS.items():
             for what in rig.numbers:
                 called = f"{name} {what} x {factor:g}"
-                kept.append((called, Planted(what, rig.beside), _writer(folder, called, rig, name, what, factor)))
+                kept.append(
+                    (called, Planted(what, factor, rig.beside), _writer(folder, called, rig, name, what, factor))
+                )
     drawn = [_joint(folder, seed, k) for k in range(joints)]
     for k in range(max(len(kept), len(drawn))):
         yield from kept[k : k + 1]
@@ -143,7 +145,7 @@ def _joint(folder: Path, seed: int, k: int) -> tuple[str, Planted, Callable[[], 
         written = _scaled_torque(written, tuple(written.logs), factor) if what == "torque_gain" else written
         return Row(called, written, ("first",), ("second",), what)
 
-    return called, Planted(what, frozenset({true})), write
+    return called, Planted(what, factor, frozenset({true})), write
 
 
 def _scaled_torque(rig: Rig, names: tuple[str, ...], factor: float) -> Rig:

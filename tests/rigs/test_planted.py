@@ -18,21 +18,21 @@ from tests.rigs.drawn import AXIS, Hidden, drawn_joint, simulated, write_drawn
 from tests.rigs.outcome import Outcome, Planted, outcome
 from tests.rigs.planted import BESIDE, FACTORS, NUMBERS, RIGS, rows, table
 
-INERTIA_BESIDE_A_RIPPLE = Planted("inertia", frozenset({"cogging"}))
+INERTIA_BESIDE_A_RIPPLE = Planted("inertia", 0.5, frozenset({"cogging"}))
 
 
-def said(verdict: str, *told: tuple[str, str], others: tuple[str, ...] = (), hidden: tuple[str, ...] = ()) -> Any:
+def said(verdict: str, *told: tuple[str, str], others: tuple[str, ...] = (), **sizes: float | None) -> Any:
     effects = [{"name": name, "status": status} for name, status in told]
     alternatives = [{"name": name} for name in others]
     gap = {"before": 8.0, "after": 2.0, "noise_floor": 1.0}
-    run = {"separates": list(hidden)}
+    shown = [{"name": name, "relative": size} for name, size in sizes.items()]
     return {
         "verdict": {
             "verdict": verdict,
             "effects": effects,
             "alternatives": alternatives,
             "gap": gap,
-            "next_experiment": run,
+            "smallest_shown": shown,
         }
     }
 
@@ -44,7 +44,7 @@ def said(verdict: str, *told: tuple[str, str], others: tuple[str, ...] = (), hid
         (said("ambiguous", ("torque_gain", "ambiguous"), others=("inertia",)), Outcome.CLASS),
         (said("ambiguous", ("inertia", "ambiguous"), ("backlash", "named")), Outcome.FALSE_NAME),
         (said("no_discrepancy"), Outcome.FALSE_ALL_CLEAR),
-        (said("cannot_judge", hidden=("inertia",)), Outcome.CANNOT_JUDGE),
+        (said("cannot_judge", inertia=0.8), Outcome.CANNOT_JUDGE),
         (said("unexplained"), Outcome.SILENT),
         (said("named", ("cogging", "named")), Outcome.SILENT),
         (said("ambiguous", ("backlash", "ambiguous")), Outcome.GUESS),
@@ -56,11 +56,23 @@ def test_an_answer_is_worth_what_somebody_loses_who_trusts_it(answer: dict[str, 
 
 
 def test_a_gain_that_is_off_is_also_told_by_all_other_numbers_being_off_alike() -> None:
-    gain = Planted("torque_gain")
+    gain = Planted("torque_gain", 0.5)
     both = said("named", ("inertia", "named"), ("coulomb", "named"))
     assert outcome(both, gain)[0] is Outcome.RIGHT
     assert outcome(said("named", ("inertia", "named")), gain)[0] is Outcome.CLASS
-    assert outcome(both, Planted("inertia"))[0] is Outcome.FALSE_NAME
+    assert outcome(both, Planted("inertia", 0.5))[0] is Outcome.FALSE_NAME
+
+
+@pytest.mark.parametrize(
+    ("sizes", "why"),
+    [
+        ({}, "it would not have shown at any size"),
+        ({"inertia": 0.8}, "would not have shown: from 80%"),
+        ({"inertia": 0.3, "coulomb": 9.0}, "WRONG: should have shown: from 30%"),
+    ],
+)
+def test_what_cannot_be_judged_is_measured_by_what_the_answer_claims(sizes: dict[str, float], why: str) -> None:
+    assert outcome(said("cannot_judge", **sizes), INERTIA_BESIDE_A_RIPPLE)[1] == why
 
 
 def test_the_worst_answers_stand_first_and_all_are_counted() -> None:
@@ -94,6 +106,15 @@ def test_a_drawn_joint_rings_where_its_load_hangs_on_a_flexible_shaft(monkeypatc
     ringing = (hz > 12.0) & (hz < 30.0)
     found = hz[ringing][np.argmax(np.abs(both / own)[ringing])]
     assert found == pytest.approx(20.0, rel=0.1)
+
+
+def test_a_drawn_joint_comes_back_from_a_move_that_its_drive_cannot_make(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(drawn, "LOG_S", 12.0)
+    joint = replace(drawn_joint(np.random.default_rng((1, 5, 3))), motion="moves")
+    columns = simulated(joint, Hidden(frozenset(), rig={"ripple": 0.15}), seed=10050)
+    torque, position, reference = (columns[f"{AXIS}.{name}"] for name in ("torque", "position", "position_ref"))
+    assert np.mean(np.abs(torque) > 2.99 * joint.typical) > 0.01
+    assert np.max(np.abs(position - reference)) < 2.0
 
 
 def test_a_payload_that_a_drawn_joints_file_states_leaves_no_gap(

@@ -31,9 +31,10 @@ from gimbal_hil.knowledge.discrepancy.verdict.testable import not_testable
 from gimbal_hil.knowledge.discrepancy.verdict.where import Regime, RegimeGroup, most_telling, regimes
 from gimbal_hil.knowledge.discrepancy.verdict.wording import contradiction_of, told, told_against, told_unseen
 from sim_backend.effects import CATALOGUE
+from sim_backend.model import AntennaModel
 
 #: floors above which a second channel is worth a place; standard deviations by which a number has moved at all
-_HAS_A_GAP, _MOVED = 1.3, 0.05
+_HAS_A_GAP, _HARDLY = 1.3, 0.05
 
 Entry = dict[str, Any]
 
@@ -300,44 +301,35 @@ def _recalibrated(result: Result) -> tuple[Entry, ...]:
     numbers = moved_numbers(model, result.inquiry.twin, replace(hypothesis, causes=()))
     for known, y, (low, high) in zip(hypothesis.floating, hypothesis.y, intervals, strict=True):
         nominal = model.number(known.axis, known.path)
-        if abs(y) < _MOVED * known.trust or (known.axis, known.path) in named:
+        if abs(y) < _HARDLY * known.trust or (known.axis, known.path) in named:
             continue
-        found.append(
-            {
-                "axis": known.axis,
-                "path": known.path,
-                "from": nominal,
-                "to": numbers[known.axis, known.path],
-                "low": known.moved(nominal, low),
-                "high": known.moved(nominal, high),
-                "uncertainty": model.uncertainty(known.axis, known.path),
-                "named": False,
-                "value": numbers[known.axis, known.path],
-                "nominal": nominal,
-            }
-        )
+        ends = {"low": known.moved(nominal, low), "high": known.moved(nominal, high)}
+        number = {"nominal": nominal, "value": numbers[known.axis, known.path], **ends}
+        found.append(_moved(model, known.axis, known.path, number, named=False))
     for one in result.told:
         effect, axis = one.standing.label
         for name, number in _parameters(result, one.standing.entries[0]).items():
             parameter = next(p for p in CATALOGUE[effect].parameters if p.name == name)
             if parameter.path is None or number["nominal"] is None or number["value"] == number["nominal"]:
                 continue
-            path = model.number_path(axis, parameter.path)
-            found.append(
-                {
-                    "axis": axis,
-                    "path": path,
-                    "from": number["nominal"],
-                    "to": number["value"],
-                    "low": number["low"],
-                    "high": number["high"],
-                    "uncertainty": model.uncertainty(axis, path),
-                    "named": True,
-                    "value": number["value"],
-                    "nominal": number["nominal"],
-                }
-            )
+            found.append(_moved(model, axis, model.number_path(axis, parameter.path), number, named=True))
     return tuple(found)
+
+
+def _moved(model: AntennaModel, axis: str, path: str, number: Entry, named: bool) -> Entry:
+    """A number of the model and where it went."""
+    return {
+        "axis": axis,
+        "path": path,
+        "from": number["nominal"],
+        "to": number["value"],
+        "low": number["low"],
+        "high": number["high"],
+        "uncertainty": model.uncertainty(axis, path),
+        "named": named,
+        "value": number["value"],
+        "nominal": number["nominal"],
+    }
 
 
 __all__ = ["Verdict", "refusal", "verdict_of", "where_of"]
