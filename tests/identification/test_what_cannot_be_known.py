@@ -12,6 +12,7 @@ import yaml
 
 from gimbal_hil.knowledge.identification import Determination, RigidAxisRule, axis_identification, fit_rigid_axis
 from gimbal_hil.knowledge.identification.axis_response import AxisRecord
+from gimbal_hil.knowledge.identification.correlations import Correlations
 from gimbal_hil.knowledge.identification.estimate import Estimate, Interval
 from gimbal_hil.knowledge.identification.evidence import Evidence
 from gimbal_hil.knowledge.identification.output_error import OutputErrorFit, OutputErrorRule
@@ -120,7 +121,9 @@ KNOWN = LugreFriction(StaticFriction(2.4, 2.0, 0.02, 0.5, 1.0), 3000.0, 20.0)
 
 
 def fit_of(*estimates: Estimate) -> OutputErrorFit:
-    return OutputErrorFit(estimates, KNOWN, 0.0, (), (), 0.0, np.ones(len(estimates)), 1)
+    size = len(estimates)
+    apart = Correlations(tuple(one.name for one in estimates), np.eye(size), np.full(size, 0.1))
+    return OutputErrorFit(estimates, KNOWN, 0.0, (), (), 0.0, np.ones(size), 1, apart)
 
 
 def estimate(name: str, low: float, high: float) -> Estimate:

@@ -17,6 +17,7 @@ from gimbal_hil.knowledge.identification.consistency import (
     points_at_rest,
     repeatability_findings,
 )
+from gimbal_hil.knowledge.identification.correlations import Correlations, joined
 from gimbal_hil.knowledge.identification.estimate import DataWarning, Determination, Estimate, straight, withheld
 from gimbal_hil.knowledge.identification.evidence import Evidence, Log, collect
 from gimbal_hil.knowledge.identification.output_error import (
@@ -62,6 +63,7 @@ class AxisIdentification:
     estimates: tuple[Estimate, ...]
     friction: LugreFriction
     findings: tuple[DataWarning, ...]
+    correlations: Correlations
 
 
 def friction_of(model: AntennaModel, axis: str) -> LugreFriction:
@@ -151,6 +153,10 @@ def identify_axis(
         estimates=estimates,
         friction=friction,
         findings=tuple(findings),
+        correlations=joined(
+            estimates,
+            [(fit.estimates, fit.correlations) for fit in (static, dynamic, rigid[0]) if fit is not None],
+        ),
     )
     return _in_straight_units(found) if model.is_linear else found
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gimbal_hil.knowledge.identification.correlations import Correlations
 from gimbal_hil.knowledge.identification.estimate import Determination, Estimate
 from gimbal_hil.knowledge.identification.output_error import OutputErrorFit, displacements
 from gimbal_hil.knowledge.identification.presliding import PreslidingFit
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from gimbal_hil.pages.plots import Drawing
 
 
+#: a correlation of zero
+_NOTHING = "#e8e8e8"
 _COLOURS = {
     Determination.IDENTIFIED: MEASURED,
     Determination.WEAKLY_IDENTIFIED: SECOND,
@@ -135,6 +138,32 @@ def output_error_figure(fit: OutputErrorFit, number: int = 0, units: Units = ROT
         row=3,
     )
     return drawn
+
+
+def correlation_figure(correlations: Correlations) -> Drawing:
+    """Correlations of the errors of identified numbers: a square a pair, coloured and numbered."""
+    names = correlations.names
+    drawn = figure("Which numbers hang together", "", "", 130 + 52 * len(names))
+    pairs = [(i, j) for i in range(len(names)) for j in range(i + 1)]
+    values = [float(correlations.matrix[pair]) for pair in pairs]
+    drawn.add_scatter(
+        x=[names[j] for _, j in pairs], y=[names[i] for i, _ in pairs], mode="markers+text", showlegend=False,
+        text=[f"{value:.2f}" for value in values], textfont={"color": [_on(value) for value in values]},
+        marker={
+            "symbol": "square", "size": 46, "color": values, "cmin": -1.0, "cmax": 1.0,
+            "colorscale": [[0.0, SECOND], [0.5, _NOTHING], [1.0, MEASURED]],
+        },
+        hovertemplate="%{y}, %{x}: %{text}<extra></extra>",
+    )  # fmt: skip
+    drawn.update_xaxes(showgrid=False, zeroline=False, range=[-0.6, len(names) - 0.4])
+    drawn.update_yaxes(showgrid=False, zeroline=False, range=[len(names) - 0.4, -0.6])
+    drawn.update_layout(hovermode="closest")
+    return drawn
+
+
+def _on(value: float) -> str:
+    """Colour of a number that is read on the square of a correlation."""
+    return "#ffffff" if abs(value) > 0.6 else "#222222"
 
 
 def interval_figure(estimates: tuple[Estimate, ...], reference: LugreFriction, names: tuple[str, ...]) -> Drawing:

@@ -13,6 +13,7 @@ import numpy as np
 
 from gimbal_hil.knowledge.identification.averaging import Vector
 from gimbal_hil.knowledge.identification.axis_response import AxisRecord, simulate_axis
+from gimbal_hil.knowledge.identification.correlations import Correlations, of_fit
 from gimbal_hil.knowledge.identification.estimate import Estimate
 from gimbal_hil.knowledge.identification.least_squares import Unknown, fit
 from gimbal_hil.knowledge.identification.profile import ProfileTask, robust_variance_ratio
@@ -69,6 +70,7 @@ class OutputErrorFit:
     rms: float
     sensitivities: Vector
     agreeing_starts: int
+    correlations: Correlations
 
 
 @dataclass(frozen=True)
@@ -129,12 +131,15 @@ def fit_output_error(
         for i, name in enumerate(free)
     ]
     sensitivity = np.sqrt(np.mean(best.jacobian[:, : len(free)] ** 2, axis=0)) * 0.01
+    correlations = of_fit(parameters, best)
     estimates, best = settle_parameters(task, asked)
     friction = start.with_values(free, best.values[:-1])
     offset = float(best.values[-1])
     simulated = tuple(simulate_axis(record, inertia, friction, offset, rules.substep_s)[0] for record in records)
     rms = float(np.sqrt(np.mean(best.residuals**2)) * scatter)
-    return OutputErrorFit(estimates, friction, offset, tuple(records), simulated, rms, sensitivity, agreeing)
+    return OutputErrorFit(
+        estimates, friction, offset, tuple(records), simulated, rms, sensitivity, agreeing, correlations
+    )
 
 
 def _parameters(start: LugreFriction, free: tuple[str, ...]) -> tuple[Unknown, ...]:

@@ -10,6 +10,7 @@ import numpy as np
 from gimbal_hil.knowledge.identification.axis_identification import AxisIdentification, friction_of
 from gimbal_hil.knowledge.identification.estimate import Determination, number_text
 from gimbal_hil.knowledge.identification.figures import (
+    correlation_figure,
     hysteresis_figure,
     interval_figure,
     output_error_figure,
@@ -110,6 +111,8 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
         )
     )
     blocks.append(_estimate_table(model, result))
+    if len(result.correlations.names) > 1:
+        blocks.append(Plot(correlation_figure(result.correlations), _correlation_caption(result)))
     if result.presliding is not None and np.isfinite(result.presliding.rms):
         p = result.presliding
         folded.append(
@@ -158,6 +161,14 @@ def _map_caption(found: VelocityMap, units: Units) -> str:
     if jitter > 0.0:
         text += f" The rate fluctuated by up to {jitter:.2g} {units.rate} rms, which the fit allows for."
     return text
+
+
+def _correlation_caption(result: AxisIdentification) -> str:
+    worst = result.correlations.worst(result.axis)
+    return (
+        f"{worst[:1].upper()}{worst[1:]}. Condition {result.correlations.condition:.3g}. Numbers from different motion "
+        "do not hang together."
+    )
 
 
 def _estimate_table(model: AntennaModel, result: AxisIdentification) -> Table:
@@ -217,6 +228,7 @@ def _axis_record(result: AxisIdentification) -> dict[str, object]:
     record: dict[str, object] = {
         "axis": result.axis,
         "estimates": [_finite(e.as_record()) for e in result.estimates],
+        "correlations": result.correlations.as_record(result.axis),
         "findings": [{"rule": f.rule, "text": f.text} for f in result.findings],
         "break_away": [{"run": b.label, "torque": b.torque} for b in result.break_aways],
     }

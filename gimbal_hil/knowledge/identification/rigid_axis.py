@@ -17,6 +17,7 @@ from scipy.signal import butter, sosfiltfilt
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.knowledge.estimation import ShiftedFit, ShiftedProblem, fit_at, fit_shifted
 from gimbal_hil.knowledge.identification.averaging import Vector, autocorrelation_time
+from gimbal_hil.knowledge.identification.correlations import Correlations, of_replicates
 from gimbal_hil.knowledge.identification.estimate import Estimate, Interval, judge, settle, withheld
 from gimbal_hil.knowledge.identification.least_squares import Matrix
 from gimbal_hil.knowledge.identification.timing import STATE_IT, Timing
@@ -74,6 +75,7 @@ class RigidAxisFit:
     residual: Vector
     blocks: int
     timing: Timing
+    correlations: Correlations
 
     def value(self, name: str) -> float:
         """Fitted value by name."""
@@ -153,7 +155,11 @@ def fit_rigid_axis(
     rms = float(np.sqrt(np.mean(fit.residual**2)))
     relative = rms / float(np.sqrt(np.mean(fit.target**2)))
     rows = plain.rows
-    return RigidAxisFit(estimates, rms, relative, rate[rows], fit.target, fit.residual, shifted[0].blocks, timing)
+    first = (as_stated if rule.time_stated else shifted)[0]
+    correlations = of_replicates(names, first.numbers, fit.solution)
+    return RigidAxisFit(
+        estimates, rms, relative, rate[rows], fit.target, fit.residual, shifted[0].blocks, timing, correlations
+    )
 
 
 def _shifted(problems: list[ShiftedProblem]) -> list[ShiftedFit]:

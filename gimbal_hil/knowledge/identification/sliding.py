@@ -9,6 +9,7 @@ from enum import Enum
 import numpy as np
 
 from gimbal_hil.knowledge.identification.averaging import Vector
+from gimbal_hil.knowledge.identification.correlations import Correlations, of_fit
 from gimbal_hil.knowledge.identification.estimate import Estimate
 from gimbal_hil.knowledge.identification.least_squares import LeastSquaresFit, Matrix, Unknown, fit
 from gimbal_hil.knowledge.identification.profile import ProfileTask
@@ -59,6 +60,7 @@ class StaticFit:
     rms: float
     between_runs: float
     outliers: tuple[str, ...]
+    correlations: Correlations
 
     def torque(self, rate: Vector) -> Vector:
         """Fitted torque at signed rates, shape (n,), offset included."""
@@ -104,6 +106,7 @@ def fit_static(
     base = _MapResiduals(np.abs(rate), np.sign(rate), torque, 1.0 / error, np.array([p.jitter for p in used]))
     parameters = _parameters(base, with_offset=direction is MapHalf.BOTH)
     residuals, best, between = _robust_fit(base, parameters)
+    correlations = of_fit(parameters, best)
     estimates, best = _estimates(
         residuals, parameters, best, prior, (float(np.min(np.abs(rate))), float(np.max(np.abs(rate))))
     )
@@ -114,7 +117,7 @@ def fit_static(
     held = residuals.weight * np.hypot(error, between) < 0.999
     return StaticFit(
         direction, friction, estimates, offset, tuple(used), misfit, float(np.sqrt(np.mean(misfit**2))),
-        between, tuple(used[i].labels[0] for i in np.flatnonzero(held)),
+        between, tuple(used[i].labels[0] for i in np.flatnonzero(held)), correlations,
     )  # fmt: skip
 
 

@@ -197,4 +197,6 @@ def _lines(results: list[AxisIdentification], out: Path) -> list[str]:
             if e.reason:
                 lines.append(f"  {'':<18} {e.reason}" + (f"; to settle it: {e.experiment}" if e.experiment else ""))
         lines += [f"  ! {finding.text}" for finding in result.findings]
+        if worst := result.correlations.worst(result.axis):
+            lines.append(f"  {worst}")
     return [*lines, f"report: {out / REPORT_FILE}", f"model:  {out / MODEL_FILE}"]
