@@ -13,6 +13,7 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.loop.settings import shipped_settings_path
 from gimbal_hil.pages.report import Page
 from gimbal_hil.pointing.arena import (
+    CONTROLLERS,
     Score,
     Trial,
     arena_blocks,
@@ -22,10 +23,12 @@ from gimbal_hil.pointing.arena import (
     chosen,
     controller_settings,
     entrants,
+    least_margin_on,
     load_scenarios,
     run_arena,
     run_trial,
     shipped_scenarios,
+    with_wrong_model,
 )
 from gimbal_hil.surface.cli import main
 from sim_backend.model import shipped_model
@@ -131,3 +134,33 @@ def test_files_of_one_name_are_told_apart_by_their_folders_and_nothing_runs_twic
     for twice in ([given[0], given[0]], ["shipped", "shipped"]):
         with pytest.raises(BadInputError, match="given twice"):
             entrants(twice)
+
+
+def test_the_worst_cases_come_first_and_unstable_loops_are_called_a_limit_cycle() -> None:
+    picked = chosen(shipped_scenarios(), "base: table")
+    text = arena_text(run_arena(picked, ("realistic",), entrants(("thesis", "thesis_detuned", "shipped")), 1))
+    first, *_ = text.splitlines()
+    assert first.startswith("worst case of thesis on realistic") and first.endswith("limit cycle")
+    assert text.count("limit cycle") == 1 and "behind the best in 2 of 2 cases" in first
+    rows = [line for line in text.splitlines() if line.startswith("base: table")]
+    assert len(rows) == 2 and float(rows[0].split()[-1]) >= float(rows[1].split()[-1])
+
+
+def test_detuned_thesis_gains_keep_the_margin_that_the_printed_ones_lack() -> None:
+    model = shipped_model("realistic")
+    printed, detuned = (least_margin_on(controller_settings(name), model) for name in ("thesis", "thesis_detuned"))
+    assert printed == 0.0 and 0.4 <= detuned < 0.6
+
+
+@pytest.mark.parametrize("name", sorted(CONTROLLERS))
+def test_with_wrong_numbers_every_controller_has_other_gains(name: str, tmp_path: Path) -> None:
+    settings = controller_settings(name)
+    for seed, share in ((1, 1.3), (2, 0.7)):
+        wrong = with_wrong_model(settings, 0.3, seed, tmp_path)
+        for axis, section in wrong.axes.items():
+            before = settings.axes[axis]
+            assert section.rate_loop.kp_s_per_rad == pytest.approx(share * before.rate_loop.kp_s_per_rad)
+            if before.observer is not None and before.observer.rate_kp_s_per_rad is not None:
+                assert section.observer is not None
+                assert section.observer.rate_kp_s_per_rad == pytest.approx(share * before.observer.rate_kp_s_per_rad)
+    assert with_wrong_model(settings, 0.0, 1, tmp_path) == settings

@@ -1,10 +1,12 @@
 """The base as it is now: what the navigation told, extrapolated by its age.
 
 The heading tells when the attitude was true; rates and acceleration of one navigation are taken to be as old when they
-are sent. Angular acceleration is the difference of the last two rates.
+are sent. Angular acceleration and its change are differences of the last three rates.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -17,9 +19,12 @@ from gimbal_hil.loop.host.layout import (
     BASE_AGE,
     BASE_ANGLES,
     BASE_FELT,
+    BASE_HALFWAY,
+    BASE_JERK,
     BASE_LOST_TICKS,
     BASE_NOW,
     BASE_RATES,
+    BASE_TURNED,
     BASE_TURNING,
     EXTRAPOLATES_BASE,
     NAVIGATION_AGE_S,
@@ -35,11 +40,21 @@ _MOST_AGE_S = 0.1
 
 @compiled
 def learn_turning(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarray) -> None:
-    """Angular acceleration of the base, when a base_rate has come and before it takes the last one's place."""
+    """Angular acceleration of the base and its change, when a base_rate has come and before it takes the last one's
+    place. The last two rates tell the acceleration half-way between them, half a period ago: what it has changed by
+    since is in the three.
+    """
     ticks = G[BASE_AGE] + 1
+    period_s, near = ticks * C[STEP_S], ticks <= _MOST_TICKS
     for k in range(3):
-        rate = mail[m.BASE_RATE_P + k] * m.BASE_RATE_P_STEP
-        H[BASE_TURNING + k] = (rate - H[BASE_RATES + k]) / (ticks * C[STEP_S]) if ticks <= _MOST_TICKS else 0.0
+        before = H[BASE_HALFWAY + k]
+        H[BASE_HALFWAY + k] = (mail[m.BASE_RATE_P + k] * m.BASE_RATE_P_STEP - H[BASE_RATES + k]) / period_s
+        turned, jerk = H[BASE_HALFWAY + k], 0.0
+        if not near:
+            turned, H[BASE_HALFWAY + k] = 0.0, math.nan
+        elif not math.isnan(before):
+            jerk = (turned - before) / period_s
+        H[BASE_TURNED + k], H[BASE_JERK + k] = turned + 0.5 * period_s * jerk, jerk
 
 
 @compiled
@@ -55,7 +70,7 @@ def extrapolate_base(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarr
     """Rates, gravity and age of the attitude as of this tick, once its mail has been taken in."""
     if G[BASE_AGE] > C[BASE_LOST_TICKS]:
         for k in range(3):
-            H[BASE_TURNING + k] = 0.0
+            H[BASE_TURNED + k] = H[BASE_JERK + k] = 0.0
     H[ATTITUDE_AGE_S] += C[STEP_S] * (1 + G[SKIPPED])
     if has_attitude(mail, C):
         ticks = (mail[m.DRIVE_STATUS_TICK] - mail[m.BASE_HEADING_VALID_TICK]) & m.BASE_HEADING_VALID_TICK_HIGH
@@ -65,7 +80,9 @@ def extrapolate_base(mail: np.ndarray, H: np.ndarray, G: np.ndarray, C: np.ndarr
             H[ATTITUDE_AGE_S], H[NAVIGATION_AGE_S] = age, max(0.0, age - C[STEP_S])
     age = H[NAVIGATION_AGE_S] + G[BASE_AGE] * C[STEP_S] if G[BASE_AGE] <= _MOST_TICKS else 0.0
     for k in range(3):
-        H[BASE_NOW + k] = H[BASE_RATES + k] + age * H[BASE_TURNING + k]
+        turned, change = H[BASE_TURNED + k], age * H[BASE_JERK + k]
+        H[BASE_NOW + k] = H[BASE_RATES + k] + age * (turned + 0.5 * change)
+        H[BASE_TURNING + k] = turned + change
     _felt_now(H)
 
 
@@ -83,9 +100,9 @@ def _felt_now(H: np.ndarray) -> None:
 @compiled
 def mean_rates(H: np.ndarray, age_s: float) -> tuple[float, float, float]:
     """Mean angular rate of the base (rad/s) over the last `age_s` seconds."""
-    half = 0.5 * age_s
-    return (
-        H[BASE_NOW] - half * H[BASE_TURNING],
-        H[BASE_NOW + 1] - half * H[BASE_TURNING + 1],
-        H[BASE_NOW + 2] - half * H[BASE_TURNING + 2],
-    )
+    return _mean_rate(H, 0, age_s), _mean_rate(H, 1, age_s), _mean_rate(H, 2, age_s)
+
+
+@compiled
+def _mean_rate(H: np.ndarray, k: int, age_s: float) -> float:
+    return float(H[BASE_NOW + k] - age_s * (0.5 * H[BASE_TURNING + k] - age_s * H[BASE_JERK + k] / 6.0))

@@ -85,8 +85,11 @@ CARRIED, CARRIED_ANGLES, CARRIED_RATES, CARRIED_JOINTS = 24, 25, 28, 31
 TOWARDS, TOWARDS_RATES, POINTING_ERROR = 33, 35, 37
 #: which way round the azimuth passes the zenith (-1, 1), 0 away from it
 KEYHOLE_SIDE = 38
+#: angular acceleration of the base half-way between the last two rates, NaN where they lie too far apart, and at the
+#: last one (rad/s^2), and how it changes (rad/s^3)
+BASE_HALFWAY, BASE_TURNED, BASE_JERK = 40, 43, 46
 #: one block per axis: the control law's state, then what was measured and asked
-AXIS_H = 40
+AXIS_H = 49
 (
     MEASURED_POSITION,  # encoder (rad)
     MEASURED_RATE,  # gyro (rad/s)

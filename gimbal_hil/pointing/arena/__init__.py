@@ -3,7 +3,7 @@
 from gimbal_hil.pointing.arena.arena import ArenaResult, Entrant, Spread, entrants, run_arena
 from gimbal_hil.pointing.arena.base_motions import ROW_HZ as MOTION_ROW_HZ
 from gimbal_hil.pointing.arena.base_motions import AircraftMotion, Manoeuvre, Swing, Turbulence
-from gimbal_hil.pointing.arena.controllers import CONTROLLERS, controller_settings
+from gimbal_hil.pointing.arena.controllers import CONTROLLERS, controller_settings, least_margin_on
 from gimbal_hil.pointing.arena.page import arena_blocks, arena_text
 from gimbal_hil.pointing.arena.paid import (
     BEFORE,
@@ -17,7 +17,7 @@ from gimbal_hil.pointing.arena.paid import (
 )
 from gimbal_hil.pointing.arena.scenarios import Scenario, Score, chosen, load_scenarios, shipped_scenarios
 from gimbal_hil.pointing.arena.trial import Trial, TrialOutcome, between, boresight, run_trial
-from gimbal_hil.pointing.arena.wrong_numbers import wrong_model
+from gimbal_hil.pointing.arena.wrong_numbers import with_wrong_model, wrong_model
 
 __all__ = [
     "BEFORE",
@@ -45,6 +45,7 @@ __all__ = [
     "chosen",
     "controller_settings",
     "entrants",
+    "least_margin_on",
     "load_scenarios",
     "paid_blocks",
     "paid_text",
@@ -52,5 +53,6 @@ __all__ = [
     "run_trial",
     "shipped_scenarios",
     "what_paid",
+    "with_wrong_model",
     "wrong_model",
 ]

@@ -7,10 +7,10 @@ from functools import cache
 from typing import Any
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.knowledge.tuning import tuned
+from gimbal_hil.knowledge.tuning import MARGIN, figures, laws_of, tuned, tuning_task
 from gimbal_hil.loop.settings import DaemonSettings, settings_from_document, shipped_settings
 from gimbal_hil.proof.thesis import LEVEL, POSITION_GAINS, RATE_GAINS
-from sim_backend.model import CONTROL_ANTENNA, model_named
+from sim_backend.model import CONTROL_ANTENNA, AntennaModel, model_named
 
 Document = dict[str, Any]
 
@@ -30,6 +30,55 @@ def _thesis(document: Document) -> None:
         axis["position_loop"] |= {"kp_per_s": position_kp, "ki_per_s2": position_ki, "rate_limit_rad_s": 1000.0}
         axis["prefilter"] = None
         axis["limits"] |= {"rate_rad_s": 17.0, "following_position_rad": None, "following_rate_rad_s": None}
+
+
+def _thesis_detuned(document: Document) -> None:
+    """The thesis' cascade with its gains lowered together until its loops keep the margin of `tune` on the antenna of
+    the model, with its delay, gyro and modes.
+    """
+    _thesis(document)
+    share = _detuned_share()
+    for axis in document["axes"].values():
+        axis["rate_loop"]["kp_s_per_rad"] *= share
+        axis["rate_loop"]["ki_per_rad"] *= share**2
+        axis["position_loop"]["kp_per_s"] *= share
+        axis["position_loop"]["ki_per_s2"] *= share**2
+
+
+@cache
+def _detuned_share() -> float:
+    """Largest share of the thesis' crossing frequencies, in steps of a tenth of itself, that keeps the margin."""
+    document = shipped_settings().model_dump(mode="json", by_alias=True)
+    _thesis(document)
+    thesis, model = settings_from_document(document, "thesis"), model_named(MODEL)
+    share = 1.0
+    while least_margin_on(thesis, model, share) < MARGIN:
+        share *= 0.9
+    return share
+
+
+def least_margin_on(settings: DaemonSettings, model: AntennaModel, share: float = 1.0) -> float:
+    """Least disk margin of both axes' loops on an antenna, all crossing frequencies of the cascade times a share; 0
+    where they are not stable.
+    """
+    found = []
+    for axis in model.axes:
+        section = settings.axes[axis]
+        position, rate = section.position_loop, section.rate_loop
+        slower = section.model_copy(
+            update={
+                "position_loop": position.model_copy(
+                    update={"kp_per_s": share * position.kp_per_s, "ki_per_s2": share**2 * position.ki_per_s2}
+                ),
+                "rate_loop": rate.model_copy(
+                    update={"kp_s_per_rad": share * rate.kp_s_per_rad, "ki_per_rad": share**2 * rate.ki_per_rad}
+                ),
+            }
+        )
+        tried = settings.model_copy(update={"axes": {**settings.axes, axis: slower}})
+        task = tuning_task(model, axis, settings.step_s, MARGIN)
+        found.append(figures(laws_of(tried, model, axis, task), task).margin)
+    return min(found)
 
 
 def _plain(document: Document) -> None:
@@ -90,6 +139,15 @@ def _tuned_cascade(document: Document) -> None:
                 axis[key] = axis[key] | value
 
 
+def _model_cascade(document: Document) -> None:
+    """The tuned cascade with every part of the model and no observer."""
+    _with_model(document, **dict.fromkeys(PARTS, True))
+    for name, axis in document["axes"].items():
+        for key, value in _tuned_keys()[name].items():
+            if key != "observer":
+                axis[key] = axis[key] | value
+
+
 def _tuned(document: Document) -> None:
     """What gimbal-hil tune makes of the shipped configuration for the model: gains, observer, every part."""
     _with_model(document, **dict.fromkeys(PARTS, True))
@@ -130,6 +188,7 @@ MODEL, OBSERVER_RAD_S = CONTROL_ANTENNA, 150.0
 PARTS = ("bodies", "friction", "position_torque", "extrapolate_base")
 CONTROLLERS: dict[str, Callable[[Document], None]] = {
     "thesis": _thesis,
+    "thesis_detuned": _thesis_detuned,
     "cascade": _plain,
     "tuned_cascade": _tuned_cascade,
     "shipped": _shipped,
@@ -139,6 +198,7 @@ CONTROLLERS: dict[str, Callable[[Document], None]] = {
     "base": _base,
     "observer": _observer,
     "all": _all,
+    "model_cascade": _model_cascade,
     "tuned": _tuned,
     "levels": _levels,
     "learned": _learned,

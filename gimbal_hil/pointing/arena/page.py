@@ -6,10 +6,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gimbal_hil.pages.report import Block, Callout, Details, Heading, Plot, Table, Text
-from gimbal_hil.pointing.arena.arena import ArenaResult, Spread
+from gimbal_hil.pages.report import Block, Callout, Heading, Plot, Table, Text
+from gimbal_hil.pointing.arena.arena import ArenaResult, Entrant, Spread
+from gimbal_hil.pointing.arena.controllers import least_margin_on
 from gimbal_hil.pointing.arena.scenarios import Scenario, Score
 from gimbal_hil.pointing.arena.trial import TrialOutcome
+from sim_backend.model import model_named
 
 if TYPE_CHECKING:
     from gimbal_hil.pages.plots import Drawing
@@ -35,6 +37,8 @@ _COLOURS = [
     f"#{one}"
     for one in ["8a94a0", "b8860b", "d95f02", "1f6f8b", "4a8c5c", "6a4c93", "7a5230", "c2579b", "b3261e", "2e4a9e"]
 ]
+#: how many times the best error still counts as the best
+_CLOSE = 1.1
 #: scenarios whose errors are drawn over time, where they are among those run
 _DRAWN = 3
 
@@ -43,7 +47,11 @@ def arena_text(found: ArenaResult) -> str:
     """One line a scenario and antenna, then the worst case of every controller."""
     names = [entrant.name for entrant in found.entrants]
     header = ["scenario", "antenna", *names]
-    lines = [_line_of_sight_row(found, one, antenna) for one in found.scenarios for antenna in found.antennas]
+    lines = [
+        _line_of_sight_row(found, one, antenna)
+        for antenna in found.antennas
+        for one in hardest_first(found, found.scenarios, antenna)
+    ]
     widths = [max(len(row[i]) for row in [header, *lines]) for i in range(len(header))]
     table = [
         "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
@@ -53,7 +61,17 @@ def arena_text(found: ArenaResult) -> str:
         f"line-of-sight error, urad rms, mean of {found.seeds} seeds; steps: the error at rest, overshoot in percent, "
         "settling in s"
     )
-    return "\n".join([about, "", *table, "", *_worst_lines(found)])
+    return "\n".join([*_worst_lines(found), "", about, "", *table])
+
+
+def hardest_first(found: ArenaResult, scenarios: Sequence[Scenario], antenna: str) -> list[Scenario]:
+    """Scenarios by the least line-of-sight error that any controller leaves, largest first."""
+
+    def least(one: Scenario) -> float:
+        spreads = [found.spread(one.name, antenna, entrant.name, _LINE_OF_SIGHT[1]) for entrant in found.entrants]
+        return min((spread.mean for spread in spreads if spread is not None), default=float("inf"))
+
+    return sorted(scenarios, key=least, reverse=True)
 
 
 def _line_of_sight_row(found: ArenaResult, scenario: Scenario, antenna: str) -> list[str]:
@@ -74,13 +92,44 @@ def _worst_lines(found: ArenaResult) -> list[str]:
             worst = found.worst(antenna, entrant.name)
             if worst is not None:
                 size = "tripped" if worst[1] == float("inf") else f"{_MICRO * worst[1]:.1f} urad"
-                lines.append(f"worst case of {entrant.name} on {_short(antenna)}, steps apart: {worst[0]}, {size}")
+                behind = _behind(found, antenna, entrant.name)
+                told = f"worst case of {entrant.name} on {_short(antenna)}, steps apart: {worst[0]}, {size}"
+                lines.append(f"{told}{behind}{_limit_cycle(entrant, antenna)}")
     return lines
 
 
 def _short(antenna: str) -> str:
     """A model by its name, wherever its file lies."""
     return Path(antenna).name.removesuffix(".yaml")
+
+
+def _behind(found: ArenaResult, antenna: str, controller: str) -> str:
+    """In how many cases a controller is worse than the best one by more than a tenth, and where most."""
+    most, where, count, rows = 1.0, "", 0, 0
+    for one in (one for one in found.scenarios if one.score is not Score.STEP):
+        spreads = {
+            entrant.name: spread.mean
+            for entrant in found.entrants
+            if (spread := found.spread(one.name, antenna, entrant.name, _LINE_OF_SIGHT[1])) is not None
+        }
+        if len(spreads) < 2 or controller not in spreads:
+            continue
+        rows += 1
+        times = spreads[controller] / min(spreads.values())
+        count += times > _CLOSE
+        most, where = max((most, where), (times, one.name))
+    if not rows or not count:
+        return ""
+    return f"; over 10 % behind the best in {count} of {rows} cases, {most:.1f} times in {where}"
+
+
+def _limit_cycle(entrant: Entrant, antenna: str) -> str:
+    """A word on loops that are not stable on an antenna: their figures are those of an oscillation."""
+    model = model_named(antenna)
+    settings = entrant.settings.for_axes(model.axes, model.where)
+    if least_margin_on(settings, model) > 0.0:
+        return ""
+    return "; its loops are not stable on this antenna: what is shown is a limit cycle"
 
 
 def _best_lines(found: ArenaResult) -> list[str]:
@@ -114,6 +163,7 @@ def arena_blocks(found: ArenaResult) -> list[Block]:
         Table(("Controller", "What it is"), [(one.name, one.text) for one in found.entrants]),
     ]
     blocks: list[Block] = [Callout(line) for line in _best_lines(found)]
+    blocks += [Heading("The worst case of every controller"), *(Text(f"{line}.") for line in _worst_lines(found))]
     if moving:
         blocks += [Plot(_bars(found, moving, antenna), f"On the antenna {antenna}.") for antenna in found.antennas]
         blocks += [*about, Heading("Line of sight"), *(_tables(found, moving, (_LINE_OF_SIGHT,)))]
@@ -128,7 +178,6 @@ def arena_blocks(found: ArenaResult) -> list[Block]:
             Text("For steps the line of sight is judged from 2 s after the step on, when it should be at rest.")
         )
     blocks += _drawn_errors(found, [*moving, *steps])
-    blocks.append(Details("The worst case of every controller", [Text(line) for line in _worst_lines(found)]))
     return blocks
 
 
@@ -138,7 +187,7 @@ def _tables(found: ArenaResult, scenarios: Sequence[Scenario], columns: Sequence
             ("Scenario", *(entrant.name for entrant in found.entrants)),
             [
                 (one.name, *(_cell(found, one, antenna, entrant.name, column) for entrant in found.entrants))
-                for one in scenarios
+                for one in hardest_first(found, scenarios, antenna)
             ],
             f"Antenna {antenna}: {column[0]}.",
         )

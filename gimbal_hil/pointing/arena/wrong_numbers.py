@@ -7,8 +7,8 @@ import random
 from pathlib import Path
 from typing import Any
 
-from gimbal_hil.loop.settings import DaemonSettings
-from sim_backend.model import AntennaModel, model_from_document, model_named
+from gimbal_hil.loop.settings import AxisSettings, DaemonSettings
+from sim_backend.model import CONTROL_ANTENNA, AntennaModel, model_from_document, model_named
 
 #: numbers that are off together, because no body (no friction) has them apart
 _TOGETHER = ("inertia", "cog", "breakaway", "coulomb")
@@ -47,12 +47,45 @@ def wrong_model(model: AntennaModel, share: float, seed: int) -> AntennaModel:
 
 
 def with_wrong_model(settings: DaemonSettings, share: float, seed: int, folder: Path) -> DaemonSettings:
-    """Settings whose loops take their numbers from a wrong model, which is written into `folder`; without
-    `model_control` they stay.
+    """Settings of somebody whose model is wrong, which is written into `folder`: torques fed forward by its numbers,
+    and gains off as its inertias are, because a loop's gain is a crossing times an inertia, whoever chose it.
     """
-    control = settings.model_control
-    if control is None or share == 0.0:
+    if share == 0.0:
         return settings
-    file = folder / "wrong.yaml"
-    file.write_text(wrong_model(model_named(control.model), share, seed).to_yaml(), encoding="utf-8")
-    return settings.model_copy(update={"model_control": control.model_copy(update={"model": str(file)})})
+    control = settings.model_control
+    model = model_named(control.model if control is not None else CONTROL_ANTENNA)
+    wrong = wrong_model(model, share, seed)
+    changed: dict[str, Any] = {"axes": {axis: _off(settings.axes[axis], model, wrong, axis) for axis in settings.axes}}
+    if control is not None:
+        file = folder / "wrong.yaml"
+        file.write_text(wrong.to_yaml(), encoding="utf-8")
+        changed["model_control"] = control.model_copy(update={"model": str(file)})
+    return settings.model_copy(update=changed)
+
+
+def _off(section: AxisSettings, model: AntennaModel, wrong: AntennaModel, axis: str) -> AxisSettings:
+    def ratio(path: str) -> float:
+        known = model.number(axis, path)
+        return wrong.number(axis, path) / known if known else 1.0
+
+    inertia, friction = ratio(model.own_inertia_path(axis)), ratio("friction.coulomb")
+    weight = ratio("body.mass") * ratio("body.cog.x")
+    loop, forward, observer = section.rate_loop, section.feedforward, section.observer
+    kp = observer.rate_kp_s_per_rad if observer is not None else None
+    return section.model_copy(
+        update={
+            "rate_loop": loop.model_copy(
+                update={"kp_s_per_rad": inertia * loop.kp_s_per_rad, "ki_per_rad": inertia * loop.ki_per_rad}
+            ),
+            "feedforward": forward.model_copy(
+                update={
+                    "coulomb_nm": friction * forward.coulomb_nm,
+                    "viscous_nm_s_per_rad": ratio("friction.viscous") * forward.viscous_nm_s_per_rad,
+                    "moment_kg_m": tuple(weight * moment for moment in forward.moment_kg_m),
+                }
+            ),
+            "observer": observer.model_copy(update={"rate_kp_s_per_rad": inertia * kp})
+            if observer and kp
+            else observer,
+        }
+    )
