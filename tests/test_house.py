@@ -31,7 +31,17 @@ DISTRICTS = {
     "loop": ("control", "host", "settings", "timing"),
     "pages": ("plots", "antenna", "report"),
     "data": ("runs", "tables", "containers", "signals", "arms", "exports", "catalogue", "preflight"),
-    "realtime": ("lockstep", "telemetry", "operator", "mavlink", "observing", "dashboard", "service", "daemon"),
+    "realtime": (
+        "lockstep",
+        "telemetry",
+        "operator",
+        "foxglove",
+        "mavlink",
+        "observing",
+        "dashboard",
+        "service",
+        "daemon",
+    ),
     "knowledge": (
         "executor",
         "estimation",

@@ -121,6 +121,7 @@ NOT_HERE = {
     r"tle:": "needs skyfield, tests/pointing",
     r"--moving|--duration 600": "an hour of flight, tests/pointing",
     r"^(adjust|set|stop|quick-stop|shut-down|reset|watch)\b": "a running daemon, test_commands_with_a_daemon.py",
+    r"^foxglove\b": "a running daemon, tests/foxglove",
     r"^mavlink\b": "two processes in real time, tests/mavlink",
 }
 #: where no is an answer as good as yes: what this machine can do

@@ -32,7 +32,7 @@ from gimbal_hil.realtime.telemetry.scope import (
     scope_settings,
     signal_names,
 )
-from gimbal_hil.realtime.telemetry.trouble import Trouble, trouble_of
+from gimbal_hil.realtime.telemetry.trouble import StopTold, trouble_of
 from gimbal_hil.realtime.telemetry.wire_watch import Wire, WireWatch
 
 __all__ = [
@@ -50,9 +50,9 @@ __all__ = [
     "ScopeMode",
     "ScopeSettings",
     "ScopeState",
+    "StopTold",
     "Telemetry",
     "TelemetryKind",
-    "Trouble",
     "Wire",
     "WireWatch",
     "capture_columns",

@@ -153,6 +153,7 @@ class LiveView:
             "pointing": self.pointing,
             "mode": {axis: word_of(Mode(int(row[f"mode_{own}"]))) for own, axis in self._named()},
             "position_rad": {axis: self._measured.get(f"position_{own}") for own, axis in self._named()},
+            "position_ref_rad": {axis: _finite(float(row[f"position_ref_{own}"])) for own, axis in self._named()},
             "rate_rad_s": {axis: self._measured.get(f"rate_{own}") for own, axis in self._named()},
             "torque_nm": {axis: float(row[f"torque_{own}"]) for own, axis in self._named()},
             "limits": self.limits(),
@@ -240,6 +241,11 @@ class LiveView:
                 state, fault = int(_value(word, message, "state")), int(_value(word, message, "fault"))
                 if state in DriveState._value2member_map_ and fault in FaultCode._value2member_map_:
                     self.drive_state, self.drive_fault = DriveState(state), FaultCode(fault)
+
+
+def _finite(value: float) -> float | None:
+    """JSON knows no NaN: an axis without a reference has none."""
+    return value if math.isfinite(value) else None
 
 
 def _value(word: int, message: schema.Message, name: str) -> float:

@@ -14,7 +14,7 @@ _DRIVE_FAULT = word_of(HostCause.DRIVE_FAULT)
 
 
 @dataclass(frozen=True, slots=True)
-class Trouble:
+class StopTold:
     """One stop. `since_s` on the run's clock; the rest are words for people."""
 
     what: str
@@ -28,7 +28,7 @@ class Trouble:
         return asdict(self)
 
 
-def trouble_of(state: str, cause: str, drive_fault: str | None, complaint: str, since_s: float) -> Trouble | None:
+def trouble_of(state: str, cause: str, drive_fault: str | None, complaint: str, since_s: float) -> StopTold | None:
     """The stop that the host is in, by its state and why it last changed that (`word_of`); None where it is in none.
 
     An operator's own stop is one only where it is left by a reset.
@@ -37,11 +37,11 @@ def trouble_of(state: str, cause: str, drive_fault: str | None, complaint: str, 
     if guard is None:
         if state != _STOPS[0]:
             return None
-        return Trouble("quick stop by an operator", since_s, "braked by the drive, and held", "", "operator's reset")
+        return StopTold("quick stop by an operator", since_s, "braked by the drive, and held", "", "operator's reset")
     what = f"{cause.replace('_', ' ')}: {guard.trigger}"
     fault = _FAULTS.get(drive_fault or "") if cause == _DRIVE_FAULT else None
     if cause == _DRIVE_FAULT and drive_fault not in (None, "none"):
         what = f"drive fault {str(drive_fault).replace('_', ' ')}" + (f": {fault.trigger}" if fault else "")
     if complaint:
         what += f" ({complaint})"
-    return Trouble(what, since_s, fault.reaction if fault else guard.reaction, guard.look_at, guard.reset)
+    return StopTold(what, since_s, fault.reaction if fault else guard.reaction, guard.look_at, guard.reset)

@@ -34,6 +34,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "adjust",
         "Gains and limits of a running daemon: show them, change them within their bounds, take back.",
     ),
+    "foxglove": ("foxglove", "A running daemon, live, for Foxglove and PlotJuggler: signals, state, events, 3-D."),
     "mavlink": ("mavlink", "A running daemon as a gimbal for autopilots and ground stations: MAVLink's protocol v2."),
     "stop": ("operate:stop", "Brake both axes to rest, torque off; the daemon stays connected."),
     "quick-stop": (
