@@ -34,7 +34,7 @@ from sim_backend.model import AntennaModel
 
 Tables = tuple[SignalsTable, ...]
 #: what the logs before have to lose by a cause, of what those after gain by it, in squares of floors
-_LOSES = 0.25
+_LOSES = 0.05
 #: and in floors at least
 _LEAST_LOSS = 0.5
 #: numbers that any two machines of a kind differ in, beside the inertia: what the model states is no evidence of either
