@@ -115,6 +115,7 @@ NOT_HERE = {
     r"^bench": "minutes, tests of each bench",
     r"^(improve|tune|warm|demo)": "minutes, tests of each command",
     r"^changed": "minutes, tests/change",
+    r"^joint\b|elbow": "the log of an arm and its URDF, tests/arms",
     r"^experiment thesis": "minutes, tests/thesis",
     r"--column": "the reader's own CSV, tests/signals",
     r"\bNAME\b(?<!effects NAME)|--learned|RUN/scope|--emit$|\[--measured": "a form, or the reader's file",

@@ -99,7 +99,7 @@ def matlab(path: Path, log: Log) -> None:
 WRITERS: dict[str, Callable[[Path, Log], None]] = {
     "odrive.csv": odrive,
     "moteus.jsonl": moteus,
-    "bag": rosbag,
+    "rosbag2": rosbag,
     "log": candump,
     "numbers.csv": headerless,
     "mat": matlab,
