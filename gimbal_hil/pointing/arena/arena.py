@@ -41,9 +41,15 @@ class ArenaResult:
 
     scenarios: tuple[Scenario, ...]
     antennas: tuple[str, ...]
+    #: names of the axes of each antenna, the carrying one first
+    axes: tuple[tuple[str, str], ...]
     entrants: tuple[Entrant, ...]
     seeds: int
     outcomes: tuple[TrialOutcome, ...]
+
+    def named(self, title: str, antenna: str) -> str:
+        """A title in which `{0}` and `{1}` stand for the axes, with the names that this antenna has for them."""
+        return title.format(*self.axes[self.antennas.index(antenna)])
 
     def of(self, scenario: str, antenna: str, controller: str) -> list[TrialOutcome]:
         """The outcomes of one row's cell, one a seed."""
@@ -161,5 +167,10 @@ def run_arena(
             found[waiting[done]] = done.result()
             say(trials[waiting[done]].scenario.name)
     return ArenaResult(
-        tuple(scenarios), tuple(antennas), tuple(controllers), seeds, tuple(found[i] for i in range(len(trials)))
+        tuple(scenarios),
+        tuple(antennas),
+        tuple((models[name].axes[0], models[name].axes[1]) for name in antennas),
+        tuple(controllers),
+        seeds,
+        tuple(found[i] for i in range(len(trials))),
     )

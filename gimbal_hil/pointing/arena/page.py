@@ -17,16 +17,16 @@ if TYPE_CHECKING:
     from gimbal_hil.pages.plots import Drawing
 
 _MICRO = 1e6
-#: title, figure of an outcome, factor to the unit of the title
+#: title (`{0}` and `{1}` are the axes), figure of an outcome, factor to the unit of the title
 Column = tuple[str, Callable[[TrialOutcome], float], float]
 _LINE_OF_SIGHT: Column = ("line of sight, rms [urad]", lambda one: one.los_rms, _MICRO)
 _AXES: tuple[Column, ...] = (
-    ("outer, rms [urad]", lambda one: one.rms[0], _MICRO),
-    ("inner, rms [urad]", lambda one: one.rms[1], _MICRO),
+    ("{0}, rms [urad]", lambda one: one.rms[0], _MICRO),
+    ("{1}, rms [urad]", lambda one: one.rms[1], _MICRO),
 )
 _PEAKS: tuple[Column, ...] = (
-    ("outer, peak after a reversal [urad]", lambda one: one.reversal_peak[0], _MICRO),
-    ("inner, peak after a reversal [urad]", lambda one: one.reversal_peak[1], _MICRO),
+    ("{0}, peak after a reversal [urad]", lambda one: one.reversal_peak[0], _MICRO),
+    ("{1}, peak after a reversal [urad]", lambda one: one.reversal_peak[1], _MICRO),
 )
 _STEPS: tuple[Column, ...] = (
     ("overshoot [%]", lambda one: one.overshoot, 1.0),
@@ -189,7 +189,7 @@ def _tables(found: ArenaResult, scenarios: Sequence[Scenario], columns: Sequence
                 (one.name, *(_cell(found, one, antenna, entrant.name, column) for entrant in found.entrants))
                 for one in hardest_first(found, scenarios, antenna)
             ],
-            f"Antenna {antenna}: {column[0]}.",
+            f"Antenna {_short(antenna)}: {found.named(column[0], antenna)}.",
         )
         for column in columns
         for antenna in found.antennas

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gimbal_hil.data.runs import AXES
 from gimbal_hil.pages.report import Block, Callout, Heading, Page, Plot, Table, Text, Tiles
 from gimbal_hil.pointing.following.judging import HeldTrace, MuteChange, PointingFigures
 
@@ -29,6 +30,7 @@ def write_page(
     changes: Sequence[MuteChange],
     beyond_rad: float,
     about: str,
+    axes: Sequence[str] = AXES,
 ) -> Path:
     """The page of one target; answers its path."""
     known = not math.isnan(figures.true_rms_urad)
@@ -51,7 +53,7 @@ def write_page(
             _error_figure(trace, beyond_rad, known), "Largest error in each interval drawn; the line is where mute is."
         ),
         Heading("Joints"),
-        Plot(_joints_figure(trace), "Where the joints were: the base's motion and the target's together."),
+        Plot(_joints_figure(trace, axes), "Where the joints were: the base's motion and the target's together."),
         Heading("In figures"),
         Table(
             ("Figure", "Value"),
@@ -131,10 +133,10 @@ def _error_figure(trace: HeldTrace, beyond_rad: float, known: bool) -> Drawing:
     return drawn
 
 
-def _joints_figure(trace: HeldTrace) -> Drawing:
+def _joints_figure(trace: HeldTrace, axes: Sequence[str]) -> Drawing:
     from gimbal_hil.pages.plots import AXIS_COLOURS, stacked
 
-    drawn = stacked(("", ""), "time [s]", ("outer [deg]", "inner [deg]"), 200)
+    drawn = stacked(("", ""), "time [s]", tuple(f"{axis} [deg]" for axis in axes), 200)
     few = slice(None, None, max(1, len(trace.tick) // _POINTS))
     for place, colour in enumerate(AXIS_COLOURS):
         drawn.add_scatter(

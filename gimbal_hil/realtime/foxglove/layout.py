@@ -22,8 +22,11 @@ def layout_of(axes: Sequence[str]) -> str:
         plot("Rate (rad/s)", "rate_rad_s"),
         plot("Torque (N m)", "torque_nm", "missing_torque_rms_nm"),
     ]
-    topics = {"/antenna": made.BaseRendererSceneUpdateTopicSettings(visible=True)}
-    scene = made.ThreeDeePanel(config=made.ThreeDeeConfig(follow_tf="world", topics=topics))
+    scene = made.ThreeDeePanel(
+        config=made.ThreeDeeConfig(
+            follow_tf="world", topics={"/antenna": made.BaseRendererSceneUpdateTopicSettings(visible=True)}
+        )
+    )
     states = made.RawMessagesPanel(config=made.RawMessagesConfig(topic_path="/state"))
     seen = made.SplitContainer(
         direction="column",

@@ -15,9 +15,12 @@ _DRIVE_FAULT = word_of(HostCause.DRIVE_FAULT)
 
 @dataclass(frozen=True, slots=True)
 class StopTold:
-    """One stop. `since_s` on the run's clock; the rest are words for people."""
+    """One stop. `since_s` on the run's clock; the rest are words for people: its name, what tripped it, what the
+    antenna does, what to look at first, how it is left. All but name, `happens` and `left_by` may be empty.
+    """
 
     what: str
+    why: str
     since_s: float
     happens: str
     look_at: str
@@ -37,11 +40,19 @@ def trouble_of(state: str, cause: str, drive_fault: str | None, complaint: str, 
     if guard is None:
         if state != _STOPS[0]:
             return None
-        return StopTold("quick stop by an operator", since_s, "braked by the drive, and held", "", "operator's reset")
-    what = f"{cause.replace('_', ' ')}: {guard.trigger}"
+        return StopTold(
+            "quick stop by an operator", "", since_s, "braked by the drive, and held", "", "operator's reset"
+        )
     fault = _FAULTS.get(drive_fault or "") if cause == _DRIVE_FAULT else None
+    what, why = cause, guard.trigger
     if cause == _DRIVE_FAULT and drive_fault not in (None, "none"):
-        what = f"drive fault {str(drive_fault).replace('_', ' ')}" + (f": {fault.trigger}" if fault else "")
-    if complaint:
-        what += f" ({complaint})"
-    return StopTold(what, since_s, fault.reaction if fault else guard.reaction, guard.look_at, guard.reset)
+        what, why = f"drive fault {drive_fault}", fault.trigger if fault else ""
+    why = " ".join(part for part in (why, f"({complaint})" if complaint else "") if part)
+    happens = fault.reaction if fault else guard.reaction
+    told = (what.replace("_", " "), _plain(why), since_s, _plain(happens), _plain(guard.look_at), _plain(guard.reset))
+    return StopTold(*told)
+
+
+def _plain(text: str) -> str:
+    """Marks of a page say nothing in a terminal."""
+    return text.replace("`", "")

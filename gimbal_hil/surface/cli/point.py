@@ -270,6 +270,7 @@ def _tell(judged: _Judged, beyond_rad: float, folder: Path, run: Path | None, as
         judged.changes,
         beyond_rad,
         judged.about,
+        judged.log.record.header.axes,
     )
     document: dict[str, Any] = {"target": judged.target.name, "run": str(run or folder), **figures.as_dict()}
     (folder / "pointing.json").write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")

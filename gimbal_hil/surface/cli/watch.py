@@ -173,7 +173,7 @@ def _trouble_lines(status: dict[str, Any], seconds: float) -> list[tuple[str, st
         since = f"for {max(0.0, seconds - trouble['since_s']):.0f} s, since {trouble['since_s']:.1f} s"
         look = f"look at {trouble['look_at']}; " if trouble["look_at"] else ""
         return [
-            (f"STOPPED {since}: {trouble['what']}", "bad"),
+            (f"STOPPED {since}: {trouble['what']}{': ' if trouble['why'] else ''}{trouble['why']}", "bad"),
             (f"now: {trouble['happens']}; {look}left by {trouble['left_by']}", "bad"),
         ]
     if fault not in (None, "none"):

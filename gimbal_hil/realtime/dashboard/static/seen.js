@@ -51,14 +51,14 @@ function tell_trouble(s) {
   const box = $("trouble"), t = s.trouble;
   box.hidden = !t;
   if (!t) { box.dataset.told = ""; return; }
-  const told = t.what + t.since_s;
+  const told = t.what + t.why + t.since_s;
   if (box.dataset.told !== told) {
     box.dataset.told = told;
     const line = (text, tag) => { const one = document.createElement(tag); one.textContent = text; return one; };
     const head = line("", "p"), since = line("", "span"), by = t.left_by.includes("reset");
     since.id = "trouble_since"; since.setAttribute("aria-hidden", "true");
     head.append(line("Stopped: " + t.what, "b"), " ", since);
-    box.replaceChildren(head, line("Now: " + t.happens + ".", "p"), line((t.look_at ? "Look at " + t.look_at + ". " : "")
+    box.replaceChildren(head, ...(t.why ? [line(t.why[0].toUpperCase() + t.why.slice(1) + ".", "p")] : []), line("Now: " + t.happens + ".", "p"), line((t.look_at ? "Look at " + t.look_at + ". " : "")
       + "Left by " + t.left_by + (by ? ": Arm, then Reset fault, or gimbal-hil reset" : "") + ".", "p"));
   }
   $("trouble_since").textContent = "for " + Math.max(0, s.time_ns / 1e9 - t.since_s).toFixed(0) + " s (since " + t.since_s.toFixed(1) + " s of the run)";
