@@ -56,6 +56,7 @@ DISTRICTS = {
         "discrepancy.hypotheses",
         "discrepancy.inquiry",
         "discrepancy.search",
+        "discrepancy.laws",
         "discrepancy.judgement",
         "discrepancy.verdict",
         "discrepancy",

@@ -23,6 +23,7 @@ class LawKind(StrEnum):
     """How a law is written."""
 
     CURVE = "curve"
+    FORMULA = "formula"
 
 
 class ActsOn(StrEnum):
@@ -80,6 +81,11 @@ _UNKNOWN: dict[ActsOn, frozenset[Over]] = {
     ActsOn.ENCODER: frozenset(Over) - {Over.POSITION},
 }
 Row = tuple[float, ...]
+
+
+def known_to(acts_on: ActsOn) -> frozenset[Over]:
+    """Variables that what acts there may be written over."""
+    return frozenset(Over) - _UNKNOWN[acts_on]
 
 
 class CurveSection(Strict):
@@ -158,8 +164,8 @@ def curve_of(document: dict[str, Any], where: str, is_linear: bool) -> Law:
     if section.unit is not None and section.unit != unit:
         raise BadInputError(f"{where}: unit", f"unit {section.unit!r}", f"{unit}, of what acts on {section.acts_on}")
     for one in over:
-        if one in _UNKNOWN[section.acts_on]:
-            known = ", ".join(other for other in Over if other not in _UNKNOWN[section.acts_on])
+        if one not in known_to(section.acts_on):
+            known = ", ".join(other for other in Over if other in known_to(section.acts_on))
             raise BadInputError(f"{where}: over", f"{section.acts_on} does not know {one}", f"one of {known}")
     program = LawProgram()
     if len(over) == 2:
@@ -271,6 +277,7 @@ __all__ = [
     "LawProgram",
     "Over",
     "curve_of",
+    "known_to",
     "put_variable",
     "spline_slopes",
 ]

@@ -20,7 +20,8 @@ from firmware_protocol.documents import Refusals, validated, yaml_text
 from firmware_protocol.errors import BadInputError
 from sim_backend.effects import LAWS, Effect, effect_named
 from sim_backend.model.file import PARENT, EffectSection, ModelFile, ModelKind, Quantity, read_document
-from sim_backend.model.laws import Law, curve_of
+from sim_backend.model.formula import formula_of
+from sim_backend.model.laws import Law, LawKind, curve_of
 from sim_backend.model.numbers import AXIS_NUMBERS, NUMBER_AT, beside
 from sim_backend.model.physical_checks import check_body, check_friction, temperature_table
 from sim_backend.model.uncertainty import DEFAULT_SOURCE, Uncertainty, relative_by_source
@@ -345,7 +346,8 @@ def _law_entry(entry: EffectSection, index: int, file: ModelFile, where: str) ->
     place = f"{where}: effects.{index}"
     _require_axis(entry.axis, place, file)
     document = {"kind": entry.kind, "axis": entry.axis, **entry.amounts()}
-    law = curve_of(document, place, file.kind is ModelKind.LINEAR)
+    read = curve_of if entry.kind is LawKind.CURVE else formula_of
+    law = read(document, place, file.kind is ModelKind.LINEAR)
     return EffectEntry(LAWS[law.acts_on.value], entry.axis, (0.0,) * 3, (0.0,) * 3, law)
 
 

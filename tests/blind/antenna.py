@@ -91,6 +91,9 @@ COLUMNS = [
         "visc_n",
         "visc_ph",
     ),
+    # laws of one variable, for the bench of laws
+    *("cubic_k", "edge_k", "edge_q", "detent_a", "detent_q", "detent_w", "fast_a", "fast_v", "hump_a", "hump_v"),
+    "snag_one_way",
 ]
 IX = {name: i for i, name in enumerate(COLUMNS)}
 (TS, TC, VS, S0, S1, S2, DELTA, ASYM_C, ASYM_V, LOAD_C, POS_A, POS_N, POS_PH, QUAD, TEMP_B, COG_A, COG_N, COG_PH,
@@ -101,6 +104,7 @@ SPRING_K, SPRING_Q0,
  TORQUE_NOISE, PLAY_SHARE, HYST_N, STOP_K, STOP_Q, STOP_W, SNAG_A, SNAG_Q, SNAG_W, GREASE_A, GREASE_TAU, GREASE_P,
  DWELL_A,
  SLOSH_J, SLOSH_W, SLOSH_Z, LEAK_T, SUB_A, SUB_N, SUB_PH, VISC_A, VISC_N, VISC_PH,
+ CUBIC_K, EDGE_K, EDGE_Q, DETENT_A, DETENT_Q, DETENT_W, FAST_A, FAST_V, HUMP_A, HUMP_V, SNAG_ONE_WAY,
  ) = range(len(COLUMNS))  # fmt: skip
 #: what varies by itself, per sample and axis: factor on all friction, torque added (N m), factor on the drive's torque
 LEVEL, DRIFT, DRIVE = range(3)
@@ -140,7 +144,11 @@ def friction(A, q, v, z, applied, t, temperature, other, worked, rested):
     if A[JUMP_T] > 0.0 and t > A[JUMP_T]:
         s2 += A[JUMP_S2]
     F = A[S0] * z + A[S1] * zd + s2 * v + A[QUAD] * v * abs(v) + A[CUBE] * v * v * v + A[CROSS_C] * other * other * sgn
-    if A[SNAG_A] != 0.0:
+    if A[FAST_A] != 0.0:  # rises to its level with the speed
+        F += A[FAST_A] * sgn * (1.0 - math.exp(-abs(v) / A[FAST_V]))
+    if A[HUMP_A] != 0.0:  # tightest at one speed
+        F += A[HUMP_A] * sgn * math.exp(-0.5 * ((abs(v) - A[HUMP_V]) / (0.3 * A[HUMP_V])) ** 2)
+    if A[SNAG_A] != 0.0 and (A[SNAG_ONE_WAY] == 0.0 or v > 0.0):
         F += A[SNAG_A] * math.exp(-0.5 * ((q - A[SNAG_Q]) / A[SNAG_W]) ** 2) * math.tanh(50.0 * v)
     return F, zd
 
@@ -166,6 +174,13 @@ def _joint_torque(A, q, v, t, applied):
         deep = (abs(q - A[STOP_Q]) - A[STOP_W]) / 0.1
         if deep > 0.0:
             s -= math.copysign(A[STOP_K] * 0.1 * (deep * deep + deep * deep * deep), q - A[STOP_Q])
+    if A[CUBIC_K] != 0.0:
+        s -= A[CUBIC_K] * q * q * q
+    if A[EDGE_K] != 0.0 and q > A[EDGE_Q]:
+        s -= A[EDGE_K] * (q - A[EDGE_Q])
+    if A[DETENT_A] != 0.0:
+        u = (q - A[DETENT_Q]) / A[DETENT_W]
+        s -= A[DETENT_A] * u * math.exp(0.5 - 0.5 * u * u)
     if A[SINE_A] != 0.0:
         s += A[SINE_A] * math.sin(2.0 * math.pi * A[SINE_F] * t)
     if A[FIELD_A] != 0.0:

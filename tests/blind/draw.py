@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -62,16 +63,20 @@ def draw(
     wrong: Wrong | None = None,
     wander: bool = False,
     plugged_in: bool = False,
+    pool: Callable[[Generator, str], list[Cause]] | None = None,
 ) -> Case:
     """Draw and simulate a case. `names` fixes the causes ([] is a null), `off` moves the known numbers by up to that
     share, `apart` puts one cause in each axis' torque and one in a sensor, `wander` lets friction levels and offsets
-    drift, `plugged_in` makes a cause of no catalogue one that somebody has plugged in, so that it can be named.
+    drift, `plugged_in` makes a cause of no catalogue one that somebody has plugged in, so that it can be named. `pool`
+    is another list of causes to draw from.
     """
     rng = np.random.default_rng(seed)
     late = rng.spawn(1)[0]  # what was added to the draws later has a stream of its own
     antenna = rig_named(rig, late)
     moving = antenna.axes is Axes.GIMBAL and rng.random() < 0.6
-    chosen = _apart(rng) if apart else _chosen(rng, antenna, names, count, outside_cause, axis)
+    chosen = (
+        _apart(rng) if apart else _chosen(rng, antenna, names, count, pool or _pool_of(antenna, outside_cause), axis)
+    )
     if plugged_in:
         chosen = [replace(c, inside=True) for c in chosen]
     if any(c.base for c in chosen):
@@ -104,20 +109,28 @@ def _noise_seed(seed: int, log: int) -> int:
 
 
 def _chosen(
-    rng: Generator, rig: Rig, names: list[str] | None, count: int, outside_cause: bool, axis: str | None
+    rng: Generator,
+    rig: Rig,
+    names: list[str] | None,
+    count: int,
+    pool_on: Callable[[Generator, str], list[Cause]],
+    axis: str | None,
 ) -> list[Cause]:
     axes = ("outer", "inner") if rig.axes is Axes.GIMBAL else ("outer",)
     chosen: list[Cause] = []
     for k in range(count if names is None else len(names)):
         where = axis or str(rng.choice(axes))
-        pool = outside(rng, where) if outside_cause else catalogue(rng, where, rig.axes.value)
         pool = [
             c
-            for c in pool
+            for c in pool_on(rng, where)
             if (names is None or c.name == names[k]) and (c.name, c.axis) not in [(d.name, d.axis) for d in chosen]
         ]
         chosen.append(pool[int(rng.integers(len(pool)))])
     return chosen
+
+
+def _pool_of(rig: Rig, outside_cause: bool) -> Callable[[Generator, str], list[Cause]]:
+    return outside if outside_cause else lambda rng, axis: catalogue(rng, axis, rig.axes.value)
 
 
 def _apart(rng: Generator) -> list[Cause]:

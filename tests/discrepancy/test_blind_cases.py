@@ -43,11 +43,19 @@ def test_a_cause_outside_the_catalogue_is_not_given_a_name() -> None:
     assert verdict["verdict"] == "unexplained" and verdict["where"]
 
 
-def test_a_stop_that_hardens_is_said_to_be_something_over_position() -> None:
+def test_a_stop_that_hardens_is_described_as_a_curve_over_position_that_the_model_gains() -> None:
     case = draw(3600, ["hardening_stop"], axis="outer", outside_cause=True, magnitude=20.0, duration_s=24.0)
-    verdict = _verdict_on(case)
-    assert verdict["verdict"] == "unexplained" and verdict["depends_on"]["variable"] == "position"
-    assert verdict["depends_on"]["share"] > 0.5 and "From the position alone" in verdict["text"]
+    result = diagnose(_request(case))
+    verdict = verdict_of(result).document
+    assert verdict["verdict"] == "described" and not verdict["effects"]
+    assert verdict["depends_on"]["variable"] == "position" and verdict["depends_on"]["share"] > 0.5
+    law = verdict["laws"][0]
+    assert (law["axis"], law["acts_on"], law["variables"]) == ("outer", "torque", ["position"])
+    assert law["held_out_gain"] > 0.9 and law["best_control_gain"] < 0.5 * law["held_out_gain"]
+    assert verdict["gap"]["closed_fraction"] > 0.9
+    model = corrected_model(result)
+    assert model is not None and model.effects[-1].law is not None
+    assert "looks like torque on outer over position" in verdict["text"]
 
 
 def test_what_a_joint_did_a_moment_ago_takes_the_name_from_a_part_of_it() -> None:

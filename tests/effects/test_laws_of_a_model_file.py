@@ -136,3 +136,16 @@ def test_what_is_wrong_is_said_with_its_key(keys: dict[str, Any], key: str, expe
         _with(rotary(), **{**KNOTS, **keys})
     said = str(refused.value)
     assert (f"effects.0: {key}" in said or f"effects.0.{key}" in said) and expected in said
+
+
+def test_a_formula_runs_in_the_plant_as_the_curve_through_its_values() -> None:
+    numbers = {"k": {"value": 3.0, "unit": "N m/rad^3"}, "edge": {"value": 0.05, "unit": "rad"}}
+    entry = {"kind": "formula", "axis": "axis", "acts_on": "torque", "numbers": numbers}
+    knots = np.linspace(-1.0, 3.0, 200)
+    values = -3.0 * np.maximum(knots - 0.05, 0.0) ** 3
+    drawn = _pushed(_with(rotary(), knots=knots.tolist(), values=values.tolist()))
+    formula = _pushed(rotary().with_law({**entry, "form": "-k * max(position - edge, 0)^3"}))
+    assert np.abs(drawn - _pushed(rotary())).max() > 1e-2
+    np.testing.assert_allclose(formula, drawn, atol=1e-4)
+    with pytest.raises(BadInputError, match="numbers: sin is taken"):
+        rotary().with_law({**entry, "form": "sin", "numbers": {"sin": numbers["k"]}})

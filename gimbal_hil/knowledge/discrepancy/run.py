@@ -40,6 +40,7 @@ from gimbal_hil.knowledge.discrepancy.judgement import (
     with_identification,
     with_measured_torque,
 )
+from gimbal_hil.knowledge.discrepancy.laws import described
 from gimbal_hil.knowledge.discrepancy.noise import moves
 from gimbal_hil.knowledge.discrepancy.search import Path, explain, explain_again
 from gimbal_hil.knowledge.executor import WorkExecutor, open_executor
@@ -92,6 +93,11 @@ def _diagnose(request: Request, executor: WorkExecutor, progress: Callable[[str]
     if decision.kind is Kind.NO_DISCREPANCY and result.hidden:
         # nothing stands out, but an error of the size that matters would not have either
         result = replace(result, decision=replace(decision, kind=Kind.CANNOT_JUDGE))
+    searched_all = not (request.only or request.without)
+    if result.decision.kind is Kind.UNEXPLAINED and searched_all and not suspected_only:
+        laws = described(inquiry, null)
+        if laws is not None:
+            result = replace(result, decision=replace(decision, kind=Kind.DESCRIBED), described=laws)
     return result
 
 

@@ -360,7 +360,10 @@ class _Loop:
 
     def _unexplained(self, diagnosis: Result) -> list[Pair]:
         """A gap that nothing explains gets one more kind of motion to show itself in, not the whole menu."""
-        tried = any(one.verdict == Kind.UNEXPLAINED.value and one.choice is not None for one in self.diagnoses)
+        tried = any(
+            one.verdict in (Kind.UNEXPLAINED.value, Kind.DESCRIBED.value) and one.choice is not None
+            for one in self.diagnoses
+        )
         pair = None if tried else unexplained_pair(diagnosis)
         return [] if pair is None else [pair]
 
@@ -412,7 +415,7 @@ class _Loop:
 
 def _settled(result: Result) -> bool:
     """Whether a search ended with an answer."""
-    return result.decision.kind is not Kind.UNEXPLAINED
+    return result.decision.kind not in (Kind.UNEXPLAINED, Kind.DESCRIBED)
 
 
 def _words(name: str) -> str:

@@ -114,7 +114,7 @@ def items_of(model: AntennaModel) -> tuple[Item, ...]:
 
 def _numbers_of(entry: EffectEntry) -> str:
     if entry.law is not None:
-        return "a curve of the model file"
+        return "a curve or formula of the model file"
     return ", ".join(_parameters(entry.effect.parameters, entry.parameters))
 
 

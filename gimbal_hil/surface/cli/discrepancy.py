@@ -108,6 +108,10 @@ def command(
     return _told(finding, model, out, [*measured, *(holdout or ())], fails, junit, as_json)
 
 
+#: verdicts that `--fail-on` also takes for others
+_ALSO = {"described": ("unexplained",)}
+
+
 def _refuse(out: Path, force: bool, model: str | None, only: list[str] | None, without: list[str] | None) -> None:
     """What would be overwritten, names that are no effects, and none to search, before anything is read."""
     from gimbal_hil.knowledge.discrepancy import effect_names
@@ -174,7 +178,8 @@ def _told(
     print(json.dumps(verdict, allow_nan=False) if as_json else verdict_summary(verdict, out))
     if not as_json:
         print_next(after_discrepancy(verdict, model, len(finding.result.model.axes), out, logs))
-    failed = finding.kind.value in fails
+    # where no name fits is unexplained to whoever asked before laws were told
+    failed = bool({finding.kind.value, *_ALSO.get(finding.kind.value, ())} & fails)
     if junit is not None:
         _write_junit(junit, f"{finding.kind.value}: {finding.verdict.text}", failed)
     return EXIT_NO if failed else EXIT_DONE

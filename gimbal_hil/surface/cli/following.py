@@ -228,7 +228,7 @@ def after_discrepancy(
     if found in (Kind.AMBIGUOUS, Kind.UNEXPLAINED):
         name = _deciding(verdict)
         return _experiment(name, origin_of(logs), model, out.parent / name)
-    use = out / "model.yaml" if found is Kind.NAMED else model
+    use = out / "model.yaml" if found in (Kind.NAMED, Kind.DESCRIBED) else model
     return _experiment("step", origin_of(logs), use, out.parent / "step_with_model")
 
 

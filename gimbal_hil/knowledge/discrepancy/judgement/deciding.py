@@ -47,6 +47,8 @@ class Kind(Enum):
     NAMED = "named"
     AMBIGUOUS = "ambiguous"
     UNEXPLAINED = "unexplained"
+    #: no name fits, and a law does
+    DESCRIBED = "described"
     NO_DISCREPANCY = "no_discrepancy"
     #: no gap, in logs that would not have shown an error of the size that matters
     CANNOT_JUDGE = "cannot_judge"

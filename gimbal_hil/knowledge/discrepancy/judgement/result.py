@@ -8,6 +8,7 @@ from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, Noise, Policy, State, effect_names
 from gimbal_hil.knowledge.discrepancy.judgement.deciding import Decision, Told
 from gimbal_hil.knowledge.discrepancy.judgement.smallest import Shows, hidden_errors
+from gimbal_hil.knowledge.discrepancy.laws import Described
 from gimbal_hil.knowledge.discrepancy.search import Path
 from sim_backend.model import AntennaModel
 
@@ -46,6 +47,8 @@ class Result:
     only_in_hold_out: bool = False
     #: every cause that these logs would have shown, from which size on
     smallest: tuple[Shows, ...] = ()
+    #: where no name fits: the laws that do
+    described: Described | None = None
 
     @property
     def model(self) -> AntennaModel:
@@ -61,7 +64,12 @@ class Result:
     @property
     def best(self) -> State:
         """The explanation that is told; the refitted model where none is."""
-        return self.decision.state
+        return self.decision.state if self.described is None else self.described.state
+
+    @property
+    def under(self) -> Inquiry:
+        """The logs as `best` is evaluated on them: under a model that has the laws, if any."""
+        return self.inquiry if self.described is None else self.described.inquiry
 
     @property
     def told(self) -> tuple[Told, ...]:

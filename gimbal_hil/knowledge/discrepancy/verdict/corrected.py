@@ -14,7 +14,9 @@ _SOURCE = "identified by gimbal-hil discrepancy"
 
 
 def corrected_model(result: Result) -> AntennaModel | None:
-    """The input model with the told causes appended or corrected; None where none is told."""
+    """The input model with the told causes or laws appended or corrected; None where none is told."""
+    if result.described is not None:
+        return moved_model(result.described.model, result.under.twin, result.best.hypothesis)
     return explained_by(result.model, result.inquiry.twin, result.best.hypothesis) if result.told else None
 
 
@@ -38,7 +40,7 @@ def explained_by(model: AntennaModel, twin: Twin, hypothesis: Hypothesis) -> Ant
 
 def recalibrated_model(result: Result) -> AntennaModel:
     """The input model with the known numbers where they came to rest inside their uncertainty."""
-    return moved_model(result.model, result.inquiry.twin, replace(result.best.hypothesis, causes=()))
+    return moved_model(result.model, result.under.twin, replace(result.best.hypothesis, causes=()))
 
 
 def moved_model(model: AntennaModel, twin: Twin, hypothesis: Hypothesis) -> AntennaModel:

@@ -9,7 +9,13 @@ from typing import Any
 
 from gimbal_hil.knowledge.discrepancy.inquiry import gain_on
 from gimbal_hil.knowledge.discrepancy.judgement import Result
-from gimbal_hil.knowledge.discrepancy.verdict.page_figures import gap_figure, over_figure, time_figure, where_figure
+from gimbal_hil.knowledge.discrepancy.verdict.page_figures import (
+    gap_figure,
+    law_figure,
+    over_figure,
+    time_figure,
+    where_figure,
+)
 from gimbal_hil.knowledge.discrepancy.verdict.verdict import Verdict, entries_of
 from gimbal_hil.pages.report import Block, Callout, Details, Heading, Listing, Page, Plot, Table, Text, Tiles
 from sim_backend.model import AntennaModel
@@ -21,6 +27,7 @@ _TONE = {
     "cannot_judge": "warning",
     "ambiguous": "warning",
     "unexplained": "warning",
+    "described": "warning",
 }
 
 
@@ -30,6 +37,8 @@ def discrepancy_page(result: Result, found: Verdict, corrected: AntennaModel | N
     blocks = _answer(result, verdict)
     if verdict["effects"]:
         blocks += [Heading("What was found"), _effects_table(result, verdict)]
+    if result.described is not None:
+        blocks += _looks_like(result)
     if verdict["alternatives"]:
         blocks += [Heading("What it could also be"), _alternatives(verdict)]
     if verdict["next_experiment"]:
@@ -106,6 +115,17 @@ def _answer(result: Result, verdict: dict[str, Any]) -> list[Block]:
         Plot(gap_figure(verdict), _GAP_CAPTION.format(_judged_on(result))),
         *_proof(result, verdict),
     ]
+
+
+def _looks_like(result: Result) -> list[Block]:
+    """Every law with its band, beside what rows of the hold-out say."""
+    laws = () if result.described is None else result.described.laws
+    caption = (
+        "Lines: the law with the band in which other stretches of the logs would have put it; outside its knots it "
+        f"stays as it ends. Dots, where they are drawn: the law less what is left {_judged_on(result)}. It says what "
+        "is missing looks like, not what it is."
+    )
+    return [Heading("What it looks like"), *(Plot(law_figure(result, law), caption) for law in laws)]
 
 
 def _floor_tile(gap: dict[str, Any]) -> tuple[str, str]:

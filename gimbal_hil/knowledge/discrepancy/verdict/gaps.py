@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimbal_hil.knowledge.discrepancy.hypotheses import noise_of_motion, torque_residual
-from gimbal_hil.knowledge.discrepancy.inquiry import State
+from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, State
 from gimbal_hil.knowledge.discrepancy.judgement import Result
 from gimbal_hil.knowledge.discrepancy.twin import Floats
 from gimbal_hil.knowledge.estimation import block_sums
@@ -46,10 +46,10 @@ def gaps_of(result: Result) -> tuple[Gap, ...]:
     """One gap per channel."""
     inquiry, bands = result.inquiry, result.inquiry.twin.records[0].bands
 
-    def rows(state: State) -> Floats:
-        return torque_residual(inquiry.holdout, state.hypothesis, inquiry.floor)[~inquiry.selecting]
+    def rows(state: State, under: Inquiry = inquiry) -> Floats:
+        return torque_residual(under.holdout, state.hypothesis, inquiry.floor)[~inquiry.selecting]
 
-    stated, null, best = rows(result.stated), rows(result.null), rows(result.best)
+    stated, null, best = rows(result.stated), rows(result.null), rows(result.best, result.under)
     length = max(2, int(_BLOCK_S / (bands.stride * bands.period_s)))
     noise_after = inquiry.floor * noise_of_motion(inquiry.twin, result.best.hypothesis, inquiry.from_encoder)
     found = []

@@ -9,8 +9,10 @@ import numpy as np
 
 from gimbal_hil.knowledge.discrepancy.hypotheses import torque_residual
 from gimbal_hil.knowledge.discrepancy.judgement import Result
+from gimbal_hil.knowledge.discrepancy.laws import DescribedLaw
 from gimbal_hil.knowledge.discrepancy.twin import Floats
 from gimbal_hil.knowledge.discrepancy.verdict.where import Regime, regimes
+from sim_backend.model import UNIT_OF, UNIT_OVER, ActsOn
 
 if TYPE_CHECKING:
     from gimbal_hil.pages.plots import Drawing
@@ -113,8 +115,8 @@ def over_figure(result: Result, verdict: dict[str, Any]) -> Drawing:
     j = _column_of(result, verdict)
     floor = float(inquiry.floor[j])
     before, after = (
-        floor * torque_residual(inquiry.holdout, state.hypothesis, inquiry.floor)[:, j]
-        for state in (result.stated, result.best)
+        floor * torque_residual(under.holdout, state.hypothesis, inquiry.floor)[:, j]
+        for state, under in ((result.stated, inquiry), (result.best, result.under))
     )
     over = _abscissas(result, gap["axis"])
     word = gap["signal"].replace("_", " ")
@@ -122,7 +124,7 @@ def over_figure(result: Result, verdict: dict[str, Any]) -> Drawing:
         [name for name, _ in over], f"{gap['unit']}", 250, f"{gap['axis']} {word} left over, before and after"
     )
     few = thinned(len(before), _DOTS)
-    lines = [("before", before, REFERENCE)] + ([("after", after, MODEL)] if result.told else [])
+    lines = [("before", before, REFERENCE)] + ([("after", after, MODEL)] if _explained(result) else [])
     for row, (_, x) in enumerate(over, start=1):
         for name, left, colour in lines:
             dots = dict(mode="markers", marker=dict(size=3, color=colour, opacity=0.35))
@@ -132,6 +134,34 @@ def over_figure(result: Result, verdict: dict[str, Any]) -> Drawing:
             drawn.add_scatter(
                 x=place, y=mean, name=f"mean, {name}", line=line, showlegend=row == 1, row=row, mode="lines"
             )
+    return drawn
+
+
+def _explained(result: Result) -> bool:
+    """Whether there is something after to be drawn."""
+    return bool(result.told) or result.described is not None
+
+
+def law_figure(result: Result, law: DescribedLaw) -> Drawing:
+    """A law over its first variable, with its band, and what rows that had no part in it say."""
+    from gimbal_hil.pages.plots import MEASURED, MODEL, SECOND, figure, thinned
+
+    shape, linear = law.curve.shape, result.model.is_linear
+    over = shape.over[0]
+    drawn = figure(
+        f"What is missing looks like {shape.text}",
+        f"{over.value.replace('_', ' ')} [{UNIT_OVER[over][linear]}]",
+        f"{shape.acts_on.value} [{UNIT_OF[shape.acts_on][linear]}]",
+        380,
+    )
+    few = thinned(len(law.at), _DOTS)
+    if shape.acts_on is not ActsOn.FRICTION:
+        dot = dict(size=3, color=MEASURED, opacity=0.35)
+        drawn.add_scatter(x=law.at[few], y=law.points[few], name="rows of the hold-out", mode="markers", marker=dot)
+    for line, colour in zip(law.curve.lines(), (MODEL, SECOND, *[MODEL] * 8), strict=False):
+        drawn.add_scatter(x=line.x, y=line.low, line=dict(color=colour, width=0.6), showlegend=False, mode="lines")
+        drawn.add_scatter(x=line.x, y=line.high, line=dict(color=colour, width=0.6), showlegend=False, mode="lines")
+        drawn.add_scatter(x=line.x, y=line.y, line=dict(color=colour, width=2), name=line.name, mode="lines")
     return drawn
 
 
@@ -178,7 +208,7 @@ def time_figure(result: Result) -> Drawing:
 
     search = result.inquiry
     before = torque_residual(search.holdout, result.null.hypothesis, search.floor)
-    after = torque_residual(search.holdout, result.best.hypothesis, search.floor)
+    after = torque_residual(result.under.holdout, result.best.hypothesis, search.floor)
     first = int(search.holdout.records[0].keep.sum())
     time = search.holdout.records[0].time_s[search.holdout.records[0].keep]
     part = thinned(first, 2000)
@@ -189,7 +219,7 @@ def time_figure(result: Result) -> Drawing:
     for j in range(len(channels)):
         row = j + 1
         for name, rows, colour in (("before", before, REFERENCE), ("after", after, MODEL)):
-            if name == "before" or result.told:
+            if name == "before" or _explained(result):
                 line = dict(color=colour, width=1)
                 drawn.add_scatter(row, x=time[part], y=rows[:first, j][part], name=name, line=line, showlegend=row == 1)
         for level in (-1.0, 1.0):

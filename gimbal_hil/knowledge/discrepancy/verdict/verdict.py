@@ -25,6 +25,7 @@ from gimbal_hil.knowledge.discrepancy.verdict.contradictions import contradictio
 from gimbal_hil.knowledge.discrepancy.verdict.corrected import corrected_model, moved_numbers, recalibrated_model
 from gimbal_hil.knowledge.discrepancy.verdict.forms import undetermined_form
 from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap, gaps_of
+from gimbal_hil.knowledge.discrepancy.verdict.laws import laws_of
 from gimbal_hil.knowledge.discrepancy.verdict.next_run import run_for
 from gimbal_hil.knowledge.discrepancy.verdict.separating import CHANCE, separating_run
 from gimbal_hil.knowledge.discrepancy.verdict.testable import not_testable
@@ -62,6 +63,8 @@ class Verdict:
     #: where nothing is told: the variable that alone predicts most of what is left, and the share
     depends_on: Entry | None
     notes: tuple[str, ...] = ()
+    #: where no name fits: what it looks like
+    laws: tuple[Entry, ...] = ()
 
     @property
     def document(self) -> Entry:
@@ -72,6 +75,7 @@ class Verdict:
             "text": self.text,
             "where": list(self.where),
             "effects": list(self.effects),
+            "laws": list(self.laws),
             "alternatives": list(self.alternatives),
             "next_experiment": self.next_experiment,
             "not_testable": list(self.not_testable),
@@ -100,7 +104,7 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
         if kind in (Kind.NO_DISCREPANCY, Kind.CANNOT_JUDGE)
         else tuple(_where_entry(r) for r in where_of(result, worst))
     )
-    if kind is Kind.UNEXPLAINED and run is None:
+    if kind in (Kind.UNEXPLAINED, Kind.DESCRIBED) and run is None:
         run = _run_for(result, worst)
     if kind is Kind.CANNOT_JUDGE:
         run = _run_that_judges(result)
@@ -125,6 +129,7 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
         tuple(_smallest_entry(one) for one in result.smallest),
         None if over is None else {"variable": over[0].value, "share": round(over[1], 3)},
         (*notes, *_notes(result)),
+        laws_of(result),
     )
 
 
@@ -297,8 +302,8 @@ def _recalibrated(result: Result) -> tuple[Entry, ...]:
         if p.path
     }
     found = []
-    intervals = number_intervals(result.inquiry, result.best)
-    numbers = moved_numbers(model, result.inquiry.twin, replace(hypothesis, causes=()))
+    intervals = number_intervals(result.under, result.best)
+    numbers = moved_numbers(model, result.under.twin, replace(hypothesis, causes=()))
     for known, y, (low, high) in zip(hypothesis.floating, hypothesis.y, intervals, strict=True):
         nominal = model.number(known.axis, known.path)
         if abs(y) < _HARDLY * known.trust or (known.axis, known.path) in named:

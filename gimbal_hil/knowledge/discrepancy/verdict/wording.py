@@ -9,6 +9,7 @@ import numpy as np
 
 from gimbal_hil.knowledge.discrepancy.judgement import Denial, Kind, Result, Status, Told
 from gimbal_hil.knowledge.discrepancy.verdict.gaps import Gap
+from gimbal_hil.knowledge.discrepancy.verdict.laws import told_laws
 from gimbal_hil.pages.report import quantity
 from sim_backend.effects import CATALOGUE, FittedNumber
 
@@ -35,6 +36,8 @@ def told(result: Result, effects: Sequence[Entry], gaps: Sequence[Gap]) -> str:
         )
     if kind is Kind.UNEXPLAINED:
         return _unexplained(result, gaps)
+    if kind is Kind.DESCRIBED:
+        return f"{_size('The largest gap is', _largest(gaps))}. No name fits.{told_laws(result)}{_remainder(gaps)}"
     gap = max(gaps, key=lambda g: (g.after_recalibration - g.after) / g.noise_floor)
     names = " ".join(f"{headline(e)}." for e in effects)
     it = "It explains" if len(effects) == 1 else "They explain"

@@ -1,0 +1,7 @@
+"""Laws where no name fits: what a gap looks like, as measured curves that the model can have."""
+
+from gimbal_hil.knowledge.discrepancy.laws.curve import Curve
+from gimbal_hil.knowledge.discrepancy.laws.finding import Described, DescribedLaw, described
+from gimbal_hil.knowledge.discrepancy.laws.shape import LawShape
+
+__all__ = ["Curve", "Described", "DescribedLaw", "LawShape", "described"]

@@ -1,0 +1,262 @@
+"""A measured curve: a shape with knots and values, as the data pay for them; and as an entry of a model file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry
+from gimbal_hil.knowledge.discrepancy.laws.knots import Knots, Seen, basis, columns_of, knots_of, knots_where_it_bends
+from gimbal_hil.knowledge.discrepancy.laws.linear import Straight
+from gimbal_hil.knowledge.discrepancy.laws.shape import LawShape
+from gimbal_hil.knowledge.discrepancy.twin import TORQUE, Floats
+from sim_backend.model import UNIT_OF, LawKind
+
+#: how many knots are tried, and of either of two variables
+COUNTS, ACROSS = (3, 4, 5, 7, 9, 12, 16, 22, 30, 42, 60, 85), ((4, 4), (7, 5), (12, 7))
+#: more knots must leave less by this share, or by so many squared floors
+_LESS, _FLOORS = 0.05, 0.1
+#: how often knots are put where it bends; factors by which a memory is first and last moved, fewest knots meanwhile
+_SHARPER, _FIRST_STEP, _LAST_STEP, _FEWEST = 2, 1.6, 1.1, 7
+#: rows that a value at a knot must have
+_ROWS_PER_VALUE = 8
+#: draws of the blocks for a band, and its ends
+_DRAWS, _BAND = 60, (0.05, 0.95)
+#: places at which a line is drawn
+_DRAWN_AT = 240
+_DIGITS = 6
+SOURCE = "described by gimbal-hil discrepancy"
+
+
+class CurveLine(NamedTuple):
+    """A line of a figure with its band."""
+
+    name: str
+    x: Floats
+    y: Floats
+    low: Floats
+    high: Floats
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A law with numbers."""
+
+    shape: LawShape
+    knots: Knots
+    values: Floats
+    low: Floats
+    high: Floats
+
+    @property
+    def rows(self) -> tuple[Floats, ...]:
+        """Values of one curve, of those forward and backward, or of a surface, (knots of the first, of the second)."""
+        return _arranged(self, self.values)
+
+    def lines(self) -> tuple[CurveLine, ...]:
+        """As it is drawn over its first variable: one line, one for each direction, or three of a surface."""
+        parts = (_arranged(self, self.values), _arranged(self, self.low), _arranged(self, self.high))
+        if len(self.shape.over) == 2:
+            across, second = self.knots[1], self.shape.over[1].value.replace("_", " ")
+            cuts = sorted({0, len(across) // 2, len(across) - 1})
+            return tuple(
+                CurveLine(f"{second} {across[k]:.3g}", np.array(self.knots[0]), *(part[0][:, k] for part in parts))
+                for k in cuts
+            )
+        names = ("forward", "backward") if self.shape.by_direction else ("the law and its 90 % band",)
+        x = np.linspace(self.knots[0][0], self.knots[0][-1], _DRAWN_AT)
+        through = basis(x, self.knots[0])
+        return tuple(CurveLine(name, x, *(through @ part[k] for part in parts)) for k, name in enumerate(names))
+
+    def plus(self, more: Floats) -> Curve:
+        """With so much more at each knot."""
+        return replace(self, values=self.values + more, low=self.low + more, high=self.high + more)
+
+    def entry(self, is_linear: bool) -> dict[str, Any]:
+        """As it stands in `effects:` of a model file."""
+        shape = self.shape
+        over = [one.value for one in shape.over]
+        found: dict[str, Any] = {
+            "kind": LawKind.CURVE.value,
+            "axis": shape.axis,
+            "acts_on": shape.acts_on.value,
+            "over": over if len(over) == 2 else over[0],
+            "unit": UNIT_OF[shape.acts_on][is_linear],
+            "knots": [_rounded(part) for part in self.knots] if len(over) == 2 else _rounded(self.knots[0]),
+        }
+        if shape.by_direction:
+            found |= {"forward": _rounded(self.rows[0]), "backward": _rounded(self.rows[1])}
+            found["direction_travel"] = shape.direction_travel
+        else:
+            found["values"] = _listed(self, self.values)
+        found |= {"low": _listed(self, self.low), "high": _listed(self, self.high)}
+        found |= {key: value for key, value in (("slack", shape.slack), ("memory_s", shape.memory_s)) if value}
+        return found | {"source": SOURCE}
+
+
+def _arranged(curve: Curve, values: Floats) -> tuple[Floats, ...]:
+    if len(curve.shape.over) == 2:
+        return (values.reshape(len(curve.knots[0]), len(curve.knots[1])),)
+    return tuple(np.split(values, 2)) if curve.shape.by_direction else (values,)
+
+
+def _listed(curve: Curve, values: Floats) -> list[Any]:
+    if len(curve.shape.over) == 2:
+        return [_rounded(row) for row in _arranged(curve, values)[0]]
+    return _rounded(values)
+
+
+def _rounded(values: Any) -> list[float]:
+    return [float(f"{value:.{_DIGITS}g}") for value in values]
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A shape with as many knots as pay on stretches that did not give its values."""
+
+    seen: Seen
+    knots: Knots
+    columns: Floats
+    #: squares a row that it leaves of its channel there, in squared floors
+    leaves: float
+
+
+def channel_of(inquiry: Inquiry, axis: str) -> int:
+    """The channel of an axis' torque."""
+    channels = inquiry.twin.channels
+    return next(j for j, channel in enumerate(channels) if (channel.axis, channel.signal) == (axis, TORQUE))
+
+
+def tried(inquiry: Inquiry, straight: Straight, seen: Seen, counts: tuple[int, ...]) -> Tried | None:
+    """The fewest knots of a shape that leave hardly more than any other number of them."""
+    shape, channel = seen.shape, channel_of(inquiry, seen.shape.axis)
+    ends = [seen.range_of(which, len(inquiry.twin.records)) for which in range(len(shape.over))]
+    if any(high - low <= 1e-9 * max(abs(low), abs(high), 1e-300) for low, high in ends):
+        return None
+    found: list[Tried] = []
+    for count in ACROSS if len(shape.over) == 2 else [(count,) for count in counts]:
+        knots = tuple(
+            knots_of(over, low, high, each) for over, (low, high), each in zip(shape.over, ends, count, strict=True)
+        )
+        columns = columns_on(inquiry, seen, knots)
+        if _ROWS_PER_VALUE * columns.shape[1] > int(np.sum(~straight.judging)):
+            break
+        found.append(Tried(seen, knots, columns, straight.foretold(columns, channel)))
+        if len(found) > 3 and all(one.leaves > _enough(min(f.leaves for f in found)) for one in found[-3:]):
+            break
+    if not found:
+        return None
+    least = min(one.leaves for one in found)
+    return next(one for one in found if one.leaves <= _enough(least))
+
+
+def sharpened(inquiry: Inquiry, straight: Straight, one: Tried) -> Tried:
+    """The same with the memory that fits best, and with knots where the curve bends."""
+    one = _remembered(inquiry, straight, one)
+    if len(one.seen.shape.over) == 2:
+        return one
+    for _ in range(_SHARPER):
+        curve = curve_from(inquiry, straight, one)
+        found = [one]
+        for count in (count for count in COUNTS if count <= 2 * len(one.knots[0])):
+            knots = (knots_where_it_bends(curve.knots[0], list(curve.rows), count),)
+            columns = columns_on(inquiry, one.seen, knots)
+            found.append(
+                Tried(one.seen, knots, columns, straight.foretold(columns, channel_of(inquiry, curve.shape.axis)))
+            )
+        least = min(other.leaves for other in found)
+        enough = [other for other in found if other.leaves <= _enough(least)]
+        best = min(enough, key=lambda other: len(other.knots[0]))
+        if best is one:
+            break
+        one = best
+    return one
+
+
+def _remembered(inquiry: Inquiry, straight: Straight, one: Tried) -> Tried:
+    """Slack or time that foretells best, by steps that become smaller."""
+    step = _FIRST_STEP
+    while one.seen.shape.has_memory and step > _LAST_STEP:
+        shape = one.seen.shape
+        others = []
+        for factor in (step, 1.0 / step):
+            other = replace(
+                shape,
+                slack=None if shape.slack is None else shape.slack * factor,
+                memory_s=None if shape.memory_s is None else shape.memory_s * factor,
+            )
+            seen = seen_of(inquiry, other)
+            found = tried(inquiry, straight, seen, (max(_FEWEST, len(one.knots[0])),))
+            others += [] if found is None else [found]
+        best = min((one, *others), key=lambda each: each.leaves)
+        step = step if best is not one else float(np.sqrt(step))
+        one = best
+    return one
+
+
+def _enough(least: float) -> float:
+    return (1.0 + _LESS) * least + _FLOORS
+
+
+def columns_on(inquiry: Inquiry, seen: Seen, knots: Knots) -> Floats:
+    """What one at each knot does: rows of the fitted logs, then of the hold-out."""
+    channel = channel_of(inquiry, seen.shape.axis)
+    floor, count = float(inquiry.floor[channel]), len(inquiry.twin.records)
+    parts = []
+    for twin, first, last in ((inquiry.twin, 0, count), (inquiry.holdout, count, None)):
+        part = replace(seen, columns=seen.columns[first:last], directions=seen.directions[first:last])
+        parts.append(columns_of(twin, twin.records, part, knots, floor))
+    return np.concatenate(parts)
+
+
+def seen_of(inquiry: Inquiry, shape: LawShape) -> Seen:
+    """A shape's variables along the fitted logs and the hold-out."""
+    axis = inquiry.twin.model.axes.index(shape.axis)
+    return Seen.of(shape, (*inquiry.twin.records, *inquiry.holdout.records), axis)
+
+
+def curve_from(inquiry: Inquiry, straight: Straight, one: Tried) -> Curve:
+    """With values from all rows that may select, and the band in which other stretches would have put them."""
+    channel = channel_of(inquiry, one.seen.shape.axis)
+    normals = straight.normals(one.columns, channel)
+    values = straight.solved(normals).values
+    drawn = np.array([straight.solved(normals, times).values for times in _drawn(len(normals))])
+    low, high = np.quantile(drawn, _BAND, axis=0)
+    return Curve(one.seen.shape, one.knots, values, np.minimum(low, values), np.maximum(high, values))
+
+
+def _drawn(folds: int) -> Floats:
+    """How often each fold is drawn, draw by draw."""
+    which = np.random.default_rng(5).integers(0, folds, (_DRAWS, folds))
+    return np.array([np.bincount(row, minlength=folds) for row in which], dtype=float)
+
+
+def control_of(straight: Straight, one: Tried, channel: int, shifts: tuple[float, ...]) -> float:
+    """Squares a row of the untouched half that the best of its negative controls takes: the same curve over what the
+    variable was at other times, without the part that the curve itself could draw.
+    """
+    taken, judging = [], straight.judging
+    own = one.columns[~judging]
+    for shift in shifts:
+        rolled = np.roll(one.columns, int(shift * len(one.columns)), axis=0)
+        alike = np.linalg.lstsq(own, rolled[~judging], rcond=1e-6)[0]
+        columns = rolled - one.columns @ alike
+        left = straight.after(columns, channel, straight.solved(straight.normals(columns, channel)))
+        taken.append(float(np.mean(straight.left[judging, channel] ** 2 - left[judging] ** 2)))
+    return max(taken)
+
+
+__all__ = [
+    "COUNTS",
+    "Curve",
+    "Tried",
+    "channel_of",
+    "columns_on",
+    "control_of",
+    "curve_from",
+    "seen_of",
+    "sharpened",
+    "tried",
+]

@@ -1,0 +1,108 @@
+"""Knots of a curve, and the columns by which its values act on the residual."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gimbal_hil.knowledge.discrepancy.laws.shape import LawShape, direction, variables
+from gimbal_hil.knowledge.discrepancy.twin import TORQUE, Floats, Record, Twin, scored
+from sim_backend.model import ActsOn, Over
+
+#: knots over rates lie closer where they are small: the last is this far along a hyperbolic sine
+_CLOSER = 3.0
+#: of the rows this share lies outside the knots at either end: a single row is no end
+_ENDS = 0.0005
+#: places at which a curve's bend is looked at, and the part of knots that is spread evenly, beside one of the bend's
+_GRID, _EVEN = 2000, 0.3
+Knots = tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A shape's variables along all records, (n,) each per record, and directions where it has one."""
+
+    shape: LawShape
+    columns: list[tuple[Floats, ...]]
+    directions: list[Floats]
+
+    @classmethod
+    def of(cls, shape: LawShape, records: tuple[Record, ...], axis: int) -> Seen:
+        """Along these records."""
+        turned = shape.by_direction or shape.acts_on is ActsOn.FRICTION
+        return cls(
+            shape,
+            variables(shape, records, axis),
+            [direction(shape, record, axis) for record in records] if turned else [],
+        )
+
+    def range_of(self, which: int, fitted: int) -> tuple[float, float]:
+        """What of a variable was seen in the first `fitted` records and in the first half of the others, which may
+        select.
+        """
+        halves = (len(columns[which]) // (1 if k < fitted else 2) for k, columns in enumerate(self.columns))
+        seen = np.concatenate([columns[which][:n] for columns, n in zip(self.columns, halves, strict=True)])
+        low, high = np.quantile(seen, [_ENDS, 1.0 - _ENDS])
+        return float(low), float(high)
+
+
+def knots_of(over: Over, low: float, high: float, count: int) -> tuple[float, ...]:
+    """So many knots from low to high."""
+    along = np.linspace(0.0, 1.0, count)
+    if over in (Over.SPEED, Over.RECENT_SPEED, Over.LOAD):
+        return tuple(low + (high - low) * np.sinh(_CLOSER * along) / np.sinh(_CLOSER))
+    if over in (Over.RATE, Over.TORQUE):
+        side = np.sinh(_CLOSER * (2.0 * along - 1.0)) / np.sinh(_CLOSER)
+        return tuple(0.5 * (low + high) + 0.5 * (high - low) * side)
+    return tuple(np.linspace(low, high, count))
+
+
+def knots_where_it_bends(knots: tuple[float, ...], curves: list[Floats], count: int) -> tuple[float, ...]:
+    """So many knots over the same range, closer where curves through these ones bend: as the cube root of how much,
+    beside a part that is spread evenly.
+    """
+    from scipy.interpolate import CubicSpline
+
+    x = np.linspace(knots[0], knots[-1], _GRID)
+    bends = sum(np.abs(CubicSpline(knots, values, bc_type="natural")(x, 2)) for values in curves)
+    dense = np.cbrt(bends)
+    dense = dense / max(float(np.mean(dense)), 1e-300) + _EVEN
+    along = np.concatenate([[0.0], np.cumsum(0.5 * (dense[1:] + dense[:-1]))])
+    return tuple(float(at) for at in np.interp(np.linspace(0.0, along[-1], count), along, x))
+
+
+def basis(x: Floats, knots: tuple[float, ...]) -> Floats:
+    """What one at each knot and zero at the others makes of x, (n, knots); outside the knots as at the last one."""
+    from scipy.interpolate import CubicSpline
+
+    x = np.clip(x, knots[0], knots[-1])
+    if len(knots) == 2:
+        t = (x - knots[0]) / (knots[1] - knots[0])
+        return np.column_stack([1.0 - t, t])
+    return np.asarray(CubicSpline(knots, np.eye(len(knots)), bc_type="natural")(x))
+
+
+def _straight(x: Floats, knots: tuple[float, ...]) -> Floats:
+    return np.column_stack([np.interp(x, knots, unit) for unit in np.eye(len(knots))])
+
+
+def columns_of(twin: Twin, records: tuple[Record, ...], seen: Seen, knots: Knots, floor: float) -> Floats:
+    """What one at each knot does to the torque residual of the shape's axis, in floors, (rows that count, values)."""
+    shape, found = seen.shape, []
+    channel = next(j for j, c in enumerate(twin.channels) if (c.axis, c.signal) == (shape.axis, TORQUE))
+    for which, record in enumerate(records):
+        each = seen.columns[which]
+        if len(each) == 2:
+            across, along = (_straight(x, part) for x, part in zip(each, knots, strict=True))
+            wide = (across[:, :, None] * along[:, None, :]).reshape(len(across), -1)
+        else:
+            wide = basis(each[0], knots[0])
+        if shape.by_direction:
+            turned = seen.directions[which][:, None]
+            wide = np.hstack([0.5 * (1.0 + turned) * wide, 0.5 * (1.0 - turned) * wide])
+        elif shape.acts_on is ActsOn.FRICTION:
+            wide = -seen.directions[which][:, None] * wide
+        rows = scored(wide, record.bands)[record.keep]
+        found.append(rows if twin.scales is None else rows / twin.scales[which][:, channel : channel + 1])
+    return np.concatenate(found) / floor

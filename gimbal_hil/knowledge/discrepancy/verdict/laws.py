@@ -1,0 +1,50 @@
+"""Laws as a verdict tells them: what they act on, over what, in which form, and how well that is known."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from gimbal_hil.knowledge.discrepancy.judgement import Result
+from gimbal_hil.knowledge.discrepancy.laws import DescribedLaw
+from sim_backend.model import UNIT_OF, UNIT_OVER
+
+
+def laws_of(result: Result) -> tuple[dict[str, Any], ...]:
+    """Entries of `laws` in verdict.json."""
+    return () if result.described is None else tuple(_entry(result, law) for law in result.described.laws)
+
+
+def _entry(result: Result, law: DescribedLaw) -> dict[str, Any]:
+    curve, linear = law.curve, result.model.is_linear
+    entry = curve.entry(linear)
+    told = ("knots", "values", "forward", "backward", "low", "high", "direction_travel", "slack", "memory_s")
+    return {
+        "axis": curve.shape.axis,
+        "acts_on": curve.shape.acts_on.value,
+        "variables": [one.value for one in curve.shape.over],
+        "by_direction": curve.shape.by_direction,
+        "form": "curve",
+        "unit": entry["unit"],
+        "variable_units": [UNIT_OVER[one][linear] for one in curve.shape.over],
+        "parameters": {key: entry[key] for key in told if key in entry},
+        "held_out_gain": round(law.gain, 4),
+        "best_control_gain": round(law.control, 4),
+    }
+
+
+def told_laws(result: Result) -> str:
+    """What the gap looks like, in one sentence for each law."""
+    if result.described is None:
+        return ""
+    said = []
+    for law in result.described.laws:
+        curve, linear = law.curve, result.model.is_linear
+        over, unit = curve.shape.over[0], UNIT_OVER[curve.shape.over[0]][linear]
+        low, high = curve.knots[0][0], curve.knots[0][-1]
+        size = float(max(abs(curve.values)))
+        said.append(
+            f" It looks like {curve.shape.text}: up to {size:.3g} {UNIT_OF[curve.shape.acts_on][linear]}, seen from "
+            f"{low:.3g} to {high:.3g} {unit} of {over.value.replace('_', ' ')} and held constant outside. It takes "
+            f"{law.gain:.0%} of the squares on rows that had no part in it."
+        )
+    return "".join(said)

@@ -1,0 +1,105 @@
+"""Curves where no name fits: knots, the fit beside known numbers, and how a curve stands in a model file."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gimbal_hil.knowledge.discrepancy.laws import Curve, LawShape
+from gimbal_hil.knowledge.discrepancy.laws.knots import basis, knots_of, knots_where_it_bends
+from gimbal_hil.knowledge.discrepancy.laws.linear import FOLDS, JUDGES, Normal, Straight
+from sim_backend.model import ActsOn, Over
+from tests.effects.rigs import rotary, run
+
+ROWS, WEIGHT = 800, 0.5
+
+
+def straight(left: np.ndarray, slopes: np.ndarray, trust: float) -> Straight:
+    """One channel, one known number, the last fifth of the rows judging."""
+    fold = (np.arange(len(left)) * 20 // len(left)) % FOLDS
+    fold[4 * len(left) // 5 :] = JUDGES
+    numbers = slopes[:, None, None]
+    known = []
+    for k in range(FOLDS):
+        J = slopes[fold == k][:, None]
+        known.append(Normal(WEIGHT**2 * J.T @ J, -(WEIGHT**2) * J.T @ left[fold == k]))
+    one = np.array([1.0 / trust])
+    return Straight(left[:, None], numbers, np.zeros(1), one, np.array([trust]), fold, WEIGHT, tuple(known))
+
+
+def scene(seed: int = 3) -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    return rng.uniform(-1.0, 1.0, ROWS), rng.normal(size=ROWS)
+
+
+@given(st.sampled_from(list(Over)), st.floats(-9.0, 9.0), st.floats(0.01, 9.0), st.integers(3, 85))
+def test_knots_ascend_from_end_to_end(over: Over, low: float, width: float, count: int) -> None:
+    knots = knots_of(over, low, low + width, count)
+    assert len(knots) == count and np.all(np.diff(knots) > 0.0)
+    assert knots[0] == pytest.approx(low) and knots[-1] == pytest.approx(low + width)
+
+
+def test_knots_go_where_the_curve_bends() -> None:
+    even = tuple(np.linspace(-1.0, 1.0, 22))
+    bump = np.exp(-0.5 * ((np.array(even) - 0.4) / 0.08) ** 2)
+    knots = np.array(knots_where_it_bends(even, [bump], 12))
+    near = np.sum(np.abs(knots - 0.4) < 0.3)
+    assert near >= 7 and np.all(np.diff(knots) > 0.0) and np.sum(np.abs(np.array(even) - 0.4) < 0.3) * 12 / 22 < near
+    x = np.linspace(-1.0, 1.0, 400)
+    truth = np.exp(-0.5 * ((x - 0.4) / 0.08) ** 2)
+
+    def missed(at: tuple[float, ...]) -> float:
+        drawn = basis(x, at)
+        return float(np.std(truth - drawn @ np.linalg.lstsq(drawn, truth, rcond=None)[0]))
+
+    assert missed(tuple(knots)) < 0.5 * missed(tuple(np.linspace(-1.0, 1.0, 12)))
+
+
+def test_a_curve_is_found_beside_a_known_number_that_keeps_its_uncertainty() -> None:
+    x, noise = scene()
+    slopes = 5.0 * np.sign(x)
+    # the number is off by three times what it is known to: the curve has to take the rest
+    left = noise - 6.0 * np.maximum(x - 0.3, 0.0) ** 2 * 10.0 - 0.3 * slopes
+    knots = knots_of(Over.POSITION, -1.0, 1.0, 9)
+    columns, fitted = basis(x, knots), straight(left, slopes, trust=0.1)
+    found = fitted.solved(fitted.normals(columns, 0))
+    assert found.moved[0] == pytest.approx(0.1)
+    assert found.values[-1] == pytest.approx(60.0 * 0.49 + 1.0, rel=0.1)
+    after = fitted.after(columns, 0, found)
+    assert np.mean(after[fitted.judging] ** 2) < 1.5 and np.mean(left[fitted.judging] ** 2) > 20.0
+
+
+def test_what_is_no_function_of_the_variable_is_not_foretold() -> None:
+    x, noise = scene()
+    still = straight(noise, np.zeros(ROWS), trust=0.1)
+    few, many = (still.foretold(basis(x, knots_of(Over.POSITION, -1.0, 1.0, n)), 0) for n in (3, 60))
+    level = float(np.mean(noise[~still.judging] ** 2))
+    assert few > 0.97 * level and many > few
+
+
+def _curve(shape: LawShape, knots: Any, values: list[float]) -> Curve:
+    at = np.array(values)
+    return Curve(shape, knots, at, at - 0.1, at + 0.1)
+
+
+def test_a_curve_stands_in_a_model_file_as_it_was_fitted() -> None:
+    both = LawShape("axis", ActsOn.TORQUE, (Over.POSITION,), by_direction=True, direction_travel=1e-6)
+    curve = _curve(both, ((-9.0, 0.0, 9.0),), [-0.3, -0.3, -0.3, 0.1, 0.1, 0.1])
+    model = rotary().with_law(curve.entry(False))
+    ahead = run(model, 1.0, 1000).position[-1, 0]
+    assert ahead == pytest.approx(run(rotary(), 0.7, 1000).position[-1, 0], rel=1e-3)
+    assert [line.name for line in curve.lines()] == ["forward", "backward"]
+    assert all(np.all(line.low < line.y) and np.all(line.y < line.high) for line in curve.lines())
+
+
+def test_a_surface_stands_there_row_by_row() -> None:
+    shape = LawShape("axis", ActsOn.FRICTION, (Over.SPEED, Over.RECENT_SPEED), memory_s=2.0)
+    curve = _curve(shape, ((0.0, 1.0), (0.0, 0.5, 1.0)), [0.0, 0.1, 0.2, 0.3, 0.4, 0.5])
+    entry = curve.entry(False)
+    assert entry["values"] == [[0.0, 0.1, 0.2], [0.3, 0.4, 0.5]] and entry["memory_s"] == 2.0
+    assert rotary().with_law(entry).effects[0].law is not None
+    assert len(curve.lines()) == 3
