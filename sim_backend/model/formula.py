@@ -273,7 +273,8 @@ class _Reader:
             arguments.append(self.sum(self._deeper(depth)))
         self._expected(")")
         if name in _TWO_ARGUMENTS and len(arguments) == 2:
-            return self._joined(*arguments, _TWO_ARGUMENTS[name], self._alike(*arguments, name))
+            first, second = arguments
+            return self._joined(first, second, _TWO_ARGUMENTS[name], self._alike(first, second, name))
         if name not in _ONE_ARGUMENT or len(arguments) != 1:
             functions = ", ".join((*_ONE_ARGUMENT, *_TWO_ARGUMENTS, *_WITH_MEMORY))
             raise self._refused(f"{name} of {len(arguments)}", f"a function of one (min and max of two): {functions}")

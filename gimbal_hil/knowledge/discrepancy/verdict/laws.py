@@ -6,6 +6,7 @@ from typing import Any
 
 from gimbal_hil.knowledge.discrepancy.judgement import Result
 from gimbal_hil.knowledge.discrepancy.laws import DescribedLaw
+from gimbal_hil.pages.report import quantity
 from sim_backend.model import UNIT_OF, UNIT_OVER
 
 
@@ -41,9 +42,9 @@ def told_laws(result: Result) -> str:
         curve, linear = law.curve, result.model.is_linear
         over, unit = curve.shape.over[0], UNIT_OVER[curve.shape.over[0]][linear]
         low, high = curve.knots[0][0], curve.knots[0][-1]
-        size = float(max(abs(curve.values)))
+        size = quantity(float(max(abs(curve.values))), UNIT_OF[curve.shape.acts_on][linear])
         said.append(
-            f" It looks like {curve.shape.text}: up to {size:.3g} {UNIT_OF[curve.shape.acts_on][linear]}, seen from "
+            f" It looks like {curve.shape.text}: up to {size}, seen from "
             f"{low:.3g} to {high:.3g} {unit} of {over.value.replace('_', ' ')} and held constant outside. It takes "
             f"{law.gain:.0%} of the squares on rows that had no part in it."
         )
