@@ -85,7 +85,8 @@ def _explains(null: State, found: Described) -> bool:
     before, after = (rms(state.untouched) for state in (null, found.state))
     least = found.inquiry.policy.least_gap
     closed = 1.0 - np.maximum(after**2 - 1.0, 0.0) / np.maximum(before**2 - 1.0, 1e-9)
-    return bool(np.all((after <= least) | ((before > least) & (closed >= _CLOSED))))
+    # a half that has no gap judges nothing
+    return bool(np.any(before > least) and np.all((after <= least) | ((before > least) & (closed >= _CLOSED))))
 
 
 def _one_more(inquiry: Inquiry, null: State, found: Described) -> Described | None:
