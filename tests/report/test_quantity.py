@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gimbal_hil.knowledge.discrepancy.verdict.wording import headline
-from gimbal_hil.pages.report import quantity
+from gimbal_hil.pages.report import counted, quantity
 
 SIZES = {"n": 1e-9, "\u00b5": 1e-6, "m": 1e-3, "": 1.0}
 
@@ -50,3 +50,14 @@ def test_a_cause_is_told_by_where_how_large_and_how_sure_and_not_by_its_phase() 
     moved = {"coulomb": number(0.31, "N m", 0.25), "breakaway": number(0.3, "N m", 0.3)}
     friction = {"name": "coulomb", "axis": "pan", "probability": 0.6, "parameters": moved}
     assert headline(friction) == "Coulomb on pan: coulomb 0.31 N m (model: 0.25 N m); probability 0.60"
+
+
+def test_one_of_a_thing_is_no_plural() -> None:
+    said = [
+        counted(0, "row"),
+        counted(1, "row"),
+        counted(2, "row"),
+        counted(1, "axis", "axes"),
+        counted(2, "axis", "axes"),
+    ]
+    assert said == ["0 rows", "1 row", "2 rows", "1 axis", "2 axes"]

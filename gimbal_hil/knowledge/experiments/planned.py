@@ -82,7 +82,7 @@ def measure(step: Step, signals: Signals) -> Row:
 
 def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
     """What the axes did, in a sentence and over time, and one table of all measured segments."""
-    from gimbal_hil.pages.report import Callout, Plot, Table, Text
+    from gimbal_hil.pages.report import Callout, Plot, Table, Text, counted
 
     pictures: list[Block] = []
     if drawn:
@@ -98,8 +98,7 @@ def conclude(rows: Sequence[Row], drawn: Mapping[str, Signals]) -> list[Block]:
         for row in rows
         for axis in axes
     ]
-    many = "1 segment" if len(rows) == 1 else f"{len(rows)} segments"
-    said = Callout(f"{many} measured. {' '.join(_extent(axis, rows) for axis in axes)}")
+    said = Callout(f"{counted(len(rows), 'segment')} measured. {' '.join(_extent(axis, rows) for axis in axes)}")
     return [said, *pictures, Table(_HEADER, body, "What the axes did in each measured segment.")]
 
 

@@ -22,7 +22,7 @@ from gimbal_hil.knowledge.identification.sliding import MapHalf
 from gimbal_hil.knowledge.identification.stribeck import LUGRE_NAMES
 from gimbal_hil.knowledge.identification.units import LINEAR, ROTARY, Units
 from gimbal_hil.knowledge.identification.velocity_map import VelocityMap
-from gimbal_hil.pages.report import Block, Callout, Details, Heading, Page, Plot, Table, Text, Tiles, quantity
+from gimbal_hil.pages.report import Block, Callout, Details, Heading, Page, Plot, Table, Text, Tiles, counted, quantity
 from sim_backend.model import AntennaModel, shipped_model_path
 
 _DIRECTIONS = {
@@ -212,7 +212,9 @@ def _rejected(result: AxisIdentification) -> list[Block]:
     if not rejected:
         return []
     rows = [[one.label, one.reason] for one in rejected]
-    return [Details(f"{len(rejected)} stretches gave no point", [Table(["stretch", "why"], rows)])]
+    return [
+        Details(f"{counted(len(rejected), 'stretch', 'stretches')} gave no point", [Table(["stretch", "why"], rows)])
+    ]
 
 
 def _sensitivity_table(fit: OutputErrorFit) -> Table:

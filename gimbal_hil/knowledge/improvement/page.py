@@ -22,7 +22,7 @@ from gimbal_hil.knowledge.improvement.journal import (
     Stopped,
 )
 from gimbal_hil.knowledge.improvement.task import Ending
-from gimbal_hil.pages.report import Block, Callout, Details, Heading, Listing, Page, Plot, Table, Text, Tiles
+from gimbal_hil.pages.report import Block, Callout, Details, Heading, Listing, Page, Plot, Table, Text, Tiles, counted
 from sim_backend.model import AntennaModel, load_model
 
 if TYPE_CHECKING:
@@ -54,7 +54,9 @@ def improvement_page(task: Task, entries: Sequence[Entry]) -> Page:
         Details("Log", [Listing("\n".join(_line(entry) for entry in entries), "One line an entry of journal.jsonl.")])
     ]
     return Page(
-        "Improving the model on the antenna itself", f"Start: {task.start.name}; {len(measured)} experiments", blocks
+        "Improving the model on the antenna itself",
+        f"Start: {task.start.name}; {counted(len(measured), 'experiment')}",
+        blocks,
     )
 
 

@@ -18,7 +18,7 @@ from gimbal_hil.pages.report.blocks import (
 from gimbal_hil.pages.report.junit import Case, write_junit
 from gimbal_hil.pages.report.made import Made, command_of
 from gimbal_hil.pages.report.page import Page
-from gimbal_hil.pages.report.quantity import quantity
+from gimbal_hil.pages.report.quantity import counted, quantity
 
 __all__ = [
     "Block",
@@ -37,6 +37,7 @@ __all__ = [
     "Tiles",
     "blocks_in",
     "command_of",
+    "counted",
     "plots_in",
     "quantity",
     "write_junit",

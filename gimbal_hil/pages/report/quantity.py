@@ -9,6 +9,11 @@ _PREFIXED = ("N m", "N", "rad", "m", "s", "Hz", "W", "A", "V")
 _PREFIXES = {-9: "n", -6: "\u00b5", -3: "m", 0: ""}
 
 
+def counted(count: int, one: str, many: str = "") -> str:
+    """`1, "row"` is "1 row", `3, "row"` is "3 rows"; `many` where an s does not do."""
+    return f"{count} {one if count == 1 else many or f'{one}s'}"
+
+
 def quantity(value: float, unit: str) -> str:
     """`0.012, "N m"` is "12 mN m"; `8, "1/turn"` is "8 per turn"; a unit of "1" is not said."""
     if not math.isfinite(value):
