@@ -17,6 +17,7 @@ from gimbal_hil.knowledge.identification.consistency import (
 )
 from gimbal_hil.knowledge.identification.estimate import DataWarning, Determination, Estimate, Interval
 from gimbal_hil.knowledge.identification.evidence import Evidence, Log, collect
+from gimbal_hil.knowledge.identification.log_timing import shifted_torques
 from gimbal_hil.knowledge.identification.model_update import updated_model
 from gimbal_hil.knowledge.identification.output_error import OutputErrorFit, OutputErrorRule, fit_output_error
 from gimbal_hil.knowledge.identification.pages import identification_page, identification_record
@@ -84,6 +85,7 @@ __all__ = [
     "numbers_of_motion",
     "rate_jitter",
     "read_logs",
+    "shifted_torques",
     "simulate_axis",
     "stretches_of_run",
     "stretches_of_table",

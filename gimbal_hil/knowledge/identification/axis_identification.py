@@ -27,7 +27,7 @@ from gimbal_hil.knowledge.identification.output_error import (
     fit_output_error,
 )
 from gimbal_hil.knowledge.identification.presliding import STEPS_FOR_SIGMA1, PreslidingFit, fit_presliding
-from gimbal_hil.knowledge.identification.rigid_axis import RigidAxisFit, RigidAxisRule, fit_rigid_axis
+from gimbal_hil.knowledge.identification.rigid_axis import RigidAxisFit, fit_rigid_axis, regression_rule
 from gimbal_hil.knowledge.identification.rigid_load import axis_load
 from gimbal_hil.knowledge.identification.segments import TorqueSource
 from gimbal_hil.knowledge.identification.sliding import MapHalf, StaticFit, fit_static
@@ -249,7 +249,7 @@ def _rigid(logs: Sequence[Log], model: AntennaModel, axis: str) -> tuple[RigidAx
     if len(table) < _LEAST_REGRESSION_ROWS or np.ptp(position) <= 100.0 * model.number(axis, "encoder.step"):
         return None, None
     load = axis_load(table, model, axis)
-    rule = RigidAxisRule(min(20.0, 0.05 / table.period_s), time_stated=axis in longest.time_stated)
+    rule = regression_rule(table.period_s, axis in longest.time_stated)
     linear = model.is_linear
     fits = [
         fit_rigid_axis(table.time_s, position, load.held, rule, per_direction=split, linear=linear, known=load.bias)

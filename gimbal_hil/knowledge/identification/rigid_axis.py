@@ -60,6 +60,11 @@ class RigidAxisRule:
     time_stated: bool = False
 
 
+def regression_rule(period_s: float, time_stated: bool = False) -> RigidAxisRule:
+    """The rule for rows of this period: 20 Hz, or a tenth of the highest frequency that they hold."""
+    return RigidAxisRule(min(20.0, 0.05 / period_s), time_stated=time_stated)
+
+
 @dataclass(frozen=True)
 class RigidAxisFit:
     """Estimates by name, rms of the torque residual, the same relative to the rms torque, and the rows behind them.

@@ -41,7 +41,7 @@ class Timing:
         size = f"{1e3 * abs(self.late_s):.3g} ms ({abs(self.rows):.2g} rows)"
         low, high = (f"{1e3 * end:.3g}" for end in (self.late.low, self.late.high))
         if not self.excludes_zero:
-            return f"torque and position are {low} to {high} ms apart, which holds nothing at all"
+            return f"torque and position may well be at the same time ({low} to {high} ms apart)"
         way = "late against" if self.late_s > 0.0 else "early against"
         lag = f", {1e3 * self.lag_s:.3g} ms of it a low-pass" if self.lag_s > 0.0 else ""
         return f"the torque column is {size} {way} the positions, {low} to {high} ms{lag}"

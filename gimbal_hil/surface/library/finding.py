@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,6 +23,7 @@ from gimbal_hil.knowledge.discrepancy import (
     recalibrated_model,
     verdict_of,
 )
+from gimbal_hil.knowledge.identification import shifted_torques
 from gimbal_hil.surface.library.picture import Picture
 from gimbal_hil.surface.library.sources import Source, as_list, as_paths, model_of, plots_of
 from sim_backend.model import AntennaModel
@@ -79,14 +80,22 @@ class Question:
     ramps: tuple[SignalsTable, ...]
     notes: tuple[str, ...]
     sources: tuple[str, ...]
+    #: axes of which somebody said when the torque of a row was in force
+    time_stated: frozenset[str] = frozenset()
 
     def asked(
         self, *, workers: int = 1, dask: str | None = None, progress: Callable[[str], None] = lambda text: None
     ) -> Finding:
         """The search itself."""
         result = diagnose(self.request, workers=workers, dask=dask, progress=progress)
-        logs = (*self.request.measured, *self.request.holdout, *self.ramps)
-        return Finding(verdict_of(result, logs, self.notes), result, self.sources)
+        judged = (*self.request.measured, *self.request.holdout)
+        verdict = verdict_of(result, (*judged, *self.ramps), self.notes)
+        progress("when the torque of the logs was in force")
+        shifted = shifted_torques(self.request.model, judged, self.time_stated)
+        against = tuple({"rule": one.rule, "axis": one.axis, "text": one.text} for one in shifted)
+        text = verdict.text + "".join(f" On {one.axis}, {one.text}." for one in shifted)
+        told = replace(verdict, contradictions=(*verdict.contradictions, *against), text=text)
+        return Finding(told, result, self.sources)
 
 
 def question_of(
@@ -112,7 +121,13 @@ def question_of(
     judged = tables[len(measured) :]
     own = (f"{table.source}: {note}" for table in (*fitted, *judged, *ramps) for note in table.notes)
     request = Request(model, fitted, judged, band_hz, tuple(only), tuple(without))
-    return Question(request, ramps, (*notes, *own), tuple(str(path) for path in paths))
+    called = reading.get("columns") or ColumnMap({})
+    stated = frozenset(
+        axis
+        for axis in model.axes
+        if called.states_time_of(axis) or any(f"{axis}.torque_sampled" in table.columns for table in tables)
+    )
+    return Question(request, ramps, (*notes, *own), tuple(str(path) for path in paths), stated)
 
 
 def find_discrepancy(
