@@ -45,6 +45,12 @@ def read_bag(path: Path) -> Contents:
     folder = path.parent if path.suffix == ".db3" else path
     if folder is not path and not (folder / _METADATA).exists():
         raise BadInputError(str(path), f"is the storage of a bag of ROS 2 without its {_METADATA}", "the bag's folder")
+    if path.is_dir() and path.suffix == ".bag":
+        raise BadInputError(
+            str(path),
+            "is a folder with the ending of a bag of ROS 1, which its library takes it for",
+            f"another name, as in mv {path.name} {path.stem}_bag",
+        )
     kind = "bag of ROS 1" if path.suffix == ".bag" else "bag of ROS 2"
     try:
         with AnyReader([folder], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:

@@ -1,0 +1,51 @@
+"""`check` says what it sees in somebody else's table, and prints the `--column` that reads it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.data.containers import contents_of
+from gimbal_hil.data.signals import ColumnMap, read_signals
+from gimbal_hil.surface.checking import FileKind, check_files
+from tests.tables.joint import Q, T, U, lines
+
+
+@pytest.mark.parametrize("ending", [".csv", ".tsv", ".txt", ".log", ".t", ".dat"])
+def test_the_words_that_check_prints_read_the_table(tmp_path: Path, ending: str) -> None:
+    path = tmp_path / f"run{ending}"
+    rows = [f"{1e3 * t:.1f}\t{np.degrees(q):.6f}\t{1e3 * u:.4f}\t24.0" for t, q, u in zip(T, Q, U, strict=True)]
+    path.write_text("\n".join(["time_ms\tangle [deg]\ttorque_mNm\tsupply [V]", *rows]) + "\n")
+    (seen,) = check_files([path], ("joint",))
+    assert seen.kind is FileKind.SIGNALS and not seen.faults and not seen.is_strange
+    for said in ("500 Hz", "angle [deg]: ", "to read it: --column time_s=time_ms:ms"):
+        assert said in seen.text
+    table = read_signals(path, ("joint",), columns=ColumnMap.of_words(seen.reads_as))
+    assert np.allclose(table.position("joint"), Q, atol=1e-6) and np.allclose(table.torque("joint"), U, atol=1e-6)
+
+
+def test_a_table_without_a_header_is_listed_by_number_and_no_command_is_proposed(tmp_path: Path) -> None:
+    path = tmp_path / "foc.txt"
+    path.write_text("\n".join(line.replace(",", "\t") for line in lines(header=None)) + "\n")
+    (seen,) = check_files([path], ("joint",))
+    assert seen.is_strange and not seen.reads_as
+    assert "its columns are called 1 to 3" in seen.text and "--rate HZ" in seen.text
+
+
+def test_a_table_with_the_names_of_a_signals_table_is_checked_as_one(tmp_path: Path) -> None:
+    path = tmp_path / "own.csv"
+    path.write_text("\n".join(lines()[:300] + lines()[200:]) + "\n")
+    (seen,) = check_files([path], ("joint",))
+    assert [str(fault) for fault in seen.faults if "line 301" in str(fault) and "not later" in str(fault)]
+
+
+def test_a_folder_of_ros_2_that_is_called_as_a_bag_of_ros_1_is_refused_with_what_to_do(tmp_path: Path) -> None:
+    pytest.importorskip("rosbags", reason="the extra bags has it")
+    folder = tmp_path / "run.bag"
+    folder.mkdir()
+    (folder / "metadata.yaml").write_text("rosbag2_bagfile_information: {}\n")
+    with pytest.raises(BadInputError, match=r"mv run\.bag run_bag"):
+        contents_of(folder)
