@@ -99,6 +99,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "reset",
         "shut-down",
         "plant",
+        "foxglove",
         "mavlink",
     ),
     "Measure and find out": (
