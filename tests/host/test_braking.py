@@ -10,8 +10,7 @@ import pytest
 from firmware_protocol import mail as m
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.loop.control.layout import TORQUE_LIMIT
-from gimbal_hil.loop.host import UNNAMED, AxisCommand, Host, HostState, Mode, Segment, Shape, layout
-from gimbal_hil.loop.host.limits import braking
+from gimbal_hil.loop.host import UNNAMED, AxisCommand, Host, HostState, Mode, Segment, Shape, layout, limits
 from gimbal_hil.loop.settings import (
     DaemonSettings,
     adjusted,
@@ -31,8 +30,8 @@ H_OF, C_OF = (
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize("load_nm", [0.0, 1.4])
 def test_an_axis_whose_torque_was_lowered_stops_before_its_limit(sign: float, load_nm: float) -> None:
-    limits = {"outer__limits__position_low_rad": -2.0, "outer__limits__position_high_rad": 2.0}
-    loop = HostLoop(Host(configuration(outer__limits__torque_nm=2.5, **limits)))
+    travel = {"outer__limits__position_low_rad": -2.0, "outer__limits__position_high_rad": 2.0}
+    loop = HostLoop(Host(configuration(outer__limits__torque_nm=2.5, **travel)))
     loop.connected().command(hold(Mode.RATE, sign)).run(700)
     assert loop.host.state is HostState.ACTIVE
     # what the expectation allows for pulls it on while it brakes
@@ -61,9 +60,9 @@ def test_the_weight_and_the_disturbance_are_taken_off_the_torque(
 ) -> None:
     C, H = configuration(), np.zeros(layout.H_SIZE)
     C[C_OF[1] + TORQUE_LIMIT], H[H_OF[1] + layout.PULL] = torque_nm, pull_nm
-    assert braking(H, C, H_OF[1], C_OF[1]) == pytest.approx(expected)
+    assert limits.braking(H, C, H_OF[1], C_OF[1]) == pytest.approx(expected)
     C[C_OF[1] + layout.EXPECTED_INERTIA] = 0.0
-    assert braking(H, C, H_OF[1], C_OF[1]) == 30.0
+    assert limits.braking(H, C, H_OF[1], C_OF[1]) == 30.0
 
 
 def test_the_weight_is_that_of_the_body_where_it_stands() -> None:
