@@ -43,6 +43,10 @@ _EVERYDAY = ("friction.coulomb", "friction.breakaway", "friction.viscous")
 _ANY, FITTED = 0.5, 0.02
 
 
+#: verdicts on a gap that no name of the catalogue explains
+_NAMELESS = (Kind.UNEXPLAINED, Kind.DESCRIBED)
+
+
 class ChangeKind(StrEnum):
     """The answer to what changed."""
 
@@ -123,7 +127,7 @@ class MachineComparison:
             return ChangeKind.CHANGED if named else ChangeKind.AMBIGUOUS
         if self.found.kind is Kind.NO_DISCREPANCY:
             return ChangeKind.NO_CHANGE
-        if self.found.kind is Kind.UNEXPLAINED and self.shared.kind in (Kind.NO_DISCREPANCY, Kind.NAMED):
+        if self.found.kind in _NAMELESS and self.shared.kind not in (*_NAMELESS, Kind.CANNOT_JUDGE):
             # what has no name and is not there before
             return ChangeKind.AMBIGUOUS
         return ChangeKind.NO_CHANGE if self.asked and not self._deaf else ChangeKind.CANNOT_JUDGE
@@ -202,7 +206,7 @@ def _asked(found: Result, place: int, before: Tables, after: Tables) -> AskedCau
 
 def _channels(found: Result, before: Tables, after: Tables) -> tuple[Left, ...]:
     """Channel by channel."""
-    told = explained_by(found.model, found.inquiry.twin, found.best.hypothesis)
+    told = corrected_model(found) or recalibrated_model(found)
     sides = [_squares(model, tables) for model, tables in ((found.model, before), (found.model, after), (told, after))]
     return tuple(Left(*channel, *(float(np.sqrt(side[channel])) for side in sides)) for channel in sides[0])
 
