@@ -74,7 +74,7 @@ class AdapterLink(LinkBasis):
 
     def _complaint(self) -> str:
         """What is to be said of each drive, by its number on the bus."""
-        told = zip(self._config.drives, self.gateway.complaints(), strict=True)
+        told = zip(self._config.drives, self.gateway.complaints(), strict=False)
         return "; ".join(f"drive {section.id}: {words}" for section, words in told if words)
 
     def why_silent(self) -> str:

@@ -159,7 +159,12 @@ class Gateway:
         return [drive.sample.updates == seen for drive, seen in zip(self.drives, self._seen, strict=True)]
 
     def complaints(self) -> list[str]:
-        """For each drive its own word for its fault, what speaks against it, and that it does not do as told."""
+        """For each drive its own word for its fault, what speaks against it, and that it does not do as told; nothing
+        where there is nothing to say of either.
+        """
+        samples = [drive.sample for drive in self.drives]
+        if not self._obedience.starving and not any(sample.fault or sample.caution for sample in samples):
+            return []
         return [
             ", ".join(
                 word for word in (drive.sample.fault, drive.sample.caution, self._obedience.complaint(place)) if word
@@ -185,7 +190,7 @@ class Gateway:
         if control is not None:
             reset, self._reset_level = control.fault_reset and not self._reset_level, control.fault_reset
             self._identify = self._identify or control.identify
-            if self._obedience.order is Order.NONE:
+            if self._obedience.order is Order.NONE and all(drive.sample.updates for drive in self.drives):
                 self._obedience.give(Order.RELEASE)
         fault = self._found_fault()
         if self.state is _STATE.FAULT:
@@ -194,7 +199,7 @@ class Gateway:
             self._react(control, fault, reset)
         elif fault is not FaultCode.NONE:
             self._fail(fault)
-        else:
+        elif self._obedience.order is not Order.NONE:
             self._request(control)
             self._arrive()
         return []

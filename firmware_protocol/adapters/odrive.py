@@ -117,9 +117,10 @@ class OdriveDrive:
             self._judge()
         elif command == ENCODER_ESTIMATES:
             place, rate = first * _TURN, second * _TURN
-            self._invalid = ""
             self.sample = replace(self.sample, updates=self.sample.updates + 1, position_rad=place, rate_rad_s=rate)
-            self._judge()
+            if self._invalid:
+                self._invalid = ""
+                self._judge()
         elif command == TORQUES:
             self.sample = replace(self.sample, torque_nm=second)
         elif command == TEMPERATURE:
