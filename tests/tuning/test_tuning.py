@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from gimbal_hil.knowledge.tuning import (
+    MARGIN,
+    Aim,
     AxisDynamics,
     CascadeLaw,
     NoMarginError,
@@ -17,13 +19,20 @@ from gimbal_hil.knowledge.tuning import (
     axis_inertias,
     disk_margin,
     errors,
+    figures,
     largest_pole,
     laws_of,
     tuned,
     tuning_task,
 )
 from gimbal_hil.knowledge.tuning.loops import Disturbances
-from gimbal_hil.loop.settings import DaemonSettings, load_settings, shipped_settings, shipped_settings_path
+from gimbal_hil.loop.settings import (
+    DaemonSettings,
+    load_settings,
+    settings_from_document,
+    shipped_settings,
+    shipped_settings_path,
+)
 from gimbal_hil.pointing.arena import Trial, chosen, run_trial, shipped_scenarios
 from gimbal_hil.surface.cli import main
 from sim_backend.model import AntennaModel, shipped_model
@@ -143,3 +152,26 @@ def test_a_single_axis_gets_a_cascade() -> None:
     found = tuned(shipped_settings().for_axes(model.axes, "emps"), model, "emps")
     (one,) = found.axes
     assert one.observed is None and one.cascade.margin >= 0.4 and "model_control" not in found.changes
+
+
+def test_tuned_for_pointing_gusts_move_the_joint_less_and_the_margin_stays(realistic: Tuning) -> None:
+    model = shipped_model("realistic")
+    pointing = tuned(shipped_settings(), model, "realistic", MARGIN, Aim.POINTING)
+    task = tuning_task(model, "outer", 1e-3, MARGIN, Aim.POINTING)
+    gusts = []
+    for found in (realistic, pointing):
+        document = shipped_settings().model_dump(mode="json", by_alias=True)
+        document["axes"]["outer"]["observer"] = found.changes["axes.outer.observer"]
+        document["model_control"] = {"model": "realistic"}
+        laws = laws_of(settings_from_document(document, "tuned"), model, "outer", task)
+        cases = zip(laws, task.cases, strict=True)
+        gusts.append(max(errors(law, case, task.frequencies, task.disturbances).gust_rad for law, case in cases))
+        # gains are written with four digits
+        assert figures(laws, task).margin > MARGIN - 2e-3
+    assert gusts[1] < 0.95 * gusts[0]
+
+
+def test_an_aim_that_there_is_not_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(["tune", "--config", str(shipped_settings_path()), "--out", str(tmp_path / "t.yaml"), "--for", "speed"])
+    assert "pointing, tracking, both" in capsys.readouterr().err

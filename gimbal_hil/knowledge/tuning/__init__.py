@@ -1,5 +1,6 @@
 """Margins of the loops as implemented, and the gains with the least error that keep them."""
 
+from gimbal_hil.knowledge.tuning.aims import Aim
 from gimbal_hil.knowledge.tuning.axis_cases import axis_cases, axis_inertias, told_wrong
 from gimbal_hil.knowledge.tuning.choosing import LoopFigures, TuningTask, figures
 from gimbal_hil.knowledge.tuning.loops import (
@@ -18,6 +19,7 @@ from gimbal_hil.knowledge.tuning.tuning import MARGIN, AxisTuning, NoMarginError
 
 __all__ = [
     "MARGIN",
+    "Aim",
     "AxisDynamics",
     "AxisTuning",
     "CascadeLaw",

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from gimbal_hil.knowledge.tuning.aims import Aim
 from gimbal_hil.knowledge.tuning.axis_cases import axis_cases
 from gimbal_hil.knowledge.tuning.choosing import (
     LoopChoice,
@@ -26,6 +27,8 @@ from sim_backend.model import AntennaModel, ModelKind
 MARGIN = 0.4
 #: torque that stands in for friction's where a model has none, over the torque limit
 _LEAST_WALK = 0.01
+#: what counts of walking torque and gusts in each aim: shares of the break-away torque, in a root second and rms
+_WALK_AND_GUST = {Aim.TRACKING: (1.0, 0.0), Aim.BOTH: (1.0, 0.1), Aim.POINTING: (0.25, 0.1)}
 #: the prefilter's corner over the position loop's gain, and at most (1/s); its acceleration in torque over the limit
 _PREFILTER_SHARE, _QUICKEST_PREFILTER, _ACCELERATION_SHARE = 0.25, 15.0, 0.5
 #: a number that may be off by more than this share of itself is not fed forward: half as much again is the break-even
@@ -67,13 +70,20 @@ class NoMarginError(Exception):
         super().__init__(f"{axis}: no loops that were tried keep a disk margin of {margin:g}")
 
 
-def tuned(settings: DaemonSettings, model: AntennaModel, reference: str, margin: float = MARGIN) -> Tuning:
-    """Tune `settings`, whose axes are called as the model's; `reference` is how the file is to name the model.
+def tuned(
+    settings: DaemonSettings,
+    model: AntennaModel,
+    reference: str,
+    margin: float = MARGIN,
+    aim: Aim = Aim.TRACKING,
+) -> Tuning:
+    """Tune `settings`, whose axes are called as the model's; `reference` is how the file is to name the model;
+    `aim` is what the loops are for.
 
     Raises NoMarginError.
     """
     whole = model.kind is ModelKind.GIMBAL
-    axes = tuple(_axis(settings, model, axis, margin, whole) for axis in model.axes)
+    axes = tuple(_axis(settings, model, axis, margin, whole, aim) for axis in model.axes)
     changes = {key: value for one in axes for key, value in one.changes.items()}
     left_off = {}
     if whole:
@@ -84,12 +94,14 @@ def tuned(settings: DaemonSettings, model: AntennaModel, reference: str, margin:
     return Tuning(axes, changes, left_off)
 
 
-def tuning_task(model: AntennaModel, axis: str, step_s: float, margin: float) -> TuningTask:
+def tuning_task(model: AntennaModel, axis: str, step_s: float, margin: float, aim: Aim = Aim.TRACKING) -> TuningTask:
     """What the loops of an axis have to do by a model."""
     walk = model.number(axis, "friction.breakaway") or _LEAST_WALK * model.number(axis, "actuator.limit")
     observer = JointObserver(bandwidth_rad_s=1.0)
     joint = observed_joint(model, axis, step_s, observer)
-    disturbances = Disturbances(walk, observer.offset_walk_rad_s, joint.encoder_noise_rad, joint.gyro_noise_rad_s)
+    walks, gusts = _WALK_AND_GUST[aim]
+    noises = joint.encoder_noise_rad, joint.gyro_noise_rad_s
+    disturbances = Disturbances(walks * walk, observer.offset_walk_rad_s, *noises, gusts * walk)
     return TuningTask(step_s, axis_cases(model, axis), disturbances, margin)
 
 
@@ -109,8 +121,8 @@ def laws_of(settings: DaemonSettings, model: AntennaModel, axis: str, task: Tuni
     return (law,) * len(task.cases)
 
 
-def _axis(settings: DaemonSettings, model: AntennaModel, axis: str, margin: float, whole: bool) -> AxisTuning:
-    task, section = tuning_task(model, axis, settings.step_s, margin), settings.axes[axis]
+def _axis(settings: DaemonSettings, model: AntennaModel, axis: str, margin: float, whole: bool, aim: Aim) -> AxisTuning:
+    task, section = tuning_task(model, axis, settings.step_s, margin, aim), settings.axes[axis]
     cascade = choose_cascade(task)
     if cascade is None:
         raise NoMarginError(axis, margin)

@@ -7,7 +7,7 @@ from functools import cache
 from typing import Any
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.knowledge.tuning import MARGIN, figures, laws_of, tuned, tuning_task
+from gimbal_hil.knowledge.tuning import MARGIN, Aim, figures, laws_of, tuned, tuning_task
 from gimbal_hil.loop.settings import DaemonSettings, settings_from_document, shipped_settings
 from gimbal_hil.proof.thesis import LEVEL, POSITION_GAINS, RATE_GAINS
 from sim_backend.model import CONTROL_ANTENNA, AntennaModel, model_named
@@ -150,9 +150,18 @@ def _model_cascade(document: Document) -> None:
 
 def _tuned(document: Document) -> None:
     """What gimbal-hil tune makes of the shipped configuration for the model: gains, observer, every part."""
+    _tuned_for(Aim.TRACKING, document)
+
+
+def _tuned_pointing(document: Document) -> None:
+    """The same with gimbal-hil tune --for pointing."""
+    _tuned_for(Aim.POINTING, document)
+
+
+def _tuned_for(aim: Aim, document: Document) -> None:
     _with_model(document, **dict.fromkeys(PARTS, True))
     for name, axis in document["axes"].items():
-        for key, value in _tuned_keys()[name].items():
+        for key, value in _tuned_keys(aim)[name].items():
             axis[key] = (axis[key] or {}) | value
 
 
@@ -171,10 +180,10 @@ def _learned(document: Document) -> None:
 
 
 @cache
-def _tuned_keys() -> dict[str, Document]:
+def _tuned_keys(aim: Aim = Aim.TRACKING) -> dict[str, Document]:
     """By axis and section, what tuning changes in the shipped configuration."""
     found: dict[str, Document] = {}
-    for key, value in tuned(shipped_settings(), model_named(MODEL), MODEL).changes.items():
+    for key, value in tuned(shipped_settings(), model_named(MODEL), MODEL, MARGIN, aim).changes.items():
         words = key.split(".")
         if words[0] == "axes":
             section = found.setdefault(words[1], {}).setdefault(words[2], {})
@@ -200,6 +209,7 @@ CONTROLLERS: dict[str, Callable[[Document], None]] = {
     "all": _all,
     "model_cascade": _model_cascade,
     "tuned": _tuned,
+    "tuned_pointing": _tuned_pointing,
     "levels": _levels,
     "learned": _learned,
 }

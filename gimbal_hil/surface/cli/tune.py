@@ -31,6 +31,9 @@ def command(
     margin: Annotated[
         float, typer.Option(help="Least disk margin of the loops; 0.4 is 1.5 in gain, 23 degrees in phase.")
     ] = 0.4,
+    aim: Annotated[
+        str, typer.Option("--for", metavar="AIM", help="pointing: gusts count first; tracking: friction; both.")
+    ] = "tracking",
     improved: Annotated[
         Path | None,
         typer.Option(
@@ -52,18 +55,15 @@ def command(
     """
     import json
 
-    from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
-    from gimbal_hil.knowledge.tuning import NoMarginError, tuned
+    from firmware_protocol.errors import EXIT_DONE, EXIT_NO
+    from gimbal_hil.knowledge.tuning import Aim, NoMarginError, tuned
     from gimbal_hil.loop.settings import load_settings
     from gimbal_hil.surface.cli.following import after_tune, print_next
     from sim_backend.model import model_named
 
-    if not 0.0 < margin < 2.0:
-        raise BadInputError("--margin", f"is {margin:g}", "above 0 and below 2")
+    _require_asked(margin, aim, report, improved)
     path = out or config.with_name(f"{config.stem}.tuned.yaml")
     require_new(path.parent, force, path.name, instead="another --out")
-    if report is not None and improved is None:
-        raise BadInputError("--report", "needs to know what the model was before", "--improved DIR")
     settings = load_settings(config)
     first = None
     if improved is not None:
@@ -75,7 +75,7 @@ def command(
     about = model_named(name)
     settings = settings.for_axes(about.axes, about.where)
     try:
-        found = tuned(settings, about, _as_seen_from(path.parent, name), margin)
+        found = tuned(settings, about, _as_seen_from(path.parent, name), margin, Aim(aim))
     except NoMarginError as error:
         print(f"{error}: ask for less with --margin, or look at delay, gyro and modes in {name}")
         return EXIT_NO
@@ -88,12 +88,25 @@ def command(
     if as_json:
         print(json.dumps({"out": str(path), "model": name, **_as_dict(found)}))
     else:
-        print("\n".join(_lines(found, name)))
+        print("\n".join(_lines(found, name, aim)))
         print(f"written: {path}")
         if told:
             print(f"\n{told}\nreport: {report}/report.html")
         print_next(after_tune(config, path, name, len(about.axes)))
     return EXIT_DONE
+
+
+def _require_asked(margin: float, aim: str, report: Path | None, improved: Path | None) -> None:
+    """BadInputError for options that cannot be, or not without another one."""
+    from firmware_protocol.errors import BadInputError
+    from gimbal_hil.knowledge.tuning import Aim
+
+    if not 0.0 < margin < 2.0:
+        raise BadInputError("--margin", f"is {margin:g}", "above 0 and below 2")
+    if aim not in tuple(Aim):
+        raise BadInputError("--for", f"is {aim!r}", ", ".join(Aim))
+    if report is not None and improved is None:
+        raise BadInputError("--report", "needs to know what the model was before", "--improved DIR")
 
 
 def _named_in(settings: DaemonSettings) -> str:
@@ -137,7 +150,7 @@ def _write(config: Path, path: Path, found: Tuning, settings: DaemonSettings) ->
     return written
 
 
-def _lines(found: Tuning, name: str) -> list[str]:
+def _lines(found: Tuning, name: str, aim: str) -> list[str]:
     from gimbal_hil.knowledge.tuning import margins
 
     def line(what: str, figures: LoopFigures) -> str:
@@ -152,8 +165,8 @@ def _lines(found: Tuning, name: str) -> list[str]:
         )
 
     lines = [
-        f"model {name}; least error for a torque that walks by the break-away torque in a root second, sensor noise "
-        "and the navigation's drift"
+        f"model {name}, for {aim}; least error for a torque that walks as friction does"
+        f"{'' if aim == 'tracking' else ', gusts'}, sensor noise and the navigation's drift"
     ]
     for one in found.axes:
         lines += [f"{one.axis}:", line("before", one.before), line("cascade", one.cascade)]
