@@ -19,8 +19,8 @@ from sim_backend.model import AntennaModel
 _ENOUGH_S = 60.0
 #: what looks the same: nothing acts before its command, but a drive may act late
 _ELSE = {
-    True: "no drive acts before its command, so it is the log; state it with --column AXIS.torque=COLUMN@-2ms",
-    False: "a delay of the drive looks the same; if it is the log, state it with --column AXIS.torque=COLUMN@2ms",
+    True: "no drive acts before its command, so it is the log; state it",
+    False: "a delay of the drive looks the same; if it is the log, state it",
 }
 
 
@@ -40,7 +40,7 @@ def shifted_torques(
     for axis in model.axes:
         timing = None if axis in stated or axis in own else _timing(model, table, axis)
         if timing is not None and timing.excludes_zero:
-            text = f"{timing.text}: {_ELSE[timing.late_s > 0.0]}"
+            text = f"{timing.text}: {_ELSE[timing.late_s > 0.0]}, as {timing.stated_by(axis)}"
             found.append(DataWarning("torque_shifted", text, axis))
     return tuple(found)
 

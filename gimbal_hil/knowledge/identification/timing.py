@@ -46,6 +46,10 @@ class Timing:
         lag = f", {1e3 * self.lag_s:.3g} ms of it a low-pass" if self.lag_s > 0.0 else ""
         return f"the torque column is {size} {way} the positions, {low} to {high} ms{lag}"
 
+    def stated_by(self, axis: str) -> str:
+        """The option that would state what was found."""
+        return f"--column {axis}.torque=COLUMN@{-1e3 * self.late_s:.3g}ms"
+
     def findings(self, axis: str) -> tuple[DataWarning, ...]:
         """What speaks against the log, if anything."""
         if not self.excludes_zero:
@@ -53,7 +57,8 @@ class Timing:
         if self.stated:
             text = f"{self.text}, although their times were stated: the numbers are as stated"
             return (DataWarning("time_disagrees", text, axis),)
-        text = f"{self.text}: the numbers and their intervals allow for it; if it is known, state it with {STATE_IT}"
+        stated = self.stated_by(axis)
+        text = f"{self.text}: the numbers and their intervals allow for it; if it is known, state it, as {stated}"
         return (DataWarning("torque_shifted", text, axis),)
 
     def as_record(self) -> dict[str, object]:
