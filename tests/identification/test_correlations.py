@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gimbal_hil.knowledge.identification import RigidAxisRule, fit_rigid_axis
-from gimbal_hil.knowledge.identification.correlations import Correlations, of_fit, of_replicates
+from gimbal_hil.knowledge.identification.correlations import Correlations, of_all_axes, of_fit, of_replicates
 from gimbal_hil.knowledge.identification.least_squares import Unknown, fit
 
 
@@ -83,3 +83,15 @@ def test_a_motion_of_hardly_changing_speed_cannot_tell_viscous_from_coulomb() ->
     i, j = found.worst_pair or (0, 0)
     assert {found.names[i], found.names[j]} == {"viscous", "coulomb"} and found.matrix[i, j] < -0.9
     assert "viscous and coulomb of arm" in found.worst("arm")
+
+
+def test_the_numbers_of_all_axes_stand_in_one_matrix() -> None:
+    told = of_all_axes({"azimuth": pair(-0.5), "tilt": pair(0.25)})
+    assert told["names"] == ["azimuth.viscous", "azimuth.coulomb", "tilt.viscous", "tilt.coulomb"]
+    assert told["matrix"] == [
+        [1.0, -0.5, 0.0, 0.0],
+        [-0.5, 1.0, 0.0, 0.0],
+        [0.0, 0.0, 1.0, 0.25],
+        [0.0, 0.0, 0.25, 1.0],
+    ]
+    assert of_all_axes({}) == {"names": [], "matrix": []}

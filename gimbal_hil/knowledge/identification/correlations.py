@@ -6,7 +6,7 @@ wide and one combination is known well: who needs only that combination has it, 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -87,6 +87,17 @@ class Correlations:
             "condition": self.condition,
             "worst": {"names": [self.names[i] for i in pair or ()], "text": self.worst(axis)},
         }
+
+
+def of_all_axes(axes: Mapping[str, Correlations]) -> dict[str, object]:
+    """Plain types for `identification.json`: the numbers of all axes as `AXIS.NAME`; axes are fitted by themselves."""
+    names = [f"{axis}.{name}" for axis, found in axes.items() for name in found.names]
+    matrix = np.zeros((len(names), len(names)))
+    first = 0
+    for found in axes.values():
+        own = slice(first, first := first + len(found.names))
+        matrix[own, own] = found.matrix
+    return {"names": names, "matrix": [[round(float(r), 6) for r in row] for row in matrix]}
 
 
 def of_fit(unknowns: Sequence[Unknown], best: LeastSquaresFit) -> Correlations:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from gimbal_hil.knowledge.identification.axis_identification import AxisIdentification, friction_of
+from gimbal_hil.knowledge.identification.correlations import of_all_axes
 from gimbal_hil.knowledge.identification.estimate import Determination, number_text
 from gimbal_hil.knowledge.identification.figures import (
     correlation_figure,
@@ -54,7 +55,12 @@ def _said(model: AntennaModel) -> str:
 
 def identification_record(results: Sequence[AxisIdentification], sources: Sequence[str]) -> dict[str, object]:
     """Plain types for `identification.json`."""
-    return {"schema": 1, "sources": list(sources), "axes": [_axis_record(result) for result in results]}
+    return {
+        "schema": 1,
+        "sources": list(sources),
+        "axes": [_axis_record(result) for result in results],
+        "correlations": of_all_axes({result.axis: result.correlations for result in results}),
+    }
 
 
 def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]:
