@@ -360,10 +360,8 @@ class _Loop:
 
     def _unexplained(self, diagnosis: Result) -> list[Pair]:
         """A gap that nothing explains gets one more kind of motion to show itself in, not the whole menu."""
-        tried = any(
-            one.verdict in (Kind.UNEXPLAINED.value, Kind.DESCRIBED.value) and one.choice is not None
-            for one in self.diagnoses
-        )
+        nameless = (Kind.UNEXPLAINED.value, Kind.DESCRIBED.value)
+        tried = any(one.verdict in nameless and one.choice is not None for one in self.diagnoses)
         pair = None if tried else unexplained_pair(diagnosis)
         return [] if pair is None else [pair]
 

@@ -8,7 +8,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry
-from gimbal_hil.knowledge.discrepancy.laws.knots import Knots, Seen, basis, columns_of, knots_of, knots_where_it_bends
+from gimbal_hil.knowledge.discrepancy.laws.knots import (
+    Knots,
+    RangeSeen,
+    basis,
+    columns_of,
+    knots_of,
+    knots_where_it_bends,
+)
 from gimbal_hil.knowledge.discrepancy.laws.linear import Straight
 from gimbal_hil.knowledge.discrepancy.laws.shape import LawShape
 from gimbal_hil.knowledge.discrepancy.twin import TORQUE, Floats
@@ -116,7 +123,7 @@ def _rounded(values: Any) -> list[float]:
 class Tried:
     """A shape with as many knots as pay on stretches that did not give its values."""
 
-    seen: Seen
+    seen: RangeSeen
     knots: Knots
     columns: Floats
     #: squares a row that it leaves of its channel there, in squared floors
@@ -129,7 +136,7 @@ def channel_of(inquiry: Inquiry, axis: str) -> int:
     return next(j for j, channel in enumerate(channels) if (channel.axis, channel.signal) == (axis, TORQUE))
 
 
-def tried(inquiry: Inquiry, straight: Straight, seen: Seen, counts: tuple[int, ...]) -> Tried | None:
+def tried(inquiry: Inquiry, straight: Straight, seen: RangeSeen, counts: tuple[int, ...]) -> Tried | None:
     """The fewest knots of a shape that leave hardly more than any other number of them."""
     shape, channel = seen.shape, channel_of(inquiry, seen.shape.axis)
     ends = [seen.range_of(which, len(inquiry.twin.records)) for which in range(len(shape.over))]
@@ -200,7 +207,7 @@ def _enough(least: float) -> float:
     return (1.0 + _LESS) * least + _FLOORS
 
 
-def columns_on(inquiry: Inquiry, seen: Seen, knots: Knots) -> Floats:
+def columns_on(inquiry: Inquiry, seen: RangeSeen, knots: Knots) -> Floats:
     """What one at each knot does: rows of the fitted logs, then of the hold-out."""
     channel = channel_of(inquiry, seen.shape.axis)
     floor, count = float(inquiry.floor[channel]), len(inquiry.twin.records)
@@ -211,10 +218,10 @@ def columns_on(inquiry: Inquiry, seen: Seen, knots: Knots) -> Floats:
     return np.concatenate(parts)
 
 
-def seen_of(inquiry: Inquiry, shape: LawShape) -> Seen:
+def seen_of(inquiry: Inquiry, shape: LawShape) -> RangeSeen:
     """A shape's variables along the fitted logs and the hold-out."""
     axis = inquiry.twin.model.axes.index(shape.axis)
-    return Seen.of(shape, (*inquiry.twin.records, *inquiry.holdout.records), axis)
+    return RangeSeen.of(shape, (*inquiry.twin.records, *inquiry.holdout.records), axis)
 
 
 def curve_from(inquiry: Inquiry, straight: Straight, one: Tried) -> Curve:

@@ -20,7 +20,7 @@ Knots = tuple[tuple[float, ...], ...]
 
 
 @dataclass(frozen=True)
-class Seen:
+class RangeSeen:
     """A shape's variables along all records, (n,) each per record, and directions where it has one."""
 
     shape: LawShape
@@ -28,7 +28,7 @@ class Seen:
     directions: list[Floats]
 
     @classmethod
-    def of(cls, shape: LawShape, records: tuple[Record, ...], axis: int) -> Seen:
+    def of(cls, shape: LawShape, records: tuple[Record, ...], axis: int) -> RangeSeen:
         """Along these records."""
         turned = shape.by_direction or shape.acts_on is ActsOn.FRICTION
         return cls(
@@ -87,7 +87,7 @@ def _straight(x: Floats, knots: tuple[float, ...]) -> Floats:
     return np.column_stack([np.interp(x, knots, unit) for unit in np.eye(len(knots))])
 
 
-def columns_of(twin: Twin, records: tuple[Record, ...], seen: Seen, knots: Knots, floor: float) -> Floats:
+def columns_of(twin: Twin, records: tuple[Record, ...], seen: RangeSeen, knots: Knots, floor: float) -> Floats:
     """What one at each knot does to the torque residual of the shape's axis, in floors, (rows that count, values)."""
     shape, found = seen.shape, []
     channel = next(j for j, c in enumerate(twin.channels) if (c.axis, c.signal) == (shape.axis, TORQUE))
