@@ -1,6 +1,6 @@
 """The controller service: control, daemon, runs, experiments, identification, discrepancy.
 
-In a script: `from gimbal_hil import Run, Antenna, identify, find_discrepancy` (docs/library.md).
+In a script: `from gimbal_hil import Run, Antenna, identify, find_discrepancy` (docs/reference/library.md).
 """
 
 from __future__ import annotations

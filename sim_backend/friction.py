@@ -1,8 +1,9 @@
 """LuGre friction with the exact bristle update.
 
 The rate is frozen over the step, so the bristle equation is linear and its solution an exponential: stable at any rate
-and step (docs/reading-the-thesis.md). The torque is the mean over the step, which keeps sigma1 finite at high rates.
-Source: Canudas de Wit et al. 1995; thesis eq. 4.1 and 4.2 as corrected in docs/reading-the-thesis.md.
+and step (docs/explanation/reading-the-thesis.md). The torque is the mean over the step, which keeps sigma1 finite at
+high rates. Source: Canudas de Wit et al. 1995; thesis eq. 4.1 and 4.2 as corrected in
+docs/explanation/reading-the-thesis.md.
 """
 
 from __future__ import annotations

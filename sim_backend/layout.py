@@ -38,7 +38,7 @@ class HeldBy(IntEnum):
 
 
 class GravityReading(IntEnum):
-    """Whose mass acts on the outer centre of gravity (docs/reading-the-thesis.md, eq. 2.52)."""
+    """Whose mass acts on the outer centre of gravity (docs/explanation/reading-the-thesis.md, eq. 2.52)."""
 
     SEPARATE_BODIES = 0
     TOTAL_MASS = 1

@@ -2,7 +2,8 @@
 
 Azimuth turns the outer body about z_b, elevation the inner body about y_o; both inertia tensors are about the common
 pivot. `M q'' = T - F + h`, with h everything that does not multiply q''. Newton-Euler form of thesis chapter 2 with the
-corrections in docs/reading-the-thesis.md; checked against MuJoCo and a symbolic Lagrangian in tests/sim_backend.
+corrections in docs/explanation/reading-the-thesis.md; checked against MuJoCo and a symbolic Lagrangian in
+tests/sim_backend.
 """
 
 from __future__ import annotations

@@ -38,7 +38,7 @@ Vector = tuple[float, float, float]
 
 
 class Slip(IntFlag):
-    """The printed forms in docs/reading-the-thesis.md that can be switched on."""
+    """The printed forms in docs/explanation/reading-the-thesis.md that can be switched on."""
 
     NONE = 0
     #: eq. 2.58, 3.3, 3.4: derivative of R_oi without its factor, the elevation rate

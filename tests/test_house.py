@@ -26,7 +26,7 @@ ROOMS = ("firmware_protocol", "sim_backend", "gimbal_hil")
 #: what each room must not know
 ABOVE = {"firmware_protocol": {"sim_backend", "gimbal_hil"}, "sim_backend": {"gimbal_hil"}, "gimbal_hil": set()}
 #: districts of gimbal_hil from the ground up, and in each its rooms from the ground up: a room may import those before
-#: it, none after it; docs/architecture.md draws the same
+#: it, none after it; docs/explanation/architecture.md draws the same
 DISTRICTS = {
     "loop": ("control", "host", "settings", "timing"),
     "pages": ("plots", "antenna", "report"),
@@ -163,7 +163,7 @@ def test_a_face_hands_out_only_what_there_is(folder: str) -> None:
 
 @in_a_checkout
 def test_the_page_on_the_architecture_draws_the_floors_in_their_order() -> None:
-    page = (ROOT / "docs" / "architecture.md").read_text()
+    page = (ROOT / "docs" / "explanation" / "architecture.md").read_text()
     drawn = re.findall(r"^\| `gimbal_hil/([\w/]+)` \|", page, re.MULTILINE)
     rooms = [floor for floor in FLOORS if f"gimbal_hil.{floor}" in FACES and floor not in DISTRICTS]
     assert [name.replace("/", ".") for name in drawn] == rooms[::-1]
@@ -208,8 +208,11 @@ def test_public_names_of_pointing_stay_at_their_old_place() -> None:
 @in_a_checkout
 def test_every_page_of_the_docs_is_in_their_index() -> None:
     index = (ROOT / "docs" / "README.md").read_text()
-    pages = {path.name for path in (ROOT / "docs").glob("*.md")} - {"README.md"}
-    assert pages == set(re.findall(r"\]\((\w[\w-]*\.md)\)", index))
+    kinds = ("tutorials", "how-to", "explanation", "reference", "measurements")
+    pages = {f"{kind}/{path.name}" for kind in kinds for path in (ROOT / "docs" / kind).glob("*.md")}
+    shown = set(re.findall(r"\]\((\w[\w/-]*\.md)\)", index))
+    assert shown <= pages | {"decisions/README.md"} and {page for page in pages if "how-to/" not in page} <= shown
+    assert [path.name for path in (ROOT / "docs").glob("*.md")] == ["README.md"]
 
 
 @pytest.mark.parametrize("path", MODULES, ids=name_of)

@@ -25,7 +25,7 @@ folder = Path(os.environ.get("GIMBAL_HIL_DATA", ".")) / "emps"
 
 
 def log(name: str) -> pd.DataFrame:
-    """A file of the data set with the columns of a signals table (docs/signals-table.md)."""
+    """A file of the data set with the columns of a signals table (docs/reference/signals-table.md)."""
     data = loadmat(folder / f"{name}.mat")
     return pd.DataFrame(
         {

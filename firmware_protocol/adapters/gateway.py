@@ -1,9 +1,10 @@
 """The antenna's side of the wire on behalf of two drives: state machine, deadman, feedback sets. Sans-IO.
 
-Towards the host this is an antenna (docs/wire.md): it may tell of a drive state after CiA 402, echoes the sequence of
-the set-point that acted before the sample, and stops when set-points stay away. It lives in the host's process: that it
-counts a deadman guards against a host that no longer decides, not against one that is gone; for that there is the
-drive's own watchdog. A state is told once both drives have said it (`obedience.py`), never because it was commanded.
+Towards the host this is an antenna (docs/reference/wire.md): it may tell of a drive state after CiA 402, echoes the
+sequence of the set-point that acted before the sample, and stops when set-points stay away. It lives in the host's
+process: that it counts a deadman guards against a host that no longer decides, not against one that is gone; for that
+there is the drive's own watchdog. A state is told once both drives have said it (`obedience.py`), never because it was
+commanded.
 """
 
 from __future__ import annotations

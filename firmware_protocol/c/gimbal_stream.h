@@ -1,4 +1,5 @@
-/* Frames on a serial line: blocks of ten-byte records in packets of COBS with CRC-16, docs/wire.md. C11, no heap.
+/* Frames on a serial line: blocks of ten-byte records in packets of COBS with CRC-16 (docs/reference/wire.md).
+ * C11, no heap.
  *
  * A receiver keeps one packet and is right again after the next zero, whatever came before. Bad packets are counted.
  */

@@ -38,14 +38,15 @@ extern "C" {
 #define GIMBAL_PAYLOAD_SIZE 8
 #define GIMBAL_PROTOCOL_VERSION %(version)du
 
-/* What a receiver does (docs/wire.md): the counter of a message is forgotten after so many of its periods of silence,
-   of a message sent on an event after so many ticks; a counter that many steps ahead is a late frame. */
+/* What a receiver does (docs/reference/wire.md): the counter of a message is forgotten after so many of its periods of
+   silence, of a message sent on an event after so many ticks; a counter that many steps ahead is a late frame. */
 #define GIMBAL_LOST_PERIODS %(lost_periods)du
 #define GIMBAL_EVENT_MEMORY_TICKS %(event_memory)du
 #define GIMBAL_LATE_STEP %(late_step)du
 #define GIMBAL_UNKNOWN_COUNTER (%(unknown_counter)d)
 
-/* The edge of a tick in lockstep over a link, for simulated boards (docs/wire.md); a device with a clock drops it. */
+/* The edge of a tick in lockstep over a link, for simulated boards (docs/reference/wire.md); a device with a clock
+   drops it. */
 #define GIMBAL_EDGE_ID 0x%(edge_id)03Xu
 #define GIMBAL_EDGE_DATA_ID 0x%(edge_data_id)02Xu
 """

@@ -15,7 +15,7 @@ FORMS: dict[str, tuple[str, str, str]] = {
     "field_words": ("field_words", "emit_field_words", "firmware_protocol/field_words.py"),
     "dbc": ("dbc", "emit_dbc", "firmware_protocol/gimbal.dbc"),
     "c": ("c_header", "emit_c", "firmware_protocol/gimbal_protocol.h"),
-    "docs": ("wire_docs", "emit_docs", "docs/wire.md"),
+    "docs": ("wire_docs", "emit_docs", "docs/reference/wire.md"),
 }
 
 

@@ -1,4 +1,4 @@
-"""Emits `docs/wire.md`: the wire for people, numbers computed from the same source."""
+"""Emits `docs/reference/wire.md`: the wire for people, numbers computed from the same source."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ inverted; of the nine characters `123456789` it is 0x{CRC_CHECK:03X}. It runs ov
 (payload byte 6 with its upper half zero), payload bytes 0 to 5. The data id is not sent: it makes a frame under another
 message's identifier fail. It detects every error of up to four bits in a payload, and every burst of up to twelve
 within the fields. Of all others about one in 4096 passes; the CRC of CAN or of the serial packet has to miss it too.
-`docs/residual-errors.md` has the remaining rates for each transport.
+`docs/measurements/residual-errors.md` has the remaining rates for each transport.
 
 The counter goes up by one with every frame of its message, modulo 16.
 

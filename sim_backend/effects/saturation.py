@@ -42,7 +42,7 @@ EFFECT = Effect(
     ),
     text="torque limited below what is commanded",
     equation="T = min(max(u, -limit), limit)",
-    source="docs/reading-the-thesis.md: what the controller tables imply",
+    source="docs/explanation/reading-the-thesis.md: what the controller tables imply",
     excited_by="commands beyond the limit: large steps",
     search=_search,
     acts_through=frozenset({Variable.TORQUE}),

@@ -33,7 +33,7 @@ EFFECT = Effect(
     ),
     text="centre of mass off the pivot",
     equation="r x m g",
-    source="thesis sec. 3.3, eq. 2.52 as corrected in docs/reading-the-thesis.md: separate bodies",
+    source="thesis sec. 3.3, eq. 2.52 as corrected in docs/explanation/reading-the-thesis.md: separate bodies",
     excited_by="a full turn of a tilted axis, or two base tilts",
     rotary_only=True,
     search=_search,

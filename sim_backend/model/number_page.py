@@ -1,6 +1,7 @@
 """The page on the numbers of a model file, made from the table that validates them.
 
-`docs/model-numbers.md` is what `python -m sim_backend.model.number_page` prints; a test holds the two to each other.
+`docs/reference/model-numbers.md` is what `python -m sim_backend.model.number_page` prints; a test holds the two to each
+other.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ section `friction` of the axis. Which ones a model needs depends on its kind: `g
 
 
 def number_page() -> str:
-    """Text of `docs/model-numbers.md`."""
+    """Text of `docs/reference/model-numbers.md`."""
     return _HEAD + "".join(_row(number) for number in NUMBER_AT.values())
 
 

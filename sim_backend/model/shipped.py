@@ -19,7 +19,9 @@ def shipped_model_path(name: str = "thesis") -> Path:
 
 
 def shipped_model(name: str = "thesis") -> AntennaModel:
-    """A shipped model; `thesis` is the antenna of the thesis with the corrections in docs/reading-the-thesis.md."""
+    """A shipped model; `thesis` is the antenna of the thesis with the corrections in
+    docs/explanation/reading-the-thesis.md.
+    """
     return load_model(shipped_model_path(name))
 
 

@@ -1,5 +1,5 @@
 #!/bin/bash
-# Every row of the table in docs/bench-results.md, on a machine with nothing else at work:
+# Every row of the table in docs/measurements/bench-results.md, on a machine with nothing else at work:
 #   bash tests/benchmarks/every_row.sh OUT 2>&1 | tee every_row.log
 # with gimbal-hil[bench] on the path; compiles everything anew into OUT/cache, twenty minutes in all.
 set -u

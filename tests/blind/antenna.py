@@ -2,8 +2,8 @@
 loop).
 
 Fourth-order Runge-Kutta on everything (the product freezes the rate and solves the bristle exactly), mass matrix from
-differences of the inverse dynamics. Every effect of docs/effects.md has a neutral value in the axis' row `A`, so any
-combination can be switched on; the last columns are causes that are in no catalogue.
+differences of the inverse dynamics. Every effect of docs/reference/effects.md has a neutral value in the axis' row `A`,
+so any combination can be switched on; the last columns are causes that are in no catalogue.
 """
 
 from __future__ import annotations

@@ -1,4 +1,6 @@
-"""What can be hidden: every effect of docs/effects.md, numbers that are wrong, and causes that no catalogue holds."""
+"""What can be hidden: every effect of docs/reference/effects.md, numbers that are wrong, and causes that no catalogue
+holds.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +44,7 @@ class Cause:
 
 
 def catalogue(rng: Generator, axis: str, kind: int) -> list[Cause]:
-    """Every effect of docs/effects.md on this axis, with drawn shapes; magnitudes are scaled afterwards."""
+    """Every effect of docs/reference/effects.md on this axis, with drawn shapes; magnitudes are scaled afterwards."""
     f = THESIS[axis]
     sign = float(rng.choice([-1.0, 1.0]))
     ph = float(rng.uniform(-np.pi, np.pi))

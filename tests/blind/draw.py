@@ -284,7 +284,7 @@ def _truth(scene: Scene, scales: list[tuple[float, float]], rig: str, logs: list
 
 
 def _table(x: Array, scene: Scene, gyro: bool, rng: Generator) -> dict[str, Array]:
-    """docs/signals-table.md columns, optional ones left out at random."""
+    """docs/reference/signals-table.md columns, optional ones left out at random."""
     out: dict[str, Array] = {
         "time_s": np.round(np.arange(len(x)) * scene.rig.step_s + float(rng.choice([0.0, 12.5])), 9)
     }

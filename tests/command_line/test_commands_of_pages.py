@@ -17,7 +17,9 @@ from gimbal_hil.surface.cli.completion import whole_app
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 #: records tell of their day, the changelog of what was
-PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "how-to").glob("*.md")])
+PAGES = sorted(
+    [ROOT / "README.md", *(path for path in (ROOT / "docs").rglob("*.md") if path.parent.name != "decisions")]
+)
 #: what a page writes for a number of the reader's
 _NUMBERS = {"N": "3", "S": "60", "HZ": "500", "PORT": "0"}
 _FENCED = re.compile(r"```(?:sh|yaml)\n(.*?)```", re.S)

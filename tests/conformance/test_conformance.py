@@ -27,7 +27,7 @@ from sim_backend.device import Device
 from tests.conformance.broken import BROKEN
 from tests.device.bench import bench_model
 
-PAGE = Path(__file__).parents[2] / "docs" / "conformance.md"
+PAGE = Path(__file__).parents[2] / "docs" / "reference" / "conformance.md"
 BY_ID = {one.id: one for one in shipped_requirements()}
 
 

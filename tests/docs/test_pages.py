@@ -76,7 +76,7 @@ def test_every_decision_has_a_number_of_its_own_and_the_index_is_in_their_order(
 
 @pytest.mark.parametrize(("file", "row"), [("ticks.arrow", TICK_ROW), ("frames.arrow", FRAME_ROW)])
 def test_the_page_on_the_run_folder_has_every_column_with_its_type(file: str, row: np.dtype) -> None:
-    page = (ROOT / "docs" / "run-folder.md").read_text()
+    page = (ROOT / "docs" / "reference" / "run-folder.md").read_text()
     table = page.split(f"| column of `{file}` |")[1].split("\n\n")[0]
     listed = {
         name: line.split("|")[2].split(",")[0].strip()
@@ -87,7 +87,7 @@ def test_the_page_on_the_run_folder_has_every_column_with_its_type(file: str, ro
 
 
 def test_the_table_on_the_page_of_signals_is_read_as_it_stands(tmp_path: Path) -> None:
-    page = (ROOT / "docs" / "signals-table.md").read_text()
+    page = (ROOT / "docs" / "reference" / "signals-table.md").read_text()
     (lines,) = re.findall(r"^```csv\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)
     file = tmp_path / "log.csv"
     file.write_text(lines)

@@ -90,7 +90,7 @@ def test_a_link_that_leads_nowhere_fails_the_build(tmp_path: Path) -> None:
     shutil.copytree(ROOT / "docs", tmp_path / "docs")
     for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "LICENSE"):
         shutil.copy(ROOT / name, tmp_path / name)
-    with (tmp_path / "docs" / "glossary.md").open("a") as page:
+    with (tmp_path / "docs" / "reference" / "glossary.md").open("a") as page:
         page.write("\n[nowhere](no-such-page.md)\n")
     done = build(tmp_path, tmp_path / "out")
     assert done.returncode == 1 and "no-such-page.md" in done.stderr

@@ -11,7 +11,7 @@ from gimbal_hil.surface.cli.effects import as_document, command
 from sim_backend.effects import CATALOGUE, Effect, confused_with
 from sim_backend.effects.separating_runs import RUNS
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "effects.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "reference" / "effects.md"
 
 
 def test_every_effect_and_parameter_is_printed_with_unit_and_run(capsys: pytest.CaptureFixture[str]) -> None:

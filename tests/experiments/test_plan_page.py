@@ -9,7 +9,7 @@ import pytest
 from gimbal_hil.knowledge.experiments import REFERENCE_SHAPES
 from gimbal_hil.knowledge.experiments.plan_page import plan_page
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "plan-file.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "reference" / "plan-file.md"
 
 
 def test_the_kept_page_is_what_the_classes_give() -> None:

@@ -10,7 +10,7 @@ import pytest
 from gimbal_hil.knowledge.experiments.sequences import SEQUENCES, SequenceOptions, build_experiment
 from gimbal_hil.loop.host import AxisCommand, Mode, Shape
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "experiments.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "reference" / "experiments.md"
 #: those that command torque or rates: their bounds stand in words below the table
 NOT_BY_POSITION = ("presliding", "sweep")
 

@@ -26,4 +26,4 @@ def test_the_tests_that_the_table_names_are_there() -> None:
 
 
 def test_the_kept_page_is_what_the_table_gives() -> None:
-    assert (ROOT / "docs" / "guards.md").read_text() == guard_page()
+    assert (ROOT / "docs" / "reference" / "guards.md").read_text() == guard_page()

@@ -35,4 +35,4 @@ def test_a_notebook_has_cells_words_and_something_that_it_asserts_and_stands_on_
     text = notebook.read_text()
     compile(text, str(notebook), "exec")
     assert text.count("# %%") > 5 and "# %% [markdown]" in text and "\nassert " in text
-    assert f"(notebooks/{notebook.name})" in (ROOT / "docs" / "library.md").read_text()
+    assert f"(../notebooks/{notebook.name})" in (ROOT / "docs" / "reference" / "library.md").read_text()

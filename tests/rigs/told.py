@@ -1,4 +1,5 @@
-"""What the command says on the measured rigs, beside what is known of them: the table of docs/measured-rigs.md.
+"""What the command says on the measured rigs, beside what is known of them: the table of
+docs/measurements/measured-rigs.md.
 
     GIMBAL_HIL_DATA=... python -m tests.rigs.told FOLDER --rows 'emps*' --table
 

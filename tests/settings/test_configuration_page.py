@@ -13,7 +13,7 @@ from gimbal_hil.loop.settings import DaemonSettings, settings_from_document, shi
 from gimbal_hil.loop.settings.configuration_page import LINK_EXAMPLES, configuration_page
 from gimbal_hil.loop.settings.link import LINK_KINDS
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "configuration.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "reference" / "configuration.md"
 
 
 def test_the_kept_page_is_what_the_classes_give() -> None:

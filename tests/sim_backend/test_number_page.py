@@ -8,7 +8,7 @@ import pytest
 
 from sim_backend.model.number_page import number_page
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "model-numbers.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "reference" / "model-numbers.md"
 
 
 def test_the_kept_page_is_what_the_table_gives() -> None:

@@ -24,7 +24,7 @@ from gimbal_hil.surface.testing.recorded import RecordedSignals
 ROOT = Path(__file__).parents[2]
 MODULE = "gimbal_hil.surface.testing.plugin"
 #: what a user writes, as the page has it
-USERS_FILE = (ROOT / "docs" / "testing.md").read_text().partition("```python\n")[2].partition("```")[0]
+USERS_FILE = (ROOT / "docs" / "how-to" / "testing.md").read_text().partition("```python\n")[2].partition("```")[0]
 
 
 def users_pytest(folder: Path, text: str, *options: str) -> subprocess.CompletedProcess[str]:

@@ -15,7 +15,7 @@ from sim_backend.model import shipped_model
 from sim_backend.plant import Plant
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = ROOT / "docs" / "reading-the-thesis.md"
+PAGE = ROOT / "docs" / "explanation" / "reading-the-thesis.md"
 
 
 def test_friction_opposes_the_joint_rate_and_not_the_inertial_one() -> None:

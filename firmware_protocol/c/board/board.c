@@ -1,7 +1,7 @@
 /* The device as the firmware of a whole board, simulated: start-up, a UART with its interrupt, a tick at every edge.
  *
- * The board is the MPS2 with image AN386, a Cortex-M4 that QEMU imitates. Its time is the host's (docs/wire.md, lockstep),
- * so it need not be fast. What a real board has as motors, sensors and a flash page of settings is here a pair of pipes,
+ * The board is the MPS2 with image AN386, a Cortex-M4 that QEMU imitates. Its time is the host's (lockstep in
+ * docs/reference/wire.md), so it need not be fast. What a real board has as motors, sensors and a flash page of settings is here a pair of pipes,
  * read and written through semihosting, a whole record at a time.
  */
 #include <stddef.h>

@@ -79,9 +79,9 @@ def read_signals(
     torques. `columns` says what files of somebody else call them, and in which units; run folders need none. Of the
     axes in `passive` a position is enough.
 
-    Raises BadInputError that names file, row and column for anything that docs/signals-table.md refuses; what was
-    accepted by way of `resample`, `drop_invalid` and `rate_hz` (see `Repair`), and columns that were not understood,
-    stands in the table's `notes`.
+    Raises BadInputError that names file, row and column for anything that docs/reference/signals-table.md refuses; what
+    was accepted by way of `resample`, `drop_invalid` and `rate_hz` (see `Repair`), and columns that were not
+    understood, stands in the table's `notes`.
     """
     named = replace(axis_names(axes), passive=tuple(passive))
     return _read(Path(path), named, Repair(resample, drop_invalid, rate_hz), columns)

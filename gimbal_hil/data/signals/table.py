@@ -1,4 +1,6 @@
-"""The signals table: measured data from anywhere, one row per sample at a constant rate (docs/signals-table.md)."""
+"""The signals table: measured data from anywhere, one row per sample at a constant rate
+(docs/reference/signals-table.md).
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """The page on plan files, made from the classes that validate them.
 
-`docs/plan-file.md` is what `python -m gimbal_hil.knowledge.experiments.plan_page` prints; a test holds the two to each
-other.
+`docs/reference/plan-file.md` is what `python -m gimbal_hil.knowledge.experiments.plan_page` prints; a test holds the
+two to each other.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ A key that ends in `_U`, `_U/s` or `_U/s^2` below gets the unit of the mode as i
 
 
 def plan_page() -> str:
-    """Text of `docs/plan-file.md`."""
+    """Text of `docs/reference/plan-file.md`."""
     example = "".join(shipped_file("plans", "two_speeds.yaml").read_text().splitlines(keepends=True)[2:])
     parts = [_HEAD.replace("EXAMPLE", example)]
     parts += ["\n## Keys of the file\n\n", *_lines(key_table(Plan))]

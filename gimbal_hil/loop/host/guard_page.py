@@ -1,4 +1,4 @@
-"""`docs/guards.md`, made from the table of guards by `python -m gimbal_hil.loop.host.guard_page`."""
+"""`docs/reference/guards.md`, made from the table of guards by `python -m gimbal_hil.loop.host.guard_page`."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def _filled(*parts: str) -> str:
 
 
 def guard_page() -> str:
-    """Text of `docs/guards.md`."""
+    """Text of `docs/reference/guards.md`."""
     lines = [
         "## Host",
         "",

@@ -1,8 +1,8 @@
 """Every guard of host and drive in one place: what trips it, what comes of it, how it is left, and the test that fails
 without it.
 
-`docs/guards.md` is made from this table (guard_page.py), and `watch` and the live page tell a stop in its words; a test
-holds page and table to each other, and the table to the causes that there are.
+`docs/reference/guards.md` is made from this table (guard_page.py), and `watch` and the live page tell a stop in its
+words; a test holds page and table to each other, and the table to the causes that there are.
 """
 
 from __future__ import annotations

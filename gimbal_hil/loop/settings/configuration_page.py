@@ -1,7 +1,7 @@
 """The page on the configuration file, made from the classes that validate it.
 
-`docs/configuration.md` is what `python -m gimbal_hil.loop.settings.configuration_page` prints; a test holds the two to
-each other, and the examples to the loader.
+`docs/reference/configuration.md` is what `python -m gimbal_hil.loop.settings.configuration_page` prints; a test holds
+the two to each other, and the examples to the loader.
 """
 
 from __future__ import annotations
@@ -55,7 +55,8 @@ LINK_EXAMPLES = (
     ),
     (
         "can",
-        "Your own firmware ([how to write it](how-to/write-your-firmware.md)) on a CAN bus, through python-can. With\n"
+        "Your own firmware ([how to write it](../how-to/write-your-firmware.md)) on a CAN bus, through python-can. "
+        "With\n"
         "SocketCAN set the bus up first: `sudo ip link set can0 up type can bitrate 1000000`.",
         "link: {kind: can, interface: socketcan, channel: can0, bitrate: 1000000}",
     ),
@@ -107,7 +108,11 @@ _SECTIONS: tuple[tuple[str, str, type[BaseModel]], ...] = (
         "the values of `config/virtual_antenna.yaml`, outer and inner axis.",
         AxisSettings,
     ),
-    ("`axes.NAME.position_loop`", "Encoder error to rate reference ([control](control.md)).", PositionLoop),
+    (
+        "`axes.NAME.position_loop`",
+        "Encoder error to rate reference ([control](../explanation/control.md)).",
+        PositionLoop,
+    ),
     ("`axes.NAME.rate_loop`", "Rate error to torque.", RateLoop),
     (
         "`axes.NAME.prefilter`",
@@ -121,18 +126,22 @@ _SECTIONS: tuple[tuple[str, str, type[BaseModel]], ...] = (
         "How the axis responds to torque, for the guard `RUNAWAY` and the first test; 50 % accuracy is enough.",
         Expectation,
     ),
-    ("`axes.NAME.observer`", "Position, rate and disturbance of the joint ([control](control.md)).", JointObserver),
+    (
+        "`axes.NAME.observer`",
+        "Position, rate and disturbance of the joint ([control](../explanation/control.md)).",
+        JointObserver,
+    ),
     (
         "`axes.NAME.friction_levels`",
-        "Friction levels, estimated during operation ([control](control.md#what-no-model-has)); `{}` for the defaults.",
+        "Friction levels, estimated ([control](../explanation/control.md#what-no-model-has)); `{}`: the defaults.",
         FrictionLevels,
     ),
     (
         "`axes.NAME.learned`",
-        "Learned torque over position and direction ([control](control.md#what-no-model-has)); `{}` for the defaults.",
+        "Learned torque ([control](../explanation/control.md#what-no-model-has)); `{}`: the defaults.",
         LearnedTorque,
     ),
-    ("`model_control`", "What the loops use of a model ([control](control.md)).", ModelControl),
+    ("`model_control`", "What the loops use of a model ([control](../explanation/control.md)).", ModelControl),
     ("`supervisor`", "", Supervisor),
     ("`supervisor.deadman`", "", Deadman),
     ("`pointing`", "Mode `pointing` and its mute signal ([pointing](pointing.md)).", Pointing),
@@ -157,7 +166,7 @@ _SECTIONS: tuple[tuple[str, str, type[BaseModel]], ...] = (
 
 
 def configuration_page() -> str:
-    """Text of `docs/configuration.md`."""
+    """Text of `docs/reference/configuration.md`."""
     parts = [_HEAD]
     for kind, text, example in LINK_EXAMPLES:
         parts.append(f"\n**{kind}**: {text}\n\n```yaml\n{example}\n```\n")

@@ -27,8 +27,8 @@ from gimbal_hil.loop.timing.witness import WitnessProcess
 SLICES = 4
 #: a wake-up may be this share of a period late at p99 before the loop has no time left for its work
 LATE_SHARE = 0.25
-#: target of the Python loop beside the C loop (docs/bench-results.md), reported when exceeded; not part of the verdict:
-#: it is a ratio of two good things
+#: target of the Python loop beside the C loop (docs/measurements/bench-results.md), reported when exceeded; not part of
+#: the verdict: it is a ratio of two good things
 C_RATIO = 1.5
 
 

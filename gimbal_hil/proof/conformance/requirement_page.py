@@ -1,7 +1,7 @@
 """The page on the requirements, made from their file.
 
-`docs/conformance.md` is what `python -m gimbal_hil.proof.conformance.requirement_page` prints; a test holds the two to
-each other.
+`docs/reference/conformance.md` is what `python -m gimbal_hil.proof.conformance.requirement_page` prints; a test holds
+the two to each other.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ Times are counted in ticks of the antenna, so a slow tester gives no wrong resul
 itself was late, it is repeated, at most three times, and the number of tries is reported.
 
 The checks cannot turn the antenna by hand or make its sensors fail: travel limits, overspeed, winding temperature,
-supply and failing sensors are not checked. [Write your own firmware](how-to/write-your-firmware.md) says what the
+supply and failing sensors are not checked. [Write your own firmware](../how-to/write-your-firmware.md) says what the
 firmware must do then.
 
 | | passed | takes | mutants found |
@@ -52,12 +52,12 @@ firmware must do then.
 Measured on two cores beside other work, at a load of 7 to 10 in one process and in QEMU, of 10 to 18 over links; on a
 quieter machine those in real time took 37 and 41 s. At a load of 17 the tester was too late for three requirements over
 the pseudo-terminal. A mutant is the drive with one guard removed (`pytest -m heavy tests/firmware`). [Take the C
-device](how-to/take-the-c-device.md) has its size, stack and instruction counts.
+device](../how-to/take-the-c-device.md) has its size, stack and instruction counts.
 """
 
 
 def conformance_page() -> str:
-    """Text of `docs/conformance.md`."""
+    """Text of `docs/reference/conformance.md`."""
     requirements = shipped_requirements()
     parts = [_HEAD.replace("COUNT", str(len(requirements)))]
     for letter, heading in GROUPS.items():

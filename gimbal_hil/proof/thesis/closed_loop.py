@@ -1,7 +1,7 @@
 """The thesis' closed loop, compiled: the product's control law and plant, at the rate of the plant's steps.
 
-Gyro and encoder are ideal and no anti-windup is on, as docs/reading-the-thesis.md infers; everything else of the
-project runs with it on.
+Gyro and encoder are ideal and no anti-windup is on, as docs/explanation/reading-the-thesis.md infers; everything else
+of the project runs with it on.
 """
 
 from __future__ import annotations

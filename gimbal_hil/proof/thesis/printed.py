@@ -1,5 +1,5 @@
-"""Numbers that the thesis prints (T. Seref, METU 2018), by table number. Facts, not truth: docs/reading-the-thesis.md
-says which hold.
+"""Numbers that the thesis prints (T. Seref, METU 2018), by table number. Facts, not truth:
+docs/explanation/reading-the-thesis.md says which hold.
 """
 
 from __future__ import annotations

@@ -65,7 +65,9 @@ class Recorded:
         return self.rows["segment"].astype(np.int64)
 
     def signals(self) -> dict[str, NDArray[np.float64]]:
-        """Columns of the signals table (docs/signals-table.md), references included with NaN where a loop had none."""
+        """Columns of the signals table (docs/reference/signals-table.md), references included with NaN where a loop had
+        none.
+        """
         rows, measured = self.rows, self.log.view(np.float64)[:, MEASURED:]
         columns = {"time_s": rows["tick"] * self.step_s}
         for axis, (own, name) in enumerate(zip(AXES, self.axes, strict=True)):

@@ -141,7 +141,7 @@ COMPILING = frozenset(
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Entry point of the `gimbal-hil` command; ends the process with the exit codes of docs/commands.md."""
+    """Entry point of the `gimbal-hil` command; ends the process with the exit codes of docs/reference/commands.md."""
     words = sys.argv[1:] if arguments is None else arguments
     _with_streams()
     try:

@@ -68,7 +68,7 @@ def command(
     """Say which numbers or effects of a machine are not what they were, or that none shows.
 
     The model is fitted to the logs before; what it then lacks for the logs after is searched, and each cause is put to
-    the logs before: only one that they speak against is a change (docs/changed.md).
+    the logs before: only one that they speak against is a change (docs/reference/changed.md).
     """
     from gimbal_hil.data.signals import ColumnMap
 

@@ -43,7 +43,7 @@ def command(
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as one JSON object.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
 ) -> int:
-    """Check the firmware of whatever antenna answers on the link: docs/conformance.md lists the requirements.
+    """Check the firmware of whatever antenna answers on the link: docs/reference/conformance.md lists the requirements.
 
     Ends with 1 when one has failed. Some checks move the antenna by short torques, unless --without-motion.
     """

@@ -86,8 +86,8 @@ def command(
     """Find what the model lacks, name it, add it, and show the gap shrink on held-out data.
 
     Logs come from `gimbal-hil experiment survey` (to search in) and `survey_holdout` (to judge on), or are tables of
-    your own with the columns time_s, AXIS.position and AXIS.torque (docs/signals-table.md), or with others, which
-    --column names: `--column time_s=t_ms:ms joint.position=theta:deg`.
+    your own with the columns time_s, AXIS.position and AXIS.torque (docs/reference/signals-table.md), or with others,
+    which --column names: `--column time_s=t_ms:ms joint.position=theta:deg`.
     """
     from gimbal_hil.data.signals import ColumnMap
     from gimbal_hil.surface.library import question_of

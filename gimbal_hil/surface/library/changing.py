@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Changes:
-    """The answer of a comparison. `document` is what `changed.json` holds (docs/changed.md)."""
+    """The answer of a comparison. `document` is what `changed.json` holds (docs/reference/changed.md)."""
 
     document: dict[str, Any]
     comparison: MachineComparison = field(repr=False)

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Finding:
-    """The result of a search. `verdict.document` is what `verdict.json` holds (docs/verdict.md)."""
+    """The result of a search. `verdict.document` is what `verdict.json` holds (docs/reference/verdict.md)."""
 
     verdict: Verdict
     result: Result = field(repr=False)

@@ -42,7 +42,7 @@ class Run:
         return dict(self.log.record.header.configuration)
 
     def table(self, *, resample: bool = False, drop_invalid: bool = False) -> SignalsTable:
-        """The signals table (docs/signals-table.md): what `identify` and `find_discrepancy` read."""
+        """The signals table (docs/reference/signals-table.md): what `identify` and `find_discrepancy` read."""
         return signals_of_run(self.log, resample=resample, drop_invalid=drop_invalid)
 
     def frame(self, *, resample: bool = False, drop_invalid: bool = False) -> pd.DataFrame:

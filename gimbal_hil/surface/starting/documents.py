@@ -1,8 +1,8 @@
 """Model, configuration and plan of a described antenna, as the documents that their files hold.
 
 Loops: the rate loop crosses at 120 rad/s where the rate allows it (0.12 rad/s for each hertz), its integrator a sixth
-below, the position loop a sixth below that: as in the shipped configuration (docs/control.md). What limits a step is
-the torque: the prefilter's corner is where a step of 1 rad just asks for most of it.
+below, the position loop a sixth below that: as in the shipped configuration (docs/explanation/control.md). What limits
+a step is the torque: the prefilter's corner is where a step of 1 rad just asks for most of it.
 """
 
 from __future__ import annotations

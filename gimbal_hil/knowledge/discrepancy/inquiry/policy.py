@@ -1,12 +1,12 @@
 """Everything that is chosen in naming a cause, in one place; each number trades false names against misses
-(docs/discrepancy.md).
+(docs/reference/discrepancy.md).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-#: noise floors up to which a model counts as explaining the data (docs/verdict.md)
+#: noise floors up to which a model counts as explaining the data (docs/reference/verdict.md)
 LEAST_GAP = 1.5
 
 

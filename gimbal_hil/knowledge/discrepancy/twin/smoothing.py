@@ -1,9 +1,10 @@
 """Linear-phase filters that turn sampled positions into interval means of position, rate and acceleration.
 
 Row k of a record stands for the interval [t_k, t_k+1): commanded torque is constant there, so everything else is the
-*mean* over it, and no half-sample misalignment can pass for a delay (docs/discrepancy.md). Encoder positions become
-mean position, the difference quotient (which is the mean rate exactly) and its difference (the mean acceleration), all
-behind the same low-pass; a second low-pass with a narrower band comes after the model and decides what is scored.
+*mean* over it, and no half-sample misalignment can pass for a delay (docs/reference/discrepancy.md). Encoder positions
+become mean position, the difference quotient (which is the mean rate exactly) and its difference (the mean
+acceleration), all behind the same low-pass; a second low-pass with a narrower band comes after the model and decides
+what is scored.
 """
 
 from __future__ import annotations

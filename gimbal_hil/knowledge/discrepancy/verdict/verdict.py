@@ -1,4 +1,6 @@
-"""From a result to the verdict as docs/verdict.md describes it: a typed value, from which verdict.json is written."""
+"""From a result to the verdict as docs/reference/verdict.md describes it: a typed value, from which verdict.json is
+written.
+"""
 
 from __future__ import annotations
 
