@@ -28,7 +28,7 @@ def arm(breakaway: float = 2.0) -> AntennaModel:
 def result_of(model: AntennaModel, hypothesis: Hypothesis) -> Result:
     twin = twin_of(model)
     best = SimpleNamespace(hypothesis=hypothesis)
-    return cast(Result, SimpleNamespace(model=model, best=best, inquiry=SimpleNamespace(twin=twin)))
+    return cast(Result, SimpleNamespace(model=model, best=best, under=SimpleNamespace(twin=twin)))
 
 
 def test_a_dip_towards_standstill_stays_in_a_map_without_bristles() -> None:
@@ -57,5 +57,5 @@ def test_a_product_of_inertia_that_a_fit_led_far_away_is_written_as_the_twin_hel
     far = KnownNumber("outer", path, 1.0, model.number("outer", "body.inertia.zz"))
     hypothesis = Hypothesis(floating=(far,), y=(3.0,))
     result = result_of(model, hypothesis)
-    held = read_number(model, parameters_of(result.inquiry.twin, hypothesis)[1], "outer", path)
+    held = read_number(model, parameters_of(result.under.twin, hypothesis)[1], "outer", path)
     assert recalibrated_model(result).number("outer", path) == held < far.moved(model.number("outer", path), 3.0)

@@ -7,9 +7,11 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
 
+import numpy as np
 import pytest
 
 from gimbal_hil.knowledge.identification import AxisIdentification
+from gimbal_hil.knowledge.identification.correlations import Correlations
 from gimbal_hil.knowledge.identification.estimate import Determination, Estimate, Interval, withheld
 from gimbal_hil.knowledge.identification.pages import _estimate_table
 from gimbal_hil.surface.cli.identify import _lines
@@ -41,9 +43,14 @@ def test_an_open_end_is_in_brackets_and_a_number_that_is_none_is_a_dash() -> Non
     assert (nothing.value_text, nothing.fitted_text, nothing.end_texts) == ("–", "–", ("(0)", "(–)"))
 
 
+NONE = Correlations((), np.zeros((0, 0)), np.zeros(0))
+
+
 def test_terminal_and_page_write_an_interval_alike() -> None:
     estimate = Estimate("coulomb", 0.2, Interval(0.1, 0.5, open_high=True), "N m", Determination.WEAKLY_IDENTIFIED, 0.2)
-    result = cast(AxisIdentification, SimpleNamespace(axis="outer", estimates=(estimate,), findings=()))
+    result = cast(
+        AxisIdentification, SimpleNamespace(axis="outer", estimates=(estimate,), findings=(), correlations=NONE)
+    )
     line = next(line for line in _lines([result], Path()) if "coulomb" in line)
     assert "(0.1 to (0.5))" in line
     assert _estimate_table(shipped_model(), result).rows[0][2:4] == ["0.1", "(0.5)"]

@@ -78,7 +78,7 @@ class AxisRequest(_Request):
 
     def axis_command(self) -> AxisCommand:
         """The same for the host."""
-        if self.mode == "off":
+        if self.mode == "off" and self.model_fields_set <= {"mode"}:
             return AxisCommand()
         table = np.array(self.table, dtype=np.float64)
         return AxisCommand(_MODES[self.mode], _SHAPES[self.shape], self.parameters, _ORIGINS[self.origin], table=table)

@@ -31,6 +31,7 @@ _KERNELS: dict[str, tuple[str, int]] = {
     "run_steps": ("the plant alone, for the bench", 60),
     "balance": ("the search's balance of torques", 60),
     "_respond": ("one axis with friction", 5),
+    "law_along": ("laws of a model file along a log", 15),
     "_along": ("a rigid body along a log", 10),
     "_run": ("the thesis' control loops", 60),
     "_accelerations": ("the thesis' slips", 10),
