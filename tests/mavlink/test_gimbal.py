@@ -114,6 +114,15 @@ def test_a_controller_without_heartbeats_is_gone_and_the_joints_are_stopped() ->
     assert late is not None and late[0].is_stop and one.controller == NOBODY
 
 
+def test_a_controller_that_moved_nothing_stops_nobody_s_motion_when_it_goes() -> None:
+    one = gimbal()
+    one.take(command(CONFIGURE, -2.0, 0.0, -1.0), seen(), 0.0)
+    assert one.controller == STATION
+    assert one.overdue(0.1 + HEARTBEAT_PATIENCE_S) is None and one.controller == NOBODY
+    one.take(command(CONFIGURE, -2.0, 0.0, -1.0), seen(), 9.0)
+    assert one.take(command(CONFIGURE, -3.0, 0.0, -1.0), seen(), 9.1).wish is None
+
+
 def test_a_command_is_answered_when_the_daemon_has_answered() -> None:
     one = gimbal()
     taken = one.take(command(PITCHYAW, 10.0, 20.0, NAN, NAN), seen(), 0.0)

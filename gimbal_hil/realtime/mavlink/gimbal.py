@@ -67,6 +67,8 @@ class Gimbal:
         self._second: Sender = NOBODY
         self._heard_s: dict[Sender, float] = {}
         self._rates_until_s: float | None = None
+        #: whose set-points were followed since they came into control
+        self._moved: set[Sender] = set()
         #: RETRACT or NEUTRAL, while the last request was one
         self._place = 0
         self._intervals_s = dict(_INTERVALS_S)
@@ -107,6 +109,10 @@ class Gimbal:
         if self.controller != NOBODY and now_s - self._heard_s.get(self.controller, -math.inf) > HEARTBEAT_PATIENCE_S:
             gone, self.controller = self.controller, NOBODY
             self._rates_until_s = None
+            # who only looked on has no motion that could end: another client's goes on
+            if gone not in self._moved:
+                return None
+            self._moved.discard(gone)
             return Wish("stop"), f"no heartbeat of {gone[0]}/{gone[1]}: stopped"
         if self._rates_until_s is not None and now_s > self._rates_until_s:
             self._rates_until_s = None
@@ -188,8 +194,9 @@ class Gimbal:
         if self.controller not in (NOBODY, before):
             self._heard_s[self.controller] = now_s
         taken = Taken((self._ack(int(message.command), sender, self._m.MAV_RESULT_ACCEPTED),))
-        if before != NOBODY and self.controller == NOBODY:
+        if before in self._moved and self.controller == NOBODY:
             # the motion was the controller's
+            self._moved.discard(before)
             self._rates_until_s = None
             return Taken(taken.answers, Wish("stop"))
         return taken
@@ -208,7 +215,10 @@ class Gimbal:
         if self.controller == NOBODY:
             self.controller = sender
             self._heard_s[sender] = now_s
-        return sender in (self.controller, self._second)
+        may = sender in (self.controller, self._second)
+        if may:
+            self._moved.add(self.controller)
+        return may
 
     def _followed(self, sender: Sender, now_s: float, wish: Wish | None) -> Taken:
         return Taken(wish=wish) if wish is not None and self._may(sender, now_s) else _NOTHING
