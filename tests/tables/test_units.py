@@ -50,7 +50,7 @@ def test_what_is_no_angle_is_none(said: str) -> None:
 
 
 def test_the_table_says_what_a_library_of_units_says() -> None:
-    pint = pytest.importorskip("pint")
+    pint = pytest.importorskip("pint", reason="the extra units is not installed")
     registry = pint.UnitRegistry()
     for si, names in UNITS.items():
         for name, size in names.items():
@@ -69,6 +69,6 @@ def test_the_table_says_what_a_library_of_units_says() -> None:
     ],
 )
 def test_other_units_are_asked_of_the_library(said: str, si: str, size: float) -> None:
-    pytest.importorskip("pint")
+    pytest.importorskip("pint", reason="the extra units is not installed")
     found = unit_size(said, si)
     assert found is not None and found[0] == pytest.approx(size, rel=1e-9)
