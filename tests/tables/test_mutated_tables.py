@@ -108,13 +108,31 @@ def off(table: SignalsTable) -> float:
     return float(np.max(np.abs(np.interp(table.time_s, T, Q) - table.position("joint"))))
 
 
-@settings(max_examples=150, deadline=None)
-@given(content=st.binary(max_size=400), ending=st.sampled_from((".csv", ".txt", ".log", ".npz", ".npy", ".csv.gz", "")))
+#: how files begin that a library reads: what follows here is nothing that it can read
+BEGINNINGS = (
+    b"",
+    b"ULog\x01\x12\x35",
+    b"MDF     4.10    ",
+    b"\x89MCAP0\r\n",
+    b"#ROSBAG V2.0\n",
+    b"SQLite format 3\x00",
+    b"MATLAB 5.0 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x01IM",
+    b"PAR1",
+    b"PK\x03\x04",
+    b"[{",
+    b"LOGG",
+    b"(0.0) can0 123#00\n",
+)
+ENDINGS = (".csv", ".txt", ".log", ".npz", ".npy", ".csv.gz", ".db3", ".mat", ".xlsx", ".mf4", "")
+
+
+@settings(max_examples=250, deadline=None)
+@given(beginning=st.sampled_from(BEGINNINGS), content=st.binary(max_size=400), ending=st.sampled_from(ENDINGS))
 def test_any_bytes_are_refused_in_one_line(
-    tmp_path_factory: pytest.TempPathFactory, content: bytes, ending: str
+    tmp_path_factory: pytest.TempPathFactory, beginning: bytes, content: bytes, ending: str
 ) -> None:
     path = tmp_path_factory.mktemp("any") / f"log{ending}"
-    path.write_bytes(content)
+    path.write_bytes(beginning + content)
     with pytest.raises(BadInputError) as refused:
         read_signals(path, MODEL)
     assert "\n" not in str(refused.value)

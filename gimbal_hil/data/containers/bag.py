@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.data.containers.contents import Contents, SampledGroup, broken, from_first, missing
+from gimbal_hil.data.containers.contents import Contents, SampledGroup, from_first, missing
 from gimbal_hil.data.containers.flattening import columns_of
 
 MCAP_START, ROS1_START, SQLITE_START = b"\x89MCAP0\r\n", b"#ROSBAG V2", b"SQLite format 3"
@@ -52,46 +52,39 @@ def read_bag(path: Path) -> Contents:
             f"another name, as in mv {path.name} {path.stem}_bag",
         )
     kind = "bag of ROS 1" if path.suffix == ".bag" else "bag of ROS 2"
-    try:
-        with AnyReader([folder], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
-            found: dict[str, list[tuple[int, Any]]] = {}
-            unread: set[str] = set()
-            for connection, stamp_ns, raw in reader.messages():
-                try:
-                    message = reader.deserialize(raw, connection.msgtype)
-                except (AnyReaderError, KeyError):
-                    unread.add(f"{connection.topic} ({connection.msgtype})")
-                    continue
-                found.setdefault(connection.topic, []).append((stamp_ns, message))
-    except (AnyReaderError, OSError, ValueError, KeyError, AssertionError) as error:
-        raise broken(path, kind, error) from error
+    with AnyReader([folder], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
+        found: dict[str, list[tuple[int, Any]]] = {}
+        unread: set[str] = set()
+        for connection, stamp_ns, raw in reader.messages():
+            try:
+                message = reader.deserialize(raw, connection.msgtype)
+            except (AnyReaderError, KeyError):
+                unread.add(f"{connection.topic} ({connection.msgtype})")
+                continue
+            found.setdefault(connection.topic, []).append((stamp_ns, message))
     return _contents(path, kind, found, unread, {})
 
 
 def read_mcap(path: Path) -> Contents:
     """All channels of an MCAP file: JSON as it stands, ROS 2 (CDR) by the definitions in the file."""
     try:
-        from mcap.exceptions import McapError
         from mcap.reader import make_reader
     except ImportError:
         raise missing(path, "an MCAP file", "mcap", "bags") from None
     found: dict[str, list[tuple[int, Any]]] = {}
     unread: set[str] = set()
     units: dict[str, dict[str, str]] = {}
-    try:
-        with path.open("rb") as file:
-            decoders: dict[int, Any] = {}
-            for schema, channel, message in make_reader(file).iter_messages():
-                if channel.id not in decoders:
-                    decoders[channel.id] = _decoder(path, schema, channel.message_encoding)
-                    units.setdefault(channel.topic, {}).update(channel.metadata)
-                decoded = decoders[channel.id]
-                if decoded is None:
-                    unread.add(f"{channel.topic} ({channel.message_encoding})")
-                else:
-                    found.setdefault(channel.topic, []).append((message.log_time, decoded(message.data)))
-    except (McapError, OSError, ValueError, KeyError, EOFError) as error:
-        raise broken(path, "MCAP file", error) from error
+    with path.open("rb") as file:
+        decoders: dict[int, Any] = {}
+        for schema, channel, message in make_reader(file).iter_messages():
+            if channel.id not in decoders:
+                decoders[channel.id] = _decoder(path, schema, channel.message_encoding)
+                units.setdefault(channel.topic, {}).update(channel.metadata)
+            decoded = decoders[channel.id]
+            if decoded is None:
+                unread.add(f"{channel.topic} ({channel.message_encoding})")
+            else:
+                found.setdefault(channel.topic, []).append((message.log_time, decoded(message.data)))
     return _contents(path, "MCAP file", found, unread, units)
 
 

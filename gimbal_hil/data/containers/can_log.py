@@ -87,15 +87,12 @@ def _frames(path: Path) -> list[tuple[float, int, bytes]]:
         reader = TRCReader
     elif not _CANDUMP.match(start):
         reader = ASCReader
-    try:
-        with reader(path) as messages:
-            return [
-                (float(one.timestamp), one.arbitration_id, bytes(one.data))
-                for one in messages
-                if not one.is_error_frame and not one.is_remote_frame
-            ]
-    except Exception as error:  # the readers raise whatever a damaged line ran into
-        raise broken(path, "recording of a CAN bus", error) from error
+    with reader(path) as messages:
+        return [
+            (float(one.timestamp), one.arbitration_id, bytes(one.data))
+            for one in messages
+            if not one.is_error_frame and not one.is_remote_frame
+        ]
 
 
 def _contents(

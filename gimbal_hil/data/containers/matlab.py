@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.data.containers.contents import Contents, Floats, SampledGroup, broken
+from gimbal_hil.data.containers.contents import Contents, Floats, SampledGroup
 from gimbal_hil.data.containers.naming import time_among
 
 #: shorter vectors are gains and settings
@@ -24,18 +24,13 @@ def is_matlab(path: Path, start: bytes) -> bool:
 
 def read_matlab(path: Path) -> Contents:
     """Vectors and matrices of numbers, structs as `a.b`; columns of a matrix as `q[0]`, `q[1]`."""
-    import zlib
 
     from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
 
     with path.open("rb") as file:
         if file.read(len(_HDF5)) == _HDF5:
             raise BadInputError(str(path), "is a MATLAB file of version 7.3 (HDF5)", "save(..., '-v7') in MATLAB")
-    try:
-        found = loadmat(path, simplify_cells=True)
-    except (MatReadError, ValueError, TypeError, OSError, KeyError, IndexError, zlib.error) as error:
-        raise broken(path, "MATLAB file", error) from error
+    found = loadmat(path, simplify_cells=True)
     vectors = dict(_vectors({name: value for name, value in found.items() if not name.startswith("__")}, ""))
     groups = []
     for length in sorted({len(values) for values in vectors.values()}, reverse=True):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gimbal_hil.data.containers.contents import Contents, SampledGroup, broken, from_first, missing
+from gimbal_hil.data.containers.contents import Contents, SampledGroup, from_first, missing
 
 
 def is_mdf(path: Path, start: bytes) -> bool:
@@ -20,11 +20,8 @@ def read_mdf(path: Path) -> Contents:
         from asammdf import MDF
     except ImportError:
         raise missing(path, "an MF4 (MDF) file", "asammdf", "mf4") from None
-    try:
-        with MDF(str(path)) as file:
-            groups = [_group(file, index) for index in range(len(file.groups))]
-    except Exception as error:  # asammdf raises whatever its parsing of a damaged file ran into
-        raise broken(path, "MF4 (MDF) file", error) from error
+    with MDF(str(path)) as file:
+        groups = [_group(file, index) for index in range(len(file.groups))]
     filled = [group for group in groups if group.columns]
     times = from_first({group.name: group.time_s for group in filled if group.time_s is not None})
     names = [name for group in filled for name in group.columns]

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.data.containers.contents import Contents, Floats, SampledGroup, broken
+from gimbal_hil.data.containers.contents import Contents, Floats, SampledGroup
 from gimbal_hil.data.containers.flattening import columns_of
 from gimbal_hil.data.containers.naming import time_among
 
@@ -24,12 +24,9 @@ def is_json(path: Path, start: bytes) -> bool:
 
 def read_json(path: Path) -> Contents:
     """The numbers of all records. A last line that was cut is left out and told."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-        notes: list[str] = []
-        found = dict(_lists(_document(path, text, notes)))
-    except (OSError, UnicodeDecodeError, RecursionError) as error:
-        raise broken(path, "JSON file", error) from error
+    text = path.read_text(encoding="utf-8-sig")
+    notes: list[str] = []
+    found = dict(_lists(_document(path, text, notes)))
     if not found:
         raise BadInputError(str(path), "is JSON without a list of records in it", _EXPECTED)
     groups = []

@@ -11,7 +11,7 @@ from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
-from gimbal_hil.data.containers.contents import Contents, Floats, SampledGroup, broken, missing
+from gimbal_hil.data.containers.contents import Contents, Floats, SampledGroup, missing
 from gimbal_hil.data.containers.naming import time_among
 
 _FEWEST = 10
@@ -37,10 +37,7 @@ def read_workbook(path: Path) -> Contents:
         import pandas as pd
     except ImportError:
         raise missing(path, "an Excel workbook", "openpyxl", "xlsx") from None
-    try:
-        sheets = pd.read_excel(path, sheet_name=None, engine="openpyxl")
-    except Exception as error:  # openpyxl raises whatever a damaged part ran into
-        raise broken(path, "Excel workbook", error) from error
+    sheets = pd.read_excel(path, sheet_name=None, engine="openpyxl")
     groups = []
     for name, frame in sheets.items():
         columns: dict[str, Floats] = {}
@@ -78,10 +75,7 @@ def read_lists(path: Path) -> Contents:
     import pyarrow as pa
     import pyarrow.parquet as parquet
 
-    try:
-        table = parquet.read_table(path)
-    except (pa.ArrowException, OSError, ValueError) as error:
-        raise broken(path, "Parquet file", error) from error
+    table = parquet.read_table(path)
     words = _feature_names(path)
     columns: dict[str, Floats] = {}
     for name in table.column_names:

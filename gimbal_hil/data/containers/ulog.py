@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import struct
 from pathlib import Path
 
 import numpy as np
 
-from gimbal_hil.data.containers.contents import Contents, SampledGroup, broken, from_first, missing
+from gimbal_hil.data.containers.contents import Contents, SampledGroup, from_first, missing
 
 _START = b"ULog\x01\x12\x35"
 
@@ -23,10 +22,7 @@ def read_ulog(path: Path) -> Contents:
         from pyulog import ULog
     except ImportError:
         raise missing(path, "a ULog", "pyulog", "ulog") from None
-    try:
-        log = ULog(str(path))
-    except (TypeError, ValueError, KeyError, IndexError, struct.error, OSError) as error:
-        raise broken(path, "ULog", error) from error
+    log = ULog(str(path))
     several = {one.name for one in log.data_list if one.multi_id > 0}
     topics = {f"{one.name}.{one.multi_id}" if one.name in several else one.name: one.data for one in log.data_list}
     times = from_first({name: np.asarray(data["timestamp"], np.float64) for name, data in topics.items()}, 1e-6)

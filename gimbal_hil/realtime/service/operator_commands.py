@@ -78,10 +78,12 @@ class AxisRequest(_Request):
 
     def axis_command(self) -> AxisCommand:
         """The same for the host."""
-        if self.mode == "off" and self.model_fields_set <= {"mode"}:
-            return AxisCommand()
         table = np.array(self.table, dtype=np.float64)
-        return AxisCommand(_MODES[self.mode], _SHAPES[self.shape], self.parameters, _ORIGINS[self.origin], table=table)
+        parameters = self.parameters
+        if self.mode == "off" and self.shape == "hold":
+            # what an axis that is off holds is the host's own mark of an unnamed axis: nobody sets it from outside
+            parameters = (0.0,) * len(parameters)
+        return AxisCommand(_MODES[self.mode], _SHAPES[self.shape], parameters, _ORIGINS[self.origin], table=table)
 
 
 class SegmentRequest(_Request):
