@@ -13,19 +13,19 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.compiler import Compiler, CompileResult
 
 from firmware_protocol.inner_code import LinkedCode
 from firmware_protocol.interpreter import apart_from_the_users_folder
+from firmware_protocol.kernel_cache import KernelCache
 
 
-class PartCache(FunctionCache):  # type: ignore[misc]
-    """Numba's cache on disk, for a function that is only linked; `elsewhere` is a process that is filling it."""
+class PartCache(KernelCache):
+    """The cache of a kernel, for a function that is only linked; `elsewhere` is a process that is filling it."""
 
     elsewhere: subprocess.Popen[bytes] | None = None
 
-    class _impl_class(CompileResultCacheImpl):  # type: ignore[misc]
+    class _impl_class(KernelCache._impl_class):
         def reduce(self, found: Any) -> tuple[object, ...]:
             """What is kept: code to link, and what Numba says of it."""
             found.fndesc.typemap = found.fndesc.calltypes = None  # large, and of no use to those that call it

@@ -11,8 +11,8 @@ import warnings
 from importlib.metadata import entry_points
 from pathlib import Path
 
-from firmware_protocol.compiling import include_source
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.kernel_cache import include_source
 from sim_backend.effects.effect import Effect, Hook
 from sim_backend.effects.law import LAWS
 

@@ -74,7 +74,7 @@ def test_an_effect_from_outside_the_package_joins_the_plant_and_the_catalogue(tm
 def test_the_kernel_of_a_plug_in_is_compiled_anew_when_its_source_changes(tmp_path: Path) -> None:
     installed(tmp_path, "wind_effect", EFFECT)
     digest = (
-        "from sim_backend import plant; from firmware_protocol.compiling import source_digest; "
+        "from sim_backend import plant; from firmware_protocol.kernel_cache import source_digest; "
         "print(source_digest('sim_backend.plant'))"
     )
     with_it = python(tmp_path, digest).stdout

@@ -25,8 +25,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from firmware_protocol.compiling import ROOMS
 from firmware_protocol.errors import BadInputError
+from firmware_protocol.kernel_cache import ROOMS
 from gimbal_hil.knowledge.executor.parentage import end_with_parent
 
 Value = TypeVar("Value")

@@ -212,7 +212,7 @@ def run(name: str, arguments: list[str]) -> int:
         )
     except Exception as error:
         if _of_a_damaged_kernel(error):
-            from firmware_protocol.compiling import cache_directory
+            from firmware_protocol.kernel_cache import cache_directory
 
             problem = f"a compiled kernel there cannot be read ({error})"
             _fail(

@@ -16,7 +16,7 @@ from typing import Any
 from numba.core import event as numba_event
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
-from firmware_protocol.compiling import cache_directory
+from firmware_protocol.kernel_cache import cache_directory
 from gimbal_hil.surface.cli.progress import error_console
 
 #: kernel -> what it is, functions that it inlines as counted from a cold start; the bar's length, nothing depends on it

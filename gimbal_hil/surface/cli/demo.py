@@ -26,7 +26,7 @@ def command(
     import sys
     import time
 
-    from firmware_protocol.compiling import is_kept
+    from firmware_protocol.kernel_cache import is_kept
     from gimbal_hil.loop.timing import wall_clock_utc
     from gimbal_hil.surface.cli.following import after_demo, print_next
     from gimbal_hil.surface.cli.progress import ProgressBar
