@@ -68,7 +68,7 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
     """Numba's cache on disk, in the folder of the digest."""
 
     class _impl_class(CompileResultCacheImpl):  # type: ignore[misc]
-        _locator_classes = [DigestFolder, *CompileResultCacheImpl._locator_classes]  # noqa: RUF012 - as Numba has it
+        _locator_classes = [DigestFolder, *CompileResultCacheImpl._locator_classes]  # type: ignore[list-item]  # noqa: RUF012 - a list in Numba
 
 
 def is_kept(module: str) -> bool:
