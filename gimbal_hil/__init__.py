@@ -9,6 +9,7 @@ import os
 import sys
 from typing import TYPE_CHECKING, Any
 
+from firmware_protocol.version import __version__
 from gimbal_hil.moved import MovedFolders
 
 if TYPE_CHECKING:
@@ -30,8 +31,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("MKL_NUM_THREADS", "1")
 
 sys.meta_path.append(MovedFolders)
-
-__version__ = "0.2.0"
 
 __all__ = [
     "Antenna",

@@ -19,8 +19,8 @@ from firmware_protocol.links.faults import Cut, DirectionFaults, FaultsConfig, F
 from firmware_protocol.links.in_step import PATIENCE_S, AntennaInStep
 from firmware_protocol.links.link import Link, LinkBasis, LinkLost, LinkState, LinkStatistics
 from firmware_protocol.links.memory_link import MemoryLink, memory_pair
-from firmware_protocol.links.opening import open_link, require_can_wait, require_known_interface, require_link_carries
 from firmware_protocol.links.pty_link import pty_link
+from firmware_protocol.links.requirements import require_can_wait, require_known_interface, require_link_carries
 from firmware_protocol.links.serial_names import named_ports
 from firmware_protocol.links.serial_port import open_serial
 from firmware_protocol.links.slcan_device import SlcanDevice
@@ -63,7 +63,6 @@ __all__ = [
     "interface_problems",
     "memory_pair",
     "named_ports",
-    "open_link",
     "open_serial",
     "problems_of",
     "pty_link",

@@ -7,7 +7,8 @@ from enum import Enum
 from pathlib import Path
 
 from firmware_protocol.errors import BadInputError, LinkError
-from firmware_protocol.links import CanLinkConfig, CobsFraming, Link, SlcanDevice, UnixLink, open_link, pty_link
+from firmware_protocol.links import CanLinkConfig, CobsFraming, Link, SlcanDevice, UnixLink, pty_link
+from firmware_protocol.opening import open_link
 
 _EXPECTED = "serial, slcan (a pseudo-terminal; serial:PATH and slcan:PATH give it a lasting name) or unix:PATH"
 

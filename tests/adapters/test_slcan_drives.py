@@ -12,7 +12,8 @@ import pytest
 
 from firmware_protocol.adapters import AdapterLink, CanFrame, PythonCanBus
 from firmware_protocol.errors import LinkError
-from firmware_protocol.links import AdapterLinkConfig, BusClaim, CanLinkConfig, LinkState, open_link
+from firmware_protocol.links import AdapterLinkConfig, BusClaim, CanLinkConfig, LinkState
+from firmware_protocol.opening import open_link
 from gimbal_hil.loop.host import HostState
 from gimbal_hil.realtime.daemon import check_link
 from tests.adapters.rig import PERIOD_NS, AdapterRig, link_section, settings_and_model

@@ -12,7 +12,8 @@ from typing import Any
 import pytest
 import typer.main
 
-from gimbal_hil.surface.cli.app import COMMANDS, _repeated, function_of, run
+from gimbal_hil.surface.cli.app import _repeated, run
+from gimbal_hil.surface.cli.commands import COMMANDS, function_of
 from gimbal_hil.surface.cli.completion import whole_app
 
 ROOT = Path(__file__).resolve().parent.parent.parent

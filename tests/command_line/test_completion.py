@@ -8,7 +8,8 @@ import sys
 
 import pytest
 
-from gimbal_hil.surface.cli.app import COMMANDS, GROUPS, overview
+from gimbal_hil.surface.cli.app import overview
+from gimbal_hil.surface.cli.commands import COMMANDS, GROUPS
 
 PROGRAM = "from gimbal_hil.surface.cli import main; main()"
 

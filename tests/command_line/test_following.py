@@ -15,7 +15,7 @@ import typer.main
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.surface.checking import Checked, FileKind, check_files
 from gimbal_hil.surface.cli import following
-from gimbal_hil.surface.cli.app import COMMANDS, function_of
+from gimbal_hil.surface.cli.commands import COMMANDS, function_of
 from gimbal_hil.surface.cli.completion import whole_app
 
 OPEN: dict[str, Any] = {"effects": [{"name": "cogging"}], "alternatives": [], "where": [], "next_experiment": None}

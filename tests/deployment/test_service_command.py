@@ -17,6 +17,7 @@ from gimbal_hil.realtime.dashboard import PageServer
 from gimbal_hil.realtime.service.notice import Notice
 from gimbal_hil.realtime.telemetry import LiveView
 from gimbal_hil.surface.cli import app
+from gimbal_hil.surface.cli.commands import COMMANDS
 from gimbal_hil.surface.deployment import UnitChoice, grafana_dashboard, manual_page, unit_text
 from gimbal_hil.surface.deployment.grafana import queried_metrics
 
@@ -142,7 +143,7 @@ def test_a_container_file_takes_a_configuration_from_within_the_build_folder_onl
 def test_every_command_has_a_man_page_made_of_its_help(tmp_path: Path) -> None:
     assert service("man", "--out", tmp_path) == 0
     assert {path.name for path in tmp_path.iterdir()} == {"gimbal-hil.1"} | {
-        f"gimbal-hil-{name}.1" for name in app.COMMANDS
+        f"gimbal-hil-{name}.1" for name in COMMANDS
     }
     page = (tmp_path / "gimbal-hil-discrepancy.1").read_text()
     assert page.startswith('.TH "GIMBAL-HIL-DISCREPANCY" 1 ') and "\\-\\-holdout" in page and "survey_holdout" in page

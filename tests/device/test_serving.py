@@ -25,9 +25,9 @@ from firmware_protocol.links import (
     SerialLinkConfig,
     UnixLinkConfig,
     memory_pair,
-    open_link,
 )
 from firmware_protocol.messages import AnyMessage, DriveStatus, SetPoint
+from firmware_protocol.opening import open_link
 from firmware_protocol.schema import Direction
 from sim_backend.device import Device
 from sim_backend.server import DeviceServer, OutletKind, join_bus, open_outlet, parse_outlet

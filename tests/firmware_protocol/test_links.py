@@ -34,12 +34,12 @@ from firmware_protocol.links import (
     UnixLink,
     UnixListener,
     memory_pair,
-    open_link,
     pty_link,
     require_link_carries,
 )
 from firmware_protocol.links.descriptor import DescriptorPort
 from firmware_protocol.messages import DriveControl, FeedbackOuter, SetPoint
+from firmware_protocol.opening import open_link
 from firmware_protocol.schema import Direction
 from tests.endpoints import Receiver, Sender
 

@@ -17,7 +17,7 @@ from typing import Any
 from firmware_protocol.documents import printable, read_yaml, yaml_text
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.schema import PROTOCOL_VERSION
-from gimbal_hil import __version__
+from firmware_protocol.version import __version__
 from gimbal_hil.data.runs.chain import plain_hash, sealed_with
 from gimbal_hil.data.runs.schema import AXES
 from gimbal_hil.loop.timing import wall_clock_utc

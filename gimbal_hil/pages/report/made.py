@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from gimbal_hil import __version__
+from firmware_protocol.version import __version__
 from gimbal_hil.loop.timing import wall_clock_utc
 
 COMMAND = "gimbal-hil"

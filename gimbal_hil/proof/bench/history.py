@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from gimbal_hil import __version__
+from firmware_protocol.version import __version__
 from gimbal_hil.knowledge.executor import code_fingerprint
 from gimbal_hil.loop.timing import wall_clock_utc
 

@@ -7,7 +7,7 @@ import os
 import platform
 from collections.abc import Sequence
 
-from gimbal_hil import __version__
+from firmware_protocol.version import __version__
 from gimbal_hil.loop.timing import wall_clock_utc
 from gimbal_hil.pages.report import Block, Callout, Heading, Page, Table, Text
 from gimbal_hil.proof.bench.figures import Figure

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from firmware_protocol.errors import LinkError
-from firmware_protocol.links import AntennaInStep, open_link, require_can_wait
+from firmware_protocol.links import AntennaInStep, require_can_wait
+from firmware_protocol.opening import open_link
 from gimbal_hil.loop.settings import DaemonSettings, EmbeddedAntenna
 from gimbal_hil.proof.conformance.carriers import Carrier, InStep, OverLink
 from sim_backend.firmware import run_firmware

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from firmware_protocol.errors import LinkError
-from firmware_protocol.links import AdapterLinkConfig, CanLinkConfig, Link, SerialLinkConfig, UnixLinkConfig, open_link
+from firmware_protocol.links import AdapterLinkConfig, CanLinkConfig, Link, SerialLinkConfig, UnixLinkConfig
+from firmware_protocol.opening import open_link
 
 PortConfig = CanLinkConfig | SerialLinkConfig | UnixLinkConfig | AdapterLinkConfig
 #: device nodes come with a driver, not with an antenna that is started later

@@ -15,8 +15,8 @@ from firmware_protocol.links import (
     SerialLinkConfig,
     interface_problems,
     named_ports,
-    open_link,
 )
+from firmware_protocol.opening import open_link
 from firmware_protocol.schema import BY_CAN_ID, RECORD_SIZE
 from gimbal_hil.loop.settings import DaemonSettings, EmbeddedAntenna
 

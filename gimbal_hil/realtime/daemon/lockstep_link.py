@@ -5,7 +5,8 @@ from __future__ import annotations
 import time
 
 from firmware_protocol.errors import LinkError
-from firmware_protocol.links import AntennaInStep, Link, LinkBasis, LinkState, open_link, require_can_wait
+from firmware_protocol.links import AntennaInStep, Link, LinkBasis, LinkState, require_can_wait
+from firmware_protocol.opening import open_link
 from gimbal_hil.realtime.daemon.first_opening import PortConfig, comes_with_the_antenna
 
 #: between two tries to open the link of an antenna that is not there yet

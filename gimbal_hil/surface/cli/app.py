@@ -4,140 +4,22 @@ from __future__ import annotations
 
 import difflib
 import errno
-import importlib
 import os
 import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext, suppress
 from functools import wraps
-from types import ModuleType
 from typing import Any, NoReturn
 
 from firmware_protocol.errors import EXIT_BAD_INPUT, EXIT_DONE, EXIT_INTERRUPTED, BadInputError, GimbalHilError
-from gimbal_hil import __version__
+from firmware_protocol.version import __version__
+from gimbal_hil.surface.cli.commands import COMMANDS, GROUPS, function_of
 
 INTERRUPTED = "interrupted"
 #: set by a shell that asks for completions
 COMPLETE = "_GIMBAL_HIL_COMPLETE"
 #: as `documents.LARGEST_NUMBER`, which --help must not import
 _LARGEST_NUMBER = 1e15
-#: command -> (module in gimbal_hil.surface.cli, one line for --help); a module defines `command`, a function with
-#: typer's annotations, or the function named after a colon
-COMMANDS: dict[str, tuple[str, str]] = {
-    "demo": ("demo", "A demonstration of the whole workflow on the virtual antenna in under two minutes."),
-    "init": ("init", "Files of an antenna of your own: configuration, model, plan, next commands."),
-    "check": ("check", "Check configuration, model, plan or data files: every error with its key."),
-    "daemon": ("daemon", "Run the fixed-rate control daemon on the link that the configuration names."),
-    "watch": ("watch", "A running daemon in the terminal: state, axes, torque, misses, recording."),
-    "set": ("operate:set_axes", "Move the axes of a running daemon: azimuth=0.5 elevation=-0.3."),
-    "adjust": (
-        "adjust",
-        "Gains and limits of a running daemon: show them, change them within their bounds, take back.",
-    ),
-    "foxglove": ("foxglove", "A running daemon, live, for Foxglove and PlotJuggler: signals, state, events, 3-D."),
-    "mavlink": ("mavlink", "A running daemon as a gimbal for autopilots and ground stations: MAVLink's protocol v2."),
-    "stop": ("operate:stop", "Brake both axes to rest, torque off; the daemon stays connected."),
-    "quick-stop": (
-        "operate:quick_stop",
-        "The drive brakes both axes by itself, with torque, holds them, then switches off.",
-    ),
-    "reset": ("operate:reset", "Leave a fault and connect anew."),
-    "shut-down": ("operate:shut_down", "Brake to rest, then end the daemon."),
-    "plant": ("plant", "Serve the virtual antenna's frames on a serial, slcan or Unix-socket link."),
-    "experiment": (
-        "experiment",
-        "Run a sequence: step, sliding, presliding, gravity_map, sweep, base_motion, thesis or a plan file.",
-    ),
-    "campaign": ("campaign", "One experiment on many virtual antennas that differ in their numbers: one table."),
-    "testable": (
-        "testable",
-        "Before recording: which effects a run could show, from which size, and which pairs it cannot tell apart.",
-    ),
-    "point": ("point", "Hold a direction in space, a satellite or a list of directions from a moving base."),
-    "joint": ("joint", "One joint of an arm as a log of its own: the other links' torque, by a URDF, subtracted."),
-    "identify": ("identify", "Friction parameters with confidence intervals, into a new model file."),
-    "discrepancy": (
-        "discrepancy",
-        "Find where model and measurement disagree, name what is missing, add it, show the gap shrink.",
-    ),
-    "changed": ("changed", "What differs between two units, days or settings: numbers, effects, or nothing."),
-    "improve": ("improve", "Experiment, diagnose and correct until the model is at the noise floor or has to give up."),
-    "tune": ("tune", "Gains, observers and feed-forward for a model, with margins kept."),
-    "replay": (
-        "replay",
-        "Re-run a recorded run against its frames: identical, or the first tick and signal that differ.",
-    ),
-    "runs": ("runs", "List recorded runs, show one, or compare two side by side."),
-    "conformance": ("conformance", "Check an antenna's firmware against numbered requirements, with evidence."),
-    "export": ("export", "Write a run as Parquet, CSV, MAT, MCAP, BLF, MF4 or a bag of ROS 2."),
-    "export-model": (
-        "export_model",
-        "A model for other simulators: MuJoCo, URDF, Isaac Lab, BAM, curves; what they cannot hold is listed.",
-    ),
-    "drive-tables": (
-        "drive_tables",
-        "Ripple and friction of a model as tables that moteus, ODrive and CiA 402 drives take.",
-    ),
-    "effects": ("effects", "The catalogue of effects: parameters, units, bounds, and the run that excites each."),
-    "protocol": ("protocol", "Emit the wire definition as DBC, C header or documentation."),
-    "service": ("service", "Write a systemd unit, a container file, a Grafana dashboard, or man pages."),
-    "doctor": ("doctor", "Can this machine hold the rate? A verdict with reasons."),
-    "bench": ("bench", "The speed figures, each as a ratio to a plain reference from the same run."),
-    "warm": ("warm", "Compile everything now, so that no later command has to wait for it."),
-}
-#: the same in the order in which --help shows them, by what they are for
-GROUPS: dict[str, tuple[str, ...]] = {
-    "Begin": ("demo", "init", "check", "doctor", "warm"),
-    "Operate an antenna": (
-        "daemon",
-        "watch",
-        "set",
-        "adjust",
-        "point",
-        "stop",
-        "quick-stop",
-        "reset",
-        "shut-down",
-        "plant",
-        "foxglove",
-        "mavlink",
-    ),
-    "Measure and find out": (
-        "testable",
-        "experiment",
-        "identify",
-        "discrepancy",
-        "improve",
-        "changed",
-        "campaign",
-        "joint",
-    ),
-    "Use a model": ("effects", "tune", "drive-tables", "export-model"),
-    "Recorded runs": ("runs", "replay", "export"),
-    "Build and prove": ("conformance", "protocol", "service", "bench"),
-}
-#: commands that may meet a kernel that is not on disk yet
-COMPILING = frozenset(
-    (
-        "demo",
-        "daemon",
-        "plant",
-        "experiment",
-        "campaign",
-        "drive-tables",
-        "point",
-        "identify",
-        "discrepancy",
-        "changed",
-        "improve",
-        "testable",
-        "replay",
-        "bench",
-        "warm",
-        "check",
-        "conformance",
-    )
-)
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -194,7 +76,7 @@ def run(name: str, arguments: list[str]) -> int:
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
     try:
         loaded, answer = function_of(name)
-        app.command(name=name)(_guarded(answer, name in COMPILING))
+        app.command(name=name)(_guarded(answer, COMMANDS[name].compiles))
         arguments = _repeated(arguments, getattr(loaded, "MANY_VALUED", ()))
         code = app(arguments, prog_name=f"gimbal-hil {name}", standalone_mode=False)
     except GimbalHilError as error:
@@ -223,14 +105,6 @@ def run(name: str, arguments: list[str]) -> int:
             raise
         _fail(f"error: {error.format_message()}", EXIT_BAD_INPUT)
     return code if isinstance(code, int) else EXIT_DONE
-
-
-def function_of(name: str) -> tuple[ModuleType, Callable[..., int]]:
-    """The module of a command and the function in it that answers."""
-    place, _, function = COMMANDS[name][0].partition(":")
-    loaded = importlib.import_module(f"gimbal_hil.surface.cli.{place}")
-    answer: Callable[..., int] = getattr(loaded, function or "command")
-    return loaded, answer
 
 
 def _guarded(command: Callable[..., int], compiles: bool) -> Callable[..., int]:
@@ -285,8 +159,8 @@ def overview() -> str:
     """What `gimbal-hil --help` says."""
     width = max(map(len, COMMANDS))
     table = "\n\n".join(
-        "\n".join([f"{group}:", *(f"  {name:<{width}}  {COMMANDS[name][1]}" for name in names)])
-        for group, names in GROUPS.items()
+        "\n".join([f"{group}:", *(f"  {name:<{width}}  {one.line}" for name, one in commands.items())])
+        for group, commands in GROUPS.items()
     )
     return f"""Usage: gimbal-hil COMMAND [OPTIONS]
 

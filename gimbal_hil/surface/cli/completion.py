@@ -10,7 +10,7 @@ from typing import Any
 import typer
 import typer.main
 
-from gimbal_hil.surface.cli.app import COMMANDS, function_of
+from gimbal_hil.surface.cli.commands import COMMANDS, function_of
 
 #: typer asks which shell this is, unless a shell is named; then it wants to be told so
 _SHELL_IS_NAMED = "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION"
@@ -29,8 +29,8 @@ def complete(words: list[str]) -> int:
 def whole_app() -> typer.Typer:
     """All commands as one application; each command's own module is loaded."""
     app = typer.Typer(name="gimbal-hil", add_completion=True, rich_markup_mode=None)
-    for name, (_, line) in COMMANDS.items():
-        app.command(name=name, short_help=line)(function_of(name)[1])
+    for name, one in COMMANDS.items():
+        app.command(name=name, short_help=one.line)(function_of(name)[1])
     return app
 
 

@@ -95,7 +95,7 @@ def _unit(
 
 
 def _own_page() -> str:
-    from gimbal_hil import __version__
+    from firmware_protocol.version import __version__
     from gimbal_hil.surface.cli.app import overview
     from gimbal_hil.surface.deployment import manual_page
 
@@ -110,14 +110,14 @@ def _today() -> str:
 
 
 def _manual(folder: Path) -> tuple[dict[Path, str], str]:
-    from gimbal_hil import __version__
-    from gimbal_hil.surface.cli.app import COMMANDS
+    from firmware_protocol.version import __version__
+    from gimbal_hil.surface.cli.commands import COMMANDS
     from gimbal_hil.surface.cli.completion import help_of
     from gimbal_hil.surface.deployment import manual_page
 
     files = {folder / _MANUAL: _own_page()}
-    for name, (_, text) in COMMANDS.items():
-        page = manual_page(f"gimbal-hil {name}", text, help_of(name), __version__, _today())
+    for name, one in COMMANDS.items():
+        page = manual_page(f"gimbal-hil {name}", one.line, help_of(name), __version__, _today())
         files[folder / f"gimbal-hil-{name}.1"] = page
     return files, "gimbal-hil doctor"
 

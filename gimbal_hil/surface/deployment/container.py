@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gimbal_hil import __version__
+from firmware_protocol.version import __version__
 
 
 def container_file(config: str) -> str:

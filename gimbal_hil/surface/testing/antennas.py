@@ -15,7 +15,8 @@ from pathlib import Path
 from firmware_protocol.documents import yaml_text
 from firmware_protocol.errors import BadInputError, LinkError, SafetyStopError
 from firmware_protocol.interpreter import apart_from_the_users_folder
-from firmware_protocol.links import AntennaInStep, open_link, require_can_wait
+from firmware_protocol.links import AntennaInStep, require_can_wait
+from firmware_protocol.opening import open_link
 from gimbal_hil.data.runs import EventKind, RunHeader, RunWriter
 from gimbal_hil.loop.host import AxisCommand, HostState, Mode, Segment, Shape, program_of, word_of
 from gimbal_hil.loop.settings import DaemonSettings, EmbeddedAntenna
