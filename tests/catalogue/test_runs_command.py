@@ -5,8 +5,11 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from gimbal_hil.data.catalogue.comparison import difference_of
+from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.surface.cli import app
 from tests.runs.synthetic import record_run
 
@@ -72,6 +75,17 @@ def test_two_runs_are_compared_by_figures_and_settings_and_drawn_over_each_other
     with pytest.raises(SystemExit) as end:
         app.run("runs", ["compare", str(runs / "first"), str(runs / "second"), "--out", str(out)])
     assert end.value.code == 2
+
+
+def test_what_a_second_run_has_more_is_drawn_over_the_time_that_both_cover() -> None:
+    longer, shorter = (
+        SignalsTable(("a",), 0.001, np.arange(count) * 0.001, {"a.torque": offset + np.arange(count) * 0.01})
+        for count, offset in ((100, 0.0), (60, 0.5))
+    )
+    for first, second, apart in ((longer, shorter, 0.5), (shorter, longer, -0.5)):
+        time_s, more = difference_of(first, second, "a.torque")
+        assert time_s.tolist() == shorter.time_s.tolist()
+        np.testing.assert_allclose(more, apart, atol=1e-12)
 
 
 @pytest.mark.parametrize("words", [["show"], ["compare", "a"], ["list", "a", "b"], ["show", "nowhere"], ["list", "no"]])

@@ -33,6 +33,7 @@ LINES = [
         [Path("m.yaml")], [checked("m.yaml", FileKind.MODEL), checked("c.yaml", FileKind.CONFIGURATION)]
     ),
     following.after_check([HERE], [checked("runs/one", FileKind.RUN)]),
+    following.after_check([HERE], [checked("a.csv", FileKind.SIGNALS)], ["time_s=t", "AXIS.position=q"]),
     following.after_check([HERE], [checked("a.csv", FileKind.SIGNALS)], ["time_s=t [ms]:ms"]),
     following.after_daemon(HERE, 0),
     following.after_conformance(None, None),

@@ -158,6 +158,15 @@ def test_fields_follow_what_is_in_force_until_somebody_writes_and_only_what_was_
         browser.value("const mode = document.querySelector('#mode'); mode.value = 'rate'; mode.onchange(); 1")
         browser.until("document.querySelector('#to_inner').value === '0'")
         assert browser.value("document.querySelector('#to_outer').value") in ("", "0")
+        # written in degrees, sent in radians
+        browser.value("mode.value = 'position'; const unit = document.querySelector('#unit'); unit.value = 'deg'; 1")
+        browser.value("unit.onchange(); 1")
+        browser.until("document.querySelector('#to_inner').value === '-28.6479'")
+        browser.value("document.querySelector('#to_outer').value = '10'; 1")
+        browser.value("arm(true); document.querySelector('#act').requestSubmit(); 1")
+        sent = browser.value("window.sent")
+        assert sent["outer"] == pytest.approx(np.radians(10.0)) and sent["inner"] == pytest.approx(-0.5, abs=1e-6)
+        browser.value("unit.value = 'rad'; unit.onchange(); 1")
         # another process answers: the page begins anew
         browser.value("window.told.run = 'another'; 1")
         browser.until("window.told === undefined")

@@ -103,6 +103,17 @@ def test_windows_misses_and_faults_trigger(
     assert capture.trigger_tick == expected
 
 
+def test_a_trigger_can_be_bound_to_a_segment_and_the_beginning_of_one_triggers() -> None:
+    torque = np.repeat([0.0, 1.0, 0.0, 1.0], 100)
+    segment = np.repeat([-1, 3, 3, 4], 100)
+    bound = scope_with(mode="normal", level=0.5, slope="either", segment=3)
+    assert [one.trigger_tick for one in fed(bound, ticks(torque, segment=segment), 9)] == [100, 200]
+    begins = scope_with(mode="normal", kind="segment")
+    assert [one.trigger_tick for one in fed(begins, ticks(torque, segment=segment), 9)] == [100, 300]
+    only = scope_with(mode="normal", kind="segment", segment=4)
+    assert [one.trigger_tick for one in fed(only, ticks(torque, segment=segment), 9)] == [300]
+
+
 def test_a_trigger_before_a_whole_screen_has_passed_keeps_what_there_is() -> None:
     torque = np.where(np.arange(100) < 5, 0.0, 1.0)
     (capture,) = fed(scope_with(mode="single", level=0.5), ticks(torque), 4)
@@ -150,6 +161,8 @@ def test_a_scope_that_is_off_keeps_nothing() -> None:
         ({"after_s": 0.0}, "after_s"),
         ({"kind": "reversal", "signal": "torque_outer"}, "signal"),
         ({"colour": "red"}, "colour"),
+        ({"segment": -1}, "segment"),
+        ({"segment": 1.5}, "segment"),
     ],
 )
 def test_settings_that_make_no_sense_are_refused_by_key(document: dict[str, object], where: str) -> None:
@@ -243,3 +256,27 @@ def test_a_screen_gets_a_capture_once(server: tuple[PageServer, Scope]) -> None:
     assert shown["columns"]["time_s"][20] == 0.0 and shown["columns"]["rate_inner"] == [None] * 51
     assert screen.document(1, AXES)["capture"] is None
     assert set(capture_columns(capture, AXES)) > {"time_s", "torque_outer", "computing_us"}
+
+
+def test_older_captures_can_be_looked_at_again(server: tuple[PageServer, Scope]) -> None:
+    page, _ = server
+    torque = np.repeat([0.0, 1.0, 0.0, 1.0], 100)
+    captures = fed(scope_with(mode="normal", level=0.5, slope="either"), ticks(torque), 50)
+    screen = ScopeScreen(Scope(PERIOD_NS, AXES))
+    for capture in captures:
+        screen.show(capture, f"run/scope/{capture.number:04d}", None)
+    assert screen.document(0, AXES)["numbers"] == [1, 2, 3]
+    shown = [screen.document(3, AXES, wanted)["capture"] for wanted in (1, 2, 0, 9)]
+    assert [one and one["trigger_tick"] for one in shown] == [100, 200, None, None]
+    connection = http.client.HTTPConnection("127.0.0.1", urlsplit(page.url).port, timeout=10)
+    connection.request("GET", "/scope.json?have=0&show=2")
+    assert json.loads(connection.getresponse().read())["numbers"] == []
+    connection.close()
+
+
+def test_a_night_of_long_captures_does_not_fill_the_memory() -> None:
+    screen = ScopeScreen(Scope(PERIOD_NS, AXES))
+    exchanges = tuple(ticks(np.zeros(20_000)))
+    for number in range(1, 9):
+        screen.show(Capture(number, None, exchanges, scope_settings({}, AXES)), None, None)
+    assert screen.document(8, AXES)["numbers"] == [6, 7, 8]

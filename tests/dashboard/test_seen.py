@@ -207,7 +207,7 @@ def test_a_stop_has_one_banner_and_set_points_are_told_in_degrees(browser: Brows
     assert "Look at phases and sign of the motor" in said and "Arm, then Reset fault" in said
     assert browser.value("document.querySelectorAll('#trouble i').length") == 0
     browser.value("(f => { f.value = '0.5'; f.oninput(); })(document.querySelector('#to_tilt')); 1")
-    assert browser.value("document.querySelector('#deg_tilt').textContent") == "28.65\u00b0"
+    assert browser.value("document.querySelector('#deg_tilt').textContent") == "rad (28.65\u00b0)"
     browser.value("window.told.status.trouble = null; 1")
     browser.until("document.querySelector('#trouble').hidden")
     assert not browser.problems

@@ -38,7 +38,7 @@ def test_an_all_clear_says_from_which_size_on_errors_would_have_shown(right: dic
     assert right["verdict"] == "no_discrepancy"
     sizes = {one["name"]: one["relative"] for one in right["smallest_shown"]}
     assert sizes["inertia"] < 0.1 and sizes["coulomb"] < 0.1
-    assert "Errors that would have shown" in right["text"] and "inertia" in right["text"]
+    assert "Smallest errors that would have shown" in right["text"] and "inertia" in right["text"]
 
 
 def test_an_error_of_the_size_that_would_have_shown_does_show(right: dict[str, Any]) -> None:

@@ -126,5 +126,14 @@ def test_a_picture_is_written_to_a_name_in_text_and_another_kind_of_file_is_refu
     picture = Picture.of(figure("one", "time [s]", "[rad]"), "one")
     assert picture.write(str(tmp_path / "one.html")) == tmp_path / "one.html"
     with pytest.raises(BadInputError, match=r"\.html"):
-        picture.write(tmp_path / "one.svg")
-    assert not (tmp_path / "one.svg").exists()
+        picture.write(tmp_path / "one.bmp")
+    assert not (tmp_path / "one.bmp").exists()
+
+
+@pytest.mark.parametrize(("ending", "begins"), [("svg", b"<?xml"), ("pdf", b"%PDF"), ("png", b"\x89PNG")])
+def test_a_picture_is_written_for_papers_and_slides(run: Run, tmp_path: Path, ending: str, begins: bytes) -> None:
+    pytest.importorskip("matplotlib", reason="the extra pictures is not installed")
+    path = run.figure("outer.position", "outer.torque").write(tmp_path / f"picture.{ending}")
+    assert path.read_bytes().startswith(begins)
+    if ending == "svg":
+        assert all(word in path.read_text() for word in ("time [s]", "[rad]", "[N m]"))

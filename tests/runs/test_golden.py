@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from firmware_protocol.documents import yaml_text
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.runs import TICK_ROW, RecordedRun, changes, open_run, replay, run_again, update
 from gimbal_hil.realtime.lockstep import give_again, host_of
@@ -99,6 +100,28 @@ def test_the_command_tells_updates_and_is_content_afterwards(
     assert answer["updated"] and answer["changes"][0]["signal"] == "torque_inner"
     assert app.run("replay", [str(copy)]) == 0
     assert "identical" in capsys.readouterr().out
+
+
+def test_another_configuration_shows_what_it_would_have_sent(
+    recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    document = dict(open_run(recorded).record.header.configuration)
+    same, other, faster = (tmp_path / f"{name}.yaml" for name in ("same", "other", "faster"))
+    same.write_text(yaml_text(document))
+    assert app.run("replay", [str(recorded), "--config", str(same)]) == 0
+    capsys.readouterr()
+    document["axes"]["inner"]["rate_loop"]["kp_s_per_rad"] *= 1.5
+    other.write_text(yaml_text(document))
+    before = open_run(recorded).content_hashes()
+    assert app.run("replay", [str(recorded), "--config", str(other), "--json"]) == 1
+    told = {change["signal"]: change for change in json.loads(capsys.readouterr().out)["changes"]}
+    assert "torque_inner" in told and "torque_outer" not in told
+    assert open_run(recorded).content_hashes() == before
+    faster.write_text(yaml_text(document | {"rate_hz": 500.0}))
+    for words, said in ((("--config", str(faster)), "rate_hz"), (("--config", str(other), "--update"), "--update")):
+        with pytest.raises(SystemExit, match="2"):
+            app.run("replay", [str(recorded), *words])
+        assert said in capsys.readouterr().err
 
 
 def test_a_damaged_run_is_no_reference(copy: Path) -> None:

@@ -7,11 +7,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from firmware_protocol.errors import GimbalHilError
 from gimbal_hil.data.catalogue.summary import Measure, measures_of
 from gimbal_hil.data.runs import RecordedRun
 from gimbal_hil.data.signals import SignalsTable, signals_of_run, unit_of
 from gimbal_hil.pages.report import Block, Callout, Heading, Page, Plot, Table, Text
+
+Floats = NDArray[np.float64]
 
 _ABSENT = "-"
 _DRAWN = ("position", "rate", "torque")
@@ -101,7 +106,7 @@ def _largest_change(found: Comparison) -> str:
 
 
 def _overlays(found: Comparison) -> list[Block]:
-    from gimbal_hil.pages.plots import MEASURED, MODEL, stacked, thinned
+    from gimbal_hil.pages.plots import ALERT, MEASURED, MODEL, stacked, thinned
 
     first, second = found.tables
     if first is None or second is None:
@@ -110,16 +115,32 @@ def _overlays(found: Comparison) -> list[Block]:
     for axis in [axis for axis in first.axes if axis in second.axes]:
         columns = [f"{axis}.{name}" for name in _DRAWN]
         columns = [name for name in columns if name in first.columns and name in second.columns]
-        drawn = stacked(columns, "time since the first row [s]", [f"[{unit_of(name)}]" for name in columns])
+        titles = [title for name in columns for title in (name, f"{name}: second less first")]
+        units = [f"[{unit_of(name)}]" for name in columns for _ in range(2)]
+        drawn = stacked(titles, "time since the first row [s]", units, height_each=150)
         for table, colour, label in ((first, MEASURED, found.names[0]), (second, MODEL, found.names[1])):
             part = thinned(len(table), 1500)
-            for row, name in enumerate(columns, start=1):
+            for place, name in enumerate(columns):
                 drawn.add_scatter(
                     x=table.time_s[part], y=table.columns[name][part], name=label, legendgroup=label,
-                    showlegend=row == 1, line={"color": colour, "width": 1.2}, row=row,
+                    showlegend=place == 0, line={"color": colour, "width": 1.2}, row=2 * place + 1,
                 )  # fmt: skip
-        blocks.append(Plot(drawn, f"{axis}: both runs from their first row on."))
+        for place, name in enumerate(columns):
+            time_s, apart = difference_of(first, second, name)
+            part = thinned(len(time_s), 1500)
+            line = {"color": ALERT, "width": 1.2}
+            drawn.add_scatter(x=time_s[part], y=apart[part], line=line, row=2 * place + 2, showlegend=False)
+        blocks.append(Plot(drawn, f"{axis}: both runs from their first row on, and what the second has more."))
     return blocks
+
+
+def difference_of(first: SignalsTable, second: SignalsTable, name: str) -> tuple[Floats, Floats]:
+    """Times (n,) of the first run that the second covers too, and by how much a signal of the second is larger there,
+    (n,), on a straight line between its rows.
+    """
+    both = (first.time_s >= second.time_s[0]) & (first.time_s <= second.time_s[-1])
+    time_s = first.time_s[both]
+    return time_s, np.interp(time_s, second.time_s, second.columns[name]) - first.columns[name][both]
 
 
 def _differences(first: RecordedRun, second: RecordedRun) -> tuple[tuple[str, str, str], ...]:

@@ -129,7 +129,7 @@ def _unseen(document: dict[str, Any]) -> list[Block]:
 
 
 def _left_figure(comparison: MachineComparison) -> Drawing:
-    from gimbal_hil.pages.plots import ALERT, MEASURED, MODEL, REFERENCE, figure
+    from gimbal_hil.pages.plots import MEASURED, MODEL, REFERENCE, figure, in_floors
 
     labels = [f"{one.axis} {one.signal.replace('_', ' ')}" for one in comparison.left]
     drawn = figure("Left over, in noise floors", "", "rms / noise floor", 340)
@@ -139,5 +139,5 @@ def _left_figure(comparison: MachineComparison) -> Drawing:
         ("logs after, causes added", [one.told for one in comparison.left], MODEL),
     ):
         drawn.add_bar(name=name, x=labels, y=values, marker=dict(color=colour))
-    drawn.add_hline(y=1.0, color=ALERT)
+    in_floors(drawn, [size for one in comparison.left for size in (one.before, one.after, one.told)])
     return drawn

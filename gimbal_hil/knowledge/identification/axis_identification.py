@@ -30,7 +30,7 @@ from gimbal_hil.knowledge.identification.presliding import STEPS_FOR_SIGMA1, Pre
 from gimbal_hil.knowledge.identification.rigid_axis import RigidAxisFit, fit_rigid_axis, regression_rule
 from gimbal_hil.knowledge.identification.rigid_load import axis_load
 from gimbal_hil.knowledge.identification.segments import TorqueSource
-from gimbal_hil.knowledge.identification.sliding import MapHalf, StaticFit, fit_static
+from gimbal_hil.knowledge.identification.sliding import LEAST_POINTS, MapHalf, StaticFit, fit_static
 from gimbal_hil.knowledge.identification.stribeck import LUGRE_NAMES, LUGRE_UNITS, LugreFriction, StaticFriction
 from gimbal_hil.knowledge.identification.velocity_map import VelocityMap, measure_velocity_map
 from sim_backend.model import AntennaModel
@@ -123,7 +123,8 @@ def identify_axis(
         else (None, None)
     )
     disagreement = _disagreement(presliding, dynamic, axis)
-    estimates = _final(prior, static, presliding, _doubted(dynamic) if disagreement else dynamic, rigid[0])
+    said = _doubted(dynamic) if disagreement else dynamic
+    estimates = _final(prior, velocity_map, static, presliding, said, rigid[0])
     usable = [e for e in estimates if e.name in LUGRE_NAMES and np.isfinite(e.value)]
     friction = prior.with_values(tuple(e.name for e in usable), np.array([e.value for e in usable]))
     broken = _break_aways(evidence, friction, step)
@@ -169,7 +170,7 @@ def numbers_of_motion(logs: Sequence[Log], model: AntennaModel, axis: str) -> tu
     velocity_map = _velocity_map(evidence, prior, model.number(axis, "encoder.step"))
     static = fit_static(velocity_map.points, MapHalf.BOTH, prior.static) if velocity_map else None
     rigid = _rigid(logs, model, axis)[0] if static is None and len(model.axes) == 1 else None
-    found = _final(prior, static, None, None, rigid)
+    found = _final(prior, velocity_map, static, None, None, rigid)
     return tuple(map(straight, found)) if model.is_linear else found
 
 
@@ -268,6 +269,7 @@ def _only_bends(logs: Sequence[Log], axis: str) -> bool:
 
 def _final(
     prior: LugreFriction,
+    velocity_map: VelocityMap | None,
     static: StaticFit | None,
     presliding: PreslidingFit | None,
     dynamic: OutputErrorFit | None,
@@ -293,10 +295,18 @@ def _final(
             reason = f"{travel}, {STEPS_FOR_SIGMA1:.0f} are needed"
             candidates = [withheld(name, unit, value, reason, EXPERIMENTS[name])]
         if not candidates:
-            candidates = [withheld(name, unit, value, "no data that depend on it", EXPERIMENTS[name])]
+            candidates = [withheld(name, unit, value, _why_none(name, velocity_map), EXPERIMENTS[name])]
         final.append(min(candidates, key=_rank))
     final += [replace(from_regression[name], prior=None) for name in ("inertia", "offset") if name in from_regression]
     return tuple(final)
+
+
+def _why_none(name: str, velocity_map: VelocityMap | None) -> str:
+    """Why nothing speaks of a number: no motion that depends on it, or too few steady speeds for a friction curve."""
+    seen = 0 if velocity_map is None else len(velocity_map.points)
+    if name in ("sigma0", "sigma1") or seen == 0:
+        return "no data that depend on it"
+    return f"{seen} steady speeds, and a friction curve takes {LEAST_POINTS} at least, both directions counted"
 
 
 def _possible(rigid: RigidAxisFit | None, given: Mapping[str, float]) -> dict[str, Estimate]:

@@ -65,7 +65,9 @@ class Correlations:
         if best == "difference":
             together, apart = apart, together
         how = (
-            "cannot be told apart" if apart > IDENTIFIED_RELATIVE_WIDTH else "hang together, and are known nonetheless"
+            "cannot be told apart"
+            if apart > IDENTIFIED_RELATIVE_WIDTH
+            else "are correlated, and each is known nonetheless"
         )
         return (
             f"{one} and {other} of {axis} {how} (correlation {r:.3f}): their {best} is known to "

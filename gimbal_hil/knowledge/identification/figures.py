@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from gimbal_hil.pages.plots import Drawing
 
 
+#: times the model's value at which an interval ends in a picture
+_WIDEST = 5.0
 #: a correlation of zero
 _NOTHING = "#e8e8e8"
 _COLOURS = {
@@ -143,7 +145,7 @@ def output_error_figure(fit: OutputErrorFit, number: int = 0, units: Units = ROT
 def correlation_figure(correlations: Correlations) -> Drawing:
     """Correlations of the errors of identified numbers: a square a pair, coloured and numbered."""
     names = correlations.names
-    drawn = figure("Which numbers hang together", "", "", 130 + 52 * len(names))
+    drawn = figure("Correlations of the errors", "", "", 130 + 52 * len(names))
     pairs = [(i, j) for i in range(len(names)) for j in range(i + 1)]
     values = [float(correlations.matrix[pair]) for pair in pairs]
     drawn.add_scatter(
@@ -167,32 +169,26 @@ def _on(value: float) -> str:
 
 
 def interval_figure(estimates: tuple[Estimate, ...], reference: LugreFriction, names: tuple[str, ...]) -> Drawing:
-    """Every parameter relative to the model given: value and 95 % interval, coloured by verdict, on a logarithmic
-    scale.
+    """By how much every parameter that the data determine differs from the model given, in percent of it: value and
+    95 % interval, coloured by verdict. Those that kept the model's value have no place here: their bars would
+    hide the rest.
     """
-    drawn = figure("Intervals, relative to the model given", "value / value in the model given", "", 340)
     known = dict(zip(names, reference.values().tolist(), strict=True))
-    ends = [1.0]
-    for estimate in estimates:
-        base = known.get(estimate.name, 0.0)
-        if base <= 0.0 or not np.isfinite(estimate.value):
-            continue
-        low, high = max(estimate.interval.low / base, 1e-2), min(estimate.interval.high / base, 1e2)
-        ends += [low, high, estimate.value / base]
-        colour = _COLOURS[estimate.verdict]
-        drawn.add_scatter(
-            x=[low, high], y=[estimate.name] * 2, mode="lines", line={"color": colour, "width": 5}, showlegend=False
+    shown = [
+        one for one in estimates if known.get(one.name, 0.0) > 0.0 and one.verdict is not Determination.NOT_IDENTIFIED
+    ]
+    drawn = figure("Change against the model given", "difference [% of the model's value]", "", 130 + 34 * len(shown))
+    for estimate in shown:
+        colour, name = _COLOURS[estimate.verdict], estimate.name.replace("_", " ")
+        value, low, high = (
+            100.0 * (float(np.clip(end / known[estimate.name], 0.0, _WIDEST)) - 1.0)
+            for end in (estimate.value, estimate.interval.low, estimate.interval.high)
         )
         drawn.add_scatter(
-            x=[estimate.value / base],
-            y=[estimate.name],
-            mode="markers",
-            marker={"color": colour, "size": 11},
-            showlegend=False,
+            x=[low, high], y=[name] * 2, mode="lines", line={"color": colour, "width": 5}, showlegend=False
         )
-    margin = 0.04 * (np.log10(max(ends)) - np.log10(min(ends)))
-    drawn.update_xaxes(type="log", range=[np.log10(min(ends)) - margin, np.log10(max(ends)) + margin])
+        drawn.add_scatter(x=[value], y=[name], mode="markers", marker={"color": colour, "size": 8}, showlegend=False)
     drawn.update_yaxes(autorange="reversed")
-    drawn.add_vline(x=1.0, color=REFERENCE, width=1)
+    drawn.add_vline(x=0.0, color=REFERENCE, width=1)
     drawn.update_layout(hovermode="closest")
     return drawn

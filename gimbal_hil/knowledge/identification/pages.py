@@ -9,7 +9,7 @@ import numpy as np
 
 from gimbal_hil.knowledge.identification.axis_identification import AxisIdentification, friction_of
 from gimbal_hil.knowledge.identification.correlations import of_all_axes
-from gimbal_hil.knowledge.identification.estimate import Determination, number_text
+from gimbal_hil.knowledge.identification.estimate import Determination, Estimate, number_text
 from gimbal_hil.knowledge.identification.figures import (
     correlation_figure,
     hysteresis_figure,
@@ -87,9 +87,9 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
     )
     if len(priors) < len(result.estimates):
         measured = [e for e in result.estimates if e not in priors]
-        blocks.append(Tiles([(number_text(e.value), f"{e.name} [{e.unit}]") for e in measured]))
+        blocks.append(Tiles([(quantity(e.value, e.unit), _tile_text(e)) for e in measured]))
     if priors:
-        stand = ", ".join(f"{e.name} {number_text(e.value)} {e.unit}".rstrip() for e in priors)
+        stand = ", ".join(f"{e.name.replace('_', ' ')} {quantity(e.value, e.unit)}" for e in priors)
         blocks.append(Text(f"Not identified from these logs, so the model's own numbers stand: {stand}."))
     blocks += [Callout(finding.text[:1].upper() + finding.text[1:], "warning") for finding in result.findings]
     folded: list[Block] = []
@@ -110,12 +110,12 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
         ]
         folded += _per_direction(result, units.torque)
         folded += _rejected(result)
-    blocks.append(
-        Plot(
-            interval_figure(result.estimates, prior, LUGRE_NAMES),
-            "Blue: identified. Violet: weakly. Grey: not identified, the prior stands.",
+    drawn = interval_figure(result.estimates, prior, LUGRE_NAMES)
+    if drawn.data:
+        text = (
+            "Dot: the value; bar: its 95 % interval, hidden by the dot where it is narrow. Violet: weakly identified."
         )
-    )
+        blocks.append(Plot(drawn, text))
     blocks.append(_estimate_table(model, result))
     if len(result.correlations.names) > 1:
         blocks.append(Plot(correlation_figure(result.correlations), _correlation_caption(result)))
@@ -142,6 +142,14 @@ def _axis_blocks(model: AntennaModel, result: AxisIdentification) -> list[Block]
         )
         folded.append(_sensitivity_table(result.dynamic))
     return [*blocks, Details(f"How {result.axis} was fitted", folded)] if folded else blocks
+
+
+def _tile_text(estimate: Estimate) -> str:
+    """Name of a number that stands in a tile, and how well it is known."""
+    name, half = estimate.name.replace("_", " "), estimate.interval.half_width
+    if estimate.value == 0.0 or not np.isfinite(half):
+        return name
+    return f"{name}, ± {100.0 * half / abs(estimate.value):.2g} % (95 %)"
 
 
 def _scaled(value: float, unit: str) -> str:
@@ -173,7 +181,7 @@ def _correlation_caption(result: AxisIdentification) -> str:
     worst = result.correlations.worst(result.axis)
     return (
         f"{worst[:1].upper()}{worst[1:]}. Condition {result.correlations.condition:.3g}. Numbers from different motion "
-        "do not hang together."
+        "are not correlated."
     )
 
 

@@ -83,6 +83,10 @@ class _MapResiduals:
         return np.asarray((self.torque - self.sign * curve - offset) * self.weight)
 
 
+#: points of a map that a curve of both directions takes: one more than its six unknowns
+LEAST_POINTS = 7
+
+
 def fit_static(
     points: Sequence[VelocityPoint], direction: MapHalf = MapHalf.BOTH, prior: StaticFriction | None = None
 ) -> StaticFit | None:
@@ -97,7 +101,7 @@ def fit_static(
     Parameters that the map does not determine keep their `prior`.
     """
     used = [p for p in points if direction is MapHalf.BOTH or (p.rate > 0.0) == (direction is MapHalf.POSITIVE)]
-    unknowns = 6 if direction is MapHalf.BOTH else 5
+    unknowns = LEAST_POINTS - 1 if direction is MapHalf.BOTH else LEAST_POINTS - 2
     if len(used) <= unknowns:
         return None
     rate = np.array([p.rate for p in used])
@@ -112,7 +116,7 @@ def fit_static(
     )
     estimates = _doubting_jitter(estimates, residuals, parameters, best)
     friction = StaticFriction(*(float(v) for v in best.values[:5]))
-    offset = float(best.values[5]) if unknowns == 6 else 0.0
+    offset = float(best.values[5]) if direction is MapHalf.BOTH else 0.0
     misfit = torque - np.sign(rate) * friction.torque_with_jitter(base.speed, base.jitter) - offset
     held = residuals.weight * np.hypot(error, between) < 0.999
     return StaticFit(

@@ -163,7 +163,8 @@ def open_end(pair: Pair, options: Sequence[Option], refused: Sequence[str], left
         most = options[0]
         place = f"{most.sequence.replace('_', ' ')} on {most.axis}"
         why = (
-            f"of the runs left, {place} would show most, {most.expected:.2g} squared floors, where {WORTH:g} are needed"
+            f"of the runs left, {place} would tell them apart best, but only by {most.expected:.2g} squared noise "
+            f"floors, where {WORTH:g} are needed"
         )
     elif refused:
         why = f"no run fits the budgets ({'; '.join(refused)})"

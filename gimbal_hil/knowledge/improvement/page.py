@@ -100,7 +100,7 @@ def _last_gap(rounds: Sequence[Diagnosed], end: Ended | Stopped | None) -> float
 
 
 def _gap_figure(rounds: Sequence[Diagnosed]) -> Any:
-    from gimbal_hil.pages.plots import ALERT, MEASURED, MODEL, REFERENCE, SECOND, figure
+    from gimbal_hil.pages.plots import ALERT, MEASURED, MODEL, REFERENCE, SECOND, figure, in_floors
 
     drawn = figure("Left over, in noise floors", "round", "rms / noise floor", 380)
     channels = dict.fromkeys((gap["axis"], gap["signal"]) for one in rounds for gap in one.gaps)
@@ -120,13 +120,8 @@ def _gap_figure(rounds: Sequence[Diagnosed]) -> Any:
             x=x, y=y, mode="lines+markers", name=f"{channel[0]} {channel[1].replace('_', ' ')}",
             line=dict(color=colours.get(channel), width=1.5), marker=dict(symbol=symbols, size=9),
         )  # fmt: skip
-    drawn.add_hline(y=1.0, color=ALERT, width=1)
     drawn.add_hline(y=LEAST_GAP, color=ALERT, width=1, dash="dash")
-    # on a logarithmic axis annotations stand at the logarithm
-    drawn.add_annotation(
-        x=1.0, xref="paper", xanchor="right", y=0.0, yanchor="top", text="noise floor", showarrow=False
-    )
-    drawn.update_yaxes(type="log", dtick=1)
+    in_floors(drawn, [size for trace in drawn.data for size in trace["y"]])
     drawn.update_xaxes(tickvals=[one.round for one in rounds], range=[rounds[0].round - 0.5, rounds[-1].round + 0.5])
     drawn.update_layout(hovermode="closest")
     return drawn

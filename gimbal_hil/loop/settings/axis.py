@@ -114,7 +114,7 @@ class JointObserver(Strict):
     bandwidth_rad_s: Positive = Field(description="how fast a disturbance is estimated")
     offset_walk_rad_s: Positive = Field(
         default=0.003,
-        description="how fast the gyro may drift against joint and base rate, rad/s in a root second",
+        description="random walk of the gyro against joint and base rate, rad/s: its standard deviation after a second",
     )
     position_kp_per_s: Positive | None = Field(
         default=None, description="`position_loop.kp_per_s` while the observer closes the loops; the same unless given"

@@ -10,20 +10,25 @@ from gimbal_hil.pages.plots.figures import (
     SECOND,
     figure,
     figure_of_panels,
+    in_floors,
     stacked,
     thinned,
 )
+from gimbal_hil.pages.plots.picture_file import PICTURE_ENDINGS, write_picture
 
 __all__ = [
     "ALERT",
     "AXIS_COLOURS",
     "MEASURED",
     "MODEL",
+    "PICTURE_ENDINGS",
     "REFERENCE",
     "SECOND",
     "Drawing",
     "figure",
     "figure_of_panels",
+    "in_floors",
     "stacked",
     "thinned",
+    "write_picture",
 ]

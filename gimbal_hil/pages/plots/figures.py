@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from gimbal_hil.pages.plots.drawing import Drawing
@@ -10,6 +11,9 @@ from gimbal_hil.pages.plots.drawing import Drawing
 MEASURED, MODEL, REFERENCE, SECOND, ALERT = ("#1f6f8b", "#d1603d", "#8a94a0", "#6a4c93", "#b3261e")
 #: of the first axis and of the second
 AXIS_COLOURS = ("#1f6f8b", "#d1603d")
+
+#: noise floors up to which an axis begins at zero
+_LINEAR_UP_TO = 20.0
 
 _LINES = dict(gridcolor="#ebf0f8", ticks="", zerolinewidth=2, title=dict(standoff=15))
 _DARK = dict(color="#2a3f5f")
@@ -74,6 +78,24 @@ def figure_of_panels(x_titles: Sequence[str], y_title: str, height_each: int, ti
         if row < count:
             drawn.update_yaxes(row, matches=f"y{count}")
     return drawn
+
+
+def in_floors(drawn: Drawing, values: Sequence[float]) -> None:
+    """An upright axis for sizes in noise floors, with a line at one floor: from zero, so that a bar is as long as it is
+    large, and logarithmic only where the largest would hide the smallest.
+    """
+    most = max([value for value in values if math.isfinite(value)], default=1.0)
+    logarithmic = most > _LINEAR_UP_TO
+    drawn.add_hline(y=1.0, color=ALERT, width=1.5)
+    # on a logarithmic axis annotations stand at the logarithm
+    at = dict(x=1.0, xref="paper", xanchor="right", y=0.0 if logarithmic else 1.0, yanchor="bottom")
+    drawn.add_annotation("noise floor", **at)
+    if logarithmic:
+        # one, two and five of every decade, written out
+        ticks = [digit * 10.0**decade for decade in range(-3, 7) for digit in (1, 2, 5)]
+        drawn.update_yaxes(type="log", tickvals=ticks, ticktext=[f"{tick:g}" for tick in ticks])
+    else:
+        drawn.update_yaxes(range=[0.0, 1.12 * max(most, 1.2)])
 
 
 def _panels(count: int, title: str, height: int, space: float) -> Drawing:

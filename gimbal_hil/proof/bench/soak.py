@@ -162,7 +162,7 @@ def soak_text(figures: SoakFigures) -> str:
         memory = f"{first:.1f} MiB after the first hour, {last:.1f} after the last ({figures.memory_gained:+.2%})"
     counts = ", ".join(f"{count} {name}" for name, count in sorted(figures.commands.items()))
     faults = ", ".join(f"{count} {name}" for name, count in sorted(figures.faults_of_host.items()))
-    hurt = f"{figures.frames_hurt} of {figures.frames} frames hurt ({figures.frames_hurt / figures.frames:.2%})"
+    hurt = f"{figures.frames_hurt} of {figures.frames} frames damaged ({figures.frames_hurt / figures.frames:.2%})"
     lines = [
         f"{figures.antenna_h:g} h of antenna time in {figures.wall_s:.0f} s: {figures.ticks} ticks,"
         f" {figures.rows} rows, {figures.recorded} recorded",

@@ -75,7 +75,7 @@ def a_new_host_feeds_an_expired_deadman(stand: Stand, limits: Limits) -> str:
     stand.exchange(stand.set_point(ahead=-300))
     stand.run(int(limits["heard_ticks"]), silent=True)
     if max(one.status.deadman_margin_ticks for one in stand.sets[mark:]) != window:
-        raise UnmetError("a set-point from behind was not taken although the deadman had run out")
+        raise UnmetError("a set-point with an older sequence was not taken although the deadman had expired")
     return "taken with its first set-point"
 
 

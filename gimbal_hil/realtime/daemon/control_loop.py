@@ -176,7 +176,7 @@ class ControlLoop:
         if self._link.complaint != self._complaint:
             self._complaint = self._link.complaint
             told = {"code": "drive_complaint", "complaint": self._complaint}
-            self._event("drive", self._complaint or "the drives complain no more", told)
+            self._event("drive", self._complaint or "the drives report nothing wrong any more", told)
         self._due = take_commands(self._commands)
         if tick.number % self._service_check_ticks <= tick.skipped:
             self._watch_service()

@@ -121,8 +121,9 @@ class _Handler(BaseHTTPRequestHandler):
             since = parse_qs(parts.query).get("since", ["-1"])[0]
             self._answer(200, "application/json", json.dumps(live(self.view, _number(since))).encode())
         elif parts.path == "/scope.json" and self.screen is not None:
-            have = parse_qs(parts.query).get("have", ["0"])[0]
-            self._json(200, self.screen.document(int(_number(have)), self.view.axes))
+            asked = parse_qs(parts.query)
+            have, wanted = (int(_number(asked.get(name, ["0"])[0])) for name in ("have", "show"))
+            self._json(200, self.screen.document(have, self.view.axes, wanted))
         elif parts.path == "/metrics":
             text = metrics_text(self.view)
             if text is None:

@@ -183,7 +183,7 @@ class LiveObserver:
                     watch.settle()
             self._was_free = free
             if not np.all(np.isfinite(out)):
-                self._observer, self._problem = None, "the model beside the antenna has left all bounds"
+                self._observer, self._problem = None, "the observer has diverged: its estimates are beyond all bounds"
                 self._missing, self._gyro_error = [math.nan, math.nan], [math.nan, math.nan]
                 return found + [(math.nan, math.nan)] * (len(rows) - len(found))
             if free and row[columns.MEASURED] != 0.0:

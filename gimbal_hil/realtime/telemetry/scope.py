@@ -41,13 +41,14 @@ class ScopeMode(StrEnum):
 
 
 class TriggerKind(StrEnum):
-    """What ends the waiting: a signal passes a level, leaves a window, or something happens."""
+    """What ends the waiting: a signal passes a level, leaves a window, or something happens; `segment`: one begins."""
 
     EDGE = "edge"
     WINDOW = "window"
     FAULT = "fault"
     REVERSAL = "reversal"
     MISS = "miss"
+    SEGMENT = "segment"
 
 
 class Slope(StrEnum):
@@ -69,7 +70,9 @@ class ScopeState(StrEnum):
 
 @dataclass(frozen=True)
 class ScopeSettings:
-    """`signal` in SI units (`rate_outer`, `wake_latency_us`); `before_s` and `after_s` around the trigger."""
+    """`signal` in SI units (`rate_outer`, `wake_latency_us`); `before_s` and `after_s` around the trigger. With
+    `segment`, the number that `watch` shows, nothing triggers outside that segment of a plan.
+    """
 
     mode: ScopeMode = ScopeMode.OFF
     kind: TriggerKind = TriggerKind.EDGE
@@ -83,6 +86,7 @@ class ScopeSettings:
     high: float = 1.0
     before_s: float = 0.5
     after_s: float = 0.5
+    segment: int | None = None
 
 
 def scope_settings(document: dict[str, Any], axes: Sequence[str]) -> ScopeSettings:
@@ -99,6 +103,9 @@ def scope_settings(document: dict[str, Any], axes: Sequence[str]) -> ScopeSettin
         elif key == "signal":
             if value not in signal_names(axes):
                 raise BadInputError(key, f"no signal {value!r}", ", ".join(signal_names(axes)))
+        elif key == "segment":
+            if value is not None and (isinstance(value, bool) or not isinstance(value, int) or value < 0):
+                raise BadInputError(key, f"is {value!r}", "the number of a segment, 0 or more, or null for any")
         elif isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
             raise BadInputError(key, f"is {value!r}", "a number")
     settings = ScopeSettings(**given)
@@ -140,6 +147,8 @@ class Scope:
         self._count = 0
         #: last value of the signal, and on which side of its level it was seen last
         self._last, self._side = math.nan, 0
+        #: segment of the tick before; None before the first
+        self._segment: int | None = None
 
     def ask(self, settings: ScopeSettings) -> None:
         """Settings from the next tick on; may be called from another thread."""
@@ -151,12 +160,12 @@ class Scope:
             self.settings, self._asked = self._asked, None
             self._history.clear()
             self._quiet_until = 0
-            self._last, self._side = math.nan, 0
+            self._last, self._side, self._segment = math.nan, 0, None
             self._arm(exchanges[0].tick if exchanges else 0)
         if not exchanges or self.state in (ScopeState.OFF, ScopeState.DONE):
             return []
         found: list[Capture] = []
-        fired = self._fires(exchanges)
+        fired = self._in_its_segment(exchanges, self._fires(exchanges))
         before, after = self._ticks(self.settings.before_s), max(1, self._ticks(self.settings.after_s))
         for exchange, fires in zip(exchanges, fired, strict=True):
             self._history.append(exchange)
@@ -193,6 +202,14 @@ class Scope:
     def _ticks(self, seconds: float) -> int:
         return round(seconds * 1e9 / self._period_ns)
 
+    def _in_its_segment(self, exchanges: Sequence[Exchange], fired: list[bool]) -> list[bool]:
+        bound = self.settings.segment
+        if bound is None:
+            return fired
+        return [
+            one and number == bound for one, number in zip(fired, _rows(exchanges)["segment"].tolist(), strict=True)
+        ]
+
     def _fires(self, exchanges: Sequence[Exchange]) -> list[bool]:
         """For each tick whether the trigger is met there."""
         wanted, rows = self.settings, _rows(exchanges)
@@ -201,6 +218,12 @@ class Scope:
         if wanted.kind is TriggerKind.FAULT:
             values = np.isin(rows["host_state"], (HostState.FAULT, HostState.STOPPING)).astype(float)
             return self._edges(values, 0.5, 0.0, Slope.RISING)
+        if wanted.kind is TriggerKind.SEGMENT:
+            numbers = rows["segment"].tolist()
+            before = [numbers[0] if self._segment is None else self._segment, *numbers[:-1]]
+            self._segment = numbers[-1]
+            # what ends leads to none (-1), and that is no beginning
+            return [now != was and now >= 0 for was, now in zip(before, numbers, strict=True)]
         values = column_of(wanted.signal, exchanges, rows, self._axes, self._last)
         if wanted.kind is TriggerKind.REVERSAL:
             return self._edges(values, 0.0, max(wanted.hysteresis, REVERSAL_RAD_S), Slope.EITHER)

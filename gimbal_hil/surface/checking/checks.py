@@ -21,6 +21,8 @@ from gimbal_hil.surface.checking.kinds import FileKind, kind_of
 from sim_backend.carrying import INNER, OUTER
 from sim_backend.model import AntennaModel, load_model
 
+#: stands for the axis of a stranger's columns where nobody has said its name
+UNNAMED_AXIS = "AXIS"
 #: keys of a plan's segment that hold a table and are no axis
 _NO_AXES = ("guards", "meaning")
 _AS_CALLED = ColumnMap({})
@@ -187,7 +189,7 @@ def _named_in(document: dict[str, Any]) -> tuple[str, ...]:
 def _signals(
     path: Path, _document: dict[str, Any], axes: tuple[str, ...], model: AntennaModel | None, columns: ColumnMap
 ) -> _Seen:
-    named = axes or ("AXIS",)
+    named = axes or (UNNAMED_AXIS,)
     contents = None if columns.sources else contents_of(path)
     if contents is not None and not _is_ours(contents, axes):
         words = guess(contents, named)

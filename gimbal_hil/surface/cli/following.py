@@ -89,7 +89,11 @@ def after_drive_tables(model: Path, config: Path, out: Path, rehearsed: bool) ->
 
 
 def after_check(given: Sequence[Path], checked: Sequence[Checked], columns: Sequence[str] = ()) -> str:
-    """Where something is wrong the same check again, else the first use of what was checked."""
+    """Where something is wrong the same check again, else the first use of what was checked; for columns of a joint
+    that nobody has named, a model of it.
+    """
+    from gimbal_hil.surface.checking import UNNAMED_AXIS
+
     if any(one.faults for one in checked):
         return command_line("check", *given, column=columns)
     first: dict[str, Path] = {}
@@ -97,6 +101,9 @@ def after_check(given: Sequence[Path], checked: Sequence[Checked], columns: Sequ
     for one in sorted(checked, key=lambda one: not one.moves):
         first.setdefault(one.kind.value, one.path)
     moved = [one.path for one in checked if one.moves]
+    if any(word.startswith(f"{UNNAMED_AXIS}.") for word in columns):
+        # the columns are known, and nothing yet of the joint that they belong to
+        return command_line("init", _new(Path("mine")), "--yes", kind="rotary", axes="joint")
     configuration, model, plan = first.get("configuration"), first.get("model"), first.get("plan")
     for kind in ("run folder", "signals table"):
         if kind in first:

@@ -191,7 +191,7 @@ def _number(text: str, where: str, may_be_zero: bool) -> float:
         value = math.nan
     if not (math.isfinite(value) and (value > 0.0 or (may_be_zero and value == 0.0))):
         raise BadInputError(
-            where, f"{text!r} is no such number", "zero or more" if may_be_zero else "a positive number"
+            where, f"{text!r} is not a number that fits", "zero or more" if may_be_zero else "a positive number"
         )
     return value
 

@@ -11,8 +11,11 @@ import typer
 from firmware_protocol.places import require_new
 
 if TYPE_CHECKING:
-    from gimbal_hil.data.runs import Again, RecordedRun, ReplayResult
+    from collections.abc import Callable
+
+    from gimbal_hil.data.runs import Again, Event, RecordedRun, ReplayResult
     from gimbal_hil.loop.host import Host
+    from gimbal_hil.loop.settings import DaemonSettings
 
 ANSWER_FILE = "replay.json"
 
@@ -34,13 +37,20 @@ def command(
     update: Annotated[
         bool, typer.Option("--update", help="Where it differs: make what the host does now the reference in RUN.")
     ] = False,
+    config: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="What the host would have sent with these gains and limits on the same feedback."
+        ),
+    ] = None,
 ) -> int:
     """Run the recorded frames and commands through the host core again; the first tick and signal that differ, or
-    identical. Where they differ, the changes are listed signal by signal.
+    identical. Where they differ, the changes are listed signal by signal. With --config the recorded feedback stays as
+    it is, whatever the other host sends: it shows what changes first, not how the antenna would have gone on.
     """
     import time
 
-    from firmware_protocol.errors import EXIT_DONE, EXIT_NO
+    from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
     from gimbal_hil.data.runs import open_run
     from gimbal_hil.data.runs import update as make_reference
     from gimbal_hil.pages.report import Case, write_junit
@@ -50,10 +60,16 @@ def command(
         require_new(out, force, ANSWER_FILE)
     if learned is not None:
         require_new(learned.parent, force, learned.name, instead="another file")
-    log = open_run(run)
+    if config is not None and (update or learned is not None):
+        raise BadInputError("--config", "is an experiment in thought", "no --update and no --learned beside it")
+    log, other = open_run(run), None
+    if config is not None:
+        from gimbal_hil.loop.settings import load_settings
+
+        other = load_settings(config)
     began = time.perf_counter()
-    result, host = _replay(log, quiet=as_json)
-    again = None if result.identical else _again(log, must=update)
+    result, host = _replay(log, other, quiet=as_json)
+    again = None if result.identical else _again(log, other, must=update)
     answer = _answer(log, result, time.perf_counter() - began) | {"changes": _changes(log, again)}
     if learned is not None:
         answer |= {"learned": _write_learned(learned, result, host)}
@@ -87,32 +103,35 @@ def _write_learned(path: Path, result: ReplayResult, host: Host) -> dict[str, in
     return {axis: len(rows) for axis, rows in entries.items()}
 
 
-def _replay(log: RecordedRun, *, quiet: bool) -> tuple[ReplayResult, Host]:
+def _replay(log: RecordedRun, other: DaemonSettings | None, *, quiet: bool) -> tuple[ReplayResult, Host]:
     from rich.progress import Progress
 
     from gimbal_hil.data.runs import replay
-    from gimbal_hil.realtime.lockstep import give_again, host_of
     from gimbal_hil.surface.cli.progress import error_console
 
-    host = host_of(log)
+    host, give = _host(log, other)
     console = error_console()
     with Progress(console=console, transient=True, disable=quiet or not console.is_terminal) as bar:
         task = bar.add_task("replaying ticks", total=log.replayable_ticks)
-        found = replay(
-            log, host, lambda event: give_again(host, log, event), lambda done: bar.update(task, completed=done)
-        )
+        found = replay(log, host, give, lambda done: bar.update(task, completed=done))
     return found, host
 
 
-def _again(log: RecordedRun, must: bool) -> Again | None:
+def _host(log: RecordedRun, other: DaemonSettings | None) -> tuple[Host, Callable[[Event], None]]:
+    """The host of a run, or one of another configuration, and what hands it the recorded commands."""
+    from gimbal_hil.realtime.lockstep import give_again, host_of
+
+    host = host_of(log) if other is None else host_of(log, other)
+    return host, lambda event: give_again(host, log, event, other)
+
+
+def _again(log: RecordedRun, other: DaemonSettings | None, must: bool) -> Again | None:
     """What the host does now; None (an error where it must be) for a log that is damaged: then it is no reference."""
     from firmware_protocol.errors import BadInputError
     from gimbal_hil.data.runs import run_again
-    from gimbal_hil.realtime.lockstep import give_again, host_of
 
     try:
-        host = host_of(log)
-        return run_again(log, host, lambda event: give_again(host, log, event))
+        return run_again(log, *_host(log, other))
     except BadInputError:
         if must:
             raise

@@ -76,5 +76,5 @@ def report(
         models,
         seeds,
     )
-    Page("Tuning", "What an improved model gave to the pointing", paid_blocks(paid)).write(out / "report.html")
+    Page("Tuning", "What the improved model gains in pointing", paid_blocks(paid)).write(out / "report.html")
     return paid_text(paid)

@@ -178,7 +178,9 @@ def _trouble_lines(status: dict[str, Any], seconds: float) -> list[tuple[str, st
         ]
     if fault not in (None, "none"):
         return [(f"fault: {fault}{f' ({complaint})' if complaint else ''}", "bad")]
-    return [(f"segment {status['segment']}, last cause {status['cause']}", "")]
+    at = f"segment {status['segment']}" if status["segment"] >= 0 else "no segment"
+    cause = str(status["cause"]).replace("_", " ")
+    return [(at if cause == "none" else f"{at}; the state changed last by {cause}", "")]
 
 
 def _machine_lines(status: dict[str, Any], statistics: dict[str, Any], recording: object) -> list[tuple[str, str]]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Self
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.pages.plots import Drawing
+from gimbal_hil.pages.plots import PICTURE_ENDINGS, Drawing, write_picture
 from gimbal_hil.pages.report import Page, Plot
 
 #: of a page beside its figure: head, title, buttons, foot
@@ -27,15 +27,16 @@ class Picture(Drawing):
         return found
 
     def write(self, path: Path | str) -> Path:
-        """A page (.html) of this figure alone, which opens without a network; answers its path. Path or text;
-        BadInputError for another kind of file.
+        """This figure alone, by the ending: a page that opens without a network (.html), or a picture (.svg, .pdf,
+        .png; needs the extra `pictures`). Path or text; answers the path. BadInputError for another kind of file.
         """
         path = Path(path)
-        if path.suffix not in (".html", ".htm"):
-            raise BadInputError(
-                str(path), f"is no page: {path.suffix or 'no ending'} cannot be written", "a name that ends in .html"
-            )
-        return self._page().write(path)
+        if path.suffix in (".html", ".htm"):
+            return self._page().write(path)
+        if path.suffix not in PICTURE_ENDINGS:
+            endings = ", ".join((".html", *PICTURE_ENDINGS))
+            raise BadInputError(str(path), f"has the ending {path.suffix or 'none'}", f"a name with one of {endings}")
+        return write_picture(self, path, self._title)
 
     def _page(self) -> Page:
         return Page(self._title, "", [Plot(self)])

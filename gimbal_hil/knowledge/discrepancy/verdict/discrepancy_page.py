@@ -78,7 +78,7 @@ def discrepancy_page(result: Result, found: Verdict, corrected: AntennaModel | N
     if verdict["recalibrated"]:
         heads = ("axis", "number", "model", "known to", "refitted", "moved by, of what it is known to")
         rows = [_moved_row(moved) for moved in verdict["recalibrated"]]
-        blocks.append(Details("Known numbers that had to float", [Table(heads, rows)]))
+        blocks.append(Details("Known numbers that had to move", [Table(heads, rows)]))
     if verdict["not_testable"]:
         unseen = [(n["name"], n["axis"], n["reason"]) for n in verdict["not_testable"]]
         blocks.append(Details("What this data cannot show", [Table(("effect", "axis", "reason"), unseen)]))
@@ -102,7 +102,7 @@ def _answer(result: Result, verdict: dict[str, Any]) -> list[Block]:
                 (verdict["verdict"].replace("_", " "), "verdict"),
                 (
                     f"{gap['before'] / gap['noise_floor']:.1f} → {gap['after'] / gap['noise_floor']:.1f}",
-                    f"largest gap in floors, {gap['axis']} {gap['signal'].replace('_', ' ')}",
+                    f"largest gap in noise floors, {gap['axis']} {gap['signal'].replace('_', ' ')}",
                 ),
                 (
                     "-" if gap["closed_fraction"] is None else f"{gap['closed_fraction']:.1%}",

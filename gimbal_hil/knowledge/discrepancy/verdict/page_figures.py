@@ -27,10 +27,11 @@ _A_REST = 0.005
 
 def gap_figure(verdict: dict[str, Any]) -> Drawing:
     """Rms left per channel, in noise floors."""
-    from gimbal_hil.pages.plots import ALERT, MODEL, REFERENCE, SECOND, figure
+    from gimbal_hil.pages.plots import MODEL, REFERENCE, SECOND, figure, in_floors
 
     labels = [f"{g['axis']} {g['signal'].replace('_', ' ')}" for g in verdict["gaps"]]
     drawn = figure("Left over, in noise floors", "", "rms / noise floor", 360)
+    drawn_shares: list[float] = []
     for name, key, colour in (
         ("before", "before", REFERENCE),
         ("after", "after", MODEL),
@@ -38,14 +39,8 @@ def gap_figure(verdict: dict[str, Any]) -> Drawing:
     ):
         shares = [gap[key] / gap["noise_floor"] for gap in verdict["gaps"]]
         drawn.add_bar(name=name, x=labels, y=shares, marker=dict(color=colour))
-    drawn.add_hline(y=1.0, color=ALERT)
-    # on a logarithmic axis annotations stand at the logarithm
-    drawn.add_annotation(
-        x=1.0, xref="paper", xanchor="right", y=0.0, yanchor="bottom", text="noise floor", showarrow=False
-    )
-    # one, two and five of every decade that a bar can reach, written out
-    ticks = [digit * 10.0**decade for decade in range(-3, 7) for digit in (1, 2, 5)]
-    drawn.update_yaxes(type="log", tickvals=ticks, ticktext=[f"{tick:g}" for tick in ticks])
+        drawn_shares += shares
+    in_floors(drawn, drawn_shares)
     return drawn
 
 
@@ -214,7 +209,7 @@ def time_figure(result: Result) -> Drawing:
     part = thinned(first, 2000)
     channels = search.twin.channels
     drawn = stacked(
-        [f"{c.axis} {c.signal.replace('_', ' ')}" for c in channels], "time [s]", ["floors"] * len(channels)
+        [f"{c.axis} {c.signal.replace('_', ' ')}" for c in channels], "time [s]", ["noise floors"] * len(channels)
     )
     for j in range(len(channels)):
         row = j + 1

@@ -218,7 +218,8 @@ def _notes(result: Result) -> list[str]:
 
 
 def _reason(rival: Rival) -> str:
-    leaves = f"on this data it leaves {rival.extra:+.1%} squares, {rival.sure:.1f} standard errors apart"
+    more = f"{abs(rival.extra):.1%} {'more' if rival.extra >= 0.0 else 'less'}"
+    leaves = f"on this data it leaves {more} of the squared residual, {rival.sure:.1f} standard errors apart"
     leaves += ", which is less than a model is exact to or than what both lack" if rival.same else ""
     beside = " and ".join(f"{name} of the {axis} axis" for name, axis in rival.labels[1:])
     return f"together with {beside}, {leaves}" if beside else leaves

@@ -60,9 +60,9 @@ def _would_have_shown(result: Result) -> str:
         asked = {effect.name: effect.asked_as for effect in CATALOGUE.values() if effect.asked_as}
         shown = [f"{words} {sizes[name]:.0%}" for name, words in asked.items() if name in sizes]
         hidden = [asked[name] for name, one in result.hidden if one == axis]
-        seen = f"on {axis} from {', '.join(shown)}" if shown else f"on {axis} none"
+        seen = f"on {axis} {', '.join(shown)}" if shown else f"on {axis} none"
         said.append(seen + (f" ({' and '.join(hidden)}: at no size)" if hidden else ""))
-    return f"Errors that would have shown: {'; '.join(said)}."
+    return f"Smallest errors that would have shown: {'; '.join(said)}."
 
 
 def _no_gap(gaps: Sequence[Gap], least: float) -> str:
@@ -71,8 +71,8 @@ def _no_gap(gaps: Sequence[Gap], least: float) -> str:
     floors = gap.after / gap.noise_floor
     if floors <= least:
         return ""
-    where = f"The {gap.signal.replace('_', ' ')} of {gap.axis} keeps {floors:.1f} floors"
-    return f" {where}: no more than what does not repeat, or than friction whose level wanders by a little leaves."
+    where = f"The {gap.signal.replace('_', ' ')} of {gap.axis} still has a gap of {floors:.1f} noise floors"
+    return f" {where}: motion that does not repeat, or friction whose level wanders a little, leaves as much."
 
 
 def _recalibration(result: Result, gaps: Sequence[Gap]) -> str:
@@ -99,10 +99,10 @@ def _unexplained(result: Result, gaps: Sequence[Gap]) -> str:
     searched = "Nothing in the catalogue"
     if result.request.only or result.request.without:
         searched = "None of the effects that were searched"
-    attempt = "no candidate pays on the hold-out"
+    attempt = "no candidate makes the hold-out better"
     if tried:
         least = float(np.max(result.path.state.left()))
-        attempt = f"the best attempt ({tried}) leaves {least:.1f} floors and does not stand"
+        attempt = f"the best attempt ({tried}) leaves {least:.1f} noise floors and is not confirmed"
     where = " Only the hold-out has this gap." if result.only_in_hold_out else ""
     return f"{size}. {searched} explains it: {attempt}.{where}{seen}"
 
@@ -216,7 +216,7 @@ def told_against(found: Entry) -> str:
 def _remainder(gaps: Sequence[Gap]) -> str:
     """What the causes leave, in floors of the model with them."""
     left = [(g, g.after / g.noise_floor_after) for g in gaps if g.after > 1.5 * g.noise_floor_after]
-    places = ", ".join(f"{g.signal.replace('_', ' ')} of {g.axis} {floors:.1f} floors" for g, floors in left)
+    places = ", ".join(f"{g.signal.replace('_', ' ')} of {g.axis} {floors:.1f} noise floors" for g, floors in left)
     return f" Still unexplained beside it: {places}." if places else ""
 
 

@@ -63,8 +63,11 @@ function tell_trouble(s) {
   }
   $("trouble_since").textContent = "for " + Math.max(0, s.time_ns / 1e9 - t.since_s).toFixed(0) + " s (since " + t.since_s.toFixed(1) + " s of the run)";
 }
-// beside a set-point in radians the same in degrees
+// radians of one unit of the set-points: they are written in radians or degrees, and sent in radians
+const radians = () => $("mode").value !== "torque" && $("unit").value === "deg" ? Math.PI / 180 : 1;
+// beside a set-point in one unit the same in the other
 function in_degrees(axis) {
-  const text = $("to_" + axis).value, mode = $("mode").value;
-  $("deg_" + axis).textContent = text === "" || mode === "torque" ? "" : degrees(Number(text), 2) + (mode === "position" ? "" : "/s");
+  const text = $("to_" + axis).value, mode = $("mode").value, value = Number(text) * radians(), a_second = mode === "position" ? "" : "/s";
+  $("deg_" + axis).textContent = text === "" || mode === "torque" ? "N m".repeat(mode === "torque")
+    : $("unit").value === "deg" ? "\u00b0" + a_second + " (" + value.toFixed(4) + " rad" + a_second + ")" : "rad" + a_second + " (" + degrees(value, 2) + a_second + ")";
 }
