@@ -28,4 +28,5 @@ EFFECT = Effect(
     acts_through=frozenset({Variable.TORQUE}),
     separated_by=(PLATEAUS, KNOWN_LOAD, REVERSAL_SIZES, TWO_LOADS),
     asked_as="torque gain",
+    must_show=True,
 )

@@ -38,4 +38,5 @@ EFFECT = Effect(
     separated_by=(PLATEAUS, WARM_AND_COOL, MEASURED_TORQUE),
     same_by_command="back_emf",
     asked_as="viscosity",
+    must_show=True,
 )

@@ -2,23 +2,36 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
+import numpy as np
 import pytest
 
-from gimbal_hil.knowledge.discrepancy import LEAST_GAP, Request, diagnose, verdict_of
+from gimbal_hil.knowledge.discrepancy import LEAST_GAP, Request, Result, diagnose, verdict_of
+from gimbal_hil.knowledge.discrepancy.hypotheses import command_residual
+from gimbal_hil.knowledge.discrepancy.inquiry import Noise
+from gimbal_hil.knowledge.discrepancy.judgement.smallest import without_own
+from gimbal_hil.knowledge.discrepancy.noise import Floor, WideTwin
 from sim_backend.model import AntennaModel
 from tests.discrepancy.static_rig import AXIS, Rig, log, model
 
 
+def diagnosed(given: AntennaModel) -> Result:
+    return diagnose(Request(given, (log(Rig(), "sweep", seed=3),), (log(Rig(), "laps", seed=4),)))
+
+
 def verdict_of_model(given: AntennaModel) -> dict[str, Any]:
-    logs = (log(Rig(), "sweep", seed=3),), (log(Rig(), "laps", seed=4),)
-    return verdict_of(diagnose(Request(given, *logs))).document
+    return verdict_of(diagnosed(given)).document
 
 
 @pytest.fixture(scope="module")
-def right() -> dict[str, Any]:
-    return verdict_of_model(model())
+def result() -> Result:
+    return diagnosed(model())
+
+
+@pytest.fixture(scope="module")
+def right(result: Result) -> dict[str, Any]:
+    return verdict_of(result).document
 
 
 @pytest.mark.parametrize("path", ["body.mass", "friction.coulomb", "friction.viscous"])
@@ -39,6 +52,16 @@ def test_an_all_clear_says_from_which_size_on_errors_would_have_shown(right: dic
     sizes = {one["name"]: one["relative"] for one in right["smallest_shown"]}
     assert sizes["inertia"] < 0.1 and sizes["coulomb"] < 0.1
     assert "Smallest errors that would have shown" in right["text"] and "inertia" in right["text"]
+    assert right["would_not_show"] == []
+
+
+def test_a_number_that_moved_stands_where_the_model_has_it_before_its_errors_are_sized(result: Result) -> None:
+    inquiry = result.inquiry
+    family = next(family for family in inquiry.families if family.effect == "coulomb")
+    bare, own = without_own(inquiry, result.null, family)
+    assert {"friction.coulomb"} <= {known.path for known in own}
+    assert np.allclose(bare.residual, command_residual(inquiry.twin, bare.hypothesis, inquiry.floor))
+    assert not np.allclose(bare.residual, result.null.fitted)
 
 
 def test_an_error_of_the_size_that_would_have_shown_does_show(right: dict[str, Any]) -> None:
@@ -54,4 +77,18 @@ def test_a_log_that_hardly_accelerates_cannot_judge_an_inertia() -> None:
     verdict = verdict_of(diagnose(Request(model("80%"), slow[:1], slow[1:]))).document
     assert verdict["verdict"] == "cannot_judge", verdict["text"]
     assert "inertia" in verdict["next_experiment"]["separates"]
-    assert "inertia" not in {one["name"] for one in verdict["smallest_shown"] if (one["relative"] or 9.0) < 1.0}
+    assert {"name": "inertia", "axis": AXIS} in verdict["would_not_show"]
+    assert "These logs would not have shown half or twice the right" in verdict["text"]
+
+
+def test_what_the_model_itself_allows_to_be_twice_as_large_is_not_judged() -> None:
+    # 80 % as a factor is 2.2, up and down
+    verdict = verdict_of_model(model("80%"))
+    assert verdict["verdict"] == "cannot_judge", verdict["text"]
+    assert {"inertia", "coulomb"} <= {one["name"] for one in verdict["would_not_show"]}
+
+
+def test_a_floor_is_none_where_an_explanation_leaves_less() -> None:
+    floors, nothing = (Floor(1.0, None, 1.0), Floor(2.0, None, 2.0)), np.zeros(2)
+    lower = Noise(floors, nothing, wide=cast(WideTwin, None), from_encoder=nothing).at_most(np.array([0.5, 3.0]))
+    assert [floor.rms for floor in lower.floors] == [0.5, 2.0]

@@ -23,12 +23,24 @@ class Outcome(Enum):
 
     RIGHT = "right"
     CLASS = "class"
+    #: the model says that it may be as far off, and the answer moves it back within that
+    MOVED = "moved within its uncertainty"
     CANNOT_JUDGE = "cannot judge"
     SILENT = "silent"
     GUESS = "guess"
     FALSE_NAME = "FALSE NAME"
     FALSE_ALL_CLEAR = "FALSE ALL-CLEAR"
     NO_ANSWER = "no answer"
+
+
+#: where the numbers of an effect stand in a model file
+STANDS_AT = {
+    "inertia": ("body.inertia.", "body.mass"),
+    "coulomb": ("friction.coulomb",),
+    "viscous": ("friction.viscous",),
+    "static_unbalance": ("body.cog.",),
+    "torque_gain": ("actuator.gain_error",),
+}
 
 
 @dataclass(frozen=True)
@@ -76,16 +88,32 @@ def outcome(said: Mapping[str, Any], planted: Planted) -> tuple[Outcome, str]:
         return Outcome.CLASS, ""
     if guessed - planted.true_names:
         return Outcome.GUESS, _left(verdict)
+    if any(_moves_back(one, planted) for one in verdict["recalibrated"]):
+        return Outcome.MOVED, _left(verdict)
+    if planted.effect in _not_shown(verdict):
+        return Outcome.CANNOT_JUDGE, _claim(verdict, planted)
     return Outcome.SILENT, _left(verdict)
+
+
+def _not_shown(verdict: Mapping[str, Any]) -> set[str]:
+    return {one["name"] for one in verdict["would_not_show"]}
+
+
+def _moves_back(one: Mapping[str, Any], planted: Planted) -> bool:
+    """Whether a known number moved away from what was planted, by more than its interval."""
+    beyond = one["high"] < one["from"] if planted.factor > 1.0 else one["low"] > one["from"]
+    return beyond and one["path"].startswith(STANDS_AT[planted.effect])
 
 
 def _claim(verdict: Mapping[str, Any], planted: Planted) -> str:
     """What the answer says of errors like the planted one."""
+    if planted.effect in _not_shown(verdict):
+        return "half or twice would not have shown, it says"
     sizes = [one["relative"] for one in verdict["smallest_shown"] if one["name"] == planted.effect]
     shown = min((size for size in sizes if size is not None), default=None)
     if shown is None:
         return "it would not have shown at any size"
-    would = "would not have shown" if shown > abs(planted.factor - 1.0) else "WRONG: should have shown"
+    would = "would not have shown" if shown > abs(1.0 / planted.factor - 1.0) else "WRONG: should have shown"
     return f"{would}: from {shown:.0%}"
 
 

@@ -21,7 +21,14 @@ from tests.rigs.planted import BESIDE, FACTORS, NUMBERS, RIGS, rows, table
 INERTIA_BESIDE_A_RIPPLE = Planted("inertia", 0.5, frozenset({"cogging"}))
 
 
-def said(verdict: str, *told: tuple[str, str], others: tuple[str, ...] = (), **sizes: float | None) -> Any:
+def said(
+    verdict: str,
+    *told: tuple[str, str],
+    others: tuple[str, ...] = (),
+    hidden: tuple[str, ...] = (),
+    moved: tuple[dict[str, Any], ...] = (),
+    **sizes: float | None,
+) -> Any:
     effects = [{"name": name, "status": status} for name, status in told]
     alternatives = [{"name": name} for name in others]
     gap = {"before": 8.0, "after": 2.0, "noise_floor": 1.0}
@@ -33,8 +40,14 @@ def said(verdict: str, *told: tuple[str, str], others: tuple[str, ...] = (), **s
             "alternatives": alternatives,
             "gap": gap,
             "smallest_shown": shown,
+            "would_not_show": [{"name": name} for name in hidden],
+            "recalibrated": list(moved),
         }
     }
+
+
+def moved_inertia(low: float, high: float) -> dict[str, Any]:
+    return {"path": "body.inertia.zz", "from": 1.0, "low": low, "high": high}
 
 
 @pytest.mark.parametrize(
@@ -47,6 +60,9 @@ def said(verdict: str, *told: tuple[str, str], others: tuple[str, ...] = (), **s
         (said("cannot_judge", inertia=0.8), Outcome.CANNOT_JUDGE),
         (said("unexplained"), Outcome.SILENT),
         (said("named", ("cogging", "named")), Outcome.SILENT),
+        (said("named", ("cogging", "named"), hidden=("inertia",)), Outcome.CANNOT_JUDGE),
+        (said("named", ("cogging", "named"), moved=(moved_inertia(1.4, 1.6),)), Outcome.MOVED),
+        (said("named", ("cogging", "named"), moved=(moved_inertia(0.9, 1.6),)), Outcome.SILENT),
         (said("ambiguous", ("backlash", "ambiguous")), Outcome.GUESS),
         ({"error": "no answer"}, Outcome.NO_ANSWER),
     ],
@@ -66,12 +82,13 @@ def test_a_gain_that_is_off_is_also_told_by_all_other_numbers_being_off_alike() 
 @pytest.mark.parametrize(
     ("sizes", "why"),
     [
+        ({"hidden": ("inertia",)}, "half or twice would not have shown, it says"),
         ({}, "it would not have shown at any size"),
-        ({"inertia": 0.8}, "would not have shown: from 80%"),
+        ({"inertia": 1.2}, "would not have shown: from 120%"),
         ({"inertia": 0.3, "coulomb": 9.0}, "WRONG: should have shown: from 30%"),
     ],
 )
-def test_what_cannot_be_judged_is_measured_by_what_the_answer_claims(sizes: dict[str, float], why: str) -> None:
+def test_what_cannot_be_judged_is_measured_by_what_the_answer_claims(sizes: dict[str, Any], why: str) -> None:
     assert outcome(said("cannot_judge", **sizes), INERTIA_BESIDE_A_RIPPLE)[1] == why
 
 

@@ -35,6 +35,7 @@ from gimbal_hil.knowledge.discrepancy.judgement import (
     Request,
     Result,
     decide,
+    hidden_errors,
     smallest_sizes,
     torque_is_measured,
     with_identification,
@@ -79,7 +80,7 @@ def _diagnose(request: Request, executor: WorkExecutor, progress: Callable[[str]
     else:
         # one cause, however small its gap, shows whether it passed for noise
         path = explain(replace(inquiry, policy=replace(request.policy, least_gap=0.0)), null, most=1)
-    lower = noise.under(inquiry.twin, path.state.hypothesis)
+    lower = noise.under(inquiry.twin, path.state.hypothesis).at_most(rms(path.state.untouched) * inquiry.floor)
     if path.state.hypothesis.causes and np.min(lower.effective(inquiry.twin) / inquiry.floor) < _FALLEN:
         # what seemed explained under the old floors may hide another cause under the new ones
         inquiry, noise, stated, null, path = _under(inquiry, lower, path)
@@ -89,7 +90,8 @@ def _diagnose(request: Request, executor: WorkExecutor, progress: Callable[[str]
     decision = with_identification(inquiry, with_measured_torque(inquiry, decision))
     progress("from which size on errors would have shown")
     smallest = smallest_sizes(inquiry, null)
-    result = Result(request, inquiry, noise, stated, null, decision, path, suspected_only, only_there, smallest)
+    hidden = hidden_errors(inquiry, null, effect_names(request.only, request.without))
+    result = Result(request, inquiry, noise, stated, null, decision, path, suspected_only, only_there, smallest, hidden)
     if decision.kind is Kind.NO_DISCREPANCY and result.hidden:
         # nothing stands out, but an error of the size that matters would not have either
         result = replace(result, decision=replace(decision, kind=Kind.CANNOT_JUDGE))

@@ -25,6 +25,8 @@ class Policy:
     control: float = 0.5
     #: noise floors below which a gap is none
     least_gap: float = LEAST_GAP
+    #: and those up to which a gap is none that the hold-out does not repeat, or that nothing predicts
+    not_repeated: float = 2.0
     #: share of the remainder, beyond its control, that may still be predicted from the variables that a named cause
     #: acts through
     exhausted: float = 0.2

@@ -91,6 +91,16 @@ class Noise:
         lower = smaller(list(self.floors), floors(twin, spectra, structure, P))
         return replace(self, floors=tuple(lower))
 
+    def at_most(self, left: Floats) -> Noise:
+        """The same where an explanation leaves less than a floor, rms per channel, of rows that it was not fitted to:
+        that floor is none.
+        """
+        lower = tuple(
+            replace(floor, rms=min(floor.rms, max(float(rest), 1e-12)))
+            for floor, rest in zip(self.floors, left, strict=True)
+        )
+        return replace(self, floors=lower)
+
     def effective(self, twin: Twin) -> Floats:
         """Floor per channel: noise and what no twin can follow."""
         return effective_floors(twin, list(self.floors), self.processing)

@@ -32,12 +32,9 @@ def without_candidate(inquiry: Inquiry, noise: Noise, stated: State) -> Noise:
     the hold-out.
     """
     left = free_residual(inquiry, stated)
-    floors = tuple(
-        replace(floor, rms=min(floor.rms, max(share * whole, 1e-12)))
-        for floor, share, whole in zip(noise.floors, left, inquiry.floor, strict=True)
-    )
     # a right model leaves no more than that, and neither does the pipeline of it
-    return replace(noise, floors=floors, processing=np.minimum(noise.processing, left * inquiry.floor))
+    left = left * inquiry.floor
+    return replace(noise.at_most(left), processing=np.minimum(noise.processing, left))
 
 
 def free_residual(inquiry: Inquiry, stated: State) -> Floats:

@@ -2,6 +2,7 @@
 
 from gimbal_hil.knowledge.discrepancy.judgement.agreement import with_identification
 from gimbal_hil.knowledge.discrepancy.judgement.deciding import Denial, Kind, Status, Told, decide
+from gimbal_hil.knowledge.discrepancy.judgement.earned import hidden_errors
 from gimbal_hil.knowledge.discrepancy.judgement.intervals import number_intervals, parameter_intervals
 from gimbal_hil.knowledge.discrepancy.judgement.measured_torque import torque_is_measured, with_measured_torque
 from gimbal_hil.knowledge.discrepancy.judgement.result import Request, Result
@@ -28,6 +29,7 @@ __all__ = [
     "Trace",
     "channel_name",
     "decide",
+    "hidden_errors",
     "number_intervals",
     "parameter_intervals",
     "smallest_sizes",

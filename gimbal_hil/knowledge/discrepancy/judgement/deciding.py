@@ -24,8 +24,6 @@ from gimbal_hil.knowledge.discrepancy.search import (
 )
 from sim_backend.effects import CATALOGUE, Variable
 
-#: a gap that the hold-out does not repeat, or that nothing predicts, is none up to this many floors
-_NOT_REPEATED = 2.0
 #: how often the judgement may begin anew for each cause: one left out, replaced, or replaced once more
 _TURNS = 3
 #: a rival that takes a cause's place has at most so many numbers more
@@ -236,7 +234,7 @@ def _leaves_a_gap(inquiry: Inquiry, null: State) -> bool:
     one of twice the noise anywhere.
     """
     limit = np.hypot(1.0, inquiry.inexact)
-    if np.any(null.left() > _NOT_REPEATED * limit):
+    if np.any(null.left() > inquiry.policy.not_repeated * limit):
         return True
     least = inquiry.policy.least_gap * limit
     return bool(np.any(rms(null.held_out()) > least) and np.any(left_beside_wander(inquiry, null) > least))
@@ -249,8 +247,9 @@ def _only_noise(inquiry: Inquiry, null: State, left: tuple[Remainder, ...]) -> b
     policy = inquiry.policy
     if not _leaves_a_gap(inquiry, null):
         return True
-    small = bool(np.all(null.left() <= _NOT_REPEATED)) and all(r.predictable.beyond < policy.exhausted for r in left)
-    return small or bool(np.all(left_beside_wander(inquiry, null) <= _NOT_REPEATED))
+    most = policy.not_repeated
+    small = bool(np.all(null.left() <= most)) and all(r.predictable.beyond < policy.exhausted for r in left)
+    return small or bool(np.all(left_beside_wander(inquiry, null) <= most))
 
 
 def _told(

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from gimbal_hil.data.signals import SignalsTable
-from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, Noise, Policy, State, effect_names
+from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, Noise, Policy, State
 from gimbal_hil.knowledge.discrepancy.judgement.deciding import Decision, Told
-from gimbal_hil.knowledge.discrepancy.judgement.smallest import Shows, hidden_errors
+from gimbal_hil.knowledge.discrepancy.judgement.smallest import Shows
 from gimbal_hil.knowledge.discrepancy.laws import Described
 from gimbal_hil.knowledge.discrepancy.search import Path
 from sim_backend.model import AntennaModel
@@ -47,6 +47,8 @@ class Result:
     only_in_hold_out: bool = False
     #: every cause that these logs would have shown, from which size on
     smallest: tuple[Shows, ...] = ()
+    #: numbers (effect, axis) of which these logs would not have shown that they are half or twice what they should be
+    hidden: tuple[tuple[str, str], ...] = ()
     #: where no name fits: the laws that do
     described: Described | None = None
 
@@ -54,12 +56,6 @@ class Result:
     def model(self) -> AntennaModel:
         """The model that was asked about."""
         return self.request.model
-
-    @property
-    def hidden(self) -> tuple[tuple[str, str], ...]:
-        """Numbers (effect, axis) of which these logs would not have shown an error of a factor of two."""
-        searched = effect_names(self.request.only, self.request.without)
-        return hidden_errors(self.model, searched, self.smallest)
 
     @property
     def best(self) -> State:

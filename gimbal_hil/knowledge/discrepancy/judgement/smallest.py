@@ -5,24 +5,28 @@ their uncertainty, makes a gap. The same for logs that are there as for a rehear
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gimbal_hil.knowledge.discrepancy.hypotheses import Cause, Family, Fit, KnownNumber, Weighing, values_of
+from gimbal_hil.knowledge.discrepancy.hypotheses import (
+    Cause,
+    Family,
+    Fit,
+    KnownNumber,
+    Weighing,
+    command_residual,
+    values_of,
+)
 from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, State, weighing_of
 from gimbal_hil.knowledge.discrepancy.search import basis_of, responses, row_weights
 from gimbal_hil.knowledge.discrepancy.twin import Floats
-from sim_backend.effects import CATALOGUE, Effect, Start, ripple_start
-from sim_backend.model import AntennaModel
+from sim_backend.effects import CATALOGUE, Start, ripple_start
 
 #: a ripple is foreseen at so many periods a turn, or along the travel of a linear axis
 ORDER = 12.0
 #: a trace is taken as growing with its cause up to so many times the size that was tried
 _FARTHEST = 30.0
-#: an error of this share matters to whoever closes a loop with the model
-_FACTOR_OF_TWO = 1.0
 
 
 @dataclass(frozen=True)
@@ -64,31 +68,9 @@ def smallest_sizes(inquiry: Inquiry, null: State) -> tuple[Shows, ...]:
     return tuple(one.shows for family in inquiry.families for one in traces(inquiry, null, weighing, family))
 
 
-def hidden_errors(
-    model: AntennaModel, searched: frozenset[str], smallest: Sequence[Shows]
-) -> tuple[tuple[str, str], ...]:
-    """Numbers (effect, axis) that a model has to be right in and of which these logs would not have shown an error of a
-    factor of two, as far as the model states them and they were `searched`. A gain that is wrong by as much shows as
-    all of them being off alike.
-    """
-    shown = {(one.name, one.axis) for one in smallest if one.relative is not None and one.relative < _FACTOR_OF_TWO}
-    return tuple(
-        (effect.name, axis)
-        for axis in model.axes
-        for effect in CATALOGUE.values()
-        if effect.must_show and effect.name in searched and _is_stated(model, axis, effect)
-        if (effect.name, axis) not in shown
-    )
-
-
-def _is_stated(model: AntennaModel, axis: str, effect: Effect) -> bool:
-    """Whether the model has the effect's number."""
-    return model.number(axis, model.number_path(axis, effect.parameters[0].path or "")) != 0.0
-
-
 def traces(inquiry: Inquiry, null: State, weighing: Weighing, family: Family) -> list[Trace]:
     """The trace of a family at the start that shows it at the smallest size; none where no start does."""
-    bare, own = _without_own(inquiry, null, family)
+    bare, own = without_own(inquiry, null, family)
     found = []
     for start in _starts(inquiry, family):
         trace = _trace(inquiry, bare, own, weighing, family, start)
@@ -107,7 +89,7 @@ def _starts(inquiry: Inquiry, family: Family) -> tuple[Start, ...]:
     return (ripple_start(ORDER * 2.0 * math.pi / travel),)
 
 
-def _without_own(inquiry: Inquiry, null: State, family: Family) -> tuple[Fit, tuple[KnownNumber, ...]]:
+def without_own(inquiry: Inquiry, null: State, family: Family) -> tuple[Fit, tuple[KnownNumber, ...]]:
     """The null fit in which the numbers that a cause moves do not float, and those numbers."""
     model, hypothesis = inquiry.twin.model, null.hypothesis
     paths = {model.number_path(family.axis, p.path) for p in CATALOGUE[family.effect].parameters if p.path}
@@ -123,7 +105,9 @@ def _without_own(inquiry: Inquiry, null: State, family: Family) -> tuple[Fit, tu
         y=tuple(hypothesis.y[j] for j in others),
     )
     own = tuple(known for known, is_own in zip(hypothesis.floating, mine, strict=True) if is_own)
-    return replace(null.fit, hypothesis=shorter, jacobian=null.fit.jacobian[:, kept]), own
+    # where its own numbers had moved, they stand at what the model says again
+    residual = command_residual(inquiry.twin, shorter, inquiry.floor)
+    return replace(null.fit, hypothesis=shorter, residual=residual, jacobian=null.fit.jacobian[:, kept]), own
 
 
 def _trace(
@@ -200,4 +184,4 @@ def channel_name(inquiry: Inquiry, index: int) -> str:
     return f"{channel.signal} of {channel.axis}"
 
 
-__all__ = ["ORDER", "Shows", "Trace", "channel_name", "hidden_errors", "smallest_sizes", "traces"]
+__all__ = ["ORDER", "Shows", "Trace", "channel_name", "smallest_sizes", "traces", "without_own"]

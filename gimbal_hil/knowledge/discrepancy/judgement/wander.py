@@ -25,9 +25,14 @@ def left_beside_wander(inquiry: Inquiry, state: State) -> Floats:
     """Rms per channel, in floors, of what wandering friction levels leave of a state; unchanged where they would wander
     too far.
     """
+    both = ((inquiry.twin, state.hypothesis), (inquiry.holdout, state.held))
+    return beside_wander(inquiry, state, *(torque_residual(twin, one, inquiry.floor) for twin, one in both))
+
+
+def beside_wander(inquiry: Inquiry, state: State, fitted: Floats, held: Floats) -> Floats:
+    """The same of rows of the fitted logs and of the hold-out."""
     found = []
-    for twin, hypothesis in ((inquiry.twin, state.hypothesis), (inquiry.holdout, state.held)):
-        rows = torque_residual(twin, hypothesis, inquiry.floor)
+    for twin, rows in ((inquiry.twin, fitted), (inquiry.holdout, held)):
         friction = _friction(twin, state, inquiry.floor)
         ends = np.cumsum([int(record.keep.sum()) for record in twin.records])[:-1]
         logs = zip(np.split(rows, ends), np.split(friction, ends), strict=True)

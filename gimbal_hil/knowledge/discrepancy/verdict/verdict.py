@@ -32,7 +32,13 @@ from gimbal_hil.knowledge.discrepancy.verdict.next_run import run_for
 from gimbal_hil.knowledge.discrepancy.verdict.separating import CHANCE, separating_run
 from gimbal_hil.knowledge.discrepancy.verdict.testable import not_testable
 from gimbal_hil.knowledge.discrepancy.verdict.where import Regime, RegimeGroup, most_telling, regimes
-from gimbal_hil.knowledge.discrepancy.verdict.wording import contradiction_of, told, told_against, told_unseen
+from gimbal_hil.knowledge.discrepancy.verdict.wording import (
+    contradiction_of,
+    told,
+    told_against,
+    told_hidden,
+    told_unseen,
+)
 from sim_backend.effects import CATALOGUE
 from sim_backend.model import AntennaModel
 
@@ -62,6 +68,8 @@ class Verdict:
     something_else: float | None
     #: the smallest error of each number or effect that these logs would have shown
     smallest_shown: tuple[Entry, ...]
+    #: numbers that could be half or twice what they should be without showing in these logs
+    would_not_show: tuple[Entry, ...]
     #: where nothing is told: the variable that alone predicts most of what is left, and the share
     depends_on: Entry | None
     notes: tuple[str, ...] = ()
@@ -87,6 +95,7 @@ class Verdict:
             "contradictions": list(self.contradictions),
             "something_else": None if self.something_else is None else round(self.something_else, 3),
             "smallest_shown": list(self.smallest_shown),
+            "would_not_show": list(self.would_not_show),
             "depends_on": self.depends_on,
             "notes": list(self.notes),
         }
@@ -114,7 +123,7 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
     text = told(result, effects, gaps) + "".join(told_against(found) for found in against)
     something_else = 1.0 - min((one.of_names for one in result.told), default=0.0 if kind is Kind.UNEXPLAINED else 1.0)
     over, unseen = result.decision.depends_on, tuple(not_testable(result))
-    text += told_unseen(result, unseen)
+    text += told_unseen(result, unseen) + told_hidden(result)
     return Verdict(
         kind,
         text,
@@ -129,6 +138,7 @@ def verdict_of(result: Result, logs: Sequence[SignalsTable] = (), notes: Sequenc
         against,
         something_else,
         tuple(_smallest_entry(one) for one in result.smallest),
+        tuple({"name": name, "axis": axis} for name, axis in result.hidden),
         None if over is None else {"variable": over[0].value, "share": round(over[1], 3)},
         (*notes, *_notes(result)),
         laws_of(result),
@@ -155,7 +165,7 @@ def _run_that_judges(result: Result) -> Entry:
 
 def refusal(reason: str) -> Verdict:
     """The verdict of logs that were refused: nothing but why."""
-    return Verdict(Kind.UNUSABLE_DATA, reason, (), (), (), None, (), None, (), (), (), None, (), None)
+    return Verdict(Kind.UNUSABLE_DATA, reason, (), (), (), None, (), None, (), (), (), None, (), (), None)
 
 
 def entries_of(effect: Entry) -> list[Entry]:

@@ -29,11 +29,7 @@ def told(result: Result, effects: Sequence[Entry], gaps: Sequence[Gap]) -> str:
         limit = _no_gap(gaps, result.request.policy.least_gap)
         return f"The model explains this data to its noise{moved}. {_would_have_shown(result)}{limit}"
     if kind is Kind.CANNOT_JUDGE:
-        hidden = " nor ".join(_name(*one) for one in result.hidden)
-        return (
-            f"There is no gap{moved}, but these logs cannot judge the model: an error of a factor of two in {hidden} "
-            f"would not have shown. {_would_have_shown(result)}"
-        )
+        return f"There is no gap{moved}, but these logs cannot judge the model. {_would_have_shown(result)}"
     if kind is Kind.UNEXPLAINED:
         return _unexplained(result, gaps)
     if kind is Kind.DESCRIBED:
@@ -59,9 +55,7 @@ def _would_have_shown(result: Result) -> str:
         sizes = {one.name: one.relative for one in result.smallest if one.axis == axis and one.relative is not None}
         asked = {effect.name: effect.asked_as for effect in CATALOGUE.values() if effect.asked_as}
         shown = [f"{words} {sizes[name]:.0%}" for name, words in asked.items() if name in sizes]
-        hidden = [asked[name] for name, one in result.hidden if one == axis]
-        seen = f"on {axis} {', '.join(shown)}" if shown else f"on {axis} none"
-        said.append(seen + (f" ({' and '.join(hidden)}: at no size)" if hidden else ""))
+        said.append(f"on {axis} {', '.join(shown)}" if shown else f"on {axis} none")
     return f"Smallest errors that would have shown: {'; '.join(said)}."
 
 
@@ -205,6 +199,14 @@ def told_unseen(result: Result, unseen: Sequence[Entry]) -> str:
     """Which effects that were asked for these data cannot show."""
     asked = [e for e in unseen if e["name"] in result.request.only]
     return "".join(f" {_at_first(_name(e['name'], e['axis']))} was not tested: {e['reason']}." for e in asked)
+
+
+def told_hidden(result: Result) -> str:
+    """Which numbers could be off by a factor of two, but for those that are told."""
+    told = {one.standing.label for one in result.told}
+    left = [label for label in result.hidden if label not in told]
+    hidden = " or ".join(f"{CATALOGUE[name].asked_as} on {axis}" for name, axis in left)
+    return f" These logs would not have shown half or twice the right {hidden}." if hidden else ""
 
 
 def told_against(found: Entry) -> str:

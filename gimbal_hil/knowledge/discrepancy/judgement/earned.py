@@ -1,0 +1,155 @@
+"""An all-clear is earned: would these logs have shown a number of the model that is half or twice what it should be?
+
+Each number that a model has to be right in is put wrong by a factor of two, in either direction, along the motion of
+the logs. What that leaves beside everything that the other known numbers can take within their uncertainty has to be a
+gap by itself, by the rule that found none: of the hold-out, or a larger one of any log. Where it is not, the logs
+cannot judge it. No noise helps it over that limit: how much of the floor is noise nobody knows.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from gimbal_hil.knowledge.discrepancy.hypotheses import (
+    Cause,
+    Family,
+    Hypothesis,
+    KnownNumber,
+    Weighing,
+    command_residual,
+    prior_weights,
+)
+from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, State, rms, weighing_of
+from gimbal_hil.knowledge.discrepancy.judgement.smallest import without_own
+from gimbal_hil.knowledge.discrepancy.judgement.wander import beside_wander
+from gimbal_hil.knowledge.discrepancy.search import row_weights
+from gimbal_hil.knowledge.discrepancy.twin import Floats
+from sim_backend.effects import CATALOGUE, Effect, Knob, Move
+from sim_backend.model import AntennaModel
+
+_FACTORS = (0.5, 2.0)
+#: step of a known number for its slope on the hold-out, in its own coordinate
+_STEP = 0.02
+
+
+def hidden_errors(inquiry: Inquiry, null: State, searched: frozenset[str]) -> tuple[tuple[str, str], ...]:
+    """Numbers (effect, axis) that a model has to be right in and of which these logs would not have shown that they are
+    half or twice what they should be, as far as the model states them and they were `searched`.
+    """
+    model, families = inquiry.twin.model, {family.label: family for family in inquiry.families}
+    asked = [
+        (effect.name, axis)
+        for axis in model.axes
+        for effect in CATALOGUE.values()
+        if effect.must_show and effect.name in searched and _is_stated(model, axis, effect)
+    ]
+    weighing, slopes = weighing_of(inquiry, null), _slopes_held(inquiry, null.held)
+    return tuple(
+        label
+        for label in asked
+        if label not in families
+        or not all(_shows(inquiry, null, weighing, slopes, families[label], factor) for factor in _FACTORS)
+    )
+
+
+def _is_stated(model: AntennaModel, axis: str, effect: Effect) -> bool:
+    """Whether the model has the effect's number; a gain is one where nothing is said."""
+    first = effect.parameters[0]
+    return first.unit == "1" or model.number(axis, model.number_path(axis, first.path or "")) != 0.0
+
+
+def _slopes_held(inquiry: Inquiry, hypothesis: Hypothesis) -> dict[KnownNumber, Floats]:
+    """What every known number does to the hold-out, (rows, channels)."""
+    twin, floor = inquiry.holdout, inquiry.floor
+    rows = command_residual(twin, hypothesis, floor)
+    found = {}
+    for j, known in enumerate(hypothesis.floating):
+        y = tuple(at + _STEP * (i == j) for i, at in enumerate(hypothesis.y))
+        found[known] = (command_residual(twin, replace(hypothesis, y=y), floor) - rows) / _STEP
+    return found
+
+
+def _shows(
+    inquiry: Inquiry,
+    null: State,
+    weighing: Weighing,
+    slopes: dict[KnownNumber, Floats],
+    family: Family,
+    factor: float,
+) -> bool:
+    """Whether a number that is off by a factor would have left a gap."""
+    bare, own = without_own(inquiry, null, family)
+    near = _within_reach(inquiry.twin.model, family, own, factor)
+    if (near - factor) * (factor - 1.0) >= 0.0:
+        # what the model says of it allows as much, and nothing would be told
+        return False
+    ends = [bare.hypothesis.plus(_off_by(inquiry.twin.model, family, of)) for of in (near, factor)]
+    fitted, held = (
+        command_residual(twin, ends[1], inquiry.floor) - command_residual(twin, ends[0], inquiry.floor)
+        for twin in (inquiry.twin, inquiry.holdout)
+    )
+    if not (np.isfinite(fitted).all() and np.isfinite(held).all()):
+        # no joint of that size makes this motion at all
+        return True
+    others = bare.hypothesis.floating
+    if others:
+        moved = _taken(bare.jacobian, fitted.ravel(), row_weights(bare, weighing), bare.hypothesis)
+        fitted = fitted - (bare.jacobian @ moved).reshape(fitted.shape)
+        held = held - sum(by * slopes[known] for known, by in zip(others, moved, strict=True))
+    return _is_gap(inquiry, null, fitted, held)
+
+
+def _is_gap(inquiry: Inquiry, null: State, fitted: Floats, held: Floats) -> bool:
+    """Whether rows of the fitted logs and of the hold-out are a gap by themselves, whatever the noise is: by the rule
+    of the decision.
+    """
+    policy, limit = inquiry.policy, np.hypot(1.0, inquiry.inexact)
+    halves = [rms(held[mask]) for mask in (inquiry.selecting, ~inquiry.selecting) if np.any(mask)]
+    repeated = np.any(rms(held) > policy.least_gap * limit)
+    large = np.any(np.max([rms(fitted), *halves], axis=0) > policy.not_repeated * limit)
+    if not (repeated or large):
+        return False
+    return bool(np.any(beside_wander(inquiry, null, fitted, held) > policy.least_gap * limit))
+
+
+def _taken(jacobian: Floats, rows: Floats, per_row: Floats, hypothesis: Hypothesis) -> Floats:
+    """By how much known numbers move, within their uncertainty, to take what they can of rows of the fitted logs."""
+    from scipy.optimize import lsq_linear
+
+    basis, corner = np.linalg.qr(np.vstack([jacobian * per_row[:, None], np.diag(prior_weights(hypothesis))]))
+    wanted = basis[: len(rows)].T @ (rows * per_row)
+    y, reach = np.array(hypothesis.y), np.array([known.reach for known in hypothesis.floating])
+    room = np.minimum(-reach - y, -1e-12), np.maximum(reach - y, 1e-12)
+    return np.asarray(lsq_linear(corner, wanted, room, method="bvls").x)
+
+
+def _within_reach(model: AntennaModel, family: Family, own: tuple[KnownNumber, ...], factor: float) -> float:
+    """The factor up to which a number that is off moves to where it belongs, within its own uncertainty."""
+    stated, is_share = _stated(model, family, family.knobs[0])
+    ends = [known.moved(stated, math.copysign(known.reach, factor - 1.0)) for known in own[:1]]
+    return next((1.0 + end - stated if is_share else end / stated for end in ends), 1.0)
+
+
+def _stated(model: AntennaModel, family: Family, knob: Knob) -> tuple[float, bool]:
+    """What the model says of the number that a knob moves, and whether one is added to it to make a factor."""
+    parameter = next(p for p in CATALOGUE[family.effect].parameters if p.name == knob.parameters[0])
+    return model.number(family.axis, model.number_path(family.axis, parameter.path or "")), parameter.unit == "1"
+
+
+def _off_by(model: AntennaModel, family: Family, factor: float) -> Cause:
+    """A number that is so many times what the model says, as far as the catalogue lets it be."""
+    x = []
+    for knob in family.knobs:
+        stated, is_share = _stated(model, family, knob)
+        wanted = stated + factor - 1.0 if is_share else factor * stated
+        x.append(min(max(_coordinate(knob, stated, wanted), knob.low), knob.high))
+    return Cause(family, tuple(x))
+
+
+def _coordinate(knob: Knob, stated: float, wanted: float) -> float:
+    if knob.move is Move.ADD:
+        return (wanted - stated) / knob.size
+    return math.log(wanted / (stated if knob.move is Move.FACTOR else knob.size))
