@@ -18,6 +18,7 @@ __all__ = [
     "lockstep",
     "mail",
     "messages",
+    "object_code",
     "opening",
     "places",
     "protocol_versions",

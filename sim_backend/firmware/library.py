@@ -5,13 +5,13 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import os
-import shutil
 import subprocess
 from collections.abc import Mapping
 from pathlib import Path
 
 import firmware_protocol
 from firmware_protocol.errors import BadInputError
+from sim_backend.c_compiler import c_compiler
 from sim_backend.firmware.structures import HostBench
 
 PROTOCOL_FOLDER = Path(firmware_protocol.__file__).parent
@@ -34,9 +34,7 @@ def build_library(folder: Path, changed: Mapping[str, str] | None = None, optimi
     BadInputError where there is no C compiler ($CC, else cc or gcc), or where it has something to say; of changed
     sources it may warn.
     """
-    compiler = os.environ.get("CC") or shutil.which("cc") or shutil.which("gcc")
-    if compiler is None:
-        raise BadInputError("the C device", "needs a C compiler, and there is none", "gcc or clang, or CC")
+    compiler = c_compiler("the C device")
     sources = firmware_sources(changed)
     name = hashlib.sha256(repr((sorted(sources.items()), optimise, compiler)).encode()).hexdigest()[:16]
     library = folder / f"gimbal-{name}.so"

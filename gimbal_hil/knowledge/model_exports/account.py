@@ -56,12 +56,17 @@ class Remark:
 
 @dataclass(frozen=True)
 class ExportedModel:
-    """Text in another format, and what became of every item of the model."""
+    """A file in another format, and what became of every item of the model."""
 
-    text: str
+    content: bytes
     held: tuple[Item, ...]
     approximated: tuple[Remark, ...]
     left_out: tuple[Remark, ...]
+
+    @property
+    def text(self) -> str:
+        """The file as text, of the formats that are."""
+        return self.content.decode()
 
 
 @dataclass(frozen=True)
@@ -83,7 +88,7 @@ class Account:
         taken = self.held | self.approximated.keys()
         left = (item for key, item in place.items() if key not in taken)
         return ExportedModel(
-            text,
+            text.encode(),
             tuple(item for key, item in place.items() if key in self.held - self.approximated.keys()),
             nearly,
             tuple(Remark(item, self.reasons.get(item.name, self.otherwise)) for item in left),

@@ -13,3 +13,4 @@ class ModelFormat(StrEnum):
     ISAAC = "isaac"
     BAM = "bam"
     CSV = "csv"
+    FMU = "fmu"

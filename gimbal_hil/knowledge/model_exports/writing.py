@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from gimbal_hil.knowledge.model_exports.account import ExportedModel
+from gimbal_hil.knowledge.model_exports.account import ExportedModel, items_of
 from gimbal_hil.knowledge.model_exports.bam import bam_of
 from gimbal_hil.knowledge.model_exports.curves import curves_of
 from gimbal_hil.knowledge.model_exports.formats import ModelFormat
@@ -13,12 +13,21 @@ from gimbal_hil.knowledge.model_exports.mjcf import mjcf_of
 from gimbal_hil.knowledge.model_exports.urdf import urdf_of
 from sim_backend.model import AntennaModel
 
+
+def whole_antenna(model: AntennaModel) -> ExportedModel:
+    """The virtual antenna itself as an FMU: it holds everything."""
+    from sim_backend.fmu import fmu_of
+
+    return ExportedModel(fmu_of(model), items_of(model), (), ())
+
+
 FORMATS: Mapping[ModelFormat, Callable[[AntennaModel], ExportedModel]] = {
     ModelFormat.MJCF: lambda model: mjcf_of(model, has_dcmotor()),
     ModelFormat.URDF: urdf_of,
     ModelFormat.ISAAC: isaac_of,
     ModelFormat.BAM: bam_of,
     ModelFormat.CSV: curves_of,
+    ModelFormat.FMU: whole_antenna,
 }
 
 #: what a MuJoCo without passive motors refuses

@@ -21,7 +21,7 @@ def command(
         typer.Option(
             "--to",
             help="mjcf: MuJoCo; urdf: bodies, damping, Coulomb friction; isaac: actuators for Isaac Lab; "
-            "bam: parameters of BAM; csv: plain curves.",
+            "bam: parameters of BAM; csv: plain curves; fmu: the virtual antenna for co-simulation (FMI 3.0).",
         ),
     ],
     out: Annotated[Path, typer.Option(metavar="FILE", help="File to write.")],
@@ -37,7 +37,7 @@ def command(
 
     exported = export_model(load_model(model), to)
     with replacing(out, force) as temporary:
-        temporary.write_text(exported.text, encoding="utf-8")
+        temporary.write_bytes(exported.content)
     if as_json:
         print(json.dumps({"file": str(out), "format": to.value, **_document(exported)}, indent=2))
     else:
