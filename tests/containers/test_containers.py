@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import gzip
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -172,3 +174,26 @@ def test_a_damaged_container_is_refused_in_one_line_or_read(
         contents_of(path)
     except BadInputError as error:
         assert "\n" not in str(error)
+
+
+_READ_ALL = """
+import sys
+from pathlib import Path
+from firmware_protocol.errors import BadInputError
+from gimbal_hil.data.containers import contents_of
+for name in sys.argv[1:]:
+    try:
+        contents_of(Path(name))
+    except BadInputError as refused:
+        print(refused)
+"""
+
+
+def test_what_a_library_says_when_it_drops_a_broken_file_is_not_printed(files: dict[str, Path], tmp_path: Path) -> None:
+    cut = []
+    for name, share in ((name, share) for name in WRITTEN if files[name].is_file() for share in (0.1, 0.6)):
+        data = files[name].read_bytes()
+        cut.append(tmp_path / f"{share}{name}")
+        cut[-1].write_bytes(data[: round(share * len(data))])
+    told = subprocess.run([sys.executable, "-c", _READ_ALL, *map(str, cut)], capture_output=True, text=True, check=True)
+    assert told.stderr == "" and "MF4" in told.stdout

@@ -58,7 +58,7 @@ def spoilt(rows: list[int], by: float) -> SignalsTable:
 @settings(max_examples=40, deadline=None)
 def test_rows_that_are_off_are_found_and_only_those(rows: list[int], by: float) -> None:
     (found,) = impossible_rows(joint(), spoilt(rows, by))
-    assert found.column == "joint.position" and found.rows == tuple(sorted(rows)) and not found.is_jump
+    assert found.column == "joint.position" and found.rows == tuple(sorted(rows)) and found.can_be_made_up
 
 
 def test_a_sound_log_has_none_and_stays_as_it_is() -> None:

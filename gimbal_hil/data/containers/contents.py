@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import gc
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from traceback import clear_frames
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,13 +23,15 @@ class SampledGroup:
     row has no number.
 
     `time_s` counts from the first sample of the file; None where the file states no times. `units` are the file's own
-    words, by column; absent where it states none.
+    words, by column; absent where it states none. `timed_by` is the column that the times were read from, empty where
+    they are the container's own.
     """
 
     name: str
     time_s: Floats | None
     columns: Mapping[str, Floats]
     units: Mapping[str, str] = field(default_factory=dict)
+    timed_by: str = ""
 
     @property
     def rate_hz(self) -> float | None:
@@ -71,6 +76,22 @@ def broken(path: Path, kind: str, error: BaseException) -> BadInputError:
     """The one line for a file that its own library does not read."""
     said = " ".join(str(error).split()) or type(error).__name__
     return BadInputError(str(path), f"is no whole {kind}: {said[:200]}", "the file as it was written")
+
+
+def let_go(error: BaseException) -> None:
+    """Drop what a library held half open when it failed on a file: its destructors fail too, and Python would print
+    that on stderr beside the one line that a person reads.
+    """
+    kept, sys.unraisablehook = sys.unraisablehook, lambda unraisable: None
+    try:
+        one: BaseException | None = error
+        while one is not None:
+            clear_frames(one.__traceback__)
+            one = one.__context__
+        # what its parts refer to in a circle
+        gc.collect()
+    finally:
+        sys.unraisablehook = kept
 
 
 def from_first(times: Mapping[str, Floats], scale: float = 1.0) -> dict[str, Floats]:

@@ -11,6 +11,9 @@ import numpy as np
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.containers.contents import Contents, Floats, SampledGroup
 
+#: so many columns are listed where none is near
+_LISTED = 6
+
 
 @dataclass(frozen=True)
 class Joined:
@@ -84,9 +87,16 @@ def _home(contents: Contents, name: str) -> SampledGroup:
     found = [group for group in contents.groups if name in group.columns]
     if found:
         return max(found, key=lambda group: len(group.columns[name]))
+    if any(group.timed_by in (name, name.rpartition(":")[0]) for group in contents.groups if group.timed_by):
+        raise BadInputError(
+            str(contents.path),
+            f"has its times from {name!r} already, in seconds by their step",
+            "no unit for this column",
+        )
     every = [column for group in contents.groups for column in group.columns]
     near = difflib.get_close_matches(name, every, 3)
-    hint = f"perhaps {' or '.join(near)}; " if near else ""
+    some = near or every[:_LISTED]
+    hint = f"{'perhaps' if near else 'one of'} {', '.join(some)}; " if some else ""
     raise BadInputError(
         str(contents.path), f"has no column {name!r}", f"{hint}gimbal-hil check {contents.path} lists all {len(every)}"
     )

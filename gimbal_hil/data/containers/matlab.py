@@ -37,7 +37,8 @@ def read_matlab(path: Path) -> Contents:
         columns = {name: values for name, values in vectors.items() if len(values) == length}
         time, unit = time_among(columns)
         time_s = None if time is None else (columns[time] - columns[time][0]) * unit
-        groups.append(SampledGroup(f"{length} rows", time_s, {n: x for n, x in columns.items() if n != time}))
+        own = {n: x for n, x in columns.items() if n != time}
+        groups.append(SampledGroup(f"{length} rows", time_s, own, timed_by=time or ""))
     return Contents(path, "MATLAB file", tuple(group for group in groups if group.columns))
 
 

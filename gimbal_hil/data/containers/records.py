@@ -33,7 +33,8 @@ def read_json(path: Path) -> Contents:
     for name, columns in found.items():
         time, unit = time_among(columns)
         time_s = None if time is None else (columns[time] - columns[time][0]) * unit
-        groups.append(SampledGroup(name or "records", time_s, {n: x for n, x in columns.items() if n != time}))
+        own = {n: x for n, x in columns.items() if n != time}
+        groups.append(SampledGroup(name or "records", time_s, own, timed_by=time or ""))
     return Contents(path, "JSON file", tuple(groups), tuple(notes))
 
 

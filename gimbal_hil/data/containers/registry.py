@@ -8,7 +8,7 @@ from firmware_protocol.documents import require_regular
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.containers.bag import SQLITE_START, is_bag, is_mcap, read_bag, read_mcap
 from gimbal_hil.data.containers.can_log import is_can_log, read_can_log
-from gimbal_hil.data.containers.contents import Container, Contents, broken
+from gimbal_hil.data.containers.contents import Container, Contents, broken, let_go
 from gimbal_hil.data.containers.matlab import is_matlab, read_matlab
 from gimbal_hil.data.containers.mf4 import is_mdf, read_mdf
 from gimbal_hil.data.containers.records import is_json, read_json
@@ -79,6 +79,7 @@ def contents_of(path: Path) -> Contents | None:
     except BadInputError:
         raise
     except Exception as error:  # what a library raises on damaged bytes stands in none of their references
+        let_go(error)
         raise broken(path, container.name, error) from error
     if not contents.groups:
         raise BadInputError(str(path), f"is a {contents.kind} without a column of numbers", _CSV)

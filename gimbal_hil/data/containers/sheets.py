@@ -140,4 +140,5 @@ def _numbers(pd: Any, cells: Any) -> Floats | None:
 def _group(name: str, columns: dict[str, Floats]) -> SampledGroup:
     time, unit = time_among(columns)
     time_s = None if time is None else (columns[time] - columns[time][0]) * unit
-    return SampledGroup(name, time_s, {head: values for head, values in columns.items() if head != time})
+    own = {head: values for head, values in columns.items() if head != time}
+    return SampledGroup(name, time_s, own, timed_by=time or "")

@@ -17,8 +17,11 @@ from gimbal_hil.data.signals.units import unit_of
 from gimbal_hil.data.tables import UNITS, Floats, RawColumns, knows_all_units, unit_size
 
 _PAIR = "NAME=COLUMN, NAME=COLUMN:UNIT or NAME=COLUMN@TIME:UNIT, as in azimuth.position=theta_deg:deg"
-#: names of a part of the time that say that it is in nanoseconds, as stamps of ROS do
-_NANOSECONDS = re.compile(r"(?:^|[._])(?:nano_?se?cs?|nanoseconds|nsecs?|ns)$", re.IGNORECASE)
+#: names of a part of the time that say that it is in nanoseconds or microseconds, as stamps of ROS and POSIX do
+_PARTS = {
+    "ns": re.compile(r"(?:^|[._])(?:nano_?se?cs?|nanoseconds|nsecs?|ns)$", re.IGNORECASE),
+    "us": re.compile(r"(?:^|[._])(?:micro_?se?cs?|microseconds|usecs?|us)$", re.IGNORECASE),
+}
 _NUMBER = r"\d+(?:\.\d*)?(?:[eE][+-]?\d+)?"
 _UNIT = re.compile(rf"(?P<sign>-?)(?:(?P<times>{_NUMBER})\*?)?(?P<unit>[^\d].*?)?(?:/(?P<over>{_NUMBER}))?")
 
@@ -132,8 +135,8 @@ def _summed(raw: RawColumns, name: str, terms: Sequence[Term], si: str) -> Float
 def _size(term: Term, name: str, si: str, stated: Mapping[str, str]) -> tuple[float, float]:
     """Size of what is written in SI units, and what it reads where that is zero."""
     text = term.unit or stated.get(term.column, "")
-    if not text and name == TIME and _NANOSECONDS.search(term.column):
-        text = "ns"
+    if not text and name == TIME:
+        text = next((unit for unit, names in _PARTS.items() if names.search(term.column)), "")
     match = _UNIT.fullmatch(text)
     parts = match.groupdict() if match is not None else {}
     found = unit_size(parts.get("unit") or si or "1", si)

@@ -34,6 +34,9 @@ def read_container(path: Path, named: AxisNames, columns: ColumnMap) -> Containe
     contents = contents_of(path)
     if contents is None:
         return None
+    if columns.sources.get(TIME, "") in {group.timed_by for group in contents.groups if group.timed_by}:
+        # named by what the file calls it: that is where its times came from
+        columns = ColumnMap({name: source for name, source in columns.sources.items() if name != TIME})
     called = columns if columns.sources else ColumnMap(_by_their_own_names(contents, named))
     known = tuple(dict.fromkeys(name for group in contents.groups for name in group.columns))
     units = {name: unit for group in contents.groups for name, unit in group.units.items()}

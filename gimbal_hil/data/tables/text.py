@@ -240,7 +240,7 @@ def _of_cells(
                 continue
         values[name], texts[name] = cleaned(found)
         texts[name] |= {
-            row: cell
+            row: _short(cell)
             for row, cell in enumerate(cells)
             if not math.isfinite(found[row]) and cell.strip().lower() not in EMPTY_WORDS
         }

@@ -12,11 +12,16 @@ from gimbal_hil.knowledge.identification.axis_response import AxisRecord
 from gimbal_hil.knowledge.identification.presliding import PreslidingRun
 from gimbal_hil.knowledge.identification.rigid_load import axis_load
 from gimbal_hil.knowledge.identification.segments import Stretch, TorqueSource
+from gimbal_hil.knowledge.identification.steadiness import find_steady_window
 from gimbal_hil.knowledge.identification.velocity_map import Plateau
 from sim_backend.model import AntennaModel
 
 #: a plateau travels at least this many encoder steps and lasts this long
 _PLATEAU_STEPS, _PLATEAU_S = 100.0, 0.5
+#: a log that nobody says a reference of holds plateaus when at least this share of the time in which it moves is
+#: steady (constant speeds of measured rigs 0.3 to 1, logs of sines 0.01 to 0.13); it moves where it travels more than
+#: so many encoder steps in this time, s
+_STEADY_SHARE, _MOVES_STEPS, _MOVES_S = 0.25, 4.0, 0.25
 #: a loop that is asked for another speed has settled after this time, s
 _LOOP_SETTLING_S = 0.5
 #: torque that changes by less than this share of break-away a row is slow enough for the static presliding curve
@@ -69,6 +74,7 @@ def collect(logs: Sequence[Log], model: AntennaModel, axis: str) -> Evidence:
     slow = _SLOW_SHARE * model.number(axis, "friction.breakaway")
     stiffness = model.number(axis, "friction.sigma0")
     for log in logs:
+        steady: list[Plateau] = []
         for stretch in log.stretches[axis]:
             start = _end_of_rest(log.table, stretch, axis) if stretch.drive is TorqueSource.TORQUE else stretch.start
             position = log.table.position(axis)[start : stretch.stop]
@@ -89,13 +95,26 @@ def collect(logs: Sequence[Log], model: AntennaModel, axis: str) -> Evidence:
             inertias.append(load.inertia)
             label = f"{log.name}: {stretch.label}"
             if not torque_driven:
-                plateaus.append(Plateau(label, part.time_s, position, load.friction, load.inertia, _LOOP_SETTLING_S))
+                steady.append(Plateau(label, part.time_s, position, load.friction, load.inertia, _LOOP_SETTLING_S))
                 continue
             records.append(AxisRecord(label, part.period_s, load.drive, position))
             if float(np.max(np.abs(np.diff(load.drive)))) < slow:
                 presliding.append(PreslidingRun(label, part.time_s, position, load.friction))
+        if log.table.signal(axis, "rate_ref") is not None or _is_of_plateaus(log.table, axis, steady, step):
+            plateaus += steady
     inertia = float(np.mean(inertias)) if inertias else None
     return Evidence(axis, tuple(plateaus), tuple(presliding), tuple(records), inertia)
+
+
+def _is_of_plateaus(table: SignalsTable, axis: str, plateaus: Sequence[Plateau], step: float) -> bool:
+    """Whether a log without a reference is one of constant speeds: those make a good part of its motion. The crests of
+    a swing are steady for a moment too, and what accelerates there looks like a torque that follows the position.
+    """
+    windows = [find_steady_window(plateau.time_s, plateau.position) for plateau in plateaus]
+    steady_s = sum(window.stop - window.start for window in windows if window is not None) * table.period_s
+    rows = max(2, int(round(_MOVES_S / table.period_s)))
+    moves = np.abs(np.diff(table.position(axis)[::rows])) > _MOVES_STEPS * step
+    return steady_s >= _STEADY_SHARE * float(np.count_nonzero(moves)) * rows * table.period_s
 
 
 def _end_of_rest(table: SignalsTable, stretch: Stretch, axis: str) -> int:

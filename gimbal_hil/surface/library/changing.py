@@ -69,8 +69,8 @@ def changes_between(
         raise BadInputError(str(sorted(both)[0]), "is before and after", "other logs on each side")
     progress("reading logs")
     tables = read_together([*before, *after], model, **reading)
-    check_logs(model, tables, band_hz)
     tables = questioned(model, tables, repair)
+    check_logs(model, tables, band_hz)
     preflight(model, tables)
     tables = tuple(replace(table, source=str(path)) for table, path in zip(tables, [*before, *after], strict=True))
     found = compare(

@@ -114,8 +114,8 @@ def question_of(
     """
     paths = [*measured, *holdout]
     tables = read_together(paths, model, **reading)
-    check_logs(model, tables, band_hz)
     tables = questioned(model, tables, repair)
+    check_logs(model, tables, band_hz)
     preflight(model, tables)
     fitted, ramps, notes = ramps_apart(model, tables[: len(measured)])
     judged = tables[len(measured) :]

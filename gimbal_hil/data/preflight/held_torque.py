@@ -1,0 +1,100 @@
+"""A torque column that got stuck, was clipped where it was logged, or was not logged any more, while the joint went on.
+
+A torque that is the same to the last digit in many rows is nothing wrong: a drive at its limit, one that is off, a step
+that was commanded. It is wrong where the joint moves in those rows as another torque would move it: by what the other
+rows of the same log say that a motion needs, and by the model too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from gimbal_hil.data.preflight.impossible import AROUND, Fault, Floats, Impossible
+from gimbal_hil.data.signals import RigidBody, SignalsTable
+from sim_backend.model import AntennaModel
+
+#: so many rows of one torque are a stretch in which it is held; stretches count from this share of the rows on, and as
+#: long as this share is left to tell what a motion needs
+_HELD_ROWS, _LEAST_SHARE, _MOST_SHARE = 5, 0.01, 0.8
+#: motion is smoothed over this long, s, and rows slower than this share of the top speed say nothing of friction
+_SMOOTHING_S, _SLOW = 0.01, 0.02
+#: held rows are missed by so many times what the others are, and by this share of their torque; the model may be off by
+#: this factor in its friction
+_TIMES, _SHARE, _FRICTION = 5.0, 0.25, 3.0
+_POWERS = (1, 2, 3)
+
+
+def held_torques(model: AntennaModel, table: SignalsTable, axis: str) -> Iterator[Impossible]:
+    """Rows of one torque in which the joint moves as by another."""
+    held = _in_runs(table.torque(axis))
+    if len(held) < 40 * AROUND or not _LEAST_SHARE <= float(np.mean(held)) <= _MOST_SHARE:
+        return
+    position, rate, bend = _smoothed(model, table)
+    torque, columns, needed, slack = _needs(model, table, axis, position, rate, bend)
+    own = np.abs(rate[:, model.axes.index(axis)])
+    moves = own > _SLOW * float(np.max(own))
+    moves[: 4 * AROUND] = moves[-4 * AROUND :] = False
+    inside, outside = held & moves, ~held & moves
+    if np.count_nonzero(inside) < 4 * AROUND or np.count_nonzero(outside) < 40 * AROUND:
+        return
+    size = np.maximum(np.linalg.norm(columns[outside], axis=0), 1e-300)
+    solution = np.linalg.lstsq(columns[outside] / size, torque[outside], rcond=1e-9)[0] / size
+    missed = np.abs(torque - columns @ solution)
+    short = np.maximum(np.abs(torque - needed) - slack, 0.0)
+    usual, asked = _rms(missed[outside]), _rms(torque[outside])
+    if _rms(missed[inside]) > max(_TIMES * usual, _SHARE * asked) and _rms(short[inside]) > _SHARE * asked:
+        rows = np.flatnonzero(inside & (missed > _TIMES * usual))
+        what = (
+            f"is the same as in the rows around it, {len(rows)} rows in all, where the motion asks for another torque"
+        )
+        yield Impossible(f"{axis}.torque", tuple(rows.tolist()), what, Fault.STILL)
+
+
+def _in_runs(torque: Floats) -> np.ndarray:
+    """Which rows belong to a stretch of one value, (n,)."""
+    same = np.concatenate([[False], np.diff(torque) == 0.0])
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], same.astype(np.int8), [0]])))
+    held = np.zeros(len(torque), dtype=np.bool_)
+    for first, last in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        if last - first + 1 >= _HELD_ROWS:
+            held[first - 1 : last] = True
+    return held
+
+
+def _smoothed(model: AntennaModel, table: SignalsTable) -> tuple[Floats, Floats, Floats]:
+    """Position, rate and acceleration of all axes, (n, axes) each."""
+    measured = np.column_stack([table.position(axis) for axis in model.axes])
+    position, rate, bend = (_blurred(measured, table.period_s, order) / table.period_s**order for order in (0, 1, 2))
+    return position, rate, bend
+
+
+def _blurred(values: Floats, period_s: float, order: int = 0) -> Floats:
+    from scipy.ndimage import gaussian_filter1d
+
+    return np.asarray(gaussian_filter1d(values, max(2.0, _SMOOTHING_S / period_s), axis=0, order=order))
+
+
+def _needs(
+    model: AntennaModel, table: SignalsTable, axis: str, position: Floats, rate: Floats, bend: Floats
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Torque at the samples (n,), what it may be made of (n, k), what the rigid model asks for (n,), and by how much
+    friction may be beside that (n,).
+    """
+    index, held = model.axes.index(axis), table.torque(axis)
+    torque = _blurred(np.append(held[:1], 0.5 * (held[1:] + held[:-1])), table.period_s)
+    body = RigidBody(model).along(table, position, rate)
+    needed = body.inertial(bend)[:, index] - body.bias[:, index]
+    own = rate[:, index]
+    top = float(np.max(np.abs(own))) or 1.0
+    place = (position[:, index] - position[:, index].mean()) / (float(np.ptp(position[:, index])) or 1.0)
+    columns = [bend[:, index], own, np.tanh(own / (_SLOW * top)), np.ones(len(own))]
+    columns += [place**power for power in _POWERS]
+    level = max(model.number(axis, "friction.coulomb"), model.number(axis, "friction.breakaway"))
+    slack = _FRICTION * (level + model.number(axis, "friction.viscous") * np.abs(own))
+    return torque, np.column_stack(columns), needed, slack
+
+
+def _rms(values: Floats) -> float:
+    return float(np.sqrt(np.mean(values**2)))

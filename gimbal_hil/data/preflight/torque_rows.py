@@ -1,0 +1,116 @@
+"""Torques that cannot be: beyond the actuator, without their sign, or of a size that the motion did not answer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gimbal_hil.data.preflight.held_torque import held_torques
+from gimbal_hil.data.preflight.impossible import (
+    AROUND,
+    MOST_REPAIRED,
+    Fault,
+    Floats,
+    Impossible,
+    median_around,
+    scatter_of,
+)
+from gimbal_hil.data.signals import SignalsTable
+from sim_backend.model import AntennaModel
+
+#: times the actuator's limit, or where none is stated times the size that all but one row in fifty have; a loop answers
+#: a step with many times what it asks for afterwards
+_LIMITS, _TORQUES, _ALMOST_ALL = 1.2, 20.0, 0.98
+#: a number without its sign is near the top of its range, and its neighbours near zero, within this share of it
+_NEAR = 0.1
+#: a torque stands out by so many times the scatter of those around it
+_STANDS_OUT = 20.0
+#: rows over which speed is taken before and after, and by which a drive may be late
+_SPEED_ROWS, _LATE_ROWS = 5, 8
+#: what such a torque should do to the speed is seen when this share of it is so many scatters; less was done
+_ANSWERED, _SEEN = 0.25, 4.0
+
+_UNSIGNED = "as a signed number does that is read without its sign"
+
+
+def impossible_torques(model: AntennaModel, table: SignalsTable, axis: str) -> Iterator[Impossible]:
+    """What cannot be in the torque of one axis, the first kind that is found."""
+    column, torque = f"{axis}.torque", table.commanded(axis)
+    limit = model.number(axis, "actuator.limit")
+    size = _LIMITS * limit if limit > 0.0 else _TORQUES * float(np.quantile(np.abs(torque), _ALMOST_ALL))
+    if len(torque) < 4 * AROUND or size == 0.0:
+        return
+    beyond = np.flatnonzero(np.abs(torque) > size)
+    most = float(np.max(np.abs(torque)))
+    if len(beyond) and _lost_signs(torque[beyond], size):
+        yield Impossible(column, tuple(beyond.tolist()), f"beyond the actuator, {_UNSIGNED}", Fault.UNSIGNED)
+    elif (rows := _tops(torque, most)) is not None:
+        what = f"is never negative and jumps to the top of its range, {_UNSIGNED}"
+        yield Impossible(column, rows, what, Fault.UNSIGNED)
+    elif 0 < len(beyond) <= MOST_REPAIRED * len(torque):
+        yield Impossible(column, tuple(beyond.tolist()), "with a torque that the actuator cannot give")
+    elif len(beyond) == 0:
+        without = _unanswered(model, table, axis, torque)
+        if 0 < len(without) <= MOST_REPAIRED * len(torque):
+            yield Impossible(column, tuple(without.tolist()), "which did nothing to the motion")
+        else:
+            yield from held_torques(model, table, axis)
+
+
+def _lost_signs(beyond: Floats, size: float) -> bool:
+    """Whether torques beyond the actuator are what negative ones become: all up at one top, none alike a mark for "no
+    value".
+    """
+    return bool(beyond.min() > 2.0 * size and np.ptp(beyond) <= size and len(np.unique(beyond)) > 2)
+
+
+def _tops(torque: Floats, most: float) -> tuple[int, ...] | None:
+    """Rows near the top of a column that is never negative, where it goes there and back between neighbours near
+    zero; None where it does not.
+    """
+    if torque.min() < 0.0:
+        return None
+    high, low = torque > (1.0 - _NEAR) * most, torque < _NEAR * most
+    over_the_edge = np.count_nonzero((high[1:] & low[:-1]) | (low[1:] & high[:-1]))
+    both = 0.02 < high.mean() < 0.98 and bool(np.all(high | low))
+    # numbers of a narrower range fill it, but still go from its bottom to its top between two rows, never across
+    across = np.count_nonzero(np.abs(np.diff(torque)) > 0.5 * most)
+    if both or (over_the_edge >= AROUND and over_the_edge > 0.8 * across):
+        return tuple(np.flatnonzero(high)[:1].tolist())
+    return None
+
+
+def _unanswered(model: AntennaModel, table: SignalsTable, axis: str, torque: Floats) -> NDArray[np.int64]:
+    """Rows whose torque stands out and would have changed the speed so that it shows, and did not."""
+    usual = median_around(torque)
+    off = torque - usual
+    limit = max(_STANDS_OUT * scatter_of(off), 0.1 * float(np.quantile(np.abs(torque), _ALMOST_ALL)))
+    rows = np.flatnonzero(np.abs(off) > limit)
+    reach = 2 * (_SPEED_ROWS + 1) + _LATE_ROWS
+    rows = rows[(rows > reach) & (rows < len(torque) - reach - 1)]
+    if len(rows) == 0:
+        return rows
+    changes = _changes_of_speed(table.position(axis), table.period_s)
+    noise = max(scatter_of(changes), model.number(axis, "encoder.step") / (_SPEED_ROWS * table.period_s))
+    asked = off[rows] * table.period_s / max(model.number(axis, model.own_inertia_path(axis)), 1e-12)
+    places = rows[:, None] + 1 + np.arange(_LATE_ROWS + 1)
+    done = np.max(changes[places] * np.sign(off[rows])[:, None], axis=1)
+    seen = _ANSWERED * np.abs(asked)
+    return np.asarray(rows[(seen > _SEEN * noise) & (done < seen)])
+
+
+def _changes_of_speed(position: Floats, period_s: float) -> Floats:
+    """By how much the speed after each row differs from that before, beyond what it does to either side, (n,)."""
+    n, k = len(position), _SPEED_ROWS
+    speed = np.zeros(n)
+    speed[: n - k] = (position[k:] - position[:-k]) / (k * period_s)
+    change = np.zeros(n)
+    change[k:] = speed[k:] - speed[:-k]
+    apart = k + 1
+    beside = np.zeros(n)
+    beside[apart : n - apart] = 0.5 * (change[2 * apart :] + change[: n - 2 * apart])
+    changed = change - beside
+    changed[: 2 * apart] = changed[n - 2 * apart :] = 0.0
+    return changed
