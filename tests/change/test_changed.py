@@ -10,6 +10,7 @@ import pytest
 
 from gimbal_hil.data.signals import write_signals
 from gimbal_hil.knowledge.change import AskedCause, Heard
+from gimbal_hil.knowledge.change.comparing import _liked_best
 from gimbal_hil.knowledge.change.one_gain import as_one_gain
 from gimbal_hil.knowledge.discrepancy import Status
 from gimbal_hil.surface.cli.app import run
@@ -31,12 +32,24 @@ KEYS = {
         ((9.0, 1.0), (9.0, 1.2), Heard.SHARED),
         ((9.0, 1.0), (1.0, 1.01), Heard.DEAF),
         ((1.4, 1.0), (1.0, 1.2), Heard.DEAF),
+        # it grew: the logs before like it better than none of it, and half of it far better
+        ((42.0, 1.0), (6.7, 5.0, 1.0), Heard.AGAINST),
     ],
 )
 def test_a_cause_is_a_change_where_the_logs_before_lose_by_it(
-    after: tuple[float, float], before: tuple[float, float], heard: Heard
+    after: tuple[float, float], before: tuple[float, ...], heard: Heard
 ) -> None:
-    assert AskedCause(("coulomb", "joint"), Status.NAMED, after, before).heard is heard
+    asked = AskedCause(("coulomb", "joint"), Status.NAMED, after, before[:2], 0.5, min(before))  # type: ignore[arg-type]
+    assert asked.heard is heard
+
+
+def test_the_share_that_is_liked_best_lies_at_the_bottom_of_a_parabola() -> None:
+    def left(share: float) -> float:
+        return 1.0 + 4.0 * (share - 0.55) ** 2
+
+    share, least = _liked_best(left(0.0), left(0.5), left(1.0))
+    assert share == pytest.approx(0.55) and least == pytest.approx(1.0)
+    assert _liked_best(2.0, 2.0, 2.0) == (0.0, 2.0)
 
 
 def number(name: str, before: float, after: float, share: float = 0.01) -> dict[str, object]:
@@ -115,3 +128,15 @@ def test_one_log_on_both_sides_and_a_verdict_that_is_none_are_refused(
             run("changed", [*words, *more, "--out", str(tmp_path / "out")])
         assert refused.value.code == 2 and said in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.heavy
+def test_a_ripple_that_grew_is_told_with_the_share_that_was_there(tmp_path: Path) -> None:
+    before = Machine(inertia=0.025, coulomb=0.042, viscous=0.023, ripple=0.0113)
+    code, found = answer(tmp_path, before, before.but(ripple=0.0206), 8000)
+    assert code == 0 and found["verdict"] == "changed", found["text"]
+    (cogging,) = found["effects"]  # type: ignore[misc]
+    assert cogging["name"] == "cogging"
+    # either side of a search that told the ripple before or did not: what changed is the difference
+    grown = cogging["parameters"]["amplitude"]["value"] * (1.0 - cogging["share_before"])
+    assert grown == pytest.approx(0.0093, rel=0.15)

@@ -3,8 +3,8 @@
 A model of neither machine is right, so the two are not held against the model but against one another. The model is
 first fitted to the logs before, its friction and inertia free, and what it lacks there is added. What this model of the
 machine before lacks for the logs after is searched with the engine that names causes. Each cause that is told is then
-put to the logs before: only one that makes them worse is a change. One that they like as well was missing all along,
-and one that they are deaf to is told by neither side.
+put to the logs before: only one that makes them worse than the share of it that they like best, which may be none, is a
+change. One that they like as well was missing all along, and one that they are deaf to is told by neither side.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import numpy as np
 
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.discrepancy import (
+    Cause,
     Hypothesis,
     Kind,
     Request,
@@ -30,6 +31,7 @@ from gimbal_hil.knowledge.discrepancy import (
     standing,
     verdict_of,
 )
+from sim_backend.effects import CATALOGUE, Knob, Move
 from sim_backend.model import AntennaModel
 
 Tables = tuple[SignalsTable, ...]
@@ -37,6 +39,8 @@ Tables = tuple[SignalsTable, ...]
 _LOSES = 0.05
 #: and in floors at least
 _LEAST_LOSS = 0.5
+#: shares of a cause that the logs before may have had, far from which no parabola leads
+_SHARES = (-1.0, 3.0)
 #: numbers that any two machines of a kind differ in, beside the inertia: what the model states is no evidence of either
 _EVERYDAY = ("friction.coulomb", "friction.breakaway", "friction.viscous")
 #: to what share of itself such a number is known before any log, and once it was fitted to those before
@@ -66,23 +70,29 @@ class Heard(Enum):
 
 @dataclass(frozen=True)
 class AskedCause:
-    """A cause told for the logs after, (effect, axis), and mean squares in floors that it leaves and that are left
-    without it, in the logs after and before.
+    """A cause told for the logs after, (effect, axis), and mean squares in floors that are left without it and with it,
+    in the logs after and before.
+
+    `share_before` is how much of it the logs before like best, 1 all of it, and `best_before` what that leaves there.
     """
 
     label: tuple[str, str]
     status: Status
     after: tuple[float, float]
     before: tuple[float, float]
+    share_before: float
+    best_before: float
 
     @property
     def heard(self) -> Heard:
-        """Whether it is a change."""
+        """Whether it is a change: the logs before lose by having all of it, be it that they want none or another
+        share.
+        """
         gained = self.after[0] - self.after[1]
-        lost = self.before[1] - self.before[0]
+        lost = self.before[1] - self.best_before
         if lost > max(_LOSES * gained, _LEAST_LOSS**2):
             return Heard.AGAINST
-        return Heard.SHARED if lost < 0.0 else Heard.DEAF
+        return Heard.SHARED if self.before[1] < self.before[0] else Heard.DEAF
 
 
 @dataclass(frozen=True)
@@ -196,12 +206,42 @@ def _asked(found: Result, place: int, before: Tables, after: Tables) -> AskedCau
     rest = replace(whole, causes=tuple(cause for k, cause in enumerate(whole.causes) if k not in entries))
     alone = replace(whole, causes=tuple(whole.causes[k] for k in entries))
     unmoved = replace(alone, floating=(), y=())
+    with_it, liked = min(((_left(model_with(one), before), one) for one in (alone, unmoved)), key=lambda one: one[0])
+    without = _left(found.model, before)
+    half = replace(liked, causes=tuple(map(_halved, liked.causes)), y=tuple(0.5 * y for y in liked.y))
+    share, best = _liked_best(without, _left(model_with(half), before), with_it)
     return AskedCause(
         found.told[place].standing.label,
         found.told[place].status,
         (_left(model_with(rest), after), _left(model_with(whole), after)),
-        (_left(found.model, before), min(_left(model_with(one), before) for one in (alone, unmoved))),
+        (without, with_it),
+        share,
+        best,
     )
+
+
+def _halved(cause: Cause) -> Cause:
+    """The cause at half its strength, or a number half way to where it was; its order, phase or place stay."""
+    effect = CATALOGUE[cause.family.effect]
+    strengths = {parameter.name for parameter in effect.strengths}
+
+    def carries(knob: Knob) -> bool:
+        return effect.is_number or (knob.move is Move.ADD and strengths.issuperset(knob.parameters))
+
+    pairs = zip(cause.family.knobs, cause.x, strict=True)
+    return replace(cause, x=tuple(0.5 * x if carries(knob) else x for knob, x in pairs))
+
+
+def _liked_best(none: float, half: float, all_of_it: float) -> tuple[float, float]:
+    """Share of a cause that leaves least, and what it leaves, from what none, half and all of it leave: squares of what
+    is linear in the share are a parabola.
+    """
+    bend = 2.0 * (none - 2.0 * half + all_of_it)
+    slope = all_of_it - none - bend
+    if not bend > 0.0:
+        return min(((0.0, none), (0.5, half), (1.0, all_of_it)), key=lambda one: one[1])
+    share = min(max(-0.5 * slope / bend, _SHARES[0]), _SHARES[1])
+    return share, max(0.0, none + slope * share + bend * share**2)
 
 
 def _channels(found: Result, before: Tables, after: Tables) -> tuple[Left, ...]:

@@ -7,8 +7,11 @@ from typing import Any
 from gimbal_hil.knowledge.change.comparing import FITTED, AskedCause, ChangeKind, Heard, MachineComparison
 from gimbal_hil.knowledge.change.one_gain import as_one_gain
 from gimbal_hil.knowledge.discrepancy import entries_of
+from sim_backend.effects import CATALOGUE
 
 _LISTED = 4
+#: a share of a cause that the logs before had already and that is worth saying
+_HAD = 0.1
 Entry = dict[str, Any]
 
 
@@ -82,11 +85,14 @@ def _change_in_words(entry: Entry) -> str:
             unit = "" if number["unit"] == "1" else f" {number['unit']}"
             was = "" if number["nominal"] is None else f"was {number['nominal']:.4g} and is "
             parts.append(f"{key} {was}{number['value']:.4g}{unit} ({number['low']:.4g} to {number['high']:.4g})")
+    had = entry.get("share_before", 0.0)
+    if abs(had) > _HAD and not CATALOGUE[entry["name"]].is_number:
+        parts.append(f"{had:.0%} of it was there before")
     return f"{entry['name']} of {entry['axis']}: {', '.join(parts)}, probability {entry['probability']:.2f}"
 
 
 def _with_sides(entry: Entry, one: AskedCause) -> Entry:
-    return {**entry, "reason": one.heard.value, **_sides(one)}
+    return {**entry, "reason": one.heard.value, "share_before": round(one.share_before, 3), **_sides(one)}
 
 
 def _sides(one: AskedCause) -> Entry:

@@ -2,6 +2,7 @@
 
 from gimbal_hil.knowledge.discrepancy.foreseen import ORDER, Foreseen, foreseen
 from gimbal_hil.knowledge.discrepancy.hypotheses import (
+    Cause,
     Hypothesis,
     Weighing,
     command_residual,
@@ -43,6 +44,7 @@ __all__ = [
     "CHANCE",
     "LEAST_GAP",
     "ORDER",
+    "Cause",
     "Floats",
     "Foreseen",
     "Hypothesis",
