@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from firmware_protocol.places import require_new
-from gimbal_hil.surface.cli.columns import COLUMN_HELP, COLUMN_PAIR, REPAIR_HELP
 from gimbal_hil.surface.cli.completion import model_names
+from gimbal_hil.surface.cli.log_options import LogOptions, SearchOptions
 
 if TYPE_CHECKING:
     from gimbal_hil.surface.library import Changes
@@ -20,6 +20,7 @@ ANSWER_FILE, MODEL_FILE, REPORT_FILE = "changed.json", "model_before.yaml", "rep
 
 
 def command(
+    *,
     before: Annotated[
         list[Path], typer.Option(metavar="LOG", help="Logs of the machine as it was: runs or tables; may be repeated.")
     ],
@@ -35,29 +36,8 @@ def command(
             metavar="MODEL", autocompletion=model_names, help="Model file, or name of a shipped one; without it thesis."
         ),
     ] = None,
-    column: Annotated[list[str] | None, typer.Option(metavar=COLUMN_PAIR, help=COLUMN_HELP)] = None,
-    resample: Annotated[
-        bool,
-        typer.Option("--resample", help="Accept tables of uneven time or different rates and put all on one grid."),
-    ] = False,
-    rate: Annotated[
-        float | None,
-        typer.Option(metavar="HZ", help="Rate of that grid; without it that of the slowest log. Implies --resample."),
-    ] = None,
-    drop_invalid: Annotated[
-        bool, typer.Option("--drop-invalid", help="Accept tables with invalid rows and drop those.")
-    ] = False,
-    repair: Annotated[bool, typer.Option("--repair", help=REPAIR_HELP)] = False,
-    band: Annotated[
-        float | None,
-        typer.Option(metavar="HZ", help="End of the scored band; without it 25 Hz at 1 kHz, less when slower."),
-    ] = None,
-    only: Annotated[
-        list[str] | None, typer.Option(metavar="EFFECT", help="Search these effects alone; may be repeated.")
-    ] = None,
-    without: Annotated[
-        list[str] | None, typer.Option(metavar="EFFECT", help="Leave these out; may be repeated.")
-    ] = None,
+    reading: LogOptions,
+    search: SearchOptions,
     fail_on: Annotated[
         str, typer.Option(metavar="VERDICTS", help="Verdicts that exit 1, such as changed,ambiguous (CI).")
     ] = "",
@@ -70,13 +50,10 @@ def command(
     The model is fitted to the logs before; what it then lacks for the logs after is searched, and each cause is put to
     the logs before: only one that they speak against is a change (docs/reference/changed.md).
     """
-    from gimbal_hil.data.signals import ColumnMap
-
     fails = _verdicts(fail_on)
     require_new(out, force, ANSWER_FILE, MODEL_FILE, REPORT_FILE)
-    search: dict[str, Any] = {"only": only or (), "without": without or (), "band_hz": band, "workers": workers}
-    logs: dict[str, Any] = {"resample": resample, "drop_invalid": drop_invalid, "rate_hz": rate, "repair": repair}
-    found = _compared(model, before, after, out, as_json, columns=ColumnMap.of_words(column), **search, **logs)
+    asked = search.scope() | reading.reading()
+    found = _compared(model, before, after, out, as_json, workers=workers, **asked)
     return _told(found, out, fails, as_json)
 
 

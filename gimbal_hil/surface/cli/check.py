@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gimbal_hil.surface.cli.columns import COLUMN_HELP, COLUMN_PAIR
+from gimbal_hil.surface.cli.log_options import COLUMN_HELP, COLUMN_PAIR
 
 if TYPE_CHECKING:
     from gimbal_hil.surface.checking import Checked

@@ -143,5 +143,6 @@ def function_of(name: str) -> tuple[ModuleType, Callable[..., int]]:
     """The module of a command and the function in it that answers."""
     place, _, function = COMMANDS[name].place.partition(":")
     loaded = importlib.import_module(f"{__package__}.{place}")
-    answer: Callable[..., int] = getattr(loaded, function or "command")
-    return loaded, answer
+    from gimbal_hil.surface.cli.option_groups import with_groups
+
+    return loaded, with_groups(getattr(loaded, function or "command"))

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from firmware_protocol.places import require_new
-from gimbal_hil.surface.cli.columns import COLUMN_HELP, COLUMN_PAIR, REPAIR_HELP
 from gimbal_hil.surface.cli.completion import model_names
+from gimbal_hil.surface.cli.log_options import LogOptions, SearchOptions
 
 if TYPE_CHECKING:
     from gimbal_hil.surface.library import Finding
@@ -27,6 +27,7 @@ MODEL_FILE, VERDICT_FILE, REPORT_FILE, RECALIBRATED_FILE = (
 
 
 def command(
+    *,
     measured: Annotated[
         list[Path],
         typer.Option(
@@ -49,29 +50,8 @@ def command(
             metavar="MODEL", autocompletion=model_names, help="Model file, or name of a shipped one; without it thesis."
         ),
     ] = None,
-    column: Annotated[list[str] | None, typer.Option(metavar=COLUMN_PAIR, help=COLUMN_HELP)] = None,
-    resample: Annotated[
-        bool,
-        typer.Option("--resample", help="Accept tables of uneven time or different rates and put all on one grid."),
-    ] = False,
-    rate: Annotated[
-        float | None,
-        typer.Option(metavar="HZ", help="Rate of that grid; without it that of the slowest log. Implies --resample."),
-    ] = None,
-    drop_invalid: Annotated[
-        bool, typer.Option("--drop-invalid", help="Accept tables with invalid rows and drop those.")
-    ] = False,
-    repair: Annotated[bool, typer.Option("--repair", help=REPAIR_HELP)] = False,
-    band: Annotated[
-        float | None,
-        typer.Option(metavar="HZ", help="End of the scored band; without it 25 Hz at 1 kHz, less when slower."),
-    ] = None,
-    only: Annotated[
-        list[str] | None, typer.Option(metavar="EFFECT", help="Search these effects alone; may be repeated.")
-    ] = None,
-    without: Annotated[
-        list[str] | None, typer.Option(metavar="EFFECT", help="Leave these out; may be repeated.")
-    ] = None,
+    reading: LogOptions,
+    search: SearchOptions,
     fail_on: Annotated[
         str, typer.Option(metavar="VERDICTS", help="Verdicts that exit 1, such as unexplained,ambiguous (CI).")
     ] = "",
@@ -89,19 +69,16 @@ def command(
     your own with the columns time_s, AXIS.position and AXIS.torque (docs/reference/signals-table.md), or with others,
     which --column names: `--column time_s=t_ms:ms joint.position=theta:deg`.
     """
-    from gimbal_hil.data.signals import ColumnMap
     from gimbal_hil.surface.library import question_of
     from sim_backend.model import model_named, shipped_model
 
     fails = _verdicts(fail_on)
-    _refuse(out, force, model, only, without)
+    _refuse(out, force, model, search)
     given = model_named(model) if model else shipped_model()
     _all_there((*measured, *(holdout or ())))
-    logs: dict[str, Any] = {"resample": resample, "drop_invalid": drop_invalid, "rate_hz": rate, "repair": repair}
-    search: dict[str, Any] = {"only": only or (), "without": without or (), "band_hz": band}
     with searching(as_json) as tell:
         with _refusal_kept(out, junit, as_json):
-            question = question_of(given, measured, holdout or (), columns=ColumnMap.of_words(column), **search, **logs)
+            question = question_of(given, measured, holdout or (), **search.scope(), **reading.reading())
             finding = question.asked(workers=workers, dask=dask, progress=tell)
         tell("writing the report")
         _write(out, finding)
@@ -112,17 +89,17 @@ def command(
 _ALSO = {"described": ("unexplained",)}
 
 
-def _refuse(out: Path, force: bool, model: str | None, only: list[str] | None, without: list[str] | None) -> None:
+def _refuse(out: Path, force: bool, model: str | None, search: SearchOptions) -> None:
     """What would be overwritten, names that are no effects, and none to search, before anything is read."""
     from gimbal_hil.knowledge.discrepancy import effect_names
     from sim_backend.effects import effect_named
 
     _spared(out, model)
     require_new(out, force, MODEL_FILE, VERDICT_FILE, REPORT_FILE, RECALIBRATED_FILE)
-    for option, names in (("--only", only), ("--without", without)):
+    for option, names in (("--only", search.only), ("--without", search.without)):
         for effect in names or ():
             effect_named(effect, option)
-    effect_names(tuple(only or ()), tuple(without or ()))
+    effect_names(tuple(search.only or ()), tuple(search.without or ()))
 
 
 def _spared(out: Path, model: str | None) -> None:

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from firmware_protocol.places import require_new
-from gimbal_hil.surface.cli.columns import COLUMN_HELP, COLUMN_PAIR, REPAIR_HELP
 from gimbal_hil.surface.cli.completion import model_names
+from gimbal_hil.surface.cli.log_options import LogOptions
 
 if TYPE_CHECKING:
-    from gimbal_hil.data.signals import ColumnMap
+    from rich.progress import Progress
+
     from gimbal_hil.knowledge.identification import AxisIdentification, Log
     from sim_backend.model import AntennaModel
 
@@ -23,17 +24,36 @@ MODEL_FILE, ANSWER_FILE, REPORT_FILE = "model.yaml", "identification.json", "rep
 
 
 @dataclass(frozen=True)
-class _Reading:
-    """How logs are read: as the options of the same names say."""
+class FrictionOptions:
+    """Which axes, and what is known of how they were driven."""
 
-    torque_driven: bool
-    resample: bool
-    drop_invalid: bool
-    rate_hz: float | None
-    columns: ColumnMap
+    axis: Annotated[list[str] | None, typer.Option(help="Identify this axis only; may be repeated.")] = None
+    torque_driven: Annotated[
+        bool,
+        typer.Option(
+            "--torque-driven",
+            help="Tables without references were recorded under direct torque: use them for presliding and output "
+            "error.",
+        ),
+    ] = False
+    ramps_at_rest: Annotated[
+        bool,
+        typer.Option(
+            "--ramps-at-rest",
+            help="Break-away torques of slow ramps are points at rest of the friction-velocity curve.",
+        ),
+    ] = False
+    breakaway: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="AXIS=TORQUE",
+            help="Approximate break-away torque, in place of the model's: it decides which torque counts as slow.",
+        ),
+    ] = None
 
 
 def command(
+    *,
     runs: Annotated[
         list[Path], typer.Argument(metavar="RUN...", help="Run folders, or signals tables (CSV, Parquet).")
     ],
@@ -48,40 +68,8 @@ def command(
             help="Prior and rigid body: a model file or a shipped name; without it thesis.",
         ),
     ] = None,
-    axis: Annotated[list[str] | None, typer.Option(help="Identify this axis only; may be repeated.")] = None,
-    torque_driven: Annotated[
-        bool,
-        typer.Option(
-            "--torque-driven",
-            help="Tables without references were recorded under direct torque: use them for presliding and output "
-            "error.",
-        ),
-    ] = False,
-    ramps_at_rest: Annotated[
-        bool,
-        typer.Option(
-            "--ramps-at-rest",
-            help="Break-away torques of slow ramps are points at rest of the friction-velocity curve.",
-        ),
-    ] = False,
-    breakaway: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="AXIS=TORQUE",
-            help="Approximate break-away torque, in place of the model's: it decides which torque counts as slow.",
-        ),
-    ] = None,
-    column: Annotated[list[str] | None, typer.Option(metavar=COLUMN_PAIR, help=COLUMN_HELP)] = None,
-    resample: Annotated[
-        bool, typer.Option("--resample", help="Accept tables with uneven time and resample them.")
-    ] = False,
-    rate: Annotated[
-        float | None, typer.Option(metavar="HZ", help="Put every log on a grid of this rate; implies --resample.")
-    ] = None,
-    drop_invalid: Annotated[
-        bool, typer.Option("--drop-invalid", help="Accept tables with invalid rows and drop those.")
-    ] = False,
-    repair: Annotated[bool, typer.Option("--repair", help=REPAIR_HELP)] = False,
+    friction: FrictionOptions,
+    reading: LogOptions,
     workers: Annotated[int, typer.Option(help="Processes, an axis in each.", min=1)] = 2,
     seed: Annotated[int, typer.Option(help="Seed of the start points.")] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print the answer as JSON.")] = False,
@@ -93,21 +81,20 @@ def command(
     import json
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO
-    from gimbal_hil.data.signals import ColumnMap
     from gimbal_hil.knowledge.identification import Determination, identification_record
     from gimbal_hil.surface.cli.following import after_identify, print_next
 
     require_new(out, force, MODEL_FILE, ANSWER_FILE, REPORT_FILE)
-    given, axes = _prior(model, axis, breakaway)
-    reading = _Reading(torque_driven, resample, drop_invalid, rate, ColumnMap.of_words(column))
-    results, notes = _identify(runs, given, axes, reading, repair, workers, seed, ramps_at_rest, as_json)
+    given, axes = _prior(model, friction.axis, friction.breakaway)
+    logs, notes = _logs(runs, given, reading, friction.torque_driven, quiet=as_json)
+    results = _identify(logs, given, axes, workers, seed, friction.ramps_at_rest, quiet=as_json)
     record = identification_record(results, [str(path) for path in runs]) | {"notes": notes}
     _write(out, given, results, record)
     told = "\n".join([*_lines(results, out), *(f"note: {note}" for note in notes)])
     print(json.dumps(record, allow_nan=False) if as_json else told)
     found = any(e.verdict is Determination.IDENTIFIED for result in results for e in result.estimates)
     if not as_json:
-        print_next(after_identify(out, runs, len(given.axes), found, column or ()))
+        print_next(after_identify(out, runs, len(given.axes), found, reading.column or ()))
     return EXIT_DONE if found else EXIT_NO
 
 
@@ -146,45 +133,59 @@ def _make_folder(out: Path) -> None:
         raise BadInputError(str(out), error.strerror or "cannot be made", "a folder that can be written to") from error
 
 
+def _logs(
+    runs: list[Path], model: AntennaModel, options: LogOptions, torque_driven: bool, *, quiet: bool
+) -> tuple[list[Log], list[str]]:
+    """All logs, questioned, and what a reader must know of them."""
+    from dataclasses import replace
+
+    from gimbal_hil.data.preflight import preflight, questioned
+    from gimbal_hil.knowledge.identification import read_logs
+
+    reading = options.reading()
+    repair = reading.pop("repair")
+    logs: list[Log] = []
+    with _progress(quiet) as bar:
+        task = bar.add_task("reading logs", total=len(runs))
+        for path in runs:
+            logs += read_logs(path, model, torque_driven=torque_driven, **reading)
+            bar.advance(task)
+        tables = questioned(model, tuple(log.table for log in logs), repair)
+    preflight(model, tables)
+    notes = [f"{table.source}: {note}" for table in tables for note in table.notes]
+    return [replace(log, table=table) for log, table in zip(logs, tables, strict=True)], notes
+
+
 def _identify(
-    runs: list[Path],
+    logs: list[Log],
     model: AntennaModel,
     axes: tuple[str, ...],
-    reading: _Reading,
-    repair: bool,
     workers: int,
     seed: int,
     ramps_at_rest: bool,
+    *,
     quiet: bool,
-) -> tuple[list[AxisIdentification], list[str]]:
-    """The answers, and what a reader must know of the logs."""
-    from dataclasses import replace
+) -> list[AxisIdentification]:
+    from gimbal_hil.knowledge.executor import open_executor
+    from gimbal_hil.knowledge.identification import identify_axis
 
+    results = []
+    with _progress(quiet) as bar, open_executor(workers) as executor:
+        task = bar.add_task(f"identifying {' and '.join(axes)}", total=len(axes))
+        shared = executor.share(logs)
+        for one in [executor.submit(identify_axis, shared, model, name, seed, ramps_at_rest) for name in axes]:
+            results.append(one.result())
+            bar.advance(task)
+    return results
+
+
+def _progress(quiet: bool) -> Progress:
     from rich.progress import Progress
 
-    from gimbal_hil.data.preflight import preflight, questioned
-    from gimbal_hil.knowledge.executor import open_executor
-    from gimbal_hil.knowledge.identification import identify_axis, read_logs
     from gimbal_hil.surface.cli.progress import error_console
 
     console = error_console()
-    with Progress(console=console, transient=True, disable=quiet or not console.is_terminal) as bar:
-        task = bar.add_task("reading logs", total=len(runs) + len(axes))
-        logs: list[Log] = []
-        for path in runs:
-            logs += read_logs(path, model, **vars(reading))
-            bar.advance(task)
-        tables = questioned(model, tuple(log.table for log in logs), repair)
-        logs = [replace(log, table=table) for log, table in zip(logs, tables, strict=True)]
-        preflight(model, tables)
-        bar.update(task, description=f"identifying {' and '.join(axes)}")
-        results = []
-        with open_executor(workers) as executor:
-            shared = executor.share(logs)
-            for one in [executor.submit(identify_axis, shared, model, name, seed, ramps_at_rest) for name in axes]:
-                results.append(one.result())
-                bar.advance(task)
-    return results, [f"{table.source}: {note}" for table in tables for note in table.notes]
+    return Progress(console=console, transient=True, disable=quiet or not console.is_terminal)
 
 
 def _lines(results: list[AxisIdentification], out: Path) -> list[str]:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from firmware_protocol.places import require_new
-from gimbal_hil.surface.cli.columns import COLUMN_HELP, COLUMN_PAIR
+from gimbal_hil.surface.cli.log_options import COLUMN_HELP, COLUMN_PAIR
 
 #: options that take several values after one another
 MANY_VALUED = ("--column", "--held")
