@@ -14,6 +14,7 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Field, field_validator, model_validator
 
 from firmware_protocol.documents import Strict, read_yaml
+from sim_backend.boresight import Boresight
 from sim_backend.carrying import in_order, require_plain_names
 from sim_backend.model.laws import LawKind
 from sim_backend.model.uncertainty import StatedUncertainty
@@ -121,6 +122,8 @@ class ModelFile(Strict):
     gravity_reading: Literal["separate_bodies", "total_mass"] = "separate_bodies"
     #: rotary: sine of the axis' tilt from the vertical (1 is a horizontal axis); linear: sine of the slope
     incline_sine: Annotated[float, Field(ge=-1.0, le=1.0)] = 0.0
+    #: gimbals: which way is up
+    boresight: Boresight = Boresight.AHEAD
     base: BaseSection = BaseSection()
     #: axis name -> nested numbers, checked against the table in numbers.py, and `parent:`, the axis that carries this
     #: one; in the order in which they carry one another, whatever the file's

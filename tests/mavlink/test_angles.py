@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink.quaternion import QuaternionBase
+from scipy.spatial.transform import Rotation
 
 from gimbal_hil.realtime.mavlink.angles import direction_rad, nearest_turn, quaternion
+from gimbal_hil.realtime.mavlink.values import NOT_TOLD, Reach, Wish
+from sim_backend.boresight import Boresight
 
 ANGLES = st.floats(-math.pi + 1e-3, math.pi - 1e-3)
 ELEVATIONS = st.floats(-1.5, 1.5)
@@ -77,3 +81,29 @@ def test_the_turn_is_the_nearest_one(angle: float, to: float) -> None:
 def test_a_turn_beyond_the_limits_is_not_taken() -> None:
     assert nearest_turn(3.0, -3.0, -3.2, 3.2) == 3.0
     assert nearest_turn(3.0, -3.0, -4.0, 4.0) == pytest.approx(3.0 - 2.0 * math.pi)
+
+
+@given(ANGLES, ELEVATIONS, ANGLES, st.floats(-0.5, 0.5), st.floats(-0.5, 0.5))
+def test_an_antenna_that_looks_along_minus_x_is_told_as_it_looks_and_asked_back_to_where_it_is(
+    outer: float, inner: float, yaw: float, pitch: float, roll: float
+) -> None:
+    seen = replace(NOT_TOLD, position_rad=(outer, inner), base_rad=(roll, pitch, yaw)).ahead(Boresight.ASTERN)
+    q = quaternion(seen.position_rad, seen.base_rad, True)
+    base = Rotation.from_euler("ZYX", [yaw, pitch, roll])
+    ahead, left, up = (base * Rotation.from_euler("ZY", [outer, inner])).apply([-1.0, 0.0, 0.0])
+    w, x, y, z = q
+    # MAVLink's axes are north, east, down
+    north, east, down = Rotation.from_quat([x, y, z, w]).apply([1.0, 0.0, 0.0])
+    assert (north, east, down) == pytest.approx((ahead, -left, -up), abs=1e-9)
+    direction = direction_rad(q, 0.0)
+    assert direction is not None
+    wish = Wish("pointing", *direction).behind(Boresight.ASTERN)
+    looks = Rotation.from_euler("ZY", [wish.outer, wish.inner]).apply([-1.0, 0.0, 0.0])
+    assert looks == pytest.approx([ahead, left, up], abs=1e-6)
+
+
+def test_joints_of_an_antenna_that_looks_along_minus_x_are_asked_for_with_their_own_signs() -> None:
+    assert Wish("position", 0.3, -0.5, 2.0).behind(Boresight.ASTERN) == Wish("position", 0.3, 0.5, 2.0)
+    assert Wish("rate", 0.3, -0.5).behind(Boresight.AHEAD) == Wish("rate", 0.3, -0.5)
+    reach = Reach((-1.0, 0.0), (2.0, 1.57), (1.0, 1.0), (0.1, 0.2), Boresight.ASTERN).ahead()
+    assert (reach.low_rad, reach.high_rad, reach.stow_rad) == ((-1.0, -1.57), (2.0, 0.0), (0.1, -0.2))

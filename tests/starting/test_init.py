@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shlex
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ from typing import Any
 import pytest
 
 from firmware_protocol.documents import read_yaml
+from gimbal_hil.data.runs import open_run
 from gimbal_hil.knowledge.experiments import conduct, embedded_model_of
 from gimbal_hil.knowledge.experiments.sequences import SequenceOptions, build_experiment
 from gimbal_hil.loop.settings import load_settings
@@ -52,6 +54,45 @@ def test_its_plan_runs_on_its_antenna(tmp_path: Path, capsys: pytest.CaptureFixt
               "--out", str(tmp_path / "run"), "--json"])  # fmt: skip
     assert end.value.code == 0
     assert [row["axis"] for row in json.loads(capsys.readouterr().out)["rows"]] == ["pan", "pan", "tilt", "tilt"]
+
+
+@pytest.mark.parametrize(
+    ("words", "boresight"),
+    [
+        ((), "x"),
+        (("--travel", "elevation=0..1.57"), "-x"),
+        (("--travel", "elevation=-1.57..0"), "x"),
+        (("--travel", "elevation=0..1.57", "--up", "negative"), "x"),
+        (("--up", "positive"), "-x"),
+    ],
+)
+def test_an_antenna_looks_up_where_its_travel_or_the_user_says(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: tuple[str, ...], boresight: str
+) -> None:
+    assert begin(capsys, tmp_path, "--yes", *words)[0] == 0
+    assert load_model(tmp_path / "model.yaml").file.boresight.value == boresight
+    assert load_settings(tmp_path / "antenna.yaml").with_model().pointing.boresight == boresight
+
+
+def test_an_antenna_that_only_looks_up_points_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "mine"
+    assert begin(capsys, folder, "--yes", "--travel", "elevation=0..1.57")[0] == 0
+    words = [
+        "point",
+        "--config",
+        str(folder / "antenna.yaml"),
+        "--duration",
+        "3",
+        "--json",
+        "--out",
+        str(tmp_path / "out"),
+    ]
+    with pytest.raises(SystemExit) as end:
+        main([*words, "--target", "azel:90,30"])
+    found = json.loads(capsys.readouterr().out)
+    assert end.value.code == 0 and found["boresight"] == "-x" and found["reference_off_urad"] < 1.0
+    highest = float(open_run(tmp_path / "out").ticks["position_ref_inner"].max())
+    assert math.degrees(highest) == pytest.approx(30.0, abs=0.01)
 
 
 def test_told_numbers_stand_in_the_model_as_told_and_the_others_as_assumed(
@@ -136,6 +177,7 @@ def test_every_file_is_good_and_every_command_of_its_page_is_understood(
         (("--torque", "roll=3"), "--torque: no axis 'roll'"),
         (("--torque", "azimuth=-3"), "--torque azimuth: '-3' is no such number"),
         (("--travel", "elevation=0.3..1"), "does not hold zero"),
+        (("--up", "left"), "--up: is 'left'; expected positive or negative"),
         (("--link", "can0"), "--link: 'can0' is no link"),
         (("--link", "firewire:1"), "no link 'firewire'"),
         (("--rate", "20000", "--link", "socketcan:can0"), "rate_hz"),

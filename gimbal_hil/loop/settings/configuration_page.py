@@ -38,12 +38,12 @@ from gimbal_hil.loop.settings.daemon import (
     ExpectedAntenna,
     Observer,
     Operator,
-    Pointing,
     Recording,
     Supervisor,
 )
 from gimbal_hil.loop.settings.learning import FrictionLevels, LearnedTorque, ModelControl
 from gimbal_hil.loop.settings.link import Embedded
+from gimbal_hil.loop.settings.pointing import Pointing
 from gimbal_hil.loop.settings.shipped import shipped_settings
 
 #: kind of link, what it is, and its section of a file

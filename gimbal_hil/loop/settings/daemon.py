@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
@@ -15,7 +15,12 @@ from firmware_protocol.links import AdapterLinkConfig
 from gimbal_hil.loop.settings.axis import AxisSettings, NotNegative, Positive
 from gimbal_hil.loop.settings.learning import ModelControl
 from gimbal_hil.loop.settings.link import LINK_KINDS, EmbeddedAntenna, LinkSettings, is_model_file
+from gimbal_hil.loop.settings.pointing import Pointing
+from sim_backend.boresight import Boresight
 from sim_backend.carrying import INNER, OUTER, in_order, require_plain_names
+
+if TYPE_CHECKING:
+    from sim_backend.model import AntennaModel
 
 
 class Reaction(StrEnum):
@@ -106,33 +111,6 @@ class Supervisor(Strict):
         ),
     )
     deadman: Deadman = Field(default=Deadman(), description="the drive's deadman, sent to it at connection")
-
-
-class Pointing(Strict):
-    """A direction in space (mode `pointing`): when it is muted, how long gyros hold it, where the antenna is stowed."""
-
-    mute_beyond_rad: Positive = Field(
-        default=0.0087266, description="muted when the antenna looks further off than this (0.5 degrees)"
-    )
-    mute_below_rad: Positive = Field(
-        default=0.0034907, description="no longer muted when it looks nearer than this (0.2 degrees)"
-    )
-    silence_s: Annotated[float, Field(gt=0.0, le=0.09)] = Field(
-        default=0.05, description="muted without feedback for so long"
-    )
-    coast_time_s: Positive = Field(
-        default=1.0,
-        description="how long gyros hold a direction without attitude, after 0.1 s; then mute and stop",
-    )
-    stow_rad: tuple[float, float] = Field(
-        default=(0.0, 0.0), description="joint positions in which the antenna is stowed, the carrying axis first"
-    )
-
-    @model_validator(mode="after")
-    def _hysteresis(self) -> Self:
-        if self.mute_below_rad > self.mute_beyond_rad:
-            raise ValueError("mute_below_rad: expected at most mute_beyond_rad")
-        return self
 
 
 class Recording(Strict):
@@ -274,14 +252,14 @@ class DaemonSettings(Strict):
         return self.model_copy(update={"axes": {outer: self.axes[OUTER], inner: carried}})
 
     def with_model(self) -> DaemonSettings:
-        """These settings for a run: the model of `model_control` is in them, so that they stay what they are whatever
-        its file says later. BadInputError for a file of other axes; shipped models fit by place.
+        """These settings for a run: the model of `model_control` is in them, and which way is up, so that they stay
+        what they are whatever a file says later. BadInputError for a file of other axes; shipped models fit by place.
         """
         from sim_backend.model import model_named
 
         control = self.model_control
         if control is None or control.document is not None:
-            return self
+            return self.looking(None)
         axes = {name: axis.with_entries(name) for name, axis in self.axes.items()}
         key = "model_control.model"
         model = model_named(control.model, key)
@@ -291,7 +269,23 @@ class DaemonSettings(Strict):
         # how its base moves, perhaps by a file of its own, is nothing that a loop takes
         document = {key: value for key, value in model.document.items() if key != "base"}
         kept = control.model_copy(update={"document": document})
-        return self.model_copy(update={"model_control": kept, "axes": axes})
+        return self.model_copy(update={"model_control": kept, "axes": axes}).looking(None)
+
+    def looking(self, antenna: AntennaModel | None) -> DaemonSettings:
+        """These settings with the boresight of an antenna, else of the model that they name, said in them;
+        BadInputError where they say another one.
+        """
+        from sim_backend.model import model_named
+
+        said, named = self.pointing.boresight, self.observed_model or (self.model_control and self.model_control.model)
+        if antenna is None and named:
+            antenna = model_named(named, "observer.model")
+        found = antenna.file.boresight if antenna is not None else said or Boresight.AHEAD
+        if said not in (None, found) and antenna is not None:
+            raise BadInputError(
+                "pointing.boresight", f"is {said}, and {antenna.where} says {found}", f"{found}, or none"
+            )
+        return self.model_copy(update={"pointing": self.pointing.model_copy(update={"boresight": found})})
 
     @property
     def observed_model(self) -> str | None:

@@ -9,6 +9,7 @@ from gimbal_hil.loop.timing.clock import (
     MonotonicClock,
     wall_clock_utc,
 )
+from gimbal_hil.loop.timing.clock_sync import ClockSync, clock_sync, clock_sync_of
 from gimbal_hil.loop.timing.histogram import Histogram, upper_bound_ns
 from gimbal_hil.loop.timing.machine_check import MachineReport, check_machine
 from gimbal_hil.loop.timing.mailbox import RingReader, RingRecord, RingWriter, create_ring
@@ -22,6 +23,7 @@ __all__ = [
     "MISS_CODE",
     "NS_PER_S",
     "Clock",
+    "ClockSync",
     "Duration",
     "Granted",
     "Histogram",
@@ -41,6 +43,8 @@ __all__ = [
     "TickStatistics",
     "WitnessProcess",
     "check_machine",
+    "clock_sync",
+    "clock_sync_of",
     "compiler",
     "control_and_witness_cores",
     "create_ring",

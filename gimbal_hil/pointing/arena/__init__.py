@@ -2,7 +2,7 @@
 
 from gimbal_hil.pointing.arena.arena import ArenaResult, Entrant, Spread, entrants, run_arena
 from gimbal_hil.pointing.arena.base_motions import ROW_HZ as MOTION_ROW_HZ
-from gimbal_hil.pointing.arena.base_motions import AircraftMotion, Manoeuvre, Swing, Turbulence
+from gimbal_hil.pointing.arena.base_motions import AircraftMotion, Manoeuvre, Swing, Turbulence, write_motion
 from gimbal_hil.pointing.arena.controllers import CONTROLLERS, controller_settings, least_margin_on
 from gimbal_hil.pointing.arena.page import arena_blocks, arena_text
 from gimbal_hil.pointing.arena.paid import (
@@ -54,5 +54,6 @@ __all__ = [
     "shipped_scenarios",
     "what_paid",
     "with_wrong_model",
+    "write_motion",
     "wrong_model",
 ]

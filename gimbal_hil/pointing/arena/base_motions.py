@@ -37,12 +37,16 @@ class AircraftMotion(Strict):
 
     def write(self, path: Path, duration_s: float, seed: int) -> None:
         """The motion as a file that the `base:` section of a model takes."""
-        attitude, pivot = self.rows(duration_s, seed)
-        with path.open("w", newline="") as handle:
-            writer = csv.writer(handle)
-            writer.writerow(("time_s", "roll", "pitch", "yaw", "ax", "ay", "az"))
-            for number, row in enumerate(np.column_stack([attitude, pivot]).tolist()):
-                writer.writerow((number / ROW_HZ, *row))
+        write_motion(path, *self.rows(duration_s, seed))
+
+
+def write_motion(path: Path, attitude: Table, pivot: Table) -> None:
+    """Attitude and acceleration of the pivot (n, 3) at ROW_HZ as a file."""
+    with path.open("w", newline="") as handle:
+        writer = csv.writer(handle)
+        writer.writerow(("time_s", "roll", "pitch", "yaw", "ax", "ay", "az"))
+        for number, row in enumerate(np.column_stack([attitude, pivot]).tolist()):
+            writer.writerow((number / ROW_HZ, *row))
 
 
 class Turbulence(AircraftMotion):

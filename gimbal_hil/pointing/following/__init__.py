@@ -1,6 +1,6 @@
 """Targets in the sky: their direction from an aircraft, following them, pointing errors and a report."""
 
-from gimbal_hil.pointing.following.base import BASE_S, MOTIONS, BaseTruth, moved, truth_of, truth_of_model
+from gimbal_hil.pointing.following.base import BASE_S, MOTIONS, STANDING, BaseTruth, moved, truth_of, truth_of_model
 from gimbal_hil.pointing.following.clock import TickClock
 from gimbal_hil.pointing.following.geodesy import Flight, earth_fixed, flight_of, geostationary, seen_from
 from gimbal_hil.pointing.following.in_lockstep import follow_in_lockstep
@@ -13,6 +13,7 @@ from gimbal_hil.pointing.following.judging import (
     pointing_figures,
 )
 from gimbal_hil.pointing.following.page import summary, write_page
+from gimbal_hil.pointing.following.reach import joints_needed, reach_of, require_reach
 from gimbal_hil.pointing.following.satellite import OLD_DAYS, Elements, read_elements
 from gimbal_hil.pointing.following.targets import Target, next_pass, target_of
 from gimbal_hil.pointing.following.through_daemon import LEAD_S, FollowedWay, PointingDaemon, stow_moves
@@ -23,6 +24,7 @@ __all__ = [
     "LEAD_S",
     "MOTIONS",
     "OLD_DAYS",
+    "STANDING",
     "BaseTruth",
     "Elements",
     "Flight",
@@ -40,12 +42,15 @@ __all__ = [
     "follow_in_lockstep",
     "geostationary",
     "held_trace",
+    "joints_needed",
     "joints_seen",
     "moved",
     "mute_changes",
     "next_pass",
     "pointing_figures",
+    "reach_of",
     "read_elements",
+    "require_reach",
     "seen_from",
     "stow_moves",
     "summary",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.pointing.arena import MOTION_ROW_HZ, AircraftMotion, Manoeuvre, Swing, Turbulence
+from gimbal_hil.pointing.arena import MOTION_ROW_HZ, AircraftMotion, Manoeuvre, Swing, Turbulence, write_motion
 from gimbal_hil.pointing.following.geodesy import Table
+from sim_backend.boresight import Boresight
 from sim_backend.model import AntennaModel, BaseMotionKind
 
 #: motions by name; the last one is 5 deg/s at 1 Hz about every axis
@@ -39,6 +41,18 @@ class BaseTruth:
         return np.column_stack([np.interp(time_s, self.time_s, angle) for angle in self.attitude.T])
 
 
+#: level, its x to the north
+STANDING = BaseTruth(np.zeros(1), np.zeros((1, 3)))
+
+
+def in_base(x: Table, attitude: Table) -> Table:
+    """Earth vectors (n, 3) in axes of a base with these attitudes (n, 3)."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(attitude.T), np.sin(attitude.T)
+    x1, y1 = cy * x[:, 0] + sy * x[:, 1], cy * x[:, 1] - sy * x[:, 0]
+    x2, z2 = cp * x1 - sp * x[:, 2], sp * x1 + cp * x[:, 2]
+    return np.column_stack([x2, cr * y1 + sr * z2, cr * z2 - sr * y1])
+
+
 def moved(model: AntennaModel, base: str, duration_s: float, seed: int, folder: Path) -> AntennaModel:
     """The model on a base motion by name (written into `folder`) or from a CSV file; its navigation stays as old as the
     model says.
@@ -46,16 +60,16 @@ def moved(model: AntennaModel, base: str, duration_s: float, seed: int, folder: 
     path = Path(base)
     if base in MOTIONS:
         path = folder / "base.csv"
-        MOTIONS[base].write(path, duration_s, seed)
+        write_motion(path, *_named(base, duration_s, seed, model.file.boresight))
     _require_motion(base, path)
     section: dict[str, Any] = {"motion": "recorded", "file": str(path.resolve())}
     return model.with_base(section | {"ins_age_s": model.file.base.ins_age_s})
 
 
-def truth_of(base: str, duration_s: float, seed: int) -> BaseTruth:
+def truth_of(base: str, duration_s: float, seed: int, boresight: Boresight = Boresight.AHEAD) -> BaseTruth:
     """What `moved` gives the virtual antenna."""
     if base in MOTIONS:
-        attitude, _ = MOTIONS[base].rows(duration_s, seed)
+        attitude, _ = _named(base, duration_s, seed, boresight)
         return BaseTruth(np.arange(len(attitude)) / MOTION_ROW_HZ, attitude)
     _require_motion(base, Path(base))
     with Path(base).open(newline="", encoding="utf-8") as handle:
@@ -73,6 +87,16 @@ def truth_of_model(model: AntennaModel) -> BaseTruth | None:
         return None
     angles = base.attitude_rad
     return BaseTruth(np.zeros(1), np.array([[angles.roll, angles.pitch, angles.yaw]]))
+
+
+def _named(base: str, duration_s: float, seed: int, boresight: Boresight) -> tuple[Table, Table]:
+    """Attitude and acceleration of the pivot (n, 3) of an aircraft's motion, in the axes of the base: an antenna that
+    looks along -x looks ahead with the base's x turned aft.
+    """
+    attitude, pivot = MOTIONS[base].rows(duration_s, seed)
+    if boresight is Boresight.ASTERN:
+        return attitude * (-1.0, -1.0, 1.0) + (0.0, 0.0, math.pi), pivot * (-1.0, -1.0, 1.0)
+    return attitude, pivot
 
 
 def _require_motion(base: str, path: Path) -> None:

@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 from gimbal_hil.data.runs import AXES, MessageColumns, RecordedRun, columns_of
 from gimbal_hil.loop.host import EventCode, PointingState, word_of
 from gimbal_hil.pointing.arena import between, boresight
-from gimbal_hil.pointing.following.base import BaseTruth
+from gimbal_hil.pointing.following.base import BaseTruth, in_base
 from gimbal_hil.pointing.following.geodesy import Table
 from gimbal_hil.pointing.following.targets import Target
 from gimbal_hil.pointing.following.way import joints_seen
+from sim_backend.boresight import Boresight
 
 _DEVICE_TICKS = 4096
 #: turns of the device's tick counter that are tried for where its time began
@@ -123,6 +124,7 @@ def held_trace(
     span: tuple[int, int],
     changes: Sequence[MuteChange],
     truth: BaseTruth | None = None,
+    looks: Boresight = Boresight.AHEAD,
 ) -> HeldTrace:
     """The trace of ticks `span` (first, last) of a run that followed a target whose first row stands at a tick."""
     step_s = run.record.header.period_ns * 1e-9
@@ -131,11 +133,11 @@ def held_trace(
     joints = np.column_stack([_sampled(run, f"feedback_{axis}", "position", tick) for axis in AXES])
     towards = np.column_stack([rows[f"position_ref_{axis}"] for axis in AXES])
     error = between(boresight(joints), boresight(towards))
-    sky = boresight(joints_seen(target, np.maximum(0.0, (tick - first_row_tick) * step_s)))
-    reference_off = between(boresight(towards), _in_base(sky, _attitude_told(run, tick)))
+    sky = boresight(joints_seen(target, np.maximum(0.0, (tick - first_row_tick) * step_s), looks))
+    reference_off = between(boresight(towards), in_base(sky, _attitude_told(run, tick)))
     true_error = np.full(len(tick), np.nan)
     if truth is not None:
-        wanted = _in_base(sky, truth.at(_device_time(run, tick, step_s, truth)))
+        wanted = in_base(sky, truth.at(_device_time(run, tick, step_s, truth)))
         true_error = between(boresight(joints), wanted)
     muted = np.ones(len(tick), dtype=np.bool_)
     for change in changes:
@@ -231,14 +233,6 @@ def _device_time(run: RecordedRun, tick: NDArray[np.int64], step_s: float, truth
         if off < best:
             best, laps = off, lap
     return np.asarray((counted + laps * _DEVICE_TICKS) * step_s)
-
-
-def _in_base(x: Table, attitude: Table) -> Table:
-    """Earth vectors (n, 3) in axes of a base with these attitudes (n, 3)."""
-    (cr, cp, cy), (sr, sp, sy) = np.cos(attitude.T), np.sin(attitude.T)
-    x1, y1 = cy * x[:, 0] + sy * x[:, 1], cy * x[:, 1] - sy * x[:, 0]
-    x2, z2 = cp * x1 - sp * x[:, 2], sp * x1 + cp * x[:, 2]
-    return np.column_stack([x2, cr * y1 + sr * z2, cr * z2 - sr * y1])
 
 
 def _rms(values: Table) -> float:

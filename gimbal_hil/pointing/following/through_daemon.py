@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from firmware_protocol.errors import LinkError, SafetyStopError
 from gimbal_hil.data.runs import GrowingLog, RecordedRun
 from gimbal_hil.loop.host import (
@@ -25,9 +27,11 @@ from gimbal_hil.loop.host import (
     word_of,
 )
 from gimbal_hil.loop.settings import DaemonSettings
+from gimbal_hil.pointing.following.base import BaseTruth
 from gimbal_hil.pointing.following.clock import TickClock, tick_clock
 from gimbal_hil.pointing.following.way import Way
 from gimbal_hil.realtime.operator import OperatorClient, RequestRefusedError
+from sim_backend.boresight import Boresight
 
 Json = dict[str, Any]
 #: between the request and the first row of a target's way: time for both to be made
@@ -66,6 +70,17 @@ class PointingDaemon:
         self.settings = DaemonSettings.model_validate(self.record.header.configuration)
         self.client = OperatorClient(run, timeout_s=_PATIENCE_S)
 
+    @property
+    def looks(self) -> Boresight:
+        """Which way is up for its antenna."""
+        return self.settings.pointing.boresight or Boresight.AHEAD
+
+    def base_now(self) -> BaseTruth:
+        """Its base as last told, taken to stay so; level, its x to the north, where none tells."""
+        told = self._status()["base_attitude_rad"]
+        angles = [0.0, 0.0, 0.0] if told is None else [told[name] for name in ("roll", "pitch", "yaw")]
+        return BaseTruth(np.zeros(1), np.array([angles]))
+
     def clock(self) -> TickClock:
         """When the daemon's ticks are."""
         return tick_clock(lambda: int(self._status()["tick"]), self.record.header.period_ns * 1e-9)
@@ -77,15 +92,22 @@ class PointingDaemon:
         duration_s: float,
         tell: Callable[[str], None],
         advance: Callable[[float], None],
+        stepped_s: Callable[[], float] = lambda: 0.0,
     ) -> FollowedWay:
-        """Follow a way to its end; SafetyStopError when a guard ends it. Attitude that is lost for longer than gyros
-        hold is waited for.
+        """Follow a way to its end; SafetyStopError when a guard ends it, and when somebody sets the clock that the way
+        was made by. Attitude that is lost for longer than gyros hold is waited for.
         """
         period_s = self.record.header.period_ns * 1e-9
         end_tick = first_row_tick + round(duration_s / period_s)
         found = FollowedWay(self._begin(way, first_row_tick, end_tick), end_tick)
         told_s = 0.0
         while True:
+            if step_s := stepped_s():
+                self.stop()
+                raise SafetyStopError(
+                    f"the time of day was set by {step_s:+.3f} s on the way: where the target is at a tick is not "
+                    "known any more; stopped and muted, to be asked for again"
+                )
             event = self.client.next_event(0.25)
             now = int(self._status()["tick"]) if event is None else int(event.get("tick", 0))
             done_s = min(duration_s, max(0.0, (now - first_row_tick) * period_s))

@@ -1,7 +1,8 @@
 """A target's way over the sky as what the host follows: a timetable of azimuth and elevation for mode `pointing`.
 
-The earth's axes of the host are x to true north, y to the west, z up: the outer joint is minus the azimuth, the inner
-one minus the elevation.
+The earth's axes of the host are x to true north, y to the west, z up. Along boresight x the outer joint is minus the
+azimuth, the inner one minus the elevation. Along -x it is the other end of that line that is led to the target: half a
+turn less the azimuth, and the elevation itself.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from gimbal_hil.loop.host import AxisCommand, Mode, Segment, Shape
 from gimbal_hil.pointing.arena import between, boresight
 from gimbal_hil.pointing.following.geodesy import Table
 from gimbal_hil.pointing.following.targets import Target
+from sim_backend.boresight import Boresight
 
 #: seconds between rows, the longest first
 _ROWS_S = (20.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1, 0.05)
@@ -46,17 +48,19 @@ class Way:
         return Segment(outer, inner, duration_ticks, label=label)
 
 
-def joints_seen(target: Target, time_s: Table) -> Table:
-    """Joint positions (n, 2) from a level base that looks north."""
+def joints_seen(target: Target, time_s: Table, boresight: Boresight = Boresight.AHEAD) -> Table:
+    """Joint positions (n, 2) from a level base whose x looks north."""
     azimuth, elevation = target.directions(time_s)
+    if boresight is Boresight.ASTERN:
+        return np.column_stack([math.pi - azimuth, elevation])
     return np.column_stack([-azimuth, -elevation])
 
 
-def way_of(target: Target, duration_s: float) -> Way:
+def way_of(target: Target, duration_s: float, boresight: Boresight = Boresight.AHEAD) -> Way:
     """The way in as few rows as it takes; where the target passes the zenith of the earth, the closest rows there
     are.
     """
-    ways = (_way(target, duration_s, row_s) for row_s in _ROWS_S if row_s <= max(duration_s, _ROWS_S[-1]))
+    ways = (_way(target, duration_s, row_s, boresight) for row_s in _ROWS_S if row_s <= max(duration_s, _ROWS_S[-1]))
     way = next(ways)
     for closer in ways:
         if way.off_rad <= _CLOSE_RAD:
@@ -65,16 +69,16 @@ def way_of(target: Target, duration_s: float) -> Way:
     return way
 
 
-def _way(target: Target, duration_s: float, row_s: float) -> Way:
+def _way(target: Target, duration_s: float, row_s: float, looks: Boresight) -> Way:
     rows = math.ceil((duration_s + _AFTER_S) / row_s) + 2
     time_s = row_s * np.arange(rows, dtype=np.float64)
     if math.isfinite(target.lasts_s):
         time_s = np.minimum(time_s, target.lasts_s)
-    joints = joints_seen(target, time_s)
+    joints = joints_seen(target, time_s, looks)
     fine_s = np.arange(0.0, duration_s, row_s / _BETWEEN)
     way = Way(row_s, np.ascontiguousarray(joints[:, 0]), np.ascontiguousarray(joints[:, 1]), 0.0)
     found = np.column_stack([catmull_rom(column, row_s, fine_s) for column in (way.outer, way.inner)])
-    off = between(boresight(found), boresight(joints_seen(target, fine_s)))
+    off = between(boresight(found), boresight(joints_seen(target, fine_s, looks)))
     return replace(way, off_rad=float(off.max()))
 
 

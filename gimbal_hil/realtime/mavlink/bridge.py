@@ -15,6 +15,7 @@ from gimbal_hil.loop.settings import DaemonSettings
 from gimbal_hil.realtime.mavlink.gimbal import NOBODY, Gimbal
 from gimbal_hil.realtime.mavlink.values import NOT_TOLD, Reach, Wish, seen_in
 from gimbal_hil.realtime.operator import OperatorClient, RequestRefusedError
+from sim_backend.boresight import Boresight
 
 #: how long a look at the link may wait, and how often the daemon is asked
 _WAIT_S, _ASK_S = 0.01, 0.05
@@ -38,7 +39,8 @@ def reach_of(run: Path) -> Reach:
         both(lambda one: wrap(one) if one.position_high_rad is None else min(wrap(one), one.position_high_rad)),
         both(lambda one: one.rate_rad_s),
         settings.pointing.stow_rad,
-    )
+        settings.pointing.boresight or Boresight.AHEAD,
+    ).ahead()
 
 
 def open_link(address: str, baud: int, system: int, component: int) -> tuple[Any, Any]:
@@ -94,7 +96,7 @@ class _Bridge:
     def turn(self, clock_s: Callable[[], float]) -> None:
         """Hear the daemon, hear the link, say what is due."""
         if clock_s() >= self._ask_at_s:
-            self._seen = seen_in(self._client.request("status")["status"])
+            self._seen = seen_in(self._client.request("status")["status"]).ahead(self._gimbal.boresight)
             self._ask_at_s = clock_s() + _ASK_S
         self._hear(clock_s)
         if (late := self._gimbal.overdue(clock_s())) is not None:
@@ -124,7 +126,7 @@ class _Bridge:
 
     def _ask(self, wish: Wish) -> bool:
         """Whether the daemon took it; what it refuses is told to both ends."""
-        command, fields = wish.as_request()
+        command, fields = wish.behind(self._gimbal.boresight).as_request()
         try:
             self._client.request(command, **fields)
         except RequestRefusedError as refused:

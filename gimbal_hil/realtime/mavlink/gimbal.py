@@ -21,6 +21,7 @@ from typing import Any
 from gimbal_hil.realtime.mavlink.angles import direction_rad, nearest_turn, quaternion
 from gimbal_hil.realtime.mavlink.telling import DEVICE, InControl, Sender, Telling
 from gimbal_hil.realtime.mavlink.values import Reach, Seen, Wish
+from sim_backend.boresight import Boresight
 
 NOBODY: Sender = (0, 0)
 #: a heartbeat comes each second: after so long without one a controller is gone
@@ -73,6 +74,11 @@ class Gimbal:
         self._place = 0
         self._intervals_s = dict(_INTERVALS_S)
         self._next_s = dict.fromkeys(_INTERVALS_S, 0.0)
+
+    @property
+    def boresight(self) -> Boresight:
+        """Where the antenna looks in truth; on this side it looks along x."""
+        return self._reach.boresight
 
     def take(self, message: Any, seen: Seen, now_s: float) -> Taken:
         """One message that came; messages to others, and those that the protocol does not have, come to nothing."""

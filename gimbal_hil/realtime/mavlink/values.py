@@ -1,10 +1,17 @@
-"""What passes between MAVLink's side and the daemon's."""
+"""What passes between MAVLink's side and the daemon's.
+
+MAVLink's side sees every antenna as one that looks along x of its inner body. One that looks along -x is the same
+antenna with the signs of its inner joint and of its base's roll and pitch turned, and its base turned by half a turn:
+`ahead` and `behind` are the way there and back.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
+
+from sim_backend.boresight import Boresight
 
 Json = dict[str, Any]
 Pair = tuple[float, float]
@@ -20,6 +27,14 @@ class Reach:
     high_rad: Pair
     rate_rad_s: Pair
     stow_rad: Pair
+    boresight: Boresight = Boresight.AHEAD
+
+    def ahead(self) -> Reach:
+        """The same of an antenna that looks along x."""
+        if self.boresight is Boresight.AHEAD:
+            return self
+        low, high = (self.low_rad[0], -self.high_rad[1]), (self.high_rad[0], -self.low_rad[1])
+        return Reach(low, high, self.rate_rad_s, (self.stow_rad[0], -self.stow_rad[1]), self.boresight)
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +50,15 @@ class Wish:
     def is_stop(self) -> bool:
         """Whether the joints are to be braked to rest."""
         return self.mode == "stop"
+
+    def behind(self, boresight: Boresight) -> Wish:
+        """The same for the antenna as it is."""
+        if boresight is Boresight.AHEAD:
+            return self
+        half = math.pi if self.mode == "pointing" else 0.0
+        return replace(
+            self, outer=math.remainder(self.outer + half, 2.0 * math.pi) if half else self.outer, inner=-self.inner
+        )
 
     def as_request(self) -> tuple[str, Json]:
         """Command and fields."""
@@ -64,6 +88,14 @@ class Seen:
     def held_in_space(self) -> bool:
         """Whether the joints follow space and not the base."""
         return self.active and self.mode in ("pointing", "inertial_rate")
+
+    def ahead(self, boresight: Boresight) -> Seen:
+        """The same of an antenna that looks along x."""
+        if boresight is Boresight.AHEAD:
+            return self
+        base = None if self.base_rad is None else (-self.base_rad[0], -self.base_rad[1], self.base_rad[2] - math.pi)
+        (outer, inner), (outer_rate, inner_rate) = self.position_rad, self.rate_rad_s
+        return replace(self, position_rad=(outer, -inner), rate_rad_s=(outer_rate, -inner_rate), base_rad=base)
 
 
 NOT_TOLD = Seen(0.0, (math.nan, math.nan), (math.nan, math.nan), False, "off", False, "", "none")

@@ -53,6 +53,14 @@ def command(
     torque: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="Largest torque, N m (N).")] = None,
     rate_limit: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="Largest rate, rad/s.")] = None,
     travel: Annotated[list[str] | None, typer.Option(metavar="AXIS=LOW..HIGH", help="Soft limits, rad.")] = None,
+    up: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SIGN",
+            help="positive or negative: which inner angles look up; without it those of which --travel has more, "
+            "negative where both are the same.",
+        ),
+    ] = None,
     encoder: Annotated[list[str] | None, typer.Option(metavar=_EACH, help="Counts a turn (a mm).")] = None,
     gyro: Annotated[bool, typer.Option("--gyro/--no-gyro", help="Whether the antenna has rate gyros.")] = True,
     yes: Annotated[bool, typer.Option("--yes", help="Ask nothing: what is not given is assumed.")] = False,
@@ -80,7 +88,7 @@ def command(
         "rate_limit": rate_limit,
         "encoder": encoder,
     }
-    antenna = _described(folder, kind, axes, link, rate, given, travel, gyro, _asker(yes))
+    antenna = _described(folder, kind, axes, link, rate, given, travel, up, gyro, _asker(yes))
     written = write_antenna(antenna, folder, force)
     following = first_command(antenna, folder)
     if as_json:
@@ -114,11 +122,13 @@ def _described(
     rate: float | None,
     given: dict[str, list[str] | None],
     travel: list[str] | None,
+    up: str | None,
     gyro: bool,
     ask: Asker,
 ) -> AntennaDescription:
     from firmware_protocol.errors import BadInputError
-    from gimbal_hil.surface.starting import AntennaDescription, parse_link, usual_names
+    from gimbal_hil.surface.starting import AntennaDescription, parse_link, usual_boresight, usual_names
+    from sim_backend.boresight import Boresight
     from sim_backend.model import ModelKind
 
     word = kind or ask("kind (gimbal, rotary, linear)", ModelKind.GIMBAL.value)
@@ -132,7 +142,11 @@ def _described(
     sections = tuple(_axis(name, place, what, numbers, limits, ask) for place, name in enumerate(names))
     # drives of other makes tell no inertial rate
     has_gyro = gyro and not chosen.is_drives
-    return AntennaDescription(folder.absolute().name, what, sections, chosen, rate or chosen.rate_hz, has_gyro)
+    looks = usual_boresight(sections) if up is None else next((one for one in Boresight if one.raises == up), None)
+    if looks is None:
+        raise BadInputError("--up", f"is {up!r}", "positive or negative")
+    name = folder.absolute().name
+    return AntennaDescription(name, what, sections, chosen, rate or chosen.rate_hz, has_gyro, looks)
 
 
 def _names(text: str, kind: ModelKind) -> tuple[str, ...]:
@@ -204,6 +218,7 @@ def _range(text: str) -> tuple[float, float]:
         found = float(low), float(high)
     except ValueError:
         raise BadInputError("--travel", f"{text!r} is no range", "LOW..HIGH in rad, as in -0.3..1.6") from None
-    if not found[0] < 0.0 < found[1]:
-        raise BadInputError("--travel", f"{text!r} does not hold zero", "LOW..HIGH in rad, as in -0.3..1.6")
+    if not found[0] <= 0.0 <= found[1] or found[0] == found[1]:
+        expected = "LOW..HIGH in rad with LOW <= 0 <= HIGH, as in -0.3..1.6 or 0..1.57"
+        raise BadInputError("--travel", f"{text!r} does not hold zero", expected)
     return found

@@ -16,7 +16,9 @@ if TYPE_CHECKING:
     from datetime import datetime
 
     from gimbal_hil.data.runs import RecordedRun
+    from gimbal_hil.loop.timing import ClockSync
     from gimbal_hil.pointing.following import BaseTruth, Flight, MuteChange, Target, Way
+    from sim_backend.boresight import Boresight
 
 _DURATION_S = 60.0
 #: no longer does a machine that is busy make a target wait
@@ -35,6 +37,9 @@ class _Judged:
     truth: BaseTruth | None
     where: str
     about: str
+    looks: Boresight
+    #: a target that moves in time: how well this machine knows the time
+    sync: ClockSync | None = None
 
 
 def command(
@@ -84,7 +89,9 @@ def command(
 ) -> int:
     """Hold a target in the sky and say how well: pointing error, mute signal, a page.
 
-    Without --run the virtual antenna follows in lockstep.
+    Without --run the virtual antenna follows in lockstep. Azimuth is clockwise from true north, elevation above the
+    horizon; the outer joint turns counter-clockwise seen from above, and `boresight` of the model file says which inner
+    positions look up: negative ones with x, positive ones with -x. A target that the joints cannot reach is refused.
     """
     from firmware_protocol.errors import BadInputError
     from gimbal_hil.loop.timing import wall_clock_utc
@@ -122,16 +129,19 @@ def _time_of(text: str | None) -> datetime:
     return found.replace(tzinfo=UTC) if found.tzinfo is None else found.astimezone(UTC)
 
 
-def _target(text: str, flight: Flight | None, start: datetime, duration_s: float) -> tuple[Target, Way, str]:
+def _target(
+    text: str, flight: Flight | None, start: datetime, duration_s: float, looks: Boresight
+) -> tuple[Target, Way, str]:
     """The target, its way, and what a reader of the page should know of both."""
     from gimbal_hil.pointing.following import next_pass, target_of, way_of
 
     target = target_of(text, flight, start)
     advice = next_pass(target, start, duration_s) if text.startswith("tle:") else ""
     target.require_visible(duration_s, advice)
-    way = way_of(target, duration_s)
+    way = way_of(target, duration_s, looks)
     about = (
         f"Target {text}, sky of {start:%Y-%m-%d %H:%M:%S} UTC. Directions are geometric: no refraction, no light time. "
+        f"Boresight {looks}: {looks.raises} inner positions look up. "
         f"A row every {way.row_s:g} s; what lies between is off by {1e6 * way.off_rad:.2g} urad at most."
     )
     if flight is not None:
@@ -159,21 +169,31 @@ def _in_lockstep(
     from gimbal_hil.data.runs import open_run
     from gimbal_hil.knowledge.experiments import embedded_model_of
     from gimbal_hil.loop.settings import load_settings, shipped_settings
-    from gimbal_hil.pointing.following import follow_in_lockstep, moved, mute_changes, truth_of, truth_of_model
+    from gimbal_hil.pointing.following import (
+        STANDING,
+        follow_in_lockstep,
+        moved,
+        mute_changes,
+        require_reach,
+        truth_of,
+        truth_of_model,
+    )
     from gimbal_hil.surface.cli.progress import ProgressBar
     from sim_backend.model import CONTROL_ANTENNA, model_named
 
-    target, way, about = _target(text, flight, start, duration)
     settings = load_settings(config) if config else shipped_settings()
     if model is not None or config is None:
         antenna = model_named(model or CONTROL_ANTENNA)
     else:
         antenna, _ = embedded_model_of(settings)
-    settings = settings.for_axes(antenna.axes, antenna.where)
+    settings = settings.for_axes(antenna.axes, antenna.where).looking(antenna)
+    looks = antenna.file.boresight
+    target, way, about = _target(text, flight, start, duration, looks)
     truth, moving_s = truth_of_model(antenna), duration + 30.0
     with tempfile.TemporaryDirectory() as place:
         if base is not None:
-            antenna, truth = moved(antenna, base, moving_s, seed, Path(place)), truth_of(base, moving_s, seed)
+            antenna, truth = moved(antenna, base, moving_s, seed, Path(place)), truth_of(base, moving_s, seed, looks)
+        require_reach(way, duration, settings, truth or STANDING, text)
         with ProgressBar() as bar:
             follow_in_lockstep(way, duration, settings, antenna, seed, folder, force, bar)
     log = open_run(folder)
@@ -182,7 +202,7 @@ def _in_lockstep(
     span = (first, first + round(duration * settings.rate_hz) - 1)
     where = f"{antenna.name}, seed {seed}, in lockstep" + ("" if base is None else f", base {base}")
     changes = [one for one in mute_changes(told) if first <= one.tick <= span[1]]
-    return _Judged(log, target, first, span, changes, truth, where, about), settings.pointing.mute_beyond_rad
+    return _Judged(log, target, first, span, changes, truth, where, about, looks), settings.pointing.mute_beyond_rad
 
 
 def _through_daemon(
@@ -199,20 +219,29 @@ def _through_daemon(
 ) -> tuple[_Judged, float]:
     import time
 
-    from gimbal_hil.pointing.following import BASE_S, LEAD_S, PointingDaemon, mute_changes, truth_of
+    from gimbal_hil.loop.timing import clock_sync
+    from gimbal_hil.pointing.following import BASE_S, LEAD_S, PointingDaemon, mute_changes, require_reach, truth_of
     from gimbal_hil.surface.cli.progress import ProgressBar
 
-    # a target that cannot be held is refused before the daemon is spoken to; ticks tell the sky's time only afterwards
-    _target(text, flight, _time_of(at), duration)
-    truth = None if base is None else truth_of(base, BASE_S, seed)
     daemon = PointingDaemon(run)
+    looks = daemon.looks
+    truth = None if base is None else truth_of(base, BASE_S, seed, looks)
+    # the sky of now moves with the clock; one that was asked for begins whenever it is asked
+    sync = clock_sync() if at is None and text.startswith("tle:") else None
+    if sync is not None and not sync.synchronised:
+        _say(f"caution: {sync.in_words()}: a low satellite is 2 degrees further on in a second")
 
     try:
+        # a target that cannot be held is refused before anything moves; ticks tell the sky's time only afterwards
+        _, way, _ = _target(text, flight, _time_of(at), duration, looks)
+        require_reach(way, duration, daemon.settings, daemon.base_now(), text)
         clock = daemon.clock()
         lead_s, first = LEAD_S, 0
         while True:
             begun, first = time.monotonic(), clock.tick_after(lead_s)
-            target, way, about = _target(text, flight, clock.time_of(first) if at is None else _time_of(at), duration)
+            target, way, about = _target(
+                text, flight, clock.time_of(first) if at is None else _time_of(at), duration, looks
+            )
             took_s = time.monotonic() - begun
             if at is not None:
                 # the sky was asked for: it begins when its way is made
@@ -221,10 +250,11 @@ def _through_daemon(
                 break
             # a machine that is busy needs longer for the way than was left: begin later, so that none of it is lost
             lead_s = LEAD_S + 2.0 * took_s
+        stepped = clock.stepped_s if sync is not None else lambda: 0.0
         try:
             with ProgressBar() as bar:
                 bar.begin("point", duration, 0.0)
-                found = daemon.follow(way, first, duration, _say, lambda seconds: bar.at(target.name, seconds))
+                found = daemon.follow(way, first, duration, _say, lambda seconds: bar.at(target.name, seconds), stepped)
         except KeyboardInterrupt:
             daemon.stop()
             raise
@@ -239,9 +269,20 @@ def _through_daemon(
         f" The daemon's ticks were placed in time by looking at them, a quarter of the looks within "
         f"{1e3 * clock.spread_s:.1f} ms."
     )
+    if sync is not None:
+        about += f" When it began, {sync.in_words()}."
     changes = [one for one in mute_changes(found.events) if found.first_tick <= one.tick <= found.last_tick]
     judged = _Judged(
-        log, target, first, (found.first_tick, found.last_tick), changes, truth, f"through the daemon of {run}", about
+        log,
+        target,
+        first,
+        (found.first_tick, found.last_tick),
+        changes,
+        truth,
+        f"through the daemon of {run}",
+        about,
+        looks,
+        sync,
     )
     return judged, daemon.settings.pointing.mute_beyond_rad
 
@@ -259,7 +300,9 @@ def _tell(judged: _Judged, beyond_rad: float, folder: Path, run: Path | None, as
     from gimbal_hil.pointing.following import held_trace, pointing_figures, summary, write_page
     from gimbal_hil.surface.cli.following import after_point, print_next
 
-    trace = held_trace(judged.log, judged.target, judged.first_row_tick, judged.span, judged.changes, judged.truth)
+    trace = held_trace(
+        judged.log, judged.target, judged.first_row_tick, judged.span, judged.changes, judged.truth, judged.looks
+    )
     figures = pointing_figures(trace, judged.changes, beyond_rad)
     page = write_page(
         folder / "report.html",
@@ -273,6 +316,13 @@ def _tell(judged: _Judged, beyond_rad: float, folder: Path, run: Path | None, as
         judged.log.record.header.axes,
     )
     document: dict[str, Any] = {"target": judged.target.name, "run": str(run or folder), **figures.as_dict()}
+    document["boresight"] = judged.looks.value
+    if judged.sync is not None:
+        document["clock"] = {
+            "synchronised": judged.sync.synchronised,
+            "error_bound_s": judged.sync.error_bound_s,
+            "age_s": judged.sync.age_s,
+        }
     (folder / "pointing.json").write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
     acquired = document["acquired_after_s"] is not None
     if as_json:

@@ -6,6 +6,7 @@ from gimbal_hil.surface.starting.description import (
     LinkChoice,
     parse_link,
     usual_axis,
+    usual_boresight,
     usual_names,
 )
 from gimbal_hil.surface.starting.on_link import settings_on_link
@@ -20,6 +21,7 @@ __all__ = [
     "parse_link",
     "settings_on_link",
     "usual_axis",
+    "usual_boresight",
     "usual_names",
     "write_antenna",
 ]

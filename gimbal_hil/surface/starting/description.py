@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from firmware_protocol.errors import BadInputError
+from sim_backend.boresight import Boresight
 from sim_backend.model import ModelKind
 
 #: a body of which only the mass is given is a ball of this radius, m
@@ -105,6 +107,13 @@ class AntennaDescription:
     link: LinkChoice
     rate_hz: float
     has_gyro: bool = True
+    boresight: Boresight = Boresight.AHEAD
+
+
+def usual_boresight(axes: Sequence[AxisDescription]) -> Boresight:
+    """Which way is up for axes of which only their travel says it: an antenna looks further up than down."""
+    low, high = axes[-1].travel_rad or (0.0, 0.0)
+    return Boresight.ASTERN if low + high > 0.0 else Boresight.AHEAD
 
 
 def usual_names(kind: ModelKind) -> tuple[str, ...]:

@@ -40,11 +40,13 @@ def _rounded(value: float) -> float:
 def model_document(antenna: AntennaDescription) -> Document:
     """The model: told numbers with a source that says so, the others assumed."""
     linear = antenna.kind is ModelKind.LINEAR
+    which_way = {"boresight": antenna.boresight.value} if antenna.kind is ModelKind.GIMBAL else {}
     return {
         "schema": 1,
         "name": antenna.name,
         "text": f"Written by gimbal-hil init. Numbers whose source is '{ASSUMED}' stand in until they are measured.",
         "kind": antenna.kind.value,
+        **which_way,
         "axes": {axis.name: _model_axis(axis, linear, antenna, place) for place, axis in enumerate(antenna.axes)},
         "effects": [],
     }
