@@ -1,6 +1,6 @@
 """Model files: read, checked, changed, written, and turned into the plant's arrays."""
 
-from sim_backend.model.arrays import THESIS_BASE_CASES, PlantArrays, lag_decay, plant_arrays, put_friction
+from sim_backend.model.arrays import THESIS_BASE_CASES, PlantArrays, base_rows, lag_decay, plant_arrays, put_friction
 from sim_backend.model.file import BaseMotionKind, BaseSection, ModelFile, ModelKind, Quantity
 from sim_backend.model.laws import UNIT_OF, UNIT_OVER, ActsOn, LawKind, LawProgram, Over, put_variable
 from sim_backend.model.model import AntennaModel, EffectEntry, load_model, model_from_document
@@ -27,6 +27,7 @@ __all__ = [
     "PlantArrays",
     "Quantity",
     "SlotBase",
+    "base_rows",
     "beside",
     "gyro_filter",
     "lag_decay",

@@ -21,6 +21,7 @@ from gimbal_hil.pointing.following import (
     STANDING,
     BaseTruth,
     TickClock,
+    in_base,
     joints_needed,
     joints_seen,
     require_reach,
@@ -28,7 +29,6 @@ from gimbal_hil.pointing.following import (
     truth_of,
     way_of,
 )
-from gimbal_hil.pointing.following.base import in_base
 from sim_backend.boresight import Boresight
 from sim_backend.model import shipped_model
 

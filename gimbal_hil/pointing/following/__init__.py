@@ -1,6 +1,16 @@
 """Targets in the sky: their direction from an aircraft, following them, pointing errors and a report."""
 
-from gimbal_hil.pointing.following.base import BASE_S, MOTIONS, STANDING, BaseTruth, moved, truth_of, truth_of_model
+from gimbal_hil.pointing.following.base import (
+    BASE_S,
+    MOTIONS,
+    STANDING,
+    BaseTruth,
+    as_base,
+    in_base,
+    moved,
+    truth_of,
+    truth_of_model,
+)
 from gimbal_hil.pointing.following.clock import TickClock
 from gimbal_hil.pointing.following.geodesy import Flight, earth_fixed, flight_of, geostationary, seen_from
 from gimbal_hil.pointing.following.in_lockstep import follow_in_lockstep
@@ -36,12 +46,14 @@ __all__ = [
     "Target",
     "TickClock",
     "Way",
+    "as_base",
     "catmull_rom",
     "earth_fixed",
     "flight_of",
     "follow_in_lockstep",
     "geostationary",
     "held_trace",
+    "in_base",
     "joints_needed",
     "joints_seen",
     "moved",

@@ -89,14 +89,18 @@ def truth_of_model(model: AntennaModel) -> BaseTruth | None:
     return BaseTruth(np.zeros(1), np.array([[angles.roll, angles.pitch, angles.yaw]]))
 
 
-def _named(base: str, duration_s: float, seed: int, boresight: Boresight) -> tuple[Table, Table]:
-    """Attitude and acceleration of the pivot (n, 3) of an aircraft's motion, in the axes of the base: an antenna that
-    looks along -x looks ahead with the base's x turned aft.
+def as_base(attitude: Table, pivot: Table, boresight: Boresight) -> tuple[Table, Table]:
+    """Attitude and acceleration of the pivot (n, 3) of an aircraft, in the axes of its antenna's base: one that looks
+    along -x looks ahead with the base's x turned aft.
     """
-    attitude, pivot = MOTIONS[base].rows(duration_s, seed)
     if boresight is Boresight.ASTERN:
         return attitude * (-1.0, -1.0, 1.0) + (0.0, 0.0, math.pi), pivot * (-1.0, -1.0, 1.0)
     return attitude, pivot
+
+
+def _named(base: str, duration_s: float, seed: int, boresight: Boresight) -> tuple[Table, Table]:
+    """Attitude and acceleration of the pivot (n, 3) of a motion by name, in the axes of the base."""
+    return as_base(*MOTIONS[base].rows(duration_s, seed), boresight)
 
 
 def _require_motion(base: str, path: Path) -> None:

@@ -2,13 +2,18 @@
 run.
 """
 
+from gimbal_hil.realtime.lockstep.flight_path import FlightPath
+from gimbal_hil.realtime.lockstep.flight_run import ERROR_COLUMNS, SILENT
 from gimbal_hil.realtime.lockstep.paths import CHUNK_ROWS, CompiledPath, Exchange, FramePath, Lockstep, Recorded, joined
 from gimbal_hil.realtime.lockstep.recorded_host import give_again, host_of
 
 __all__ = [
     "CHUNK_ROWS",
+    "ERROR_COLUMNS",
+    "SILENT",
     "CompiledPath",
     "Exchange",
+    "FlightPath",
     "FramePath",
     "Lockstep",
     "Recorded",

@@ -83,6 +83,19 @@ def command(
         ),
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of noise and turbulence.", min=0, max=2**31 - 1)] = 1,
+    certify: Annotated[
+        int | None,
+        typer.Option(
+            metavar="FLIGHTS",
+            help="No target: so many drawn flights of --duration (10000 for a certificate) with errors of navigation; "
+            "the share of time within 0.2 degrees, and whether mute came within 100 ms in all.",
+            min=1,
+        ),
+    ] = None,
+    navigation: Annotated[
+        Path | None, typer.Option(help="With --certify: file with the errors of your navigation (YAML).")
+    ] = None,
+    workers: Annotated[int, typer.Option(help="With --certify: processes.", min=1, max=256)] = 1,
     out: Annotated[Path | None, typer.Option(help="Folder of the page; without it a new one below ./runs.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
@@ -101,6 +114,15 @@ def command(
         if run is None or target is not None:
             raise BadInputError("--stow", "is for a running daemon and takes no target", "--stow --run RUN")
         return _stow(run, as_json)
+    if certify is not None:
+        if run is not None or target is not None or base is not None:
+            raise BadInputError("--certify", "draws targets and bases", "no --run, no --target and no --base")
+        from gimbal_hil.surface.cli.certify import CERTIFICATE_FILE, PAGE_FILE, CertifyChoice
+        from gimbal_hil.surface.cli.certify import certify as fly
+
+        folder = out or Path("runs") / f"certificate-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
+        require_new(folder, force, CERTIFICATE_FILE, PAGE_FILE)
+        return fly(CertifyChoice(certify, duration, config, model, navigation, seed, workers, folder, as_json))
     if target is None:
         raise BadInputError("--target", "is missing", "azel:120,35, geo:13.0E, tle:FILE or a CSV file; or --stow")
     if run is not None and (config is not None or model is not None):
@@ -167,8 +189,6 @@ def _in_lockstep(
     import tempfile
 
     from gimbal_hil.data.runs import open_run
-    from gimbal_hil.knowledge.experiments import embedded_model_of
-    from gimbal_hil.loop.settings import load_settings, shipped_settings
     from gimbal_hil.pointing.following import (
         STANDING,
         follow_in_lockstep,
@@ -178,15 +198,10 @@ def _in_lockstep(
         truth_of,
         truth_of_model,
     )
+    from gimbal_hil.surface.cli.antenna_choice import settings_and_antenna
     from gimbal_hil.surface.cli.progress import ProgressBar
-    from sim_backend.model import CONTROL_ANTENNA, model_named
 
-    settings = load_settings(config) if config else shipped_settings()
-    if model is not None or config is None:
-        antenna = model_named(model or CONTROL_ANTENNA)
-    else:
-        antenna, _ = embedded_model_of(settings)
-    settings = settings.for_axes(antenna.axes, antenna.where).looking(antenna)
+    settings, antenna = settings_and_antenna(config, model)
     looks = antenna.file.boresight
     target, way, about = _target(text, flight, start, duration, looks)
     truth, moving_s = truth_of_model(antenna), duration + 30.0

@@ -59,6 +59,16 @@ def _blocks() -> None:
     FramePath(shipped_settings(), shipped_model()).advance(1)
 
 
+def _flights() -> None:
+    from gimbal_hil.loop.settings import shipped_settings
+    from gimbal_hil.realtime.lockstep import ERROR_COLUMNS, FlightPath
+    from sim_backend.model import shipped_model
+
+    still = np.zeros((8, 3))
+    errors = np.zeros((1, ERROR_COLUMNS), dtype=np.int64)
+    FlightPath(shipped_settings(), shipped_model(), 0, still, still, _PERIOD_S, errors, 0.0, 1.0 / _PERIOD_S).fly(1)
+
+
 def _plant() -> None:
     from sim_backend.model import shipped_model
     from sim_backend.plant import Plant
@@ -137,6 +147,7 @@ KERNELS = (
     Kernel("host", "host, tick by tick (daemon)", _host),
     Kernel("lockstep", "both in one loop (experiment)", _lockstep),
     Kernel("blocks", "both in one loop, with every frame (tests of one's own)", _blocks),
+    Kernel("flights", "both in one loop, with errors of navigation (point --certify)", _flights),
     Kernel("observer", "model beside the antenna (daemon)", _observer),
     Kernel("rigid_body", "rigid body along a log (identify, discrepancy)", _rigid_body),
     Kernel("friction_fit", "friction of one axis (identify)", _friction_fit),

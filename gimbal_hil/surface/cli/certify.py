@@ -1,0 +1,66 @@
+"""`gimbal-hil point --certify`: drawn flights with errors of navigation, put together as a terminal maker needs it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+CERTIFICATE_FILE, PAGE_FILE = "certificate.json", "report.html"
+
+
+@dataclass(frozen=True)
+class CertifyChoice:
+    """What the command line chose."""
+
+    flights: int
+    duration_s: float
+    config: Path | None
+    model: str | None
+    navigation: Path | None
+    seed: int
+    workers: int
+    folder: Path
+    as_json: bool
+
+
+def certify(choice: CertifyChoice) -> int:
+    """Fly, write page and JSON, and say what counts; exit code 1 where the requirement is not kept."""
+    import json
+    import time
+
+    from firmware_protocol.errors import EXIT_DONE, EXIT_NO
+    from gimbal_hil.pages.report import Page
+    from gimbal_hil.pointing.certifying import (
+        FlightTask,
+        NavigationErrors,
+        Requirement,
+        certificate_blocks,
+        certificate_document,
+        certified,
+        load_navigation,
+        summary,
+    )
+    from gimbal_hil.surface.cli.antenna_choice import settings_and_antenna
+    from gimbal_hil.surface.cli.following import command_line, print_next
+    from gimbal_hil.surface.cli.progress import ProgressBar
+
+    settings, antenna = settings_and_antenna(choice.config, choice.model)
+    navigation = NavigationErrors() if choice.navigation is None else load_navigation(choice.navigation)
+    task = FlightTask(settings.with_model(), antenna, navigation, Requirement(), choice.duration_s)
+    with ProgressBar() as bar:
+        bar.begin("flights", choice.flights, 0.0)
+        found = certified(
+            task, choice.flights, choice.seed, choice.workers, time.monotonic, lambda more: bar.at("flights", more)
+        )
+    document = certificate_document(found, antenna.name)
+    choice.folder.mkdir(parents=True, exist_ok=True)
+    (choice.folder / CERTIFICATE_FILE).write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+    title = f"Pointing certificate of {antenna.name}"
+    page = Page(title, f"{choice.flights} drawn flights", certificate_blocks(found)).write(choice.folder / PAGE_FILE)
+    if choice.as_json:
+        print(json.dumps(document, allow_nan=False))
+    else:
+        print(summary(found))
+        print(f"  report  {page}")
+        print_next(command_line("bench", "pointing", scenario="aircraft", antenna=choice.model))
+    return EXIT_DONE if found.keeps else EXIT_NO
