@@ -2,6 +2,7 @@
 
 from sim_backend.model.arrays import THESIS_BASE_CASES, PlantArrays, base_rows, lag_decay, plant_arrays, put_friction
 from sim_backend.model.file import BaseMotionKind, BaseSection, ModelFile, ModelKind, Quantity
+from sim_backend.model.formula import dimension_of, unit_text
 from sim_backend.model.laws import UNIT_OF, UNIT_OVER, ActsOn, LawKind, LawProgram, Over, put_variable
 from sim_backend.model.model import AntennaModel, EffectEntry, load_model, model_from_document
 from sim_backend.model.numbers import ENDLESS, NUMBER_AT, SlotBase, beside, gyro_filter
@@ -29,6 +30,7 @@ __all__ = [
     "SlotBase",
     "base_rows",
     "beside",
+    "dimension_of",
     "gyro_filter",
     "lag_decay",
     "load_model",
@@ -39,4 +41,5 @@ __all__ = [
     "put_variable",
     "shipped_model",
     "shipped_model_path",
+    "unit_text",
 ]

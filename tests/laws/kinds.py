@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,12 +15,33 @@ Told = tuple[str, tuple[str, ...], bool]
 _OVER_POSITION: Told = ("torque", ("position",), False)
 
 
+#: what a law truly adds at values of its variable, by the numbers of its row and whatever its centre is called
+Truth = Callable[[dict[str, float], np.ndarray], np.ndarray]
+
+
 @dataclass(frozen=True)
 class HiddenLaw:
-    """A kind of law: which cause of the second antenna, and what describes it."""
+    """A kind of law: which cause of the second antenna, what describes it, and the phrases of its form."""
 
     name: str
     right: tuple[Told, ...]
+    forms: tuple[str, ...] = ()
+    #: over the first of `right`; where that opposes the motion, what it takes
+    truth: Truth | None = None
+
+
+def _bell(x: np.ndarray, centre: float, width: float) -> np.ndarray:
+    return np.asarray(np.exp(-0.5 * ((x - centre) / width) ** 2))
+
+
+def _stop(row: dict[str, float], q: np.ndarray) -> np.ndarray:
+    deep = np.maximum(np.abs(q - row["stop_q"]) - row["stop_w"], 0.0) / 0.1
+    return np.asarray(-np.sign(q - row["stop_q"]) * 0.1 * row["stop_k"] * (deep**2 + deep**3))
+
+
+def _detent(row: dict[str, float], q: np.ndarray) -> np.ndarray:
+    u = (q - row["detent_q"]) / row["detent_w"]
+    return np.asarray(-row["detent_a"] * u * np.exp(0.5 - 0.5 * u**2))
 
 
 def _friction(*over: str) -> tuple[Told, ...]:
@@ -31,19 +53,53 @@ def _friction(*over: str) -> tuple[Told, ...]:
 KINDS = {
     kind.name: kind
     for kind in (
-        HiddenLaw("hardening_stop", (_OVER_POSITION,)),
-        HiddenLaw("cubic_spring", (_OVER_POSITION,)),
-        HiddenLaw("spring_beyond_an_edge", (_OVER_POSITION,)),
-        HiddenLaw("position_bump", (_OVER_POSITION,)),
-        HiddenLaw("detent", (_OVER_POSITION,)),
-        HiddenLaw("cable_snag", _friction("position")),
-        HiddenLaw("one_way_snag", (("torque", ("position",), True),)),
-        HiddenLaw("saturating_drag", _friction("speed")),
-        HiddenLaw("tight_at_a_speed", _friction("speed")),
-        HiddenLaw("cubic_drag", _friction("speed")),
-        HiddenLaw("torque_dead_zone", (("command", ("torque",), False),)),
-        HiddenLaw("hysteretic_cable", (("torque", ("hangs_back",), False),)),
-        HiddenLaw("elastic_hysteresis", (("torque", ("hangs_back",), False),)),
+        HiddenLaw("hardening_stop", (_OVER_POSITION,), ("nothing between two edges, harder and harder beyond",), _stop),
+        HiddenLaw("cubic_spring", (_OVER_POSITION,), ("a cube",), lambda row, q: -row["cubic_k"] * q**3),
+        HiddenLaw(
+            "spring_beyond_an_edge",
+            (_OVER_POSITION,),
+            ("a spring beyond an edge",),
+            lambda row, q: -row["edge_k"] * np.maximum(q - row["edge_q"], 0.0),
+        ),
+        HiddenLaw(
+            "position_bump",
+            (_OVER_POSITION,),
+            ("a bump",),
+            lambda row, q: row["bump_a"] * _bell(q, row["bump_q"], row["bump_w"]),
+        ),
+        HiddenLaw("detent", (_OVER_POSITION,), ("a detent",), _detent),
+        # it grows from nothing with the rate, over 0.02 rad/s
+        HiddenLaw(
+            "cable_snag",
+            (
+                *_friction("position"),
+                ("friction", ("position", "speed"), False),
+                ("torque", ("position", "rate"), False),
+            ),
+            ("a bump", "a bump that grows with speed", "a bump that turns with rate"),
+        ),
+        HiddenLaw("one_way_snag", (("torque", ("position",), True),), ("a bump",)),
+        HiddenLaw(
+            "saturating_drag",
+            _friction("speed"),
+            ("an exponential",),
+            lambda row, v: row["fast_a"] * (1.0 - np.exp(-v / row["fast_v"])),
+        ),
+        HiddenLaw(
+            "tight_at_a_speed",
+            _friction("speed"),
+            ("a bump",),
+            lambda row, v: row["hump_a"] * _bell(v, row["hump_v"], 0.3 * row["hump_v"]),
+        ),
+        HiddenLaw("cubic_drag", _friction("speed"), ("a cube",), lambda row, v: row["cube"] * v**3),
+        HiddenLaw(
+            "torque_dead_zone",
+            (("command", ("torque",), False),),
+            ("a saturation",),
+            lambda row, u: -np.clip(u, -row["dead"], row["dead"]),
+        ),
+        HiddenLaw("hysteretic_cable", (("torque", ("hangs_back",), False),), ("a straight line", "")),
+        HiddenLaw("elastic_hysteresis", (("torque", ("hangs_back",), False),), ("a straight line", "")),
         HiddenLaw("worked_grease", (("friction", ("speed", "recent_speed"), False),)),
     )
 }

@@ -2,7 +2,8 @@
 
 With `--whole` the whole workflow runs first, and a law is told only where no name fits; without it the laws alone are
 asked, beside the model with its known numbers moved. `--nulls N` and `--catalogue N` are antennas on which a law told
-is a false one.
+is a false one: every second null has friction that wanders, every third a weak field over the travel; of an effect of
+the catalogue, laws are asked beside the best that names did, as if none of them stood.
 """
 
 from __future__ import annotations
@@ -18,9 +19,10 @@ from typing import Any
 import numpy as np
 
 from gimbal_hil.knowledge.discrepancy import Kind, Request, diagnose
-from gimbal_hil.knowledge.discrepancy.inquiry import rms
-from gimbal_hil.knowledge.discrepancy.laws import Described, described
+from gimbal_hil.knowledge.discrepancy.inquiry import LEAST_GAP, rms
+from gimbal_hil.knowledge.discrepancy.laws import Described, DescribedLaw, described
 from gimbal_hil.knowledge.discrepancy.run import _begun
+from gimbal_hil.knowledge.discrepancy.search import explain
 from gimbal_hil.knowledge.executor import open_executor
 from tests.blind.cases import model_of, tables_of
 from tests.blind.draw import Case, Unstable, draw
@@ -33,13 +35,13 @@ def drawn(name: str, seed: int, magnitude: float = 15.0) -> Case:
     """An antenna with one law of a kind; "null" and "catalogue" have none."""
     axis = ("outer", "inner")[seed % 2]
     if name == "null":
-        return draw(seed, [], duration_s=_DURATION_S)
+        return draw(seed, [], duration_s=_DURATION_S, wander=seed % 2 == 1, field_on_null=seed % 3 == 2)
     if name == "catalogue":
         return draw(seed, magnitude=magnitude, duration_s=_DURATION_S)
     return draw(seed, [name], axis=axis, magnitude=magnitude, duration_s=_DURATION_S, pool=laws)
 
 
-def looked_at(case: Case, whole: bool) -> dict[str, Any]:
+def looked_at(case: Case, whole: bool, beside_names: bool = False) -> dict[str, Any]:
     """What is told of a case: its laws, what is left, and the processor time that laws took."""
     request = Request(model_of(case), tables_of(case.measured, case.axes), tables_of(case.holdout, case.axes))
     with open_executor(1, None) as executor:
@@ -50,7 +52,9 @@ def looked_at(case: Case, whole: bool) -> dict[str, Any]:
         else:
             begun = _begun(request, request.measured, request.holdout, executor, lambda text: None)
             began = time.process_time()
-            found, before = described(begun.inquiry, begun.null), rms(begun.null.untouched)
+            named = explain(begun.inquiry, begun.null).state if beside_names else None
+            began = time.process_time()
+            found, before = described(begun.inquiry, begun.null, named), rms(begun.null.untouched)
             verdict = Kind.UNEXPLAINED.value if found is None else Kind.DESCRIBED.value
     took = time.process_time() - began
     left = [] if found is None else rms(found.state.untouched).round(2).tolist()
@@ -66,9 +70,22 @@ def _laws(found: Described | None) -> list[dict[str, Any]]:
             "gain": round(law.gain, 3),
             "control": round(law.control, 3),
             "knots": [len(knots) for knots in law.curve.knots],
+            "form": None if law.formula is None else law.formula.text,
+            "phrase": None if law.formula is None else law.formula.phrase,
+            "alike": [] if law.formula is None else list(law.formula.alike),
+            "numbers": {} if law.formula is None else law.formula.numbers(False),
+            "drawn": [[np.round(part, 6).tolist() for part in line[1:]] for line in law.curve.lines()],
+            "drawn_formula": [part.tolist() for part in _drawn(law)],
         }
         for law in told
     ]
+
+
+def _drawn(law: DescribedLaw) -> tuple[np.ndarray, ...]:
+    """The formula at the places at which the curve is drawn; nothing where there is none, or it has two variables."""
+    if law.formula is None or len(law.curve.shape.over) == 2:
+        return ()
+    return tuple(np.round(part, 6) for part in law.formula.at(law.curve.lines()[0].x))
 
 
 def _told(shape: Any) -> Told:
@@ -82,6 +99,14 @@ def is_right(name: str, axis: str, said: dict[str, Any]) -> bool:
     most = max(said["laws"], key=lambda law: law["gain"])
     acts_on, over, by_direction = most["told"]
     return most["axis"] == axis and (acts_on, tuple(over), by_direction) in KINDS[name].right
+
+
+def has_right_form(name: str, said: dict[str, Any]) -> bool:
+    """Whether the formula of the law that takes most has the hidden one's form, or these data do not tell it."""
+    if not said["laws"]:
+        return False
+    most = max(said["laws"], key=lambda law: law["gain"])
+    return any(phrase in (most["phrase"], *most["alike"]) for phrase in KINDS[name].forms)
 
 
 def main(arguments: list[str]) -> int:
@@ -106,16 +131,25 @@ def main(arguments: list[str]) -> int:
             except Unstable:
                 counts["not drawn"] += 1
                 continue
-            said = looked_at(case, asked.whole)
+            said = looked_at(case, asked.whole, name == "catalogue")
             row: dict[str, Any] = {"kind": name, "seed": seed, "whole": asked.whole, **said}
             if name in KINDS:
                 axis = str(case.truth["causes"][0]["axis"])  # type: ignore[index]
-                row |= {"axis": axis, "right": is_right(name, axis, said)}
+                right = is_right(name, axis, said)
+                row |= {"axis": axis, "right": right, "right_form": right and has_right_form(name, said)}
+                row |= {"truth": case.truth["causes"][0]}  # type: ignore[index]
+                if float(np.max(said["before"])) <= LEAST_GAP:
+                    # the half that judges does not see it, so nothing may be told
+                    counts["not shown where it is judged"] += 1
+                    print(json.dumps(row | {"shown": False}), file=out, flush=True)
+                    continue
                 counts["laws"] += 1
                 counts["described"] += bool(said["laws"])
-                counts["right variables"] += row["right"]
+                counts["right variables"] += right
+                counts["right form"] += row["right_form"]
                 counts["at most 1.5 floors"] += bool(said["left"]) and float(np.max(said["left"])) <= 1.5
             else:
+                row |= {"truth": case.truth["causes"]}
                 counts[name] += 1
                 counts[f"{name}, a law told"] += bool(said["laws"])
             print(json.dumps(row), file=out, flush=True)

@@ -201,3 +201,20 @@ def test_one_that_leaves_all_bounds_has_failed_and_says_so_in_json() -> None:
     assert np.all(np.isnan(observer.take(given[1100:])))
     assert observer.status()["state"] == "failed" and "bounds" in observer.status()["problem"]
     json.dumps(observer.status(), allow_nan=False)
+
+
+def test_what_sets_in_is_suspected_by_its_name_through_the_frames() -> None:
+    settings = shipped_settings()
+    observer = LiveObserver(settings, at_once=True)
+    brisk = AxisCommand(Mode.POSITION, Shape.SINE, (0.0, 0.5, 0.25, 0.0))
+    given = exchanges(settings, CHANGE_TICK, Segment(brisk, brisk, duration_ticks=0))
+    fed(observer, given[:CHANGE_TICK])
+    assert observer.suspects() == []
+    fed(observer, given[CHANGE_TICK:])
+    told = observer.suspects()
+    assert [(axis, one.cause.value, one.order) for axis, one in told] == [("outer", "ripple", 8)]
+    assert told[0][1].size == pytest.approx(COGGING_NM, rel=0.1)
+    status = observer.status()["axes"]
+    assert status["outer"]["suspected"]["confirmed_by"] == "full_turn" and status["inner"]["suspected"] is None
+    observer.learn_anew()
+    assert observer.status()["axes"]["outer"]["suspected"] is None

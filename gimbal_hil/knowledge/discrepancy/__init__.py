@@ -21,6 +21,7 @@ from gimbal_hil.knowledge.discrepancy.inquiry import (
     standing,
 )
 from gimbal_hil.knowledge.discrepancy.judgement import Kind, Request, Result, Status
+from gimbal_hil.knowledge.discrepancy.laws import effect_source
 from gimbal_hil.knowledge.discrepancy.run import diagnose
 from gimbal_hil.knowledge.discrepancy.search import respond
 from gimbal_hil.knowledge.discrepancy.twin import Floats, Twin, record_of
@@ -64,6 +65,7 @@ __all__ = [
     "diagnose",
     "discrepancy_page",
     "effect_names",
+    "effect_source",
     "entries_of",
     "explained_by",
     "families",

@@ -97,7 +97,7 @@ def _diagnose(request: Request, executor: WorkExecutor, progress: Callable[[str]
         result = replace(result, decision=replace(decision, kind=Kind.CANNOT_JUDGE))
     searched_all = not (request.only or request.without)
     if result.decision.kind is Kind.UNEXPLAINED and searched_all and not suspected_only:
-        laws = described(inquiry, null)
+        laws = described(inquiry, null, path.state)
         if laws is not None:
             result = replace(result, decision=replace(decision, kind=Kind.DESCRIBED), described=laws)
     return result

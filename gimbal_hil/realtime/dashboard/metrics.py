@@ -84,12 +84,18 @@ class _Collector:
             labels=["axis"],
         )
         changed = GaugeMetricFamily("gimbal_model_changed", "1 where it lacks more than usual.", labels=["axis"])
+        suspected = GaugeMetricFamily(
+            "gimbal_model_suspicion", "Probability of what seems to grow.", labels=["axis", "cause"]
+        )
         for axis, one in status["observer"].get("axes", {}).items():
             if one["rms_nm"] is not None:
                 lacks.add_metric([axis], one["rms_nm"])
             changed.add_metric([axis], float(one["state"] == WatchState.CHANGED))
+            if one.get("suspected") is not None:
+                suspected.add_metric([axis, one["suspected"]["cause"]], one["suspected"]["probability"])
         yield lacks
         yield changed
+        yield suspected
 
 
 def _lamps(view: LiveView) -> Iterator[Any]:

@@ -2,5 +2,6 @@
 
 from gimbal_hil.realtime.observing.change import AxisWatch, WatchState
 from gimbal_hil.realtime.observing.live_observer import LiveObserver, observed_model
+from gimbal_hil.realtime.observing.suspicion import CONFIRMED_BY, Suspected
 
-__all__ = ["AxisWatch", "LiveObserver", "WatchState", "observed_model"]
+__all__ = ["CONFIRMED_BY", "AxisWatch", "LiveObserver", "Suspected", "WatchState", "observed_model"]

@@ -17,6 +17,7 @@ from gimbal_hil.loop.host import HostState
 from gimbal_hil.loop.settings import DaemonSettings
 from gimbal_hil.realtime.observing.change import AxisWatch, ObserverState, WatchState
 from gimbal_hil.realtime.observing.frame_values import FieldReader, frames_in
+from gimbal_hil.realtime.observing.suspicion import CONFIRMED_BY, Suspected, SuspicionWatch
 from gimbal_hil.realtime.telemetry import Exchange
 from sim_backend import observer as columns
 from sim_backend.layout import BASE_COLUMNS
@@ -28,6 +29,8 @@ _FREE = (HostState.ACTIVE, HostState.STOPPING)
 _WINDOW_S = 1.0
 #: after so many time constants a triple pole has 1.4 % left
 _SETTLED = 8.0
+#: and by so many what it tells is late
+_LATE = 3.0
 _SEQUENCES, _DEVICE_TICKS = 1024, 4096
 #: share of a new difference in the base's angular acceleration: its rates come in whole steps
 _BASE_SHARE = 0.2
@@ -68,6 +71,20 @@ def _give_rad(model: AntennaModel, axis: str) -> float:
     return model.number(axis, "friction.breakaway") / stiffness if stiffness > 0.0 else 0.0
 
 
+def _told(suspected: Suspected | None) -> Json | None:
+    """What is suspected of an axis, for people and programs."""
+    if suspected is None:
+        return None
+    return {
+        "cause": suspected.cause.value,
+        "probability": round(suspected.probability, 3),
+        "size": suspected.size,
+        "order": suspected.order,
+        "text": suspected.text,
+        "confirmed_by": CONFIRMED_BY[suspected.cause],
+    }
+
+
 class LiveObserver:
     """`take` answers the missing torques of every exchange, NaN while nothing is known."""
 
@@ -82,6 +99,11 @@ class LiveObserver:
         settling = math.ceil(_SETTLED / self._bandwidth_rad_s * settings.rate_hz)
         least = [settings.observer.least_share * axis.limits.torque_nm for axis in settings.axes.values()]
         self.watches = {n: AxisWatch(window, settling, nm) for n, nm in zip(settings.axis_names, least, strict=True)}
+        self.suspicions = {
+            n: SuspicionWatch(settings.rate_hz, nm, _LATE / self._bandwidth_rad_s)
+            for n, nm in zip(settings.axis_names, least, strict=True)
+        }
+        self._suspected: list[tuple[str, Suspected]] = []
         self._torques = np.zeros((_SEQUENCES, 2))
         self._measured = np.zeros((2, 2))
         self._base = np.zeros(BASE_COLUMNS)
@@ -181,6 +203,8 @@ class LiveObserver:
             if free and not self._was_free:
                 for watch in self.watches.values():
                     watch.settle()
+                for suspicion in self.suspicions.values():
+                    suspicion.forget()
             self._was_free = free
             if not np.all(np.isfinite(out)):
                 self._observer, self._problem = None, "the observer has diverged: its estimates are beyond all bounds"
@@ -192,9 +216,22 @@ class LiveObserver:
                 for place, (name, watch) in enumerate(list(self.watches.items())[: observer.axes]):
                     if watch.take(self._missing[place], row[columns.ENCODER + place]):
                         self._changed.append((name, watch))
+                    self._suspect(name, place, row)
             elif not free:
                 self._missing, self._gyro_error = [math.nan, math.nan], [math.nan, math.nan]
             found.append((self._missing[0], self._missing[1]))
+        return found
+
+    def _suspect(self, name: str, place: int, row: list[float]) -> None:
+        watch = self.suspicions[name]
+        position, torque = row[columns.ENCODER + place], row[columns.TORQUE + place]
+        if watch.take(self._missing[place], position, torque, self._gyro_error[place]):
+            assert watch.suspected is not None
+            self._suspected.append((name, watch.suspected))
+
+    def suspects(self) -> list[tuple[str, Suspected]]:
+        """What has come to be suspected of an axis since the last call."""
+        found, self._suspected = self._suspected, []
         return found
 
     def changes(self) -> list[tuple[str, AxisWatch]]:
@@ -206,6 +243,8 @@ class LiveObserver:
         """What comes from now on is usual."""
         for watch in self.watches.values():
             watch.learn_anew()
+        for suspicion in self.suspicions.values():
+            suspicion.learn_anew()
 
     def status(self) -> Json:
         """For people: `state` is off, loading, failed, waiting (no axis under torque) or watching."""
@@ -226,6 +265,7 @@ class LiveObserver:
                 "rms_nm": watch.rms_nm,
                 "usual_nm": watch.usual_nm,
                 "state": watch.state.value,
+                "suspected": _told(self.suspicions[name].suspected),
             }
         changed = any(watch.state is WatchState.CHANGED for watch in self.watches.values())
         return {"state": state, "model": self.model_name, "problem": self._problem, "changed": changed, "axes": axes}

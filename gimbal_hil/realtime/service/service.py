@@ -18,7 +18,7 @@ from gimbal_hil.loop.host import EventCode, LinkStatus, word_of
 from gimbal_hil.loop.settings import DaemonSettings, settings_from_document
 from gimbal_hil.loop.timing import RingReader, RingRecord, RingWriter
 from gimbal_hil.realtime.dashboard import ScopeScreen
-from gimbal_hil.realtime.observing import AxisWatch, LiveObserver, WatchState
+from gimbal_hil.realtime.observing import CONFIRMED_BY, AxisWatch, LiveObserver, Suspected, WatchState
 from gimbal_hil.realtime.operator import Door, OperatorSocket
 from gimbal_hil.realtime.service.excerpts import Excerpts
 from gimbal_hil.realtime.service.notice import Notice
@@ -121,6 +121,8 @@ class Service:
         self._view.take(exchanges, self._observer.take(exchanges))
         for axis, watch in self._observer.changes():
             self._tell_change(axis, watch)
+        for axis, suspected in self._observer.suspects():
+            self._tell_suspicion(axis, suspected)
         for capture in self._screen.scope.take(exchanges):
             folder = self._excerpts.write(capture)
             self._screen.show(capture, None if folder is None else str(folder), self._excerpts.failure)
@@ -160,17 +162,30 @@ class Service:
 
     def _tell_change(self, axis: str, watch: AxisWatch) -> None:
         """What the model lacks has changed: an event, in the log and for every operator."""
-        row = self._view.row
-        assert row is not None and watch.rms_nm is not None and watch.usual_nm is not None
+        assert watch.rms_nm is not None and watch.usual_nm is not None
         now, usual = f"{watch.rms_nm:.3g} N m", f"{watch.usual_nm:.3g} N m"
         changed = watch.state is WatchState.CHANGED
         text = f"{axis}: the model lacks {now}, " + (f"usual is {usual}" if changed else f"as usual ({usual}) again")
+        state = watch.state.value
+        self._tell(text, {"axis": axis, "rms_nm": watch.rms_nm, "usual_nm": watch.usual_nm, "state": state})
+
+    def _tell_suspicion(self, axis: str, suspected: Suspected) -> None:
+        """What seems to grow, with the command that confirms it."""
+        confirm = f"gimbal-hil experiment {CONFIRMED_BY[suspected.cause]} --run {self._run}"
+        data = {"axis": axis, "suspected": suspected.cause.value, "probability": suspected.probability}
+        data |= {"size": suspected.size, "order": suspected.order}
+        self._tell(f"{axis}: suspected: {suspected.text}; {confirm} shows it", data)
+
+    def _tell(self, text: str, data: Json) -> None:
+        """A note of the model beside the antenna, in the log and for every operator."""
+        row = self._view.row
+        assert row is not None
         event = {
             "tick": int(row["tick"]),
             "time_ns": int(row["time_ns"]),
             "kind": "note",
             "text": text,
-            "data": {"axis": axis, "rms_nm": watch.rms_nm, "usual_nm": watch.usual_nm, "state": watch.state.value},
+            "data": data,
         }
         self._recorder.event(event)
         self._notice(event)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 #: options that take several values after one another
 MANY_VALUED = ("--measured", "--holdout", "--column")
+WRITE_EFFECT_HELP = "Of a described formula, the skeleton of an effect of your own too."
 MODEL_FILE, VERDICT_FILE, REPORT_FILE, RECALIBRATED_FILE = (
     "model.yaml",
     "verdict.json",
@@ -56,6 +57,7 @@ def command(
         str, typer.Option(metavar="VERDICTS", help="Verdicts that exit 1, such as unexplained,ambiguous (CI).")
     ] = "",
     junit: Annotated[Path | None, typer.Option(metavar="FILE", help="The verdict as JUnit XML too (CI).")] = None,
+    write_effect: Annotated[bool, typer.Option("--write-effect", help=WRITE_EFFECT_HELP)] = False,
     workers: Annotated[int, typer.Option(help="Processes that score candidates.", min=1)] = 2,
     dask: Annotated[
         str | None, typer.Option(metavar="ADDRESS", help="Score candidates on a Dask cluster instead.")
@@ -82,6 +84,8 @@ def command(
             finding = question.asked(workers=workers, dask=dask, progress=tell)
         tell("writing the report")
         _write(out, finding)
+        if write_effect:
+            _write_effects(out, finding)
     return _told(finding, model, out, [*measured, *(holdout or ())], fails, junit, as_json)
 
 
@@ -134,6 +138,18 @@ def _write(out: Path, finding: Finding) -> None:
     text = json.dumps(finding.verdict.document, indent=2, allow_nan=False)
     (out / VERDICT_FILE).write_text(text + "\n", encoding="utf-8")
     finding.page.write(out / REPORT_FILE)
+
+
+def _write_effects(out: Path, finding: Finding) -> None:
+    """A skeleton for every law that has a formula."""
+    from gimbal_hil.knowledge.discrepancy import effect_source
+
+    described, linear = finding.result.described, finding.result.model.is_linear
+    for number, law in enumerate(described.laws if described is not None else (), 1):
+        name = f"law_{number}_of_{law.curve.shape.axis}"
+        source = None if law.formula is None else effect_source(law.formula, name, linear)
+        if source is not None:
+            (out / f"{name}.py").write_text(source, encoding="utf-8")
 
 
 def _told(

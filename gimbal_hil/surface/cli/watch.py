@@ -221,7 +221,13 @@ def _model_lines(observer: dict[str, Any]) -> list[tuple[str, str]]:
         said = f"CHANGED: lacks {rms}, usual {usual}" if one["state"] == "changed" else f"{one['state']}, {rms}"
         told.append(f"{axis} {said}")
     changed = any(one["state"] == "changed" for one in observer["axes"].values())
-    return [("against model: " + "; ".join(told), "bad" if changed else "")]
+    lines = [("against model: " + "; ".join(told), "bad" if changed else "")]
+    for axis, one in observer["axes"].items():
+        suspected = one.get("suspected")
+        if suspected is not None:
+            line = f"{axis} suspected: {suspected['text']}; confirm: gimbal-hil experiment {suspected['confirmed_by']}"
+            lines.append((line, "warning"))
+    return lines
 
 
 def _number(value: float | None, width: int, decimals: int) -> str:

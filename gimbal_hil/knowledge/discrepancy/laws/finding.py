@@ -1,8 +1,11 @@
-"""Laws where no name fits: measured curves, one after the other, until nothing is left that one of them would take."""
+"""Laws where no name fits: measured curves, and formulas for them, one after the other, until nothing is left that one
+of them would take.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +22,9 @@ from gimbal_hil.knowledge.discrepancy.laws.curve import (
     sharpened,
     tried,
 )
+from gimbal_hil.knowledge.discrepancy.laws.formula import Formula, formula_for
 from gimbal_hil.knowledge.discrepancy.laws.linear import Straight
+from gimbal_hil.knowledge.discrepancy.laws.saying import Saying, points_of
 from gimbal_hil.knowledge.discrepancy.laws.shape import crossed, shapes_of
 from gimbal_hil.knowledge.discrepancy.twin import TORQUE, Floats, Twin
 from sim_backend.model import AntennaModel
@@ -35,6 +40,8 @@ _BOTH, _WORTH = 2.25, 0.4
 _SHIFTS, _SURE, _NEARLY_ALL = (0.13, 0.31, 0.57, 0.79), 3.0, 0.85
 #: share of the squares above the floor that laws must close on the untouched half, in each channel that had a gap
 _CLOSED = 0.9
+#: knots of a straight line
+_STRAIGHT = (2,)
 
 
 @dataclass(frozen=True)
@@ -42,6 +49,8 @@ class DescribedLaw:
     """A law as it is told."""
 
     curve: Curve
+    #: the same as a formula, where one says as much
+    formula: Formula | None
     #: squares a row of its channel that it takes of the untouched half, over those that were there
     gain: float
     control: float
@@ -55,21 +64,17 @@ class Described:
     """Laws that together explain what no name does."""
 
     laws: tuple[DescribedLaw, ...]
-    #: their curves as they were fitted, the model with them, the same logs under it, and the state there
-    curves: tuple[Curve, ...]
+    #: the model with them, the same logs under it, and the state there
     model: AntennaModel
     inquiry: Inquiry
     state: State
 
-    @property
-    def curve(self) -> Curve:
-        """The last curve that was added."""
-        return self.curves[-1]
 
-
-def described(inquiry: Inquiry, null: State) -> Described | None:
-    """Laws beside the model with its known numbers moved; None where none explains what is left."""
-    found = Described((), (), inquiry.twin.model, inquiry, null)
+def described(inquiry: Inquiry, null: State, named: State | None = None) -> Described | None:
+    """Laws beside the model with its known numbers moved; None where none explains what is left, or none better than
+    `named`, the best that names of the catalogue did.
+    """
+    found = Described((), inquiry.twin.model, inquiry, null)
     for _ in range(_MOST_LAWS):
         more = _one_more(inquiry, null, found)
         if more is None:
@@ -77,7 +82,16 @@ def described(inquiry: Inquiry, null: State) -> Described | None:
         found = more
         if np.all(found.state.left() <= inquiry.policy.least_gap):
             break
-    return found if found.laws and _explains(null, found) else None
+    if not found.laws or not _explains(null, found):
+        return None
+    return found if named is None or _better(inquiry, named, found.state) else None
+
+
+def _better(inquiry: Inquiry, named: State, found: State) -> bool:
+    """Whether laws leave surely less than what names leave: a curve has more numbers than a name."""
+    was, now = (float(np.max(one.left())) for one in (named, found))
+    unit = np.asarray(np.mean(named.fitted**2, axis=0))
+    return surely_less(inquiry, named, found, unit) > _SURE or now**2 - 1.0 < (1.0 - _NEARLY_ALL) * (was**2 - 1.0)
 
 
 def _explains(null: State, found: Described) -> bool:
@@ -95,8 +109,9 @@ def _one_more(inquiry: Inquiry, null: State, found: Described) -> Described | No
     if best is None:
         return None
     channel = channel_of(inquiry, best.seen.shape.axis)
-    curve = curve_from(found.inquiry, straight, best)
-    after = _with(inquiry, found, curve)
+    curve, after = _with(inquiry, found, curve_from(found.inquiry, straight, best))
+    inquiry.tell(f"looking for a formula of {best.seen.shape.text}")
+    formula, after = _as_formula(inquiry, found, curve, after)
     # a law that takes nearly all need not: a single event has no standard error
     surely = surely_less(inquiry, found.state, after.state)
     was, now = (float(np.mean(one.untouched[:, channel] ** 2)) for one in (found.state, after.state))
@@ -107,8 +122,27 @@ def _one_more(inquiry: Inquiry, null: State, found: Described) -> Described | No
     if not sure or control > policy.control * (was - now) or was - now < policy.least_squares:
         return None
     before = float(np.mean(null.untouched[:, channel] ** 2))
-    law = DescribedLaw(after.curve, (was - now) / before, max(0.0, control) / before, *_points(after, channel))
+    points = _points(after, curve, formula, channel)
+    law = DescribedLaw(curve, formula, (was - now) / before, max(0.0, control) / before, *points)
     return replace(after, laws=(*found.laws, law))
+
+
+def _as_formula(inquiry: Inquiry, found: Described, curve: Curve, after: Described) -> tuple[Formula | None, Described]:
+    """A formula in place of a curve, where the model with it leaves no more; else the curve stays."""
+    straight = Straight.of(after.inquiry, after.state)
+    channel = channel_of(inquiry, curve.shape.axis)
+    there = columns_on(after.inquiry, seen_of(after.inquiry, curve.shape), curve.knots) @ curve.values
+    formula = formula_for(Saying.of(after.inquiry, straight, curve.shape, there))
+    if formula is None:
+        return None, after
+    written = _under(inquiry, found, formula.entry(found.model.is_linear))
+    left = [_selecting_squares(one.state)[channel] for one in (after, written)]
+    return (formula, written) if left[1] <= _AS_GOOD * left[0] + _FLOORS else (None, after)
+
+
+def _selecting_squares(state: State) -> Floats:
+    """Squares a row of every channel over rows that may select."""
+    return np.asarray(np.mean(np.concatenate([state.fitted, state.selecting]) ** 2, axis=0))
 
 
 def _best(found: Described, straight: Straight) -> Tried | None:
@@ -136,23 +170,31 @@ def _best(found: Described, straight: Straight) -> Tried | None:
         closely += [one for one in two if one is not None and one.leaves < (1.0 - _WORTH) * least]
         least = min(one.leaves for one in closely)
     alike = [one for one in closely if one.leaves <= _AS_GOOD * least + _FLOORS]
-    return sharpened(inquiry, straight, min(alike, key=lambda one: (one.seen.shape.plainness, one.leaves)))
+    best = min(alike, key=lambda one: (one.seen.shape.plainness, one.leaves))
+    if best.seen.shape.has_a_name_straight:
+        line = tried(inquiry, straight, best.seen, _STRAIGHT)
+        if line is not None and line.leaves <= _AS_GOOD * best.leaves + _FLOORS:
+            # what a straight line says is an offset, a spring, a viscosity, a gain: no law
+            return None
+    return sharpened(inquiry, straight, best)
 
 
-def _with(inquiry: Inquiry, found: Described, curve: Curve) -> Described:
+def _with(inquiry: Inquiry, found: Described, curve: Curve) -> tuple[Curve, Described]:
     """The model with one more law, its known numbers and then the law's values fitted once more beside each other."""
-    once = _under(inquiry, found, curve)
+    linear = found.model.is_linear
+    once = _under(inquiry, found, curve.entry(linear))
     straight = Straight.of(once.inquiry, once.state)
     channel = channel_of(inquiry, curve.shape.axis)
     columns = columns_on(once.inquiry, seen_of(once.inquiry, curve.shape), curve.knots)
-    more = straight.solved(straight.normals(columns, channel)).values
-    twice = _under(inquiry, replace(once, curves=found.curves, model=found.model), curve.plus(more))
+    more = curve.plus(straight.solved(straight.normals(columns, channel)).values)
+    twice = _under(inquiry, replace(once, model=found.model), more.entry(linear))
     left = [np.sum(one.state.fitted**2) + np.sum(one.state.selecting**2) for one in (once, twice)]
-    return twice if left[1] < left[0] else once
+    return (more, twice) if left[1] < left[0] else (curve, once)
 
 
-def _under(inquiry: Inquiry, found: Described, curve: Curve) -> Described:
-    model = found.model.with_law(curve.entry(found.model.is_linear))
+def _under(inquiry: Inquiry, found: Described, entry: dict[str, Any]) -> Described:
+    """With one more law in the model, and its known numbers fitted beside it."""
+    model = found.model.with_law(entry)
 
     def under(twin: Twin) -> Twin:
         return Twin(model, twin.records, twin.gyro_everywhere, twin.scales)
@@ -169,18 +211,19 @@ def _under(inquiry: Inquiry, found: Described, curve: Curve) -> Described:
     # first with what is left as it was, then with what a row counts for once the law is there
     state = refitted(there, found.state, found.state.hypothesis, rounds=2)
     state = refitted(there, state, state.hypothesis)
-    return replace(found, curves=(*found.curves, curve), model=model, inquiry=there, state=state)
+    return replace(found, model=model, inquiry=there, state=state)
 
 
-def _points(found: Described, channel: int) -> tuple[Floats, Floats]:
+def _points(found: Described, curve: Curve, formula: Formula | None, channel: int) -> tuple[Floats, Floats]:
     """Where rows of the untouched half lie over the curve's first variable, and what they say of the law there."""
-    inquiry, curve = found.inquiry, found.curve
+    inquiry = found.inquiry
     seen = seen_of(inquiry, curve.shape)
     floor, count = float(inquiry.floor[channel]), sum(inquiry.row_counts)
     held = inquiry.holdout.records
     over = [columns[0] for columns in seen.columns[len(inquiry.twin.records) :]]
     at = np.concatenate([record.at_scored(x) for record, x in zip(held, over, strict=True)])[~inquiry.selecting]
-    says = floor * (columns_on(inquiry, seen, curve.knots) @ curve.values)[count:][~inquiry.selecting]
+    values = curve.values if formula is None else np.concatenate(formula.at(*points_of(curve.knots)))
+    says = floor * (columns_on(inquiry, seen, curve.knots) @ values)[count:][~inquiry.selecting]
     return at, np.asarray(says - floor * found.state.untouched[:, channel])
 
 

@@ -7,7 +7,7 @@ costs one small solution more.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -79,6 +79,15 @@ class Straight:
         reach = np.array([number.reach for number in state.hypothesis.floating])
         return cls(left, numbers, y, prior, reach, fold, weight, tuple(known))
 
+    def around(self, left: Floats) -> Straight:
+        """The same where the state leaves something else, (rows, channels)."""
+        side = [
+            -(self.weight**2) * self.numbers[self.fold == k].reshape(-1, len(self.y)).T @ left[self.fold == k].ravel()
+            for k in range(FOLDS)
+        ]
+        known = tuple(Normal(one.matrix, each) for one, each in zip(self.known, side, strict=True))
+        return replace(self, left=left, known=known)
+
     @property
     def judging(self) -> NDArray[np.bool_]:
         """Rows of the untouched half."""
@@ -101,7 +110,7 @@ class Straight:
         matrix = np.asarray(sum(n * one.matrix for n, one in zip(times, normals, strict=True)))
         side = np.asarray(sum(n * one.side for n, one in zip(times, normals, strict=True)))
         count = len(side) - len(self.y)
-        held = np.full(len(side), _RIDGE * max(float(np.trace(matrix[:count, :count])) / count, 1e-12))
+        held = np.full(len(side), _RIDGE * max(float(np.trace(matrix[:count, :count])) / max(count, 1), 1e-12))
         held[count:] = self.prior**2
         side[count:] -= self.prior**2 * self.y
         matrix = matrix + np.diag(held)

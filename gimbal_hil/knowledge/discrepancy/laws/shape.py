@@ -14,6 +14,13 @@ from sim_backend.model import ActsOn, AntennaModel, LawProgram, Over, put_variab
 
 #: slacks that are tried, shares of the travel; times over which recent motion is remembered, s
 _SLACKS, _MEMORIES_S = (0.01, 0.05, 0.15, 0.4), (1.5, 5.0, 15.0)
+#: a straight line over them is what the catalogue has numbers for: an offset or a level, and a spring, a viscosity, a
+#: gain or friction that grows with the load
+_NAMED_STRAIGHT = {
+    ActsOn.TORQUE: (Over.POSITION, Over.RATE, Over.SPEED),
+    ActsOn.COMMAND: (Over.TORQUE,),
+    ActsOn.FRICTION: (Over.SPEED, Over.LOAD),
+}
 #: where the program lies in the small arrays that carry a variable along a record
 _AT = 8
 
@@ -35,6 +42,11 @@ class LawShape:
     def has_memory(self) -> bool:
         """Whether it is written over what was a moment ago."""
         return self.slack is not None or self.memory_s is not None
+
+    @property
+    def has_a_name_straight(self) -> bool:
+        """Whether a straight line of this shape is no law but numbers of the catalogue."""
+        return len(self.over) == 1 and self.over[0] in _NAMED_STRAIGHT.get(self.acts_on, ())
 
     @property
     def plainness(self) -> tuple[bool, int, bool]:
@@ -71,7 +83,7 @@ def shapes_of(model: AntennaModel, axis: str, records: tuple[Record, ...]) -> tu
 
 
 def crossed(best: tuple[LawShape, ...], shapes: tuple[LawShape, ...]) -> Iterator[LawShape]:
-    """Shapes with two variables, the first that of one of the best; both act on the same thing in the same way."""
+    """Shapes with two variables, one of them that of one of the best; both act on the same thing in the same way."""
     met: set[frozenset[object]] = set()
     for first in best:
         for second in shapes:
@@ -81,7 +93,8 @@ def crossed(best: tuple[LawShape, ...], shapes: tuple[LawShape, ...]) -> Iterato
             if alike and not apart and pair not in met:
                 met.add(pair)
                 slack, memory_s = first.slack or second.slack, first.memory_s or second.memory_s
-                yield replace(first, over=(*first.over, *second.over), slack=slack, memory_s=memory_s)
+                both = tuple(sorted((*first.over, *second.over), key=list(Over).index))
+                yield replace(first, over=both, slack=slack, memory_s=memory_s)
 
 
 def variables(shape: LawShape, records: tuple[Record, ...], axis: int) -> list[tuple[Floats, ...]]:

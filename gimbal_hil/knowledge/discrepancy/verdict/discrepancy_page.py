@@ -121,9 +121,9 @@ def _looks_like(result: Result) -> list[Block]:
     """Every law with its band, beside what rows of the hold-out say."""
     laws = () if result.described is None else result.described.laws
     caption = (
-        "Lines: the law with the band in which other stretches of the logs would have put it; outside its knots it "
-        f"stays as it ends. Dots, where they are drawn: the law less what is left {_judged_on(result)}. It says what "
-        "is missing looks like, not what it is."
+        "Lines: the law with the band in which other stretches of the logs would have put it, dashed the formula that "
+        "says as much; a curve stays outside its knots as it ends. Dots, where they are drawn: the law less what is "
+        f"left {_judged_on(result)}. It says what is missing looks like, not what it is."
     )
     return [Heading("What it looks like"), *(Plot(law_figure(result, law), caption) for law in laws)]
 

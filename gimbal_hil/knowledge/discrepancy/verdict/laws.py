@@ -24,10 +24,13 @@ def _entry(result: Result, law: DescribedLaw) -> dict[str, Any]:
         "acts_on": curve.shape.acts_on.value,
         "variables": [one.value for one in curve.shape.over],
         "by_direction": curve.shape.by_direction,
-        "form": "curve",
+        "form": "curve" if law.formula is None else law.formula.text,
+        "looks_like": [] if law.formula is None else [law.formula.phrase, *law.formula.alike],
         "unit": entry["unit"],
         "variable_units": [UNIT_OVER[one][linear] for one in curve.shape.over],
-        "parameters": {key: entry[key] for key in told if key in entry},
+        "parameters": {key: entry[key] for key in told if key in entry}
+        if law.formula is None
+        else law.formula.numbers(linear),
         "held_out_gain": round(law.gain, 4),
         "best_control_gain": round(law.control, 4),
     }
@@ -45,7 +48,16 @@ def told_laws(result: Result) -> str:
         size = quantity(float(max(abs(curve.values))), UNIT_OF[curve.shape.acts_on][linear])
         said.append(
             f" It looks like {curve.shape.text}: up to {size}, seen from "
-            f"{low:.3g} to {high:.3g} {unit} of {over.value.replace('_', ' ')} and held constant outside. It takes "
+            f"{low:.3g} to {high:.3g} {unit} of {over.value.replace('_', ' ')}{_outside(law)}. It takes "
             f"{law.gain:.0%} of the squares on rows that had no part in it."
         )
     return "".join(said)
+
+
+def _outside(law: DescribedLaw) -> str:
+    """What a law says where nothing was seen, and its form where it has one."""
+    if law.formula is None:
+        return " and held constant outside"
+    others = " or ".join(law.formula.alike)
+    untold = f", which these data do not tell from {others}" if others else ""
+    return f"; it has the form of {law.formula.phrase}{untold}: {law.formula.text}"

@@ -139,7 +139,7 @@ def _explained(result: Result) -> bool:
 
 def law_figure(result: Result, law: DescribedLaw) -> Drawing:
     """A law over its first variable, with its band, and what rows that had no part in it say."""
-    from gimbal_hil.pages.plots import MEASURED, MODEL, SECOND, figure, thinned
+    from gimbal_hil.pages.plots import ALERT, MEASURED, MODEL, SECOND, figure, thinned
 
     shape, linear = law.curve.shape, result.model.is_linear
     over = shape.over[0]
@@ -157,6 +157,10 @@ def law_figure(result: Result, law: DescribedLaw) -> Drawing:
         drawn.add_scatter(x=line.x, y=line.low, line=dict(color=colour, width=0.6), showlegend=False, mode="lines")
         drawn.add_scatter(x=line.x, y=line.high, line=dict(color=colour, width=0.6), showlegend=False, mode="lines")
         drawn.add_scatter(x=line.x, y=line.y, line=dict(color=colour, width=2), name=line.name, mode="lines")
+    if law.formula is not None and len(shape.over) == 1:
+        x, dashed = law.curve.lines()[0].x, dict(color=ALERT, width=1.5, dash="dash")
+        for k, y in enumerate(law.formula.at(x)):
+            drawn.add_scatter(x=x, y=y, line=dashed, name="the formula", showlegend=k == 0, mode="lines")
     return drawn
 
 
