@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from firmware_protocol.enumerations import DriveState
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.runs import AXES, EventKind, MessageColumns, RecordedRun, columns_of, require_frames
+from gimbal_hil.data.signals.missed_rows import bridged
 from gimbal_hil.data.signals.table import BASE_ANGLES
 
 #: a device tick that jumps by more than this against the host's is a restarted device, not a stall
@@ -39,8 +40,9 @@ class _FeedbackSets:
 
 
 def run_columns(run: RecordedRun) -> tuple[Floats, dict[str, Floats], Integers | None, list[str]]:
-    """Time from the first set, columns with NaN where frames are missing, laps, and notes; raises BadInputError without
-    feedback.
+    """Time from the first set, columns, laps, and notes; raises BadInputError without feedback.
+
+    Where frames are missing there is NaN; of a run in real time a few short gaps are bridged (`missed_rows`).
     """
     notes = list(run.notes)
     sets = _feedback_sets(run, notes)
@@ -63,11 +65,40 @@ def run_columns(run: RecordedRun) -> tuple[Floats, dict[str, Floats], Integers |
             columns[f"{axis}.{signal}"] = values
     row_tick = np.full(count + 1, -1, np.int64)
     row_tick[place[1:] - 1] = host_tick[1:]
+    if not run.record.header.lockstep:
+        row_tick = _counted_on(row_tick)
     columns |= _references(run, row_tick, columns, notes) | _slow_columns(run, sets, first, count)
     laps = _laps(run, row_tick)
     period_s = run.record.header.period_ns * 1e-9
+    time_s = period_s * np.arange(count, dtype=np.float64)
     columns = {name: values[:count] for name, values in columns.items()}
-    return period_s * np.arange(count, dtype=np.float64), columns, None if laps is None else laps[:count], notes
+    laps = None if laps is None else laps[:count]
+    if run.record.header.lockstep:
+        return time_s, columns, laps, notes
+    whole = bridged(columns, _sent_torques(run, row_tick[:count]), period_s)
+    part = slice(whole.start, whole.stop)
+    return time_s[part], dict(whole.columns), None if laps is None else laps[part], [*notes, *whole.notes]
+
+
+def _counted_on(row_tick: Integers) -> Integers:
+    """Host ticks of rows; where no answer names one, counted on from the row before, and -1 before the first."""
+    known = np.flatnonzero(row_tick >= 0)
+    if not len(known):
+        return row_tick
+    rows = np.arange(len(row_tick))
+    before = known[np.maximum(np.searchsorted(known, rows, side="right") - 1, 0)]
+    return np.where(rows >= before, row_tick[before] + rows - before, -1)
+
+
+def _sent_torques(run: RecordedRun, row_tick: Integers) -> dict[str, Floats]:
+    """By column the torque (n,) of the newest set-point that the host had sent by the tick of each row, N m."""
+    sent = columns_of(run.frames, "set_point", run.protocol)
+    at = np.searchsorted(sent.tick, row_tick, side="right") - 1
+    found = {}
+    for own, axis in zip(AXES, run.record.header.axes, strict=True):
+        torque = np.where(sent.raw[f"enable_{own}"] == 1, sent.physical(f"torque_{own}"), 0.0)
+        found[f"{axis}.torque"] = np.where(at >= 0, torque[at], np.nan) if len(torque) else np.full(len(at), np.nan)
+    return found
 
 
 def _feedback_sets(run: RecordedRun, notes: list[str]) -> _FeedbackSets:
