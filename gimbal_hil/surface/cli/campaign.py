@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -16,10 +17,10 @@ if TYPE_CHECKING:
 _AHEAD_ON_A_CLUSTER = 64
 
 
-def command(
-    name: Annotated[str, typer.Argument(help="A plan file or a sequence, as of gimbal-hil experiment.")],
-    out: Annotated[Path, typer.Option(help="Folder for antennas.csv, campaign.json and report.html.")],
-    antennas: Annotated[int, typer.Option(help="How many, besides the model's own (antenna 0).", min=1)] = 100,
+@dataclass(frozen=True)
+class CampaignOptions:
+    """What is done on each antenna, and how they differ."""
+
     spread: Annotated[
         list[str] | None,
         typer.Option(
@@ -27,17 +28,25 @@ def command(
             help="A number that differs, as friction.coulomb=10% (one standard deviation; of one axis with its name "
             "before); without an amount by its stated uncertainty; all: every number that has one. Repeatable.",
         ),
-    ] = None,
-    config: Annotated[
-        Path | None, typer.Option(help="Configuration file; without it the shipped virtual antenna.")
-    ] = None,
+    ] = None
+    config: Annotated[Path | None, typer.Option(help="Configuration file; without it the shipped virtual antenna.")] = (
+        None
+    )
     model: Annotated[
         str | None,
         typer.Option(metavar="MODEL", autocompletion=model_names, help="Nominal model, not the configuration's."),
-    ] = None,
-    axis: Annotated[list[str] | None, typer.Option(help="Only this axis; may be repeated.")] = None,
-    short: Annotated[bool, typer.Option("--short", help="The short variant of the sequence.")] = False,
-    seed: Annotated[int, typer.Option(help="Of what is drawn, noise included.", min=0)] = 0,
+    ] = None
+    axis: Annotated[list[str] | None, typer.Option(help="Only this axis; may be repeated.")] = None
+    short: Annotated[bool, typer.Option("--short", help="The short variant of the sequence.")] = False
+    seed: Annotated[int, typer.Option(help="Of what is drawn, noise included.", min=0)] = 0
+
+
+def command(
+    name: Annotated[str, typer.Argument(help="A plan file or a sequence, as of gimbal-hil experiment.")],
+    out: Annotated[Path, typer.Option(help="Folder for antennas.csv, campaign.json and report.html.")],
+    *,
+    antennas: Annotated[int, typer.Option(help="How many, besides the model's own (antenna 0).", min=1)] = 100,
+    asked: CampaignOptions,
     workers: Annotated[int, typer.Option(help="Processes.", min=1)] = 1,
     dask: Annotated[str | None, typer.Option(metavar="ADDRESS", help="On a Dask cluster instead.")] = None,
     resume: Annotated[
@@ -56,7 +65,7 @@ def command(
     from gimbal_hil.surface.cli.following import command_line, print_next
     from gimbal_hil.surface.cli.progress import ProgressBar
 
-    campaign = _campaign(name, config, model, axis, short, spread or ["all"], seed)
+    campaign = _campaign(name, asked)
     ahead = _AHEAD_ON_A_CLUSTER if dask else 2 * workers
     try:
         with open_executor(workers, dask) as executor, ProgressBar(not as_json) as bar:
@@ -74,7 +83,7 @@ def command(
     except KeyboardInterrupt:
         print("interrupted; the same command with --resume goes on", file=sys.stderr)
         return EXIT_INTERRUPTED
-    where = f"{done.antennas - 1} antennas about {campaign.model.name}, seed {seed}"
+    where = f"{done.antennas - 1} antennas about {campaign.model.name}, seed {asked.seed}"
     page = campaign_page(done.table, campaign.experiment.text, where).write(out / "report.html")
     if as_json:
         print(json.dumps({"antennas": done.antennas - 1, "table": str(done.table), "report": str(page)}))
@@ -84,15 +93,7 @@ def command(
     return 0
 
 
-def _campaign(
-    name: str,
-    config: Path | None,
-    model: str | None,
-    axis: list[str] | None,
-    short: bool,
-    spread: list[str],
-    seed: int,
-) -> Campaign:
+def _campaign(name: str, asked: CampaignOptions) -> Campaign:
     """What is asked for; BadInputError where it makes no sense."""
     from firmware_protocol.errors import BadInputError
     from gimbal_hil.knowledge.experiments import antenna_for, embedded_model_of
@@ -102,14 +103,14 @@ def _campaign(
     from gimbal_hil.surface.cli.experiment import axes_named
     from sim_backend.model import model_named
 
-    settings = load_settings(config) if config else shipped_settings()
-    nominal = model_named(model) if model is not None else embedded_model_of(settings)[0]
+    settings = load_settings(asked.config) if asked.config else shipped_settings()
+    nominal = model_named(asked.model) if asked.model is not None else embedded_model_of(settings)[0]
     names = settings.for_axes(nominal.axes, nominal.where).axis_names
     options = SequenceOptions(
-        settings.rate_hz, axes_named(axis, names), short, None, breakaway_torques(nominal), None, names
+        settings.rate_hz, axes_named(asked.axis, names), asked.short, None, breakaway_torques(nominal), None, names
     )
     experiment = build_experiment(name, options)
     if not any(step.measured for step in experiment.steps):
         raise BadInputError(name, "measures nothing", "an experiment with a step to be measured")
     settings, nominal = antenna_for(experiment, settings, nominal)
-    return Campaign(experiment, settings, nominal, spreads_of(nominal, spread), seed)
+    return Campaign(experiment, settings, nominal, spreads_of(nominal, asked.spread or ["all"]), asked.seed)
