@@ -108,12 +108,13 @@ class EnableRef(Strict):
     on: int = 1
     off: int = 0
     reset: int | None = None
-    #: for a quick stop; `off` without it
+    #: for a quick stop by the drive's own sensor, and to short the winding, a stop without a sensor; `off` without them
     stop: int | None = None
+    short: int | None = None
 
     def words(self) -> dict[str, int]:
         """Values that may be sent, by key."""
-        found = {"on": self.on, "off": self.off, "reset": self.reset, "stop": self.stop}
+        found = {"on": self.on, "off": self.off, "reset": self.reset, "stop": self.stop, "short": self.short}
         return {key: word for key, word in found.items() if word is not None}
 
 

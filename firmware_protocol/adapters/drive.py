@@ -53,6 +53,10 @@ class Gives(Enum):
         "rate: this side differentiates the position; absent are the guards gyro_encoder_rad_s, gyro_encoder_rad and "
         "stuck_gyro_ticks, which need two numbers"
     )
+    SHORT = (
+        "shorted winding: a stop that may use no sensor switches torque off instead; the axis coasts, or falls, unless "
+        "a brake of the drive's closes"
+    )
     DEADMAN_ECHO = (
         "deadman margin: this side counts by itself; what stops a drive whose host is gone is the drive's own watchdog"
     )
@@ -146,6 +150,14 @@ class StopsUnfed(Protocol):
         """The last frames of a host that goes: its watchdog waits for nobody any more. Only where it has no torque."""
 
 
+@runtime_checkable
+class ShortsWindings(Protocol):
+    """A drive that can short its motor's winding: it slows the axis and uses no sensor."""
+
+    def short(self) -> list[CanFrame]:
+        """Short it, without torque of the drive's own; repeated until `sample.power` says that there is none."""
+
+
 def on_the_joint(sample: AxisSample, section: DriveSection) -> AxisSample:
     """A sample of the drive's shaft as one of the joint: gear, sign and zero."""
     sign, gear = section.sign, section.gear
@@ -173,6 +185,11 @@ def shaft_torque(torque_nm: float, section: DriveSection) -> float:
 def starved(drive: ForeignDrive) -> list[CanFrame]:
     """Frames for a drive that is to be stopped by its own watchdog."""
     return drive.starve() if isinstance(drive, StopsUnfed) else []
+
+
+def stopped_blindly(drive: ForeignDrive) -> list[CanFrame]:
+    """Frames for a stop that uses no sensor: a shorted winding, or no torque where the drive cannot."""
+    return drive.short() if isinstance(drive, ShortsWindings) else drive.release()
 
 
 def farewell(drive: ForeignDrive) -> list[CanFrame]:

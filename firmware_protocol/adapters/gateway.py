@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from firmware_protocol.adapters.drive import AxisSample, ForeignDrive, Power, on_the_joint, shaft_torque
 from firmware_protocol.adapters.obedience import Obedience, Order
 from firmware_protocol.codec import Rejection, alive_counter, pack, record, records, schema_of, unpack
-from firmware_protocol.enumerations import BrakeState, DriveRequest, DriveState, FaultCode, LimitFlags
+from firmware_protocol.enumerations import BrakeState, DriveRequest, DriveState, FaultCode, LimitFlags, StopReaction
 from firmware_protocol.links import CanFrame, DriveSection
 from firmware_protocol.messages import (
     AnyMessage,
@@ -81,6 +81,7 @@ class Gateway:
         self._heard: dict[int, int] = {}
         self._set_point = SetPoint(0.0, 0.0, 0, False, False)
         self._window, self._margin, self._tick, self._control_age = 20, 0, 0, 0
+        self._when_unfed = StopReaction.DECELERATE_AND_HOLD
         self._enabling, self._powerless, self._reset_level, self._identify = False, 0, True, True
         self._told: list[AnyMessage] = []
         self._seen = [0, 0]
@@ -106,7 +107,7 @@ class Gateway:
             elif isinstance(message, DriveControl):
                 control = message
             elif isinstance(message, DeadmanConfig) and self.state is not _STATE.OPERATION_ENABLED:
-                self._window = message.window_ticks
+                self._window, self._when_unfed = message.window_ticks, message.reaction
         return self._advance(control, fed)
 
     def pass_over(self) -> list[CanFrame]:
@@ -224,10 +225,10 @@ class Gateway:
         asked = control is not None and not control.quick_stop and control.request in _NO_STOP
         if self._obedience.without_torque():
             self._obedience.feed_again()
-            self._obedience.give(Order.RELEASE)
+            self._obedience.let_go()
             self._enter(_STATE.FAULT, self.fault, _DETAIL_BY_ITSELF)
         elif reset or asked or self._reacting > self._reaction_ticks:
-            self._obedience.give(Order.RELEASE)
+            self._obedience.let_go()
 
     def _remember(self, fault: FaultCode) -> None:
         """What a lost link leaves behind is taken back by itself; a drive's own fault in it is not."""
@@ -235,12 +236,11 @@ class Gateway:
             self.fault = fault
 
     def _fail(self, fault: FaultCode) -> None:
-        """The drives' own stop; where the position is in doubt, or nothing is under torque, they are to let go."""
-        followed = self._obedience.order is Order.FOLLOW
-        if followed:
-            self._obedience.give(Order.RELEASE if fault is FaultCode.ENCODER else Order.STOP)
-        elif fault is FaultCode.ENCODER:
-            self._obedience.give(Order.RELEASE)
+        """The drives' own stop where they are under torque; where the position is in doubt, one without a sensor."""
+        if fault is FaultCode.ENCODER:
+            self._obedience.stop(StopReaction.BRAKE)
+        elif self._obedience.order is Order.FOLLOW:
+            self._obedience.stop(self._when_unfed if fault is FaultCode.DEADMAN else StopReaction.DECELERATE_AND_HOLD)
         self.fault, self._reacting, self._wanted = fault, 0, None
         self._enter(_STATE.FAULT_REACTION_ACTIVE, fault, _DETAIL_BY_ITSELF)
 
@@ -263,7 +263,12 @@ class Gateway:
         if wanted is heading and request in (_REQUEST.NONE, _REQUEST.SWITCH_ON, _REQUEST.ENABLE_OPERATION):
             return
         self._enabling = False
-        self._obedience.give(Order.STOP if wanted is _STATE.QUICK_STOP_ACTIVE else Order.RELEASE)
+        if wanted is _STATE.QUICK_STOP_ACTIVE:
+            self._obedience.stop(control.stop)
+        elif request in (_REQUEST.DISABLE_VOLTAGE, _REQUEST.QUICK_STOP):
+            self._obedience.let_go()
+        else:
+            self._obedience.give(Order.RELEASE)
         if wanted is not heading:
             self._wanted = (wanted, request)
 
@@ -273,7 +278,7 @@ class Gateway:
             (state, request), self._wanted = self._wanted, None
             self._enter(state, FaultCode.NONE, request)
         elif self.state is _STATE.QUICK_STOP_ACTIVE and self._wanted is None and self._obedience.without_torque():
-            self._obedience.give(Order.RELEASE)
+            self._obedience.let_go()
             self._enter(_STATE.SWITCH_ON_DISABLED, FaultCode.NONE, _DETAIL_BY_ITSELF)
 
     def _found_fault(self) -> FaultCode:

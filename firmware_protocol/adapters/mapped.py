@@ -55,7 +55,8 @@ class MappedDrive:
         # nothing, or what is nearest to it where an offset keeps the bits from zero
         self._standing = {name: min(max(0.0, span.low), span.high) for name, span in bits.items()}
         self._standing |= self._map.constants.get(command.name, {})
-        self.gives = frozenset(_GIVES[name] for name in self._given if name in _GIVES)
+        shorts = frozenset[Gives]() if self._map.enable.short is None else {Gives.SHORT}
+        self.gives = frozenset(_GIVES[name] for name in self._given if name in _GIVES) | shorts
         self._sent: dict[str, int] = {}
         self._heard: dict[str, int] = {}
         self._silent: dict[str, int] = {}
@@ -117,12 +118,13 @@ class MappedDrive:
         return [self._command(0.0, self._map.enable.off)]
 
     def stop(self) -> list[CanFrame]:
-        word = self._map.enable.stop
-        return self.release() if word is None else [self._command(0.0, word)]
+        return self._told(self._map.enable.stop)
+
+    def short(self) -> list[CanFrame]:
+        return self._told(self._map.enable.short)
 
     def reset(self) -> list[CanFrame]:
-        word = self._map.enable.reset
-        return self.release() if word is None else [self._command(0.0, word)]
+        return self._told(self._map.enable.reset)
 
     def take(self, frame: CanFrame) -> bool:
         message = self._by_identifier.get(frame.identifier)
@@ -215,6 +217,10 @@ class MappedDrive:
                 return None
             self._heard[message.name] = count
         return values
+
+    def _told(self, word: int | None) -> list[CanFrame]:
+        """A word of the map without torque; that for off where it has none."""
+        return [self._command(0.0, self._map.enable.off if word is None else word)]
 
     def _command(self, torque_nm: float, enable: int) -> CanFrame:
         ref, message = self._map.torque, self._command_message

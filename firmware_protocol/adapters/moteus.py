@@ -22,11 +22,11 @@ _REPLY_INT8, _REPLY_INT16, _REPLY_INT32, _REPLY_FLOAT = 0x20, 0x24, 0x28, 0x2C
 _NOP = 0x50
 _MODE, _POSITION, _VELOCITY, _TORQUE, _VOLTAGE, _TEMPERATURE, _FAULT = 0x000, 0x001, 0x002, 0x003, 0x00D, 0x00E, 0x00F
 _COMMAND = 0x020
-_STOPPED, _IN_FAULT, _IN_POSITION, _TIMED_OUT, _ZERO_VELOCITY = 0, 1, 10, 11, 12
+_STOPPED, _IN_FAULT, _IN_POSITION, _TIMED_OUT, _ZERO_VELOCITY, _SHORTED = 0, 1, 10, 11, 12, 15
 #: mode -> power. Out of time a controller does what its `servo.timeout_mode` says, which may be to hold, and takes
-#: commands again only after a stop; enabling, calibrating (2 to 4) and a shorted winding (15) apply no torque
+#: commands again only after a stop; enabling, calibrating (2 to 4) and a shorted winding apply no torque
 _POWERS = {_IN_POSITION: Power.ON, _IN_FAULT: Power.FAULT, _TIMED_OUT: Power.REACTING}
-_POWERS |= dict.fromkeys((_STOPPED, 2, 3, 4, 15), Power.OFF)
+_POWERS |= dict.fromkeys((_STOPPED, 2, 3, 4, _SHORTED), Power.OFF)
 _FORMS = {_REPLY_INT8: "b", _REPLY_INT16: "h", _REPLY_INT32: "i", _REPLY_FLOAT: "f"}
 #: lengths that an FD frame may have
 _LENGTHS = (*range(9), 12, 16, 20, 24, 32, 48, 64)
@@ -43,7 +43,7 @@ def _fault_of(mode: int, code: int) -> str:
 class MoteusDrive:
     """One moteus controller."""
 
-    gives = frozenset({Gives.RATE, Gives.TORQUE, Gives.TEMPERATURE, Gives.SUPPLY})
+    gives = frozenset({Gives.RATE, Gives.TORQUE, Gives.TEMPERATURE, Gives.SUPPLY, Gives.SHORT})
 
     def __init__(self, section: DriveSection, timing: DriveTiming) -> None:
         self._id, self._watchdog_s = section.id, timing.watchdog_s
@@ -86,10 +86,13 @@ class MoteusDrive:
         return []
 
     def release(self) -> list[CanFrame]:
-        return [self._frame(bytes([_WRITE_INT8 | 1, _MODE, _STOPPED]) + _QUESTION)]
+        return [self._to(_STOPPED)]
 
     def stop(self) -> list[CanFrame]:
-        return [self._frame(bytes([_WRITE_INT8 | 1, _MODE, _ZERO_VELOCITY]) + _QUESTION)]
+        return [self._to(_ZERO_VELOCITY)]
+
+    def short(self) -> list[CanFrame]:
+        return [self._to(_SHORTED)]
 
     def starve(self) -> list[CanFrame]:
         # only a position command begins the watchdog's time anew
@@ -121,6 +124,9 @@ class MoteusDrive:
             fault=_fault_of(mode, int(values.get(_FAULT, 0))) if power.is_faulty else "",
         )
         return True
+
+    def _to(self, mode: int) -> CanFrame:
+        return self._frame(bytes([_WRITE_INT8 | 1, _MODE, mode]) + _QUESTION)
 
     def _frame(self, data: bytes, number: int | None = None) -> CanFrame:
         length = next(length for length in _LENGTHS if length >= len(data))

@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from enum import Enum
 
-from firmware_protocol.adapters.drive import AxisSample, ForeignDrive, Power, answer_time_s, starved
+from firmware_protocol.adapters.drive import (
+    AxisSample,
+    ForeignDrive,
+    Power,
+    answer_time_s,
+    starved,
+    stopped_blindly,
+)
+from firmware_protocol.enumerations import StopReaction
 from firmware_protocol.links import CanFrame
 
 #: a drive that answers at once has so many ticks to do as told
@@ -20,7 +28,18 @@ class Order(Enum):
     #: set-points, or the way to them
     FOLLOW = "told to follow"
     STOP = "told to stop"
+    #: a stop that uses no sensor, because one is in doubt
+    STOP_BLINDLY = "told to stop without a sensor"
     RELEASE = "told to let go"
+
+
+#: no drive here stops by a gyro: then what uses no sensor is left
+_STOPS = {
+    StopReaction.COAST: Order.RELEASE,
+    StopReaction.BRAKE: Order.STOP_BLINDLY,
+    StopReaction.DECELERATE_AND_HOLD: Order.STOP,
+    StopReaction.GYRO_STOP: Order.STOP_BLINDLY,
+}
 
 
 class Obedience:
@@ -52,6 +71,16 @@ class Obedience:
         self._unheeded = [0] * len(self._drives)
         self.starving = self.starving and order is not Order.FOLLOW
 
+    def stop(self, how: StopReaction) -> None:
+        """A stop that uses no sensor stands until the host leads back: no other takes its place."""
+        if self.order is not Order.STOP_BLINDLY:
+            self.give(_STOPS[how])
+
+    def let_go(self) -> None:
+        """No torque any more; a winding that is shorted applies none of the drive's, and stays so."""
+        if self.order is not Order.STOP_BLINDLY:
+            self.give(Order.RELEASE)
+
     def frames(self) -> list[CanFrame]:
         """What the drives are sent in this tick, while they are not to follow."""
         told: list[CanFrame] = []
@@ -63,7 +92,7 @@ class Obedience:
                 told += starved(drive)
                 continue
             if first or self._is_told_again(place):
-                told += drive.stop() if self.order is Order.STOP else drive.release()
+                told += _TOLD[self.order](drive)
             told += drive.ask()
         return told
 
@@ -116,6 +145,13 @@ class Obedience:
         return self.order is not Order.NONE and (
             not self._heeds(place) or self._drives[place].sample.power is Power.REACTING
         )
+
+
+_TOLD: dict[Order, Callable[[ForeignDrive], list[CanFrame]]] = {
+    Order.STOP: lambda drive: drive.stop(),
+    Order.STOP_BLINDLY: stopped_blindly,
+    Order.RELEASE: lambda drive: drive.release(),
+}
 
 
 def does(order: Order, sample: AxisSample) -> bool:

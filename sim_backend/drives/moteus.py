@@ -2,7 +2,8 @@
 
 Its own position loop (`servo.pid_position`, in turns) works where a command does not scale its gains to zero. In
 position mode the commutation encoder's place in its turn selects a current out of `motor.cogging_dq_comp` (1024 signed
-bytes, linear between them, times `motor.cogging_dq_scale` in A), which is added to what the loop asks for.
+bytes, linear between them, times `motor.cogging_dq_scale` in A), which is added to what the loop asks for. In mode 15
+its winding is shorted, which slows the shaft by what the torque constant and the winding's resistance make of its rate.
 """
 
 from __future__ import annotations
@@ -15,9 +16,11 @@ from sim_backend.drives.axis import Shaft
 
 _TURN = 2.0 * math.pi
 _SIZES = {0: (1, "b"), 4: (2, "h"), 8: (4, "i"), 12: (4, "f")}
-_STOPPED, _FAULT, _POSITION, _TIMEOUT = 0, 1, 10, 11
+_STOPPED, _FAULT, _POSITION, _TIMEOUT, _ZERO_VELOCITY, _SHORTED = 0, 1, 10, 11, 12, 15
 _LENGTHS = (*range(9), 12, 16, 20, 24, 32, 48, 64)
 _TABLE_SIZE = 1024
+#: of a winding of the size that its torque constant has, ohm
+_RESISTANCE_OHM = 0.05
 _COMMAND_POSITION, _COMMAND_VELOCITY, _COMMAND_TORQUE, _KP_SCALE, _KD_SCALE = range(0x20, 0x25)
 
 
@@ -41,6 +44,10 @@ class SimulatedMoteus:
 
     @property
     def torque_nm(self) -> float:
+        if self.mode == _SHORTED:
+            return -(self._torque_constant**2) / _RESISTANCE_OHM * self.shaft.rate_rad_s
+        if self.mode == _ZERO_VELOCITY:
+            return -self._gains["kd"] * self.shaft.rate_rad_s / _TURN
         if self.mode != _POSITION:
             return 0.0
         behind, slower = self._errors()

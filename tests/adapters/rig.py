@@ -41,24 +41,60 @@ def settings_and_model(link: dict[str, Any], **more: Any) -> tuple[DaemonSetting
     return settings_from_document(document | more, "antenna.yaml"), model_from_document(model_document(antenna), "m")
 
 
+class MemoryBus:
+    """One end of a bus without anything between; `other` hears what it sends."""
+
+    def __init__(self) -> None:
+        self.other: MemoryBus | None = None
+        self._come: list[CanFrame] = []
+
+    def send(self, frame: CanFrame) -> bool:
+        assert self.other is not None
+        self.other._come.append(frame)
+        return True
+
+    def receive(self) -> list[CanFrame]:
+        come, self._come = self._come, []
+        return come
+
+    def take_malformed(self) -> int:
+        return 0
+
+    def fileno(self) -> int:
+        return -1
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+
+def memory_buses() -> tuple[MemoryBus, MemoryBus]:
+    """Both ends of a bus that costs next to nothing."""
+    near, far = MemoryBus(), MemoryBus()
+    near.other, far.other = far, near
+    return near, far
+
+
 @dataclass
 class AdapterRig:
     """Everything, advanced by `run`; `lost` makes the bus lose frames of the drives, `unheard` those to them; `far` is
-    their end of another bus than python-can's virtual one, of which `bus_more` tells the host.
+    their end of another bus than python-can's virtual one, of which `bus_more` tells the host, or whose other end is
+    `near`; `more` are the configuration's sections.
     """
 
     drive: str
     drives: list[SimulatedDrive] | None = None
     link_more: dict[str, Any] = field(default_factory=dict)
+    more: dict[str, Any] = field(default_factory=dict)
     lost: Callable[[CanFrame], bool] = lambda frame: False
     unheard: Callable[[CanFrame], bool] = lambda frame: False
     number: int = 0
     far: Bus | None = None
+    near: Bus | None = None
     bus_more: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         section = link_section(self.drive, **self.link_more) | self.bus_more
-        self.settings, model = settings_and_model(section)
+        self.settings, model = settings_and_model(section, **self.more)
         config = self.settings.link
         assert isinstance(config, AdapterLinkConfig)
         if self.far is None:
@@ -69,7 +105,9 @@ class AdapterRig:
             if drives is None
             else DrivenGimbal(model, drives, config.drives, RATE_HZ)
         )
-        self.link = AdapterLink(config, now_ns=lambda: self.number * PERIOD_NS)
+        near = self.near
+        opened = None if near is None else lambda: near
+        self.link = AdapterLink(config, opened, now_ns=lambda: self.number * PERIOD_NS)
         self.host = Host(host_configuration(self.settings))
         self.events: list[str] = []
         self.host_speaks = True

@@ -115,6 +115,6 @@ def mapped_files(folder: Path, rate_hz: float = 1000.0) -> dict[str, str]:
     return {"map": str(folder / "map.yaml")}
 
 
-def mapped_rig(folder: Path) -> AdapterRig:
+def mapped_rig(folder: Path, **more: Any) -> AdapterRig:
     """Two of these behind a host."""
-    return AdapterRig("dbc", [SimulatedServo(number) for number in (1, 2)], link_more=mapped_files(folder))
+    return AdapterRig("dbc", [SimulatedServo(number) for number in (1, 2)], link_more=mapped_files(folder), **more)

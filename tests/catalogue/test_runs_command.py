@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 from gimbal_hil.data.catalogue.comparison import difference_of
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.surface.cli import app
-from tests.runs.synthetic import record_run
+from tests.runs.synthetic import CONFIGURATION, HEADER, record_run
 
 
 @pytest.fixture
@@ -62,10 +63,10 @@ def test_a_run_is_shown_with_figures_of_each_axis_and_what_was_commanded(
 def test_two_runs_are_compared_by_figures_and_settings_and_drawn_over_each_other(
     runs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    second = runs / "second" / "run.yaml"
-    second.write_text(second.read_text().replace("2.5e-05", "3.5e-05"))
+    other = replace(HEADER, configuration=CONFIGURATION | {"gains": CONFIGURATION["gains"] | {"kp": 3.5e-05}})
+    record_run(runs / "other", 1600, header=other)
     out = tmp_path / "compared"
-    found = answer(capsys, "compare", runs / "first", runs / "second", "--out", out)
+    found = answer(capsys, "compare", runs / "first", runs / "other", "--out", out)
     assert found["settings"] == [{"key": "configuration.gains.kp", "first": "2.5e-05", "second": "3.5e-05"}]
     ticks = next(one for one in found["figures"] if one["name"] == "ticks")  # type: ignore[attr-defined]
     assert (ticks["first"], ticks["second"]) == (1200, 1600)
@@ -73,7 +74,7 @@ def test_two_runs_are_compared_by_figures_and_settings_and_drawn_over_each_other
     page = (out / "report.html").read_text()
     assert "outer: both runs from their first row on" in page and "configuration.gains.kp" in page
     with pytest.raises(SystemExit) as end:
-        app.run("runs", ["compare", str(runs / "first"), str(runs / "second"), "--out", str(out)])
+        app.run("runs", ["compare", str(runs / "first"), str(runs / "other"), "--out", str(out)])
     assert end.value.code == 2
 
 
@@ -95,7 +96,7 @@ def test_the_wrong_number_of_runs_and_folders_that_are_none_are_refused(words: l
     assert end.value.code == 2
 
 
-def test_a_run_that_lost_half_its_ticks_is_called_good_by_neither_show_nor_check(
+def test_a_run_that_lost_half_its_ticks_is_called_good_by_no_reader(
     runs: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     ticks = runs / "second" / "ticks.arrow"
@@ -106,6 +107,8 @@ def test_a_run_that_lost_half_its_ticks_is_called_good_by_neither_show_nor_check
     assert "NOT AS IT WAS RECORDED" in capsys.readouterr().out
     assert app.run("runs", ["show", str(runs / "second"), "--json"]) == 1
     assert json.loads(capsys.readouterr().out)["sound"] is False
+    assert app.run("runs", ["compare", str(runs / "first"), str(runs / "second")]) == 1
+    assert "NOT AS RECORDED" in capsys.readouterr().out
     assert app.run("check", [str(runs / "second")]) == 1
     assert "ticks that were recorded are missing" in capsys.readouterr().out
 

@@ -47,6 +47,16 @@ def test_systemd_accepts_the_unit_and_finds_nothing_unknown_in_it(
     assert done.returncode == 0 and "gimbal-hil.service" not in done.stderr, done.stderr
 
 
+@pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="systemd-analyze is not there")
+def test_systemd_finds_the_unit_little_exposed(tmp_path: Path) -> None:
+    unit = tmp_path / "gimbal-hil.service"
+    unit.write_text(unit_text(UnitChoice(Path("/bin/sh"), tmp_path / "a.yaml", tmp_path / "runs", "gimbal", 8765)))
+    words = ["systemd-analyze", "security", "--offline=true", "--no-pager", "--threshold=30", str(unit)]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    # 3.0 of 10 at most: what is left is the network, devices, memory that is compiled into, and real-time priority
+    assert done.returncode == 0 and "OK" in done.stdout, done.stdout + done.stderr
+
+
 def test_the_manual_that_a_unit_names_is_written_with_it(tmp_path: Path) -> None:
     words = ("install", "--config", shipped_settings_path(), "--runs", tmp_path / "runs")
     assert service(*words, "--out", tmp_path / "50 % units") == 0

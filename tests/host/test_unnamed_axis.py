@@ -100,6 +100,13 @@ def test_a_program_that_names_its_axes_is_followed_as_it_is() -> None:
     assert program.holding(UnnamedAxis.POSITION) is program.values
 
 
+def test_a_short_circuit_of_one_axis_is_refused_with_its_reason() -> None:
+    document = shipped_settings().model_dump(mode="json", by_alias=True)
+    document["supervisor"]["unnamed_axis"] = "short_circuit"
+    with pytest.raises(BadInputError, match=r"supervisor\.unnamed_axis.*holds nothing.*position, brake or free"):
+        settings_from_document(document, "test")
+
+
 def test_drives_without_a_brake_of_ours_cannot_be_told_to_close_it() -> None:
     section = link_section("odrive")
     with pytest.raises(BadInputError, match=r"supervisor\.unnamed_axis.*odrive.*expected position or free"):

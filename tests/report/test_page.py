@@ -134,3 +134,8 @@ def test_no_heading_takes_the_name_of_what_is_packed_into_the_page(heading: str)
         r'\sid="([^"]+)"', Page(page.title, page.subtitle, [Heading(heading), *page.blocks]).render(MADE)
     )
     assert {"packed:figures", "packed:library"} <= set(names) and len(names) == len(set(names))
+
+
+def test_a_path_of_any_bytes_stands_in_a_page_that_every_reader_takes(tmp_path: Path) -> None:
+    written = Page("A run", "of r\udcff", [Text("next: replay r\udcff")]).write(tmp_path / "report.html")
+    assert "replay r\\udcff" in written.read_text(encoding="utf-8")

@@ -96,9 +96,10 @@ def record_run(
     close: bool = True,
     flush_every: int = 0,
     row: Callable[[int], NDArray[np.void]] = row_of,
+    header: RunHeader = HEADER,
 ) -> RunWriter:
     """Record a made-up lockstep run; a flush every so many ticks, or when the writer sees fit."""
-    writer = RunWriter(folder, HEADER, clock_ns=lambda: 0)
+    writer = RunWriter(folder, header, clock_ns=lambda: 0)
     host, device = Sender(), Sender()
     for tick in range(ticks):
         if tick % 1000 == 0:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from firmware_protocol.errors import GimbalHilError
 from gimbal_hil.data.catalogue.summary import Measure, measures_of
-from gimbal_hil.data.runs import RecordedRun
+from gimbal_hil.data.runs import RecordedRun, damage_of
 from gimbal_hil.data.signals import SignalsTable, signals_of_run, unit_of
 from gimbal_hil.pages.report import Block, Callout, Heading, Page, Plot, Table, Text
 
@@ -25,7 +25,7 @@ _DRAWN = ("position", "rate", "torque")
 @dataclass(frozen=True)
 class Comparison:
     """`measures`: (name, unit, value of the first, of the second; None where it has none). `settings`: (key, value,
-    value) of what differs. `notes`: why a run could not be made a table.
+    value) of what differs. `notes`: why a run could not be made a table, or is not as recorded (`sound`: both are).
     """
 
     names: tuple[str, str]
@@ -33,6 +33,7 @@ class Comparison:
     settings: tuple[tuple[str, str, str], ...]
     tables: tuple[SignalsTable | None, SignalsTable | None]
     notes: tuple[str, ...]
+    sound: bool
 
     def apart(self, tolerance: float) -> tuple[str, ...]:
         """Names of the figures that differ by more than this share of the larger one, or that only one run has."""
@@ -48,6 +49,7 @@ class Comparison:
             ],
             "settings": [{"key": key, "first": first, "second": second} for key, first, second in self.settings],
             "notes": list(self.notes),
+            "sound": self.sound,
         }
 
 
@@ -60,8 +62,12 @@ def _differs(first: float | None, second: float | None, tolerance: float) -> boo
 def compare(first: RecordedRun, second: RecordedRun) -> Comparison:
     """How two runs differ."""
     tables: list[SignalsTable | None] = []
-    notes = []
+    notes: list[str] = []
+    sound = True
     for run in (first, second):
+        damage = [f"{run.folder}: damaged: {found.in_words()}" for found in damage_of(run)]
+        notes += damage
+        sound = sound and not damage
         try:
             tables.append(signals_of_run(run, drop_invalid=True))
         except GimbalHilError as error:
@@ -75,7 +81,7 @@ def compare(first: RecordedRun, second: RecordedRun) -> Comparison:
         for name in dict.fromkeys([*ours, *theirs])
     )
     names = (str(first.folder), str(second.folder))
-    return Comparison(names, measures, _differences(first, second), (tables[0], tables[1]), tuple(notes))
+    return Comparison(names, measures, _differences(first, second), (tables[0], tables[1]), tuple(notes), sound)
 
 
 def comparison_page(found: Comparison) -> Page:
@@ -87,6 +93,7 @@ def comparison_page(found: Comparison) -> Page:
         if count
         else "Configuration, model and seed are the same."
     )
+    lead = lead if found.sound else f"Not both are what was recorded: this is of the rest. {lead}"
     blocks: list[Block] = [Callout(f"{lead} {_largest_change(found)}".strip())]
     blocks += [*(Text(note) for note in found.notes), *_overlays(found), Heading("Figures")]
     rows = [[name, unit, _shown(a), _shown(b), _change(a, b)] for name, unit, a, b in found.measures]

@@ -17,5 +17,5 @@ class Difference:
 
     def in_words(self) -> str:
         """One line for people."""
-        place = f"tick {self.tick}" if self.tick >= 0 else "no single tick"
-        return f"at {place}: {self.signal} is {self.recorded}, not {self.expected}: {self.reason}"
+        place = f"at tick {self.tick}: " if self.tick >= 0 else ""
+        return f"{place}{self.signal} is {self.recorded}, not {self.expected}: {self.reason}"

@@ -133,7 +133,7 @@ def _require_sound(run: RecordedRun, repair: Repair) -> None:
     for found in damage_of(run):
         if not found.signal.startswith("events"):
             remedy = "expected the run as it was recorded, or --drop-invalid (--resample) to work with what is left"
-            raise DamagedRunError(f"{run.folder}: the log is damaged {found.in_words()}; {remedy}")
+            raise DamagedRunError(f"{run.folder}: the log is damaged: {found.in_words()}; {remedy}")
 
 
 def axis_names(of: Sequence[str] | AntennaModel) -> AxisNames:

@@ -112,6 +112,16 @@ class Supervisor(Strict):
     )
     deadman: Deadman = Field(default=Deadman(), description="the drive's deadman, sent to it at connection")
 
+    @field_validator("unnamed_axis", mode="before")
+    @classmethod
+    def _no_short_circuit_of_one_axis(cls, value: object) -> object:
+        if value == "short_circuit":
+            raise ValueError(
+                "a shorted winding slows an axis that its weight moves, and holds nothing; no drive here shorts one "
+                "axis beside one that moves: expected position, brake or free"
+            )
+        return value
+
 
 class Recording(Strict):
     """What a run folder keeps."""

@@ -69,7 +69,8 @@ class Page:
         """Write the page; a reader sees the old page or the whole new one."""
         path.parent.mkdir(parents=True, exist_ok=True)
         part = path.with_name(path.name + ".part")
-        part.write_text(self.render(), encoding="utf-8")
+        # a path in it may be of any bytes
+        part.write_text(self.render(), encoding="utf-8", errors="backslashreplace")
         os.replace(part, path)
         return path
 

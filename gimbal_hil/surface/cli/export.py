@@ -66,7 +66,7 @@ def command(
         raise BadInputError("--layouts", f"are for mcap, not for {kind.value}", "--format mcap")
     log = open_run(run)
     # a table of signals is refused by its own rules
-    damage = [f"the log is damaged {found.in_words()}" for found in damage_of(log)]
+    damage = [f"the log is damaged: {found.in_words()}" for found in damage_of(log)]
     console = error_console()
     with Bar(console=console, transient=True, disable=as_json or not console.is_terminal) as bar:
         task = bar.add_task(f"writing {kind.value}", total=None)

@@ -170,9 +170,9 @@ def _lines(answer: dict[str, Any]) -> list[str]:
             *(f"learned: {bins} of 720 bins of {axis}" for axis, bins in answer.get("learned", {}).items()),
             *answer["notes"],
         ]
-    place = f"tick {found['tick']}" if found["tick"] >= 0 else "no single tick"
+    place = f" at tick {found['tick']}" if found["tick"] >= 0 else ""
     return [
-        f"differs at {place}: {found['signal']} is {found['recorded']}, not {found['expected']}: {found['reason']}",
+        f"differs{place}: {found['signal']} is {found['recorded']}, not {found['expected']}: {found['reason']}",
         *(f"  {change['text']}" for change in answer["changes"]),
         *(["updated: what the host does now is the reference from here on"] if answer.get("updated") else []),
         *answer["notes"],

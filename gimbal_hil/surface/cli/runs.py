@@ -97,7 +97,7 @@ def _show(folder: Path, as_json: bool) -> bool:
     from gimbal_hil.surface.cli.following import command_line, print_next
 
     run, line = open_run(folder), summary_of(folder)
-    damage = [f"damaged {found.in_words()}" for found in damage_of(run)]
+    damage = [f"damaged: {found.in_words()}" for found in damage_of(run)]
     notes = [*run.notes, *damage]
     try:
         table = signals_of_run(run, drop_invalid=True)
@@ -137,7 +137,7 @@ def _compare(first: Path, second: Path, out: Path | None, tolerance: float | Non
     found = compare(open_run(first), open_run(second))
     apart = () if tolerance is None else found.apart(tolerance)
     answer = found.as_dict() | ({} if tolerance is None else {"tolerance": tolerance, "apart": list(apart)})
-    code = EXIT_NO if apart else EXIT_DONE
+    code = EXIT_NO if apart or not found.sound else EXIT_DONE
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         (out / ANSWER_FILE).write_text(json.dumps(answer, indent=2) + "\n", encoding="utf-8")
@@ -161,7 +161,8 @@ def _lines(found: Comparison) -> list[str]:
     def shown(value: Any) -> str:
         return "-" if value is None else f"{value:.6g}"
 
-    lines = [f"{'':<36}{'first':>14}{'second':>14}"]
+    lines = [] if found.sound else ["NOT AS RECORDED: what follows is of the rest; the notes say what is wrong"]
+    lines += [f"{'':<36}{'first':>14}{'second':>14}"]
     lines += [f"{f'{name} {unit}':<36}{shown(a):>14}{shown(b):>14}" for name, unit, a, b in found.measures]
     lines += [f"{key}: {a} | {b}" for key, a, b in found.settings]
     lines += [f"note: {note}" for note in found.notes]

@@ -1,0 +1,360 @@
+"""What can be wrong with the feedback of a drive of another make, and what comes of it: rows of one matrix.
+
+What is spoilt is what an adapter last heard, so that every row holds for every make. `python -m tests.adapters.faults
+MAKE... --out FILE` adds the outcomes that are not in FILE yet, `--seconds` at most; `--page FILE...` prints the page.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import json
+import math
+import tempfile
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+from firmware_protocol.adapters import AxisSample, Power
+from gimbal_hil.loop.host import HostState
+from sim_backend.layout import RATE
+from tests.adapters.rig import AdapterRig, memory_buses
+from tests.adapters.servo import mapped_rig
+
+MAKES = ("moteus", "odrive", "cia402", "dbc")
+_TURN = 2.0 * math.pi
+#: samples from before the fault that are kept, one a tick
+_KEPT = 100
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a spoiler may use: the true sample, ticks since the fault began, samples from before it, oldest first, and
+    what a link that is late has still to give.
+    """
+
+    now: AxisSample
+    ticks: int
+    before: Sequence[AxisSample]
+    since: Sequence[AxisSample]
+
+    @property
+    def then(self) -> AxisSample:
+        return self.before[-1]
+
+
+Spoil = Callable[[Seen], AxisSample]
+
+
+@dataclass(frozen=True)
+class Row:
+    """A fault of feedback; within how many ticks it is noticed, and why it need not be in some motions; how far (rad)
+    an axis may go, on its own way until then and coasting after it.
+    """
+
+    name: str
+    spoil: Spoil
+    within: int
+    not_in: tuple[str, ...] = ()
+    reason: str = ""
+    gone_rad: float = 5.0
+
+
+def _shifted(by_rad: float) -> Spoil:
+    return lambda seen: replace(seen.now, position_rad=seen.now.position_rad + by_rad)
+
+
+def _frozen(seen: Seen) -> AxisSample:
+    return replace(seen.then, updates=seen.now.updates, power=seen.now.power, power_updates=seen.now.power_updates)
+
+
+def _stuck_and_moving(seen: Seen) -> AxisSample:
+    return replace(seen.now, position_rad=seen.then.position_rad, rate_rad_s=1.0)
+
+
+def _repeated(seen: Seen) -> AxisSample:
+    old = seen.before[seen.ticks % len(seen.before)]
+    return replace(old, updates=seen.now.updates, power=seen.now.power, power_updates=seen.now.power_updates)
+
+
+def _restarted(seen: Seen) -> AxisSample:
+    """Off for 50 ms, then as before with its zero where it stood."""
+    power = Power.OFF if seen.ticks < 50 else seen.now.power
+    return replace(seen.now, position_rad=seen.now.position_rad - seen.then.position_rad + 0.3, power=power)
+
+
+def _silent_then_a_turn_off(seen: Seen) -> AxisSample:
+    if seen.ticks < 1000:
+        return replace(seen.then, power=seen.now.power)
+    return replace(seen.now, position_rad=seen.now.position_rad - _TURN)
+
+
+def _late(seen: Seen) -> AxisSample:
+    """Sixty ticks late."""
+    whole = (*seen.before, *seen.since)
+    old = whole[-60]
+    return replace(old, updates=seen.now.updates, power=seen.now.power, power_updates=seen.now.power_updates)
+
+
+def _creeping_alike(seen: Seen) -> AxisSample:
+    rate = 0.1 + (seen.now.rate_rad_s or 0.0)
+    return replace(seen.now, position_rad=seen.now.position_rad + 1e-4 * seen.ticks, rate_rad_s=rate)
+
+
+_STILL = "true feedback of an axis that stands still is the same, until a loop asks for more torque than may hold it"
+ROWS = (
+    Row("all of it stands still", _frozen, 1200, ("rest",), _STILL),
+    Row(
+        "the position stands still, the rate is true",
+        lambda seen: replace(seen.now, position_rad=seen.then.position_rad),
+        1500,
+        ("rest",),
+        _STILL,
+    ),
+    Row("the position stands still, the rate says 1 rad/s", _stuck_and_moving, 600),
+    Row(
+        "the rate stands still, the position is true",
+        lambda seen: replace(seen.now, rate_rad_s=seen.then.rate_rad_s),
+        1500,
+        ("rest",),
+        _STILL,
+    ),
+    Row("the rate has the wrong sign", lambda seen: replace(seen.now, rate_rad_s=-(seen.now.rate_rad_s or 0.0)), 1500),
+    Row(
+        "position and rate have the wrong sign",
+        lambda seen: replace(
+            seen.now,
+            position_rad=2 * seen.then.position_rad - seen.now.position_rad,
+            rate_rad_s=-(seen.now.rate_rad_s or 0.0),
+        ),
+        1500,
+    ),
+    Row(
+        "the position creeps, the rate says rest",
+        lambda seen: replace(seen.now, position_rad=seen.now.position_rad + 2e-4 * seen.ticks),
+        1500,
+    ),
+    Row(
+        "position and rate creep alike",
+        _creeping_alike,
+        1200,
+        ("rest", "slow", "fast"),
+        "two numbers of one sensor agree, and the axis does what they say: only a second sensor can tell",
+    ),
+    Row("samples of 0.1 s repeat themselves for ever", _repeated, 1500, ("rest",), _STILL, 10.0),
+    Row("every sample is 60 ms late", _late, 1500),
+    Row("the drive restarts and its zero is lost", _restarted, 100),
+    Row("the position jumps by 18 degrees", _shifted(math.radians(18.0)), 5),
+    Row(
+        "one sample in fifty is 1 rad off",
+        lambda seen: replace(seen.now, position_rad=seen.now.position_rad + (seen.ticks % 50 == 0)),
+        55,
+    ),
+    Row("a whole turn is lost", _shifted(-_TURN), 5),
+    Row("a whole turn is lost in a silence of a second", _silent_then_a_turn_off, 1100),
+    Row("the position is nine turns off", _shifted(9 * _TURN), 5),
+    Row("a count of 32 bits wraps", _shifted(-(2**32) / 2**14 * _TURN), 5),
+    Row("the position is no number", lambda seen: replace(seen.now, position_rad=math.nan), 5),
+    Row("the rate is beyond all reason", lambda seen: replace(seen.now, rate_rad_s=1e6), 5),
+    Row("the rate is no number", lambda seen: replace(seen.now, rate_rad_s=math.nan), 5),
+)
+#: an axis that is held, moves slowly and fast to a position, and is pushed by a torque
+MOTIONS = ("rest", "slow", "fast", "pushed")
+_TARGETS = {"slow": (0.06, -0.06), "fast": (0.9, -0.9)}
+_PUSH_NM = 3.0
+#: how long is watched what comes of it, ticks
+_AFTER = 500
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a row: the cause, ticks until it was told, how far the axis went until it stood (or the look at it
+    ended), how much faster it had become, and what the bus made of it.
+    """
+
+    make: str
+    row: str
+    motion: str
+    cause: str
+    ticks: int
+    gone_rad: float
+    gained_rad_s: float
+    only_braked: bool
+
+    @property
+    def is_noticed(self) -> bool:
+        return bool(self.cause)
+
+
+def rig_of(make: str, folder: Path) -> AdapterRig:
+    """Host, adapter and two simulated drives of a make, configured as `init` does it."""
+    near, far = memory_buses()
+    return mapped_rig(folder, near=near, far=far) if make == "dbc" else AdapterRig(make, near=near, far=far)
+
+
+def spoilt(rig: AdapterRig, spoil: Spoil, before: Sequence[AxisSample]) -> None:
+    """From now on the first drive's samples are spoilt as the gateway takes them."""
+    gateway, start, old = rig.gateway, rig.number, tuple(before)
+    drive, since = gateway.drives[0], deque[AxisSample](maxlen=_KEPT)
+    follow, feedback, silent = gateway._advance, gateway.feedback, gateway.silent
+
+    def wrong(do: Callable[..., object]) -> Callable[..., object]:
+        def done(*given: object) -> object:
+            true = drive.sample
+            drive.sample = spoil(Seen(true, rig.number - start, old, since))
+            try:
+                return do(*given)
+            finally:
+                drive.sample = true
+
+        return done
+
+    def told() -> object:
+        since.append(drive.sample)
+        return wrong(feedback)()
+
+    gateway._advance, gateway.feedback, gateway.silent = wrong(follow), told, wrong(silent)
+
+
+def moving(rig: AdapterRig, motion: str) -> list[AxisSample]:
+    """The motion is under way; samples of the first drive until now."""
+    rig.connected()
+    if motion == "rest":
+        rig.position(0.03, -0.03).run(500)
+    elif motion == "pushed":
+        rig.torque(_PUSH_NM, 0.0)
+    else:
+        rig.position(*_TARGETS[motion])
+    before = []
+    for _ in range(_KEPT if motion != "pushed" else 60):
+        rig.run(1)
+        before.append(rig.gateway.drives[0].sample)
+    return before
+
+
+def _rate(rig: AdapterRig) -> float:
+    """Of the first joint, as it is, rad/s."""
+    return float(rig.gimbal.plant.X[RATE])
+
+
+def outcome(rig: AdapterRig, make: str, row: Row, motion: str) -> Outcome:
+    """A fault while the axes move so, until half a second after it was noticed."""
+    before = moving(rig, motion)
+    start, first = float(rig.joints[0]), abs(_rate(rig))
+    spoilt(rig, row.spoil, before)
+    gone = gained = 0.0
+    noticed, braked = None, True
+    for tick in range(row.within + _AFTER):
+        rig.run(1)
+        gone = max(gone, abs(float(rig.joints[0]) - start))
+        gained = max(gained, abs(_rate(rig)) - first)
+        if noticed is None and rig.host.state is HostState.FAULT:
+            noticed = tick + 1
+        if noticed is None and tick + 1 >= row.within:
+            break
+        if noticed is not None and tick > noticed + 20:
+            braked = braked and rig.only_brakes()
+            if tick > noticed + _AFTER:
+                break
+    cause = "" if noticed is None else rig.host.cause.name
+    return Outcome(make, row.name, motion, cause, noticed or 0, gone, gained, braked)
+
+
+def outcomes(makes: Sequence[str], known: Sequence[Outcome]) -> Iterator[Outcome]:
+    """Each row in each motion that is not known, on a rig of its own."""
+    done = {(one.make, one.row, one.motion) for one in known}
+    for make, row, motion in itertools.product(makes, ROWS, MOTIONS):
+        if (make, row.name, motion) in done:
+            continue
+        with tempfile.TemporaryDirectory() as folder:
+            rig = rig_of(make, Path(folder))
+            try:
+                yield outcome(rig, make, row, motion)
+            finally:
+                rig.close()
+
+
+def read(files: Sequence[Path]) -> list[Outcome]:
+    """Outcomes, one a line."""
+    return [Outcome(**json.loads(line)) for file in files if file.exists() for line in file.read_text().splitlines()]
+
+
+def page(found: Sequence[Outcome]) -> str:
+    """The page of docs/measurements; outcomes of all makes."""
+    cells = {(one.row, one.motion, one.make): one for one in found}
+    makes = [make for make in MAKES if any(one.make == make for one in found)]
+    lines = [
+        "| fault of the feedback | motion | " + " | ".join(makes) + " |",
+        "|---|---|" + "---|" * len(makes),
+    ]
+    for row in ROWS:
+        for motion in MOTIONS:
+            told = [_cell(cells[row.name, motion, make], motion in row.not_in) for make in makes]
+            lines.append(f"| {row.name} | {motion} | " + " | ".join(told) + " |")
+    impossible = [f"- {row.name} ({', '.join(row.not_in)}): {row.reason}." for row in ROWS if row.not_in]
+    asked = [one for one in found if one.motion not in _row(one.row).not_in]
+    noticed = sum(one.is_noticed and one.only_braked for one in asked)
+    return _PAGE.format(
+        noticed=noticed,
+        asked=len(asked),
+        unasked=len(found) - len(asked),
+        impossible="\n".join(impossible),
+        table="\n".join(lines),
+    )
+
+
+_PAGE = """# Faults of feedback behind drives of other makes
+
+Made by `python -m tests.adapters.faults --page`; do not edit. Two simulated drives of a make move the gimbal that
+`init` describes, with the configuration that `init` writes for hardware, at 1 kHz, tick by tick. What the adapter heard
+of the first drive is spoilt while the axes are held (rest), move to 0.06 rad (slow) or 0.9 rad (fast), or the first one
+is pushed by 3 N m (pushed).
+
+**{noticed} of {asked} noticed**, and afterwards no drive had torque but against its own motion; {unasked} more need not
+be noticed, because nobody who has these numbers only can tell them from truth:
+
+{impossible}
+
+A cell tells the cause, the time until it was told, and how far the axis went in all until half a second later, coasting
+included: a moteus shorts its winding, the others let go and friction stops the axis
+([adapters](../reference/adapters.md)). A dash: not noticed, the way is that of the whole time that was watched.
+
+{table}
+"""
+
+
+def _row(name: str) -> Row:
+    return next(row for row in ROWS if row.name == name)
+
+
+def _cell(one: Outcome, is_impossible: bool) -> str:
+    if not one.is_noticed:
+        return f"{'as true' if is_impossible else '**-**'}, {one.gone_rad:.2g} rad"
+    return f"`{one.cause}`, {one.ticks} ms, {one.gone_rad:.2g} rad{'' if one.only_braked else ', **driven on**'}"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("makes", nargs="*", help=", ".join(MAKES))
+    parser.add_argument("--out", type=Path)
+    parser.add_argument("--seconds", type=float, default=math.inf)
+    parser.add_argument("--page", type=Path, nargs="+", help="files that --out wrote")
+    given = parser.parse_args()
+    if given.page:
+        print(page(read(given.page)), end="")
+        return
+    end = time.monotonic() + given.seconds
+    known = [] if given.out is None else read([given.out])
+    for found in outcomes(given.makes or MAKES, known):
+        print(found, flush=True)
+        if given.out is not None:
+            with given.out.open("a") as out:
+                out.write(json.dumps(asdict(found)) + "\n")
+        if time.monotonic() > end:
+            return
+
+
+if __name__ == "__main__":
+    main()
