@@ -6,6 +6,7 @@ imported here, because most are compiled.
 
 __all__ = [
     "base_motion",
+    "boresight",
     "c_compiler",
     "carrying",
     "firmware_run",

@@ -64,7 +64,7 @@ DISTRICTS = {
         "improvement",
     ),
     "proof": ("campaign", "thesis", "bench", "bench.faults", "conformance"),
-    "pointing": ("arena", "following"),
+    "pointing": ("arena", "following", "certifying"),
     "surface": ("checking", "starting", "demo", "library", "testing", "deployment", "warming", "cli"),
 }
 FLOORS = tuple(

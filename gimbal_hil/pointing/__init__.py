@@ -2,6 +2,7 @@
 
 arena      controllers compared, scenario by scenario, by the true line of sight
 following  targets in the sky, following them, errors and report
+certifying many drawn flights with errors of the navigation, and what they certify
 
 The control law itself lies in loop/control, gains in knowledge/tuning.
 """

@@ -31,19 +31,6 @@ def test_a_file_in_the_place_of_the_folder_is_refused_before_the_work(
     assert ended.value.code == 2 and "is a file" in capsys.readouterr().err
 
 
-def test_a_model_whose_friction_follows_a_table_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    from sim_backend.model import shipped_model_path
-
-    with pytest.raises(SystemExit) as ended:
-        run(
-            "identify",
-            ["nothing.csv", "--out", str(tmp_path / "out"), "--model", str(shipped_model_path("thesis-temperature"))],
-        )
-    assert ended.value.code == 2
-    assert "axes.outer.friction.over_temperature" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
-
-
 def test_ctrl_c_ends_in_one_word_and_nothing_written(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -20,6 +20,19 @@ from gimbal_hil.knowledge.identification.evidence import Evidence, Log, collect
 from gimbal_hil.knowledge.identification.log_timing import shifted_torques
 from gimbal_hil.knowledge.identification.model_update import updated_model
 from gimbal_hil.knowledge.identification.output_error import OutputErrorFit, OutputErrorRule, fit_output_error
+from gimbal_hil.knowledge.identification.over_temperature import (
+    TemperatureGroup,
+    TemperatureResult,
+    as_warm_as,
+    at_temperature,
+    grouped,
+    has_table,
+    require_a_table,
+    table_csv,
+    table_record,
+    with_rows,
+)
+from gimbal_hil.knowledge.identification.over_temperature_page import over_temperature_page
 from gimbal_hil.knowledge.identification.pages import identification_page, identification_record
 from gimbal_hil.knowledge.identification.presliding import PreslidingFit, PreslidingRun, fit_presliding
 from gimbal_hil.knowledge.identification.reading import read_logs
@@ -62,9 +75,13 @@ __all__ = [
     "SteadyRule",
     "SteadyWindow",
     "Stretch",
+    "TemperatureGroup",
+    "TemperatureResult",
     "TorqueSource",
     "VelocityMap",
     "VelocityPoint",
+    "as_warm_as",
+    "at_temperature",
     "axes_to_identify",
     "break_away",
     "break_away_below_sliding",
@@ -77,17 +94,24 @@ __all__ = [
     "fit_rigid_axis",
     "fit_static",
     "friction_of",
+    "grouped",
+    "has_table",
     "identification_page",
     "identification_record",
     "identify_axis",
     "mean_with_error",
     "measure_velocity_map",
     "numbers_of_motion",
+    "over_temperature_page",
     "rate_jitter",
     "read_logs",
+    "require_a_table",
     "shifted_torques",
     "simulate_axis",
     "stretches_of_run",
     "stretches_of_table",
+    "table_csv",
+    "table_record",
     "updated_model",
+    "with_rows",
 ]

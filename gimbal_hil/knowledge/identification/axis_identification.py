@@ -76,20 +76,11 @@ def friction_of(model: AntennaModel, axis: str) -> LugreFriction:
 
 
 def axes_to_identify(model: AntennaModel, asked: Sequence[str] | None, where: str) -> tuple[str, ...]:
-    """The axes asked for, or all; BadInputError for a name that the model has not (told with `where`), and where a
-    table over temperature would hide the numbers identified.
-    """
+    """The axes asked for, or all; BadInputError for a name that the model has not (told with `where`)."""
     for name in asked or ():
         if name not in model.axes:
             raise BadInputError(where, f"no axis {name!r}", "one of " + ", ".join(model.axes))
-    axes = tuple(asked or model.axes)
-    for name in axes:
-        if name in model.friction_over_temperature:
-            table = f"{model.where}: axes.{name}.friction.over_temperature"
-            raise BadInputError(
-                table, "would hide the numbers identified", "a model whose friction does not follow a table"
-            )
-    return axes
+    return tuple(asked or model.axes)
 
 
 def identify_axis(

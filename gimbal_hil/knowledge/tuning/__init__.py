@@ -1,12 +1,14 @@
 """Margins of the loops as implemented, and the gains with the least error that keep them."""
 
 from gimbal_hil.knowledge.tuning.aims import Aim
+from gimbal_hil.knowledge.tuning.assumed import AssumedNumber, assumed_numbers, caution
 from gimbal_hil.knowledge.tuning.axis_cases import axis_cases, axis_inertias, told_wrong
-from gimbal_hil.knowledge.tuning.choosing import LoopFigures, TuningTask, figures
+from gimbal_hil.knowledge.tuning.choosing import LoopChoice, LoopFigures, TuningTask, figures
 from gimbal_hil.knowledge.tuning.loops import (
     AxisDynamics,
     CascadeLaw,
     ObservedLaw,
+    SampledLaw,
     crossing_rad_s,
     disk_margin,
     encirclements,
@@ -14,22 +16,38 @@ from gimbal_hil.knowledge.tuning.loops import (
     least_margin,
     margins,
 )
+from gimbal_hil.knowledge.tuning.rivals import as_array, linear_quadratic, loop_shaped, notched
 from gimbal_hil.knowledge.tuning.stability import largest_pole
-from gimbal_hil.knowledge.tuning.tuning import MARGIN, AxisTuning, NoMarginError, Tuning, laws_of, tuned, tuning_task
+from gimbal_hil.knowledge.tuning.tuning import (
+    MARGIN,
+    AxisTuning,
+    NoMarginError,
+    Tuning,
+    laws_of,
+    regulated,
+    tuned,
+    tuning_task,
+)
 
 __all__ = [
     "MARGIN",
     "Aim",
+    "AssumedNumber",
     "AxisDynamics",
     "AxisTuning",
     "CascadeLaw",
+    "LoopChoice",
     "LoopFigures",
     "NoMarginError",
     "ObservedLaw",
+    "SampledLaw",
     "Tuning",
     "TuningTask",
+    "as_array",
+    "assumed_numbers",
     "axis_cases",
     "axis_inertias",
+    "caution",
     "crossing_rad_s",
     "disk_margin",
     "encirclements",
@@ -38,7 +56,11 @@ __all__ = [
     "largest_pole",
     "laws_of",
     "least_margin",
+    "linear_quadratic",
+    "loop_shaped",
     "margins",
+    "notched",
+    "regulated",
     "told_wrong",
     "tuned",
     "tuning_task",

@@ -130,14 +130,17 @@ def choose_cascade(task: TuningTask) -> LoopChoice | None:
     """Cascade of least predicted error, numbers (position kp 1/s, rate crossing rad/s, rate corner rad/s); None where
     no cascade keeps the margin.
     """
-    top = task.quickest_rad_s
-    grid = (
+    return search(cascade_grid(task), lambda numbers: cascade_laws(numbers, task), task)
+
+
+def cascade_grid(task: TuningTask) -> Iterator[tuple[float, float, float]]:
+    """Numbers of cascades to begin a search with."""
+    return (
         (position * crossing, crossing, corner * crossing)
-        for crossing in top * _CROSSINGS
+        for crossing in task.quickest_rad_s * _CROSSINGS
         for position in _POSITION_SHARES
         for corner in _CORNER_SHARES
     )
-    return _search(grid, lambda numbers: cascade_laws(numbers, task), task)
 
 
 def cascade_laws(numbers: tuple[float, float, float], task: TuningTask) -> tuple[Law, ...]:
@@ -155,11 +158,16 @@ def choose_observed(task: TuningTask, joint: Callable[[float], ObservedJoint], d
     top, make = task.quickest_rad_s, observed_maker(task, joint, delay_ticks)
     grid = (
         (position * crossing, crossing, bandwidth)
-        for bandwidth in top * _BANDWIDTHS
+        for bandwidth in bandwidths(task)
         for crossing in top * _CROSSINGS
         for position in _POSITION_SHARES
     )
-    return _search(grid, make, task)
+    return search(grid, make, task)
+
+
+def bandwidths(task: TuningTask) -> NDArray[np.float64]:
+    """Bandwidths (rad/s) of observers to begin a search with."""
+    return np.asarray(task.quickest_rad_s * _BANDWIDTHS)
 
 
 def observed_maker(task: TuningTask, joint: Callable[[float], ObservedJoint], delay_ticks: int) -> Maker:
@@ -182,7 +190,7 @@ def observed_maker(task: TuningTask, joint: Callable[[float], ObservedJoint], de
     return make
 
 
-def _search(grid: Iterator[tuple[float, float, float]], make: Maker, task: TuningTask) -> LoopChoice | None:
+def search(grid: Iterator[tuple[float, float, float]], make: Maker, task: TuningTask) -> LoopChoice | None:
     """Best of a grid, refined by steps in each number while that gains and the margins hold."""
     w, top = task.frequencies, task.quickest_rad_s
     ranked = sorted((error, numbers) for numbers in grid if (error := _error(make(numbers), task, w)) < math.inf)

@@ -158,7 +158,33 @@ def torque_input(joint: ObservedJoint) -> NDArray[np.float64]:
     return np.array([0.5 * T * T, T, 0.0, 0.0, *((T, 0.0) if ideal else (0.5 * T * lag[4], 0.5 * T * lag[5]))])
 
 
-Law = CascadeLaw | ObservedLaw
+@dataclass(frozen=True, eq=False)
+class SampledLaw:
+    """Any sampled linear law: states and torque (N m) from the errors of position (rad) and inertial rate (rad/s)."""
+
+    step_s: float
+    A: NDArray[np.float64]
+    B: NDArray[np.float64]
+    C: NDArray[np.float64]
+    D: NDArray[np.float64]
+    #: what it answers at the frequencies in question, where somebody has it already
+    answered: tuple[Response, Response] | None = None
+
+    def torque(self, w: Frequencies, axis: AxisDynamics) -> Response:
+        """As `CascadeLaw.torque`."""
+        moved, (encoder, gyro) = axis.rate(w, self.step_s), self.answers(w)
+        return np.asarray(moved * (encoder / (1j * w) + gyro * axis.gyro(w)))
+
+    def answers(self, w: Frequencies) -> tuple[Response, Response]:
+        """As `CascadeLaw.answers`."""
+        if self.answered is not None:
+            return self.answered
+        z = np.exp(1j * w * self.step_s)[:, None, None]
+        found = self.C @ np.linalg.solve(z * np.eye(len(self.A)) - self.A, self.B[None].astype(np.complex128)) + self.D
+        return found[:, 0, 0], found[:, 0, 1]
+
+
+Law = CascadeLaw | ObservedLaw | SampledLaw
 
 
 def disk_margin(loop: Response) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from gimbal_hil.knowledge.tuning.loops import AxisDynamics, CascadeLaw, Law, ObservedLaw, torque_input
+from gimbal_hil.knowledge.tuning.loops import AxisDynamics, CascadeLaw, Law, ObservedLaw, SampledLaw, torque_input
 
 Matrix = NDArray[np.float64]
 
@@ -97,6 +97,8 @@ def _law(law: Law) -> tuple[int, Matrix, tuple[Matrix, Matrix], tuple[Matrix, Ma
             (np.array([kp, 1.0]), (kp * error)[0]),
             (np.array([[1.0, 0.0], [ki * T, 1.0]]), np.array([[-i * T, 0.0], [-ki * T * p, -ki * T]])),
         )
+    if isinstance(law, SampledLaw):
+        return len(law.A), np.zeros(len(law.A)), (law.C[0], -law.D[0]), (law.A, -law.B)
     joint, d, J = law.joint, law.delay_ticks, law.inertia_kg_m2
     A, b, K = joint.transition(), torque_input(joint), law.gains
     H = np.zeros((2, 6))

@@ -20,6 +20,7 @@ from gimbal_hil.knowledge.tuning.choosing import (
     observed_maker,
 )
 from gimbal_hil.knowledge.tuning.loops import CascadeLaw, Disturbances, Law
+from gimbal_hil.knowledge.tuning.rivals import linear_quadratic
 from gimbal_hil.loop.settings import AxisSettings, DaemonSettings, JointObserver, delay_ticks, observed_joint
 from sim_backend.model import AntennaModel, ModelKind
 
@@ -140,6 +141,15 @@ def _observed(model: AntennaModel, axis: str, task: TuningTask) -> LoopChoice | 
         return observed_joint(model, axis, task.step_s, JointObserver(bandwidth_rad_s=bandwidth))
 
     return choose_observed(task, joint, delay_ticks(model, axis, task.step_s))
+
+
+def regulated(model: AntennaModel, axis: str, task: TuningTask) -> LoopChoice | None:
+    """LQG with integral action for an axis; None where none keeps the margin."""
+
+    def joint(bandwidth: float) -> Any:
+        return observed_joint(model, axis, task.step_s, JointObserver(bandwidth_rad_s=bandwidth))
+
+    return linear_quadratic(observed_maker(task, joint, delay_ticks(model, axis, task.step_s)), task)
 
 
 def _changes(

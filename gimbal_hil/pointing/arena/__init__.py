@@ -4,6 +4,7 @@ from gimbal_hil.pointing.arena.arena import ArenaResult, Entrant, Spread, entran
 from gimbal_hil.pointing.arena.base_motions import ROW_HZ as MOTION_ROW_HZ
 from gimbal_hil.pointing.arena.base_motions import AircraftMotion, Manoeuvre, Swing, Turbulence, write_motion
 from gimbal_hil.pointing.arena.controllers import CONTROLLERS, controller_settings, least_margin_on
+from gimbal_hil.pointing.arena.gained import gained_blocks, gained_text, what_tuning_gave
 from gimbal_hil.pointing.arena.page import arena_blocks, arena_text
 from gimbal_hil.pointing.arena.paid import (
     BEFORE,
@@ -45,6 +46,8 @@ __all__ = [
     "chosen",
     "controller_settings",
     "entrants",
+    "gained_blocks",
+    "gained_text",
     "least_margin_on",
     "load_scenarios",
     "paid_blocks",
@@ -53,6 +56,7 @@ __all__ = [
     "run_trial",
     "shipped_scenarios",
     "what_paid",
+    "what_tuning_gave",
     "with_wrong_model",
     "write_motion",
     "wrong_model",

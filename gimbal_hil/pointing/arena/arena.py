@@ -9,10 +9,13 @@ from concurrent.futures import as_completed
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from firmware_protocol.errors import BadInputError
 from gimbal_hil.knowledge.executor import open_executor
 from gimbal_hil.loop.settings import DaemonSettings, load_settings
-from gimbal_hil.pointing.arena.controllers import about, controller_settings
+from gimbal_hil.pointing.arena.controllers import about, controller_settings, law_of
 from gimbal_hil.pointing.arena.scenarios import Scenario
 from gimbal_hil.pointing.arena.trial import Trial, TrialOutcome, run_trial
 from sim_backend.model import AntennaModel, model_named
@@ -25,6 +28,8 @@ class Entrant:
     name: str
     settings: DaemonSettings
     text: str
+    #: what closes its loops in place of the configuration, as `run_law` takes it
+    law: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True)
@@ -114,7 +119,7 @@ def entrants(names: Sequence[str]) -> tuple[Entrant, ...]:
     return tuple(
         Entrant(called, load_settings(Path(name)), f"The configuration {Path(name).name}.")
         if _is_file(name)
-        else Entrant(called, controller_settings(name), about(name))
+        else Entrant(called, controller_settings(name), about(name), law_of(name))
         for name, called in zip(names, _called(names), strict=True)
     )
 
@@ -154,7 +159,7 @@ def run_arena(
     """
     models: dict[str, AntennaModel] = {name: model_named(name) for name in antennas}
     trials = [
-        Trial(scenario, entrant.name, entrant.settings, antenna, models[antenna], seed, seed == 1, wrong)
+        Trial(scenario, entrant.name, entrant.settings, antenna, models[antenna], seed, seed == 1, wrong, entrant.law)
         for scenario in scenarios
         for antenna in antennas
         for entrant in controllers

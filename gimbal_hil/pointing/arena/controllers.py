@@ -6,8 +6,27 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.knowledge.tuning import MARGIN, Aim, figures, laws_of, tuned, tuning_task
+from gimbal_hil.knowledge.tuning import (
+    MARGIN,
+    Aim,
+    LoopChoice,
+    NoMarginError,
+    SampledLaw,
+    TuningTask,
+    as_array,
+    axis_inertias,
+    figures,
+    laws_of,
+    loop_shaped,
+    notched,
+    regulated,
+    tuned,
+    tuning_task,
+)
 from gimbal_hil.loop.settings import DaemonSettings, settings_from_document, shipped_settings
 from gimbal_hil.proof.thesis import LEVEL, POSITION_GAINS, RATE_GAINS
 from sim_backend.model import CONTROL_ANTENNA, AntennaModel, model_named
@@ -165,6 +184,64 @@ def _tuned_for(aim: Aim, document: Document) -> None:
             axis[key] = (axis[key] or {}) | value
 
 
+def _lqg(document: Document) -> None:
+    """LQG with integral action: a quadratic regulator on the observer's estimates, whose disturbance is taken off;
+    Riccati equations give both, the margin of tune chooses their weights. Every part of the model.
+    """
+    _with_model(document, **dict.fromkeys(PARTS, True))
+    for name, axis in document["axes"].items():
+        numbers, inertia = _chosen("lqg", name)
+        axis["prefilter"] = axis["prefilter"] | _tuned_keys()[name]["prefilter"]
+        axis["observer"] = {
+            "position_kp_per_s": numbers[0],
+            "rate_kp_s_per_rad": numbers[1] * inertia,
+            "bandwidth_rad_s": numbers[2],
+        }
+
+
+def _notch(document: Document) -> None:
+    """The cascade with a notch at the resonance of every mode, tuned like the others. Every part of the model."""
+    _with_a_law(document)
+
+
+def _h_infinity(document: Document) -> None:
+    """H-infinity loop shaping (McFarlane and Glover): the cascade's PI, and what makes it robust against coprime
+    factors; tuned like the others. Every part of the model.
+    """
+    _with_a_law(document)
+
+
+def _with_a_law(document: Document) -> None:
+    """The model cascade whose loops ask for nothing: a law of its own closes them."""
+    _model_cascade(document)
+    for axis in document["axes"].values():
+        axis["position_loop"] |= {"kp_per_s": 0.0, "ki_per_s2": 0.0}
+        axis["rate_loop"] |= {"kp_s_per_rad": 0.0, "ki_per_rad": 0.0}
+
+
+def law_of(name: str) -> NDArray[np.float64] | None:
+    """The law that closes a named controller's loops, as `run_law` takes it; None where the configuration does."""
+    if name not in LAWS:
+        return None
+    laws = [choice.laws[0] for axis in model_named(MODEL).axes for choice in [_choice(name, axis)]]
+    return as_array([law for law in laws if isinstance(law, SampledLaw)])
+
+
+def _chosen(name: str, axis: str) -> tuple[tuple[float, float, float], float]:
+    """Numbers of a design for an axis, and the inertia that they are of."""
+    return _choice(name, axis).numbers, max(axis_inertias(model_named(MODEL), axis))
+
+
+@cache
+def _choice(name: str, axis: str) -> LoopChoice:
+    model, step_s = model_named(MODEL), shipped_settings().step_s
+    task = tuning_task(model, axis, step_s, MARGIN)
+    found = LAWS[name](task) if name in LAWS else regulated(model, axis, task)
+    if found is None:
+        raise NoMarginError(axis, MARGIN)
+    return found
+
+
 def _levels(document: Document) -> None:
     """Tuned, with the levels of friction followed while it works."""
     _tuned(document)
@@ -195,6 +272,8 @@ def _tuned_keys(aim: Aim = Aim.TRACKING) -> dict[str, Document]:
 MODEL, OBSERVER_RAD_S = CONTROL_ANTENNA, 150.0
 #: what a model gives, each by its key
 PARTS = ("bodies", "friction", "position_torque", "extrapolate_base")
+#: designs whose law is none of the host's
+LAWS: dict[str, Callable[[TuningTask], LoopChoice | None]] = {"notch": notched, "h_infinity": loop_shaped}
 CONTROLLERS: dict[str, Callable[[Document], None]] = {
     "thesis": _thesis,
     "thesis_detuned": _thesis_detuned,
@@ -210,6 +289,9 @@ CONTROLLERS: dict[str, Callable[[Document], None]] = {
     "model_cascade": _model_cascade,
     "tuned": _tuned,
     "tuned_pointing": _tuned_pointing,
+    "lqg": _lqg,
+    "notch": _notch,
+    "h_infinity": _h_infinity,
     "levels": _levels,
     "learned": _learned,
 }

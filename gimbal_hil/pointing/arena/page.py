@@ -125,6 +125,9 @@ def _behind(found: ArenaResult, antenna: str, controller: str) -> str:
 
 def _limit_cycle(entrant: Entrant, antenna: str) -> str:
     """A word on loops that are not stable on an antenna: their figures are those of an oscillation."""
+    if entrant.law is not None:
+        # the search for its numbers kept the margin
+        return ""
     model = model_named(antenna)
     settings = entrant.settings.for_axes(model.axes, model.where)
     if least_margin_on(settings, model) > 0.0:

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 BEFORE, FIRST, IMPROVED = "before", "first model", "improved"
 _MICRO = 1e6
+#: share of the mean squares below which two models point alike
+_LEAST_GAIN = 0.05
 #: numbers are grouped by the part that they belong to
 _CALLED = {"body.mass": "weight", "body.cog": "weight", "body.inertia": "inertia"}
 
@@ -45,12 +47,22 @@ class Paid:
         """What of the gain from the first model to the improved one is lost without a part: mean squares, summed over
         the scenarios after each was divided by its first.
         """
-        lost = gained = 0.0
+        lost = 0.0
         for one in self.found.scenarios:
             first, improved = self.rms(one.name, FIRST), self.rms(one.name, IMPROVED)
             lost += (self.rms(one.name, _without(part)) / first) ** 2 - (improved / first) ** 2
-            gained += 1.0 - (improved / first) ** 2
-        return lost / gained if gained > 0.0 else 0.0
+        return lost / (self.gained * len(self.found.scenarios)) if self.gains else 0.0
+
+    @property
+    def gained(self) -> float:
+        """Share of the first model's mean squares that the improved one takes away, each scenario weighed alike."""
+        ratios = [self.rms(one.name, IMPROVED) / self.rms(one.name, FIRST) for one in self.found.scenarios]
+        return 1.0 - sum(ratio**2 for ratio in ratios) / len(ratios)
+
+    @property
+    def gains(self) -> bool:
+        """Whether the improved model points better than the first one by so much that parts can be paid from it."""
+        return self.gained > _LEAST_GAIN
 
 
 def _without(part: str) -> str:
@@ -154,7 +166,12 @@ def _answer(paid: Paid) -> str:
         f"Tuned with the improved model, the line-of-sight error is {ratios[len(ratios) // 2]:.2f} times that before "
         f"({ratios[0]:.2f} to {ratios[-1]:.2f} over {len(ratios)} scenarios)."
     )
-    if paid.parts:
+    if not paid.gains:
+        said += (
+            " With the first model it is as good: it is the tuning that gains here, and what the improved model knows "
+            "better matters to none of these motions."
+        )
+    elif paid.parts:
         most = max(paid.parts, key=paid.share)
         said += f" Most is lost without {most}: {100.0 * paid.share(most):.0f} % of the gain over the first model."
     return said
@@ -189,7 +206,7 @@ def _losses(paid: Paid) -> list[tuple[str, ...]]:
     return [
         (
             part,
-            f"{100.0 * paid.share(part):.1f} %",
+            f"{100.0 * paid.share(part):.1f} %" if paid.gains else "-",
             *(f"{_MICRO * paid.rms(one.name, _without(part)):.3g}" for one in paid.found.scenarios),
         )
         for part in ordered

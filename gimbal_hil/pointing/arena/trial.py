@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,9 +15,9 @@ from gimbal_hil.loop.host import AXIS_NAMES, AxisCommand, Guard, HostState, Mode
 from gimbal_hil.loop.settings import DaemonSettings
 from gimbal_hil.pointing.arena.base_motions import ROW_HZ, AircraftMotion
 from gimbal_hil.pointing.arena.scenarios import Scenario, Score
-from gimbal_hil.pointing.arena.wrong_numbers import with_wrong_model
+from gimbal_hil.pointing.arena.wrong_numbers import with_wrong_law, with_wrong_model
 from gimbal_hil.proof.thesis import step_figures
-from gimbal_hil.realtime.lockstep import FramePath, Recorded
+from gimbal_hil.realtime.lockstep import FramePath, LawPath, Recorded
 from sim_backend.layout import POSITION
 from sim_backend.model import AntennaModel
 
@@ -44,6 +45,8 @@ class Trial:
     drawn: bool = False
     #: by what share of itself every number is off of the model that the loops use
     wrong: float = 0.0
+    #: what closes the loops in place of the settings
+    law: Table | None = None
 
 
 @dataclass(frozen=True)
@@ -75,21 +78,34 @@ def run_trial(trial: Trial) -> TrialOutcome:
     """Run and judge one trial."""
     with tempfile.TemporaryDirectory() as folder:
         model = _on_its_base(trial, Path(folder))
-        true: list[tuple[float, float]] = []
-
-        def look(tick: int, received: bytes, sent: bytes) -> None:
-            true.append((X[POSITION], X[POSITION + 1]))
-
         settings = with_wrong_model(trial.settings, trial.wrong, trial.seed, Path(folder))
-        path = FramePath(settings, model, trial.seed, exchange=look)
-        X = path.device.X
+        if trial.law is None:
+            path, true = _through_frames(settings, model, trial.seed)
+        else:
+            law = with_wrong_law(trial.law, trial.settings, trial.wrong, trial.seed)
+            path = LawPath(settings, model, trial.seed, law)
+            true = path.joints
     path.connect()
     before = path.tick
     recorded = path.run(program_of(_segments(trial.scenario, trial.settings.rate_hz)))
     if path.host.state is not HostState.ACTIVE:
         return TrialOutcome(*_names(trial), tripped=path.host.cause.name.lower())
+    return _judged(trial, recorded, true(before))
+
+
+def _through_frames(
+    settings: DaemonSettings, model: AntennaModel, seed: int
+) -> tuple[FramePath | LawPath, Callable[[int], Table]]:
+    """Host and antenna, and where its joints truly were from a tick on."""
+    seen: list[tuple[float, float]] = []
+
+    def look(tick: int, received: bytes, sent: bytes) -> None:
+        seen.append((X[POSITION], X[POSITION + 1]))
+
+    path = FramePath(settings, model, seed, exchange=look)
+    X = path.device.X
     # what was seen after tick n is where the joints are at the next one
-    return _judged(trial, recorded, np.array(true)[before - 1 : -1])
+    return path, lambda first: np.array(seen)[first - 1 : -1]
 
 
 def _names(trial: Trial) -> tuple[str, str, str, int]:

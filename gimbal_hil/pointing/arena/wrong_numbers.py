@@ -7,9 +7,13 @@ import random
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from gimbal_hil.loop.settings import AxisSettings, DaemonSettings
 from sim_backend.model import CONTROL_ANTENNA, AntennaModel, model_from_document, model_named
 
+Law = NDArray[np.float64]
 #: numbers that are off together, because no body (no friction) has them apart
 _TOGETHER = ("inertia", "cog", "breakaway", "coulomb")
 
@@ -61,6 +65,19 @@ def with_wrong_model(settings: DaemonSettings, share: float, seed: int, folder: 
         file.write_text(wrong.to_yaml(), encoding="utf-8")
         changed["model_control"] = control.model_copy(update={"model": str(file)})
     return settings.model_copy(update=changed)
+
+
+def with_wrong_law(law: Law, settings: DaemonSettings, share: float, seed: int) -> Law:
+    """A law of somebody whose model is wrong: its torques off as its inertias are."""
+    if share == 0.0:
+        return law
+    model = model_named(settings.model_control.model if settings.model_control is not None else CONTROL_ANTENNA)
+    wrong, size = wrong_model(model, share, seed), law.shape[1] - 1
+    found = law.copy()
+    for place, axis in zip(found, model.axes, strict=True):
+        path = model.own_inertia_path(axis)
+        place[size] *= wrong.number(axis, path) / model.number(axis, path)
+    return found
 
 
 def _off(section: AxisSettings, model: AntennaModel, wrong: AntennaModel, axis: str) -> AxisSettings:

@@ -4,6 +4,7 @@ run.
 
 from gimbal_hil.realtime.lockstep.flight_path import FlightPath
 from gimbal_hil.realtime.lockstep.flight_run import ERROR_COLUMNS, SILENT
+from gimbal_hil.realtime.lockstep.law_run import LawPath
 from gimbal_hil.realtime.lockstep.paths import CHUNK_ROWS, CompiledPath, Exchange, FramePath, Lockstep, Recorded, joined
 from gimbal_hil.realtime.lockstep.recorded_host import give_again, host_of
 
@@ -15,6 +16,7 @@ __all__ = [
     "Exchange",
     "FlightPath",
     "FramePath",
+    "LawPath",
     "Lockstep",
     "Recorded",
     "give_again",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,12 +16,13 @@ from gimbal_hil.surface.cli.log_options import LogOptions
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-    from gimbal_hil.knowledge.identification import AxisIdentification, Log
+    from gimbal_hil.knowledge.identification import AxisIdentification, Log, TemperatureResult
     from sim_backend.model import AntennaModel
 
 #: options that take several values after one another
 MANY_VALUED = ("--column",)
 MODEL_FILE, ANSWER_FILE, REPORT_FILE = "model.yaml", "identification.json", "report.html"
+TABLE_FILE = "over_temperature.csv"
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,14 @@ class FrictionOptions:
             help="Approximate break-away torque, in place of the model's: it decides which torque counts as slow.",
         ),
     ] = None
+    over_temperature: Annotated[
+        bool,
+        typer.Option(
+            "--over-temperature",
+            help="Runs at several temperatures: identify each temperature by itself and write a table of friction over "
+            "temperature, with intervals.",
+        ),
+    ] = False
 
 
 def command(
@@ -81,16 +91,21 @@ def command(
     import json
 
     from firmware_protocol.errors import EXIT_DONE, EXIT_NO
-    from gimbal_hil.knowledge.identification import Determination, identification_record
+    from gimbal_hil.knowledge.identification import Determination, has_table, identification_record, table_record
     from gimbal_hil.surface.cli.following import after_identify, print_next
 
     require_new(out, force, MODEL_FILE, ANSWER_FILE, REPORT_FILE)
     given, axes = _prior(model, friction.axis, friction.breakaway)
     logs, notes = _logs(runs, given, reading, friction.torque_driven, quiet=as_json)
-    results = _identify(logs, given, axes, workers, seed, friction.ramps_at_rest, quiet=as_json)
-    record = identification_record(results, [str(path) for path in runs]) | {"notes": notes}
-    _write(out, given, results, record)
-    told = "\n".join([*_lines(results, out), *(f"note: {note}" for note in notes)])
+    tabled = friction.over_temperature or has_table(given)
+    groups = _groups(logs, given, tabled)
+    found_in = _identify(groups, axes, workers, seed, friction.ramps_at_rest, quiet=as_json)
+    results = [result for one in found_in for result in one.results]
+    record = identification_record(found_in[0].results, [str(path) for path in runs]) | {"notes": notes}
+    if tabled:
+        record["over_temperature"] = table_record(found_in)
+    _write(out, given, found_in, record, tabled)
+    told = "\n".join([*_told(found_in, tabled), *_files(out, tabled), *(f"note: {note}" for note in notes)])
     print(json.dumps(record, allow_nan=False) if as_json else told)
     found = any(e.verdict is Determination.IDENTIFIED for result in results for e in result.estimates)
     if not as_json:
@@ -113,15 +128,55 @@ def _prior(
     return given, axes
 
 
-def _write(out: Path, given: AntennaModel, results: list[AxisIdentification], record: dict[str, Any]) -> None:
+def _groups(logs: list[Log], model: AntennaModel, tabled: bool) -> list[tuple[float, AntennaModel, list[Log]]]:
+    """Temperature (degC), prior and logs of what is identified by itself: all together where there is no table."""
+    import math
+
+    from gimbal_hil.knowledge.identification import at_temperature, grouped, require_a_table
+
+    if not tabled:
+        return [(math.nan, model, logs)]
+    groups = grouped(logs, model.axes)
+    require_a_table(model, groups)
+    return [(one.temperature_degc, at_temperature(model, one.temperature_degc), list(one.logs)) for one in groups]
+
+
+def _write(
+    out: Path, given: AntennaModel, found: list[TemperatureResult], record: dict[str, Any], tabled: bool
+) -> None:
     import json
 
-    from gimbal_hil.knowledge.identification import identification_page, updated_model
+    from gimbal_hil.knowledge.identification import (
+        identification_page,
+        over_temperature_page,
+        table_csv,
+        updated_model,
+        with_rows,
+    )
 
+    model = with_rows(given, found) if tabled else updated_model(given, found[0].results)
     _make_folder(out)
-    (out / MODEL_FILE).write_text(updated_model(given, results).to_yaml(), encoding="utf-8")
+    (out / MODEL_FILE).write_text(model.to_yaml(), encoding="utf-8")
     (out / ANSWER_FILE).write_text(json.dumps(record, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-    identification_page(given, results, record["sources"]).write(out / REPORT_FILE)
+    if tabled:
+        (out / TABLE_FILE).write_text(table_csv(found), encoding="utf-8")
+        over_temperature_page(model, found, record["sources"]).write(out / REPORT_FILE)
+    else:
+        identification_page(given, found[0].results, record["sources"]).write(out / REPORT_FILE)
+
+
+def _told(found: list[TemperatureResult], tabled: bool) -> list[str]:
+    """What was found, one temperature after the other."""
+    lines = []
+    for one in found:
+        lines += [f"at {one.temperature_degc:.1f} degC"] if tabled else []
+        lines += _lines(one.results)
+    return lines
+
+
+def _files(out: Path, tabled: bool) -> list[str]:
+    table = [f"table:  {out / TABLE_FILE}"] if tabled else []
+    return [f"report: {out / REPORT_FILE}", f"model:  {out / MODEL_FILE}", *table]
 
 
 def _make_folder(out: Path) -> None:
@@ -157,25 +212,26 @@ def _logs(
 
 
 def _identify(
-    logs: list[Log],
-    model: AntennaModel,
+    groups: list[tuple[float, AntennaModel, list[Log]]],
     axes: tuple[str, ...],
     workers: int,
     seed: int,
     ramps_at_rest: bool,
     *,
     quiet: bool,
-) -> list[AxisIdentification]:
+) -> list[TemperatureResult]:
     from gimbal_hil.knowledge.executor import open_executor
-    from gimbal_hil.knowledge.identification import identify_axis
+    from gimbal_hil.knowledge.identification import TemperatureResult, identify_axis
 
     results = []
     with _progress(quiet) as bar, open_executor(workers) as executor:
-        task = bar.add_task(f"identifying {' and '.join(axes)}", total=len(axes))
-        shared = executor.share(logs)
-        for one in [executor.submit(identify_axis, shared, model, name, seed, ramps_at_rest) for name in axes]:
-            results.append(one.result())
-            bar.advance(task)
+        task = bar.add_task(f"identifying {' and '.join(axes)}", total=len(groups) * len(axes))
+        for degc, prior, logs in groups:
+            shared, found = executor.share(logs), []
+            for one in [executor.submit(identify_axis, shared, prior, name, seed, ramps_at_rest) for name in axes]:
+                found.append(one.result())
+                bar.advance(task)
+            results.append(TemperatureResult(degc, prior, tuple(found)))
     return results
 
 
@@ -188,7 +244,7 @@ def _progress(quiet: bool) -> Progress:
     return Progress(console=console, transient=True, disable=quiet or not console.is_terminal)
 
 
-def _lines(results: list[AxisIdentification], out: Path) -> list[str]:
+def _lines(results: Sequence[AxisIdentification]) -> list[str]:
     lines = []
     for result in results:
         lines.append(result.axis)
@@ -200,4 +256,4 @@ def _lines(results: list[AxisIdentification], out: Path) -> list[str]:
         lines += [f"  ! {finding.text}" for finding in result.findings]
         if worst := result.correlations.worst(result.axis):
             lines.append(f"  {worst}")
-    return [*lines, f"report: {out / REPORT_FILE}", f"model:  {out / MODEL_FILE}"]
+    return lines

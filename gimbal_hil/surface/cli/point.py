@@ -42,7 +42,27 @@ class _Judged:
     sync: ClockSync | None = None
 
 
+@dataclass(frozen=True)
+class CertifyOptions:
+    """Drawn flights in place of one target."""
+
+    certify: Annotated[
+        int | None,
+        typer.Option(
+            metavar="FLIGHTS",
+            help="No target: so many drawn flights of --duration (10000 for a certificate) with errors of navigation; "
+            "the share of time within 0.2 degrees, and whether mute came within 100 ms in all.",
+            min=1,
+        ),
+    ] = (None,)
+    navigation: Annotated[
+        Path | None, typer.Option(help="With --certify: file with the errors of your navigation (YAML).")
+    ] = (None,)
+    workers: Annotated[int, typer.Option(help="With --certify: processes.", min=1, max=256)] = (1,)
+
+
 def command(
+    *,
     target: Annotated[
         str | None,
         typer.Option(
@@ -83,19 +103,7 @@ def command(
         ),
     ] = None,
     seed: Annotated[int, typer.Option(help="Seed of noise and turbulence.", min=0, max=2**31 - 1)] = 1,
-    certify: Annotated[
-        int | None,
-        typer.Option(
-            metavar="FLIGHTS",
-            help="No target: so many drawn flights of --duration (10000 for a certificate) with errors of navigation; "
-            "the share of time within 0.2 degrees, and whether mute came within 100 ms in all.",
-            min=1,
-        ),
-    ] = None,
-    navigation: Annotated[
-        Path | None, typer.Option(help="With --certify: file with the errors of your navigation (YAML).")
-    ] = None,
-    workers: Annotated[int, typer.Option(help="With --certify: processes.", min=1, max=256)] = 1,
+    flights: CertifyOptions,
     out: Annotated[Path | None, typer.Option(help="Folder of the page; without it a new one below ./runs.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite what is in the folder.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")] = False,
@@ -114,15 +122,10 @@ def command(
         if run is None or target is not None:
             raise BadInputError("--stow", "is for a running daemon and takes no target", "--stow --run RUN")
         return _stow(run, as_json)
-    if certify is not None:
+    if flights.certify is not None:
         if run is not None or target is not None or base is not None:
             raise BadInputError("--certify", "draws targets and bases", "no --run, no --target and no --base")
-        from gimbal_hil.surface.cli.certify import CERTIFICATE_FILE, PAGE_FILE, CertifyChoice
-        from gimbal_hil.surface.cli.certify import certify as fly
-
-        folder = out or Path("runs") / f"certificate-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
-        require_new(folder, force, CERTIFICATE_FILE, PAGE_FILE)
-        return fly(CertifyChoice(certify, duration, config, model, navigation, seed, workers, folder, as_json))
+        return _certify(flights, duration, config, model, seed, out, force, as_json)
     if target is None:
         raise BadInputError("--target", "is missing", "azel:120,35, geo:13.0E, tle:FILE or a CSV file; or --stow")
     if run is not None and (config is not None or model is not None):
@@ -135,6 +138,26 @@ def command(
     else:
         judged, beyond = _through_daemon(target, flight, at, duration, run, base, seed, folder, force, stay)
     return _tell(judged, beyond, folder, run, as_json)
+
+
+def _certify(
+    flights: CertifyOptions,
+    duration_s: float,
+    config: Path | None,
+    model: str | None,
+    seed: int,
+    out: Path | None,
+    force: bool,
+    as_json: bool,
+) -> int:
+    from gimbal_hil.loop.timing import wall_clock_utc
+    from gimbal_hil.surface.cli.certify import CERTIFICATE_FILE, PAGE_FILE, CertifyChoice, certify
+
+    folder = out or Path("runs") / f"certificate-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
+    require_new(folder, force, CERTIFICATE_FILE, PAGE_FILE)
+    count = flights.certify or 1
+    choice = CertifyChoice(count, duration_s, config, model, flights.navigation, seed, flights.workers, folder, as_json)
+    return certify(choice)
 
 
 def _time_of(text: str | None) -> datetime:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,9 +14,30 @@ from gimbal_hil.surface.cli.completion import model_names
 if TYPE_CHECKING:
     from gimbal_hil.knowledge.tuning import LoopFigures, Tuning
     from gimbal_hil.loop.settings import DaemonSettings
+    from sim_backend.model import AntennaModel
+
+
+@dataclass(frozen=True)
+class ReportOptions:
+    """Whose model, and what page it ends with."""
+
+    improved: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Folder of an improvement: its model is used; where there is none, improve runs first."
+        ),
+    ] = (None,)
+    report: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR", help="Page: before and after in the arena; with --improved also the causes of the gain."
+        ),
+    ] = (None,)
+    seeds: Annotated[int, typer.Option(help="Runs of each scenario in the report.", min=1)] = (2,)
 
 
 def command(
+    *,
     config: Annotated[Path, typer.Option(help="Configuration to tune; it stays as it is.")],
     model: Annotated[
         str | None,
@@ -34,17 +56,7 @@ def command(
     aim: Annotated[
         str, typer.Option("--for", metavar="AIM", help="pointing: gusts count first; tracking: friction; both.")
     ] = "tracking",
-    improved: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR", help="Folder of an improvement: its model is used; where there is none, improve runs first."
-        ),
-    ] = None,
-    report: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="With --improved: arena of before and after, and the causes of the gain."),
-    ] = None,
-    seeds: Annotated[int, typer.Option(help="Runs of each scenario in the report.", min=1)] = 2,
+    page: ReportOptions,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the tuned configuration.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the figures as one JSON object.")] = False,
 ) -> int:
@@ -54,25 +66,28 @@ def command(
     The tuned file differs in the keys that change; comments stay. Nothing is moved.
     """
     import json
+    from dataclasses import asdict
 
-    from firmware_protocol.errors import EXIT_DONE, EXIT_NO
-    from gimbal_hil.knowledge.tuning import Aim, NoMarginError, tuned
+    from firmware_protocol.errors import EXIT_DONE, EXIT_NO, BadInputError
+    from gimbal_hil.knowledge.tuning import Aim, NoMarginError, assumed_numbers, caution, tuned
     from gimbal_hil.loop.settings import load_settings
     from gimbal_hil.surface.cli.following import after_tune, print_next
-    from sim_backend.model import model_named
+    from sim_backend.model import ModelKind, model_named
 
-    _require_asked(margin, aim, report, improved)
+    _require_asked(margin, aim)
     path = out or config.with_name(f"{config.stem}.tuned.yaml")
     require_new(path.parent, force, path.name, instead="another --out")
     settings = load_settings(config)
     first = None
-    if improved is not None:
+    if page.improved is not None:
         from gimbal_hil.surface.cli.tune_report import improved_in
 
-        file, first = improved_in(improved, config, model)
+        file, first = improved_in(page.improved, config, model)
         model = str(file)
     name = model or _named_in(settings)
     about = model_named(name)
+    if page.report is not None and about.kind is not ModelKind.GIMBAL:
+        raise BadInputError("--report", f"has no scenarios for a {about.kind.value} axis", "a gimbal")
     settings = settings.for_axes(about.axes, about.where)
     try:
         found = tuned(settings, about, _as_seen_from(path.parent, name), margin, Aim(aim))
@@ -80,24 +95,43 @@ def command(
         print(f"{error}: ask for less with --margin, or look at delay, gyro and modes in {name}")
         return EXIT_NO
     written = _write(config, path, found, settings)
-    told = ""
-    if report is not None and first is not None:
-        from gimbal_hil.surface.cli.tune_report import report as write_report
-
-        told = write_report(report, load_settings(config), written, first, margin, seeds)
+    told = _reported(page, config, written, first, found, about, margin)
+    numbers = assumed_numbers(about)
     if as_json:
-        print(json.dumps({"out": str(path), "model": name, **_as_dict(found)}))
+        assumed = [asdict(one) for one in numbers]
+        print(json.dumps({"out": str(path), "model": name, **_as_dict(found), "assumed": assumed}))
     else:
-        print("\n".join(_lines(found, name, aim)))
+        print("\n".join([*_lines(found, name, aim), *([caution(numbers)] if numbers else [])]))
         print(f"written: {path}")
         if told:
-            print(f"\n{told}\nreport: {report}/report.html")
+            print(f"\n{told}\nreport: {page.report}/report.html")
         print_next(after_tune(config, path, name, len(about.axes)))
     return EXIT_DONE
 
 
-def _require_asked(margin: float, aim: str, report: Path | None, improved: Path | None) -> None:
-    """BadInputError for options that cannot be, or not without another one."""
+def _reported(
+    page: ReportOptions,
+    config: Path,
+    written: DaemonSettings,
+    first: AntennaModel | None,
+    found: Tuning,
+    model: AntennaModel,
+    margin: float,
+) -> str:
+    """The page where one is asked for, and its text for the terminal."""
+    from gimbal_hil.loop.settings import load_settings
+    from gimbal_hil.surface.cli.tune_report import gain_report, report
+
+    if page.report is None:
+        return ""
+    before = load_settings(config)
+    if first is not None:
+        return report(page.report, before, written, first, margin, page.seeds)
+    return gain_report(page.report, before, written, found, model, page.seeds)
+
+
+def _require_asked(margin: float, aim: str) -> None:
+    """BadInputError for options that cannot be."""
     from firmware_protocol.errors import BadInputError
     from gimbal_hil.knowledge.tuning import Aim
 
@@ -105,8 +139,6 @@ def _require_asked(margin: float, aim: str, report: Path | None, improved: Path 
         raise BadInputError("--margin", f"is {margin:g}", "above 0 and below 2")
     if aim not in tuple(Aim):
         raise BadInputError("--for", f"is {aim!r}", ", ".join(Aim))
-    if report is not None and improved is None:
-        raise BadInputError("--report", "needs to know what the model was before", "--improved DIR")
 
 
 def _named_in(settings: DaemonSettings) -> str:

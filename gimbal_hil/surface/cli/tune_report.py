@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from gimbal_hil.knowledge.tuning import Tuning
     from gimbal_hil.loop.settings import DaemonSettings
     from sim_backend.model import AntennaModel
 
@@ -37,6 +38,27 @@ def improved_in(folder: Path, config: Path, start: str | None) -> tuple[Path, An
     if not isinstance(began, Started):
         raise BadInputError(str(journal), "does not say how the improvement began", "what improve leaves")
     return folder / MODEL_FILE, model_from_document(began.session["model"], f"{journal}: model")
+
+
+def gain_report(
+    out: Path, before: DaemonSettings, after: DaemonSettings, found: Tuning, model: AntennaModel, seeds: int
+) -> str:
+    """Before and after in the arena on the configuration's antenna (the model, where that is a real one), and the page;
+    the text for the terminal.
+    """
+    from gimbal_hil.knowledge.tuning import assumed_numbers
+    from gimbal_hil.loop.settings import EmbeddedAntenna
+    from gimbal_hil.pages.report import Page
+    from gimbal_hil.pointing.arena import chosen, gained_blocks, gained_text, shipped_scenarios, what_tuning_gave
+
+    assert after.model_control is not None, "a tuned gimbal has it"
+    antenna = before.link.embedded.model if isinstance(before.link, EmbeddedAntenna) else after.model_control.model
+    scenarios = [chosen(shipped_scenarios(), words)[0] for words in _SCENARIOS]
+    ran = what_tuning_gave(scenarios, antenna, before, after, seeds)
+    cautions = [one.text for one in assumed_numbers(model)]
+    out.mkdir(parents=True, exist_ok=True)
+    Page("Tuning", "What it gave to the pointing", gained_blocks(ran, found, cautions)).write(out / "report.html")
+    return gained_text(ran)
 
 
 def report(

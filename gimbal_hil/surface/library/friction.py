@@ -13,6 +13,7 @@ from gimbal_hil.data.signals import ColumnMap
 from gimbal_hil.knowledge.identification import (
     AxisIdentification,
     Log,
+    as_warm_as,
     axes_to_identify,
     identification_page,
     identify_axis,
@@ -98,5 +99,7 @@ def identify(
     tables = questioned(given, tuple(log.table for log in read), repair)
     read = [replace(log, table=table) for log, table in zip(read, tables, strict=True)]
     preflight(given, tables)
+    # friction as it is where these logs were taken: a table over temperature is written by the command
+    given = as_warm_as(given, read)
     results = tuple(identify_axis(read, given, axis) for axis in chosen)
     return Friction(results, given, tuple(log.name for log in read))

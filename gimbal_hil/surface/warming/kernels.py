@@ -69,6 +69,14 @@ def _flights() -> None:
     FlightPath(shipped_settings(), shipped_model(), 0, still, still, _PERIOD_S, errors, 0.0, 1.0 / _PERIOD_S).fly(1)
 
 
+def _laws() -> None:
+    from gimbal_hil.loop.settings import shipped_settings
+    from gimbal_hil.realtime.lockstep import LawPath
+    from sim_backend.model import shipped_model
+
+    LawPath(shipped_settings(), shipped_model(), 0, np.zeros((2, 2, 3))).advance(1, until_done=True)
+
+
 def _plant() -> None:
     from sim_backend.model import shipped_model
     from sim_backend.plant import Plant
@@ -148,6 +156,7 @@ KERNELS = (
     Kernel("lockstep", "both in one loop (experiment)", _lockstep),
     Kernel("blocks", "both in one loop, with every frame (tests of one's own)", _blocks),
     Kernel("flights", "both in one loop, with errors of navigation (point --certify)", _flights),
+    Kernel("laws", "both in one loop, closed by another law (bench pointing)", _laws),
     Kernel("observer", "model beside the antenna (daemon)", _observer),
     Kernel("rigid_body", "rigid body along a log (identify, discrepancy)", _rigid_body),
     Kernel("friction_fit", "friction of one axis (identify)", _friction_fit),

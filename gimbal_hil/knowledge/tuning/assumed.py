@@ -1,0 +1,69 @@
+"""Numbers that tuned loops hang on and nobody measured: what a model says of where they come from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from sim_backend.model import NUMBER_AT, AntennaModel
+
+_WORD = "assumed"
+#: numbers of an axis that gains and margins follow from; `own` stands for its own inertia
+_NUMBERS = (
+    "own",
+    "friction.breakaway",
+    "friction.coulomb",
+    "friction.sigma0",
+    "actuator.limit",
+    "actuator.time_constant",
+    "encoder.step",
+    "encoder.noise",
+    "gyro.bandwidth",
+    "gyro.noise",
+    "gyro.step",
+)
+_EFFECTS = ("transport_delay", "structural_resonance")
+
+
+@dataclass(frozen=True)
+class AssumedNumber:
+    """A number of an axis with its unit."""
+
+    axis: str
+    name: str
+    value: float
+    unit: str
+
+    @property
+    def text(self) -> str:
+        """For people."""
+        return f"{self.axis} {self.name} {self.value:.4g} {self.unit}".rstrip(" 1")
+
+
+def assumed_numbers(model: AntennaModel) -> tuple[AssumedNumber, ...]:
+    """Those of the numbers that loops are tuned for whose source says that they are assumed, axis by axis."""
+    found = []
+    for axis in model.axes:
+        for path in (model.own_inertia_path(axis) if one == "own" else one for one in _NUMBERS):
+            quantity = model.numbers[axis, path]
+            if (quantity.source or "").startswith(_WORD):
+                unit = quantity.unit or NUMBER_AT[path].unit_for(model.is_linear)
+                found.append(AssumedNumber(axis, path, quantity.value, unit))
+        for given, entry in zip(model.file.effects, model.effects, strict=True):
+            if entry.axis != axis or entry.effect.name not in _EFFECTS:
+                continue
+            for name, raw in given.amounts().items():
+                if isinstance(raw, dict) and str(raw.get("source", "")).startswith(_WORD):
+                    called = f"{entry.effect.name}.{name}"
+                    found.append(AssumedNumber(axis, called, entry.value(name), str(raw.get("unit", ""))))
+    return tuple(found)
+
+
+def caution(numbers: tuple[AssumedNumber, ...]) -> str:
+    """What a user should know of them; empty where there are none."""
+    if not numbers:
+        return ""
+    listed = "; ".join(one.text for one in numbers)
+    return (
+        f"caution: {len(numbers)} numbers that these loops hang on are assumed, not measured: {listed}. Measure delay, "
+        "gyro and modes before you trust the margins (experiment step, sweep; identify; discrepancy)"
+    )

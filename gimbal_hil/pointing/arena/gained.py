@@ -1,0 +1,121 @@
+"""What tuning gave: a configuration before and after in the arena, and what was predicted of its loops."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from gimbal_hil.knowledge.tuning import Tuning, margins
+from gimbal_hil.loop.settings import DaemonSettings
+from gimbal_hil.pages.report import Block, Callout, Heading, Plot, Table, Text
+from gimbal_hil.pointing.arena.arena import ArenaResult, Entrant, run_arena
+from gimbal_hil.pointing.arena.scenarios import Scenario
+
+if TYPE_CHECKING:
+    from gimbal_hil.knowledge.tuning import LoopFigures
+    from gimbal_hil.pages.plots import Drawing
+
+_BEFORE, _AFTER, _MICRO = "before", "tuned", 1e6
+
+
+def what_tuning_gave(
+    scenarios: Sequence[Scenario], antenna: str, before: DaemonSettings, after: DaemonSettings, seeds: int
+) -> ArenaResult:
+    """Both configurations in the arena on an antenna."""
+    entrants = [Entrant(_BEFORE, before, "as it was"), Entrant(_AFTER, after, "tuned")]
+    return run_arena(scenarios, [antenna], entrants, seeds)
+
+
+def gained_text(found: ArenaResult) -> str:
+    """The table for the terminal, with the answer above it."""
+    rows = [("scenario", "before, urad", "tuned, urad", "times smaller"), *_rows(found)]
+    widths = [max(len(row[i]) for row in rows) for i in range(4)]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    return "\n".join([_answer(found), *lines])
+
+
+def gained_blocks(found: ArenaResult, tuning: Tuning, cautions: Sequence[str]) -> list[Block]:
+    """The report as sections of a page; `cautions` are numbers that nobody measured."""
+    worse = any(ratio < 1.0 for ratio in _ratios(found))
+    blocks: list[Block] = [
+        Callout(_answer(found), "warning" if worse else "good"),
+        Plot(_bars(found), f"Line-of-sight error on the antenna {found.antennas[0]}; the axis is logarithmic."),
+        Table(("Scenario", "Before [urad]", "Tuned [urad]", "Times smaller"), _rows(found)),
+        Heading("Loops"),
+        Table(
+            ("Axis", "Loops", "Crossing [rad/s]", "Disk margin", "Gain, phase", "Error [urad]", "30 % off"),
+            [row for one in tuning.axes for row in _loops(one.axis, one.before, one.after)],
+            "Predicted by the model, worst over inertias, sliding and stuck: the error of a torque that walks as "
+            "friction does, of the sensors' noise and the navigation's drift.",
+        ),
+    ]
+    if cautions:
+        blocks += [
+            Heading("What nobody measured"),
+            Text("Margins hold as far as these numbers of the model do. Their source says that they are assumed."),
+            Table(("Assumed",), [(one,) for one in cautions]),
+        ]
+    return blocks
+
+
+def _rms(found: ArenaResult, scenario: str, name: str) -> float:
+    spread = found.spread(scenario, found.antennas[0], name, lambda one: one.los_rms)
+    return math.inf if spread is None else spread.mean
+
+
+def _ratios(found: ArenaResult) -> list[float]:
+    """Error before over error after, of the scenarios that neither of them tripped in."""
+    pairs = [(_rms(found, one.name, _BEFORE), _rms(found, one.name, _AFTER)) for one in found.scenarios]
+    return [before / after for before, after in pairs if math.isfinite(before) and math.isfinite(after)]
+
+
+def _answer(found: ArenaResult) -> str:
+    ratios = _ratios(found)
+    if not ratios:
+        return "No scenario was run to its end both before and after: see the table."
+    middle, least = statistics.median(ratios), min(ratios)
+    said = f"Tuned, the line-of-sight error is {middle:.1f} times smaller in the middle of {len(ratios)} scenarios"
+    if least < 1.0:
+        return f"{said}, and {1.0 / least:.2f} times larger in the worst one."
+    return f"{said}, and at least {least:.1f} times."
+
+
+def _rows(found: ArenaResult) -> list[tuple[str, ...]]:
+    rows = []
+    for one in found.scenarios:
+        before, after = _rms(found, one.name, _BEFORE), _rms(found, one.name, _AFTER)
+        times = f"{before / after:.2f}" if math.isfinite(before) and math.isfinite(after) else "-"
+        rows.append((one.name, _size(before), _size(after), times))
+    return rows
+
+
+def _size(value: float) -> str:
+    return f"{_MICRO * value:.3g}" if math.isfinite(value) else "tripped"
+
+
+def _loops(axis: str, before: LoopFigures, after: LoopFigures) -> list[tuple[str, ...]]:
+    rows = []
+    for name, one in ((_BEFORE, before), (_AFTER, after)):
+        if one.margin == 0.0:
+            rows.append((axis, name, "-", "not stable", "-", "-", "-"))
+            continue
+        gain, phase = margins(one.margin)
+        kept = "stable" if one.stable_when_wrong else "not stable"
+        cells = f"{one.crossing_rad_s:.0f}", f"{one.margin:.2f}", f"{gain:.2f}, {phase:.0f}°"
+        rows.append((axis, name, *cells, f"{_MICRO * one.error_rad:.1f}", kept))
+    return rows
+
+
+def _bars(found: ArenaResult) -> Drawing:
+    from gimbal_hil.pages.plots import MEASURED, REFERENCE, figure
+
+    drawn = figure("Line-of-sight error", "", "rms [urad]", 460)
+    names = [one.name for one in found.scenarios]
+    for which, colour in ((_BEFORE, REFERENCE), (_AFTER, MEASURED)):
+        sizes = [_MICRO * _rms(found, name, which) for name in names]
+        shown = [size if math.isfinite(size) else None for size in sizes]
+        drawn.add_bar(x=names, y=shown, name=which, marker=dict(color=colour))
+    drawn.update_yaxes(type="log")
+    return drawn
