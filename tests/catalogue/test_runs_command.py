@@ -118,4 +118,7 @@ def test_a_tolerance_makes_runs_that_are_apart_an_answer_of_no(runs: Path, capsy
     assert app.run("runs", ["compare", first, first, "--tolerance", "0"]) == 0
     assert app.run("runs", ["compare", first, second, "--tolerance", "0"]) == 1
     assert "further apart than 0 %" in capsys.readouterr().out
+    out = str(runs.parent / "compared")
+    assert app.run("runs", ["compare", first, second, "--tolerance", "0", "--out", out]) == 1
+    assert '<div class="callout bad">Further apart than 0 %: ' in (runs.parent / "compared" / "report.html").read_text()
     assert app.run("runs", ["compare", first, second, "--tolerance", "1"]) == 0

@@ -172,7 +172,7 @@ def test_every_file_is_good_and_every_command_of_its_page_is_understood(
     ("words", "said"),
     [
         (("--kind", "tripod"), "--kind: no kind 'tripod'; expected gimbal, rotary, linear"),
-        (("--axes", "azimuth"), "--axes: 'azimuth'; expected 2 name(s)"),
+        (("--axes", "azimuth"), "--axes: 'azimuth'; expected 2 names"),
         (("--axes", "base,tilt"), "cannot be the name of an axis"),
         (("--torque", "roll=3"), "--torque: no axis 'roll'"),
         (("--torque", "azimuth=-3"), "--torque azimuth: '-3' is no such number"),

@@ -39,6 +39,13 @@ class Comparison:
         """Names of the figures that differ by more than this share of the larger one, or that only one run has."""
         return tuple(name for name, _, first, second in self.measures if _differs(first, second, tolerance))
 
+    def within(self, tolerance: float) -> str:
+        """The answer to a tolerance in words."""
+        apart = self.apart(tolerance)
+        if not apart:
+            return f"no figure differs by more than {100.0 * tolerance:g} %"
+        return f"further apart than {100.0 * tolerance:g} %: {', '.join(apart)}"
+
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
         return {
@@ -84,8 +91,8 @@ def compare(first: RecordedRun, second: RecordedRun) -> Comparison:
     return Comparison(names, measures, _differences(first, second), (tables[0], tables[1]), tuple(notes), sound)
 
 
-def comparison_page(found: Comparison) -> Page:
-    """The report: figures, differences, and every signal of both over each other."""
+def comparison_page(found: Comparison, tolerance: float | None = None) -> Page:
+    """The report: figures, differences, and every signal of both over each other; with a tolerance its answer first."""
     first, second = found.names
     count = len(found.settings)
     lead = (
@@ -94,7 +101,11 @@ def comparison_page(found: Comparison) -> Page:
         else "Configuration, model and seed are the same."
     )
     lead = lead if found.sound else f"Not both are what was recorded: this is of the rest. {lead}"
-    blocks: list[Block] = [Callout(f"{lead} {_largest_change(found)}".strip())]
+    blocks: list[Block] = []
+    if tolerance is not None:
+        said = found.within(tolerance)
+        blocks.append(Callout(f"{said[:1].upper()}{said[1:]}.", "bad" if found.apart(tolerance) else "good"))
+    blocks.append(Callout(f"{lead} {_largest_change(found)}".strip()))
     blocks += [*(Text(note) for note in found.notes), *_overlays(found), Heading("Figures")]
     rows = [[name, unit, _shown(a), _shown(b), _change(a, b)] for name, unit, a, b in found.measures]
     blocks.append(Table(["", "unit", first, second, "change"], rows, "Following errors where a loop was closed."))

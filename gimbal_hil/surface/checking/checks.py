@@ -17,6 +17,7 @@ from gimbal_hil.data.signals import ColumnMap, contents_of_table, guessed_words,
 from gimbal_hil.data.tables import RawColumns, read_table
 from gimbal_hil.knowledge.experiments import embedded_model_of, load_plan
 from gimbal_hil.loop.settings import DaemonSettings, EmbeddedAntenna, load_settings
+from gimbal_hil.pages.report import counted
 from gimbal_hil.surface.checking.kinds import FileKind, kind_of
 from sim_backend.carrying import INNER, OUTER
 from sim_backend.model import AntennaModel, load_model
@@ -161,7 +162,7 @@ def _plan(path: Path, document: dict[str, Any], axes: tuple[str, ...]) -> _Seen:
     plan = load_plan(path, names)
     # what only shows when the plan is made into what the host follows: shapes that are too long, targets that are none
     plan.host_segments(1000.0)
-    said = f"{plan.name}, {plan.laps * len(plan.segments)} segments, {plan.longest_s:g} s at most"
+    said = f"{plan.name}, {counted(plan.laps * len(plan.segments), 'segment')}, {plan.longest_s:g} s at most"
     if axes:
         return _Seen(said, True)
     return _Seen(f"{said}; axes {' and '.join(names)}, which the antenna must have", names == (OUTER, INNER))

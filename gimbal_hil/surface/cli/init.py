@@ -151,12 +151,15 @@ def _described(
 
 def _names(text: str, kind: ModelKind) -> tuple[str, ...]:
     from firmware_protocol.errors import BadInputError
+    from gimbal_hil.pages.report import counted
     from gimbal_hil.surface.starting import usual_names
 
     names = tuple(name.strip() for name in text.split(","))
     usual = usual_names(kind)
     if len(names) != len(usual) or len(set(names)) != len(names):
-        raise BadInputError("--axes", f"{text!r}", f"{len(usual)} name(s) for a {kind}, such as {','.join(usual)}")
+        raise BadInputError(
+            "--axes", f"{text!r}", f"{counted(len(usual), 'name')} for a {kind}, such as {','.join(usual)}"
+        )
     return names
 
 

@@ -141,14 +141,13 @@ def _compare(first: Path, second: Path, out: Path | None, tolerance: float | Non
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         (out / ANSWER_FILE).write_text(json.dumps(answer, indent=2) + "\n", encoding="utf-8")
-        comparison_page(found).write(out / REPORT_FILE)
+        comparison_page(found, tolerance).write(out / REPORT_FILE)
     if as_json:
         print(json.dumps(answer))
         return code
     _say("\n".join(_lines(found)))
     if tolerance is not None:
-        said = f"further apart than {100.0 * tolerance:g} %: {', '.join(apart)}"
-        _say(said if apart else f"no figure differs by more than {100.0 * tolerance:g} %")
+        _say(found.within(tolerance))
     if out is None:
         print_next(command_line("runs", "compare", first, second, out="compared"))
     else:

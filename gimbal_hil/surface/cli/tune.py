@@ -193,12 +193,12 @@ def _lines(found: Tuning, name: str, aim: str) -> list[str]:
         return (
             f"  {what:<16} crosses at {figures.crossing_rad_s:.0f} rad/s, disk margin {figures.margin:.2f} "
             f"(gain {gain:.2f}, phase {phase:.0f} deg), error {1e6 * figures.error_rad:.1f} urad rms, of it noise "
-            f"{1e6 * figures.noise_rad:.2f}; {wrong} 30 % off"
+            f"{1e6 * figures.noise_rad:.2f}; {wrong} with the model 30 % off"
         )
 
     lines = [
-        f"model {name}, for {aim}; least error for a torque that walks as friction does"
-        f"{'' if aim == 'tracking' else ', gusts'}, sensor noise and the navigation's drift"
+        f"model {name}, for {aim}: loops of the least error under friction that changes as a random walk"
+        f"{'' if aim == 'tracking' else ', gusts'}, sensor noise and drift of the navigation"
     ]
     for one in found.axes:
         lines += [f"{one.axis}:", line("before", one.before), line("cascade", one.cascade)]
