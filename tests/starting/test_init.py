@@ -175,7 +175,7 @@ def test_every_file_is_good_and_every_command_of_its_page_is_understood(
         (("--axes", "azimuth"), "--axes: 'azimuth'; expected 2 names"),
         (("--axes", "base,tilt"), "cannot be the name of an axis"),
         (("--torque", "roll=3"), "--torque: no axis 'roll'"),
-        (("--torque", "azimuth=-3"), "--torque azimuth: '-3' is no such number"),
+        (("--torque", "azimuth=-3"), "--torque azimuth: '-3' is not a number that fits"),
         (("--travel", "elevation=0.3..1"), "does not hold zero"),
         (("--up", "left"), "--up: is 'left'; expected positive or negative"),
         (("--link", "can0"), "--link: 'can0' is no link"),
