@@ -117,9 +117,7 @@ ROWS = (
     Row(
         "the rate stands still, the position is true",
         lambda seen: replace(seen.now, rate_rad_s=seen.then.rate_rad_s),
-        1500,
-        ("rest",),
-        _STILL,
+        2500,
     ),
     Row("the rate has the wrong sign", lambda seen: replace(seen.now, rate_rad_s=-(seen.now.rate_rad_s or 0.0)), 1500),
     Row(

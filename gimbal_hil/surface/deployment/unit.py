@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from firmware_protocol.errors import EXIT_BAD_INPUT, EXIT_INTERRUPTED, EXIT_SAFETY_STOP
+
 UNIT_NAME = "gimbal-hil.service"
 #: below it systemd itself makes the folder, for the unit's user
 _STATE = Path("/var/lib")
@@ -71,9 +73,10 @@ WatchdogSec={choice.watchdog_s}
 KillSignal=SIGTERM
 KillMode=mixed
 TimeoutStopSec=30
-# 3 is a safety stop: a person looks first; 2 is a bad configuration
+# 130 is the end that a signal asked for; 3 is a safety stop: a person looks first; 2 is a bad configuration
+SuccessExitStatus={EXIT_INTERRUPTED}
 Restart=on-failure
-RestartPreventExitStatus=2 3
+RestartPreventExitStatus={EXIT_BAD_INPUT} {EXIT_SAFETY_STOP}
 RestartSec=2
 
 User={choice.user}
@@ -99,6 +102,7 @@ ProtectHome=read-only
 PrivateTmp=yes
 ProtectKernelTunables=yes
 ProtectKernelModules=yes
+ProtectKernelLogs=yes
 ProtectControlGroups=yes
 ProtectClock=yes
 ProtectHostname=yes
