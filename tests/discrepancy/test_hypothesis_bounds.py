@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from gimbal_hil.data.signals import SignalsTable
-from gimbal_hil.knowledge.discrepancy.hypotheses.families import Family, families
+from gimbal_hil.knowledge.discrepancy.hypotheses.evidence import families
+from gimbal_hil.knowledge.discrepancy.hypotheses.families import Family
 from gimbal_hil.knowledge.discrepancy.hypotheses.fit import Weighing, fit
 from gimbal_hil.knowledge.discrepancy.hypotheses.hypothesis import (
     Cause,
@@ -40,14 +41,14 @@ def twin_of(model: AntennaModel) -> Twin:
 
 
 def named(twin: Twin, effect: str, axis: str = "outer") -> Family:
-    return next(family for family in families(twin.model, axis, twin.records) if family.effect == effect)
+    return next(family for family in families(twin, axis) if family.effect == effect)
 
 
 @pytest.mark.parametrize("model", [shipped_model(), odd_model()], ids=["shipped", "odd"])
 @pytest.mark.parametrize("axis", ["outer", "inner"])
 def test_a_cause_whose_coordinates_are_zero_leaves_the_model_as_it_is(model: AntennaModel, axis: str) -> None:
     twin = twin_of(model)
-    for family in families(model, axis, twin.records):
+    for family in families(twin, axis):
         if all(knob.move is not Move.LEVEL for knob in family.knobs):
             structure, P = parameters_of(twin, Hypothesis((Cause(family, (0.0,) * len(family.knobs)),)))
             # a lag that moves never quite vanishes: a millionth of a second in a step of one thousandth

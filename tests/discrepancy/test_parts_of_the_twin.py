@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gimbal_hil.data.signals import SignalsTable
-from gimbal_hil.knowledge.discrepancy.hypotheses.families import Family, families
+from gimbal_hil.knowledge.discrepancy.hypotheses.evidence import families
+from gimbal_hil.knowledge.discrepancy.hypotheses.families import Family
 from gimbal_hil.knowledge.discrepancy.hypotheses.hypothesis import Cause, Hypothesis, known_numbers, parameters_of
 from gimbal_hil.knowledge.discrepancy.twin.record import Record, record_of
 from gimbal_hil.knowledge.discrepancy.twin.twin import Twin
@@ -34,7 +35,7 @@ def moving_log() -> SignalsTable:
 
 
 RECORD: Record = record_of(moving_log(), MODEL, 25.0, "log")
-FAMILIES = {f.label: f for axis in MODEL.axes for f in families(MODEL, axis, (RECORD,))}
+FAMILIES = {f.label: f for axis in MODEL.axes for f in families(Twin(MODEL, (RECORD,)), axis)}
 SHARES = st.floats(0.0, 1.0)
 
 
@@ -88,3 +89,16 @@ def test_a_number_of_one_joint_leaves_the_other_joint_as_it_was() -> None:
     assert not np.array_equal(before.rows[0], after.rows[0])
     np.testing.assert_array_equal(before.rows[1:4], after.rows[1:4])
     assert CATALOGUE["viscous"].is_number
+
+
+def test_which_effects_keep_a_change_of_the_command_from_the_joint_is_measured() -> None:
+    cut = {effect for (effect, _), family in FAMILIES.items() if family.cuts_command}
+    assert cut == {
+        "actuator_lag",
+        "backlash",
+        "load_dependent_friction",
+        "saturation",
+        "torque_gain",
+        "transport_delay",
+    }
+    assert not Twin(MODEL, (RECORD,)).cuts_command

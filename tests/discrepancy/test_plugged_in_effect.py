@@ -67,7 +67,7 @@ EFFECT = Effect(
 SEARCHED = """
 import json, sys
 import numpy as np
-from gimbal_hil.knowledge.discrepancy.hypotheses.families import families
+from gimbal_hil.knowledge.discrepancy.hypotheses.evidence import families
 from gimbal_hil.knowledge.discrepancy.hypotheses.fit import Weighing, fit
 from gimbal_hil.knowledge.discrepancy.hypotheses.hypothesis import Cause, Hypothesis, values_of
 from gimbal_hil.knowledge.discrepancy.twin.record import record_of
@@ -87,7 +87,7 @@ acceleration = -0.9 * 1.9**2 * np.sin(1.9 * middle) - 0.1 * 25.0 * np.sin(5.0 * 
 torque = 0.5 * acceleration + torque_of(0.9 * np.sin(1.9 * middle) + 0.1 * np.sin(5.0 * middle))
 table = SignalsTable.of(("axis",), t, {"axis.position": q, "axis.torque": torque})
 twin = Twin(model, (record_of(table, model, 6.0, "log"),))
-family = next(f for f in families(model, "axis", twin.records) if f.effect == name)
+family = next(f for f in families(twin, "axis") if f.effect == name)
 floor = np.full(len(twin.channels), 0.01)
 alike = Weighing((1.0,) * len(floor), 1.0)
 null = fit(twin, Hypothesis(), floor, alike, rounds=0)

@@ -105,7 +105,7 @@ def _candidates(folder: Path, repeats: int) -> tuple[Cost, ...]:
     twin = Twin(model, (record_of(table, model, scored_band((table,)), "measured"),))
     floor = np.full(len(twin.channels), 1e-3)
     stated = fit(twin, Hypothesis(), floor, Weighing((1.0,) * len(floor), 1.0), 0)
-    catalogue = [family for axis in model.axes for family in families(model, axis, twin.records)]
+    catalogue = [family for axis in model.axes for family in families(twin, axis)]
     catalogue.sort(key=lambda family: (family.ripple is not None, len(family.starts)))
     found = []
     for share in SHARES:

@@ -2,15 +2,15 @@
 
 from gimbal_hil.knowledge.discrepancy.hypotheses.axis_scales import present_in
 from gimbal_hil.knowledge.discrepancy.hypotheses.evidence import (
-    carries_command,
     command_residual,
+    families,
     noise_of_command,
     noise_of_motion,
     torque_residual,
     unshaped,
     with_shares,
 )
-from gimbal_hil.knowledge.discrepancy.hypotheses.families import Family, families
+from gimbal_hil.knowledge.discrepancy.hypotheses.families import Family
 from gimbal_hil.knowledge.discrepancy.hypotheses.fit import (
     BROKEN,
     Fit,
@@ -47,7 +47,6 @@ __all__ = [
     "aligned",
     "at_bound",
     "bounds_of",
-    "carries_command",
     "command_residual",
     "families",
     "fit",

@@ -5,7 +5,7 @@ near zero, a long lag. What such a hypothesis cannot do is say which *command* w
 the share of a small change of the command that comes through the hypothesis' actuator and structure, which is that of
 the log-likelihood's change of variables, p(u | motion) = p(residual) |d residual / d u|: a limit that cuts everything,
 or a gain of one per cent, gains nothing. The share is measured: the twin is evaluated with a small random change of the
-command, whatever the hypothesis is.
+command, whatever the hypothesis is. Of which effects that has to be done is measured the same way, once for a search.
 """
 
 from __future__ import annotations
@@ -14,10 +14,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from gimbal_hil.knowledge.discrepancy.hypotheses.hypothesis import Hypothesis, parameters_of
+from gimbal_hil.knowledge.discrepancy.hypotheses.families import Family, profiled
+from gimbal_hil.knowledge.discrepancy.hypotheses.hypothesis import Cause, Hypothesis, parameters_of
 from gimbal_hil.knowledge.discrepancy.hypotheses.origin import placed
 from gimbal_hil.knowledge.discrepancy.twin import TORQUE, Evaluation, Floats, Structure, Twin, turned_inertia
-from sim_backend.effects import CATALOGUE, Effect, Hook, Variable
+from sim_backend.effects import NEUTRAL_ORDER, ripple_start
 
 #: window in which the share that comes through is measured, s; a command that is cut off there could have been
 #: anything, and what is left counts twenty times
@@ -89,21 +90,23 @@ def torque_residual(twin: Twin, hypothesis: Hypothesis, floor: Floats) -> Floats
     return np.asarray(np.concatenate(rows) / floor)
 
 
+def families(twin: Twin, axis: str) -> list[Family]:
+    """Every effect of the catalogue that an axis can have in these logs, and of each whether it cuts the command."""
+    return [replace(family, cuts_command=_cuts(twin, family)) for family in profiled(twin.model, axis, twin.records)]
+
+
 def shapes_command(twin: Twin, hypothesis: Hypothesis) -> bool:
-    """Whether anything in the model or the hypothesis stands between the command and the joint."""
-    own = any(carries_command(entry.effect) for entry in twin.model.effects)
-    return own or any(carries_command(CATALOGUE[name]) for name, _ in hypothesis.labels)
+    """Whether anything in the model or the hypothesis keeps a part of a change of the command from the joint."""
+    return any(cause.family.cuts_command for cause in hypothesis.causes) or twin.cuts_command
 
 
-def carries_command(effect: Effect) -> bool:
-    """Whether an effect can keep a change of the command from the joint: it stands between the two, or its own torque
-    depends on the one that is applied, as friction does that grows with the load.
-    """
-    if effect.hook is not None:
-        return effect.hook in (Hook.COMMAND, Hook.STRUCTURE) or Variable.TORQUE in effect.acts_through
-    # an offset adds to the command and leaves a change of it as it is
-    paths = {parameter.path or "" for parameter in effect.parameters} - {"actuator.offset"}
-    return any(path.startswith("actuator.") for path in paths)
+def _cuts(twin: Twin, family: Family) -> bool:
+    """Whether at any of its probes a family lets less of a change of the command through than the model does."""
+    return any(
+        not twin.passes(*parameters_of(twin, Hypothesis((Cause(family, probe),))))
+        for start in family.starts or (ripple_start(NEUTRAL_ORDER),)
+        for probe in start.probes
+    )
 
 
 def transmitted(twin: Twin, structure: Structure, P: Floats, which: int, left: Evaluation) -> Floats:

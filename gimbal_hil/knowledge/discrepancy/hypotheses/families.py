@@ -18,6 +18,8 @@ class Family(SearchProfile):
 
     effect: str = field(kw_only=True)
     axis: str = field(kw_only=True)
+    #: not all of a small change of the command comes through it, as measured on the logs
+    cuts_command: bool = field(default=False, kw_only=True)
 
     @property
     def label(self) -> tuple[str, str]:
@@ -25,7 +27,7 @@ class Family(SearchProfile):
         return self.effect, self.axis
 
 
-def families(model: AntennaModel, axis: str, records: tuple[Record, ...]) -> list[Family]:
+def profiled(model: AntennaModel, axis: str, records: tuple[Record, ...]) -> list[Family]:
     """Every effect of the catalogue, plugged-in ones included, that this axis can have in this data, scaled to both."""
     scale = axis_scale(model, axis, records)
     profiles = ((name, effect.profile(scale)) for name, effect in CATALOGUE.items())

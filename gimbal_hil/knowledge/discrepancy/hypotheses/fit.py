@@ -9,12 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gimbal_hil.knowledge.discrepancy.hypotheses.evidence import Shares, carries_command, with_shares
+from gimbal_hil.knowledge.discrepancy.hypotheses.evidence import Shares, with_shares
 from gimbal_hil.knowledge.discrepancy.hypotheses.hypothesis import Hypothesis, is_held
 from gimbal_hil.knowledge.discrepancy.hypotheses.origin import aligned
 from gimbal_hil.knowledge.discrepancy.twin import Floats, Twin
 from gimbal_hil.knowledge.estimation import bounded_fit
-from sim_backend.effects import CATALOGUE
 
 _STEP = 0.02
 #: a coordinate of a cause is held this loosely, so that one without effect on these data stays where it does nothing
@@ -181,8 +180,8 @@ def _led_back(hypothesis: Hypothesis, start: Floats, ceiling: float, cost: Calla
 
 
 def _shaping(hypothesis: Hypothesis) -> list[bool]:
-    """Of every coordinate whether it belongs to a cause that shapes the command."""
-    found = [carries_command(CATALOGUE[cause.family.effect]) for cause in hypothesis.causes for _ in cause.x]
+    """Of every coordinate whether it belongs to a cause that cuts the command."""
+    found = [cause.family.cuts_command for cause in hypothesis.causes for _ in cause.x]
     return found + [False] * (len(hypothesis.vector()) - len(found))
 
 

@@ -143,7 +143,7 @@ def prepared(
     twin, held, noise = _in_band(model, taught, asked, max(hz, widest))
     rows = [int(record.keep.sum()) for record in held.records]
     selecting = np.concatenate([np.arange(n) < n // 2 for n in rows])
-    catalogue = tuple(f for axis in model.axes for f in families(model, axis, twin.records) if f.effect in names)
+    catalogue = tuple(f for axis in model.axes for f in families(twin, axis) if f.effect in names)
     both = selectable(twin, held, selecting)
     inquiry = Inquiry(
         twin,

@@ -158,8 +158,3 @@ def _covering(inquiry: Inquiry, far: set[KnownNumber], present: set[tuple[str, s
         left -= paths[family.label]
         found.append(family)
     return found
-
-
-def moved(hypothesis: Hypothesis) -> list[tuple[KnownNumber, float]]:
-    """Known numbers and how far they stand from the model, in units of their uncertainty."""
-    return [(known, y / known.trust) for known, y in zip(hypothesis.floating, hypothesis.y, strict=True)]

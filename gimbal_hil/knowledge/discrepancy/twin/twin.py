@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gimbal_hil.knowledge.discrepancy.twin.kernel import EVERY_PART, Part, balance
 from gimbal_hil.knowledge.discrepancy.twin.parts import Instances, changed_parts
@@ -18,6 +20,8 @@ from sim_backend.model import AntennaModel, plant_arrays, put_friction
 _FRICTION_SLOTS = 7
 #: size of a small change of the command over its rms
 _DITHER = 1e-3
+#: share of it that is rounding
+_ROUNDING = 1e-6
 #: evaluations of a record that are kept at hand
 _AT_HAND = 4
 #: slower logs are carried in several steps a sample
@@ -192,6 +196,34 @@ class Twin:
         """That change, low-passed and thinned, (rows, axes)."""
         return self._with_dither(which)[1]
 
+    def passes(self, structure: Structure, P: np.ndarray) -> bool:
+        """Whether a small change of the command reaches the joint as it does through the model as it stands, in the log
+        with the widest range of commands.
+        """
+        own = self.structure(())
+        return self._alike(self._came(structure, P), self._came(own, own.P))
+
+    @cached_property
+    def cuts_command(self) -> bool:
+        """Whether effects that the model has keep a part of such a change from the joint."""
+        own, record = self.structure(()), self.records[self._widest]
+        change = np.where(_free(record), (self.dithered(self._widest).torque - record.torque).T, 0.0)
+        return bool(own.instances) and not self._alike(self._came(own, own.P), change)
+
+    @cached_property
+    def _widest(self) -> int:
+        return int(np.argmax([np.ptp(record.torque) for record in self.records]))
+
+    def _came(self, structure: Structure, P: np.ndarray) -> Floats:
+        """What of a small change of the command reaches the joint, (2, n)."""
+        record = self.records[self._widest]
+        changed, left = (self.evaluated(structure, P, one).rows[:2] for one in (self.dithered(self._widest), record))
+        return np.where(_free(record), changed - left, 0.0)
+
+    @staticmethod
+    def _alike(one: Floats, other: Floats) -> bool:
+        return bool(np.all(np.abs(one - other) <= _ROUNDING * np.max(np.abs(other))))
+
     def _with_dither(self, which: int) -> tuple[Record, Floats]:
         if which not in self._dithered:
             record = self.records[which]
@@ -227,6 +259,11 @@ class Twin:
     def __getstate__(self) -> dict[str, object]:
         """Without what is at hand: it is large, and made again where the work is done."""
         return self.__dict__ | {"_kept": [], "_dithered": {}}
+
+
+def _free(record: Record) -> NDArray[np.bool_]:
+    """Where no standing bristle is led to what holds the joint, whatever that is, (2, n)."""
+    return np.asarray(record.motion[:, 6:].T == 0.0)
 
 
 def _with_step(model: AntennaModel, step_s: float) -> AntennaModel:
