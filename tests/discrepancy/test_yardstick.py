@@ -12,6 +12,7 @@ from gimbal_hil.knowledge.discrepancy.hypotheses import command_residual
 from gimbal_hil.knowledge.discrepancy.inquiry import Noise
 from gimbal_hil.knowledge.discrepancy.judgement.smallest import without_own
 from gimbal_hil.knowledge.discrepancy.noise import Floor, WideTwin
+from gimbal_hil.pages.report import quantity
 from sim_backend.model import AntennaModel
 from tests.discrepancy.static_rig import AXIS, Rig, log, model
 
@@ -79,6 +80,8 @@ def test_a_log_that_hardly_accelerates_cannot_judge_an_inertia() -> None:
     assert "inertia" in verdict["next_experiment"]["separates"]
     assert {"name": "inertia", "axis": AXIS} in verdict["would_not_show"]
     assert "These logs would not have shown half or twice the right" in verdict["text"]
+    limit = quantity(LEAST_GAP * verdict["gap"]["noise_floor"], "N")
+    assert f"less than {limit} in the torque of {AXIS} does not show" in verdict["text"]
 
 
 def test_what_the_model_itself_allows_to_be_twice_as_large_is_not_judged() -> None:

@@ -29,7 +29,12 @@ def told(result: Result, effects: Sequence[Entry], gaps: Sequence[Gap]) -> str:
         limit = _no_gap(gaps, result.request.policy.least_gap)
         return f"The model explains this data to its noise{moved}. {_would_have_shown(result)}{limit}"
     if kind is Kind.CANNOT_JUDGE:
-        return f"There is no gap{moved}, but these logs cannot judge the model. {_would_have_shown(result)}"
+        least = result.request.policy.least_gap
+        limits = " and ".join(f"{quantity(least * g.noise_floor, g.unit)} in the {_of_channel(g)}" for g in gaps)
+        return (
+            f"There is no gap{moved}, but these logs cannot judge the model: less than {limits} does not show. "
+            f"{_would_have_shown(result)}"
+        )
     if kind is Kind.UNEXPLAINED:
         return _unexplained(result, gaps)
     if kind is Kind.DESCRIBED:
@@ -39,7 +44,7 @@ def told(result: Result, effects: Sequence[Entry], gaps: Sequence[Gap]) -> str:
     it = "It explains" if len(effects) == 1 else "They explain"
     share = "" if gap.closed_fraction is None else f" {gap.closed_fraction:.0%} of"
     which = "the largest gap" if gap is _largest(gaps) else "a gap"
-    size = f"the {gap.signal.replace('_', ' ')} of {gap.axis}, {_floors(gap)}"
+    size = f"the {_of_channel(gap)}, {_floors(gap)}"
     first = f"{names} {it}{share} {which} {_where_judged(result)}: {size}{moved}."
     if all(one.standing.silent for one in result.told):
         first = f"{names} Only the searched logs show a gap{moved}."
@@ -59,13 +64,17 @@ def _would_have_shown(result: Result) -> str:
     return f"Smallest errors that would have shown: {'; '.join(said)}."
 
 
+def _of_channel(gap: Gap) -> str:
+    return f"{gap.signal.replace('_', ' ')} of {gap.axis}"
+
+
 def _no_gap(gaps: Sequence[Gap], least: float) -> str:
     """What passes for noise although it is larger than its floor."""
     gap = max(gaps, key=lambda g: g.after / g.noise_floor)
     floors = gap.after / gap.noise_floor
     if floors <= least:
         return ""
-    where = f"The {gap.signal.replace('_', ' ')} of {gap.axis} still has a gap of {floors:.1f} noise floors"
+    where = f"The {_of_channel(gap)} still has a gap of {floors:.1f} noise floors"
     return f" {where}: motion that does not repeat, or friction whose level wanders a little, leaves as much."
 
 
@@ -185,7 +194,7 @@ def _floors(gap: Gap) -> str:
 
 
 def _size(start: str, gap: Gap) -> str:
-    return f"{start} in the {gap.signal.replace('_', ' ')} of {gap.axis}: {_floors(gap)}"
+    return f"{start} in the {_of_channel(gap)}: {_floors(gap)}"
 
 
 def _undetermined(effect: Entry) -> str:
@@ -218,7 +227,7 @@ def told_against(found: Entry) -> str:
 def _remainder(gaps: Sequence[Gap]) -> str:
     """What the causes leave, in floors of the model with them."""
     left = [(g, g.after / g.noise_floor_after) for g in gaps if g.after > 1.5 * g.noise_floor_after]
-    places = ", ".join(f"{g.signal.replace('_', ' ')} of {g.axis} {floors:.1f} noise floors" for g, floors in left)
+    places = ", ".join(f"{_of_channel(g)} {floors:.1f} noise floors" for g, floors in left)
     return f" Still unexplained beside it: {places}." if places else ""
 
 
