@@ -13,6 +13,7 @@ from gimbal_hil.knowledge.discrepancy.hypotheses.evidence import (
 from gimbal_hil.knowledge.discrepancy.hypotheses.families import Family
 from gimbal_hil.knowledge.discrepancy.hypotheses.fit import (
     BROKEN,
+    STEP,
     Fit,
     Weighing,
     bounds_of,
@@ -38,6 +39,7 @@ from gimbal_hil.knowledge.discrepancy.hypotheses.origin import aligned, placed, 
 __all__ = [
     "BROKEN",
     "PLAUSIBLE",
+    "STEP",
     "Cause",
     "Family",
     "Fit",

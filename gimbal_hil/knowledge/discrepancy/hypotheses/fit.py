@@ -15,7 +15,8 @@ from gimbal_hil.knowledge.discrepancy.hypotheses.origin import aligned
 from gimbal_hil.knowledge.discrepancy.twin import Floats, Twin
 from gimbal_hil.knowledge.estimation import bounded_fit
 
-_STEP = 0.02
+#: step of a coordinate for its slope
+STEP = 0.02
 #: a coordinate of a cause is held this loosely, so that one without effect on these data stays where it does nothing
 _LOOSE = 1e2
 #: how far a number may go on a leash (log), unless it is known even less
@@ -156,7 +157,7 @@ def _one_step(twin: Twin, hypothesis: Hypothesis, x: Floats, i: int, low: float,
     """
     known = i >= len(x) - len(hypothesis.y)
     ways = []
-    for step in (_STEP, -_STEP):
+    for step in (STEP, -STEP):
         moved = x.copy()
         moved[i] += step
         ways.append((step, moved))

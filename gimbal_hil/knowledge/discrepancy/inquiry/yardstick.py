@@ -12,15 +12,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from gimbal_hil.knowledge.discrepancy.hypotheses import Hypothesis, KnownNumber, command_residual, known_numbers
+from gimbal_hil.knowledge.discrepancy.hypotheses import STEP, Hypothesis, KnownNumber, command_residual, known_numbers
 from gimbal_hil.knowledge.discrepancy.inquiry.inquiry import Inquiry, State
 from gimbal_hil.knowledge.discrepancy.inquiry.prepare import Noise
 from gimbal_hil.knowledge.discrepancy.twin import TORQUE, Channel, Floats, Record, Twin, scored
 
 #: rows that a number of the regression must have; fewer say nothing of what it would leave elsewhere
 _ROWS_PER_NUMBER = 20
-#: step of a known number for its slope, in its own coordinate; and singular values below this share that count as none
-_STEP, _SMALLEST = 1e-3, 1e-8
+#: singular values below this share count as none
+_SMALLEST = 1e-8
 #: rate below which a sign is none, as a share of the largest
 _SLOW = 1e-3
 #: a gain would shrink the command itself
@@ -70,8 +70,8 @@ def _slopes(twin: Twin, numbers: list[KnownNumber], rows: Floats, floor: Floats)
     """What each known number does to the residual, (numbers, rows, channels)."""
     found = np.zeros((len(numbers), *rows.shape))
     for k, known in enumerate(numbers):
-        moved = command_residual(twin, Hypothesis(floating=(known,), y=(_STEP,)), floor)
-        found[k] = (moved - rows) / _STEP
+        moved = command_residual(twin, Hypothesis(floating=(known,), y=(STEP,)), floor)
+        found[k] = (moved - rows) / STEP
     return found
 
 

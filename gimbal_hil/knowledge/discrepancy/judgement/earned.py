@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from gimbal_hil.knowledge.discrepancy.hypotheses import (
+    STEP,
     Cause,
     Family,
     Hypothesis,
@@ -31,8 +32,6 @@ from sim_backend.effects import CATALOGUE, Effect, Knob, Move
 from sim_backend.model import AntennaModel
 
 _FACTORS = (0.5, 2.0)
-#: step of a known number for its slope on the hold-out, in its own coordinate
-_STEP = 0.02
 
 
 def hidden_errors(inquiry: Inquiry, null: State, searched: frozenset[str]) -> tuple[tuple[str, str], ...]:
@@ -67,8 +66,8 @@ def _slopes_held(inquiry: Inquiry, hypothesis: Hypothesis) -> dict[KnownNumber, 
     rows = command_residual(twin, hypothesis, floor)
     found = {}
     for j, known in enumerate(hypothesis.floating):
-        y = tuple(at + _STEP * (i == j) for i, at in enumerate(hypothesis.y))
-        found[known] = (command_residual(twin, replace(hypothesis, y=y), floor) - rows) / _STEP
+        y = tuple(at + STEP * (i == j) for i, at in enumerate(hypothesis.y))
+        found[known] = (command_residual(twin, replace(hypothesis, y=y), floor) - rows) / STEP
     return found
 
 

@@ -11,14 +11,13 @@ import math
 
 import numpy as np
 
-from gimbal_hil.knowledge.discrepancy.hypotheses import Fit, Hypothesis, command_residual
+from gimbal_hil.knowledge.discrepancy.hypotheses import STEP, Fit, Hypothesis, command_residual
 from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry
 from gimbal_hil.knowledge.discrepancy.twin import TORQUE, Floats, scored
 from sim_backend.effects import CATALOGUE
 
 #: canonical correlation above which two forms are the same on this data
 _ALIKE = 0.95
-_STEP = 0.02
 
 
 def undetermined_form(inquiry: Inquiry, fit: Fit, index: int) -> dict[str, object] | None:
@@ -61,7 +60,7 @@ def _beside(inquiry: Inquiry, fit: Fit, index: int, column: int) -> Floats:
 
 def _moved(inquiry: Inquiry, hypothesis: Hypothesis, x: Floats, k: int) -> Floats:
     moved = x.copy()
-    moved[k] += _STEP
+    moved[k] += STEP
     return command_residual(inquiry.twin, hypothesis.at(moved), inquiry.floor)
 
 
