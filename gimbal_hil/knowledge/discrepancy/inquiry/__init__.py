@@ -16,7 +16,7 @@ from gimbal_hil.knowledge.discrepancy.inquiry.inquiry import (
     surely_less,
     weighing_of,
 )
-from gimbal_hil.knowledge.discrepancy.inquiry.policy import LEAST_GAP, MOST_CAUSES, MOST_ENTRIES, Policy
+from gimbal_hil.knowledge.discrepancy.inquiry.policy import BLOCK_S, DRAWS, LEAST_GAP, MOST_CAUSES, MOST_ENTRIES, Policy
 from gimbal_hil.knowledge.discrepancy.inquiry.preflight import LEAST_S, check_logs
 from gimbal_hil.knowledge.discrepancy.inquiry.prepare import (
     Noise,
@@ -30,6 +30,8 @@ from gimbal_hil.knowledge.discrepancy.inquiry.standing import standing
 from gimbal_hil.knowledge.discrepancy.inquiry.yardstick import without_candidate
 
 __all__ = [
+    "BLOCK_S",
+    "DRAWS",
     "LEAST_GAP",
     "LEAST_S",
     "MOST_CAUSES",

@@ -44,5 +44,7 @@ class Policy:
     alone: float = 0.95
 
 
+#: length of the blocks by which what is told of a gap is drawn again, s, and how often
+BLOCK_S, DRAWS = 1.0, 300
 #: causes of one verdict, the entries of one ripple counted once; entries of one ripple
 MOST_CAUSES, MOST_ENTRIES = 5, 6

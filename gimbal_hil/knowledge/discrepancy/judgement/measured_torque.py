@@ -15,13 +15,12 @@ import numpy as np
 
 from gimbal_hil.data.signals import SignalsTable
 from gimbal_hil.knowledge.discrepancy.hypotheses import Hypothesis, parameters_of
-from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, State
+from gimbal_hil.knowledge.discrepancy.inquiry import BLOCK_S, Inquiry, State
 from gimbal_hil.knowledge.discrepancy.judgement.deciding import Decision, kind_of, rejudged
 from gimbal_hil.knowledge.discrepancy.twin import Bands, Floats, Twin, scored, scoring_reach
 
 #: end of the band in which torques are compared, Hz
 _BAND_HZ = 3.0
-_BLOCK_S = 1.0
 #: standard errors of the blockwise difference beyond which a prediction is clearly worse
 _CLEARLY = 4.0
 #: and it must leave this many times the squares of the better one
@@ -93,7 +92,7 @@ def _left_of(twin: Twin, hypothesis: Hypothesis, which: int, i: int, measured: F
     left = seen - predicted
     power = float(slope @ slope)
     left = left - slope * (float(slope @ left) / power if power > 0.0 else 0.0)
-    length = max(2, round(_BLOCK_S / (bands.stride * bands.period_s)))
+    length = max(2, round(BLOCK_S / (bands.stride * bands.period_s)))
     return np.asarray((left[: len(left) // length * length] ** 2).reshape(-1, length).mean(axis=1))
 
 

@@ -7,14 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from gimbal_hil.knowledge.discrepancy.hypotheses import noise_of_motion, torque_residual
-from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, State
+from gimbal_hil.knowledge.discrepancy.inquiry import BLOCK_S, DRAWS, Inquiry, State
 from gimbal_hil.knowledge.discrepancy.judgement import Result
 from gimbal_hil.knowledge.discrepancy.twin import Floats
 from gimbal_hil.knowledge.estimation import block_sums
 
-#: length of the blocks that a closed share is drawn from, s; draws; the gap over its floor below which a share means
-#: nothing
-_BLOCK_S, _DRAWS, _A_GAP = 1.0, 300, 1.1
+#: the gap over its floor below which a share means nothing
+_A_GAP = 1.1
 #: a floor is another than the one that was computed from this share of it down
 _LOWER = 0.99
 
@@ -50,7 +49,7 @@ def gaps_of(result: Result) -> tuple[Gap, ...]:
         return torque_residual(under.holdout, state.hypothesis, inquiry.floor)[~inquiry.selecting]
 
     stated, null, best = rows(result.stated), rows(result.null), rows(result.best, result.under)
-    length = max(2, int(_BLOCK_S / (bands.stride * bands.period_s)))
+    length = max(2, int(BLOCK_S / (bands.stride * bands.period_s)))
     noise_after = inquiry.floor * noise_of_motion(inquiry.twin, result.best.hypothesis, inquiry.from_encoder)
     found = []
     for j, channel in enumerate(inquiry.twin.channels):
@@ -61,7 +60,7 @@ def gaps_of(result: Result) -> tuple[Gap, ...]:
             closed, low, high = _closed(null[:, j] ** 2, best[:, j] ** 2, length)
         unit = channel.unit(result.model.is_linear)
         source = (
-            "what a regression with free numbers leaves of the hold-out"
+            "what a regression with free numbers, or an explanation, leaves of the hold-out"
             if noise.rms < _LOWER * min(noise.from_spectrum, noise.from_repeats or np.inf)
             else "repeats"
             if noise.from_repeats is not None and noise.rms == noise.from_repeats
@@ -78,7 +77,7 @@ def _closed(before: Floats, after: Floats, length: int) -> tuple[float, float, f
     """Closed share of the gap and its 90 % block-bootstrap interval; squares in floors."""
     length = min(length, max(1, len(before) // 4))
     b, a = block_sums(before, length) / length, block_sums(after, length) / length
-    draws = np.random.default_rng(2).integers(0, len(b), (_DRAWS, len(b)))
+    draws = np.random.default_rng(2).integers(0, len(b), (DRAWS, len(b)))
 
     def share(x: Floats, y: Floats) -> Floats:
         return np.asarray(1.0 - (y - 1.0) / np.maximum(x - 1.0, 1e-9))

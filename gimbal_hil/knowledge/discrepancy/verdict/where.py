@@ -9,10 +9,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from gimbal_hil.knowledge.discrepancy.inquiry import BLOCK_S, DRAWS
 from gimbal_hil.knowledge.discrepancy.twin import Channel, Floats, Record, Twin
-
-_RESAMPLED = 200
-_BLOCK_S = 1.0
 
 
 class RegimeGroup(Enum):
@@ -54,12 +52,12 @@ def regimes(twin: Twin, residual: Floats, channel: Channel, column: int, seed: i
     at = 0
     for k, record in enumerate(twin.records):
         n = int(record.keep.sum())
-        block[at : at + n] = 100000 * k + np.floor(record.time_s[record.keep] / _BLOCK_S)
+        block[at : at + n] = 100000 * k + np.floor(record.time_s[record.keep] / BLOCK_S)
         at += n
     _, number = np.unique(block, return_inverse=True)
     per_block = np.bincount(number, square)
     rng = np.random.default_rng(seed)
-    draws = rng.integers(0, len(per_block), (_RESAMPLED, len(per_block)))
+    draws = rng.integers(0, len(per_block), (DRAWS, len(per_block)))
     totals = per_block[draws].sum(axis=1)
     found = []
     for group, text, mask in _masks(twin, channel.axis):
