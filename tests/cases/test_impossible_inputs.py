@@ -17,6 +17,7 @@ from firmware_protocol.errors import BadInputError
 from gimbal_hil.data.preflight import preflight, questioned
 from gimbal_hil.data.signals import ColumnMap, SignalsTable, read_signals
 from gimbal_hil.surface.cli.app import run
+from gimbal_hil.surface.library import identify
 from sim_backend.model import load_model
 from tests.cases.joint import COUNTS, MODEL, TRUE, JointLog, swinging, table_text
 
@@ -178,6 +179,8 @@ REFUSED: dict[str, Case] = {
         "line 543, column time_s: is the same",
     ),
     "milliseconds for seconds": lambda: (at_times(1e3 * LOG.time, ".0f"), (), "usual for milliseconds"),
+    "nanoseconds for seconds": lambda: (at_times(1e9 * LOG.time, ".0f"), (), "usual for nanoseconds"),
+    "numbers of rows for seconds": lambda: (at_times(np.arange(ROWS), ".0f"), (), "numbers of rows"),
     "backwards": lambda: (
         "\n".join([LINES[0], *LINES[:0:-1]]) + "\n",
         (),
@@ -368,3 +371,10 @@ def hold_the_truth(numbers: dict[str, dict[str, float]]) -> None:
         if name in numbers:
             one, room = numbers[name], 0.01 * max(abs(true), TRUE["coulomb"])
             assert one["low"] - room <= true <= one["high"] + room, (name, one["low"], one["high"])
+
+
+def test_a_frame_that_cannot_be_is_told_by_its_place_in_the_call(folder: Path) -> None:
+    pandas = pytest.importorskip("pandas")
+    columns = {"time_s": LOG.time, "joint.torque": LOG.torque, "joint.position": np.clip(LOG.position, -1.2, 0.8)}
+    with pytest.raises(BadInputError, match=r"^log 0 \(a DataFrame\): joint.position, row \d+"):
+        identify(pandas.DataFrame(columns), folder / "model.yaml")

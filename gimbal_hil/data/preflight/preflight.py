@@ -27,6 +27,8 @@ _SUSPECT, _LEFT, _OF_IT = 0.5, 0.4, 0.5
 _MOST_PITCH = 0.5 * np.pi + 1e-3
 #: slower logs hold nothing of what friction and joints do; a period in milliseconds looks like one
 _LONGEST_PERIOD_S = 0.1
+#: smaller units of time, s
+_SMALLER = ((1e-3, "milliseconds"), (1e-6, "microseconds"), (1e-9, "nanoseconds"))
 
 Misfits = Mapping[str, float]
 
@@ -42,7 +44,7 @@ def preflight(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> None:
         if table.period_s > _LONGEST_PERIOD_S:
             raise BadInputError(
                 f"{table.source or 'log'}: time_s",
-                f"has a period of {table.period_s:.4g}, which is slow for seconds and usual for milliseconds",
+                f"has a period of {table.period_s:.4g}, which is slow for seconds and usual for {_usual_for(table)}",
                 f"seconds, at most {_LONGEST_PERIOD_S:g} a row",
             )
     misread = misreading(model, tables)
@@ -58,6 +60,13 @@ def preflight(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> None:
         f"{verb} to be {found.what}: only so do they fit what the model asks of this motion",
         found.remedy,
     )
+
+
+def _usual_for(table: SignalsTable) -> str:
+    """In what the times of a log would be that is too slow for seconds."""
+    if table.period_s == 1.0:
+        return "the numbers of rows (--rate HZ says how many a second)"
+    return next((what for size, what in _SMALLER if size * table.period_s <= _LONGEST_PERIOD_S), _SMALLER[-1][1])
 
 
 def _check_attitude(table: SignalsTable) -> None:

@@ -33,11 +33,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Friction:
-    """The identified friction. `prior` is the model before the identification."""
+    """The identified friction. `prior` is the model before the identification, `notes` what a reader must know of the
+    logs.
+    """
 
     axes: tuple[AxisIdentification, ...]
     prior: AntennaModel = field(repr=False)
     sources: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         """A table for people: axis, parameter, value, 95 % interval, unit, how far the data determine it."""
@@ -96,10 +99,11 @@ def identify(
     with as_paths(as_list(logs), "log") as paths:
         for path in paths:
             read += read_logs(path, given, torque_driven=torque_driven, columns=called, **reading)
-    tables = questioned(given, tuple(log.table for log in read), repair)
+        tables = questioned(given, tuple(log.table for log in read), repair)
+        preflight(given, tables)
     read = [replace(log, table=table) for log, table in zip(read, tables, strict=True)]
-    preflight(given, tables)
     # friction as it is where these logs were taken: a table over temperature is written by the command
     given = as_warm_as(given, read)
     results = tuple(identify_axis(read, given, axis) for axis in chosen)
-    return Friction(results, given, tuple(log.name for log in read))
+    notes = tuple(f"{log.name}: {note}" for log in read for note in log.table.notes)
+    return Friction(results, given, tuple(log.name for log in read), notes)
