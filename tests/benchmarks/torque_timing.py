@@ -1,7 +1,7 @@
 """Do the intervals of a regression hold the truth when torque and position were not logged at the same time?
 
 A joint by exact inverse dynamics (nothing of the product in it) on fresh trajectories; its torque is logged late,
-sampled, behind a low-pass, or beside positions that are refreshed every fifth row.
+sampled, behind a low-pass, or beside positions that are refreshed every fifth row; or the joint cogs.
 
     python -m tests.benchmarks.torque_timing --repeats 20 held late1 late5 sampled low_pass second_order refreshed
 """
@@ -20,7 +20,10 @@ from gimbal_hil.knowledge.identification import RigidAxisRule, fit_rigid_axis
 TRUE = {"inertia": 0.02, "viscous": 0.02, "coulomb": 0.05, "offset": 0.0}
 RATE_HZ, SECONDS, FINE = 500.0, 30.0, 10
 STEP, NOISE = 2.0 * np.pi / 65536, 1e-3
-KINDS = ("held", "late1", "late2", "late3", "late5", "sampled", "low_pass", "second_order", "refreshed")
+KINDS = ("held", "late1", "late2", "late3", "late5", "sampled", "low_pass", "second_order", "refreshed", "cogging",
+         "cogging_late5")  # fmt: skip
+#: cogging as large as the Coulomb level, drawn order
+COGGING = 0.05
 
 
 def logged(kind: str, seed: int) -> SignalsTable:
@@ -31,6 +34,7 @@ def logged(kind: str, seed: int) -> SignalsTable:
     swing = np.array([0.9, 0.5, 0.25]) * random.uniform(0.7, 1.3, 3)
     turns = 2.0 * np.pi * np.array([0.23, 0.71, 1.9]) * random.uniform(0.7, 1.3, 3)
     phase = random.uniform(0.0, 6.28, 3)
+    order = float(np.random.default_rng(seed).integers(5, 25))
 
     def motion(at: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         angle = np.outer(at, turns) + phase
@@ -41,10 +45,11 @@ def logged(kind: str, seed: int) -> SignalsTable:
         return s * q, ds * q + s * v, dds * q + 2.0 * ds * v + s * a
 
     def torque(at: np.ndarray) -> np.ndarray:
-        _, v, a = motion(at)
-        return TRUE["inertia"] * a + TRUE["coulomb"] * np.sign(v) + TRUE["viscous"] * v
+        q, v, a = motion(at)
+        cogs = COGGING * np.sin(order * q + 0.4) if kind.startswith("cogging") else 0.0
+        return TRUE["inertia"] * a + TRUE["coulomb"] * np.sign(v) + TRUE["viscous"] * v + cogs
 
-    late = float(kind[4:]) / RATE_HZ if kind.startswith("late") else 0.0
+    late = float(kind.rpartition("late")[2]) / RATE_HZ if "late" in kind else 0.0
     held = torque((np.arange(n * FINE) + 0.5) / (RATE_HZ * FINE) - late).reshape(n, FINE).mean(axis=1)
     decay = np.exp(-2.0 * np.pi * 20.0 / RATE_HZ)
     column = {

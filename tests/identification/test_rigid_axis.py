@@ -88,3 +88,25 @@ def test_directions_are_told_apart() -> None:
 def test_an_axis_that_does_not_move_is_refused() -> None:
     with pytest.raises(BadInputError, match="moving axis"):
         fit_rigid_axis(TIME, np.zeros(len(TIME)), np.ones(len(TIME)), RigidAxisRule(20.0))
+
+
+@pytest.mark.parametrize("order", [9.0, 23.4])
+def test_cogging_is_counted_apart_and_widens_no_interval(order: float) -> None:
+    position, torque = _axis(0.01)
+    # held from row to row, as the torque is
+    middle = 0.5 * (position + np.append(position[1:], position[-1]))
+    cogs = torque + 0.3 * np.sin(order * middle + 0.4)
+    without, fit = (fit_rigid_axis(TIME, position, one, RigidAxisRule(20.0)) for one in (torque, cogs))
+    assert without.ripples == () and len(fit.ripples) == 1
+    (ripple,) = fit.ripples
+    assert ripple.order == pytest.approx(order, rel=0.01) and ripple.amplitude == pytest.approx(0.3, rel=0.05)
+    assert f"{ripple.order:.4g} times a turn" in ripple.finding("arm", False).text
+    for estimate, plain in zip(fit.estimates, without.estimates, strict=True):
+        assert estimate.interval.half_width < 4.0 * plain.interval.half_width, estimate.name
+        assert estimate.interval.low - 1e-3 <= TRUE[estimate.name] <= estimate.interval.high + 1e-3, estimate.name
+    assert not fit.timing.excludes_zero and fit.timing.late.half_width < 2.0 * without.timing.late.half_width
+
+
+def test_a_spring_is_no_ripple_and_stays_with_the_numbers() -> None:
+    position, torque = _axis(0.01)
+    assert fit_rigid_axis(TIME, position, torque + 0.5 * position, RigidAxisRule(20.0)).ripples == ()

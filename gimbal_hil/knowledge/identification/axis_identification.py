@@ -129,7 +129,9 @@ def identify_axis(
     decided = {e.name for e in estimates if e.verdict is not Determination.NOT_IDENTIFIED}
     findings += [finding for finding in physical_findings(friction, axis) if decided & finding.concerns]
     findings += disagreement
-    findings += rigid[0].timing.findings(axis) if rigid[0] is not None else ()
+    if rigid[0] is not None:
+        findings += rigid[0].timing.findings(axis)
+        findings += [ripple.finding(axis, model.is_linear) for ripple in rigid[0].ripples]
     found = AxisIdentification(
         axis=axis,
         evidence=evidence,

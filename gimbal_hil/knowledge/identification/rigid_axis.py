@@ -20,6 +20,7 @@ from gimbal_hil.knowledge.identification.averaging import Vector, autocorrelatio
 from gimbal_hil.knowledge.identification.correlations import Correlations, of_replicates
 from gimbal_hil.knowledge.identification.estimate import Estimate, Interval, judge, settle, withheld
 from gimbal_hil.knowledge.identification.least_squares import Matrix
+from gimbal_hil.knowledge.identification.position_ripple import PositionRipple, ripples_of
 from gimbal_hil.knowledge.identification.timing import STATE_IT, Timing
 
 _REPEATS = 1000
@@ -33,6 +34,8 @@ _SLOW_TOO, _FEWEST_ROWS = 20.0, 200
 #: a low-pass is seen where at most this share is left of what a shift alone leaves: less may be the noise of the
 #: encoder, which a lag smooths too
 _CLEARLY_LESS = 0.8
+#: rounds in which waves over position, found beside a first fit, settle beside the numbers
+_RIPPLE_ROUNDS = 3
 #: a combination of columns, each of length 1, is nothing below this share of the largest; a column takes part in it
 #: above that share
 _DEPENDENT, _TAKES_PART = 1e-6, 1e-2
@@ -68,6 +71,7 @@ def regression_rule(period_s: float, time_stated: bool = False) -> RigidAxisRule
 @dataclass(frozen=True)
 class RigidAxisFit:
     """Estimates by name, rms of the torque residual, the same relative to the rms torque, and the rows behind them.
+    `ripples` are waves over position that were counted apart.
 
     `rate`, `torque`, `residual`, shape (n,), are at the decimated rows.
     """
@@ -81,6 +85,7 @@ class RigidAxisFit:
     blocks: int
     timing: Timing
     correlations: Correlations
+    ripples: tuple[PositionRipple, ...] = ()
 
     def value(self, name: str) -> float:
         """Fitted value by name."""
@@ -147,6 +152,11 @@ def fit_rigid_axis(
     load = np.zeros(len(torque)) if known is None else known
     problems = _problems(time_s, position, torque, load, rule, per_direction)
     names, rate = _NAMES[per_direction], problems[0][1]
+    ripples = _ripples(problems[0], position, rule.bandwidth_hz)
+    for _ in range(_RIPPLE_ROUNDS if ripples else 0):
+        problems = _problems(time_s, position, torque, load, rule, per_direction, ripples)
+        beside = fit_shifted(problems[0][0]).solution[len(names) :].reshape(len(ripples), -1)
+        ripples = tuple(ripple.moved(own) for ripple, own in zip(ripples, beside, strict=True))
     shifted = [_replicates(fit, seed) for fit in _shifted([problem for problem, _ in problems])]
     timing = _timing(shifted, step, rule.time_stated)
     plain = problems[0][0]
@@ -161,10 +171,19 @@ def fit_rigid_axis(
     relative = rms / float(np.sqrt(np.mean(fit.target**2)))
     rows = plain.rows
     first = (as_stated if rule.time_stated else shifted)[0]
-    correlations = of_replicates(names, first.numbers, fit.solution)
+    correlations = of_replicates(names, first.numbers[:, : len(names)], fit.solution[: len(names)])
     return RigidAxisFit(
-        estimates, rms, relative, rate[rows], fit.target, fit.residual, shifted[0].blocks, timing, correlations
+        estimates, rms, relative, rate[rows], fit.target, fit.residual, shifted[0].blocks, timing, correlations, ripples
     )
+
+
+def _ripples(
+    problem: tuple[ShiftedProblem, Vector], position: Vector, bandwidth_hz: float
+) -> tuple[PositionRipple, ...]:
+    """Waves over position in what the first regression leaves, as fast as the filters let through."""
+    fit, rows = fit_shifted(problem[0]), problem[0].rows
+    usual_rate = float(np.median(np.abs(problem[1][rows])))
+    return ripples_of(fit.residual, position[rows], 2.0 * np.pi * bandwidth_hz / max(usual_rate, 1e-12))
 
 
 def _shifted(problems: list[ShiftedProblem]) -> list[ShiftedFit]:
@@ -227,7 +246,13 @@ def _over(fits: list[_Replicates], index: int, value: float) -> Interval:
 
 
 def _problems(
-    time_s: Vector, position: Vector, torque: Vector, known: Vector, rule: RigidAxisRule, per_direction: bool
+    time_s: Vector,
+    position: Vector,
+    torque: Vector,
+    known: Vector,
+    rule: RigidAxisRule,
+    per_direction: bool,
+    ripples: tuple[PositionRipple, ...] = (),
 ) -> list[tuple[ShiftedProblem, Vector]]:
     """The regression at each choice of band and slowest rows, the rule's own first, with the rate (n,) at its rows."""
     step = float(np.median(np.diff(time_s)))
@@ -238,7 +263,14 @@ def _problems(
         rate = np.asarray(CubicSpline(time_s, smooth)(time_s, 1))
         narrow = _low_pass(band, 1.0 / step)
         columns: Matrix = np.stack(
-            [sosfiltfilt(narrow, one) for one in _columns(smooth, rate, step, per_direction)], axis=1
+            [
+                sosfiltfilt(narrow, one)
+                for one in (
+                    *_columns(smooth, rate, step, per_direction),
+                    *(column for ripple in ripples for column in ripple.columns(smooth)),
+                )
+            ],
+            axis=1,
         )
         target, load = sosfiltfilt(narrow, centred_torque(torque)), sosfiltfilt(narrow, known)
         inside = np.zeros(len(target), dtype=bool)
