@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from gimbal_hil.data.preflight.impossible import AROUND, Fault, Floats, Impossible
+from gimbal_hil.data.preflight.impossible import AROUND, ColumnFault, Floats, Impossible
 from gimbal_hil.data.signals import RigidBody, SignalsTable
 from sim_backend.model import AntennaModel
 
@@ -49,7 +49,7 @@ def held_torques(model: AntennaModel, table: SignalsTable, axis: str) -> Iterato
         what = (
             f"is the same as in the rows around it, {len(rows)} rows in all, where the motion asks for another torque"
         )
-        yield Impossible(f"{axis}.torque", tuple(rows.tolist()), what, Fault.STILL)
+        yield Impossible(f"{axis}.torque", tuple(rows.tolist()), what, ColumnFault.STILL)
 
 
 def _in_runs(torque: Floats) -> np.ndarray:

@@ -17,7 +17,7 @@ AROUND = 5
 MEDIAN_TO_SIGMA = 1.4826
 
 
-class Fault(Enum):
+class ColumnFault(Enum):
     """What kind of impossible it is; only a spike can be made up from its neighbours."""
 
     SPIKE = "spike"
@@ -33,12 +33,12 @@ class Impossible:
     column: str
     rows: tuple[int, ...]
     what: str
-    fault: Fault = Fault.SPIKE
+    fault: ColumnFault = ColumnFault.SPIKE
 
     @property
     def can_be_made_up(self) -> bool:
         """Whether a repair may fill these rows."""
-        return self.fault is Fault.SPIKE
+        return self.fault is ColumnFault.SPIKE
 
 
 def median_around(values: Floats) -> Floats:

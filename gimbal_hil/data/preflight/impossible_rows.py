@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from firmware_protocol.errors import BadInputError
-from gimbal_hil.data.preflight.impossible import MOST_REPAIRED, Fault, Floats, Impossible
+from gimbal_hil.data.preflight.impossible import MOST_REPAIRED, ColumnFault, Floats, Impossible
 from gimbal_hil.data.preflight.position_rows import impossible_positions
 from gimbal_hil.data.preflight.torque_rows import impossible_torques
 from gimbal_hil.data.signals import SignalsTable
@@ -81,14 +81,14 @@ def _place(table: SignalsTable, one: Impossible) -> str:
 
 def _said(table: SignalsTable, one: Impossible) -> str:
     value = float(table.columns[one.column][one.rows[0]])
-    if one.fault in (Fault.JUMP, Fault.STILL):
+    if one.fault in (ColumnFault.JUMP, ColumnFault.STILL):
         return f"reads {value:.6g} and {one.what}"
     more = f" ({len(one.rows)} rows in all)" if len(one.rows) > 1 else ""
     return f"reads {value:.6g}, {one.what}{more}"
 
 
 def _remedy(one: Impossible, rows: int, of: int) -> str:
-    if one.fault is Fault.STILL:
+    if one.fault is ColumnFault.STILL:
         return "a column that is refreshed, within its range, and a joint that is at no stop; else the log cut there"
     if not one.can_be_made_up:
         return f"a column that does not wrap or restart: {_wrap_of(one)}, or the log cut there"

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from gimbal_hil.data.preflight.impossible import AROUND, Fault, Floats, Impossible, median_around, scatter_of
+from gimbal_hil.data.preflight.impossible import AROUND, ColumnFault, Floats, Impossible, median_around, scatter_of
 from gimbal_hil.data.signals import SignalsTable
 from sim_backend.model import AntennaModel
 
@@ -62,7 +62,7 @@ def _stills(column: str, position: Floats, allowed: Floats, step: float) -> Iter
                 column,
                 rows,
                 f"is the same in {last - first + 1} rows and {way} within one row, faster than the torque there allows",
-                Fault.STILL,
+                ColumnFault.STILL,
             )
             return
 
@@ -89,7 +89,7 @@ def _places(column: str, position: Floats, longest: float) -> Iterator[Impossibl
             back = at + 1
         if back is None:
             what = f"jumps by {off[at]:.4g} in one row, which no torque of this axis can do"
-            yield Impossible(column, (at + 1,), what, Fault.JUMP)
+            yield Impossible(column, (at + 1,), what, ColumnFault.JUMP)
             return
         spikes += range(at + 1, int(back) + 1)
         k = int(np.searchsorted(outliers, back, side="right"))

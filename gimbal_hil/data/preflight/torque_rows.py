@@ -11,7 +11,7 @@ from gimbal_hil.data.preflight.held_torque import held_torques
 from gimbal_hil.data.preflight.impossible import (
     AROUND,
     MOST_REPAIRED,
-    Fault,
+    ColumnFault,
     Floats,
     Impossible,
     median_around,
@@ -45,10 +45,10 @@ def impossible_torques(model: AntennaModel, table: SignalsTable, axis: str) -> I
     beyond = np.flatnonzero(np.abs(torque) > size)
     most = float(np.max(np.abs(torque)))
     if len(beyond) and _lost_signs(torque[beyond], size):
-        yield Impossible(column, tuple(beyond.tolist()), f"beyond the actuator, {_UNSIGNED}", Fault.UNSIGNED)
+        yield Impossible(column, tuple(beyond.tolist()), f"beyond the actuator, {_UNSIGNED}", ColumnFault.UNSIGNED)
     elif (rows := _tops(torque, most)) is not None:
         what = f"is never negative and jumps to the top of its range, {_UNSIGNED}"
-        yield Impossible(column, rows, what, Fault.UNSIGNED)
+        yield Impossible(column, rows, what, ColumnFault.UNSIGNED)
     elif 0 < len(beyond) <= MOST_REPAIRED * len(torque):
         yield Impossible(column, tuple(beyond.tolist()), "with a torque that the actuator cannot give")
     elif len(beyond) == 0:
