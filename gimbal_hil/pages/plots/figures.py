@@ -13,7 +13,7 @@ MEASURED, MODEL, REFERENCE, SECOND, ALERT = ("#1f6f8b", "#d1603d", "#8a94a0", "#
 AXIS_COLOURS = ("#1f6f8b", "#d1603d")
 
 #: noise floors up to which an axis begins at zero
-_LINEAR_UP_TO = 20.0
+_LINEAR_UP_TO = 50.0
 
 _LINES = dict(gridcolor="#ebf0f8", ticks="", zerolinewidth=2, title=dict(standoff=15))
 _DARK = dict(color="#2a3f5f")

@@ -19,6 +19,17 @@ if TYPE_CHECKING:
 #: points of a line: the largest error of each interval, or one joint position in so many
 _POINTS = 1200
 _MOST_LISTED = 60
+#: how sizes of an angle are written on an axis, by µrad
+_DECADES = {
+    1.0: "1 µrad",
+    10.0: "10 µrad",
+    1e2: "100 µrad",
+    1e3: "1 mrad",
+    1e4: "10 mrad",
+    1e5: "100 mrad",
+    1e6: "1 rad",
+}
+_UNITS = {"_urad": "µrad", "_s": "s"}
 
 
 def write_page(
@@ -44,6 +55,7 @@ def write_page(
     if known:
         tiles.insert(0, (f"{figures.settled_true_rms_urad:.1f} µrad", "rms settled, by the base's true motion"))
     said = summary(name, figures)
+    named = [(_named(key), value) for key, value in figures.as_dict().items()]
     blocks: list[Block] = [
         Callout(said, _colour(figures)),
         Tiles(tiles),
@@ -56,8 +68,8 @@ def write_page(
         Plot(_joints_figure(trace, axes), "Where the joints were: the base's motion and the target's together."),
         Heading("In figures"),
         Table(
-            ("Figure", "Value"),
-            [(key.replace("_", " "), _cell(value)) for key, value in figures.as_dict().items()],
+            ("Figure", "Value", "Unit"),
+            [(words, _cell(value), unit) for (words, unit), value in named],
         ),
         Heading("Mute signal"),
         Table(
@@ -101,6 +113,15 @@ def summary(name: str, figures: PointingFigures) -> str:
     )
 
 
+def _named(key: str) -> tuple[str, str]:
+    """`settled_true_rms_urad` as words and its unit."""
+    ending = next((ending for ending in _UNITS if key.endswith(ending)), "")
+    words = key.removesuffix(ending).replace("_", " ")
+    if "true " in f"{words} ":
+        words = words.replace("true ", "") + ", by the base's true motion"
+    return words, _UNITS.get(ending, "")
+
+
 def _cell(value: float | int | None) -> str:
     return "-" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
 
@@ -113,7 +134,7 @@ def _time(trace: HeldTrace, tick: int) -> float:
 def _error_figure(trace: HeldTrace, beyond_rad: float, known: bool) -> Drawing:
     from gimbal_hil.pages.plots import ALERT, MEASURED, SECOND, figure
 
-    drawn = figure("", "time [s]", "error [µrad]")
+    drawn = figure("", "time [s]", "pointing error")
     every = max(1, len(trace.tick) // _POINTS)
     size = len(trace.tick) // every * every
     time_s = trace.time_s[:size:every]
@@ -129,7 +150,7 @@ def _error_figure(trace: HeldTrace, beyond_rad: float, known: bool) -> Drawing:
         mode="lines",
         line=dict(color=ALERT, dash="dash"),
     )
-    drawn.update_yaxes(type="log")
+    drawn.update_yaxes(type="log", tickvals=list(_DECADES), ticktext=list(_DECADES.values()))
     return drawn
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,10 +27,14 @@ def campaign_page(table: Path, title: str, where: str) -> Page:
     measured = {name: values for name, values in columns.items() if ": " in name}
     drawn = {name: values for name, values in columns.items() if name not in measured}
     failed = [text for text in problems if text]
-    said = f"{len(problems) - 1} antennas and the nominal one; {len(failed)} did not finish the experiment."
+    ended = f"{len(failed)} did not finish the experiment" if failed else "all finished the experiment"
+    said = f"{len(problems) - 1} antennas and the nominal one: {ended}."
     kinds = list(dict.fromkeys(name.rpartition(": ")[2] for name in measured))
     blocks: list[Block] = [
-        Callout(said + (f" The first: {failed[0]}." if failed else ""), "warning" if failed else "good"),
+        Callout(
+            said + (f" The first: {failed[0]}." if failed else "") + _widest(kinds, measured),
+            "warning" if failed else "good",
+        ),
         *(Plot(_spread(kind, measured), _CAPTION) for kind in kinds[:_MOST_PICTURES]),
         Heading("What was measured"),
         Table(_HEADER, [_row(name, values) for name, values in measured.items()]),
@@ -41,7 +45,8 @@ def campaign_page(table: Path, title: str, where: str) -> Page:
 
 
 _CAPTION = (
-    "Dots: the median of the antennas, and the nominal one; bars: where nine tenths and the middle half of them are."
+    "Dots: the median of the antennas; bars: where nine tenths and the middle half of them are. The line is the "
+    "nominal antenna, whose value stands beside the name."
 )
 _UNITS = {"_rad_s": "rad/s", "_rad": "rad", "_s": "s", "_percent": "%", "_nm": "N m"}
 
@@ -62,35 +67,72 @@ def _row(name: str, values: NDArray[np.float64]) -> list[str]:
     return [name, f"{values[0]:.4g}", *spread, str(len(values) - 1 - len(found))]
 
 
+def _ending(kind: str) -> str:
+    return next((ending for ending in _UNITS if kind.endswith(ending)), "")
+
+
+def _unit(kind: str) -> str:
+    """Of `settling_s` s; empty for a number without one."""
+    return _UNITS.get(_ending(kind), "")
+
+
+def _words(kind: str) -> str:
+    """`settling_s` without its unit."""
+    return kind.removesuffix(_ending(kind)).replace("_", " ")
+
+
 def _title(kind: str) -> str:
     """`settling_s` as words and a unit."""
-    ending = next((ending for ending in _UNITS if kind.endswith(ending)), "")
-    words = kind.removesuffix(ending).replace("_", " ")
-    return f"{words} [{_UNITS[ending]}]" if ending else words
+    return f"{_words(kind)} [{_unit(kind)}]" if _unit(kind) else _words(kind)
+
+
+def _of_kind(kind: str, measured: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
+    """Values (n,) of every step that measured one kind of number, the nominal antenna's first."""
+    return {name.rpartition(": ")[0]: values for name, values in measured.items() if name.endswith(f": {kind}")}
+
+
+def _widest(kinds: Sequence[str], measured: Mapping[str, NDArray[np.float64]]) -> str:
+    """The number that differs most from antenna to antenna, against its size, in words."""
+    found: list[tuple[float, str]] = []
+    for kind in kinds:
+        for step, values in _of_kind(kind, measured).items():
+            if not np.isfinite(values[0]) or not np.isfinite(values[1:]).any():
+                continue
+            low, high = np.nanquantile(values[1:], (0.05, 0.95))
+            size = max(abs(values[0]), float(np.nanmax(np.abs(values))), 1e-12)
+            unit = _unit(kind)
+            said = f"{_words(kind)} of {step}, {low:.4g} to {high:.4g} {unit} in nine of ten (nominal {values[0]:.4g})"
+            found.append(((high - low) / size, said))
+    return f" Differs most: {max(found)[1]}." if found else ""
 
 
 def _spread(kind: str, measured: Mapping[str, NDArray[np.float64]]) -> Drawing:
-    """One kind of number in every step that measured it; quantiles only, so that the page does not grow."""
+    """One kind of number in every step that measured it, as the difference from the nominal antenna, which stands at
+    the step; quantiles only, so that the page does not grow.
+    """
     from gimbal_hil.pages.plots import ALERT, MEASURED, REFERENCE, figure
 
-    picked = {name.rpartition(": ")[0]: values for name, values in measured.items() if name.endswith(f": {kind}")}
-    drawn = figure(_title(kind), "", _title(kind))
+    picked = _of_kind(kind, measured)
+    unit = _unit(kind)
+    drawn = figure(_title(kind), f"difference from the nominal antenna [{unit or '1'}]", "", 130 + 34 * len(picked))
+    nominal = np.array([values[0] for values in picked.values()])
     quantiles = np.array([np.nanquantile(values, (0.05, 0.25, 0.5, 0.75, 0.95)) for values in picked.values()]).T
-    low, q1, median, q3, high = quantiles
-    steps = list(picked)
+    low, q1, median, q3, high = quantiles - nominal
+    steps = [f"{step}: {value:.4g} {unit}".rstrip() for step, value in zip(picked, nominal, strict=True)]
     for name, least, most, colour, width in (
         ("5 to 95 %", low, high, REFERENCE, 4),
         ("25 to 75 %", q1, q3, MEASURED, 8),
     ):
         reach = dict(type="data", symmetric=False, array=most - median, arrayminus=median - least)
         drawn.add_scatter(
-            x=steps,
-            y=median,
+            x=median,
+            y=steps,
             mode="markers",
             name=name,
             marker=dict(color=colour, size=width),
-            error_y=dict(color=colour, thickness=width, width=0, **reach),
+            error_x=dict(color=colour, thickness=width, width=0, **reach),
         )
-    nominal = [values[0] for values in picked.values()]
-    drawn.add_scatter(x=steps, y=nominal, mode="markers", name="nominal", marker=dict(color=ALERT, size=7))
+    drawn.update_yaxes(autorange="reversed")
+    drawn.add_vline(x=0.0, color=ALERT, width=1)
+    drawn.update_layout(hovermode="closest")
     return drawn

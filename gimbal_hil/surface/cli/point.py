@@ -54,11 +54,11 @@ class CertifyOptions:
             "the share of time within 0.2 degrees, and whether mute came within 100 ms in all.",
             min=1,
         ),
-    ] = (None,)
+    ] = None
     navigation: Annotated[
         Path | None, typer.Option(help="With --certify: file with the errors of your navigation (YAML).")
-    ] = (None,)
-    workers: Annotated[int, typer.Option(help="With --certify: processes.", min=1, max=256)] = (1,)
+    ] = None
+    workers: Annotated[int, typer.Option(help="With --certify: processes.", min=1, max=256)] = 1
 
 
 def command(

@@ -26,14 +26,14 @@ class ReportOptions:
         typer.Option(
             metavar="DIR", help="Folder of an improvement: its model is used; where there is none, improve runs first."
         ),
-    ] = (None,)
+    ] = None
     report: Annotated[
         Path | None,
         typer.Option(
             metavar="DIR", help="Page: before and after in the arena; with --improved also the causes of the gain."
         ),
-    ] = (None,)
-    seeds: Annotated[int, typer.Option(help="Runs of each scenario in the report.", min=1)] = (2,)
+    ] = None
+    seeds: Annotated[int, typer.Option(help="Runs of each scenario in the report.", min=1)] = 2
 
 
 def command(
