@@ -55,7 +55,21 @@ def test_an_effect_shows_from_the_size_that_was_foreseen(
     gaps = [
         gap_of(effect, "outer", **(parameters | {shows.parameter: times * shows.size})) for times in (0.3, 1.0, 3.0)
     ]
-    assert gaps[0] < 1.25 and gaps[1] == pytest.approx(1.5, abs=0.25) and 2.5 < gaps[2] < 5.0
+    # up to twice the noise friction that wanders may pass for it
+    assert gaps[0] < 1.25 and 1.4 < gaps[1] < 2.1 and 2.5 < gaps[2] < 6.0
+
+
+def test_known_numbers_take_of_a_gain_no_more_than_what_is_said_of_them_lets_them(before: Foreseen) -> None:
+    # each within 0.1 %: all of them together make up for so much of a gain, and not for the whole of any
+    sizes = {one.axis: one.size for one in before.shows if one.name == "torque_gain"}
+    assert sizes.keys() == {"outer", "inner"} and all(0.001 < size < 0.004 for size in sizes.values())
+
+
+def test_the_sizes_of_every_parameter_are_told_to_put_the_effect_in(before: Foreseen) -> None:
+    (ripple,) = (one for one in before.shows if (one.name, one.axis) == ("cogging", "outer"))
+    values = {name: (without, value) for name, without, value in ripple.values}
+    assert values["amplitude"] == (0.0, pytest.approx(ripple.size))
+    assert values["order"][0] == values["order"][1] and values["phase"][0] == values["phase"][1]
 
 
 def test_the_size_of_a_resonance_is_its_share_and_not_its_frequency(before: Foreseen) -> None:

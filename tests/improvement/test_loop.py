@@ -7,9 +7,10 @@ from pathlib import Path
 import pytest
 
 from firmware_protocol.errors import BadInputError
+from gimbal_hil.knowledge.discrepancy import LEAST_GAP
 from gimbal_hil.knowledge.improvement import Ending, Measured, read_journal
 from sim_backend.model import AntennaModel, shipped_model
-from tests.improvement.antennas import with_a_bump
+from tests.improvement.antennas import judged, with_a_bump
 from tests.improvement.sessions import improved, task_of, virtual
 
 COGGING = {"amplitude": 0.03, "order": 12.0, "phase": 0.7}
@@ -130,3 +131,29 @@ def test_a_cause_outside_the_catalogue_ends_unexplained_with_the_model_unchanged
     assert done.ending is Ending.UNEXPLAINED
     assert done.model.document == shipped_model().document
     assert "inner" in done.text
+
+
+def with_moments(share: float) -> AntennaModel:
+    """The shipped antenna with every moment and product of inertia off by a share."""
+    antenna = shipped_model()
+    for axis in antenna.axes:
+        tensor = [f"body.inertia.{one}" for one in ("xx", "yy", "zz", "xy", "xz", "yz")]
+        numbers = {path: (1.0 + share) * antenna.number(axis, path) for path in tensor}
+        antenna = antenna.with_numbers(axis, numbers, "hidden")
+    return antenna
+
+
+@pytest.mark.heavy
+def test_every_tensor_a_fifth_larger_than_the_model_says_is_found_to_the_floor(tmp_path: Path) -> None:
+    antenna = with_moments(0.2)
+    done = improved(task_of(tmp_path), virtual(antenna))
+    assert done.ending is Ending.AT_THE_FLOOR
+    assert judged(antenna, done.model) < LEAST_GAP
+    assert len(done.diagnoses) <= 4
+    for axis in antenna.axes:
+        own = antenna.own_inertia_path(axis)
+        assert done.model.number(axis, own) == pytest.approx(antenna.number(axis, own), rel=0.02)
+    # moments about axes that nothing turned keep what was said of them
+    unseen = done.model.numbers["outer", "body.inertia.xx"]
+    assert unseen.value == shipped_model().number("outer", "body.inertia.xx")
+    assert not (unseen.source or "").startswith("identified")

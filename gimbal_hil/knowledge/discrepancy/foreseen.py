@@ -69,7 +69,7 @@ def foreseen(model: AntennaModel, table: SignalsTable, policy: Policy | None = N
         inquiry = replace(inquiry, inexact=noise.processing / inquiry.floor)
         inquiry, null = recalibrated(inquiry, as_stated(inquiry))
     weighing = weighing_of(inquiry, null)
-    found = [trace for family in inquiry.families for trace in traces(inquiry, null, weighing, family)]
+    found = traces(inquiry, null)
     shown = {(trace.shows.name, trace.shows.axis) for trace in found}
     return Foreseen(
         float(inquiry.twin.records[0].bands.scored_hz),

@@ -26,11 +26,17 @@ from gimbal_hil.knowledge.identification.output_error import (
     OutputErrorRule,
     fit_output_error,
 )
-from gimbal_hil.knowledge.identification.presliding import STEPS_FOR_SIGMA1, PreslidingFit, fit_presliding
+from gimbal_hil.knowledge.identification.presliding import (
+    STEPS_FOR_SIGMA1,
+    PreslidingFit,
+    PreslidingRun,
+    fit_presliding,
+)
 from gimbal_hil.knowledge.identification.rigid_axis import RigidAxisFit, fit_rigid_axis, regression_rule
 from gimbal_hil.knowledge.identification.rigid_load import axis_load
 from gimbal_hil.knowledge.identification.segments import TorqueSource
 from gimbal_hil.knowledge.identification.sliding import LEAST_POINTS, MapHalf, StaticFit, fit_static
+from gimbal_hil.knowledge.identification.stiffness import disagreement, doubted, with_own_error
 from gimbal_hil.knowledge.identification.stribeck import LUGRE_NAMES, LUGRE_UNITS, LugreFriction, StaticFriction
 from gimbal_hil.knowledge.identification.velocity_map import VelocityMap, measure_velocity_map
 from sim_backend.model import AntennaModel
@@ -113,8 +119,8 @@ def identify_axis(
         if static is None and len(model.axes) == 1 and not _only_bends(logs, axis)
         else (None, None)
     )
-    disagreement = _disagreement(presliding, dynamic, axis)
-    said = _doubted(dynamic) if disagreement else dynamic
+    disagreeing = disagreement(presliding, dynamic, axis)
+    said = doubted(dynamic) if disagreeing else dynamic
     estimates = _final(prior, velocity_map, static, presliding, said, rigid[0])
     usable = [e for e in estimates if e.name in LUGRE_NAMES and np.isfinite(e.value)]
     friction = prior.with_values(tuple(e.name for e in usable), np.array([e.value for e in usable]))
@@ -128,7 +134,7 @@ def identify_axis(
     findings += repeatability_findings(velocity_map.points if velocity_map else (), axis)
     decided = {e.name for e in estimates if e.verdict is not Determination.NOT_IDENTIFIED}
     findings += [finding for finding in physical_findings(friction, axis) if decided & finding.concerns]
-    findings += disagreement
+    findings += disagreeing
     if rigid[0] is not None:
         findings += rigid[0].timing.findings(axis)
         findings += [ripple.finding(axis, model.is_linear) for ripple in rigid[0].ripples]
@@ -213,9 +219,12 @@ def _bristles(
     dynamic = fit_output_error(records, evidence.inertia, known, free, step, rule)
     sigma1 = next(e for e in dynamic.estimates if e.name == "sigma1")
     if presliding is not None and sigma1.verdict is Determination.IDENTIFIED:
-        presliding = fit_presliding(
-            evidence.presliding, breakaway, step, known.sigma0, sigma1.value, True, known.static
-        )
+
+        def curve(runs: Sequence[PreslidingRun]) -> PreslidingFit | None:
+            return fit_presliding(runs, breakaway, step, known.sigma0, sigma1.value, True, known.static)
+
+        presliding = curve(evidence.presliding)
+        presliding = None if presliding is None else with_own_error(presliding, curve, evidence, dynamic)
     return presliding, dynamic
 
 
@@ -344,43 +353,3 @@ def _bent(evidence: Evidence, prior: LugreFriction, step: float) -> LugreFrictio
         if shown is None or shown.sigma0.verdict is Determination.NOT_IDENTIFIED
         else replace(prior, sigma0=shown.sigma0.fitted)
     )
-
-
-def _doubted(dynamic: OutputErrorFit | None) -> OutputErrorFit | None:
-    """A fit to simulated motion whose stiffness slow ramps exclude: nothing of it is known as well as it says."""
-    if dynamic is None:
-        return None
-    reason = "slow ramps exclude the stiffness of the simulated motion that this comes from"
-    experiment = EXPERIMENTS["sigma1"]
-    weaker = {Determination.IDENTIFIED: Determination.WEAKLY_IDENTIFIED}
-    return replace(
-        dynamic,
-        estimates=tuple(
-            replace(
-                e,
-                verdict=weaker.get(e.verdict, e.verdict),
-                reason=e.reason or reason,
-                experiment=e.experiment or experiment,
-            )
-            for e in dynamic.estimates
-        ),
-    )
-
-
-def _disagreement(
-    presliding: PreslidingFit | None, dynamic: OutputErrorFit | None, axis: str
-) -> tuple[DataWarning, ...]:
-    """Slow and fast presliding that ask for different stiffness: the bristle model itself is then in doubt."""
-    if presliding is None or dynamic is None:
-        return ()
-    slow, fast = presliding.sigma0, next((e for e in dynamic.estimates if e.name == "sigma0"), None)
-    if fast is None or Determination.NOT_IDENTIFIED in (slow.verdict, fast.verdict):
-        return ()
-    if slow.interval.low <= fast.interval.high and fast.interval.low <= slow.interval.high:
-        return ()
-    text = (
-        f"sigma0 from slow ramps {slow.fitted_text} ({slow.interval_text}) and from "
-        f"simulated motion {fast.fitted_text} ({fast.interval_text}) exclude each other: "
-        "one bristle does not describe both"
-    )
-    return (DataWarning("stiffness_disagrees", text, axis),)

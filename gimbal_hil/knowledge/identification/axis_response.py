@@ -27,17 +27,23 @@ class AxisRecord:
 
 
 def simulate_axis(
-    record: AxisRecord, inertia: float, friction: LugreFriction, offset: float = 0.0, substep_s: float = 5e-4
+    record: AxisRecord,
+    inertia: float,
+    friction: LugreFriction,
+    offset: float = 0.0,
+    substep_s: float = 5e-4,
+    finer: int = 1,
 ) -> tuple[Vector, Vector]:
     """Position and rate at t_k, each (n,), of `inertia q'' = torque + offset - F` from the record's first position at
     rest.
 
     The bristles start in balance with the first torque (within break-away). Same integration as the plant (leapfrog
-    with the exact bristle update), with steps of at most `substep_s`.
+    with the exact bristle update), with steps of at most `substep_s`, each of them cut
+    into `finer`.
     """
     n = len(record.torque)
     position, rate = np.zeros(n), np.zeros(n)
-    steps = max(1, int(np.ceil(record.step_s / substep_s - 1e-9)))
+    steps = finer * max(1, int(np.ceil(record.step_s / substep_s - 1e-9)))
     limit = 0.98 * min(friction.static.breakaway, friction.static.coulomb)
     held = float(np.clip(record.torque[0] + offset, -limit, limit))
     _respond(

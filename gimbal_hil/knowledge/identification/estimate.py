@@ -38,6 +38,11 @@ class Interval:
         """True when the value lies in the interval, bounds included."""
         return self.low <= value <= self.high
 
+    def moved(self, by: float) -> Interval:
+        """The interval made to hold itself as a whole elsewhere too, as far as its ends are no bounds."""
+        low = self.low if self.open_low else self.low + min(0.0, by)
+        return replace(self, low=low, high=self.high if self.open_high else self.high + max(0.0, by))
+
     def stretched_over(self, values: Sequence[float]) -> Interval:
         """The interval made to hold these values too."""
         return replace(self, low=min(self.low, *values), high=max(self.high, *values))

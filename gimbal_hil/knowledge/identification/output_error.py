@@ -7,7 +7,7 @@ squares on logarithmic scales within bounds, from several starts, and reports ho
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,8 +15,13 @@ from gimbal_hil.knowledge.identification.averaging import Vector
 from gimbal_hil.knowledge.identification.axis_response import AxisRecord, simulate_axis
 from gimbal_hil.knowledge.identification.correlations import Correlations, of_fit
 from gimbal_hil.knowledge.identification.estimate import Estimate
-from gimbal_hil.knowledge.identification.least_squares import Unknown, fit
-from gimbal_hil.knowledge.identification.profile import ProfileTask, robust_variance_ratio
+from gimbal_hil.knowledge.identification.least_squares import LeastSquaresFit, Unknown, fit
+from gimbal_hil.knowledge.identification.profile import (
+    ProfileTask,
+    between_pieces_ratio,
+    pieces,
+    robust_variance_ratio,
+)
 from gimbal_hil.knowledge.identification.settled import Asked, settle_parameters
 from gimbal_hil.knowledge.identification.stribeck import LUGRE_NAMES, LUGRE_UNITS, LugreFriction
 
@@ -27,6 +32,10 @@ _SPREAD = 0.35
 #: relative change of the sum of squares at which a fit, and a refit of a profile, is good enough: well below one
 #: residual's worth
 _TOLERANCE, _PROFILE_TOLERANCE = 1e-8, 1e-6
+#: the simulation is of second order: steps of no length lie so many times as far away as steps of half the length
+_TO_NO_STEP = 4.0 / 3.0
+#: pieces between which friction may wander are at most so long, s
+_PIECE_S = 2.0
 EXPERIMENTS = {
     "breakaway": "slow torque ramps through break-away, or plateaus below the Stribeck velocity",
     "coulomb": "plateaus at three and more times the Stribeck velocity",
@@ -51,6 +60,8 @@ class OutputErrorRule:
     starts: int = 4
     seed: int = 0
     substep_s: float = 5e-4
+    #: into so many each of these steps is cut
+    finer: int = 1
 
 
 @dataclass(frozen=True)
@@ -88,7 +99,9 @@ class _ResponseResiduals:
         friction = self.base.with_values(self.free, values[: len(self.free)])
         pieces = []
         for record in self.records:
-            position, _ = simulate_axis(record, self.inertia, friction, float(values[-1]), self.rule.substep_s)
+            position, _ = simulate_axis(
+                record, self.inertia, friction, float(values[-1]), self.rule.substep_s, self.rule.finer
+            )
             pieces.append(displacements(record.position - position, record.step_s, self.rule.compare_s))
         return np.concatenate(pieces) / self.error
 
@@ -112,7 +125,8 @@ def fit_output_error(
 
     A constant torque offset is always fitted along: an unmodelled trifle of unbalance must not become friction.
     Residual scatter sets the error (not below the encoder's); intervals are profile likelihood, widened per parameter
-    by the ratio of its autocorrelation-robust variance to the naive one.
+    by the ratio of its variance to the naive one, autocorrelation-robust or between pieces of the data, whichever is
+    larger. Estimates are those of a simulation without steps; intervals hold what they hold with steps too.
     """
     rules = rule or OutputErrorRule()
     floor = max(encoder_step / np.sqrt(6.0), 1e-12)
@@ -125,14 +139,17 @@ def fit_output_error(
     residuals = _ResponseResiduals(tuple(records), inertia, start, free, rules, scatter)
     agreeing = best.agreeing_starts
     best = fit(residuals, parameters, [best.values], _DIFFERENCE_STEP, _TOLERANCE)
-    task = ProfileTask(residuals, parameters, best, robust_variance_ratio(best), _DIFFERENCE_STEP, _PROFILE_TOLERANCE)
+    lengths = [len(displacements(record.position, record.step_s, rules.compare_s)) for record in records]
+    piece = pieces(lengths, len(parameters), round(_PIECE_S / rules.compare_s))
+    ratio = np.maximum(robust_variance_ratio(best), between_pieces_ratio(best, piece))
+    task = ProfileTask(residuals, parameters, best, ratio, _DIFFERENCE_STEP, _PROFILE_TOLERANCE)
     asked = [
         Asked(name, LUGRE_UNITS[LUGRE_NAMES.index(name)], float(centre[i]), EXPERIMENTS[name])
         for i, name in enumerate(free)
     ]
     sensitivity = np.sqrt(np.mean(best.jacobian[:, : len(free)] ** 2, axis=0)) * 0.01
     correlations = of_fit(parameters, best)
-    estimates, best = settle_parameters(task, asked)
+    estimates, best = settle_parameters(task, asked, _bias_of_steps(residuals, parameters, best))
     friction = start.with_values(free, best.values[:-1])
     offset = float(best.values[-1])
     simulated = tuple(simulate_axis(record, inertia, friction, offset, rules.substep_s)[0] for record in records)
@@ -140,6 +157,18 @@ def fit_output_error(
     return OutputErrorFit(
         estimates, friction, offset, tuple(records), simulated, rms, sensitivity, agreeing, correlations
     )
+
+
+def _bias_of_steps(residuals: _ResponseResiduals, parameters: Sequence[Unknown], best: LeastSquaresFit) -> Vector:
+    """How far the best fit lies from that of a simulation without steps, (p,): from what half its steps change, to
+    first order.
+    """
+    finer = replace(residuals, rule=replace(residuals.rule, finer=2 * residuals.rule.finer))
+    change = finer(best.values) - residuals(best.values)
+    away = np.linalg.lstsq(best.jacobian, -_TO_NO_STEP * change, rcond=1e-10)[0]
+    ends = [(p.coordinate(p.low), p.coordinate(p.high)) for p in parameters]
+    there = [min(max(x, low), high) for x, (low, high) in zip(best.coordinates + away, ends, strict=True)]
+    return best.values - np.array([p.value(float(x)) for p, x in zip(parameters, there, strict=True)])
 
 
 def _parameters(start: LugreFriction, free: tuple[str, ...]) -> tuple[Unknown, ...]:

@@ -13,7 +13,12 @@ from scipy.signal import lfilter
 from gimbal_hil.knowledge.identification.averaging import Vector
 from gimbal_hil.knowledge.identification.estimate import Determination, Estimate, settle, withheld
 from gimbal_hil.knowledge.identification.least_squares import LeastSquaresFit, Unknown, fit
-from gimbal_hil.knowledge.identification.profile import ProfileTask, profile_interval, robust_variance_ratio
+from gimbal_hil.knowledge.identification.profile import (
+    ProfileTask,
+    between_pieces_ratio,
+    profile_interval,
+    robust_variance_ratio,
+)
 from gimbal_hil.knowledge.identification.stribeck import StaticFriction, stribeck_bump
 
 #: below so many encoder steps of presliding travel sigma1 is not reported; below so many sigma0 is not either
@@ -133,6 +138,12 @@ class _PathResiduals:
         )
         return np.asarray(np.where(counted, path + means[np.maximum(leg, 0)], np.nan))
 
+    def leg_of_each_row(self) -> NDArray[np.int64]:
+        """Number of the leg of each residual, counted through all runs."""
+        before = np.cumsum([0, *(int(leg.max(initial=-1)) + 1 for leg in self.legs)])
+        every = np.concatenate([leg[leg >= 0] + first for leg, first in zip(self.legs, before, strict=False)])
+        return np.asarray(np.unique(every, return_inverse=True)[1])
+
     def __call__(self, values: Vector) -> Vector:
         pieces = []
         for number, (run, error) in enumerate(zip(self.runs, self.errors, strict=True)):
@@ -179,7 +190,8 @@ def fit_presliding(
     `breakaway` (N m) starts the search and limits the rows to nine tenths of it. `sigma1` is the bristle damping; when
     it is not known the intervals are stretched over what none and twice as much of it would give. `curve` is the steady
     curve as far as known: with it the level sinks with the speed that a ramp reaches near break-away. Intervals are
-    profile likelihoods widened by the autocorrelation-robust variance of the residuals, which carry the encoder step.
+    profile likelihoods widened by the autocorrelation-robust variance of the residuals, which carry the encoder step,
+    or by how the legs differ, whichever is more.
     """
     used = tuple(cut for run in runs if (cut := _below(run, _HIGHEST_SHARE * breakaway)) is not None)
     if not used:
@@ -194,7 +206,8 @@ def fit_presliding(
             nothing, seen, used, tuple(np.full(len(r.time_s), np.nan) for r in used), steps, float("nan"), float("nan")
         )
     residuals, best = _solve(used, breakaway, encoder_step, sigma1, curve)
-    task = ProfileTask(residuals, _parameters(used, breakaway), best, robust_variance_ratio(best))
+    ratio = np.maximum(robust_variance_ratio(best), between_pieces_ratio(best, residuals.leg_of_each_row()))
+    task = ProfileTask(residuals, _parameters(used, breakaway), best, ratio)
     others = (
         ()
         if sigma1_is_known

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from gimbal_hil.knowledge.identification.averaging import Vector, autocorrelation_time
@@ -22,6 +23,9 @@ _LEVEL = 0.95
 _SEARCH_STEPS = 12
 #: a sandwich from one series is itself uncertain: it narrows no interval by more than this share of its variance
 _LEAST_RATIO = 0.02
+#: pieces of a series count as repeats of one another: so many of them beyond the unknowns, that what is left of their
+#: scatter says something
+_PIECES_LEFT = 12
 
 
 @dataclass(frozen=True)
@@ -73,6 +77,37 @@ def robust_variance_ratio(best: LeastSquaresFit) -> Vector:
     robust = np.diag(bread @ meat @ bread)
     naive = np.diag(bread) * max(best.sum_of_squares / best.degrees_of_freedom, 1e-300)
     return np.asarray(np.clip(robust / np.maximum(naive, 1e-300), _LEAST_RATIO, 1e4)).reshape(unknowns)
+
+
+def pieces(lengths: Sequence[int], unknowns: int, longest: int) -> NDArray[np.int64]:
+    """Number of the piece that each row of several series, of these lengths, belongs to: pieces of at most `longest`
+    rows, and so many that their scatter is known beside so many unknowns. No piece crosses from one series to the next.
+    """
+    rows = max(1, min(longest, sum(lengths) // (unknowns + _PIECES_LEFT)))
+    counts = [max(1, round(length / rows)) for length in lengths]
+    first = np.cumsum([0, *counts[:-1]])
+    found = [at + np.arange(n) * count // n for at, n, count in zip(first, lengths, counts, strict=True) if n]
+    return np.concatenate(found) if found else np.zeros(0, dtype=np.int64)
+
+
+def between_pieces_ratio(best: LeastSquaresFit, piece: NDArray[np.int64]) -> Vector:
+    """Variance of each parameter as pieces of the data differ in it, over the naive one, shape (p,): what wanders from
+    one piece to the next, as friction does, no residual of one row tells. Zero where there are too few pieces.
+
+    Sandwich over pieces (Liang and Zeger, Biometrika 73, 1986) with what the unknowns have taken of their scatter, and
+    Student's t of what is left in the place of the normal deviate.
+    """
+    unknowns = best.jacobian.shape[1]
+    sums = np.zeros((int(piece.max(initial=-1)) + 1, unknowns))
+    np.add.at(sums, piece, best.jacobian * best.residuals[:, None])
+    left = len(sums) - unknowns
+    if left < 1:
+        return np.zeros(unknowns)
+    bread = np.linalg.pinv(best.jacobian.T @ best.jacobian, rcond=1e-14)
+    quantiles = student.ppf(0.5 + _LEVEL / 2.0, [left, best.degrees_of_freedom])
+    scatter = np.diag(bread @ (sums.T @ sums) @ bread) * len(sums) / left * (quantiles[0] / quantiles[1]) ** 2
+    naive = np.diag(bread) * max(best.sum_of_squares / best.degrees_of_freedom, 1e-300)
+    return np.asarray(scatter / np.maximum(naive, 1e-300))
 
 
 def _side(task: ProfileTask, index: int, direction: float) -> tuple[float, bool]:

@@ -58,6 +58,7 @@ from gimbal_hil.knowledge.improvement.journal import (
     Refused,
 )
 from gimbal_hil.knowledge.improvement.kept import MODEL_FILE, keep_round
+from gimbal_hil.knowledge.improvement.learned import attributed, learned
 from gimbal_hil.knowledge.improvement.measured import measured_table
 from gimbal_hil.knowledge.improvement.rehearsal import Rehearsal, rehearse
 from gimbal_hil.knowledge.improvement.site import Site
@@ -90,7 +91,7 @@ class _Loop:
     ) -> None:
         self.task, self.site, self.journal, self.progress, self.say = task, site, journal, progress, say
         self.past: list[Entry] = list(journal.entries)
-        #: the first model with its known numbers as they were refitted, without the effects that were added
+        #: the first model with what is known of its numbers by now, without the effects that were added
         self.base = task.start
         self.model, self.data, self.used_s, self.runs = task.start, Tables(), 0.0, 0
         self.diagnoses: list[Diagnosed] = []
@@ -125,7 +126,7 @@ class _Loop:
                 ending = Ending.ROUNDS_USED_UP
             else:
                 round_number += 1
-                ending = self._next_run(round_number, decision, choice)
+                ending = None if decision is NextStep.AGAIN else self._next_run(round_number, decision, choice)
         text = ending_text(ending, self.diagnoses, self.left)
         self.journal.write(Ended(ending.word, text, self.used_s, round_number))
         self.say(text)
@@ -243,38 +244,33 @@ class _Loop:
             self.diagnoses.append(known)
             if known.model is not None:
                 self.model = load_model(self.task.out / known.model)
-                self.base = load_model(self.task.out / known.model.replace(MODEL_FILE, _BASE_FILE))
+            base = self.task.out / f"round_{number}" / _BASE_FILE
+            self.base = load_model(base) if base.exists() else self.base
             return known, None if known.choice is None else Chosen(number + 1, "", **known.choice)
         began, self.considered, self.remarks, self.same = time.monotonic(), [], [], True
         if self.unseen:
             self.unseen, gaps = False, standing(self.model, self.data.judge[-1])
             if max(gap["before"] / gap["noise_floor"] for gap in gaps) <= LEAST_GAP:
                 text = "What was taken over explains a motion that it had not seen to its noise."
-                return self._noted(
-                    Diagnosed(
-                        number,
-                        "no_discrepancy",
-                        text,
-                        gaps,
-                        [],
-                        [],
-                        NextStep.AT_THE_FLOOR.value,
-                        None,
-                        [],
-                        "",
-                        None,
-                        time.monotonic() - began,
-                    )
-                ), None
+                kind, decision, took_s = "no_discrepancy", NextStep.AT_THE_FLOOR.value, time.monotonic() - began
+                one = Diagnosed(number, kind, text, gaps, [], [], decision, None, [], "", None, took_s)
+                return self._noted(one), None
         diagnosis = self._searched(number)
         found = verdict_of(diagnosis)
         verdict = found.document
-        decision, model, choice = self._decide(number, diagnosis, found)
+        model, choice, base = None, None, learned(self.base, found)
+        if base is not self.base and self._worth_another_search(found):
+            decision = NextStep.AGAIN
+        else:
+            decision, model, choice = self._decide(number, diagnosis, found)
+        if model is not None:
+            if diagnosis.model is self.base:
+                base = learned(attributed(self.base, recalibrated_model(diagnosis)), found)
+            model = attributed(diagnosis.model, model, found)
         remark = "" if choice is not None else " ".join(self.remarks)
         place = self._keep(number, diagnosis, found, model)
-        run = (
-            None if choice is None else {key: getattr(choice, key) for key in ("sequence", "axes", "why", "considered")}
-        )
+        kept = ("sequence", "axes", "why", "considered")
+        run = None if choice is None else {key: getattr(choice, key) for key in kept}
         one = Diagnosed(
             number,
             verdict["verdict"],
@@ -289,11 +285,14 @@ class _Loop:
             place,
             time.monotonic() - began,
         )
-        if model is not None:
-            self.model = model
-            self.base = recalibrated_model(diagnosis) if diagnosis.model is self.base else self.base
-            (self.task.out / f"round_{number}" / _BASE_FILE).write_text(self.base.to_yaml(), encoding="utf-8")
+        self.model, self.base = self.model if model is None else model, base
+        (self.task.out / f"round_{number}" / _BASE_FILE).write_text(base.to_yaml(), encoding="utf-8")
         return self._noted(one), choice
+
+    def _worth_another_search(self, found: Verdict) -> bool:
+        """Whether what was just learned of some numbers may be what the rest hangs on; once for the same runs."""
+        is_left = max(gap.after / gap.noise_floor for gap in found.gaps) > LEAST_GAP
+        return is_left and not (self.diagnoses and self.diagnoses[-1].decision == NextStep.AGAIN.value)
 
     def _noted(self, one: Diagnosed) -> Diagnosed:
         self.journal.write(one)
@@ -302,9 +301,8 @@ class _Loop:
         return one
 
     def _searched(self, number: int) -> Result:
-        """A search on all data for all that the first model lacks (its known numbers as they were refitted), so that
-        what was taken
-        over too early is found again together with the rest.
+        """A search on all data for all that the first model lacks beside what is known of its numbers, so that effects
+        which were taken over too early are found again together with the rest.
 
         Where that explains nothing, a search for what the model as it is now still lacks.
         """

@@ -36,6 +36,7 @@ class NextStep(Enum):
 
     AT_THE_FLOOR = "at the floor"
     CHECK = "take the model over and check it on another motion"
+    AGAIN = "search the same runs again beside what was learned of the numbers"
     SEPARATE = "run what separates the explanations"
     SHOW = "run a hold-out that shows what only the searched runs have shown"
     SUSPECT = "nothing more can be done, and a cause is suspected only"

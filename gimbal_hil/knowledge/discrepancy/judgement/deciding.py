@@ -9,6 +9,7 @@ import numpy as np
 
 from gimbal_hil.knowledge.discrepancy.hypotheses import Cause
 from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, Policy, State, refitted, rms, settled, squares_of
+from gimbal_hil.knowledge.discrepancy.judgement.gap import is_a_gap
 from gimbal_hil.knowledge.discrepancy.judgement.judging import Remainder, Standing, depends_on, remainders, standings
 from gimbal_hil.knowledge.discrepancy.judgement.rivals import Rival
 from gimbal_hil.knowledge.discrepancy.judgement.wander import left_beside_wander
@@ -230,14 +231,8 @@ def _surely_beats(inquiry: Inquiry, state: State, standing: Standing, rival: Riv
 
 
 def _leaves_a_gap(inquiry: Inquiry, null: State) -> bool:
-    """Whether the model leaves a gap that the hold-out repeats and friction whose level wanders does not explain, or
-    one of twice the noise anywhere.
-    """
-    limit = np.hypot(1.0, inquiry.inexact)
-    if np.any(null.left() > inquiry.policy.not_repeated * limit):
-        return True
-    least = inquiry.policy.least_gap * limit
-    return bool(np.any(rms(null.held_out()) > least) and np.any(left_beside_wander(inquiry, null) > least))
+    """Whether the model leaves a gap."""
+    return is_a_gap(inquiry, null.left(), rms(null.held_out()), lambda: left_beside_wander(inquiry, null))
 
 
 def _only_noise(inquiry: Inquiry, null: State, left: tuple[Remainder, ...]) -> bool:

@@ -9,10 +9,13 @@ is missing: no model can have them, and no name could be found.
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass
 
-from gimbal_hil.knowledge.discrepancy.hypotheses import parameters_of, torque_residual
-from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, State, rms
+import numpy as np
+from numpy.typing import NDArray
+
+from gimbal_hil.knowledge.discrepancy.hypotheses import Hypothesis, parameters_of, torque_residual
+from gimbal_hil.knowledge.discrepancy.inquiry import Inquiry, State
 from gimbal_hil.knowledge.discrepancy.twin import Floats, Twin, read_number, write_number
 
 #: knots of the friction's level and of the drift, s; and how far both wander at most (standard deviation over friction)
@@ -31,20 +34,49 @@ def left_beside_wander(inquiry: Inquiry, state: State) -> Floats:
 
 def beside_wander(inquiry: Inquiry, state: State, fitted: Floats, held: Floats) -> Floats:
     """The same of rows of the fitted logs and of the hold-out."""
-    found = []
-    for twin, rows in ((inquiry.twin, fitted), (inquiry.holdout, held)):
-        friction = _friction(twin, state, inquiry.floor)
-        ends = np.cumsum([int(record.keep.sum()) for record in twin.records])[:-1]
-        logs = zip(np.split(rows, ends), np.split(friction, ends), strict=True)
-        bands = twin.records[0].bands
-        left = [_beside(*log, bands.stride * bands.period_s) for log in logs]
-        found.append(np.max(left, axis=0))
-    return np.max(found, axis=0)
+    both = ((inquiry.twin, fitted), (inquiry.holdout, held))
+    return np.max([wander_of(twin, state.hypothesis, inquiry.floor).left(rows) for twin, rows in both], axis=0)
 
 
-def _friction(twin: Twin, state: State, floor: Floats) -> Floats:
+@dataclass(frozen=True)
+class _Knots:
+    """Least squares on the knots of one channel of one log: what they do, (rows, knots), their shares of rows, (knots,
+    rows), how many of them are levels of friction, and the freedom that is left.
+    """
+
+    columns: Floats
+    shares: Floats
+    levels: int
+    freedom: float
+
+
+@dataclass(frozen=True)
+class Wander:
+    """What friction levels that wander could do to the logs of a twin, for any rows that it leaves."""
+
+    #: rows of every log but the last, added up
+    ends: NDArray[np.int64]
+    #: by log and channel; None where friction does nothing
+    knots: tuple[tuple[_Knots | None, ...], ...]
+
+    def left(self, rows: Floats) -> Floats:
+        """Rms per channel, in floors, of what is left of rows, (rows, channels): the largest over the logs."""
+        logs = zip(np.split(rows, self.ends), self.knots, strict=True)
+        return np.max([[_left(part[:, j], one) for j, one in enumerate(knots)] for part, knots in logs], axis=0)
+
+
+def wander_of(twin: Twin, hypothesis: Hypothesis, floor: Floats) -> Wander:
+    """What friction levels of a hypothesis that wander could do."""
+    ends = np.cumsum([int(record.keep.sum()) for record in twin.records])[:-1]
+    bands = twin.records[0].bands
+    row_s = bands.stride * bands.period_s
+    logs = np.split(_friction(twin, hypothesis, floor), ends)
+    return Wander(ends, tuple(tuple(_knots(log[:, j], row_s) for j in range(log.shape[1])) for log in logs))
+
+
+def _friction(twin: Twin, hypothesis: Hypothesis, floor: Floats) -> Floats:
     """What all friction levels of all axes do per unit of their size, (rows, channels)."""
-    structure, P = parameters_of(twin, state.hypothesis)
+    structure, P = parameters_of(twin, hypothesis)
     moved = P.copy()
     for axis in twin.model.axes:
         for path in _LEVELS:
@@ -52,24 +84,28 @@ def _friction(twin: Twin, state: State, floor: Floats) -> Floats:
     return np.asarray((twin.residual(structure, moved) - twin.residual(structure, P)) / (_CHANGE * floor))
 
 
-def _beside(rows: Floats, friction: Floats, row_s: float) -> Floats:
-    """What is left of one log, (rows, channels), per channel."""
-    left = rms(rows)
-    level, drift = _between_knots(len(rows), _LEVEL_S / row_s), _between_knots(len(rows), _DRIFT_S / row_s)
-    for j in range(rows.shape[1]):
-        size = float(np.sqrt(np.mean(friction[:, j] ** 2)))
-        if size == 0.0:
-            continue
-        columns = np.hstack([level * friction[:, j : j + 1], drift * size])
-        own = columns.T @ columns
-        # in floors noise is one: a knot which hardly any row speaks of stays where its prior has it
-        held = np.linalg.inv(own + np.eye(len(own)) / _MOST**2)
-        shares = held @ (columns.T @ rows[:, j])
-        freedom = max(len(rows) - float(np.trace(held @ own)), 1.0)
-        parts = np.split(shares, [level.shape[1]])
-        if max(float(np.mean(knots**2)) for knots in parts) <= _MOST**2:
-            left[j] = np.sqrt(float(np.sum((rows[:, j] - columns @ shares) ** 2)) / freedom)
-    return left
+def _knots(friction: Floats, row_s: float) -> _Knots | None:
+    size = float(np.sqrt(np.mean(friction**2)))
+    if size == 0.0:
+        return None
+    rows = len(friction)
+    level, drift = _between_knots(rows, _LEVEL_S / row_s), _between_knots(rows, _DRIFT_S / row_s)
+    columns = np.hstack([level * friction[:, None], drift * size])
+    own = columns.T @ columns
+    # in floors noise is one: a knot which hardly any row speaks of stays where its prior has it
+    held = np.linalg.inv(own + np.eye(len(own)) / _MOST**2)
+    freedom = max(rows - float(np.trace(held @ own)), 1.0)
+    return _Knots(columns, held @ columns.T, level.shape[1], freedom)
+
+
+def _left(rows: Floats, knots: _Knots | None) -> float:
+    """What is left of one channel of one log, (rows,)."""
+    if knots is not None:
+        shares = knots.shares @ rows
+        parts = np.split(shares, [knots.levels])
+        if max(float(np.mean(part**2)) for part in parts) <= _MOST**2:
+            return float(np.sqrt(np.sum((rows - knots.columns @ shares) ** 2) / knots.freedom))
+    return float(np.sqrt(np.mean(rows**2)))
 
 
 def _between_knots(rows: int, spacing: float) -> Floats:

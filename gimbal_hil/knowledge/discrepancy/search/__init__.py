@@ -4,13 +4,14 @@ from gimbal_hil.knowledge.discrepancy.search.candidates import numbers_of
 from gimbal_hil.knowledge.discrepancy.search.comparing import clearly_better, no_worse, same_to_a_twin, surely
 from gimbal_hil.knowledge.discrepancy.search.curve import curve_does_as_well, orders_make_a_series
 from gimbal_hil.knowledge.discrepancy.search.release import given_back, numbers_instead, with_more_room
-from gimbal_hil.knowledge.discrepancy.search.screening import basis_of, respond, responses, row_weights
+from gimbal_hil.knowledge.discrepancy.search.screening import basis_of, beside, respond, responses, row_weights
 from gimbal_hil.knowledge.discrepancy.search.search import Path, control_share, extended, in_its_place
 from gimbal_hil.knowledge.discrepancy.search.stories import explain, explain_again
 
 __all__ = [
     "Path",
     "basis_of",
+    "beside",
     "clearly_better",
     "control_share",
     "curve_does_as_well",
