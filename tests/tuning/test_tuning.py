@@ -171,6 +171,25 @@ def test_tuned_for_pointing_gusts_move_the_joint_less_and_the_margin_stays(reali
     assert gusts[1] < 0.95 * gusts[0]
 
 
+@pytest.mark.heavy
+def test_tuned_for_both_gusts_move_the_joint_less_and_friction_no_more(realistic: Tuning) -> None:
+    model = shipped_model("realistic")
+    both = tuned(shipped_settings(), model, "realistic", MARGIN, Aim.BOTH)
+    task = tuning_task(model, "outer", 1e-3, MARGIN, Aim.BOTH)
+    gusts, torques = [], []
+    for found in (realistic, both):
+        document = shipped_settings().model_dump(mode="json", by_alias=True)
+        document["axes"]["outer"]["observer"] = found.changes["axes.outer.observer"]
+        document["model_control"] = {"model": "realistic"}
+        laws = laws_of(settings_from_document(document, "tuned"), model, "outer", task)
+        left = [
+            errors(law, case, task.frequencies, task.disturbances) for law, case in zip(laws, task.cases, strict=True)
+        ]
+        gusts.append(max(one.gust_rad for one in left))
+        torques.append(max(one.torque_rad for one in left))
+    assert gusts[1] < 0.9 * gusts[0] and torques[1] < 1.02 * torques[0]
+
+
 def test_an_aim_that_there_is_not_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="2"):
         main(["tune", "--config", str(shipped_settings_path()), "--out", str(tmp_path / "t.yaml"), "--for", "speed"])

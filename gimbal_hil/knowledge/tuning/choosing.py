@@ -42,8 +42,10 @@ _CORNER_SHARES = (0.05, 0.1, 1.0 / 6.0, 0.25)
 _LEAST_LAG_TICKS = 4.0
 #: the position loop's integrator only takes out what a gyro's bias leaves: its corner, rad/s
 _SLOW_CORNER_RAD_S = 1.0
-#: refinement: factors on each number in turn
+#: refinement: factors on the numbers, up or down or not, each way; from so many beginnings, this far apart
 _FINER = (1.12, 1.04)
+_TURNS = tuple(turn for turn in itertools.product((-1, 0, 1), repeat=3) if any(turn))
+_STARTS, _APART = 3, 1.5
 
 
 @dataclass(frozen=True)
@@ -191,33 +193,46 @@ def observed_maker(task: TuningTask, joint: Callable[[float], ObservedJoint], de
 
 
 def search(grid: Iterator[tuple[float, float, float]], make: Maker, task: TuningTask) -> LoopChoice | None:
-    """Best of a grid, refined by steps in each number while that gains and the margins hold."""
-    w, top = task.frequencies, task.quickest_rad_s
+    """Best of a grid, refined from several beginnings by steps in all numbers at once while that gains and the margins
+    hold: along an edge of what they allow a step in one number alone leads nowhere.
+    """
+    w = task.frequencies
     ranked = sorted((error, numbers) for numbers in grid if (error := _error(make(numbers), task, w)) < math.inf)
+    starts: list[tuple[float, float, float]] = []
     for _, numbers in ranked:
-        if survives(make(numbers), task):
-            break
-    else:
+        if all(_apart(numbers, one) for one in starts) and survives(make(numbers), task):
+            starts.append(numbers)
+            if len(starts) == _STARTS:
+                break
+    if not starts:
         return None
-    best, least = numbers, _error(make(numbers), task, w)
+    _, best = min(_refined(numbers, make, task) for numbers in starts)
+    return LoopChoice(best, make(best))
+
+
+def _apart(one: tuple[float, float, float], other: tuple[float, float, float]) -> bool:
+    return any(max(a / b, b / a) > _APART for a, b in zip(one, other, strict=True))
+
+
+def _refined(
+    best: tuple[float, float, float], make: Maker, task: TuningTask
+) -> tuple[float, tuple[float, float, float]]:
+    """Error and numbers at the end of the way down from a beginning."""
+    w, top = task.frequencies, task.quickest_rad_s
+    least = _error(make(best), task, w)
     for factor in _FINER:
         gained = True
         while gained:
             gained = False
-            for place, turn in itertools.product(range(3), (factor, 1.0 / factor)):
-                tried = _turned(best, place, turn)
+            for turn in _TURNS:
+                tried = best[0] * factor ** turn[0], best[1] * factor ** turn[1], best[2] * factor ** turn[2]
                 if tried[1] > top or tried[0] > _POSITION_SHARES[-1] * tried[1]:
                     continue
                 laws = make(tried)
                 error = _error(laws, task, w)
                 if error < least * (1.0 - 1e-3) and survives(laws, task):
                     best, least, gained = tried, error, True
-    return LoopChoice(best, make(best))
-
-
-def _turned(numbers: tuple[float, float, float], place: int, factor: float) -> tuple[float, float, float]:
-    first, second, third = (n * factor if k == place else n for k, n in enumerate(numbers))
-    return first, second, third
+    return least, best
 
 
 def _error(laws: Sequence[Law], task: TuningTask, w: NDArray[np.float64]) -> float:

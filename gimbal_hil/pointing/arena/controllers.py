@@ -177,6 +177,11 @@ def _tuned_pointing(document: Document) -> None:
     _tuned_for(Aim.POINTING, document)
 
 
+def _tuned_both(document: Document) -> None:
+    """The same with gimbal-hil tune --for both."""
+    _tuned_for(Aim.BOTH, document)
+
+
 def _tuned_for(aim: Aim, document: Document) -> None:
     _with_model(document, **dict.fromkeys(PARTS, True))
     for name, axis in document["axes"].items():
@@ -289,6 +294,7 @@ CONTROLLERS: dict[str, Callable[[Document], None]] = {
     "model_cascade": _model_cascade,
     "tuned": _tuned,
     "tuned_pointing": _tuned_pointing,
+    "tuned_both": _tuned_both,
     "lqg": _lqg,
     "notch": _notch,
     "h_infinity": _h_infinity,

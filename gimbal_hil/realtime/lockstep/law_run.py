@@ -54,8 +54,9 @@ def run_law(
 ) -> int:
     """Run as many ticks as `rows` int64 (n, LOG_WORDS) has room for, or to the end of the program; answers how many.
 
-    `law` float64 (2, k + 1, k + 2) holds [A B; C D] of each axis: states (2, k) and torque (N m) from the errors of
-    position (rad) and inertial rate (rad/s). `joints` (n, 2) gets the true positions (rad) as the host decides.
+    `law` float64 (2, k + 1, k + 2) holds [A B; C D] of each axis: states and torque (N m) from the errors of position
+    (rad) and inertial rate (rad/s). `states` (2, 2, k): those of each axis, and room for the next. `joints` (n, 2)
+    gets the true positions (rad) as the host decides.
     """
     return _run_law(words, plan, P, K, X, drive_words, law, states, rows, joints, tick, step_ns)
 
@@ -87,7 +88,8 @@ def _run_law(
             if G[AXIS_G + axis * AXIS_G_SIZE + MODE] == _POSITION:
                 send_law(mail, H, C, law[axis], states[axis], axis)
             else:
-                states[axis, :] = 0.0
+                for i in range(states.shape[2]):
+                    states[axis, 0, i] = 0.0
         write_row(rows[k], row_floats[k], H, G, now, now * step_ns, 0)
         device_tick(mail, mail, P, K, X, drive)
         if G[SEGMENT_RUNS] == 0 and G[REQUESTS] == 0:
@@ -98,21 +100,22 @@ def _run_law(
 @compiled
 def send_law(mail: np.ndarray, H: np.ndarray, C: np.ndarray, law: np.ndarray, state: np.ndarray, axis: int) -> None:
     """Add the law's torque to what the host feeds forward; a law that asks for more than there is stands still."""
-    h, c, size = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE, state.shape[0]
+    h, c, size = AXIS_H + axis * AXIS_H_SIZE, AXIS_C + axis * AXIS_C_SIZE, state.shape[1]
     off = H[h + LOOP_ERROR]
     slow = H[h + SHAPED_RATE] + C[c + BASE_RATE_SHARE] * H[h + BASE_RATE] - H[h + MEASURED_RATE]
     torque = law[size, size] * off + law[size, size + 1] * slow
     for j in range(size):
-        torque += law[size, j] * state[j]
+        torque += law[size, j] * state[0, j]
     limit = C[c + TORQUE_LIMIT]
     wanted = H[h + TORQUE] + torque
     if abs(wanted) <= limit:
-        after = np.zeros(size)
         for i in range(size):
-            after[i] = law[i, size] * off + law[i, size + 1] * slow
+            after = law[i, size] * off + law[i, size + 1] * slow
             for j in range(size):
-                after[i] += law[i, j] * state[j]
-        state[:] = after
+                after += law[i, j] * state[0, j]
+            state[1, i] = after
+        for i in range(size):
+            state[0, i] = state[1, i]
     most = int(H[h + MOST_TORQUE])
     raw = quantise(min(max(wanted, -limit), limit), H[h + TORQUE_STEP], -most, most)
     mail[m.SET_POINT_TORQUE_OUTER + axis] = raw
@@ -124,7 +127,7 @@ class LawPath(CompiledPath):
 
     def __init__(self, settings: DaemonSettings, model: AntennaModel, seed: int, law: Table) -> None:
         super().__init__(settings, model, seed)
-        self._law, self._states = law, np.zeros((2, law.shape[1] - 1))
+        self._law, self._states = law, np.zeros((2, 2, law.shape[1] - 1))
         self._joints: list[Table] = []
         self._began = 0
 
