@@ -15,12 +15,14 @@ from gimbal_hil.pages.report.blocks import (
     blocks_in,
     plots_in,
 )
+from gimbal_hil.pages.report.earlier import EARLIER_DEMO, earlier_demo
 from gimbal_hil.pages.report.junit import Case, write_junit
 from gimbal_hil.pages.report.made import Made, command_of
 from gimbal_hil.pages.report.page import Page
 from gimbal_hil.pages.report.quantity import counted, quantity
 
 __all__ = [
+    "EARLIER_DEMO",
     "Block",
     "Callout",
     "Case",
@@ -38,6 +40,7 @@ __all__ = [
     "blocks_in",
     "command_of",
     "counted",
+    "earlier_demo",
     "plots_in",
     "quantity",
     "write_junit",

@@ -133,6 +133,7 @@ def _spread(kind: str, measured: Mapping[str, NDArray[np.float64]]) -> Drawing:
             error_x=dict(color=colour, thickness=width, width=0, **reach),
         )
     drawn.update_yaxes(autorange="reversed")
+    drawn.update_xaxes(tickangle=0, nticks=5)
     drawn.add_vline(x=0.0, color=ALERT, width=1)
     drawn.update_layout(hovermode="closest")
     return drawn

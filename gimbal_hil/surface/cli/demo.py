@@ -9,6 +9,9 @@ import typer
 
 from firmware_protocol.places import require_new
 
+#: what there is to look at before anything is computed
+MEANWHILE_FILE = "meanwhile.html"
+
 
 def command(
     out: Annotated[
@@ -32,9 +35,14 @@ def command(
     from gimbal_hil.surface.cli.progress import ProgressBar
 
     folder = out or Path("runs") / f"demo-{wall_clock_utc()[:19].replace(':', '').replace('-', '')}"
-    require_new(folder, force, "report.html")
+    require_new(folder, force, "report.html", MEANWHILE_FILE)
     began = time.monotonic()
     if not as_json:
+        from gimbal_hil.pages.report import earlier_demo
+
+        folder.mkdir(parents=True, exist_ok=True)
+        page = earlier_demo("report.html beside this page").write(folder / MEANWHILE_FILE)
+        print(f"[{time.monotonic() - began:5.1f} s] meanwhile    {page.resolve()}: the antenna, recorded earlier")
         print(
             "gimbal-hil demo: loading the virtual antenna",
             file=sys.stderr,
