@@ -14,6 +14,7 @@ from gimbal_hil.knowledge.change.comparing import _liked_best
 from gimbal_hil.knowledge.change.one_gain import as_one_gain
 from gimbal_hil.knowledge.discrepancy import Status
 from gimbal_hil.surface.cli.app import run
+from sim_backend.model import shipped_model
 from tests.change.rig import Machine
 
 #: what a person believes of the machine: every number somewhat off
@@ -140,3 +141,27 @@ def test_a_ripple_that_grew_is_told_with_the_share_that_was_there(tmp_path: Path
     # either side of a search that told the ripple before or did not: what changed is the difference
     grown = cogging["parameters"]["amplitude"]["value"] * (1.0 - cogging["share_before"])
     assert grown == pytest.approx(0.0093, rel=0.15)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("factor", [1.0, 1.3])
+def test_runs_of_an_antenna_of_two_axes_are_compared_as_they_lie(tmp_path: Path, factor: float) -> None:
+    """Run folders of the virtual antenna; what is other after is the outer axis' friction, or nothing."""
+    model = shipped_model()
+    names = ("friction.coulomb", "friction.breakaway")
+    levels = {name: factor * model.number("outer", name) for name in names}
+    (tmp_path / "other.yaml").write_text(model.with_numbers("outer", levels).to_yaml())
+    sides: dict[str, list[str]] = {"--before": [], "--after": []}
+    for seed, (option, logs) in enumerate(sides.items()):
+        for place, sequence in enumerate(("survey", "survey_holdout")):
+            folder = str(tmp_path / f"{option[2:]}{place}")
+            of = ["--model", str(tmp_path / "other.yaml")] if option == "--after" else []
+            assert run("experiment", [sequence, "--short", "--seed", str(10 * seed + place), "--out", folder, *of]) == 0
+            logs.append(folder)
+    words = [word for option, logs in sides.items() for word in (option, *logs)]
+    only = ["--only", "coulomb", "--only", "viscous", "--only", "cogging"]
+    assert run("changed", [*words, *only, "--out", str(tmp_path / "out"), "--workers", "1"]) == 0
+    found = json.loads((tmp_path / "out" / "changed.json").read_text())
+    told = [(entry["name"], entry["axis"]) for entry in found["effects"]]
+    assert told == ([] if factor == 1.0 else [("coulomb", "outer")]), found["text"]
+    assert found["verdict"] == ("no_change" if factor == 1.0 else "changed"), found["text"]
