@@ -27,12 +27,23 @@ def questioned(model: AntennaModel, tables: Sequence[SignalsTable], repair: bool
 
     BadInputError names file, column, row, time and value of what cannot be.
     """
-    for signal, expected in (("position", "motion of at least one axis"), ("torque", "the torque that moves the axis")):
-        columns = [getattr(table, signal)(axis) for table in tables for axis in model.axes]
-        if columns and all(float(np.ptp(column)) == 0.0 for column in columns):
-            where = ", ".join(dict.fromkeys(table.source or "log" for table in tables))
-            raise BadInputError(f"{where}: {signal}", "never changes", expected)
+    _require_both_change(model, tables)
     return tuple(_questioned(model, table, repair) for table in tables)
+
+
+def _require_both_change(model: AntennaModel, tables: Sequence[SignalsTable]) -> None:
+    """Raise BadInputError where the joints move and no torque ever changes, or the other way round; where nothing
+    happens at all there is nothing to refuse.
+    """
+    changes = {
+        signal: any(float(np.ptp(getattr(table, signal)(axis))) > 0.0 for table in tables for axis in model.axes)
+        for signal in ("position", "torque")
+    }
+    for signal, other in (("position", "torque"), ("torque", "position")):
+        if changes[other] and not changes[signal]:
+            where = ", ".join(dict.fromkeys(table.source or "log" for table in tables))
+            problem = f"never changes, and the {other} does"
+            raise BadInputError(f"{where}: {signal}", problem, "the column in which it was logged")
 
 
 def impossible_rows(model: AntennaModel, table: SignalsTable) -> list[Impossible]:
