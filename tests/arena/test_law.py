@@ -28,11 +28,16 @@ def as_law(settings: DaemonSettings) -> np.ndarray:
 
 def without_gains(settings: DaemonSettings) -> DaemonSettings:
     keys = ("position_loop.kp_per_s", "position_loop.ki_per_s2", "rate_loop.kp_s_per_rad", "rate_loop.ki_per_rad")
-    return with_changes(settings, {f"axes.{axis}.{key}": 0.0 for axis in settings.axes for key in keys})
+    changes = {f"axes.{axis}.{key}": 0.0 for axis in settings.axes for key in keys}
+    return with_changes(settings, changes | {"model_control.watch": False})
 
 
-def test_the_cascade_as_a_law_points_as_the_cascade() -> None:
+@pytest.mark.parametrize("name", ["bodies", "all_without_observer"])
+def test_the_cascade_as_a_law_points_as_the_cascade(name: str) -> None:
     settings = controller_settings("bodies")
+    if name != "bodies":
+        parts = ("friction", "position_torque", "extrapolate_base")
+        settings = with_changes(settings, {f"model_control.{part}": True for part in parts})
     scenario = chosen(shipped_scenarios(), "0.02 rad at 0.2 Hz")[0].model_copy(update={"duration_s": 8.0})
     own = run_trial(Trial(scenario, "own", settings, "realistic", MODEL, 1))
     law = run_trial(Trial(scenario, "law", without_gains(settings), "realistic", MODEL, 1, law=as_law(settings)))

@@ -24,6 +24,7 @@ from gimbal_hil.pointing.certifying import (
     judged,
     of_all,
     of_time,
+    summary,
 )
 from gimbal_hil.realtime.lockstep import SILENT
 from gimbal_hil.surface.cli.app import run
@@ -153,3 +154,5 @@ def test_a_certificate_that_is_not_kept_says_which_flight() -> None:
     worse = (replace(found.flights[0], slowest_mute_s=0.3), found.flights[1])
     broken = Certificate(found.task, worse, 1, 0.0)
     assert found.keeps and not broken.keeps and [one.seed for one in broken.late] == [1]
+    assert "no excursion beyond 0.5 degrees in 2 flights" in summary(found)
+    assert "in 1 of 2 flights" in summary(broken) and "0.30 s (seed 1)" in summary(broken)

@@ -217,8 +217,11 @@ def _h_infinity(document: Document) -> None:
 
 
 def _with_a_law(document: Document) -> None:
-    """The model cascade whose loops ask for nothing: a law of its own closes them."""
+    """The model cascade whose loops ask for nothing: a law of its own closes them. The host, which does not see the
+    law's torque, must not judge the model by what it sent.
+    """
     _model_cascade(document)
+    document["model_control"]["watch"] = False
     for axis in document["axes"].values():
         axis["position_loop"] |= {"kp_per_s": 0.0, "ki_per_s2": 0.0}
         axis["rate_loop"] |= {"kp_s_per_rad": 0.0, "ki_per_rad": 0.0}

@@ -79,6 +79,8 @@ def summary(found: Certificate) -> str:
     in_time = f"muted within {1e3 * need.mute_within_s:g} ms"
     excursions = sum(one.excursions for one in found.flights)
     muted = f"all {excursions} excursions {beyond} in {flights} flights were {in_time}"
+    if not excursions:
+        muted = f"no excursion {beyond} in {flights} flights"
     if late:
         muted = f"in {len(late)} of {flights} flights an excursion {beyond} was not {in_time}"
         muted += f", the slowest {late[0].slowest_mute_s:.2f} s (seed {late[0].seed})"
