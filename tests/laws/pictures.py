@@ -81,9 +81,14 @@ def panel(row: dict[str, Any], at: tuple[int, int]) -> str:
     return f'<g transform="translate({at[0] * _WIDE},{at[1] * _HIGH})">{frame}{"".join(drawn)}</g>'
 
 
+def _is_surface(row: dict[str, Any]) -> bool:
+    """Whether the law that takes most has two variables: one cut through it says little."""
+    return len(max(row["laws"], key=lambda one: one["gain"])["told"][1]) == 2
+
+
 def picture(rows: list[dict[str, Any]]) -> str:
     """All panels as one SVG."""
-    told = [row for row in rows if row.get("laws") and row["kind"] in KINDS]
+    told = [row for row in rows if row.get("laws") and row["kind"] in KINDS and not _is_surface(row)]
     high = -(-len(told) // _ACROSS)
     panels = [panel(row, (k % _ACROSS, k // _ACROSS)) for k, row in enumerate(told)]
     size = f'width="{_ACROSS * _WIDE}" height="{high * _HIGH}" viewBox="0 0 {_ACROSS * _WIDE} {high * _HIGH}"'
