@@ -12,6 +12,7 @@ from gimbal_hil.knowledge.discrepancy.twin.smoothing import (
     interval_means,
     scored,
     scored_length,
+    taken_off,
 )
 
 BANDS = Bands(25.0, 1e-3)
@@ -62,3 +63,18 @@ def test_scoring_keeps_the_band_drops_what_is_beyond_and_stands_at_its_rows() ->
     at = BANDS.stride * np.arange(len(thin))[inside]
     assert np.abs(thin[inside, 0] - rows[at, 0]).max() < 1e-3
     assert np.abs(thin[inside, 1]).max() < 1e-3
+
+
+@pytest.mark.parametrize("hz", [3.125, 12.5])
+def test_a_gyro_is_not_compared_with_a_rate_that_was_quieted(hz: float) -> None:
+    # reversals: power beyond the scored band comes and goes with the motion, and so does what quieting takes off
+    bands, t = Bands(hz, 1e-3), np.arange(20001) * 1e-3
+    slow = np.sin(2.0 * np.pi * 0.7 * t) + 0.6 * np.sin(2.0 * np.pi * 1.3 * t + 1.0)
+    rate = slow + 0.02 * np.tanh(slow / 0.05)
+    position = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1])) * 1e-3])
+    _, v, _ = interval_means(np.round(position / 1.5e-6)[:, None] * 1.5e-6, bands)
+    gyro = interval_mean_of_rate(rate, bands)[:, None]
+    quieted = taken_off(np.round(position / 1.5e-6)[:, None] * 1.5e-6, v, bands)
+    middle = slice(len(scored(v, bands)) // 10, -len(scored(v, bands)) // 10)
+    error, as_quieted = scored(gyro - quieted - v, bands)[middle], scored(gyro - v, bands)[middle]
+    assert np.std(error) < 4e-6 < 2e-5 < np.std(as_quieted)

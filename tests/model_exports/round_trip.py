@@ -23,7 +23,7 @@ from sim_backend.model import AntennaModel, model_from_document, shipped_model
 from tests.rigs.rig import write_log
 
 #: steps a tick: so fine that the rule by which MuJoCo integrates no longer shows
-RATE_HZ, SUBSTEPS, LOG_S = 1000.0, 50, 30.0
+RATE_HZ, SUBSTEPS, LOG_S = 1000.0, 50, 20.0
 GYRO_NOISE, PATIENCE_S = 2e-4, 900.0
 #: per effect its parameters' ranges; the first group is what MJCF holds
 HELD: dict[str, dict[str, tuple[float, float]]] = {
@@ -98,17 +98,26 @@ def simulated(model: AntennaModel, exported: ExportedModel, seed: int) -> dict[s
     step = np.array([model.number(axis, "encoder.step") for axis in model.axes])
     limit = np.array([model.number(axis, "actuator.limit") for axis in model.axes])
     torque, position, rate = np.zeros((rows, 2)), np.zeros((rows, 2)), np.zeros((rows, 2))
-    total = np.zeros(2)
+    mujoco.mj_forward(built, data)
+    # a log starts at rest: the loop holds gravity and springs from the first row on
+    total = (data.qfrc_bias - data.qfrc_passive)[moving] / inertia / 6000.0
     for k in range(rows):
         seen = np.round(data.qpos[at] / step) * step
         mujoco.mj_forward(built, data)
-        rate[k] = data.sensordata[gyros] + GYRO_NOISE * dice.normal(size=2)
+        # MuJoCo takes positions on with the rate after a step: that of an instant is the mean of the two about it
+        before = data.sensordata[gyros].copy()
+        noise = GYRO_NOISE * dice.normal(size=2)
         error = reference[k] - seen
         total += error / RATE_HZ
-        torque[k] = np.clip(inertia * (900.0 * error + 6000.0 * total - 45.0 * data.qvel[moving]), -limit, limit)
+        torque[k] = np.clip(
+            inertia * (900.0 * error + 6000.0 * total - 45.0 * (data.qvel[moving] + noise)), -limit, limit
+        )
         position[k] = seen
         data.ctrl[:] = torque[k]
-        mujoco.mj_step(built, data, SUBSTEPS)
+        mujoco.mj_step(built, data)
+        mujoco.mj_forward(built, data)
+        rate[k] = 0.5 * (before + data.sensordata[gyros]) + noise
+        mujoco.mj_step(built, data, SUBSTEPS - 1)
     columns = {"time_s": time}
     for k, axis in enumerate(model.axes):
         columns |= {f"{axis}.torque": torque[:, k], f"{axis}.position": position[:, k], f"{axis}.rate": rate[:, k]}

@@ -4,6 +4,7 @@ laps.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +20,7 @@ from gimbal_hil.knowledge.discrepancy.twin.smoothing import (
     interval_slope,
     scored_length,
     scoring_reach,
+    taken_off,
     taps_for,
 )
 from sim_backend.model import AntennaModel
@@ -75,8 +77,10 @@ class Record:
     base: Floats
     #: joint temperature per axis, (n, 2), degC
     heat: Floats
-    #: interval mean of the gyro rate per axis, (n, 2); zero where there is none
+    #: interval mean of the gyro rate per axis less `quieted`, as the motion's rate is, (n, 2); zero where there is none
     gyro: Floats
+    #: what quieting took off the motion's rate, (n, 2), see `smoothing.taken_off`; zero where there is no gyro
+    quieted: Floats
     has_gyro: tuple[bool, ...]
     #: scored rows that count, (m,)
     keep: NDArray[np.bool_]
@@ -123,13 +127,14 @@ def record_of(
         if rate is not None and has_gyro[-1]:
             gyro[:, i] = interval_mean_of_rate(rate, bands)
     motion = _motion_of(position, model, bands)
+    quieted = _quieted(position, motion, has_gyro, bands)
     base, moving = _base(table, model, bands, n)
     stride = bands.stride
     rows = stride * np.arange(scored_length(n, bands))
     keep = _kept(rows, np.abs(motion[:, 2:4]), torque, model, bands, n) if keep is None else keep
     laps = table.repeat[:n] if table.repeat is not None and len(np.unique(table.repeat)) > 1 else None
     return Record(
-        name, bands, axes, torque, motion, base, heat, gyro, tuple(has_gyro),
+        name, bands, axes, torque, motion, base, heat, gyro - quieted, quieted, tuple(has_gyro),
         keep, laps,
         moving, warm, table.time_s[rows] - table.time_s[0], table.source,
     )  # fmt: skip
@@ -140,7 +145,15 @@ def reread(record: Record, table: SignalsTable, model: AntennaModel, name: str) 
     position = np.zeros((len(table), 2))
     for i, axis in enumerate(record.axes):
         position[:, i] = table.position(axis)
-    return replace(record, name=name, motion=_motion_of(position, model, record.bands))
+    motion = _motion_of(position, model, record.bands)
+    quieted = _quieted(position, motion, record.has_gyro, record.bands)
+    return replace(record, name=name, motion=motion, gyro=record.gyro + record.quieted - quieted, quieted=quieted)
+
+
+def _quieted(position: Floats, motion: Floats, has_gyro: Sequence[bool], bands: Bands) -> Floats:
+    out = np.zeros((len(motion), 2))
+    out[:, : len(has_gyro)] = taken_off(position, motion[:, 2:4], bands)[:, : len(has_gyro)] * has_gyro
+    return out
 
 
 def _motion_of(position: Floats, model: AntennaModel, bands: Bands) -> Floats:

@@ -129,6 +129,16 @@ def _quiet_where_still(steps: Floats, wide: Floats, bands: Bands) -> Floats:
     return np.asarray(narrow + beyond * np.clip(1.0 - _FACTOR * quiet / np.maximum(power, quiet), 0.0, 1.0))
 
 
+def taken_off(position: Floats, rate: Floats, bands: Bands) -> Floats:
+    """What quieting took off the mean rate over each interval, from positions (n, ...) and that rate (n - 1, ...).
+
+    The quieting is for friction, and what it takes off is modulated by the motion: it reaches into the scored band.
+    What is compared with the rate of another sensor is compared without it.
+    """
+    edges, dt = bands.smoothing, bands.period_s
+    return _filtered(np.diff(position, axis=0) / dt, _low_pass(*edges, dt, taps_for(edges, dt))) - rate
+
+
 def interval_mean(samples: Floats, bands: Bands) -> Floats:
     """Mean over each interval of a smooth quantity sampled at t_k (n, ...); length n - 1."""
     edges = bands.smoothing
