@@ -95,7 +95,7 @@ def at_temperature(model: AntennaModel, temperature_degc: float) -> AntennaModel
         friction = document["axes"][axis]["friction"]
         rows = friction.pop(_TABLE)
         for name in LUGRE_NAMES:
-            value = float(np.interp(temperature_degc, *([row[key] for row in rows] for key in (_AT, name))))
+            value = float(np.interp(temperature_degc, [row[_AT] for row in rows], [row[name] for row in rows]))
             kept = friction.get(name)
             friction[name] = {**kept, "value": value} if isinstance(kept, dict) else value
     return model_from_document(document, model.where)

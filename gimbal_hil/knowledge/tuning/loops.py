@@ -181,7 +181,7 @@ class SampledLaw:
             return self.answered
         z = np.exp(1j * w * self.step_s)[:, None, None]
         found = self.C @ np.linalg.solve(z * np.eye(len(self.A)) - self.A, self.B[None].astype(np.complex128)) + self.D
-        return found[:, 0, 0], found[:, 0, 1]
+        return np.asarray(found[:, 0, 0], np.complex128), np.asarray(found[:, 0, 1], np.complex128)
 
 
 Law = CascadeLaw | ObservedLaw | SampledLaw

@@ -83,7 +83,7 @@ def _answer(found: ArenaResult) -> str:
 
 
 def _rows(found: ArenaResult) -> list[tuple[str, ...]]:
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for one in found.scenarios:
         before, after = _rms(found, one.name, _BEFORE), _rms(found, one.name, _AFTER)
         times = f"{before / after:.2f}" if math.isfinite(before) and math.isfinite(after) else "-"
@@ -96,7 +96,7 @@ def _size(value: float) -> str:
 
 
 def _loops(axis: str, before: LoopFigures, after: LoopFigures) -> list[tuple[str, ...]]:
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for name, one in ((_BEFORE, before), (_AFTER, after)):
         if one.margin == 0.0:
             rows.append((axis, name, "-", "not stable", "-", "-", "-"))

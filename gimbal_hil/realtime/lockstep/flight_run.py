@@ -4,6 +4,8 @@ a flight is certified by.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from firmware_protocol import mail as m
@@ -85,7 +87,7 @@ def _run_flight(
 
 
 @compiled
-def spoil_navigation(mail: np.ndarray, drive: np.void, error: np.ndarray, late: int) -> None:
+def spoil_navigation(mail: np.ndarray, drive: Any, error: np.ndarray, late: int) -> None:
     """Put the errors of this moment into what navigation tells at this tick, or leave it out."""
     if error[SILENT] > 0:
         mail[m.BASE_ATTITUDE] = mail[m.BASE_HEADING] = mail[m.BASE_RATE] = mail[m.BASE_ACCELERATION] = 0
