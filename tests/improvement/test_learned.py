@@ -43,6 +43,7 @@ def test_a_named_moment_is_known_no_better_than_it_turned_out_and_the_whole_tens
     taught = learned(START, verdict(moved("body.inertia.yy", 1.2 * yy, 1e-5, True), "inertia"))
     assert taught.number("inner", "body.inertia.yy") == pytest.approx(1.2 * yy)
     assert taught.uncertainty("inner", "body.inertia.yy") == pytest.approx(0.2 * yy)
+    assert "identified" not in (taught.numbers["inner", "body.inertia.yy"].source or "")
     for path in ("body.inertia.xx", "body.inertia.zz"):
         assert taught.number("inner", path) == START.number("inner", path)
         assert taught.uncertainty("inner", path) == pytest.approx(0.2 * START.number("inner", path))

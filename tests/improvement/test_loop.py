@@ -143,6 +143,11 @@ def with_moments(share: float) -> AntennaModel:
     return antenna
 
 
+TURNED = tuple(
+    (axis, f"body.inertia.{one}") for axis, one in (("inner", "yy"), ("outer", "zz"), ("inner", "zz"), ("inner", "xx"))
+)
+
+
 @pytest.mark.heavy
 def test_every_tensor_a_fifth_larger_than_the_model_says_is_found_to_the_floor(tmp_path: Path) -> None:
     antenna = with_moments(0.2)
@@ -150,9 +155,11 @@ def test_every_tensor_a_fifth_larger_than_the_model_says_is_found_to_the_floor(t
     assert done.ending is Ending.AT_THE_FLOOR
     assert judged(antenna, done.model) < LEAST_GAP
     assert len(done.diagnoses) <= 4
-    for axis in antenna.axes:
-        own = antenna.own_inertia_path(axis)
-        assert done.model.number(axis, own) == pytest.approx(antenna.number(axis, own), rel=0.02)
+    found, true = ([m.number(*place) for place in TURNED] for m in (done.model, antenna))
+    assert found[0] == pytest.approx(true[0], rel=0.005)
+    # a level antenna tells only what the outer joint carries in each pose
+    for i in (2, 3):
+        assert found[1] + found[i] == pytest.approx(true[1] + true[i], rel=0.005)
     # moments about axes that nothing turned keep what was said of them
     unseen = done.model.numbers["outer", "body.inertia.xx"]
     assert unseen.value == shipped_model().number("outer", "body.inertia.xx")

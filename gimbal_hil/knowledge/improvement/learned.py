@@ -16,6 +16,8 @@ from sim_backend.effects import CATALOGUE
 from sim_backend.model import AntennaModel
 
 _SOURCE = "identified by gimbal-hil improve"
+#: of a number that the next search begins from: known no better than it was off
+_BEGUN_FROM = "found by gimbal-hil improve, to be searched on"
 _MOMENTS, _PRODUCTS = (tuple(f"body.inertia.{c}" for c in of) for of in (("xx", "yy", "zz"), ("xy", "xz", "yz")))
 _TENSOR = (*_MOMENTS, *_PRODUCTS)
 
@@ -42,7 +44,7 @@ def learned(base: AntennaModel, verdict: Verdict) -> AntennaModel:
         off = {path: abs(found.value - base.number(axis, path)) for path, found in mine.items()}
         within = {path: max(off[path], one.half_width, base.uncertainty(axis, path)) for path, one in mine.items()}
         share = max((off[path] / _size(base, axis, path) for path in mine if path in _TENSOR), default=0.0)
-        base = base.with_numbers(axis, {path: found.value for path, found in mine.items()}, _SOURCE, within)
+        base = base.with_numbers(axis, {path: found.value for path, found in mine.items()}, _BEGUN_FROM, within)
         base = _as_unsure(base, axis, share, but=mine)
     return base
 
