@@ -11,6 +11,8 @@ from sim_backend.drives.gimbal import DrivenGimbal
 
 #: periods that nobody was awake for are passed over beyond so many
 _MOST_CAUGHT_UP = 50
+#: share of its distance by which a tick moves towards the middle between two frames of the host
+_FOLLOWED = 1 / 16
 
 
 @dataclass
@@ -25,11 +27,16 @@ class ServedDrives:
 
 
 class DriveServer:
-    """Serves until `stop`, or for a time."""
+    """Serves until `stop`, or for a time.
+
+    Ticks fall midway between the host's frames: whoever asks half a period early or late finds the motion of his own
+    tick. A plant that ticked as often, but at any phase, would show him the same tick twice and then none.
+    """
 
     def __init__(self, gimbal: DrivenGimbal, bus: Bus, rate_hz: float) -> None:
         self._gimbal, self._bus, self._period_ns = gimbal, bus, round(1e9 / rate_hz)
         self._stopped = False
+        self._deadline = 0
         self.statistics = ServedDrives()
 
     def stop(self) -> None:
@@ -40,7 +47,7 @@ class DriveServer:
         """Answer frames and tick; a bus that is gone ends it with OSError."""
         poll = select.poll()
         registered = -1
-        begun = deadline = time.monotonic_ns()
+        begun = self._deadline = time.monotonic_ns()
         while not self._stopped and (duration_ns is None or time.monotonic_ns() - begun < duration_ns):
             descriptor = self._bus.fileno()
             if descriptor != registered:
@@ -48,22 +55,28 @@ class DriveServer:
                 if descriptor >= 0:
                     poll.register(descriptor, select.POLLIN)
                 registered = descriptor
-            left_ns = deadline + self._period_ns - time.monotonic_ns()
+            left_ns = self._deadline + self._period_ns - time.monotonic_ns()
             if left_ns > 0:
                 poll.poll(left_ns / 1e6)
+            now = time.monotonic_ns()
             frames = self._bus.receive()
+            # what was asked while nobody was awake is answered with the motion of now
+            self._catch_up(now)
             self.statistics.frames_received += len(frames)
             self._send(self._gimbal.hear(frames))
-            now = time.monotonic_ns()
-            due = (now - deadline) // self._period_ns
-            if due > _MOST_CAUGHT_UP:
-                self.statistics.skipped += due - _MOST_CAUGHT_UP
-                deadline += (due - _MOST_CAUGHT_UP) * self._period_ns
-                due = _MOST_CAUGHT_UP
-            for _ in range(due):
-                deadline += self._period_ns
-                self.statistics.ticks += 1
-                self._send(self._gimbal.tick())
+            if frames:
+                self._deadline += round(_FOLLOWED * (now - self._deadline - self._period_ns // 2))
+
+    def _catch_up(self, now: int) -> None:
+        due = (now - self._deadline) // self._period_ns
+        if due > _MOST_CAUGHT_UP:
+            self.statistics.skipped += due - _MOST_CAUGHT_UP
+            self._deadline += (due - _MOST_CAUGHT_UP) * self._period_ns
+            due = _MOST_CAUGHT_UP
+        for _ in range(due):
+            self._deadline += self._period_ns
+            self.statistics.ticks += 1
+            self._send(self._gimbal.tick())
 
     def _send(self, frames: list[CanFrame]) -> None:
         for frame in frames:
