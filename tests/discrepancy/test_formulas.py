@@ -10,7 +10,7 @@ import pytest
 from firmware_protocol.compiling import interpreted
 from gimbal_hil.knowledge.discrepancy.laws import Formula, LawShape, effect_source
 from gimbal_hil.knowledge.discrepancy.laws.fitting import Written
-from gimbal_hil.knowledge.discrepancy.laws.forms import Sense, Term, beside, terms_of
+from gimbal_hil.knowledge.discrepancy.laws.forms import FormTerm, Sense, beside, terms_of
 from gimbal_hil.knowledge.discrepancy.laws.formula import formula_for
 from gimbal_hil.knowledge.discrepancy.laws.knots import basis
 from gimbal_hil.knowledge.discrepancy.laws.linear import FOLDS, Normal
@@ -35,7 +35,7 @@ SHAPES = (
 )
 
 
-def formula(shape: LawShape, terms: tuple[Term, ...]) -> Formula:
+def formula(shape: LawShape, terms: tuple[FormTerm, ...]) -> Formula:
     """A formula of these terms with numbers that differ."""
     inner = tuple(0.3 + 0.2 * np.arange(len(term.form.inner)) for term in terms)
     scales = 0.7 + 0.4 * np.arange(sum(term.form.scales for term in terms))
@@ -114,7 +114,7 @@ def test_numbers_of_two_alike_terms_have_names_of_their_own() -> None:
     bump = next(term for term in terms_of(POSITION) if term.form.phrase == "a bump")
     text = formula(POSITION, (bump, bump)).text
     assert {"centre", "centre_2"} <= set(re.findall(r"\w+", text))
-    assert Term(bump.form, Sense.OPPOSED).text(("position",), "sign(rate)", {}).startswith("sign(rate) * a")
+    assert FormTerm(bump.form, Sense.OPPOSED).text(("position",), "sign(rate)", {}).startswith("sign(rate) * a")
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: shape.text)

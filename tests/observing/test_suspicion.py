@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from gimbal_hil.realtime.observing.suspicion import CONFIRMED_BY, Cause, Suspected, SuspicionWatch
+from gimbal_hil.realtime.observing.suspicion import CONFIRMED_BY, Growing, Suspected, SuspicionWatch
 
 RATE_HZ, LEAST_NM, ONSET_S = 1000.0, 0.02, 40.0
 
@@ -63,8 +63,8 @@ def watched(cause: str, seconds: float = 52.0, seed: int = 1) -> tuple[Suspicion
     return watch, told
 
 
-@pytest.mark.parametrize("cause", list(Cause))
-def test_a_cause_that_sets_in_is_named_within_ten_seconds(cause: Cause) -> None:
+@pytest.mark.parametrize("cause", list(Growing))
+def test_a_cause_that_sets_in_is_named_within_ten_seconds(cause: Growing) -> None:
     _, told = watched(cause.value)
     assert told and told[0][1].cause is cause, [one.text for _, one in told]
     assert ONSET_S < told[0][0] < ONSET_S + 10.0
@@ -86,7 +86,7 @@ def test_what_wanders_and_what_is_no_one_of_them_has_no_name(seed: int) -> None:
 
 
 def test_every_cause_has_a_run_that_confirms_it_and_people_may_say_that_it_is_usual() -> None:
-    assert set(CONFIRMED_BY) == set(Cause)
+    assert set(CONFIRMED_BY) == set(Growing)
     watch, told = watched("friction level")
     assert told and watch.suspected is not None
     watch.learn_anew()

@@ -46,7 +46,7 @@ _NET = 0.35
 _RIDGE = 1e-6
 
 
-class Cause(StrEnum):
+class Growing(StrEnum):
     """What may be suspected of an axis."""
 
     RIPPLE = "ripple"
@@ -57,12 +57,12 @@ class Cause(StrEnum):
 
 
 #: the experiment that confirms each
-CONFIRMED_BY: Mapping[Cause, str] = {
-    Cause.RIPPLE: "full_turn",
-    Cause.FRICTION: "plateaus",
-    Cause.ENCODER: "full_turn",
-    Cause.GAIN: "two_loads",
-    Cause.UNBALANCE: "full_turn",
+CONFIRMED_BY: Mapping[Growing, str] = {
+    Growing.RIPPLE: "full_turn",
+    Growing.FRICTION: "plateaus",
+    Growing.ENCODER: "full_turn",
+    Growing.GAIN: "two_loads",
+    Growing.UNBALANCE: "full_turn",
 }
 
 
@@ -70,7 +70,7 @@ CONFIRMED_BY: Mapping[Cause, str] = {
 class Suspected:
     """A cause with its probability, and its size in N m (of a gain a share, of an encoder rad); a ripple's order."""
 
-    cause: Cause
+    cause: Growing
     probability: float
     size: float
     order: int = 0
@@ -78,8 +78,8 @@ class Suspected:
     @property
     def text(self) -> str:
         """In words."""
-        unit = {Cause.GAIN: "", Cause.ENCODER: " rad"}.get(self.cause, " N m")
-        what = f"{self.cause.value} of order {self.order}" if self.cause is Cause.RIPPLE else self.cause.value
+        unit = {Growing.GAIN: "", Growing.ENCODER: " rad"}.get(self.cause, " N m")
+        what = f"{self.cause.value} of order {self.order}" if self.cause is Growing.RIPPLE else self.cause.value
         return f"{what}, {self.size:.2g}{unit}, probability {self.probability:.2f}"
 
 
@@ -97,7 +97,7 @@ class SuspicionWatch:
     _ticks: int = 0
     _since: int = 0
     _at_rad: float | None = None
-    _in_a_row: tuple[Cause | None, int] = (None, 0)
+    _in_a_row: tuple[Growing | None, int] = (None, 0)
 
     def take(self, missing_nm: float, position_rad: float, torque_nm: float, gyro_error_rad_s: float) -> bool:
         """One tick; answers whether what is suspected has just changed."""
@@ -186,11 +186,11 @@ def _named(
     _, q, v, u, _ = rows.T
     order, ripple = _ripple(left, q)
     sides = np.column_stack([np.cos(q), np.sin(q)])
-    tried: list[tuple[Cause, Floats, int]] = [
-        (Cause.FRICTION, np.sign(v)[:, None], 1),
-        (Cause.GAIN, u[:, None], 1),
-        (Cause.UNBALANCE, sides, 2),
-        (Cause.RIPPLE, ripple, 3),
+    tried: list[tuple[Growing, Floats, int]] = [
+        (Growing.FRICTION, np.sign(v)[:, None], 1),
+        (Growing.GAIN, u[:, None], 1),
+        (Growing.UNBALANCE, sides, 2),
+        (Growing.RIPPLE, ripple, 3),
     ]
     count, whole = len(left) / _CORRELATED, float(np.mean(left**2))
 
@@ -202,13 +202,13 @@ def _named(
         scales = np.linalg.lstsq(columns, left, rcond=None)[0]
         squares = float(np.mean((left - columns @ scales) ** 2))
         size = float(np.hypot(*scales)) if len(scales) == 2 else float(scales[0])
-        one = Suspected(cause, 0.0, size, int(order) if cause is Cause.RIPPLE else 0)
+        one = Suspected(cause, 0.0, size, int(order) if cause is Growing.RIPPLE else 0)
         found.append((weight(squares, numbers), squares, one))
     if slipped is not None and _undone(left[slipped[0]]):
         during, angle = slipped
         squares = float(np.mean(np.where(during, noise**2, left**2)))
         events = 1 + int(np.sum(np.diff(during.astype(int)) > 0))
-        found.append((weight(squares, 2 * events), squares, Suspected(Cause.ENCODER, 0.0, angle)))
+        found.append((weight(squares, 2 * events), squares, Suspected(Growing.ENCODER, 0.0, angle)))
     most, squares, best = max(found, key=lambda one: one[0])
     everything = [0.0, weight(0.0, _NUMBERS_ELSE), *(one[0] for one in found)]
     probability = 1.0 / sum(math.exp(min(one - most, 700.0)) for one in everything)
@@ -257,4 +257,4 @@ def _slip(before: Floats, after: Floats) -> Slip | None:
     return during, float(now[int(np.argmax(np.abs(now)))])
 
 
-__all__ = ["CONFIRMED_BY", "Cause", "Suspected", "SuspicionWatch", "suspicion"]
+__all__ = ["CONFIRMED_BY", "Growing", "Suspected", "SuspicionWatch", "suspicion"]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gimbal_hil.knowledge.discrepancy.laws.forms import FormNumber, Role, Term
+from gimbal_hil.knowledge.discrepancy.laws.forms import FormNumber, FormTerm, NumberRole
 from gimbal_hil.knowledge.discrepancy.laws.linear import FOLDS, Solved
 from gimbal_hil.knowledge.discrepancy.laws.saying import Saying, takes
 from gimbal_hil.knowledge.discrepancy.twin import Floats
@@ -19,7 +19,7 @@ _WAVES = tuple(0.5 * 1.25**k for k in range(18))
 #: steps of the simplex for each number that is moved, at first and once more
 _STEPS, _AGAIN = 90, 45
 #: first size of the simplex: of a place, a share of the range; of a width and a wave, of its logarithm
-_SIZE = {Role.PLACE: 0.03, Role.WIDTH: 0.3, Role.WAVE: 0.1}
+_SIZE = {NumberRole.PLACE: 0.03, NumberRole.WIDTH: 0.3, NumberRole.WAVE: 0.1}
 #: widths are no narrower than this share of the range, and no wider than so many ranges
 _NARROWEST, _WIDEST = 1e-4, 4.0
 _ALL = np.ones(FOLDS)
@@ -29,7 +29,7 @@ _ALL = np.ones(FOLDS)
 class Written:
     """Terms with their inner numbers, plain parts beside them, and how well stretches without a part in it foretell."""
 
-    terms: tuple[Term, ...]
+    terms: tuple[FormTerm, ...]
     inner: tuple[Floats, ...]
     #: weighed squares that it takes of all rows, and that it leaves of stretches which did not give its numbers
     takes: float
@@ -49,12 +49,12 @@ class Written:
         return 0.5 * self.leaves / unit + 0.5 * self.numbers * float(np.log(np.sum(saying.rows)))
 
 
-def _columns(saying: Saying, terms: tuple[Term, ...], inner: tuple[Floats, ...]) -> Floats:
+def _columns(saying: Saying, terms: tuple[FormTerm, ...], inner: tuple[Floats, ...]) -> Floats:
     by_direction = saying.shape.by_direction
     return np.hstack([t.columns(saying.points, at, by_direction) for t, at in zip(terms, inner, strict=True)])
 
 
-def scanned(saying: Saying, term: Term, others: Written | None, beside: tuple[Term, ...]) -> Written:
+def scanned(saying: Saying, term: FormTerm, others: Written | None, beside: tuple[FormTerm, ...]) -> Written:
     """A term where it takes most at coarse places, beside terms that keep theirs."""
     reduced = saying.reduced(_ALL)
     terms = (*(others.terms if others else ()), *beside)
@@ -77,9 +77,9 @@ def _coarse(saying: Saying, number: FormNumber, odd: bool) -> tuple[float, ...]:
     span = high - low
     # of two variables every other start will do
     every = len(saying.points)
-    if number.role is Role.PLACE:
+    if number.role is NumberRole.PLACE:
         return tuple(low + span * share for share in _PLACES)
-    if number.role is Role.WIDTH:
+    if number.role is NumberRole.WIDTH:
         return tuple(span * share for share in _WIDTHS[::every])
     return tuple(2.0 * np.pi * turns / span for turns in _WAVES)
 
@@ -101,7 +101,7 @@ def polished(saying: Saying, one: Written, times: Floats = _ALL, again: bool = F
 
     def unpacked(y: Floats) -> tuple[Floats, ...]:
         values = [
-            low + (high - low) * v if number.role is Role.PLACE else float(np.exp(v))
+            low + (high - low) * v if number.role is NumberRole.PLACE else float(np.exp(v))
             for number, (low, high), v in zip(moved, ranges, y, strict=True)
         ]
         cuts = np.cumsum([len(term.form.inner) for term in one.terms])[:-1]
@@ -109,15 +109,15 @@ def polished(saying: Saying, one: Written, times: Floats = _ALL, again: bool = F
 
     def cost(y: Floats) -> float:
         for number, (low, high), v in zip(moved, ranges, y, strict=True):
-            if number.role is Role.PLACE and not -0.3 <= v <= 1.3:
+            if number.role is NumberRole.PLACE and not -0.3 <= v <= 1.3:
                 return np.inf
-            if number.role is Role.WIDTH and not _NARROWEST * (high - low) <= np.exp(v) <= _WIDEST * (high - low):
+            if number.role is NumberRole.WIDTH and not _NARROWEST * (high - low) <= np.exp(v) <= _WIDEST * (high - low):
                 return np.inf
         return -takes(reduced, _columns(saying, one.terms, unpacked(y)))
 
     y0 = np.array(
         [
-            (v - low) / (high - low) if number.role is Role.PLACE else np.log(max(v, _NARROWEST * (high - low)))
+            (v - low) / (high - low) if number.role is NumberRole.PLACE else np.log(max(v, _NARROWEST * (high - low)))
             for number, (low, high), v in zip(moved, ranges, np.concatenate(one.inner), strict=True)
         ]
     )

@@ -24,7 +24,7 @@ _WORD = re.compile(r"[a-z]\w*")
 Points = tuple[Floats, ...]
 
 
-class Role(Enum):
+class NumberRole(Enum):
     """What a number of a form does."""
 
     SCALE = "scale"
@@ -41,7 +41,7 @@ class FormNumber:
     """
 
     name: str
-    role: Role
+    role: NumberRole
     over: int = 0
     of: int = 0
 
@@ -63,7 +63,7 @@ class Form:
     @property
     def scales(self) -> int:
         """How many numbers scale it."""
-        return sum(number.role is Role.SCALE for number in self.numbers)
+        return sum(number.role is NumberRole.SCALE for number in self.numbers)
 
     @property
     def inner(self) -> tuple[FormNumber, ...]:
@@ -81,7 +81,7 @@ class Sense(Enum):
 
 
 @dataclass(frozen=True)
-class Term:
+class FormTerm:
     """A form in a direction; `odd` is the form over the modulus of the variable, with the variable's sign."""
 
     form: Form
@@ -112,15 +112,15 @@ class Term:
 
 
 def _scale(name: str, over: int = 0) -> FormNumber:
-    return FormNumber(name, Role.SCALE, over)
+    return FormNumber(name, NumberRole.SCALE, over)
 
 
 def _place(name: str) -> FormNumber:
-    return FormNumber(name, Role.PLACE)
+    return FormNumber(name, NumberRole.PLACE)
 
 
-_WIDTH = FormNumber("width", Role.WIDTH)
-_FREE = FormNumber("free", Role.WIDTH)
+_WIDTH = FormNumber("width", NumberRole.WIDTH)
+_FREE = FormNumber("free", NumberRole.WIDTH)
 _CENTRE = _place("centre")
 LEVEL = Form("a level", "level", (_scale("level"),), lambda x: (np.ones_like(x),))
 SLOPE = Form("a straight line", "slope * x", (_scale("slope", 1),), lambda x: (x,))
@@ -209,7 +209,7 @@ FORMS: tuple[Form, ...] = (
     Form(
         "a wave",
         "a * sin(order * x) + b * cos(order * x)",
-        (_scale("a"), _scale("b"), FormNumber("order", Role.WAVE)),
+        (_scale("a"), _scale("b"), FormNumber("order", NumberRole.WAVE)),
         lambda x, n: (np.sin(n * x), np.cos(n * x)),
     ),
 )
@@ -227,7 +227,7 @@ _TURNS: tuple[Fade, ...] = (
     ("turns with", "tanh(y / fade)", lambda y, w: np.tanh(y / w)),
     ("turns slowly with", "y / (abs(y) + fade)", lambda y, w: y / (np.abs(y) + w)),
 )
-_FADE = FormNumber("fade", Role.WIDTH, of=1)
+_FADE = FormNumber("fade", NumberRole.WIDTH, of=1)
 
 
 def _products(over: tuple[Over, ...]) -> Iterator[Form]:
@@ -246,40 +246,40 @@ def _products(over: tuple[Over, ...]) -> Iterator[Form]:
             )
 
 
-def terms_of(shape: LawShape) -> tuple[Term, ...]:
+def terms_of(shape: LawShape) -> tuple[FormTerm, ...]:
     """Every form that may stand in a formula of a shape."""
     if len(shape.over) == 2:
-        return tuple(Term(form) for form in _products(shape.over))
+        return tuple(FormTerm(form) for form in _products(shape.over))
     over = shape.over[0]
     one_sided = over in ONE_SIDED
     plain = [form for form in FORMS if form.one_sided in (None, one_sided)]
     senses = tuple(Sense) if shape.by_direction else (Sense.EITHER,)
     if not shape.has_a_name_straight:
         plain.append(SLOPE)
-    found = [Term(form, sense) for form in plain for sense in senses]
+    found = [FormTerm(form, sense) for form in plain for sense in senses]
     if over is Over.RATE:
         # the centre of what happens at a rate is standstill, or lies on both sides alike
-        found = [term for term in found if not any(number.role is Role.PLACE for number in term.form.inner)]
-        found += [Term(form, odd=True) for form in FORMS if form.one_sided is not False]
+        found = [term for term in found if not any(number.role is NumberRole.PLACE for number in term.form.inner)]
+        found += [FormTerm(form, odd=True) for form in FORMS if form.one_sided is not False]
     if over is Over.TORQUE:
-        found += [Term(form, odd=True) for form in FORMS if form.one_sided is True]
+        found += [FormTerm(form, odd=True) for form in FORMS if form.one_sided is True]
     return tuple(found)
 
 
-def beside(shape: LawShape) -> tuple[tuple[Term, ...], ...]:
+def beside(shape: LawShape) -> tuple[tuple[FormTerm, ...], ...]:
     """Plain parts that may stand beside a form: none, a level, a straight line."""
     senses = (Sense.EITHER, Sense.OPPOSED) if shape.by_direction else (Sense.EITHER,)
-    level = tuple(Term(LEVEL, sense) for sense in senses)
+    level = tuple(FormTerm(LEVEL, sense) for sense in senses)
     if len(shape.over) == 2:
         return (), level
     if shape.over[0] is Over.RATE:
-        return (), (Term(SLOPE),), (Term(SLOPE), *level, Term(LEVEL, odd=True))
+        return (), (FormTerm(SLOPE),), (FormTerm(SLOPE), *level, FormTerm(LEVEL, odd=True))
     if not shape.has_a_name_straight:
         return (), level
-    return (), level, (*level, *(Term(SLOPE, sense) for sense in senses))
+    return (), level, (*level, *(FormTerm(SLOPE, sense) for sense in senses))
 
 
-def renamed(terms: tuple[Term, ...]) -> tuple[dict[str, str], ...]:
+def renamed(terms: tuple[FormTerm, ...]) -> tuple[dict[str, str], ...]:
     """Names of the numbers of each term, different from those of all others."""
     met: dict[str, int] = {}
     found = []
@@ -292,4 +292,16 @@ def renamed(terms: tuple[Term, ...]) -> tuple[dict[str, str], ...]:
     return tuple(found)
 
 
-__all__ = ["FORMS", "LEVEL", "ONE_SIDED", "SLOPE", "Form", "FormNumber", "Role", "Sense", "Term", "beside", "renamed"]
+__all__ = [
+    "FORMS",
+    "LEVEL",
+    "ONE_SIDED",
+    "SLOPE",
+    "Form",
+    "FormNumber",
+    "FormTerm",
+    "NumberRole",
+    "Sense",
+    "beside",
+    "renamed",
+]

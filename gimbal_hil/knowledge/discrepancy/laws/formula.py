@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gimbal_hil.knowledge.discrepancy.laws.fitting import Written, foretold, polished, scales_of, scanned
-from gimbal_hil.knowledge.discrepancy.laws.forms import LEVEL, SLOPE, FormNumber, Role, beside, renamed, terms_of
+from gimbal_hil.knowledge.discrepancy.laws.forms import LEVEL, SLOPE, FormNumber, NumberRole, beside, renamed, terms_of
 from gimbal_hil.knowledge.discrepancy.laws.linear import FOLDS
 from gimbal_hil.knowledge.discrepancy.laws.saying import Saying
 from gimbal_hil.knowledge.discrepancy.laws.shape import LawShape
@@ -44,7 +44,7 @@ class Formula:
         return phrase_of(self.written)
 
     @property
-    def roles(self) -> dict[str, Role]:
+    def roles(self) -> dict[str, NumberRole]:
         """What each of its own numbers does."""
         return {name: number.role for name, number in _named(self.written)}
 
@@ -65,7 +65,7 @@ class Formula:
         unit = UNIT_OF[shape.acts_on][is_linear]
         for at, (name, number) in enumerate(_named(self.written)):
             over = UNIT_OVER[shape.over[number.of]][is_linear]
-            words = {Role.SCALE: (unit, number.over), Role.WAVE: ("1", 1)}.get(number.role, (over, 0))
+            words = {NumberRole.SCALE: (unit, number.over), NumberRole.WAVE: ("1", 1)}.get(number.role, (over, 0))
             found[name] = {
                 "value": _rounded(_values(self.written, self.scales)[at]),
                 "unit": _over(words[0], over, words[1]),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from gimbal_hil.knowledge.discrepancy.laws.forms import Role
+from gimbal_hil.knowledge.discrepancy.laws.forms import NumberRole
 from gimbal_hil.knowledge.discrepancy.laws.formula import Formula
 from sim_backend.model import UNIT_OF, ActsOn, Over
 
@@ -96,12 +96,12 @@ def effect_source(formula: Formula, name: str, is_linear: bool) -> str | None:
     )
 
 
-def _parameter(key: str, number: dict[str, object], role: Role | None) -> str:
+def _parameter(key: str, number: dict[str, object], role: NumberRole | None) -> str:
     """Bounds are a decade beyond what was measured; what scales is neutral at nothing, the rest where it was found."""
     value = float(str(number["value"]))
     reach = 10.0 * max(abs(value), 1e-6)
-    low = -reach if role in (Role.SCALE, Role.PLACE) else 0.0
-    neutral = 0.0 if role is Role.SCALE else value
+    low = -reach if role in (NumberRole.SCALE, NumberRole.PLACE) else 0.0
+    neutral = 0.0 if role is NumberRole.SCALE else value
     return f'        Parameter("{key}", "{number["unit"]}", {low:.6g}, {reach:.6g}, {neutral!r}, "found: {value:.6g}"),'
 
 
