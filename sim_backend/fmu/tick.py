@@ -7,17 +7,13 @@ import os
 import subprocess
 from pathlib import Path
 
-import numba
-
 from firmware_protocol.errors import BadInputError
 from firmware_protocol.kernel_cache import cache_directory, require_own, source_digest
-from firmware_protocol.object_code import object_code
 from sim_backend.c_compiler import c_compiler
-from sim_backend.device import device_block_tick
+from sim_backend.fmu.kernel import tick_object
 
 SHELL = Path(__file__).with_name("shell.c")
 _OPTIONS = ("-std=c11", "-O2", "-fPIC", "-shared", "-s", "-Wall", "-Wextra", "-Wconversion", "-Werror")
-_TYPES = (numba.int64[::1], numba.int64, numba.int64)
 
 
 def antenna_library() -> bytes:
@@ -25,14 +21,10 @@ def antenna_library() -> bytes:
 
     BadInputError where there is no C compiler, or where it has something to say.
     """
-    folder = cache_directory() / source_digest(__name__) / __name__
-    require_own(folder.parent)
-    folder.mkdir(parents=True, exist_ok=True)
-    words = [c_compiler("an FMU"), *_OPTIONS]
-    kept = folder / f"{hashlib.sha256(repr(words).encode() + SHELL.read_bytes()).hexdigest()[:16]}.so"
+    kept = _library()
     if not kept.exists():
-        made = folder / f"{kept.name}.{os.getpid()}"
-        words += [str(SHELL), str(_tick_object(folder)), "-lm", "-o", str(made)]
+        made = kept.with_suffix(f".{os.getpid()}")
+        words = [*_compiler(), str(SHELL), str(tick_object(kept.parent)), "-lm", "-o", str(made)]
         done = subprocess.run(words, capture_output=True, text=True, check=False)
         if done.returncode:
             raise BadInputError(str(SHELL), f"does not compile: {done.stderr.strip()[:400]}", "C11 without a warning")
@@ -40,14 +32,19 @@ def antenna_library() -> bytes:
     return kept.read_bytes()
 
 
-def _tick_object(folder: Path) -> Path:
-    kept = folder / "tick.o"
-    if not kept.exists():
-        made = folder / f"tick.{os.getpid()}"
-        made.write_bytes(object_code(_tick, _TYPES, "gimbal_tick"))
-        made.replace(kept)
-    return kept
+def library_is_kept() -> bool:
+    """Whether `antenna_library` has nothing to translate, which takes a minute."""
+    return _library().exists()
 
 
-def _tick(words, x_size, received):  # type: ignore[no-untyped-def]  # its types are Numba's, see _TYPES
-    return device_block_tick(words, x_size, received)
+def _library() -> Path:
+    """Where the library of these sources is kept, in a folder that is there."""
+    # of the kernel's sources alone: what is around it changes without translating it anew
+    folder = cache_directory() / source_digest("sim_backend.fmu.kernel") / __name__
+    require_own(folder.parent)
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder / f"{hashlib.sha256(repr(_compiler()).encode() + SHELL.read_bytes()).hexdigest()[:16]}.so"
+
+
+def _compiler() -> list[str]:
+    return [c_compiler("an FMU"), *_OPTIONS]

@@ -19,6 +19,7 @@ fmpy = pytest.importorskip("fmpy", reason="needs FMPy (pip install gimbal-hil[te
 
 from fmpy.validation import validate_fmu  # noqa: E402
 
+from firmware_protocol.errors import BadInputError  # noqa: E402
 from sim_backend.device import Device  # noqa: E402
 from sim_backend.fmu import fmu_of  # noqa: E402
 from sim_backend.model import AntennaModel, load_model, shipped_model, shipped_model_path  # noqa: E402
@@ -167,3 +168,13 @@ def test_the_how_to_page_runs(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[-2000:]
     assert "'state': 'SWITCH_ON_DISABLED'" in done.stdout and "1 bad frame" in done.stdout
+
+
+def test_without_a_compiler_it_is_refused_before_anything_is_translated(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("GIMBAL_HIL_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setenv("CC", "/nowhere/cc")
+    with pytest.raises(BadInputError, match="CC=/nowhere/cc is none"):
+        fmu_of(shipped_model())
+    assert not list((tmp_path / "cache").rglob("*.o"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -35,7 +36,10 @@ def command(
     from gimbal_hil.surface.cli.following import after_export_model, print_next
     from sim_backend.model import load_model
 
-    exported = export_model(load_model(model), to)
+    read = load_model(model)
+    if to is ModelFormat.FMU:
+        _say_that_it_takes_time()
+    exported = export_model(read, to)
     with replacing(out, force) as temporary:
         temporary.write_bytes(exported.content)
     if as_json:
@@ -44,6 +48,15 @@ def command(
         _say(exported, to, out)
         print_next(after_export_model(model))
     return EXIT_DONE
+
+
+def _say_that_it_takes_time() -> None:
+    from firmware_protocol.kernel_cache import cache_directory
+    from sim_backend.fmu import library_is_kept
+
+    if not library_is_kept():
+        text = f"translating the antenna's tick for an FMU: about a minute, once (kept in {cache_directory()})"
+        print(text, file=sys.stderr, flush=True)
 
 
 def _document(exported: ExportedModel) -> dict[str, Any]:
