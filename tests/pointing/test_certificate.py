@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from gimbal_hil.loop.settings import shipped_settings
 from gimbal_hil.pointing.certifying import (
     Certificate,
-    Flight,
     FlightTask,
+    FlownFlight,
     NavigationErrors,
     Requirement,
     certified,
@@ -83,7 +83,7 @@ def test_a_heading_that_is_off_turns_the_beam_where_no_host_sees_it(by_deg: floa
 
 
 def test_attitude_that_is_older_than_it_says_costs_what_the_base_turns_meanwhile() -> None:
-    def mean(flight: Flight) -> float:
+    def mean(flight: FlownFlight) -> float:
         return float(np.average(np.arange(len(flight.histogram)), weights=flight.histogram))
 
     assert mean(fly(task(12.0, latency_s=0.05), 4)) > 1.2 * mean(fly(task(12.0), 4))

@@ -1,17 +1,17 @@
 """What a terminal maker shows a regulator: drawn flights, judged by the truth."""
 
-from gimbal_hil.pointing.certifying.certificate import Certificate, Interval, certified, of_all, of_time
-from gimbal_hil.pointing.certifying.flight import Flight, FlightTask, Requirement, fly, judged
+from gimbal_hil.pointing.certifying.certificate import Certificate, ShareInterval, certified, of_all, of_time
+from gimbal_hil.pointing.certifying.flight import FlightTask, FlownFlight, Requirement, fly, judged
 from gimbal_hil.pointing.certifying.navigation import NavigationErrors, load_navigation
 from gimbal_hil.pointing.certifying.page import certificate_blocks, certificate_document, summary
 
 __all__ = [
     "Certificate",
-    "Flight",
     "FlightTask",
-    "Interval",
+    "FlownFlight",
     "NavigationErrors",
     "Requirement",
+    "ShareInterval",
     "certificate_blocks",
     "certificate_document",
     "certified",

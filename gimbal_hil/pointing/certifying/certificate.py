@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gimbal_hil.knowledge.executor import open_executor
-from gimbal_hil.pointing.certifying.flight import ERROR_STEP_RAD, Flight, FlightTask, fly
+from gimbal_hil.pointing.certifying.flight import ERROR_STEP_RAD, FlightTask, FlownFlight, fly
 
 Table = NDArray[np.float64]
 #: flights that a worker does at once
@@ -21,7 +21,7 @@ CONFIDENCE, _RESAMPLES = 0.95, 2000
 
 
 @dataclass(frozen=True)
-class Interval:
+class ShareInterval:
     """A share with its confidence interval."""
 
     value: float
@@ -34,32 +34,32 @@ class Certificate:
     """What the flights of a task showed."""
 
     task: FlightTask
-    flights: tuple[Flight, ...]
+    flights: tuple[FlownFlight, ...]
     workers: int
     took_s: float
 
     @property
-    def acquired(self) -> Interval:
+    def acquired(self) -> ShareInterval:
         """Share of the flights that transmitted at all."""
         return of_all(sum(math.isfinite(one.acquired_s) for one in self.flights), len(self.flights))
 
     @property
-    def within(self) -> Interval:
+    def within(self) -> ShareInterval:
         """Share of the time of transmission in which the true error was within the requirement."""
         return of_time([one.within_s for one in self.flights], [one.transmitting_s for one in self.flights])
 
     @property
-    def transmitting(self) -> Interval:
+    def transmitting(self) -> ShareInterval:
         """Share of the time since the first transmission in which it transmitted."""
         return of_time([one.transmitting_s for one in self.flights], [one.flown_s for one in self.flights])
 
     @property
-    def muted_in_time(self) -> Interval:
+    def muted_in_time(self) -> ShareInterval:
         """Share of the flights in which every excursion was muted in time."""
         return of_all(len(self.flights) - len(self.late), len(self.flights))
 
     @property
-    def late(self) -> tuple[Flight, ...]:
+    def late(self) -> tuple[FlownFlight, ...]:
         """Flights with an excursion that was muted too late, the slowest first."""
         allowed = self.task.requirement.mute_within_s
         return tuple(sorted((f for f in self.flights if f.slowest_mute_s > allowed), key=lambda f: -f.slowest_mute_s))
@@ -89,27 +89,27 @@ class Certificate:
         ]
 
 
-def of_all(kept: int, flights: int) -> Interval:
+def of_all(kept: int, flights: int) -> ShareInterval:
     """A share of counted flights; Clopper and Pearson 1934."""
     from scipy.stats import beta
 
     side = 0.5 * (1.0 - CONFIDENCE)
     low = 0.0 if kept == 0 else float(beta.ppf(side, kept, flights - kept + 1))
     high = 1.0 if kept == flights else float(beta.ppf(1.0 - side, kept + 1, flights - kept))
-    return Interval(kept / flights, low, high)
+    return ShareInterval(kept / flights, low, high)
 
 
-def of_time(part_s: Sequence[float], whole_s: Sequence[float]) -> Interval:
+def of_time(part_s: Sequence[float], whole_s: Sequence[float]) -> ShareInterval:
     """A share of time over all flights; the interval by resampling whole flights, because seconds of one flight hang
     together.
     """
     part, whole = np.array(part_s), np.array(whole_s)
     if not whole.sum():
-        return Interval(math.nan, math.nan, math.nan)
+        return ShareInterval(math.nan, math.nan, math.nan)
     weights = np.random.default_rng(1).multinomial(len(part), np.full(len(part), 1.0 / len(part)), _RESAMPLES)
     drawn = (weights @ part) / np.maximum(weights @ whole, 1e-9)
     low, high = np.quantile(drawn, (0.5 * (1.0 - CONFIDENCE), 0.5 * (1.0 + CONFIDENCE)))
-    return Interval(float(part.sum() / whole.sum()), float(low), float(high))
+    return ShareInterval(float(part.sum() / whole.sum()), float(low), float(high))
 
 
 def certified(
@@ -132,6 +132,6 @@ def certified(
     return Certificate(task, tuple(sorted(found, key=lambda one: one.seed)), workers, now_s() - begun)
 
 
-def fly_some(task: FlightTask, seeds: Sequence[int]) -> list[Flight]:
+def fly_some(task: FlightTask, seeds: Sequence[int]) -> list[FlownFlight]:
     """Flights of these seeds."""
     return [fly(task, seed) for seed in seeds]

@@ -56,7 +56,7 @@ class FlightTask:
 
 
 @dataclass(frozen=True)
-class Flight:
+class FlownFlight:
     """What came of a flight. Times in s; the error is the true angle between where the antenna looks and the target."""
 
     seed: int
@@ -81,7 +81,7 @@ class Flight:
     computed_s: float
 
 
-def fly(task: FlightTask, seed: int) -> Flight:
+def fly(task: FlightTask, seed: int) -> FlownFlight:
     """One flight, which its seed draws."""
     begun = time.perf_counter()
     draw = np.random.default_rng(seed)
@@ -105,7 +105,7 @@ def fly(task: FlightTask, seed: int) -> Flight:
     error = between(looks.sign * boresight(truth[:, :2]), towards)
     found = judged(error, truth[:, 5] == 0.0, 1.0 / settings.rate_hz, task.requirement)
     silences = int(np.count_nonzero(np.diff(errors[:, SILENT]) > 0))
-    return Flight(
+    return FlownFlight(
         seed, gust, bank, elevation, **found, silences=silences, stops=stops, computed_s=time.perf_counter() - begun
     )
 

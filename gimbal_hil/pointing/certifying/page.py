@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gimbal_hil.pages.report import Block, Callout, Heading, Plot, Table, Text, Tiles
-from gimbal_hil.pointing.certifying.certificate import CONFIDENCE, Certificate, Interval, of_time
-from gimbal_hil.pointing.certifying.flight import ERROR_STEP_RAD, Flight
+from gimbal_hil.pointing.certifying.certificate import CONFIDENCE, Certificate, ShareInterval, of_time
+from gimbal_hil.pointing.certifying.flight import ERROR_STEP_RAD, FlownFlight
 
 if TYPE_CHECKING:
     from gimbal_hil.pages.plots import Drawing
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 _SHARES = (0.5, 0.95, 0.99, 0.999)
 _LISTED = 12
 #: what is told apart: words, and who belongs to it
-_GROUPS: tuple[tuple[str, Callable[[Flight], bool]], ...] = (
+_GROUPS: tuple[tuple[str, Callable[[FlownFlight], bool]], ...] = (
     ("gusts below 2 m/s", lambda one: one.gust_m_s < 2.0),
     ("gusts 2 to 4 m/s", lambda one: 2.0 <= one.gust_m_s < 4.0),
     ("gusts above 4 m/s", lambda one: one.gust_m_s >= 4.0),
@@ -35,7 +35,7 @@ def certificate_document(found: Certificate, where: str) -> dict[str, Any]:
     """For machines; angles in degrees, times in s."""
     need, times = found.task.requirement, [one.computed_s for one in found.flights]
 
-    def share(interval: Interval) -> dict[str, float]:
+    def share(interval: ShareInterval) -> dict[str, float]:
         return {"value": interval.value, "low": interval.low, "high": interval.high}
 
     return {
@@ -90,7 +90,7 @@ def summary(found: Certificate) -> str:
     )
 
 
-def _share(interval: Interval) -> str:
+def _share(interval: ShareInterval) -> str:
     return f"{_percent(interval.value)} ({_percent(interval.low)} to {_percent(interval.high)})"
 
 
@@ -178,11 +178,11 @@ def certificate_blocks(found: Certificate) -> list[Block]:
     ]
 
 
-def _cells(interval: Interval) -> tuple[str, str]:
+def _cells(interval: ShareInterval) -> tuple[str, str]:
     return _percent(interval.value), f"{_percent(interval.low)} to {_percent(interval.high)}"
 
 
-def _group(words: str, flights: Sequence[Flight]) -> tuple[str, ...]:
+def _group(words: str, flights: Sequence[FlownFlight]) -> tuple[str, ...]:
     if not sum(one.transmitting_s for one in flights):
         return words, str(len(flights)), "-", "-", "-"
     within = of_time([one.within_s for one in flights], [one.transmitting_s for one in flights])
