@@ -121,7 +121,9 @@ def test_replay_leaves_its_answer_as_a_case(tmp_path: Path, monkeypatch: pytest.
     found = Difference(7, "tick.torque_outer", "1", "2", "")
     for difference, code in ((None, 0), (found, 1)):
         answer = ReplayResult(100, 700, difference)
-        monkeypatch.setattr("gimbal_hil.surface.cli.replay._replay", lambda log, quiet, answer=answer: (answer, None))
+        monkeypatch.setattr(
+            "gimbal_hil.surface.cli.replay._replay", lambda log, config, quiet, answer=answer: (answer, None)
+        )
         out = tmp_path / f"{code}.xml"
         assert app.run("replay", [str(tmp_path / "run"), "--junit", str(out)]) == code
         suite = ElementTree.parse(out).getroot()[0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gimbal_hil.knowledge.discrepancy.judgement.wander import _beside
+from gimbal_hil.knowledge.discrepancy.judgement.wander import _knots, _left
 
 ROW_S, ROWS = 0.012, 3000
 
@@ -27,7 +27,7 @@ def friction() -> np.ndarray:
 def left(share: float, seed: int = 1) -> float:
     noise = np.random.default_rng(seed + 100).standard_normal((ROWS, 1))
     rows = friction() * wandering(share, seed)[:, None] + noise
-    return float(_beside(rows, friction(), ROW_S)[0])
+    return _left(rows[:, 0], _knots(friction()[:, 0], ROW_S))
 
 
 def test_a_level_that_wanders_by_half_a_per_cent_leaves_the_noise() -> None:
@@ -45,4 +45,4 @@ def test_a_level_that_wanders_by_ten_per_cent_is_not_called_noise() -> None:
 
 def test_a_gap_that_is_not_friction_stays() -> None:
     ripple = 5.0 * np.sin(2.0 * np.pi * np.arange(ROWS) * ROW_S * 4.0)[:, None]
-    assert float(_beside(ripple, friction(), ROW_S)[0]) > 3.0
+    assert _left(ripple[:, 0], _knots(friction()[:, 0], ROW_S)) > 3.0

@@ -22,6 +22,8 @@ PAGE = ROOT / "docs" / "how-to" / "five-minutes.md"
 #: what stays in a terminal of its own until it is told to end
 STAYING = ("plant", "daemon")
 
+pytestmark = [pytest.mark.realtime]
+
 
 def lines_of(page: Path) -> list[str]:
     blocks = re.findall(r"^```sh\n(.*?)^```$", page.read_text(encoding="utf-8"), re.M | re.S)

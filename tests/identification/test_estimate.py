@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
 
@@ -51,6 +50,6 @@ def test_terminal_and_page_write_an_interval_alike() -> None:
     result = cast(
         AxisIdentification, SimpleNamespace(axis="outer", estimates=(estimate,), findings=(), correlations=NONE)
     )
-    line = next(line for line in _lines([result], Path()) if "coulomb" in line)
+    line = next(line for line in _lines([result]) if "coulomb" in line)
     assert "(0.1 to (0.5))" in line
     assert _estimate_table(shipped_model(), result).rows[0][2:4] == ["0.1", "(0.5)"]

@@ -16,6 +16,7 @@ from gimbal_hil.knowledge.identification.correlations import Correlations
 from gimbal_hil.knowledge.identification.estimate import Estimate, Interval
 from gimbal_hil.knowledge.identification.evidence import Evidence
 from gimbal_hil.knowledge.identification.output_error import OutputErrorFit, OutputErrorRule
+from gimbal_hil.knowledge.identification.stiffness import disagreement, doubted
 from gimbal_hil.knowledge.identification.stribeck import LugreFriction, StaticFriction
 from gimbal_hil.surface.cli.app import run
 from sim_backend.model import load_model
@@ -151,9 +152,8 @@ def test_a_joint_that_never_slides_keeps_what_the_model_says_of_sliding(
 
 def test_where_slow_ramps_exclude_a_stiffness_they_count_and_the_rest_is_weakly_known() -> None:
     dynamic = fit_of(estimate("sigma0", 2700.0, 2800.0), estimate("sigma1", 19.0, 21.0))
-    doubted = axis_identification._doubted(dynamic)
     slow = SimpleNamespace(sigma0=estimate("sigma0", 2990.0, 3010.0), travel_steps=1e4)
-    assert axis_identification._disagreement(slow, dynamic, "arm")  # type: ignore[arg-type]
-    found = {e.name: e for e in axis_identification._final(KNOWN, None, slow, doubted, None)}  # type: ignore[arg-type]
+    assert disagreement(slow, dynamic, "arm")  # type: ignore[arg-type]
+    found = {e.name: e for e in axis_identification._final(KNOWN, None, None, slow, doubted(dynamic), None)}  # type: ignore[arg-type]
     assert found["sigma0"].value == 3000.0 and found["sigma0"].verdict is Determination.IDENTIFIED
     assert found["sigma1"].verdict is Determination.WEAKLY_IDENTIFIED and "slow ramps" in found["sigma1"].reason

@@ -18,7 +18,7 @@ from gimbal_hil.pointing.certifying import (
     FlightTask,
     FlownFlight,
     NavigationErrors,
-    Requirement,
+    PointingRequirement,
     certified,
     fly,
     judged,
@@ -45,7 +45,7 @@ RIGHT = NavigationErrors(
 def task(duration_s: float = 6.0, **errors: float | tuple[float, float]) -> FlightTask:
     model = shipped_model("realistic")
     settings = shipped_settings().for_axes(model.axes, model.where).looking(model)
-    return FlightTask(settings, model, RIGHT.model_copy(update=errors), Requirement(), duration_s)
+    return FlightTask(settings, model, RIGHT.model_copy(update=errors), PointingRequirement(), duration_s)
 
 
 def test_a_navigation_without_errors_points_as_the_arena_says() -> None:
@@ -98,7 +98,7 @@ def test_a_navigation_that_falls_silent_for_long_mutes_in_time() -> None:
 @given(st.lists(st.tuples(st.floats(0.0, 0.02), st.booleans()), min_size=1, max_size=60))
 def test_figures_of_a_flight_are_those_of_counting(ticks: list[tuple[float, bool]]) -> None:
     error, on = np.array([e for e, _ in ticks]), np.array([t for _, t in ticks])
-    need = Requirement()
+    need = PointingRequirement()
     found = judged(error, on, 0.01, need)
     assert found["transmitting_s"] == pytest.approx(0.01 * on.sum())
     assert found["within_s"] == pytest.approx(0.01 * sum(1 for e, t in ticks if t and e <= need.within_rad))

@@ -65,7 +65,7 @@ def preflight(model: AntennaModel, tables: tuple[SignalsTable, ...]) -> None:
 def _usual_for(table: SignalsTable) -> str:
     """In what the times of a log would be that is too slow for seconds."""
     if table.period_s == 1.0:
-        return "the numbers of rows (--rate HZ says how many a second)"
+        return f"{_SMALLER[0][1]}, or the numbers of rows (--rate HZ says how many a second)"
     return next((what for size, what in _SMALLER if size * table.period_s <= _LONGEST_PERIOD_S), _SMALLER[-1][1])
 
 

@@ -244,16 +244,17 @@ class _Loop:
             self.diagnoses.append(known)
             if known.model is not None:
                 self.model = load_model(self.task.out / known.model)
-            base = self.task.out / f"round_{number}" / _BASE_FILE
-            self.base = load_model(base) if base.exists() else self.base
+            kept_base = self.task.out / f"round_{number}" / _BASE_FILE
+            self.base = load_model(kept_base) if kept_base.exists() else self.base
             return known, None if known.choice is None else Chosen(number + 1, "", **known.choice)
         began, self.considered, self.remarks, self.same = time.monotonic(), [], [], True
         if self.unseen:
             self.unseen, gaps = False, standing(self.model, self.data.judge[-1])
             if max(gap["before"] / gap["noise_floor"] for gap in gaps) <= LEAST_GAP:
                 text = "What was taken over explains a motion that it had not seen to its noise."
-                kind, decision, took_s = "no_discrepancy", NextStep.AT_THE_FLOOR.value, time.monotonic() - began
-                one = Diagnosed(number, kind, text, gaps, [], [], decision, None, [], "", None, took_s)
+                kind, took_s = "no_discrepancy", time.monotonic() - began
+                step = NextStep.AT_THE_FLOOR.value
+                one = Diagnosed(number, kind, text, gaps, [], [], step, None, [], "", None, took_s)
                 return self._noted(one), None
         diagnosis = self._searched(number)
         found = verdict_of(diagnosis)

@@ -92,8 +92,8 @@ def _draw_points(axes: Axes, trace: Json, colour: str, label: str) -> None:
     mode, line, marker = str(trace.get("mode", "lines")), trace.get("line", {}), trace.get("marker", {})
     own = line.get("color", marker.get("color", colour))
     if "lines" in mode:
-        step = {"drawstyle": "steps-post"} if line.get("shape") == "hv" else {}
-        axes.plot(x, y, label=label, **_style(line, own if isinstance(own, str) else colour), **step)
+        drawn = "steps-post" if line.get("shape") == "hv" else "default"
+        axes.plot(x, y, label=label, drawstyle=drawn, **_style(line, own if isinstance(own, str) else colour))
         label = ""
     if "markers" in mode:
         _draw_markers(axes, trace, x, y, colour, label)

@@ -1,7 +1,7 @@
 """What a terminal maker shows a regulator: drawn flights, judged by the truth."""
 
 from gimbal_hil.pointing.certifying.certificate import Certificate, ShareInterval, certified, of_all, of_time
-from gimbal_hil.pointing.certifying.flight import FlightTask, FlownFlight, Requirement, fly, judged
+from gimbal_hil.pointing.certifying.flight import FlightTask, FlownFlight, PointingRequirement, fly, judged
 from gimbal_hil.pointing.certifying.navigation import NavigationErrors, load_navigation
 from gimbal_hil.pointing.certifying.page import certificate_blocks, certificate_document, summary
 
@@ -10,7 +10,7 @@ __all__ = [
     "FlightTask",
     "FlownFlight",
     "NavigationErrors",
-    "Requirement",
+    "PointingRequirement",
     "ShareInterval",
     "certificate_blocks",
     "certificate_document",

@@ -36,7 +36,7 @@ ERROR_STEP_RAD, ERROR_STEPS = math.radians(0.005), 200
 
 
 @dataclass(frozen=True)
-class Requirement:
+class PointingRequirement:
     """What a terminal has to keep: rad and s. Numbers of 47 CFR 25.228 unless somebody says otherwise."""
 
     within_rad: float = math.radians(0.2)
@@ -51,7 +51,7 @@ class FlightTask:
     settings: DaemonSettings
     model: AntennaModel
     navigation: NavigationErrors
-    requirement: Requirement
+    requirement: PointingRequirement
     duration_s: float
 
 
@@ -138,7 +138,9 @@ def _held(path: FlightPath, way: Way, end: int) -> tuple[str, ...]:
     return tuple(dict.fromkeys(stops))
 
 
-def judged(error: Table, transmitting: NDArray[np.bool_], step_s: float, requirement: Requirement) -> dict[str, Any]:
+def judged(
+    error: Table, transmitting: NDArray[np.bool_], step_s: float, requirement: PointingRequirement
+) -> dict[str, Any]:
     """Figures of a flight from the true error (n,), rad, and when it transmitted."""
     on = np.flatnonzero(transmitting)
     held = error[on]

@@ -33,7 +33,7 @@ def certify(choice: CertifyChoice) -> int:
     from gimbal_hil.pointing.certifying import (
         FlightTask,
         NavigationErrors,
-        Requirement,
+        PointingRequirement,
         certificate_blocks,
         certificate_document,
         certified,
@@ -46,7 +46,7 @@ def certify(choice: CertifyChoice) -> int:
 
     settings, antenna = settings_and_antenna(choice.config, choice.model)
     navigation = NavigationErrors() if choice.navigation is None else load_navigation(choice.navigation)
-    task = FlightTask(settings.with_model(), antenna, navigation, Requirement(), choice.duration_s)
+    task = FlightTask(settings.with_model(), antenna, navigation, PointingRequirement(), choice.duration_s)
     with ProgressBar() as bar:
         bar.begin("flights", choice.flights, 0.0)
         found = certified(

@@ -25,6 +25,8 @@ _KERNELS: dict[str, tuple[str, int]] = {
     "pass_tick": ("the virtual antenna around the C device", 150),
     "host_frame_tick": ("the host", 124),
     "run_ticks": ("host and antenna in one loop", 300),
+    "run_flight": ("host and antenna with errors of navigation in one loop", 300),
+    "run_law": ("another law and antenna in one loop", 300),
     "run_blocks": ("host and antenna with every frame in one loop", 320),
     "run_open_loop": ("the plant alone", 60),
     "observe": ("the model beside the antenna", 110),

@@ -103,7 +103,8 @@ class FormTerm:
         """As it stands in a formula, its numbers under other names."""
         variable = variables[0]
         said = _WORD.sub(lambda word: names.get(word[0], word[0]), self.form.text)
-        before = self.sense.value[0].format(direction=direction)
+        factor: str = self.sense.value[0]
+        before = factor.format(direction=direction)
         if self.odd:
             before, variable = f"sign({variable}) * ", "speed" if variable == "rate" else f"abs({variable})"
         grouped = f"({said})" if before and "+" in re.sub(r"\(.*?\)", "", said) else said
