@@ -187,6 +187,12 @@ class Effect:
         return self.hook is None
 
     @property
+    def is_before_the_joint(self) -> bool:
+        """Whether it stands between the command and the joint: in the drive or in the structure."""
+        in_the_drive = any((parameter.path or "").startswith("actuator.") for parameter in self.parameters)
+        return self.hook in (Hook.COMMAND, Hook.STRUCTURE) or in_the_drive
+
+    @property
     def strengths(self) -> tuple[Parameter, ...]:
         """The parameters that carry what it does: with all of them neutral (a number as the model has it) there is
         nothing.

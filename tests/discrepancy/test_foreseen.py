@@ -55,8 +55,8 @@ def test_an_effect_shows_from_the_size_that_was_foreseen(
     gaps = [
         gap_of(effect, "outer", **(parameters | {shows.parameter: times * shows.size})) for times in (0.3, 1.0, 3.0)
     ]
-    # up to twice the noise friction that wanders may pass for it
-    assert gaps[0] < 1.25 and 1.4 < gaps[1] < 2.1 and 2.5 < gaps[2] < 6.0
+    # up to twice the noise friction that wanders may pass for it, and that is where the answer turns (record 0231)
+    assert gaps[0] < 1.25 and gaps[1] == pytest.approx(2.0, rel=0.2) and 4.0 < gaps[2] < 7.0
 
 
 def test_known_numbers_take_of_a_gain_no_more_than_what_is_said_of_them_lets_them(before: Foreseen) -> None:

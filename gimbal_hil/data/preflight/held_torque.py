@@ -1,8 +1,8 @@
 """A torque column that got stuck, was clipped where it was logged, or was not logged any more, while the joint went on.
 
 A torque that is the same to the last digit in many rows is nothing wrong: a drive at its limit, one that is off, a step
-that was commanded. It is wrong where the joint moves in those rows as another torque would move it: by what the other
-rows of the same log say that a motion needs, and by the model too.
+that was commanded. It is wrong where the joint moves in those rows as another torque would move it: nothing that a
+motion needs puts them and the other rows of the same log together, and the model asks for another one too.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from sim_backend.model import AntennaModel
 _HELD_ROWS, _LEAST_SHARE, _MOST_SHARE = 5, 0.01, 0.8
 #: motion is smoothed over this long, s, and rows slower than this share of the top speed say nothing of friction
 _SMOOTHING_S, _SLOW = 0.01, 0.02
-#: held rows are missed by so many times what the others are, and by this share of their torque; the model may be off by
-#: this factor in its friction
-_TIMES, _SHARE, _FRICTION = 5.0, 0.25, 3.0
+#: held rows are missed by so many times what the others alone are, and by this share of their torque; the model misses
+#: them by that share, and may be off by that factor in its friction
+_TIMES, _MISSED, _SHARE, _FRICTION = 5.0, 0.1, 0.25, 3.0
 _POWERS = (1, 2, 3)
 
 
@@ -39,17 +39,22 @@ def held_torques(model: AntennaModel, table: SignalsTable, axis: str) -> Iterato
     inside, outside = held & moves, ~held & moves
     if np.count_nonzero(inside) < 4 * AROUND or np.count_nonzero(outside) < 40 * AROUND:
         return
-    size = np.maximum(np.linalg.norm(columns[outside], axis=0), 1e-300)
-    solution = np.linalg.lstsq(columns[outside] / size, torque[outside], rcond=1e-9)[0] / size
-    missed = np.abs(torque - columns @ solution)
+    # of rows that are not held alone an answer for held ones would be far from what those rows had
+    missed = np.abs(torque - columns @ _least_squares(columns[moves], torque[moves]))
+    beside = np.abs(torque - columns @ _least_squares(columns[outside], torque[outside]))
     short = np.maximum(np.abs(torque - needed) - slack, 0.0)
-    usual, asked = _rms(missed[outside]), _rms(torque[outside])
-    if _rms(missed[inside]) > max(_TIMES * usual, _SHARE * asked) and _rms(short[inside]) > _SHARE * asked:
+    usual, asked = _rms(beside[outside]), _rms(torque[outside])
+    if _rms(missed[inside]) > max(_TIMES * usual, _MISSED * asked) and _rms(short[inside]) > _SHARE * asked:
         rows = np.flatnonzero(inside & (missed > _TIMES * usual))
         what = (
             f"is the same as in the rows around it, {len(rows)} rows in all, where the motion asks for another torque"
         )
         yield Impossible(f"{axis}.torque", tuple(rows.tolist()), what, ColumnFault.STILL)
+
+
+def _least_squares(columns: Floats, torque: Floats) -> Floats:
+    size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    return np.asarray(np.linalg.lstsq(columns / size, torque, rcond=1e-9)[0] / size)
 
 
 def _in_runs(torque: Floats) -> np.ndarray:

@@ -25,8 +25,9 @@ from sim_backend.model import AntennaModel
 _LIMITS, _TORQUES, _ALMOST_ALL = 1.2, 20.0, 0.98
 #: a number without its sign is near the top of its range, and its neighbours near zero, within this share of it
 _NEAR = 0.1
-#: a torque stands out by so many times the scatter of those around it
-_STANDS_OUT = 20.0
+#: a torque stands out by so many times the scatter of the log, by this share of the torques that it has, and by so many
+#: times what all but one row in five around it do: a loop at its limit chatters, and of that a joint answers little
+_STANDS_OUT, _OF_ALL, _BESIDE, _BESIDE_SHARE = 20.0, 0.3, 3.0, 80.0
 #: rows over which speed is taken before and after, and by which a drive may be late
 _SPEED_ROWS, _LATE_ROWS = 5, 8
 #: what such a torque should do to the speed is seen when this share of it is so many scatters; less was done
@@ -86,8 +87,8 @@ def _unanswered(model: AntennaModel, table: SignalsTable, axis: str, torque: Flo
     """Rows whose torque stands out and would have changed the speed so that it shows, and did not."""
     usual = median_around(torque)
     off = torque - usual
-    limit = max(_STANDS_OUT * scatter_of(off), 0.1 * float(np.quantile(np.abs(torque), _ALMOST_ALL)))
-    rows = np.flatnonzero(np.abs(off) > limit)
+    limit = max(_STANDS_OUT * scatter_of(off), _OF_ALL * float(np.quantile(np.abs(torque), _ALMOST_ALL)))
+    rows = np.flatnonzero(np.abs(off) > np.maximum(limit, _BESIDE * _around(np.abs(off))))
     reach = 2 * (_SPEED_ROWS + 1) + _LATE_ROWS
     rows = rows[(rows > reach) & (rows < len(torque) - reach - 1)]
     if len(rows) == 0:
@@ -99,6 +100,13 @@ def _unanswered(model: AntennaModel, table: SignalsTable, axis: str, torque: Flo
     done = np.max(changes[places] * np.sign(off[rows])[:, None], axis=1)
     seen = _ANSWERED * np.abs(asked)
     return np.asarray(rows[(seen > _SEEN * noise) & (done < seen)])
+
+
+def _around(sizes: Floats) -> Floats:
+    """What all but one in five of the rows around each one do not exceed, (n,)."""
+    from scipy.ndimage import percentile_filter
+
+    return np.asarray(percentile_filter(sizes, _BESIDE_SHARE, 4 * AROUND + 1, mode="mirror"))
 
 
 def _changes_of_speed(position: Floats, period_s: float) -> Floats:

@@ -80,7 +80,7 @@ def _diagnose(request: Request, executor: WorkExecutor, progress: Callable[[str]
     else:
         # one cause, however small its gap, shows whether it passed for noise
         path = explain(replace(inquiry, policy=replace(request.policy, least_gap=0.0)), null, most=1)
-    lower = noise.under(inquiry.twin, path.state.hypothesis).at_most(rms(path.state.untouched) * inquiry.floor)
+    lower = noise.under(inquiry.twin, path.state.hypothesis)
     if path.state.hypothesis.causes and np.min(lower.effective(inquiry.twin) / inquiry.floor) < _FALLEN:
         # what seemed explained under the old floors may hide another cause under the new ones
         inquiry, noise, stated, null, path = _under(inquiry, lower, path)

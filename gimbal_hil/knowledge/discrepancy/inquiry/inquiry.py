@@ -27,12 +27,10 @@ from gimbal_hil.knowledge.discrepancy.inquiry.policy import Policy
 from gimbal_hil.knowledge.discrepancy.twin import Floats, Twin
 from gimbal_hil.knowledge.estimation import Paired, decorrelation_rows, paired
 from gimbal_hil.knowledge.executor import WorkExecutor, open_executor
-from sim_backend.effects import CATALOGUE, Hook, Variable
+from sim_backend.effects import CATALOGUE, Variable
 
 #: the data by what it is for, as fields of a state
 PARTS = ("fitted", "selecting", "untouched")
-#: what stands between the command and the joint
-_BETWEEN = (Hook.COMMAND, Hook.STRUCTURE)
 
 
 @dataclass(frozen=True)
@@ -148,7 +146,7 @@ def stands_out(inquiry: Inquiry, state: State, best: State | None = None) -> boo
         return _above(inquiry, state, inquiry.inexact, 1.0)
     new = set(best.hypothesis.labels) - set(state.hypothesis.labels)
     added = [CATALOGUE[effect] for effect, _ in new]
-    smooths = any(one.hook in _BETWEEN and Variable.PAST in one.acts_through for one in added)
+    smooths = any(one.is_before_the_joint and Variable.PAST in one.acts_through for one in added)
     noise = noise_of_motion(inquiry.twin, state.hypothesis, inquiry.from_encoder) if smooths else 1.0
     return _above(inquiry, state, np.minimum(inquiry.inexact, best.left()), noise)
 

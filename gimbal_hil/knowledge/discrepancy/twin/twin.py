@@ -262,8 +262,11 @@ class Twin:
 
 
 def _free(record: Record) -> NDArray[np.bool_]:
-    """Where no standing bristle is led to what holds the joint, whatever that is, (2, n)."""
-    return np.asarray(record.motion[:, 6:].T == 0.0)
+    """Where no standing bristle is led to what holds the joint, whatever that is, (2, n); everywhere on an axis that
+    does nothing but stand.
+    """
+    free = record.motion[:, 6:].T == 0.0
+    return np.asarray(free | ~free.any(axis=1)[:, None])
 
 
 def _with_step(model: AntennaModel, step_s: float) -> AntennaModel:
