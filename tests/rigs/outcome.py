@@ -79,6 +79,8 @@ def outcome(said: Mapping[str, Any], planted: Planted) -> tuple[Outcome, str]:
         return Outcome.FALSE_NAME, f"{' and '.join(false)}: not there"
     if verdict["verdict"] == "no_discrepancy":
         return Outcome.FALSE_ALL_CLEAR, _left(verdict)
+    if verdict["verdict"] == "unusable_data":
+        return Outcome.CANNOT_JUDGE, f"refused: {verdict['text']}"
     if verdict["verdict"] == "cannot_judge":
         return Outcome.CANNOT_JUDGE, _claim(verdict, planted)
     if any(names <= named for names in planted.named_by):

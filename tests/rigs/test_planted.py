@@ -36,6 +36,7 @@ def said(
     return {
         "verdict": {
             "verdict": verdict,
+            "text": "why",
             "effects": effects,
             "alternatives": alternatives,
             "gap": gap,
@@ -58,6 +59,7 @@ def moved_inertia(low: float, high: float) -> dict[str, Any]:
         (said("ambiguous", ("inertia", "ambiguous"), ("backlash", "named")), Outcome.FALSE_NAME),
         (said("no_discrepancy"), Outcome.FALSE_ALL_CLEAR),
         (said("cannot_judge", inertia=0.8), Outcome.CANNOT_JUDGE),
+        (said("unusable_data"), Outcome.CANNOT_JUDGE),
         (said("unexplained"), Outcome.SILENT),
         (said("named", ("cogging", "named")), Outcome.SILENT),
         (said("named", ("cogging", "named"), hidden=("inertia",)), Outcome.CANNOT_JUDGE),
