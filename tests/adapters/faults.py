@@ -16,6 +16,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from textwrap import fill
 
 from firmware_protocol.adapters import AxisSample, Power
 from gimbal_hil.loop.host import HostState
@@ -291,7 +292,11 @@ def page(found: Sequence[Outcome]) -> str:
         for motion in MOTIONS:
             told = [_cell(cells[row.name, motion, make], motion in row.not_in) for make in makes]
             lines.append(f"| {row.name} | {motion} | " + " | ".join(told) + " |")
-    impossible = [f"- {row.name} ({', '.join(row.not_in)}): {row.reason}." for row in ROWS if row.not_in]
+    impossible = [
+        fill(f"- {row.name} ({', '.join(row.not_in)}): {row.reason}.", 120, subsequent_indent="  ")
+        for row in ROWS
+        if row.not_in
+    ]
     asked = [one for one in found if one.motion not in _row(one.row).not_in]
     noticed = sum(one.is_noticed and one.only_braked for one in asked)
     return _PAGE.format(
